@@ -1,0 +1,44 @@
+# Every target sets up what it needs: a fresh machine needs only make, Python >= 3.11 and its venv module.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+PYTEST ?= $(BIN)/python -m pytest
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test campaign bench clean
+
+help:
+	@echo "make demo       an arm loses a joint on its way and finishes; writes pictures"
+	@echo "make test       every check: ruff, mypy, import layers, all tests"
+	@echo "make campaign   2000 random episodes (robot, path, fault, level, backend)"
+	@echo "make bench      the whole user step against every native backend"
+	@echo "make clean      removes the environment, caches and runs"
+
+demo: $(VENV)/.has-viz
+	$(BIN)/ftqp demo
+
+test: $(VENV)/.has-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(PYTEST)
+
+campaign: $(VENV)/.has-dev
+	FTQP_EPISODES=2000 $(PYTEST) tests/laws -k episode
+
+bench: $(VENV)/.has-dev
+	$(BIN)/python solvers/bench_step.py
+
+clean:
+	rm -rf $(VENV) build dist runs .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# One stamp an extra: set up once, and again when pyproject.toml changes.
+$(VENV)/.has-%: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --disable-pip-version-check --quiet --editable ".[$*]"
+	@touch $@
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; v = sys.version_info; v >= (3, 11) or sys.exit("ftqp needs Python 3.11 or newer, $(PYTHON) is %d.%d; call make with PYTHON=/path/to/a/newer/python3" % v[:2])'
+	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); echo "cannot make $(VENV); install Python's venv module (Debian, Ubuntu: apt install python3-venv)" >&2; exit 1; }

@@ -1,0 +1,88 @@
+"""ftqp: an arm keeps its task through a joint failure.
+
+Names are loaded when they are first used: ``import ftqp`` loads numpy only; pinocchio and numba come with the first robot or
+planner.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from ftqp.core.errors import FtqpError, InputError, MissingPackage, ModelError, ScenarioError
+
+if TYPE_CHECKING:
+    from ftqp import qp as qp
+    from ftqp.control import bounds as bounds
+    from ftqp.control import paths as paths
+    from ftqp.control import schemes as schemes
+    from ftqp.control.bounds import Jin as Jin
+    from ftqp.control.bounds import OneStep as OneStep
+    from ftqp.control.bounds import Viability as Viability
+    from ftqp.control.emergency import EmergencyStop as EmergencyStop
+    from ftqp.control.planner import Planner as Planner
+    from ftqp.control.scheme import Scheme as Scheme
+    from ftqp.control.status import StepStatus as StepStatus
+    from ftqp.control.step import Step as Step
+    from ftqp.control.target import Target as Target
+    from ftqp.control.task import Task as Task
+    from ftqp.faults.kinds import Degraded as Degraded
+    from ftqp.faults.kinds import FreeSwinging as FreeSwinging
+    from ftqp.faults.kinds import Locked as Locked
+    from ftqp.model import catalog as robots
+    from ftqp.model.limits import JointLimits as JointLimits
+    from ftqp.model.robot import Robot as Robot
+    from ftqp.qp.problem import QP as QP
+    from ftqp.sim.log import load_log as load_log
+    from ftqp.sim.loop import Simulation as Simulation
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Degraded": "ftqp.faults.kinds",
+    "EmergencyStop": "ftqp.control.emergency",
+    "FreeSwinging": "ftqp.faults.kinds",
+    "Jin": "ftqp.control.bounds",
+    "JointLimits": "ftqp.model.limits",
+    "Locked": "ftqp.faults.kinds",
+    "OneStep": "ftqp.control.bounds",
+    "Planner": "ftqp.control.planner",
+    "QP": "ftqp.qp.problem",
+    "Robot": "ftqp.model.robot",
+    "Scheme": "ftqp.control.scheme",
+    "Simulation": "ftqp.sim.loop",
+    "Step": "ftqp.control.step",
+    "StepStatus": "ftqp.control.status",
+    "Target": "ftqp.control.target",
+    "Task": "ftqp.control.task",
+    "Viability": "ftqp.control.bounds",
+    "load_log": "ftqp.sim.log",
+}
+_MODULES = {
+    "bounds": "ftqp.control.bounds",
+    "paths": "ftqp.control.paths",
+    "qp": "ftqp.qp",
+    "robots": "ftqp.model.catalog",
+    "schemes": "ftqp.control.schemes",
+}
+
+__all__ = [
+    "FtqpError",
+    "InputError",
+    "MissingPackage",
+    "ModelError",
+    "ScenarioError",
+    "__version__",
+    *_HOME,
+    *_MODULES,
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
+    if name in _MODULES:
+        return import_module(_MODULES[name])
+    raise AttributeError(f"module 'ftqp' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,1 @@
+"""What everything else stands on: errors, array checks, pose maths for set-up and reports, the clock."""

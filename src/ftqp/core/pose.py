@@ -1,0 +1,60 @@
+"""Pose maths for set-up and reports, in plain numpy; the formulas of a tick are in ``ftqp.kernel``."""
+
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, array
+from ftqp.core.errors import InputError
+
+ORTHONORMAL_TOLERANCE = 1e-6
+"""Largest entry of |R'R - I| that still counts as a rotation."""
+
+
+def pose(value: Any, name: str = "pose") -> FloatArray:
+    """A homogeneous transform (4, 4) from an array or from anything with ``.homogeneous`` (pinocchio's SE3).
+
+    Raises:
+        InputError: wrong shape, not finite, or its rotation part is not a rotation.
+    """
+    result = array(name, getattr(value, "homogeneous", value), (4, 4))
+    rotation = result[:3, :3]
+    off = float(np.abs(rotation.T @ rotation - np.eye(3)).max())
+    if off > ORTHONORMAL_TOLERANCE or np.linalg.det(rotation) < 0.0:
+        raise InputError(
+            f"{name} has a rotation part that is not a rotation (|R'R - I| = {off:.1e}, "
+            f"det = {np.linalg.det(rotation):.3f}); expected an orthonormal, right-handed matrix"
+        )
+    return result
+
+
+def transform(rotation: FloatArray, translation: FloatArray) -> FloatArray:
+    """The homogeneous transform (4, 4) of a rotation (3, 3) and a translation (3,) [m]."""
+    result = np.eye(4)
+    result[:3, :3] = rotation
+    result[:3, 3] = translation
+    return result
+
+
+def skew(w: FloatArray) -> FloatArray:
+    """[w]x, (3, 3), with [w]x u = w x u."""
+    return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
+
+
+def rotation_exp(w: FloatArray) -> FloatArray:
+    """exp([w]x), (3, 3): Rodrigues' formula for the rotation vector w, (3,) [rad]."""
+    angle = float(np.linalg.norm(w))
+    if angle < 1e-12:
+        return np.eye(3) + skew(w)
+    k = skew(w / angle)
+    return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)
+
+
+def rotation_x(angle: float) -> FloatArray:
+    """Rotation about x, (3, 3)."""
+    return rotation_exp(np.array([angle, 0.0, 0.0]))
+
+
+def rotation_z(angle: float) -> FloatArray:
+    """Rotation about z, (3, 3)."""
+    return rotation_exp(np.array([0.0, 0.0, angle]))
