@@ -1,0 +1,70 @@
+"""The objective 1/2 x'Hx + g'x: three quadratic forms whose coefficients add up, so criteria do.
+
+    1/2 w_norm |x|^2_D + x'D (norm_v v + norm_q (q - q_posture))          MVN, MAN, RMP
+    1/2 w_inertia x'M x + x'(inertia_v M v + inertia_h h)                 MKE, IIWT
+    1/2 w_torque |tau_H|^2                                                MTN, the torque part of DLSM
+
+x is the acceleration or the velocity. At the velocity level torque is that of the acceleration (x - v)/dt, times dt. D is
+the diagonal of joint weights. tau_H leaves out the torque of every failed joint: its motor does not work, and to keep its
+torque in the objective would change the motion of the others.
+"""
+
+from math import cos, sin
+from typing import Any
+
+from ftqp.kernel.codes import FREE, HEALTHY, VELOCITY
+from ftqp.kernel.jit import jit
+
+FREE_WEIGHT = 1e-6
+"""Weight of a free-swinging joint's x beside the torque norm, relative to the mean of H's diagonal; keeps H > 0."""
+
+
+@jit
+def posture_error(K: Any, i: int) -> float:
+    """q_i - posture_i; for a continuous joint the short way round, smooth: 2 sin(d/2) sign(cos(d/2))."""
+    d = K.q[i] - K.posture[i]
+    if K.continuous[i]:
+        half = 0.5 * d
+        return 2.0 * sin(half) * (1.0 if cos(half) >= 0.0 else -1.0)
+    return d
+
+
+@jit
+def objective(K: Any) -> None:
+    """H and g of the joints; H_diagonal alone when no criterion couples joints."""
+    n = K.n
+    for i in range(n):
+        K.H_diagonal[i] = K.w_norm * K.weight[i]
+        K.g[i] = K.weight[i] * K.norm_v * K.v[i]
+        if K.norm_q != 0.0:
+            K.g[i] += K.weight[i] * K.norm_q * posture_error(K, i)
+    if K.w_inertia == 0.0 and K.w_torque == 0.0:
+        K.dense = 0
+        return
+    K.dense = 1
+    h_scale = K.dt if K.level == VELOCITY else 1.0
+    for i in range(n):
+        momentum = 0.0
+        for j in range(n):
+            K.H[i, j] = K.w_inertia * K.M[i, j]
+            momentum += K.M[i, j] * K.v[j]
+        K.H[i, i] += K.H_diagonal[i]
+        K.g[i] += K.inertia_v * momentum + K.inertia_h * h_scale * K.h[i]
+        K.scratch[i] = h_scale * K.h[i] - (momentum if K.level == VELOCITY else 0.0)
+    if K.w_torque == 0.0:
+        return
+    for k in range(n):
+        if K.fault[k] == HEALTHY:
+            for i in range(n):
+                c = K.w_torque * K.M[k, i]
+                K.g[i] += c * K.scratch[k]
+                for j in range(i + 1):
+                    K.H[i, j] += c * K.M[k, j]
+    trace = 0.0
+    for i in range(n):
+        trace += K.H[i, i]
+        for j in range(i):
+            K.H[j, i] = K.H[i, j]
+    for i in range(n):  # without its own torque row, nothing else may weigh a free-swinging joint
+        if K.fault[i] == FREE:
+            K.H[i, i] += FREE_WEIGHT * trace / n

@@ -1,0 +1,57 @@
+"""Compiling the entry points once, with types fixed, so that a wrong dtype is a TypeError and not a recompilation."""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from ftqp.kernel import entry
+from ftqp.kernel.jit import COMPILED, cache_folder
+
+STEP = ("step",)
+EXTERNAL = ("prepare_external", "finish_external")
+SETUP = ("kinematics", "inverse_dynamics", "torques")
+_SIGNATURES = {
+    "step": "iaaa",
+    "prepare_external": "iaaaa",
+    "finish_external": "iaii",
+    "kinematics": "iaa",
+    "inverse_dynamics": "iaa",
+    "torques": "i",
+}
+
+
+def missing(names: Iterable[str]) -> list[str]:
+    """The entry points among ``names`` that have no compiled code yet, neither in this process nor on disk."""
+    if not COMPILED:
+        return []
+    folder = cache_folder()
+    stored = {path.name.split("-")[0].split(".")[-1] for path in folder.rglob("*.nbi")} if folder.is_dir() else set()
+    return [name for name in names if not getattr(entry, name).signatures and name not in stored]
+
+
+def compile_entries(names: Iterable[str], announce: Callable[[], Any] | None = None) -> None:
+    """Compile, or load from disk, the entry points ``names``; further types are refused from then on.
+
+    Args:
+        names: among ``STEP``, ``EXTERNAL`` and ``SETUP``.
+        announce: makes a context manager that is entered while something has to be compiled.
+    """
+    if not COMPILED:
+        return
+    todo = [name for name in names if not getattr(entry, name).signatures]
+    if not todo:
+        return
+    if announce is not None and missing(todo):
+        with announce():
+            _compile(todo)
+    else:
+        _compile(todo)
+
+
+def _compile(names: list[str]) -> None:
+    from numba import float64, int64
+
+    kinds = {"i": int64, "a": float64[::1]}
+    for name in names:
+        dispatcher: Any = getattr(entry, name)
+        dispatcher.compile(tuple(kinds[letter] for letter in _SIGNATURES[name]))
+        dispatcher.disable_compile()

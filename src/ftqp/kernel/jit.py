@@ -1,0 +1,122 @@
+"""How the kernel is compiled: decorators, the record behind an address, the disk cache.
+
+``NUMBA_DISABLE_JIT=1``, or a platform without numba, runs the same source as plain Python.
+
+numba's disk cache notices a change only in the file of the cached function. Only the entry points are cached, and
+their cache folder is named after a hash of every source file of the kernel, so a change in any of them compiles anew.
+"""
+
+import ctypes
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+FAST = {"nsz", "contract", "arcp", "reassoc", "afn"}
+"""LLVM's fast-math flags that the kernel allows; never nnan or ninf, because an infinite bound means no limit."""
+
+
+def source_key(package: Path) -> str:
+    """A hash of every source file of the kernel package, in hexadecimal."""
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        digest.update(str(path.relative_to(package)).encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_home() -> Path:
+    """The folder below which compiled kernels are kept: ``NUMBA_CACHE_DIR``, or the user's cache folder."""
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given:
+        return Path(given)
+    if sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA", str(Path.home())))
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return base / "ftqp"
+
+
+def _writable(folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError:
+        return Path(tempfile.gettempdir()) / f"ftqp-{os.getuid() if hasattr(os, 'getuid') else 'cache'}" / folder.name
+
+
+def cache_folder() -> Path:
+    """The folder of the compiled kernel that belongs to exactly this source."""
+    return cache_home() / f"kernel-{source_key(Path(__file__).parent)}"
+
+
+def _plain_carray(address: int, count: int, dtype: Any) -> Any:
+    buffer = (ctypes.c_char * (count * dtype.itemsize)).from_address(address)
+    return np.frombuffer(buffer, dtype=dtype).view(np.recarray)
+
+
+try:
+    import numba
+except ImportError:
+    COMPILED = False
+else:
+    COMPILED = not numba.config.DISABLE_JIT
+
+if COMPILED:
+    from numba import carray, njit, prange, types
+    from numba.core import cgutils
+    from numba.extending import intrinsic
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def pointer(context: Any, address: Any) -> Any:
+        """The address as a pointer, for ``carray``."""
+        return types.voidptr(address), lambda _c, builder, _s, args: builder.inttoptr(args[0], cgutils.voidptr_t)
+
+    def jit(function: F) -> F:
+        """Compile a helper of the kernel; it becomes part of the entry points that call it."""
+        compiled: F = njit(error_model="numpy", fastmath=FAST)(function)
+        return compiled
+
+    def _cached(function: F, **options: Any) -> F:
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(_writable(cache_folder()))
+        try:
+            compiled: F = njit(cache=True, error_model="numpy", fastmath=FAST, **options)(function)
+        finally:
+            numba.config.CACHE_DIR = before
+        return compiled
+
+    def entry(function: F) -> F:
+        """Compile an entry point and keep it on disk; it holds the GIL (releasing it costs a loop up to 5 ms)."""
+        return _cached(function)
+
+    def batch_entry(function: F) -> F:
+        """Compile an entry point that runs many records in parallel without the GIL, and keep it on disk."""
+        return _cached(function, nogil=True, parallel=True)
+
+else:
+    carray = _plain_carray
+    prange = range
+
+    def pointer(address: int) -> int:
+        """The address itself; plain Python's ``carray`` takes it as it is."""
+        return address
+
+    def jit(function: F) -> F:
+        """The function as it is."""
+        return function
+
+    entry = jit
+    batch_entry = jit
+
+__all__ = ["COMPILED", "batch_entry", "cache_folder", "carray", "entry", "jit", "pointer", "prange", "source_key"]

@@ -1,0 +1,88 @@
+"""The error between the tip and its target."""
+
+from math import atan2, sqrt
+from typing import Any
+
+from ftqp.kernel.jit import jit
+
+
+@jit
+def rotation_vector(
+    r00: float, r01: float, r02: float, r10: float, r11: float, r12: float, r20: float, r21: float, r22: float
+) -> tuple[float, float, float]:
+    """The rotation vector [rad] of a rotation matrix, accurate for every angle in [0, pi].
+
+    Through the quaternion whose largest component is found first (Shepperd 1978): near 0 that is w, near pi it is one of
+    x, y, z, where atan2(sin, cos)/sin would divide zero by zero. Then 2 atan2(|xyz|, w) xyz/|xyz| with w >= 0.
+    """
+    trace = r00 + r11 + r22
+    if trace >= r00 and trace >= r11 and trace >= r22:
+        w, x, y, z = 1.0 + trace, r21 - r12, r02 - r20, r10 - r01
+    elif r00 >= r11 and r00 >= r22:
+        w, x, y, z = r21 - r12, 1.0 + r00 - r11 - r22, r01 + r10, r02 + r20
+    elif r11 >= r22:
+        w, x, y, z = r02 - r20, r01 + r10, 1.0 + r11 - r00 - r22, r12 + r21
+    else:
+        w, x, y, z = r10 - r01, r02 + r20, r12 + r21, 1.0 + r22 - r00 - r11
+    if w < 0.0:
+        w, x, y, z = -w, -x, -y, -z
+    s = sqrt(x * x + y * y + z * z)
+    f = 2.0 * atan2(s, w) / s if s > 0.0 else 0.0
+    return f * x, f * y, f * z
+
+
+@jit
+def pose_error(K: Any) -> None:
+    """e = (p_d - p; rotation vector of R_d R'), along W; in axis mode the shortest turn of the tool axis onto its target.
+
+    Uses the measured tip pose when there is one, else the one of forward kinematics.
+    """
+    T = K.target
+    if K.has_tip_measured:
+        P = K.tip_measured
+        for r in range(3):
+            K.error[r] = T[4 * r + 3] - P[r, 3]
+        R0, R1, R2 = P[0, 0], P[0, 1], P[0, 2]
+        R3, R4, R5 = P[1, 0], P[1, 1], P[1, 2]
+        R6, R7, R8 = P[2, 0], P[2, 1], P[2, 2]
+    else:
+        R = K.R_tip
+        for r in range(3):
+            K.error[r] = T[4 * r + 3] - K.o_tip[r]
+        R0, R1, R2, R3, R4, R5, R6, R7, R8 = R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8]
+    if not K.uses_rotation:
+        K.error[3], K.error[4], K.error[5] = 0.0, 0.0, 0.0
+        return
+    if K.tool_rows:
+        axis = K.axis
+        a0 = R0 * axis[2] + R1 * axis[5] + R2 * axis[8]
+        a1 = R3 * axis[2] + R4 * axis[5] + R5 * axis[8]
+        a2 = R6 * axis[2] + R7 * axis[5] + R8 * axis[8]
+        d0 = T[0] * axis[2] + T[1] * axis[5] + T[2] * axis[8]
+        d1 = T[4] * axis[2] + T[5] * axis[5] + T[6] * axis[8]
+        d2 = T[8] * axis[2] + T[9] * axis[5] + T[10] * axis[8]
+        x, y, z = a1 * d2 - a2 * d1, a2 * d0 - a0 * d2, a0 * d1 - a1 * d0
+        s = sqrt(x * x + y * y + z * z)
+        c = a0 * d0 + a1 * d1 + a2 * d2
+        if s > 1e-12:
+            f = atan2(s, c) / s
+        elif c > 0.0:
+            f = 1.0
+        else:  # opposite: any axis across will do; the tool's x
+            f = atan2(0.0, -1.0)
+            x = R0 * axis[0] + R1 * axis[3] + R2 * axis[6]
+            y = R3 * axis[0] + R4 * axis[3] + R5 * axis[6]
+            z = R6 * axis[0] + R7 * axis[3] + R8 * axis[6]
+        K.error[3], K.error[4], K.error[5] = f * x, f * y, f * z
+        return
+    K.error[3], K.error[4], K.error[5] = rotation_vector(
+        T[0] * R0 + T[1] * R1 + T[2] * R2,
+        T[0] * R3 + T[1] * R4 + T[2] * R5,
+        T[0] * R6 + T[1] * R7 + T[2] * R8,
+        T[4] * R0 + T[5] * R1 + T[6] * R2,
+        T[4] * R3 + T[5] * R4 + T[6] * R5,
+        T[4] * R6 + T[5] * R7 + T[6] * R8,
+        T[8] * R0 + T[9] * R1 + T[10] * R2,
+        T[8] * R3 + T[9] * R4 + T[10] * R5,
+        T[8] * R6 + T[9] * R7 + T[10] * R8,
+    )

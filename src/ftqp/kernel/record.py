@@ -1,0 +1,230 @@
+"""The record: everything that one planner knows, in one structured array element that compiled code reads in place.
+
+Capacity is fixed (32 joints, 6 task rows, 33 QP variables), sizes are read at run time, so one compilation serves every
+robot. Fields of a group below share a purpose; ``f8`` unless another type is named. SI units.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ftqp.kernel.codes import JOINTS, ROWS, TARGET_SIZE, VARIABLES
+
+N = JOINTS
+Shape = tuple[int, ...]
+
+ROBOT: dict[str, Shape] = {
+    "rotation": (N, 9),  # joint frame in its predecessor's at q = 0, by rows; every joint moves along or about its z
+    "translation": (N, 3),
+    "mass": (N,),
+    "com": (N, 3),  # in the joint's frame
+    "inertia": (N, 6),  # about the com: xx xy xz yy yz zz
+    "tip_rotation": (9,),
+    "tip_translation": (3,),
+    "gravity": (3,),
+}
+LIMITS: dict[str, Shape] = {
+    "q_min": (N,),  # limits as believed now: a degraded joint's are scaled here
+    "q_max": (N,),
+    "v_max": (N,),
+    "a_max": (N,),
+    "tau_max": (N,),
+    "a_brake": (N,),  # deceleration that viability may count on
+}
+TASK: dict[str, Shape] = {
+    "row_scale": (6,),  # 1 for linear rows, the characteristic length for angular ones
+    "axis": (9,),  # rotation whose z is the tool axis, in the tip frame (rows "position_axis")
+    "target": (TARGET_SIZE,),
+    "tip_measured": (4, 4),
+    "error": (6,),  # position [m] and rotation vector [rad] from the tip to the target, along W
+    "slack": (ROWS,),  # A x - b_task, in the units of the rows
+    "b_task": (ROWS,),  # what the task asks for; b differs in lexicographic mode
+    "g_task": (VARIABLES,),  # objective kept aside during the first stage of lexicographic mode
+    "d_task": (VARIABLES,),
+}
+CRITERIA: dict[str, Shape] = {"weight": (N,), "posture": (N,)}
+FAULTS: dict[str, Shape] = {
+    "lock_rate": (N,),  # deceleration of a joint that is being locked
+    "lock_velocity": (N,),  # its velocity by that model
+    "damping": (N,),  # of a free-swinging joint [N m s/rad]
+}
+STATE: dict[str, Shape] = {
+    "q": (N,),
+    "v": (N,),
+    "q_command": (N,),
+    "v_command": (N,),
+    "a_command": (N,),
+    "tau": (N,),
+    "tau_brake": (N,),
+}
+KINEMATICS: dict[str, Shape] = {
+    "R": (N, 9),
+    "o": (N, 3),
+    "axis_w": (N, 3),  # joint axes along W
+    "R_tip": (9,),
+    "o_tip": (3,),
+    "w": (N, 3),
+    "alpha": (N, 3),
+    "acc": (N, 3),  # of the frame origins, minus gravity
+    "J": (6, N),
+    "drift": (6,),
+    "M": (N, N),
+    "h": (N,),
+}
+FLOATS = (
+    "dt",
+    "length",
+    "kp",
+    "kv",
+    "slack_ratio",  # compliance of the task rows, relative to the QP's own magnitude
+    "w_norm",  # criteria: 1/2 w_norm |x|^2_weight + x' (weight (norm_v v + norm_q (q - posture)))
+    "norm_v",
+    "norm_q",
+    "w_inertia",  # 1/2 w_inertia x'M x + x'(inertia_v M v + inertia_h h)
+    "inertia_v",
+    "inertia_h",
+    "w_torque",  # 1/2 w_torque |tau_H|^2, tau_H the torques of the joints that have not failed
+    "jin_p",
+    "jin_v",
+    "jin_margin",
+    "jin_upsilon",
+    "stop_position",
+    "stop_rotation",
+    "last_position_error",
+    "last_rotation_error",
+    "position_error",
+    "rotation_error",
+    "scale",
+    "accept",  # largest scaled residual that counts as solved
+    "residual_task",
+    "residual_bounds",
+    "residual_dual",
+    "torque_excess",
+)
+INTEGERS = (
+    "n",
+    "m",
+    "p",
+    "level",
+    "mode",
+    "bounds",
+    "dynamic",  # M and h are needed every tick
+    "tool_rows",
+    "uses_rotation",
+    "nq",
+    "has_tip_measured",
+    "reset_mode",
+    "is_reset",
+    "latched",
+    "stop_samples",
+    "rising",
+    "fallbacks",
+    "fallback_limit",
+    "status",
+    "verdict",  # the status that the ladder is about to give
+    "stage",
+    "external",  # another solver takes the QP
+    "dense_task",
+    "claim",
+    "qp_iterations",
+    "ticks",
+    "empty_intervals",
+)
+INTEGER_ARRAYS: dict[str, Shape] = {
+    "prismatic": (N,),
+    "continuous": (N,),
+    "rows": (ROWS,),
+    "fault": (N,),
+    "lower_by": (N,),
+    "upper_by": (N,),
+}
+
+
+def qp_fields(variables: int, rows: int, constraints: int) -> list[Any]:
+    """Fields of a QP with compliant equality rows and of the active-set solver's memory.
+
+    min 1/2 x'Hx + g'x + sum_k s_k^2/(2 soft_k),  Ax + s = b,  lb <= x <= ub,  l <= Cx <= u; a row with soft_k = 0 is hard.
+    """
+    working = variables + rows + constraints
+    floats: dict[str, Shape] = {
+        "H": (variables, variables),
+        "H_diagonal": (variables,),
+        "g": (variables,),
+        "A": (rows, variables),
+        "b": (rows,),
+        "soft": (rows,),
+        "C": (constraints, variables),
+        "l": (constraints,),
+        "u": (constraints,),
+        "lb": (variables,),
+        "ub": (variables,),
+        "x": (variables,),
+        "y": (rows,),
+        "z": (constraints,),
+        "z_box": (variables,),
+        "x_free": (variables,),  # minimiser without rows; the solver's memory from here on
+        "root": (variables,),  # 1/sqrt(H_ii), 0 for a fixed variable
+        "L_H": (variables, variables),
+        "scratch": (variables,),
+        "V": (working, variables),  # rows of the working set times H^(-1/2)
+        "G": (working, working),  # V V' + compliance
+        "L": (working, working),  # its Cholesky factor, inverse diagonal
+        "t": (working,),
+        "lam": (working,),
+        "lam_new": (working,),
+        "warm_lam": (working,),
+    }
+    integers: dict[str, Shape] = {
+        "code": (working,),
+        "side": (working,),
+        "active": (variables + constraints,),
+        "warm_code": (working,),
+        "warm_side": (working,),
+    }
+    return [
+        *((name, "f8", shape) for name, shape in floats.items()),
+        *((name, "f8") for name in ("soft_rows", "tolerance", "residual")),
+        *((name, "i8", shape) for name, shape in integers.items()),
+        *((name, "i8") for name in ("nx", "meq", "nc", "dense", "warm", "iterations", "max_iterations")),
+    ]
+
+
+def _planner_dtype() -> np.dtype[Any]:
+    fields: list[Any] = [(name, "f8") for name in FLOATS] + [(name, "i8") for name in INTEGERS]
+    for group in (ROBOT, LIMITS, TASK, CRITERIA, FAULTS, STATE, KINEMATICS):
+        fields += [(name, "f8", shape) for name, shape in group.items()]
+    fields += [(name, "i8", shape) for name, shape in INTEGER_ARRAYS.items()]
+    return np.dtype(fields + qp_fields(VARIABLES, ROWS, JOINTS), align=True)
+
+
+DTYPE = _planner_dtype()
+
+
+def record(count: int = 1) -> Any:
+    """``count`` zeroed records; the address of record k is ``W[k:].ctypes.data``."""
+    return np.zeros(count, DTYPE)
+
+
+def load_chain(W: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, inertia: Any, prismatic: Any,
+               continuous: Any, tip_rotation: Any, tip_translation: Any, gravity: Any) -> None:  # fmt: skip
+    """Write the constants of a serial chain into every record of ``W``.
+
+    Args:
+        W: records, (count,).
+        rotation: (n, 3, 3). translation: (n, 3) [m]. mass: (n,) [kg]. com: (n, 3) [m]. inertia: (n, 3, 3) [kg m2].
+        prismatic: (n,). continuous: (n,). tip_rotation: (3, 3). tip_translation: (3,) [m]. gravity: (3,) [m/s2].
+    """
+    n = len(mass)
+    W["n"] = n
+    W["nq"] = n + int(np.count_nonzero(continuous))
+    W["rotation"][:, :n] = np.reshape(rotation, (n, 9))
+    W["translation"][:, :n] = translation
+    W["mass"][:, :n] = mass
+    W["com"][:, :n] = com
+    upper = np.triu_indices(3)
+    W["inertia"][:, :n] = np.asarray(inertia)[:, upper[0], upper[1]]
+    W["prismatic"][:, :n] = prismatic
+    W["continuous"][:, :n] = continuous
+    W["tip_rotation"] = np.ravel(tip_rotation)
+    W["tip_translation"] = tip_translation
+    W["gravity"] = gravity

@@ -1,0 +1,158 @@
+"""One control tick: from measured state and target to a QP, and from its solution to a command."""
+
+from math import atan2, isfinite, pi
+from typing import Any
+
+from ftqp.kernel.bounds import intervals
+from ftqp.kernel.chain import forward_kinematics, motion
+from ftqp.kernel.codes import (
+    ACCELERATION,
+    HARD,
+    INVALID_INPUT,
+    LEXICOGRAPHIC,
+    MAIN_STAGE,
+    READY,
+    SCALE,
+    SOLVE,
+    SOLVED,
+    TARGET_HAS_ROTATION,
+)
+from ftqp.kernel.criteria import objective
+from ftqp.kernel.dynamics import dynamics
+from ftqp.kernel.failed_joints import any_instant_lock, lock_instantly, prescribed_motion
+from ftqp.kernel.jit import jit
+from ftqp.kernel.ladder import begin_first_stage, begin_stop, climb
+from ftqp.kernel.pose_error import pose_error
+from ftqp.kernel.task import compliance, error_norms, path_scale, task_rows
+from ftqp.kernel.torque import torque_rows
+
+SCALE_STAGE_RATIO = 1e-9
+"""Scaled mode: compliance of the rows that keep the direction."""
+
+
+@jit
+def accept_state(K: Any, q: Any, v: Any) -> None:
+    """Copy the measured state; q is (n,) joint values or (nq,) with (cos, sin) for each continuous joint.
+
+    An angle given by cosine and sine is unwrapped to the turn of the last command.
+    """
+    n = K.n
+    if len(q) == n:
+        for i in range(n):
+            K.q[i] = q[i]
+    else:
+        k = 0
+        for i in range(n):
+            if K.continuous[i]:
+                angle = atan2(q[k + 1], q[k]) - K.q_command[i]
+                turns = angle / (2.0 * pi)
+                whole = float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if isfinite(turns) else 0.0
+                K.q[i] = K.q_command[i] + angle - 2.0 * pi * whole
+                if not isfinite(q[k] + q[k + 1]):
+                    K.q[i] = q[k] + q[k + 1]
+                k += 2
+            else:
+                K.q[i] = q[k]
+                k += 1
+    for i in range(n):
+        K.v[i] = v[i]
+
+
+@jit
+def _inputs_are_finite(K: Any) -> bool:
+    """Whether q, v, the target and the measured tip are finite; a q or v that is not is replaced by the last command."""
+    good = True
+    total = 0.0
+    for i in range(K.n):
+        total += K.q[i] - K.q[i] + K.v[i] - K.v[i]
+    if not total == 0.0:
+        good = False
+        for i in range(K.n):
+            K.q[i] = K.q_command[i]
+            K.v[i] = K.v_command[i]
+    total = 0.0
+    for k in range(TARGET_HAS_ROTATION):
+        total += K.target[k] - K.target[k]
+    if K.has_tip_measured:
+        for r in range(4):
+            for c in range(4):
+                total += K.tip_measured[r, c] - K.tip_measured[r, c]
+    return good and total == 0.0
+
+
+@jit
+def _kinematics(K: Any) -> None:
+    """The one snapshot of this tick."""
+    forward_kinematics(K)
+    if K.dynamic or K.level == ACCELERATION:
+        motion(K)
+    if K.dynamic:
+        dynamics(K)
+
+
+@jit
+def _emergency(K: Any) -> bool:
+    """Latch when the task error exceeds its threshold and has risen on ``stop_samples`` consecutive samples."""
+    e, r = K.position_error, K.rotation_error
+    beyond = (e > K.stop_position and e > K.last_position_error) or (
+        r > K.stop_rotation and r > K.last_rotation_error
+    )
+    K.rising = K.rising + 1 if beyond else 0
+    K.last_position_error, K.last_rotation_error = e, r
+    if K.stop_samples > 0 and K.rising >= K.stop_samples:
+        K.latched = 1
+    return K.latched != 0
+
+
+@jit
+def prepare(K: Any) -> int:
+    """Everything up to the first QP of the ladder: READY when that is the task's, SOLVE when it is another.
+
+    Order: state check, prescribed motion of failed joints, kinematics, bounds, torque rows, errors, stop test, objective,
+    task rows.
+    """
+    K.ticks += 1
+    K.soft_rows = 0.0
+    K.claim = -1
+    K.qp_iterations = 0
+    K.torque_excess = 0.0
+    valid = _inputs_are_finite(K)
+    if any_instant_lock(K):
+        _kinematics(K)
+        lock_instantly(K)
+    prescribed_motion(K)
+    _kinematics(K)
+    intervals(K)
+    torque_rows(K)
+    if not valid:
+        begin_stop(K)
+        K.verdict = INVALID_INPUT
+        return SOLVE
+    pose_error(K)
+    error_norms(K)
+    if _emergency(K):
+        begin_stop(K)
+        return SOLVE
+    objective(K)
+    task_rows(K)
+    K.stage = MAIN_STAGE
+    for k in range(K.m):
+        K.b_task[k] = K.b[k]
+    if K.mode == HARD:
+        for k in range(K.m):
+            K.soft[k] = 0.0
+    elif K.mode == SCALE:
+        compliance(K, SCALE_STAGE_RATIO)
+        path_scale(K)
+    elif K.mode == LEXICOGRAPHIC:
+        begin_first_stage(K)
+        return SOLVE
+    else:
+        compliance(K, K.slack_ratio)
+    return READY
+
+
+@jit
+def tick(K: Any) -> int:
+    """The whole tick; the status, or READY when an external solver is to take the QP."""
+    return climb(K, prepare(K), SOLVED)
