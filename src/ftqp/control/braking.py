@@ -1,0 +1,53 @@
+"""How much deceleration the motors certainly have: what viability may count on when torque limits are in force."""
+
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.kernel import entry
+
+SAMPLES = 400
+SPEED_SHARE = 0.5
+"""Velocities are sampled up to this share of the limits."""
+LEAST_SHARE = 0.05
+SEED = 20170511
+
+
+class BrakingReserve:
+    """Samples of what braking takes: |h_i| and sum_j |M_ij| a_max_j over random configurations.
+
+    If every joint brakes with kappa a_max, whatever the directions, joint i needs at most |h_i| + kappa sum_j |M_ij| a_max_j.
+    ``share`` is the largest kappa that all torque limits allow on all samples: sound up to the sampling.
+
+    Args:
+        record: one record with chain and healthy limits loaded; restored on return.
+        n: number of joints.
+    """
+
+    def __init__(self, record: Any, n: int) -> None:
+        K = record.copy()
+        address = K.ctypes.data
+        generator = np.random.default_rng(SEED)
+        low = np.where(np.isfinite(K["q_min"][0, :n]), K["q_min"][0, :n], -np.pi)
+        high = np.where(np.isfinite(K["q_max"][0, :n]), K["q_max"][0, :n], np.pi)
+        v_max = np.minimum(K["v_max"][0, :n], 10.0) * SPEED_SHARE
+        self._bias = np.empty((SAMPLES, n))
+        self._inertia = np.empty((SAMPLES, n, n))
+        for k in range(SAMPLES):
+            entry.inverse_dynamics(address, generator.uniform(low, high), generator.uniform(-v_max, v_max))
+            self._bias[k] = np.abs(K["h"][0, :n])
+            self._inertia[k] = np.abs(K["M"][0, :n, :n])
+
+    def share(self, a_max: FloatArray, tau_max: FloatArray) -> float:
+        """kappa in [LEAST_SHARE, 1].
+
+        Args:
+            a_max: acceleration limits believed now, (n,) [rad/s2].
+            tau_max: torque limits believed now, (n,) [N m]; inf is no limit.
+        """
+        need = self._inertia @ a_max
+        left = tau_max - self._bias
+        with np.errstate(invalid="ignore"):
+            kappa = np.where(np.isfinite(left), left / need, np.inf).min()
+        return float(np.clip(kappa, LEAST_SHARE, 1.0))

@@ -1,0 +1,31 @@
+"""The one message of a first use: the kernel is being compiled."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from ftqp.kernel.first_use import EXTERNAL, SETUP, STEP, compile_entries
+
+NOTICE = "ftqp: compiling its kernel for this machine, once (about half a minute; `ftqp warmup` does it ahead) ..."
+
+
+@contextmanager
+def _notice() -> Iterator[None]:
+    if sys.stderr.isatty():
+        from rich.console import Console
+
+        with Console(stderr=True).status(NOTICE):
+            yield
+    else:
+        sys.stderr.write(NOTICE + "\n")
+        sys.stderr.flush()
+        yield
+
+
+def warm_up(*, external: bool = True) -> None:
+    """Compile whatever a planner needs, or load it from disk.
+
+    Args:
+        external: also what planners with an external backend need.
+    """
+    compile_entries((*SETUP, *STEP, *(EXTERNAL if external else ())), _notice)

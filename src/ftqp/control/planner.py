@@ -1,0 +1,334 @@
+"""Planner: one arm, one task, one QP a tick."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from ftqp.control import bounds as bound_conversions
+from ftqp.control import schemes
+from ftqp.control.bounds import Bounds, Jin
+from ftqp.control.braking import BrakingReserve
+from ftqp.control.emergency import EmergencyStop
+from ftqp.control.first_use import warm_up
+from ftqp.control.scheme import Scheme
+from ftqp.control.step import Step
+from ftqp.control.target import Target
+from ftqp.control.task import MODES, Task, axis_frame, checked_gains, row_indices
+from ftqp.core.checks import FloatArray, array, positive
+from ftqp.core.clock import now
+from ftqp.core.errors import InputError, ModelError, nearest
+from ftqp.faults.belief import Belief
+from ftqp.faults.kinds import Fault
+from ftqp.kernel import codes, entry
+from ftqp.kernel.record import load_chain, record
+from ftqp.model.robot import Robot
+from ftqp.qp.backend import Backend
+from ftqp.qp.buffers import QPBuffers
+from ftqp.qp.registry import backend as make_backend
+
+LEVELS = {"velocity": codes.VELOCITY, "acceleration": codes.ACCELERATION}
+IN_KERNEL = "active_set"
+PATIENCE = 0.1
+"""Time [s] of fallback commands in a row after which the arm is stopped."""
+TOLERANCE = 1e-10
+"""Largest violation of a bound that the active set counts as none."""
+ACCEPT = 1e-6
+"""Largest scaled residual of a QP that counts as solved."""
+
+
+class Planner:
+    """Redundancy resolution, one QP a tick, with failed joints as bounds.
+
+    Args:
+        robot: the arm; at most 32 joints, finite acceleration limits.
+        dt: sampling period [s].
+        level: ``acceleration`` or ``velocity``, what the QP decides.
+        scheme: what to do with the redundancy: an ``ftqp.schemes`` recipe, its name or {name = ..., ...}; None is ``mvn``.
+        task: which rows, mode and gains; None is ``Task()``.
+        bounds: ``viability``, ``jin`` or ``one_step``, or an object of ``ftqp.bounds``.
+        backend: ``active_set``, or any name, table, profile file or object that ``ftqp.qp.backend`` takes.
+        posture: rest posture of ``rmp`` and ``dlsm``, (nv,) [rad or m]; None is the configuration given to ``reset``.
+        torque_limits: keep torque limits as rows of the QP; ignored for a robot without inertia or torque limits.
+        emergency: when to stop; None never does.
+        timing: measure every step (``step.qp.time``).
+
+    Raises:
+        InputError: a parameter is wrong.
+        ModelError: the robot cannot be driven safely.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        dt: float = 1e-3,
+        *,
+        level: str = "acceleration",
+        scheme: Scheme | str | Mapping[str, Any] | None = None,
+        task: Task | None = None,
+        bounds: Bounds | str | Mapping[str, Any] = "viability",
+        backend: str | Path | Mapping[str, Any] | Backend = IN_KERNEL,
+        posture: Any = None,
+        torque_limits: bool = True,
+        emergency: EmergencyStop | None = EmergencyStop(),  # noqa: B008  frozen
+        timing: bool = False,
+    ) -> None:
+        if level not in LEVELS:
+            raise InputError(f"level is {level!r}{nearest(str(level), LEVELS)}, expected one of {', '.join(LEVELS)}")
+        if robot.nv > codes.JOINTS:
+            raise ModelError(f"{robot.name} has {robot.nv} joints between base and tip; ftqp drives at most {codes.JOINTS}")
+        endless = [j for j, a in zip(robot.joints, robot.limits.a_max, strict=True) if not np.isfinite(a)]
+        if endless:
+            raise ModelError(
+                f"{robot.name} has no acceleration limit on {', '.join(endless)}; braking needs one: "
+                "robot.with_limits(a_max=...)"
+            )
+        self.robot = robot
+        self.dt = positive("dt", dt, "s")
+        self.level = level
+        self.task = Task() if task is None else task
+        self.scheme = schemes.by_name(scheme)
+        self.bounds = bound_conversions.by_name(bounds)
+        self.emergency = emergency
+        self.posture = None if posture is None else array("posture", posture, (robot.nv,), "(nv,)")
+        limited = bool(np.isfinite(robot.limits.tau_max).any())
+        self._rows_every_tick = torque_limits and robot.has_inertia and limited
+        criterion = self.scheme.at(level)
+        if criterion.needs_inertia and not robot.has_inertia:
+            raise InputError(f"scheme {self.scheme.name!r} needs inertia, which {robot.name} has not; use mvn, man or rmp")
+        self._needs_inertia = criterion.needs_inertia
+        warm_up(external=backend != IN_KERNEL)
+        self._record = self._filled(record())
+        self._address: int = self._record.ctypes.data
+        self._belief = Belief(robot, self._record)
+        self._reserve = BrakingReserve(self._record, robot.nv) if self._rows_every_tick else None
+        self._adopt_belief()
+        self._out = Step(self._record, robot.joints)
+        self._timing = timing
+        self._buffers: QPBuffers | None = None
+        self._backend: Backend | None = None
+        self._use_backend(backend)
+        self._cold = True
+        self._fast = self._backend is None and not timing
+        self._entry = entry.step
+
+    def _filled(self, W: Any) -> Any:
+        """The record of a healthy robot with everything that never changes in a planner's life."""
+        chain, task = self.robot.chain, self.task
+        load_chain(
+            W,
+            rotation=chain.rotation,
+            translation=chain.translation,
+            mass=chain.mass,
+            com=chain.com,
+            inertia=chain.inertia,
+            prismatic=chain.prismatic,
+            continuous=chain.continuous,
+            tip_rotation=chain.tip_rotation,
+            tip_translation=chain.tip_translation,
+            gravity=chain.gravity,
+        )
+        rows = row_indices(self.robot.default_rows if task.rows is None else task.rows)
+        kp, kv = checked_gains(task, self.level, self.dt)
+        length = self.robot.length if task.length is None else task.length
+        W["dt"], W["level"], W["mode"] = self.dt, LEVELS[self.level], MODES[task.mode]
+        W["kp"], W["kv"], W["slack_ratio"], W["length"] = kp, kv, task.slack, length
+        W["m"] = len(rows)
+        W["rows"][:, : len(rows)] = rows
+        W["row_scale"] = [1.0, 1.0, 1.0, length, length, length]
+        W["uses_rotation"] = rows[-1] >= 3
+        W["tool_rows"] = task.rows == "position_axis"
+        W["axis"] = axis_frame(task.axis).ravel()
+        c = self.scheme.at(self.level)
+        W["w_norm"], W["norm_v"], W["norm_q"] = c.norm, c.norm_v, c.norm_q
+        W["w_inertia"], W["inertia_v"], W["inertia_h"], W["w_torque"] = c.inertia, c.inertia_v, c.inertia_h, c.torque
+        W["weight"] = 1.0
+        W["bounds"] = self.bounds.code
+        if isinstance(self.bounds, Jin):
+            b = self.bounds
+            W["jin_p"], W["jin_v"], W["jin_margin"], W["jin_upsilon"] = b.gamma_p, b.gamma_v, b.margin, b.upsilon
+        W["stop_position"] = W["stop_rotation"] = np.inf
+        if self.emergency is not None:
+            W["stop_position"], W["stop_rotation"] = self.emergency.position, self.emergency.rotation
+            W["stop_samples"] = self.emergency.samples
+        W["fallback_limit"] = max(1, round(PATIENCE / self.dt))
+        W["tolerance"], W["max_iterations"], W["accept"] = TOLERANCE, 50 * (self.robot.nv + 10), ACCEPT
+        W["p"] = self.robot.nv if self.robot.has_inertia else 0
+        return W
+
+    def _use_backend(self, given: Any) -> None:
+        if given == IN_KERNEL:
+            return
+        backend = make_backend(given)
+        if backend.name == IN_KERNEL:
+            return
+        self._backend = backend
+        n, m, p = self.robot.nv, int(self._record["m"][0]), int(self._record["p"][0])
+        n += (self.task.mode == "scaled") + (0 if self.task.mode == "hard" else m)
+        fixed = not self._needs_inertia and self.task.mode != "scaled"
+        self._buffers = QPBuffers.zeros(n, m, p, constant_hessian=fixed)
+        if fixed:
+            joints = self.robot.nv
+            self._buffers.H[:] = float(self._record["w_norm"][0]) * np.eye(n)
+            self._buffers.H[:joints, :joints] *= self._record["weight"][0, :joints]
+        backend.setup(self._buffers)
+        self._record["external"] = 1
+
+    @property
+    def backend(self) -> str:
+        """Name of the solver."""
+        return IN_KERNEL if self._backend is None else self._backend.name
+
+    @property
+    def faults(self) -> dict[str, Fault]:
+        """The faults believed now, by joint name."""
+        return self._belief.faults
+
+    def reset(self, q: Any, v: Any = None) -> None:
+        """Begin at (q, v): the latch of a stop, warm starts and the last command are forgotten, faults are not.
+
+        Args:
+            q: measured configuration, (nv,) joint values or (nq,) [rad or m].
+            v: measured velocity, (nv,) [rad/s or m/s]; None is rest.
+
+        Raises:
+            InputError: wrong shape or not finite.
+        """
+        K, n = self._record, self.robot.nv
+        q = self.robot.angles(q)
+        K["q_command"][0, :n] = K["q"][0, :n] = q
+        v = np.zeros(n) if v is None else array("v", v, (n,), "(nv,)")
+        K["v_command"][0, :n] = K["v"][0, :n] = v
+        K["a_command"] = 0.0
+        K["posture"][0, :n] = q if self.posture is None else self.posture
+        K["latched"] = K["rising"] = K["fallbacks"] = K["warm"] = K["ticks"] = 0
+        K["last_position_error"] = K["last_rotation_error"] = np.inf
+        K["is_reset"] = 1
+        self._cold = True
+
+    def step(self, q: Any, v: Any, target: Target, *, tau: Any = None, tip: Any = None) -> Step:
+        """The command for the next ``dt``.
+
+        Args:
+            q: measured configuration, (nv,) joint values or (nq,) [rad or m].
+            v: measured velocity, (nv,) [rad/s or m/s].
+            target: where the tip should be now.
+            tau: measured torque, (nv,) [N m or N]; checked to be finite.
+            tip: measured pose of the tip, (4, 4), in place of the one of forward kinematics.
+
+        Returns:
+            The planner's own step, valid until the next one.
+
+        Raises:
+            InputError: a wrong shape or type, a position target for a task with rotation rows, or no ``reset`` before. What
+                the world does (NaN, an infeasible task, a failing solver) never raises: see ``step.status``.
+        """
+        if self._fast and tau is None and tip is None:
+            try:
+                code: int = self._entry(self._address, q, v, target.packed)
+            except (TypeError, AttributeError):
+                return self._slow_step(q, v, target, None, None)
+            if code < 0:
+                self._mistake(code, q, v)
+            out = self._out
+            out.code = code
+            return out
+        return self._slow_step(q, v, target, tau, tip)
+
+    def _slow_step(self, q: Any, v: Any, target: Target, tau: Any, tip: Any) -> Step:
+        """The same for other dtypes and layouts, measured torques or tip, external backends and timing."""
+        if not isinstance(target, Target):
+            raise InputError(f"target is {type(target).__name__}, expected ftqp.Target(pose=...)")
+        began = now() if self._timing else 0
+        q, v = _vector("q", q), _vector("v", v)
+        n = self.robot.nv
+        packed = target.packed
+        if tau is not None and not np.isfinite(_sized("tau", tau, (n,))).all():
+            packed = packed * np.nan
+        if tip is not None:
+            self._record["tip_measured"][0] = _sized("tip", getattr(tip, "homogeneous", tip), (4, 4))
+            self._record["has_tip_measured"] = 1
+        if self._backend is None:
+            code = entry.step(self._address, q, v, packed)
+        else:
+            code = self._external_step(q, v, packed)
+        if tip is not None:
+            self._record["has_tip_measured"] = 0
+        if code < 0:
+            self._mistake(code, q, v)
+        self._out.code = code
+        if self._timing:
+            self._out.duration = (now() - began) * 1e-9
+        return self._out
+
+    def _external_step(self, q: FloatArray, v: FloatArray, packed: FloatArray) -> int:
+        buffers, backend = self._buffers, self._backend
+        assert buffers is not None and backend is not None
+        code: int = entry.prepare_external(self._address, q, v, packed, buffers.flat)
+        if code != codes.READY:
+            return code
+        claim = backend.solve(cold=self._cold)
+        self._cold = claim != codes.SOLVED
+        return int(entry.finish_external(self._address, buffers.solution, int(claim), backend.iterations))
+
+    def _mistake(self, code: int, q: Any, v: Any) -> NoReturn:
+        if code == codes.NOT_RESET:
+            raise InputError("the planner has no start; call planner.reset(q) before the first step")
+        if code == codes.NO_ROTATION:
+            raise InputError("the task has rotation rows but the target has a position only; give Target(pose=...)")
+        nv, nq = self.robot.nv, self.robot.nq
+        expected = f"(nv,) = ({nv},)" if nq == nv else f"(nv,) = ({nv},) or (nq,) = ({nq},)"
+        if np.shape(q) not in ((nv,), (nq,)):
+            raise InputError(f"q has shape {np.shape(q)}, expected {expected}")
+        raise InputError(f"v has shape {np.shape(v)}, expected (nv,) = ({nv},)")
+
+    def report(self, fault: Fault) -> None:
+        """Believe ``fault`` from the next step on: ``Locked``, ``FreeSwinging`` or ``Degraded``.
+
+        Raises:
+            InputError: unknown joint or not a fault.
+        """
+        self._belief.report(fault)
+        self._adopt_belief()
+
+    def withdraw(self, joint: str | int) -> None:
+        """Believe the joint to be healthy again from the next step on.
+
+        Raises:
+            InputError: unknown joint.
+        """
+        self._belief.withdraw(joint)
+        self._adopt_belief()
+
+    def _adopt_belief(self) -> None:
+        """What follows from the belief: dynamics needed or not, braking reserve, no warm start across the change."""
+        K, n = self._record, self.robot.nv
+        K["dynamic"] = self._rows_every_tick or self._needs_inertia or self._belief.needs_dynamics
+        a_max, tau_max = K["a_max"][0, :n], K["tau_max"][0, :n]
+        if not self._rows_every_tick:
+            tau_max[:] = np.inf
+        share = 1.0 if self._reserve is None else self._reserve.share(a_max, tau_max)
+        K["a_brake"][0, :n] = share * a_max
+        K["warm"] = 0
+        self._cold = True
+
+
+def _vector(name: str, value: Any) -> FloatArray:
+    try:
+        result = np.array(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error
+    if result.ndim != 1:
+        raise InputError(f"{name} has shape {result.shape}, expected a vector (nv,)")
+    return result
+
+
+def _sized(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
+    try:
+        result = np.array(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error
+    if result.shape != shape:
+        raise InputError(f"{name} has shape {result.shape}, expected {shape}")
+    return result

@@ -1,0 +1,204 @@
+"""Step: what one tick gives back, read from the planner's record when it is asked for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ftqp.control.certificate import Certificate, Obstacle, Unreached
+from ftqp.control.status import STATUSES, StepStatus
+from ftqp.control.task import COMPONENTS
+from ftqp.core.checks import FloatArray
+from ftqp.kernel import codes, entry
+from ftqp.qp.problem import SolveStatus
+
+_LIMIT_NAMES = {codes.BY_ACCELERATION: "acceleration", codes.BY_VELOCITY: "velocity", codes.BY_POSITION: "position"}
+ACTIVE = 1e-9
+"""A multiplier above this share of the largest counts as active."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class QPReport:
+    """How the QP of a step went.
+
+    Attributes:
+        status: what the residuals made of the solver's answer; None when the step needed no task QP.
+        iterations: of the solver, in its own counting.
+        residual: the largest of the scaled residuals below, of the QP that gave the command.
+        residual_task, residual_bounds, residual_dual: see ``ftqp.kernel.verdict.judge``.
+        time: duration of the whole step [s], or None unless the planner was made with ``timing=True``.
+    """
+
+    status: SolveStatus | None
+    iterations: int
+    residual: float
+    residual_task: float
+    residual_bounds: float
+    residual_dual: float
+    time: float | None
+
+
+_SOLVE_STATUS = (SolveStatus.SOLVED, SolveStatus.MAX_ITERATIONS, SolveStatus.INFEASIBLE, SolveStatus.FAILED)
+
+
+class Step:
+    """One command and what there is to know of it. It belongs to the planner and is valid until its next step; ``copy()``
+    keeps one.
+
+    Attributes:
+        q, v, a: command: position [rad or m], velocity, acceleration, (nv,); of a locked joint v and a are exactly 0.0.
+        task_error: from the tip to the target before the step, along W, (6,): position [m], rotation vector [rad].
+        code: the status as a number, the position of ``status`` in ``StepStatus``.
+    """
+
+    __slots__ = ("_joints", "_record", "a", "code", "duration", "q", "task_error", "v")
+
+    def __init__(self, record: Any, joints: Sequence[str]) -> None:
+        self._record = record
+        self._joints = tuple(joints)
+        n = len(self._joints)
+        K = record[0]
+        self.q: FloatArray = K["q_command"][:n]
+        self.v: FloatArray = K["v_command"][:n]
+        self.a: FloatArray = K["a_command"][:n]
+        self.task_error: FloatArray = K["error"]
+        self.code: int = int(K["status"])
+        self.duration: float | None = None
+
+    @property
+    def status(self) -> StepStatus:
+        """What the step says to the operator."""
+        return STATUSES[self.code]
+
+    @property
+    def tau(self) -> FloatArray:
+        """Torque of the motors that the command needs, (nv,) [N m or N]; 0.0 for a failed joint, NaN without inertia."""
+        return self._torques("tau")
+
+    @property
+    def tau_brake(self) -> FloatArray:
+        """Torque that the brake of a locked joint carries, (nv,) [N m or N]; 0.0 for every other joint."""
+        return self._torques("tau_brake")
+
+    def _torques(self, name: str) -> FloatArray:
+        K = self._record[0]
+        n = len(self._joints)
+        if not K["dynamic"]:
+            if not K["mass"][:n].any():
+                return np.full(n, np.nan)
+            entry.torques(self._record.ctypes.data)
+        result: FloatArray = K[name][:n]
+        return result
+
+    @property
+    def position_error(self) -> float:
+        """Norm of the position error over the task's rows [m]."""
+        return float(self._record["position_error"][0])
+
+    @property
+    def rotation_error(self) -> float:
+        """Norm of the rotation error over the task's rows [rad]."""
+        return float(self._record["rotation_error"][0])
+
+    @property
+    def slack(self) -> FloatArray:
+        """A x - b of the task rows, (m,) [m/s2 and rad/s2; m/s and rad/s at the velocity level]."""
+        K = self._record[0]
+        m = int(K["m"])
+        result: FloatArray = K["slack"][:m] / K["row_scale"][K["rows"][:m]]
+        return result
+
+    @property
+    def scale(self) -> float:
+        """Path scale of the ``scaled`` mode, 1 at full speed; 0 while stopping."""
+        return float(self._record["scale"][0])
+
+    @property
+    def lower(self) -> FloatArray:
+        """Lower end of every joint's interval, (nv,), in units of the decision variable."""
+        result: FloatArray = self._record["lb"][0, : len(self._joints)]
+        return result
+
+    @property
+    def upper(self) -> FloatArray:
+        """Upper end of every joint's interval, (nv,), in units of the decision variable."""
+        result: FloatArray = self._record["ub"][0, : len(self._joints)]
+        return result
+
+    @property
+    def torque_excess(self) -> float:
+        """By how much torque rows are exceeded [N m; N m s at the velocity level]; 0 unless no motion could keep them."""
+        excess = float(self._record["torque_excess"][0])
+        return excess if excess > float(self._record["tolerance"][0]) * 10.0 else 0.0
+
+    @property
+    def limits_active(self) -> tuple[str, ...]:
+        """The limits that hold the command back, such as ``panda_joint2 upper position``."""
+        return tuple(f"{obstacle.joint} {obstacle.limit}" for obstacle in self._obstacles() if obstacle.limit != "locked")
+
+    def _obstacles(self) -> list[Obstacle]:
+        K = self._record[0]
+        found: list[tuple[str, str, float]] = []
+        for i, joint in enumerate(self._joints):
+            z = float(K["z_box"][i])
+            fault = int(K["fault"][i])
+            if fault in (codes.LOCKED, codes.BRAKING):
+                found.append((joint, "locked", abs(z)))
+            elif z != 0.0:
+                by = int(K["upper_by"][i] if z > 0.0 else K["lower_by"][i])
+                found.append((joint, f"{'upper' if z > 0.0 else 'lower'} {_LIMIT_NAMES.get(by, 'bound')}", abs(z)))
+            if i < int(K["nc"]) and (z := float(K["z"][i])) != 0.0:
+                name = "free-swinging" if fault == codes.FREE else f"{'upper' if z > 0.0 else 'lower'} torque"
+                found.append((joint, name, abs(z)))
+        largest = max((weight for _, _, weight in found), default=0.0)
+        if largest == 0.0:
+            return []
+        kept = [Obstacle(joint=j, limit=l, weight=w / largest) for j, l, w in found if w > ACTIVE * largest]
+        return sorted(kept, key=lambda obstacle: -obstacle.weight)
+
+    @property
+    def certificate(self) -> Certificate | None:
+        """Why the task is not followed exactly, or None when it is (or when no task was attempted)."""
+        if self.status not in (StepStatus.RELAXED, StepStatus.FALLBACK):
+            return None
+        K = self._record[0]
+        names = [COMPONENTS[c] for c in K["rows"][: int(K["m"])]]
+        slack = self.slack
+        largest = float(np.abs(slack).max())
+        unreached = [
+            Unreached(direction=name, amount=float(s))
+            for name, s in zip(names, slack, strict=True)
+            if abs(s) > 1e-3 * largest
+        ]
+        return Certificate(
+            unreached=tuple(sorted(unreached, key=lambda u: -abs(u.amount))), obstacles=tuple(self._obstacles())
+        )
+
+    @property
+    def qp(self) -> QPReport:
+        """How the QP went."""
+        K = self._record[0]
+        claim = int(K["claim"])
+        parts = [float(K[name]) for name in ("residual_task", "residual_bounds", "residual_dual")]
+        status = None if claim < 0 else _SOLVE_STATUS[claim]
+        if status is SolveStatus.SOLVED and self.status is StepStatus.FALLBACK:
+            status = SolveStatus.FAILED
+        return QPReport(
+            status=status,
+            iterations=int(K["qp_iterations"]),
+            residual=max(parts),
+            residual_task=parts[0],
+            residual_bounds=parts[1],
+            residual_dual=parts[2],
+            time=self.duration,
+        )
+
+    def copy(self) -> "Step":
+        """A step of its own, which later steps of the planner do not touch."""
+        kept = Step(self._record.copy(), self._joints)
+        kept.code, kept.duration = self.code, self.duration
+        return kept
+
+    def __repr__(self) -> str:
+        return f"Step({self.status.name}, position_error={self.position_error:.2e}, rotation_error={self.rotation_error:.2e})"

@@ -1,0 +1,124 @@
+"""Belief: which joints are held to have failed, written into the planner's record as bounds and codes."""
+
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import RESETS, Degraded, Fault, FreeSwinging, Locked
+from ftqp.kernel.codes import BRAKING, FREE, HEALTHY, INSTANT
+from ftqp.model.robot import Robot
+
+LOCK_SHARE = 0.25
+"""Default deceleration of a joint that is being locked, as a share of its acceleration limit; with the full limit the
+healthy joints saturate when they compensate (spec of the different-level scheme, 5.2)."""
+
+
+class Belief:
+    """What a planner holds to be true of its joints, kept in step with the record that the kernel reads.
+
+    Args:
+        robot: the healthy robot.
+        record: one record with the chain already loaded; its limits and fault codes are written here.
+    """
+
+    def __init__(self, robot: Robot, record: Any) -> None:
+        self._robot = robot
+        self._record = record
+        self._faults: dict[int, Fault] = {}
+        self.restore()
+
+    @property
+    def faults(self) -> dict[str, Fault]:
+        """The faults believed now, by joint name."""
+        return {self._robot.joints[i]: fault for i, fault in sorted(self._faults.items())}
+
+    @property
+    def needs_dynamics(self) -> bool:
+        """Whether a row of the QP needs the inertia: a joint swings free."""
+        return any(isinstance(fault, FreeSwinging) for fault in self._faults.values())
+
+    def report(self, fault: Fault) -> None:
+        """Hold ``fault`` to be true from the next tick on; it replaces what was believed of that joint.
+
+        Raises:
+            InputError: unknown joint, not a fault, or a free-swinging joint of a robot without inertia.
+        """
+        if not isinstance(fault, Locked | FreeSwinging | Degraded):
+            raise InputError(f"{fault!r} is not a fault; expected ftqp.Locked, ftqp.FreeSwinging or ftqp.Degraded")
+        i = self._robot.joint(fault.joint)
+        if isinstance(fault, FreeSwinging) and not self._robot.has_inertia:
+            raise InputError(
+                f"{self._robot.name} has no inertia, so the motion of free-swinging {self._robot.joints[i]} is unknown; "
+                "give the model its masses, or report ftqp.Locked"
+            )
+        if self._faults.get(i) == fault:
+            return
+        before = self._faults.get(i)
+        self._restore_limits(i)
+        self._faults[i] = fault
+        K = self._record
+        if isinstance(fault, Degraded):
+            K["fault"][0, i] = HEALTHY
+            try:
+                self._degrade(i, fault)
+            except InputError:
+                self._restore_limits(i)
+                del self._faults[i]
+                if before is not None:
+                    self.report(before)
+                raise
+        elif isinstance(fault, FreeSwinging):
+            K["fault"][0, i] = FREE
+            K["damping"][0, i] = fault.damping
+        else:
+            K["fault"][0, i] = INSTANT if fault.mode == "instant" else BRAKING
+            K["lock_velocity"][0, i] = np.inf
+            rate = fault.deceleration
+            K["lock_rate"][0, i] = LOCK_SHARE * self._robot.limits.a_max[i] if rate is None else rate
+            K["reset_mode"] = RESETS.index(fault.reset)
+
+    def withdraw(self, joint: str | int) -> None:
+        """Hold the joint to be healthy again.
+
+        Raises:
+            InputError: unknown joint.
+        """
+        i = self._robot.joint(joint)
+        if self._faults.pop(i, None) is not None:
+            self._restore_limits(i)
+            self._record["fault"][0, i] = HEALTHY
+
+    def restore(self) -> None:
+        """Hold every joint to be healthy."""
+        self._faults.clear()
+        for i in range(self._robot.nv):
+            self._restore_limits(i)
+        self._record["fault"] = HEALTHY
+
+    def _restore_limits(self, i: int) -> None:
+        limits = self._robot.limits
+        for name in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
+            self._record[name][0, i] = getattr(limits, name)[i]
+        self._record["damping"][0, i] = 0.0
+
+    def _degrade(self, i: int, fault: Degraded) -> None:
+        K, limits = self._record, self._robot.limits
+        K["v_max"][0, i] = fault.velocity * limits.v_max[i]
+        K["a_max"][0, i] = fault.acceleration * limits.a_max[i]
+        K["tau_max"][0, i] = fault.torque * limits.tau_max[i]
+        low = limits.q_min[i] if fault.q_min is None else max(fault.q_min, limits.q_min[i])
+        high = limits.q_max[i] if fault.q_max is None else min(fault.q_max, limits.q_max[i])
+        if not low < high:
+            raise InputError(
+                f"the range left of {self._robot.joints[i]} is empty: [{low:g}, {high:g}]; its healthy range is "
+                f"[{limits.q_min[i]:g}, {limits.q_max[i]:g}]"
+            )
+        K["q_min"][0, i], K["q_max"][0, i] = low, high
+
+
+def codes(record: Any, n: int) -> FloatArray:
+    """The kernel's fault code of every joint, (n,): 0 healthy, 1 braking, 2 locked, 3 free-swinging, 4 locking at once."""
+    result: FloatArray = record["fault"][0, :n].copy()
+    return result
