@@ -1,0 +1,1 @@
+"""Robots: what a planner needs to know of an arm, read from URDF, MJCF, DH tables or pinocchio."""

@@ -1,0 +1,187 @@
+"""What is wrong with a robot model: every finding at once, and refusal of the unsafe ones."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.errors import ModelError
+from ftqp.model.limits import JointLimits
+
+TRIANGLE_TOLERANCE = 1e-6
+"""Relative slack of the checks of inertias: published figures are rounded to about six digits."""
+
+NO_INERTIA = 1e-12
+"""Moments of inertia [kg m2] this small are rounding."""
+
+CORRECT = "correct the model or drop all masses with kinematics_only=True"
+
+
+class Severity(Enum):
+    """How bad a finding is."""
+
+    UNSAFE = "the robot is refused"
+    WARNING = "the robot can be used, a figure is doubtful"
+    NOTE = "nothing is wrong, a choice was made"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing the audit has to say.
+
+    Attributes:
+        severity: how bad it is.
+        sentence: what, got, expected, remedy.
+        about: what it is about: ``masses``, ``limits``, or nothing in particular.
+    """
+
+    severity: Severity
+    sentence: str
+    about: str = ""
+
+    def __str__(self) -> str:
+        """The sentence."""
+        return self.sentence
+
+
+def unsafe(sentence: str) -> Finding:
+    """A finding that makes the robot unusable."""
+    return Finding(Severity.UNSAFE, sentence)
+
+
+def warning(sentence: str) -> Finding:
+    """A finding that the user should know of."""
+    return Finding(Severity.WARNING, sentence)
+
+
+def note(sentence: str) -> Finding:
+    """A choice that was made for the user."""
+    return Finding(Severity.NOTE, sentence)
+
+
+def refuse_unsafe(name: str, findings: Iterable[Finding]) -> None:
+    """Raises when the robot is unsafe.
+
+    Raises:
+        ModelError: with every finding, the unsafe ones first.
+    """
+    every = list(findings)
+    bad = [f.sentence for f in every if f.severity is Severity.UNSAFE]
+    if bad:
+        rest = [
+            f"({f.severity.name.lower()}) {f.sentence}" for f in every if f.severity is not Severity.UNSAFE
+        ]
+        raise ModelError(f"{name} is unsafe", [*bad, *rest])
+
+
+def limit_findings(names: Sequence[str], limits: JointLimits, continuous: BoolArray) -> list[Finding]:
+    """What is wrong with the limits of every joint: NaN, crossed, empty, zero, negative or missing ones.
+
+    Args:
+        names: joint names, (nv,).
+        limits: of those joints.
+        continuous: joints that turn without limits, (nv,).
+    """
+    found: list[Finding] = []
+    for i, joint in enumerate(names):
+        low, high = float(limits.q_min[i]), float(limits.q_max[i])
+        if np.isnan(low) or np.isnan(high):
+            found.append(
+                unsafe(
+                    f"joint {joint!r} has a position limit that is missing or not a number; "
+                    f"{_remedy('q_min, q_max')}"
+                )
+            )
+        elif low > high:
+            found.append(
+                unsafe(f"joint {joint!r} has crossed limits {low:g} > {high:g}; {_remedy('q_min, q_max')}")
+            )
+        elif low == high or low == np.inf or high == -np.inf:
+            found.append(
+                unsafe(
+                    f"joint {joint!r} cannot move: both limits are {low:g}; hold it with locked=[{joint!r}]"
+                )
+            )
+        elif not continuous[i] and (low == -np.inf or high == np.inf):
+            found.append(note(f"joint {joint!r} has no position limit on {_open(low, high)}"))
+        for field, what in (("v_max", "velocity"), ("a_max", "acceleration"), ("tau_max", "torque")):
+            found += _magnitude(joint, what, field, float(getattr(limits, field)[i]))
+    return [replace(finding, about="limits") for finding in found]
+
+
+def _magnitude(joint: str, what: str, field: str, value: float) -> list[Finding]:
+    if np.isnan(value):
+        return [
+            unsafe(f"joint {joint!r} has a {what} limit that is missing or not a number; {_remedy(field)}")
+        ]
+    if value == 0.0:
+        return [
+            unsafe(
+                f"joint {joint!r} has a zero {what} limit, so it may never move; "
+                f"{_remedy(field, 'inf = no limit')}"
+            )
+        ]
+    if value < 0.0:
+        return [unsafe(f"joint {joint!r} has a {what} limit of {value:g}, expected > 0; {_remedy(field)}")]
+    if value == np.inf and field == "v_max":
+        return [warning(f"joint {joint!r} has no velocity limit; {_remedy(field)}")]
+    return []
+
+
+def _open(low: float, high: float) -> str:
+    if low == -np.inf and high == np.inf:
+        return "either side"
+    return "its lower side" if low == -np.inf else "its upper side"
+
+
+def _remedy(fields: str, extra: str = "") -> str:
+    return f"give limits={{...}} with {fields}{' (' + extra + ')' if extra else ''}"
+
+
+def body_findings(
+    label: str, names: Sequence[str], mass: FloatArray, com: FloatArray, inertia: FloatArray
+) -> list[Finding]:
+    """What is wrong with the masses of bodies.
+
+    The inertia of a moving body must be positive semidefinite about the centre of mass, else the joint-space
+    inertia may be indefinite and the optimisation not convex: unsafe. In a part of a body this is a warning,
+    for the whole may be sound. An inertia that breaks the triangle inequality A + B >= C of its principal
+    moments belongs to no rigid body, and one without mass to no real one, yet both are safe: warnings.
+
+    Args:
+        label: what the bodies are: ``link`` for parts, else for moving bodies.
+        names: of the bodies, (count,).
+        mass: (count,) [kg].
+        com: (count, 3) [m].
+        inertia: about the centre of mass, (count, 3, 3) [kg m2].
+    """
+    found: list[Finding] = []
+    for name, m, c, moment in zip(names, mass, com, inertia, strict=True):
+        finding = _body_finding(f"{label} {name!r}", float(m), c, moment)
+        found += [replace(finding, about="masses")] if finding else []
+    return found
+
+
+def _body_finding(what: str, mass: float, com: FloatArray, inertia: FloatArray) -> Finding | None:
+    if not (np.isfinite(mass) and np.isfinite(com).all() and np.isfinite(inertia).all()):
+        return unsafe(f"{what} has a mass, centre of mass or inertia that is not finite; {CORRECT}")
+    if mass < 0.0:
+        return unsafe(f"{what} has a mass of {mass:g} kg, expected > 0; {CORRECT}")
+    principal = np.linalg.eigvalsh(0.5 * (inertia + inertia.T))
+    slack = TRIANGLE_TOLERANCE * float(np.abs(principal).max()) + NO_INERTIA
+    figures = ", ".join(f"{p:.3g}" for p in principal)
+    if principal[0] < -slack:
+        sentence = (
+            f"{what} has a negative principal moment of inertia ({figures} kg m2), expected >= 0; {CORRECT}"
+        )
+        return warning(sentence) if what.startswith("link ") else unsafe(sentence)
+    if mass == 0.0:
+        return warning(f"{what} has no mass")
+    if principal[0] + principal[1] < principal[2] - slack:
+        return warning(
+            f"{what} has principal moments of inertia ({figures} kg m2) that break the triangle inequality: "
+            "no rigid body has them"
+        )
+    return None

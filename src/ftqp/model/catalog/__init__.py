@@ -1,0 +1,54 @@
+"""The catalog: one file for each arm, built from published figures without any downloaded file."""
+
+from collections.abc import Callable
+from importlib import import_module
+from inspect import signature
+from re import fullmatch
+from typing import TYPE_CHECKING, Any, cast
+
+from ftqp.core.errors import InputError, unknown
+
+if TYPE_CHECKING:
+    from ftqp.model.robot import Robot
+
+CATALOG = {
+    "iiwa14": "KUKA LBR iiwa 14 R820, 7 joints, with masses",
+    "modular11": "hyper-redundant arm of 11 alternating rolls and pitches (Bedrossian 1993), kinematics only",
+    "panda": "Franka Emika Panda with its hand, 7 joints, with masses",
+    "planar": "planar arm of n equal links, planar(n), with masses",
+    "planar6": "planar arm of 6 links, a motor joint and 5 push-rod joints (Jin et al. 2017), with masses",
+    "puma560": "Unimation PUMA 560, 6 joints, kinematics only",
+    "srs7": "7 joints, spherical shoulder and wrist, kinematics only",
+    "xarm7": "UFACTORY xArm 7, 7 joints, with masses",
+    "zhang7": "7 joints of the space-manipulator kind (Zhang et al.), kinematics only",
+}
+"""Robots by name, each in the module of the same name with a function of the same name, and what they are."""
+
+
+def names() -> list[str]:
+    """Names that ``load`` knows."""
+    return list(CATALOG)
+
+
+def load(name: str, **options: Any) -> "Robot":
+    """A robot of the catalog.
+
+    Args:
+        name: of the robot; ``planar(8)`` is short for ``load("planar", count=8)``.
+        options: keyword arguments of that robot's function, for example ``hand=False`` of ``panda``.
+
+    Raises:
+        InputError: an unknown robot, or an option it does not have; names the valid ones.
+    """
+    short = fullmatch(r"planar\((\d{1,3})\)", name) if isinstance(name, str) else None
+    if short:
+        name, options = "planar", {"count": int(short[1]), **options}
+    if name not in CATALOG:
+        raise unknown("robot", name, "the catalog", names())
+    build = cast("Callable[..., Robot]", getattr(import_module(f"ftqp.model.catalog.{name}"), name))
+    valid = list(signature(build).parameters)
+    for option in options:
+        if option not in valid:
+            expected = ", ".join(valid) or "no options"
+            raise InputError(f"{option!r} is not an option of the robot {name}; it has {expected}")
+    return build(**options)

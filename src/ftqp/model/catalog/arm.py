@@ -1,0 +1,57 @@
+"""How every arm of the catalog is put together from its figures."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.model.assembly import ROWS
+from ftqp.model.limits import JointLimits
+from ftqp.model.robot import Robot
+from ftqp.model.serial import EARTH, Body, Inertial, serial_model
+
+
+def arm(
+    name: str,
+    joints: Sequence[str],
+    placements: Sequence[FloatArray],
+    inertials: Sequence[Inertial] | None,
+    limits: Mapping[str, Any],
+    *,
+    tip: str,
+    tip_pose: FloatArray,
+    payload: Sequence[tuple[FloatArray, Inertial]] = (),
+    neutral: Any = None,
+    default_rows: Sequence[str] = ROWS,
+    length: float | None = None,
+    gravity: Sequence[float] = EARTH,
+) -> Robot:
+    """A robot of revolute joints about their z axes.
+
+    Args:
+        name: of the robot.
+        joints: joint names, (n,).
+        placements: joint frame i in joint frame i-1 at q = 0, (n, 4, 4).
+        inertials: of the links, in the frames of their joints, (n,); None: unknown.
+        limits: fields of ``JointLimits`` of the joints, each (n,) or one number; without ``a_max`` the rule
+            of ``RISE_TIME`` holds and a finding says so.
+        tip: name of the tip frame.
+        tip_pose: of the tip in the last joint's frame, (4, 4).
+        payload: rigid bodies behind the last joint, each with the pose of its frame in the last joint's
+            frame.
+        neutral: a configuration inside the limits, (n,) [rad].
+        default_rows: task rows the robot is meant for.
+        length: characteristic length [m]; None: a sixth of the reach.
+        gravity: in the base frame, (3,) [m/s2].
+    """
+    bodies = []
+    for i, (joint, place) in enumerate(zip(joints, placements, strict=True)):
+        parts = [] if inertials is None else [(np.eye(4), inertials[i])]
+        parts += payload if i == len(joints) - 1 else []
+        bodies.append(Body(name=joint, placement=place, parts=parts))
+    written = JointLimits.of(len(joints), **limits)
+    model = serial_model(name, bodies, written, frames=[(tip, tip_pose)], gravity=gravity)
+    return Robot.from_pinocchio(
+        model, tip, limits=limits, neutral=neutral, default_rows=default_rows, length=length
+    )

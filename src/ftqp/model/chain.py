@@ -1,0 +1,156 @@
+"""The constants of a serial chain, taken from a pinocchio model: all that the kernel knows of a robot."""
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ftqp.core.checks import BoolArray, FloatArray, frozen
+from ftqp.core.errors import ModelError
+from ftqp.kernel.codes import JOINTS
+
+ALIGNED = {
+    "X": np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+    "Y": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
+    "Z": np.eye(3),
+}
+"""Rotations whose third column is the x, y or z axis: they turn a joint to its own z axis."""
+
+UNIT = 1e-9
+"""Largest deviation from one of the length of an axis."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Chain:
+    """Constants of a serial chain, every joint turned to its own z axis.
+
+    T_i = T_{i-1} (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint, T_0 the base.
+
+    Attributes:
+        names: joint names, base to tip.
+        prismatic: whether the joint slides, (nv,).
+        continuous: whether the joint turns without limits and pinocchio stores it as (cos, sin), (nv,).
+        rotation: orientation of joint frame i in joint frame i-1 at q = 0, (nv, 3, 3).
+        translation: origin of joint frame i in joint frame i-1 at q = 0, (nv, 3) [m].
+        mass: mass of the body behind each joint, held joints' bodies lumped in, (nv,) [kg].
+        com: its centre of mass in the joint's frame, (nv, 3) [m].
+        inertia: its inertia about the centre of mass, axes of the joint's frame, (nv, 3, 3) [kg m2].
+        tip_rotation: orientation of the tip in the last joint's frame, (3, 3).
+        tip_translation: origin of the tip in the last joint's frame, (3,) [m].
+        gravity: gravity in the base frame, (3,) [m/s2].
+    """
+
+    names: tuple[str, ...]
+    prismatic: BoolArray
+    continuous: BoolArray
+    rotation: FloatArray
+    translation: FloatArray
+    mass: FloatArray
+    com: FloatArray
+    inertia: FloatArray
+    tip_rotation: FloatArray
+    tip_translation: FloatArray
+    gravity: FloatArray
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray):
+                frozen(value)
+
+
+def chain_of(model: Any, tip: str) -> Chain:
+    """The chain from the base to the frame ``tip`` of a pinocchio model whose joints all lie on it.
+
+    Args:
+        model: a pinocchio model; joints off the chain must be held already (``reduction.reduced``).
+        tip: name of a frame of the model.
+
+    Raises:
+        ModelError: a joint off the chain, more than 32 joints, or joints that the kernel cannot express.
+    """
+    frame = model.frames[frame_id(model, tip)]
+    ids = [i for i in model.supports[frame.parentJoint] if i > 0]
+    findings = [
+        f"joint {model.names[i]!r} is not between base and {tip!r}; hold it with locked=[{model.names[i]!r}]"
+        for i in range(1, model.njoints)
+        if i not in ids
+    ]
+    findings += [reason for i in ids if (reason := unsupported(model.joints[i], model.names[i]))]
+    if not 1 <= len(ids) <= JOINTS:
+        findings.append(f"{len(ids)} joints move {tip!r}; expected 1 to {JOINTS}")
+    if findings:
+        raise ModelError(f"{model.name} is not a chain that the kernel can express", findings)
+
+    placements, bodies = [], []
+    last = pin.SE3.Identity()
+    for i in ids:
+        turn = pin.SE3(axis_rotation(model.joints[i]), np.zeros(3))
+        placements.append(last.inverse() * model.jointPlacements[i] * turn)
+        bodies.append(turn.actInv(model.inertias[i]))
+        last = turn
+    end = last.inverse() * frame.placement
+    kinds = [kind(model.joints[i]) for i in ids]
+    return Chain(
+        names=tuple(model.names[i] for i in ids),
+        prismatic=np.array([k.startswith("P") for k in kinds]),
+        continuous=np.array([model.joints[i].nq == 2 for i in ids]),
+        rotation=np.array([p.rotation for p in placements]),
+        translation=np.array([p.translation for p in placements]),
+        mass=np.array([b.mass for b in bodies]),
+        com=np.array([b.lever for b in bodies]),
+        inertia=np.array([b.inertia for b in bodies]),
+        tip_rotation=np.array(end.rotation),
+        tip_translation=np.array(end.translation),
+        gravity=np.array(model.gravity.linear),
+    )
+
+
+def kind(joint: Any) -> str:
+    """pinocchio's name of a joint's type without the prefix, for example ``RZ`` or ``RevoluteUnaligned``."""
+    return str(joint.shortname()).removeprefix("JointModel").removesuffix("Tpl")
+
+
+def unsupported(joint: Any, name: str) -> str:
+    """Why the kernel cannot express a joint, or an empty string."""
+    known = kind(joint)
+    simple = known[:-1] in ("R", "P", "RUB") and known[-1] in ALIGNED
+    if simple:
+        return ""
+    if known in ("RevoluteUnaligned", "PrismaticUnaligned", "RevoluteUnboundedUnaligned"):
+        return (
+            "" if abs(np.linalg.norm(slanted_axis(joint)) - 1.0) < UNIT else f"joint {name!r} has a zero axis"
+        )
+    return (
+        f"joint {name!r} is of type {known}; expected revolute, prismatic or continuous joints; "
+        f"hold it with locked=[{name!r}] or split it into simple joints"
+    )
+
+
+def axis_rotation(joint: Any) -> FloatArray:
+    """A rotation (3, 3) whose third column is the joint's axis."""
+    known = kind(joint)
+    if known[-1] in ALIGNED:
+        return ALIGNED[known[-1]]
+    z = slanted_axis(joint)
+    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def slanted_axis(joint: Any) -> FloatArray:
+    """The axis, (3,), of a joint along none of x, y, z: from its motion subspace, which every type has."""
+    data = joint.createData()
+    joint.calc(data, np.array([1.0, 0.0]) if joint.nq == 2 else np.zeros(1))
+    twist = np.asarray(data.S, dtype=np.float64).reshape(6)
+    return twist[:3] if kind(joint).startswith("P") else twist[3:]
+
+
+def frame_id(model: Any, tip: str) -> int:
+    """The index of the frame ``tip``; of several with that name bodies come first, then operational ones."""
+    kinds = [pin.FrameType.BODY, pin.FrameType.OP_FRAME, pin.FrameType.FIXED_JOINT, pin.FrameType.JOINT]
+    found = [i for k in kinds for i, f in enumerate(model.frames) if f.name == tip and f.type == k]
+    if not found:
+        raise ModelError(f"{tip!r} is not a frame of {model.name}")
+    return found[0]

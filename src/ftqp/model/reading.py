@@ -1,0 +1,80 @@
+"""Reading the XML of a robot file safely: what cannot be a robot is refused before any parser sees it."""
+
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from ftqp.core.errors import InputError
+
+LARGEST = 20 * 2**20
+"""Largest robot file [bytes]; robots without meshes take some hundred kilobytes."""
+
+
+def xml_of(source: Any, kind: str, root: str) -> tuple[str, ElementTree.Element, Path | None]:
+    """The XML of a robot.
+
+    Args:
+        source: path of a file, or the XML itself (text whose first character is ``<``).
+        kind: what is expected, for messages, for example ``URDF``.
+        root: tag of the root element.
+
+    Returns:
+        The text, its parsed root and the path, None for text.
+
+    Raises:
+        InputError: no such file, a folder, too large, not text, a document type or entity, malformed, another
+            root element, or xacro that was not expanded.
+    """
+    text, path = _text_of(source, kind)
+    label = f"{kind} {str(path)!r}" if path else f"the {kind} text"
+    if len(text) > LARGEST:
+        raise InputError(f"{label} has {len(text)} characters, expected at most {LARGEST}")
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise InputError(f"{label} declares a document type or an entity, which no {kind} needs; remove it")
+    try:
+        tree = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, ValueError) as error:
+        raise InputError(f"{label} is not well-formed XML: {error}") from error
+    if tree.tag != root:
+        raise InputError(f"{label} has the root element <{tree.tag!s:.60}>, expected <{root}>")
+    for element in tree.iter():
+        if _is_xacro(element):
+            raise InputError(f"{label} is a xacro that was not expanded; run 'xacro FILE > robot.urdf' first")
+    return text, tree, path
+
+
+def _text_of(source: Any, kind: str) -> tuple[str, Path | None]:
+    if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
+        return source.lstrip("\ufeff \t\r\n"), None
+    if not isinstance(source, (str, PathLike)):
+        raise InputError(f"a {kind} is given by its path or as XML text, got {type(source).__name__}")
+    path = Path(fspath(source))
+    try:
+        if path.is_dir():
+            raise InputError(f"{kind} {str(path)!r:.300} is a folder, expected a file")
+        if not path.is_file():
+            raise InputError(f"{kind} {str(path)!r:.300} does not exist; expected a file or XML text")
+        if path.stat().st_size > LARGEST:
+            size = path.stat().st_size / 2**20
+            raise InputError(
+                f"{kind} {str(path)!r} has {size:.0f} MB, expected at most {LARGEST // 2**20} MB"
+            )
+        data = path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise InputError(f"{kind} {str(path)!r:.300} cannot be read: {error!s:.200}") from error
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{kind} {str(path)!r} is not text in UTF-8 (byte {error.start})") from error
+    if "\0" in text:
+        raise InputError(f"{kind} {str(path)!r} is not text: it contains zero bytes")
+    if not text.strip():
+        raise InputError(f"{kind} {str(path)!r} is empty")
+    return text.lstrip(), path
+
+
+def _is_xacro(element: ElementTree.Element) -> bool:
+    tag = str(element.tag)
+    in_namespace = tag.startswith("{") and "xacro" in tag.partition("}")[0]
+    return in_namespace or any("${" in value or value.startswith("$(") for value in element.attrib.values())

@@ -1,0 +1,108 @@
+"""A pinocchio model of a serial arm, built from a list of bodies, for the catalog and DH tables."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.pose import transform
+from ftqp.model.limits import JointLimits
+
+EARTH = (0.0, 0.0, -9.81)
+"""Gravity [m/s2] in a base frame whose z axis points up."""
+
+
+def rotation_rpy(roll: float, pitch: float, yaw: float) -> FloatArray:
+    """Rz(yaw) Ry(pitch) Rx(roll), (3, 3): the fixed-axis convention of URDF [rad]."""
+    return np.array(pin.rpy.rpyToMatrix(roll, pitch, yaw))
+
+
+def placement(xyz: Sequence[float], rpy: Sequence[float] = (0.0, 0.0, 0.0)) -> FloatArray:
+    """A transform (4, 4) from a translation [m] and roll, pitch, yaw [rad], as URDF writes an origin."""
+    return transform(rotation_rpy(*rpy), np.array(xyz, dtype=np.float64))
+
+
+def symmetric(xx: float, xy: float, xz: float, yy: float, yz: float, zz: float) -> FloatArray:
+    """The symmetric matrix (3, 3) of an inertia's six figures in URDF's order."""
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Inertial:
+    """The mass of a rigid body.
+
+    Attributes:
+        mass: [kg].
+        com: centre of mass in the body's frame, (3,) [m].
+        inertia: about the centre of mass, axes of the body's frame, (3, 3) [kg m2].
+    """
+
+    mass: float
+    com: FloatArray
+    inertia: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Body:
+    """A joint about or along its z axis and the body behind it.
+
+    Attributes:
+        name: of the joint.
+        placement: joint frame in the previous joint's frame (the base for the first) at q = 0, (4, 4).
+        prismatic: whether the joint slides.
+        parts: rigid bodies carried behind the joint, each with the pose (4, 4) of its frame in the joint's
+            frame.
+    """
+
+    name: str
+    placement: FloatArray
+    prismatic: bool = False
+    parts: Sequence[tuple[FloatArray, Inertial]] = field(default=())
+
+
+def serial_model(
+    name: str,
+    bodies: Sequence[Body],
+    limits: JointLimits,
+    *,
+    frames: Sequence[tuple[str, FloatArray]],
+    gravity: Sequence[float] = EARTH,
+) -> Any:
+    """A pinocchio model of the arm.
+
+    Args:
+        name: of the model.
+        bodies: joints and bodies, base to tip.
+        limits: of the joints; they are also written into the model.
+        frames: named frames on the last body, each with its pose (4, 4) in the last joint's frame.
+        gravity: in the base frame, (3,) [m/s2].
+
+    Returns:
+        pinocchio.Model with nq = nv = number of bodies.
+    """
+    model = pin.Model()
+    model.name = name
+    model.gravity = pin.Motion(np.array([*gravity, 0.0, 0.0, 0.0]))
+    parent = 0
+    for i, body in enumerate(bodies):
+        joint = pin.JointModelPZ() if body.prismatic else pin.JointModelRZ()
+        parent = model.addJoint(
+            parent,
+            joint,
+            pin.SE3(body.placement),
+            body.name,
+            limits.tau_max[i : i + 1],
+            limits.v_max[i : i + 1],
+            limits.q_min[i : i + 1],
+            limits.q_max[i : i + 1],
+        )
+        model.addJointFrame(parent)
+        for pose, part in body.parts:
+            inertia = pin.Inertia(part.mass, np.asarray(part.com, dtype=np.float64), part.inertia)
+            model.appendBodyToJoint(parent, inertia, pin.SE3(pose))
+    for frame, pose in frames:
+        model.addFrame(pin.Frame(frame, parent, pin.SE3(pose), pin.FrameType.OP_FRAME))
+    return model

@@ -1,0 +1,93 @@
+"""What follows from an arm's shape and masses: reach, a sensible start, whether its inertia is sound."""
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.model.audit import Finding, body_findings, note, unsafe
+from ftqp.model.chain import Chain
+from ftqp.model.limits import JointLimits
+
+SINGULAR = 1e-12
+"""Smallest ratio of eigenvalues of the joint-space inertia that still counts as regular."""
+
+EDGE = 0.05
+"""A start at zero moves to the middle of the range when it lies in this fraction of it from a limit."""
+
+HALF_OPEN = 0.5
+"""Distance [rad or m] from the only limit of a joint at which it starts."""
+
+
+def reach_of(chain: Chain, limits: JointLimits) -> float:
+    """Length of the stretched arm [m]: distances between joint origins from the first joint to the tip.
+
+    The height of the second joint along the axis of a first joint that turns does not count: it moves
+    nothing, and the same arm written with another base frame has the same reach. A sliding joint adds its
+    larger finite limit.
+    """
+    steps = [step.copy() for step in [*chain.translation[1:], chain.tip_translation]]
+    if not chain.prismatic[0]:
+        steps[0][2] = 0.0
+    reach = float(sum(np.linalg.norm(step) for step in steps))
+    for i in np.flatnonzero(chain.prismatic):
+        ends = np.abs([limits.q_min[i], limits.q_max[i]])
+        finite = ends[np.isfinite(ends)]
+        reach += float(finite.max()) if finite.size else 0.0
+    return reach if reach > 0.0 else 1.0
+
+
+def neutral_of(limits: JointLimits, wanted: FloatArray | None) -> FloatArray:
+    """A configuration inside the limits, (nv,) [rad or m].
+
+    Args:
+        limits: of the joints.
+        wanted: taken as it is where it respects the limits, clipped where limits were narrowed; None: zero
+            where that is well inside, else the middle of the range.
+
+    Raises:
+        InputError: ``wanted`` is not finite.
+    """
+    low, high = limits.q_min, limits.q_max
+    if wanted is not None:
+        if not np.isfinite(wanted).all():
+            raise InputError("neutral is not finite; expected a configuration inside the limits")
+        return np.clip(wanted, low, high)
+    result = np.zeros(len(limits))
+    for i, (a, b) in enumerate(zip(low, high, strict=True)):
+        if np.isfinite(a) and np.isfinite(b):
+            edge = EDGE * (b - a)
+            result[i] = 0.0 if a + edge <= 0.0 <= b - edge else 0.5 * (a + b)
+        elif np.isfinite(a):
+            result[i] = max(0.0, a + HALF_OPEN)
+        elif np.isfinite(b):
+            result[i] = min(0.0, b - HALF_OPEN)
+    return result
+
+
+def dynamics_findings(model: Any) -> list[Finding]:
+    """What is wrong with the lumped bodies of a reduced model and with its joint-space inertia at neutral."""
+    bodies = [model.inertias[i] for i in range(1, model.njoints)]
+    names = [str(model.names[i]) for i in range(1, model.njoints)]
+    mass = np.array([b.mass for b in bodies])
+    inertia = np.array([b.inertia for b in bodies])
+    if not mass.any() and not inertia.any():
+        return [note(f"{model.name} has no masses; torques are neither limited nor minimised")]
+    com = np.array([b.lever for b in bodies])
+    found = body_findings("the body behind joint", names, mass, com, inertia)
+    if any(np.isnan(value).any() for value in (mass, com, inertia)) or (mass < 0.0).any():
+        return found
+    M = pin.crba(model, model.createData(), pin.neutral(model))
+    M = np.triu(M) + np.triu(M, 1).T
+    values = np.linalg.eigvalsh(M)
+    if values[0] <= SINGULAR * values[-1]:
+        found.append(
+            unsafe(
+                f"{model.name} has a joint-space inertia that is not positive definite (eigenvalues "
+                f"{values[0]:.3g} to "
+                f"{values[-1]:.3g}); correct the masses or drop them with kinematics_only=True"
+            )
+        )
+    return found

@@ -1,0 +1,73 @@
+"""What a reader hands over: a pinocchio model, its limits as written, and what is wrong with the file."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ftqp.model.audit import Finding, unsafe, warning
+
+Written = Mapping[str, float]
+"""q_min, q_max, v_max, tau_max of a joint as a file has them; NaN where one is missing."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Source:
+    """A robot as it was read.
+
+    Attributes:
+        model: pinocchio model of everything in the file.
+        limits: by joint name.
+        followers: joints that cannot move on their own, with the joint that drives them.
+        findings: of the reader.
+    """
+
+    model: Any
+    limits: Mapping[str, Written]
+    followers: Mapping[str, str] = field(default_factory=dict)
+    findings: Sequence[Finding] = ()
+
+
+def source_of(model: Any) -> Source:
+    """A pinocchio model as a source; the largest float means no limit there, infinity here."""
+    limits: dict[str, Written] = {}
+    for i in range(1, model.njoints):
+        if model.nvs[i] != 1:
+            continue
+        at, one = model.idx_vs[i], model.nqs[i] == 1
+        limits[str(model.names[i])] = {
+            "q_min": _unlimited(model.lowerPositionLimit[model.idx_qs[i]]) if one else -np.inf,
+            "q_max": _unlimited(model.upperPositionLimit[model.idx_qs[i]]) if one else np.inf,
+            "v_max": _unlimited(model.velocityLimit[at]),
+            "tau_max": _unlimited(model.effortLimit[at]),
+        }
+    return Source(model=model, limits=limits)
+
+
+def _unlimited(value: float) -> float:
+    return float(value) if not abs(value) >= np.finfo(np.float64).max else float(np.copysign(np.inf, value))
+
+
+def follower_findings(
+    followers: Mapping[str, str], moving: Sequence[str], locked: Sequence[str | int]
+) -> list[Finding]:
+    """What is wrong with joints that are driven by others.
+
+    Args:
+        followers: driven joints and the joints that drive them.
+        moving: joints of the chain.
+        locked: joints that the user holds.
+    """
+    found: list[Finding] = []
+    for name, leader in followers.items():
+        if name in moving:
+            found.append(
+                unsafe(
+                    f"joint {name!r} mimics {leader!r} and cannot move on its own; hold it with "
+                    f"locked=[{name!r}]"
+                )
+            )
+        elif leader in moving and name not in locked:
+            found.append(warning(f"joint {name!r} mimics {leader!r} but is held still"))
+    return found

@@ -1,0 +1,150 @@
+"""Every finding of the audit, through the loader a user would use."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from ftqp.core.errors import ModelError
+from ftqp.model import catalog
+from ftqp.model.audit import Severity
+from ftqp.model.robot import Robot
+
+Urdf = Callable[..., str]
+
+UNSAFE = [
+    ({"limit": 'lower="2" upper="1" velocity="1" effort="1"'}, "'a' has crossed limits 2 > 1"),
+    (
+        {"limit": 'lower="1" upper="1" velocity="1" effort="1"'},
+        r"'a' cannot move: both limits are 1; hold it with",
+    ),
+    ({"limit": ""}, "'a' has a position limit that is missing or not a number"),
+    ({"limit": ""}, "'a' has a velocity limit that is missing or not a number"),
+    ({"limit": 'lower="-1" upper="1" effort="1"'}, "'a' has a velocity limit that is missing"),
+    ({"limit": 'lower="-1" upper="1" velocity="1"'}, "'a' has a torque limit that is missing"),
+    (
+        {"limit": 'lower="nan" upper="1" velocity="1" effort="1"'},
+        "'a' has a position limit that is missing or not",
+    ),
+    (
+        {"limit": 'lower="-1" upper="1" velocity="fast" effort="1"'},
+        "'a' has a velocity limit that is missing or not",
+    ),
+    (
+        {"limit": 'lower="-1" upper="1" velocity="0" effort="1"'},
+        "'a' has a zero velocity limit.*limits=.* with v_max",
+    ),
+    (
+        {"limit": 'lower="-1" upper="1" velocity="1" effort="0"'},
+        "'a' has a zero torque limit.*limits=.* with tau_max",
+    ),
+    (
+        {"limit": 'lower="-1" upper="1" velocity="-2" effort="1"'},
+        "'a' has a velocity limit of -2, expected > 0",
+    ),
+    ({"axis": "0 0 0"}, "'a' has a zero axis"),
+    ({"axis": "0 0"}, "'a' has an axis that is not three finite numbers"),
+    ({"origin": "0 0 inf"}, "'a' has an origin that is not finite numbers"),
+    (
+        {"joint": '<mimic joint="b"/>'},
+        r"'a' mimics 'b' and cannot move on its own; hold it with locked=\['a'\]",
+    ),
+    ({"mass": "-1"}, "link 'one' has a mass of -1 kg, expected > 0"),
+    ({"mass": "nan"}, "link 'one' has a mass, centre of mass or inertia that is not finite"),
+    ({"ixx": "-0.01"}, "body behind joint 'a' has a negative principal moment of inertia"),
+]
+
+
+@pytest.mark.parametrize(("figures", "message"), UNSAFE)
+def test_unsafe_figure_is_refused(two_joints: Urdf, figures: dict[str, str], message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        Robot.from_urdf(two_joints(**figures), "two")
+
+
+def test_sound_figures_are_accepted(two_joints: Urdf) -> None:
+    findings = Robot.from_urdf(two_joints(), "two", acceleration=1.0).findings
+    assert findings == ()
+
+
+def test_all_findings_come_at_once(two_joints: Urdf) -> None:
+    text = two_joints(
+        axis="0 0 0",
+        limit='lower="2" upper="1" velocity="0" effort="nan"',
+        mass="-1",
+        joint='<mimic joint="b"/>',
+    )
+    with pytest.raises(ModelError) as caught:
+        Robot.from_urdf(text, "twoo")
+    everything = "\n".join(caught.value.findings)
+    parts = (
+        "not a frame",
+        "zero axis",
+        "crossed",
+        "zero velocity",
+        "torque limit that",
+        "mass of -1",
+        "mimics",
+    )
+    for part in parts:
+        assert part in everything
+
+
+def test_zero_limit_of_a_file_can_be_replaced(two_joints: Urdf) -> None:
+    text = two_joints(limit='lower="-1" upper="1" velocity="0" effort="0"')
+    robot = Robot.from_urdf(text, limits={"v_max": 1.0, "tau_max": np.inf})
+    assert robot.limits.tau_max.tolist() == [np.inf, np.inf]
+
+
+def test_limits_of_a_held_joint_do_not_matter(two_joints: Urdf) -> None:
+    text = two_joints(
+        limit='lower="2" upper="1" velocity="0" effort="0"', axis="0 0 0", joint='<mimic joint="b"/>'
+    )
+    assert Robot.from_urdf(text, "two", ["a"]).joints == ("b",)
+
+
+def test_inertia_that_no_body_has_is_a_warning(two_joints: Urdf) -> None:
+    robot = Robot.from_urdf(two_joints(ixx="0.2"))
+    warnings = [f for f in robot.findings if f.severity is Severity.WARNING]
+    assert any("break the triangle inequality" in f.sentence for f in warnings)
+
+
+def test_slender_link_is_not_a_finding() -> None:
+    assert catalog.load("planar6").findings == ()
+
+
+def test_body_without_mass_is_a_warning_and_the_last_one_makes_the_inertia_singular(two_joints: Urdf) -> None:
+    light = Robot.from_urdf(
+        two_joints(mass="0", ixx="0").replace('iyy="0.02"', 'iyy="0"', 1).replace("0.015", "0", 1)
+    )
+    assert any("behind joint 'a' has no mass" in f.sentence for f in light.findings)
+    model = catalog.load("planar6").model.copy()
+    model.inertias[6] = pin.Inertia.Zero()
+    with pytest.raises(ModelError, match="joint-space inertia that is not positive definite"):
+        Robot.from_pinocchio(model)
+    assert not Robot.from_pinocchio(model, kinematics_only=True).has_inertia
+
+
+def test_joint_that_follows_a_moving_one_but_is_held_is_a_warning(two_joints: Urdf) -> None:
+    more = """<link name="three"/><joint name="c" type="revolute"><parent link="one"/><child link="three"/>
+    <axis xyz="0 0 1"/><mimic joint="a"/></joint>"""
+    robot = Robot.from_urdf(two_joints(more=more), "two")
+    assert any("'c' mimics 'a' but is held still" in f.sentence for f in robot.findings)
+    asked = Robot.from_urdf(two_joints(more=more), "two", ["c"])
+    assert not any("mimics" in f.sentence for f in asked.findings)
+
+
+def test_missing_position_limits_are_a_note_and_missing_speeds_a_warning() -> None:
+    robot = Robot.from_dh([[0.0, 0.1, 0.2, 0.3]])
+    found = {f.sentence.split(";")[0]: f.severity for f in robot.findings}
+    assert found["joint 'j1' has no position limit on either side"] is Severity.NOTE
+    assert found["joint 'j1' has no velocity limit"] is Severity.WARNING
+
+
+def test_limits_of_a_pinocchio_model_are_audited() -> None:
+    model = catalog.load("planar6").model.copy()
+    model.lowerPositionLimit[2] = np.nan
+    model.velocityLimit[3] = 0.0
+    with pytest.raises(ModelError) as caught:
+        Robot.from_pinocchio(model)
+    assert len([f for f in caught.value.findings if "'j3'" in f or "'j4'" in f]) == 2

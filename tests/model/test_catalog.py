@@ -1,0 +1,240 @@
+"""The catalog against published figures, pinocchio and the URDFs of the extra ``robots``."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from ftqp.core.errors import InputError
+from ftqp.model import catalog
+from ftqp.model.audit import Severity
+from ftqp.model.limits import RISE_TIME
+from ftqp.model.robot import Robot
+
+ROBOT_DATA = next(Path(sys.prefix).glob("**/share/example-robot-data/robots"), None)
+needs_robot_data = pytest.mark.skipif(
+    ROBOT_DATA is None, reason="example-robot-data is not installed: pip install 'ftqp[robots]'"
+)
+INCH = 0.0254
+
+
+def mass_matrix(robot: Robot, q: np.ndarray) -> np.ndarray:
+    M = np.asarray(pin.crba(robot.model, robot.model.createData(), q))
+    return np.triu(M) + np.triu(M, 1).T
+
+
+def jacobian(robot: Robot, q: np.ndarray) -> np.ndarray:
+    data = robot.model.createData()
+    frame = robot.model.getFrameId(robot.tip)
+    J = pin.computeFrameJacobian(robot.model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)
+    return np.asarray(J)
+
+
+@pytest.mark.parametrize("name", catalog.names())
+def test_robot_of_the_catalog_is_sound(name: str) -> None:
+    robot = catalog.load(name)
+    assert not [f for f in robot.findings if f.severity is not Severity.NOTE]
+    assert (robot.limits.q_min < robot.neutral).all()
+    assert (robot.neutral < robot.limits.q_max).all()
+    assert np.isfinite(robot.limits.v_max).all()
+    assert np.isfinite(robot.limits.a_max).all()
+    rows = [("x", "y", "z", "rx", "ry", "rz").index(row) for row in robot.default_rows]
+    singular = np.linalg.svd(jacobian(robot, robot.neutral)[rows], compute_uv=False)
+    assert singular[-1] > 1e-3
+
+
+@pytest.mark.parametrize("name", catalog.names())
+def test_robot_of_the_catalog_carries_its_source(name: str) -> None:
+    module = __import__(f"ftqp.model.catalog.{name}", fromlist=[name])
+    assert "Source:" in getattr(module, name).__doc__
+
+
+def test_planar6_has_the_published_check_values() -> None:
+    robot = catalog.load("planar6")
+    q, v = robot.neutral, np.array([0.1, -0.2, 0.3, -0.1, 0.2, 0.05])
+    assert q == pytest.approx(np.full(6, np.pi / 12))
+    assert robot.pose(q)[:2, 3] == pytest.approx([0.87241288, 0.89010293], abs=5e-9)
+    singular = np.linalg.svd(jacobian(robot, q)[:2], compute_uv=False)
+    assert singular == pytest.approx([1.844142, 0.311927], abs=5e-7)
+    M = mass_matrix(robot, q)
+    expected = [4.94955e-4, 1.87633e-3, 5.70791e-3, 2.25443e-2, 0.235669, 5.139285]
+    assert np.linalg.eigvalsh(M) == pytest.approx(expected, rel=2e-6)
+    assert M[0] == pytest.approx([3.07087, 2.071825, 1.164001, 0.581081, 0.193268, 0.018158], abs=6e-7)
+    data = robot.model.createData()
+    h = pin.nonLinearEffects(robot.model, data, q, v)
+    assert h == pytest.approx([-0.013853, -0.003590, 0.001927, 0.003077, 0.002007, 0.000383], abs=6e-7)
+    pin.forwardKinematics(robot.model, data, q, v, np.zeros(6))
+    frame = robot.model.getFrameId("tip")
+    drift = pin.getFrameClassicalAcceleration(robot.model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+    assert drift[:2] == pytest.approx([-0.01803415, -0.04190422], abs=5e-9)
+    assert robot.default_rows == ("x", "y")
+
+
+def test_planar6_in_a_vertical_plane_carries_its_weight() -> None:
+    robot = catalog.load("planar6", vertical=True)
+    tau = pin.computeGeneralizedGravity(robot.model, robot.model.createData(), robot.neutral)
+    assert tau == pytest.approx([29.41547, 15.58233, 6.54527, 2.35244, 0.45641, 0.0], abs=6e-6)
+    assert catalog.load("planar6").chain.gravity.tolist() == [0.0, 0.0, 0.0]
+
+
+def test_planar_arm_has_as_many_links_as_asked_for() -> None:
+    robot = catalog.load("planar(30)")
+    assert robot.nv == catalog.load("planar", count=30).nv == 30
+    assert robot.pose(np.zeros(30))[:3, 3] == pytest.approx([1.5, 0.0, 0.0])
+    assert robot.chain.mass.sum() == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize("count", [0, 33, 2.5, True])
+def test_planar_arm_of_a_silly_number_of_links_is_refused(count: object) -> None:
+    with pytest.raises(InputError, match="expected a number of joints from 1 to 32"):
+        catalog.load("planar", count=count)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "tip", "singular"),
+    [
+        (
+            [45, -60, 0, -45, 0, 45, 90, 45, 0, 0, 0],
+            [113.213489, 53.213489, 73.448632],
+            [6.464817, 5.288295, 2.152394, 1.223836, 0.588324, 0.348837],
+        ),
+        (
+            [0, -50, 0, -30, 0, 70, 0, 30, 0, 0, 0],
+            [37.213803, 0.0, 140.418863],
+            [6.326615, 4.088023, 2.003008, 1.645697, 0.606653, 0.518691],
+        ),
+    ],
+)
+def test_modular11_has_the_published_check_values(
+    degrees: list[float], tip: list[float], singular: list[float]
+) -> None:
+    robot = catalog.load("modular11")
+    q = np.deg2rad(degrees)
+    assert robot.pose(q)[:3, 3] / INCH == pytest.approx(tip, abs=1e-6)
+    J = jacobian(robot, q)
+    J[:3] /= robot.length
+    assert np.linalg.svd(J, compute_uv=False) == pytest.approx(singular, abs=1e-6)
+
+
+def test_puma560_starts_where_the_studies_of_a_moving_base_do() -> None:
+    robot = catalog.load("puma560")
+    shoulder = np.array([0.20, 0.0, 0.75])
+    assert robot.pose(robot.neutral)[:3, 3] + shoulder == pytest.approx(
+        [0.896303, -0.15005, 0.735646], abs=1e-6
+    )
+
+
+def test_srs7_starts_where_the_studies_of_a_moving_base_do() -> None:
+    robot = catalog.load("srs7")
+    shoulder = np.array([0.20, 0.0, 0.75])
+    assert robot.pose(robot.neutral)[:3, 3] + shoulder == pytest.approx(
+        [0.746051, 0.058732, 0.937658], abs=1e-6
+    )
+    J = jacobian(robot, robot.neutral)
+    J[:3] /= robot.length
+    assert np.linalg.svd(J, compute_uv=False)[-1] == pytest.approx(0.477635, abs=1e-6)
+    least = [np.linalg.svd(np.delete(J, i, 1), compute_uv=False)[-1] for i in range(7)]
+    assert least == pytest.approx([0.3395, 0.2092, 0.4599, 0.0, 0.3766, 0.1403, 0.1983], abs=5e-5)
+
+
+def test_zhang7_has_the_published_check_values() -> None:
+    robot = catalog.load("zhang7")
+    J = jacobian(robot, robot.neutral)
+    assert robot.pose(robot.neutral)[:3, 3] == pytest.approx([6.261403, -4.253646, 5.447147], abs=1e-6)
+    minors = [(-1) ** i * np.linalg.det(np.delete(J, i, 1)) for i in range(7)]
+    expected = [-61.52766, 5.045367, 42.348167, 21.20657, -64.809035, 2.456275, 62.862455]
+    assert minors == pytest.approx(expected, rel=1e-6)
+    assert np.linalg.svd(J, compute_uv=False)[-1] == pytest.approx(0.346779, abs=1e-6)
+
+
+def test_iiwa14_has_the_joint_centres_of_its_data_sheet() -> None:
+    robot = catalog.load("iiwa14")
+    alpha = np.deg2rad([-90.0, 90.0, 90.0, -90.0, -90.0, 90.0, 0.0])
+    d = [0.36, 0.0, 0.42, 0.0, 0.40, 0.0, 0.126]
+    table = Robot.from_dh([(0.0, length, 0.0, twist) for length, twist in zip(d, alpha, strict=True)])
+    for q in np.random.default_rng(5).uniform(-2.0, 2.0, (10, 7)):
+        assert np.abs(robot.pose(q) - table.pose(q)).max() < 1e-12
+
+
+def test_panda_has_the_modified_table_of_its_maker() -> None:
+    half = np.pi / 2
+    table = [
+        (0.0, 0.333, 0.0, 0.0),
+        (0.0, 0.0, 0.0, -half),
+        (0.0, 0.316, 0.0, half),
+        (0.0, 0.0, 0.0825, half),
+        (0.0, 0.384, -0.0825, -half),
+        (0.0, 0.0, 0.0, half),
+        (0.0, 0.0, 0.088, half),
+    ]
+    flange = np.eye(4)
+    flange[2, 3] = 0.107
+    arm = Robot.from_dh(table, "modified", tool=flange)
+    robot = catalog.load("panda", hand=False)
+    assert robot.tip == "panda_link8"
+    for q in np.random.default_rng(5).uniform(-2.0, 2.0, (10, 7)):
+        assert np.abs(robot.pose(q) - arm.pose(q)).max() < 1e-12
+
+
+def test_hand_of_the_panda_is_carried_behind_joint_7() -> None:
+    bare, full = catalog.load("panda", hand=False), catalog.load("panda")
+    assert full.chain.mass - bare.chain.mass == pytest.approx([0.0] * 6 + [0.76])
+
+
+@needs_robot_data
+def test_panda_equals_its_urdf() -> None:
+    assert ROBOT_DATA is not None
+    fingers = ["panda_finger_joint1", "panda_finger_joint2"]
+    urdf = Robot.from_urdf(ROBOT_DATA / "panda_description/urdf/panda.urdf", "panda_hand_tcp", fingers)
+    robot = catalog.load("panda")
+    assert urdf.joints == robot.joints
+    for field in ("q_min", "q_max", "v_max", "tau_max"):
+        assert getattr(urdf.limits, field).tolist() == getattr(robot.limits, field).tolist()
+    assert np.abs(urdf.chain.mass - robot.chain.mass).max() < 1e-12
+    assert np.abs(urdf.chain.com - robot.chain.com).max() < 1e-12
+    assert np.abs(urdf.chain.inertia - robot.chain.inertia).max() < 1e-12
+    for q in np.random.default_rng(5).uniform(robot.limits.q_min, robot.limits.q_max, (20, 7)):
+        assert np.abs(urdf.pose(q) - robot.pose(q)).max() < 1e-9
+
+
+@needs_robot_data
+def test_xarm7_equals_its_urdf_with_exact_right_angles() -> None:
+    assert ROBOT_DATA is not None
+    path = ROBOT_DATA / "xarm_description/urdf/xarm7.urdf"
+    exact = path.read_text(encoding="utf-8").replace("1.5708 ", f"{np.pi / 2!r} ")
+    robot, urdf, rounded = (
+        catalog.load("xarm7"),
+        Robot.from_urdf(exact, "link7"),
+        Robot.from_urdf(path, "link7"),
+    )
+    assert urdf.joints == robot.joints
+    for field in ("q_min", "q_max", "v_max", "tau_max"):
+        assert getattr(urdf.limits, field).tolist() == getattr(robot.limits, field).tolist()
+    for field in ("mass", "com", "inertia"):
+        assert np.abs(getattr(urdf.chain, field) - getattr(robot.chain, field)).max() < 1e-12
+    for q in np.random.default_rng(5).uniform(robot.limits.q_min, robot.limits.q_max, (20, 7)):
+        assert np.abs(urdf.pose(q) - robot.pose(q)).max() < 1e-9
+        assert np.abs(rounded.pose(q) - robot.pose(q)).max() < 3e-5
+
+
+def test_acceleration_nobody_published_follows_the_rule_and_a_note_says_so() -> None:
+    robot = catalog.load("iiwa14")
+    assert robot.limits.a_max == pytest.approx(robot.limits.v_max / RISE_TIME)
+    assert any("no acceleration limit is known" in f.sentence for f in robot.findings)
+    assert not catalog.load("panda").findings
+
+
+def test_unknown_robot_names_the_nearest() -> None:
+    with pytest.raises(
+        InputError, match=r"'pandas' is not a robot of the catalog \(did you mean 'panda'\?\)"
+    ):
+        catalog.load("pandas")
+
+
+def test_unknown_option_names_the_valid_ones() -> None:
+    with pytest.raises(InputError, match="'tool' is not an option of the robot panda; it has hand"):
+        catalog.load("panda", tool=False)
+    with pytest.raises(InputError, match="'hand' is not an option of the robot iiwa14; it has no options"):
+        catalog.load("iiwa14", hand=True)

@@ -1,0 +1,80 @@
+"""Reading MJCF."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ftqp.core.errors import InputError, ModelError
+from ftqp.model.robot import Robot
+
+ARM = """<mujoco model="arm"><compiler angle="{angle}"/><worldbody>
+<body name="one" pos="0 0 0.3"><inertial pos="0 0 0.1" mass="2" diaginertia="0.01 0.01 0.005"/>
+<joint name="a" type="hinge" axis="{axis}" range="{turn}" armature="{armature}" actuatorfrcrange="-30 30"/>
+<body name="two" pos="0 0 0.3"><inertial pos="0 0 0.1" mass="1" diaginertia="0.01 0.01 0.005"/>
+<joint name="b" type="slide" axis="1 1 0" range="0.1 0.4"/><site name="tcp" pos="0.1 0 0"/></body></body>
+</worldbody>{more}</mujoco>"""
+
+
+def arm(
+    *, angle: str = "degree", axis: str = "0 0 1", turn: str = "-90 90", armature: str = "0", more: str = ""
+) -> str:
+    return ARM.format(angle=angle, axis=axis, turn=turn, armature=armature, more=more)
+
+
+def test_site_is_the_tip_and_limits_are_in_radians_and_metres() -> None:
+    robot = Robot.from_mjcf(arm(), limits={"v_max": 1.0})
+    assert robot.name == "arm"
+    assert robot.tip == "tcp"
+    assert robot.limits.q_min == pytest.approx([-np.pi / 2, 0.1])
+    assert robot.limits.q_max == pytest.approx([np.pi / 2, 0.4])
+    assert robot.limits.tau_max.tolist() == [30.0, np.inf]
+    assert robot.pose([np.pi / 2, 0.0])[:3, 3] == pytest.approx([0.0, 0.1, 0.6])
+    assert robot.has_inertia
+
+
+def test_angles_in_radians_are_taken_as_they_are() -> None:
+    robot = Robot.from_mjcf(arm(angle="radian", turn="-1 1"), limits={"v_max": 1.0})
+    assert robot.limits.q_max == pytest.approx([1.0, 0.4])
+
+
+def test_file_and_text_give_the_same_robot(tmp_path: Path) -> None:
+    path = tmp_path / "arm.xml"
+    path.write_text(arm(), encoding="utf-8")
+    q = [0.3, 0.2]
+    assert Robot.from_mjcf(path).pose(q).tolist() == Robot.from_mjcf(arm()).pose(q).tolist()
+
+
+def test_rotor_inertia_is_left_out_of_the_model_too_and_a_warning_says_so() -> None:
+    robot = Robot.from_mjcf(arm(armature="0.1"))
+    assert any("rotor inertias (armature) of a are left out" in f.sentence for f in robot.findings)
+    assert not np.any(robot.model.armature)
+
+
+def test_missing_velocity_limits_are_reported() -> None:
+    findings = [f.sentence for f in Robot.from_mjcf(arm()).findings]
+    assert any("joint 'a' has no velocity limit; give limits=" in sentence for sentence in findings)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (arm(axis="0 0 0"), "joint 'a' has a zero axis"),
+        (arm(axis="0 0"), "joint 'a' has axis '0 0', expected 3 finite numbers"),
+        (arm(turn="low high"), "joint 'a' has range 'low high', expected 2 finite numbers"),
+        (arm(turn="90 -90"), "joint 'a' has crossed limits"),
+        (arm(more='<equality><joint joint1="b" joint2="a"/></equality>'), "joint 'b' mimics 'a'"),
+        (
+            arm().replace('type="slide"', 'type="ball"').replace('axis="1 1 0" range="0.1 0.4"', ""),
+            "'b' is of type",
+        ),
+    ],
+)
+def test_unsafe_files_are_refused(text: str, message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        Robot.from_mjcf(text)
+
+
+def test_what_pinocchio_refuses_is_an_input_error() -> None:
+    with pytest.raises(InputError, match=r"was refused by pinocchio: .*body"):
+        Robot.from_mjcf("<mujoco/>")

@@ -1,0 +1,116 @@
+"""Held joints, tips."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from ftqp.core.errors import InputError, ModelError
+from ftqp.model import catalog
+from ftqp.model.robot import Robot
+
+
+def mass_matrix(model: pin.Model, q: np.ndarray) -> np.ndarray:
+    M = np.asarray(pin.crba(model, model.createData(), q))
+    return np.triu(M) + np.triu(M, 1).T
+
+
+def test_held_joint_leaves_the_inertia_matrix_of_the_others_as_it_is() -> None:
+    robot = catalog.load("panda")
+    q = robot.neutral.copy()
+    q[3] = -1.2
+    held = Robot.from_pinocchio(robot.model, robot.tip, ["panda_joint4"], q_locked={"panda_joint4": -1.2})
+    free = [0, 1, 2, 4, 5, 6]
+    expected = mass_matrix(robot.model, q)[np.ix_(free, free)]
+    assert held.nv == 6
+    assert np.abs(mass_matrix(held.model, q[free]) - expected).max() < 1e-13 * expected.max()
+    assert np.abs(held.pose(q[free]) - robot.pose(q)).max() < 1e-14
+    assert held.chain.mass.sum() == pytest.approx(robot.chain.mass.sum())
+
+
+def test_joint_is_held_by_index_too() -> None:
+    model = catalog.load("panda").model
+    assert (
+        Robot.from_pinocchio(model, locked=[3]).joints
+        == Robot.from_pinocchio(model, locked=["panda_joint4"]).joints
+    )
+
+
+def test_limits_stay_with_their_joints_when_one_is_held() -> None:
+    robot = catalog.load("panda")
+    held = Robot.from_pinocchio(robot.model, robot.tip, ["panda_joint2"])
+    assert held.limits.q_min.tolist() == robot.limits.q_min[[0, 2, 3, 4, 5, 6]].tolist()
+
+
+def test_continuous_joint_is_held_at_an_angle() -> None:
+    model = pin.Model()
+    first = model.addJoint(0, pin.JointModelRUBZ(), pin.SE3.Identity(), "turn")
+    second = model.addJoint(first, pin.JointModelRX(), pin.SE3(np.eye(3), np.array([1.0, 0.0, 0.0])), "bend")
+    model.addFrame(pin.Frame("tip", second, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+    robot = Robot.from_pinocchio(model, "tip", ["turn"], q_locked={"turn": np.pi / 2})
+    assert robot.pose([0.0])[:3, 3] == pytest.approx([0.0, 1.0, 0.0], abs=1e-15)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_held_position_must_be_finite(value: float) -> None:
+    robot = catalog.load("planar6")
+    with pytest.raises(InputError, match="expected a finite position"):
+        Robot.from_pinocchio(robot.model, locked=["j2"], q_locked={"j2": value})
+
+
+def test_holding_every_joint_is_refused() -> None:
+    robot = catalog.load("planar6")
+    with pytest.raises(ModelError, match="0 joints move 'tip'"):
+        Robot.from_pinocchio(robot.model, "tip", robot.joints)
+
+
+def test_unknown_tip_is_refused_with_the_nearest_name() -> None:
+    robot = catalog.load("panda")
+    with pytest.raises(
+        ModelError, match=r"'panda_hand_tpc' is not a frame of panda \(did you mean 'panda_hand_tcp'\?\)"
+    ):
+        Robot.from_pinocchio(robot.model, "panda_hand_tpc")
+
+
+def test_several_tips_without_a_choice_are_listed() -> None:
+    model = catalog.load("planar6").model.copy()
+    model.addFrame(pin.Frame("camera", 3, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+    with pytest.raises(ModelError, match="2 possible tips; choose one with tip=: tip, camera"):
+        Robot.from_pinocchio(model)
+    assert Robot.from_pinocchio(model, "camera").joints == ("j1", "j2", "j3")
+
+
+def test_model_without_joints_is_refused() -> None:
+    with pytest.raises(InputError, match="no joint that moves"):
+        Robot.from_pinocchio(pin.Model())
+
+
+def test_frames_of_one_name_survive_the_reduction() -> None:
+    model = catalog.load("planar6").model.copy()
+    model.addFrame(pin.Frame("j2", 2, pin.SE3.Identity(), pin.FrameType.BODY))
+    assert Robot.from_pinocchio(model, "j2").joints == ("j1", "j2")
+
+
+def test_floating_base_is_refused_with_its_type() -> None:
+    model = pin.buildSampleModelHumanoid()
+    with pytest.raises(ModelError, match="is of type FreeFlyer"):
+        Robot.from_pinocchio(model, "rarm_effector_body" if model.existFrame("rarm_effector_body") else None)
+
+
+def test_model_with_mimic_joints_is_refused_with_the_remedy() -> None:
+    text = """<robot name="m"><link name="base"/><link name="one"/><link name="two"/>
+    <joint name="a" type="revolute"><parent link="base"/><child link="one"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
+    <joint name="b" type="revolute"><parent link="one"/><child link="two"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" velocity="1" effort="1"/><mimic joint="a"/></joint></robot>"""
+    with pytest.raises(InputError, match="built with mimic joints; build it without"):
+        Robot.from_pinocchio(pin.buildModelFromXML(text, mimic=True), "two")
+
+
+def test_rotor_inertia_of_a_model_is_left_out_with_a_warning() -> None:
+    model = catalog.load("planar6").model.copy()
+    model.armature = np.array([0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
+    robot = Robot.from_pinocchio(model)
+    assert [f.sentence for f in robot.findings if "armature" in f.sentence] == [
+        "the rotor inertias (armature) of j2 are left out of the dynamics"
+    ]
+    assert not np.any(robot.model.armature)

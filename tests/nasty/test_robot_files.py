@@ -1,0 +1,130 @@
+"""Robot files that nobody would write on purpose, and some that somebody would."""
+
+from pathlib import Path
+
+import pytest
+
+from ftqp.core.errors import FtqpError, InputError, ModelError
+from ftqp.model.reading import LARGEST
+from ftqp.model.robot import Robot
+
+BOMB = """<?xml version="1.0"?><!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa">
+<!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;"><!ENTITY c "&b;&b;&b;&b;&b;&b;&b;&b;&b;&b;">]>
+<robot name="&c;"><link name="base"/></robot>"""
+
+FILES = [
+    (b"", "is empty"),
+    (b" \n\t ", "is empty"),
+    (b"\x00\x01\x02\x03", "is not text: it contains zero bytes"),
+    (b"\xff\xfe<\x00r\x00o\x00b\x00o\x00t\x00", "is not text in UTF-8"),
+    (bytes(range(256)), "is not text in UTF-8"),
+    (b"hello", "is not well-formed XML"),
+    (b"<robot>", "is not well-formed XML"),
+    (b"<robot></robt>", "is not well-formed XML"),
+    (b"<robot>&x;</robot>", "is not well-formed XML"),
+    (b"{'robot': 1}", "is not well-formed XML"),
+    (b"<mujoco/>", "has the root element <mujoco>, expected <robot>"),
+    (b"<html><body/></html>", "has the root element <html>, expected <robot>"),
+    (BOMB.encode(), "declares a document type or an entity, which no URDF needs"),
+    (b'<!DOCTYPE robot SYSTEM "file:///etc/passwd"><robot/>', "declares a document type or an entity"),
+    (
+        b'<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="a"/></robot>',
+        "is a xacro that was not expanded",
+    ),
+    (b'<robot name="r"><link name="${prefix}base"/></robot>', "is a xacro that was not expanded"),
+]
+
+
+@pytest.mark.parametrize(("content", "message"), FILES)
+def test_file_that_is_no_urdf_is_one_clear_sentence(tmp_path: Path, content: bytes, message: str) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=message) as caught:
+        Robot.from_urdf(path)
+    assert "\n" not in str(caught.value)
+    assert "robot.urdf" in str(caught.value)
+
+
+def test_missing_file_folder_and_wrong_types_are_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"'nowhere.urdf' does not exist; expected a file or XML text"):
+        Robot.from_urdf("nowhere.urdf")
+    with pytest.raises(InputError, match="is a folder, expected a file"):
+        Robot.from_urdf(tmp_path)
+    for source in (None, 3, b"<robot/>", ["a"]):
+        with pytest.raises(InputError, match="a URDF is given by its path or as XML text, got"):
+            Robot.from_urdf(source)
+    for source in ("a\0b", "x" * 5000, ""):
+        with pytest.raises(InputError):
+            Robot.from_urdf(source)
+
+
+def test_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "large.urdf"
+    with path.open("wb") as file:
+        file.truncate(50 * 2**20)
+    with pytest.raises(InputError, match="has 50 MB, expected at most 20 MB"):
+        Robot.from_urdf(path)
+    with pytest.raises(InputError, match="expected at most"):
+        Robot.from_urdf("<robot>" + " " * LARGEST + "</robot>")
+
+
+def test_bomb_in_a_text_is_refused() -> None:
+    with pytest.raises(InputError, match="declares a document type or an entity"):
+        Robot.from_urdf(BOMB)
+    with pytest.raises(InputError, match="declares a document type or an entity"):
+        Robot.from_mjcf(BOMB.replace("robot", "mujoco"))
+
+
+def test_elements_nested_without_end_are_refused() -> None:
+    deep = "<a>" * 50_000 + "</a>" * 50_000
+    with pytest.raises(FtqpError):
+        Robot.from_urdf(f"<robot name='deep'>{deep}</robot>")
+    with pytest.raises(FtqpError):
+        Robot.from_urdf(f"<robot name='deep'><link name='b'><inertial>{deep}</inertial></link></robot>")
+
+
+def test_deep_chain_of_fixed_joints_does_not_overflow() -> None:
+    links = "".join(f'<link name="l{i}"/>' for i in range(1001))
+    joints = "".join(
+        f'<joint name="f{i}" type="fixed"><parent link="l{i}"/><child link="l{i + 1}"/></joint>'
+        for i in range(1000)
+    )
+    with pytest.raises(InputError, match="no joint that moves"):
+        Robot.from_urdf(f'<robot name="long">{links}{joints}</robot>')
+
+
+def test_declared_encoding_that_does_not_exist_is_no_crash() -> None:
+    text = '<?xml version="1.0" encoding="klingon"?><robot name="r"><link name="base"/></robot>'
+    with pytest.raises(FtqpError):
+        Robot.from_urdf(text)
+
+
+def test_names_with_markup_and_line_breaks_do_not_escape() -> None:
+    text = '<robot name="&lt;b&gt;&quot;"><link name="a &lt; b&#10;c"/></robot>'
+    with pytest.raises(FtqpError):
+        Robot.from_urdf(text)
+
+
+@pytest.mark.parametrize("value", ["1e999", "-1e999", "0x10", "1,5", "\u0664\u0665x", "", "None"])
+def test_figures_that_are_no_finite_numbers_are_refused(value: str) -> None:
+    text = f"""<robot name="r"><link name="base"/><link name="one"/><joint name="a" type="prismatic">
+    <origin xyz="0 0 0"/><parent link="base"/><child link="one"/><axis xyz="0 0 1"/>
+    <limit lower="0" upper="1" velocity="{value}" effort="-1"/></joint></robot>"""
+    with pytest.raises(ModelError, match="'a' has a torque limit of -1"):
+        Robot.from_urdf(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<mujoco><worldbody><body/></worldbody></mujoco>",
+        "<mujoco><include file='nothere.xml'/><worldbody/></mujoco>",
+        "<mujoco><worldbody><body name='b'><freejoint/><geom size='.1'/></body></worldbody></mujoco>",
+        "<mujoco><worldbody><body name='b'><joint/><joint/><geom size='.1'/></body></worldbody></mujoco>",
+        "<mujoco><asset><mesh name='m' file='no.stl'/></asset><worldbody><body name='b'><joint name='j'/>"
+        "<inertial pos='0 0 0' mass='-1' diaginertia='1 1 1'/></body></worldbody></mujoco>",
+    ],
+)
+def test_mjcf_that_is_no_arm_is_refused(text: str) -> None:
+    with pytest.raises(FtqpError):
+        Robot.from_mjcf(text)
