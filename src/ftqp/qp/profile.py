@@ -1,0 +1,39 @@
+"""Backend profiles: a TOML file with the name of a backend and its settings."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from ftqp.core.errors import InputError
+
+LARGEST = 64 * 1024
+"""Bytes of the largest file that is read as a profile; real ones have a few lines."""
+
+
+def profile(path: str | Path) -> dict[str, Any]:
+    """The content of a profile, to be handed to ``ftqp.qp.backend``.
+
+        name = "osqp"
+        tolerance = 1e-9
+
+    Raises:
+        InputError: no such file, not a TOML file, too large, or without ``name``.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > LARGEST:
+            raise InputError(
+                f"profile {path} has {path.stat().st_size} bytes, expected a TOML file of at most {LARGEST}"
+            )
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"profile {path} cannot be read ({error.strerror}); expected a TOML file") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"profile {path} is not a text file; expected a TOML file") from error
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"profile {path} is not valid TOML: {error}") from error
+    if "name" not in content:
+        raise InputError(f'profile {path} has no name; expected a line like name = "daqp"')
+    return content

@@ -1,0 +1,118 @@
+"""QPs with a known solution: an active set is chosen first, then data that make it optimal."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.qp.buffers import QPBuffers
+from ftqp.qp.problem import QP
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Planted:
+    """A QP and its only solution (unique when H is definite and the active rows are independent)."""
+
+    problem: QP
+    x: FloatArray
+    y: FloatArray
+    z: FloatArray
+    z_box: FloatArray
+
+
+def hessian(rng: np.random.Generator, n: int, kind: str) -> FloatArray:
+    """``identity``, ``diagonal`` (ones, 1e3), ``dense`` (condition 1e2) or ``mtn`` (M'M, condition 1e8)."""
+    if kind == "identity":
+        return np.eye(n)
+    if kind == "diagonal":
+        return np.diag(np.where(np.arange(n) < (n + 1) // 2, 1.0, 1e3))
+    q, _ = np.linalg.qr(rng.normal(size=(n, n)))
+    condition = {"dense": 1e2, "mtn": 1e8}[kind]
+    H = (q * np.logspace(0.0, -np.log10(condition), n)) @ q.T
+    return 0.5 * (H + H.T)
+
+
+def planted(
+    rng: np.random.Generator,
+    n: int = 7,
+    m: int = 3,
+    p: int = 4,
+    *,
+    kind: str = "dense",
+    fixed: int = 0,
+    equal_rows: int = 0,
+    unbounded: float = 0.25,
+) -> Planted:
+    """A random QP whose solution is known.
+
+    Args:
+        rng: source of randomness.
+        n: variables.
+        m: equality rows, as many of them as leave freedom are independent.
+        p: two-sided rows.
+        kind: of Hessian.
+        fixed: variables with lb == ub.
+        equal_rows: rows with l == u.
+        unbounded: share of bounds that are infinite.
+    """
+    H = hessian(rng, n, kind)
+    A, C, x = rng.normal(size=(m, n)), rng.normal(size=(p, n)), rng.normal(size=n)
+    # The active rows must stay independent: equalities, fixed and active ones together fewer than variables.
+    freedom = max(0, n - m - fixed - equal_rows)
+    at_bound = int(rng.integers(0, freedom // 2 + 1))
+    at_row = min(p - equal_rows, int(rng.integers(0, freedom - at_bound + 1)) // 2)
+    lb, ub, z_box = _side(rng, x, fixed, at_bound, unbounded)
+    l, u, z = _side(rng, C @ x, equal_rows, at_row, unbounded)
+    y = rng.normal(size=m)
+    g = -(H @ x + A.T @ y + C.T @ z + z_box)
+    return Planted(problem=QP(H, g, A, A @ x, C, l, u, lb, ub), x=x, y=y, z=z, z_box=z_box)
+
+
+def _side(
+    rng: np.random.Generator, value: FloatArray, equal: int, active: int, unbounded: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Bounds around ``value`` and multipliers; in a random order the first are equal, the next active."""
+    k = len(value)
+    low, high, z = value - rng.uniform(0.1, 2.0, k), value + rng.uniform(0.1, 2.0, k), np.zeros(k)
+    low[rng.random(k) < unbounded] = -np.inf
+    high[rng.random(k) < unbounded] = np.inf
+    order = rng.permutation(k)
+    for i in order[:equal]:
+        low[i] = high[i] = value[i]
+        z[i] = rng.normal()
+    for i in order[equal : equal + active]:
+        if rng.random() < 0.5:
+            high[i], z[i] = value[i], rng.uniform(0.1, 2.0)
+        else:
+            low[i], z[i] = value[i], -rng.uniform(0.1, 2.0)
+    return low, high, z
+
+
+def infeasible(rng: np.random.Generator, n: int = 7, m: int = 3, p: int = 4) -> QP:
+    """A QP whose equalities are out of reach of its box."""
+    A = rng.normal(size=(m, n))
+    reach = np.abs(A).sum(axis=1)
+    b = 1.5 * reach * rng.choice([-1.0, 1.0], m)
+    return QP(
+        hessian(rng, n, "dense"),
+        rng.normal(size=n),
+        A,
+        b,
+        rng.normal(size=(p, n)),
+        -np.ones(p),
+        np.ones(p),
+        -np.ones(n),
+        np.ones(n),
+    )
+
+
+def fill(buffers: QPBuffers, problem: QP) -> QPBuffers:
+    """``buffers``, holding ``problem`` now."""
+    for name in ("H", "g", "A", "b", "C", "l", "u", "lb", "ub"):
+        getattr(buffers, name)[...] = getattr(problem, name)
+    return buffers
+
+
+def buffers(problem: QP) -> QPBuffers:
+    """New buffers that hold ``problem``."""
+    return fill(QPBuffers.zeros(problem.n, problem.m, problem.p), problem)

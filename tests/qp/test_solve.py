@@ -1,0 +1,103 @@
+import numpy as np
+import pytest
+from planted import infeasible, planted
+from solvers import ADAPTED, NATIVE, tolerance
+
+from ftqp import InputError
+from ftqp.qp import QP, Claim, SolveStatus, backend, solve
+
+
+@pytest.mark.parametrize("name", NATIVE + ADAPTED)
+def test_solve_returns_the_planted_solution_with_small_residuals(name):
+    case = planted(np.random.default_rng(1), 9, 3, 5, fixed=1)
+    found = solve(case.problem, name)
+    assert found.status is SolveStatus.SOLVED
+    assert found.backend == name
+    assert found.residuals.largest <= 1e-6
+    assert found.certificate is None
+    np.testing.assert_allclose(found.x, case.x, rtol=0, atol=tolerance(name))
+
+
+def test_the_default_backend_is_the_active_set():
+    assert solve(QP(np.eye(1), [-1.0])).backend == "active_set"
+
+
+@pytest.mark.parametrize("name", NATIVE + ADAPTED)
+def test_infeasible_is_proven_whatever_the_solver_says(name):
+    qp = infeasible(np.random.default_rng(1))
+    found = solve(qp, name)
+    assert found.status is SolveStatus.INFEASIBLE
+    assert found.certificate is not None
+    assert found.certificate.violation > 0.0
+
+
+def test_running_into_the_cap_is_reported():
+    case = planted(np.random.default_rng(6), 20, 4, 20, unbounded=0.0)
+    assert (
+        solve(case.problem, "proxqp", max_iterations=1, max_inner_iterations=1).status
+        is SolveStatus.MAX_ITERATIONS
+    )
+    assert solve(case.problem, {"name": "osqp", "max_iterations": 25}).status is SolveStatus.MAX_ITERATIONS
+
+
+def liar(claim, x=None):
+    """DAQP, made to claim ``claim`` and, if given, to answer ``x``."""
+    solver = backend("daqp")
+    honest = solver._run
+
+    def run(qp, cold):
+        honest(qp, cold)
+        if x is not None:
+            qp.x[:] = x
+        return claim
+
+    solver._run = run
+    return solver
+
+
+def test_a_claim_of_success_is_not_believed():
+    case = planted(np.random.default_rng(1))
+    assert solve(case.problem, liar(Claim.SOLVED, x=case.x + 1e-3)).status is SolveStatus.FAILED
+    assert solve(case.problem, liar(Claim.SOLVED, x=np.nan)).status is SolveStatus.FAILED
+
+
+def test_a_claim_of_infeasibility_is_not_believed():
+    case = planted(np.random.default_rng(1))
+    assert solve(case.problem, liar(Claim.INFEASIBLE, x=np.nan)).status is SolveStatus.FAILED
+
+
+def test_a_good_answer_counts_even_when_the_solver_doubts_it():
+    case = planted(np.random.default_rng(1))
+    assert solve(case.problem, liar(Claim.MAX_ITERATIONS)).status is SolveStatus.SOLVED
+
+
+def test_an_unbounded_qp_is_failed():
+    qp = QP(np.diag([1.0, 0.0]), [0.0, -1.0])
+    for name in ("active_set", "daqp", "osqp", "proxqp", "quadprog"):
+        assert solve(qp, name).status in (SolveStatus.FAILED, SolveStatus.MAX_ITERATIONS)
+
+
+@pytest.mark.parametrize("name", NATIVE)
+def test_a_semidefinite_qp_with_a_solution_is_solved(name):
+    qp = QP(np.diag([1.0, 0.0]), [-1.0, -1.0], A=[[1.0, 1.0]], b=[1.5], lb=[-3, -3], ub=[3, 3])
+    found = solve(qp, name)
+    assert found.status is SolveStatus.SOLVED
+    np.testing.assert_allclose(found.x, [0.0, 1.5], atol=1e-5)
+
+
+def test_wrong_calls_are_refused_in_one_sentence():
+    qp = QP(np.eye(1), [0.0])
+    with pytest.raises(InputError, match=r"expected an ftqp\.QP"):
+        solve({"H": 1})
+    with pytest.raises(InputError, match="'tolerence' is not a setting of backend 'daqp'"):
+        solve(qp, "daqp", tolerence=1e-3)
+    with pytest.raises(InputError, match="tolerance were given beside a backend that is not a name"):
+        solve(qp, {"name": "daqp"}, tolerance=1e-3)
+    with pytest.raises(InputError, match="not a backend"):
+        solve(qp, "none")
+
+
+def test_a_qp_beyond_the_capacity_of_the_kernel_names_the_way_out():
+    with pytest.raises(InputError, match="use backend 'daqp'"):
+        solve(QP(np.eye(200), np.zeros(200)))
+    assert solve(QP(np.eye(200), np.ones(200)), "daqp").status is SolveStatus.SOLVED
