@@ -1,0 +1,34 @@
+"""Paths: where the tip should be at each time, starting exactly where the arm is."""
+
+from collections.abc import Mapping
+
+from ftqp.control.paths.circle import Circle
+from ftqp.control.paths.line import Line
+from ftqp.control.paths.lissajous import Lissajous
+from ftqp.control.paths.path import Path, PathSample, mean_acceleration
+from ftqp.control.paths.point_to_point import PointToPoint
+from ftqp.control.paths.square import Square
+from ftqp.control.paths.waypoints import Waypoints
+
+KINDS: Mapping[str, type[Path]] = {
+    "line": Line,
+    "square": Square,
+    "circle": Circle,
+    "lissajous": Lissajous,
+    "waypoints": Waypoints,
+    "point_to_point": PointToPoint,
+}
+"""The kinds of path by the name a scenario gives them."""
+
+__all__ = [
+    "KINDS",
+    "Circle",
+    "Line",
+    "Lissajous",
+    "Path",
+    "PathSample",
+    "PointToPoint",
+    "Square",
+    "Waypoints",
+    "mean_acceleration",
+]

@@ -1,0 +1,45 @@
+"""A straight line."""
+
+from collections.abc import Mapping
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.paths import laws
+from ftqp.control.paths.path import Motion, Path
+from ftqp.core.checks import FloatArray, array
+from ftqp.core.errors import InputError
+
+
+@final
+class Line(Path):
+    """p(t) = p0 + s(t/T) d, with the start orientation kept.
+
+    Args:
+        start: start pose, (4, 4).
+        displacement: d, the way from start to end along W's axes, (3,) [m].
+        duration: T [s].
+        law: law of motion, a name, a table, or a `laws.Law`.
+    """
+
+    def __init__(
+        self,
+        start: Any,
+        displacement: Any,
+        *,
+        duration: float,
+        law: str | Mapping[str, Any] | laws.Law = "quintic",
+    ) -> None:
+        super().__init__(start, duration)
+        self._law = laws.by_name(law)
+        self._displacement = array("displacement of the line", displacement, (3,))
+        if not self._displacement.any():
+            raise InputError("displacement of the line is zero, expected a way to go [m]")
+
+    def _motion(self, t: FloatArray) -> Motion:
+        s, ds, dds = self._law.sample(t / self.duration)
+        return Motion(
+            position=self.start[:3, 3] + np.outer(s, self._displacement),
+            velocity=np.outer(ds / self.duration, self._displacement),
+            acceleration=np.outer(dds / self.duration**2, self._displacement),
+        )

@@ -1,0 +1,131 @@
+"""What a path is: a pose, a twist and an acceleration for every time."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, frozen, positive
+from ftqp.core.errors import InputError
+from ftqp.core.pose import pose
+
+TIME_SLACK = 1e-9
+"""Times nearer to each other than this count as equal [s], so that 3 * 0.1 s is 0.3 s."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PathSample:
+    """A path at K times.
+
+    Attributes:
+        pose: desired pose of E in W, (K, 4, 4) [m].
+        twist: linear then angular velocity at E's origin along W's axes, (K, 6) [m/s, rad/s].
+        acceleration: its time derivative, (K, 6) [m/s2, rad/s2].
+    """
+
+    pose: FloatArray
+    twist: FloatArray
+    acceleration: FloatArray
+
+
+class Motion(NamedTuple):
+    """What a kind of path says about its times: position and rotation with two derivatives.
+
+    Attributes:
+        position: (K, 3) [m].
+        velocity: (K, 3) [m/s].
+        acceleration: (K, 3) [m/s2].
+        rotation: (K, 3, 3), or ``None`` where the start orientation is kept.
+        angular_velocity: (K, 3) along W's axes [rad/s], or ``None``.
+        angular_acceleration: (K, 3) along W's axes [rad/s2], or ``None``.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    rotation: FloatArray | None = None
+    angular_velocity: FloatArray | None = None
+    angular_acceleration: FloatArray | None = None
+
+
+class Path(ABC):
+    """The role of a path: starts exactly at its start pose, lasts its duration, then rests at its end.
+
+    Args:
+        start: pose of E in W at time 0, (4, 4) or anything with ``.homogeneous``.
+        duration: how long the motion lasts [s].
+    """
+
+    def __init__(self, start: Any, duration: float) -> None:
+        self._start: FloatArray = frozen(pose(start, "start pose of the path"))
+        self._duration = positive("duration of the path", duration, "s")
+
+    @final
+    @property
+    def start(self) -> FloatArray:
+        """Pose at time 0, (4, 4), read-only."""
+        return self._start
+
+    @final
+    @property
+    def duration(self) -> float:
+        """How long the motion lasts [s]."""
+        return self._duration
+
+    @final
+    def sample(self, t: Any) -> PathSample:
+        """The path at the times ``t``: what holds from each time on, so the right-hand side of a jump.
+
+        Args:
+            t: times, (K,) or one number [s]; before 0 the path waits at its start, from its
+                duration on at its end.
+
+        Raises:
+            InputError: a time is not a finite number.
+        """
+        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        if times.ndim != 1 or not np.isfinite(times).all():
+            raise InputError(f"t has shape {times.shape}, expected finite times of shape (K,)")
+        times = np.where(times >= self._duration - TIME_SLACK, self._duration, times)
+        times = np.where(times <= TIME_SLACK, np.where(times < -TIME_SLACK, -1.0, 0.0), times)
+        motion = self._motion(np.maximum(times, 0.0))
+        count = len(times)
+        result = PathSample(
+            pose=np.tile(self._start, (count, 1, 1)),
+            twist=np.zeros((count, 6)),
+            acceleration=np.zeros((count, 6)),
+        )
+        inside = times > 0.0
+        result.pose[inside, :3, 3] = motion.position[inside]
+        moving = (times >= 0.0) & (times < self._duration)
+        result.twist[moving, :3] = motion.velocity[moving]
+        result.acceleration[moving, :3] = motion.acceleration[moving]
+        if motion.rotation is not None:
+            result.pose[inside, :3, :3] = motion.rotation[inside]
+        if motion.angular_velocity is not None and motion.angular_acceleration is not None:
+            result.twist[moving, 3:] = motion.angular_velocity[moving]
+            result.acceleration[moving, 3:] = motion.angular_acceleration[moving]
+        return result
+
+    @abstractmethod
+    def _motion(self, t: FloatArray) -> Motion:
+        """The motion at times t, (K,), all within [0, duration]."""
+
+
+def mean_acceleration(path: Path, t: Any, dt: float) -> FloatArray:
+    """The acceleration that, held for dt, takes the twist at t to the twist at t + dt, (K, 6).
+
+        a = (V(t + dt) - V(t)) / dt
+
+    Fed forward in place of the acceleration at t, it removes the bias dt/2 of a sampled and held command.
+
+    Args:
+        path: the path.
+        t: times, (K,) [s].
+        dt: how long the command is held [s].
+    """
+    dt = positive("dt", dt, "s")
+    times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+    mean: FloatArray = (path.sample(times + dt).twist - path.sample(times).twist) / dt
+    return mean
