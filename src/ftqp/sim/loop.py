@@ -1,0 +1,207 @@
+"""The simulation loop: truth, target, planner, log and plant in the order in which they happen."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path as File
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.paths import Path, mean_acceleration
+from ftqp.control.planner import Planner
+from ftqp.control.status import StepStatus
+from ftqp.control.target import Target
+from ftqp.core import clock
+from ftqp.core.checks import FloatArray, positive
+from ftqp.core.errors import InputError, unknown
+from ftqp.sim.describe import description
+from ftqp.sim.log import LogWriter
+from ftqp.sim.metrics import STOP_CODES
+from ftqp.sim.plants import KinematicPlant, Plant
+from ftqp.sim.rows import RowWriter
+from ftqp.sim.schedule import Schedule
+from ftqp.sim.signals import columns
+
+FEED_FORWARDS = ("sampled", "mean")
+BLOCK = 2048
+"""Ticks whose targets are sampled together."""
+PROGRESS_PERIOD = 100_000_000
+"""Progress is told at most this often [ns of wall time]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Result:
+    """How a simulation ended.
+
+    Attributes:
+        steps: ticks done, the one at time 0 included.
+        completed: all ticks done and the task never given up.
+        interrupted: whether Ctrl-C ended it; log and result are complete up to then.
+        final_status: status of the last step.
+        stopped_at: time of the first step that gave up the task [s], or ``None``.
+        status_counts: how many steps had each status, those that occurred.
+        q: where the arm ended, (nv,) [rad or m].
+        v: its velocity there, (nv,) [rad/s or m/s].
+    """
+
+    steps: int
+    completed: bool
+    interrupted: bool
+    final_status: StepStatus | None
+    stopped_at: float | None
+    status_counts: Mapping[StepStatus, int]
+    q: FloatArray
+    v: FloatArray
+
+
+@final
+class Simulation:
+    """A planner leads an arm along a path while joints fail.
+
+    At every tick k = 0 ... N, in this order: faults happen and are announced, target at t_k = k dt, planner's
+    step, row of the log, plant moves on.
+
+    Args:
+        planner: the planner; it is reset to the start, and what it believes failed before stays believed.
+        path: what the tip is to follow.
+        q: start of the arm, (nv,) or (nq,) [rad or m].
+        v: its start velocity, (nv,) [rad/s or m/s]; at rest without it.
+        schedule: what fails when; nothing without it.
+        plant: the arm; without it a `KinematicPlant` of the planner's robot.
+        duration: simulated time [s]; the path's duration without it.
+        feed_forward: ``"sampled"`` feeds forward the path's acceleration at t_k, ``"mean"`` its mean over dt.
+        log: a new file for the log, or ``None`` for none.
+        metadata: more to put into the log, for example the resolved scenario.
+        progress: called with (ticks done, ticks in all) about ten times a second.
+
+    Raises:
+        InputError: an unknown joint in the schedule, a wrong value, or a log file that exists.
+
+    Source: order of a tick of the different-level scheme, spec section 10.
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        path: Path,
+        *,
+        q: Any,
+        v: Any = None,
+        schedule: Schedule | None = None,
+        plant: Plant | None = None,
+        duration: float | None = None,
+        feed_forward: str = "sampled",
+        log: str | File | None = None,
+        metadata: Mapping[str, Any] | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> None:
+        robot = planner.robot
+        if feed_forward not in FEED_FORWARDS:
+            raise unknown("feed-forward", feed_forward, "a simulation", FEED_FORWARDS)
+        self._planner, self._path = planner, path
+        self._schedule = Schedule() if schedule is None else schedule
+        for event in self._schedule:
+            robot.joint(event.fault.joint)
+        self._plant = KinematicPlant(robot, planner.dt, planner.level) if plant is None else plant
+        time = path.duration if duration is None else positive("duration of the simulation", duration, "s")
+        self._last = round(time / planner.dt)
+        if self._last < 1:
+            raise InputError(
+                f"duration of the simulation is {time:g} s, expected at least one step of {planner.dt:g} s"
+            )
+        self._mean = feed_forward == "mean"
+        self._q = robot.angles(q)
+        self._v = np.zeros(robot.nv) if v is None else np.array(v, dtype=np.float64)
+        self._believed = dict(planner.faults)
+        self._log = log
+        self._metadata = dict(metadata or {})
+        self._progress = progress
+
+    def run(self) -> Result:
+        """Simulate to the end, or until Ctrl-C, which leaves complete files and a result that says so.
+
+        Raises:
+            FtqpError: the log cannot be written.
+        """
+        planner = self._planner
+        self._forget_faults()
+        planner.reset(self._q, self._v)
+        self._plant.reset(self._q, self._v)
+        if self._log is None:
+            return self._ticks(None)
+        signals = columns(planner.robot.joints, planner.robot.chain.prismatic, planner.level)
+        about = description(planner, self._schedule, self._path, self._last) | self._metadata
+        with LogWriter(self._log, signals, about | {"state": "running"}) as log:
+            result = self._ticks(RowWriter(log, planner))
+            log.annotate({"state": "interrupted" if result.interrupted else "finished"})
+        return result
+
+    def _forget_faults(self) -> None:
+        """Let the planner believe what it believed before the first run."""
+        for joint in tuple(self._planner.faults):
+            if joint not in self._believed:
+                self._planner.withdraw(joint)
+        for fault in self._believed.values():
+            self._planner.report(fault)
+
+    def _ticks(self, rows: RowWriter | None) -> Result:
+        """All ticks."""
+        planner, plant, dt = self._planner, self._plant, self._planner.dt
+        failing, announced = self._schedule.failing(dt), self._schedule.announced(dt)
+        target = Target(pose=self._path.start, twist=np.zeros(6), acceleration=np.zeros(6))
+        counts = [0] * len(StepStatus)
+        done, stopped_at, code = 0, None, None
+        told = clock.now()
+        interrupted = False
+        try:
+            for k in range(self._last + 1):
+                at = k % BLOCK
+                if at == 0:
+                    pose, twist, acceleration = self._targets(k)
+                for event in failing.get(k, ()):
+                    plant.fail(event.fault)
+                    if rows is not None:
+                        rows.fail(event.fault)
+                for event in announced.get(k, ()):
+                    planner.report(event.fault)
+                target.pose[:] = pose[at]
+                target.twist[:] = twist[at]
+                target.acceleration[:] = acceleration[at]
+                before = clock.now()
+                step = planner.step(plant.q, plant.v, target)
+                elapsed = clock.now() - before
+                if rows is not None:
+                    rows.write(k * dt, plant.q, plant.v, pose[at], step, elapsed)
+                code = step.code
+                counts[code] += 1
+                if stopped_at is None and code in STOP_CODES:
+                    stopped_at = k * dt
+                plant.advance(step)
+                done = k + 1
+                if self._progress is not None and before - told > PROGRESS_PERIOD:
+                    told = before
+                    self._progress(done, self._last + 1)
+        except KeyboardInterrupt:
+            interrupted = True
+        if self._progress is not None:
+            self._progress(done, self._last + 1)
+        statuses = list(StepStatus)
+        return Result(
+            steps=done,
+            completed=done == self._last + 1 and stopped_at is None,
+            interrupted=interrupted,
+            final_status=None if code is None else statuses[code],
+            stopped_at=stopped_at,
+            status_counts={status: count for status, count in zip(statuses, counts, strict=True) if count},
+            q=plant.q.copy(),
+            v=plant.v.copy(),
+        )
+
+    def _targets(self, first: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Poses, twists and accelerations of the next ticks."""
+        dt = self._planner.dt
+        t = np.arange(first, min(first + BLOCK, self._last + 1)) * dt
+        sample = self._path.sample(t)
+        acceleration = mean_acceleration(self._path, t, dt) if self._mean else sample.acceleration
+        return sample.pose, sample.twist, acceleration

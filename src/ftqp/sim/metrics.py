@@ -1,0 +1,145 @@
+"""Figures of merit of a run, computed from its log alone."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ftqp.control.status import StepStatus
+from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.sim.log import Log
+from ftqp.sim.schedule import TIME_SLACK
+
+STATUSES = tuple(status.name for status in StepStatus)
+"""Names of the status codes, by position."""
+STOP_CODES = (STATUSES.index(StepStatus.STOPPING.name), STATUSES.index(StepStatus.STOPPED.name))
+"""Codes of a run that has given up its task."""
+
+
+def summary(log: Log) -> dict[str, Any]:
+    """What happened in a run, ready for ``summary.json``; SI units, ``None`` where there is nothing to tell.
+
+    A limit counts for a joint as long as it works: at its healthy value, from the announcement of a
+    degradation on at what is left of it, and there not before the joint has been inside once. A locked
+    joint's motion counts from the moment its velocity has become zero.
+    """
+    about = log.metadata
+    status = log["status"]
+    stops = np.flatnonzero(np.isin(status, STOP_CODES))
+    counts = (
+        np.bincount(status, minlength=len(STATUSES)) if len(log) else np.zeros(len(STATUSES), dtype=np.int64)
+    )
+    qp_claims = log["qp_status"]
+    return {
+        **{key: about.get(key) for key in ("scenario", "robot", "scheme", "backend", "level", "dt")},
+        "steps": len(log),
+        "completed": bool(about.get("state") == "finished" and len(stops) == 0),
+        "final_status": STATUSES[int(status[-1])] if len(log) else None,
+        "stopped_at": float(log["t"][stops[0]]) if len(stops) else None,
+        "status_counts": {name: int(count) for name, count in zip(STATUSES, counts, strict=True) if count},
+        "max_position_error": _largest(log["position_error"]),
+        "rms_position_error": _root_mean_square(log["position_error"]),
+        "max_rotation_error": _largest(log["rotation_error"]),
+        "max_limit_violation": limit_violations(log),
+        "max_failed_joint_motion": failed_joint_motion(log),
+        "qp": {
+            "iterations_median": _percentile(log["qp_iterations"], 50.0),
+            "iterations_max": _largest(log["qp_iterations"]),
+            "residual_max": _largest(log["qp_residual"]),
+            "failures": int(np.count_nonzero(qp_claims > 0)),
+        },
+        "step_time_us": {
+            "p50": _percentile(log["step_time"], 50.0),
+            "p99": _percentile(log["step_time"], 99.0),
+            "p999": _percentile(log["step_time"], 99.9),
+            "max": _largest(log["step_time"]),
+        },
+        "faults": list(about.get("faults", [])),
+    }
+
+
+def limit_violations(log: Log) -> dict[str, float]:
+    """The largest excess of a working joint over its limits of q, v, a and motor torque; 0 if none."""
+    limits = log.metadata["limits"]
+    worst = {"q": 0.0, "v": 0.0, "a": 0.0, "tau": 0.0}
+    for i in range(len(log.metadata["joints"])):
+        working = log["truth"][:, i] != 1
+        working &= log["truth"][:, i] != 2
+        for signal, low, high in (
+            ("q", "q_min", "q_max"),
+            ("v", None, "v_max"),
+            ("a", None, "a_max"),
+            ("tau", None, "tau_max"),
+        ):
+            top = _limit(log, limits, high, i, np.inf)
+            bottom = -top if low is None else _limit(log, limits, low, i, -np.inf)
+            excess = np.maximum(log[signal][:, i] - top, bottom - log[signal][:, i])
+            counts = working & _been_inside(log, i, excess, signal)
+            worst[signal] = max(worst[signal], _largest(excess[counts]) or 0.0)
+    return worst
+
+
+def _limit(log: Log, limits: Mapping[str, Any], name: str, i: int, infinite: float) -> FloatArray:
+    """A limit of joint i over time, (K,), lowered from the announcement of a degradation on."""
+    healthy = limits[name][i]
+    values = np.full(len(log), infinite if healthy is None else healthy, dtype=np.float64)
+    for fault in log.metadata.get("faults", []):
+        if fault["kind"] != "degraded" or fault["index"] != i or fault["announced"] is None:
+            continue
+        since = log["t"] >= fault["announced"] - TIME_SLACK
+        if name in ("q_min", "q_max"):
+            if fault[name] is not None:
+                values[since] = (
+                    max(fault[name], values[0]) if name == "q_min" else min(fault[name], values[0])
+                )
+        else:
+            share = {"v_max": "velocity", "a_max": "acceleration", "tau_max": "torque"}[name]
+            values[since] *= fault[share]
+    return values
+
+
+def _been_inside(log: Log, i: int, excess: FloatArray, signal: str) -> BoolArray:
+    """Where the excess of joint i counts: after a degradation only once the joint has been inside."""
+    counts = np.ones(len(log), dtype=np.bool_)
+    if signal in ("q", "v"):
+        for fault in log.metadata.get("faults", []):
+            if fault["kind"] == "degraded" and fault["index"] == i and fault["announced"] is not None:
+                since = log["t"] >= fault["announced"] - TIME_SLACK
+                counts &= ~since | np.logical_or.accumulate(since & (excess <= 0.0))
+    return counts
+
+
+def failed_joint_motion(log: Log) -> dict[str, float]:
+    """How far each locked joint has moved since it came to rest, each free one since it failed [rad or m]."""
+    motion: dict[str, float] = {}
+    for fault in log.metadata.get("faults", []):
+        i = fault["index"]
+        failed = log["truth"][:, i] == {"locked": 1, "free_swinging": 2}.get(fault["kind"], -1)
+        failed &= log["t"] >= fault["at"] - TIME_SLACK
+        if fault["kind"] == "locked":
+            failed &= np.logical_or.accumulate(failed & (log["v"][:, i] == 0.0))
+        q = log["q"][failed, i]
+        if len(q):
+            motion[fault["joint"]] = float(np.abs(q - q[0]).max())
+    return motion
+
+
+def _finite(values: Any) -> FloatArray:
+    numbers = np.asarray(values, dtype=np.float64)
+    result: FloatArray = numbers[np.isfinite(numbers)]
+    return result
+
+
+def _largest(values: Any) -> float | None:
+    finite = _finite(values)
+    return float(finite.max()) if len(finite) else None
+
+
+def _root_mean_square(values: Any) -> float | None:
+    finite = _finite(values)
+    return float(np.sqrt(np.mean(finite**2))) if len(finite) else None
+
+
+def _percentile(values: Any, percent: float) -> float | None:
+    finite = _finite(values)
+    return float(np.percentile(finite, percent)) if len(finite) else None

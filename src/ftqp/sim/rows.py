@@ -1,0 +1,87 @@
+"""From a planner's step to a row of the log."""
+
+from typing import final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ftqp.control.planner import Planner
+from ftqp.control.step import Step
+from ftqp.core.checks import FloatArray
+from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
+from ftqp.qp.problem import SolveStatus
+from ftqp.sim.arm import Arm
+from ftqp.sim.log import LogWriter
+
+CODES = {Locked: 1, FreeSwinging: 2, Degraded: 3}
+"""Code of each kind of fault in the columns ``belief`` and ``truth``; 0 is healthy."""
+QP_CODES = {status: code for code, status in enumerate(SolveStatus)}
+"""Code of each outcome of a QP in the column ``qp_status``."""
+
+
+@final
+class RowWriter:
+    """Fills one row a tick, in the order of `ftqp.sim.signals.columns`.
+
+    Args:
+        log: where the rows go.
+        planner: whose steps they hold.
+    """
+
+    def __init__(self, log: LogWriter, planner: Planner) -> None:
+        self._log = log
+        self._planner = planner
+        self._arm = Arm(planner.robot)
+        self._truth = np.zeros(planner.robot.nv)
+        self._belief = np.zeros(planner.robot.nv)
+
+    def fail(self, fault: Fault) -> None:
+        """From this row on the joint has really failed."""
+        self._truth[self._planner.robot.joint(fault.joint)] = CODES[type(fault)]
+
+    def write(
+        self, t: float, q: FloatArray, v: FloatArray, target: FloatArray, step: Step, elapsed: int
+    ) -> None:
+        """Write the row of one tick.
+
+        Args:
+            t: time [s].
+            q: measured positions, (nv,) [rad or m].
+            v: measured velocities, (nv,) [rad/s or m/s].
+            target: desired pose, (4, 4) [m].
+            step: the planner's step.
+            elapsed: wall time of the step [ns].
+        """
+        n, qp = len(q), step.qp
+        row = self._log.row
+        row[0] = t
+        joints = row[1 : 1 + 9 * n].reshape(9, n)
+        joints[0], joints[1] = q, v
+        joints[2], joints[3], joints[4] = step.a, step.tau, step.tau_brake
+        joints[5], joints[6] = step.lower, step.upper
+        joints[7] = self._believed()
+        joints[8] = self._truth
+        rest = row[1 + 9 * n :]
+        tip = self._arm.tip(q)
+        turns = Rotation.from_matrix([target[:3, :3], tip[:3, :3]]).as_quat(canonical=True)
+        rest[0:3], rest[3:7] = target[:3, 3], turns[0]
+        rest[7:10], rest[10:14] = tip[:3, 3], turns[1]
+        rest[14:23] = (
+            step.position_error,
+            step.rotation_error,
+            np.linalg.norm(step.slack),
+            step.scale,
+            step.code,
+            -1 if qp.status is None else QP_CODES[qp.status],
+            qp.iterations,
+            qp.residual,
+            1e-3 * elapsed,
+        )
+        self._log.append()
+
+    def _believed(self) -> FloatArray:
+        """What the planner believes of each joint now."""
+        self._belief[:] = 0.0
+        for joint, fault in self._planner.faults.items():
+            self._belief[self._planner.robot.joint(joint)] = CODES[type(fault)]
+        return self._belief

@@ -1,0 +1,159 @@
+"""Waypoints from a file: CSV with a header, or NPZ with the same names."""
+
+import csv
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError, nearest
+
+POSITION = ("x", "y", "z")
+ORIENTATION = ("qx", "qy", "qz", "qw")
+COLUMNS = ("t", *POSITION, *ORIENTATION)
+LARGEST_FILE = 20_000_000
+"""A waypoint file bigger than this is taken for a mistake [bytes]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WaypointTable:
+    """What a waypoint file holds, ready for `ftqp.control.paths.Waypoints`.
+
+    Attributes:
+        positions: (N, 3) [m].
+        orientations: unit quaternions x, y, z, w, (N, 4), or ``None``.
+        times: (N,) [s], or ``None``.
+    """
+
+    positions: FloatArray
+    orientations: FloatArray | None
+    times: FloatArray | None
+
+
+def waypoint_table(path: str | Path) -> WaypointTable:
+    """The waypoints of a ``.csv`` or ``.npz`` file.
+
+    CSV: the first line names the columns ``t,x,y,z,qx,qy,qz,qw``; t and the quaternion are optional.
+    NPZ: arrays of these names, or ``times`` (N,), ``positions`` (N, 3) and ``orientations`` (N, 4).
+
+    Raises:
+        InputError: missing file, not text, unknown or missing column, not a number, NaN, times not rising.
+    """
+    file = Path(path)
+    if not file.is_file():
+        raise InputError(f"waypoint file {file} does not exist; expected a .csv or .npz file")
+    if file.stat().st_size > LARGEST_FILE:
+        size, most = file.stat().st_size / 1e6, LARGEST_FILE / 1e6
+        raise InputError(f"waypoint file {file} has {size:.0f} MB, expected at most {most:.0f} MB")
+    if file.suffix.lower() not in (".csv", ".npz"):
+        raise InputError(f"waypoint file {file} ends in {file.suffix!r}, expected .csv or .npz")
+    try:
+        table = _read_csv(file) if file.suffix.lower() == ".csv" else _read_npz(file)
+    except OSError as error:
+        raise InputError(f"waypoint file {file} cannot be read: {error.strerror or error}") from error
+    return _checked(file, table)
+
+
+def _read_csv(file: Path) -> dict[str, FloatArray]:
+    """Columns by name."""
+    try:
+        with file.open(newline="", encoding="utf-8-sig") as stream:
+            lines = [line for line in csv.reader(stream, skipinitialspace=True) if line]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"waypoint file {file} is not text in UTF-8 with comma-separated values") from error
+    if len(lines) < 2:
+        raise InputError(
+            f"waypoint file {file} has {len(lines)} lines, expected a header and at least one waypoint"
+        )
+    header = [name.strip() for name in lines[0]]
+    _check_names(file, header)
+    rows = np.empty((len(lines) - 1, len(header)))
+    for number, line in enumerate(lines[1:], start=2):
+        if len(line) != len(header):
+            raise InputError(
+                f"waypoint file {file}, line {number} has {len(line)} values, expected {len(header)}"
+            )
+        for column, text in enumerate(line):
+            try:
+                rows[number - 2, column] = float(text)
+            except ValueError as error:
+                raise InputError(
+                    f"waypoint file {file}, line {number}, column {header[column]!r} is {text!r:.40}, "
+                    "expected a number"
+                ) from error
+    return {name: rows[:, column] for column, name in enumerate(header)}
+
+
+def _read_npz(file: Path) -> dict[str, FloatArray]:
+    """Columns by name; stacked arrays are taken apart."""
+    try:
+        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+            arrays: dict[str, Any] = {
+                name: np.asarray(archive[name], dtype=np.float64) for name in archive.files
+            }
+    except (ValueError, zipfile.BadZipFile, EOFError, TypeError) as error:
+        raise InputError(f"waypoint file {file} is not an NPZ file of numbers") from error
+    if "times" in arrays:
+        arrays["t"] = arrays.pop("times")
+    for stacked, parts in (("positions", POSITION), ("orientations", ORIENTATION)):
+        if stacked in arrays:
+            value = arrays.pop(stacked)
+            if value.ndim != 2 or value.shape[1] != len(parts):
+                raise InputError(
+                    f"waypoint file {file}: {stacked} has shape {value.shape}, expected (N, {len(parts)})"
+                )
+            arrays |= {name: value[:, column] for column, name in enumerate(parts)}
+    _check_names(file, list(arrays))
+    lengths = {name: value.shape for name, value in arrays.items()}
+    if len(set(lengths.values())) > 1 or any(len(shape) != 1 for shape in lengths.values()):
+        raise InputError(
+            f"waypoint file {file}: arrays have shapes {lengths}, expected the same (N,) for all"
+        )
+    return arrays
+
+
+def _check_names(file: Path, names: list[str]) -> None:
+    for name in names:
+        if name not in COLUMNS:
+            raise InputError(
+                f"waypoint file {file}: {name!r:.40} is not a column{nearest(name, COLUMNS)}; "
+                f"expected {','.join(COLUMNS)} by header"
+            )
+        if names.count(name) > 1:
+            raise InputError(f"waypoint file {file}: column {name!r} appears {names.count(name)} times")
+    missing = [name for name in POSITION if name not in names]
+    if any(name in names for name in ORIENTATION):
+        missing += [name for name in ORIENTATION if name not in names]
+    if missing:
+        raise InputError(f"waypoint file {file}: column {missing[0]!r} is missing; it has {', '.join(names)}")
+
+
+def _checked(file: Path, table: Mapping[str, FloatArray]) -> WaypointTable:
+    """Refuse what is not finite or not in order."""
+    count = len(table["x"])
+    if count == 0:
+        raise InputError(f"waypoint file {file} has no waypoint, expected at least one")
+    for name, column in table.items():
+        if not np.isfinite(column).all():
+            row = int(np.argmax(~np.isfinite(column)))
+            raise InputError(
+                f"waypoint file {file}: {name} of waypoint {row + 1} is {column[row]}, "
+                "expected a finite number"
+            )
+    times = table.get("t")
+    if times is not None and (np.diff(times) <= 0.0).any():
+        row = int(np.argmax(np.diff(times) <= 0.0))
+        raise InputError(
+            f"waypoint file {file}: t does not rise from waypoint {row + 1} ({times[row]:g} s) "
+            f"to {row + 2} ({times[row + 1]:g} s); sort the waypoints by time"
+        )
+    oriented = "qx" in table
+    return WaypointTable(
+        positions=np.stack([table[name] for name in POSITION], axis=1),
+        orientations=np.stack([table[name] for name in ORIENTATION], axis=1) if oriented else None,
+        times=None if times is None else np.array(times),
+    )
