@@ -1,0 +1,215 @@
+"""The side of the benchmark that steps: one loop for every program measured, driven over a pipe.
+
+Needs numpy and the standard library only, so that it runs in each peer's own environment. One JSON object
+a line:
+
+    {"open": FILE}                     -> {"variants": [...], "declined": {name: why}, "versions": {...}}
+    {"warm": NAME, "steps": n}         -> {"k": [...], "q": [[...]], "counts": {...}}
+    {"chunk": NAME, "steps": n, ...}   -> {"ns": [...], "k": last, "q": [...]}
+    {"close": true}                    ends
+"""
+
+import json
+import os
+import sys
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from time import perf_counter_ns
+from typing import Any, Self, TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SAMPLE = 20
+"""A warm-up reports the configuration once in this many steps."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """One task on one robot, the same for every program.
+
+    Attributes:
+        robot: ``panda`` or ``chain30``.
+        level: ``velocity`` or ``torque`` (acceleration with torque limits).
+        locked: index of the joint that does not move, or None.
+        dt: step [s].
+        urdf: the robot, as URDF text.
+        tip: the frame that follows the target.
+        joints: joint names from base to tip, (nv,).
+        kp: task gain at torque level [1/s2].
+        kv: task damping at torque level [1/s].
+        gain: task gain at velocity level of programs that take one [1/s].
+        q: start, at rest, (nv,).
+        poses: targets, one a step and periodic, (N, 4, 4).
+        twists: their velocities, linear then angular along W, (N, 6).
+        q_min, q_max, v_max, a_max, tau_max: limits, (nv,).
+    """
+
+    robot: str
+    level: str
+    locked: int | None
+    dt: float
+    urdf: str
+    tip: str
+    joints: tuple[str, ...]
+    kp: float
+    kv: float
+    gain: float
+    q: Array
+    poses: Array
+    twists: Array
+    q_min: Array
+    q_max: Array
+    v_max: Array
+    a_max: Array
+    tau_max: Array
+
+    def save(self, path: Path) -> None:
+        """Writes the case to ``path`` (.npz)."""
+        fields = asdict(self)
+        arrays: dict[str, Any] = {k: v for k, v in fields.items() if isinstance(v, np.ndarray)}
+        plain = {k: v for k, v in fields.items() if k not in arrays}
+        np.savez(path, plain=np.array(json.dumps(plain)), **arrays)
+
+    @classmethod
+    def load(cls, path: str) -> Self:
+        """Reads what ``save`` wrote."""
+        with np.load(path) as file:
+            plain = json.loads(str(file["plain"]))
+            arrays = {k: file[k] for k in file.files if k != "plain"}
+        plain["joints"] = tuple(plain["joints"])
+        return cls(**plain, **arrays)
+
+    def pose_list(self) -> list[Array]:
+        """The targets as separate arrays, so that no program pays for slicing them."""
+        return [np.ascontiguousarray(pose) for pose in self.poses]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variant:
+    """One way to do the whole user step.
+
+    Attributes:
+        step: takes target k, solves and moves on; this call is what is timed.
+        q: the configuration reached, (nv,) in the case's joint order.
+        status: what the program says of the last step, read outside the timed call.
+    """
+
+    step: Callable[[int], None]
+    q: Callable[[], Any]
+    status: Callable[[], str] = lambda: "done"
+
+
+Builder = Callable[[Case], dict[str, Callable[[], Variant]]]
+"""From a case to the variants' makers by name; a maker that cannot raises with the reason."""
+
+
+class _Run:
+    """A variant and how far along the targets it is."""
+
+    def __init__(self, variant: Variant, period: int) -> None:
+        self._variant = variant
+        self._period = period
+        self._k = 0
+
+    def warm(self, steps: int) -> dict[str, Any]:
+        """Untimed steps, each with its status; also the check that the task is followed."""
+        counts: Counter[str] = Counter()
+        samples = []
+        for i in range(steps):
+            k = (self._k + i) % self._period
+            self._variant.step(k)
+            counts[self._variant.status()] += 1
+            if i % SAMPLE == SAMPLE - 1:
+                samples.append((k, _listed(self._variant.q())))
+        self._k = (self._k + steps) % self._period
+        return {"k": [k for k, _ in samples], "q": [q for _, q in samples], "counts": counts}
+
+    def chunk(self, steps: int, discard: int) -> dict[str, Any]:
+        """Timed steps; the first ``discard`` bring the program back into the caches and are left out."""
+        step, period, start = self._variant.step, self._period, self._k
+        ns = []
+        for i in range(discard + steps):
+            k = (start + i) % period
+            before = perf_counter_ns()
+            step(k)
+            after = perf_counter_ns()
+            ns.append(after - before)
+        self._k = (start + discard + steps) % period
+        return {"ns": ns[discard:], "k": (self._k - 1) % period, "q": _listed(self._variant.q())}
+
+
+def _listed(q: Any) -> list[float]:
+    return [float(value) for value in q]
+
+
+def serve(build: Builder, versions: Callable[[], dict[str, str]]) -> None:
+    """Answers requests on standard input until told to close."""
+    answers = _private_stdout()
+    settled = _settle(sys.argv[1:])
+    runs: dict[str, _Run] = {}
+    for line in sys.stdin:
+        request = json.loads(line)
+        if "close" in request:
+            return
+        if "open" in request:
+            runs, answer = _opened(build, Case.load(request["open"]), request.get("only"))
+            answer |= {"versions": versions(), "settled": settled}
+        else:
+            answer = _answer(runs, request)
+        answers.write(json.dumps(answer) + "\n")
+        answers.flush()
+
+
+def _opened(build: Builder, case: Case, only: list[str] | None) -> tuple[dict[str, _Run], dict[str, Any]]:
+    runs: dict[str, _Run] = {}
+    declined: dict[str, str] = {}
+    for name, make in build(case).items():
+        if only is not None and name not in only:
+            continue
+        try:
+            runs[name] = _Run(make(), len(case.poses))
+        except Exception as error:
+            # A foreign program may fail in any way; the run goes on without it and says why.
+            declined[name] = f"{type(error).__name__}: {error}"
+    return runs, {"variants": list(runs), "declined": declined}
+
+
+def _answer(runs: dict[str, _Run], request: dict[str, Any]) -> dict[str, Any]:
+    try:
+        if "warm" in request:
+            return runs[request["warm"]].warm(request["steps"])
+        return runs[request["chunk"]].chunk(request["steps"], request["discard"])
+    except Exception as error:
+        # As above: a peer that raises in the middle is reported, not fatal.
+        return {"error": f"{type(error).__name__}: {error}"}
+
+
+def _private_stdout() -> TextIO:
+    """Keeps the pipe for answers and sends whatever a library writes to standard output to standard error."""
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    return answers
+
+
+def _settle(arguments: list[str]) -> dict[str, str]:
+    """One core and, where permitted, real-time priority; says what was granted."""
+    granted = {"core": "any", "priority": "normal"}
+    if "--core" in arguments:
+        core = int(arguments[arguments.index("--core") + 1])
+        try:
+            os.sched_setaffinity(0, {core})
+            granted["core"] = str(core)
+        except (AttributeError, OSError) as error:
+            granted["core"] = f"any ({error})"
+    if "--realtime" in arguments:
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))
+            granted["priority"] = "SCHED_FIFO 10"
+        except (AttributeError, OSError) as error:
+            granted["priority"] = f"normal ({error})"
+    return granted

@@ -1,0 +1,173 @@
+"""The whole user step, measured: set the target, solve, check, integrate.
+
+    python solvers/bench_step.py                  ftqp with each native backend
+    python solvers/bench_step.py --peers          placo, pink and mink too, each in an environment of its own
+    python solvers/bench_step.py --peers --json   one JSON object on stdout, nothing else
+
+Two robots (Panda, a 30-joint chain), two levels (velocity; acceleration with torque rows), healthy and with
+one joint locked. All variants follow the same recorded targets in closed loop and take turns, a chunk at a
+time, in one run. Tables and the JSON object are also written to ``--out`` (default ``solvers/results``). No
+figure is a pass or a fail.
+"""
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from bench import cases, environments, report
+from bench.measure import Settings, Worker, measured
+from bench.urdf import TIP, Arm, Array
+from rich.console import Console
+
+import ftqp
+
+RESULTS = Path(__file__).resolve().parent / "results"
+FULL = Settings(steps=20_000, chunk=500, warm=cases.PERIOD)
+QUICK = Settings(steps=300, chunk=100, warm=100)
+
+
+def main() -> int:
+    """Measures, prints, writes; 0 when ftqp was measured, 1 when not, 130 when interrupted."""
+    options = _options()
+    messages = Console(stderr=True)
+    settings = QUICK if options.quick else FULL
+    if options.steps:
+        settings = Settings(steps=options.steps, chunk=min(settings.chunk, options.steps), warm=settings.warm)
+    try:
+        result = _measured(options, settings, messages)
+    except KeyboardInterrupt:
+        messages.print("interrupted; nothing was written")
+        return 130
+    if options.json:
+        sys.stdout.write(json.dumps(result) + "\n")
+    else:
+        report.show(result, Console())
+    for file in _written(result, options.out):
+        messages.print(f"wrote {file}", highlight=False)
+    return 0 if any(result["us"].values()) else 1
+
+
+def _options() -> argparse.Namespace:
+    summary, usage = (__doc__ or "").split("\n\n", 1)
+    parser = argparse.ArgumentParser(
+        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    add = parser.add_argument
+    add("--peers", action="store_true", help="measure placo, pink and mink too (installs them)")
+    add("--json", action="store_true", help="print one JSON object and nothing else")
+    add("--quick", action="store_true", help="few steps: shows that it works, figures mean little")
+    add("--steps", type=_at_least_one, metavar="N", help=f"timed steps a variant (default {FULL.steps})")
+    add("--out", type=Path, default=RESULTS, metavar="DIR", help="where results go")
+    add("--env-dir", type=Path, default=environments.DEFAULT, metavar="DIR", help="the peers' environments")
+    add("--core", type=int, metavar="N", help="the core to run on (default the last one)")
+    add("--realtime", action="store_true", help="ask for real-time priority")
+    options: argparse.Namespace = parser.parse_args()
+    return options
+
+
+def _at_least_one(value: str) -> int:
+    number = int(value)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"is {number}, expected at least 1")
+    return number
+
+
+def _measured(options: argparse.Namespace, settings: Settings, messages: Console) -> dict[str, Any]:
+    """Everything, as the object that ``--json`` prints."""
+    left_out: dict[str, list[tuple[str, str]]] = {}
+    programs: dict[str, Any] = {}
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        workers = _workers(options, Path(folder), left_out, messages)
+        try:
+            for name, arm in (("panda", Arm.of(ftqp.robots.load("panda"))), ("chain30", cases.chain30())):
+                path = cases.path(name, arm, _pose)
+                for level in cases.LEVELS:
+                    for locked in (False, True):
+                        case = path.case(level, locked=locked)
+                        joint = None if case.locked is None else case.joints[case.locked]
+                        row: dict[str, Any] = {"robot": path.name, "level": level, "locked": joint}
+                        messages.print(f"measuring {report.title(row)}", highlight=False)
+                        file = Path(folder) / "case.npz"
+                        row["variants"], failed, said = measured(path, case, file, workers, settings)
+                        for variant, why in failed.items():
+                            left_out.setdefault(variant, []).append((report.title(row), why))
+                        programs |= said
+                        rows.append(row)
+        finally:
+            for worker in workers:
+                worker.close()
+    return {
+        "benchmark": "bench_step",
+        "date": datetime.now().astimezone().isoformat(timespec="seconds"),
+        **report.ratios(rows),
+        "settings": {"steps": settings.steps, "chunk": settings.chunk, "warm": settings.warm, "dt": cases.DT},
+        "machine": report.machine(),
+        "programs": programs,
+        "cases": rows,
+        "left_out": {name: _reasons(places) for name, places in left_out.items()},
+        "limitations": list(report.LIMITATIONS),
+    }
+
+
+def _workers(
+    options: argparse.Namespace, folder: Path, left_out: dict[str, list[tuple[str, str]]], messages: Console
+) -> list[Worker]:
+    """Our own worker and, if asked for, one for each peer that can be installed."""
+    pythons = {"ftqp": (Path(sys.executable), "bench.own")}
+    for peer in environments.PEERS if options.peers else ():
+        messages.print(f"preparing {peer.name} in {options.env_dir / peer.name}", highlight=False)
+        try:
+            pythons[peer.name] = (environments.python_of(peer, options.env_dir), peer.module)
+        except environments.NotInstalled as error:
+            left_out[peer.name] = [("all cases", str(error))]
+            messages.print(str(error), style="yellow", highlight=False)
+    core = _core(options.core)
+    return [
+        Worker(name, python, module, log=folder / f"{name}.log", core=core, realtime=options.realtime)
+        for name, (python, module) in pythons.items()
+    ]
+
+
+def _reasons(places: list[tuple[str, str]]) -> str:
+    """Each reason once, with where it held."""
+    cases_of: dict[str, list[str]] = {}
+    for place, why in places:
+        cases_of.setdefault(why, []).append(place)
+    return "; ".join(f"{why} ({_where(found)})" for why, found in cases_of.items())
+
+
+def _where(found: list[str]) -> str:
+    return found[0] if len(found) == 1 else f"{len(found)} cases"
+
+
+def _core(wanted: int | None) -> int | None:
+    if wanted is not None or not hasattr(os, "sched_getaffinity"):
+        return wanted
+    return max(os.sched_getaffinity(0))
+
+
+def _pose(urdf: str, a_max: Array) -> Callable[[Array], Array]:
+    robot = ftqp.Robot.from_urdf(urdf, tip=TIP, acceleration=a_max)
+    return lambda q: np.array(robot.pose(q))
+
+
+def _written(result: dict[str, Any], out: Path) -> list[Path]:
+    """The result as ``bench_step-<date>.json`` and ``.md``; a later run on the same day replaces them."""
+    out.mkdir(parents=True, exist_ok=True)
+    stem = f"bench_step-{result['date'][:10]}"
+    files = [out / f"{stem}.json", out / f"{stem}.md"]
+    files[0].write_text(json.dumps(result, indent=1) + "\n")
+    files[1].write_text(report.markdown(result))
+    return files
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,6 @@
+"""The bench is no package of ftqp: its folder joins the path for these tests."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "solvers"))

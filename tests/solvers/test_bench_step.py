@@ -1,0 +1,100 @@
+"""The step benchmark runs and says what it promises; no figure of it is judged here."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+SCRIPT = Path(__file__).resolve().parents[2] / "solvers" / "bench_step.py"
+TASKS = ["panda_velocity", "panda_torque", "chain30_velocity", "chain30_torque"]
+OURS = "ftqp active_set"
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
+    """The object printed by a quick run without peers, and the folder of its results."""
+    out = tmp_path_factory.mktemp("bench")
+    command = [sys.executable, str(SCRIPT), "--quick", "--json", "--out", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), out
+
+
+def test_stdout_is_one_object_with_a_ratio_for_each_task(run: tuple[dict[str, Any], Path]) -> None:
+    result, _ = run
+    assert list(result["ratios_to_placo"]) == TASKS
+    assert list(result["ratios_to_placo_locked"]) == TASKS
+
+
+def test_ratios_are_none_without_peers(run: tuple[dict[str, Any], Path]) -> None:
+    result, _ = run
+    assert set(result["ratios_to_placo"].values()) == {None}
+    assert set(result["placo"].values()) == {None}
+
+
+def test_our_own_times_are_there_for_each_task(run: tuple[dict[str, Any], Path]) -> None:
+    result, _ = run
+    for task in TASKS:
+        ours = result["us"][task]
+        assert 0.0 < ours["p50"] <= ours["p999"]
+
+
+def test_every_case_has_both_levels_healthy_and_locked(run: tuple[dict[str, Any], Path]) -> None:
+    result, _ = run
+    cases = {(case["robot"], case["level"], case["locked"] is not None) for case in result["cases"]}
+    assert cases == {
+        (robot, level, locked)
+        for robot in ("panda", "chain30")
+        for level in ("velocity", "torque")
+        for locked in (False, True)
+    }
+
+
+def test_every_variant_has_ordered_quantiles(run: tuple[dict[str, Any], Path]) -> None:
+    result, _ = run
+    for case in result["cases"]:
+        for row in case["variants"].values():
+            assert row["p50"] <= row["p99"] <= row["p999"] <= row["max"]
+            assert row["steps"] == result["settings"]["steps"]
+
+
+@pytest.mark.parametrize("name", ["empty", OURS, "ftqp daqp", "ftqp proxqp", "ftqp osqp"])
+def test_every_case_has_the_variant(run: tuple[dict[str, Any], Path], name: str) -> None:
+    result, _ = run
+    assert all(name in case["variants"] for case in result["cases"]), result["left_out"]
+
+
+def test_what_is_timed_follows_the_target_and_holds_the_joint(
+    run: tuple[dict[str, Any], Path],
+) -> None:
+    result, _ = run
+    for case in result["cases"]:
+        row = case["variants"][OURS]
+        assert row["position_error"] < 5e-3
+        assert row["locked_joint_motion"] == 0.0
+        assert set(row["statuses"]) == {"OK"}
+
+
+def test_versions_machine_and_limitations_are_told(run: tuple[dict[str, Any], Path]) -> None:
+    result, _ = run
+    assert {"ftqp", "numba", "numpy"} <= set(result["programs"]["ftqp"]["versions"])
+    assert {"cpu", "cores", "python"} <= set(result["machine"])
+    assert result["limitations"]
+
+
+def test_results_are_written_as_json_and_markdown(run: tuple[dict[str, Any], Path]) -> None:
+    result, out = run
+    stem = f"bench_step-{result['date'][:10]}"
+    assert json.loads((out / f"{stem}.json").read_text()) == result
+    text = (out / f"{stem}.md").read_text()
+    assert all(part in text for part in ("## Limitations", "## Versions", "chain30_torque", OURS))
+
+
+def test_steps_below_one_are_refused() -> None:
+    command = [sys.executable, str(SCRIPT), "--steps", "0"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 2
+    assert "expected at least 1" in done.stderr
