@@ -10,6 +10,8 @@ from ftqp.kernel import entry
 SAMPLES = 400
 SPEED_SHARE = 0.5
 """Velocities are sampled up to this share of the limits."""
+MARGIN = 1.3
+"""Bias and inertia beyond what was sampled that ``guard`` allows for."""
 LEAST_SHARE = 0.05
 SEED = 20170511
 
@@ -46,8 +48,13 @@ class BrakingReserve:
             a_max: acceleration limits believed now, (n,) [rad/s2].
             tau_max: torque limits believed now, (n,) [N m]; inf is no limit.
         """
-        need = self._inertia @ a_max
-        left = tau_max - self._bias
+        return float(np.clip(self._kappa(a_max, tau_max, 1.0), LEAST_SHARE, 1.0))
+
+    def guard(self, a_max: FloatArray, tau_max: FloatArray) -> float:
+        """Share of a_max up to which the torque limits hold, MARGIN on top of the samples; 0 when there is none."""
+        return float(np.clip(self._kappa(a_max, tau_max, MARGIN), 0.0, 1.0))
+
+    def _kappa(self, a_max: FloatArray, tau_max: FloatArray, margin: float) -> float:
+        left = tau_max - margin * self._bias
         with np.errstate(invalid="ignore"):
-            kappa = np.where(np.isfinite(left), left / need, np.inf).min()
-        return float(np.clip(kappa, LEAST_SHARE, 1.0))
+            return float(np.where(np.isfinite(left), left / (margin * (self._inertia @ a_max)), np.inf).min())

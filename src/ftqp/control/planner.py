@@ -98,7 +98,11 @@ class Planner:
         if criterion.needs_inertia and not robot.has_inertia:
             raise InputError(f"scheme {self.scheme.name!r} needs inertia, which {robot.name} has not; use mvn, man or rmp")
         self._needs_inertia = criterion.needs_inertia
-        warm_up(external=backend != IN_KERNEL)
+        in_kernel = isinstance(backend, str) and backend == IN_KERNEL
+        self._guarded = (
+            in_kernel and level == "velocity" and not criterion.needs_inertia and self.task.mode != "lexicographic"
+        )
+        warm_up(external=not in_kernel)
         self._record = self._filled(record())
         self._address: int = self._record.ctypes.data
         self._belief = Belief(robot, self._record)
@@ -310,6 +314,9 @@ class Planner:
             tau_max[:] = np.inf
         share = 1.0 if self._reserve is None else self._reserve.share(a_max, tau_max)
         K["a_brake"][0, :n] = share * a_max
+        K["guard"] = 0.0
+        if self._reserve is not None and self._guarded and not self._belief.needs_dynamics:
+            K["guard"] = self._reserve.guard(a_max, tau_max)
         K["warm"] = 0
         self._cold = True
 

@@ -84,7 +84,7 @@ class Step:
     def _torques(self, name: str) -> FloatArray:
         K = self._record[0]
         n = len(self._joints)
-        if not K["dynamic"]:
+        if not K["has_torques"]:
             if not K["mass"][:n].any():
                 return np.full(n, np.nan)
             entry.torques(self._record.ctypes.data)

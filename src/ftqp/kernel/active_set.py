@@ -24,6 +24,11 @@ from ftqp.kernel.jit import jit
 DEPENDENT = 1e-12
 """A row whose part outside the span of the working set is below this share (squared) counts as dependent."""
 
+REFINE_FROM = 1e-12
+"""Residual of an active row above which the solution is refined ..."""
+REFINEMENTS = 3
+"""... and how often at most."""
+
 
 @jit
 def _minimise_free(K: Any) -> bool:
@@ -193,13 +198,28 @@ def _softness(K: Any, code: int, side: int) -> float:
 
 
 @jit
+def _is_crowded(K: Any, q: int) -> bool:
+    """Whether q rows hold a hard one for every variable, so that the next hard one must depend on them."""
+    free = hard = 0
+    for i in range(K.nx):
+        if K.root[i] != 0.0:
+            free += 1
+    if q < free:
+        return False
+    for k in range(q):
+        if _softness(K, K.code[k], K.side[k]) <= 0.0:
+            hard += 1
+    return hard >= free
+
+
+@jit
 def _enter(K: Any, q: int, code: int, side: int, lam: float) -> bool:
     """Append a row to the working set of q rows; False when it depends on them."""
     soft = _softness(K, code, side)
     K.code[q], K.side[q], K.lam[q] = code, side, lam
     _whiten(K, code, q)
     _gram_row(K, q, soft)
-    if not _factor_row(K, q, soft):
+    if not _factor_row(K, q, soft) or (soft <= 0.0 and _is_crowded(K, q)):
         return False
     K.t[q] = _right_side(K, code, side)
     if code >= K.meq:
@@ -264,8 +284,8 @@ def _primal(K: Any, q: int, lam: Any, x: Any) -> None:
 
 
 @jit
-def _worst_violation(K: Any) -> tuple[int, int]:
-    """Code and side of the bound or row that x violates most, or -1."""
+def _worst_violation(K: Any) -> tuple[int, int, float]:
+    """Code and side of the bound or row that x violates most, or -1, and by how much."""
     n, m = K.nx, K.meq
     worst, code, side = K.tolerance, -1, 0
     for i in range(n):
@@ -285,7 +305,19 @@ def _worst_violation(K: Any) -> tuple[int, int]:
                 worst, code, side = K.l[j] - s, m + n + j, 1
             if s - K.u[j] > worst:
                 worst, code, side = s - K.u[j], m + n + j, -1
-    return code, side
+    return code, side, worst
+
+
+@jit
+def _is_rounding(K: Any, q: int, violation: float) -> bool:
+    """Whether errors of ``tolerance`` in the q rows that a row depends on explain its violation.
+
+    The row is sum r_i N_i, r left in lam_new by ``_trade_places``: many limits meet in one point.
+    """
+    weight = 1.0
+    for i in range(q):
+        weight += abs(K.lam_new[i])
+    return violation <= K.tolerance * weight
 
 
 @jit
@@ -344,10 +376,14 @@ def _trade_places(K: Any, q: int, equalities: int, side: int, lam: float) -> tup
 
 
 @jit
-def _refine(K: Any, q: int) -> None:
-    """One step of iterative refinement on the working set: S dlam = d - N x - compliance lam."""
+def _refine(K: Any, q: int) -> bool:
+    """One step of iterative refinement on the working set: S dlam = d - N x - compliance lam. False when nothing is left.
+
+    A nearly hard row that cannot hold has a huge multiplier, whose rounding would otherwise show as a violated bound.
+    """
     n, m = K.nx, K.meq
     r = K.lam_new
+    worst = 0.0
     for k in range(q):
         code, side = K.code[k], K.side[k]
         s = -_softness(K, code, side) * K.lam[k]
@@ -366,12 +402,16 @@ def _refine(K: Any, q: int) -> None:
             for i in range(n):
                 s -= row[i] * K.x[i]
         r[k] = s
+        worst = max(worst, abs(s))
+    if not worst > REFINE_FROM:
+        return False
     _solve_dual(K, q, r)
     for k in range(q):
         K.lam[k] += r[k]
     _primal(K, q, r, K.scratch)
     for i in range(n):
         K.x[i] += K.scratch[i]
+    return True
 
 
 @jit
@@ -464,9 +504,11 @@ def active_set(K: Any) -> int:
         _primal(K, q, K.lam, K.x)
         for i in range(K.nx):
             K.x[i] += K.x_free[i]
-        code, side = _worst_violation(K)
+        for _ in range(REFINEMENTS):
+            if not _refine(K, q):
+                break
+        code, side, violation = _worst_violation(K)
         if code < 0:
-            _refine(K, q)
             K.iterations = it + 1
             if not _task_rows_hold(K):
                 return INFEASIBLE
@@ -475,11 +517,17 @@ def active_set(K: Any) -> int:
         lam = 0.0
         if q >= working:
             return FAILED
+        possible = True
         while not _enter(K, q, code, side, lam):
             q, lam, possible = _trade_places(K, q, equalities, side, lam)
             if not possible:
-                K.iterations = it + 1
-                return INFEASIBLE
-        q += 1
+                break
+        if possible:
+            q += 1
+        elif _is_rounding(K, q, violation):
+            K.active[code - K.meq] = 1  # met as well as rounding lets it: no longer looked at
+        else:
+            K.iterations = it + 1
+            return INFEASIBLE
     K.iterations = K.max_iterations
     return MAX_ITERATIONS

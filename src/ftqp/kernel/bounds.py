@@ -54,6 +54,10 @@ def viability(
     a = (v_max - v) / dt
     if a < bound:
         bound, by = a, BY_VELOCITY
+    after = v + bound * dt
+    travelled = 0.5 * dt * (v + after)
+    if after >= 0.0 and after * after <= 2.0 * a_brake * (d - travelled):
+        return max(bound, -a_max), by  # far from the limit: that state is viable, so position does not bind
     if d < inf:
         a = 2.0 * (d - v * dt) / (dt * dt)
         if v > 0.0 and a <= -v / dt:  # the turning point lies inside the step
@@ -124,6 +128,8 @@ def braking(
     bound, by = v + a_max * dt, BY_ACCELERATION
     if v_max < bound:
         bound, by = v_max, BY_VELOCITY
+    if bound >= 0.0 and bound * bound <= 2.0 * a_brake * (d - 1.5 * bound * dt):
+        return max(bound, v - a_max * dt), by  # far from the limit: braking_velocity(d) >= bound
     a = braking_velocity(d, a_brake, dt) if d >= 0.0 else return_velocity(d, v_max)
     if a < bound:
         bound, by = a, BY_POSITION

@@ -15,10 +15,6 @@ from typing import Any
 from ftqp.kernel.codes import FREE, HEALTHY, VELOCITY
 from ftqp.kernel.jit import jit
 
-FREE_WEIGHT = 1e-6
-"""Weight of a free-swinging joint's x beside the torque norm, relative to the mean of H's diagonal; keeps H > 0."""
-
-
 @jit
 def posture_error(K: Any, i: int) -> float:
     """q_i - posture_i; for a continuous joint the short way round, smooth: 2 sin(d/2) sign(cos(d/2))."""
@@ -60,11 +56,12 @@ def objective(K: Any) -> None:
                 K.g[i] += c * K.scratch[k]
                 for j in range(i + 1):
                     K.H[i, j] += c * K.M[k, j]
-    trace = 0.0
+        elif K.fault[k] == FREE:  # w_torque/2 (row x - right side)^2 of its equality row: zero for every x that is
+            for i in range(n):  # allowed, it changes no answer and keeps H > 0, as the row's own torque would
+                c = K.w_torque * K.C[k, i]
+                K.g[i] -= c * K.l[k]
+                for j in range(i + 1):
+                    K.H[i, j] += c * K.C[k, j]
     for i in range(n):
-        trace += K.H[i, i]
         for j in range(i):
             K.H[j, i] = K.H[i, j]
-    for i in range(n):  # without its own torque row, nothing else may weigh a free-swinging joint
-        if K.fault[i] == FREE:
-            K.H[i, i] += FREE_WEIGHT * trace / n

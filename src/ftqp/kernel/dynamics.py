@@ -93,3 +93,4 @@ def dynamics(K: Any) -> None:
                 x = K.axis_w[j, 0] * (N0 - t0) + K.axis_w[j, 1] * (N1 - t1) + K.axis_w[j, 2] * (N2 - t2)
             K.M[j, i] = x
             K.M[i, j] = x
+        K.M[i, i] += K.armature[i]

@@ -6,13 +6,13 @@ The address is only as alive as the array that owns the record: a planner keeps 
 from typing import Any
 
 from ftqp.kernel.chain import forward_kinematics, motion
-from ftqp.kernel.codes import ANSWERED, NO_ROTATION, NOT_RESET, READY, TARGET_HAS_ROTATION, TARGET_SIZE, WRONG_SHAPE
+from ftqp.kernel.codes import ANSWERED, NO_ROTATION, NOT_RESET, READY, SOLVED, TARGET_HAS_ROTATION, TARGET_SIZE, WRONG_SHAPE
 from ftqp.kernel.dynamics import dynamics
 from ftqp.kernel.external import pack, unpack
 from ftqp.kernel.jit import batch_entry, carray, entry, jit, pointer, prange
 from ftqp.kernel.ladder import climb
 from ftqp.kernel.record import DTYPE
-from ftqp.kernel.tick import accept_state, tick
+from ftqp.kernel.tick import accept_state, prepare
 from ftqp.kernel.verdict import joint_torques
 
 
@@ -43,7 +43,7 @@ def step(address: int, q: Any, v: Any, target: Any) -> int:
     code = _accept(K, q, v, target)
     if code < 0:
         return code
-    return tick(K)
+    return climb(K, prepare(K), SOLVED)
 
 
 @entry
@@ -53,7 +53,7 @@ def prepare_external(address: int, q: Any, v: Any, target: Any, flat: Any) -> in
     code = _accept(K, q, v, target)
     if code < 0:
         return code
-    code = tick(K)
+    code = climb(K, prepare(K), SOLVED)
     if code == READY:
         pack(K, flat)
     return code
@@ -97,6 +97,7 @@ def torques(address: int) -> int:
     motion(K)
     dynamics(K)
     joint_torques(K)
+    K.has_torques = 1
     return 0
 
 
@@ -122,7 +123,7 @@ def batch(W: Any, q: Any, v: Any, targets: Any, events: Any, rates: Any, worst: 
             accept_state(K, q[r], v[r])
             for i in range(TARGET_SIZE):
                 K.target[i] = targets[k, i]
-            code = tick(K)
+            code = climb(K, prepare(K), SOLVED)
             worst[r, 0] = max(worst[r, 0], K.position_error)
             worst[r, 1] = max(worst[r, 1], K.rotation_error)
             counts[r, code] += 1

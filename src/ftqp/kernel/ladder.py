@@ -16,7 +16,7 @@ from ftqp.kernel.codes import (
     ELASTIC_STAGE,
     FALLBACK,
     FIRST_STAGE,
-    FREE,
+    HARD,
     HEALTHY,
     INFEASIBLE,
     MAIN_STAGE,
@@ -35,11 +35,12 @@ from ftqp.kernel.codes import (
 )
 from ftqp.kernel.jit import jit
 from ftqp.kernel.task import compliance
+from ftqp.kernel.torque import add_torques, within_guard
 from ftqp.kernel.verdict import command, judge
 
-RELAXED_RATIO = 1e-9
+RELAXED_RATIO = 1e-8
 """Compliance of the task rows when the best feasible command is sought, and in the first lexicographic stage."""
-SECOND_STAGE_RATIO = 1e-10
+SECOND_STAGE_RATIO = 1e-9
 """Compliance of the task rows in the second lexicographic stage."""
 ELASTIC_RATIO = 1e-6
 """Compliance of torque rows, relative to that of the task rows: torque limits go before the task."""
@@ -90,7 +91,7 @@ def _begin_second_stage(K: Any, claim: int) -> None:
 def begin_rest(K: Any, time: float) -> None:
     """No task: x as near to v -> 0 within ``time`` as box, torque rows and failed joints allow.
 
-    The box is opened just enough for that (a joint outside its position limit is not pushed back during a stop).
+    A joint outside its position limits is not pushed back during a stop: its interval is opened just enough to come to rest.
     """
     n = K.n
     K.nx, K.meq, K.dense, K.warm = n, 0, 0, 0
@@ -103,7 +104,8 @@ def begin_rest(K: Any, time: float) -> None:
                 change = K.v[i] * min(1.0, K.dt / time)
                 most = K.a_max[i] * K.dt
                 wanted = K.v[i] - min(max(change, -most), most)
-            K.lb[i], K.ub[i] = min(K.lb[i], wanted), max(K.ub[i], wanted)
+            if K.q[i] < K.q_min[i] or K.q[i] > K.q_max[i]:
+                K.lb[i], K.ub[i] = min(K.lb[i], wanted), max(K.ub[i], wanted)
         else:
             wanted = 0.0 if K.level == ACCELERATION else K.v[i]
         K.g[i] = -wanted
@@ -138,9 +140,10 @@ def _verdict_on_task(K: Any) -> int:
 
 @jit
 def _finish(K: Any) -> int:
-    """Write the command and settle the status; too many fallbacks in a row latch the stop for the next tick."""
+    """Write the command and settle the status; too many in a row that gave the task up latch the stop for the next tick."""
     command(K)
-    K.fallbacks = K.fallbacks + 1 if K.verdict == FALLBACK else 0
+    without_task = K.stage == REST_STAGE or K.stage == REST_ELASTIC_STAGE
+    K.fallbacks = K.fallbacks + 1 if K.verdict == FALLBACK and without_task else 0
     if K.fallbacks > K.fallback_limit:
         K.latched = 1
     K.soft_rows = 0.0
@@ -158,6 +161,9 @@ def _advance(K: Any, claim: int) -> int:
         _begin_second_stage(K, claim)
         return READY
     good = claim == SOLVED and judge(K)
+    if K.guard > 0.0 and not K.has_torques and not (good and within_guard(K)):
+        add_torques(K)  # the same QP again, now with torque rows
+        return SOLVE
     if stage == MAIN_STAGE:
         K.claim = claim
     if good:
@@ -165,6 +171,8 @@ def _advance(K: Any, claim: int) -> int:
             K.scale = K.x[K.n] if K.mode == SCALE else 1.0
         if stage == MAIN_STAGE:
             K.verdict = _verdict_on_task(K)
+        elif K.mode == HARD and _verdict_on_task(K) == RELAXED:
+            K.verdict = RELAXED  # a residual that compliance cannot close proves that the hard QP has no solution
         return _finish(K)
     K.warm = 0
     if stage == MAIN_STAGE:

@@ -62,6 +62,8 @@ def pose_error(K: Any) -> None:
         d1 = T[4] * axis[2] + T[5] * axis[5] + T[6] * axis[8]
         d2 = T[8] * axis[2] + T[9] * axis[5] + T[10] * axis[8]
         x, y, z = a1 * d2 - a2 * d1, a2 * d0 - a0 * d2, a0 * d1 - a1 * d0
+        along = x * a0 + y * a1 + z * a2  # rounding, large beside the product of nearly opposite axes
+        x, y, z = x - along * a0, y - along * a1, z - along * a2
         s = sqrt(x * x + y * y + z * z)
         c = a0 * d0 + a1 * d1 + a2 * d2
         if s > 1e-12:

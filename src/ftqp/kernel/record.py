@@ -19,6 +19,7 @@ ROBOT: dict[str, Shape] = {
     "mass": (N,),
     "com": (N, 3),  # in the joint's frame
     "inertia": (N, 6),  # about the com: xx xy xz yy yz zz
+    "armature": (N,),  # rotor inertia seen at the joint
     "tip_rotation": (9,),
     "tip_translation": (3,),
     "gravity": (3,),
@@ -100,6 +101,7 @@ FLOATS = (
     "residual_bounds",
     "residual_dual",
     "torque_excess",
+    "guard",  # share of a_max up to which torque limits hold without being checked; 0: torque rows every tick
 )
 INTEGERS = (
     "n",
@@ -108,7 +110,8 @@ INTEGERS = (
     "level",
     "mode",
     "bounds",
-    "dynamic",  # M and h are needed every tick
+    "dynamic",  # torque rows, or an objective with inertia
+    "has_torques",  # M, h and the torque rows are those of this tick
     "tool_rows",
     "uses_rotation",
     "nq",
@@ -206,13 +209,15 @@ def record(count: int = 1) -> Any:
 
 
 def load_chain(W: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, inertia: Any, prismatic: Any,
-               continuous: Any, tip_rotation: Any, tip_translation: Any, gravity: Any) -> None:  # fmt: skip
+               continuous: Any, tip_rotation: Any, tip_translation: Any, gravity: Any,
+               armature: Any = 0.0) -> None:  # fmt: skip
     """Write the constants of a serial chain into every record of ``W``.
 
     Args:
         W: records, (count,).
         rotation: (n, 3, 3). translation: (n, 3) [m]. mass: (n,) [kg]. com: (n, 3) [m]. inertia: (n, 3, 3) [kg m2].
         prismatic: (n,). continuous: (n,). tip_rotation: (3, 3). tip_translation: (3,) [m]. gravity: (3,) [m/s2].
+        armature: (n,) rotor inertia at the joint [kg m2 or kg].
     """
     n = len(mass)
     W["n"] = n
@@ -223,6 +228,7 @@ def load_chain(W: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, 
     W["com"][:, :n] = com
     upper = np.triu_indices(3)
     W["inertia"][:, :n] = np.asarray(inertia)[:, upper[0], upper[1]]
+    W["armature"][:, :n] = armature
     W["prismatic"][:, :n] = prismatic
     W["continuous"][:, :n] = continuous
     W["tip_rotation"] = np.ravel(tip_rotation)

@@ -1,4 +1,4 @@
-"""One control tick: from measured state and target to a QP, and from its solution to a command."""
+"""The first half of a tick: from measured state and target to a QP. The second half is ``ftqp.kernel.ladder``."""
 
 from math import atan2, isfinite, pi
 from typing import Any
@@ -14,19 +14,18 @@ from ftqp.kernel.codes import (
     READY,
     SCALE,
     SOLVE,
-    SOLVED,
     TARGET_HAS_ROTATION,
 )
 from ftqp.kernel.criteria import objective
 from ftqp.kernel.dynamics import dynamics
 from ftqp.kernel.failed_joints import any_instant_lock, lock_instantly, prescribed_motion
 from ftqp.kernel.jit import jit
-from ftqp.kernel.ladder import begin_first_stage, begin_stop, climb
+from ftqp.kernel.ladder import begin_first_stage, begin_stop
 from ftqp.kernel.pose_error import pose_error
 from ftqp.kernel.task import compliance, error_norms, path_scale, task_rows
-from ftqp.kernel.torque import torque_rows
+from ftqp.kernel.torque import add_torques
 
-SCALE_STAGE_RATIO = 1e-9
+SCALE_STAGE_RATIO = 1e-7
 """Scaled mode: compliance of the rows that keep the direction."""
 
 
@@ -60,34 +59,24 @@ def accept_state(K: Any, q: Any, v: Any) -> None:
 
 @jit
 def _inputs_are_finite(K: Any) -> bool:
-    """Whether q, v, the target and the measured tip are finite; a q or v that is not is replaced by the last command."""
+    """Whether q, v, the target and the measured tip are finite; a q or v that is not gives way to the last command.
+
+    Number by number: fast math may fold a sum of x - x into zero, NaN or not.
+    """
     good = True
-    total = 0.0
     for i in range(K.n):
-        total += K.q[i] - K.q[i] + K.v[i] - K.v[i]
-    if not total == 0.0:
-        good = False
+        good = good and isfinite(K.q[i]) and isfinite(K.v[i])
+    if not good:
         for i in range(K.n):
             K.q[i] = K.q_command[i]
             K.v[i] = K.v_command[i]
-    total = 0.0
     for k in range(TARGET_HAS_ROTATION):
-        total += K.target[k] - K.target[k]
+        good = good and isfinite(K.target[k])
     if K.has_tip_measured:
         for r in range(4):
             for c in range(4):
-                total += K.tip_measured[r, c] - K.tip_measured[r, c]
-    return good and total == 0.0
-
-
-@jit
-def _kinematics(K: Any) -> None:
-    """The one snapshot of this tick."""
-    forward_kinematics(K)
-    if K.dynamic or K.level == ACCELERATION:
-        motion(K)
-    if K.dynamic:
-        dynamics(K)
+                good = good and isfinite(K.tip_measured[r, c])
+    return good
 
 
 @jit
@@ -117,13 +106,19 @@ def prepare(K: Any) -> int:
     K.qp_iterations = 0
     K.torque_excess = 0.0
     valid = _inputs_are_finite(K)
+    forward_kinematics(K)
     if any_instant_lock(K):
-        _kinematics(K)
+        motion(K)
+        dynamics(K)
         lock_instantly(K)
     prescribed_motion(K)
-    _kinematics(K)
+    if K.level == ACCELERATION:
+        motion(K)
     intervals(K)
-    torque_rows(K)
+    K.nc = 0
+    K.has_torques = 0
+    if K.dynamic and K.guard == 0.0:
+        add_torques(K)
     if not valid:
         begin_stop(K)
         K.verdict = INVALID_INPUT
@@ -150,9 +145,3 @@ def prepare(K: Any) -> int:
     else:
         compliance(K, K.slack_ratio)
     return READY
-
-
-@jit
-def tick(K: Any) -> int:
-    """The whole tick; the status, or READY when an external solver is to take the QP."""
-    return climb(K, prepare(K), SOLVED)

@@ -56,10 +56,17 @@ def judge(K: Any) -> bool:
             gradient += K.H_diagonal[i] * K.x[i]
         size = max(size, abs(gradient), abs(K.g[i]))
         for k in range(m):
-            gradient += K.A[k, i] * K.y[k]
+            term = K.A[k, i] * K.y[k]
+            size = max(size, abs(term))
+            gradient += term
         for j in range(K.nc):
-            gradient += K.C[j, i] * K.z[j]
+            term = K.C[j, i] * K.z[j]
+            size = max(size, abs(term))
+            gradient += term
         z = K.z_box[i]
+        if not isfinite(gradient + z):  # max would lose a NaN
+            K.residual_dual = inf
+            return False
         worst = max(worst, abs(gradient + z))
         if K.lb[i] < K.ub[i]:
             worst = max(worst, min(abs(z), K.ub[i] - K.x[i]) if z > 0.0 else min(abs(z), K.x[i] - K.lb[i]))
@@ -91,7 +98,7 @@ def command(K: Any) -> None:
         elif fault == BRAKING:
             v = K.lock_velocity[i]
         K.a_command[i], K.v_command[i], K.q_command[i] = a, v, q
-    if K.dynamic:
+    if K.has_torques:
         joint_torques(K)
 
 
