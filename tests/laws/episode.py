@@ -1,0 +1,166 @@
+"""A random closed-loop episode: robot, path, fault, time, level, backend and dt, and everything that must hold in it."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+import ftqp
+from ftqp.kernel import codes
+
+ROBOTS = ("panda", "iiwa14", "xarm7", "planar6", "srs7", "zhang7", "planar(10)")
+BACKENDS = ("active_set",) * 6 + ("daqp", "proxqp", "quadprog", "osqp")
+SPEED_TOLERANCE = 1e-9
+"""Share of a limit by which rounding may exceed it: one tolerance for every backend, robot and level."""
+
+
+@dataclass
+class Episode:
+    """What was drawn, and what went wrong (nothing, if the laws hold)."""
+
+    seed: int
+    description: str
+    backend: str
+    ticks: int = 0
+    broken: list[str] = field(default_factory=list)
+    statuses: dict[str, int] = field(default_factory=dict)
+
+
+def draw_path(generator: np.random.Generator, robot: Any, start: Any, duration: float) -> Any:
+    """A random path of a size that the robot may or may not be able to follow."""
+    size = robot.length * generator.uniform(0.1, 3.0)
+    planar = len(robot.default_rows) < 3 or "z" not in robot.default_rows
+    direction = generator.normal(size=3)
+    if planar:
+        direction[2] = 0.0
+    kind = generator.choice(["line", "square", "circle", "lissajous"])
+    if kind == "line":
+        return ftqp.paths.Line(start, size * direction / np.linalg.norm(direction), duration=duration)
+    if kind == "square":
+        return ftqp.paths.Square(start, size, duration=duration)
+    if kind == "circle":
+        return ftqp.paths.Circle(start, 0.5 * size, duration=duration)
+    return ftqp.paths.Lissajous(start, amplitudes=(0.5 * size, 0.4 * size), duration=duration)
+
+
+def draw_fault(generator: np.random.Generator, robot: Any) -> Any:
+    """A random fault of a random joint."""
+    joint = int(generator.integers(robot.nv))
+    kinds = ["locked", "locked", "degraded"] + (["free"] if robot.has_inertia else [])
+    kind = generator.choice(kinds)
+    if kind == "free":
+        return ftqp.FreeSwinging(joint, damping=float(generator.uniform(0.0, 5.0)))
+    if kind == "degraded":
+        shares = generator.uniform(0.2, 1.0, 3)
+        return ftqp.Degraded(joint, velocity=shares[0], acceleration=shares[1], torque=max(shares[2], 0.6))
+    return ftqp.Locked(joint)
+
+
+def start_of(generator: np.random.Generator, robot: Any) -> Any:
+    """A configuration inside the limits, near the robot's neutral one."""
+    low, high = robot.limits.q_min, robot.limits.q_max
+    spread = np.where(np.isfinite(high - low), high - low, 2.0)
+    q = robot.neutral + generator.uniform(-0.2, 0.2, robot.nv) * spread
+    margin = 0.02 * spread
+    return np.clip(q, low + margin, high - margin)
+
+
+def run(seed: int) -> Episode:
+    """Draw and run one episode; every law is checked on every tick."""
+    generator = np.random.default_rng(seed)
+    robot = ftqp.robots.load(str(generator.choice(ROBOTS)))
+    level = str(generator.choice(["velocity", "acceleration"]))
+    dt = float(generator.choice([0.001, 0.002, 0.005, 0.01]))
+    mode = str(generator.choice(["slack", "slack", "slack", "hard", "scaled", "lexicographic"]))
+    backend = str(generator.choice(BACKENDS))
+    schemes = ["mvn", "rmp"] + (["mke", "dlsm"] if robot.has_inertia else [])
+    scheme = str(generator.choice(schemes))
+    q = start_of(generator, robot)
+    duration = float(generator.uniform(0.5, 2.0))
+    path = draw_path(generator, robot, robot.pose(q), duration)
+    fault = draw_fault(generator, robot)
+    at = int(generator.integers(round(duration / dt)))
+    stop = None if generator.random() < 0.5 else ftqp.EmergencyStop()
+    name = f"{robot.name} {level} dt={dt} {mode} {backend} {scheme} {type(path).__name__} {duration:.2f} s, {fault} at {at}"
+    episode = Episode(seed=seed, description=name, backend=backend)
+    planner = ftqp.Planner(
+        robot, dt, level=level, scheme=scheme, task=ftqp.Task(mode=mode), backend=backend, emergency=stop
+    )
+    t = np.arange(round(duration / dt) + round(0.2 / dt)) * dt
+    samples = path.sample(t)
+    target = ftqp.Target(pose=path.start)
+    planner.reset(q)
+    v = np.zeros(robot.nv)
+    for k in range(len(t)):
+        if k == at:
+            planner.report(fault)
+        target.pose[:], target.twist[:] = samples.pose[k], samples.twist[k]
+        target.acceleration[:] = samples.acceleration[k]
+        before = v
+        step = planner.step(q, v, target)
+        check(episode, planner, step, q, before, dt, k)
+        q, v = step.q.copy(), step.v.copy()
+        name = step.status.name
+        episode.statuses[name] = episode.statuses.get(name, 0) + 1
+    episode.ticks = len(t)
+    return episode
+
+
+def check(episode: Episode, planner: Any, step: Any, q: Any, v: Any, dt: float, k: int) -> None:
+    """What must hold of one command."""
+
+    def broken(what: str, worst: float) -> None:
+        if len(episode.broken) < 5:
+            episode.broken.append(f"tick {k} {step.status.name}: {what} by {worst:.3g}")
+
+    K, n = planner._record[0], planner.robot.nv
+    if not (np.isfinite(step.q).all() and np.isfinite(step.v).all() and np.isfinite(step.a).all()):
+        broken("command not finite", np.nan)
+        return
+    fault = K["fault"][:n]
+    healthy = fault == codes.HEALTHY
+    v_max, a_max = K["v_max"][:n], K["a_max"][:n]
+    over = (np.abs(step.a) / a_max - 1.0)[healthy]
+    if over.size and over.max() > 1e-6:
+        broken("acceleration limit (share)", over.max())
+    slower = np.maximum(v_max, np.abs(v) - a_max * dt)  # a limit that has just shrunk is reached at full deceleration
+    over = (np.abs(step.v) / slower - 1.0)[healthy]
+    if over.size and over.max() > SPEED_TOLERANCE:
+        broken("velocity limit (share)", over.max())
+    locked = fault == codes.LOCKED
+    if (step.v[locked] != 0.0).any() or (step.a[locked] != 0.0).any() or (step.q[locked] != q[locked]).any():
+        broken("locked joint moves", float(np.abs(step.v[locked]).max()))
+    viable = lacking_room(planner, K, q, v, dt) <= 0.0
+    lack = lacking_room(planner, K, step.q, step.v, dt)
+    over = lack[healthy & viable]
+    if over.size and over.max() > 1e-9:
+        broken("leaves its position limits, or can no longer brake before them,", over.max())
+    too_late = healthy & ~viable & (np.abs(v) > a_max * dt) & (v * (K["q_max"][:n] + K["q_min"][:n] - 2.0 * q) < 0.0)
+    if too_late.any() and planner.level == "acceleration":  # a limit has just shrunk: full braking, no less
+        short = (a_max + np.sign(v) * step.a)[too_late]
+        if short.max() > 1e-6:
+            broken("a joint that is too late to brake does not brake fully,", short.max())
+    if K["dynamic"]:
+        tau_max = K["tau_max"][:n]
+        over = (np.abs(step.tau) - tau_max)[healthy]
+        if over.size and over.max() > 1e-6:
+            broken(f"torque limit (excess flagged {step.torque_excess:.2g})", over.max())
+        free = fault == codes.FREE
+        if free.any() and step.status is not ftqp.StepStatus.FALLBACK:
+            M, h = K["M"][:n, :n], K["h"][:n]
+            rest = (M @ step.a + h + K["damping"][:n] * step.v)[free]
+            if np.abs(rest).max() > 1e-6 * (1.0 + np.abs(h).max()):
+                broken("free-swinging joint gets a torque", np.abs(rest).max())
+
+
+def lacking_room(planner: Any, K: Any, q: Any, v: Any, dt: float) -> Any:
+    """By how much each joint's room is too small for its braking distance, (n,); <= 0 where it can still brake."""
+    n = planner.robot.nv
+    q_min, q_max, a_max = (K[name][:n] for name in ("q_min", "q_max", "a_max"))
+    speed = np.abs(v)
+    need = speed**2 / (2.0 * a_max)
+    if planner.level == "velocity":  # the next command is already slower: sum over j of (v - j a_max dt) dt
+        steps = np.floor(speed / (a_max * dt))
+        need = dt * (steps * speed - 0.5 * a_max * dt * steps * (steps + 1.0))
+    ahead = np.where(v > 0.0, q_max - q, q - q_min) - need
+    return -np.minimum(ahead, np.minimum(q_max - q, q - q_min))

@@ -1,0 +1,217 @@
+"""Jin et al. 2017: experiments E1-E4 and E6-E9 of the spec, and its check values of section 2."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from numpy.testing import assert_allclose
+
+import ftqp
+from ftqp import EmergencyStop, Locked, StepStatus
+from tests.papers.jin2017 import START, Run, run
+
+PAPER_STOP = EmergencyStop(position=0.01, rotation=1.0, samples=1)
+
+
+def instant(joint: int, reset: str = "kinematic") -> Locked:
+    """The paper's lock: at once."""
+    return Locked(joint, mode="instant", reset=reset)
+
+
+FIVE = tuple((15.0, instant(joint)) for joint in range(5))
+
+
+@cache
+def e1(law: str = "quintic") -> Run:
+    return run(law=law)
+
+
+@cache
+def e2(**settings: Any) -> Run:
+    return run(faults=((15.0, instant(0)),), **settings)
+
+
+class TestArm:
+    """Section 2: the six-link arm."""
+
+    def test_start_pose_and_jacobian(self) -> None:
+        robot = ftqp.robots.load("planar6")
+        assert_allclose(robot.pose(START)[:2, 3], [0.87241288, 0.89010293], atol=5e-9)
+        data = robot.model.createData()
+        pin.computeJointJacobians(robot.model, data, START)
+        frame = robot.model.getFrameId(robot.tip)
+        J = pin.getFrameJacobian(robot.model, data, frame, pin.LOCAL_WORLD_ALIGNED)[:2]
+        assert_allclose(np.linalg.svd(J, compute_uv=False), [1.844142, 0.311927], atol=5e-7)
+
+    def test_inertia_of_the_kernel(self) -> None:
+        planner = ftqp.Planner(ftqp.robots.load("planar6"), 0.01, scheme="dlsm")
+        v = np.array([0.1, -0.2, 0.3, -0.1, 0.2, 0.05])
+        planner.reset(START)
+        planner.step(START, v, ftqp.Target(pose=planner.robot.pose(START)))
+        K = planner._record[0]
+        M = K["M"][:6, :6]
+        assert_allclose(M[0], [3.07087, 2.071825, 1.164001, 0.581081, 0.193268, 0.018158], atol=5e-6)
+        eigenvalues = [4.94955e-4, 1.87633e-3, 5.70791e-3, 2.25443e-2, 0.235669, 5.139285]
+        assert_allclose(np.linalg.eigvalsh(M), eigenvalues, rtol=2e-6)
+        assert_allclose(K["drift"][:2], [-0.01803415, -0.04190422], atol=5e-9)
+        assert_allclose(K["h"][:6], [-0.013853, -0.003590, 0.001927, 0.003077, 0.002007, 0.000383], atol=5e-7)
+
+
+class TestE1NoFault:
+    def test_error(self) -> None:
+        assert e1().error.max() == pytest.approx(3.69e-6, abs=0.005e-6)
+        assert e1("cycloid").error.max() == pytest.approx(4.72e-6, abs=0.005e-6)
+
+    def test_every_step_is_feasible(self) -> None:
+        assert e1().count(StepStatus.OK) == len(e1().t) == 2001
+
+    def test_final_configuration_and_torques(self) -> None:
+        assert_allclose(e1().q[-1], [0.26991, 0.24936, 0.25794, 0.26770, 0.27009, 0.26075], atol=1e-4)
+        peaks = [0.0434, 0.0347, 0.0227, 0.0118, 0.0032, 0.0002]
+        assert_allclose(np.abs(e1().tau).max(axis=0), peaks, atol=6e-5)
+
+    def test_mean_acceleration_feed_forward_is_more_accurate(self) -> None:
+        assert run(mean_acceleration=True).error.max() == pytest.approx(6.6e-7, rel=0.02)
+
+
+class TestE2Joint1Locks:
+    def test_error_stays_below_the_published_bound(self) -> None:
+        assert e2().error.max() < 4e-6
+        assert e2().error.max() == pytest.approx(3.48e-6, abs=0.01e-6)
+
+    def test_locked_joint_is_still_and_its_motor_silent(self) -> None:
+        after = e2().t >= 15.0 - 1e-9
+        assert np.ptp(e2().q[after, 0]) <= 1e-12
+        assert e2().q[-1, 0] == pytest.approx(0.3334, abs=1e-4)
+        assert (e2().v[e2().t > 15.0 + 1e-9, 0] == 0.0).all()
+        assert (e2().tau[after, 0] == 0.0).all()
+
+    def test_brake_carries_the_torque(self) -> None:
+        after = e2().t >= 15.0 - 1e-9
+        assert np.abs(e2().tau_brake[after, 0]).max() == pytest.approx(0.035, abs=5e-4)
+
+    def test_state_before_and_after(self) -> None:
+        assert e2().v[1500, 0] == pytest.approx(-1.1e-5, abs=1e-6)
+        assert_allclose(e2().q[-1], [0.3334, 0.15119, 0.24319, 0.29756, 0.31481, 0.28904], atol=1e-4)
+
+    def test_ramp_repairs_what_viability_bounds_leave_moving(self) -> None:
+        assert e2(bounds="viability").error.max() == pytest.approx(5.9e-5, rel=0.02)
+        ramped = run(faults=((15.0, Locked(0)),), bounds="viability")
+        assert ramped.error.max() == pytest.approx(3.4e-6, rel=0.02)
+
+
+class TestE3FiveJointsLock:
+    @pytest.mark.parametrize(("law", "time"), [("quintic", 16.83), ("cycloid", 16.87)])
+    def test_stop(self, law: str, time: float) -> None:
+        stopped = run(faults=FIVE, law=law, emergency=PAPER_STOP)
+        assert stopped.stopped_at == pytest.approx(time, abs=1e-9)
+        assert stopped.status[-1] is StepStatus.STOPPED
+        after = stopped.t >= 15.0 - 1e-9
+        assert (np.ptp(stopped.q[after, :5], axis=0) == 0.0).all()
+
+    def test_infeasible_from_the_fault_on(self) -> None:
+        free = run(faults=FIVE)
+        first = free.status.index(StepStatus.RELAXED)
+        assert free.t[first] == pytest.approx(15.0)
+        assert free.count(StepStatus.RELAXED) == 501
+        assert free.error.max() == pytest.approx(0.0388, abs=5e-5)
+
+
+class TestE4VelocityLevel:
+    @pytest.mark.parametrize("scheme", ["mvn", "rmp"])
+    def test_errors(self, scheme: str) -> None:
+        healthy = run(scheme, level="velocity")
+        assert healthy.error.max() == pytest.approx(4.52e-6, abs=0.01e-6)
+        locked = run(scheme, level="velocity", faults=((15.0, instant(0)),))
+        assert locked.error.max() == pytest.approx(4.56e-6, abs=0.01e-6)
+
+    @pytest.mark.parametrize("scheme", ["mvn", "rmp"])
+    def test_stop_with_five_joints_locked(self, scheme: str) -> None:
+        stopped = run(scheme, level="velocity", faults=FIVE, emergency=PAPER_STOP)
+        assert stopped.stopped_at == pytest.approx(16.83, abs=1e-9)
+
+    def test_repetitive_motion_returns(self) -> None:
+        result = run("rmp", level="velocity")
+        assert np.abs(result.q[-1] - result.q[0]).max() < 2e-6
+
+
+def test_e6_torque_limit_is_kept_by_the_other_joints() -> None:
+    limited = run("rmp", tau_max=[0.0303360, 1.0, 1.0, 1.0, 1.0, 1.0])
+    assert limited.count(StepStatus.OK) == len(limited.t)
+    assert np.abs(limited.tau[:, 0]).max() <= 0.0303360 + 1e-9
+    active = sum("j1 upper torque" in names or "j1 lower torque" in names for names in limited.limits)
+    assert active == pytest.approx(540, abs=10)
+    assert limited.error.max() == pytest.approx(3.6e-6, rel=0.02)
+    assert np.abs(limited.q[-1] - limited.q[0]).max() == pytest.approx(3e-3, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("fault", "error"),
+    [
+        (instant(0), 2.3e-3),
+        (instant(0, "momentum"), 8.3e-5),
+        (instant(0, "task"), 4.7e-6),
+        (Locked(0, deceleration=0.5), 4.6e-6),
+        (Locked(0, deceleration=2.0), 1.7e-4),
+    ],
+    ids=["instant-kinematic", "instant-momentum", "instant-task", "ramp-0.5", "ramp-2"],
+)
+def test_e7_joint_that_moves_when_it_fails(fault: Locked, error: float) -> None:
+    result = run(faults=((12.5, fault),))
+    assert result.v[1250, 0] == pytest.approx(-0.0227, abs=1e-4)
+    assert result.error.max() == pytest.approx(error, rel=0.1)
+
+
+def test_e8_bounds_decide_whether_the_fault_is_survived() -> None:
+    fault = ((2.5, Locked(0, deceleration=0.5)),)
+    jin = run(faults=fault)
+    assert jin.count(StepStatus.RELAXED) == 216
+    assert jin.error.max() == pytest.approx(7.9e-3, rel=0.01)
+    viable = run(faults=fault, bounds="viability")
+    assert viable.count(StepStatus.OK) == len(viable.t)
+    assert viable.error.max() == pytest.approx(3.4e-6, rel=0.02)
+
+
+@pytest.mark.parametrize("level", ["velocity", "acceleration"])
+def test_e9_bounds_are_never_empty_and_never_broken(level: str) -> None:
+    """Adversarial choices inside the interval, random or bang-bang, on every joint of the arm."""
+    generator = np.random.default_rng(9)
+    for dt in (0.01, 0.05):
+        planner = ftqp.Planner(
+            ftqp.robots.load("planar6"), dt, level=level, task=ftqp.Task(kp=1.0, kv=1.0), emergency=None
+        )
+        limits = planner.robot.limits
+        target = ftqp.Target(pose=planner.robot.pose(START))
+        q, v = START.copy(), np.zeros(6)
+        planner.reset(q)
+        for _ in range(6000):
+            step = planner.step(q, v, target)
+            choice = generator.random(6) if generator.random() < 0.5 else generator.integers(0, 2, 6)
+            x = step.lower + choice * (step.upper - step.lower)
+            if level == "acceleration":
+                q, v = q + dt * v + 0.5 * dt**2 * x, v + dt * x
+            else:
+                assert (np.abs(x - v) <= limits.a_max * dt + 1e-9).all()
+                q, v = q + dt * x, x
+            assert (q <= limits.q_max + 1e-9).all() and (q >= limits.q_min - 1e-9).all()
+            assert (np.abs(v) <= limits.v_max + 1e-9).all()
+        assert planner._record["empty_intervals"][0] == 0
+
+
+@pytest.mark.parametrize(
+    ("scheme", "peak"),
+    [("man", 0.038), ("mvn", 0.038), ("rmp", 0.038), ("dlsm", 0.043), ("mke", 0.060), ("iiwt", 0.114)],
+)
+def test_section_4_peak_torque_of_joint_1(scheme: str, peak: float) -> None:
+    assert np.abs(run(scheme).tau[:, 0]).max() == pytest.approx(peak, abs=6e-4)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "drift"),
+    [("rmp", 4e-6), ("mvn", 8e-4), ("dlsm", 0.012), ("man", 0.022), ("mke", 0.24), ("dlsm_mvn", 0.34)],
+)
+def test_section_4_joint_drift(scheme: str, drift: float) -> None:
+    result = run(scheme)
+    assert np.abs(result.q[-1] - result.q[0]).max() == pytest.approx(drift, rel=0.15)
