@@ -1,0 +1,1 @@
+"""The command line and the scenario file: composes the layers below, holds no algorithm."""

@@ -1,0 +1,5 @@
+"""``python -m ftqp.app`` is the command ``ftqp``."""
+
+from ftqp.app.cli import main
+
+main()

@@ -1,0 +1,149 @@
+"""What the command line says and where: results on stdout, messages and progress on stderr, one exit code."""
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from enum import IntEnum
+from functools import wraps
+from typing import Any, ParamSpec
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from ftqp.core.clock import now
+from ftqp.core.errors import FtqpError, ModelError, ScenarioError
+
+PATIENCE = 1_000_000_000
+"""Work that takes longer than this gets a progress bar [ns]."""
+
+WIDE = 240
+"""Columns of a table that goes into a file or a pipe."""
+
+Parameters = ParamSpec("Parameters")
+
+
+class ExitCode(IntEnum):
+    """What a process of the command line returns."""
+
+    DONE = 0
+    STOPPED = 1
+    BAD_INPUT = 2
+    INTERRUPTED = 130
+
+
+def say(text: str) -> None:
+    """A message to the person at the terminal, on stderr."""
+    Console(stderr=True, highlight=False, markup=False, soft_wrap=True).print(text)
+
+
+def tell(text: str) -> None:
+    """A result for a person, on stdout."""
+    Console(highlight=False, markup=False, soft_wrap=True).print(text)
+
+
+def tell_json(content: Mapping[str, Any]) -> None:
+    """A result for a program: one JSON object on stdout."""
+    sys.stdout.write(json_text(content))
+    sys.stdout.flush()
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """``content`` as strict JSON; numbers that JSON does not have (NaN, infinity) become null."""
+    return json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    return str(value)
+
+
+def tell_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """A table for a person, on stdout; as wide as its content when stdout is not a terminal."""
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    for index, column in enumerate(columns):
+        table.add_column(column, overflow="fold", no_wrap=index == 0)
+    for row in rows:
+        table.add_row(*(escape(cell) for cell in row))
+    console = Console(highlight=False)
+    (console if console.is_terminal else Console(highlight=False, width=WIDE)).print(table)
+
+
+@contextmanager
+def progress(what: str, total: float) -> Iterator[Callable[[float], None]]:
+    """A bar on stderr that appears once the work takes longer than a second and stderr is a terminal.
+
+    Yields:
+        A function that takes how much of ``total`` is done.
+    """
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda done: None
+        return
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+    )
+    begin, shown = now(), False
+    task = bar.add_task(escape(what), total=total)
+
+    def advance(done: float) -> None:
+        nonlocal shown
+        if not shown and now() - begin > PATIENCE:
+            bar.start()
+            shown = True
+        if shown:
+            bar.update(task, completed=done)
+
+    try:
+        yield advance
+    finally:
+        if shown:
+            bar.stop()
+
+
+def command(body: Callable[Parameters, ExitCode]) -> Callable[Parameters, None]:
+    """Makes a command of ``body``: bad input is said in words and ends with 2, Ctrl-C with 130."""
+
+    @wraps(body)
+    def run(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
+        try:
+            code = body(*args, **kwargs)
+        except KeyboardInterrupt:
+            say("interrupted")
+            code = ExitCode.INTERRUPTED
+        except FtqpError as error:
+            if kwargs.get("as_json"):
+                facts = {"error": str(error).partition("\n")[0]}
+                tell_json({**facts, "errors": list(_details(error))})
+            say(f"error: {error}")
+            code = ExitCode.BAD_INPUT
+        raise typer.Exit(int(code))
+
+    return run
+
+
+def _details(error: FtqpError) -> tuple[str, ...]:
+    if isinstance(error, ScenarioError) and error.errors:
+        return error.errors
+    if isinstance(error, ModelError) and error.findings:
+        return error.findings
+    return (str(error),)

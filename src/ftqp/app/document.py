@@ -1,0 +1,228 @@
+"""A scenario's text: found by path or bundled name, read within limits, overridden, written back as TOML."""
+
+import json
+import stat
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from datetime import date, time
+from difflib import get_close_matches
+from importlib.resources import files
+from pathlib import Path
+from re import split
+from typing import Any
+
+from ftqp.core.errors import ScenarioError
+
+MAX_BYTES = 1_000_000
+"""Largest scenario file that is read; a real one has a few thousand bytes."""
+
+MAX_DEPTH = 8
+"""Deepest nesting of a scenario; ``planner.task.rows[0]`` is 4."""
+
+MAX_DOTS = 500
+"""Most dots in a row of a key; more would keep the parser busy for minutes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Document:
+    """A parsed scenario before validation.
+
+    Attributes:
+        name: the file's stem, which names the run.
+        origin: how to speak of it, a path or ``bundled scenario 'x'``.
+        folder: where its relative paths start.
+        content: the tables.
+    """
+
+    name: str
+    origin: str
+    folder: Path
+    content: dict[str, Any]
+
+
+def bundled() -> dict[str, str]:
+    """The bundled scenarios: name to the first line of its comment."""
+    found = {}
+    for entry in sorted(files("ftqp.app").joinpath("scenarios").iterdir(), key=lambda e: e.name):
+        if entry.name.endswith(".toml"):
+            first = entry.read_text(encoding="utf-8").partition("\n")[0]
+            found[entry.name.removesuffix(".toml")] = first.lstrip("# ").rstrip()
+    return found
+
+
+def read(source: str, overrides: Iterable[str] = ()) -> Document:
+    """The scenario ``source``, a path or a bundled name, with ``a.b=value`` overrides put in.
+
+    Raises:
+        ScenarioError: not found, not a small UTF-8 text file, not TOML, or a malformed override.
+    """
+    path = Path(source)
+    if source in bundled() and not path.is_file():
+        resource = files("ftqp.app").joinpath("scenarios", f"{source}.toml")
+        name, origin, folder, text = (
+            source,
+            f"bundled scenario {source!r}",
+            Path.cwd(),
+            resource.read_text("utf-8"),
+        )
+    else:
+        name, origin, folder, text = path.stem, str(path), path.parent, _text(path)
+    content = _parsed(text, origin)
+    errors = [error for override in overrides if (error := _override(content, override))]
+    if _depth(content) > MAX_DEPTH:
+        errors.append(f"the tables are nested deeper than {MAX_DEPTH} levels, which no scenario needs")
+    if errors:
+        raise ScenarioError(f"{origin} cannot be used:", errors)
+    return Document(name=name, origin=origin, folder=folder, content=content)
+
+
+def _text(path: Path) -> str:
+    try:
+        facts = path.stat()
+        if stat.S_ISDIR(facts.st_mode):
+            raise ScenarioError(
+                f"{path} is a folder, expected a scenario file; name the .toml file inside it"
+            )
+        if not stat.S_ISREG(facts.st_mode):
+            raise ScenarioError(f"{path} is not a regular file, expected a scenario file")
+        if facts.st_size > MAX_BYTES:
+            raise ScenarioError(
+                f"{path} has {facts.st_size / 1e6:.1f} MB, expected a scenario of at most "
+                f"{MAX_BYTES / 1e6:.0f} MB; put waypoints into a CSV or NPZ file and name it under [path]"
+            )
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise ScenarioError(_not_found(path)) from error
+    except UnicodeDecodeError as error:
+        raise ScenarioError(
+            f"{path} is not a text file (byte {error.start} is not UTF-8), expected a scenario in TOML"
+        ) from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ScenarioError(f"{str(path)[:200]!r} cannot be read: {reason}") from error
+
+
+def _not_found(path: Path) -> str:
+    names = list(bundled())
+    beside = [str(p) for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
+    near = get_close_matches(str(path.with_suffix("")), names, n=1, cutoff=0.4)
+    near = near or get_close_matches(str(path), beside, n=1, cutoff=0.6)
+    hint = f" (did you mean {near[0]!r}?)" if near else ""
+    return f"{path} is neither a file nor a bundled scenario{hint}; bundled are {', '.join(names)}"
+
+
+def _parsed(text: str, origin: str) -> dict[str, Any]:
+    for number, line in enumerate(text.splitlines(), start=1):
+        # the parser's time grows with the square of a dotted key's length
+        if line.count(".") > MAX_DOTS and any(part.count(".") > MAX_DOTS for part in split(r"[=,#]", line)):
+            raise ScenarioError(
+                f"{origin} has a key of more than {MAX_DOTS} parts in line {number}, expected 4 at most"
+            )
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{origin} is not valid TOML: {error}") from error
+    except (RecursionError, ValueError) as error:
+        raise ScenarioError(
+            f"{origin} is not valid TOML: nested too deeply or a number out of range"
+        ) from error
+
+
+def _override(content: dict[str, Any], text: str) -> str | None:
+    """Puts ``a.b=value`` into ``content``, or takes out ``a.b=``; returns what is wrong with it."""
+    key, equals, raw = text.partition("=")
+    parts = [part.strip() for part in key.split(".")]
+    if not equals or not all(parts):
+        return f"--set {text!r} is not of the form a.b=value, for example --set planner.dt=0.002"
+    table: Any = content
+    for part in parts[:-1]:
+        table = _child(table, part)
+        if table is None:
+            return f"--set {text!r}: {part!r} is not a table of this scenario"
+    last, value = parts[-1], _value(raw)
+    if isinstance(table, list):
+        if not last.isdigit() or int(last) >= len(table):
+            return f"--set {text!r}: {last!r} is not an index below {len(table)}"
+        table[int(last)] = value
+    elif not isinstance(table, dict):
+        return f"--set {text!r}: {parts[-2]!r} is a value, not a table"
+    elif value == "":
+        table.pop(last, None)
+    else:
+        table[last] = value
+    return None
+
+
+def _child(table: Any, part: str) -> Any:
+    if isinstance(table, dict):
+        return table.setdefault(part, {})
+    if isinstance(table, list) and part.isdigit() and int(part) < len(table):
+        return table[int(part)]
+    return None
+
+
+def _value(raw: str) -> Any:
+    """``raw`` as a TOML value; what is not one is text: ``--set planner.scheme=mvn`` needs no quotes."""
+    try:
+        return tomllib.loads(f"value = {raw.strip()}\n")["value"] if "\n" not in raw else raw
+    except (tomllib.TOMLDecodeError, ValueError, RecursionError):
+        return raw.strip()
+
+
+def _depth(value: Any) -> int:
+    """Depth of nesting, by levels and not by recursion: a hostile file nests as deep as it is long."""
+    level, depth = [value], 0
+    while level and depth <= MAX_DEPTH:
+        children: list[Any] = []
+        for item in level:
+            children.extend(
+                item.values() if isinstance(item, dict) else item if isinstance(item, list) else ()
+            )
+        level, depth = children, depth + 1
+    return depth
+
+
+def toml(content: Mapping[str, Any]) -> str:
+    """``content`` as TOML: tables, inline tables for what lies deeper, ``[[faults]]`` for lists of tables."""
+    lines: list[str] = []
+    for key, value in content.items():
+        if isinstance(value, Mapping):
+            lines += [
+                "",
+                f"[{_key(key)}]",
+                *(f"{_key(k)} = {_inline(v)}" for k, v in value.items() if v is not None),
+            ]
+        elif isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
+            for item in value:
+                lines += [
+                    "",
+                    f"[[{_key(key)}]]",
+                    *(f"{_key(k)} = {_inline(v)}" for k, v in item.items() if v is not None),
+                ]
+        elif value is not None:
+            lines.append(f"{_key(key)} = {_inline(value)}")
+    return "\n".join(lines).lstrip("\n") + "\n"
+
+
+def _key(key: str) -> str:
+    return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else _quoted(key)
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _inline(value: Any) -> str:
+    if isinstance(value, Mapping):
+        inner = ", ".join(f"{_key(k)} = {_inline(v)}" for k, v in value.items() if v is not None)
+        return f"{{ {inner} }}" if inner else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_inline(item) for item in value)}]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, date | time):
+        return value.isoformat()
+    if isinstance(value, int | float):
+        return repr(value)
+    return _quoted(str(value))

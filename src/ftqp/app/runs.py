@@ -1,0 +1,120 @@
+"""Runs a scenario into a folder: log, summary and figures, and says in words what happened."""
+
+import os
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from ftqp.app.console import ExitCode, json_text, progress, say
+from ftqp.app.scenario import Setup
+from ftqp.core.errors import InputError, MissingPackage
+from ftqp.sim.log import FILE_NAME, load_log
+from ftqp.sim.loop import Simulation
+from ftqp.sim.metrics import summary
+
+RUNS = Path("runs")
+"""Where runs go unless another folder is named."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """A run that has ended.
+
+    Attributes:
+        folder: where its files are.
+        summary: what ``summary.json`` holds.
+        figures: the pictures, in order.
+    """
+
+    folder: Path
+    summary: dict[str, Any]
+    figures: tuple[Path, ...]
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """What the process should return."""
+        if self.summary["interrupted"]:
+            return ExitCode.INTERRUPTED
+        return ExitCode.DONE if self.summary["completed"] else ExitCode.STOPPED
+
+
+def free_folder(wanted: Path | None, name: str) -> Path:
+    """The folder that a run may make: the one wanted, or ``runs/<name>-<time>``.
+
+    Raises:
+        InputError: it exists, or lies below something that is not a folder.
+    """
+    folder = wanted or RUNS / f"{name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    if folder.exists() or folder.is_symlink():
+        raise InputError(
+            f"output folder {folder} exists, and nothing is overwritten; name another one by --out"
+        )
+    for parent in folder.absolute().parents:
+        if parent.exists():
+            if not parent.is_dir():
+                raise InputError(f"output folder {folder} cannot be made: {parent} is not a folder")
+            if not os.access(parent, os.W_OK):
+                raise InputError(f"output folder {folder} cannot be made: {parent} is not writable")
+            break
+    return folder
+
+
+def run(setup: Setup, folder: Path) -> Run:
+    """Simulates ``setup`` and writes ``scenario.toml``, ``log.sqlite``, ``summary.json`` and ``figures/``.
+
+    Raises:
+        InputError: the folder cannot be made.
+        FtqpError: the log cannot be written.
+    """
+    with progress(setup.name, 1.0) as advance:
+        simulation = Simulation(
+            setup.planner,
+            setup.path,
+            q=setup.q,
+            v=setup.v,
+            schedule=setup.schedule,
+            duration=setup.duration,
+            feed_forward=setup.tables.simulation.feed_forward,
+            log=folder / FILE_NAME,
+            metadata=_about(setup),
+            progress=lambda done, total: advance(done / total),
+        )
+        try:
+            folder.mkdir(parents=True)
+            (folder / "scenario.toml").write_text(setup.toml, encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+        ended = simulation.run()
+    log = load_log(folder / FILE_NAME)
+    facts = summary(log) | {"interrupted": ended.interrupted, "folder": str(folder)}
+    _write(folder / "summary.json", json_text(facts))
+    figures = () if ended.interrupted else _figures(folder)
+    return Run(folder=folder, summary=facts, figures=figures)
+
+
+def _about(setup: Setup) -> dict[str, Any]:
+    """What the log says of the scenario, besides what the simulation knows itself."""
+    return {
+        "scenario": setup.name,
+        "scheme": setup.planner.scheme.name,
+        "backend": setup.planner.backend,
+        "resolved": setup.toml,
+    }
+
+
+def _write(path: Path, text: str) -> None:
+    """Writes a whole file or none."""
+    part = path.with_suffix(".part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)
+
+
+def _figures(folder: Path) -> tuple[Path, ...]:
+    """The pictures of a run; none, with a note, when the package that draws them is missing."""
+    try:
+        from ftqp.viz.figures import save_figures
+    except MissingPackage as error:
+        say(f"note: {error}")
+        return ()
+    return tuple(save_figures(load_log(folder / FILE_NAME), folder / "figures"))

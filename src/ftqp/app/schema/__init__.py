@@ -1,0 +1,5 @@
+"""The tables of a scenario file, strict: unknown keys are errors with the nearest valid key."""
+
+from ftqp.app.schema.scenario import Scenario
+
+__all__ = ["Scenario"]

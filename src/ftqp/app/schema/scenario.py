@@ -1,0 +1,52 @@
+"""A whole scenario file: every key with its type, default, unit, range and meaning."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from ftqp.app.schema.base import Finite, Table, unit
+from ftqp.app.schema.faults import FaultTable
+from ftqp.app.schema.path import PathTable
+from ftqp.app.schema.planner import PlannerTable
+from ftqp.app.schema.robot import RobotTable
+
+
+class StartTable(Table):
+    """The state at t = 0."""
+
+    q: list[Finite] | None = Field(
+        None,
+        description="joint positions; the robot's neutral ones if absent",
+        json_schema_extra=unit("rad or m"),
+    )
+    v: list[Finite] | None = Field(
+        None, description="joint velocities; at rest if absent", json_schema_extra=unit("rad/s or m/s")
+    )
+
+
+class SimulationTable(Table):
+    """What stands for the world."""
+
+    plant: Literal["kinematic"] = Field("kinematic", description="the arm follows every command exactly")
+    seed: int = Field(0, ge=0, description="seed of everything random, >= 0")
+    feed_forward: Literal["sampled", "mean"] = Field(
+        "sampled", description="the path's acceleration at a tick, or its mean until the next one"
+    )
+    duration: Finite | None = Field(
+        None,
+        gt=0,
+        description="end of the run, > 0; the path's duration if absent",
+        json_schema_extra=unit("s"),
+    )
+
+
+class Scenario(Table):
+    """A whole scenario file."""
+
+    description: str = Field("", description="what a reader should know")
+    robot: RobotTable = Field(description="the arm")
+    planner: PlannerTable = Field(PlannerTable(), description="how the next command is chosen")
+    start: StartTable = Field(StartTable(), description="the state at t = 0")
+    path: PathTable = Field(description="what the tip follows")
+    faults: list[FaultTable] = Field([], description="what fails, and when the planner is told")
+    simulation: SimulationTable = Field(SimulationTable(), description="what stands for the world")

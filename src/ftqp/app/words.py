@@ -1,0 +1,68 @@
+"""What happened in a run, in words; lengths in the unit that reads best."""
+
+from collections.abc import Mapping
+from typing import Any
+
+KEPT = 1e-9
+"""A limit exceeded by less than this was kept; less is rounding [SI units]."""
+
+
+def report(facts: Mapping[str, Any]) -> list[str]:
+    """A summary, line by line."""
+    times, turned = facts["step_time_us"], facts["max_rotation_error"]
+    return [
+        f"{facts['scenario']}: {facts['robot']}, scheme {facts['scheme']}, backend {facts['backend']}, "
+        f"{facts['level']} level, dt {1e3 * facts['dt']:g} ms",
+        *(f"  {fault_sentence(fault)}" for fault in facts["faults"]),
+        f"  {ending(facts)}",
+        f"  the tool was at most {length(facts['max_position_error'])} from its path"
+        + ("" if not turned else f" and turned away by at most {turned:.2g} rad"),
+        f"  {limits_sentence(facts['max_limit_violation'])}",
+        *(
+            []
+            if times["p50"] is None
+            else [f"  a step took {times['p50']:.1f} us, at most {times['max']:.0f} us"]
+        ),
+        f"  files: {facts['folder']}",
+    ]
+
+
+def ending(facts: Mapping[str, Any]) -> str:
+    """How the run ended."""
+    if facts["interrupted"]:
+        return f"interrupted after {facts['steps']} steps"
+    if facts["completed"]:
+        return f"completed in {facts['steps']} steps"
+    if facts["stopped_at"] is not None:
+        return f"stopped at {facts['stopped_at']:.2f} s: the task could not go on"
+    return f"not completed: {facts['final_status']}"
+
+
+def fault_sentence(fault: Mapping[str, Any]) -> str:
+    """A fault of the summary in words."""
+    what = {"locked": "locks", "free_swinging": "swings freely", "degraded": "is degraded"}[fault["kind"]]
+    told = fault["announced"]
+    if told is None:
+        heard = "the planner is never told"
+    elif told > fault["at"]:
+        heard = f"the planner is told at {told:g} s"
+    else:
+        heard = "the planner is told at once"
+    return f"{fault['joint']} {what} at {fault['at']:g} s; {heard}"
+
+
+def limits_sentence(violation: Mapping[str, float]) -> str:
+    """Whether the limits were kept, in words."""
+    names = {"q": "position", "v": "velocity", "a": "acceleration", "tau": "torque"}
+    broken = [f"{names[key]} by {value:.2g}" for key, value in violation.items() if value > KEPT]
+    return f"limits exceeded: {', '.join(broken)}" if broken else "every limit was kept"
+
+
+def length(metres: float | None) -> str:
+    """A length in the unit that reads best."""
+    if metres is None:
+        return "an unknown distance"
+    for factor, unit in ((1.0, "m"), (1e3, "mm")):
+        if metres * factor >= 1.0:
+            return f"{metres * factor:.3g} {unit}"
+    return f"{metres * 1e6:.2g} um"

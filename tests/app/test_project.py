@@ -1,0 +1,46 @@
+"""What the project's files promise: versions that agree, extras that the messages name."""
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import ftqp
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def project() -> dict[str, Any]:
+    """The file pyproject.toml."""
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+def test_version_is_the_same_everywhere() -> None:
+    assert f"\nversion: {ftqp.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\n## {ftqp.__version__}\n" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
+def test_extras_are_those_that_messages_name(project: dict[str, Any]) -> None:
+    extras = set(project["project"]["optional-dependencies"])
+    assert extras == {"viz", "sim", "robots", "solvers", "distributed", "gpu", "dev"}
+
+
+def test_importing_ftqp_loads_neither_pinocchio_nor_numba_nor_pydantic() -> None:
+    heavy = ("pinocchio", "numba", "pydantic", "scipy", "rich")
+    code = f"import ftqp, sys; print([name for name in {heavy} if name in sys.modules])"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout == "[]\n"
+
+
+def test_contributing_names_files_that_exist() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = {
+        word for word in text.replace("`", " ").split() if word.startswith("src/ftqp/") and "<" not in word
+    }
+    named = {word.rstrip(".,:;") for word in named if "_name" not in word}
+    assert len(named) > 8
+    assert [word for word in sorted(named) if not (ROOT / word).exists()] == []
