@@ -15,6 +15,7 @@ from typing import Any
 from ftqp.kernel.codes import FREE, HEALTHY, VELOCITY
 from ftqp.kernel.jit import jit
 
+
 @jit
 def posture_error(K: Any, i: int) -> float:
     """q_i - posture_i; for a continuous joint the short way round, smooth: 2 sin(d/2) sign(cos(d/2))."""

@@ -7,7 +7,7 @@ The box and the failed joints are never relaxed. A stop enters at "towards rest"
 solver, whatever happens; an external solver takes the place of the first one for the QP itself.
 """
 
-from math import inf, isfinite
+from math import inf
 from typing import Any
 
 from ftqp.kernel.active_set import active_set
@@ -33,6 +33,7 @@ from ftqp.kernel.codes import (
     STOPPED,
     STOPPING,
 )
+from ftqp.kernel.finite import is_finite
 from ftqp.kernel.jit import jit
 from ftqp.kernel.task import compliance
 from ftqp.kernel.torque import add_torques, within_guard
@@ -192,7 +193,7 @@ def _advance(K: Any, claim: int) -> int:
     else:
         for i in range(K.n):
             x = min(max(-K.g[i], K.lb[i]), K.ub[i])
-            K.x[i] = x if isfinite(x) else 0.0
+            K.x[i] = x if is_finite(x) else 0.0
         return _finish(K)
     return SOLVE
 

@@ -1,8 +1,9 @@
 """KKT residuals of min 1/2 x'Hx + g'x, Ax = b, l <= Cx <= u, lb <= x <= ub."""
 
-from math import inf, isfinite
+from math import inf
 from typing import Any
 
+from ftqp.kernel.finite import is_finite
 from ftqp.kernel.jit import entry, jit
 
 
@@ -33,7 +34,7 @@ def slackness(value: float, low: float, high: float, z: float) -> float:
 def support(low: float, high: float, z: float) -> float:
     """max of z s over low <= s <= high, z+ high - z- low, infinite bounds left to ``slackness``."""
     bound = high if z > 0.0 else low
-    return z * bound if isfinite(bound) else 0.0
+    return z * bound if is_finite(bound) else 0.0
 
 
 @jit
@@ -78,7 +79,7 @@ def kkt(
             r += A[j, i] * y[j]
         for j in range(p):
             r += C[j, i] * z[j]
-        dual = max(dual, abs(r) if isfinite(r) else inf)
+        dual = max(dual, abs(r) if is_finite(r) else inf)
         primal = max(primal, violation(x[i], lb[i], ub[i]))
         complementary = max(complementary, slackness(x[i], lb[i], ub[i], z_box[i]))
         gap += x[i] * (Hx + g[i]) + support(lb[i], ub[i], z_box[i])
@@ -86,7 +87,7 @@ def kkt(
         r = -b[j]
         for i in range(n):
             r += A[j, i] * x[i]
-        primal = max(primal, abs(r) if isfinite(r) else inf)
+        primal = max(primal, abs(r) if is_finite(r) else inf)
         gap += b[j] * y[j]
     for j in range(p):
         row = 0.0
@@ -98,7 +99,7 @@ def kkt(
     out[0] = primal
     out[1] = dual
     out[2] = complementary
-    out[3] = abs(gap) if isfinite(gap) else inf
+    out[3] = abs(gap) if is_finite(gap) else inf
 
 
 @entry

@@ -1,6 +1,6 @@
 """The first half of a tick: from measured state and target to a QP. The second half is ``ftqp.kernel.ladder``."""
 
-from math import atan2, isfinite, pi
+from math import atan2, pi
 from typing import Any
 
 from ftqp.kernel.bounds import intervals
@@ -19,6 +19,7 @@ from ftqp.kernel.codes import (
 from ftqp.kernel.criteria import objective
 from ftqp.kernel.dynamics import dynamics
 from ftqp.kernel.failed_joints import any_instant_lock, lock_instantly, prescribed_motion
+from ftqp.kernel.finite import is_finite
 from ftqp.kernel.jit import jit
 from ftqp.kernel.ladder import begin_first_stage, begin_stop
 from ftqp.kernel.pose_error import pose_error
@@ -45,9 +46,9 @@ def accept_state(K: Any, q: Any, v: Any) -> None:
             if K.continuous[i]:
                 angle = atan2(q[k + 1], q[k]) - K.q_command[i]
                 turns = angle / (2.0 * pi)
-                whole = float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if isfinite(turns) else 0.0
+                whole = float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if is_finite(turns) else 0.0
                 K.q[i] = K.q_command[i] + angle - 2.0 * pi * whole
-                if not isfinite(q[k] + q[k + 1]):
+                if not (is_finite(q[k]) and is_finite(q[k + 1])):
                     K.q[i] = q[k] + q[k + 1]
                 k += 2
             else:
@@ -65,17 +66,17 @@ def _inputs_are_finite(K: Any) -> bool:
     """
     good = True
     for i in range(K.n):
-        good = good and isfinite(K.q[i]) and isfinite(K.v[i])
+        good = good and is_finite(K.q[i]) and is_finite(K.v[i])
     if not good:
         for i in range(K.n):
             K.q[i] = K.q_command[i]
             K.v[i] = K.v_command[i]
     for k in range(TARGET_HAS_ROTATION):
-        good = good and isfinite(K.target[k])
+        good = good and is_finite(K.target[k])
     if K.has_tip_measured:
         for r in range(4):
             for c in range(4):
-                good = good and isfinite(K.tip_measured[r, c])
+                good = good and is_finite(K.tip_measured[r, c])
     return good
 
 

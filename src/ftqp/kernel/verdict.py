@@ -1,9 +1,10 @@
 """What an answer is worth and what it commands: residuals, clamp, integration."""
 
-from math import inf, isfinite
+from math import inf
 from typing import Any
 
 from ftqp.kernel.codes import ACCELERATION, BRAKING, HEALTHY, LOCKED
+from ftqp.kernel.finite import is_finite
 from ftqp.kernel.jit import jit
 
 
@@ -19,7 +20,7 @@ def judge(K: Any) -> bool:
     size_x = 0.0
     for i in range(n):
         x = min(max(K.x[i], K.lb[i]), K.ub[i])
-        if not isfinite(x):
+        if not is_finite(x):
             K.residual_bounds = inf
             return False
         K.x[i] = x
@@ -64,7 +65,7 @@ def judge(K: Any) -> bool:
             size = max(size, abs(term))
             gradient += term
         z = K.z_box[i]
-        if not isfinite(gradient + z):  # max would lose a NaN
+        if not is_finite(gradient + z):  # max would lose a NaN
             K.residual_dual = inf
             return False
         worst = max(worst, abs(gradient + z))

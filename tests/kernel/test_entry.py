@@ -1,0 +1,65 @@
+"""The ways in: sizes are checked, and the batch does to every record what the loop does."""
+
+import numpy as np
+
+import ftqp
+from ftqp.kernel import codes, entry
+from ftqp.kernel.record import record
+
+DT = 0.002
+
+
+def panda_records(count, **options):
+    """Planner records of a Panda, ready to step, and their start states."""
+    robot, rng = ftqp.robots.load("panda"), np.random.default_rng(2)
+    W, q = record(count), np.empty((count, 7))
+    for r in range(count):
+        q[r] = robot.neutral + rng.uniform(-0.05, 0.05, 7)
+        planner = ftqp.Planner(robot, DT, **options)
+        planner.reset(q[r])
+        W[r] = planner._record[0]
+    return robot, W, q
+
+
+def test_batch_equals_the_loop_bit_for_bit_with_faults():
+    count, ticks = 6, 150
+    robot, W, q = panda_records(count, scheme="dlsm")
+    loop, ql, vl = W.copy(), q.copy(), np.zeros((count, 7))
+    v, targets = np.zeros((count, 7)), np.empty((ticks, codes.TARGET_SIZE))
+    aim = ftqp.Target(pose=robot.pose(robot.neutral))
+    for k in range(ticks):
+        aim.position[2] += 2e-4
+        targets[k] = aim.packed
+    events = np.array([[-1, 0, 0], [2, 40, codes.BRAKING], [0, 0, codes.BRAKING], [3, 80, codes.INSTANT],
+                       [5, 60, codes.FREE], [6, 149, codes.BRAKING]])  # fmt: skip
+    rates, worst, counts = np.full(count, 2.0), np.zeros((count, 2)), np.zeros((count, 7), dtype=np.int64)
+    entry.batch(W, q, v, targets, events, rates, worst, counts)
+
+    statuses = np.zeros((count, 7), dtype=np.int64)
+    largest = np.zeros((count, 2))
+    for r in range(count):
+        one = loop[r : r + 1]
+        for k in range(ticks):
+            joint, at, fault = events[r]
+            if joint >= 0 and at == k:
+                one["fault"][0, joint], one["lock_rate"][0, joint] = fault, rates[r]
+                one["lock_velocity"][0, joint], one["warm"] = 1e300, 0
+            code = entry.step(one.ctypes.data, ql[r].copy(), vl[r].copy(), targets[k])
+            statuses[r, code] += 1
+            largest[r] = np.maximum(largest[r], (one["position_error"][0], one["rotation_error"][0]))
+            ql[r], vl[r] = one["q_command"][0, :7], one["v_command"][0, :7]
+    assert np.array_equal(q, ql) and np.array_equal(v, vl)
+    assert np.array_equal(worst, largest) and np.array_equal(counts, statuses)
+    assert np.all(counts.sum(axis=1) == ticks)
+    assert v[1, 2] == 0.0 and v[2, 0] == 0.0 and v[3, 3] == 0.0 and v[0].any()
+
+
+def test_wrong_sizes_and_a_missing_reset_are_told_apart():
+    robot, W, q = panda_records(1)
+    aim, v, at = ftqp.Target(pose=robot.pose(q[0])).packed, np.zeros(7), W.ctypes.data
+    assert entry.step(at, q[0], v, aim) == codes.OK
+    for args in ((q[0, :6].copy(), v, aim), (q[0], v[:5].copy(), aim), (q[0], v, aim[:28].copy())):
+        assert entry.step(at, *args) == codes.WRONG_SHAPE
+    assert entry.step(at, q[0], v, ftqp.Target(position=[0.3, 0.0, 0.5]).packed) == codes.NO_ROTATION
+    W["is_reset"] = 0
+    assert entry.step(at, q[0], v, aim) == codes.NOT_RESET
