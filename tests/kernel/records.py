@@ -39,3 +39,8 @@ def limited_record(robot: Robot, dt: float) -> Any:
     W["a_brake"] = W["a_max"]
     W["dt"] = dt
     return W
+
+
+def inputs(W: Any, q: Any, v: Any, target: Any) -> tuple[int, int, int, int, int]:
+    """The arguments of ``entry.step`` for contiguous arrays that the caller keeps alive."""
+    return address(W), q.ctypes.data, v.ctypes.data, target.ctypes.data, len(q)

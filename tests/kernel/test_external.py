@@ -4,6 +4,7 @@ import daqp
 import numpy as np
 import pytest
 from random_qps import EQUALITY
+from records import inputs
 
 import ftqp
 from ftqp.kernel import codes, entry
@@ -36,8 +37,8 @@ def packed(mode, level, scheme="dlsm", fault=None):
     W, inside = records
     n, m, p = sizes(W[0]) if not hasattr(sizes, "py_func") else sizes.py_func(_Fields(W))
     buffers = QPBuffers.zeros(n, m, p)
-    assert entry.prepare_external(W.ctypes.data, Q, V, target, buffers.flat) == codes.READY
-    entry.step(inside.ctypes.data, Q, V, target)
+    assert entry.prepare_external(*inputs(W, Q, V, target), buffers.flat) == codes.READY
+    entry.step(*inputs(inside, Q, V, target))
     return buffers, W, inside
 
 

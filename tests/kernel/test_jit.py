@@ -93,13 +93,10 @@ def run(code, source=PACKAGE.parent, before="", **environment):
 
 
 @compiled_only
-def test_a_step_allocates_nothing_beside_its_arguments_and_wakes_no_garbage_collector():
-    """numba wraps the three array arguments, q, v and target, during the call; the kernel adds nothing."""
+def test_a_step_allocates_nothing_and_wakes_no_garbage_collector():
     for before, after, collections, code in run(ALLOCATIONS, NUMBA_NRT_STATS="1").values():
         assert code < 3
-        allocated, freed, made, dropped = np.subtract(after, before)
-        assert allocated == freed and made == dropped  # nothing stays
-        assert max(allocated, made) <= 3 * 1000
+        assert after == before
         assert collections == 0
 
 

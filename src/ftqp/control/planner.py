@@ -1,6 +1,7 @@
 """Planner: one arm, one task, one QP a tick."""
 
 from collections.abc import Mapping
+from copy import copy
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -22,6 +23,7 @@ from ftqp.core.errors import InputError, ModelError, nearest
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
 from ftqp.kernel import codes, entry
+from ftqp.kernel.first_use import fast_call
 from ftqp.kernel.record import load_chain, record
 from ftqp.model.robot import Robot
 from ftqp.qp.backend import Backend
@@ -85,6 +87,7 @@ class Planner:
                 "robot.with_limits(a_max=...)"
             )
         self.robot = robot
+        self._nv = robot.nv
         self.dt = positive("dt", dt, "s")
         self.level = level
         self.task = Task() if task is None else task
@@ -98,12 +101,13 @@ class Planner:
         if criterion.needs_inertia and not robot.has_inertia:
             raise InputError(f"scheme {self.scheme.name!r} needs inertia, which {robot.name} has not; use mvn, man or rmp")
         self._needs_inertia = criterion.needs_inertia
-        in_kernel = isinstance(backend, str) and backend == IN_KERNEL
+        solver = None if isinstance(backend, str) and backend == IN_KERNEL else make_backend(backend)
+        in_kernel = solver is None or solver.name == IN_KERNEL
         self._guarded = (
             in_kernel and level == "velocity" and not criterion.needs_inertia and self.task.mode != "lexicographic"
         )
-        warm_up(external=not in_kernel)
         self._record = self._filled(record())
+        warm_up(external=not in_kernel)
         self._address: int = self._record.ctypes.data
         self._belief = Belief(robot, self._record)
         self._reserve = BrakingReserve(self._record, robot.nv) if self._rows_every_tick else None
@@ -112,10 +116,11 @@ class Planner:
         self._timing = timing
         self._buffers: QPBuffers | None = None
         self._backend: Backend | None = None
-        self._use_backend(backend)
+        if solver is not None and not in_kernel:
+            self._use_backend(solver)
         self._cold = True
-        self._fast = self._backend is None and not timing
-        self._entry = entry.step
+        self._entry = fast_call("step")
+        self._take_inputs()
 
     def _filled(self, W: Any) -> Any:
         """The record of a healthy robot with everything that never changes in a planner's life."""
@@ -161,12 +166,7 @@ class Planner:
         W["p"] = self.robot.nv if self.robot.has_inertia else 0
         return W
 
-    def _use_backend(self, given: Any) -> None:
-        if given == IN_KERNEL:
-            return
-        backend = make_backend(given)
-        if backend.name == IN_KERNEL:
-            return
+    def _use_backend(self, backend: Backend) -> None:
         self._backend = backend
         n, m, p = self.robot.nv, int(self._record["m"][0]), int(self._record["p"][0])
         n += (self.task.mode == "scaled") + (0 if self.task.mode == "hard" else m)
@@ -178,6 +178,20 @@ class Planner:
             self._buffers.H[:joints, :joints] *= self._record["weight"][0, :joints]
         backend.setup(self._buffers)
         self._record["external"] = 1
+
+    def _take_inputs(self) -> None:
+        """Where the compiled step reads q and v: the caller's own arrays once they come again and again, else copies."""
+        nv, nq = self.robot.nv, self.robot.nq
+        self._q_copy, self._v_copy = np.zeros(nq), np.zeros(nv)
+        self._q_views = {size: memoryview(self._q_copy[:size]) for size in (nv, nq)}  # type: ignore[arg-type]
+        self._v_view = memoryview(self._v_copy)  # type: ignore[arg-type]
+        self._q_copy_at, self._v_copy_at = self._q_copy.ctypes.data, self._v_copy.ctypes.data
+        self._q_seen: Any = None
+        self._v_seen: Any = None
+        self._q_last: Any = None
+        self._v_last: Any = None
+        self._q_at, self._v_at = self._q_copy_at, self._v_copy_at
+        self._plain = self._backend is None and not self._timing
 
     @property
     def backend(self) -> str:
@@ -228,53 +242,82 @@ class Planner:
             InputError: a wrong shape or type, a position target for a task with rotation rows, or no ``reset`` before. What
                 the world does (NaN, an infeasible task, a failing solver) never raises: see ``step.status``.
         """
-        if self._fast and tau is None and tip is None:
+        if q is self._q_seen and v is self._v_seen and tau is None and tip is None:
             try:
-                code: int = self._entry(self._address, q, v, target.packed)
-            except (TypeError, AttributeError):
-                return self._slow_step(q, v, target, None, None)
+                code: int = self._entry(self._address, self._q_at, self._v_at, target.address, self._nv)
+            except AttributeError as error:
+                raise _not_a_target(target) from error
             if code < 0:
                 self._mistake(code, q, v)
             out = self._out
             out.code = code
             return out
-        return self._slow_step(q, v, target, tau, tip)
+        return self._first_seen(q, v, target, tau, tip)
 
-    def _slow_step(self, q: Any, v: Any, target: Target, tau: Any, tip: Any) -> Step:
-        """The same for other dtypes and layouts, measured torques or tip, external backends and timing."""
+    def _first_seen(self, q: Any, v: Any, target: Target, tau: Any, tip: Any) -> Step:
+        """The same for arrays that are not the last step's, for other types, measured torques or tip, and backends."""
         if not isinstance(target, Target):
-            raise InputError(f"target is {type(target).__name__}, expected ftqp.Target(pose=...)")
+            raise _not_a_target(target)
         began = now() if self._timing else 0
+        try:
+            nq = len(q)
+            self._q_views[nq][:] = q
+            self._v_view[:] = v
+        except (TypeError, ValueError, KeyError, BufferError):
+            nq = self._converted(q, v)
+        if self._plain and tau is None and tip is None:
+            code: int = self._entry(self._address, self._q_copy_at, self._v_copy_at, target.address, nq)
+            if q is self._q_last and v is self._v_last:
+                self._adopt(q, v)
+            self._q_last, self._v_last = q, v
+        else:
+            code = self._full_step(nq, target, tau, tip)
+        if code < 0:
+            self._mistake(code, q, v)
+        out = self._out
+        out.code = code
+        if self._timing:
+            out.duration = (now() - began) * 1e-9
+        return out
+
+    def _converted(self, q: Any, v: Any) -> int:
+        """Lists, other dtypes and layouts into the copies; how many numbers q has."""
         q, v = _vector("q", q), _vector("v", v)
-        n = self.robot.nv
-        packed = target.packed
-        if tau is not None and not np.isfinite(_sized("tau", tau, (n,))).all():
-            packed = packed * np.nan
+        if len(q) not in self._q_views or len(v) != self.robot.nv:
+            self._mistake(codes.WRONG_SHAPE, q, v)
+        self._q_copy[: len(q)] = q
+        self._v_copy[:] = v
+        return len(q)
+
+    def _adopt(self, q: Any, v: Any) -> None:
+        """From now on the compiled step reads these very arrays, which the planner keeps alive."""
+        shape = (self.robot.nv,)
+        if all(type(x) is np.ndarray and x.dtype == np.float64 and x.shape == shape and x.flags.carray for x in (q, v)):
+            self._q_seen, self._v_seen = q, v
+            self._q_at, self._v_at = q.ctypes.data, v.ctypes.data
+
+    def _full_step(self, nq: int, target: Target, tau: Any, tip: Any) -> int:
+        """A step with measured torques or tip, an external backend or timing."""
+        if tau is not None and not np.isfinite(_sized("tau", tau, (self.robot.nv,))).all():
+            target = copy(target)
+            target.packed[:] = np.nan
         if tip is not None:
             self._record["tip_measured"][0] = _sized("tip", getattr(tip, "homogeneous", tip), (4, 4))
             self._record["has_tip_measured"] = 1
-        if self._backend is None:
-            code = entry.step(self._address, q, v, packed)
+        inputs = (self._address, self._q_copy_at, self._v_copy_at, target.address, nq)
+        if self._backend is None or self._buffers is None:
+            code: int = entry.step(*inputs)
         else:
-            code = self._external_step(q, v, packed)
+            code = entry.prepare_external(*inputs, self._buffers.flat)
+            if code == codes.READY:
+                claim = self._backend.solve(cold=self._cold)
+                self._cold = claim != codes.SOLVED
+                code = entry.finish_external(
+                    self._address, self._buffers.solution, int(claim), int(self._backend.iterations)
+                )
         if tip is not None:
             self._record["has_tip_measured"] = 0
-        if code < 0:
-            self._mistake(code, q, v)
-        self._out.code = code
-        if self._timing:
-            self._out.duration = (now() - began) * 1e-9
-        return self._out
-
-    def _external_step(self, q: FloatArray, v: FloatArray, packed: FloatArray) -> int:
-        buffers, backend = self._buffers, self._backend
-        assert buffers is not None and backend is not None
-        code: int = entry.prepare_external(self._address, q, v, packed, buffers.flat)
-        if code != codes.READY:
-            return code
-        claim = backend.solve(cold=self._cold)
-        self._cold = claim != codes.SOLVED
-        return int(entry.finish_external(self._address, buffers.solution, int(claim), backend.iterations))
+        return code
 
     def _mistake(self, code: int, q: Any, v: Any) -> NoReturn:
         if code == codes.NOT_RESET:
@@ -319,6 +362,10 @@ class Planner:
             K["guard"] = self._reserve.guard(a_max, tau_max)
         K["warm"] = 0
         self._cold = True
+
+
+def _not_a_target(given: Any) -> InputError:
+    return InputError(f"target is {type(given).__name__}, expected ftqp.Target(pose=...)")
 
 
 def _vector(name: str, value: Any) -> FloatArray:

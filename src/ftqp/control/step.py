@@ -182,7 +182,9 @@ class Step:
         claim = int(K["claim"])
         parts = [float(K[name]) for name in ("residual_task", "residual_bounds", "residual_dual")]
         status = None if claim < 0 else _SOLVE_STATUS[claim]
-        if status is SolveStatus.SOLVED and self.status is StepStatus.FALLBACK:
+        refuted = self.status is StepStatus.FALLBACK
+        refuted = refuted or (K["mode"] == codes.HARD and self.status is StepStatus.RELAXED)
+        if status is SolveStatus.SOLVED and refuted:
             status = SolveStatus.FAILED
         return QPReport(
             status=status,

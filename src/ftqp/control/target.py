@@ -35,7 +35,13 @@ class Target:
         InputError: neither or both of pose and position, a wrong shape, or not finite.
     """
 
-    __slots__ = ("acceleration", "packed", "pose", "position", "twist")
+    __slots__ = ("acceleration", "address", "packed", "pose", "position", "twist")
+    pose: FloatArray
+    position: FloatArray
+    twist: FloatArray
+    acceleration: FloatArray
+    packed: FloatArray
+    address: int
 
     def __init__(
         self,
@@ -46,11 +52,7 @@ class Target:
     ) -> None:
         if (pose is None) == (position is None):
             raise InputError("a target needs exactly one of pose and position; a pose gives both position and rotation")
-        self.packed: FloatArray = np.zeros(TARGET_SIZE)
-        self.pose = self.packed[TARGET_POSE:TARGET_TWIST].reshape(4, 4)
-        self.position = self.pose[:3, 3]
-        self.twist = self.packed[TARGET_TWIST:TARGET_ACCELERATION]
-        self.acceleration = self.packed[TARGET_ACCELERATION:TARGET_HAS_ROTATION]
+        self._own(np.zeros(TARGET_SIZE))
         if position is None:
             self.pose[:] = checked_pose(pose, "pose")
             self.packed[TARGET_HAS_ROTATION] = 1.0
@@ -62,6 +64,38 @@ class Target:
                 short = position is not None and np.shape(value) == (3,)
                 view[: 3 if short else 6] = array(name, value, (3,) if short else (6,))
 
+    def _own(self, packed: FloatArray) -> None:
+        """Take ``packed``, (29,), as the one buffer."""
+        pose = packed[TARGET_POSE:TARGET_TWIST].reshape(4, 4)
+        views = {
+            "packed": packed,
+            "address": packed.ctypes.data,
+            "pose": pose,
+            "position": pose[:3, 3],
+            "twist": packed[TARGET_TWIST:TARGET_ACCELERATION],
+            "acceleration": packed[TARGET_ACCELERATION:TARGET_HAS_ROTATION],
+        }
+        for name, view in views.items():
+            object.__setattr__(self, name, view)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """``target.pose = T`` writes into the buffer, as ``target.pose[:] = T`` does."""
+        if name not in ("pose", "position", "twist", "acceleration"):
+            raise AttributeError(f"a target has pose, position, twist and acceleration to be written, not {name!r}")
+        getattr(self, name)[...] = value
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self.packed.copy(),)
+
+    def __copy__(self) -> "Target":
+        return _restored(self.packed.copy())
+
     def __repr__(self) -> str:
         what = "pose" if self.packed[TARGET_HAS_ROTATION] else "position"
         return f"Target({what} at {np.array2string(self.position, precision=4)})"
+
+
+def _restored(packed: FloatArray) -> Target:
+    target = Target.__new__(Target)
+    target._own(packed)
+    return target

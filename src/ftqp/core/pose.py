@@ -46,7 +46,7 @@ def rotation_exp(w: FloatArray) -> FloatArray:
     angle = float(np.linalg.norm(w))
     if angle < 1e-12:
         return np.eye(3) + skew(w)
-    k = skew(w / angle)
+    k: FloatArray = skew(w / angle)
     return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)
 
 

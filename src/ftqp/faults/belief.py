@@ -7,7 +7,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import RESETS, Degraded, Fault, FreeSwinging, Locked
-from ftqp.kernel.codes import BRAKING, FREE, HEALTHY, INSTANT
+from ftqp.kernel.codes import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 from ftqp.model.robot import Robot
 
 LOCK_SHARE = 0.25
@@ -53,31 +53,22 @@ class Belief:
                 f"{self._robot.name} has no inertia, so the motion of free-swinging {self._robot.joints[i]} is unknown; "
                 "give the model its masses, or report ftqp.Locked"
             )
-        if self._faults.get(i) == fault:
-            return
         before = self._faults.get(i)
+        if before == fault:
+            return
+        low, high = self._range(i, fault) if isinstance(fault, Degraded) else (-np.inf, np.inf)
         self._restore_limits(i)
         self._faults[i] = fault
         K = self._record
         if isinstance(fault, Degraded):
             K["fault"][0, i] = HEALTHY
-            try:
-                self._degrade(i, fault)
-            except InputError:
-                self._restore_limits(i)
-                del self._faults[i]
-                if before is not None:
-                    self.report(before)
-                raise
+            self._degrade(i, fault)
+            K["q_min"][0, i], K["q_max"][0, i] = low, high
         elif isinstance(fault, FreeSwinging):
             K["fault"][0, i] = FREE
             K["damping"][0, i] = fault.damping
         else:
-            K["fault"][0, i] = INSTANT if fault.mode == "instant" else BRAKING
-            K["lock_velocity"][0, i] = np.inf
-            rate = fault.deceleration
-            K["lock_rate"][0, i] = LOCK_SHARE * self._robot.limits.a_max[i] if rate is None else rate
-            K["reset_mode"] = RESETS.index(fault.reset)
+            self._lock(i, fault, K["fault"][0, i] if isinstance(before, Locked) else HEALTHY)
 
     def withdraw(self, joint: str | int) -> None:
         """Hold the joint to be healthy again.
@@ -103,11 +94,26 @@ class Belief:
             self._record[name][0, i] = getattr(limits, name)[i]
         self._record["damping"][0, i] = 0.0
 
+    def _lock(self, i: int, fault: Locked, code: int) -> None:
+        """Lock joint i of this ``code``: locked it stays so, braking it goes on from where it is."""
+        K, rate = self._record, fault.deceleration
+        K["lock_rate"][0, i] = LOCK_SHARE * self._robot.limits.a_max[i] if rate is None else rate
+        K["reset_mode"] = RESETS.index(fault.reset)
+        if code == LOCKED:
+            return
+        K["fault"][0, i] = INSTANT if fault.mode == "instant" else BRAKING
+        if code != BRAKING:
+            K["lock_velocity"][0, i] = np.inf
+
     def _degrade(self, i: int, fault: Degraded) -> None:
         K, limits = self._record, self._robot.limits
         K["v_max"][0, i] = fault.velocity * limits.v_max[i]
         K["a_max"][0, i] = fault.acceleration * limits.a_max[i]
         K["tau_max"][0, i] = fault.torque * limits.tau_max[i]
+
+    def _range(self, i: int, fault: Degraded) -> tuple[float, float]:
+        """What is left of the range of joint i."""
+        limits = self._robot.limits
         low = limits.q_min[i] if fault.q_min is None else max(fault.q_min, limits.q_min[i])
         high = limits.q_max[i] if fault.q_max is None else min(fault.q_max, limits.q_max[i])
         if not low < high:
@@ -115,7 +121,7 @@ class Belief:
                 f"the range left of {self._robot.joints[i]} is empty: [{low:g}, {high:g}]; its healthy range is "
                 f"[{limits.q_min[i]:g}, {limits.q_max[i]:g}]"
             )
-        K["q_min"][0, i], K["q_max"][0, i] = low, high
+        return float(low), float(high)
 
 
 def codes(record: Any, n: int) -> FloatArray:

@@ -1,9 +1,9 @@
 """Kinematics of the serial chain: frames, Jacobian, drift. World axes, twists linear then angular at the tip's origin."""
 
-from math import cos, sin
 from typing import Any
 
 from ftqp.kernel.jit import jit
+from ftqp.kernel.trigonometry import joint_sines
 from ftqp.kernel.vectors import cross
 
 
@@ -14,6 +14,7 @@ def forward_kinematics(K: Any) -> None:
     Column i of J: (z_i x (o_tip - o_i); z_i) for a revolute joint, (z_i; 0) for a prismatic one.
     """
     n = K.n
+    joint_sines(K)
     for i in range(n):
         P = K.rotation[i]
         R = K.R[i]
@@ -37,7 +38,7 @@ def forward_kinematics(K: Any) -> None:
                 K.axis_w[i, r] = R[3 * r + 2]
                 K.o[i, r] += q * R[3 * r + 2]
         else:
-            s, c = sin(q), cos(q)
+            s, c = K.sine[i], K.cosine[i]
             for r in range(3):
                 x, y = R[3 * r], R[3 * r + 1]
                 R[3 * r] = c * x + s * y

@@ -1,9 +1,11 @@
 """The ways in from Python: each takes the address of a record, so nothing is unboxed and nothing is allocated.
 
-The address is only as alive as the array that owns the record: a planner keeps it.
+Whoever calls keeps the arrays alive that own the record and the inputs.
 """
 
 from typing import Any
+
+import numpy as np
 
 from ftqp.kernel.chain import forward_kinematics, motion
 from ftqp.kernel.codes import ANSWERED, NO_ROTATION, NOT_RESET, READY, SOLVED, TARGET_HAS_ROTATION, TARGET_SIZE, WRONG_SHAPE
@@ -15,42 +17,48 @@ from ftqp.kernel.record import DTYPE
 from ftqp.kernel.tick import accept_state, prepare
 from ftqp.kernel.verdict import joint_torques
 
+FLOAT = np.dtype(np.float64)
+
 
 @jit
-def _accept(K: Any, q: Any, v: Any, target: Any) -> int:
-    """Check sizes and copy the inputs; 0, or a programmer's mistake (negative)."""
-    if (len(q) != K.n and len(q) != K.nq) or len(v) != K.n or len(target) != TARGET_SIZE:
+def _accept(K: Any, q_at: int, v_at: int, target_at: int, nq: int) -> int:
+    """Copy the inputs that lie at the three addresses; 0, or a programmer's mistake (negative)."""
+    if nq != K.n and nq != K.nq:
         return WRONG_SHAPE
     if not K.is_reset:
         return NOT_RESET
+    target = carray(pointer(target_at), (TARGET_SIZE,), FLOAT)
     if K.uses_rotation and target[TARGET_HAS_ROTATION] == 0.0:
         return NO_ROTATION
-    accept_state(K, q, v)
+    accept_state(K, carray(pointer(q_at), (nq,), FLOAT), carray(pointer(v_at), (K.n,), FLOAT))
     for k in range(TARGET_SIZE):
         K.target[k] = target[k]
     return 0
 
 
 @entry
-def step(address: int, q: Any, v: Any, target: Any) -> int:
+def step(address: int, q_at: int, v_at: int, target_at: int, nq: int) -> int:
     """One tick with the in-kernel solver: the status, or a negative code for a programmer's mistake.
 
     Args:
         address: of the record.
-        q: (n,) joint values or (nq,) configuration [rad or m]. v: (n,) [rad/s or m/s]. target: (29,) packed target.
+        q_at: of (nq,) numbers, nq being n for joint values or the size of a configuration [rad or m].
+        v_at: of (n,) [rad/s or m/s].
+        target_at: of a packed target, (29,).
+        nq: how many numbers lie at q_at.
     """
     K = carray(pointer(address), 1, DTYPE)[0]
-    code = _accept(K, q, v, target)
+    code = _accept(K, q_at, v_at, target_at, nq)
     if code < 0:
         return code
     return climb(K, prepare(K), SOLVED)
 
 
 @entry
-def prepare_external(address: int, q: Any, v: Any, target: Any, flat: Any) -> int:
+def prepare_external(address: int, q_at: int, v_at: int, target_at: int, nq: int, flat: Any) -> int:
     """Assemble the QP of a tick into ``flat`` for an external solver: READY, or a status that needed no solver."""
     K = carray(pointer(address), 1, DTYPE)[0]
-    code = _accept(K, q, v, target)
+    code = _accept(K, q_at, v_at, target_at, nq)
     if code < 0:
         return code
     code = climb(K, prepare(K), SOLVED)

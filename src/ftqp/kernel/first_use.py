@@ -10,8 +10,8 @@ STEP = ("step",)
 EXTERNAL = ("prepare_external", "finish_external")
 SETUP = ("kinematics", "inverse_dynamics", "torques")
 _SIGNATURES = {
-    "step": "iaaa",
-    "prepare_external": "iaaaa",
+    "step": "iiiii",
+    "prepare_external": "iiiiia",
     "finish_external": "iaii",
     "kinematics": "iaa",
     "inverse_dynamics": "iaa",
@@ -55,3 +55,14 @@ def _compile(names: list[str]) -> None:
         dispatcher: Any = getattr(entry, name)
         dispatcher.compile(tuple(kinds[letter] for letter in _SIGNATURES[name]))
         dispatcher.disable_compile()
+
+
+def fast_call(name: str) -> Callable[..., Any]:
+    """The compiled code of an entry point that takes integers only, without numba's dispatch on types where that exists.
+
+    The types cannot be wrong: every argument is an address or a count that the planner itself provides.
+    """
+    dispatcher: Any = getattr(entry, name)
+    compiled = list(getattr(dispatcher, "overloads", {}).values())
+    direct: Callable[..., Any] = getattr(compiled[0], "entry_point", dispatcher) if len(compiled) == 1 else dispatcher
+    return direct

@@ -60,9 +60,11 @@ def cache_folder() -> Path:
     return cache_home() / f"kernel-{source_key(Path(__file__).parent)}"
 
 
-def _plain_carray(address: int, count: int, dtype: Any) -> Any:
+def _plain_carray(address: int, shape: Any, dtype: Any) -> Any:
+    count = int(np.prod(shape))
     buffer = (ctypes.c_char * (count * dtype.itemsize)).from_address(address)
-    return np.frombuffer(buffer, dtype=dtype).view(np.recarray)
+    array = np.frombuffer(buffer, dtype=dtype)
+    return array.view(np.recarray) if dtype.names else array
 
 
 try:
@@ -85,6 +87,11 @@ if COMPILED:
     def jit(function: F) -> F:
         """Compile a helper of the kernel; it becomes part of the entry points that call it."""
         compiled: F = njit(error_model="numpy", fastmath=FAST)(function)
+        return compiled
+
+    def exact_jit(function: F) -> F:
+        """Compile a helper whose rounding must stay as written: no fast math."""
+        compiled: F = njit(error_model="numpy")(function)
         return compiled
 
     def _cached(function: F, **options: Any) -> F:
@@ -116,7 +123,19 @@ else:
         """The function as it is."""
         return function
 
+    exact_jit = jit
     entry = jit
     batch_entry = jit
 
-__all__ = ["COMPILED", "batch_entry", "cache_folder", "carray", "entry", "jit", "pointer", "prange", "source_key"]
+__all__ = [
+    "COMPILED",
+    "batch_entry",
+    "cache_folder",
+    "carray",
+    "entry",
+    "exact_jit",
+    "jit",
+    "pointer",
+    "prange",
+    "source_key",
+]

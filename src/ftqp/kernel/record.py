@@ -59,6 +59,8 @@ STATE: dict[str, Shape] = {
     "tau_brake": (N,),
 }
 KINEMATICS: dict[str, Shape] = {
+    "sine": (N,),
+    "cosine": (N,),
     "R": (N, 9),
     "o": (N, 3),
     "axis_w": (N, 3),  # joint axes along W
@@ -167,6 +169,8 @@ def qp_fields(variables: int, rows: int, constraints: int) -> list[Any]:
         "z_box": (variables,),
         "x_free": (variables,),  # minimiser without rows; the solver's memory from here on
         "root": (variables,),  # 1/sqrt(H_ii), 0 for a fixed variable
+        "root_of": (variables,),  # the H_ii whose root is kept, and the root
+        "root_was": (variables,),
         "L_H": (variables, variables),
         "scratch": (variables,),
         "V": (working, variables),  # rows of the working set times H^(-1/2)

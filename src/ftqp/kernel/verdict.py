@@ -1,6 +1,6 @@
 """What an answer is worth and what it commands: residuals, clamp, integration."""
 
-from math import inf
+from math import inf, sqrt
 from typing import Any
 
 from ftqp.kernel.codes import ACCELERATION, BRAKING, HEALTHY, LOCKED
@@ -13,8 +13,8 @@ def judge(K: Any) -> bool:
     """Clamp x into the box, recompute every residual, and say whether the answer counts as solved.
 
     residual_task: max |A x + s - b| with s = soft lam, over 1 + max |b|; residual_bounds: what the rows of C are violated
-    by, over 1 + max |x|; residual_dual: max |Hx + g + A'y + C'z + z_box|, over 1 + max |terms|. Wrong signs of multipliers
-    count into residual_dual.
+    by, over 1 + max |x|; residual_dual: max |Hx + g + A'y + C'z + z_box|, over 1 + the norm of its terms.
+    Wrong signs of multipliers count into residual_dual.
     """
     n, m = K.nx, K.meq
     size_x = 0.0
@@ -47,31 +47,46 @@ def judge(K: Any) -> bool:
         worst = max(worst, over)
     K.torque_excess = excess
     K.residual_bounds = worst / (1.0 + size_x)
-    worst, size = 0.0, 0.0
+    r = K.scratch
+    size = 0.0
     for i in range(n):
-        gradient = K.g[i]
-        if K.dense:
+        r[i] = K.g[i]
+        size += r[i] * r[i]
+    if K.dense:
+        for i in range(n):
+            s = 0.0
             for j in range(n):
-                gradient += K.H[i, j] * K.x[j]
-        else:
-            gradient += K.H_diagonal[i] * K.x[i]
-        size = max(size, abs(gradient), abs(K.g[i]))
-        for k in range(m):
-            term = K.A[k, i] * K.y[k]
-            size = max(size, abs(term))
-            gradient += term
-        for j in range(K.nc):
-            term = K.C[j, i] * K.z[j]
-            size = max(size, abs(term))
-            gradient += term
+                s += K.H[i, j] * K.x[j]
+            r[i] += s
+            size += s * s
+    else:
+        for i in range(n):
+            s = K.H_diagonal[i] * K.x[i]
+            r[i] += s
+            size += s * s
+    for k in range(m):
+        y = K.y[k]
+        for i in range(n):
+            s = K.A[k, i] * y
+            r[i] += s
+            size += s * s
+    for k in range(K.nc):
+        y = K.z[k]
+        if y != 0.0:
+            for i in range(n):
+                s = K.C[k, i] * y
+                r[i] += s
+                size += s * s
+    worst = 0.0
+    for i in range(n):
         z = K.z_box[i]
-        if not is_finite(gradient + z):  # max would lose a NaN
+        if not is_finite(r[i] + z):  # max would lose a NaN
             K.residual_dual = inf
             return False
-        worst = max(worst, abs(gradient + z))
-        if K.lb[i] < K.ub[i]:
+        worst = max(worst, abs(r[i] + z))
+        if z != 0.0 and K.lb[i] < K.ub[i]:
             worst = max(worst, min(abs(z), K.ub[i] - K.x[i]) if z > 0.0 else min(abs(z), K.x[i] - K.lb[i]))
-    K.residual_dual = worst / (1.0 + size)
+    K.residual_dual = worst / (1.0 + sqrt(size))
     good = K.residual_task <= K.accept and K.residual_bounds <= K.accept and K.residual_dual <= K.accept
     return good
 
