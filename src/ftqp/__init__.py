@@ -1,7 +1,7 @@
 """ftqp: an arm keeps its task through a joint failure.
 
-Names are loaded when they are first used: ``import ftqp`` loads numpy only; pinocchio and numba come with the first robot or
-planner.
+Names are loaded when they are first used: ``import ftqp`` loads numpy only; pinocchio and numba come with the
+first robot or planner.
 """
 
 from importlib import import_module
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ftqp.faults.kinds import Degraded as Degraded
     from ftqp.faults.kinds import FreeSwinging as FreeSwinging
     from ftqp.faults.kinds import Locked as Locked
-    from ftqp.model import catalog as robots
+    from ftqp.model import catalog as robots  # noqa: F401  its home has another name
     from ftqp.model.limits import JointLimits as JointLimits
     from ftqp.model.robot import Robot as Robot
     from ftqp.qp.problem import QP as QP

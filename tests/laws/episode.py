@@ -1,4 +1,5 @@
-"""A random closed-loop episode: robot, path, fault, time, level, backend and dt, and everything that must hold in it."""
+"""A random closed-loop episode: robot, path, fault, time, level, backend and dt, and everything that must
+hold in it."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -81,7 +82,8 @@ def run(seed: int) -> Episode:
     fault = draw_fault(generator, robot)
     at = int(generator.integers(round(duration / dt)))
     stop = None if generator.random() < 0.5 else ftqp.EmergencyStop()
-    name = f"{robot.name} {level} dt={dt} {mode} {backend} {scheme} {type(path).__name__} {duration:.2f} s, {fault} at {at}"
+    name = f"{robot.name} {level} dt={dt} {mode} {backend} {scheme} {type(path).__name__} {duration:.2f} s"
+    name += f", {fault} at {at}"
     episode = Episode(seed=seed, description=name, backend=backend)
     planner = ftqp.Planner(
         robot, dt, level=level, scheme=scheme, task=ftqp.Task(mode=mode), backend=backend, emergency=stop
@@ -123,7 +125,9 @@ def check(episode: Episode, planner: Any, step: Any, q: Any, v: Any, dt: float, 
     over = (np.abs(step.a) / a_max - 1.0)[healthy]
     if over.size and over.max() > 1e-6:
         broken("acceleration limit (share)", over.max())
-    slower = np.maximum(v_max, np.abs(v) - a_max * dt)  # a limit that has just shrunk is reached at full deceleration
+    slower = np.maximum(
+        v_max, np.abs(v) - a_max * dt
+    )  # a limit that has just shrunk is reached at full deceleration
     over = (np.abs(step.v) / slower - 1.0)[healthy]
     if over.size and over.max() > SPEED_TOLERANCE:
         broken("velocity limit (share)", over.max())
@@ -135,7 +139,9 @@ def check(episode: Episode, planner: Any, step: Any, q: Any, v: Any, dt: float, 
     over = lack[healthy & viable]
     if over.size and over.max() > 1e-9:
         broken("leaves its position limits, or can no longer brake before them,", over.max())
-    too_late = healthy & ~viable & (np.abs(v) > a_max * dt) & (v * (K["q_max"][:n] + K["q_min"][:n] - 2.0 * q) < 0.0)
+    too_late = (
+        healthy & ~viable & (np.abs(v) > a_max * dt) & (v * (K["q_max"][:n] + K["q_min"][:n] - 2.0 * q) < 0.0)
+    )
     if too_late.any() and planner.level == "acceleration":  # a limit has just shrunk: full braking, no less
         short = (a_max + np.sign(v) * step.a)[too_late]
         if short.max() > 1e-6:
@@ -154,7 +160,8 @@ def check(episode: Episode, planner: Any, step: Any, q: Any, v: Any, dt: float, 
 
 
 def lacking_room(planner: Any, K: Any, q: Any, v: Any, dt: float) -> Any:
-    """By how much each joint's room is too small for its braking distance, (n,); <= 0 where it can still brake."""
+    """By how much each joint's room is too small for its braking distance, (n,); <= 0 where it can still
+    brake."""
     n = planner.robot.nv
     q_min, q_max, a_max = (K[name][:n] for name in ("q_min", "q_max", "a_max"))
     speed = np.abs(v)

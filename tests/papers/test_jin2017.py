@@ -7,10 +7,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
+from tests.papers.jin2017 import START, Run, run
 
 import ftqp
 from ftqp import EmergencyStop, Locked, StepStatus
-from tests.papers.jin2017 import START, Run, run
 
 PAPER_STOP = EmergencyStop(position=0.01, rotation=1.0, samples=1)
 

@@ -11,9 +11,11 @@ from ftqp.kernel import codes
 
 @dataclass(frozen=True, slots=True)
 class Viability:
-    """The default: after every command the joint can still brake before its limits; the interval is never empty.
+    """The default: after every command the joint can still brake before its limits; the interval is never
+    empty.
 
-    Velocity level: exact discrete braking. Source: Del Prete 2018; spec of the different-level scheme, 6.1 and 6.4.
+    Velocity level: exact discrete braking. Source: Del Prete 2018; spec of the different-level scheme, 6.1
+    and 6.4.
     """
 
     name: ClassVar[str] = "viability"
@@ -46,14 +48,17 @@ class Jin:
 
 @dataclass(frozen=True, slots=True)
 class OneStep:
-    """Looks one step ahead only, for comparison: overruns position limits. Source: Flacco, De Luca, Khatib 2012."""
+    """Looks one step ahead only, for comparison: overruns position limits. Source: Flacco, De Luca, Khatib
+    2012."""
 
     name: ClassVar[str] = "one_step"
     code: ClassVar[int] = codes.ONE_STEP
 
 
 Bounds = Viability | Jin | OneStep
-_KINDS: dict[str, type[Viability] | type[Jin] | type[OneStep]] = {k.name: k for k in (Viability, Jin, OneStep)}
+_KINDS: dict[str, type[Viability] | type[Jin] | type[OneStep]] = {
+    k.name: k for k in (Viability, Jin, OneStep)
+}
 
 
 def names() -> tuple[str, ...]:
@@ -72,12 +77,15 @@ def by_name(given: "str | Mapping[str, Any] | Bounds") -> Bounds:
     arguments = dict(given) if isinstance(given, Mapping) else {"name": given}
     name = arguments.pop("name", None)
     if name not in _KINDS:
-        raise InputError(f"{name!r} is not a bound conversion{nearest(str(name), _KINDS)}; there are {', '.join(_KINDS)}")
+        raise InputError(
+            f"{name!r} is not a bound conversion{nearest(str(name), _KINDS)}; there are {', '.join(_KINDS)}"
+        )
     kind = _KINDS[name]
     known = [f.name for f in fields(kind)]
     for key in arguments:
         if key not in known:
             raise InputError(
-                f"{key!r} is not a parameter of bounds {name!r}{nearest(key, known)}; it has {', '.join(known) or 'none'}"
+                f"{key!r} is not a parameter of bounds {name!r}{nearest(key, known)}; "
+                f"it has {', '.join(known) or 'none'}"
             )
     return kind(**arguments)

@@ -9,7 +9,8 @@ class Unreached:
 
     Attributes:
         direction: x, y, z, rx, ry or rz, along W (along the tool for ``position_axis``).
-        amount: what the motion does minus what the task asks, [m/s2] or [rad/s2]; [m/s] or [rad/s] at the velocity level.
+        amount: what the motion does minus what the task asks, [m/s2] or [rad/s2]; [m/s] or [rad/s] at the
+            velocity level.
     """
 
     direction: str
@@ -35,7 +36,8 @@ class Obstacle:
 class Certificate:
     """Which task directions cannot be kept, by how much, and which bounds stand in the way.
 
-    At the best feasible command the residual s = A x - b and the multipliers of the active bounds satisfy A's + z = 0 up to
+    At the best feasible command the residual s = A x - b and the multipliers of the active bounds satisfy A's
+    + z = 0 up to
     the objective: moving along -s would need one of those bounds to give.
 
     Attributes:
@@ -48,5 +50,8 @@ class Certificate:
 
     def __str__(self) -> str:
         missing = ", ".join(f"{u.direction} by {u.amount:+.3g}" for u in self.unreached) or "nothing"
-        because = ", ".join(f"{o.joint} at {o.limit}" for o in self.obstacles) or "the arm cannot move that way (singular)"
+        because = (
+            ", ".join(f"{o.joint} at {o.limit}" for o in self.obstacles)
+            or "the arm cannot move that way (singular)"
+        )
         return f"the task misses {missing}; in the way: {because}"

@@ -11,7 +11,8 @@ class EmergencyStop:
     """Stop when the task error is beyond its threshold and has risen on ``samples`` consecutive ticks.
 
     Args:
-        position: threshold of the position error [m]; 0.01 in Jin et al. 2017, where the arm starts on its path. The
+        position: threshold of the position error [m]; 0.01 in Jin et al. 2017, where the arm starts on its
+            path. The
             default leaves room for a user who streams poses without twists, so that the tip lags behind.
         rotation: threshold of the rotation error [rad].
         samples: consecutive rising samples; 1 in Jin et al. 2017, 3 against noise.

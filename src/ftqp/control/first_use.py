@@ -6,7 +6,9 @@ from contextlib import contextmanager
 
 from ftqp.kernel.first_use import EXTERNAL, SETUP, STEP, compile_entries
 
-NOTICE = "ftqp: compiling its kernel for this machine, once (about half a minute; `ftqp warmup` does it ahead) ..."
+NOTICE = (
+    "ftqp: compiling its kernel for this machine, once (about half a minute; `ftqp warmup` does it ahead) ..."
+)
 
 
 @contextmanager

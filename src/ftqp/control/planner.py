@@ -47,12 +47,15 @@ class Planner:
         robot: the arm; at most 32 joints, finite acceleration limits.
         dt: sampling period [s].
         level: ``acceleration`` or ``velocity``, what the QP decides.
-        scheme: what to do with the redundancy: an ``ftqp.schemes`` recipe, its name or {name = ..., ...}; None is ``mvn``.
+        scheme: what to do with the redundancy: an ``ftqp.schemes`` recipe, its name or {name = ..., ...};
+            None is ``mvn``.
         task: which rows, mode and gains; None is ``Task()``.
         bounds: ``viability``, ``jin`` or ``one_step``, or an object of ``ftqp.bounds``.
         backend: ``active_set``, or any name, table, profile file or object that ``ftqp.qp.backend`` takes.
-        posture: rest posture of ``rmp`` and ``dlsm``, (nv,) [rad or m]; None is the configuration given to ``reset``.
-        torque_limits: keep torque limits as rows of the QP; ignored for a robot without inertia or torque limits.
+        posture: rest posture of ``rmp`` and ``dlsm``, (nv,) [rad or m]; None is the configuration given to
+            ``reset``.
+        torque_limits: keep torque limits as rows of the QP; ignored for a robot without inertia or torque
+            limits.
         emergency: when to stop; None never does.
         timing: measure every step (``step.qp.time``).
 
@@ -77,9 +80,13 @@ class Planner:
         timing: bool = False,
     ) -> None:
         if level not in LEVELS:
-            raise InputError(f"level is {level!r}{nearest(str(level), LEVELS)}, expected one of {', '.join(LEVELS)}")
+            raise InputError(
+                f"level is {level!r}{nearest(str(level), LEVELS)}, expected one of {', '.join(LEVELS)}"
+            )
         if robot.nv > codes.JOINTS:
-            raise ModelError(f"{robot.name} has {robot.nv} joints between base and tip; ftqp drives at most {codes.JOINTS}")
+            raise ModelError(
+                f"{robot.name} has {robot.nv} joints between base and tip; ftqp drives at most {codes.JOINTS}"
+            )
         endless = [j for j, a in zip(robot.joints, robot.limits.a_max, strict=True) if not np.isfinite(a)]
         if endless:
             raise ModelError(
@@ -99,12 +106,17 @@ class Planner:
         self._rows_every_tick = torque_limits and robot.has_inertia and limited
         criterion = self.scheme.at(level)
         if criterion.needs_inertia and not robot.has_inertia:
-            raise InputError(f"scheme {self.scheme.name!r} needs inertia, which {robot.name} has not; use mvn, man or rmp")
+            raise InputError(
+                f"scheme {self.scheme.name!r} needs inertia, which {robot.name} has not; use mvn, man or rmp"
+            )
         self._needs_inertia = criterion.needs_inertia
         solver = None if isinstance(backend, str) and backend == IN_KERNEL else make_backend(backend)
         in_kernel = solver is None or solver.name == IN_KERNEL
         self._guarded = (
-            in_kernel and level == "velocity" and not criterion.needs_inertia and self.task.mode != "lexicographic"
+            in_kernel
+            and level == "velocity"
+            and not criterion.needs_inertia
+            and self.task.mode != "lexicographic"
         )
         self._record = self._filled(record())
         warm_up(external=not in_kernel)
@@ -151,12 +163,22 @@ class Planner:
         W["axis"] = axis_frame(task.axis).ravel()
         c = self.scheme.at(self.level)
         W["w_norm"], W["norm_v"], W["norm_q"] = c.norm, c.norm_v, c.norm_q
-        W["w_inertia"], W["inertia_v"], W["inertia_h"], W["w_torque"] = c.inertia, c.inertia_v, c.inertia_h, c.torque
+        W["w_inertia"], W["inertia_v"], W["inertia_h"], W["w_torque"] = (
+            c.inertia,
+            c.inertia_v,
+            c.inertia_h,
+            c.torque,
+        )
         W["weight"] = 1.0
         W["bounds"] = self.bounds.code
         if isinstance(self.bounds, Jin):
             b = self.bounds
-            W["jin_p"], W["jin_v"], W["jin_margin"], W["jin_upsilon"] = b.gamma_p, b.gamma_v, b.margin, b.upsilon
+            W["jin_p"], W["jin_v"], W["jin_margin"], W["jin_upsilon"] = (
+                b.gamma_p,
+                b.gamma_v,
+                b.margin,
+                b.upsilon,
+            )
         W["stop_position"] = W["stop_rotation"] = np.inf
         if self.emergency is not None:
             W["stop_position"], W["stop_rotation"] = self.emergency.position, self.emergency.rotation
@@ -180,7 +202,8 @@ class Planner:
         self._record["external"] = 1
 
     def _take_inputs(self) -> None:
-        """Where the compiled step reads q and v: the caller's own arrays once they come again and again, else copies."""
+        """Where the compiled step reads q and v: the caller's own arrays once they come again and again,
+        else copies."""
         nv, nq = self.robot.nv, self.robot.nq
         self._q_copy, self._v_copy = np.zeros(nq), np.zeros(nv)
         self._q_views = {size: memoryview(self._q_copy[:size]) for size in (nv, nq)}  # type: ignore[arg-type]
@@ -204,7 +227,8 @@ class Planner:
         return self._belief.faults
 
     def reset(self, q: Any, v: Any = None) -> None:
-        """Begin at (q, v): the latch of a stop, warm starts and the last command are forgotten, faults are not.
+        """Begin at (q, v): the latch of a stop, warm starts and the last command are forgotten, faults are
+        not.
 
         Args:
             q: measured configuration, (nv,) joint values or (nq,) [rad or m].
@@ -239,7 +263,8 @@ class Planner:
             The planner's own step, valid until the next one.
 
         Raises:
-            InputError: a wrong shape or type, a position target for a task with rotation rows, or no ``reset`` before. What
+            InputError: a wrong shape or type, a position target for a task with rotation rows, or no
+                ``reset`` before. What
                 the world does (NaN, an infeasible task, a failing solver) never raises: see ``step.status``.
         """
         if q is self._q_seen and v is self._v_seen and tau is None and tip is None:
@@ -255,7 +280,8 @@ class Planner:
         return self._first_seen(q, v, target, tau, tip)
 
     def _first_seen(self, q: Any, v: Any, target: Target, tau: Any, tip: Any) -> Step:
-        """The same for arrays that are not the last step's, for other types, measured torques or tip, and backends."""
+        """The same for arrays that are not the last step's, for other types, measured torques or tip, and
+        backends."""
         if not isinstance(target, Target):
             raise _not_a_target(target)
         began = now() if self._timing else 0
@@ -292,7 +318,10 @@ class Planner:
     def _adopt(self, q: Any, v: Any) -> None:
         """From now on the compiled step reads these very arrays, which the planner keeps alive."""
         shape = (self.robot.nv,)
-        if all(type(x) is np.ndarray and x.dtype == np.float64 and x.shape == shape and x.flags.carray for x in (q, v)):
+        if all(
+            type(x) is np.ndarray and x.dtype == np.float64 and x.shape == shape and x.flags.carray
+            for x in (q, v)
+        ):
             self._q_seen, self._v_seen = q, v
             self._q_at, self._v_at = q.ctypes.data, v.ctypes.data
 
@@ -323,7 +352,9 @@ class Planner:
         if code == codes.NOT_RESET:
             raise InputError("the planner has no start; call planner.reset(q) before the first step")
         if code == codes.NO_ROTATION:
-            raise InputError("the task has rotation rows but the target has a position only; give Target(pose=...)")
+            raise InputError(
+                "the task has rotation rows but the target has a position only; give Target(pose=...)"
+            )
         nv, nq = self.robot.nv, self.robot.nq
         expected = f"(nv,) = ({nv},)" if nq == nv else f"(nv,) = ({nv},) or (nq,) = ({nq},)"
         if np.shape(q) not in ((nv,), (nq,)):
@@ -349,7 +380,8 @@ class Planner:
         self._adopt_belief()
 
     def _adopt_belief(self) -> None:
-        """What follows from the belief: dynamics needed or not, braking reserve, no warm start across the change."""
+        """What follows from the belief: dynamics needed or not, braking reserve, no warm start across the
+        change."""
         K, n = self._record, self.robot.nv
         K["dynamic"] = self._rows_every_tick or self._needs_inertia or self._belief.needs_dynamics
         a_max, tau_max = K["a_max"][0, :n], K["tau_max"][0, :n]

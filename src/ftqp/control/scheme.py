@@ -59,7 +59,10 @@ class Scheme:
         """
         criterion = self.acceleration if level == "acceleration" else self.velocity
         if not (criterion.norm > 0.0 or criterion.inertia > 0.0 or criterion.torque > 0.0):
-            raise InputError(f"scheme {self.name!r} has no weight at the {level} level; give one criterion a positive weight")
+            raise InputError(
+                f"scheme {self.name!r} has no weight at the {level} level; "
+                "give one criterion a positive weight"
+            )
         return criterion
 
     def __add__(self, other: "Scheme") -> "Scheme":
@@ -72,7 +75,9 @@ class Scheme:
     def __mul__(self, weight: float) -> "Scheme":
         w = non_negative("the weight of a scheme", weight)
         return Scheme(
-            name=f"{w:g} {self.name}", acceleration=self.acceleration.scaled(w), velocity=self.velocity.scaled(w)
+            name=f"{w:g} {self.name}",
+            acceleration=self.acceleration.scaled(w),
+            velocity=self.velocity.scaled(w),
         )
 
     __rmul__ = __mul__

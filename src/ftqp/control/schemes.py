@@ -74,7 +74,8 @@ def rmp(mu: float = 4.0, nu: float = 4.0) -> Scheme:
 def dlsm(
     alpha: float = 0.995, mu: float = 4.0, nu: float = 4.0, tau_ref: float = 1.0, a_ref: float = 1.0
 ) -> Scheme:
-    """Different-level simultaneous minimisation: alpha |tau/tau_ref|^2 + (1 - alpha) |(a + kappa)/a_ref|^2, kappa of ``rmp``.
+    """Different-level simultaneous minimisation: alpha |tau/tau_ref|^2 + (1 - alpha) |(a + kappa)/a_ref|^2,
+    kappa of ``rmp``.
 
     Args:
         alpha: share of the torque norm, in [0, 1).
@@ -128,12 +129,15 @@ def recipe(name: str) -> Callable[..., Scheme]:
         InputError: unknown name.
     """
     if name not in _RECIPES:
-        raise InputError(f"{name!r} is not a scheme{nearest(str(name), _RECIPES)}; there are {', '.join(_RECIPES)}")
+        raise InputError(
+            f"{name!r} is not a scheme{nearest(str(name), _RECIPES)}; there are {', '.join(_RECIPES)}"
+        )
     return _RECIPES[name]
 
 
 def by_name(given: "str | Mapping[str, Any] | Scheme | None") -> Scheme:
-    """A scheme from its name, from ``{"name": "dlsm", "alpha": 0.99}``, from a scheme (as it is) or from None (mvn).
+    """A scheme from its name, from ``{"name": "dlsm", "alpha": 0.99}``, from a scheme (as it is) or from None
+    (mvn).
 
     Raises:
         InputError: unknown name or parameter.

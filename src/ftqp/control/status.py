@@ -7,7 +7,9 @@ class StepStatus(Enum):
     """The status of one step; its value is the sentence for the operator, its position the kernel's code."""
 
     OK = "the task is followed and every limit is kept"
-    RELAXED = "the task cannot be followed exactly within the limits; the arm does the nearest feasible motion"
+    RELAXED = (
+        "the task cannot be followed exactly within the limits; the arm does the nearest feasible motion"
+    )
     SCALED = "the task is followed more slowly, because its full speed would break a limit"
     FALLBACK = "the solver gave no usable answer; a safe substitute command was used for this step"
     STOPPING = "emergency stop: every healthy joint is braking; call reset() to go on"

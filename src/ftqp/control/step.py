@@ -13,7 +13,11 @@ from ftqp.core.checks import FloatArray
 from ftqp.kernel import codes, entry
 from ftqp.qp.problem import SolveStatus
 
-_LIMIT_NAMES = {codes.BY_ACCELERATION: "acceleration", codes.BY_VELOCITY: "velocity", codes.BY_POSITION: "position"}
+_LIMIT_NAMES = {
+    codes.BY_ACCELERATION: "acceleration",
+    codes.BY_VELOCITY: "velocity",
+    codes.BY_POSITION: "position",
+}
 ACTIVE = 1e-9
 """A multiplier above this share of the largest counts as active."""
 
@@ -43,12 +47,15 @@ _SOLVE_STATUS = (SolveStatus.SOLVED, SolveStatus.MAX_ITERATIONS, SolveStatus.INF
 
 
 class Step:
-    """One command and what there is to know of it. It belongs to the planner and is valid until its next step; ``copy()``
+    """One command and what there is to know of it. It belongs to the planner and is valid until its next
+    step; ``copy()``
     keeps one.
 
     Attributes:
-        q, v, a: command: position [rad or m], velocity, acceleration, (nv,); of a locked joint v and a are exactly 0.0.
-        task_error: from the tip to the target before the step, along W, (6,): position [m], rotation vector [rad].
+        q, v, a: command: position [rad or m], velocity, acceleration, (nv,); of a locked joint v and a are
+            exactly 0.0.
+        task_error: from the tip to the target before the step, along W, (6,): position [m], rotation vector
+            [rad].
         code: the status as a number, the position of ``status`` in ``StepStatus``.
     """
 
@@ -73,7 +80,8 @@ class Step:
 
     @property
     def tau(self) -> FloatArray:
-        """Torque of the motors that the command needs, (nv,) [N m or N]; 0.0 for a failed joint, NaN without inertia."""
+        """Torque of the motors that the command needs, (nv,) [N m or N]; 0.0 for a failed joint, NaN without
+        inertia."""
         return self._torques("tau")
 
     @property
@@ -128,14 +136,19 @@ class Step:
 
     @property
     def torque_excess(self) -> float:
-        """By how much torque rows are exceeded [N m; N m s at the velocity level]; 0 unless no motion could keep them."""
+        """By how much torque rows are exceeded [N m; N m s at the velocity level]; 0 unless no motion could
+        keep them."""
         excess = float(self._record["torque_excess"][0])
         return excess if excess > float(self._record["tolerance"][0]) * 10.0 else 0.0
 
     @property
     def limits_active(self) -> tuple[str, ...]:
         """The limits that hold the command back, such as ``panda_joint2 upper position``."""
-        return tuple(f"{obstacle.joint} {obstacle.limit}" for obstacle in self._obstacles() if obstacle.limit != "locked")
+        return tuple(
+            f"{obstacle.joint} {obstacle.limit}"
+            for obstacle in self._obstacles()
+            if obstacle.limit != "locked"
+        )
 
     def _obstacles(self) -> list[Obstacle]:
         K = self._record[0]
@@ -147,7 +160,9 @@ class Step:
                 found.append((joint, "locked", abs(z)))
             elif z != 0.0:
                 by = int(K["upper_by"][i] if z > 0.0 else K["lower_by"][i])
-                found.append((joint, f"{'upper' if z > 0.0 else 'lower'} {_LIMIT_NAMES.get(by, 'bound')}", abs(z)))
+                found.append(
+                    (joint, f"{'upper' if z > 0.0 else 'lower'} {_LIMIT_NAMES.get(by, 'bound')}", abs(z))
+                )
             if i < int(K["nc"]) and (z := float(K["z"][i])) != 0.0:
                 name = "free-swinging" if fault == codes.FREE else f"{'upper' if z > 0.0 else 'lower'} torque"
                 found.append((joint, name, abs(z)))
@@ -172,7 +187,8 @@ class Step:
             if abs(s) > 1e-3 * largest
         ]
         return Certificate(
-            unreached=tuple(sorted(unreached, key=lambda u: -abs(u.amount))), obstacles=tuple(self._obstacles())
+            unreached=tuple(sorted(unreached, key=lambda u: -abs(u.amount))),
+            obstacles=tuple(self._obstacles()),
         )
 
     @property
@@ -203,4 +219,5 @@ class Step:
         return kept
 
     def __repr__(self) -> str:
-        return f"Step({self.status.name}, position_error={self.position_error:.2e}, rotation_error={self.rotation_error:.2e})"
+        errors = f"position_error={self.position_error:.2e}, rotation_error={self.rotation_error:.2e}"
+        return f"Step({self.status.name}, {errors})"

@@ -19,7 +19,8 @@ from ftqp.kernel.codes import (
 class Target:
     """Pose (or position), twist and acceleration that the tip should have now.
 
-    The arrays are views of one buffer: write into them between steps (``target.pose[:] = T``) instead of making a new
+    The arrays are views of one buffer: write into them between steps (``target.pose[:] = T``) instead of
+    making a new
     target every tick. What is written there is not checked; a NaN gives the status INVALID_INPUT.
 
     Args:
@@ -51,7 +52,9 @@ class Target:
         acceleration: Any = None,
     ) -> None:
         if (pose is None) == (position is None):
-            raise InputError("a target needs exactly one of pose and position; a pose gives both position and rotation")
+            raise InputError(
+                "a target needs exactly one of pose and position; a pose gives both position and rotation"
+            )
         self._own(np.zeros(TARGET_SIZE))
         if position is None:
             self.pose[:] = checked_pose(pose, "pose")
@@ -59,7 +62,10 @@ class Target:
         else:
             self.pose[:] = np.eye(4)
             self.position[:] = array("position", position, (3,))
-        for name, value, view in (("twist", twist, self.twist), ("acceleration", acceleration, self.acceleration)):
+        for name, value, view in (
+            ("twist", twist, self.twist),
+            ("acceleration", acceleration, self.acceleration),
+        ):
             if value is not None:
                 short = position is not None and np.shape(value) == (3,)
                 view[: 3 if short else 6] = array(name, value, (3,) if short else (6,))
@@ -81,7 +87,9 @@ class Target:
     def __setattr__(self, name: str, value: Any) -> None:
         """``target.pose = T`` writes into the buffer, as ``target.pose[:] = T`` does."""
         if name not in ("pose", "position", "twist", "acceleration"):
-            raise AttributeError(f"a target has pose, position, twist and acceleration to be written, not {name!r}")
+            raise AttributeError(
+                f"a target has pose, position, twist and acceleration to be written, not {name!r}"
+            )
         getattr(self, name)[...] = value
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -17,7 +17,12 @@ ROW_SETS: dict[str, tuple[str, ...]] = {
     "position": COMPONENTS[:3],
     "position_axis": COMPONENTS[:5],
 }
-MODES = {"hard": codes.HARD, "slack": codes.SLACK, "scaled": codes.SCALE, "lexicographic": codes.LEXICOGRAPHIC}
+MODES = {
+    "hard": codes.HARD,
+    "slack": codes.SLACK,
+    "scaled": codes.SCALE,
+    "lexicographic": codes.LEXICOGRAPHIC,
+}
 DEFAULT_GAINS = {"acceleration": (100.0, 20.0), "velocity": (10.0, 0.0)}
 """kp, kv at each level: a critically damped error of 10 rad/s; at the velocity level a decay of 10 1/s."""
 
@@ -27,10 +32,13 @@ class Task:
     """What the tip has to do.
 
     Args:
-        rows: ``pose``, ``position``, ``position_axis`` (position and the direction of the tool axis), or names among x, y, z,
+        rows: ``pose``, ``position``, ``position_axis`` (position and the direction of the tool axis), or
+            names among x, y, z,
             rx, ry, rz; None takes the robot's own (planar arms: x, y).
-        mode: ``slack`` (default) leaves a residual where limits demand it, ``hard`` treats the task as an equality and
-            reports RELAXED when it has no solution, ``scaled`` slows down and keeps the direction, ``lexicographic`` first
+        mode: ``slack`` (default) leaves a residual where limits demand it, ``hard`` treats the task as an
+            equality and
+            reports RELAXED when it has no solution, ``scaled`` slows down and keeps the direction,
+            ``lexicographic`` first
             makes the residual as small as can be, then minimises the objective.
         kp: position gain [1/s2] at the acceleration level, [1/s] at the velocity level; None is 100 and 10.
         kv: velocity gain [1/s], acceleration level only; None is 2 sqrt(kp).
@@ -51,7 +59,10 @@ class Task:
         if self.rows is not None:
             row_indices(self.rows)
         if self.mode not in MODES:
-            raise InputError(f"task mode is {self.mode!r}{nearest(str(self.mode), MODES)}, expected one of {', '.join(MODES)}")
+            raise InputError(
+                f"task mode is {self.mode!r}{nearest(str(self.mode), MODES)}, "
+                f"expected one of {', '.join(MODES)}"
+            )
         for name in ("kp", "kv"):
             if getattr(self, name) is not None:
                 non_negative(name, getattr(self, name))
@@ -82,11 +93,16 @@ def row_indices(rows: Any) -> tuple[int, ...]:
     names = ROW_SETS.get(rows) if isinstance(rows, str) else tuple(rows)
     if names is None:
         valid = (*ROW_SETS, *COMPONENTS)
-        raise InputError(f"task rows {rows!r} are unknown{nearest(rows, valid)}; expected one of {', '.join(ROW_SETS)}, or "
-                         f"names among {', '.join(COMPONENTS)}")  # fmt: skip
+        raise InputError(
+            f"task rows {rows!r} are unknown{nearest(rows, valid)}; expected one of {', '.join(ROW_SETS)}, "
+            f"or names among {', '.join(COMPONENTS)}"
+        )
     for name in names:
         if name not in COMPONENTS:
-            raise InputError(f"task row {name!r} is unknown{nearest(str(name), COMPONENTS)}; rows are {', '.join(COMPONENTS)}")
+            raise InputError(
+                f"task row {name!r} is unknown{nearest(str(name), COMPONENTS)}; "
+                f"rows are {', '.join(COMPONENTS)}"
+            )
     if not names or len(set(names)) != len(names):
         raise InputError(f"task rows are {names!r}, expected at least one row and none twice")
     return tuple(sorted(COMPONENTS.index(name) for name in names))
@@ -111,5 +127,8 @@ def checked_gains(task: Task, level: str, dt: float) -> tuple[float, float]:
     loop = kp * dt if level == "velocity" else kv * dt
     if not isfinite(loop) or loop >= 2.0:
         name, value = ("kp", kp) if level == "velocity" else ("kv", kv)
-        raise InputError(f"{name} is {value:g}, but with dt = {dt:g} s the feedback is unstable; expected {name} < {2.0 / dt:g}")
+        raise InputError(
+            f"{name} is {value:g}, but with dt = {dt:g} s the feedback is unstable; "
+            f"expected {name} < {2.0 / dt:g}"
+        )
     return kp, kv

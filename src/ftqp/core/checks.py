@@ -13,7 +13,9 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
 
-def array(name: str, value: Any, shape: tuple[int, ...], symbol: str = "", *, finite: bool = True) -> FloatArray:
+def array(
+    name: str, value: Any, shape: tuple[int, ...], symbol: str = "", *, finite: bool = True
+) -> FloatArray:
     """``value`` as a fresh contiguous float64 array of ``shape``.
 
     Args:
@@ -29,14 +31,18 @@ def array(name: str, value: Any, shape: tuple[int, ...], symbol: str = "", *, fi
     try:
         result = np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name} is not an array of numbers: {value!r:.80}; expected shape {shape}") from error
+        raise InputError(
+            f"{name} is not an array of numbers: {value!r:.80}; expected shape {shape}"
+        ) from error
     if result.shape != shape:
         expected = f"{symbol} = {shape}" if symbol else f"{shape}"
         raise InputError(f"{name} has shape {result.shape}, expected {expected}")
     if np.isnan(result).any():
         raise InputError(f"{name} contains NaN at index {_first(np.isnan(result))}; expected numbers")
     if finite and not np.isfinite(result).all():
-        raise InputError(f"{name} is infinite at index {_first(~np.isfinite(result))}; expected finite numbers")
+        raise InputError(
+            f"{name} is infinite at index {_first(~np.isfinite(result))}; expected finite numbers"
+        )
     return result
 
 
@@ -75,5 +81,7 @@ def _number(name: str, value: Any, unit: str, *, least: float, strict: bool) -> 
         raise InputError(f"{name} is {value!r}, expected a number{' in ' + unit if unit else ''}") from error
     if not isfinite(number) or number < least or (strict and number == least):
         bound = "> 0" if strict else ">= 0"
-        raise InputError(f"{name} is {number:g}, expected a finite number {bound}{' ' + unit if unit else ''}")
+        raise InputError(
+            f"{name} is {number:g}, expected a finite number {bound}{' ' + unit if unit else ''}"
+        )
     return number

@@ -1,10 +1,10 @@
 """The exceptions of ftqp: one root, and a class more only where a caller would act differently.
 
-    FtqpError
-     +-- InputError        a value handed to ftqp is wrong (also a ValueError)
-     +-- ModelError        a robot model is unsafe; carries every finding of the audit
-     +-- ScenarioError     a scenario file is wrong; carries every error at once
-     +-- MissingPackage    an optional package is not installed (also an ImportError)
+FtqpError
+ +-- InputError        a value handed to ftqp is wrong (also a ValueError)
+ +-- ModelError        a robot model is unsafe; carries every finding of the audit
+ +-- ScenarioError     a scenario file is wrong; carries every error at once
+ +-- MissingPackage    an optional package is not installed (also an ImportError)
 """
 
 from collections.abc import Iterable, Sequence
@@ -16,7 +16,8 @@ class FtqpError(Exception):
 
 
 class InputError(FtqpError, ValueError):
-    """A value handed to ftqp is wrong; the sentence says what, what was got, what is expected and the remedy."""
+    """A value handed to ftqp is wrong; the sentence says what, what was got, what is expected and the
+    remedy."""
 
 
 class ModelError(FtqpError):
@@ -73,4 +74,6 @@ def unknown(kind: str, got: object, owner: str, valid: Iterable[str]) -> InputEr
         valid: the valid names.
     """
     names = list(valid)
-    return InputError(f"{got!r} is not a {kind} of {owner}{nearest(str(got), names)}; it has {', '.join(names)}")
+    return InputError(
+        f"{got!r} is not a {kind} of {owner}{nearest(str(got), names)}; it has {', '.join(names)}"
+    )

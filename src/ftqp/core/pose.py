@@ -47,7 +47,8 @@ def rotation_exp(w: FloatArray) -> FloatArray:
     if angle < 1e-12:
         return np.eye(3) + skew(w)
     k: FloatArray = skew(w / angle)
-    return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)
+    rotation: FloatArray = np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)
+    return rotation
 
 
 def rotation_x(angle: float) -> FloatArray:

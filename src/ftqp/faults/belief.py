@@ -11,7 +11,8 @@ from ftqp.kernel.codes import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 from ftqp.model.robot import Robot
 
 LOCK_SHARE = 0.25
-"""Default deceleration of a joint that is being locked, as a share of its acceleration limit; with the full limit the
+"""Default deceleration of a joint that is being locked, as a share of its acceleration limit; with the full
+limit the
 healthy joints saturate when they compensate (spec of the different-level scheme, 5.2)."""
 
 
@@ -46,12 +47,14 @@ class Belief:
             InputError: unknown joint, not a fault, or a free-swinging joint of a robot without inertia.
         """
         if not isinstance(fault, Locked | FreeSwinging | Degraded):
-            raise InputError(f"{fault!r} is not a fault; expected ftqp.Locked, ftqp.FreeSwinging or ftqp.Degraded")
+            raise InputError(
+                f"{fault!r} is not a fault; expected ftqp.Locked, ftqp.FreeSwinging or ftqp.Degraded"
+            )
         i = self._robot.joint(fault.joint)
         if isinstance(fault, FreeSwinging) and not self._robot.has_inertia:
             raise InputError(
-                f"{self._robot.name} has no inertia, so the motion of free-swinging {self._robot.joints[i]} is unknown; "
-                "give the model its masses, or report ftqp.Locked"
+                f"{self._robot.name} has no inertia, so the motion of free-swinging {self._robot.joints[i]} "
+                "is unknown; give the model its masses, or report ftqp.Locked"
             )
         before = self._faults.get(i)
         if before == fault:
@@ -118,13 +121,14 @@ class Belief:
         high = limits.q_max[i] if fault.q_max is None else min(fault.q_max, limits.q_max[i])
         if not low < high:
             raise InputError(
-                f"the range left of {self._robot.joints[i]} is empty: [{low:g}, {high:g}]; its healthy range is "
-                f"[{limits.q_min[i]:g}, {limits.q_max[i]:g}]"
+                f"the range left of {self._robot.joints[i]} is empty: [{low:g}, {high:g}]; "
+                f"its healthy range is [{limits.q_min[i]:g}, {limits.q_max[i]:g}]"
             )
         return float(low), float(high)
 
 
 def codes(record: Any, n: int) -> FloatArray:
-    """The kernel's fault code of every joint, (n,): 0 healthy, 1 braking, 2 locked, 3 free-swinging, 4 locking at once."""
+    """The kernel's fault code of every joint, (n,): 0 healthy, 1 braking, 2 locked, 3 free-swinging, 4
+    locking at once."""
     result: FloatArray = record["fault"][0, :n].copy()
     return result

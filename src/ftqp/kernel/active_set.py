@@ -2,14 +2,19 @@
 
     min 1/2 x'Hx + g'x + sum_k s_k^2 / (2 soft_k)   s.t.  A x + s = b,  lb <= x <= ub,  l <= C x <= u
 
-The dual of a strictly convex QP has sign constraints only, so any working set with multipliers of the right sign is a legal
-start: the last tick's is the warm start. On a working set with rows N (A, then bounds and rows of C) and right sides d,
+The dual of a strictly convex QP has sign constraints only, so any working set with multipliers of the right
+sign is a legal
+start: the last tick's is the warm start. On a working set with rows N (A, then bounds and rows of C) and
+right sides d,
     S lam = d - N x_free,  S = N H^-1 N' + diag(compliance),  x = x_free + H^-1 N' lam
-where x_free = -H^-1 g. A multiplier of the wrong sign stops the step where it vanishes and leaves; else the most violated
-bound enters; none means solved. soft = 0 gives hard rows and soft > 0 the slack, at no extra variable. Fixed variables
+where x_free = -H^-1 g. A multiplier of the wrong sign stops the step where it vanishes and leaves; else the
+most violated
+bound enters; none means solved. soft = 0 gives hard rows and soft > 0 the slack, at no extra variable. Fixed
+variables
 (lb = ub) are eliminated. H > 0.
 
-Constraint codes: 0..meq-1 rows of A; meq.. the box; meq+nx.. rows of C. ``side``: +1 at a lower end (lam >= 0), -1 at an
+Constraint codes: 0..meq-1 rows of A; meq.. the box; meq+nx.. rows of C. ``side``: +1 at a lower end (lam >=
+0), -1 at an
 upper end (lam <= 0), 0 an equality. ``lam`` is here -y of the Lagrangian f + y'(Ax-b) + z'Cx + z_box'x.
 Source: dual view as in Arnstroem, Bemporad, Axehill, IEEE TAC 2022 (DAQP).
 """
@@ -64,7 +69,8 @@ def _is_rounding(K: Any, q: int, violation: float) -> bool:
 
 @jit
 def _start(K: Any, warm: int) -> tuple[int, int]:
-    """The first working set: task rows, equalities among the rows of C, then the last working set. (rows, equalities)"""
+    """The first working set: task rows, equalities among the rows of C, then the last working set. (rows,
+    equalities)"""
     m, n = K.meq, K.nx
     for k in range(n + K.nc):
         K.active[k] = 0
@@ -96,7 +102,8 @@ def _start(K: Any, warm: int) -> tuple[int, int]:
 
 @jit
 def _trade_places(K: Any, q: int, equalities: int, side: int, lam: float) -> tuple[int, float, bool]:
-    """The entering row q depends on the working set: move along the null direction until a multiplier vanishes.
+    """The entering row q depends on the working set: move along the null direction until a multiplier
+    vanishes.
 
     Returns (rows left, multiplier of the entering row, False when none vanishes: the QP is infeasible).
     """
@@ -175,7 +182,8 @@ def _task_rows_hold(K: Any) -> bool:
 
 @jit
 def active_set(K: Any) -> int:
-    """Solve the QP in the record from its last working set. SOLVED, MAX_ITERATIONS, INFEASIBLE or FAILED (H not > 0)."""
+    """Solve the QP in the record from its last working set. SOLVED, MAX_ITERATIONS, INFEASIBLE or FAILED (H
+    not > 0)."""
     warm = K.warm
     K.warm = 0
     K.iterations = 0

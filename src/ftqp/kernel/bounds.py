@@ -1,6 +1,7 @@
 """Joint limits as one interval per joint: what the next acceleration or velocity may be.
 
-Every function gives the upper end, as ``(bound, limit that set it)``; the lower end is its mirror (v -> -v, distance to
+Every function gives the upper end, as ``(bound, limit that set it)``; the lower end is its mirror (v -> -v,
+distance to
 the other limit, sign flipped). ``d`` is the distance to the upper position limit [rad or m].
 """
 
@@ -38,14 +39,13 @@ def return_velocity(d: float, v_max: float) -> float:
 
 
 @jit
-def viability(
-    v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: float
-) -> tuple[float, int]:
+def viability(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: float) -> tuple[float, int]:
     """Largest acceleration after which the joint still keeps its limits for ever, braking at ``a_brake``.
 
     The least of a_max; (v_max - v)/dt; the position over the whole step; and the next state viable:
     v' = max(0, -a_brake dt/2 + sqrt((a_brake dt/2)^2 + a_brake (2 d - v dt))), (v' - v)/dt.
-    Source: Del Prete, IEEE RA-L 2018, solved for v' rather than a (division by dt, not dt^2), then clipped to +-a_max.
+    Source: Del Prete, IEEE RA-L 2018, solved for v' rather than a (division by dt, not dt^2), then clipped to
+    +-a_max.
     """
     if d < 0.0:
         a = (return_velocity(d, v_max) - v) / dt
@@ -109,10 +109,11 @@ def one_step(v: float, d: float, v_max: float, a_max: float, dt: float) -> tuple
 
 @jit
 def braking_velocity(d: float, a_brake: float, dt: float) -> float:
-    """Largest velocity from which the joint can stop within d in whole steps of a_brake: d/(N dt) + a_brake dt (N-1)/2.
+    """Largest velocity from which the joint can stop within d in whole steps of a_brake: d/(N dt) + a_brake
+    dt (N-1)/2.
 
-    N = max(1, ceil((-1 + sqrt(1 + 8 d/(a_brake dt^2)))/2)) is the number of steps that stopping takes. The textbook
-    sqrt(2 a_brake d) is not safe in discrete time.
+    N = max(1, ceil((-1 + sqrt(1 + 8 d/(a_brake dt^2)))/2)) is the number of steps that stopping takes. The
+    textbook sqrt(2 a_brake d) is not safe in discrete time.
     """
     if not d < inf:
         return inf
@@ -121,9 +122,7 @@ def braking_velocity(d: float, a_brake: float, dt: float) -> float:
 
 
 @jit
-def braking(
-    v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: float
-) -> tuple[float, int]:
+def braking(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: float) -> tuple[float, int]:
     """Largest next velocity: min(v_max, braking_velocity(d), v + a_max dt), never less than v - a_max dt."""
     bound, by = v + a_max * dt, BY_ACCELERATION
     if v_max < bound:
@@ -179,7 +178,9 @@ def intervals(K: Any) -> None:
         lo, lower_by = _upper(K, i, -v, K.q[i] - K.q_min[i])
         lo = -lo
         if lo > hi:
-            if K.bounds == JIN and K.level == ACCELERATION:  # drop the position term of the strip that it is leaving
+            if (
+                K.bounds == JIN and K.level == ACCELERATION
+            ):  # drop the position term of the strip that it is leaving
                 if v < 0.0:
                     hi, upper_by = jin(v, inf, K.v_max[i], K.a_max[i], K.jin_p, K.jin_v, 0.0)
                 else:

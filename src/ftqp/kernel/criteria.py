@@ -4,8 +4,10 @@
     1/2 w_inertia x'M x + x'(inertia_v M v + inertia_h h)                 MKE, IIWT
     1/2 w_torque |tau_H|^2                                                MTN, the torque part of DLSM
 
-x is the acceleration or the velocity. At the velocity level torque is that of the acceleration (x - v)/dt, times dt. D is
-the diagonal of joint weights. tau_H leaves out the torque of every failed joint: its motor does not work, and to keep its
+x is the acceleration or the velocity. At the velocity level torque is that of the acceleration (x - v)/dt,
+times dt. D is
+the diagonal of joint weights. tau_H leaves out the torque of every failed joint: its motor does not work, and
+to keep its
 torque in the objective would change the motion of the others.
 """
 
@@ -57,7 +59,9 @@ def objective(K: Any) -> None:
                 K.g[i] += c * K.scratch[k]
                 for j in range(i + 1):
                     K.H[i, j] += c * K.M[k, j]
-        elif K.fault[k] == FREE:  # w_torque/2 (row x - right side)^2 of its equality row: zero for every x that is
+        elif (
+            K.fault[k] == FREE
+        ):  # w_torque/2 (row x - right side)^2 of its equality row: zero for every x that is
             for i in range(n):  # allowed, it changes no answer and keeps H > 0, as the row's own torque would
                 c = K.w_torque * K.C[k, i]
                 K.g[i] -= c * K.l[k]

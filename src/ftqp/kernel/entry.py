@@ -1,4 +1,5 @@
-"""The ways in from Python: each takes the address of a record, so nothing is unboxed and nothing is allocated.
+"""The ways in from Python: each takes the address of a record, so nothing is unboxed and nothing is
+allocated.
 
 Whoever calls keeps the arrays alive that own the record and the inputs.
 """
@@ -8,7 +9,16 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.chain import forward_kinematics, motion
-from ftqp.kernel.codes import ANSWERED, NO_ROTATION, NOT_RESET, READY, SOLVED, TARGET_HAS_ROTATION, TARGET_SIZE, WRONG_SHAPE
+from ftqp.kernel.codes import (
+    ANSWERED,
+    NO_ROTATION,
+    NOT_RESET,
+    READY,
+    SOLVED,
+    TARGET_HAS_ROTATION,
+    TARGET_SIZE,
+    WRONG_SHAPE,
+)
 from ftqp.kernel.dynamics import dynamics
 from ftqp.kernel.external import pack, unpack
 from ftqp.kernel.jit import batch_entry, carray, entry, jit, pointer, prange
@@ -56,7 +66,8 @@ def step(address: int, q_at: int, v_at: int, target_at: int, nq: int) -> int:
 
 @entry
 def prepare_external(address: int, q_at: int, v_at: int, target_at: int, nq: int, flat: Any) -> int:
-    """Assemble the QP of a tick into ``flat`` for an external solver: READY, or a status that needed no solver."""
+    """Assemble the QP of a tick into ``flat`` for an external solver: READY, or a status that needed no
+    solver."""
     K = carray(pointer(address), 1, DTYPE)[0]
     code = _accept(K, q_at, v_at, target_at, nq)
     if code < 0:

@@ -1,8 +1,11 @@
 """The assembled QP in the standard form that external solvers take, and their answer back.
 
-The compliance of a task row becomes a slack variable t with A x + sqrt(soft h) t = b and cost h t^2/2, where h is the mean
-diagonal of H: the same problem, scaled so that a first-order method is not hurt. Variables: joints, path scale (scaled mode),
-slacks (every mode but hard). Rows of C: one a joint if the robot has inertia. Sizes never change in a planner's life.
+The compliance of a task row becomes a slack variable t with A x + sqrt(soft h) t = b and cost h t^2/2, where
+h is the mean
+diagonal of H: the same problem, scaled so that a first-order method is not hurt. Variables: joints, path
+scale (scaled mode),
+slacks (every mode but hard). Rows of C: one a joint if the robot has inertia. Sizes never change in a
+planner's life.
 """
 
 from math import inf, sqrt
@@ -70,7 +73,7 @@ def pack(K: Any, flat: Any) -> None:
 @jit
 def unpack(K: Any, flat: Any) -> None:
     """Read x, z_box, y, z, one after the other in ``flat``, back into the record."""
-    n, m, p = sizes(K)
+    n, m, _ = sizes(K)
     for i in range(K.nx):
         K.x[i] = flat[i]
         K.z_box[i] = flat[n + i]

@@ -1,4 +1,5 @@
-"""What a failed joint does: the motion prescribed while it is braked, and the velocity jump of an instant lock."""
+"""What a failed joint does: the motion prescribed while it is braked, and the velocity jump of an instant
+lock."""
 
 from typing import Any
 
@@ -18,8 +19,10 @@ from ftqp.kernel.jit import jit
 def prescribed_motion(K: Any) -> None:
     """x_F of every locked or braking joint, as the degenerate interval lb = ub.
 
-    Braking: x_F = -sign(v_F) min(rate, |v_F|/dt) until v_F is exactly zero, the last step partial; then locked, for ever.
-    v_F follows that model, or the measured velocity where the joint stops sooner, so that noise cannot keep it braking.
+    Braking: x_F = -sign(v_F) min(rate, |v_F|/dt) until v_F is exactly zero, the last step partial; then
+    locked, for ever.
+    v_F follows that model, or the measured velocity where the joint stops sooner, so that noise cannot keep
+    it braking.
     """
     dt = K.dt
     for i in range(K.n):

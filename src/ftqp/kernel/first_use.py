@@ -1,4 +1,5 @@
-"""Compiling the entry points once, with types fixed, so that a wrong dtype is a TypeError and not a recompilation."""
+"""Compiling the entry points once, with types fixed, so that a wrong dtype is a TypeError and not a
+recompilation."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -20,11 +21,16 @@ _SIGNATURES = {
 
 
 def missing(names: Iterable[str]) -> list[str]:
-    """The entry points among ``names`` that have no compiled code yet, neither in this process nor on disk."""
+    """The entry points among ``names`` that have no compiled code yet, neither in this process nor on
+    disk."""
     if not COMPILED:
         return []
     folder = cache_folder()
-    stored = {path.name.split("-")[0].split(".")[-1] for path in folder.rglob("*.nbi")} if folder.is_dir() else set()
+    stored = (
+        {path.name.split("-")[0].split(".")[-1] for path in folder.rglob("*.nbi")}
+        if folder.is_dir()
+        else set()
+    )
     return [name for name in names if not getattr(entry, name).signatures and name not in stored]
 
 
@@ -58,11 +64,14 @@ def _compile(names: list[str]) -> None:
 
 
 def fast_call(name: str) -> Callable[..., Any]:
-    """The compiled code of an entry point that takes integers only, without numba's dispatch on types where that exists.
+    """The compiled code of an entry point that takes integers only, without numba's dispatch on types where
+    that exists.
 
     The types cannot be wrong: every argument is an address or a count that the planner itself provides.
     """
     dispatcher: Any = getattr(entry, name)
     compiled = list(getattr(dispatcher, "overloads", {}).values())
-    direct: Callable[..., Any] = getattr(compiled[0], "entry_point", dispatcher) if len(compiled) == 1 else dispatcher
+    direct: Callable[..., Any] = (
+        getattr(compiled[0], "entry_point", dispatcher) if len(compiled) == 1 else dispatcher
+    )
     return direct

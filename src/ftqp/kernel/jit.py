@@ -2,8 +2,10 @@
 
 ``NUMBA_DISABLE_JIT=1``, or a platform without numba, runs the same source as plain Python.
 
-numba's disk cache notices a change only in the file of the cached function. Only the entry points are cached, and
-their cache folder is named after a hash of every source file of the kernel, so a change in any of them compiles anew.
+numba's disk cache notices a change only in the file of the cached function. Only the entry points are cached,
+and
+their cache folder is named after a hash of every source file of the kernel, so a change in any of them
+compiles anew.
 """
 
 import ctypes
@@ -20,7 +22,8 @@ import numpy as np
 F = TypeVar("F", bound=Callable[..., Any])
 
 FAST = {"nsz", "contract", "arcp", "reassoc", "afn"}
-"""LLVM's fast-math flags that the kernel allows; never nnan or ninf, because an infinite bound means no limit."""
+"""LLVM's fast-math flags that the kernel allows; never nnan or ninf, because an infinite bound means no
+limit."""
 
 
 def source_key(package: Path) -> str:
@@ -52,7 +55,11 @@ def _writable(folder: Path) -> Path:
         with tempfile.TemporaryFile(dir=folder):
             return folder
     except OSError:
-        return Path(tempfile.gettempdir()) / f"ftqp-{os.getuid() if hasattr(os, 'getuid') else 'cache'}" / folder.name
+        return (
+            Path(tempfile.gettempdir())
+            / f"ftqp-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
+            / folder.name
+        )
 
 
 def cache_folder() -> Path:
@@ -82,7 +89,9 @@ if COMPILED:
     @intrinsic  # type: ignore[untyped-decorator]
     def pointer(context: Any, address: Any) -> Any:
         """The address as a pointer, for ``carray``."""
-        return types.voidptr(address), lambda _c, builder, _s, args: builder.inttoptr(args[0], cgutils.voidptr_t)
+        return types.voidptr(address), lambda _c, builder, _s, args: builder.inttoptr(
+            args[0], cgutils.voidptr_t
+        )
 
     def jit(function: F) -> F:
         """Compile a helper of the kernel; it becomes part of the entry points that call it."""
@@ -104,7 +113,8 @@ if COMPILED:
         return compiled
 
     def entry(function: F) -> F:
-        """Compile an entry point and keep it on disk; it holds the GIL (releasing it costs a loop up to 5 ms)."""
+        """Compile an entry point and keep it on disk; it holds the GIL (releasing it costs a loop up to 5
+        ms)."""
         return _cached(function)
 
     def batch_entry(function: F) -> F:

@@ -1,9 +1,11 @@
 """The ladder: which QP comes next when an answer is bad.
 
     first stage (lexicographic mode) -> the QP -> best feasible: task relaxed -> torque limits elastic too
-                                              -> decay towards rest -> the same with elastic torque limits -> plain clip
+                                              -> decay towards rest -> the same with elastic torque limits ->
+                                              plain clip
 
-The box and the failed joints are never relaxed. A stop enters at "towards rest". There is one loop and one call of the
+The box and the failed joints are never relaxed. A stop enters at "towards rest". There is one loop and one
+call of the
 solver, whatever happens; an external solver takes the place of the first one for the QP itself.
 """
 
@@ -40,7 +42,8 @@ from ftqp.kernel.torque import add_torques, within_guard
 from ftqp.kernel.verdict import command, judge
 
 RELAXED_RATIO = 1e-8
-"""Compliance of the task rows when the best feasible command is sought, and in the first lexicographic stage."""
+"""Compliance of the task rows when the best feasible command is sought, and in the first lexicographic
+stage."""
 SECOND_STAGE_RATIO = 1e-9
 """Compliance of the task rows in the second lexicographic stage."""
 ELASTIC_RATIO = 1e-6
@@ -60,7 +63,8 @@ DECAY_TIME = 0.05
 
 @jit
 def begin_first_stage(K: Any) -> None:
-    """Lexicographic: x1 = argmin |Ax - b|^2 + eps |x|^2 over box and torque rows; the objective is kept aside."""
+    """Lexicographic: x1 = argmin |Ax - b|^2 + eps |x|^2 over box and torque rows; the objective is kept
+    aside."""
     for i in range(K.n):
         K.g_task[i], K.d_task[i] = K.g[i], K.H_diagonal[i]
         K.g[i], K.H_diagonal[i] = 0.0, 1.0
@@ -92,7 +96,8 @@ def _begin_second_stage(K: Any, claim: int) -> None:
 def begin_rest(K: Any, time: float) -> None:
     """No task: x as near to v -> 0 within ``time`` as box, torque rows and failed joints allow.
 
-    A joint outside its position limits is not pushed back during a stop: its interval is opened just enough to come to rest.
+    A joint outside its position limits is not pushed back during a stop: its interval is opened just enough
+    to come to rest.
     """
     n = K.n
     K.nx, K.meq, K.dense, K.warm = n, 0, 0, 0
@@ -118,7 +123,8 @@ def begin_rest(K: Any, time: float) -> None:
 
 @jit
 def begin_stop(K: Any) -> None:
-    """Brake every healthy joint within its limits. The verdict is STOPPING, or STOPPED once all are at rest."""
+    """Brake every healthy joint within its limits. The verdict is STOPPING, or STOPPED once all are at
+    rest."""
     K.verdict = STOPPED
     for i in range(K.n):
         top = K.v_max[i] if K.v_max[i] < inf else 1.0
@@ -141,7 +147,8 @@ def _verdict_on_task(K: Any) -> int:
 
 @jit
 def _finish(K: Any) -> int:
-    """Write the command and settle the status; too many in a row that gave the task up latch the stop for the next tick."""
+    """Write the command and settle the status; too many in a row that gave the task up latch the stop for
+    the next tick."""
     command(K)
     without_task = K.stage == REST_STAGE or K.stage == REST_ELASTIC_STAGE
     K.fallbacks = K.fallbacks + 1 if K.verdict == FALLBACK and without_task else 0
@@ -173,7 +180,9 @@ def _advance(K: Any, claim: int) -> int:
         if stage == MAIN_STAGE:
             K.verdict = _verdict_on_task(K)
         elif K.mode == HARD and _verdict_on_task(K) == RELAXED:
-            K.verdict = RELAXED  # a residual that compliance cannot close proves that the hard QP has no solution
+            K.verdict = (
+                RELAXED  # a residual that compliance cannot close proves that the hard QP has no solution
+            )
         return _finish(K)
     K.warm = 0
     if stage == MAIN_STAGE:
@@ -204,7 +213,8 @@ def climb(K: Any, code: int, claim: int) -> int:
 
     Args:
         K: the record, its stage prepared.
-        code: READY or SOLVE when the solver is to run first, anything else when ``claim`` is already an answer.
+        code: READY or SOLVE when the solver is to run first, anything else when ``claim`` is already an
+            answer.
         claim: the answer of an external solver.
     """
     while True:

@@ -1,6 +1,8 @@
-"""The record: everything that one planner knows, in one structured array element that compiled code reads in place.
+"""The record: everything that one planner knows, in one structured array element that compiled code reads in
+place.
 
-Capacity is fixed (32 joints, 6 task rows, 33 QP variables), sizes are read at run time, so one compilation serves every
+Capacity is fixed (32 joints, 6 task rows, 33 QP variables), sizes are read at run time, so one compilation
+serves every
 robot. Fields of a group below share a purpose; ``f8`` unless another type is named. SI units.
 """
 
@@ -14,7 +16,10 @@ N = JOINTS
 Shape = tuple[int, ...]
 
 ROBOT: dict[str, Shape] = {
-    "rotation": (N, 9),  # joint frame in its predecessor's at q = 0, by rows; every joint moves along or about its z
+    "rotation": (
+        N,
+        9,
+    ),  # joint frame in its predecessor's at q = 0, by rows; every joint moves along or about its z
     "translation": (N, 3),
     "mass": (N,),
     "com": (N, 3),  # in the joint's frame
@@ -148,7 +153,8 @@ INTEGER_ARRAYS: dict[str, Shape] = {
 def qp_fields(variables: int, rows: int, constraints: int) -> list[Any]:
     """Fields of a QP with compliant equality rows and of the active-set solver's memory.
 
-    min 1/2 x'Hx + g'x + sum_k s_k^2/(2 soft_k),  Ax + s = b,  lb <= x <= ub,  l <= Cx <= u; a row with soft_k = 0 is hard.
+    min 1/2 x'Hx + g'x + sum_k s_k^2/(2 soft_k),  Ax + s = b,  lb <= x <= ub,  l <= Cx <= u; a row with soft_k
+    = 0 is hard.
     """
     working = variables + rows + constraints
     floats: dict[str, Shape] = {
@@ -219,8 +225,10 @@ def load_chain(W: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, 
 
     Args:
         W: records, (count,).
-        rotation: (n, 3, 3). translation: (n, 3) [m]. mass: (n,) [kg]. com: (n, 3) [m]. inertia: (n, 3, 3) [kg m2].
-        prismatic: (n,). continuous: (n,). tip_rotation: (3, 3). tip_translation: (3,) [m]. gravity: (3,) [m/s2].
+        rotation: (n, 3, 3). translation: (n, 3) [m]. mass: (n,) [kg]. com: (n, 3) [m]. inertia: (n, 3, 3) [kg
+            m2].
+        prismatic: (n,). continuous: (n,). tip_rotation: (3, 3). tip_translation: (3,) [m]. gravity: (3,)
+            [m/s2].
         armature: (n,) rotor inertia at the joint [kg m2 or kg].
     """
     n = len(mass)

@@ -16,7 +16,11 @@ CONSTRAINTS = 128
 """Capacity of a QP solved alone."""
 
 DTYPE = np.dtype(
-    [*qp_fields(VARIABLES, ROWS, CONSTRAINTS), ("centre", "f8", (VARIABLES,)), ("g_given", "f8", (VARIABLES,))],
+    [
+        *qp_fields(VARIABLES, ROWS, CONSTRAINTS),
+        ("centre", "f8", (VARIABLES,)),
+        ("g_given", "f8", (VARIABLES,)),
+    ],
     align=True,
 )
 PROXIMAL_STEPS = 200
@@ -75,7 +79,8 @@ class Workspace:
     """Memory of one QP of fixed sizes; its arrays are views to be filled in place.
 
     Attributes:
-        H: (n, n). g: (n,). A: (m, n). b: (m,). C: (p, n). l, u: (p,). lb, ub: (n,). x: (n,). y: (m,). z: (p,). z_box: (n,).
+        H: (n, n). g: (n,). A: (m, n). b: (m,). C: (p, n). l, u: (p,). lb, ub: (n,). x: (n,). y: (m,). z:
+            (p,). z_box: (n,).
     """
 
     def __init__(self, n: int, m: int, p: int) -> None:
@@ -86,7 +91,8 @@ class Workspace:
         ):
             if got > capacity:
                 raise InputError(
-                    f"the QP has {got} {name}, active_set holds at most {capacity}; use backend 'daqp' or 'proxqp'"
+                    f"the QP has {got} {name}, active_set holds at most {capacity}; "
+                    "use backend 'daqp' or 'proxqp'"
                 )
         self._record: Any = np.zeros(1, DTYPE)
         self._address: int = self._record.ctypes.data

@@ -19,14 +19,19 @@ SCALE_WEIGHT = 1e3
 
 @jit
 def _row_of(K: Any, component: int, offset: int, source: Any) -> float:
-    """Component 0..5 of a six-vector (linear, angular) along W; with tool rows the angular part along the tool's axes."""
+    """Component 0..5 of a six-vector (linear, angular) along W; with tool rows the angular part along the
+    tool's axes."""
     if component < 3 or not K.tool_rows:
         value: float = source[offset + component]
         return value
     c = component - 3
     total = 0.0
     for r in range(3):  # (R_tip R_axis)' w
-        t = K.R_tip[3 * r] * K.axis[c] + K.R_tip[3 * r + 1] * K.axis[3 + c] + K.R_tip[3 * r + 2] * K.axis[6 + c]
+        t = (
+            K.R_tip[3 * r] * K.axis[c]
+            + K.R_tip[3 * r + 1] * K.axis[3 + c]
+            + K.R_tip[3 * r + 2] * K.axis[6 + c]
+        )
         total += t * source[offset + 3 + r]
     return total
 
@@ -35,7 +40,8 @@ def _row_of(K: Any, component: int, offset: int, source: Any) -> float:
 def task_rows(K: Any) -> None:
     """Acceleration level: A = J, b = r'' - Jdot v + kv (r' - J v) + kp e.  Velocity level: b = r' + kp e.
 
-    Angular rows are multiplied by the characteristic length, so that every row counts in metres. Scaled mode adds the
+    Angular rows are multiplied by the characteristic length, so that every row counts in metres. Scaled mode
+    adds the
     path scale s as a variable: A x - s (b - b_0) = b_0, where s = 0 brakes the tip (velocity level: b_0 = 0).
     Source: Jin et al. 2017; scaling as in Flacco et al., ICRA 2012.
     """

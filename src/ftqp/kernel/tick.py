@@ -1,4 +1,5 @@
-"""The first half of a tick: from measured state and target to a QP. The second half is ``ftqp.kernel.ladder``."""
+"""The first half of a tick: from measured state and target to a QP. The second half is
+``ftqp.kernel.ladder``."""
 
 from math import atan2, pi
 from typing import Any
@@ -60,7 +61,8 @@ def accept_state(K: Any, q: Any, v: Any) -> None:
 
 @jit
 def _inputs_are_finite(K: Any) -> bool:
-    """Whether q, v, the target and the measured tip are finite; a q or v that is not gives way to the last command.
+    """Whether q, v, the target and the measured tip are finite; a q or v that is not gives way to the last
+    command.
 
     Number by number: fast math may fold a sum of x - x into zero, NaN or not.
     """
@@ -82,7 +84,8 @@ def _inputs_are_finite(K: Any) -> bool:
 
 @jit
 def _emergency(K: Any) -> bool:
-    """Latch when the task error exceeds its threshold and has risen on ``stop_samples`` consecutive samples."""
+    """Latch when the task error exceeds its threshold and has risen on ``stop_samples`` consecutive
+    samples."""
     e, r = K.position_error, K.rotation_error
     beyond = (e > K.stop_position and e > K.last_position_error) or (
         r > K.stop_rotation and r > K.last_rotation_error
@@ -98,7 +101,8 @@ def _emergency(K: Any) -> bool:
 def prepare(K: Any) -> int:
     """Everything up to the first QP of the ladder: READY when that is the task's, SOLVE when it is another.
 
-    Order: state check, prescribed motion of failed joints, kinematics, bounds, torque rows, errors, stop test, objective,
+    Order: state check, prescribed motion of failed joints, kinematics, bounds, torque rows, errors, stop
+    test, objective,
     task rows.
     """
     K.ticks += 1

@@ -23,7 +23,8 @@ def add_torques(K: Any) -> None:
 def within_guard(K: Any) -> bool:
     """Whether x asks for so little acceleration that every torque limit holds without being looked at.
 
-    max_i |a_i| / a_max_i <= guard, where the planner has made sure that |h| + guard |M| a_max stays below the torque limits.
+    max_i |a_i| / a_max_i <= guard, where the planner has made sure that |h| + guard |M| a_max stays below the
+    torque limits.
     """
     for i in range(K.n):
         a = K.x[i] if K.level != VELOCITY else (K.x[i] - K.v[i]) / K.dt
@@ -36,7 +37,8 @@ def within_guard(K: Any) -> bool:
 def torque_rows(K: Any) -> None:
     """l <= M x <= u, one row a joint: tau_min - h <= M a <= tau_max - h, times dt at the velocity level.
 
-    A free-swinging joint's row is the equality tau = -damping v, with the velocity after the step: taken before it, strong
+    A free-swinging joint's row is the equality tau = -damping v, with the velocity after the step: taken
+    before it, strong
     friction on a light joint would be unstable. A braking or locked joint's row is open, its brake
     carries whatever is needed.
     """

@@ -1,4 +1,5 @@
-"""Sine and cosine of every joint at once, in a loop without branches that the compiler turns into vector instructions."""
+"""Sine and cosine of every joint at once, in a loop without branches that the compiler turns into vector
+instructions."""
 
 from math import cos, sin
 from typing import Any
@@ -6,7 +7,8 @@ from typing import Any
 from ftqp.kernel.jit import exact_jit, jit
 
 PI_2_HIGH = 1.5707963267341256
-"""pi/2 in three parts (Cody and Waite 1980): the first has 33 significant bits, so that k PI_2_HIGH is exact ..."""
+"""pi/2 in three parts (Cody and Waite 1980): the first has 33 significant bits, so that k PI_2_HIGH is exact
+..."""
 PI_2_MIDDLE = 6.077100506303966e-11
 PI_2_LOW = 2.0222662487959506e-21
 REDUCED = 1e5
@@ -15,7 +17,8 @@ REDUCED = 1e5
 
 @exact_jit
 def _sin_cos(x: float) -> tuple[float, float]:
-    """sin x and cos x to one unit in the last place for |x| <= REDUCED: x = k pi/2 + r, |r| <= pi/4, minimax polynomials in r.
+    """sin x and cos x to one unit in the last place for |x| <= REDUCED: x = k pi/2 + r, |r| <= pi/4, minimax
+    polynomials in r.
 
     Source: coefficients of FreeBSD's k_sin.c and k_cos.c (Sun Microsystems 1993).
     """

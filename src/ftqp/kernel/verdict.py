@@ -12,7 +12,8 @@ from ftqp.kernel.jit import jit
 def judge(K: Any) -> bool:
     """Clamp x into the box, recompute every residual, and say whether the answer counts as solved.
 
-    residual_task: max |A x + s - b| with s = soft lam, over 1 + max |b|; residual_bounds: what the rows of C are violated
+    residual_task: max |A x + s - b| with s = soft lam, over 1 + max |b|; residual_bounds: what the rows of C
+    are violated
     by, over 1 + max |x|; residual_dual: max |Hx + g + A'y + C'z + z_box|, over 1 + the norm of its terms.
     Wrong signs of multipliers count into residual_dual.
     """
@@ -93,7 +94,8 @@ def judge(K: Any) -> bool:
 
 @jit
 def command(K: Any) -> None:
-    """Integrate x, held for dt, into the command; torques of motors and brakes; failed joints exactly as prescribed.
+    """Integrate x, held for dt, into the command; torques of motors and brakes; failed joints exactly as
+    prescribed.
 
     Acceleration level: q + dt v + dt^2 a/2, v + dt a.  Velocity level: q + dt x, x.
     """

@@ -1,7 +1,9 @@
-"""The working set of the active-set solver: its rows, the factor of their Schur complement, and what they determine.
+"""The working set of the active-set solver: its rows, the factor of their Schur complement, and what they
+determine.
 
 Position k holds the constraint ``code[k]`` at ``side[k]`` with multiplier ``lam[k]``; V[k] is its row times
-H^(-1/2), G = V V' + compliance, L the Cholesky factor of G with inverse diagonal, t[k] = d - N x_free. The QP, the codes
+H^(-1/2), G = V V' + compliance, L the Cholesky factor of G with inverse diagonal, t[k] = d - N x_free. The
+QP, the codes
 and the sides are those of ``ftqp.kernel.active_set``.
 """
 
@@ -178,7 +180,8 @@ def _right_side(K: Any, code: int, side: int) -> float:
 
 @jit
 def _softness(K: Any, code: int, side: int) -> float:
-    """Compliance of a row: task rows their own, inequality rows of C the elastic one, everything else none."""
+    """Compliance of a row: task rows their own, inequality rows of C the elastic one, everything else
+    none."""
     if code < K.meq:
         soft: float = K.soft[code]
         return soft
@@ -295,9 +298,11 @@ def primal(K: Any, q: int, lam: Any, x: Any) -> None:
 
 @jit
 def refine(K: Any, q: int) -> bool:
-    """One step of iterative refinement on the working set: S dlam = d - N x - compliance lam. False when nothing is left.
+    """One step of iterative refinement on the working set: S dlam = d - N x - compliance lam. False when
+    nothing is left.
 
-    A nearly hard row that cannot hold has a huge multiplier, whose rounding would otherwise show as a violated bound.
+    A nearly hard row that cannot hold has a huge multiplier, whose rounding would otherwise show as a
+    violated bound.
     """
     n, m = K.nx, K.meq
     r = K.lam_new
