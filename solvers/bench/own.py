@@ -5,6 +5,8 @@ from functools import partial
 from importlib.metadata import version
 from typing import Any
 
+import numpy as np
+
 import ftqp
 from bench.worker import Case, Variant, serve
 
@@ -50,23 +52,14 @@ def _planner(case: Case, backend: str, *, twist: bool, torque_limits: bool = Tru
     planner.reset(case.q)
     if case.locked is not None:
         planner.report(ftqp.Locked(case.joints[case.locked]))
-    poses = case.pose_list()
-    twists = [row.copy() for row in case.twists]
-    target = ftqp.Target(pose=poses[0], twist=twists[0] if twist else None)
-    out = planner.step(case.q, 0.0 * case.q, target)
+    targets = ftqp.Targets(np.array(case.pose_list()), np.array(case.twists) if twist else None)
+    out = planner.step(case.q, 0.0 * case.q, targets.at(0))
 
     def step(k: int) -> None:
         nonlocal out
-        target.pose[:] = poses[k]
-        out = planner.step(out.q, out.v, target)
+        out = planner.step(out.q, out.v, targets.at(k))
 
-    def step_with_twist(k: int) -> None:
-        nonlocal out
-        target.pose[:] = poses[k]
-        target.twist[:] = twists[k]
-        out = planner.step(out.q, out.v, target)
-
-    return Variant(step=step_with_twist if twist else step, q=lambda: out.q, status=lambda: out.status.name)
+    return Variant(step=step, q=lambda: out.q, status=lambda: out.status.name)
 
 
 def versions() -> dict[str, str]:

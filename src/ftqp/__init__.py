@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ftqp.control.status import StepStatus as StepStatus
     from ftqp.control.step import Step as Step
     from ftqp.control.target import Target as Target
+    from ftqp.control.target import Targets as Targets
     from ftqp.control.task import Task as Task
     from ftqp.faults.kinds import Degraded as Degraded
     from ftqp.faults.kinds import FreeSwinging as FreeSwinging
@@ -52,6 +53,7 @@ _HOME = {
     "Step": "ftqp.control.step",
     "StepStatus": "ftqp.control.status",
     "Target": "ftqp.control.target",
+    "Targets": "ftqp.control.target",
     "Task": "ftqp.control.task",
     "Viability": "ftqp.control.bounds",
     "load_log": "ftqp.sim.log",

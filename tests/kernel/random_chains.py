@@ -40,7 +40,7 @@ KINDS = {
 
 
 def random_model(rng: np.random.Generator, joints: int) -> Any:
-    """A pinocchio model of ``joints`` joints in a row, every kind drawn alike, with a frame ``tip``."""
+    """A pinocchio model of ``joints`` joints with rotors, every kind drawn alike, and a frame ``tip``."""
     model = pin.Model()
     parent = 0
     kinds = rng.permutation(np.resize(rng.permutation(list(KINDS)), joints))
@@ -52,6 +52,7 @@ def random_model(rng: np.random.Generator, joints: int) -> Any:
         model.appendBodyToJoint(parent, body, turned)
     end = pin.SE3(pin.exp3(rng.normal(size=3)), rng.uniform(-0.3, 0.3, 3))
     model.addFrame(pin.Frame("tip", parent, 0, end, pin.FrameType.OP_FRAME))
+    model.armature = rng.uniform(0.0, 1.0, joints)
     model.gravity.linear = rng.uniform(-10.0, 10.0, 3)
     return model
 

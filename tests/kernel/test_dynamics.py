@@ -8,6 +8,7 @@ from records import address, chain_record
 
 from ftqp.kernel import entry
 from ftqp.model.catalog import load
+from ftqp.model.robot import Robot
 
 SIZES = (*range(2, 13), 16, 20, 25, 31, 32)
 
@@ -28,6 +29,36 @@ def test_inertia_and_bias_agree_with_pinocchio(joints):
             assert np.array_equal(M, M.T)
             bias = pin.rnea(robot.model, data, full, v, np.zeros(joints))
             assert np.abs(W["h"][0, :joints] - bias).max() < 1e-12 * np.abs(bias).max()
+
+
+@pytest.mark.parametrize("held", [[], [2], [0, 5]])
+def test_rotor_inertia_stands_on_the_diagonal_as_in_pinocchio(held):
+    rng = np.random.default_rng(11)
+    whole = load("panda").model.copy()
+    whole.armature = rng.uniform(0.1, 2.0, 7)
+    robot = Robot.from_pinocchio(whole, "panda_hand_tcp", held)
+    bare = Robot.from_pinocchio(load("panda").model, "panda_hand_tcp", held)
+    free = [i for i in range(7) if i not in held]
+    W, W_bare, q = chain_record(robot), chain_record(bare), rng.uniform(-1.0, 1.0, robot.nv)
+    for record in (W, W_bare):
+        entry.inverse_dynamics(address(record), q, np.zeros(robot.nv))
+    M, M_bare = (record["M"][0, : robot.nv, : robot.nv] for record in (W, W_bare))
+    assert np.abs(M - M_bare - np.diag(whole.armature[free])).max() < 1e-14
+    upper = np.triu(pin.crba(robot.model, robot.model.createData(), q))
+    assert np.abs(M - upper - np.triu(upper, 1).T).max() < 1e-12 * np.abs(M).max()
+    assert np.array_equal(W["h"], W_bare["h"])
+
+
+def test_torque_of_an_acceleration_with_rotors_is_that_of_pinocchio():
+    rng = np.random.default_rng(12)
+    robot = random_robot(rng, 9)
+    W, a = chain_record(robot), rng.normal(size=9)
+    q, full, v = configuration(rng, robot)
+    entry.inverse_dynamics(address(W), q, v)
+    expected = pin.rnea(robot.model, robot.model.createData(), full, v, a)
+    torque = W["M"][0, :9, :9] @ a + W["h"][0, :9]
+    assert np.all(robot.chain.armature > 0.0)
+    assert np.abs(torque - expected).max() < 1e-12 * np.abs(expected).max()
 
 
 def test_configurations_by_cosine_and_sine_give_the_same_dynamics():

@@ -6,7 +6,6 @@
 import os
 
 import pytest
-
 from tests.laws.episode import run
 
 EPISODES = int(os.environ.get("FTQP_EPISODES", "200"))

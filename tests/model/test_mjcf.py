@@ -45,10 +45,10 @@ def test_file_and_text_give_the_same_robot(tmp_path: Path) -> None:
     assert Robot.from_mjcf(path).pose(q).tolist() == Robot.from_mjcf(arm()).pose(q).tolist()
 
 
-def test_rotor_inertia_is_left_out_of_the_model_too_and_a_warning_says_so() -> None:
+def test_rotor_inertia_stands_in_chain_and_model() -> None:
     robot = Robot.from_mjcf(arm(armature="0.1"))
-    assert any("rotor inertias (armature) of a are left out" in f.sentence for f in robot.findings)
-    assert not np.any(robot.model.armature)
+    assert robot.chain.armature.tolist() == [0.1, 0.0]
+    assert robot.model.armature.tolist() == [0.1, 0.0]
 
 
 def test_missing_velocity_limits_are_reported() -> None:
@@ -61,6 +61,8 @@ def test_missing_velocity_limits_are_reported() -> None:
     [
         (arm(axis="0 0 0"), "joint 'a' has a zero axis"),
         (arm(axis="0 0"), "joint 'a' has axis '0 0', expected 3 finite numbers"),
+        (arm(armature="much"), "joint 'a' has armature 'much', expected a finite number"),
+        (arm(armature="-1"), r"joint 'a' has a rotor inertia \(armature\) of -1, expected >= 0"),
         (arm(turn="low high"), "joint 'a' has range 'low high', expected 2 finite numbers"),
         (arm(turn="90 -90"), "joint 'a' has crossed limits"),
         (arm(more='<equality><joint joint1="b" joint2="a"/></equality>'), "joint 'b' mimics 'a'"),

@@ -106,11 +106,33 @@ def test_model_with_mimic_joints_is_refused_with_the_remedy() -> None:
         Robot.from_pinocchio(pin.buildModelFromXML(text, mimic=True), "two")
 
 
-def test_rotor_inertia_of_a_model_is_left_out_with_a_warning() -> None:
+def test_rotor_inertias_stay_with_their_joints_when_one_is_held() -> None:
+    model = catalog.load("panda").model.copy()
+    model.armature = np.arange(1.0, 8.0)
+    robot = Robot.from_pinocchio(model, "panda_hand_tcp", ["panda_joint3"])
+    assert robot.chain.armature.tolist() == [1.0, 2.0, 4.0, 5.0, 6.0, 7.0]
+    assert robot.model.armature.tolist() == [1.0, 2.0, 4.0, 5.0, 6.0, 7.0]
+
+
+def test_limits_replaced_keep_the_rotor_inertias() -> None:
     model = catalog.load("planar6").model.copy()
-    model.armature = np.array([0.0, 0.1, 0.0, 0.0, 0.0, 0.0])
-    robot = Robot.from_pinocchio(model)
-    assert [f.sentence for f in robot.findings if "armature" in f.sentence] == [
-        "the rotor inertias (armature) of j2 are left out of the dynamics"
-    ]
-    assert not np.any(robot.model.armature)
+    model.armature = np.arange(1.0, 7.0)
+    robot = Robot.from_pinocchio(model).with_limits(v_max=1.0)
+    assert robot.model.armature.tolist() == robot.chain.armature.tolist() == model.armature.tolist()
+
+
+def test_rotor_inertia_without_masses_is_dropped_with_them() -> None:
+    model = catalog.load("planar6").model.copy()
+    model.armature = np.full(6, 0.1)
+    robot = Robot.from_pinocchio(model, kinematics_only=True)
+    assert not robot.has_inertia
+    assert not robot.chain.armature.any()
+    assert not robot.model.armature.any()
+
+
+@pytest.mark.parametrize("value", [-0.1, np.nan, np.inf])
+def test_impossible_rotor_inertia_is_refused_with_its_joint(value: float) -> None:
+    model = catalog.load("planar6").model.copy()
+    model.armature = np.array([0.0, value, 0.0, 0.0, 0.0, 0.0])
+    with pytest.raises(ModelError, match=r"joint 'j2' has a rotor inertia \(armature\) of (-0.1|nan|inf)"):
+        Robot.from_pinocchio(model)

@@ -3,12 +3,16 @@ import pinocchio as pin
 import pytest
 
 from ftqp.model import catalog
+from ftqp.model.robot import Robot
 from ftqp.sim.arm import Arm
 
 
+@pytest.mark.parametrize("rotor", [0.0, 0.3])
 @pytest.mark.parametrize("name", ["panda", "planar6", "srs7"])
-def test_arm_agrees_with_pinocchio(name):
-    robot = catalog.load(name)
+def test_arm_agrees_with_pinocchio(name, rotor):
+    model = catalog.load(name).model.copy()
+    model.armature = np.full(model.nv, rotor)
+    robot = Robot.from_pinocchio(model)
     rng = np.random.default_rng(3)
     arm = Arm(robot)
     for _ in range(5):

@@ -1,2 +1,1 @@
-"""From a target to a command: reference, schemes, task, bounds, planner. Knows no solver, no file, no
-picture."""
+"""From a target to a command: reference, schemes, task, bounds, planner; knows no solver, file or picture."""

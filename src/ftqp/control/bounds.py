@@ -11,11 +11,10 @@ from ftqp.kernel import codes
 
 @dataclass(frozen=True, slots=True)
 class Viability:
-    """The default: after every command the joint can still brake before its limits; the interval is never
-    empty.
+    """The default: after every command the joint can still brake before its limits.
 
-    Velocity level: exact discrete braking. Source: Del Prete 2018; spec of the different-level scheme, 6.1
-    and 6.4.
+    The interval is never empty. Velocity level: exact discrete braking. Source: Del Prete 2018; spec of the
+    different-level scheme, 6.1 and 6.4.
     """
 
     name: ClassVar[str] = "viability"
@@ -48,8 +47,10 @@ class Jin:
 
 @dataclass(frozen=True, slots=True)
 class OneStep:
-    """Looks one step ahead only, for comparison: overruns position limits. Source: Flacco, De Luca, Khatib
-    2012."""
+    """Looks one step ahead only, for comparison: overruns position limits.
+
+    Source: Flacco, De Luca, Khatib 2012.
+    """
 
     name: ClassVar[str] = "one_step"
     code: ClassVar[int] = codes.ONE_STEP

@@ -1,5 +1,4 @@
-"""How much deceleration the motors certainly have: what viability may count on when torque limits are in
-force."""
+"""How much deceleration the motors certainly have: what viability may count on under torque limits."""
 
 from typing import Any
 
@@ -20,9 +19,9 @@ SEED = 20170511
 class BrakingReserve:
     """Samples of what braking takes: |h_i| and sum_j |M_ij| a_max_j over random configurations.
 
-    If every joint brakes with kappa a_max, whatever the directions, joint i needs at most |h_i| + kappa sum_j
-    |M_ij| a_max_j.
-    ``share`` is the largest kappa that all torque limits allow on all samples: sound up to the sampling.
+    If every joint brakes with kappa a_max, whatever the directions, joint i needs at most
+    |h_i| + kappa sum_j |M_ij| a_max_j. ``share`` is the largest kappa that all torque limits allow on all
+    samples: sound up to the sampling.
 
     Args:
         record: one record with chain and healthy limits loaded; restored on return.
@@ -53,8 +52,7 @@ class BrakingReserve:
         return float(np.clip(self._kappa(a_max, tau_max, 1.0), LEAST_SHARE, 1.0))
 
     def guard(self, a_max: FloatArray, tau_max: FloatArray) -> float:
-        """Share of a_max up to which the torque limits hold, MARGIN on top of the samples; 0 when there is
-        none."""
+        """Share of a_max up to which torque limits hold, MARGIN on top of the samples; 0: there is none."""
         return float(np.clip(self._kappa(a_max, tau_max, MARGIN), 0.0, 1.0))
 
     def _kappa(self, a_max: FloatArray, tau_max: FloatArray, margin: float) -> float:

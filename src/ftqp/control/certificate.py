@@ -9,8 +9,7 @@ class Unreached:
 
     Attributes:
         direction: x, y, z, rx, ry or rz, along W (along the tool for ``position_axis``).
-        amount: what the motion does minus what the task asks, [m/s2] or [rad/s2]; [m/s] or [rad/s] at the
-            velocity level.
+        amount: motion minus what the task asks, [m/s2] or [rad/s2]; at the velocity level [m/s] or [rad/s].
     """
 
     direction: str

@@ -12,8 +12,7 @@ class EmergencyStop:
 
     Args:
         position: threshold of the position error [m]; 0.01 in Jin et al. 2017, where the arm starts on its
-            path. The
-            default leaves room for a user who streams poses without twists, so that the tip lags behind.
+            path. The default leaves room for poses streamed without twists, behind which the tip lags.
         rotation: threshold of the rotation error [rad].
         samples: consecutive rising samples; 1 in Jin et al. 2017, 3 against noise.
     """

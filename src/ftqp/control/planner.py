@@ -1,7 +1,6 @@
 """Planner: one arm, one task, one QP a tick."""
 
 from collections.abc import Mapping
-from copy import copy
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -15,7 +14,7 @@ from ftqp.control.emergency import EmergencyStop
 from ftqp.control.first_use import warm_up
 from ftqp.control.scheme import Scheme
 from ftqp.control.step import Step
-from ftqp.control.target import Target
+from ftqp.control.target import Target, Targets
 from ftqp.control.task import MODES, Task, axis_frame, checked_gains, row_indices
 from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.clock import now
@@ -52,10 +51,8 @@ class Planner:
         task: which rows, mode and gains; None is ``Task()``.
         bounds: ``viability``, ``jin`` or ``one_step``, or an object of ``ftqp.bounds``.
         backend: ``active_set``, or any name, table, profile file or object that ``ftqp.qp.backend`` takes.
-        posture: rest posture of ``rmp`` and ``dlsm``, (nv,) [rad or m]; None is the configuration given to
-            ``reset``.
-        torque_limits: keep torque limits as rows of the QP; ignored for a robot without inertia or torque
-            limits.
+        posture: rest posture of ``rmp`` and ``dlsm``, (nv,) [rad or m]; None is that given to ``reset``.
+        torque_limits: keep torque limits as rows of the QP; ignored without inertia or torque limits.
         emergency: when to stop; None never does.
         timing: measure every step (``step.qp.time``).
 
@@ -94,7 +91,6 @@ class Planner:
                 "robot.with_limits(a_max=...)"
             )
         self.robot = robot
-        self._nv = robot.nv
         self.dt = positive("dt", dt, "s")
         self.level = level
         self.task = Task() if task is None else task
@@ -149,6 +145,7 @@ class Planner:
             tip_rotation=chain.tip_rotation,
             tip_translation=chain.tip_translation,
             gravity=chain.gravity,
+            armature=chain.armature,
         )
         rows = row_indices(self.robot.default_rows if task.rows is None else task.rows)
         kp, kv = checked_gains(task, self.level, self.dt)
@@ -202,18 +199,15 @@ class Planner:
         self._record["external"] = 1
 
     def _take_inputs(self) -> None:
-        """Where the compiled step reads q and v: the caller's own arrays once they come again and again,
-        else copies."""
+        """Where the compiled step reads q and v: the caller's arrays once they recur, else copies."""
         nv, nq = self.robot.nv, self.robot.nq
         self._q_copy, self._v_copy = np.zeros(nq), np.zeros(nv)
         self._q_views = {size: memoryview(self._q_copy[:size]) for size in (nv, nq)}  # type: ignore[arg-type]
         self._v_view = memoryview(self._v_copy)  # type: ignore[arg-type]
         self._q_copy_at, self._v_copy_at = self._q_copy.ctypes.data, self._v_copy.ctypes.data
-        self._q_seen: Any = None
-        self._v_seen: Any = None
         self._q_last: Any = None
         self._v_last: Any = None
-        self._q_at, self._v_at = self._q_copy_at, self._v_copy_at
+        self._seen: tuple[Any, ...] = (object(), object(), *(None,) * 6)  # nothing is these two
         self._plain = self._backend is None and not self._timing
 
     @property
@@ -227,8 +221,7 @@ class Planner:
         return self._belief.faults
 
     def reset(self, q: Any, v: Any = None) -> None:
-        """Begin at (q, v): the latch of a stop, warm starts and the last command are forgotten, faults are
-        not.
+        """Begin at (q, v): the latch of a stop, warm starts and the last command are forgotten, not faults.
 
         Args:
             q: measured configuration, (nv,) joint values or (nq,) [rad or m].
@@ -249,13 +242,13 @@ class Planner:
         K["is_reset"] = 1
         self._cold = True
 
-    def step(self, q: Any, v: Any, target: Target, *, tau: Any = None, tip: Any = None) -> Step:
+    def step(self, q: Any, v: Any, target: Target | Targets, *, tau: Any = None, tip: Any = None) -> Step:
         """The command for the next ``dt``.
 
         Args:
             q: measured configuration, (nv,) joint values or (nq,) [rad or m].
             v: measured velocity, (nv,) [rad/s or m/s].
-            target: where the tip should be now.
+            target: where the tip should be now; or ``targets.at(k)`` of a whole trajectory.
             tau: measured torque, (nv,) [N m or N]; checked to be finite.
             tip: measured pose of the tip, (4, 4), in place of the one of forward kinematics.
 
@@ -264,25 +257,24 @@ class Planner:
 
         Raises:
             InputError: a wrong shape or type, a position target for a task with rotation rows, or no
-                ``reset`` before. What
-                the world does (NaN, an infeasible task, a failing solver) never raises: see ``step.status``.
+                ``reset`` before. What the world does (NaN, an infeasible task, a failing solver) never
+                raises: see ``step.status``.
         """
-        if q is self._q_seen and v is self._v_seen and tau is None and tip is None:
+        seen_q, seen_v, call, address, q_at, v_at, nv, out = self._seen
+        if q is seen_q and v is seen_v and tau is None and tip is None:
             try:
-                code: int = self._entry(self._address, self._q_at, self._v_at, target.address, self._nv)
+                code = call(address, q_at, v_at, target.address, nv)
             except AttributeError as error:
                 raise _not_a_target(target) from error
             if code < 0:
                 self._mistake(code, q, v)
-            out = self._out
             out.code = code
-            return out
+            return out  # type: ignore[no-any-return]
         return self._first_seen(q, v, target, tau, tip)
 
-    def _first_seen(self, q: Any, v: Any, target: Target, tau: Any, tip: Any) -> Step:
-        """The same for arrays that are not the last step's, for other types, measured torques or tip, and
-        backends."""
-        if not isinstance(target, Target):
+    def _first_seen(self, q: Any, v: Any, target: Target | Targets, tau: Any, tip: Any) -> Step:
+        """The same for other arrays than the last, other types, measured torques or tip, and backends."""
+        if not isinstance(target, Target | Targets):
             raise _not_a_target(target)
         began = now() if self._timing else 0
         try:
@@ -322,31 +314,34 @@ class Planner:
             type(x) is np.ndarray and x.dtype == np.float64 and x.shape == shape and x.flags.carray
             for x in (q, v)
         ):
-            self._q_seen, self._v_seen = q, v
-            self._q_at, self._v_at = q.ctypes.data, v.ctypes.data
+            at = (self._address, q.ctypes.data, v.ctypes.data)
+            self._seen = (q, v, self._entry, *at, self.robot.nv, self._out)
 
-    def _full_step(self, nq: int, target: Target, tau: Any, tip: Any) -> int:
+    def _full_step(self, nq: int, target: Target | Targets, tau: Any, tip: Any) -> int:
         """A step with measured torques or tip, an external backend or timing."""
         if tau is not None and not np.isfinite(_sized("tau", tau, (self.robot.nv,))).all():
-            target = copy(target)
+            target = Target(pose=np.eye(4))
             target.packed[:] = np.nan
         if tip is not None:
             self._record["tip_measured"][0] = _sized("tip", getattr(tip, "homogeneous", tip), (4, 4))
             self._record["has_tip_measured"] = 1
-        inputs = (self._address, self._q_copy_at, self._v_copy_at, target.address, nq)
-        if self._backend is None or self._buffers is None:
-            code: int = entry.step(*inputs)
-        else:
-            code = entry.prepare_external(*inputs, self._buffers.flat)
-            if code == codes.READY:
-                claim = self._backend.solve(cold=self._cold)
-                self._cold = claim != codes.SOLVED
-                code = entry.finish_external(
-                    self._address, self._buffers.solution, int(claim), int(self._backend.iterations)
-                )
-        if tip is not None:
+        try:
+            return self._solved((self._address, self._q_copy_at, self._v_copy_at, target.address, nq))
+        finally:
             self._record["has_tip_measured"] = 0
-        return code
+
+    def _solved(self, inputs: tuple[int, int, int, int, int]) -> int:
+        """The tick with the planner's solver; the status."""
+        if self._backend is None or self._buffers is None:
+            return int(entry.step(*inputs))
+        address, q_at, v_at, target_at, nq = inputs
+        code: int = entry.prepare_external(address, q_at, v_at, target_at, nq, self._buffers.flat)
+        if code != codes.READY:
+            return code
+        claim = self._backend.solve(cold=self._cold)
+        self._cold = claim != codes.SOLVED
+        iterations = int(self._backend.iterations)
+        return int(entry.finish_external(self._address, self._buffers.solution, int(claim), iterations))
 
     def _mistake(self, code: int, q: Any, v: Any) -> NoReturn:
         if code == codes.NOT_RESET:
@@ -380,8 +375,7 @@ class Planner:
         self._adopt_belief()
 
     def _adopt_belief(self) -> None:
-        """What follows from the belief: dynamics needed or not, braking reserve, no warm start across the
-        change."""
+        """What follows from the belief: need of dynamics, braking reserve, a cold start."""
         K, n = self._record, self.robot.nv
         K["dynamic"] = self._rows_every_tick or self._needs_inertia or self._belief.needs_dynamics
         a_max, tau_max = K["a_max"][0, :n], K["tau_max"][0, :n]

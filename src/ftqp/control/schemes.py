@@ -74,8 +74,9 @@ def rmp(mu: float = 4.0, nu: float = 4.0) -> Scheme:
 def dlsm(
     alpha: float = 0.995, mu: float = 4.0, nu: float = 4.0, tau_ref: float = 1.0, a_ref: float = 1.0
 ) -> Scheme:
-    """Different-level simultaneous minimisation: alpha |tau/tau_ref|^2 + (1 - alpha) |(a + kappa)/a_ref|^2,
-    kappa of ``rmp``.
+    """Different-level simultaneous minimisation of torque and repetitive motion.
+
+    alpha |tau/tau_ref|^2 + (1 - alpha) |(a + kappa)/a_ref|^2, kappa of ``rmp``.
 
     Args:
         alpha: share of the torque norm, in [0, 1).
@@ -136,8 +137,7 @@ def recipe(name: str) -> Callable[..., Scheme]:
 
 
 def by_name(given: "str | Mapping[str, Any] | Scheme | None") -> Scheme:
-    """A scheme from its name, from ``{"name": "dlsm", "alpha": 0.99}``, from a scheme (as it is) or from None
-    (mvn).
+    """A scheme from its name, ``{"name": "dlsm", "alpha": 0.99}``, a scheme (as it is) or None (mvn).
 
     Raises:
         InputError: unknown name or parameter.

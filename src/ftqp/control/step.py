@@ -47,15 +47,13 @@ _SOLVE_STATUS = (SolveStatus.SOLVED, SolveStatus.MAX_ITERATIONS, SolveStatus.INF
 
 
 class Step:
-    """One command and what there is to know of it. It belongs to the planner and is valid until its next
-    step; ``copy()``
-    keeps one.
+    """One command and what there is to know of it.
+
+    It belongs to the planner and is valid until its next step; ``copy()`` keeps one.
 
     Attributes:
-        q, v, a: command: position [rad or m], velocity, acceleration, (nv,); of a locked joint v and a are
-            exactly 0.0.
-        task_error: from the tip to the target before the step, along W, (6,): position [m], rotation vector
-            [rad].
+        q, v, a: command: position [rad or m], velocity, acceleration, (nv,); v = a = 0.0 for a locked joint.
+        task_error: from tip to target before the step, along W, (6,): position [m], rotation vector [rad].
         code: the status as a number, the position of ``status`` in ``StepStatus``.
     """
 
@@ -80,8 +78,7 @@ class Step:
 
     @property
     def tau(self) -> FloatArray:
-        """Torque of the motors that the command needs, (nv,) [N m or N]; 0.0 for a failed joint, NaN without
-        inertia."""
+        """Motor torque for the command, (nv,) [N m or N]; 0.0 for a failed joint, NaN without inertia."""
         return self._torques("tau")
 
     @property
@@ -136,8 +133,7 @@ class Step:
 
     @property
     def torque_excess(self) -> float:
-        """By how much torque rows are exceeded [N m; N m s at the velocity level]; 0 unless no motion could
-        keep them."""
+        """Excess over torque rows [N m; N m s at the velocity level]; 0 unless no motion could keep them."""
         excess = float(self._record["torque_excess"][0])
         return excess if excess > float(self._record["tolerance"][0]) * 10.0 else 0.0
 

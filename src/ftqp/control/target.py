@@ -15,13 +15,15 @@ from ftqp.kernel.codes import (
     TARGET_TWIST,
 )
 
+ROW_BYTES = 8 * TARGET_SIZE
+"""Size of one packed target."""
+
 
 class Target:
     """Pose (or position), twist and acceleration that the tip should have now.
 
     The arrays are views of one buffer: write into them between steps (``target.pose[:] = T``) instead of
-    making a new
-    target every tick. What is written there is not checked; a NaN gives the status INVALID_INPUT.
+    making a new target every tick. What is written there is not checked; NaN gives INVALID_INPUT.
 
     Args:
         pose: (4, 4) homogeneous transform, or anything with ``.homogeneous``; tip in the base frame W.
@@ -107,3 +109,52 @@ def _restored(packed: FloatArray) -> Target:
     target = Target.__new__(Target)
     target._own(packed)
     return target
+
+
+class Targets:
+    """A whole trajectory of targets, packed once; ``targets.at(k)`` is what ``planner.step`` takes at tick k.
+
+    Args:
+        pose: (K, 4, 4) homogeneous transforms of the tip in the base frame W.
+        twist: (K, 6) linear [m/s] then angular [rad/s] along W; None is zero.
+        acceleration: (K, 6), [m/s2], [rad/s2]; None is zero.
+
+    Raises:
+        InputError: a wrong shape, not finite, or a rotation part that is not a rotation.
+    """
+
+    __slots__ = ("_base", "_count", "address", "packed")
+
+    def __init__(self, pose: Any, twist: Any = None, acceleration: Any = None) -> None:
+        count = len(pose)
+        self.packed: FloatArray = np.zeros((count, TARGET_SIZE))
+        poses = array("pose", pose, (count, 4, 4), "(K, 4, 4)")
+        worst = int(
+            np.argmax(np.abs(np.swapaxes(poses[:, :3, :3], 1, 2) @ poses[:, :3, :3] - np.eye(3)).max((1, 2)))
+        )
+        checked_pose(poses[worst], f"pose[{worst}]")
+        self.packed[:, TARGET_POSE:TARGET_TWIST] = poses.reshape(count, 16)
+        self.packed[:, TARGET_HAS_ROTATION] = 1.0
+        for name, value, begin in (
+            ("twist", twist, TARGET_TWIST),
+            ("acceleration", acceleration, TARGET_ACCELERATION),
+        ):
+            if value is not None:
+                self.packed[:, begin : begin + 6] = array(name, value, (count, 6), "(K, 6)")
+        self._count = count
+        self._base: int = self.packed.ctypes.data
+        self.address: int = self._base
+
+    def __len__(self) -> int:
+        return self._count
+
+    def at(self, k: int) -> "Targets":
+        """The target of tick k: this object, turned to that row, until ``at`` is called again.
+
+        Raises:
+            InputError: no such tick.
+        """
+        if 0 <= k < self._count:
+            self.address = self._base + k * ROW_BYTES
+            return self
+        raise InputError(f"there is no target {k}; the trajectory has targets 0 to {self._count - 1}")

@@ -33,13 +33,11 @@ class Task:
 
     Args:
         rows: ``pose``, ``position``, ``position_axis`` (position and the direction of the tool axis), or
-            names among x, y, z,
-            rx, ry, rz; None takes the robot's own (planar arms: x, y).
+            names among x, y, z, rx, ry, rz; None takes the robot's own (planar arms: x, y).
         mode: ``slack`` (default) leaves a residual where limits demand it, ``hard`` treats the task as an
-            equality and
-            reports RELAXED when it has no solution, ``scaled`` slows down and keeps the direction,
-            ``lexicographic`` first
-            makes the residual as small as can be, then minimises the objective.
+            equality and reports RELAXED when it has no solution, ``scaled`` slows down and keeps the
+            direction, ``lexicographic`` first makes the residual as small as can be, then minimises the
+            objective.
         kp: position gain [1/s2] at the acceleration level, [1/s] at the velocity level; None is 100 and 10.
         kv: velocity gain [1/s], acceleration level only; None is 2 sqrt(kp).
         length: characteristic length [m] that angular rows are multiplied by; None takes the robot's.

@@ -16,8 +16,7 @@ class FtqpError(Exception):
 
 
 class InputError(FtqpError, ValueError):
-    """A value handed to ftqp is wrong; the sentence says what, what was got, what is expected and the
-    remedy."""
+    """A value handed to ftqp is wrong; the sentence says what, what was got, what is expected, the remedy."""
 
 
 class ModelError(FtqpError):

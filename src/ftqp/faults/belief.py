@@ -11,9 +11,10 @@ from ftqp.kernel.codes import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 from ftqp.model.robot import Robot
 
 LOCK_SHARE = 0.25
-"""Default deceleration of a joint that is being locked, as a share of its acceleration limit; with the full
-limit the
-healthy joints saturate when they compensate (spec of the different-level scheme, 5.2)."""
+"""Default deceleration of a joint that is being locked, as a share of its acceleration limit.
+
+With the full limit healthy joints saturate when they compensate (spec of the different-level scheme, 5.2).
+"""
 
 
 class Belief:
@@ -128,7 +129,9 @@ class Belief:
 
 
 def codes(record: Any, n: int) -> FloatArray:
-    """The kernel's fault code of every joint, (n,): 0 healthy, 1 braking, 2 locked, 3 free-swinging, 4
-    locking at once."""
+    """The kernel's fault code of every joint, (n,).
+
+    0 healthy, 1 braking, 2 locked, 3 free-swinging, 4 locking at once.
+    """
     result: FloatArray = record["fault"][0, :n].copy()
     return result

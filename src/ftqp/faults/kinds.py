@@ -30,12 +30,10 @@ class Locked:
     Args:
         joint: name or 0-based index.
         mode: ``ramp`` brings it to rest at ``deceleration`` while the others compensate; ``instant`` sets its
-            velocity to
-            zero at once, as in Jin et al. 2017.
+            velocity to zero at once, as in Jin et al. 2017.
         deceleration: of the ramp [rad/s2 or m/s2]; None is a quarter of the joint's acceleration limit.
         reset: ``instant`` only: what the velocities of the others do. ``kinematic`` nothing, ``momentum`` a
-            free impulse,
-            ``task`` the least jump that keeps the tip's velocity.
+            free impulse, ``task`` the least jump that keeps the tip's velocity.
     """
 
     joint: str | int

@@ -19,33 +19,30 @@ def forward_kinematics(K: Any) -> None:
     joint_sines(K)
     for i in range(n):
         P = K.rotation[i]
+        s, c = K.sine[i], K.cosine[i]
+        # rotation_i Rz(q_i) first: it does not wait for the frames before
+        L0, L1, L3, L4 = c * P[0] + s * P[1], c * P[1] - s * P[0], c * P[3] + s * P[4], c * P[4] - s * P[3]
+        L6, L7 = c * P[6] + s * P[7], c * P[7] - s * P[6]
+        L2, L5, L8 = P[2], P[5], P[8]
         R = K.R[i]
         if i == 0:
-            for k in range(9):
-                R[k] = P[k]
-            for k in range(3):
-                K.o[0, k] = K.translation[0, k]
+            R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8] = L0, L1, L2, L3, L4, L5, L6, L7, L8
+            for r in range(3):
+                K.o[0, r] = K.translation[0, r]
         else:
             B = K.R[i - 1]
             t0, t1, t2 = K.translation[i, 0], K.translation[i, 1], K.translation[i, 2]
             for r in range(3):
-                a, b, c = B[3 * r], B[3 * r + 1], B[3 * r + 2]
-                R[3 * r] = a * P[0] + b * P[3] + c * P[6]
-                R[3 * r + 1] = a * P[1] + b * P[4] + c * P[7]
-                R[3 * r + 2] = a * P[2] + b * P[5] + c * P[8]
-                K.o[i, r] = K.o[i - 1, r] + a * t0 + b * t1 + c * t2
-        q = K.q[i]
+                x, y, z = B[3 * r], B[3 * r + 1], B[3 * r + 2]
+                R[3 * r] = x * L0 + y * L3 + z * L6
+                R[3 * r + 1] = x * L1 + y * L4 + z * L7
+                R[3 * r + 2] = x * L2 + y * L5 + z * L8
+                K.o[i, r] = K.o[i - 1, r] + x * t0 + y * t1 + z * t2
+        for r in range(3):
+            K.axis_w[i, r] = R[3 * r + 2]
         if K.prismatic[i]:
             for r in range(3):
-                K.axis_w[i, r] = R[3 * r + 2]
-                K.o[i, r] += q * R[3 * r + 2]
-        else:
-            s, c = K.sine[i], K.cosine[i]
-            for r in range(3):
-                x, y = R[3 * r], R[3 * r + 1]
-                R[3 * r] = c * x + s * y
-                R[3 * r + 1] = c * y - s * x
-                K.axis_w[i, r] = R[3 * r + 2]
+                K.o[i, r] += K.q[i] * R[3 * r + 2]
     B = K.R[n - 1]
     P = K.tip_rotation
     t0, t1, t2 = K.tip_translation[0], K.tip_translation[1], K.tip_translation[2]

@@ -21,6 +21,7 @@ from ftqp.kernel.codes import (
     HARD,
     HEALTHY,
     INFEASIBLE,
+    LEXICOGRAPHIC,
     MAIN_STAGE,
     OK,
     READY,
@@ -87,6 +88,9 @@ def _begin_second_stage(K: Any, claim: int) -> None:
             for i in range(K.n):
                 s += K.A[k, i] * K.x[i]
             K.b[k] = s
+    for i in range(K.n):
+        K.z_box_first[i] = K.z_box[i]
+        K.z_first[i] = K.z[i] if i < K.nc else 0.0
     compliance(K, SECOND_STAGE_RATIO)
     K.warm = 0
     K.stage = MAIN_STAGE
@@ -157,6 +161,9 @@ def _finish(K: Any) -> int:
     K.soft_rows = 0.0
     if K.stage != MAIN_STAGE:
         K.warm = 0
+    elif K.mode == LEXICOGRAPHIC and K.verdict == RELAXED:
+        for i in range(K.n):  # the second stage keeps the residual: only the first one knows what causes it
+            K.z_box[i], K.z[i] = K.z_box_first[i], K.z_first[i]
     K.status = K.verdict
     return K.status
 

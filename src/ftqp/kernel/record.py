@@ -47,6 +47,8 @@ TASK: dict[str, Shape] = {
     "b_task": (ROWS,),  # what the task asks for; b differs in lexicographic mode
     "g_task": (VARIABLES,),  # objective kept aside during the first stage of lexicographic mode
     "d_task": (VARIABLES,),
+    "z_first": (N,),  # multipliers of the first stage: what keeps the task from being followed
+    "z_box_first": (N,),
 }
 CRITERIA: dict[str, Shape] = {"weight": (N,), "posture": (N,)}
 FAULTS: dict[str, Shape] = {
@@ -177,6 +179,7 @@ def qp_fields(variables: int, rows: int, constraints: int) -> list[Any]:
         "root": (variables,),  # 1/sqrt(H_ii), 0 for a fixed variable
         "root_of": (variables,),  # the H_ii whose root is kept, and the root
         "root_was": (variables,),
+        "inverse": (variables,),  # the square of the root
         "L_H": (variables, variables),
         "scratch": (variables,),
         "V": (working, variables),  # rows of the working set times H^(-1/2)

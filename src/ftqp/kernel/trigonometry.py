@@ -46,14 +46,17 @@ def _sin_cos(x: float) -> tuple[float, float]:
 
 @jit
 def joint_sines(K: Any) -> None:
-    """sin q_i and cos q_i of every joint."""
+    """sin q_i and cos q_i of every joint; 0 and 1 for a prismatic one, which does not turn."""
     n = K.n
-    far = False
+    far = 0
     for i in range(n):
-        far = far or not abs(K.q[i]) <= REDUCED
-    if far:
+        far += 0 if abs(K.q[i]) <= REDUCED else 1
+    if far == 0:
+        for i in range(n):
+            K.sine[i], K.cosine[i] = _sin_cos(K.q[i])
+    else:
         for i in range(n):
             K.sine[i], K.cosine[i] = sin(K.q[i]), cos(K.q[i])
-        return
     for i in range(n):
-        K.sine[i], K.cosine[i] = _sin_cos(K.q[i])
+        if K.prismatic[i]:
+            K.sine[i], K.cosine[i] = 0.0, 1.0

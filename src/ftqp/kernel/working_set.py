@@ -38,7 +38,7 @@ def minimise_free(K: Any) -> bool:
     if not K.dense:
         for i in range(n):
             if K.lb[i] >= K.ub[i]:
-                K.root[i] = 0.0
+                K.root[i] = K.inverse[i] = 0.0
                 K.x_free[i] = K.ub[i]
             else:
                 h = K.H_diagonal[i]
@@ -47,7 +47,7 @@ def minimise_free(K: Any) -> bool:
                         return False
                     K.root_of[i], K.root_was[i] = h, 1.0 / sqrt(h)
                 r = K.root_was[i]
-                K.root[i] = r
+                K.root[i], K.inverse[i] = r, r * r
                 K.x_free[i] = -K.g[i] * r * r
         return True
     L = K.L_H
@@ -223,18 +223,32 @@ def enter(K: Any, q: int, code: int, side: int, lam: float) -> bool:
 
 @jit
 def enter_task_rows(K: Any) -> bool:
-    """All task rows into an empty working set, for a diagonal H; False when one depends on the others."""
+    """All task rows into an empty working set, for a diagonal H; False when one depends on the others.
+
+    G = A H^-1 A' + compliance is computed from A itself, so that nothing waits for V to reach memory.
+    """
     n, m = K.nx, K.meq
     for k in range(m):
         K.code[k], K.side[k], K.lam[k] = k, 0, 0.0
         row = K.A[k]
-        V = K.V[k]
+        G = K.G[k]
+        for j in range(k + 1):
+            other = K.A[j]
+            s = 0.0
+            for i in range(n):
+                s += row[i] * other[i] * K.inverse[i]
+            G[j] = s
+        G[k] += K.soft[k]
         t = K.b[k]
         for i in range(n):
-            V[i] = row[i] * K.root[i]
             t -= row[i] * K.x_free[i]
         K.t[k] = t
-        _gram_row(K, k, K.soft[k])
+    for k in range(m):
+        row = K.A[k]
+        V = K.V[k]
+        for i in range(n):
+            V[i] = row[i] * K.root[i]
+    for k in range(m):
         if not _factor_row(K, k, K.soft[k]):
             return False
     return True

@@ -60,6 +60,7 @@ def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
     if wishes.kinematics_only:
         for i in range(arm.njoints):
             arm.inertias[i] = pin.Inertia.Zero()
+        arm.armature = np.zeros(arm.nv)
     findings += [f for f in source.findings if not (wishes.kinematics_only and f.about == "masses")]
     findings += dynamics_findings(arm)
     try:
@@ -67,7 +68,6 @@ def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
     except ModelError as error:
         audit.refuse_unsafe(arm.name, [*map(audit.unsafe, error.findings), *findings])
         raise
-    findings += _rotor_findings(source.model, chain.names)
     findings += follower_findings(source.followers, chain.names, wishes.locked)
     bounds = _limits([source.limits[name] for name in chain.names], wishes, findings)
     findings += audit.limit_findings(chain.names, bounds, chain.continuous)
@@ -84,17 +84,6 @@ def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
         "length": _length(wishes.length, LENGTH_FRACTION * reach_of(chain, bounds)),
         "findings": tuple(findings),
     }
-
-
-def _rotor_findings(model: Any, joints: Sequence[str]) -> list[Finding]:
-    """Rotor inertias, which MJCF calls armature, are not part of a chain."""
-    rotors = [name for name in joints if model.armature[model.idx_vs[model.getJointId(name)]] != 0.0]
-    names = ", ".join(rotors)
-    return (
-        [audit.warning(f"the rotor inertias (armature) of {names} are left out of the dynamics")]
-        if rotors
-        else []
-    )
 
 
 def _start(limits: JointLimits, wanted: Any) -> FloatArray:
@@ -137,9 +126,8 @@ def _limits(written: Sequence[Mapping[str, float]], wishes: Wishes, findings: li
     if "a_max" not in changes:
         findings.append(
             audit.note(
-                f"no acceleration limit is known; a_max = v_max / {RISE_TIME:g} s is taken; give "
-                "acceleration=... "
-                "to replace it"
+                f"no acceleration limit is known; a_max = v_max / {RISE_TIME:g} s is taken; "
+                "give acceleration=... to replace it"
             )
         )
     return JointLimits.of(count, **own).replaced(changes)

@@ -164,6 +164,24 @@ def body_findings(
     return found
 
 
+def rotor_findings(names: Sequence[str], armature: FloatArray) -> list[Finding]:
+    """What is wrong with rotor inertias: each stands on the diagonal of the joint-space inertia.
+
+    Args:
+        names: joint names, (nv,).
+        armature: (nv,) [kg m2 or kg].
+    """
+    return [
+        Finding(
+            Severity.UNSAFE,
+            f"joint {name!r} has a rotor inertia (armature) of {value:g}, expected >= 0; {CORRECT}",
+            "masses",
+        )
+        for name, value in zip(names, armature, strict=True)
+        if not 0.0 <= value < np.inf
+    ]
+
+
 def _body_finding(what: str, mass: float, com: FloatArray, inertia: FloatArray) -> Finding | None:
     if not (np.isfinite(mass) and np.isfinite(com).all() and np.isfinite(inertia).all()):
         return unsafe(f"{what} has a mass, centre of mass or inertia that is not finite; {CORRECT}")

@@ -36,6 +36,7 @@ class Chain:
         mass: mass of the body behind each joint, held joints' bodies lumped in, (nv,) [kg].
         com: its centre of mass in the joint's frame, (nv, 3) [m].
         inertia: its inertia about the centre of mass, axes of the joint's frame, (nv, 3, 3) [kg m2].
+        armature: rotor inertia seen at the joint, on the diagonal of M, (nv,) [kg m2 or kg].
         tip_rotation: orientation of the tip in the last joint's frame, (3, 3).
         tip_translation: origin of the tip in the last joint's frame, (3,) [m].
         gravity: gravity in the base frame, (3,) [m/s2].
@@ -49,6 +50,7 @@ class Chain:
     mass: FloatArray
     com: FloatArray
     inertia: FloatArray
+    armature: FloatArray
     tip_rotation: FloatArray
     tip_translation: FloatArray
     gravity: FloatArray
@@ -101,6 +103,7 @@ def chain_of(model: Any, tip: str) -> Chain:
         mass=np.array([b.mass for b in bodies]),
         com=np.array([b.lever for b in bodies]),
         inertia=np.array([b.inertia for b in bodies]),
+        armature=np.array([model.armature[model.idx_vs[i]] for i in ids]),
         tip_rotation=np.array(end.rotation),
         tip_translation=np.array(end.translation),
         gravity=np.array(model.gravity.linear),

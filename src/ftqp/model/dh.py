@@ -31,8 +31,7 @@ def model(
     """A pinocchio model of the arm of a table.
 
     standard:  T_{i-1,i} = Rz(theta_i + q_i) Tz(d_i) Tx(a_i) Rx(alpha_i)
-    modified:  T_{i-1,i} = Rx(alpha_i) Tx(a_i) Rz(theta_i + q_i) Tz(d_i), alpha_i and a_i being alpha_{i-1},
-    a_{i-1}
+    modified:  T_{i-1,i} = Rx(alpha_i) Tx(a_i) Rz(theta_i + q_i) Tz(d_i), row i holding alpha_{i-1}, a_{i-1}
 
     A sliding joint adds q_i to d_i instead of theta_i.
 

@@ -18,7 +18,7 @@ PROBE = """<mujoco><worldbody><body name="b"><inertial pos="0 0 0" mass="1" diag
 <joint name="j" type="slide" range="0 1"/></body></worldbody></mujoco>"""
 """One joint that slides from 0 m to 1 m; pinocchio 4.1 takes metres for degrees, as angles are by default."""
 
-NUMBERS = {"axis": 3, "pos": 3, "range": 2, "actuatorfrcrange": 2}
+NUMBERS = {"axis": 3, "pos": 3, "range": 2, "actuatorfrcrange": 2, "armature": 1}
 """Attributes of a joint that are finite numbers, and how many."""
 
 
@@ -67,10 +67,9 @@ def _audit(root: ElementTree.Element) -> list[Finding]:
             if key not in joint.attrib:
                 continue
             values = _numbers(joint.attrib[key])
+            expected = "a finite number" if count == 1 else f"{count} finite numbers"
             if values is None or len(values) != count:
-                found.append(
-                    unsafe(f"{label} has {key} {joint.attrib[key]!r:.60}, expected {count} finite numbers")
-                )
+                found.append(unsafe(f"{label} has {key} {joint.attrib[key]!r:.60}, expected {expected}"))
             elif key == "axis" and not any(values):
                 found.append(unsafe(f"{label} has a zero axis, expected a direction"))
     for inertial in root.iter("inertial"):

@@ -182,7 +182,7 @@ class Robot:
             default_rows: task rows the robot is meant for.
             length: characteristic length [m]; None: a sixth of the reach.
             gravity: in the base frame, (3,) [m/s2]; None: the model's.
-            kinematics_only: leave out all masses; torques are then neither limited nor minimised.
+            kinematics_only: no masses, no rotor inertias; torques are then neither limited nor minimised.
 
         Raises:
             InputError: an unknown tip or joint, or a wrong shape.

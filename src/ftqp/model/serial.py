@@ -53,8 +53,7 @@ class Body:
         name: of the joint.
         placement: joint frame in the previous joint's frame (the base for the first) at q = 0, (4, 4).
         prismatic: whether the joint slides.
-        parts: rigid bodies carried behind the joint, each with the pose (4, 4) of its frame in the joint's
-            frame.
+        parts: rigid bodies carried behind the joint, each with its frame's pose (4, 4) in the joint's frame.
     """
 
     name: str

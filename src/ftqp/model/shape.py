@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.model.audit import Finding, body_findings, note, unsafe
+from ftqp.model.audit import Finding, body_findings, note, rotor_findings, unsafe
 from ftqp.model.chain import Chain
 from ftqp.model.limits import JointLimits
 
@@ -68,9 +68,13 @@ def neutral_of(limits: JointLimits, wanted: FloatArray | None) -> FloatArray:
 
 
 def dynamics_findings(model: Any) -> list[Finding]:
-    """What is wrong with the lumped bodies of a reduced model and with its joint-space inertia at neutral."""
+    """What is wrong with rotors, bodies and joint-space inertia at neutral of a reduced model."""
     bodies = [model.inertias[i] for i in range(1, model.njoints)]
     names = [str(model.names[i]) for i in range(1, model.njoints)]
+    each = [name for i, name in enumerate(names, 1) for _ in range(model.nvs[i])]
+    found = rotor_findings(each, model.armature)
+    if found:
+        return found
     mass = np.array([b.mass for b in bodies])
     inertia = np.array([b.inertia for b in bodies])
     if not mass.any() and not inertia.any():
@@ -86,8 +90,8 @@ def dynamics_findings(model: Any) -> list[Finding]:
         found.append(
             unsafe(
                 f"{model.name} has a joint-space inertia that is not positive definite (eigenvalues "
-                f"{values[0]:.3g} to "
-                f"{values[-1]:.3g}); correct the masses or drop them with kinematics_only=True"
+                f"{values[0]:.3g} to {values[-1]:.3g}); "
+                "correct the masses or drop them with kinematics_only=True"
             )
         )
     return found

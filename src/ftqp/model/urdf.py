@@ -47,8 +47,7 @@ def read(source: Any, tip: str | None, locked: Sequence[str | int]) -> Source:
 
     Args:
         source: path of a file or the XML itself.
-        tip: frame that will be the tip, None when the user leaves the choice; with it, only its joints
-            matter.
+        tip: frame that will be the tip, None when the user leaves the choice; else only its joints matter.
         locked: joints that will be held.
 
     Raises:

@@ -1,5 +1,6 @@
 """What a QP solver is to the rest of ftqp: set up once, then solved again and again on rewritten arrays."""
 
+import logging
 from abc import ABC, abstractmethod
 from enum import IntEnum
 from typing import ClassVar, final
@@ -8,6 +9,8 @@ import numpy as np
 
 from ftqp.core.errors import InputError
 from ftqp.qp.buffers import QPBuffers
+
+_LOG = logging.getLogger(__name__)
 
 
 class Claim(IntEnum):
@@ -112,7 +115,11 @@ class Backend(ABC):
         return None
 
     def _attempt(self, qp: QPBuffers, cold: bool) -> Claim:
-        claim = self._run(qp, cold)
+        try:
+            claim = self._run(qp, cold)
+        except Exception:  # whatever a foreign solver throws is its failure; a control loop must go on
+            _LOG.warning("solver %r raised; its answer counts as failed", self.name, exc_info=True)
+            return Claim.FAILED
         if claim <= Claim.MAX_ITERATIONS:
             np.isfinite(qp.solution, self._solution.array)
             if 0 in self._solution.memory:

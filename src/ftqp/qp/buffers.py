@@ -11,14 +11,14 @@ from ftqp.core.errors import InputError
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class QPBuffers:
-    """One QP, min 1/2 x'Hx + g'x, Ax = b, l <= Cx <= u, lb <= x <= ub, and its solution, as preallocated
-    arrays.
+    """One QP and its solution as preallocated arrays.
+
+    min 1/2 x'Hx + g'x, Ax = b, l <= Cx <= u, lb <= x <= ub.
 
     The content changes every tick, the shapes never do. Everything a solver wants in one piece lies in one
     piece: the rows are stacked as [A; C], bounds and multipliers as [box; equality; two-sided], and ``A``,
-        ``b``, ``C``, ... are
-    contiguous views of the stacks. Write ``b``; its copy inside ``upper`` is the backend's business. Made by
-    ``zeros``.
+    ``b``, ``C``, ... are contiguous views of the stacks. Write ``b``; its copy inside ``upper``
+    is the backend's business. Made by ``zeros``.
 
     Attributes:
         flat: the whole problem in one piece, matrices by rows: [H; g; A; C; lb; b; l; ub; b; u].
@@ -70,8 +70,7 @@ class QPBuffers:
 
     @classmethod
     def zeros(cls, n: int, m: int, p: int, *, constant_hessian: bool = False) -> Self:
-        """Buffers for ``n`` variables, ``m`` equalities and ``p`` two-sided rows: H = I, no bounds, the rest
-        zero.
+        """Buffers of ``n`` variables, ``m`` equalities and ``p`` two-sided rows: H = I, no bounds, else zero.
 
         Raises:
             InputError: no variables, or a negative count.

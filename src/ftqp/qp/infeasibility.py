@@ -18,9 +18,9 @@ def infeasibility(problem: QP) -> Certificate | None:
 
         min |Ax - b|^2 + |Cx - s|^2   over lb <= x <= ub, l <= s <= u;
 
-    what remains there, y = Ax - b, z = Cx - s and z_box = -(A'y + C'z), is the certificate, of value -(|y|^2
-    + |z|^2). The value is recomputed from y and z alone, so an inexact least-squares answer cannot prove
-    anything false.
+    what remains there, y = Ax - b, z = Cx - s and z_box = -(A'y + C'z), is the certificate, of value
+    -(|y|^2 + |z|^2). The value is recomputed from y and z alone, so an inexact least-squares answer cannot
+    prove anything false.
     """
     low, high = np.concatenate([problem.lb, problem.l]), np.concatenate([problem.ub, problem.u])
     n, m, p = problem.n, problem.m, problem.p

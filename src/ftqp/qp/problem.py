@@ -115,8 +115,7 @@ class SolveStatus(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Residuals:
-    """How far a point is from solving a QP, in the units of the QP (``ftqp.kernel.residuals.kkt``); inf with
-    NaN.
+    """How far a point is from solving a QP, in its units (``ftqp.kernel.residuals.kkt``); inf with NaN.
 
     Attributes:
         primal: max(|Ax - b|, violations of l <= Cx <= u and lb <= x <= ub).
@@ -138,8 +137,9 @@ class Residuals:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Certificate:
-    """A proof that a QP has no feasible point (Farkas): A'y + C'z + z_box = 0 while every x within the
-    bounds would need
+    """A proof that a QP has no feasible point (Farkas).
+
+    A'y + C'z + z_box = 0 while every x within the bounds would need
 
     0 = y'Ax + z'Cx + z_box'x <= b'y + sum(z+ u - z- l) + sum(z_box+ ub - z_box- lb) < 0.
 

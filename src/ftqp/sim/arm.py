@@ -33,6 +33,7 @@ class Arm:
             tip_rotation=chain.tip_rotation,
             tip_translation=chain.tip_translation,
             gravity=chain.gravity,
+            armature=chain.armature,
         )
         self._address = int(self._record.ctypes.data)
         self._zero = np.zeros(n)

@@ -60,8 +60,7 @@ class KinematicPlant(Plant):
     command held for dt: q + dt v + dt^2 a/2 and v + dt a, at the velocity level q + dt v. A failed joint does
     what its fault says:
 
-    * locked, ramp: brakes at the deceleration of the fault, the last step partial; then q is bitwise
-      constant.
+    * locked, ramp: brakes at the deceleration of the fault, the last step partial; then q is bitwise fixed.
     * locked, instant: v = 0 at once. With the resets ``momentum`` and ``task`` the joint keeps its velocity
       until the command of that tick has been given: the planner derives the jump of the others from it.
     * free-swinging: its torque is that of friction at the velocity after the step, as in the planner's row:

@@ -78,8 +78,7 @@ class Path(ABC):
         """The path at the times ``t``: what holds from each time on, so the right-hand side of a jump.
 
         Args:
-            t: times, (K,) or one number [s]; before 0 the path waits at its start, from its
-                duration on at its end.
+            t: times, (K,) or one number [s]; before 0 it waits at its start, past its duration at its end.
 
         Raises:
             InputError: a time is not a finite number.

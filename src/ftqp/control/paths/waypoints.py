@@ -99,9 +99,8 @@ class Waypoints(Path):
 def _warp(t: FloatArray, knots: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """A time tau(t), and two derivatives, equal to t at every knot, at rest at the first and the last.
 
-    On the first segment tau = t0 + d f(u), f = 6 u^3 - 8 u^4 + 3 u^5,
-    with f' = f'' = 0 at 0, f' = 1 and f'' = 0 at 1, on the last one its mirror image, on a single one the
-    quintic law; tau = t between.
+    On the first segment tau = t0 + d f(u), f = 6 u^3 - 8 u^4 + 3 u^5, with f' = f'' = 0 at 0, f' = 1 and
+    f'' = 0 at 1, on the last one its mirror image, on a single one the quintic law; tau = t between.
     """
     tau, rate, rate_change = t.copy(), np.ones_like(t), np.zeros_like(t)
     rising, falling = t < knots[1], t >= knots[-2]

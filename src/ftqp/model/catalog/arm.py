@@ -38,8 +38,7 @@ def arm(
             of ``RISE_TIME`` holds and a finding says so.
         tip: name of the tip frame.
         tip_pose: of the tip in the last joint's frame, (4, 4).
-        payload: rigid bodies behind the last joint, each with the pose of its frame in the last joint's
-            frame.
+        payload: rigid bodies behind the last joint, each with its frame's pose in the last joint's frame.
         neutral: a configuration inside the limits, (n,) [rad].
         default_rows: task rows the robot is meant for.
         length: characteristic length [m]; None: a sixth of the reach.

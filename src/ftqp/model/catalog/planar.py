@@ -25,8 +25,7 @@ DOWN = (0.0, -9.81, 0.0)
 def planar(*, count: int = 4, vertical: bool = False) -> Robot:
     """Planar arm of ``count`` equal slender links, 1.5 m long in all, moving in the x-y plane of the base.
 
-    Source: none, a made-up arm for studies of redundancy: 4 kg/m, 150 degrees to either side, 1 rad/s, 5
-    rad/s2.
+    Source: none, a made-up arm for studies of redundancy: 4 kg/m, 150 degrees either way, 1 rad/s, 5 rad/s2.
 
     Args:
         count: number of joints, 1 to 32.

@@ -36,10 +36,10 @@ class DaqpSettings:
 
 
 class Daqp(Backend):
-    """DAQP's ``Model``, set up once; box first, then equalities (sense 5), then two-sided rows, as in the
-    buffers.
+    """DAQP's ``Model``, set up once.
 
-    A bound whose sides meet needs no flag of its own: DAQP notices equal bounds at every update.
+    Box first, then equalities (sense 5), then two-sided rows, as in the buffers. A bound whose sides meet
+    needs no flag of its own: DAQP notices equal bounds at every update.
     """
 
     package = "daqp"

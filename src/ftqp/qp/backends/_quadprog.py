@@ -12,12 +12,10 @@ from ftqp.qp.buffers import QPBuffers
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class QuadprogSettings:
-    """Settings of quadprog, which has no tolerance and no cap of its own: it works to rounding and ends by
-    itself.
+    """Settings of quadprog, which has no tolerance and no cap: it works to rounding and ends by itself.
 
     Attributes:
-        regularization: added to H as a multiple of trace(H)/n on the diagonal, when H is not positive
-            definite.
+        regularization: added to H as a multiple of trace(H)/n on the diagonal, unless H is positive definite.
     """
 
     regularization: float = 1e-12
@@ -26,8 +24,7 @@ class QuadprogSettings:
 class Quadprog(Backend):
     """quadprog on x'Cx >= b columns rebuilt every solve: equalities first, then each finite bound as one row.
 
-    Equal bounds become equalities, infinite ones vanish. The package keeps nothing between calls: warm is
-    cold.
+    Equal bounds become equalities, infinite ones vanish. Nothing is kept between calls: warm is cold.
     """
 
     package = "quadprog"

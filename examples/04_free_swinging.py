@@ -1,0 +1,31 @@
+"""A joint without motor and brake swings under gravity: the others hold the tip's position meanwhile.
+
+You will see that the tip stays, that no torque is asked of the failed joint, and how far it has swung.
+"""
+
+import argparse
+
+import numpy as np
+
+import ftqp
+
+argparse.ArgumentParser(description=__doc__).add_argument(
+    "--headless", action="store_true", help="no windows"
+)
+
+robot = ftqp.robots.load("panda")
+planner = ftqp.Planner(robot, dt=2e-3, task=ftqp.Task(rows="position"), emergency=None)
+q, v = robot.neutral.copy(), np.zeros(robot.nv)
+target = ftqp.Target(position=robot.pose(q)[:3, 3])
+
+planner.reset(q)
+planner.report(ftqp.FreeSwinging("panda_joint5", damping=0.5))
+worst = torque = 0.0
+for _ in range(2000):
+    step = planner.step(q, v, target)
+    worst, torque = max(worst, step.position_error), max(torque, abs(step.tau[4]))
+    q, v = step.q.copy(), step.v.copy()
+
+print(f"largest position error: {1e3 * worst:.3f} mm")
+print(f"torque asked of the failed joint: {torque:.1f} N m")
+print(f"swing of the failed joint: {abs(q[4] - robot.neutral[4]):.3f} rad")

@@ -1,0 +1,269 @@
+"""What a planner does with the joints that it is told have failed."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.core.errors import InputError
+
+DT = 2e-3
+OK = ftqp.StepStatus.OK
+
+
+def circle(robot, radius=0.08, duration=1.5, axes=("y", "z")):
+    """Targets along a circle, by tick."""
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), radius, duration=duration, axes=axes)
+    sample = path.sample(np.arange(round(duration / DT)) * DT)
+    target = ftqp.Target(pose=path.start)
+
+    def at(k):
+        target.pose[:], target.twist[:] = sample.pose[k], sample.twist[k]
+        target.acceleration[:] = sample.acceleration[k]
+        return target
+
+    return at, len(sample.pose)
+
+
+def test_unknown_joint_of_a_report_names_the_valid_ones_and_the_nearest(panda):
+    planner = ftqp.Planner(panda)
+    with pytest.raises(
+        InputError, match=r"'panda_joint0' is not a joint of panda \(did you mean .*; it has panda_joint1, "
+    ):
+        planner.report(ftqp.Locked("panda_joint0"))
+    with pytest.raises(InputError, match=r"'elbow' is not a joint of panda.*; it has panda_joint1, "):
+        planner.withdraw("elbow")
+    assert planner.faults == {}
+
+
+@pytest.mark.parametrize("joint", range(7))
+def test_locked_joint_comes_to_rest_and_never_moves_again(panda, level, follow, joint):
+    at, ticks = circle(panda)
+    planner = ftqp.Planner(panda, DT, level=level, emergency=None)
+    steps = [
+        s.copy() for s in follow(planner, at, ticks, events={300: lambda p: p.report(ftqp.Locked(joint))})
+    ]
+    v = np.array([s.v[joint] for s in steps])
+    rest = 300 + int(np.argmax(v[300:] == 0.0))
+    rate = 0.25 * panda.limits.a_max[joint]
+    assert 300 <= rest < 300 + 2 + int(abs(v[299]) / (rate * DT)) + 1
+    assert (v[rest:] == 0.0).all() and all(s.a[joint] == 0.0 for s in steps[rest + 1 :])
+    assert len({s.q[joint] for s in steps[rest + 1 :]}) == 1
+
+
+def test_locked_joint_is_held_where_it_is_measured_whatever_velocity_is_measured(panda, level):
+    at, _ = circle(panda)
+    planner = ftqp.Planner(panda, DT, level=level)
+    planner.reset(panda.neutral)
+    planner.report(ftqp.Locked(3))
+    generator = np.random.default_rng(0)
+    for k in range(20):
+        q, v = panda.neutral + 1e-4 * generator.normal(size=7), 1e-3 * generator.normal(size=7)
+        step = planner.step(q, v, at(0))
+        if k > 1:
+            assert step.v[3] == 0.0 and step.a[3] == 0.0 and step.q[3] == q[3]
+
+
+@pytest.mark.parametrize(
+    "again", [ftqp.Locked(3), ftqp.Locked("panda_joint4"), ftqp.Locked(3, deceleration=0.5)]
+)
+def test_locked_joint_reported_again_stays_locked(panda, level, again):
+    at, _ = circle(panda)
+    planner = ftqp.Planner(panda, DT, level=level)
+    planner.reset(panda.neutral)
+    planner.report(ftqp.Locked(3))
+    planner.step(panda.neutral, np.zeros(7), at(0))
+    planner.report(again)
+    step = planner.step(panda.neutral, np.full(7, 1e-3), at(0))
+    assert step.v[3] == 0.0 and step.a[3] == 0.0 and step.q[3] == panda.neutral[3]
+
+
+def test_same_report_on_every_tick_changes_nothing(panda, level, follow):
+    at, ticks = circle(panda)
+
+    def every_tick(planner):
+        planner.report(ftqp.Locked(2))
+
+    once = {200: every_tick}
+    often = {k: every_tick for k in range(200, ticks)}
+    for a, b in zip(
+        [s.a.copy() for s in follow(ftqp.Planner(panda, DT, level=level), at, ticks, events=once)],
+        [s.a.copy() for s in follow(ftqp.Planner(panda, DT, level=level), at, ticks, events=often)],
+        strict=True,
+    ):
+        np.testing.assert_allclose(a, b, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        ftqp.Locked(2),
+        ftqp.Locked(2, mode="instant"),
+        ftqp.FreeSwinging(2, 1.0),
+        ftqp.Degraded(2, 0.1, 0.1, 0.5),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("scheme", ["mvn", "dlsm"])
+def test_joint_reported_and_withdrawn_leaves_a_healthy_planner(panda, level, follow, fault, scheme):
+    at, ticks = circle(panda)
+    planner, healthy = (ftqp.Planner(panda, DT, level=level, scheme=scheme) for _ in range(2))
+    for _ in follow(planner, at, 20, events={5: lambda p: p.report(fault)}):
+        pass
+    planner.withdraw(2)
+    assert planner.faults == {}
+    for a, b in zip(follow(planner, at, ticks), follow(healthy, at, ticks), strict=True):
+        np.testing.assert_allclose(a.a, b.a, atol=1e-9 * 15.0)
+        np.testing.assert_allclose(a.q, b.q, atol=1e-9)
+
+
+@pytest.mark.parametrize("joint", range(7))
+def test_healthy_joints_keep_their_acceleration_limits_when_a_joint_locks_at_speed(
+    panda, level, follow, joint
+):
+    at, ticks = circle(panda, radius=0.15, duration=1.2)
+    planner = ftqp.Planner(panda, DT, level=level, emergency=None)
+    before = np.zeros(7)
+    fastest = 0.0
+    for k, step in enumerate(
+        follow(planner, at, ticks, events={270: lambda p: p.report(ftqp.Locked(joint))})
+    ):
+        assert np.all(np.abs(step.a) <= panda.limits.a_max * (1.0 + 1e-9))
+        np.testing.assert_allclose(step.v - before, DT * step.a, atol=1e-12)
+        fastest = max(fastest, np.abs(step.v).max()) if k < 270 else fastest
+        before = step.v.copy()
+    assert fastest > 0.5
+
+
+@pytest.mark.parametrize("reset", ["kinematic", "momentum", "task"])
+def test_instant_lock_stops_its_joint_within_the_tick(panda, level, follow, reset):
+    at, _ = circle(panda)
+    fault = ftqp.Locked(1, mode="instant", reset=reset)
+    planner = ftqp.Planner(panda, DT, level=level)
+    speeds = [s.v[1] for s in follow(planner, at, 400, events={375: lambda p: p.report(fault)})]
+    assert speeds[374] != 0.0 and not any(speeds[375:])
+
+
+def test_all_joints_locked_hold_the_arm_still_for_ever(panda, level, follow):
+    at, ticks = circle(panda)
+
+    def lock_all(planner):
+        for joint in panda.joints:
+            planner.report(ftqp.Locked(joint))
+
+    planner = ftqp.Planner(panda, DT, level=level, emergency=None)
+    steps = [s.copy() for s in follow(planner, at, ticks, events={300: lock_all})]
+    assert not steps[-1].v.any() and (steps[-1].q == steps[-100].q).all()
+    assert steps[-1].status is ftqp.StepStatus.RELAXED
+    assert all(np.isfinite(s.a).all() for s in steps)
+
+
+def test_arm_with_every_joint_locked_from_the_start_stops(panda, level, follow, home):
+    planner = ftqp.Planner(panda, DT, level=level)
+    for joint in range(7):
+        planner.report(ftqp.Locked(joint))
+    target = ftqp.Target(pose=home)
+
+    def leaving(k):
+        target.position[:] = home[:3, 3] + [1e-3 * k, 0.0, 0.0]
+        return target
+
+    last = [s.status for s in follow(planner, leaving, 80)][-1]
+    assert last is ftqp.StepStatus.STOPPED
+
+
+def test_faults_of_different_kinds_hold_together(panda, level, follow):
+    at, ticks = circle(panda, radius=0.03, duration=2.0)
+
+    def several(planner):
+        planner.report(ftqp.Locked("panda_joint3"))
+        planner.report(ftqp.Degraded("panda_joint2", velocity=0.3, acceleration=0.3))
+        planner.report(ftqp.FreeSwinging("panda_joint7", damping=3.0))
+
+    planner = ftqp.Planner(panda, DT, level=level, emergency=None)
+    assert planner.faults == {}
+    for k, step in enumerate(follow(planner, at, ticks, events={200: several})):
+        assert np.isfinite(step.a).all()
+        if k > 700:
+            assert step.v[2] == 0.0 and step.tau[6] == 0.0
+            assert abs(step.v[1]) <= 0.3 * panda.limits.v_max[1] + 1e-12
+            assert abs(step.a[1]) <= 0.3 * panda.limits.a_max[1] * (1 + 1e-9)
+            K = planner._record[0]
+            swing = K["M"][6, :7] @ step.a + K["h"][6] + 3.0 * step.v[6]
+            assert abs(swing) < 1e-6
+    assert list(planner.faults) == ["panda_joint2", "panda_joint3", "panda_joint7"]
+
+
+def test_joint_degraded_below_its_speed_brakes_with_no_more_than_it_has_left(panda, level, follow):
+    target = ftqp.Target(pose=panda.pose(panda.neutral))
+    planner = ftqp.Planner(panda, DT, level=level, emergency=None)
+    planner.report(ftqp.Degraded(0, velocity=0.1, acceleration=0.2))
+    v0 = np.zeros(7)
+    v0[0] = 0.9 * panda.limits.v_max[0]
+    left, speed = 0.2 * panda.limits.a_max[0], v0[0]
+    slow = 0.1 * panda.limits.v_max[0]
+    for step in follow(planner, target, 800, v=v0):
+        assert abs(step.a[0]) <= left * (1.0 + 1e-9)
+        if speed > slow + left * DT:
+            assert step.a[0] == pytest.approx(-left, rel=1e-9)
+        speed = step.v[0]
+    assert abs(speed) <= slow + 1e-12
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_healthy_joint_found_outside_its_limits_is_led_back_gently(panda, level, follow, side):
+    limits = panda.limits
+    q = panda.neutral.copy()
+    q[4] = (limits.q_max[4] if side > 0 else limits.q_min[4]) + side * 0.05
+    planner = ftqp.Planner(panda, DT, level=level, emergency=None)
+    outside = []
+    for step in follow(planner, ftqp.Target(pose=panda.pose(q)), 1500, q=q):
+        assert np.all(np.abs(step.a) <= limits.a_max * (1.0 + 1e-9))
+        assert np.all(np.abs(step.v) <= limits.v_max + 1e-9)
+        outside.append(max(step.q[4] - limits.q_max[4], limits.q_min[4] - step.q[4], 0.0))
+    assert outside[0] > 0.0 and outside[-1] <= 1e-9 and np.all(np.diff(outside) <= 1e-12)
+
+
+def test_joint_that_failed_outside_its_limits_blocks_nothing(panda, level, follow):
+    q = panda.neutral.copy()
+    q[4] = panda.limits.q_max[4] + 0.05
+    home = panda.pose(q)
+    path = ftqp.paths.Line(home, [0.0, 0.05, 0.0], duration=1.0)
+    sample = path.sample(np.arange(500) * DT)
+    target = ftqp.Target(pose=home)
+
+    def at(k):
+        target.pose[:], target.twist[:], target.acceleration[:] = (
+            sample.pose[k], sample.twist[k], sample.acceleration[k])  # fmt: skip
+        return target
+
+    planner = ftqp.Planner(panda, DT, level=level)
+    planner.report(ftqp.Locked(4))
+    steps = [s.copy() for s in follow(planner, at, 500, q=q)]
+    assert {s.status for s in steps} == {OK}
+    assert all(s.q[4] == q[4] for s in steps) and steps[-1].position_error < 1e-3
+
+
+@pytest.mark.parametrize(
+    "fault", [ftqp.Locked(3), ftqp.Degraded(3, velocity=0.5), ftqp.FreeSwinging(3, 1.0)], ids=str
+)
+def test_fault_may_be_reported_before_reset_and_survives_it(panda, home, fault):
+    planner = ftqp.Planner(panda, DT)
+    planner.report(fault)
+    planner.reset(panda.neutral)
+    planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home))
+    planner.reset(panda.neutral)
+    assert planner.faults == {"panda_joint4": fault}
+
+
+def test_faults_are_a_copy_that_does_not_reach_the_planner(panda):
+    planner = ftqp.Planner(panda)
+    planner.report(ftqp.Locked(3))
+    planner.faults.clear()
+    assert set(planner.faults) == {"panda_joint4"}
+
+
+def test_free_swinging_joint_of_a_robot_without_inertia_is_refused(srs7):
+    planner = ftqp.Planner(srs7)
+    with pytest.raises(InputError, match="srs7 has no inertia"):
+        planner.report(ftqp.FreeSwinging(0))
+    assert planner.faults == {}

@@ -1,0 +1,252 @@
+"""A step takes numbers in any form and whatever the world hands it; only a programmer's mistake raises."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.core.errors import InputError
+
+DT = 2e-3
+GOOD = (ftqp.StepStatus.OK, ftqp.StepStatus.RELAXED)
+
+
+@pytest.mark.parametrize("backend", ["active_set", "daqp"])
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"q": np.zeros(6)}, r"q has shape \(6,\), expected \(nv,\) = \(7,\)"),
+        ({"q": np.zeros((7, 1))}, r"q has shape \(7, 1\), expected a vector"),
+        ({"q": None}, r"q has shape \(\), expected a vector"),
+        ({"q": "home"}, "q is not an array of numbers: 'home'"),
+        ({"v": np.zeros(8)}, r"v has shape \(8,\), expected \(nv,\) = \(7,\)"),
+        ({"v": [0.1]}, r"v has shape \(1,\), expected \(nv,\) = \(7,\)"),
+        ({"q": np.zeros(1)}, r"q has shape \(1,\), expected \(nv,\) = \(7,\)"),
+        ({"v": np.zeros((1, 7))}, r"v has shape \(1, 7\), expected a vector"),
+        ({"v": [0.0] * 6 + ["fast"]}, "v is not an array of numbers"),
+        ({"v": 0.0}, r"v has shape \(\), expected a vector"),
+        ({"target": np.eye(4)}, r"target is ndarray, expected ftqp\.Target"),
+        ({"target": None}, r"target is NoneType, expected ftqp\.Target"),
+        ({"tau": np.zeros(6)}, r"tau has shape \(6,\), expected \(7,\)"),
+        ({"tip": np.eye(3)}, r"tip has shape \(3, 3\), expected \(4, 4\)"),
+        ({"tip": "here"}, "tip is not an array of numbers: 'here'"),
+    ],
+)
+def test_programmers_mistake_raises_and_the_next_step_is_untouched(panda, home, backend, change, sentence):
+    planner, other = (ftqp.Planner(panda, DT, backend=backend) for _ in range(2))
+    target = ftqp.Target(pose=home, twist=[0.05, 0, 0, 0, 0, 0])
+    given = {"q": panda.neutral, "v": np.zeros(7), "target": target} | change
+    planner.reset(panda.neutral)
+    other.reset(panda.neutral)
+    with pytest.raises(InputError, match=sentence):
+        planner.step(**given)
+    a = planner.step(panda.neutral, np.zeros(7), target)
+    b = other.step(panda.neutral, np.zeros(7), target)
+    np.testing.assert_array_equal(a.a, b.a)
+
+
+@pytest.mark.parametrize("backend", ["active_set", "daqp"])
+def test_step_before_reset_raises(panda, home, backend):
+    with pytest.raises(
+        InputError, match=r"the planner has no start; call planner\.reset\(q\) before the first step"
+    ):
+        ftqp.Planner(panda, backend=backend).step(panda.neutral, np.zeros(7), ftqp.Target(pose=home))
+
+
+def test_position_target_is_refused_by_a_task_with_rotation_rows_only(panda, home):
+    target = ftqp.Target(position=home[:3, 3])
+    planner = ftqp.Planner(panda)
+    planner.reset(panda.neutral)
+    with pytest.raises(InputError, match=r"the task has rotation rows but the target has a position only"):
+        planner.step(panda.neutral, np.zeros(7), target)
+    planner = ftqp.Planner(panda, task=ftqp.Task(rows="position"))
+    planner.reset(panda.neutral)
+    assert planner.step(panda.neutral, np.zeros(7), target).status is ftqp.StepStatus.OK
+
+
+def readonly(x):
+    x = x.copy()
+    x.setflags(write=False)
+    return x
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        list,
+        tuple,
+        readonly,
+        lambda x: np.repeat(x, 2)[::2],
+        lambda x: x.astype(object),
+        lambda x: x.astype(">f8"),
+    ],
+    ids=["list", "tuple", "read-only", "strided", "objects", "big-endian"],
+)
+@pytest.mark.parametrize("backend", ["active_set", "daqp"])
+def test_numbers_in_any_form_give_the_same_command(panda, home, form, backend):
+    q, v = panda.neutral, np.linspace(-0.1, 0.1, 7)
+    target = ftqp.Target(pose=home)
+    commands = []
+    for convert in (np.array, form):
+        planner = ftqp.Planner(panda, DT, backend=backend)
+        planner.reset(q)
+        commands.append(planner.step(convert(q), convert(v), target, tau=convert(v)).a.copy())
+    np.testing.assert_array_equal(*commands)
+
+
+def test_float32_and_whole_numbers_are_taken_at_their_value(panda, home):
+    planner = ftqp.Planner(panda, DT)
+    planner.reset(panda.neutral)
+    q32 = panda.neutral.astype(np.float32)
+    a = planner.step(q32, np.zeros(7, dtype=int), ftqp.Target(pose=home)).copy()
+    planner.reset(panda.neutral)
+    np.testing.assert_array_equal(planner.step(q32.astype(float), np.zeros(7), ftqp.Target(pose=home)).a, a.a)
+
+
+@pytest.mark.parametrize("backend", ["active_set", "daqp"])
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("what", ["q", "v", "pose", "twist", "acceleration", "tau", "tip"])
+def test_input_that_is_not_finite_brakes_at_once_and_the_loop_recovers(
+    panda, home, level, what, bad, backend
+):
+    planner = ftqp.Planner(panda, DT, level=level, backend=backend)
+    q, v = panda.neutral.copy(), np.full(7, 0.1)
+    planner.reset(q, v)
+    target = ftqp.Target(pose=home)
+    for _ in range(3):
+        step = planner.step(q, v, target)
+        q, v = step.q.copy(), step.v.copy()
+    broken = ftqp.Target(pose=home)
+    given = {"q": q.copy(), "v": v.copy(), "tau": np.zeros(7), "tip": planner.robot.pose(q)}
+    view = getattr(broken, what) if what in ("pose", "twist", "acceleration") else given[what]
+    view.reshape(-1)[1] = bad
+    step = planner.step(given["q"], given["v"], broken, tau=given["tau"], tip=given["tip"])
+    limits = panda.limits
+    assert step.status is ftqp.StepStatus.INVALID_INPUT
+    assert np.isfinite(step.q).all() and np.all(np.abs(step.v) < np.abs(v))
+    assert np.all(np.abs(step.a) <= limits.a_max * (1 + 1e-9))
+    assert np.all(step.q > limits.q_min) and np.all(step.q < limits.q_max)
+    step = planner.step(step.q.copy(), step.v.copy(), target)
+    assert step.status in GOOD and np.isfinite(step.a).all()
+
+
+@pytest.mark.parametrize("magnitude", [1e6, 1e100, 1e300])
+@pytest.mark.parametrize("what", ["q", "v", "pose", "twist", "acceleration"])
+def test_absurd_but_finite_input_gives_a_finite_command(panda, home, level, what, magnitude):
+    planner = ftqp.Planner(panda, DT, level=level)
+    planner.reset(panda.neutral)
+    target = ftqp.Target(pose=home)
+    state = {"q": panda.neutral.copy(), "v": np.zeros(7)}
+    (state[what] if what in state else getattr(target, what)).reshape(-1)[3] = magnitude
+    step = planner.step(state["q"], state["v"], target)
+    assert np.isfinite(step.q).all() and np.isfinite(step.v).all() and np.isfinite(step.a).all()
+    if what != "v":
+        assert np.all(np.abs(step.a) <= panda.limits.a_max * (1 + 1e-9))
+
+
+@pytest.mark.parametrize("scheme", ["mvn", "mke", "dlsm"])
+def test_two_planners_with_the_same_inputs_command_bitwise_the_same(panda, home, level, follow, scheme):
+    path = ftqp.paths.Circle(home, 0.1, duration=0.5, axes=("y", "z"))
+    sample = path.sample(np.arange(250) * DT)
+
+    def run():
+        planner = ftqp.Planner(panda, DT, level=level, scheme=scheme)
+        target = ftqp.Target(pose=home)
+
+        def at(k):
+            target.pose[:], target.twist[:] = sample.pose[k], sample.twist[k]
+            return target
+
+        events = {100: lambda p: p.report(ftqp.Locked(2)), 200: lambda p: p.withdraw(2)}
+        return [np.concatenate([s.q, s.v, s.a, s.slack]) for s in follow(planner, at, 250, events=events)]
+
+    np.testing.assert_array_equal(run(), run())
+
+
+@pytest.mark.parametrize("backend", ["active_set", "daqp"])
+def test_own_arrays_of_the_step_may_be_handed_back_as_the_state(panda, home, level, backend):
+    target = ftqp.Target(pose=home, twist=[0.05, 0.05, 0, 0, 0, 0])
+    runs = []
+    for keep in (np.array, lambda x: x):
+        planner = ftqp.Planner(panda, DT, level=level, backend=backend)
+        planner.reset(panda.neutral)
+        q, v = panda.neutral, np.zeros(7)
+        for _ in range(50):
+            step = planner.step(q, v, target)
+            q, v = keep(step.q), keep(step.v)
+        runs.append(step.q.copy())
+    np.testing.assert_array_equal(*runs)
+
+
+def test_state_written_in_place_is_read_anew_on_every_step(panda, home, level):
+    """One pair of arrays refilled by a driver, two pairs in turn, and a fresh pair a tick are the same to
+    the planner."""
+    target = ftqp.Target(pose=home, twist=[0.05, 0.05, 0, 0, 0, 0])
+
+    def run(hand_over):
+        planner = ftqp.Planner(panda, DT, level=level)
+        planner.reset(panda.neutral)
+        q, v, commands = panda.neutral.copy(), np.zeros(7), []
+        for k in range(60):
+            step = planner.step(*hand_over(k, q, v), target)
+            q, v = step.q.copy(), step.v.copy()
+            commands.append(step.a.copy())
+        return commands
+
+    kept = [(np.empty(7), np.empty(7)) for _ in range(2)]
+
+    def refilled(count):
+        def hand_over(k, q, v):
+            pair = kept[k // 5 % count]
+            pair[0][:], pair[1][:] = q, v
+            return pair
+
+        return hand_over
+
+    fresh = run(lambda k, q, v: (q.copy(), v.copy()))
+    np.testing.assert_array_equal(run(refilled(1)), fresh)
+    np.testing.assert_array_equal(run(refilled(2)), fresh)
+
+
+def test_bad_numbers_in_arrays_that_the_planner_knows_are_noticed(panda, home):
+    planner = ftqp.Planner(panda, DT)
+    planner.reset(panda.neutral)
+    q, v, target = panda.neutral.copy(), np.zeros(7), ftqp.Target(pose=home)
+    for _ in range(5):
+        assert planner.step(q, v, target).status is ftqp.StepStatus.OK
+    q[3] = np.nan
+    assert planner.step(q, v, target).status is ftqp.StepStatus.INVALID_INPUT
+    q[3] = panda.neutral[3]
+    target.twist[2] = np.inf
+    assert planner.step(q, v, target).status is ftqp.StepStatus.INVALID_INPUT
+    target.twist[2] = 0.0
+    assert planner.step(q, v, target).status is ftqp.StepStatus.OK
+    with pytest.raises(InputError, match="target is str"):
+        planner.step(q, v, "home")
+
+
+def test_reset_begins_anew(panda, home, follow):
+    planner = ftqp.Planner(panda, DT)
+    target = ftqp.Target(pose=home, twist=[0.1, 0, 0, 0, 0, 0])
+    first = [s.q.copy() for s in follow(planner, target, 50)]
+    again = [s.q.copy() for s in follow(planner, target, 50)]
+    np.testing.assert_array_equal(first, again)
+
+
+def test_measured_tip_shifts_the_error_for_that_step_only(panda, home):
+    planner = ftqp.Planner(panda, DT)
+    planner.reset(panda.neutral)
+    moved = home.copy()
+    moved[:3, 3] += [0.01, -0.02, 0.03]
+    target = ftqp.Target(pose=home)
+    step = planner.step(panda.neutral, np.zeros(7), target, tip=moved)
+    np.testing.assert_allclose(step.task_error[:3], [-0.01, 0.02, -0.03], atol=1e-15)
+    assert step.position_error == pytest.approx(np.sqrt(14.0) * 0.01)
+    step = planner.step(panda.neutral, np.zeros(7), target)
+    np.testing.assert_allclose(step.task_error, 0.0, atol=1e-14)
+
+
+def test_measured_tip_may_come_from_another_library(panda, home):
+    planner = ftqp.Planner(panda, DT)
+    planner.reset(panda.neutral)
+    se3 = type("SE3", (), {"homogeneous": home})()
+    assert planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home), tip=se3).position_error < 1e-14

@@ -1,0 +1,166 @@
+"""What each task mode gives up, and what it says about it."""
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+import ftqp
+
+DT = 2e-3
+OK, RELAXED, SCALED = ftqp.StepStatus.OK, ftqp.StepStatus.RELAXED, ftqp.StepStatus.SCALED
+MODES = ("hard", "slack", "scaled", "lexicographic")
+
+
+def started(robot, q=None, v=None, **options):
+    planner = ftqp.Planner(robot, DT, emergency=None, **options)
+    planner.reset(robot.neutral if q is None else q, v)
+    return planner
+
+
+def box(planner):
+    """Rows, right side and intervals of the QP of the last step."""
+    K, m, n = planner._record[0], int(planner._record["m"][0]), planner.robot.nv
+    return K["A"][:m, :n].copy(), K["b_task"][:m].copy(), K["lb"][:n].copy(), K["ub"][:n].copy()
+
+
+def decision(planner, step):
+    return step.a if planner.level == "acceleration" else step.v
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_every_mode_follows_a_feasible_task_with_the_same_command(panda, home, level, mode):
+    target = ftqp.Target(pose=home, twist=[0.002, 0.0, 0.0, 0.0, 0.0, 0.002])
+    planner = started(panda, level=level, task=ftqp.Task(mode=mode))
+    step = planner.step(panda.neutral, np.zeros(7), target)
+    reference = started(panda, level=level).step(panda.neutral, np.zeros(7), target)
+    assert step.status is OK and step.certificate is None and step.scale == pytest.approx(1.0, abs=1e-3)
+    np.testing.assert_allclose(step.a, reference.a, rtol=2e-3, atol=2e-3 * np.abs(reference.a).max())
+
+
+@pytest.mark.parametrize("mode", ["hard", "slack", "lexicographic"])
+def test_infeasible_task_is_relaxed_with_a_certificate_of_directions_and_joints(panda, home, level, mode):
+    target = ftqp.Target(pose=home, twist=[0.0, 0.0, 9.0, 0.0, 0.0, 0.0], acceleration=[0, 0, 900.0, 0, 0, 0])
+    planner = started(panda, level=level, task=ftqp.Task(mode=mode))
+    step = planner.step(panda.neutral, np.zeros(7), target)
+    assert step.status is RELAXED
+    certificate = step.certificate
+    assert certificate.unreached[0].direction == "z" and certificate.unreached[0].amount < 0.0
+    assert certificate.obstacles and {o.joint for o in certificate.obstacles} <= set(panda.joints)
+    assert all(o.limit.split()[0] in ("upper", "lower") for o in certificate.obstacles)
+    assert "the task misses z by -" in str(certificate) and "panda_joint" in str(certificate)
+    A, b, lb, ub = box(planner)
+    x = decision(planner, step)
+    for obstacle in certificate.obstacles:
+        if "torque" not in obstacle.limit:
+            i = panda.joint(obstacle.joint)
+            assert x[i] == pytest.approx(ub[i] if obstacle.limit.startswith("upper") else lb[i], abs=1e-7)
+    missing = (A @ x - b) / planner._record["row_scale"][0]
+    for u in certificate.unreached:
+        assert u.amount == pytest.approx(
+            missing[("x", "y", "z", "rx", "ry", "rz").index(u.direction)], rel=1e-9
+        )
+
+
+def test_certificate_of_a_locked_arm_names_the_locked_joints(panda, home):
+    planner = started(panda)
+    for joint in range(7):
+        planner.report(ftqp.Locked(joint))
+    step = planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home, twist=[0.1, 0, 0, 0, 0, 0]))
+    certificate = step.certificate
+    assert {o.limit for o in certificate.obstacles} == {"locked"}
+    assert [u.direction for u in certificate.unreached] == ["x"]
+    assert step.limits_active == ()
+
+
+def test_scaled_mode_keeps_the_direction_of_the_task_and_slows_it_down(panda, home, level):
+    task = ftqp.Task(rows="position", mode="scaled")
+    planner = started(panda, level=level, task=task, torque_limits=False)
+    q, v = panda.neutral.copy(), np.zeros(7)
+    direction = np.array([0.0, 0.6, 0.8])
+    target = ftqp.Target(pose=home, twist=[*(9.0 * direction), 0, 0, 0])
+    for _ in range(20):  # away from rest, where the tip has a direction already
+        step = planner.step(q, v, target)
+        assert step.status is SCALED and 0.0 < step.scale < 1.0
+        q, v = step.q.copy(), step.v.copy()
+        target.position[:] = panda.pose(q)[:3, 3]
+        J = planner._record["J"][0, :3, :7]
+        velocity = J @ v
+        assert velocity @ direction > 0.0
+        assert np.linalg.norm(np.cross(velocity, direction)) < 2e-3 * np.linalg.norm(velocity) + 1e-6
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_residual_of_the_lexicographic_mode_is_the_least_possible(panda, level, seed):
+    generator = np.random.default_rng(seed)
+    q = panda.neutral + generator.uniform(-0.3, 0.3, 7)
+    target = ftqp.Target(
+        pose=panda.pose(q),
+        twist=generator.normal(size=6) * 3.0,
+        acceleration=generator.normal(size=6) * 100.0,
+    )
+    planner = started(panda, q, level=level, task=ftqp.Task(mode="lexicographic"), torque_limits=False)
+    if seed % 2:
+        planner.report(ftqp.Locked(int(generator.integers(7))))
+    step = planner.step(q, np.zeros(7), target)
+    A, b, lb, ub = box(planner)
+    free = lb < ub
+    best = lsq_linear(A[:, free], b - A[:, ~free] @ lb[~free], (lb[free], ub[free]), tol=1e-14)
+    residual = np.linalg.norm(A @ decision(planner, step) - b)
+    assert residual <= np.sqrt(2.0 * best.cost) * (1.0 + 1e-6) + 1e-6
+    assert residual > 1e-2 and step.status is RELAXED
+
+
+def test_lexicographic_mode_minimises_the_objective_among_the_least_residuals(planar6):
+    """A second solver: least |x|^2 subject to A x = A x_best and the box."""
+    q = planar6.neutral
+    target = ftqp.Target(position=planar6.pose(q)[:3, 3], twist=[0.6, 0.0, 0.0])
+    planner = started(planar6, level="velocity", task=ftqp.Task(mode="lexicographic"), torque_limits=False)
+    step = planner.step(q, np.zeros(6), target)
+    A, b, lb, ub = box(planner)
+    best = lsq_linear(A, b, (lb, ub), tol=1e-14)
+    problem = ftqp.QP(np.eye(6), np.zeros(6), A=A, b=A @ best.x, lb=lb, ub=ub)
+    expected = ftqp.qp.solve(problem, backend="daqp")
+    np.testing.assert_allclose(A @ step.v, A @ best.x, atol=1e-7)
+    assert step.v @ step.v <= expected.x @ expected.x + 1e-6
+
+
+@pytest.mark.parametrize("rows", [("x",), ("z", "rz"), "position", "position_axis", "pose"])
+def test_only_the_rows_of_the_task_are_followed_and_counted(panda, home, rows, level):
+    planner = started(panda, level=level, task=ftqp.Task(rows=rows))
+    target = ftqp.Target(pose=home)
+    target.position[1] += 0.01
+    step = planner.step(panda.neutral, np.zeros(7), target)
+    assert step.slack.shape == (len(planner._record["rows"][0][: int(planner._record["m"][0])]),)
+    follows_y = rows in ("position", "position_axis", "pose")
+    assert step.position_error == pytest.approx(0.01 if follows_y else 0.0, abs=1e-12)
+    assert bool(np.abs(step.a).max() > 1e-3) is follows_y
+
+
+def test_turn_about_the_tool_axis_is_free_in_position_axis_tasks(panda, home):
+    planner = started(panda, task=ftqp.Task(rows="position_axis"))
+    c, s = np.cos(0.4), np.sin(0.4)
+    turned = home.copy()
+    turned[:3, :3] = home[:3, :3] @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    assert planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=turned)).rotation_error < 1e-12
+    turned[:3, :3] = home[:3, :3] @ np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    assert planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=turned)).rotation_error == pytest.approx(
+        0.4
+    )
+
+
+def test_tip_converges_to_a_target_that_rests(panda, home, level, follow):
+    target = ftqp.Target(pose=home)
+    target.position[:] += [0.03, -0.02, 0.02]
+    *_, last = follow(ftqp.Planner(panda, DT, level=level), target, 1500)
+    assert last.position_error < 1e-5 and last.rotation_error < 1e-5 and last.status is OK
+
+
+def test_posture_draws_the_redundancy_of_a_repetitive_scheme(panda, home, level, follow):
+    """Of two postures with the same tip, the arm goes towards the one it was given."""
+    planner = ftqp.Planner(panda, DT, level=level, scheme="rmp")
+    q = [s.q.copy() for s in follow(planner, ftqp.Target(pose=home), 1000, v=[0.0] * 7)]
+    posture = panda.neutral + 0.2
+    drawn = ftqp.Planner(panda, DT, level=level, scheme="rmp", posture=posture)
+    p = [s.q.copy() for s in follow(drawn, ftqp.Target(pose=home), 1000)]
+    assert np.linalg.norm(p[-1] - posture) < np.linalg.norm(q[-1] - posture) - 1e-3
+    assert np.linalg.norm(panda.pose(p[-1]) - home) < 1e-3

@@ -1,0 +1,82 @@
+"""Checks of arrays and numbers refuse with one sentence and hand back fresh float64."""
+
+import numpy as np
+import pytest
+
+from ftqp.core.checks import array, frozen, non_negative, positive
+from ftqp.core.errors import InputError
+
+
+@pytest.mark.parametrize("value", [[1, 2, 3], (1.0, 2.0, 3.0), np.array([1, 2, 3], dtype=np.float32)])
+def test_numbers_of_any_kind_become_contiguous_float64(value):
+    result = array("v", value, (3,))
+    assert result.dtype == np.float64 and result.flags["C_CONTIGUOUS"] and result.flags["WRITEABLE"]
+    np.testing.assert_array_equal(result, [1.0, 2.0, 3.0])
+
+
+def test_array_is_a_copy():
+    given = np.zeros(3)
+    array("v", given, (3,))[0] = 1.0
+    assert given[0] == 0.0
+
+
+def test_strided_matrix_becomes_contiguous():
+    result = array("T", np.arange(32.0).reshape(4, 8)[:, ::2], (4, 4))
+    assert result.flags["C_CONTIGUOUS"]
+    np.testing.assert_array_equal(result[0], [0.0, 2.0, 4.0, 6.0])
+
+
+@pytest.mark.parametrize(
+    ("value", "sentence"),
+    [
+        (np.zeros(6), "v has shape (6,), expected (nv,) = (7,)"),
+        (0.0, "v has shape (), expected (nv,) = (7,)"),
+        ("fast", "v is not an array of numbers: 'fast'; expected shape (7,)"),
+        ([[1.0], [1.0, 2.0]], "v is not an array of numbers: [[1.0], [1.0, 2.0]]; expected shape (7,)"),
+        ([0, 0, np.nan, 0, 0, 0, 0], "v contains NaN at index 2; expected numbers"),
+        ([0, 0, 0, 0, -np.inf, 0, 0], "v is infinite at index 4; expected finite numbers"),
+    ],
+)
+def test_wrong_array_is_refused_with_one_sentence(value, sentence):
+    with pytest.raises(InputError) as error:
+        array("v", value, (7,), "(nv,)")
+    assert str(error.value) == sentence
+
+
+def test_index_of_a_matrix_names_row_and_column():
+    with pytest.raises(InputError, match=r"T contains NaN at index 1, 0; expected numbers"):
+        array("T", [[0.0, 0.0], [np.nan, 0.0]], (2, 2))
+
+
+def test_infinity_passes_where_it_means_no_limit_but_nan_never():
+    assert np.isinf(array("ub", [np.inf], (1,), finite=False)).all()
+    with pytest.raises(InputError, match="NaN"):
+        array("ub", [np.nan], (1,), finite=False)
+
+
+def test_frozen_array_cannot_be_written():
+    with pytest.raises(ValueError, match="read-only"):
+        frozen(np.zeros(2))[0] = 1.0
+
+
+@pytest.mark.parametrize("value", [1, 0.5, "2", np.float32(3.0)])
+def test_positive_number_passes_as_a_float(value):
+    assert positive("dt", value) == float(value) and type(positive("dt", value)) is float
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, np.inf, np.nan])
+def test_number_that_is_not_positive_and_finite_is_refused(value):
+    with pytest.raises(InputError, match=r"dt is \S+, expected a finite number > 0 s"):
+        positive("dt", value, "s")
+
+
+@pytest.mark.parametrize("value", [None, "soon", [1.0, 2.0]])
+def test_what_is_no_number_is_refused(value):
+    with pytest.raises(InputError, match=r"dt is .*, expected a number in s"):
+        positive("dt", value, "s")
+
+
+def test_zero_is_not_negative_but_minus_one_is():
+    assert non_negative("gain", 0) == 0.0
+    with pytest.raises(InputError, match=r"gain is -1, expected a finite number >= 0"):
+        non_negative("gain", -1)

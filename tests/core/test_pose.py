@@ -1,0 +1,86 @@
+"""Pose maths by the axioms of the group and of the exponential."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ftqp.core.errors import InputError
+from ftqp.core.pose import pose, rotation_exp, rotation_x, rotation_z, skew, transform
+
+vectors = st.lists(st.floats(-4.0, 4.0), min_size=3, max_size=3).map(np.array)
+
+
+@given(vectors)
+def test_exponential_is_a_rotation(w):
+    R = rotation_exp(w)
+    np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-14)
+    assert abs(np.linalg.det(R) - 1.0) < 1e-14
+
+
+@given(vectors)
+def test_exponential_of_the_opposite_vector_is_the_inverse(w):
+    np.testing.assert_allclose(rotation_exp(-w) @ rotation_exp(w), np.eye(3), atol=1e-14)
+
+
+@given(vectors)
+def test_rotation_leaves_its_axis_alone(w):
+    np.testing.assert_allclose(rotation_exp(w) @ w, w, atol=1e-13)
+
+
+@given(vectors)
+def test_half_turns_compose(w):
+    np.testing.assert_allclose(rotation_exp(0.5 * w) @ rotation_exp(0.5 * w), rotation_exp(w), atol=1e-13)
+
+
+@given(vectors, vectors)
+def test_skew_is_the_cross_product(w, u):
+    np.testing.assert_allclose(skew(w) @ u, np.cross(w, u), atol=1e-14)
+
+
+@given(vectors)
+def test_derivative_of_the_exponential_at_zero_is_skew(w):
+    h = 1e-6
+    slope = (rotation_exp(h * w) - rotation_exp(-h * w)) / (2.0 * h)
+    np.testing.assert_allclose(slope, skew(w), atol=1e-8)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-13, 1e-11, 1e-3, np.pi / 2, np.pi, 7.0])
+def test_rotations_about_an_axis_have_cosine_and_sine_in_place(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    np.testing.assert_allclose(rotation_z(angle), [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], atol=1e-15)
+    np.testing.assert_allclose(rotation_x(angle), [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]], atol=1e-15)
+
+
+def test_transform_moves_a_point_by_rotation_then_translation():
+    T = transform(rotation_z(np.pi / 2), np.array([1.0, 2.0, 3.0]))
+    np.testing.assert_allclose(T @ [1.0, 0.0, 0.0, 1.0], [1.0, 3.0, 3.0, 1.0], atol=1e-15)
+
+
+def test_pose_of_another_library_is_taken_by_its_homogeneous_matrix():
+    T = transform(rotation_x(0.3), np.array([0.1, 0.2, 0.3]))
+    np.testing.assert_array_equal(pose(SimpleNamespace(homogeneous=T)), T)
+
+
+def test_pose_is_a_copy():
+    T = np.eye(4)
+    pose(T)[0, 3] = 1.0
+    assert T[0, 3] == 0.0
+
+
+@pytest.mark.parametrize("rotation", [2.0 * np.eye(3), np.diag([1.0, 1.0, -1.0]), np.zeros((3, 3))])
+def test_matrix_that_is_not_a_rotation_is_refused(rotation):
+    with pytest.raises(InputError, match=r"target has a rotation part that is not a rotation"):
+        pose(transform(rotation, np.zeros(3)), "target")
+
+
+@pytest.mark.parametrize("value", [np.eye(3), np.zeros((4, 4)) * np.nan, "here"])
+def test_pose_of_a_wrong_shape_or_type_is_refused(value):
+    with pytest.raises(InputError, match=r"pose (has shape|contains NaN|is not an array)"):
+        pose(value)
+
+
+def test_rotation_rounded_to_seven_digits_still_counts():
+    assert pose(transform(np.round(rotation_x(1.0), 7), np.zeros(3))).shape == (4, 4)

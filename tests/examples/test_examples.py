@@ -1,0 +1,89 @@
+"""Every example runs by itself, says what it shows, and ends with three numbers."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).resolve().parents[2] / "examples"
+EXAMPLES = sorted(FOLDER.glob("[0-9]*.py"))
+
+
+def lines_of(example, *arguments):
+    done = subprocess.run(
+        [sys.executable, str(example), "--headless", *arguments], capture_output=True, text=True, timeout=240
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip().splitlines()
+
+
+def number(line):
+    """The first number after the label of a line."""
+    return float(re.search(r"-?\d+(\.\d+)?(e[+-]?\d+)?", re.split(r": | ends ", line, maxsplit=1)[1])[0])
+
+
+@pytest.fixture(scope="module")
+def printed():
+    return {example.name: lines_of(example) for example in EXAMPLES}
+
+
+def test_examples_are_numbered_without_a_gap():
+    assert [int(e.name[:2]) for e in EXAMPLES] == list(range(1, len(EXAMPLES) + 1)) and len(EXAMPLES) >= 6
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda e: e.stem)
+def test_example_is_short_and_says_what_you_will_see(example):
+    text = example.read_text(encoding="utf-8")
+    assert len(text.splitlines()) < 60 and "You will see" in text.split('"""')[1]
+
+
+@pytest.mark.parametrize("name", [e.name for e in EXAMPLES])
+def test_example_prints_three_numbers(printed, name):
+    assert len(printed[name]) == 3 and all(number(line) == number(line) for line in printed[name])
+
+
+def test_arm_that_loses_a_joint_finishes_its_circle(printed):
+    worst, speed, distance = (number(line) for line in printed["01_lose_a_joint.py"])
+    assert worst < 1.0 and speed == 0.0 and distance < 0.1
+
+
+def test_arm_of_a_urdf_holds_its_tip(printed):
+    joints, error, torque = (number(line) for line in printed["02_your_own_urdf.py"])
+    assert joints == 7 and error < 0.1 and 0.0 < torque <= 80.0
+
+
+def test_urdf_is_taken_from_the_command_line(tmp_path):
+    file = tmp_path / "mine.urdf"
+    inertia = '<mass value="1"/><inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/>'
+    links = [f'<link name="a{i}"><inertial>{inertia}</inertial></link>' for i in range(9)]
+    joints = [
+        f'<joint name="m{i}" type="revolute"><parent link="a{i}"/><child link="a{i + 1}"/>'
+        f'<origin xyz="0 0 .15"/><axis xyz="{"0 0 1" if i % 2 else "0 1 0"}"/>'
+        '<limit lower="-2" upper="2" velocity="2" effort="90"/></joint>'
+        for i in range(8)
+    ]
+    file.write_text(f'<robot name="mine">{"".join(links + joints)}</robot>', encoding="utf-8")
+    first, error, _ = lines_of(FOLDER / "02_your_own_urdf.py", str(file), "--tip", "a8")
+    assert first == "joints of mine: 8" and number(error) < 0.1
+
+
+def test_solvers_end_where_the_built_in_one_ends(printed):
+    assert all(number(line) < 1e-6 for line in printed["03_swap_the_backend.py"])
+
+
+def test_free_swinging_joint_gets_no_torque_and_the_tip_stays(printed):
+    worst, torque, swing = (number(line) for line in printed["04_free_swinging.py"])
+    assert worst < 1.0 and torque == 0.0 and swing > 0.2
+
+
+def test_scaled_task_stays_on_its_line(printed):
+    slack, scaled, lexicographic = (number(line) for line in printed["05_task_modes.py"])
+    assert scaled < 1.0 < min(slack, lexicographic)
+
+
+def test_qp_has_the_solution_found_by_hand(printed):
+    """x0 = 1/2; x1 + x2 = 1/2 and 2 x1 - 1 = 3 x2 - 1/4 = -y give (0.45, 0.05), y = 0.1, z0 = 1 - x0 - y."""
+    cost, residual, multiplier = (number(line) for line in printed["06_qp_alone.py"])
+    assert residual < 1e-9 and cost == pytest.approx(-0.63125) and multiplier == pytest.approx(0.4)

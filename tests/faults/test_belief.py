@@ -1,0 +1,192 @@
+"""Belief writes faults as codes and bounds, and takes them back without a trace."""
+
+import numpy as np
+import pytest
+
+from ftqp.core.errors import InputError
+from ftqp.faults.belief import LOCK_SHARE, Belief, codes
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.kernel.codes import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
+from ftqp.kernel.record import record
+from ftqp.model import catalog
+
+PANDA = catalog.load("panda")
+LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max")
+
+
+@pytest.fixture
+def K():
+    return record()
+
+
+@pytest.fixture
+def belief(K):
+    return Belief(PANDA, K)
+
+
+def limits_of(K):
+    return {name: K[name][0, :7].copy() for name in LIMITS}
+
+
+def test_healthy_record_holds_the_limits_of_the_robot(belief, K):
+    for name in LIMITS:
+        np.testing.assert_array_equal(K[name][0, :7], getattr(PANDA.limits, name))
+    assert not codes(K, 7).any() and belief.faults == {}
+
+
+@pytest.mark.parametrize(
+    ("fault", "code"),
+    [
+        (Locked(3), BRAKING),
+        (Locked(3, mode="instant"), INSTANT),
+        (FreeSwinging(3), FREE),
+        (Degraded(3), HEALTHY),
+    ],
+    ids=str,
+)
+def test_fault_sets_the_code_of_its_joint_only(belief, K, fault, code):
+    belief.report(fault)
+    expected = np.zeros(7)
+    expected[3] = code
+    np.testing.assert_array_equal(codes(K, 7), expected)
+    assert belief.faults == {"panda_joint4": fault}
+
+
+def test_lock_brakes_at_a_quarter_of_the_acceleration_limit_unless_told(belief, K):
+    belief.report(Locked(3))
+    assert K["lock_rate"][0, 3] == LOCK_SHARE * PANDA.limits.a_max[3]
+    belief.report(Locked(2, deceleration=0.3))
+    assert K["lock_rate"][0, 2] == 0.3
+
+
+@pytest.mark.parametrize(("name", "code"), [("kinematic", 0), ("momentum", 1), ("task", 2)])
+def test_reset_rule_reaches_the_record(belief, K, name, code):
+    belief.report(Locked(3, mode="instant", reset=name))
+    assert K["reset_mode"][0] == code
+
+
+def test_degraded_joint_gets_its_share_of_the_limits(belief, K):
+    belief.report(Degraded("panda_joint2", velocity=0.5, acceleration=0.25, torque=0.75, q_min=-1.0))
+    assert K["v_max"][0, 1] == 0.5 * PANDA.limits.v_max[1]
+    assert K["a_max"][0, 1] == 0.25 * PANDA.limits.a_max[1]
+    assert K["tau_max"][0, 1] == 0.75 * PANDA.limits.tau_max[1]
+    assert K["q_min"][0, 1] == -1.0 and K["q_max"][0, 1] == PANDA.limits.q_max[1]
+    assert K["v_max"][0, 0] == PANDA.limits.v_max[0]
+
+
+def test_range_of_a_degraded_joint_never_grows(belief, K):
+    belief.report(Degraded(1, q_min=-99.0, q_max=99.0))
+    assert K["q_min"][0, 1] == PANDA.limits.q_min[1] and K["q_max"][0, 1] == PANDA.limits.q_max[1]
+
+
+def test_second_degradation_replaces_the_first_and_does_not_multiply(belief, K):
+    belief.report(Degraded(1, velocity=0.5))
+    belief.report(Degraded(1, velocity=0.4))
+    assert K["v_max"][0, 1] == 0.4 * PANDA.limits.v_max[1]
+
+
+@pytest.mark.parametrize(
+    "fault", [Locked(3), FreeSwinging(3, damping=2.0), Degraded(3, velocity=0.2, q_max=-1.0)], ids=str
+)
+def test_withdrawn_fault_leaves_no_trace_in_limits_and_codes(belief, K, fault):
+    before = limits_of(K)
+    belief.report(fault)
+    belief.withdraw("panda_joint4")
+    for name, value in limits_of(K).items():
+        np.testing.assert_array_equal(value, before[name])
+    assert not codes(K, 7).any() and belief.faults == {} and not K["damping"][0, :7].any()
+
+
+def test_locking_a_degraded_joint_gives_its_limits_back(belief, K):
+    belief.report(Degraded(3, velocity=0.2))
+    belief.report(Locked(3))
+    assert K["v_max"][0, 3] == PANDA.limits.v_max[3]
+
+
+def test_withdrawing_a_healthy_joint_changes_nothing(belief, K):
+    belief.report(Locked(3))
+    belief.withdraw(0)
+    assert set(belief.faults) == {"panda_joint4"} and K["fault"][0, 3] == BRAKING
+
+
+def test_restore_forgets_every_fault(belief, K):
+    belief.report(Locked(3))
+    belief.report(Degraded(1, velocity=0.5))
+    belief.restore()
+    assert belief.faults == {} and not codes(K, 7).any()
+    np.testing.assert_array_equal(K["v_max"][0, :7], PANDA.limits.v_max)
+
+
+@pytest.mark.parametrize(
+    "again", [Locked(3), Locked("panda_joint4"), Locked(3, deceleration=1.0), Locked(3, mode="instant")]
+)
+def test_locked_joint_reported_locked_again_stays_locked(belief, K, again):
+    belief.report(Locked(3))
+    K["fault"][0, 3] = LOCKED  # as the kernel does once the joint is at rest
+    belief.report(again)
+    assert K["fault"][0, 3] == LOCKED
+    assert belief.faults == {"panda_joint4": again}
+
+
+def test_braking_joint_reported_under_another_name_goes_on_braking_from_where_it_is(belief, K):
+    belief.report(Locked(3))
+    K["lock_velocity"][0, 3] = 0.1
+    belief.report(Locked("panda_joint4"))
+    assert K["fault"][0, 3] == BRAKING and K["lock_velocity"][0, 3] == 0.1
+
+
+def test_withdrawn_joint_that_locks_again_brakes_again(belief, K):
+    belief.report(Locked(3))
+    K["fault"][0, 3] = LOCKED
+    belief.withdraw(3)
+    belief.report(Locked(3))
+    assert K["fault"][0, 3] == BRAKING and K["lock_velocity"][0, 3] == np.inf
+
+
+def test_fault_of_an_empty_range_is_refused_and_what_was_believed_stays(belief, K):
+    belief.report(Locked(3))
+    K["fault"][0, 3] = LOCKED
+    before = limits_of(K)
+    with pytest.raises(InputError, match=r"the range left of panda_joint4 is empty: \[2, -0\.0698\]"):
+        belief.report(Degraded(3, velocity=0.5, q_min=2.0))
+    assert belief.faults == {"panda_joint4": Locked(3)} and K["fault"][0, 3] == LOCKED
+    for name, value in limits_of(K).items():
+        np.testing.assert_array_equal(value, before[name])
+
+
+@pytest.mark.parametrize(
+    ("joint", "valid"),
+    [("panda_joint9", "panda_joint1, .*panda_joint7"), (7, "expected 0 to 6"), (-8, "expected 0 to 6")],
+)
+def test_unknown_joint_names_the_valid_ones(belief, joint, valid):
+    for call in (lambda: belief.report(Locked(joint)), lambda: belief.withdraw(joint)):
+        with pytest.raises(InputError, match=valid):
+            call()
+    assert belief.faults == {}
+
+
+@pytest.mark.parametrize("fault", [None, "panda_joint4", 3, Locked])
+def test_what_is_no_fault_is_refused(belief, fault):
+    with pytest.raises(
+        InputError, match=r"is not a fault; expected ftqp\.Locked, ftqp\.FreeSwinging or ftqp\.Degraded"
+    ):
+        belief.report(fault)
+
+
+def test_free_swinging_joint_needs_the_inertia_of_the_robot():
+    srs7 = catalog.load("srs7")
+    belief = Belief(srs7, record())
+    with pytest.raises(
+        InputError, match=r"srs7 has no inertia, so the motion of free-swinging .* is unknown"
+    ):
+        belief.report(FreeSwinging(0))
+    assert belief.faults == {} and not belief.needs_dynamics
+
+
+def test_dynamics_are_needed_only_while_a_joint_swings_free(belief):
+    belief.report(Locked(1))
+    assert not belief.needs_dynamics
+    belief.report(FreeSwinging(3))
+    assert belief.needs_dynamics
+    belief.withdraw(3)
+    assert not belief.needs_dynamics

@@ -1,0 +1,57 @@
+"""A fault that makes no sense cannot be made."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (
+            lambda: Locked(0, mode="ramped"),
+            "mode is 'ramped' (did you mean 'ramp'?), expected one of ramp, instant",
+        ),
+        (lambda: Locked(0, mode=3), "mode is 3, expected one of ramp, instant"),
+        (
+            lambda: Locked(0, reset="moment"),
+            "reset is 'moment' (did you mean 'momentum'?), expected one of kinematic, momentum, task",
+        ),
+        (lambda: Locked(0, deceleration=0.0), "deceleration is 0, expected a finite number > 0 rad/s2"),
+        (lambda: Locked(0, deceleration=np.nan), "deceleration is nan, expected a finite number > 0 rad/s2"),
+        (lambda: FreeSwinging(0, damping=-1.0), "damping is -1, expected a finite number >= 0 N m s/rad"),
+        (lambda: FreeSwinging(0, damping=np.inf), "damping is inf, expected a finite number >= 0 N m s/rad"),
+        (lambda: Degraded(0, velocity=0.0), "velocity is 0, expected a finite number > 0"),
+        (lambda: Degraded(0, torque=1.5), "torque is 1.5, expected a share of the healthy limit in (0, 1]"),
+        (lambda: Degraded(0, acceleration=np.nan), "acceleration is nan, expected a finite number > 0"),
+        (lambda: Degraded(0, q_min=np.nan), "q_min is NaN, expected a joint position"),
+        (lambda: Degraded(0, q_min=1.0, q_max=1.0), "q_min 1 is not below q_max 1"),
+    ],
+)
+def test_senseless_fault_is_refused_with_one_sentence(make, sentence):
+    with pytest.raises(InputError) as error:
+        make()
+    assert str(error.value) == sentence
+
+
+@pytest.mark.parametrize("fault", [Locked("j1"), FreeSwinging("j1"), Degraded("j1")])
+def test_fault_cannot_be_changed_once_made(fault):
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        fault.joint = "j2"
+
+
+def test_equal_faults_are_equal():
+    assert Locked(3) == Locked(3) != Locked(4)
+    assert Locked(3) != Locked(3, deceleration=1.0)
+    assert FreeSwinging(3) != Locked(3)
+
+
+def test_fault_is_a_ramp_lock_without_friction_or_loss_unless_told():
+    assert (Locked(0).mode, Locked(0).deceleration, Locked(0).reset) == ("ramp", None, "kinematic")
+    assert FreeSwinging(0).damping == 0.0
+    d = Degraded(0)
+    assert (d.velocity, d.acceleration, d.torque, d.q_min, d.q_max) == (1.0, 1.0, 1.0, None, None)

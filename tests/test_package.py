@@ -1,0 +1,60 @@
+"""What ``import ftqp`` gives, and what it does not load."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import ftqp
+
+
+@pytest.mark.parametrize("name", ftqp.__all__)
+def test_every_exported_name_can_be_used(name):
+    assert getattr(ftqp, name) is not None
+
+
+def test_dir_lists_exactly_the_exported_names():
+    assert dir(ftqp) == sorted(ftqp.__all__)
+
+
+def test_every_exported_name_is_known_to_type_checkers():
+    tree = ast.parse(Path(ftqp.__file__).read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    declared = {alias.asname for node in block.body for alias in node.names}
+    assert declared == {*ftqp._HOME, *ftqp._MODULES}
+
+
+def test_unknown_attribute_is_an_attribute_error_that_names_it():
+    with pytest.raises(AttributeError, match="module 'ftqp' has no attribute 'Plannner'"):
+        _ = ftqp.Plannner
+    assert not hasattr(ftqp, "nothing")
+
+
+def python(code):
+    """What a fresh interpreter prints."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_import_loads_numpy_only():
+    heavy = ["numba", "llvmlite", "pinocchio", "scipy", "osqp", "proxsuite", "daqp", "qpsolvers"]
+    heavy += ["quadprog", "matplotlib", "mujoco", "pydantic", "typer", "rich"]
+    assert python(f"import ftqp, sys; print([n for n in {heavy} if n in sys.modules])") == "[]"
+
+
+def test_faults_tasks_and_targets_need_no_compiler_and_no_pinocchio():
+    code = (
+        "import ftqp, sys; ftqp.Locked(0); ftqp.Task(); ftqp.schemes.mvn(); ftqp.EmergencyStop(); "
+        "print([n for n in ('pinocchio', 'osqp', 'matplotlib') if n in sys.modules])"
+    )
+    assert python(code) == "[]"
+
+
+def test_star_import_gives_the_exported_names():
+    names = python("from ftqp import *; print(sorted(n for n in dir() if not n.startswith('_')))")
+    assert names == str(sorted(n for n in ftqp.__all__ if not n.startswith("_")))
