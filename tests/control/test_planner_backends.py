@@ -56,14 +56,19 @@ def test_active_set_methods_agree_where_limits_bind(panda, home, level, backend)
 
 
 @pytest.mark.parametrize("backend", ["proxqp", "osqp"])
-def test_first_order_method_that_gives_up_where_limits_bind_is_replaced_safely(panda, home, backend):
+def test_first_order_method_that_gives_up_where_limits_bind_is_replaced_by_the_same_command(
+    panda, home, level, backend
+):
+    """The substitute solves the very QP that the solver could not, so the command does not jump."""
     path = ftqp.paths.Circle(home, 0.1, duration=1.0, axes=("y", "z"))
     allowed = {ftqp.StepStatus.FALLBACK, ftqp.StepStatus.RELAXED, ftqp.StepStatus.OK}
-    for k, (a, b) in enumerate(side_by_side(panda, path, backend, 500, emergency=None)):
-        assert np.all(np.abs(a.a) <= panda.limits.a_max * (1.0 + 1e-9)) and a.status in allowed
-        np.testing.assert_allclose(a.v, b.v, atol=1e-3)
-        if k == 190:
-            break
+    gave_up = 0
+    for a, b in side_by_side(panda, path, backend, 300, level=level, emergency=None):
+        assert a.status in allowed
+        x, y = (a.a, b.a) if level == "acceleration" else (a.v, b.v)
+        np.testing.assert_allclose(x, y, rtol=0.0, atol=TOLERANCE[backend])
+        gave_up += a.status is ftqp.StepStatus.FALLBACK
+    assert gave_up > 0
 
 
 @pytest.mark.parametrize("mode", ["hard", "scaled", "lexicographic"])

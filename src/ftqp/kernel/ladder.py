@@ -31,6 +31,7 @@ from ftqp.kernel.codes import (
     REST_STAGE,
     SCALE,
     SCALED,
+    SLACK,
     SOLVE,
     SOLVED,
     STOPPED,
@@ -194,8 +195,13 @@ def _advance(K: Any, claim: int) -> int:
     K.warm = 0
     if stage == MAIN_STAGE:
         K.verdict = RELAXED if claim == INFEASIBLE else FALLBACK
-        compliance(K, RELAXED_RATIO)
-        K.stage = RELAX_STAGE
+        if K.mode == SLACK and not K.external:  # compliant already: only torque limits can exclude each other
+            K.soft_rows = ELASTIC_RATIO * K.soft[0]
+            K.stage = ELASTIC_STAGE
+        else:
+            if K.mode != SLACK:  # else the very QP that the external solver could not solve
+                compliance(K, RELAXED_RATIO)
+            K.stage = RELAX_STAGE
     elif stage == RELAX_STAGE:
         K.soft_rows = ELASTIC_RATIO * K.soft[0]
         K.stage = ELASTIC_STAGE
