@@ -1,7 +1,6 @@
 """Records to run the kernel's helpers on, one at a time, compiled as the kernel compiles them."""
 
 from collections.abc import Callable
-from dataclasses import fields
 from typing import Any
 
 from ftqp.kernel.jit import carray, jit, pointer
@@ -27,7 +26,7 @@ def address(W: Any) -> int:
 def chain_record(robot: Robot) -> Any:
     """One record that holds the robot's chain and nothing else."""
     W = record()
-    load_chain(W, **{f.name: getattr(robot.chain, f.name) for f in fields(robot.chain) if f.name != "names"})
+    load_chain(W, **robot.chain.constants())
     return W
 
 

@@ -132,21 +132,8 @@ class Planner:
 
     def _filled(self, W: Any) -> Any:
         """The record of a healthy robot with everything that never changes in a planner's life."""
-        chain, task = self.robot.chain, self.task
-        load_chain(
-            W,
-            rotation=chain.rotation,
-            translation=chain.translation,
-            mass=chain.mass,
-            com=chain.com,
-            inertia=chain.inertia,
-            prismatic=chain.prismatic,
-            continuous=chain.continuous,
-            tip_rotation=chain.tip_rotation,
-            tip_translation=chain.tip_translation,
-            gravity=chain.gravity,
-            armature=chain.armature,
-        )
+        task = self.task
+        load_chain(W, **self.robot.chain.constants())
         rows = row_indices(self.robot.default_rows if task.rows is None else task.rows)
         kp, kv = checked_gains(task, self.level, self.dt)
         length = self.robot.length if task.length is None else task.length

@@ -61,6 +61,10 @@ class Chain:
             if isinstance(value, np.ndarray):
                 frozen(value)
 
+    def constants(self) -> dict[str, Any]:
+        """Everything but the names, by the argument names of ``ftqp.kernel.record.load_chain``."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "names"}
+
 
 def chain_of(model: Any, tip: str) -> Chain:
     """The chain from the base to the frame ``tip`` of a pinocchio model whose joints all lie on it.

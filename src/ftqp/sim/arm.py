@@ -19,24 +19,11 @@ class Arm:
     """
 
     def __init__(self, robot: Robot) -> None:
-        chain, n = robot.chain, robot.nv
+        n = robot.nv
         self._record: Any = record(1)
-        load_chain(
-            self._record,
-            rotation=chain.rotation,
-            translation=chain.translation,
-            mass=chain.mass,
-            com=chain.com,
-            inertia=chain.inertia,
-            prismatic=chain.prismatic,
-            continuous=chain.continuous,
-            tip_rotation=chain.tip_rotation,
-            tip_translation=chain.tip_translation,
-            gravity=chain.gravity,
-            armature=chain.armature,
-        )
+        load_chain(self._record, **robot.chain.constants())
         self._address = int(self._record.ctypes.data)
-        self._zero = np.zeros(n)
+        self._q, self._v = np.zeros(n), np.zeros(n)
         self._tip = np.eye(4)
         self._rotation = self._record["R_tip"][0].reshape(3, 3)
         self._origin = self._record["o_tip"][0]
@@ -49,7 +36,8 @@ class Arm:
         Args:
             q: (nv,) [rad or m].
         """
-        entry.kinematics(self._address, q, self._zero)
+        self._q[:] = q
+        entry.kinematics(self._address, self._q, self._v)
         self._tip[:3, :3] = self._rotation
         self._tip[:3, 3] = self._origin
         return self._tip
@@ -61,5 +49,6 @@ class Arm:
             q: (nv,) [rad or m].
             v: (nv,) [rad/s or m/s].
         """
-        entry.inverse_dynamics(self._address, q, v)
+        self._q[:], self._v[:] = q, v
+        entry.inverse_dynamics(self._address, self._q, self._v)
         return self._mass, self._bias
