@@ -12,11 +12,12 @@ from ftqp.control.bounds import Bounds, Jin
 from ftqp.control.braking import BrakingReserve
 from ftqp.control.emergency import EmergencyStop
 from ftqp.control.first_use import warm_up
+from ftqp.control.inputs import not_a_target, sized, vector
 from ftqp.control.scheme import Scheme
 from ftqp.control.step import Step
 from ftqp.control.target import Target, Targets
 from ftqp.control.task import MODES, Task, axis_frame, checked_gains, row_indices
-from ftqp.core.checks import FloatArray, array, positive
+from ftqp.core.checks import array, positive
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError, ModelError, nearest
 from ftqp.faults.belief import Belief
@@ -252,7 +253,7 @@ class Planner:
             try:
                 code = call(address, q_at, v_at, target.address, nv)
             except AttributeError as error:
-                raise _not_a_target(target) from error
+                raise not_a_target(target) from error
             if code < 0:
                 self._mistake(code, q, v)
             out.code = code
@@ -262,7 +263,7 @@ class Planner:
     def _first_seen(self, q: Any, v: Any, target: Target | Targets, tau: Any, tip: Any) -> Step:
         """The same for other arrays than the last, other types, measured torques or tip, and backends."""
         if not isinstance(target, Target | Targets):
-            raise _not_a_target(target)
+            raise not_a_target(target)
         began = now() if self._timing else 0
         try:
             nq = len(q)
@@ -287,7 +288,7 @@ class Planner:
 
     def _converted(self, q: Any, v: Any) -> int:
         """Lists, other dtypes and layouts into the copies; how many numbers q has."""
-        q, v = _vector("q", q), _vector("v", v)
+        q, v = vector("q", q), vector("v", v)
         if len(q) not in self._q_views or len(v) != self.robot.nv:
             self._mistake(codes.WRONG_SHAPE, q, v)
         self._q_copy[: len(q)] = q
@@ -306,11 +307,11 @@ class Planner:
 
     def _full_step(self, nq: int, target: Target | Targets, tau: Any, tip: Any) -> int:
         """A step with measured torques or tip, an external backend or timing."""
-        if tau is not None and not np.isfinite(_sized("tau", tau, (self.robot.nv,))).all():
+        if tau is not None and not np.isfinite(sized("tau", tau, (self.robot.nv,))).all():
             target = Target(pose=np.eye(4))
             target.packed[:] = np.nan
         if tip is not None:
-            self._record["tip_measured"][0] = _sized("tip", getattr(tip, "homogeneous", tip), (4, 4))
+            self._record["tip_measured"][0] = sized("tip", getattr(tip, "homogeneous", tip), (4, 4))
             self._record["has_tip_measured"] = 1
         try:
             return self._solved((self._address, self._q_copy_at, self._v_copy_at, target.address, nq))
@@ -375,27 +376,3 @@ class Planner:
             K["guard"] = self._reserve.guard(a_max, tau_max)
         K["warm"] = 0
         self._cold = True
-
-
-def _not_a_target(given: Any) -> InputError:
-    return InputError(f"target is {type(given).__name__}, expected ftqp.Target(pose=...)")
-
-
-def _vector(name: str, value: Any) -> FloatArray:
-    try:
-        result = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error
-    if result.ndim != 1:
-        raise InputError(f"{name} has shape {result.shape}, expected a vector (nv,)")
-    return result
-
-
-def _sized(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
-    try:
-        result = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error
-    if result.shape != shape:
-        raise InputError(f"{name} has shape {result.shape}, expected {shape}")
-    return result

@@ -5,10 +5,14 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, field_serializer, model_validator
 
 from ftqp.app.schema.base import Finite, Named, Table, Vector, unit
+from ftqp.control.emergency import EmergencyStop
 
 
 def _off(value: Any) -> Any:
     return None if value == "off" else value
+
+
+DEFAULT_STOP = EmergencyStop()
 
 
 class TaskTable(Table):
@@ -41,10 +45,16 @@ class EmergencyTable(Table):
     """The emergency stop: the task error exceeds a threshold and rises on so many samples in a row."""
 
     position: Finite = Field(
-        0.01, gt=0, description="threshold of the position error, > 0", json_schema_extra=unit("m")
+        DEFAULT_STOP.position,
+        gt=0,
+        description="threshold of the position error, > 0",
+        json_schema_extra=unit("m"),
     )
     rotation: Finite = Field(
-        0.1, gt=0, description="threshold of the rotation error, > 0", json_schema_extra=unit("rad")
+        DEFAULT_STOP.rotation,
+        gt=0,
+        description="threshold of the rotation error, > 0",
+        json_schema_extra=unit("rad"),
     )
     samples: int = Field(3, ge=1, description="rising samples in a row, >= 1")
 

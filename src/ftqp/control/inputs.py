@@ -1,0 +1,43 @@
+"""What a caller hands to a step, converted once; a wrong shape or type is one clear sentence."""
+
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+
+
+def not_a_target(given: Any) -> InputError:
+    """The error for something else in a target's place."""
+    return InputError(f"target is {type(given).__name__}, expected ftqp.Target(pose=...)")
+
+
+def vector(name: str, value: Any) -> FloatArray:
+    """``value`` as a contiguous vector of whatever size; NaN and infinities pass, they are the world's doing.
+
+    Raises:
+        InputError: not numbers, or not one-dimensional.
+    """
+    try:
+        result = np.array(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error
+    if result.ndim != 1:
+        raise InputError(f"{name} has shape {result.shape}, expected a vector (nv,)")
+    return result
+
+
+def sized(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
+    """``value`` as a contiguous array of ``shape``; NaN and infinities pass.
+
+    Raises:
+        InputError: not numbers, or another shape.
+    """
+    try:
+        result = np.array(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error
+    if result.shape != shape:
+        raise InputError(f"{name} has shape {result.shape}, expected {shape}")
+    return result
