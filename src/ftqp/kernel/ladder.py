@@ -48,7 +48,9 @@ RELAXED_RATIO = 1e-8
 stage."""
 SECOND_STAGE_RATIO = 1e-9
 """Compliance of the task rows in the second lexicographic stage."""
-ELASTIC_RATIO = 1e-6
+ELASTIC_TASK_RATIO = 1e-6
+"""Compliance of the task rows when torque limits have to give way too."""
+ELASTIC_RATIO = 1e-4
 """Compliance of torque rows, relative to that of the task rows: torque limits go before the task."""
 REST_ELASTIC = 1e-12
 """Compliance of torque rows beside |x - x_rest|^2 when the arm is brought to rest."""
@@ -170,6 +172,14 @@ def _finish(K: Any) -> int:
 
 
 @jit
+def _begin_elastic(K: Any) -> None:
+    """Box and torque limits exclude each other: the latter give way too, as little as can be."""
+    compliance(K, ELASTIC_TASK_RATIO)
+    K.soft_rows = ELASTIC_RATIO * K.soft[0]
+    K.stage = ELASTIC_STAGE
+
+
+@jit
 def _advance(K: Any, claim: int) -> int:
     """One rung: the status when a command is found, SOLVE when the solver has to run again."""
     stage = K.stage
@@ -196,15 +206,13 @@ def _advance(K: Any, claim: int) -> int:
     if stage == MAIN_STAGE:
         K.verdict = RELAXED if claim == INFEASIBLE else FALLBACK
         if K.mode == SLACK and not K.external:  # compliant already: only torque limits can exclude each other
-            K.soft_rows = ELASTIC_RATIO * K.soft[0]
-            K.stage = ELASTIC_STAGE
+            _begin_elastic(K)
         else:
             if K.mode != SLACK:  # else the very QP that the external solver could not solve
                 compliance(K, RELAXED_RATIO)
             K.stage = RELAX_STAGE
     elif stage == RELAX_STAGE:
-        K.soft_rows = ELASTIC_RATIO * K.soft[0]
-        K.stage = ELASTIC_STAGE
+        _begin_elastic(K)
     elif stage == ELASTIC_STAGE:
         K.soft_rows = 0.0
         K.verdict = FALLBACK
