@@ -238,6 +238,11 @@ def test_robots_are_those_of_the_catalog() -> None:
     assert [row["name"] for row in rows] == list(ftqp.robots.names())
 
 
+def _heed_interrupts() -> None:
+    """Ctrl-C means something to the child even if the tests run in the background, where shells ignore it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def _started(short: Path, out: Path) -> subprocess.Popen[str]:
     """A run that lasts, once its log has rows."""
     run = subprocess.Popen(
@@ -248,6 +253,7 @@ def _started(short: Path, out: Path) -> subprocess.Popen[str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=_heed_interrupts if os.name != "nt" else None,
     )
     for _ in range(1200):
         time.sleep(0.1)
