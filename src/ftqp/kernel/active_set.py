@@ -69,8 +69,7 @@ def _is_rounding(K: Any, q: int, violation: float) -> bool:
 
 @jit
 def _start(K: Any, warm: int) -> tuple[int, int]:
-    """The first working set: task rows, equalities among the rows of C, then the last working set. (rows,
-    equalities)"""
+    """The first working set: task rows, equality rows of C, then the last one. (rows, equalities)"""
     m, n = K.meq, K.nx
     for k in range(n + K.nc):
         K.active[k] = 0
@@ -102,8 +101,7 @@ def _start(K: Any, warm: int) -> tuple[int, int]:
 
 @jit
 def _trade_places(K: Any, q: int, equalities: int, side: int, lam: float) -> tuple[int, float, bool]:
-    """The entering row q depends on the working set: move along the null direction until a multiplier
-    vanishes.
+    """The entering row q depends on the others: move along the null direction until a multiplier vanishes.
 
     Returns (rows left, multiplier of the entering row, False when none vanishes: the QP is infeasible).
     """
@@ -182,8 +180,7 @@ def _task_rows_hold(K: Any) -> bool:
 
 @jit
 def active_set(K: Any) -> int:
-    """Solve the QP in the record from its last working set. SOLVED, MAX_ITERATIONS, INFEASIBLE or FAILED (H
-    not > 0)."""
+    """Solve the QP from its last working set: SOLVED, MAX_ITERATIONS, INFEASIBLE or FAILED (H not > 0)."""
     warm = K.warm
     K.warm = 0
     K.iterations = 0

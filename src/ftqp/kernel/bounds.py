@@ -109,8 +109,7 @@ def one_step(v: float, d: float, v_max: float, a_max: float, dt: float) -> tuple
 
 @jit
 def braking_velocity(d: float, a_brake: float, dt: float) -> float:
-    """Largest velocity from which the joint can stop within d in whole steps of a_brake: d/(N dt) + a_brake
-    dt (N-1)/2.
+    """Largest velocity that can stop within d in whole steps: d/(N dt) + a_brake dt (N-1)/2.
 
     N = max(1, ceil((-1 + sqrt(1 + 8 d/(a_brake dt^2)))/2)) is the number of steps that stopping takes. The
     textbook sqrt(2 a_brake d) is not safe in discrete time.

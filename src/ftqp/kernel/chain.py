@@ -1,5 +1,4 @@
-"""Kinematics of the serial chain: frames, Jacobian, drift. World axes, twists linear then angular at the
-tip's origin."""
+"""Kinematics of the serial chain; world axes, twists linear then angular at the tip's origin."""
 
 from typing import Any
 
@@ -10,8 +9,7 @@ from ftqp.kernel.vectors import cross
 
 @jit
 def forward_kinematics(K: Any) -> None:
-    """T_i = T_(i-1) (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint; then the tip and
-    J.
+    """T_i = T_(i-1) (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint; the tip; J.
 
     Column i of J: (z_i x (o_tip - o_i); z_i) for a revolute joint, (z_i; 0) for a prismatic one.
     """
@@ -65,8 +63,7 @@ def forward_kinematics(K: Any) -> None:
 
 @jit
 def motion(K: Any) -> None:
-    """Angular velocity w, angular acceleration alpha and origin acceleration of every frame at zero joint
-    acceleration.
+    """w, alpha and the acceleration of the origin of every frame, at zero joint acceleration.
 
     The base is given the acceleration -gravity, as in the recursive Newton-Euler algorithm; ``drift`` (6,) is
     the tip's

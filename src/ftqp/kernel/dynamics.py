@@ -1,5 +1,4 @@
-"""Joint-space dynamics tau = M(q) a + h(q, v), tip to base in one pass, everything about the world's
-origin."""
+"""Joint-space dynamics tau = M(q) a + h(q, v), in one pass tip to base, about the world's origin."""
 
 from typing import Any
 

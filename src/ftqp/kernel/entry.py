@@ -1,5 +1,4 @@
-"""The ways in from Python: each takes the address of a record, so nothing is unboxed and nothing is
-allocated.
+"""The ways in from Python: by the address of a record, so nothing is unboxed or allocated.
 
 Whoever calls keeps the arrays alive that own the record and the inputs.
 """
@@ -66,8 +65,7 @@ def step(address: int, q_at: int, v_at: int, target_at: int, nq: int) -> int:
 
 @entry
 def prepare_external(address: int, q_at: int, v_at: int, target_at: int, nq: int, flat: Any) -> int:
-    """Assemble the QP of a tick into ``flat`` for an external solver: READY, or a status that needed no
-    solver."""
+    """Assemble the QP of a tick into ``flat``: READY, or a status that needed no external solver."""
     K = carray(pointer(address), 1, DTYPE)[0]
     code = _accept(K, q_at, v_at, target_at, nq)
     if code < 0:

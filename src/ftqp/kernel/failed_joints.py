@@ -1,5 +1,4 @@
-"""What a failed joint does: the motion prescribed while it is braked, and the velocity jump of an instant
-lock."""
+"""What a failed joint does: its motion while it is braked, and the velocity jump of an instant lock."""
 
 from typing import Any
 

@@ -1,5 +1,4 @@
-"""Compiling the entry points once, with types fixed, so that a wrong dtype is a TypeError and not a
-recompilation."""
+"""Compiling the entry points once, with fixed types: a wrong dtype is an error, not a recompilation."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -21,8 +20,7 @@ _SIGNATURES = {
 
 
 def missing(names: Iterable[str]) -> list[str]:
-    """The entry points among ``names`` that have no compiled code yet, neither in this process nor on
-    disk."""
+    """The entry points among ``names`` without compiled code, in this process and on disk."""
     if not COMPILED:
         return []
     folder = cache_folder()
@@ -64,8 +62,7 @@ def _compile(names: list[str]) -> None:
 
 
 def fast_call(name: str) -> Callable[..., Any]:
-    """The compiled code of an entry point that takes integers only, without numba's dispatch on types where
-    that exists.
+    """The compiled code of an entry point that takes integers only, without numba's dispatch on types.
 
     The types cannot be wrong: every argument is an address or a count that the planner itself provides.
     """

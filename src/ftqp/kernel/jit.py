@@ -113,8 +113,7 @@ if COMPILED:
         return compiled
 
     def entry(function: F) -> F:
-        """Compile an entry point and keep it on disk; it holds the GIL (releasing it costs a loop up to 5
-        ms)."""
+        """Compile an entry point, kept on disk; it holds the GIL (releasing it can cost a loop 5 ms)."""
         return _cached(function)
 
     def batch_entry(function: F) -> F:

@@ -67,8 +67,7 @@ DECAY_TIME = 0.05
 
 @jit
 def begin_first_stage(K: Any) -> None:
-    """Lexicographic: x1 = argmin |Ax - b|^2 + eps |x|^2 over box and torque rows; the objective is kept
-    aside."""
+    """Lexicographic: x1 = argmin |Ax - b|^2 + eps |x|^2 over box and torque rows, the objective aside."""
     for i in range(K.n):
         K.g_task[i], K.d_task[i] = K.g[i], K.H_diagonal[i]
         K.g[i], K.H_diagonal[i] = 0.0, 1.0
@@ -130,8 +129,7 @@ def begin_rest(K: Any, time: float) -> None:
 
 @jit
 def begin_stop(K: Any) -> None:
-    """Brake every healthy joint within its limits. The verdict is STOPPING, or STOPPED once all are at
-    rest."""
+    """Brake every healthy joint within its limits: STOPPING, or STOPPED once all are at rest."""
     K.verdict = STOPPED
     for i in range(K.n):
         top = K.v_max[i] if K.v_max[i] < inf else 1.0
@@ -154,8 +152,7 @@ def _verdict_on_task(K: Any) -> int:
 
 @jit
 def _finish(K: Any) -> int:
-    """Write the command and settle the status; too many in a row that gave the task up latch the stop for
-    the next tick."""
+    """Write the command and settle the status; too many in a row without the task latch the stop."""
     command(K)
     without_task = K.stage == REST_STAGE or K.stage == REST_ELASTIC_STAGE
     K.fallbacks = K.fallbacks + 1 if K.verdict == FALLBACK and without_task else 0

@@ -35,8 +35,7 @@ def rotation_vector(
 
 @jit
 def pose_error(K: Any) -> None:
-    """e = (p_d - p; rotation vector of R_d R'), along W; in axis mode the shortest turn of the tool axis onto
-    its target.
+    """e = (p_d - p; rotation vector of R_d R') along W; in axis mode the shortest turn of the tool axis.
 
     Uses the measured tip pose when there is one, else the one of forward kinematics.
     """

@@ -1,5 +1,4 @@
-"""The record: everything that one planner knows, in one structured array element that compiled code reads in
-place.
+"""The record: all that one planner knows, in one array element that compiled code reads in place.
 
 Capacity is fixed (32 joints, 6 task rows, 33 QP variables), sizes are read at run time, so one compilation
 serves every

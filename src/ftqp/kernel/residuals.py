@@ -17,8 +17,7 @@ def violation(value: float, low: float, high: float) -> float:
 
 @jit
 def slackness(value: float, low: float, high: float, z: float) -> float:
-    """min(z+, |high - value|) or min(z-, |value - low|): 0 when z = 0 or the bound that z names is met, |z|
-    at an infinite one.
+    """min(z+, |high - value|) or min(z-, |value - low|); |z| at an infinite bound.
 
     The smaller of the two and not their product, so that it is 0 exactly at complementary pairs, has no unit
     trouble with infinite bounds, and cannot hide a large multiplier behind a tiny distance.

@@ -19,8 +19,7 @@ SCALE_WEIGHT = 1e3
 
 @jit
 def _row_of(K: Any, component: int, offset: int, source: Any) -> float:
-    """Component 0..5 of a six-vector (linear, angular) along W; with tool rows the angular part along the
-    tool's axes."""
+    """Component 0..5 of a six-vector along W; with tool rows the angular part along the tool's axes."""
     if component < 3 or not K.tool_rows:
         value: float = source[offset + component]
         return value

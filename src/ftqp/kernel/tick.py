@@ -1,5 +1,4 @@
-"""The first half of a tick: from measured state and target to a QP. The second half is
-``ftqp.kernel.ladder``."""
+"""The first half of a tick, from measured state to a QP; the second is ``ftqp.kernel.ladder``."""
 
 from math import atan2, pi
 from typing import Any
@@ -61,8 +60,7 @@ def accept_state(K: Any, q: Any, v: Any) -> None:
 
 @jit
 def _inputs_are_finite(K: Any) -> bool:
-    """Whether q, v, the target and the measured tip are finite; a q or v that is not gives way to the last
-    command.
+    """Whether all inputs are finite; a q or v that is not gives way to the last command.
 
     Number by number: fast math may fold a sum of x - x into zero, NaN or not.
     """
@@ -84,8 +82,7 @@ def _inputs_are_finite(K: Any) -> bool:
 
 @jit
 def _emergency(K: Any) -> bool:
-    """Latch when the task error exceeds its threshold and has risen on ``stop_samples`` consecutive
-    samples."""
+    """Latch when the task error is beyond its threshold and has risen on ``stop_samples`` samples."""
     e, r = K.position_error, K.rotation_error
     beyond = (e > K.stop_position and e > K.last_position_error) or (
         r > K.stop_rotation and r > K.last_rotation_error

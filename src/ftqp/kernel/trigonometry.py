@@ -1,5 +1,4 @@
-"""Sine and cosine of every joint at once, in a loop without branches that the compiler turns into vector
-instructions."""
+"""Sine and cosine of every joint at once, in a loop that becomes vector instructions."""
 
 from math import cos, sin
 from typing import Any
@@ -17,8 +16,7 @@ REDUCED = 1e5
 
 @exact_jit
 def _sin_cos(x: float) -> tuple[float, float]:
-    """sin x and cos x to one unit in the last place for |x| <= REDUCED: x = k pi/2 + r, |r| <= pi/4, minimax
-    polynomials in r.
+    """sin x and cos x for |x| <= REDUCED: x = k pi/2 + r, |r| <= pi/4, minimax polynomials in r.
 
     Source: coefficients of FreeBSD's k_sin.c and k_cos.c (Sun Microsystems 1993).
     """

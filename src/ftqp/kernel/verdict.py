@@ -94,8 +94,7 @@ def judge(K: Any) -> bool:
 
 @jit
 def command(K: Any) -> None:
-    """Integrate x, held for dt, into the command; torques of motors and brakes; failed joints exactly as
-    prescribed.
+    """Integrate x, held for dt, into the command; failed joints exactly as prescribed.
 
     Acceleration level: q + dt v + dt^2 a/2, v + dt a.  Velocity level: q + dt x, x.
     """

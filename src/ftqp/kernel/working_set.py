@@ -1,5 +1,4 @@
-"""The working set of the active-set solver: its rows, the factor of their Schur complement, and what they
-determine.
+"""The working set of the active-set solver: its rows, their factor, and what they determine.
 
 Position k holds the constraint ``code[k]`` at ``side[k]`` with multiplier ``lam[k]``; V[k] is its row times
 H^(-1/2), G = V V' + compliance, L the Cholesky factor of G with inverse diagonal, t[k] = d - N x_free. The
@@ -180,8 +179,7 @@ def _right_side(K: Any, code: int, side: int) -> float:
 
 @jit
 def _softness(K: Any, code: int, side: int) -> float:
-    """Compliance of a row: task rows their own, inequality rows of C the elastic one, everything else
-    none."""
+    """Compliance of a row: task rows their own, inequality rows of C the elastic one, else none."""
     if code < K.meq:
         soft: float = K.soft[code]
         return soft
@@ -312,8 +310,7 @@ def primal(K: Any, q: int, lam: Any, x: Any) -> None:
 
 @jit
 def refine(K: Any, q: int) -> bool:
-    """One step of iterative refinement on the working set: S dlam = d - N x - compliance lam. False when
-    nothing is left.
+    """One step of refinement, S dlam = d - N x - compliance lam; False when nothing is left to do.
 
     A nearly hard row that cannot hold has a huge multiplier, whose rounding would otherwise show as a
     violated bound.
