@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ftqp.core.errors import InputError
-from ftqp.faults.belief import LOCK_SHARE, Belief, codes
+from ftqp.faults.belief import LOCK_SHARE, Belief
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.kernel.codes import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 from ftqp.kernel.record import record
@@ -31,7 +31,7 @@ def limits_of(K):
 def test_healthy_record_holds_the_limits_of_the_robot(belief, K):
     for name in LIMITS:
         np.testing.assert_array_equal(K[name][0, :7], getattr(PANDA.limits, name))
-    assert not codes(K, 7).any() and belief.faults == {}
+    assert not K["fault"][0, :7].any() and belief.faults == {}
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_fault_sets_the_code_of_its_joint_only(belief, K, fault, code):
     belief.report(fault)
     expected = np.zeros(7)
     expected[3] = code
-    np.testing.assert_array_equal(codes(K, 7), expected)
+    np.testing.assert_array_equal(K["fault"][0, :7], expected)
     assert belief.faults == {"panda_joint4": fault}
 
 
@@ -94,7 +94,7 @@ def test_withdrawn_fault_leaves_no_trace_in_limits_and_codes(belief, K, fault):
     belief.withdraw("panda_joint4")
     for name, value in limits_of(K).items():
         np.testing.assert_array_equal(value, before[name])
-    assert not codes(K, 7).any() and belief.faults == {} and not K["damping"][0, :7].any()
+    assert not K["fault"][0, :7].any() and belief.faults == {} and not K["damping"][0, :7].any()
 
 
 def test_locking_a_degraded_joint_gives_its_limits_back(belief, K):
@@ -113,7 +113,7 @@ def test_restore_forgets_every_fault(belief, K):
     belief.report(Locked(3))
     belief.report(Degraded(1, velocity=0.5))
     belief.restore()
-    assert belief.faults == {} and not codes(K, 7).any()
+    assert belief.faults == {} and not K["fault"][0, :7].any()
     np.testing.assert_array_equal(K["v_max"][0, :7], PANDA.limits.v_max)
 
 

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import RESETS, Degraded, Fault, FreeSwinging, Locked
 from ftqp.kernel.codes import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
@@ -126,12 +125,3 @@ class Belief:
                 f"its healthy range is [{limits.q_min[i]:g}, {limits.q_max[i]:g}]"
             )
         return float(low), float(high)
-
-
-def codes(record: Any, n: int) -> FloatArray:
-    """The kernel's fault code of every joint, (n,).
-
-    0 healthy, 1 braking, 2 locked, 3 free-swinging, 4 locking at once.
-    """
-    result: FloatArray = record["fault"][0, :n].copy()
-    return result
