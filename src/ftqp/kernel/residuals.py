@@ -36,7 +36,7 @@ def support(low: float, high: float, z: float) -> float:
     return z * bound if is_finite(bound) else 0.0
 
 
-@jit
+@entry
 def kkt(
     H: Any,
     g: Any,
@@ -61,11 +61,9 @@ def kkt(
         out[3] = |x'Hx + g'x + b'y + sum(z+ u - z- l) + sum(z_box+ ub - z_box- lb)| duality gap
 
     Signs: L = 1/2 x'Hx + g'x + y'(Ax - b) + z'Cx + z_box'x, so z > 0 at an upper bound. NaN anywhere makes
-        the residual it
-    touches infinite; infinite bounds are no bounds.
+    the residual it touches infinite; infinite bounds are no bounds. Every array is C-contiguous.
 
-    Source: KKT conditions, Boyd and Vandenberghe, Convex Optimization, 5.5.3; complementarity as a natural
-        residual.
+    Source: KKT conditions, Boyd and Vandenberghe, Convex Optimization, 5.5.3; natural residual.
     """
     n, m, p = len(g), len(b), len(l)
     primal, dual, complementary, gap = 0.0, 0.0, 0.0, 0.0
@@ -99,24 +97,3 @@ def kkt(
     out[1] = dual
     out[2] = complementary
     out[3] = abs(gap) if is_finite(gap) else inf
-
-
-@entry
-def kkt_residuals(
-    H: Any,
-    g: Any,
-    A: Any,
-    b: Any,
-    C: Any,
-    l: Any,
-    u: Any,
-    lb: Any,
-    ub: Any,
-    x: Any,
-    y: Any,
-    z: Any,
-    z_box: Any,
-    out: Any,
-) -> None:
-    """``kkt`` on C-contiguous arrays, called from Python."""
-    kkt(H, g, A, b, C, l, u, lb, ub, x, y, z, z_box, out)

@@ -48,12 +48,12 @@ def residuals(problem: Parts, x: FloatArray, y: FloatArray, z: FloatArray, z_box
         primal, dual, complementarity and gap, infinite where NaN is involved.
     """
     # Here and not above: it loads numba, and a table of backends needs none.
-    from ftqp.kernel.residuals import kkt_residuals
+    from ftqp.kernel.residuals import kkt
 
     q = problem
     # Copies make every layout the one that the kernel is compiled for.
     arguments = [q.H, q.g, q.A, q.b, q.C, q.l, q.u, q.lb, q.ub, x, y, z, z_box, out := np.empty(4)]
-    kkt_residuals(*(np.ascontiguousarray(part) for part in arguments))
+    kkt(*(np.ascontiguousarray(part) for part in arguments))
     primal, dual, complementarity, gap = (float(value) for value in out)
     return Residuals(primal=primal, dual=dual, complementarity=complementarity, gap=gap)
 
