@@ -28,13 +28,14 @@ class ProxqpSettings:
         max_iterations: most outer iterations (``max_iter``; ProxQP's own 10,000 run for minutes on an
             infeasible QP).
         max_inner_iterations: most inner iterations in one outer one (``max_iter_in``).
-        infeasibility_tolerance: of ProxQP's certificate of infeasibility (``eps_primal_inf``).
+        infeasibility_tolerance: of ProxQP's certificate of infeasibility (``eps_primal_inf``; its own 1e-4
+            calls solvable QPs infeasible).
     """
 
     tolerance: float = 1e-9
     max_iterations: int = 200
     max_inner_iterations: int = 50
-    infeasibility_tolerance: float = 1e-4
+    infeasibility_tolerance: float = 1e-7
 
 
 class Proxqp(Backend):
