@@ -204,6 +204,11 @@ class Planner:
         return IN_KERNEL if self._backend is None else self._backend.name
 
     @property
+    def tick(self) -> int:
+        """Number of the step, from 0 at the first one after ``reset``; -1 before it."""
+        return int(self._record["ticks"][0]) - 1
+
+    @property
     def faults(self) -> dict[str, Fault]:
         """The faults believed now, by joint name."""
         return self._belief.faults

@@ -4,6 +4,8 @@ import ftqp.qp.backends as _backends  # the package first: the function of that 
 from ftqp.qp.backend import Backend, Claim
 from ftqp.qp.buffers import QPBuffers
 from ftqp.qp.problem import QP, Certificate, Residuals, Solution, SolveStatus
+from ftqp.qp.recorder import Recorder
+from ftqp.qp.recording import Recording
 from ftqp.qp.registry import BackendInfo, backend, backend_names, backends
 from ftqp.qp.residuals import accepted, residuals
 from ftqp.qp.solve import solve
@@ -17,6 +19,8 @@ __all__ = [
     "Certificate",
     "Claim",
     "QPBuffers",
+    "Recorder",
+    "Recording",
     "Residuals",
     "Solution",
     "SolveStatus",
