@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import ftqp
 from ftqp.app.cli import app
 
-COMMANDS = ("demo", "run", "check", "robots", "backends", "schemes", "warmup")
+COMMANDS = ("demo", "run", "compare", "replay", "check", "robots", "backends", "schemes", "warmup")
 
 
 def invoke(*arguments: object) -> Any:

@@ -1,4 +1,4 @@
-"""The command line: ``ftqp demo, run, check, robots, backends, schemes, warmup``."""
+"""The command line: ``ftqp demo, run, replay, compare, check, robots, backends, schemes, warmup``."""
 
 import sys
 from pathlib import Path
@@ -81,6 +81,10 @@ def run(
     scheme: Scheme = None,
     overrides: Overrides = None,
     out: Out = None,
+    record: Annotated[
+        Path | None,
+        typer.Option("--record-qps", metavar="FILE", help="A new .npz file for the QPs of the run."),
+    ] = None,
     as_json: Json = False,
 ) -> ExitCode:
     """Run a scenario; writes summary.json, log.sqlite and figures."""
@@ -88,12 +92,84 @@ def run(
     from ftqp.app.scenario import load
 
     folder = runs.free_folder(out, Path(scenario).stem)
-    setup = load(scenario, overrides or (), backend=backend, scheme=scheme)
-    result = runs.run(setup, folder)
+    record = runs.free_recording(record, folder)
+    setup = load(scenario, overrides or (), backend=backend, scheme=scheme, record=record is not None)
+    result = runs.run(setup, folder, record)
     if as_json:
         tell_json(result.summary)
     else:
         tell("\n".join(words.report(result.summary)))
+    return result.exit_code
+
+
+@app.command(epilog="Example: ftqp replay qps.npz --tick 1500 --backend osqp")
+@command
+def replay(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A recording, made by ftqp run --record-qps FILE.")
+    ],
+    tick: Annotated[
+        int | None, typer.Option(metavar="K", help="Tick of the run; without it, say what was recorded.")
+    ] = None,
+    backend: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Whose answer to explain; that of the run if left out.")
+    ] = None,
+    others: Annotated[
+        str | None,
+        typer.Option("--backends", metavar="A,B,C", help="Whose answers to compare; all if left out."),
+    ] = None,
+    as_json: Json = False,
+) -> ExitCode:
+    """Solve a recorded QP again and explain the answer: active bounds, multipliers, who disagrees."""
+    from ftqp.app import explanation
+    from ftqp.app import replay as again
+    from ftqp.qp.recording import Recording
+
+    recording = Recording.load(file)
+    if tick is None:
+        facts = again.overview(file, recording)
+    else:
+        names = None if others is None else [name.strip() for name in others.split(",") if name.strip()]
+        facts = again.replay(file, recording, tick, backend, names)
+    if as_json:
+        tell_json(facts)
+    else:
+        (explanation.tell_overview if tick is None else explanation.tell_replay)(facts)
+    unsolved = tick is not None and facts["solution"]["status"] in ("MAX_ITERATIONS", "FAILED")
+    return ExitCode.STOPPED if unsolved else ExitCode.DONE
+
+
+@app.command(epilog="Example: ftqp compare panda-circle --backends active_set,daqp --schemes mvn,mke")
+@command
+def compare(
+    scenarios: Annotated[
+        list[str], typer.Argument(metavar="SCENARIO...", help="Scenario files, or names of bundled ones.")
+    ],
+    backends: Annotated[
+        str | None,
+        typer.Option(metavar="A,B,...", help="QP backends or profile files, in place of the scenario's."),
+    ] = None,
+    schemes: Annotated[
+        str | None, typer.Option(metavar="X,Y,...", help="Schemes, in place of the scenario's.")
+    ] = None,
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder to make; runs/compare-<time> if left out.")
+    ] = None,
+    as_json: Json = False,
+) -> ExitCode:
+    """Run scenarios under several schemes and backends; writes a table, figures and every run."""
+    from ftqp.app import comparison, runs
+    from ftqp.app.combinations import combinations
+
+    folder = runs.free_folder(out, "compare")
+    result = comparison.compare(
+        combinations(scenarios, overrides or (), backends=backends, schemes=schemes), folder
+    )
+    if as_json:
+        tell_json({"runs": result.rows})
+    else:
+        result.tell()
     return result.exit_code
 
 

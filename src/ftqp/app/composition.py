@@ -1,5 +1,6 @@
 """Makes the objects of a run from the tables of a scenario, one function a table."""
 
+from math import floor
 from pathlib import Path as File
 from typing import Any
 
@@ -19,6 +20,7 @@ from ftqp.app.schema.path import (
 )
 from ftqp.app.schema.planner import EmergencyTable, TaskTable
 from ftqp.app.schema.robot import RobotTable
+from ftqp.app.schema.scenario import RecordingTable
 from ftqp.control.emergency import EmergencyStop
 from ftqp.control.paths import Circle, Line, Lissajous, Path, PointToPoint, Square, Waypoints
 from ftqp.control.task import Task
@@ -29,7 +31,8 @@ from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
 from ftqp.model.shape import reach_of
-from ftqp.sim.schedule import FaultEvent
+from ftqp.qp import Backend, Recorder
+from ftqp.sim.schedule import TIME_SLACK, FaultEvent, first_tick
 from ftqp.sim.waypoint_file import waypoint_table
 
 _FITTING = {"name": (), "dh": ("convention",), "urdf": ("tip", "locked"), "mjcf": ("tip", "locked")}
@@ -192,3 +195,18 @@ def fault(table: LockedTable | FreeSwingingTable | DegradedTable) -> FaultEvent:
         case DegradedTable():
             kind = Degraded(**settings)
     return FaultEvent(kind, at=table.at, announced=table.announced)
+
+
+def recorder(backend: Backend, table: RecordingTable, dt: float) -> Recorder:
+    """``backend`` with a copy kept of what ``[recording]`` asks for; times become ticks of ``dt``.
+
+    Raises:
+        InputError: no tick lies between begin and end.
+    """
+    first = first_tick(table.begin, dt)
+    last = None if table.end is None else floor((table.end + TIME_SLACK) / dt)
+    if last is not None and last < first:
+        raise InputError(
+            f"no tick of {dt:g} s lies between begin, {table.begin:g} s, and end, {table.end:g} s"
+        )
+    return Recorder(backend, every=table.every, limit=table.limit, first=first, last=last)

@@ -3,7 +3,7 @@
 import json
 import math
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from enum import IntEnum
 from functools import wraps
@@ -72,20 +72,43 @@ def _plain(value: Any) -> Any:
     return str(value)
 
 
-def tell_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """A table for a person, on stdout; as wide as its content when stdout is not a terminal."""
+def tell_table(
+    title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], numbers: Collection[str] = ()
+) -> None:
+    """A table for a person, on stdout; as wide as its content when stdout is not a terminal.
+
+    Args:
+        title: above the table.
+        columns: headings.
+        rows: cells.
+        numbers: the columns that stand flush right.
+    """
     table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
     for index, column in enumerate(columns):
-        table.add_column(column, overflow="fold", no_wrap=index == 0)
+        table.add_column(
+            escape(column),
+            overflow="fold",
+            no_wrap=index == 0 or column in numbers,
+            justify="right" if column in numbers else "left",
+        )
     for row in rows:
         table.add_row(*(escape(cell) for cell in row))
-    console = Console(highlight=False)
-    (console if console.is_terminal else Console(highlight=False, width=WIDE)).print(table)
+    Console(highlight=False, width=table_width()).print(table)
+
+
+def table_width() -> int:
+    """Columns that a table on stdout may take: those of the terminal, or many when it goes elsewhere."""
+    console = Console()
+    return console.width if console.is_terminal else WIDE
 
 
 @contextmanager
-def progress(what: str, total: float) -> Iterator[Callable[[float], None]]:
+def progress(what: str | Callable[[], str], total: float) -> Iterator[Callable[[float], None]]:
     """A bar on stderr that appears once the work takes longer than a second and stderr is a terminal.
+
+    Args:
+        what: what is being done, or a function that says what it is just now.
+        total: the whole of the work.
 
     Yields:
         A function that takes how much of ``total`` is done.
@@ -103,7 +126,7 @@ def progress(what: str, total: float) -> Iterator[Callable[[float], None]]:
         transient=True,
     )
     begin, shown = now(), False
-    task = bar.add_task(escape(what), total=total)
+    task = bar.add_task("", total=total)
 
     def advance(done: float) -> None:
         nonlocal shown
@@ -111,7 +134,8 @@ def progress(what: str, total: float) -> Iterator[Callable[[float], None]]:
             bar.start()
             shown = True
         if shown:
-            bar.update(task, completed=done)
+            words = what if isinstance(what, str) else what()
+            bar.update(task, completed=done, description=escape(words))
 
     try:
         yield advance

@@ -17,6 +17,7 @@ from ftqp.control.planner import Planner
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage, ModelError, ScenarioError
 from ftqp.model.robot import Robot
+from ftqp.qp import Recorder
 from ftqp.qp import backend as qp_backend
 from ftqp.sim.plants import KinematicPlant
 from ftqp.sim.schedule import FaultEvent, Schedule
@@ -37,6 +38,7 @@ class Setup:
         q: joint positions at t = 0, (nv,) [rad or m].
         v: joint velocities at t = 0, (nv,) [rad/s or m/s].
         duration: end of the run [s].
+        recorder: the planner's backend when its QPs are recorded.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Setup:
     q: FloatArray
     v: FloatArray
     duration: float
+    recorder: Recorder | None = None
 
     @property
     def content(self) -> dict[str, Any]:
@@ -66,7 +69,12 @@ class Setup:
 
 
 def load(
-    source: str, overrides: Iterable[str] = (), *, backend: str | None = None, scheme: str | None = None
+    source: str,
+    overrides: Iterable[str] = (),
+    *,
+    backend: str | None = None,
+    scheme: str | None = None,
+    record: bool = False,
 ) -> Setup:
     """The run that a scenario describes.
 
@@ -75,6 +83,7 @@ def load(
         overrides: ``a.b=value`` each, put into the scenario before it is checked.
         backend: name, profile file or TOML table that replaces the scenario's backend.
         scheme: name or TOML table that replaces the scenario's scheme.
+        record: keep the planner's QPs, those that ``[recording]`` asks for.
 
     Raises:
         ScenarioError: the scenario is wrong; carries every error.
@@ -87,7 +96,7 @@ def load(
     if scheme is not None:
         choices.append(f"planner.scheme={scheme}")
     found = document.read(source, choices)
-    return resolve(found, validated(found))
+    return resolve(found, validated(found), record=record)
 
 
 def validated(found: document.Document) -> Scenario:
@@ -119,7 +128,7 @@ class _Errors:
             self.found.append(f"{place}: {error}")
 
 
-def resolve(found: document.Document, tables: Scenario) -> Setup:
+def resolve(found: document.Document, tables: Scenario, *, record: bool = False) -> Setup:
     """The objects that the tables stand for.
 
     Raises:
@@ -130,6 +139,11 @@ def resolve(found: document.Document, tables: Scenario) -> Setup:
     with errors.at("robot"):
         arm = composition.robot(tables.robot, folder)
     settings = _planner_settings(tables, folder, errors)
+    recorder: Recorder | None = None
+    if record and "backend" in settings:
+        with errors.at("recording"):
+            recorder = composition.recorder(settings["backend"], tables.recording, tables.planner.dt)
+            settings["backend"] = recorder
     events: list[FaultEvent] = []
     for index, table in enumerate(tables.faults):
         with errors.at(f"faults[{index}]"):
@@ -153,6 +167,8 @@ def resolve(found: document.Document, tables: Scenario) -> Setup:
                     planner.report(event.fault)
                     planner.withdraw(event.fault.joint)
             planner.reset(*start)
+            if recorder is not None:
+                recorder.follow(planner)
     if planner is None or way is None or start is None or errors.found:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
     return Setup(
@@ -166,6 +182,7 @@ def resolve(found: document.Document, tables: Scenario) -> Setup:
         q=start[0],
         v=start[1],
         duration=tables.simulation.duration or way.duration,
+        recorder=recorder,
     )
 
 

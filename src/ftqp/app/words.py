@@ -24,6 +24,7 @@ def report(facts: Mapping[str, Any]) -> list[str]:
             else [f"  a step took {times['p50']:.1f} us, at most {times['max']:.0f} us"]
         ),
         f"  files: {facts['folder']}",
+        *([recording_sentence(facts["recording"])] if "recording" in facts else []),
     ]
 
 
@@ -56,6 +57,18 @@ def limits_sentence(violation: Mapping[str, float]) -> str:
     names = {"q": "position", "v": "velocity", "a": "acceleration", "tau": "torque"}
     broken = [f"{names[key]} by {value:.2g}" for key, value in violation.items() if value > KEPT]
     return f"limits exceeded: {', '.join(broken)}" if broken else "every limit was kept"
+
+
+def recording_sentence(facts: Mapping[str, Any]) -> str:
+    """What became of the QPs of a run that was to be recorded."""
+    if facts["file"] is None:
+        return "  recorded no QP: none was handed to the solver in the ticks asked for; no file was written"
+    first, last = facts["ticks"]
+    gone = f"; {facts['dropped']} older ones did not fit into memory" if facts["dropped"] else ""
+    return (
+        f"  recorded {facts['qps']} QPs of ticks {first} to {last}{gone}; look at one: "
+        f"ftqp replay {facts['file']} --tick {last}"
+    )
 
 
 def length(metres: float | None) -> str:

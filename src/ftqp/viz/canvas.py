@@ -22,10 +22,12 @@ BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442",
 )  # fmt: skip
 """Colours that colour-blind readers can tell apart (Okabe and Ito)."""
-GREY = "#7F7F7F"
+GREY, WINE = "#7F7F7F", "#882255"
 LIMIT = "#C9917D"
 FORBIDDEN = "#F4E3DC"
 """Shade of what lies beyond a limit."""
+LETTER, SAMPLE = 0.085, 0.7
+"""Width of a letter of a legend, and of the sample of a line with its gaps [inches]."""
 TINT = "#FFF6EC"
 """Background of a joint that fails."""
 
@@ -39,15 +41,19 @@ def paper(width: float, height: float, title: str) -> Figure:
 
 
 def save(figure: Figure, path: str | Path) -> Path:
-    """Write the figure to a PNG file and return its path.
+    """Write the figure to a PNG file, whole or not at all, and return its path.
 
     Raises:
         InputError: the file cannot be written.
     """
+    part = Path(path).with_suffix(".part")
     try:
-        figure.savefig(path, format="png")
+        figure.savefig(part, format="png")
+        part.replace(path)
     except OSError as error:
         raise InputError(f"figure {path} cannot be written: {error.strerror}") from error
+    finally:
+        part.unlink(missing_ok=True)
     return Path(path)
 
 
@@ -97,10 +103,15 @@ def shade_later(axes: Axes, since: float, low: float | None, high: float | None)
 
 
 def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
-    """One legend for the whole figure, under it."""
+    """One legend for the whole figure, under it, with as many columns as its longest label lets fit."""
     if handles:
+        longest = max(len(handle.get_label()) for handle in handles)
+        fitting = int(figure.get_figwidth() / (LETTER * longest + SAMPLE))
         figure.legend(
-            handles=list(handles), loc="outside lower center", ncols=min(5, len(handles)), frameon=False
+            handles=list(handles),
+            loc="outside lower center",
+            ncols=min(5, len(handles), max(1, fitting)),
+            frameon=False,
         )
 
 
@@ -114,6 +125,7 @@ __all__ = [
     "RED",
     "SKY",
     "TINT",
+    "WINE",
     "YELLOW",
     "Axes",
     "Figure",

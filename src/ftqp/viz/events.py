@@ -46,17 +46,32 @@ def stop_time(log: Log) -> float | None:
 
 def mark(axes: Axes, log: Log) -> None:
     """Draw the instants as vertical lines."""
-    for fault in faults(log):
-        axes.axvline(fault["at"], color=RED, linewidth=1.2)
-        if told_later(fault):
-            axes.axvline(fault["announced"], color=BLUE, linewidth=1.2, linestyle=":")
+    mark_faults(axes, log)
     stop = stop_time(log)
     if stop is not None:
         axes.axvline(stop, color="black", linewidth=1.2, linestyle="--")
 
 
+def mark_faults(axes: Axes, log: Log) -> None:
+    """Draw when joints fail, and when the planner is told, as vertical lines."""
+    for fault in faults(log):
+        axes.axvline(fault["at"], color=RED, linewidth=1.2)
+        if told_later(fault):
+            axes.axvline(fault["announced"], color=BLUE, linewidth=1.2, linestyle=":")
+
+
 def handles(log: Log) -> list[Line2D]:
     """What the vertical lines mean, for a legend."""
+    result = fault_handles(log)
+    stop = stop_time(log)
+    if stop is not None:
+        label = f"emergency stop at {stop:.4g} s"
+        result.append(Line2D([], [], color="black", linewidth=1.2, linestyle="--", label=label))
+    return result
+
+
+def fault_handles(log: Log) -> list[Line2D]:
+    """What the lines of the faults mean, for a legend."""
     happened = faults(log)
     result = []
     if happened:
@@ -64,10 +79,6 @@ def handles(log: Log) -> list[Line2D]:
         result.append(Line2D([], [], color=RED, linewidth=1.2, label=label))
     if any(told_later(fault) for fault in happened):
         result.append(Line2D([], [], color=BLUE, linewidth=1.2, linestyle=":", label="planner is told"))
-    stop = stop_time(log)
-    if stop is not None:
-        label = f"emergency stop at {stop:.4g} s"
-        result.append(Line2D([], [], color="black", linewidth=1.2, linestyle="--", label=label))
     return result
 
 

@@ -53,12 +53,12 @@ def draw(log: Log, path: str | Path) -> Path:
     title = f"Status of every step: {events.heading(log)}"
     figure = paper(12.0, 2.6 + 0.45 * len(ribbons) + 0.25 * len(seen), title)
     axes = figure.add_subplot()
-    _spells(axes, log, log["status"], 0.0, dict(enumerate(STATUS_COLOURS)))
+    spells(axes, log, log["status"], 0.0, dict(enumerate(STATUS_COLOURS)))
     labels, places = ["planner's status"], [0.0]
     for label, codes in ribbons:
         places.append(places[-1] + (1.3 if len(places) == 1 else 1.0))
         labels.append(label)
-        _spells(axes, log, codes, places[-1], dict(enumerate(BELIEF_COLOURS)))
+        spells(axes, log, codes, places[-1], dict(enumerate(BELIEF_COLOURS)))
     tidy(axes, "time [s]", "")
     axes.set_yticks(places, labels)
     axes.set_ylim(max(places) + 0.6, -0.6)
@@ -73,7 +73,7 @@ def draw(log: Log, path: str | Path) -> Path:
     return save(figure, path)
 
 
-def _spells(axes: Axes, log: Log, codes: IntArray, place: float, colours: Mapping[int, str]) -> None:
+def spells(axes: Axes, log: Log, codes: IntArray, place: float, colours: Mapping[int, str]) -> None:
     """One bar for every spell of equal codes; rare ones on top and wide enough to be seen."""
     t = log["t"]
     changes = np.flatnonzero(np.diff(codes)) + 1

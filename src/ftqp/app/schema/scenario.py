@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from ftqp.app.schema.base import Finite, Table, unit
 from ftqp.app.schema.faults import FaultTable
@@ -40,6 +40,25 @@ class SimulationTable(Table):
     )
 
 
+class RecordingTable(Table):
+    """Which QPs a run keeps when it is told to: ``ftqp run --record-qps FILE``."""
+
+    every: int = Field(1, ge=1, description="keep one of so many ticks, >= 1")
+    begin: Finite = Field(0.0, ge=0, description="keep none before, >= 0", json_schema_extra=unit("s"))
+    end: Finite | None = Field(
+        None, ge=0, description="keep none after; the end of the run if absent", json_schema_extra=unit("s")
+    )
+    limit: int | None = Field(
+        None, ge=1, description="keep the last so many; as many as fit into 256 MiB if absent"
+    )
+
+    @model_validator(mode="after")
+    def _begin_before_end(self) -> "RecordingTable":
+        if self.end is not None and self.end < self.begin:
+            raise ValueError(f"ends at {self.end:g} s, before it begins at {self.begin:g} s")
+        return self
+
+
 class Scenario(Table):
     """A whole scenario file."""
 
@@ -50,3 +69,4 @@ class Scenario(Table):
     path: PathTable = Field(description="what the tip follows")
     faults: list[FaultTable] = Field([], description="what fails, and when the planner is told")
     simulation: SimulationTable = Field(SimulationTable(), description="what stands for the world")
+    recording: RecordingTable = Field(RecordingTable(), description="which QPs --record-qps keeps")
