@@ -8,7 +8,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.qp.problem import Residuals
 
 ACCEPTANCE = 1e-6
-"""Largest residual that counts as solved, relative to 1 + the size of what is compared (see ``accepted``)."""
+"""Largest residual that counts as solved, relative to 1 + the size of what is compared (see ``scales``)."""
 
 
 class Parts(Protocol):
@@ -61,25 +61,26 @@ def residuals(problem: Parts, x: FloatArray, y: FloatArray, z: FloatArray, z_box
 def accepted(
     problem: Parts, found: Residuals, x: FloatArray, y: FloatArray, tolerance: float = ACCEPTANCE
 ) -> bool:
-    """Whether residuals say that the QP is solved.
-
-    primal          <= tolerance (1 + max(|x|, |Cx|, |b|))
-    dual            <= tolerance (1 + max(|Hx|, |g|))
-    complementarity <= tolerance (1 + the smaller of these two maxima)
-    gap             <= tolerance (1 + |x'Hx| + |g'x| + |b'y|)
-    """
+    """Whether residuals say that the QP is solved: each is at most tolerance times its scale (``scales``)."""
     if not np.isfinite(found.largest):
         return False
+    values = np.array([found.primal, found.dual, found.complementarity, found.gap])
+    return bool((values <= tolerance * scales(problem, x, y)).all())
+
+
+def scales(problem: Parts, x: FloatArray, y: FloatArray) -> FloatArray:
+    """What each residual is compared with, (4,): 1 + the size of the terms that cancel in it.
+
+    primal          1 + max(|x|, |Cx|, |b|)
+    dual            1 + max(|Hx|, |g|)
+    complementarity 1 + the smaller of these two maxima
+    gap             1 + |x'Hx| + |g'x| + |b'y|
+    """
     Hx = problem.H @ x
     point = max(_size(x), _size(problem.C @ x), _size(problem.b))
     force = max(_size(Hx), _size(problem.g))
     energy = abs(float(x @ Hx)) + abs(float(problem.g @ x)) + abs(float(problem.b @ y))
-    return bool(
-        found.primal <= tolerance * (1.0 + point)
-        and found.dual <= tolerance * (1.0 + force)
-        and found.complementarity <= tolerance * (1.0 + min(point, force))
-        and found.gap <= tolerance * (1.0 + energy)
-    )
+    return 1.0 + np.array([point, force, min(point, force), energy])
 
 
 def _size(values: FloatArray) -> float:

@@ -1,0 +1,99 @@
+"""What the comparison scripts share on the command line: options, the loop over stages, the exit code."""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from bench.results import README, RESULTS, put_into_readme, written
+from bench.tables import Table
+from ftqp import FtqpError
+
+WIDTH = 100
+"""Columns of a table that does not go to a terminal."""
+
+Comparison = Callable[[argparse.Namespace, Console], dict[str, Any]]
+
+
+def options(document: str, arguments: Sequence[str] | None = None) -> argparse.Namespace:
+    """The options that every comparison has; ``document`` is the script's docstring."""
+    summary, usage = document.split("\n\n", 1)
+    parser = argparse.ArgumentParser(
+        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    add = parser.add_argument
+    add("--backends", type=_names, metavar="A,B", help="profiles or backends (default: every profile)")
+    add("--sequences", type=_names, metavar="A,B", help="recorded sequences (default: all)")
+    add("--quick", action="store_true", help="first QPs of each sequence, no paper profiles")
+    add("--out", type=Path, default=RESULTS, metavar="DIR", help="where results go (solvers/results)")
+    add("--name", metavar="NAME", help="what the files are called (default: the date, or quick)")
+    add("--json", action="store_true", help="print one JSON object and nothing else")
+    add("--update-readme", action="store_true", help="put the summary into solvers/README.md")
+    chosen: argparse.Namespace = parser.parse_args(arguments)
+    return chosen
+
+
+def _names(text: str) -> list[str]:
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if not names:
+        raise argparse.ArgumentTypeError("is empty, expected names with commas between them")
+    return names
+
+
+def run(
+    chosen: argparse.Namespace,
+    compared: Comparison,
+    tables: Callable[[dict[str, Any]], list[Table]],
+    markdown: Callable[[dict[str, Any]], str],
+    figures: Callable[[dict[str, Any], Path, str], list[Path]],
+) -> int:
+    """Measure, print, write: 0 when somebody took part, 1 when nobody, 2 for bad input, 130 when interrupted.
+
+    Args:
+        chosen: the options.
+        compared: measures and returns the result.
+        tables: of a result, for the screen; the first goes into the README.
+        markdown: the whole report of a result.
+        figures: writes the pictures of a result into a folder, under names that begin with a stem.
+    """
+    messages = Console(stderr=True, highlight=False)
+    try:
+        result = compared(chosen, messages)
+        name = chosen.name or ("quick" if chosen.quick else result["date"][:10])
+        files = written(result, markdown(result), chosen.out, name)
+        files += figures(result, chosen.out, f"{result['benchmark']}-{name}")
+        if chosen.update_readme:
+            put_into_readme(result["benchmark"], readme_lines(result, tables(result)[0], files[0].name))
+            files.append(README)
+    except KeyboardInterrupt:
+        messages.print("interrupted; nothing was written")
+        return 130
+    except FtqpError as error:
+        messages.print(str(error), style="red", soft_wrap=True, markup=False)
+        return 2
+    if chosen.json:
+        sys.stdout.write(json.dumps(result) + "\n")
+    else:
+        screen = Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
+        for table in tables(result):
+            screen.print(table.rich())
+            screen.print()
+        for who, why in result["left_out"].items():
+            screen.print(f"{who} could not take part: {why}", markup=False)
+    for file in files:
+        messages.print(f"wrote {file}", soft_wrap=True)
+    return 0 if result["cells"] else 1
+
+
+def readme_lines(result: dict[str, Any], table: Table, file: str) -> list[str]:
+    """The part of the README that shows a result: its table and where it comes from."""
+    machine = f"{result['machine']['cpu']}, {result['machine']['cores']} cores"
+    link = f"[{file}](results/{file})"
+    return [
+        *table.markdown(3),
+        f"From {link}, {result['date'][:10]}, {machine}. Made by `{result['command']}`.",
+    ]

@@ -1,0 +1,144 @@
+"""Results of a comparison: what they were made with, the files they go to, the README's copy."""
+
+import json
+import platform
+import shlex
+import sys
+from collections.abc import Sequence
+from datetime import datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from bench import report
+from bench.contenders import Contender
+from ftqp.core.errors import InputError
+
+ROOT = Path(__file__).resolve().parents[1]
+RESULTS = ROOT / "results"
+README = ROOT / "README.md"
+ALWAYS = ("ftqp", "numpy", "numba", "scipy")
+"""Packages whose versions matter whoever takes part."""
+DISTRIBUTIONS = {"proxqp": "proxsuite", "highs": "highspy", "jaxopt_osqp": "jaxopt"}
+"""Solvers of qpsolvers whose package has another name."""
+
+
+def circumstances(
+    benchmark: str, taking_part: Sequence[Contender], settings: dict[str, Any]
+) -> dict[str, Any]:
+    """What a result begins with: date, command line, settings, machine, versions, contenders.
+
+    Args:
+        benchmark: the script's name, without ``.py``.
+        taking_part: the contenders, with their settings.
+        settings: of the measurement.
+    """
+    return {
+        "benchmark": benchmark,
+        "date": datetime.now().astimezone().isoformat(timespec="seconds"),
+        "command": command(benchmark, sys.argv[1:]),
+        "settings": settings,
+        "machine": report.machine(),
+        "versions": versions(taking_part),
+        "contenders": {contender.name: contender.settings for contender in taking_part},
+    }
+
+
+def command(benchmark: str, arguments: Sequence[str]) -> str:
+    """The line that makes the result again; folders, which differ from machine to machine, are left out."""
+    kept, skip = [], False
+    for argument in arguments:
+        if not skip and argument != "--out" and not argument.startswith("--out="):
+            kept.append(argument)
+        skip = argument == "--out"
+    return shlex.join(["python", f"solvers/{benchmark}.py", *kept])
+
+
+def versions(taking_part: Sequence[Contender]) -> dict[str, str]:
+    """Versions of the packages that take part, by name."""
+    names = list(ALWAYS)
+    for contender in taking_part:
+        names.append(contender.made().package)
+        if contender.settings["name"].startswith("qpsolvers:"):
+            solver = contender.settings["name"].removeprefix("qpsolvers:")
+            names.append(DISTRIBUTIONS.get(solver, solver))
+    found = {"python": platform.python_version()}
+    for name in dict.fromkeys(names):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "unknown"
+    return found
+
+
+def written(result: dict[str, Any], markdown: str, out: Path, name: str) -> list[Path]:
+    """Write ``<benchmark>-<name>.json`` and ``.md``; a result of the same name is replaced.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    stem = f"{result['benchmark']}-{name}"
+    files = [out / f"{stem}.json", out / f"{stem}.md"]
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        files[0].write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        files[1].write_text(markdown, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"results cannot be written to {out}: {error.strerror}") from error
+    return files
+
+
+def preamble(title: str, result: dict[str, Any]) -> list[str]:
+    """The head of a Markdown report: date and the command that makes it again."""
+    settings = ", ".join(f"{name} {value}" for name, value in result["settings"].items())
+    return [f"# {title}", "", f"{result['date']}; {settings}. Made by", "", f"    {result['command']}", ""]
+
+
+def appendix(result: dict[str, Any]) -> list[str]:
+    """The foot of a Markdown report: who did not take part, settings, versions, machine, limitations."""
+    blocks = {
+        "Could not take part": [f"{name}: {why}" for name, why in result["left_out"].items()],
+        "Settings": [_settings(name, given) for name, given in result["contenders"].items()],
+        "Versions": [f"{name} {number}" for name, number in result["versions"].items()],
+        "Machine": [f"{name}: {value}" for name, value in result["machine"].items()],
+        "Limitations": list(result["limitations"]),
+    }
+    lines = []
+    for heading, entries in blocks.items():
+        if entries:
+            lines += [f"## {heading}", "", *(f"- {entry}" for entry in entries), ""]
+    return lines
+
+
+def _settings(name: str, given: dict[str, Any]) -> str:
+    values = ", ".join(f"{key} = {json.dumps(value)}" for key, value in given.items())
+    return f"`{name}`: {values}"
+
+
+def latest(benchmark: str, folder: Path = RESULTS) -> Path | None:
+    """The newest full result by the date inside; quick ones do not count."""
+    found = []
+    for file in folder.glob(f"{benchmark}-*.json"):
+        result = json.loads(file.read_text(encoding="utf-8"))
+        if not result["settings"].get("quick"):
+            found.append((result["date"], file))
+    return max(found)[1] if found else None
+
+
+def inserted(text: str, benchmark: str, lines: Sequence[str]) -> str:
+    """``text`` with the lines between the markers of a benchmark replaced.
+
+    Raises:
+        InputError: the text has no such markers.
+    """
+    begin, end = f"<!-- begin {benchmark} -->", f"<!-- end {benchmark} -->"
+    before, found, rest = text.partition(begin)
+    _, closed, after = rest.partition(end)
+    if not found or not closed:
+        raise InputError(f"README.md has no lines {begin} and {end}; put them where the table belongs")
+    return f"{before}{begin}\n" + "\n".join(lines).strip() + f"\n{end}{after}"
+
+
+def put_into_readme(benchmark: str, lines: Sequence[str], readme: Path = README) -> None:
+    """Replace a benchmark's part of the README."""
+    readme.write_text(inserted(readme.read_text(encoding="utf-8"), benchmark, lines), encoding="utf-8")

@@ -1,0 +1,90 @@
+"""What solvers claim of recorded QPs, against what is true: KKT residuals, errors, infeasibility.
+
+    python solvers/compare_accuracy.py                      every profile on every recorded sequence
+    python solvers/compare_accuracy.py --quick              the first QPs of each sequence only
+    python solvers/compare_accuracy.py --backends daqp-fast,osqp,my-profile.toml --sequences panda-healthy
+
+Every QP is solved from a cold start and, in the order of its sequence, from a warm one. No solver's flag is
+trusted. Tables go to the screen; tables, figures and one JSON object to ``--out``. Nothing is a pass or a
+fail.
+"""
+
+import argparse
+import sys
+from typing import Any
+
+from bench import accuracy_report, console
+from bench.accuracy import STARTS, Answers, answers, settled, summed_up
+from bench.contenders import Contender, contenders, split
+from bench.recorded import Recorded, recorded
+from bench.results import circumstances
+from bench.sequences import sequences
+from bench.truth import Fact, Truth, truth
+from rich.console import Console
+
+from ftqp import FtqpError
+
+
+def main() -> int:
+    """Measures, prints, writes."""
+    return console.run(
+        console.options(__doc__ or ""),
+        compared,
+        accuracy_report.tables,
+        accuracy_report.markdown,
+        accuracy_report.figures,
+    )
+
+
+def compared(chosen: argparse.Namespace, messages: Console) -> dict[str, Any]:
+    """Every contender on every sequence, as the object that ``--json`` prints."""
+    ready, left_out = split(contenders(chosen.backends, quick=chosen.quick))
+    recordings = sequences(chosen.sequences, quick=chosen.quick)
+    result = circumstances("compare_accuracy", ready, {"quick": chosen.quick})
+    about: dict[str, Any] = {}
+    cells: list[dict[str, Any]] = []
+    for name, recording in recordings.items():
+        sequence = recorded(name, recording)
+        messages.print(f"solving {name}, {len(sequence)} QPs, {len(ready)} contenders")
+        true = truth(sequence.problems, sequence.solutions, sequence.feasible)
+        given = _answered(ready, sequence, left_out)
+        true = settled(true, [said for _, _, said in given])
+        cells += [summed_up(who, sequence, start, said, true) for who, start, said in given]
+        about[name] = _described(sequence, true)
+    return {
+        **result,
+        "sequences": about,
+        "cells": cells,
+        "left_out": left_out,
+        "limitations": list(accuracy_report.LIMITATIONS),
+    }
+
+
+def _answered(
+    ready: list[Contender], sequence: Recorded, left_out: dict[str, str]
+) -> list[tuple[Contender, str, Answers]]:
+    """Who said what from which start; who cannot take this sequence says why."""
+    given = []
+    for who in ready:
+        try:
+            solver = who.made()
+            given += [(who, start, answers(solver, sequence, start=start)) for start in STARTS]
+        except FtqpError as error:
+            left_out[f"{who.name} ({sequence.name})"] = str(error)
+    return given
+
+
+def _described(sequence: Recorded, true: Truth) -> dict[str, Any]:
+    violations = sorted(float(value) for value in true.violations if value > 0.0)
+    return {
+        "size": list(sequence.size),
+        "origin": sequence.origin,
+        "facts": {fact.name.lower(): true.count(fact) for fact in Fact},
+        "median_violation": violations[len(violations) // 2] if violations else None,
+        "worst_reference": true.worst_reference,
+        "disputed": true.disputed,
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main())

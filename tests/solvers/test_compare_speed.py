@@ -1,0 +1,162 @@
+"""Times are taken in turns, set-up apart, and the script says them; no figure of it is judged here."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bench import speed_report
+from bench.contenders import Contender
+from bench.recorded import Recorded
+from bench.results import inserted, latest
+from bench.speed import DISCARD, Runner, Settings, measured
+from tests.solvers.stand_ins import SOLVABLE, Scripted, sequence
+
+from ftqp.qp import Claim
+
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPT = ROOT / "solvers" / "compare_speed.py"
+BACKENDS = ["active_set", "daqp-fast", "proxqp-fast", "qpsolvers:daqp"]
+SEQUENCES = ["panda-healthy", "panda-infeasible"]
+SETTINGS = Settings(samples=20, seconds=60.0, turn=7, turn_seconds=60.0, setups=2)
+
+
+def runner(solver: Scripted, start: str, tape: Recorded) -> Runner:
+    qp = tape.buffers()
+    solver.setup(qp)
+    return Runner(name="scripted", start=start, solver=solver, qp=qp, sequence=tape)
+
+
+def test_the_first_solves_of_a_turn_do_not_count() -> None:
+    solver = Scripted(Claim.SOLVED)
+    one = runner(solver, "cold", sequence(*[SOLVABLE] * 5))
+    one.turn(SETTINGS)
+    assert len(one.ns) == 7
+    assert len(solver.colds) == DISCARD + 7
+    assert all(solver.colds)
+
+
+def test_a_warm_run_does_not_count_the_cold_solve_at_the_head_of_each_pass() -> None:
+    solver = Scripted(Claim.SOLVED)
+    one = runner(solver, "warm", sequence(*[SOLVABLE] * 5))
+    one.turn(SETTINGS)  # 10 solves, two passes; the one at position 5 is cold and beyond those discarded
+    assert solver.colds == [True, False, False, False, False] * 2
+    assert len(one.ns) == 6
+
+
+def test_a_turn_ends_early_when_its_time_is_over() -> None:
+    one = runner(Scripted(Claim.SOLVED), "cold", sequence(SOLVABLE))
+    one.turn(Settings(samples=20, seconds=1.0, turn=1000, turn_seconds=0.0, setups=1))
+    assert len(one.ns) == 1
+
+
+def test_only_right_answers_that_were_claimed_count_as_solved() -> None:
+    for claim, x, share in (
+        (Claim.SOLVED, (1.0, -1.0), 100.0),
+        (Claim.MAX_ITERATIONS, (1.0, -1.0), 0.0),
+        (Claim.SOLVED, (0.0, 0.0), 0.0),
+    ):
+        one = runner(Scripted(claim, x=x), "cold", sequence(SOLVABLE, SOLVABLE))
+        one.first_pass()
+        one.turn(SETTINGS)
+        assert one.row(2)["solved"] == share
+
+
+def test_contenders_take_turns_and_one_that_cannot_says_why() -> None:
+    wanted = [
+        Contender(name="active_set", settings={"name": "active_set"}),
+        Contender(name="nobody", settings={"name": "qpsolvers:gurobi"}),
+    ]
+    cells, left_out = measured(wanted, sequence(*[SOLVABLE] * 4), SETTINGS, 4)
+    assert {(cell["contender"], cell["start"]) for cell in cells} == {
+        (name, start) for name in ("empty", "active_set") for start in ("cold", "warm")
+    }
+    assert all(cell["samples"] >= SETTINGS.samples for cell in cells)
+    assert "pip install" in left_out["nobody"]
+
+
+def test_ratios_are_those_of_medians_on_the_same_qps() -> None:
+    cells = [
+        {"contender": who, "sequence": "s", "start": "warm", "p50": p50}
+        for who, p50 in (("active_set", 4.0), ("daqp", 6.0))
+    ]
+    assert speed_report.ratio({"cells": cells}, "daqp", "s", "warm") == 1.5
+    assert speed_report.ratio({"cells": cells[1:]}, "daqp", "s", "warm") is None
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
+    """The object printed by a quick run of some contenders, and the folder of its results."""
+    out = tmp_path_factory.mktemp("speed")
+    done = _script(
+        "--quick", "--json", "--backends", ",".join(BACKENDS), "--sequences", ",".join(SEQUENCES),
+        "--out", str(out), "--name", "mine",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), out
+
+
+def _script(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(SCRIPT), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+
+
+def test_every_contender_is_timed_on_every_sequence_cold_and_warm(run: tuple[dict[str, Any], Path]) -> None:
+    result, _ = run
+    found = {(cell["contender"], cell["sequence"], cell["start"]) for cell in result["cells"]}
+    assert found == {(a, b, c) for a in ("empty", *BACKENDS) for b in SEQUENCES for c in ("cold", "warm")}
+    for cell in result["cells"]:
+        assert 0.0 < cell["p50"] <= cell["worst"]
+        assert cell["setup"] > 0.0
+        assert cell["samples"] >= 1
+
+
+def test_solved_shares_tell_which_times_count(run: tuple[dict[str, Any], Path]) -> None:
+    result, _ = run
+    for cell in result["cells"]:
+        assert cell["solved"] == (0.0 if cell["contender"] == "empty" else 100.0)
+
+
+def test_sequences_with_infeasible_qps_are_not_in_the_summary(run: tuple[dict[str, Any], Path]) -> None:
+    result, _ = run
+    assert result["sequences"]["panda-infeasible"]["infeasible"] > 0
+    summary = speed_report.tables(result)[0]
+    assert "over 1 sequences without infeasible" in summary.title
+    assert [row[0] for row in summary.rows] == ["empty", *BACKENDS]
+
+
+def test_results_are_written_as_json_markdown_and_figures(run: tuple[dict[str, Any], Path]) -> None:
+    result, out = run
+    assert json.loads((out / "compare_speed-mine.json").read_text()) == result
+    text = (out / "compare_speed-mine.md").read_text()
+    for part in (
+        "## One solve [us]",
+        "## panda-infeasible",
+        "## Limitations",
+        "## Settings",
+        result["command"],
+    ):
+        assert part in text
+    for figure in ("times", "ratios"):
+        assert (out / f"compare_speed-mine-{figure}.png").stat().st_size > 10_000
+
+
+def test_an_unknown_name_is_one_sentence_and_exit_code_2() -> None:
+    done = _script("--quick", "--backends", "active_sett")
+    assert done.returncode == 2
+    assert "did you mean 'active_set'?" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_the_readme_shows_the_latest_committed_result() -> None:
+    from bench.console import readme_lines
+
+    file = latest("compare_speed")
+    if file is None:
+        pytest.skip("no full result is committed")
+    result = json.loads(file.read_text(encoding="utf-8"))
+    text = (ROOT / "solvers" / "README.md").read_text(encoding="utf-8")
+    lines = readme_lines(result, speed_report.tables(result)[0], file.name)
+    assert inserted(text, "compare_speed", lines) == text

@@ -1,0 +1,122 @@
+"""Every profile of the bench loads strictly, says what it trades, and solves."""
+
+import tomllib
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bench.contenders import PROFILES, contenders, profile_names, split
+from tests.solvers.stand_ins import SOLVABLE, sequence
+
+from ftqp.core.errors import InputError, MissingPackage
+from ftqp.qp import backend, backend_names, backends, residuals
+from ftqp.qp.profile import profile
+from ftqp.qp.residuals import scales
+
+FILES = sorted(PROFILES.glob("*.toml"))
+ROOT = Path(__file__).resolve().parents[2]
+PAPER = 1e-4
+"""What the paper's stopping rule of 1e-5 leaves of a residual."""
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_profile_solves_a_qp_with_active_bounds_cold_and_warm(file: Path) -> None:
+    try:
+        solver = backend(file)
+    except MissingPackage as error:
+        pytest.skip(f'needs pip install "ftqp[solvers]": {error}')
+    qp = sequence(SOLVABLE).buffers()
+    solver.setup(qp)
+    for cold in (True, False):
+        qp.g[:] = [-3.0, 3.0 - 0.1 * cold]
+        solver.solve(cold=cold)
+        found = residuals(qp, qp.x, qp.y, qp.z, qp.z_box)
+        values = np.array([found.primal, found.dual, found.complementarity, found.gap])
+        relative = (values / scales(qp, qp.x, qp.y)).max()
+        assert relative <= (PAPER if "paper" in file.stem else 1e-6)
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_profile_begins_with_a_comment_that_says_what_it_trades(file: Path) -> None:
+    lines = file.read_text(encoding="utf-8").splitlines()
+    comment = [line for line in lines if line.startswith("#")]
+    assert lines[0].startswith("# ")
+    assert len(" ".join(comment)) > 80
+
+
+def test_fast_profiles_are_not_tighter_than_accurate_ones() -> None:
+    pairs = [
+        (file, PROFILES / file.name.replace("fast", "accurate")) for file in FILES if "fast" in file.stem
+    ]
+    assert len(pairs) >= 5
+    for file, partner in pairs:
+        fast, accurate = profile(file), profile(partner)
+        assert fast != accurate
+        assert fast["name"] == accurate["name"]
+        tolerances = [key for key in fast if "tol" in key or key.startswith("eps")]
+        caps = [key for key in fast if key.startswith("max_")]
+        assert all(fast[key] >= accurate[key] for key in tolerances)
+        assert any(fast[key] > accurate[key] for key in tolerances)
+        assert caps
+        assert all(fast[key] <= accurate[key] for key in caps)
+
+
+def test_a_profile_is_alone_where_its_solver_has_nothing_to_trade() -> None:
+    lonely = {file.stem for file in FILES if not file.stem.endswith(("-fast", "-accurate"))}
+    assert {"active_set", "quadprog"} <= lonely
+    assert all("-paper-" in name for name in lonely - {"active_set", "quadprog"})
+
+
+def test_every_backend_of_its_own_has_a_profile() -> None:
+    named = {profile(file)["name"] for file in FILES}
+    assert {name for name in backend_names() if "<" not in name} <= named
+
+
+def test_an_unknown_key_is_an_error_that_names_the_file_and_the_nearest_key(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text('name = "daqp"\ntolerence = 1e-9\n')
+    with pytest.raises(InputError, match=r"mine\.toml.*tolerence.*did you mean 'tolerance'"):
+        contenders([str(file)])
+
+
+def test_a_name_is_a_profile_a_backend_or_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text('name = "daqp"\n')
+    found = contenders(["daqp-fast", "daqp", str(file), "daqp"])
+    assert [one.name for one in found] == ["daqp-fast", "daqp", "mine"]
+    assert found[1].settings == {"name": "daqp"}
+
+
+def test_an_unknown_name_is_answered_with_the_nearest() -> None:
+    with pytest.raises(
+        InputError, match=r"'daqp-fsat' is not a backend or profile.*did you mean 'daqp-fast'"
+    ):
+        contenders(["daqp-fsat"])
+    with pytest.raises(InputError, match="qpsolvers"):
+        contenders(["qpsolvers:nobody"])
+
+
+def test_who_is_not_installed_says_what_is_missing() -> None:
+    if find_spec("gurobipy") is not None:
+        pytest.skip("gurobi is installed here")
+    ready, declined = split(contenders(["qpsolvers:gurobi", "active_set"]))
+    assert [one.name for one in ready] == ["active_set"]
+    assert "pip install" in declined["qpsolvers:gurobi"]
+
+
+def test_the_reference_comes_first() -> None:
+    assert profile_names()[0] == "active_set"
+
+
+def test_profiles_are_plain_toml() -> None:
+    for file in FILES:
+        assert tomllib.loads(file.read_text(encoding="utf-8"))["name"]
+
+
+def test_the_readme_gives_the_licence_of_every_backend_that_has_a_profile() -> None:
+    text = (ROOT / "solvers" / "README.md").read_text(encoding="utf-8")
+    licences = {info.name: info.licence for info in backends()}
+    for name in {profile(file)["name"] for file in FILES}:
+        row = next(line for line in text.splitlines() if line.startswith(f"| `{name}` |"))
+        assert licences.get(name, "LGPL-3.0") in row
