@@ -134,10 +134,12 @@ class Step:
     def measures(self) -> Measures:
         """sigma_min, manipulability and condition at once; computed when read."""
         if self._memory is None:
-            self._memory = memory()
-        fast_call("measures")(self._record.ctypes.data, self._memory.ctypes.data)
-        P = self._memory[0]
-        return Measures(float(P["sigma_min"]), float(P["manipulability"]), float(P["condition"]))
+            P = memory()
+            values = tuple(P[name] for name in Measures._fields)
+            self._memory = (P, values, fast_call("measures"), self._record.ctypes.data, P.ctypes.data)
+        _, values, call, record_at, memory_at = self._memory
+        call(record_at, memory_at)
+        return Measures(*(value.item() for value in values))
 
     @property
     def sigma_min(self) -> float:

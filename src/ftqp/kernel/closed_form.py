@@ -6,16 +6,18 @@ from ftqp.kernel.cholesky import factor, solve_factored
 from ftqp.kernel.codes import DAMPED
 from ftqp.kernel.damping_factor import damping_factor, outside
 from ftqp.kernel.jit import jit
-from ftqp.kernel.reduced import gather, scatter
+from ftqp.kernel.reduced import scatter
 from ftqp.kernel.svd import svd
 
 CONDITIONED = 1e-8
 """Least pivot of J J', relative to its diagonal, down to which it is factored."""
+REFINED = 1e-3
+"""Least such pivot down to which the solution needs no refinement."""
 
 
 @jit
 def _by_cholesky(P: Any) -> bool:
-    """y = J'(J J')^-1 right, refined once; False when J J' is too near singular, or J is tall."""
+    """y = J'(J J')^-1 right, refined where that helps; False when J J' is too near singular, or J is tall."""
     m, f = P.m, P.f
     if f < m:
         return False
@@ -30,14 +32,16 @@ def _by_cholesky(P: Any) -> bool:
         P.pivot[i] = L[i, i]
     if not factor(L, m):
         return False
+    worst = 0.0
     for i in range(m):
-        if L[i, i] * L[i, i] * P.pivot[i] * CONDITIONED > 1.0:
-            return False
+        worst = max(worst, L[i, i] * L[i, i] * P.pivot[i])
+    if not worst * CONDITIONED <= 1.0:
+        return False
     for k in range(f):
         P.y[k] = 0.0
     for i in range(m):
         P.w[i] = P.right[i]
-    for refinement in range(2):
+    for refinement in range(1 if worst * REFINED <= 1.0 else 2):
         if refinement:
             for i in range(m):
                 row = J[i]
@@ -72,12 +76,12 @@ def damped(P: Any, kappa: float) -> None:
 def closed_form(P: Any) -> None:
     """x of all joints: the pseudoinverse, or damped by ``rule`` when that breaks ``limit``; kappa.
 
-    Weights: column = 1/sqrt(weight) turns the least |y| into the least x'diag(weight) x. Limits a joint:
-    column = limit_i / limit.
+    J and right are there. Weights: column = 1/sqrt(weight) turns the least |y| into the least
+    x'diag(weight) x. Limits a joint: column = limit_i / limit. Where the last tick was damped the SVD comes
+    first: it will be needed again.
     """
-    gather(P)
+    factored = not P.kappa > 0.0 and _by_cholesky(P)
     P.kappa = 0.0
-    factored = _by_cholesky(P)
     if not factored:
         svd(P)
         damped(P, 0.0)

@@ -151,6 +151,7 @@ def resolve_reduced(memory: int) -> int:
     if P.method == APPROXIMATE:
         approximate_inverse(P)
     else:
+        gather(P, P.A, P.b, 1.0)
         closed_form(P)
     return 0
 
@@ -159,7 +160,7 @@ def resolve_reduced(memory: int) -> int:
 def damping(memory: int) -> int:
     """kappa of a reduced problem by its rule, whether or not the undamped rates break the limit."""
     P = carray(pointer(memory), 1, REDUCED)[0]
-    gather(P)
+    gather(P, P.A, P.b, 1.0)
     svd(P)
     P.kappa = damping_factor(P)
     return 0

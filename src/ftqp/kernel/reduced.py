@@ -20,7 +20,7 @@ DTYPE = np.dtype(
         *(
             (name, "f8", shape)
             for name, shape in {
-                "A": (ROWS, N),
+                "A": (ROWS, N),  # rows of its own, where they are not those of a planner's record
                 "b": (ROWS,),
                 "rate": (N,),  # of a failed joint [rad/s or m/s]
                 "column": (N,),  # scale of each unknown: 1, relative limit, or 1/sqrt(weight)
@@ -42,7 +42,7 @@ DTYPE = np.dtype(
         *((name, "f8") for name in ("limit", "kappa", "threshold", "wrist")),
         *((name, "f8") for name in ("sigma_min", "manipulability", "condition")),
         *((name, "i8", (N,)) for name in ("failed", "joint", "swinging")),
-        *((name, "i8") for name in ("n", "m", "f", "r", "rank", "method", "rule", "own_limits", "free")),
+        *((name, "i8") for name in ("n", "m", "f", "r", "rank", "method", "rule", "own_limits", "swings")),
     ],
     align=True,
 )
@@ -55,26 +55,25 @@ def memory() -> Any:
 
 
 @jit
-def gather(P: Any) -> None:
-    """J, right and f from A, b, the failed joints and their rates."""
+def gather(P: Any, A: Any, b: Any, scale: float) -> None:
+    """J, right and f from rows scale A and right sides scale b, the failed joints and their rates."""
     f = 0
-    for k in range(P.m):
-        P.right[k] = P.b[k]
     for i in range(P.n):
-        if P.failed[i]:
-            rate = P.rate[i]
-            if rate != 0.0:
-                for k in range(P.m):
-                    P.right[k] -= P.A[k, i] * rate
-        else:
+        if not P.failed[i]:
             P.joint[f] = i
             f += 1
+    P.f = f
     for k in range(P.m):
-        row, J = P.A[k], P.J[k]
+        row, J = A[k], P.J[k]
         for j in range(f):
             i = P.joint[j]
-            J[j] = P.column[i] * row[i]
-    P.f = f
+            J[j] = scale * P.column[i] * row[i]
+        right = b[k]
+        if f < P.n:
+            for i in range(P.n):
+                if P.failed[i]:
+                    right -= row[i] * P.rate[i]
+        P.right[k] = scale * right
 
 
 @jit

@@ -24,6 +24,7 @@ from ftqp.kernel.codes import (
 )
 from ftqp.kernel.jit import jit
 from ftqp.kernel.ladder import climb
+from ftqp.kernel.reduced import gather
 from ftqp.kernel.tick import prepare
 
 INSIDE = 1e-9
@@ -34,12 +35,15 @@ INSIDE = 1e-9
 def _failed_joints(K: Any, P: Any) -> None:
     """Which joints the closed form cannot use, and their rates: prescribed, or measured of a free one."""
     P.n = K.n
-    P.free = 0
+    P.swings = 0
     for i in range(K.n):
         if K.fault[i] == HEALTHY:
             P.failed[i], P.rate[i] = 0, 0.0
         else:
-            P.failed[i], P.rate[i] = 1, (K.v[i] if K.fault[i] == FREE else K.lb[i])
+            P.failed[i], P.rate[i] = 1, K.lb[i]
+            if K.fault[i] == FREE:
+                P.rate[i] = K.v[i]
+                P.swings += 1
 
 
 @jit
@@ -62,7 +66,6 @@ def _eliminate_free_joints(K: Any, P: Any) -> None:
                     E[j] = 0.0
             P.swinging[free] = i
             free += 1
-    P.free = free
     for c in range(free):
         i = P.swinging[c]
         E = P.E[c]
@@ -84,7 +87,7 @@ def _eliminate_free_joints(K: Any, P: Any) -> None:
 @jit
 def _free_rates(K: Any, P: Any) -> None:
     """The rates of the free-swinging joints that follow from those of the others."""
-    for c in range(P.free - 1, -1, -1):
+    for c in range(P.swings - 1, -1, -1):
         E = P.E[c]
         i = P.swinging[c]
         s = E[K.n]
@@ -117,17 +120,20 @@ def resolve_task(K: Any, P: Any) -> None:
         return
     if P.own_limits:
         _limits(K, P)
-    inverse = 1.0 / K.length
     P.m = K.m
-    for k in range(K.m):
-        row, A = K.A[k], P.A[k]
-        for i in range(K.n):
-            A[i] = row[i] * inverse
-        P.b[k] = K.b[k] * inverse
-    if K.nc > 0:
+    inverse = 1.0 / K.length
+    if P.swings and K.nc > 0:
+        for k in range(K.m):
+            P.b[k] = K.b[k]
+            for i in range(K.n):
+                P.A[k, i] = K.A[k, i]
         _eliminate_free_joints(K, P)
-    closed_form(P)
-    _free_rates(K, P)
+        gather(P, P.A, P.b, inverse)
+        closed_form(P)
+        _free_rates(K, P)
+    else:
+        gather(P, K.A, K.b, inverse)
+        closed_form(P)
 
 
 @jit

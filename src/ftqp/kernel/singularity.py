@@ -25,7 +25,7 @@ def measure(K: Any, P: Any) -> None:
         c = K.rows[k]
         jacobian_row(K, c, K.row_scale[c] / K.length, P.A[k])
         P.b[k] = 0.0
-    gather(P)
+    gather(P, P.A, P.b, 1.0)
     svd(P)
     product = 1.0 if P.r == P.m else 0.0
     for k in range(P.r):
