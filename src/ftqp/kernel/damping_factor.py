@@ -158,13 +158,13 @@ def exact_inf(P: Any) -> float:
 
 @jit
 def outside(P: Any) -> bool:
-    """Whether y breaks the limit, in the norm of the rule; else kappa is 0."""
+    """Whether y breaks the limit, in the 2-norm by ``exact_2``, else in the largest rate; if not, kappa is 0."""
     largest = total = 0.0
     for j in range(P.f):
         y = abs(P.y[j])
         largest = max(largest, y)
         total += y * y
-    if P.rule == BOUND_2 or P.rule == EXACT_2:
+    if P.rule == EXACT_2:
         return not total <= P.limit * P.limit
     return not largest <= P.limit
 
