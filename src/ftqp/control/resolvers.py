@@ -47,7 +47,7 @@ def rule_code(rule: Any) -> int:
     Raises:
         InputError: unknown rule.
     """
-    if rule not in RULES:
+    if not isinstance(rule, str) or rule not in RULES:
         raise InputError(
             f"damping rule is {rule!r}{nearest(str(rule), RULES)}, expected one of {', '.join(RULES)}"
         )
@@ -128,7 +128,8 @@ def singularity_robust(rule: str = "row", limit: float | None = None) -> Resolve
 
     Args:
         rule: of the damping factor, see ``Damping``.
-        limit: largest rate of any joint [rad/s or m/s]; None takes each joint's velocity limit.
+        limit: largest rate of any joint [rad/s or m/s]; None takes each joint's velocity limit, and the least
+            sum of (v / limit)^2 in place of the least norm.
     """
     rule_code(rule)
     return Resolver(

@@ -5,7 +5,6 @@ else the command is the allowed one that is nearest, min |x - x_cf|^2 over box a
 RELAXED. What follows a QP that cannot be solved is the ladder's.
 """
 
-from math import inf
 from typing import Any
 
 from ftqp.kernel.approximate_inverse import approximate_inverse, wrist_jacobian
@@ -26,6 +25,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.ladder import climb
 from ftqp.kernel.reduced import gather
 from ftqp.kernel.tick import prepare
+from ftqp.kernel.torque import add_torques, within_guard
 
 INSIDE = 1e-9
 """A bound exceeded by less than this share of 1 + its size is met: rounding of a rate exactly at a limit."""
@@ -149,22 +149,21 @@ def _task_slack(K: Any) -> None:
 
 @jit
 def _is_allowed(K: Any) -> bool:
-    """Whether x lies in the interval, and in the torque rows if they are there."""
+    """Whether x lies in the interval, and in the torque rows where they are needed."""
     n = K.n
     for i in range(n):
-        x = K.x[i]
-        if not (
-            x >= K.lb[i] - INSIDE * (1.0 + abs(K.lb[i])) and x <= K.ub[i] + INSIDE * (1.0 + abs(K.ub[i]))
-        ):
+        x, lo, hi = K.x[i], K.lb[i], K.ub[i]
+        if not (x >= lo - INSIDE * (1.0 + abs(lo)) and x <= hi + INSIDE * (1.0 + abs(hi))):
             return False
+    if K.guard > 0.0 and not within_guard(K):
+        add_torques(K)
     for j in range(K.nc):
         s = 0.0
         row = K.C[j]
         for i in range(n):
             s += row[i] * K.x[i]
-        if K.l[j] > -inf and s < K.l[j] - INSIDE * (1.0 + abs(K.l[j])):
-            return False
-        if K.u[j] < inf and s > K.u[j] + INSIDE * (1.0 + abs(K.u[j])):
+        lo, hi = K.l[j], K.u[j]
+        if not (s >= lo - INSIDE * (1.0 + abs(lo)) and s <= hi + INSIDE * (1.0 + abs(hi))):
             return False
     return True
 
