@@ -21,10 +21,14 @@ def test_pinv_is_numpys_and_locked_joints_keep_their_rates():
 def test_weights_and_length_mean_what_they_say():
     w = rng.uniform(0.5, 5.0, 8)
     root = np.diag(1.0 / np.sqrt(w))
-    assert ftqp.resolve_rates(J, XDOT, weights=w) == pytest.approx(root @ np.linalg.pinv(J @ root) @ XDOT, abs=1e-12)
+    assert ftqp.resolve_rates(J, XDOT, weights=w) == pytest.approx(
+        root @ np.linalg.pinv(J @ root) @ XDOT, abs=1e-12
+    )
     scale = np.array([0.5] * 3 + [1.0] * 3)
     by_length = ftqp.damping_factor(J, XDOT, 0.1, "row", characteristic_length=2.0)
-    assert by_length == pytest.approx(ftqp.damping_factor(scale[:, None] * J, scale * XDOT, 0.1, "row"), rel=1e-12)
+    assert by_length == pytest.approx(
+        ftqp.damping_factor(scale[:, None] * J, scale * XDOT, 0.1, "row"), rel=1e-12
+    )
 
 
 def test_limits_a_joint_scale_the_columns():
@@ -76,7 +80,7 @@ def test_wrong_argument_is_refused_with_one_sentence(change, sentence):
 
 
 def test_wrong_rule_and_threshold_are_refused():
-    with pytest.raises(InputError, match="damping rule is 'exact'.*expected one of bound, bound_2"):
+    with pytest.raises(InputError, match=r"damping rule is 'exact'.*expected one of bound, bound_2"):
         ftqp.damping_factor(J, XDOT, 1.0, "exact")
     with pytest.raises(InputError, match="damping rule is 'x'"):
         ftqp.Damping(rule="x")

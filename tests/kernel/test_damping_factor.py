@@ -45,7 +45,9 @@ def test_the_exact_roots_meet_their_limits_and_the_row_rule_its_equation():
         J, xdot, limit = random_case(rng)
         P = problem(J, xdot)
         assert np.abs(rates(J, xdot, kappa_of(P, "exact_inf", limit))).max() == pytest.approx(limit, rel=1e-9)
-        assert np.linalg.norm(rates(J, xdot, kappa_of(P, "exact_2", limit))) == pytest.approx(limit, rel=1e-10)
+        assert np.linalg.norm(rates(J, xdot, kappa_of(P, "exact_2", limit))) == pytest.approx(
+            limit, rel=1e-10
+        )
         U, s, Vt = np.linalg.svd(J, full_matrices=False)
         kappa = kappa_of(P, "row", limit)
         sums = np.abs(Vt.T * (U.T @ xdot)) @ (s / (s * s + kappa))

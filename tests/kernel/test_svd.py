@@ -14,7 +14,9 @@ def triplets(J, xdot=None):
     return P["sigma"][:r].copy(), P["V"][:r, :f].T.copy(), P["c"][:r].copy(), int(P["rank"])
 
 
-@pytest.mark.parametrize("shape", [(6, 7), (6, 6), (6, 4), (6, 1), (3, 8), (1, 5), (2, 6), (6, 32), (5, 5), (3, 1)])
+@pytest.mark.parametrize(
+    "shape", [(6, 7), (6, 6), (6, 4), (6, 1), (3, 8), (1, 5), (2, 6), (6, 32), (5, 5), (3, 1)]
+)
 def test_singular_values_vectors_and_right_side_agree_with_numpy(shape):
     for _ in range(30):
         J, xdot = rng.normal(size=shape), rng.normal(size=shape[0])
@@ -53,7 +55,7 @@ def test_rows_of_very_different_size_keep_relative_accuracy():
 def test_equal_and_zero_singular_values_are_found():
     s, V, _, rank = triplets(np.eye(6, 8))
     assert np.array_equal(s, np.ones(6)) and rank == 6
-    s, V, c, rank = triplets(np.zeros((6, 7)), np.ones(6))
+    s, V, _, rank = triplets(np.zeros((6, 7)), np.ones(6))
     assert rank == 0 and not s.any() and np.isfinite(V).all()
     J = rng.normal(size=(6, 2)) @ rng.normal(size=(2, 7))
     s, *_, rank = triplets(J)

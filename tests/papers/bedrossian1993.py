@@ -97,7 +97,9 @@ def run(
         q, v = step.q.copy(), step.v.copy()
     qs.append(q)
     tips.append(robot.pose(q))
-    return Run(q=np.array(qs), rates=np.array(rates), tip=np.array(tips), kappa=np.array(kappa), status=status)
+    return Run(
+        q=np.array(qs), rates=np.array(rates), tip=np.array(tips), kappa=np.array(kappa), status=status
+    )
 
 
 def progress(run: Run, twist: FloatArray, duration: float = 20.0) -> tuple[float, float, float]:

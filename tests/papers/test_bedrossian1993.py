@@ -1,7 +1,7 @@
 """Bedrossian 1993, "Fault tolerant kinematic control of hyper-redundant manipulators": its closed forms.
 
-The figures are those recomputed in the spec of the closed forms; chaotic ones (start N without a rule that keeps the
-arm in its plane) are not tested.
+The figures are those recomputed in the spec of the closed forms; chaotic ones (start N without a rule that
+keeps the arm in its plane) are not tested.
 """
 
 import itertools
@@ -154,7 +154,7 @@ def test_reference_posture_has_its_pseudoinverse_and_its_thin_norm():
 
 def test_thin_v_is_unique_and_tighter_than_a_square_one():
     J, xdot = scaled(jacobian(ROBOT, Q2)), np.random.default_rng(2).normal(size=6)
-    U, s, Vt = np.linalg.svd(J)
+    U, _, Vt = np.linalg.svd(J)
     largest = np.abs(U.T @ xdot).max()
     thin = 2.0 * np.sqrt(ftqp.damping_factor(J, xdot, 1.0, "bound")) / largest
     assert thin == pytest.approx(1.556, abs=1e-3)
@@ -261,7 +261,9 @@ def test_first_manoeuvre_has_its_initial_rates(first):
     assert open_ == pytest.approx(
         [3.949, 4.495, 2.305, -6.911, 2.853, 7.512, -1.201, 10.193, -3.603, -8.790, -3.603], abs=1e-3
     )
-    assert locked == pytest.approx([0, 8.080, 6.899, -8.196, -9.921, 0, 0, 18.106, 0.082, -11.091, 0.082], abs=1e-3)
+    assert locked == pytest.approx(
+        [0, 8.080, 6.899, -8.196, -9.921, 0, 0, 18.106, 0.082, -11.091, 0.082], abs=1e-3
+    )
     assert first[0].peak == pytest.approx(10.19, abs=0.01) and first[1].peak == pytest.approx(18.11, abs=0.01)
 
 

@@ -1,4 +1,4 @@
-"""The approximate pseudoinverse of Holt and Desrochers (NASA N94-26281) on the PUMA 560, with the corrected claims."""
+"""The approximate pseudoinverse of Holt and Desrochers on the PUMA 560, with the corrected claims."""
 
 import numpy as np
 import pytest
@@ -22,8 +22,12 @@ def wrist(degrees):
         axes.append(T[:3, 2].copy())
         origins.append(T[:3, 3].copy())
         c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
-        T = T @ np.array([[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]])
-    J = np.array([np.concatenate([np.cross(z, T[:3, 3] - o), z]) for z, o in zip(axes, origins, strict=True)]).T
+        T = T @ np.array(
+            [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
+        )
+    J = np.array(
+        [np.concatenate([np.cross(z, T[:3, 3] - o), z]) for z, o in zip(axes, origins, strict=True)]
+    ).T
     return np.vstack([T[:3, :3].T @ J[:3], T[:3, :3].T @ J[3:]]), T[:3, 3]
 
 
@@ -113,7 +117,9 @@ def test_position_comes_first_and_orientation_gets_what_is_left():
         twist = rng.normal(size=6)
         dq = ftqp.approximate_pinv(J, EXACT) @ twist
         assert J[:3] @ dq == pytest.approx(twist[:3], abs=1e-9)
-        assert dq[3:] == pytest.approx(np.linalg.pinv(J[3:, 3:], rcond=1e-9) @ (twist[3:] - J[3:, :3] @ dq[:3]), abs=1e-7)
+        assert dq[3:] == pytest.approx(
+            np.linalg.pinv(J[3:, 3:], rcond=1e-9) @ (twist[3:] - J[3:, :3] @ dq[:3]), abs=1e-7
+        )
 
 
 def test_elbow_reaches_the_threshold_thirty_degrees_from_stretched():
@@ -151,8 +157,8 @@ def test_planner_follows_the_very_inverse():
     for q in ([0, 45, -180, 0, 45, 0], [10, 20, -100, 30, 0.5, 40], [10, 36.30284, 20, 15, 0, 5]):
         q = np.deg2rad(np.array(q, dtype=float))
         planner = ftqp.Planner(
-            robot.with_limits(a_max=1e9, v_max=1e6), 0.01, level="velocity", scheme="approximate_pseudoinverse",
-            task=ftqp.Task(rows="pose", kp=0.0), emergency=None,
+            robot.with_limits(a_max=1e9, v_max=1e6), 0.01, level="velocity",
+            scheme="approximate_pseudoinverse", task=ftqp.Task(rows="pose", kp=0.0), emergency=None,
         )  # fmt: skip
         planner.reset(q)
         twist = np.array([0.02, -0.03, 0.01, 0.1, -0.2, 0.05])

@@ -30,7 +30,9 @@ def closed_form_memory(
         return None
     name = scheme.name
     if not in_kernel:
-        raise InputError(f"scheme {name!r} is a closed form and has no backend; leave backend at 'active_set'")
+        raise InputError(
+            f"scheme {name!r} is a closed form and has no backend; leave backend at 'active_set'"
+        )
     if task.mode != "slack":
         raise InputError(
             f"scheme {name!r} is a closed form and has no task mode; leave mode at 'slack', got {task.mode!r}"
@@ -63,7 +65,7 @@ def closed_form_memory(
 def wrist_height(robot: Robot) -> float:
     """Where the wrist centre lies on the axis of the last joint but one, from that joint's origin [m].
 
-    The last axis must meet the middle one there, and the middle one the first: then they meet at every posture.
+    The last axis must meet the middle one there, and the first one, too: then they meet at every posture.
 
     Raises:
         InputError: fewer than four joints, or last three that form no spherical wrist.

@@ -1,4 +1,4 @@
-"""Closed forms without a planner: joint rates from a Jacobian and a task velocity, by the kernel's formulas."""
+"""Closed forms without a planner: joint rates from a Jacobian and a task velocity."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -50,8 +50,8 @@ def resolve_rates(
         Rates, (n,) [rad/s or m/s]; those of locked joints exactly as given.
 
     Raises:
-        InputError: a wrong shape, NaN, an unknown method, all joints locked, a Jacobian whose free columns are
-            zero, or limits, weights or a length that are not positive.
+        InputError: a wrong shape, NaN, an unknown method, all joints locked, a Jacobian whose free columns
+            are zero, or limits, weights or a length that are not positive.
     """
     P = _problem(J, xdot, locked, locked_rates, characteristic_length)
     n = int(P["n"][0])
@@ -62,7 +62,9 @@ def resolve_rates(
     P["method"] = METHODS[method]
     if method == "pinv":
         if limits is not None or damping is not None:
-            raise InputError("limits and damping go with method='dls' only; leave them out, or change the method")
+            raise InputError(
+                "limits and damping go with method='dls' only; leave them out, or change the method"
+            )
         if weights is not None:
             given = positive_weights(weights)
             if len(given) != n:
@@ -170,7 +172,7 @@ def _problem(J: Any, xdot: Any, locked: Iterable[int], locked_rates: Any, length
     return P
 
 
-def _columns(locked: Iterable[int], n: int) -> list[int]:
+def _columns(locked: Iterable[Any], n: int) -> list[int]:
     columns: list[int] = []
     for joint in locked:
         if isinstance(joint, str):
@@ -178,7 +180,7 @@ def _columns(locked: Iterable[int], n: int) -> list[int]:
                 f"locked holds {joint!r}, but a Jacobian has no joint names; give 0-based columns: "
                 "robot.joint(name)"
             )
-        if isinstance(joint, bool) or int(joint) != joint or not 0 <= joint < n:
+        if not isinstance(joint, int | np.integer) or isinstance(joint, bool) or not 0 <= joint < n:
             raise InputError(f"locked holds {joint!r}, expected 0-based columns 0 to {n - 1}")
         if int(joint) in columns:
             raise InputError(f"locked holds {int(joint)} twice")

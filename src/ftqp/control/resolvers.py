@@ -1,8 +1,8 @@
 """Closed forms in the place of the QP, as recipes; velocity level only.
 
-Bounds, faults, errors, monitor and statuses are those of every scheme. A closed form knows no bounds: where it
-breaks one, the command is the allowed one that is nearest and the step says RELAXED.
-Source: Bedrossian 1993; Holt, Desrochers (NASA N94-26281); ``ftqp.kernel.closed_form`` says how they are coded.
+Bounds, faults, errors, monitor and statuses are those of every scheme. A closed form knows no bounds: where
+it breaks one, the command is the allowed one that is nearest and the step says RELAXED.
+Source: Bedrossian 1993; Holt, Desrochers (NASA N94-26281); formulas in ``ftqp.kernel.closed_form``.
 """
 
 from collections.abc import Sequence
@@ -30,9 +30,9 @@ class Damping:
     """How much a damped inverse is damped; only where the undamped rates break the limit.
 
     Args:
-        rule: ``bound`` (the paper's equation 16), ``bound_2`` (the same in the 2-norm), ``tight`` (equation 15
-            solved exactly), ``row`` (triangle inequality a joint), ``exact_2`` (the 2-norm of all rates meets the
-            limit), ``exact_inf`` (the largest rate meets it; the least damping of all).
+        rule: ``bound`` (the paper's equation 16), ``bound_2`` (the same in the 2-norm), ``tight`` (equation
+            15 solved exactly), ``row`` (triangle inequality a joint), ``exact_2`` (the 2-norm of all rates
+            meets the limit), ``exact_inf`` (the largest rate meets it; the least damping of all).
     """
 
     rule: str = "row"

@@ -161,7 +161,7 @@ class Step:
 
     @property
     def kappa(self) -> float:
-        """Damping of the singularity-robust inverse, in squared singular values; 0 where nothing is damped."""
+        """Damping of a singularity-robust inverse, in squared singular values; 0 without damping."""
         return float(self._record["kappa"][0])
 
     @property

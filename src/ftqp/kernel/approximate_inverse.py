@@ -3,8 +3,8 @@
 At the wrist centre the Jacobian of an arm with a spherical wrist is [[B, 0], [D, E]], and
     J-dagger = [[B+, 0], [-E+ D B+, E+]],   dq_arm = B+ v_w,  dq_wrist = E+ (omega - D dq_arm),
 B+ and E+ truncated: singular values up to ``threshold`` are dropped (m in B).
-Source: Holt, Desrochers (NASA N94-26281), equation 8. They turn both halves into frame 6; along W the blocks are
-rotated from the left, which leaves singular values and J-dagger's product with the twist as they are.
+Source: Holt, Desrochers (NASA N94-26281), equation 8. They turn both halves into frame 6; along W the blocks
+are rotated from the left, which leaves singular values and J-dagger's product with the twist as they are.
 """
 
 from typing import Any

@@ -1,7 +1,7 @@
 """Which kappa keeps the rates y(kappa) = V diag(sigma/(sigma^2 + kappa)) c inside a limit.
 
-All of them take the thin SVD of the reduced Jacobian, J_f: with the SVD of the full one ``bound`` is not safe,
-and the square V is not unique. c is short for U' right, ||V|| for the largest absolute row sum of V (f, r).
+All of them take the thin SVD of the reduced Jacobian, J_f: with the SVD of the full one ``bound`` is not
+safe, and the square V is not unique. c is short for U' right, ||V|| for the largest absolute row sum of V (f, r).
 Source: Bedrossian 1993, equations 15 and 16 (there for the healthy arm); spec of the closed forms, section 4.
 """
 
@@ -110,8 +110,8 @@ def exact_2(P: Any) -> float:
 def exact_inf(P: Any) -> float:
     """The smallest kappa with max |y(kappa)| <= limit, which need not fall with kappa; no root is passed by.
 
-    Joint i is split into sums of one sign, |y_i| = p - q, p and q falling, convex, p > limit + q. From kappa on
-    it stays outside at least as long as
+    Joint i is split into sums of one sign, |y_i| = p - q, p and q falling, convex, p > limit + q. From kappa
+    on it stays outside at least as long as
         p (p - q - limit) / ((limit + q) |p'|)     (q at its value, 1/p below its tangent), and as
         2 e / (-y' + sqrt(y'^2 + 2 q'' e)),        e = |y_i| - limit (y above y + y' d - q'' d^2/2);
     the second makes the convergence quadratic. The largest such step of any joint is safe.
@@ -158,7 +158,7 @@ def exact_inf(P: Any) -> float:
 
 @jit
 def outside(P: Any) -> bool:
-    """Whether y breaks the limit, in the 2-norm by ``exact_2``, else in the largest rate; if not, kappa is 0."""
+    """Whether y breaks the limit, in the 2-norm by ``exact_2``, else in the largest rate."""
     largest = total = 0.0
     for j in range(P.f):
         y = abs(P.y[j])

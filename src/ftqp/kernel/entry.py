@@ -9,6 +9,7 @@ import numpy as np
 
 from ftqp.kernel.approximate_inverse import approximate_inverse
 from ftqp.kernel.chain import forward_kinematics, motion
+from ftqp.kernel.closed_form import closed_form
 from ftqp.kernel.codes import (
     ANSWERED,
     APPROXIMATE,
@@ -20,15 +21,14 @@ from ftqp.kernel.codes import (
     TARGET_SIZE,
     WRONG_SHAPE,
 )
-from ftqp.kernel.closed_form import closed_form
 from ftqp.kernel.damping_factor import damping_factor
 from ftqp.kernel.dynamics import dynamics
 from ftqp.kernel.external import pack, unpack
 from ftqp.kernel.jit import batch_entry, carray, entry, jit, pointer, prange
 from ftqp.kernel.ladder import climb
 from ftqp.kernel.record import DTYPE
-from ftqp.kernel.reduced import gather
 from ftqp.kernel.reduced import DTYPE as REDUCED
+from ftqp.kernel.reduced import gather
 from ftqp.kernel.resolver import resolve
 from ftqp.kernel.singularity import measure
 from ftqp.kernel.svd import svd

@@ -1,4 +1,4 @@
-"""The reduced problem of the closed forms: the task's rows over the joints that work, and memory for its solution.
+"""The reduced problem of the closed forms: the task over the joints that work, and memory to solve it.
 
     sum over working joints  A_i x_i = b - sum over failed joints  A_i rate_i,   x_i = column_i y_i
 
@@ -46,6 +46,7 @@ DTYPE = np.dtype(
     ],
     align=True,
 )
+
 
 def memory() -> Any:
     """One zeroed reduced problem with unscaled unknowns; its address is ``memory().ctypes.data``."""

@@ -50,8 +50,8 @@ def _failed_joints(K: Any, P: Any) -> None:
 def _eliminate_free_joints(K: Any, P: Any) -> None:
     """Put the motion of every free-swinging joint, its torque row C_i x = l_i, into the rows A x = b.
 
-    Gauss on the free joints: E holds (C_i | l_i) triangular in them, with unit pivots. C over the free joints is
-    a part of M with friction, so no pivot vanishes.
+    Gauss on the free joints: E holds (C_i | l_i) triangular in them, with unit pivots. C over the free joints
+    is a part of M with friction, so no pivot vanishes.
     """
     n = K.n
     free = 0

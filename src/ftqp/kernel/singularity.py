@@ -14,8 +14,8 @@ from ftqp.kernel.task import jacobian_row
 def measure(K: Any, P: Any) -> None:
     """sigma_m, the product of all sigma and sigma_1/sigma_m of the task's Jacobian over the healthy joints.
 
-    Linear rows are divided by the characteristic length. With fewer healthy joints than rows a direction of the
-    task is lost: sigma_m = 0. The product is sqrt(det J J') (Yoshikawa 1985).
+    Linear rows are divided by the characteristic length. With fewer healthy joints than rows a direction of
+    the task is lost: sigma_m = 0. The product is sqrt(det J J') (Yoshikawa 1985).
     """
     P.n, P.m = K.n, K.m
     for i in range(K.n):

@@ -96,7 +96,7 @@ def _swap(P: Any, i: int, j: int, length: int) -> None:
 
 @jit
 def svd(P: Any) -> None:
-    """J = U diag(sigma) V' thin, r = min(m, f), sigma falling: ``V`` (r, f) by rows, ``c`` = U' right, ``rank``.
+    """J = U diag(sigma) V' thin, r = min(m, f), sigma falling: V (r, f) by rows, c = U' right, rank.
 
     Wide J (f >= m): Q J = X with orthogonal rows, so sigma_k = |X_k|, V_k = X_k / sigma_k and c = Q right.
     Tall J: the same of J', so V = Q and c_k = X_k right / sigma_k.
