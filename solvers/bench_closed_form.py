@@ -3,8 +3,8 @@
     python solvers/bench_closed_form.py [--quick]
 
 Every scheme gets the same state and the same target again and again, a chunk at a time in turn: once a twist
-within every limit, once one so fast that the damping rule and the limits of the QP act. No figure is a pass or a
-fail.
+within every limit, once one so fast that the damping rule and the limits of the QP act. No figure is a pass
+or a fail.
 """
 
 import argparse

@@ -42,14 +42,6 @@ VELOCITY = {
 }
 
 
-CLOSED_FORMS = (
-    "pseudoinverse",
-    "weighted_pseudoinverse",
-    "singularity_robust",
-    "approximate_pseudoinverse",
-)
-
-
 @pytest.mark.parametrize("name", ACCELERATION)
 def test_acceleration_level_minimises_the_formula_of_the_recipe(name):
     criterion = schemes.by_name(name).at("acceleration")
@@ -69,7 +61,7 @@ def test_velocity_level_minimises_the_formula_of_the_recipe(name):
 
 
 def test_every_recipe_is_known_by_name_and_convex_at_both_levels():
-    assert set(schemes.names()) == set(ACCELERATION) | set(CLOSED_FORMS)
+    assert set(schemes.names()) == set(ACCELERATION) | set(schemes.closed_forms())
     for name in ACCELERATION:
         scheme = schemes.by_name(name)
         assert scheme.name == name

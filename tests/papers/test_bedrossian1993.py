@@ -21,7 +21,6 @@ from tests.papers.bedrossian1993 import (
     Q2,
     REFERENCE,
     START_R,
-    arm,
     jacobian,
     progress,
     run,
@@ -395,7 +394,3 @@ def test_blocked_arm_never_exceeds_the_limit():
         assert r.peak <= 50.0 * (1.0 + 1e-9)
         assert progress(r, MANOEUVRE_2)[1] == pytest.approx(37.0, abs=1.0)
         assert r.status[-1] is ftqp.StepStatus.RELAXED
-
-
-def test_arm_of_the_experiments_is_the_catalogs_with_open_limits():
-    assert np.array_equal(arm().pose(Q1), ROBOT.pose(Q1)) and not np.isfinite(arm().limits.q_max).any()

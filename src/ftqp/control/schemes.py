@@ -113,6 +113,12 @@ def _mix(name: str, alpha: float, other: Scheme, tau_ref: float, a_ref: float) -
     return (torque * mtn() + rest * other).named(name)
 
 
+_CLOSED_FORMS: dict[str, Callable[..., Resolver]] = {
+    "pseudoinverse": pseudoinverse,
+    "weighted_pseudoinverse": weighted_pseudoinverse,
+    "singularity_robust": singularity_robust,
+    "approximate_pseudoinverse": approximate_pseudoinverse,
+}
 _RECIPES: dict[str, Callable[..., Scheme | Resolver]] = {
     "mvn": mvn,
     "man": man,
@@ -122,16 +128,18 @@ _RECIPES: dict[str, Callable[..., Scheme | Resolver]] = {
     "rmp": rmp,
     "dlsm": dlsm,
     "dlsm_mvn": dlsm_mvn,
-    "pseudoinverse": pseudoinverse,
-    "weighted_pseudoinverse": weighted_pseudoinverse,
-    "singularity_robust": singularity_robust,
-    "approximate_pseudoinverse": approximate_pseudoinverse,
+    **_CLOSED_FORMS,
 }
 
 
 def names() -> tuple[str, ...]:
     """The names that ``by_name`` knows."""
     return tuple(_RECIPES)
+
+
+def closed_forms() -> tuple[str, ...]:
+    """Those among ``names`` that are closed forms: velocity level, no QP, no backend."""
+    return tuple(_CLOSED_FORMS)
 
 
 def recipe(name: str) -> Callable[..., Scheme | Resolver]:

@@ -1,7 +1,7 @@
 """Which kappa keeps the rates y(kappa) = V diag(sigma/(sigma^2 + kappa)) c inside a limit.
 
 All of them take the thin SVD of the reduced Jacobian, J_f: with the SVD of the full one ``bound`` is not
-safe, and the square V is not unique. c is short for U' right, ||V|| for the largest absolute row sum of V (f, r).
+safe, and the square V is not unique. c is short for U' right, ||V|| for the largest absolute row sum of V.
 Source: Bedrossian 1993, equations 15 and 16 (there for the healthy arm); spec of the closed forms, section 4.
 """
 
