@@ -7,7 +7,7 @@ from ftqp.kernel.codes import HEALTHY
 from ftqp.kernel.jit import jit
 from ftqp.kernel.reduced import gather
 from ftqp.kernel.svd import svd
-from ftqp.kernel.task import jacobian_row
+from ftqp.kernel.task import task_rows
 
 
 @jit
@@ -21,11 +21,8 @@ def measure(K: Any, P: Any) -> None:
     for i in range(K.n):
         P.failed[i] = 1 if K.fault[i] != HEALTHY else 0
         P.rate[i] = 0.0
-    for k in range(K.m):
-        c = K.rows[k]
-        jacobian_row(K, c, K.row_scale[c] / K.length, P.A[k])
-        P.b[k] = 0.0
-    gather(P, P.A, P.b, 1.0)
+    task_rows(K)  # those of a tick that stopped, too
+    gather(P, K.A, K.b, 1.0 / K.length)
     svd(P)
     product = 1.0 if P.r == P.m else 0.0
     for k in range(P.r):
