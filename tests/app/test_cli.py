@@ -230,6 +230,9 @@ def test_backends_tell_licence_and_state() -> None:
 def test_schemes_tell_gains_with_defaults() -> None:
     rows = {row["name"]: row for row in json.loads(invoke("schemes", "--json").stdout)["schemes"]}
     assert rows["dlsm"]["gains"].startswith("alpha = 0.995")
+    assert rows["singularity_robust"]["gains"] == "rule = row, limit"
+    assert rows["approximate_pseudoinverse"]["gains"] == "threshold = 0.1"
+    assert rows["pseudoinverse"]["gains"] == ""
     assert all(row["what"] for row in rows.values())
 
 

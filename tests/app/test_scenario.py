@@ -123,6 +123,34 @@ def test_planner_is_made_as_the_scenario_says() -> None:
     assert planner.task == ftqp.Task(rows="position", mode="hard", kp=7.0)
 
 
+def test_a_scenario_may_name_a_closed_form() -> None:
+    scheme = {"name": "singularity_robust", "rule": "exact_inf", "limit": 0.87}
+    made = setup(planner={"dt": 0.004, "level": "velocity", "scheme": scheme})
+    assert made.planner.scheme == ftqp.schemes.by_name(scheme)
+    assert made.planner.backend == "active_set"
+    assert "exact_inf" in made.toml
+
+
+@pytest.mark.parametrize(
+    ("planner", "sentence"),
+    [
+        ({"scheme": "pseudoinverse"}, "planner: scheme 'pseudoinverse' is a closed form for rates"),
+        (
+            {"scheme": "pseudoinverse", "level": "velocity", "backend": "daqp"},
+            "planner: scheme 'pseudoinverse' is a closed form and has no backend",
+        ),
+        (
+            {"scheme": {"name": "singularity_robust", "rule": "tigth"}, "level": "velocity"},
+            "planner.scheme: damping rule is 'tigth' (did you mean 'tight'?)",
+        ),
+    ],
+)
+def test_a_closed_form_that_does_not_fit_is_one_sentence(planner: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ftqp.ScenarioError) as caught:
+        setup(planner=planner)
+    assert any(error.startswith(sentence) for error in caught.value.errors), caught.value.errors
+
+
 def test_faults_keep_their_announcements() -> None:
     made = setup(
         faults=[

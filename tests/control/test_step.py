@@ -136,3 +136,54 @@ def test_infeasible_hard_task_is_not_reported_solved(panda, home, level):
 def test_step_says_its_status_and_errors(planner, panda, home):
     step = planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home))
     assert repr(step).startswith("Step(OK, position_error=") and "rotation_error=" in repr(step)
+
+
+def test_singularity_measures_are_those_of_the_healthy_joints_and_survive_a_copy(panda, home):
+    planner = ftqp.Planner(panda, 0.001)
+    planner.reset(panda.neutral)
+    planner.report(ftqp.Locked(2))
+    step = planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home))
+    J = np.array(planner._record["J"][0, :, :7])
+    J[:3] /= panda.length
+    s = np.linalg.svd(np.delete(J, 2, axis=1))[1]
+    for one in (step, step.copy()):
+        assert one.sigma_min == pytest.approx(s[-1], rel=1e-9)
+        assert one.manipulability == pytest.approx(np.prod(s), rel=1e-9)
+        assert one.condition == pytest.approx(s[0] / s[-1], rel=1e-9)
+        assert one.kappa == 0.0
+    kept = step.copy()
+    before = kept.measures
+    q = panda.neutral + 0.3
+    planner.step(q, np.zeros(7), ftqp.Target(pose=panda.pose(q)))
+    assert kept.measures == before != step.measures
+
+
+def test_measures_are_those_of_the_task_rows_even_while_the_arm_stops(panda, home):
+    planner = ftqp.Planner(panda, 0.001, task=ftqp.Task(rows="position_axis"))
+    planner.reset(panda.neutral)
+    running = planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home)).measures
+    bad = ftqp.Target(pose=home)
+    bad.twist[0] = np.nan
+    step = planner.step(panda.neutral, np.zeros(7), bad)
+    assert step.status is ftqp.StepStatus.INVALID_INPUT and step.measures == running
+    J = np.array(planner._record["J"][0, :, :7])
+    J[:3] /= panda.length
+    J[3:] = panda.pose(panda.neutral)[:3, :3].T @ J[3:]
+    assert running.sigma_min == pytest.approx(np.linalg.svd(J[:5])[1][-1], rel=1e-9)
+
+
+def test_reading_measures_changes_no_later_step(panda, home):
+    ends = []
+    for read in (False, True):
+        planner = ftqp.Planner(panda, 0.001, task=ftqp.Task(mode="lexicographic"))
+        q, v = panda.neutral.copy(), np.zeros(7)
+        planner.reset(q)
+        for k in range(20):
+            home_k = home.copy()
+            home_k[0, 3] += 1e-4 * k
+            step = planner.step(q, v, ftqp.Target(pose=home_k))
+            if read:
+                assert step.measures.sigma_min > 0.0
+            q, v = step.q.copy(), step.v.copy()
+        ends.append(q)
+    assert np.array_equal(*ends)

@@ -64,7 +64,7 @@ def close(got, expected):
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
-@pytest.mark.parametrize("name", ftqp.schemes.names())
+@pytest.mark.parametrize("name", sorted({*ftqp.schemes.names()} - {*ftqp.schemes.closed_forms()}))
 def test_scheme_has_the_published_objective(name, level):
     H, g, M, h, v = assembled(name, level)
     W, c = table(name, level, M, h, v)

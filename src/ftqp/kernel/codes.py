@@ -76,3 +76,16 @@ TARGET_TWIST: Final = 16
 TARGET_ACCELERATION: Final = 22
 TARGET_HAS_ROTATION: Final = 28
 TARGET_SIZE: Final = 29
+
+PSEUDOINVERSE: Final = 0
+"""Closed forms: x = J^+ b, weights by scaled columns."""
+DAMPED: Final = 1
+APPROXIMATE: Final = 2
+
+BOUND: Final = 0
+"""Rules of the damping factor, see ``ftqp.kernel.damping_factor``."""
+BOUND_2: Final = 1
+TIGHT: Final = 2
+ROW: Final = 3
+EXACT_2: Final = 4
+EXACT_INF: Final = 5

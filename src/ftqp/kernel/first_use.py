@@ -8,7 +8,9 @@ from ftqp.kernel.jit import COMPILED, cache_folder
 
 STEP = ("step",)
 EXTERNAL = ("prepare_external", "finish_external")
-SETUP = ("kinematics", "inverse_dynamics", "torques")
+SETUP = ("kinematics", "inverse_dynamics", "torques", "measures")
+CLOSED_FORM = ("step_closed_form",)
+RATES = ("resolve_reduced", "damping")
 _SIGNATURES = {
     "step": "iiiii",
     "prepare_external": "iiiiia",
@@ -16,6 +18,10 @@ _SIGNATURES = {
     "kinematics": "iaa",
     "inverse_dynamics": "iaa",
     "torques": "i",
+    "measures": "ii",
+    "step_closed_form": "iiiii",
+    "resolve_reduced": "i",
+    "damping": "i",
 }
 
 
@@ -36,7 +42,7 @@ def compile_entries(names: Iterable[str], announce: Callable[[], Any] | None = N
     """Compile, or load from disk, the entry points ``names``; further types are refused from then on.
 
     Args:
-        names: among ``STEP``, ``EXTERNAL`` and ``SETUP``.
+        names: among ``STEP``, ``EXTERNAL``, ``SETUP``, ``CLOSED_FORM`` and ``RATES``.
         announce: makes a context manager that is entered while something has to be compiled.
     """
     if not COMPILED:

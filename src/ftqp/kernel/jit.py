@@ -69,7 +69,7 @@ def cache_folder() -> Path:
 
 def _plain_carray(address: int, shape: Any, dtype: Any) -> Any:
     count = int(np.prod(shape))
-    buffer = (ctypes.c_char * (count * dtype.itemsize)).from_address(address)
+    buffer = (ctypes.c_char * (count * dtype.itemsize)).from_address(int(address))
     array = np.frombuffer(buffer, dtype=dtype)
     return array.view(np.recarray) if dtype.names else array
 

@@ -110,6 +110,7 @@ FLOATS = (
     "residual_dual",
     "torque_excess",
     "guard",  # share of a_max up to which torque limits hold without being checked; 0: torque rows every tick
+    "kappa",  # damping of a closed form
 )
 INTEGERS = (
     "n",
@@ -140,6 +141,7 @@ INTEGERS = (
     "qp_iterations",
     "ticks",
     "empty_intervals",
+    "resolver",  # address of the closed form's memory
 )
 INTEGER_ARRAYS: dict[str, Shape] = {
     "prismatic": (N,),

@@ -42,6 +42,7 @@ def summary(log: Log) -> dict[str, Any]:
         "max_rotation_error": _largest(log["rotation_error"]),
         "max_limit_violation": limit_violations(log),
         "max_failed_joint_motion": failed_joint_motion(log),
+        "min_sigma_min": _smallest(log["sigma_min"]),
         "qp": {
             "iterations_median": _percentile(log["qp_iterations"], 50.0),
             "iterations_max": _largest(log["qp_iterations"]),
@@ -133,6 +134,11 @@ def _finite(values: Any) -> FloatArray:
 def _largest(values: Any) -> float | None:
     finite = _finite(values)
     return float(finite.max()) if len(finite) else None
+
+
+def _smallest(values: Any) -> float | None:
+    finite = _finite(values)
+    return float(finite.min()) if len(finite) else None
 
 
 def _root_mean_square(values: Any) -> float | None:

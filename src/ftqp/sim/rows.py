@@ -77,6 +77,8 @@ class RowWriter:
             qp.residual,
             1e-3 * elapsed,
         )
+        rest[23:26] = step.measures
+        rest[26] = step.kappa
         self._log.append()
 
     def _believed(self) -> FloatArray:

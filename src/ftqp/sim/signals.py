@@ -38,6 +38,11 @@ _SCALARS = (
     Column("qp_iterations", "-", "iterations of the solver", True),
     Column("qp_residual", "-", "largest recomputed residual of the optimality conditions"),
     Column("step_time", "us", "wall time of planner.step()"),
+    Column("sigma_min", "-", "smallest singular value of the task's Jacobian over the joints believed "
+           "healthy, lengths in characteristic lengths"),
+    Column("manipulability", "-", "product of the singular values of that Jacobian"),
+    Column("condition", "-", "largest by smallest singular value of that Jacobian"),
+    Column("kappa", "-", "damping of a singularity-robust inverse, 0 where nothing is damped"),
 )  # fmt: skip
 
 
