@@ -8,6 +8,7 @@ from ftqp.kernel.jit import COMPILED, cache_folder
 
 STEP = ("step",)
 EXTERNAL = ("prepare_external", "finish_external")
+BASE = ("base_finish",)
 SETUP = ("kinematics", "inverse_dynamics", "torques")
 _SIGNATURES = {
     "step": "iiiii",
@@ -16,6 +17,7 @@ _SIGNATURES = {
     "kinematics": "iaa",
     "inverse_dynamics": "iaa",
     "torques": "i",
+    "base_finish": "i",
 }
 
 
