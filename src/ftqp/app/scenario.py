@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ftqp.app import composition, document
+from ftqp.app import base_composition, composition, document
 from ftqp.app.complaints import complaints
 from ftqp.app.schema import Scenario
 from ftqp.control import bounds, schemes
@@ -18,8 +18,10 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage, ModelError, ScenarioError
 from ftqp.model.robot import Robot
 from ftqp.qp import backend as qp_backend
-from ftqp.sim.plants import KinematicPlant
+from ftqp.sim.moving_world import MovingWorld
+from ftqp.sim.plants import KinematicPlant, Plant
 from ftqp.sim.schedule import FaultEvent, Schedule
+from ftqp.sim.servo import ServoPlant
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,6 +39,8 @@ class Setup:
         q: joint positions at t = 0, (nv,) [rad or m].
         v: joint velocities at t = 0, (nv,) [rad/s or m/s].
         duration: end of the run [s].
+        plant: what stands for the arm.
+        world: the base, where it moves.
     """
 
     name: str
@@ -49,6 +53,8 @@ class Setup:
     q: FloatArray
     v: FloatArray
     duration: float
+    plant: Plant
+    world: MovingWorld | None
 
     @property
     def content(self) -> dict[str, Any]:
@@ -57,6 +63,9 @@ class Setup:
         for table, key in (("robot", "urdf"), ("robot", "mjcf"), ("planner", "profile"), ("path", "file")):
             if content[table].get(key) is not None:
                 content[table][key] = str((self.folder / content[table][key]).resolve())
+        for table in (content["base"] or {}).get("disturbances", []):
+            if "file" in table:
+                table["file"] = str((self.folder / table["file"]).resolve())
         return content
 
     @property
@@ -135,7 +144,7 @@ def resolve(found: document.Document, tables: Scenario) -> Setup:
         with errors.at(f"faults[{index}]"):
             event = composition.fault(table)
             if arm is not None:
-                KinematicPlant(arm, tables.planner.dt, tables.planner.level).fail(event.fault)
+                _plant(tables, arm).fail(event.fault)
             events.append(event)
     if arm is None:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
@@ -153,6 +162,13 @@ def resolve(found: document.Document, tables: Scenario) -> Setup:
                     planner.report(event.fault)
                     planner.withdraw(event.fault.joint)
             planner.reset(*start)
+    world: MovingWorld | None = None
+    if planner is not None and tables.base is not None:
+        with errors.at("base"):
+            world = base_composition.world(tables.base, planner, folder, tables.simulation.seed)
+            way = composition.path(
+                tables.path, world.start() @ arm.pose(arm.neutral if start is None else start[0]), folder
+            )
     if planner is None or way is None or start is None or errors.found:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
     return Setup(
@@ -166,7 +182,17 @@ def resolve(found: document.Document, tables: Scenario) -> Setup:
         q=start[0],
         v=start[1],
         duration=tables.simulation.duration or way.duration,
+        plant=_plant(tables, arm),
+        world=world,
     )
+
+
+def _plant(tables: Scenario, arm: Robot) -> Plant:
+    """The arm that is simulated."""
+    if tables.simulation.plant == "servo":
+        servo = tables.simulation.servo
+        return ServoPlant(arm, tables.planner.dt, time_constant=servo.time_constant, substeps=servo.substeps)
+    return KinematicPlant(arm, tables.planner.dt, tables.planner.level)
 
 
 def _planner_settings(tables: Scenario, folder: File, errors: _Errors) -> dict[str, Any]:
@@ -177,6 +203,7 @@ def _planner_settings(tables: Scenario, folder: File, errors: _Errors) -> dict[s
         "level": table.level,
         "posture": table.posture,
         "torque_limits": table.torque_limits,
+        "branch_limits": table.branch_limits,
     }
     with errors.at("planner.scheme"):
         settings["scheme"] = schemes.by_name(table.scheme)
@@ -200,5 +227,6 @@ def _path(
     way: Path | None = None
     with errors.at("path"):
         way = composition.path(tables.path, arm.pose(arm.neutral if start is None else start[0]), folder)
-        composition.refuse_out_of_reach(arm, way)
+        if tables.base is None:
+            composition.refuse_out_of_reach(arm, way)
     return way

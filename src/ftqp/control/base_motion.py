@@ -92,7 +92,7 @@ class MovingBase:
         late = non_negative("delay", self.delay, "s") > 0.0
         if late != (self.sensing == "late"):
             raise InputError(
-                f"sensing is {self.sensing!r} with a delay of {self.delay:g} s; a delay > 0 goes with 'late' only"
+                f"sensing is {self.sensing!r} with a delay of {self.delay:g} s; a delay goes with 'late' only"
             )
         non_negative("patience", self.patience, "s")
         self.rotation()

@@ -68,8 +68,8 @@ def _check_names(file: Path, header: list[str], coordinates: Sequence[str]) -> N
     for name in header:
         if name not in valid:
             raise InputError(
-                f"recording {file}: {name!r:.40} is not a column{nearest(name, valid)}; expected t and some of "
-                f"{', '.join(valid[1:])}"
+                f"recording {file}: {name!r:.40} is not a column{nearest(name, valid)}; "
+                f"expected t and some of {', '.join(valid[1:])}"
             )
         if header.count(name) > 1:
             raise InputError(f"recording {file}: column {name!r} appears {header.count(name)} times")
@@ -81,7 +81,7 @@ def _check_names(file: Path, header: list[str], coordinates: Sequence[str]) -> N
     if missing:
         raise InputError(f"recording {file}: column {missing[0]!r} is missing; it has {', '.join(header)}")
     if len(header) < 2:
-        raise InputError(f"recording {file}: moves nothing, expected t and some of {', '.join(valid[1:])}")
+        raise InputError(f"recording {file}: moves nothing, expected some of {', '.join(valid[1:])}")
 
 
 def _numbers(file: Path, header: list[str], lines: list[list[str]]) -> dict[str, FloatArray]:
