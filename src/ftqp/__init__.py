@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from ftqp.control.bounds import Viability as Viability
     from ftqp.control.emergency import EmergencyStop as EmergencyStop
     from ftqp.control.planner import Planner as Planner
+    from ftqp.control.rates import approximate_pinv as approximate_pinv
+    from ftqp.control.rates import damping_factor as damping_factor
+    from ftqp.control.rates import resolve_rates as resolve_rates
+    from ftqp.control.resolvers import Damping as Damping
     from ftqp.control.scheme import Scheme as Scheme
     from ftqp.control.status import StepStatus as StepStatus
     from ftqp.control.step import Step as Step
@@ -46,6 +50,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "BaseStatus": "ftqp.control.base_motion",
+    "Damping": "ftqp.control.resolvers",
     "Degraded": "ftqp.faults.kinds",
     "EmergencyStop": "ftqp.control.emergency",
     "FreeSwinging": "ftqp.faults.kinds",
@@ -67,9 +72,12 @@ _HOME = {
     "Targets": "ftqp.control.target",
     "Task": "ftqp.control.task",
     "Viability": "ftqp.control.bounds",
+    "approximate_pinv": "ftqp.control.rates",
     "best_gain": "ftqp.control.base_gain",
+    "damping_factor": "ftqp.control.rates",
     "gain_limit": "ftqp.control.base_gain",
     "load_log": "ftqp.sim.log",
+    "resolve_rates": "ftqp.control.rates",
     "sensitivity": "ftqp.control.base_gain",
 }
 _MODULES = {

@@ -1,7 +1,7 @@
 """The tables that the command line prints: robots, backends, schemes, keys of a scenario."""
 
 from collections.abc import Iterator
-from inspect import getdoc, signature
+from inspect import Parameter, getdoc, signature
 from typing import Any
 
 from pydantic import BaseModel
@@ -38,11 +38,22 @@ def schemes() -> list[dict[str, str]]:
     rows = []
     for name in recipes.names():
         recipe = recipes.recipe(name)
-        gains = [f"{gain.name} = {gain.default:g}" for gain in signature(recipe).parameters.values()]
+        gains = [_gain(gain) for gain in signature(recipe).parameters.values()]
         rows.append(
             {"name": name, "what": (getdoc(recipe) or "").partition("\n")[0], "gains": ", ".join(gains)}
         )
     return rows
+
+
+def _gain(gain: Parameter) -> str:
+    """A parameter of a recipe with its default; its name alone when it has none."""
+    if gain.default is None:
+        return gain.name
+    return (
+        f"{gain.name} = {gain.default:g}"
+        if isinstance(gain.default, float)
+        else f"{gain.name} = {gain.default}"
+    )
 
 
 def keys() -> list[dict[str, str]]:

@@ -10,9 +10,11 @@ from ftqp.control import bounds as bound_conversions
 from ftqp.control import schemes
 from ftqp.control.bounds import Bounds, Jin
 from ftqp.control.braking import BrakingReserve
+from ftqp.control.closed_form import closed_form_memory
 from ftqp.control.emergency import EmergencyStop
 from ftqp.control.first_use import warm_up
 from ftqp.control.inputs import not_a_target, sized, vector
+from ftqp.control.resolvers import Resolver
 from ftqp.control.scheme import Scheme
 from ftqp.control.step import Step
 from ftqp.control.target import Target, Targets
@@ -70,7 +72,7 @@ class Planner:
         dt: float = 1e-3,
         *,
         level: str = "acceleration",
-        scheme: Scheme | str | Mapping[str, Any] | None = None,
+        scheme: Scheme | Resolver | str | Mapping[str, Any] | None = None,
         task: Task | None = None,
         bounds: Bounds | str | Mapping[str, Any] = "viability",
         backend: str | Path | Mapping[str, Any] | Backend = IN_KERNEL,
@@ -120,7 +122,8 @@ class Planner:
             and self.task.mode != "lexicographic"
         )
         self._record = self._filled(record())
-        warm_up(external=not in_kernel)
+        self._closed_form = closed_form_memory(self.scheme, robot, self.task, in_kernel, self._record)
+        warm_up(external=not in_kernel, closed_form=self._closed_form is not None, base=False)
         self._address: int = self._record.ctypes.data
         self._belief = Belief(robot, self._record)
         self._reserve = BrakingReserve(self._record, robot.nv) if self._rows_every_tick else None
@@ -132,7 +135,7 @@ class Planner:
         if solver is not None and not in_kernel:
             self._use_backend(solver)
         self._cold = True
-        self._entry = fast_call("step")
+        self._entry = fast_call("step" if self._closed_form is None else "step_closed_form")
         self._take_inputs()
 
     def _filled(self, W: Any) -> Any:
@@ -331,7 +334,7 @@ class Planner:
     def _solved(self, inputs: tuple[int, int, int, int, int]) -> int:
         """The tick with the planner's solver; the status."""
         if self._backend is None or self._buffers is None:
-            return int(entry.step(*inputs))
+            return int(self._entry(*inputs))
         address, q_at, v_at, target_at, nq = inputs
         code: int = entry.prepare_external(address, q_at, v_at, target_at, nq, self._buffers.flat)
         if code != codes.READY:

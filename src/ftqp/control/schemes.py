@@ -1,4 +1,4 @@
-"""The schemes of the field as short recipes, each at both levels.
+"""The schemes of the field as short recipes, each at both levels, and the closed forms at the velocity level.
 
 Source: Jin et al. 2017 and the works it builds on; spec of the different-level scheme, section 4.
 """
@@ -7,6 +7,13 @@ import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from ftqp.control.resolvers import (
+    Resolver,
+    approximate_pseudoinverse,
+    pseudoinverse,
+    singularity_robust,
+    weighted_pseudoinverse,
+)
 from ftqp.control.scheme import Criterion, Scheme
 from ftqp.core.checks import non_negative, positive
 from ftqp.core.errors import InputError, nearest
@@ -106,7 +113,7 @@ def _mix(name: str, alpha: float, other: Scheme, tau_ref: float, a_ref: float) -
     return (torque * mtn() + rest * other).named(name)
 
 
-_RECIPES: dict[str, Callable[..., Scheme]] = {
+_RECIPES: dict[str, Callable[..., Scheme | Resolver]] = {
     "mvn": mvn,
     "man": man,
     "mke": mke,
@@ -115,6 +122,10 @@ _RECIPES: dict[str, Callable[..., Scheme]] = {
     "rmp": rmp,
     "dlsm": dlsm,
     "dlsm_mvn": dlsm_mvn,
+    "pseudoinverse": pseudoinverse,
+    "weighted_pseudoinverse": weighted_pseudoinverse,
+    "singularity_robust": singularity_robust,
+    "approximate_pseudoinverse": approximate_pseudoinverse,
 }
 
 
@@ -123,7 +134,7 @@ def names() -> tuple[str, ...]:
     return tuple(_RECIPES)
 
 
-def recipe(name: str) -> Callable[..., Scheme]:
+def recipe(name: str) -> Callable[..., Scheme | Resolver]:
     """The recipe of that name.
 
     Raises:
@@ -136,7 +147,7 @@ def recipe(name: str) -> Callable[..., Scheme]:
     return _RECIPES[name]
 
 
-def by_name(given: "str | Mapping[str, Any] | Scheme | None") -> Scheme:
+def by_name(given: "str | Mapping[str, Any] | Scheme | Resolver | None") -> Scheme | Resolver:
     """A scheme from its name, ``{"name": "dlsm", "alpha": 0.99}``, a scheme (as it is) or None (mvn).
 
     Raises:
@@ -144,7 +155,7 @@ def by_name(given: "str | Mapping[str, Any] | Scheme | None") -> Scheme:
     """
     if given is None:
         return mvn()
-    if isinstance(given, Scheme):
+    if isinstance(given, Scheme | Resolver):
         return given
     if isinstance(given, str):
         return recipe(given)()

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,9 @@ from ftqp.control.certificate import Certificate, Obstacle, Unreached
 from ftqp.control.status import STATUSES, StepStatus
 from ftqp.control.task import COMPONENTS
 from ftqp.core.checks import FloatArray
-from ftqp.kernel import codes, entry
+from ftqp.kernel import codes
+from ftqp.kernel.first_use import fast_call
+from ftqp.kernel.reduced import memory
 from ftqp.qp.problem import SolveStatus
 
 _LIMIT_NAMES = {
@@ -43,6 +45,14 @@ class QPReport:
     time: float | None
 
 
+class Measures(NamedTuple):
+    """How near the arm is to losing a direction of its task, see ``ftqp.kernel.singularity.measure``."""
+
+    sigma_min: float
+    manipulability: float
+    condition: float
+
+
 _SOLVE_STATUS = (SolveStatus.SOLVED, SolveStatus.MAX_ITERATIONS, SolveStatus.INFEASIBLE, SolveStatus.FAILED)
 
 
@@ -57,11 +67,12 @@ class Step:
         code: the status as a number, the position of ``status`` in ``StepStatus``.
     """
 
-    __slots__ = ("_joints", "_record", "a", "code", "duration", "q", "task_error", "v")
+    __slots__ = ("_joints", "_memory", "_record", "a", "code", "duration", "q", "task_error", "v")
 
     def __init__(self, record: Any, joints: Sequence[str]) -> None:
         self._record = record
         self._joints = tuple(joints)
+        self._memory: Any = None
         n = len(self._joints)
         K = record[0]
         self.q: FloatArray = K["q_command"][:n]
@@ -92,7 +103,7 @@ class Step:
         if not K["has_torques"]:
             if not K["mass"][:n].any():
                 return np.full(n, np.nan)
-            entry.torques(self._record.ctypes.data)
+            fast_call("torques")(self._record.ctypes.data)
         result: FloatArray = K[name][:n]
         return result
 
@@ -118,6 +129,40 @@ class Step:
     def scale(self) -> float:
         """Path scale of the ``scaled`` mode, 1 at full speed; 0 while stopping."""
         return float(self._record["scale"][0])
+
+    @property
+    def measures(self) -> Measures:
+        """sigma_min, manipulability and condition at once; computed when read."""
+        if self._memory is None:
+            P = memory()
+            values = tuple(P[name] for name in Measures._fields)
+            self._memory = (P, values, fast_call("measures"), self._record.ctypes.data, P.ctypes.data)
+        _, values, call, record_at, memory_at = self._memory
+        call(record_at, memory_at)
+        return Measures(*(value.item() for value in values))
+
+    @property
+    def sigma_min(self) -> float:
+        """Smallest singular value of the task's Jacobian over the healthy joints, metres by the length.
+
+        0 when fewer joints work than the task has rows.
+        """
+        return self.measures.sigma_min
+
+    @property
+    def manipulability(self) -> float:
+        """sqrt(det J J') of the same Jacobian."""
+        return self.measures.manipulability
+
+    @property
+    def condition(self) -> float:
+        """Largest by smallest singular value of the same Jacobian; inf where a direction is lost."""
+        return self.measures.condition
+
+    @property
+    def kappa(self) -> float:
+        """Damping of the singularity-robust inverse, in squared singular values; 0 where nothing is damped."""
+        return float(self._record["kappa"][0])
 
     @property
     def lower(self) -> FloatArray:

@@ -97,3 +97,15 @@ BASE_RANK_DEFICIENT: Final = 2
 BASE_UNREACHABLE: Final = 3
 BASE_STALE: Final = 4
 BASE_HALTED: Final = 5
+PSEUDOINVERSE: Final = 0
+"""Closed forms: x = J^+ b, weights by scaled columns."""
+DAMPED: Final = 1
+APPROXIMATE: Final = 2
+
+BOUND: Final = 0
+"""Rules of the damping factor, see ``ftqp.kernel.damping_factor``."""
+BOUND_2: Final = 1
+TIGHT: Final = 2
+ROW: Final = 3
+EXACT_2: Final = 4
+EXACT_INF: Final = 5

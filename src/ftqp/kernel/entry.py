@@ -7,9 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.kernel.approximate_inverse import approximate_inverse
 from ftqp.kernel.chain import forward_kinematics, motion
+from ftqp.kernel.closed_form import closed_form
 from ftqp.kernel.codes import (
     ANSWERED,
+    APPROXIMATE,
     NO_ROTATION,
     NOT_RESET,
     READY,
@@ -18,12 +21,18 @@ from ftqp.kernel.codes import (
     TARGET_SIZE,
     WRONG_SHAPE,
 )
+from ftqp.kernel.damping_factor import damping_factor
 from ftqp.kernel.dynamics import dynamics
 from ftqp.kernel.external import pack, unpack
 from ftqp.kernel.jit import batch_entry, carray, entry, jit, pointer, prange
 from ftqp.kernel.ladder import climb
 from ftqp.kernel.moving_base import base_verdict
 from ftqp.kernel.record import DTYPE
+from ftqp.kernel.reduced import DTYPE as REDUCED
+from ftqp.kernel.reduced import gather
+from ftqp.kernel.resolver import resolve
+from ftqp.kernel.singularity import measure
+from ftqp.kernel.svd import svd
 from ftqp.kernel.tick import accept_state, prepare
 from ftqp.kernel.verdict import joint_torques
 
@@ -123,6 +132,45 @@ def torques(address: int) -> int:
 def base_finish(address: int) -> int:
     """After a step on a moving base: the set point moves on; one of the codes BASE_*."""
     return base_verdict(carray(pointer(address), 1, DTYPE)[0])
+
+
+@entry
+def step_closed_form(address: int, q_at: int, v_at: int, target_at: int, nq: int) -> int:
+    """One tick with the closed form whose memory the record names: as ``step``."""
+    K = carray(pointer(address), 1, DTYPE)[0]
+    code = _accept(K, q_at, v_at, target_at, nq)
+    if code < 0:
+        return code
+    return resolve(K, carray(pointer(K.resolver), 1, REDUCED)[0])
+
+
+@entry
+def measures(address: int, memory: int) -> int:
+    """sigma_min, manipulability and condition of the last tick's reduced Jacobian, into the memory."""
+    measure(carray(pointer(address), 1, DTYPE)[0], carray(pointer(memory), 1, REDUCED)[0])
+    return 0
+
+
+@entry
+def resolve_reduced(memory: int) -> int:
+    """x of a reduced problem alone, by its method."""
+    P = carray(pointer(memory), 1, REDUCED)[0]
+    if P.method == APPROXIMATE:
+        approximate_inverse(P)
+    else:
+        gather(P, P.A, P.b, 1.0)
+        closed_form(P)
+    return 0
+
+
+@entry
+def damping(memory: int) -> int:
+    """kappa of a reduced problem by its rule, whether or not the undamped rates break the limit."""
+    P = carray(pointer(memory), 1, REDUCED)[0]
+    gather(P, P.A, P.b, 1.0)
+    svd(P)
+    P.kappa = damping_factor(P)
+    return 0
 
 
 @batch_entry

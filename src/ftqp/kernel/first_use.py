@@ -9,7 +9,9 @@ from ftqp.kernel.jit import COMPILED, cache_folder
 STEP = ("step",)
 EXTERNAL = ("prepare_external", "finish_external")
 BASE = ("base_finish",)
-SETUP = ("kinematics", "inverse_dynamics", "torques")
+SETUP = ("kinematics", "inverse_dynamics", "torques", "measures")
+CLOSED_FORM = ("step_closed_form",)
+RATES = ("resolve_reduced", "damping")
 _SIGNATURES = {
     "step": "iiiii",
     "prepare_external": "iiiiia",
@@ -18,6 +20,10 @@ _SIGNATURES = {
     "inverse_dynamics": "iaa",
     "torques": "i",
     "base_finish": "i",
+    "measures": "ii",
+    "step_closed_form": "iiiii",
+    "resolve_reduced": "i",
+    "damping": "i",
 }
 
 
@@ -38,7 +44,7 @@ def compile_entries(names: Iterable[str], announce: Callable[[], Any] | None = N
     """Compile, or load from disk, the entry points ``names``; further types are refused from then on.
 
     Args:
-        names: among ``STEP``, ``EXTERNAL`` and ``SETUP``.
+        names: among ``STEP``, ``EXTERNAL``, ``SETUP``, ``CLOSED_FORM`` and ``RATES``.
         announce: makes a context manager that is entered while something has to be compiled.
     """
     if not COMPILED:

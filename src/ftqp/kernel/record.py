@@ -135,6 +135,7 @@ FLOATS = (
     "base_patience",  # how long it may not be seen
     "base_rank",
     "base_tolerance",
+    "kappa",  # damping of a closed form
 )
 INTEGERS = (
     "n",
@@ -178,6 +179,7 @@ INTEGERS = (
     "base_hold",
     "base_leaning",
     "anti_windup",
+    "resolver",  # address of the closed form's memory
 )
 INTEGER_ARRAYS: dict[str, Shape] = {
     "prismatic": (N,),

@@ -36,6 +36,23 @@ def _row_of(K: Any, component: int, offset: int, source: Any) -> float:
 
 
 @jit
+def jacobian_row(K: Any, c: int, w: float, row: Any) -> None:
+    """row = w times component c of the task's Jacobian: along W, angular tool rows along the tool's axes."""
+    n = K.n
+    if c < 3 or not K.tool_rows:
+        J = K.J[c]
+        for i in range(n):
+            row[i] = w * J[i]
+    else:
+        a = c - 3
+        t0 = K.R_tip[0] * K.axis[a] + K.R_tip[1] * K.axis[3 + a] + K.R_tip[2] * K.axis[6 + a]
+        t1 = K.R_tip[3] * K.axis[a] + K.R_tip[4] * K.axis[3 + a] + K.R_tip[5] * K.axis[6 + a]
+        t2 = K.R_tip[6] * K.axis[a] + K.R_tip[7] * K.axis[3 + a] + K.R_tip[8] * K.axis[6 + a]
+        for i in range(n):
+            row[i] = w * (t0 * K.J[3, i] + t1 * K.J[4, i] + t2 * K.J[5, i])
+
+
+@jit
 def task_rows(K: Any) -> None:
     """Acceleration level: A = J, b = r'' - Jdot v + kv (r' - J v) + kp e.  Velocity level: b = r' + kp e.
 
@@ -49,17 +66,7 @@ def task_rows(K: Any) -> None:
         c = K.rows[k]
         w = K.row_scale[c]
         row = K.A[k]
-        if c < 3 or not K.tool_rows:
-            J = K.J[c]
-            for i in range(n):
-                row[i] = w * J[i]
-        else:
-            a = c - 3
-            t0 = K.R_tip[0] * K.axis[a] + K.R_tip[1] * K.axis[3 + a] + K.R_tip[2] * K.axis[6 + a]
-            t1 = K.R_tip[3] * K.axis[a] + K.R_tip[4] * K.axis[3 + a] + K.R_tip[5] * K.axis[6 + a]
-            t2 = K.R_tip[6] * K.axis[a] + K.R_tip[7] * K.axis[3 + a] + K.R_tip[8] * K.axis[6 + a]
-            for i in range(n):
-                row[i] = w * (t0 * K.J[3, i] + t1 * K.J[4, i] + t2 * K.J[5, i])
+        jacobian_row(K, c, w, row)
         e = w * _row_of(K, c, 0, K.error)
         rate = w * _row_of(K, c, TARGET_TWIST, K.target)
         moving = 0.0

@@ -72,6 +72,9 @@ def draw(log: Log, path: str | Path) -> Path:
             axes.plot(t, place * moved[:, k], color=LINES[k % len(LINES)], linewidth=1.3, label=names[k])
         if chosen:
             axes.legend(loc="best", fontsize=8, ncols=3, framealpha=0.9)
+        else:
+            axes.set_yticks([])
+            axes.text(0.5, 0.5, "none", transform=axes.transAxes, ha="center", color=GREY)
         tidy(
             axes,
             "time [s]",
