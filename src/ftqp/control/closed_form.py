@@ -30,9 +30,7 @@ def closed_form_memory(
         return None
     name = scheme.name
     if not in_kernel:
-        raise InputError(
-            f"scheme {name!r} is a closed form and has no backend; leave backend at 'active_set'"
-        )
+        raise InputError(f"scheme {name!r} is a closed form and has no backend; leave backend at 'active_set'")
     if task.mode != "slack":
         raise InputError(
             f"scheme {name!r} is a closed form and has no task mode; leave mode at 'slack', got {task.mode!r}"

@@ -62,9 +62,7 @@ def resolve_rates(
     P["method"] = METHODS[method]
     if method == "pinv":
         if limits is not None or damping is not None:
-            raise InputError(
-                "limits and damping go with method='dls' only; leave them out, or change the method"
-            )
+            raise InputError("limits and damping go with method='dls' only; leave them out, or change the method")
         if weights is not None:
             given = positive_weights(weights)
             if len(given) != n:

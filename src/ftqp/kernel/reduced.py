@@ -47,7 +47,6 @@ DTYPE = np.dtype(
     align=True,
 )
 
-
 def memory() -> Any:
     """One zeroed reduced problem with unscaled unknowns; its address is ``memory().ctypes.data``."""
     P = np.zeros(1, DTYPE)

@@ -12,6 +12,7 @@ from ftqp.viz import events
 from ftqp.viz.canvas import (
     BLUE,
     GREEN,
+    GREY,
     ORANGE,
     PURPLE,
     RED,
@@ -35,7 +36,7 @@ SHADES = {
     BaseStatus.HALTED: "#F5A9A9",
 }
 """Background while the inertial task is in another status than TRACKING."""
-UNITS = (("m", 1.0), ("cm", 1e2), ("mm", 1e3), ("um", 1e6))
+UNITS = (("m", 1.0), ("cm", 1e2), ("mm", 1e3), ("\N{MICRO SIGN}m", 1e6))
 
 
 def draw(log: Log, path: str | Path) -> Path:
@@ -78,7 +79,7 @@ def draw(log: Log, path: str | Path) -> Path:
         tidy(
             axes,
             "time [s]",
-            f"[{place_unit}]",
+            f"[{place_unit}]" if chosen else "",
             "disturbance: base " + ("position" if sliding else "rotation"),
         )
         axes.set_xlim(*events.time_span(log))
