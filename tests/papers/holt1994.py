@@ -9,7 +9,7 @@ import ftqp
 from ftqp.control.bounds import Jin
 from ftqp.sim.arm import Arm
 from ftqp.sim.base import BaseMotion, Platform
-from ftqp.sim.disturbances import Sinusoid, Step
+from ftqp.sim.disturbances import Recorded, Sinusoid, Step
 from ftqp.sim.servo import ServoPlant
 
 DEG = np.pi / 180.0
@@ -29,7 +29,8 @@ def arm7(**limits):
 
 
 def planner(robot, dt, *, rows=None, priority="weighted", scheme=None, slack=None, bounds=None, branch=None):
-    """A velocity-level planner with the interval of the spec: rate limit and half the way to a position limit."""
+    """A velocity-level planner with the interval of the spec: rate limit and half the way to a position
+    limit."""
     task = ftqp.Task(rows=rows, priority=priority, **({} if slack is None else {"slack": slack}))
     return ftqp.Planner(
         robot,
@@ -76,18 +77,19 @@ def run(
     *,
     twist=None,
     noise=None,
-    servo=False,
+    servo=None,
     locked=(),
     at=0,
     base_only=False,
     late=0,
     target=None,
 ):
-    """Hold the start pose (or ``target``) in I while the base moves."""
+    """Hold the start pose (or ``target``) in I while the base moves; ``servo`` is the robot behind its
+    servos."""
     plan, dt = follower.planner, follower.planner.dt
     arm, q, v = Arm(plan.robot), np.array(q0, dtype=float), np.zeros(plan.robot.nv)
     goal = motion.pose[0] @ arm.tip(q) if target is None else target
-    plant = ServoPlant(plan.robot, dt) if servo else None
+    plant = None if servo is None else ServoPlant(servo, dt)
     if plant is not None:
         plant.reset(q, v)
     follower.reset(q)
@@ -103,7 +105,9 @@ def run(
         if noise is not None:
             tip = tip.copy()
             tip[:3, 3] += noise[0] * noise[2].standard_normal(3)
-            tip[:3, :3] = Rotation.from_rotvec(noise[1] * noise[2].standard_normal(3)).as_matrix() @ tip[:3, :3]
+            tip[:3, :3] = (
+                Rotation.from_rotvec(noise[1] * noise[2].standard_normal(3)).as_matrix() @ tip[:3, :3]
+            )
         seen.append(tip)
         when = max(0, k - late)
         step = follower.step(
@@ -144,3 +148,21 @@ def sway(dt=0.01, time=20.0):
 START = np.array([0.0, 45.0, -180.0, 0.0, 45.0, 0.0]) * DEG
 """Start of the PUMA; joint 3 is written as 180 deg in the paper."""
 START7 = np.array([-15.0, 40.0, 35.0, -95.0, -40.0, 55.0, 0.0]) * DEG
+
+SINGULAR_ELBOW = -87.3084 * DEG
+"""Angle of joint 3 of the PUMA at which the arm is stretched."""
+BENT = np.array([0.0, 20.0, -37.308, 0.0, 60.0, 0.0]) * DEG
+"""Start of experiment H5, 50 deg from there."""
+
+
+def pulled_away(dt=0.02, time=8.0):
+    """The base motion of experiment H5: 0.10 m/s along the track for 2 s, 2 s of rest, and back."""
+    track = Recorded([0.0, 2.0, 4.0, 6.0], {"track": [0.0, -0.2, -0.2, 0.0]})
+    return BaseMotion(Platform(), [track], dt, round(time / dt))
+
+
+def overshoot(e, dt):
+    """Largest value after the peak and against it, and the time after which 4 % of the peak is not left."""
+    k = int(np.argmax(np.abs(e)))
+    e = e * np.sign(e[k])
+    return max(0.0, -e[k:].min()), (np.flatnonzero(np.abs(e) > 0.04 * e[k])[-1] + 1) * dt
