@@ -42,7 +42,7 @@ class BaseStatus(Enum):
     STALE = (
         "no valid measurement of base or tip; the last base pose is held for a moment, then the arm brakes"
     )
-    HALTED = "the planner has stopped the arm; call reset() to go on"
+    HALTED = "the planner brakes or has stopped the arm; the step's status says why"
 
 
 _STATUSES = tuple(BaseStatus)

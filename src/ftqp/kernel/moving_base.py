@@ -25,6 +25,7 @@ from ftqp.kernel.codes import (
     HAS_TIP,
     HAS_TWIST,
     HEALTHY,
+    INVALID_INPUT,
     LOCKED,
     MEASURED_ATTITUDE,
     NOMINAL_ATTITUDE,
@@ -344,7 +345,7 @@ def base_verdict(K: Any) -> int:
     if K.base_stale:
         K.base_leaning = 0
         return BASE_STALE
-    if K.status == STOPPING or K.status == STOPPED:
+    if K.status == STOPPING or K.status == STOPPED or K.status == INVALID_INPUT:
         return BASE_HALTED
     off = K.position_error > K.base_tolerance or K.rotation_error * K.length > K.base_tolerance
     K.base_leaning = K.base_leaning + 1 if held and off and _leans_or_stands(K) else 0
