@@ -1,4 +1,4 @@
-"""Bases: poses by homogeneous transforms, twists that carry one pose into the next, noisy and late sensors."""
+"""Bases: poses by homogeneous transforms, twists that carry one pose into the next, sensors."""
 
 import numpy as np
 import pytest
