@@ -14,6 +14,13 @@ if TYPE_CHECKING:
     from ftqp.control import bounds as bounds
     from ftqp.control import paths as paths
     from ftqp.control import schemes as schemes
+    from ftqp.control.base_gain import Observer as Observer
+    from ftqp.control.base_gain import best_gain as best_gain
+    from ftqp.control.base_gain import gain_limit as gain_limit
+    from ftqp.control.base_gain import sensitivity as sensitivity
+    from ftqp.control.base_motion import BaseStatus as BaseStatus
+    from ftqp.control.base_motion import InertialTask as InertialTask
+    from ftqp.control.base_motion import MovingBase as MovingBase
     from ftqp.control.bounds import Jin as Jin
     from ftqp.control.bounds import OneStep as OneStep
     from ftqp.control.bounds import Viability as Viability
@@ -42,14 +49,18 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME = {
+    "BaseStatus": "ftqp.control.base_motion",
     "Damping": "ftqp.control.resolvers",
     "Degraded": "ftqp.faults.kinds",
     "EmergencyStop": "ftqp.control.emergency",
     "FreeSwinging": "ftqp.faults.kinds",
+    "InertialTask": "ftqp.control.base_motion",
     "Jin": "ftqp.control.bounds",
     "JointLimits": "ftqp.model.limits",
     "Locked": "ftqp.faults.kinds",
     "OneStep": "ftqp.control.bounds",
+    "MovingBase": "ftqp.control.base_motion",
+    "Observer": "ftqp.control.base_gain",
     "Planner": "ftqp.control.planner",
     "QP": "ftqp.qp.problem",
     "Robot": "ftqp.model.robot",
@@ -62,9 +73,12 @@ _HOME = {
     "Task": "ftqp.control.task",
     "Viability": "ftqp.control.bounds",
     "approximate_pinv": "ftqp.control.rates",
+    "best_gain": "ftqp.control.base_gain",
     "damping_factor": "ftqp.control.rates",
+    "gain_limit": "ftqp.control.base_gain",
     "load_log": "ftqp.sim.log",
     "resolve_rates": "ftqp.control.rates",
+    "sensitivity": "ftqp.control.base_gain",
 }
 _MODULES = {
     "bounds": "ftqp.control.bounds",

@@ -13,11 +13,14 @@ from ftqp.core.errors import ScenarioError
 
 BUNDLED = {
     "iiwa-line",
+    "iiwa-moving-base-locked",
     "panda-circle",
     "panda-degraded",
     "panda-free-swinging",
     "planar6-square",
     "planar6-stop",
+    "puma-step-10",
+    "puma-step-30",
 }
 
 
@@ -112,3 +115,8 @@ def test_paths_of_a_file_are_relative_to_its_folder(tmp_path: Path) -> None:
     file.write_text("[robot]\nname = 'panda'\n")
     found = document.read(str(file))
     assert (found.name, found.folder) == ("mine", tmp_path)
+
+
+def test_empty_list_of_tables_stays_at_the_top() -> None:
+    content = {"path": {"kind": "hold"}, "faults": [], "simulation": {"seed": 1}}
+    assert tomllib.loads(document.toml(content)) == content

@@ -14,11 +14,14 @@ from ftqp.control import paths
 
 ENDINGS = {
     "iiwa-line": (True, 5e-6),
+    "iiwa-moving-base-locked": (True, 1e-5),
     "panda-circle": (True, 2e-6),
     "panda-degraded": (True, 3e-3),
     "panda-free-swinging": (True, 2e-6),
     "planar6-square": (True, 4e-6),
     "planar6-stop": (False, 0.039),
+    "puma-step-10": (True, 0.128),
+    "puma-step-30": (True, 0.273),
 }
 """Whether each bundled scenario completes its task, and its largest position error [m]."""
 
@@ -44,9 +47,11 @@ def test_bundled_scenario_ends_as_it_tells(name: str, tmp_path: Path) -> None:
     assert summary["completed"] is completed
     assert summary["max_position_error"] <= error
     assert max(summary["max_limit_violation"].values()) <= 1e-9
-    assert set(summary["status_counts"]) == (
-        {"OK"} if completed else {"OK", "RELAXED", "STOPPING", "STOPPED"}
-    )
+    expected = {"OK"} if completed else {"OK", "RELAXED", "STOPPING", "STOPPED"}
+    if name.startswith("puma-step"):  # the platform turns as fast as the arm's joints
+        expected = {"OK", "RELAXED"}
+        assert summary["inertial"]["final_position_error"] < 1e-9
+    assert set(summary["status_counts"]) == expected
 
 
 def test_the_elbow_of_the_degraded_scenario_meets_its_limit() -> None:

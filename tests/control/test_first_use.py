@@ -34,5 +34,7 @@ def test_external_entries_are_compiled_only_when_asked(monkeypatch):
     monkeypatch.setattr(first_use, "compile_entries", lambda names, announce: asked.append(set(names)))
     first_use.warm_up(external=False)
     first_use.warm_up()
+    first_use.warm_up(base=False)
     assert asked[1] - asked[0] == set(compiled.EXTERNAL)
+    assert asked[1] - asked[2] == set(compiled.BASE)
     assert "step" in asked[0]

@@ -35,6 +35,14 @@ def test_row_sets_become_sorted_components(rows, indices):
             {"mode": "scale"},
             r"task mode is 'scale' \(did you mean 'scaled'\?\), expected one of hard, slack, ",
         ),
+        (
+            {"priority": "position"},
+            r"task priority is 'position' \(did you mean 'position_first'\?\), expected one of weighted, ",
+        ),
+        (
+            {"priority": "position_first", "mode": "hard"},
+            "priority 'position_first' needs rows that can give",
+        ),
         ({"kp": -1.0}, "kp is -1, expected a finite number >= 0"),
         ({"kv": np.nan}, "kv is nan, expected a finite number >= 0"),
         ({"length": 0.0}, "length is 0, expected a finite number > 0 m"),

@@ -87,3 +87,8 @@ def test_qp_has_the_solution_found_by_hand(printed):
     """x0 = 1/2; x1 + x2 = 1/2 and 2 x1 - 1 = 3 x2 - 1/4 = -y give (0.45, 0.05), y = 0.1, z0 = 1 - x0 - y."""
     cost, residual, multiplier = (number(line) for line in printed["06_qp_alone.py"])
     assert residual < 1e-9 and cost == pytest.approx(-0.63125) and multiplier == pytest.approx(0.4)
+
+
+def test_tool_on_a_moving_base_stays_where_it_is(printed):
+    carried, worst, speed = (number(line) for line in printed["07_moving_base.py"])
+    assert carried > 100.0 and worst < 0.01 and speed == 0.0

@@ -197,7 +197,7 @@ def test_empty_file_is_told_what_is_missing(refused: Callable[..., str], tmp_pat
         ("robot.limits.v_max=0.0", "panda_joint1"),
         ("robot.limits.a_max=-1.0", "panda_joint1"),
         ("simulation.duration=1e-9", "expected at least one step"),
-        ("simulation.plant=real", "simulation.plant is 'real', expected kinematic"),
+        ("simulation.plant=real", "simulation.plant is 'real', expected one of kinematic, servo"),
     ],
 )
 def test_one_fault_gives_one_clear_sentence(

@@ -11,6 +11,7 @@ from ftqp.app.schema.base import Table
 from ftqp.app.schema.faults import DegradedTable, FreeSwingingTable, LockedTable
 from ftqp.app.schema.path import (
     CircleTable,
+    HoldTable,
     LineTable,
     LissajousTable,
     PathTable,
@@ -22,7 +23,7 @@ from ftqp.app.schema.planner import EmergencyTable, TaskTable
 from ftqp.app.schema.robot import RobotTable
 from ftqp.app.schema.scenario import RecordingTable
 from ftqp.control.emergency import EmergencyStop
-from ftqp.control.paths import Circle, Line, Lissajous, Path, PointToPoint, Square, Waypoints
+from ftqp.control.paths import Circle, Hold, Line, Lissajous, Path, PointToPoint, Square, Waypoints
 from ftqp.control.task import Task
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
@@ -125,6 +126,8 @@ def path(table: PathTable, origin: FloatArray, folder: File) -> Path:
                 duration=table.duration,
                 relative=table.relative,
             )
+        case HoldTable():
+            return Hold(origin, **settings)
         case PointToPointTable():
             return PointToPoint(origin, _goal(table, origin), duration=table.duration, law=table.law)
 

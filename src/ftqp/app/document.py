@@ -184,16 +184,19 @@ def _depth(value: Any) -> int:
 
 
 def toml(content: Mapping[str, Any]) -> str:
-    """``content`` as TOML: tables, inline tables for what lies deeper, ``[[faults]]`` for lists of tables."""
+    """``content`` as TOML: tables, inline tables for what lies deeper, ``[[faults]]`` for lists of tables.
+
+    Plain values come first, an empty list among them: after a table's header they would belong to that table.
+    """
     lines: list[str] = []
-    for key, value in content.items():
+    for key, value in sorted(content.items(), key=lambda item: _is_table(item[1])):
         if isinstance(value, Mapping):
             lines += [
                 "",
                 f"[{_key(key)}]",
                 *(f"{_key(k)} = {_inline(v)}" for k, v in value.items() if v is not None),
             ]
-        elif isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
+        elif _is_table(value):
             for item in value:
                 lines += [
                     "",
@@ -203,6 +206,12 @@ def toml(content: Mapping[str, Any]) -> str:
         elif value is not None:
             lines.append(f"{_key(key)} = {_inline(value)}")
     return "\n".join(lines).lstrip("\n") + "\n"
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, Mapping) or (
+        isinstance(value, list) and bool(value) and all(isinstance(item, Mapping) for item in value)
+    )
 
 
 def _key(key: str) -> str:

@@ -101,6 +101,8 @@ def run(
             q=setup.q,
             v=setup.v,
             schedule=setup.schedule,
+            plant=setup.plant,
+            world=setup.world,
             duration=setup.duration,
             feed_forward=setup.tables.simulation.feed_forward,
             log=folder / FILE_NAME,

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ftqp.app import composition, document
+from ftqp.app import base_composition, composition, document
 from ftqp.app.complaints import complaints
 from ftqp.app.schema import Scenario
 from ftqp.control import bounds, schemes
@@ -19,8 +19,10 @@ from ftqp.core.errors import InputError, MissingPackage, ModelError, ScenarioErr
 from ftqp.model.robot import Robot
 from ftqp.qp import Recorder
 from ftqp.qp import backend as qp_backend
-from ftqp.sim.plants import KinematicPlant
+from ftqp.sim.moving_world import MovingWorld
+from ftqp.sim.plants import KinematicPlant, Plant
 from ftqp.sim.schedule import FaultEvent, Schedule
+from ftqp.sim.servo import ServoPlant
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +40,8 @@ class Setup:
         q: joint positions at t = 0, (nv,) [rad or m].
         v: joint velocities at t = 0, (nv,) [rad/s or m/s].
         duration: end of the run [s].
+        plant: what stands for the arm.
+        world: the base, where it moves.
         recorder: the planner's backend when its QPs are recorded.
     """
 
@@ -51,6 +55,8 @@ class Setup:
     q: FloatArray
     v: FloatArray
     duration: float
+    plant: Plant
+    world: MovingWorld | None = None
     recorder: Recorder | None = None
 
     @property
@@ -60,6 +66,9 @@ class Setup:
         for table, key in (("robot", "urdf"), ("robot", "mjcf"), ("planner", "profile"), ("path", "file")):
             if content[table].get(key) is not None:
                 content[table][key] = str((self.folder / content[table][key]).resolve())
+        for table in (content["base"] or {}).get("disturbances", []):
+            if "file" in table:
+                table["file"] = str((self.folder / table["file"]).resolve())
         return content
 
     @property
@@ -149,7 +158,7 @@ def resolve(found: document.Document, tables: Scenario, *, record: bool = False)
         with errors.at(f"faults[{index}]"):
             event = composition.fault(table)
             if arm is not None:
-                KinematicPlant(arm, tables.planner.dt, tables.planner.level).fail(event.fault)
+                _plant(tables, arm).fail(event.fault)
             events.append(event)
     if arm is None:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
@@ -169,6 +178,13 @@ def resolve(found: document.Document, tables: Scenario, *, record: bool = False)
             planner.reset(*start)
             if recorder is not None:
                 recorder.follow(planner)
+    world: MovingWorld | None = None
+    if planner is not None and tables.base is not None:
+        with errors.at("base"):
+            world = base_composition.world(tables.base, planner, folder, tables.simulation.seed)
+            way = composition.path(
+                tables.path, world.start() @ arm.pose(arm.neutral if start is None else start[0]), folder
+            )
     if planner is None or way is None or start is None or errors.found:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
     return Setup(
@@ -183,7 +199,17 @@ def resolve(found: document.Document, tables: Scenario, *, record: bool = False)
         v=start[1],
         duration=tables.simulation.duration or way.duration,
         recorder=recorder,
+        plant=_plant(tables, arm),
+        world=world,
     )
+
+
+def _plant(tables: Scenario, arm: Robot) -> Plant:
+    """The arm that is simulated."""
+    if tables.simulation.plant == "servo":
+        servo = tables.simulation.servo
+        return ServoPlant(arm, tables.planner.dt, time_constant=servo.time_constant, substeps=servo.substeps)
+    return KinematicPlant(arm, tables.planner.dt, tables.planner.level)
 
 
 def _planner_settings(tables: Scenario, folder: File, errors: _Errors) -> dict[str, Any]:
@@ -194,6 +220,7 @@ def _planner_settings(tables: Scenario, folder: File, errors: _Errors) -> dict[s
         "level": table.level,
         "posture": table.posture,
         "torque_limits": table.torque_limits,
+        "branch_limits": table.branch_limits,
     }
     with errors.at("planner.scheme"):
         settings["scheme"] = schemes.by_name(table.scheme)
@@ -217,5 +244,6 @@ def _path(
     way: Path | None = None
     with errors.at("path"):
         way = composition.path(tables.path, arm.pose(arm.neutral if start is None else start[0]), folder)
-        composition.refuse_out_of_reach(arm, way)
+        if tables.base is None:
+            composition.refuse_out_of_reach(arm, way)
     return way

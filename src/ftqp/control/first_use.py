@@ -4,7 +4,15 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ftqp.kernel.first_use import CLOSED_FORM, EXTERNAL, RATES, SETUP, STEP, compile_entries
+from ftqp.kernel.first_use import (
+    BASE,
+    CLOSED_FORM,
+    EXTERNAL,
+    RATES,
+    SETUP,
+    STEP,
+    compile_entries,
+)
 
 NOTICE = (
     "ftqp: compiling its kernel for this machine, once (about half a minute; `ftqp warmup` does it ahead) ..."
@@ -24,16 +32,20 @@ def _notice() -> Iterator[None]:
         yield
 
 
-def warm_up(*, external: bool = True, closed_form: bool = True) -> None:
+def warm_up(*, external: bool = True, closed_form: bool = True, base: bool = True) -> None:
     """Compile whatever a planner needs, or load it from disk.
 
     Args:
         external: also what planners with an external backend need.
         closed_form: also what planners with a closed form need.
+        base: also what a moving base needs.
     """
-    compile_entries(
-        (*SETUP, *STEP, *(EXTERNAL if external else ()), *(CLOSED_FORM if closed_form else ())), _notice
+    more = (
+        *(EXTERNAL if external else ()),
+        *(CLOSED_FORM if closed_form else ()),
+        *(BASE if base else ()),
     )
+    compile_entries((*SETUP, *STEP, *more), _notice)
 
 
 def warm_up_rates() -> None:

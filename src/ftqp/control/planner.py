@@ -18,7 +18,7 @@ from ftqp.control.resolvers import Resolver
 from ftqp.control.scheme import Scheme
 from ftqp.control.step import Step
 from ftqp.control.target import Target, Targets
-from ftqp.control.task import MODES, Task, axis_frame, checked_gains, row_indices
+from ftqp.control.task import MODES, PRIORITIES, Task, axis_frame, checked_gains, row_indices
 from ftqp.core.checks import array, positive
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError, ModelError, nearest
@@ -27,6 +27,7 @@ from ftqp.faults.kinds import Fault
 from ftqp.kernel import codes, entry
 from ftqp.kernel.first_use import fast_call
 from ftqp.kernel.record import load_chain, record
+from ftqp.model.branch import within_branch
 from ftqp.model.robot import Robot
 from ftqp.qp.backend import Backend
 from ftqp.qp.buffers import QPBuffers
@@ -58,6 +59,7 @@ class Planner:
         torque_limits: keep torque limits as rows of the QP; ignored without inertia or torque limits.
         emergency: when to stop; None never does.
         timing: measure every step (``step.qp.time``).
+        branch_limits: joint to (low, high) [rad or m], a range inside its own that keeps the arm on one side.
 
     Raises:
         InputError: a parameter is wrong.
@@ -78,6 +80,7 @@ class Planner:
         torque_limits: bool = True,
         emergency: EmergencyStop | None = EmergencyStop(),  # noqa: B008  frozen
         timing: bool = False,
+        branch_limits: Mapping[str | int, Any] | None = None,
     ) -> None:
         if level not in LEVELS:
             raise InputError(
@@ -93,6 +96,7 @@ class Planner:
                 f"{robot.name} has no acceleration limit on {', '.join(endless)}; braking needs one: "
                 "robot.with_limits(a_max=...)"
             )
+        robot = robot if branch_limits is None else within_branch(robot, branch_limits)
         self.robot = robot
         self.dt = positive("dt", dt, "s")
         self.level = level
@@ -119,7 +123,7 @@ class Planner:
         )
         self._record = self._filled(record())
         self._closed_form = closed_form_memory(self.scheme, robot, self.task, in_kernel, self._record)
-        warm_up(external=not in_kernel, closed_form=self._closed_form is not None)
+        warm_up(external=not in_kernel, closed_form=self._closed_form is not None, base=False)
         self._address: int = self._record.ctypes.data
         self._belief = Belief(robot, self._record)
         self._reserve = BrakingReserve(self._record, robot.nv) if self._rows_every_tick else None
@@ -146,6 +150,7 @@ class Planner:
         W["m"] = len(rows)
         W["rows"][:, : len(rows)] = rows
         W["row_scale"] = [1.0, 1.0, 1.0, length, length, length]
+        W["yielding"] = PRIORITIES[task.priority]
         W["uses_rotation"] = rows[-1] >= 3
         W["tool_rows"] = task.rows == "position_axis"
         W["axis"] = axis_frame(task.axis).ravel()
@@ -200,6 +205,11 @@ class Planner:
         self._v_last: Any = None
         self._seen: tuple[Any, ...] = (object(), object(), *(None,) * 6)  # nothing is these two
         self._plain = self._backend is None and not self._timing
+
+    @property
+    def record(self) -> Any:
+        """The kernel's record, (1,): for what is built around a planner in ``ftqp.control``."""
+        return self._record
 
     @property
     def backend(self) -> str:

@@ -23,6 +23,11 @@ MODES = {
     "scaled": codes.SCALE,
     "lexicographic": codes.LEXICOGRAPHIC,
 }
+PRIORITIES = {
+    "weighted": (1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
+    "position_first": (1e-2, 1e-2, 1e-2, 1e2, 1e2, 1e2),
+}
+"""Compliance of each component beside that of the task: position_first weighs position 1e4 times more."""
 DEFAULT_GAINS = {"acceleration": (100.0, 20.0), "velocity": (10.0, 0.0)}
 """kp, kv at each level: a critically damped error of 10 rad/s; at the velocity level a decay of 10 1/s."""
 
@@ -43,6 +48,8 @@ class Task:
         length: characteristic length [m] that angular rows are multiplied by; None takes the robot's.
         axis: (3,) tool axis in the tip frame, for ``position_axis``.
         slack: compliance of the task rows relative to the QP's own magnitude, for ``slack``.
+        priority: ``weighted``: rotation counts as much as position; ``position_first``: rotation gets what
+            position leaves.
     """
 
     rows: str | tuple[str, ...] | None = None
@@ -52,6 +59,7 @@ class Task:
     length: float | None = None
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     slack: float = 1e-6
+    priority: str = "weighted"
 
     def __post_init__(self) -> None:
         if self.rows is not None:
@@ -61,6 +69,13 @@ class Task:
                 f"task mode is {self.mode!r}{nearest(str(self.mode), MODES)}, "
                 f"expected one of {', '.join(MODES)}"
             )
+        if self.priority not in PRIORITIES:
+            raise InputError(
+                f"task priority is {self.priority!r}{nearest(str(self.priority), PRIORITIES)}, "
+                f"expected one of {', '.join(PRIORITIES)}"
+            )
+        if self.priority != "weighted" and self.mode == "hard":
+            raise InputError("priority 'position_first' needs rows that can give way; mode 'hard' has none")
         for name in ("kp", "kv"):
             if getattr(self, name) is not None:
                 non_negative(name, getattr(self, name))

@@ -77,6 +77,26 @@ TARGET_ACCELERATION: Final = 22
 TARGET_HAS_ROTATION: Final = 28
 TARGET_SIZE: Final = 29
 
+DELAYS: Final = 64
+"""Capacity: samples by which a measurement of a moving base may be late, plus one."""
+
+ESTIMATED_ATTITUDE: Final = 0
+NOMINAL_ATTITUDE: Final = 1
+MEASURED_ATTITUDE: Final = 2
+
+HAS_TIP: Final = 1
+"""What is measured at a tick of a moving base, bit by bit."""
+HAS_POSITION: Final = 2
+"""Of the tip the position only."""
+HAS_BASE: Final = 4
+HAS_TWIST: Final = 8
+
+BASE_TRACKING: Final = 0
+BASE_SATURATED: Final = 1
+BASE_RANK_DEFICIENT: Final = 2
+BASE_UNREACHABLE: Final = 3
+BASE_STALE: Final = 4
+BASE_HALTED: Final = 5
 PSEUDOINVERSE: Final = 0
 """Closed forms: x = J^+ b, weights by scaled columns."""
 DAMPED: Final = 1

@@ -26,6 +26,7 @@ from ftqp.kernel.dynamics import dynamics
 from ftqp.kernel.external import pack, unpack
 from ftqp.kernel.jit import batch_entry, carray, entry, jit, pointer, prange
 from ftqp.kernel.ladder import climb
+from ftqp.kernel.moving_base import base_verdict
 from ftqp.kernel.record import DTYPE
 from ftqp.kernel.reduced import DTYPE as REDUCED
 from ftqp.kernel.reduced import gather
@@ -125,6 +126,12 @@ def torques(address: int) -> int:
     joint_torques(K)
     K.has_torques = 1
     return 0
+
+
+@entry
+def base_finish(address: int) -> int:
+    """After a step on a moving base: the set point moves on; one of the codes BASE_*."""
+    return base_verdict(carray(pointer(address), 1, DTYPE)[0])
 
 
 @entry

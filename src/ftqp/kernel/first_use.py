@@ -8,6 +8,7 @@ from ftqp.kernel.jit import COMPILED, cache_folder
 
 STEP = ("step",)
 EXTERNAL = ("prepare_external", "finish_external")
+BASE = ("base_finish",)
 SETUP = ("kinematics", "inverse_dynamics", "torques", "measures")
 CLOSED_FORM = ("step_closed_form",)
 RATES = ("resolve_reduced", "damping")
@@ -18,6 +19,7 @@ _SIGNATURES = {
     "kinematics": "iaa",
     "inverse_dynamics": "iaa",
     "torques": "i",
+    "base_finish": "i",
     "measures": "ii",
     "step_closed_form": "iiiii",
     "resolve_reduced": "i",

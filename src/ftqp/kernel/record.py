@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.kernel.codes import JOINTS, ROWS, TARGET_SIZE, VARIABLES
+from ftqp.kernel.codes import DELAYS, JOINTS, ROWS, TARGET_SIZE, VARIABLES
 
 N = JOINTS
 Shape = tuple[int, ...]
@@ -48,6 +48,7 @@ TASK: dict[str, Shape] = {
     "d_task": (VARIABLES,),
     "z_first": (N,),  # multipliers of the first stage: what keeps the task from being followed
     "z_box_first": (N,),
+    "yielding": (6,),  # compliance of each component beside that of the task as a whole; 1 without priorities
 }
 CRITERIA: dict[str, Shape] = {"weight": (N,), "posture": (N,)}
 FAULTS: dict[str, Shape] = {
@@ -80,6 +81,25 @@ KINEMATICS: dict[str, Shape] = {
     "M": (N, N),
     "h": (N,),
 }
+BASE: dict[str, Shape] = {  # I is the inertial frame, see ``ftqp.kernel.moving_base``
+    "tip_world": (4, 4),  # measured pose of the tip in I
+    "base_given": (4, 4),  # measured pose of the base in I
+    "base_rate": (6,),  # given twist of the base at its origin, along I
+    "base_rate_last": (6,),
+    "base_nominal": (9,),
+    "base_now": (4, 4),  # pose of the base when it was measured
+    "base_last": (4, 4),
+    "T_base": (4, 4),  # the same brought to now
+    "base_shift": (6,),  # displacement of the tip by the base in one sample, as observed
+    "base_twist": (6,),  # twist of the tip by the base, predicted for the coming sample
+    "base_error": (6,),  # from the tip to the target along I
+    "base_turn": (9,),
+    "base_tip": (9,),
+    "base_product": (9,),
+    "base_scratch": (6,),
+    "arm_history": (DELAYS, 12),  # rotation and position of the tip in the base
+    "setpoint": (N,),  # sum of the commands since the start
+}
 FLOATS = (
     "dt",
     "length",
@@ -110,6 +130,11 @@ FLOATS = (
     "residual_dual",
     "torque_excess",
     "guard",  # share of a_max up to which torque limits hold without being checked; 0: torque rows every tick
+    "observer",  # low-pass factor of the disturbance observer; 0: none
+    "base_age",  # how long the base has not been seen
+    "base_patience",  # how long it may not be seen
+    "base_rank",
+    "base_tolerance",
     "kappa",  # damping of a closed form
 )
 INTEGERS = (
@@ -141,6 +166,19 @@ INTEGERS = (
     "qp_iterations",
     "ticks",
     "empty_intervals",
+    "base",  # the base moves: the target is given in I
+    "base_attitude",
+    "base_has",
+    "base_delay",
+    "base_ticks",
+    "base_seen",
+    "base_rates",
+    "base_ever",
+    "base_stale",
+    "base_freezes",
+    "base_hold",
+    "base_leaning",
+    "anti_windup",
     "resolver",  # address of the closed form's memory
 )
 INTEGER_ARRAYS: dict[str, Shape] = {
@@ -208,7 +246,7 @@ def qp_fields(variables: int, rows: int, constraints: int) -> list[Any]:
 
 def _planner_dtype() -> np.dtype[Any]:
     fields: list[Any] = [(name, "f8") for name in FLOATS] + [(name, "i8") for name in INTEGERS]
-    for group in (ROBOT, LIMITS, TASK, CRITERIA, FAULTS, STATE, KINEMATICS):
+    for group in (ROBOT, LIMITS, TASK, CRITERIA, FAULTS, STATE, KINEMATICS, BASE):
         fields += [(name, "f8", shape) for name, shape in group.items()]
     fields += [(name, "i8", shape) for name, shape in INTEGER_ARRAYS.items()]
     return np.dtype(fields + qp_fields(VARIABLES, ROWS, JOINTS), align=True)
@@ -218,8 +256,10 @@ DTYPE = _planner_dtype()
 
 
 def record(count: int = 1) -> Any:
-    """``count`` zeroed records; the address of record k is ``W[k:].ctypes.data``."""
-    return np.zeros(count, DTYPE)
+    """``count`` records, zero but for ``yielding``; the address of record k is ``W[k:].ctypes.data``."""
+    W = np.zeros(count, DTYPE)
+    W["yielding"] = 1.0
+    return W
 
 
 def load_chain(W: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, inertia: Any, prismatic: Any,

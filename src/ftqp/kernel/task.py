@@ -82,7 +82,7 @@ def task_rows(K: Any) -> None:
 
 @jit
 def compliance(K: Any, ratio: float) -> None:
-    """soft_k = ratio |A|_F^2 / (m tr H): the slack's weight follows the QP's own magnitude."""
+    """soft_k = yielding_k ratio |A|_F^2 / (m tr H): the slack's weight follows the QP's own magnitude."""
     trace = 0.0
     for i in range(K.n):
         trace += K.H[i, i] if K.dense else K.H_diagonal[i]
@@ -92,7 +92,7 @@ def compliance(K: Any, ratio: float) -> None:
             norm += K.A[k, i] * K.A[k, i]
     soft = ratio * norm / (max(K.meq, 1) * trace) + 1e-300
     for k in range(K.meq):
-        K.soft[k] = soft
+        K.soft[k] = soft * K.yielding[K.rows[k]]
 
 
 @jit

@@ -22,6 +22,7 @@ from ftqp.kernel.failed_joints import any_instant_lock, lock_instantly, prescrib
 from ftqp.kernel.finite import is_finite
 from ftqp.kernel.jit import jit
 from ftqp.kernel.ladder import begin_first_stage, begin_stop
+from ftqp.kernel.moving_base import follow_base, reduce_by_lead
 from ftqp.kernel.pose_error import pose_error
 from ftqp.kernel.task import compliance, error_norms, path_scale, task_rows
 from ftqp.kernel.torque import add_torques
@@ -109,6 +110,8 @@ def prepare(K: Any) -> int:
     K.torque_excess = 0.0
     valid = _inputs_are_finite(K)
     forward_kinematics(K)
+    if K.base and not follow_base(K):
+        valid = False
     if any_instant_lock(K):
         motion(K)
         dynamics(K)
@@ -117,6 +120,8 @@ def prepare(K: Any) -> int:
     if K.level == ACCELERATION:
         motion(K)
     intervals(K)
+    if K.base and K.anti_windup:
+        reduce_by_lead(K)
     K.nc = 0
     K.has_torques = 0
     if K.dynamic and K.guard == 0.0:

@@ -17,10 +17,11 @@ from ftqp.core.errors import InputError, unknown
 from ftqp.sim.describe import description
 from ftqp.sim.log import LogWriter
 from ftqp.sim.metrics import STOP_CODES
+from ftqp.sim.moving_world import MovingWorld
 from ftqp.sim.plants import KinematicPlant, Plant
 from ftqp.sim.rows import RowWriter
 from ftqp.sim.schedule import Schedule
-from ftqp.sim.signals import columns
+from ftqp.sim.signals import base_columns, columns
 
 FEED_FORWARDS = ("sampled", "mean")
 BLOCK = 2048
@@ -73,6 +74,8 @@ class Simulation:
         feed_forward: ``"sampled"`` feeds forward the path's acceleration at t_k, ``"mean"`` its mean over dt.
         log: a new file for the log, or ``None`` for none.
         metadata: more to put into the log, for example the resolved scenario.
+        world: the base under the arm where it moves, with the inertial task of this planner; the path is then
+            one in the inertial frame. Without it the base stands.
         progress: called with (ticks done, ticks in all) about ten times a second.
 
     Raises:
@@ -95,6 +98,7 @@ class Simulation:
         log: str | File | None = None,
         metadata: Mapping[str, Any] | None = None,
         progress: Callable[[int, int], None] | None = None,
+        world: MovingWorld | None = None,
     ) -> None:
         robot = planner.robot
         if feed_forward not in FEED_FORWARDS:
@@ -117,6 +121,11 @@ class Simulation:
         self._log = log
         self._metadata = dict(metadata or {})
         self._progress = progress
+        self._world = world
+        if world is not None and world.follower.planner is not planner:
+            raise InputError(
+                "the world's inertial task has another planner than the simulation; give it this one"
+            )
 
     def run(self) -> Result:
         """Simulate to the end, or until Ctrl-C, which leaves complete files and a result that says so.
@@ -128,12 +137,17 @@ class Simulation:
         self._forget_faults()
         planner.reset(self._q, self._v)
         self._plant.reset(self._q, self._v)
+        world = self._world
+        if world is not None:
+            world.reset(self._q, self._v, self._last + 1)
         if self._log is None:
             return self._ticks(None)
         signals = columns(planner.robot.joints, planner.robot.chain.prismatic, planner.level)
+        if world is not None:
+            signals += base_columns(world.base.coordinates)
         about = description(planner, self._schedule, self._path, self._last) | self._metadata
         with LogWriter(self._log, signals, about | {"state": "running"}) as log:
-            result = self._ticks(RowWriter(log, planner))
+            result = self._ticks(RowWriter(log, planner, world))
             log.annotate({"state": "interrupted" if result.interrupted else "finished"})
         return result
 
@@ -147,7 +161,7 @@ class Simulation:
 
     def _ticks(self, rows: RowWriter | None) -> Result:
         """All ticks."""
-        planner, plant, dt = self._planner, self._plant, self._planner.dt
+        planner, plant, dt, world = self._planner, self._plant, self._planner.dt, self._world
         failing, announced = self._schedule.failing(dt), self._schedule.announced(dt)
         target = Target(pose=self._path.start, twist=np.zeros(6), acceleration=np.zeros(6))
         counts = [0] * len(StepStatus)
@@ -168,8 +182,10 @@ class Simulation:
                 target.pose[:] = pose[at]
                 target.twist[:] = twist[at]
                 target.acceleration[:] = acceleration[at]
+                if world is not None:
+                    world.sense(k, plant.q, pose[at])
                 before = clock.now()
-                step = planner.step(plant.q, plant.v, target)
+                step = (planner if world is None else world).step(plant.q, plant.v, target)
                 elapsed = clock.now() - before
                 if rows is not None:
                     rows.write(k * dt, plant.q, plant.v, pose[at], step, elapsed)

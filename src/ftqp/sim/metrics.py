@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.control.base_motion import BaseStatus
 from ftqp.control.status import StepStatus
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.sim.log import Log
@@ -56,6 +57,24 @@ def summary(log: Log) -> dict[str, Any]:
             "max": _largest(log["step_time"]),
         },
         "faults": list(about.get("faults", [])),
+        **(_inertial(log) if "base_status" in log else {}),
+    }
+
+
+def _inertial(log: Log) -> dict[str, Any]:
+    """True errors of a run on a moving base, and how far the base took the tip along with it."""
+    error, status = log["inertial_error"], log["base_status"]
+    counts = np.bincount(status, minlength=len(BaseStatus))
+    position, rotation = np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1)
+    return {
+        "inertial": {
+            "max_position_error": _largest(position),
+            "rms_position_error": _root_mean_square(position),
+            "max_rotation_error": _largest(rotation),
+            "rms_rotation_error": _root_mean_square(rotation),
+            "final_position_error": float(position[-1]) if len(log) else None,
+            "status_counts": {s.name: int(n) for s, n in zip(BaseStatus, counts, strict=True) if n},
+        }
     }
 
 

@@ -12,6 +12,7 @@ from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.qp.problem import SolveStatus
 from ftqp.sim.arm import Arm
 from ftqp.sim.log import LogWriter
+from ftqp.sim.moving_world import MovingWorld
 
 CODES = {Locked: 1, FreeSwinging: 2, Degraded: 3}
 """Code of each kind of fault in the columns ``belief`` and ``truth``; 0 is healthy."""
@@ -26,11 +27,12 @@ class RowWriter:
     Args:
         log: where the rows go.
         planner: whose steps they hold.
+        world: the base, where it moves; the row then ends with `ftqp.sim.signals.base_columns`.
     """
 
-    def __init__(self, log: LogWriter, planner: Planner) -> None:
+    def __init__(self, log: LogWriter, planner: Planner, world: MovingWorld | None = None) -> None:
         self._log = log
-        self._planner = planner
+        self._planner, self._world = planner, world
         self._arm = Arm(planner.robot)
         self._truth = np.zeros(planner.robot.nv)
         self._belief = np.zeros(planner.robot.nv)
@@ -62,7 +64,8 @@ class RowWriter:
         joints[7] = self._believed()
         joints[8] = self._truth
         rest = row[1 + 9 * n :]
-        tip = self._arm.tip(q)
+        world = self._world
+        tip = self._arm.tip(q) if world is None else world.tip_pose
         turns = Rotation.from_matrix([target[:3, :3], tip[:3, :3]]).as_quat(canonical=True)
         rest[0:3], rest[3:7] = target[:3, 3], turns[0]
         rest[7:10], rest[10:14] = tip[:3, 3], turns[1]
@@ -79,6 +82,14 @@ class RowWriter:
         )
         rest[23:26] = step.measures
         rest[26] = step.kappa
+        if world is not None:
+            count = len(world.eta)
+            last = row[len(row) - count - 14 :]
+            last[0:3] = world.base_pose[:3, 3]
+            last[3:7] = Rotation.from_matrix(world.base_pose[:3, :3]).as_quat(canonical=True)
+            last[7 : 7 + count] = world.eta
+            last[7 + count : 13 + count] = world.error
+            last[13 + count] = world.follower.code
         self._log.append()
 
     def _believed(self) -> FloatArray:

@@ -46,6 +46,28 @@ _SCALARS = (
 )  # fmt: skip
 
 
+def base_columns(coordinates: Sequence[str]) -> tuple[Column, ...]:
+    """The columns that a moving base adds, in their order.
+
+    Args:
+        coordinates: names of the base's coordinates.
+    """
+    where = "of the base in the inertial frame"
+    result = [Column(f"base.{axis}", "m", f"true position {where}") for axis in "xyz"]
+    result += [Column(f"base.q{axis}", "-", f"true attitude {where}, unit quaternion") for axis in "xyzw"]
+    slides = ("track", "x", "y", "z")
+    result += [
+        Column(f"disturbance.{name}", "m" if name in slides else "rad", "true coordinate of the base")
+        for name in coordinates
+    ]
+    error = "true error of the tip along the inertial axes"
+    result += [Column(f"inertial_error.{axis}", "m", error) for axis in "xyz"]
+    result += [Column(f"inertial_error.r{axis}", "rad", f"{error}, rotation vector") for axis in "xyz"]
+    status = Column("base_status", "-", "status of the inertial task: 0 TRACKING, 1 SATURATED, "
+                    "2 RANK_DEFICIENT, 3 UNREACHABLE, 4 STALE, 5 HALTED", True)  # fmt: skip
+    return (*result, status)
+
+
 def columns(joints: Sequence[str], prismatic: BoolArray, level: str) -> tuple[Column, ...]:
     """All columns of the log of one robot, in their order.
 

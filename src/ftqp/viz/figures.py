@@ -6,13 +6,14 @@ import numpy as np
 
 from ftqp.core.errors import InputError
 from ftqp.sim.log import Log
-from ftqp.viz import joints, ribbon, tracking
+from ftqp.viz import base, joints, ribbon, tracking
 
 DRAWINGS = {
     "path.png": tracking.draw,
     "joints.png": joints.draw_positions,
     "torques.png": joints.draw_torques,
     "status.png": ribbon.draw,
+    "base.png": base.draw,
 }
 """The figures of a run by file name."""
 
@@ -25,7 +26,8 @@ def save_figures(log: Log, folder: str | Path) -> list[Path]:
         folder: where to put them; existing files of the same names are replaced.
 
     Returns:
-        The files, in the order path, joints, torques (left out where the arm has no inertia), status.
+        The files, in the order path, joints, torques (left out where the arm has no inertia), status,
+        base (of a run on a moving base).
 
     Raises:
         InputError: an empty log, or a folder that cannot be written.
@@ -39,6 +41,8 @@ def save_figures(log: Log, folder: str | Path) -> list[Path]:
     files = []
     for name, draw in DRAWINGS.items():
         if name == "torques.png" and not np.isfinite(log["tau"]).any():
+            continue
+        if name == "base.png" and "base_status" not in log:
             continue
         files.append(draw(log, Path(folder) / name))
     return files

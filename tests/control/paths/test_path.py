@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 from ftqp.control.paths import (
     KINDS,
     Circle,
+    Hold,
     Line,
     Lissajous,
     PointToPoint,
@@ -46,8 +47,10 @@ MAKERS = {
     ),
     "point_to_point": lambda start, law: PointToPoint(start, goal(start), duration=T, law=law),
     "waypoints": lambda start, law: waypoints(start),
+    "hold": lambda start, law: Hold(start, duration=T),
 }
-CASES = [(kind, law) for kind in MAKERS for law in laws.names() if kind != "waypoints" or law == "quintic"]
+LAWLESS = ("waypoints", "hold")
+CASES = [(kind, law) for kind in MAKERS for law in laws.names() if kind not in LAWLESS or law == "quintic"]
 
 
 @pytest.fixture(params=CASES, ids=lambda case: "-".join(case))

@@ -89,7 +89,13 @@ class PointToPointTable(_Timed):
     law: Named = Field({"name": "quintic"}, description=_LAW)
 
 
+class HoldTable(_Timed):
+    """The start pose, kept."""
+
+    kind: Literal["hold"]
+
+
 PathTable = Annotated[
-    LineTable | SquareTable | CircleTable | LissajousTable | WaypointsTable | PointToPointTable,
+    LineTable | SquareTable | CircleTable | LissajousTable | WaypointsTable | PointToPointTable | HoldTable,
     Field(discriminator="kind"),
 ]

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, field_serializer, model_validator
 
-from ftqp.app.schema.base import Finite, Named, Table, Vector, unit
+from ftqp.app.schema.base import Finite, Limit, Named, Table, Vector, unit
 from ftqp.control.emergency import EmergencyStop
 
 
@@ -13,6 +13,7 @@ def _off(value: Any) -> Any:
 
 
 DEFAULT_STOP = EmergencyStop()
+Range = Annotated[list[Limit], Field(min_length=2, max_length=2)]
 
 
 class TaskTable(Table):
@@ -37,6 +38,9 @@ class TaskTable(Table):
     )
     axis: Vector = Field(
         [0.0, 0.0, 1.0], description="tool axis in the tip frame, for rows = 'position_axis'"
+    )
+    priority: Literal["weighted", "position_first"] = Field(
+        "weighted", description="whether rotation counts as much as position or gets what position leaves"
     )
     slack: Finite = Field(1e-6, gt=0, le=1, description="compliance of the rows in mode slack, 1e-12 to 1")
 
@@ -81,6 +85,11 @@ class PlannerTable(Table):
     posture: list[Finite] | None = Field(
         None,
         description="the posture that rmp returns to; the start if absent",
+        json_schema_extra=unit("rad or m"),
+    )
+    branch_limits: dict[str, Range] | None = Field(
+        None,
+        description="ranges inside those of some joints, { joint = [low, high] }, to keep its branch",
         json_schema_extra=unit("rad or m"),
     )
     torque_limits: bool = Field(True, description="whether torque limits are constraints")

@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from ftqp.app.schema.base import Finite, Table, unit
 from ftqp.app.schema.faults import FaultTable
+from ftqp.app.schema.moving_base import BaseTable
 from ftqp.app.schema.path import PathTable
 from ftqp.app.schema.planner import PlannerTable
 from ftqp.app.schema.robot import RobotTable
@@ -24,10 +25,20 @@ class StartTable(Table):
     )
 
 
+class ServoTable(Table):
+    """First-order joint servos at the arm's speed limits, whose set points add up the commands."""
+
+    time_constant: Finite = Field(0.1, gt=0, description="time constant, > 0", json_schema_extra=unit("s"))
+    substeps: int = Field(10, ge=1, description="steps of the servos in a control period, >= 1")
+
+
 class SimulationTable(Table):
     """What stands for the world."""
 
-    plant: Literal["kinematic"] = Field("kinematic", description="the arm follows every command exactly")
+    plant: Literal["kinematic", "servo"] = Field(
+        "kinematic", description="the arm follows every command exactly, or through joint servos that lag"
+    )
+    servo: ServoTable = Field(ServoTable(), description="the servos of plant = 'servo'")
     seed: int = Field(0, ge=0, description="seed of everything random, >= 0")
     feed_forward: Literal["sampled", "mean"] = Field(
         "sampled", description="the path's acceleration at a tick, or its mean until the next one"
@@ -67,6 +78,7 @@ class Scenario(Table):
     planner: PlannerTable = Field(PlannerTable(), description="how the next command is chosen")
     start: StartTable = Field(StartTable(), description="the state at t = 0")
     path: PathTable = Field(description="what the tip follows")
+    base: BaseTable | None = Field(None, description="what carries the arm; it stands if absent")
     faults: list[FaultTable] = Field([], description="what fails, and when the planner is told")
     simulation: SimulationTable = Field(SimulationTable(), description="what stands for the world")
     recording: RecordingTable = Field(RecordingTable(), description="which QPs --record-qps keeps")

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from ftqp.control.paths.circle import Circle
+from ftqp.control.paths.hold import Hold
 from ftqp.control.paths.line import Line
 from ftqp.control.paths.lissajous import Lissajous
 from ftqp.control.paths.path import Path, PathSample, mean_acceleration
@@ -17,12 +18,14 @@ KINDS: Mapping[str, type[Path]] = {
     "lissajous": Lissajous,
     "waypoints": Waypoints,
     "point_to_point": PointToPoint,
+    "hold": Hold,
 }
 """The kinds of path by the name a scenario gives them."""
 
 __all__ = [
     "KINDS",
     "Circle",
+    "Hold",
     "Line",
     "Lissajous",
     "Path",

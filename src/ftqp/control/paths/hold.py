@@ -1,0 +1,26 @@
+"""Staying where it is."""
+
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.paths.path import Motion, Path
+from ftqp.core.checks import FloatArray
+
+
+@final
+class Hold(Path):
+    """p(t) = p0, R(t) = R0: the tip keeps its start pose, for a base that moves or a joint that fails at
+    rest.
+
+    Args:
+        start: the pose, (4, 4).
+        duration: how long [s].
+    """
+
+    def __init__(self, start: Any, *, duration: float) -> None:
+        super().__init__(start, duration)
+
+    def _motion(self, t: FloatArray) -> Motion:
+        still = np.zeros((len(t), 3))
+        return Motion(position=still + self.start[:3, 3], velocity=still, acceleration=still)

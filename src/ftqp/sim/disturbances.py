@@ -1,0 +1,136 @@
+"""What moves a base: one signal a coordinate, as a function of time."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, final
+
+import numpy as np
+from scipy.signal import lfilter
+
+from ftqp.core.checks import FloatArray, non_negative, positive
+from ftqp.core.errors import InputError
+
+
+def _number(name: str, value: Any) -> float:
+    """``value`` as a finite float of either sign."""
+    size = non_negative(name, abs(value) if isinstance(value, int | float) else value)
+    return float(np.copysign(size, value))
+
+
+class Disturbance(ABC):
+    """The role of a disturbance: the deviation of some coordinates of a base from their nominal values."""
+
+    @abstractmethod
+    def sample(self, t: FloatArray) -> Mapping[str, FloatArray]:
+        """The deviation of each coordinate it moves, by name, each (K,), at rising times t, (K,) [s]."""
+
+
+@final
+class Step(Disturbance):
+    """From 0 to ``size`` at the time ``at``, at once or along a ramp.
+
+    Args:
+        coordinate: name of the base's coordinate.
+        size: where it ends [m or rad].
+        at: when it begins [s].
+        rate: slope of the ramp, > 0 [m/s or rad/s]; None is a jump, complete at ``at``.
+    """
+
+    def __init__(self, coordinate: str, size: float, *, at: float = 0.0, rate: float | None = None) -> None:
+        self._name, self._size = coordinate, _number("size of the step", size)
+        self._at = non_negative("time of the step", at, "s")
+        self._rate = np.inf if rate is None else positive("rate of the step", rate)
+
+    def sample(self, t: FloatArray) -> Mapping[str, FloatArray]:
+        """The deviation at times t."""
+        since = t - self._at
+        if np.isinf(self._rate):
+            return {self._name: np.where(since >= -1e-9, self._size, 0.0)}
+        way = np.clip(self._rate * since, 0.0, abs(self._size))
+        return {self._name: np.copysign(way, self._size)}
+
+
+@final
+class Sinusoid(Disturbance):
+    """A (sin(2 pi f t + phase) - sin phase): starts at 0.
+
+    Args:
+        coordinate: name of the base's coordinate.
+        amplitude: A [m or rad].
+        frequency: f [Hz].
+        phase: [rad].
+    """
+
+    def __init__(self, coordinate: str, amplitude: float, *, frequency: float, phase: float = 0.0) -> None:
+        self._name, self._amplitude = coordinate, _number("amplitude", amplitude)
+        self._frequency = positive("frequency", frequency, "Hz")
+        self._phase = _number("phase", phase)
+
+    def sample(self, t: FloatArray) -> Mapping[str, FloatArray]:
+        """The deviation at times t."""
+        wave = np.sin(2.0 * np.pi * self._frequency * t + self._phase) - np.sin(self._phase)
+        return {self._name: self._amplitude * wave}
+
+
+@final
+class RandomMotion(Disturbance):
+    """White noise through a first-order low-pass: x_k+1 = c x_k + sqrt(1 - c^2) rms w_k, c = exp(-2 pi f dt).
+
+    Exact for equal steps; starts at 0 and reaches its rms after about 1/f.
+
+    Args:
+        coordinate: name of the base's coordinate.
+        rms: root mean square in the long run [m or rad].
+        corner: corner frequency f [Hz].
+        generator: where the numbers come from.
+    """
+
+    def __init__(self, coordinate: str, rms: float, *, corner: float, generator: np.random.Generator) -> None:
+        self._name, self._rms = coordinate, non_negative("rms", rms)
+        self._corner = positive("corner frequency", corner, "Hz")
+        if not isinstance(generator, np.random.Generator):
+            raise InputError(
+                f"generator is {type(generator).__name__}, expected numpy.random.default_rng(seed)"
+            )
+        self._seed = int(generator.integers(2**63))
+
+    def sample(self, t: FloatArray) -> Mapping[str, FloatArray]:
+        """The deviation at times t; the same for the same times, however often it is asked."""
+        w = np.random.default_rng(self._seed).standard_normal(len(t))
+        if len(t) < 2:
+            return {self._name: np.zeros(len(t))}
+        c = float(np.exp(-2.0 * np.pi * self._corner * (t[1] - t[0])))
+        w[0] = 0.0
+        moved = lfilter([self._rms * np.sqrt(1.0 - c * c)], [1.0, -c], w)
+        return {self._name: np.asarray(moved, dtype=np.float64)}
+
+
+@final
+class Recorded(Disturbance):
+    """Coordinates as they were recorded, linear between samples, held before the first and after the last.
+
+    Args:
+        times: rising, (K,) [s].
+        values: the deviation of each coordinate by name, each (K,) [m or rad].
+    """
+
+    def __init__(self, times: Any, values: Mapping[str, Any]) -> None:
+        self._t = np.array(times, dtype=np.float64)
+        self._values = {name: np.array(value, dtype=np.float64) for name, value in values.items()}
+        if self._t.ndim != 1 or len(self._t) < 1 or not (np.diff(self._t) > 0.0).all():
+            raise InputError("times of a recorded disturbance do not rise, expected (K,) rising numbers in s")
+        for name, value in self._values.items():
+            if value.shape != self._t.shape or not np.isfinite(value).all():
+                raise InputError(
+                    f"{name} of a recorded disturbance has shape {value.shape}, expected {self._t.shape} "
+                    "finite numbers"
+                )
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates it moves."""
+        return tuple(self._values)
+
+    def sample(self, t: FloatArray) -> Mapping[str, FloatArray]:
+        """The deviation at times t."""
+        return {name: np.interp(t, self._t, value) for name, value in self._values.items()}

@@ -1,0 +1,280 @@
+"""The inertial task: what it refuses, what it says, and that nothing of the world makes it raise."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp import BaseStatus, InertialTask, MovingBase, Observer, StepStatus
+from ftqp.core.errors import InputError
+from ftqp.core.pose import rotation_exp, transform
+from ftqp.kernel.jit import COMPILED
+
+DT = 0.01
+
+
+def velocity_planner(robot, **options):
+    options = {"level": "velocity", "emergency": None, **options}
+    return ftqp.Planner(robot, DT, **options)
+
+
+@pytest.fixture
+def base():
+    return transform(rotation_exp(np.array([0.3, -0.2, 0.9])), np.array([0.4, -1.0, 0.2]))
+
+
+def closed_loop(follower, pose_of, ticks, q=None, **given):
+    """Hold the first pose in space while the base moves as ``pose_of(k)``; the last step and q."""
+    robot = follower.planner.robot
+    q, v = (robot.neutral if q is None else q).copy(), np.zeros(robot.nv)
+    goal = ftqp.Target(pose=pose_of(0) @ robot.pose(q))
+    follower.reset(q)
+    for k in range(ticks):
+        step = follower.step(q, v, goal, tip=pose_of(k) @ robot.pose(q), **given)
+        q, v = step.q.copy(), step.v.copy()
+    return step, q
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        (
+            {"sensing": "unknwon"},
+            r"sensing is 'unknwon' \(did you mean 'unknown'\?\), expected one of unknown, known",
+        ),
+        ({"attitude": "guessed"}, "attitude is 'guessed'.*, expected one of estimated, nominal, measured"),
+        ({"observer": 0.3}, r"observer is 0.3, expected ftqp.Observer\(...\) or None"),
+        ({"delay": 0.1}, "sensing is 'unknown' with a delay of 0.1 s; a delay goes with 'late' only"),
+        ({"sensing": "late"}, "sensing is 'late' with a delay of 0 s"),
+        ({"sensing": "late", "delay": np.nan}, "delay is nan"),
+        ({"patience": -1.0}, "patience is -1, expected a finite number >= 0 s"),
+        ({"nominal": np.ones((3, 3))}, "nominal has a rotation part that is not a rotation"),
+        ({"nominal": np.eye(2)}, r"nominal has shape \(2, 2\), expected"),
+    ],
+)
+def test_wrong_base_is_one_clear_sentence(given, sentence):
+    with pytest.raises(InputError, match=sentence):
+        MovingBase(**given)
+
+
+@pytest.mark.parametrize(
+    ("planner", "given", "sentence"),
+    [
+        (
+            {"level": "acceleration"},
+            {},
+            "the planner decides accelerations, but a moving base needs level='velocity'",
+        ),
+        (
+            {"task": ftqp.Task(mode="scaled")},
+            {},
+            "task mode is 'scaled', but an inertial target waits for no path",
+        ),
+        ({"task": ftqp.Task(kp=5.0)}, {}, "task kp is 5, but here gain sets it to gain/dt; leave kp out"),
+        ({}, {"gain": 2.0}, "gain is 2, but the loop is unstable from 2 on"),
+        ({}, {"gain": 0.0}, "gain is 0, expected a finite number > 0"),
+        ({}, {"tolerance": 0.0}, "tolerance is 0, expected a finite number > 0 m"),
+        (
+            {},
+            {"base": MovingBase(sensing="late", delay=0.64)},
+            "delay is 0.64 s, 64 samples of 0.01 s; expected at most 63",
+        ),
+    ],
+)
+def test_wrong_inertial_task_is_one_clear_sentence(panda, planner, given, sentence):
+    with pytest.raises(InputError, match=sentence):
+        InertialTask(velocity_planner(panda, **planner), **given)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"tip": np.eye(3)}, r"tip has shape \(3, 3\), expected \(4, 4\)"),
+        ({"tip": [["a"] * 4] * 4}, "tip is not an array of numbers"),
+        ({"tip": np.zeros(3)}, "tip is a position, .* but the task has rotation rows"),
+        ({"base": np.zeros(6)}, r"base has shape \(6,\), expected \(4, 4\)"),
+        ({"base_twist": np.zeros(3)}, r"base_twist has shape \(3,\), expected \(6,\)"),
+    ],
+)
+def test_wrong_measurement_is_one_clear_sentence(panda, home, given, sentence):
+    follower = InertialTask(velocity_planner(panda))
+    follower.reset(panda.neutral)
+    with pytest.raises(InputError, match=sentence):
+        follower.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home), **given)
+
+
+def test_base_at_rest_asks_for_no_motion_wherever_it_stands(panda, base):
+    follower = InertialTask(velocity_planner(panda))
+    step, _ = closed_loop(follower, lambda k: base, 3)
+    assert np.abs(step.v).max() < 1e-9 and follower.status is BaseStatus.TRACKING
+    np.testing.assert_allclose(follower.base_pose, base, atol=1e-12)
+    np.testing.assert_allclose(follower.error, 0.0, atol=1e-12)
+
+
+def test_error_is_given_along_inertial_axes(panda, base):
+    follower = InertialTask(velocity_planner(panda))
+    follower.reset(panda.neutral)
+    goal = base @ panda.pose(panda.neutral)
+    tip = goal.copy()
+    goal[:3, 3] += [0.01, 0.0, 0.0]
+    step = follower.step(panda.neutral, np.zeros(7), ftqp.Target(pose=goal), tip=tip)
+    np.testing.assert_allclose(follower.error, [0.01, 0, 0, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(step.task_error[:3], base[:3, :3].T @ [0.01, 0.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("backend", ["active_set", "daqp"])
+def test_moving_base_is_followed_with_any_solver(panda, base, backend):
+    def pose_of(k):
+        return base @ transform(rotation_exp(np.array([0.0, 0.0, 2e-3 * k])), np.array([1e-3 * k, 0.0, 0.0]))
+
+    follower = InertialTask(velocity_planner(panda, backend=backend), MovingBase(observer=Observer()))
+    step, _ = closed_loop(follower, pose_of, 40)
+    assert np.linalg.norm(follower.error[:3]) < 2e-5 and step.status is StepStatus.OK
+    np.testing.assert_allclose(follower.observed_twist[3:], base[:3, :3] @ [0.0, 0.0, 0.2], atol=1e-4)
+
+
+@pytest.mark.parametrize("bad", ["none", "nan", "inf"])
+def test_base_that_is_not_seen_is_held_and_then_the_arm_brakes(panda, base, bad):
+    follower = InertialTask(velocity_planner(panda), MovingBase(patience=0.02))
+    step, q = closed_loop(follower, lambda k: base @ transform(np.eye(3), np.array([2e-3 * k, 0, 0])), 10)
+    v = step.v.copy()
+    assert np.abs(v).max() > 0.05
+    goal = ftqp.Target(pose=base @ panda.pose(q))
+    tip = {"none": None, "nan": np.full((4, 4), np.nan), "inf": np.full((4, 4), np.inf)}[bad]
+    said = []
+    for _ in range(60):
+        step = follower.step(q, v, goal, tip=tip)
+        assert np.all(np.isfinite(step.v))
+        assert np.all(np.abs(step.v - v) <= panda.limits.a_max * DT * (1.0 + 1e-9))
+        q, v = step.q.copy(), step.v.copy()
+        said.append((follower.status, step.status))
+    assert {status for status, _ in said} == {BaseStatus.STALE}
+    assert [status for _, status in said[:2]].count(StepStatus.INVALID_INPUT) == 0
+    assert said[-1][1] is StepStatus.INVALID_INPUT and np.abs(v).max() < 1e-9
+    goal = ftqp.Target(pose=base @ panda.pose(q))
+    follower.step(q, v, goal, tip=goal.pose)
+    assert follower.status is BaseStatus.TRACKING
+
+
+def test_first_step_without_a_measurement_keeps_the_arm_at_rest(panda, home):
+    follower = InertialTask(velocity_planner(panda))
+    follower.reset(panda.neutral)
+    step = follower.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home))
+    assert follower.status is BaseStatus.STALE and step.status is StepStatus.INVALID_INPUT
+    assert np.all(step.v == 0.0)
+
+
+@pytest.mark.parametrize("where", ["q", "target"])
+def test_other_invalid_input_is_not_blamed_on_the_base(panda, base, where):
+    follower = InertialTask(velocity_planner(panda))
+    closed_loop(follower, lambda k: base, 2)
+    target = ftqp.Target(pose=np.eye(4))
+    q = panda.neutral.copy()
+    if where == "q":
+        q[2] = np.nan
+    else:
+        target.pose[0, 3] = np.nan
+    step = follower.step(q, np.zeros(7), target, tip=base @ panda.pose(panda.neutral))
+    assert step.status is StepStatus.INVALID_INPUT and follower.status is BaseStatus.HALTED
+    assert np.all(np.isfinite(step.v))
+
+
+def test_tip_out_of_reach_is_called_so(panda, base):
+    follower = InertialTask(velocity_planner(panda, task=ftqp.Task(rows="position")))
+
+    def pose_of(k):
+        return base @ transform(np.eye(3), np.array([-min(1.5, 5e-3 * k), 0.0, 0.0]))
+
+    closed_loop(follower, pose_of, 900)
+    assert follower.status in (BaseStatus.UNREACHABLE, BaseStatus.RANK_DEFICIENT)
+    assert np.linalg.norm(follower.error[:3]) > 0.1
+
+
+def test_fast_base_saturates_the_arm_for_a_while(panda, base):
+    follower = InertialTask(velocity_planner(panda))
+    jump = transform(np.eye(3), np.array([0.0, 0.15, 0.0]))
+    closed_loop(follower, lambda k: base if k < 2 else base @ jump, 6)
+    assert follower.status is BaseStatus.SATURATED
+    step, _ = closed_loop(follower, lambda k: base if k < 2 else base @ jump, 200)
+    assert follower.status is BaseStatus.TRACKING and np.linalg.norm(follower.error) < 1e-6
+    assert step.status is StepStatus.OK
+
+
+def test_position_alone_falls_back_to_the_nominal_attitude(panda, base):
+    task = ftqp.Task(rows="position")
+    seen = []
+    for attitude, tip in (("estimated", slice(None)), ("nominal", None)):
+        nominal = rotation_exp(np.array([0.25, -0.2, 0.8]))
+        follower = InertialTask(
+            velocity_planner(panda, task=task), MovingBase(attitude=attitude, nominal=nominal)
+        )
+        follower.reset(panda.neutral)
+        pose = base @ panda.pose(panda.neutral)
+        goal = ftqp.Target(position=pose[:3, 3] + [0.0, 0.01, 0.0])
+        seen.append(
+            follower.step(panda.neutral, np.zeros(7), goal, tip=pose if tip is None else pose[:3, 3]).v.copy()
+        )
+    np.testing.assert_allclose(seen[0], seen[1], atol=1e-12)
+    assert np.abs(seen[0]).max() > 1e-3
+
+
+def test_set_point_adds_up_the_commands(panda, base):
+    follower = InertialTask(velocity_planner(panda), MovingBase(anti_windup=True))
+    follower.reset(panda.neutral)
+    goal = ftqp.Target(pose=base @ panda.pose(panda.neutral))
+    tip = base @ transform(np.eye(3), np.array([0.02, 0.0, 0.0])) @ panda.pose(panda.neutral)
+    total = panda.neutral.copy()
+    for _ in range(20):  # a servo that does not move at all
+        step = follower.step(panda.neutral, np.zeros(7), goal, tip=tip)
+        total += DT * step.v
+        lead = follower.setpoint - panda.neutral
+        assert np.all(np.abs(lead) <= panda.limits.v_max * DT * (1.0 + 1e-9))
+    np.testing.assert_allclose(follower.setpoint, total, atol=1e-12)
+
+
+def test_planner_alone_is_not_touched_by_its_follower(panda, home):
+    planner = velocity_planner(panda)
+    follower = InertialTask(planner)
+    follower.reset(panda.neutral)
+    goal = ftqp.Target(pose=home)
+    before = planner.step(panda.neutral, np.zeros(7), goal).v.copy()
+    follower.step(panda.neutral, np.zeros(7), goal, tip=transform(np.eye(3), np.ones(3)) @ home)
+    planner.reset(panda.neutral)
+    np.testing.assert_array_equal(planner.step(panda.neutral, np.zeros(7), goal).v, before)
+
+
+ALLOCATIONS = """
+import numpy as np, ftqp
+from numba.core.runtime import rtsys
+robot = ftqp.robots.load("panda")
+planner = ftqp.Planner(robot, 0.01, level="velocity")
+follower = ftqp.InertialTask(planner, ftqp.MovingBase(observer=ftqp.Observer()))
+q, v, tip = robot.neutral.copy(), np.zeros(7), robot.pose(robot.neutral)
+goal = ftqp.Target(pose=tip)
+follower.reset(q)
+follower.step(q, v, goal, tip=tip)
+before = tuple(rtsys.get_allocation_stats())
+for k in range(200):
+    tip[0, 3] += 1e-5
+    follower.step(q, v, goal, tip=tip)
+print(tuple(rtsys.get_allocation_stats()) == before)
+"""
+
+
+@pytest.mark.skipif(not COMPILED, reason="plain Python allocates")
+def test_step_on_a_moving_base_allocates_nothing_in_compiled_code():
+    done = subprocess.run(
+        [sys.executable, "-c", ALLOCATIONS],
+        capture_output=True,
+        text=True,
+        timeout=240,
+        env=os.environ | {"NUMBA_NRT_STATS": "1"},
+    )
+    assert done.stdout.strip() == "True", done.stderr
+
+
+def test_repr_tells_robot_and_status(panda):
+    assert repr(InertialTask(velocity_planner(panda))) == "InertialTask(panda, STALE, gain=1)"
