@@ -17,9 +17,13 @@ if TYPE_CHECKING:
     from ftqp.control.bounds import Jin as Jin
     from ftqp.control.bounds import OneStep as OneStep
     from ftqp.control.bounds import Viability as Viability
+    from ftqp.control.damping import Damping as Damping
     from ftqp.control.emergency import EmergencyStop as EmergencyStop
+    from ftqp.control.path_following import PathFollower as PathFollower
+    from ftqp.control.path_following import PathStatus as PathStatus
     from ftqp.control.planner import Planner as Planner
     from ftqp.control.scheme import Scheme as Scheme
+    from ftqp.control.stall import StallEscape as StallEscape
     from ftqp.control.status import StepStatus as StepStatus
     from ftqp.control.step import Step as Step
     from ftqp.control.target import Target as Target
@@ -38,6 +42,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME = {
+    "Damping": "ftqp.control.damping",
     "Degraded": "ftqp.faults.kinds",
     "EmergencyStop": "ftqp.control.emergency",
     "FreeSwinging": "ftqp.faults.kinds",
@@ -45,11 +50,14 @@ _HOME = {
     "JointLimits": "ftqp.model.limits",
     "Locked": "ftqp.faults.kinds",
     "OneStep": "ftqp.control.bounds",
+    "PathFollower": "ftqp.control.path_following",
+    "PathStatus": "ftqp.control.path_following",
     "Planner": "ftqp.control.planner",
     "QP": "ftqp.qp.problem",
     "Robot": "ftqp.model.robot",
     "Scheme": "ftqp.control.scheme",
     "Simulation": "ftqp.sim.loop",
+    "StallEscape": "ftqp.control.stall",
     "Step": "ftqp.control.step",
     "StepStatus": "ftqp.control.status",
     "Target": "ftqp.control.target",

@@ -17,10 +17,14 @@ from ftqp.app.schema.path import (
     SquareTable,
     WaypointsTable,
 )
-from ftqp.app.schema.planner import EmergencyTable, TaskTable
+from ftqp.app.schema.planner import EmergencyTable, StallTable, TaskTable
 from ftqp.app.schema.robot import RobotTable
+from ftqp.control.damping import Damping
 from ftqp.control.emergency import EmergencyStop
+from ftqp.control.path_following import PathFollower
 from ftqp.control.paths import Circle, Line, Lissajous, Path, PointToPoint, Square, Waypoints
+from ftqp.control.planner import Planner
+from ftqp.control.stall import StallEscape
 from ftqp.control.task import Task
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
@@ -100,7 +104,7 @@ def path(table: PathTable, origin: FloatArray, folder: File) -> Path:
     Raises:
         InputError: a parameter out of its range, or a waypoint file that cannot be used.
     """
-    settings = _settings(table, "kind")
+    settings = _settings(table, "kind", "reference")
     match table:
         case LineTable():
             return Line(origin, **settings)
@@ -169,12 +173,28 @@ def task(table: TaskTable) -> Task:
     """
     x, y, z = table.axis
     rows = tuple(table.rows) if isinstance(table.rows, list) else table.rows
-    return Task(rows=rows, axis=(x, y, z), **_settings(table, "rows", "axis"))
+    damping = None if table.damping is None else Damping(**_settings(table.damping))
+    return Task(rows=rows, axis=(x, y, z), damping=damping, **_settings(table, "rows", "axis", "damping"))
 
 
 def emergency(table: EmergencyTable | None) -> EmergencyStop | None:
     """The emergency stop of ``[planner.emergency]``; None: off."""
     return None if table is None else EmergencyStop(**_settings(table))
+
+
+def follower(table: PathTable, stall: StallTable | None, planner: Planner, way: Path) -> PathFollower | None:
+    """What leads the planner along the path by its progress; None where the clock does.
+
+    Raises:
+        InputError: the path is to run by its progress, but the task mode is not ``scaled``.
+    """
+    reference = table.reference or ("progress" if planner.task.mode == "scaled" else "time")
+    if reference == "time":
+        return None
+    if stall is None:
+        return PathFollower(planner, way, stall=None)
+    escape = StallEscape(patterns=tuple(stall.patterns), **_settings(stall, "patterns"))
+    return PathFollower(planner, way, stall=escape)
 
 
 def fault(table: LockedTable | FreeSwingingTable | DegradedTable) -> FaultEvent:

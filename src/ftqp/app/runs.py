@@ -74,6 +74,7 @@ def run(setup: Setup, folder: Path) -> Run:
             q=setup.q,
             v=setup.v,
             schedule=setup.schedule,
+            follower=setup.follower,
             duration=setup.duration,
             feed_forward=setup.tables.simulation.feed_forward,
             log=folder / FILE_NAME,

@@ -12,6 +12,7 @@ from ftqp.app import composition, document
 from ftqp.app.complaints import complaints
 from ftqp.app.schema import Scenario
 from ftqp.control import bounds, schemes
+from ftqp.control.path_following import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.planner import Planner
 from ftqp.core.checks import FloatArray
@@ -36,7 +37,8 @@ class Setup:
         schedule: what really fails.
         q: joint positions at t = 0, (nv,) [rad or m].
         v: joint velocities at t = 0, (nv,) [rad/s or m/s].
-        duration: end of the run [s].
+        duration: end of the run [s]; None where the path's progress ends it.
+        follower: leads the planner by the path's progress, or None.
     """
 
     name: str
@@ -48,7 +50,8 @@ class Setup:
     schedule: Schedule
     q: FloatArray
     v: FloatArray
-    duration: float
+    duration: float | None
+    follower: PathFollower | None
 
     @property
     def content(self) -> dict[str, Any]:
@@ -153,6 +156,10 @@ def resolve(found: document.Document, tables: Scenario) -> Setup:
                     planner.report(event.fault)
                     planner.withdraw(event.fault.joint)
             planner.reset(*start)
+    leader: PathFollower | None = None
+    if planner is not None and way is not None:
+        with errors.at("path.reference"):
+            leader = composition.follower(tables.path, tables.planner.stall, planner, way)
     if planner is None or way is None or start is None or errors.found:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
     return Setup(
@@ -165,7 +172,8 @@ def resolve(found: document.Document, tables: Scenario) -> Setup:
         schedule=Schedule(events),
         q=start[0],
         v=start[1],
-        duration=tables.simulation.duration or way.duration,
+        duration=tables.simulation.duration or (way.duration if leader is None else None),
+        follower=leader,
     )
 
 

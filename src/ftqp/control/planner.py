@@ -155,6 +155,9 @@ class Planner:
             c.torque,
         )
         W["weight"] = 1.0
+        W["manipulability"] = c.manipulability
+        if task.damping is not None:
+            W["damping_threshold"], W["damping_factor"] = task.damping.threshold, task.damping.factor
         W["bounds"] = self.bounds.code
         if isinstance(self.bounds, Jin):
             b = self.bounds
@@ -202,6 +205,11 @@ class Planner:
     def backend(self) -> str:
         """Name of the solver."""
         return IN_KERNEL if self._backend is None else self._backend.name
+
+    @property
+    def record(self) -> Any:
+        """The planner's memory, (1,) of ``ftqp.kernel.record.DTYPE``: for what leads it, not for users."""
+        return self._record
 
     @property
     def faults(self) -> dict[str, Fault]:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.control.damping import Damping
 from ftqp.core.checks import FloatArray, array, non_negative, positive
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel import codes
@@ -43,6 +44,9 @@ class Task:
         length: characteristic length [m] that angular rows are multiplied by; None takes the robot's.
         axis: (3,) tool axis in the tip frame, for ``position_axis``.
         slack: compliance of the task rows relative to the QP's own magnitude, for ``slack``.
+        damping: lets the task give way along singular directions; None never does. Not for ``scaled``, whose
+            path
+            waits at a singularity instead.
     """
 
     rows: str | tuple[str, ...] | None = None
@@ -52,6 +56,7 @@ class Task:
     length: float | None = None
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     slack: float = 1e-6
+    damping: Damping | None = None
 
     def __post_init__(self) -> None:
         if self.rows is not None:
@@ -61,6 +66,14 @@ class Task:
                 f"task mode is {self.mode!r}{nearest(str(self.mode), MODES)}, "
                 f"expected one of {', '.join(MODES)}"
             )
+        if self.damping is not None:
+            if not isinstance(self.damping, Damping):
+                raise InputError(f"damping is {self.damping!r:.60}, expected an ftqp.Damping or None")
+            if self.mode == "scaled":
+                raise InputError(
+                    "damping does not go with task mode 'scaled', which slows down at a singularity and stays on its "
+                    "path; leave damping out, or use mode 'slack'"
+                )
         for name in ("kp", "kv"):
             if getattr(self, name) is not None:
                 non_negative(name, getattr(self, name))

@@ -6,11 +6,12 @@ from typing import Any
 from ftqp.kernel import entry
 from ftqp.kernel.jit import COMPILED, cache_folder
 
-STEP = ("step",)
+STEP = ("step", "path_target")
 EXTERNAL = ("prepare_external", "finish_external")
 SETUP = ("kinematics", "inverse_dynamics", "torques")
 _SIGNATURES = {
     "step": "iiiii",
+    "path_target": "iiii",
     "prepare_external": "iiiiia",
     "finish_external": "iaii",
     "kinematics": "iaa",

@@ -48,8 +48,16 @@ TASK: dict[str, Shape] = {
     "d_task": (VARIABLES,),
     "z_first": (N,),  # multipliers of the first stage: what keeps the task from being followed
     "z_box_first": (N,),
+    "turn": (6, 6),  # U of the reduced Jacobian when the rows are turned by directional damping
+    "sigma": (6,),  # its singular values
+    "damp": (6,),  # compliance of the turned rows, times H
+    "feedback": (6,),  # kp e of each row, on a path
 }
-CRITERIA: dict[str, Shape] = {"weight": (N,), "posture": (N,)}
+CRITERIA: dict[str, Shape] = {
+    "weight": (N,),
+    "posture": (N,),
+    "drive": (N,),  # velocity that the null space is drawn to
+}
 FAULTS: dict[str, Shape] = {
     "lock_rate": (N,),  # deceleration of a joint that is being locked
     "lock_velocity": (N,),  # its velocity by that model
@@ -110,6 +118,16 @@ FLOATS = (
     "residual_dual",
     "torque_excess",
     "guard",  # share of a_max up to which torque limits hold without being checked; 0: torque rows every tick
+    "manipulability",  # gain of the gradient of log manipulability in the objective
+    "damping_threshold",  # directional damping: singular value below which it begins
+    "damping_factor",  # and its damping at the singularity; 0: none
+    "progress",  # path time that has been reached [s]
+    "rate",  # its derivative, in [0, 1]; negative: not known yet
+    "path_stop",  # path time of the next jump of the twist
+    "path_end",
+    "rate_limit",  # largest rate allowed now
+    "rate_ahead",  # largest rate from which the arm can stop before the next jump
+    "rate_left",  # largest rate beside an error that the feedback no longer corrects
 )
 INTEGERS = (
     "n",
@@ -140,6 +158,10 @@ INTEGERS = (
     "qp_iterations",
     "ticks",
     "empty_intervals",
+    "on_path",  # the step under way is one along a path
+    "interval",  # of the path's table
+    "driven",  # the drive is not zero
+    "turned",  # the task rows are along the singular directions
 )
 INTEGER_ARRAYS: dict[str, Shape] = {
     "prismatic": (N,),

@@ -5,6 +5,7 @@ from typing import final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ftqp.control.path_following import PathFollower, PathStatus
 from ftqp.control.planner import Planner
 from ftqp.control.step import Step
 from ftqp.core.checks import FloatArray
@@ -18,6 +19,19 @@ CODES = {Locked: 1, FreeSwinging: 2, Degraded: 3}
 QP_CODES = {status: code for code, status in enumerate(SolveStatus)}
 """Code of each outcome of a QP in the column ``qp_status``."""
 
+PATH_CODES = {status: code + 1 for code, status in enumerate(PathStatus)}
+"""Code of each status of a path in the column ``path_status``; 0 without a follower."""
+AT_REST = 1e-9
+"""Speed of the target below which a path has no direction [m/s]."""
+
+
+def across(error: FloatArray, velocity: FloatArray) -> float:
+    """Length of the part of an error, (3,), that is perpendicular to a velocity, (3,); all of it at rest."""
+    speed = float(np.linalg.norm(velocity))
+    if speed > AT_REST:
+        error = error - (error @ velocity) / speed**2 * velocity
+    return float(np.linalg.norm(error))
+
 
 @final
 class RowWriter:
@@ -26,9 +40,11 @@ class RowWriter:
     Args:
         log: where the rows go.
         planner: whose steps they hold.
+        follower: what leads the planner along the path, if anything.
     """
 
-    def __init__(self, log: LogWriter, planner: Planner) -> None:
+    def __init__(self, log: LogWriter, planner: Planner, follower: PathFollower | None = None) -> None:
+        self._follower = follower
         self._log = log
         self._planner = planner
         self._arm = Arm(planner.robot)
@@ -40,7 +56,16 @@ class RowWriter:
         self._truth[self._planner.robot.joint(fault.joint)] = CODES[type(fault)]
 
     def write(
-        self, t: float, q: FloatArray, v: FloatArray, target: FloatArray, step: Step, elapsed: int
+        self,
+        t: float,
+        q: FloatArray,
+        v: FloatArray,
+        target: FloatArray,
+        step: Step,
+        elapsed: int,
+        *,
+        twist: FloatArray,
+        progress: float,
     ) -> None:
         """Write the row of one tick.
 
@@ -51,6 +76,8 @@ class RowWriter:
             target: desired pose, (4, 4) [m].
             step: the planner's step.
             elapsed: wall time of the step [ns].
+            twist: of the path at the target, (6,) [m/s, rad/s].
+            progress: path time reached [s].
         """
         n, qp = len(q), step.qp
         row = self._log.row
@@ -66,7 +93,8 @@ class RowWriter:
         turns = Rotation.from_matrix([target[:3, :3], tip[:3, :3]]).as_quat(canonical=True)
         rest[0:3], rest[3:7] = target[:3, 3], turns[0]
         rest[7:10], rest[10:14] = tip[:3, 3], turns[1]
-        rest[14:23] = (
+        follower = self._follower
+        rest[14:26] = (
             step.position_error,
             step.rotation_error,
             np.linalg.norm(step.slack),
@@ -76,6 +104,9 @@ class RowWriter:
             qp.iterations,
             qp.residual,
             1e-3 * elapsed,
+            across(target[:3, 3] - tip[:3, 3], twist[:3]),
+            progress,
+            0 if follower is None else PATH_CODES[follower.status],
         )
         self._log.append()
 
