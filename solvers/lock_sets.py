@@ -56,9 +56,11 @@ def follow(start: str, locks: tuple[int, ...], stall: Any, dt: float) -> dict[st
         planner.report(ftqp.Locked(joint, mode="instant"))
     follower.reset(q)
     off = turned = fastest = 0.0
+    ticks = 0
     top = robot.limits.v_max
-    for k in range(round(PATIENCE / dt)):
+    for _ in range(round(PATIENCE / dt)):
         step = follower.step(q, v)
+        ticks += 1
         x, y, z = step.task_error[:3] - follower.target.position + path.start[:3, 3]
         off = max(off, float(np.hypot(y, z)), x - LENGTH, -x)
         turned = max(turned, step.rotation_error)
@@ -74,7 +76,7 @@ def follow(start: str, locks: tuple[int, ...], stall: Any, dt: float) -> dict[st
         "off_path": off,
         "turned": turned,
         "fastest": fastest,
-        "time": (k + 1) * dt,
+        "time": ticks * dt,
         "blocked": follower.blocked,
     }
 
@@ -109,11 +111,12 @@ def markdown(result: dict[str, Any]) -> str:
     lines = [
         "# Lock sets of the 11-joint arm",
         "",
-        f"`{result['command']}`, {result['date']}, {result['machine']}, Python {result['versions']['python']}, "
+        f"`{result['command']}`, {result['date']}, {result['machine']}, "
+        f"Python {result['versions']['python']}, "
         + ", ".join(f"{name} {result['versions'][name]}" for name in PACKAGES)
         + f"; dt {result['dt']:g} s, {result['seconds']:.0f} s on one core.",
         "",
-        "| start | setting | complete | by size 0/1/2/3 | blocked | worst off the line | worst turn | latest end |",
+        "| start | setting | complete | by size 0/1/2/3 | blocked | worst off line | worst turn | latest end |",
         "|---|---|---|---|---|---|---|---|",
     ]
     lines += [

@@ -62,5 +62,5 @@ def test_wrong_setting_is_one_sentence(settings, sentence):
 def test_damping_does_not_go_with_a_scaled_task():
     with pytest.raises(InputError, match="does not go with task mode 'scaled'"):
         ftqp.Task(mode="scaled", damping=ftqp.Damping())
-    with pytest.raises(InputError, match="expected an ftqp.Damping"):
+    with pytest.raises(InputError, match=r"expected an ftqp\.Damping"):
         ftqp.Task(damping=0.1)

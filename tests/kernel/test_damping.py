@@ -33,7 +33,7 @@ def expected(planner, damping, twist):
 
 @pytest.mark.parametrize("mode", ["slack", "hard", "lexicographic"])
 def test_only_singular_directions_are_damped(mode):
-    damping, twist = ftqp.Damping(threshold=0.5, factor=0.2), (0.1, 0.2, 0.1, 0.0, 0.0, 0.0)
+    damping, twist = ftqp.Damping(threshold=1.0, factor=0.5), (0.1, 0.2, 0.1, 0.0, 0.0, 0.0)
     planner, step = step_at(damping, mode=mode, twist=twist)
     x, sigma = expected(planner, damping, twist)
     assert sigma[-1] < damping.threshold < sigma[0]
@@ -41,7 +41,7 @@ def test_only_singular_directions_are_damped(mode):
 
 
 def test_slack_is_told_along_the_rows_of_the_task():
-    planner, step = step_at(ftqp.Damping(threshold=0.5, factor=0.2))
+    planner, step = step_at(ftqp.Damping(threshold=1.0, factor=0.5))
     J = planner.record["J"][0][:3, :7]
     np.testing.assert_allclose(step.slack, J @ step.v - [0.1, 0.2, 0.1], atol=1e-9)
     assert step.status is ftqp.StepStatus.RELAXED and step.certificate.unreached

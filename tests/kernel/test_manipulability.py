@@ -8,6 +8,7 @@ import ftqp
 from ftqp.control.task import axis_frame, row_indices
 from ftqp.kernel import codes
 from ftqp.kernel.chain import forward_kinematics
+from ftqp.kernel.jit import jit
 from ftqp.kernel.manipulability import FLOOR, manipulability_gradient
 from ftqp.kernel.record import load_chain, record
 from ftqp.kernel.task import task_rows
@@ -25,12 +26,14 @@ SLIDER = ftqp.Robot.from_dh(
 
 
 @on_record
+@jit
 def rows_at(K):
     forward_kinematics(K)
     task_rows(K)
 
 
 @on_record
+@jit
 def gradient_at(K):
     forward_kinematics(K)
     task_rows(K)
@@ -80,7 +83,7 @@ def check(robot, rows, failed, q, tolerance=1e-6):
     W["q"][0, : robot.nv] = q
     gradient_at(address(W))
     found = W["scratch"][0, : robot.nv].copy()
-    h = 1e-6
+    h = 3e-5
     for i in (i for i in range(robot.nv) if i not in failed):
         ends = [measure(W, robot, q + sign * h * np.eye(robot.nv)[i], failed) for sign in (1.0, -1.0)]
         assert found[i] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=tolerance, abs=tolerance), i

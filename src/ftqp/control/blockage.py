@@ -103,7 +103,8 @@ class Blockage:
         held = f"joints {', '.join(causes)}" if causes else "the posture is singular"
         if ways != wanted:
             wanted = f"{wanted}, which takes a motion along {ways},"
-        return f"the tip cannot go on along {wanted} at progress {self.progress:.3g} s of {self.duration:.3g} s: {held}"
+        at = f"progress {self.progress:.3g} s of {self.duration:.3g} s"
+        return f"the tip cannot go on along {wanted} at {at}: {held}"
 
 
 def _named(direction: FloatArray, rows: tuple[str, ...]) -> str:

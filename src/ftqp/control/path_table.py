@@ -74,7 +74,8 @@ def path_table(path: Path) -> FloatArray:
 
 def _next_jumps(path: Path, times: FloatArray) -> FloatArray:
     """For each interval the time of the first jump of the twist after its begin, inf if there is none."""
-    before, after = path.sample(times - LEFT).twist, path.sample(times).twist
+    earlier, after = path.sample(times - LEFT), path.sample(times).twist
+    before = earlier.twist + LEFT * earlier.acceleration
     jumps = np.abs(after - before).max(axis=1) > JUMP
     jumps[0] = False
     narrow = np.diff(times) <= 2.0 * NARROWEST  # the jump lies inside; the interval's end stands for it
@@ -90,7 +91,10 @@ def _next_jumps(path: Path, times: FloatArray) -> FloatArray:
 
 def _rows(path: Path, begin: FloatArray, end: FloatArray) -> FloatArray:
     """The rows of intervals, (K, 50), without their stops."""
-    first, last, left = path.sample(begin), path.sample(end), path.sample(end - LEFT)
+    first, last, before = path.sample(begin), path.sample(end), path.sample(end - LEFT)
+    left = PathSample(
+        pose=last.pose, twist=before.twist + LEFT * before.acceleration, acceleration=before.acceleration
+    )
     h = (end - begin)[:, None]
     rows = np.zeros((len(begin), layout.COLUMNS))
     rows[:, layout.BEGIN] = begin

@@ -52,7 +52,7 @@ class StallEscape:
             raise InputError(
                 f"until is {self.until:g} and below {self.below:g}, expected rates with below < until < 1"
             )
-        if isinstance(self.patterns, str) or not self.patterns:
+        if not isinstance(self.patterns, tuple) or not self.patterns:
             raise InputError(f"patterns is {self.patterns!r}, expected at least one of {', '.join(PATTERNS)}")
         for name in self.patterns:
             if name not in PATTERNS:
@@ -72,11 +72,12 @@ class StallEscape:
         """
         n = len(free)
         if pattern == "alternating":
-            return np.where(np.arange(n) % 2 == 0, 1.0, -1.0)
+            alternating: FloatArray = np.where(np.arange(n) % 2 == 0, 1.0, -1.0)
+            return alternating
         if pattern == "single":
-            direction = np.zeros(n)
-            direction[int(np.argmax(free))] = 1.0
-            return direction
+            one: FloatArray = np.zeros(n)
+            one[int(np.argmax(free))] = 1.0
+            return one
         drawn = np.random.default_rng(self.seed).uniform(-1.0, 1.0, n)
-        direction = drawn / np.abs(drawn).max()
+        direction: FloatArray = drawn / np.abs(drawn).max()
         return direction

@@ -71,8 +71,8 @@ class Task:
                 raise InputError(f"damping is {self.damping!r:.60}, expected an ftqp.Damping or None")
             if self.mode == "scaled":
                 raise InputError(
-                    "damping does not go with task mode 'scaled', which slows down at a singularity and stays on its "
-                    "path; leave damping out, or use mode 'slack'"
+                    "damping does not go with task mode 'scaled', which slows down at a singularity and "
+                    "stays on its path; leave damping out, or use mode 'slack'"
                 )
         for name in ("kp", "kv"):
             if getattr(self, name) is not None:

@@ -132,6 +132,8 @@ def _limit_before_jump(K: Any) -> float:
     a_max_i sigma'/|v_i|, and the braking distance in whole steps is that of a joint.
     """
     ahead = K.path_stop - K.progress
+    if K.level == ACCELERATION:
+        ahead -= 0.5 * K.dt * K.rate  # of this step already
     if not ahead < inf:
         return 1.0
     brake = inf
@@ -160,6 +162,8 @@ def rate_variable(K: Any) -> None:
     for k in range(K.m):
         speed += K.A[k, n] * K.A[k, n]
     weight = SCALE_WEIGHT * size
+    if K.level == ACCELERATION:
+        weight *= (RISE / K.dt) ** 2  # s is drawn by the share dt/RISE of 1 - sigma' only
     if speed > 0.0:
         weight = max(min(weight, speed / (SEPARATION * K.soft[0])), LEAST_WEIGHT * size)
     wanted = 1.0

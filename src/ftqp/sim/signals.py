@@ -40,8 +40,8 @@ _SCALARS = (
     Column("step_time", "us", "wall time of planner.step()"),
     Column("off_path", "m", "distance of the tip from its target across the direction of the path"),
     Column("progress", "s", "path time reached"),
-    Column("path_status", "-", "0 no progress reference, 1 FOLLOWING, 2 SCALED, 3 ESCAPING, 4 BLOCKED, 5
-    DONE", True),
+    Column("path_status", "-", "0 no progress reference, 1 FOLLOWING, 2 SCALED, 3 ESCAPING, 4 BLOCKED, "
+           "5 DONE", True),
 )  # fmt: skip
 
 

@@ -17,7 +17,8 @@ _AXES = "two perpendicular directions in W, each x, y, z, -x, -y, -z or a vector
 class _Path(Table):
     reference: Literal["progress", "time"] | None = Field(
         None,
-        description="'progress': the path waits for the arm, needs task mode scaled; 'time': the clock; by mode if absent",
+        description="'progress': the path waits for the arm, needs task mode scaled; 'time': the clock; "
+        "by the task mode if absent",
     )
 
 
