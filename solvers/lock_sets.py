@@ -128,6 +128,8 @@ def markdown(result: dict[str, Any]) -> str:
     lines += [
         "",
         "What this does not say: one arm, one line, one speed; sets that are locked from the start, at rest.",
+        "`blocked` is no proof that the rest of the line is out of reach. Without the escape a stalled arm goes",
+        "on trying until the 40 s are over; which of the last sets then get through depends on rounding.",
     ]
     return "\n".join(lines) + "\n"
 

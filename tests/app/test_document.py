@@ -13,6 +13,8 @@ from ftqp.core.errors import ScenarioError
 
 BUNDLED = {
     "iiwa-line",
+    "modular11-locked",
+    "modular11-singular",
     "panda-circle",
     "panda-degraded",
     "panda-free-swinging",

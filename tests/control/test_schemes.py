@@ -119,8 +119,8 @@ def test_manipulability_draws_the_arm_away_from_a_singularity(level):
     value."""
     robot, q0 = ftqp.robots.load("iiwa14"), np.array([0.2, 0.3, 0.1, -0.3, 0.2, 0.3, 0.0])
     found = {}
-    for name in ("mvn", "mvn_manipulability"):
-        planner = ftqp.Planner(robot, 5e-3, level=level, scheme=name, task=ftqp.Task(rows="position"))
+    for name, scheme in (("mvn", None), ("mvn_manipulability", schemes.mvn_manipulability(0.5))):
+        planner = ftqp.Planner(robot, 5e-3, level=level, scheme=scheme, task=ftqp.Task(rows="position"))
         planner.reset(q0)
         q, v, target = q0.copy(), np.zeros(7), ftqp.Target(pose=robot.pose(q0))
         for _ in range(600):

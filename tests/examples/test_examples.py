@@ -87,3 +87,8 @@ def test_qp_has_the_solution_found_by_hand(printed):
     """x0 = 1/2; x1 + x2 = 1/2 and 2 x1 - 1 = 3 x2 - 1/4 = -y give (0.45, 0.05), y = 0.1, z0 = 1 - x0 - y."""
     cost, residual, multiplier = (number(line) for line in printed["06_qp_alone.py"])
     assert residual < 1e-9 and cost == pytest.approx(-0.63125) and multiplier == pytest.approx(0.4)
+
+
+def test_path_that_waits_goes_through_a_singularity_on_its_line(printed):
+    waiting, by_the_clock, time = (number(line) for line in printed["07_through_a_singularity.py"])
+    assert waiting < 1.27 < 5.0 < by_the_clock and 20.0 < time < 21.0

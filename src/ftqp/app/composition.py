@@ -154,7 +154,12 @@ def refuse_out_of_reach(arm: Robot, way: Path) -> None:
     if arm.chain.prismatic[0]:
         return
     times = np.linspace(0.0, way.duration, 1001)
-    distance = np.linalg.norm(way.sample(times).pose[:, :3, 3] - arm.chain.translation[0], axis=1)
+    chain = arm.chain
+    height = [*chain.translation[1:], chain.tip_translation][0][
+        2
+    ]  # along the first axis; no part of the reach
+    centre = chain.translation[0] + height * chain.rotation[0][:, 2]
+    distance = np.linalg.norm(way.sample(times).pose[:, :3, 3] - centre, axis=1)
     reach = reach_of(arm.chain, arm.limits)
     beyond = distance > reach * (1.0 + 1e-9)
     if beyond.any():

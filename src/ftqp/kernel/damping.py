@@ -5,13 +5,11 @@ from typing import Any
 
 from ftqp.kernel.codes import HEALTHY
 from ftqp.kernel.jit import jit
+from ftqp.kernel.path import SINGULAR_FROM
 from ftqp.kernel.singular_directions import singular_directions
 
-SINGULAR_FROM = 0.02
-"""On a path: singular value (of the Jacobian in characteristic lengths) below which a direction counts as
-singular."""
 CALM_FROM = 0.1
-"""The same where the path is blocked."""
+"""Singular value below which the task fades where a path is blocked; elsewhere SINGULAR_FROM."""
 PATIENT_WITH = 2e-3
 """Error in characteristic lengths, along directions where the feedback has faded, at which a path waits."""
 
@@ -30,44 +28,46 @@ def _reduced_svd(K: Any) -> None:
 
 @jit
 def fade_feedback(K: Any) -> None:
-    """Where a path is blocked, kp e loses the share 1 - (sigma_k/sigma_0)^2 along singular directions.
+    """Where a path is blocked, the task loses the share 1 - (sigma_k/sigma_0)^2 along singular directions.
 
     A path that waits at a singularity leaves an error that no motion reduces, and the full feedback would
-    swing the arm
-    at its acceleration limits from one side of the singularity to the other. Until the verdict that is
-    welcome: it
-    finds ways that slow motions do not. But then the path goes on no faster than the share of PATIENT_WITH
-    lengths
-    that the error along these directions leaves, so that no swing carries it off.
+    swing
+    the arm at its acceleration limits from one side of the singularity to the other. Until the verdict that
+    is
+    welcome: it finds ways that slow motions do not. But then the path goes on no faster than the share of
+    PATIENT_WITH lengths that the error along these directions leaves, so that no swing carries it off. The
+    velocity feedback of the acceleration level stays whole.
     """
     m, U = K.m, K.turn
     _reduced_svd(K)
-    lost = 0.0
+    lost, blocked = 0.0, K.rate_limit == 0.0
     for k in range(m):
-        share = K.sigma[k] / (K.length * (CALM_FROM if K.rate_limit == 0.0 else SINGULAR_FROM))
+        share = K.sigma[k] / (K.length * (CALM_FROM if blocked else SINGULAR_FROM))
         if share < 1.0:
             along = 0.0
             for j in range(m):
                 along += U[j, k] * K.feedback[j]
             along *= 1.0 - share * share
             lost += along * along
-            if K.rate_limit == 0.0:
+            if blocked:
                 for j in range(m):
                     K.b[j] -= along * U[j, k]
-    K.rate_left = max(0.0, 1.0 - sqrt(lost) / (K.kp * K.length * PATIENT_WITH)) if lost > 0.0 else 1.0
+    K.rate_left = 1.0
+    if lost > 0.0 and not blocked:
+        K.rate_left = max(0.0, 1.0 - sqrt(lost) / (K.kp * K.length * PATIENT_WITH))
 
 
 @jit
 def turn_rows(K: Any) -> None:
     """U'A x + s = U'b, U of the reduced Jacobian A_f = U diag(sigma) V' of the healthy joints.
 
-    Row k below the threshold gets the compliance damp_k = length^2 factor^2 (1 - (sigma_k/(length
-    sigma_0))^2)^2,
-    in units of H, above it none. With H = I and no bound in the way that is x = sum_k sigma_k/(sigma_k^2 +
-    damp_k) v_k u_k'b: each singular direction damped by itself, the others followed exactly.
-    Source: variable damping of Nakamura & Hanafusa 1986 and numerical filtering of Maciejewski & Klein 1988;
-    here
-    as compliance of turned rows, so that bounds, torque rows and objective stay those of the QP.
+    Row k below the threshold gets the compliance damp_k = (length factor (1 - (sigma_k/(length
+    sigma_0))^2))^2,
+    in units of H, above it none. With H = I and no bound in the way that is
+    x = sum_k sigma_k/(sigma_k^2 + damp_k) v_k u_k'b: each singular direction damped by itself, the others
+    followed exactly.
+    Source: variable damping of Nakamura & Hanafusa 1986 and numerical filtering of Maciejewski & Klein 1988,
+    here as compliance of turned rows, so that bounds, torque rows and objective stay those of the QP.
     """
     n, m = K.n, K.m
     U = K.turn

@@ -45,7 +45,11 @@ convex."""
 RISE = 0.1
 """Acceleration level: the rate approaches 1 with this time constant [s]."""
 STOP_SHARE = 0.5
-"""Share of the acceleration limits that slowing down before a jump of the path's twist may use."""
+"""Share of the acceleration limits that slowing down may use."""
+BEND_SHARE = 0.5
+"""Share of the acceleration limits that the bend of the path may use."""
+SINGULAR_FROM = 0.02
+"""Singular value (of the Jacobian in characteristic lengths) below which a direction counts as singular."""
 LEAST_RATE = 0.1
 """Below this rate a joint's motion is not taken for that of the path alone."""
 ARRIVED = 1e-9
@@ -120,29 +124,64 @@ def path_row(K: Any, k: int, rate: float, change: float, moving: float, e: float
     else:
         K.A[k, n] = -rate
         K.b[k] = K.kp * e
-    K.feedback[k] = K.kp * e
+    K.feedback[k] = K.kp * e if K.rate_limit > 0.0 else K.b[k] + K.kv * moving
+    own = max(K.rate, LEAST_RATE)
+    K.bend[k] = change - drift / (own * own)
 
 
 @jit
-def _limit_before_jump(K: Any) -> float:
-    """The largest rate from which the arm can still stop before the twist of the path jumps.
+def _braking(K: Any) -> float:
+    """How fast the rate can fall [1/s] with STOP_SHARE of the acceleration limits; inf at rest.
 
-    Joint i moves by |v_i|/sigma' per unit of progress, so the progress can slow down by the least of
-    STOP_SHARE
-    a_max_i sigma'/|v_i|, and the braking distance in whole steps is that of a joint.
+    Joint i moves by |v_i|/sigma' per unit of progress, so that is the least of STOP_SHARE a_max_i
+    sigma'/|v_i|.
     """
-    ahead = K.path_stop - K.progress
-    if K.level == ACCELERATION:
-        ahead -= 0.5 * K.dt * K.rate  # of this step already
-    if not ahead < inf:
-        return 1.0
     brake = inf
     for i in range(K.n):
         if K.fault[i] == HEALTHY and abs(K.v[i]) > 1e-9 * K.a_max[i] * K.dt:
             brake = min(brake, STOP_SHARE * K.a_max[i] * max(K.rate, LEAST_RATE) / abs(K.v[i]))
-    if not brake < inf:
+    return brake
+
+
+@jit
+def _limit_before_jump(K: Any, brake: float) -> float:
+    """The largest rate from which the arm can still stop, in whole steps, before the twist of the path
+    jumps."""
+    ahead = K.path_stop - K.progress
+    if K.level == ACCELERATION:
+        ahead -= 0.5 * K.dt * K.rate  # of this step already
+    if not (ahead < inf and brake < inf):
         return 1.0
     return min(1.0, braking_velocity(max(ahead, 0.0), brake, K.dt))
+
+
+@jit
+def _limit_in_bend(K: Any) -> float:
+    """The largest rate at which BEND_SHARE of the acceleration limits hold the arm on the path's bend.
+
+    At a constant rate s the joints accelerate by s^2 c, c = J_f^+ (x'' - Jdot q'), q' = v/sigma', with the
+    damped
+    inverse: sqrt(min BEND_SHARE a_max_i/|c_i|). The rest of the limits is left for slowing down. Needs the
+    singular
+    directions of ``fade_feedback``.
+    """
+    m = K.m
+    floor = (K.length * SINGULAR_FROM) ** 2
+    for k in range(m):
+        s = 0.0
+        for j in range(m):
+            s += K.turn[j, k] * K.bend[j]
+        K.t[k] = s / (K.sigma[k] * K.sigma[k] + floor)
+    limit, column = 1.0, 0
+    for i in range(K.n):
+        if K.fault[i] == HEALTHY:
+            c = 0.0
+            for k in range(m):
+                c += K.V[k, column] * K.t[k]
+            column += 1
+            if limit * limit * abs(c) > BEND_SHARE * K.a_max[i]:
+                limit = sqrt(BEND_SHARE * K.a_max[i] / abs(c))
+    return limit
 
 
 @jit
@@ -171,10 +210,13 @@ def rate_variable(K: Any) -> None:
         wanted = K.rate + (1.0 - K.rate) * min(1.0, K.dt / RISE)
     for i in range(n):
         K.H[i, n] = K.H[n, i] = 0.0
-    K.rate_ahead = _limit_before_jump(K)
+    brake = _braking(K)
+    K.rate_ahead = _limit_before_jump(K, brake)
+    slowest = K.rate - brake * K.dt if brake < inf else 0.0
+    in_bend = max(_limit_in_bend(K), slowest)
     K.H[n, n] = K.H_diagonal[n] = weight
     K.g[n] = -weight * wanted
-    K.lb[n], K.ub[n] = 0.0, min(K.rate_limit, K.rate_left, K.rate_ahead)
+    K.lb[n], K.ub[n] = 0.0, min(K.rate_limit, K.rate_left, K.rate_ahead, in_bend)
     K.nx = n + 1
 
 

@@ -51,7 +51,8 @@ TASK: dict[str, Shape] = {
     "turn": (6, 6),  # U of the reduced Jacobian when the rows are turned by directional damping
     "sigma": (6,),  # its singular values
     "damp": (6,),  # compliance of the turned rows, times H
-    "feedback": (6,),  # kp e of each row, on a path
+    "feedback": (6,),  # kp e of each row, on a path; where it is blocked all but the velocity feedback
+    "bend": (6,),  # x'' - Jdot q' of each row, on a path
 }
 CRITERIA: dict[str, Shape] = {
     "weight": (N,),

@@ -79,6 +79,7 @@ def task_rows(K: Any) -> None:
             K.b[k] = rest
             if K.on_path:
                 change = w * _row_of(K, c, TARGET_ACCELERATION, K.target)
+                drift = w * _row_of(K, c, 0, K.drift)
                 path_row(K, k, rate, change, moving, e, drift)
     K.meq = m
     K.nx = n

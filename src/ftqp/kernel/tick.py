@@ -134,6 +134,7 @@ def prepare(K: Any) -> int:
         begin_stop(K)
         return SOLVE
     if K.on_path:
+        motion(K)
         begin_on_path(K)
     objective(K)
     if K.driven:

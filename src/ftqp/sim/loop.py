@@ -28,7 +28,7 @@ BLOCK = 2048
 """Ticks whose targets are sampled together."""
 PROGRESS_PERIOD = 100_000_000
 """Progress is told at most this often [ns of wall time]."""
-LONGEST = 2.0
+LONGEST = 3.0
 """A path that is followed by its progress may take so many times its duration."""
 WAITS = 0.5
 """How long the arm is watched after its path was blocked [s]."""
