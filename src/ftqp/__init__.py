@@ -24,13 +24,17 @@ if TYPE_CHECKING:
     from ftqp.control.bounds import Jin as Jin
     from ftqp.control.bounds import OneStep as OneStep
     from ftqp.control.bounds import Viability as Viability
+    from ftqp.control.damping import DirectionalDamping as DirectionalDamping
     from ftqp.control.emergency import EmergencyStop as EmergencyStop
+    from ftqp.control.path_following import PathFollower as PathFollower
+    from ftqp.control.path_following import PathStatus as PathStatus
     from ftqp.control.planner import Planner as Planner
     from ftqp.control.rates import approximate_pinv as approximate_pinv
     from ftqp.control.rates import damping_factor as damping_factor
     from ftqp.control.rates import resolve_rates as resolve_rates
     from ftqp.control.resolvers import Damping as Damping
     from ftqp.control.scheme import Scheme as Scheme
+    from ftqp.control.stall import StallEscape as StallEscape
     from ftqp.control.status import StepStatus as StepStatus
     from ftqp.control.step import Step as Step
     from ftqp.control.target import Target as Target
@@ -52,6 +56,7 @@ _HOME = {
     "BaseStatus": "ftqp.control.base_motion",
     "Damping": "ftqp.control.resolvers",
     "Degraded": "ftqp.faults.kinds",
+    "DirectionalDamping": "ftqp.control.damping",
     "EmergencyStop": "ftqp.control.emergency",
     "FreeSwinging": "ftqp.faults.kinds",
     "InertialTask": "ftqp.control.base_motion",
@@ -61,11 +66,14 @@ _HOME = {
     "OneStep": "ftqp.control.bounds",
     "MovingBase": "ftqp.control.base_motion",
     "Observer": "ftqp.control.base_gain",
+    "PathFollower": "ftqp.control.path_following",
+    "PathStatus": "ftqp.control.path_following",
     "Planner": "ftqp.control.planner",
     "QP": "ftqp.qp.problem",
     "Robot": "ftqp.model.robot",
     "Scheme": "ftqp.control.scheme",
     "Simulation": "ftqp.sim.loop",
+    "StallEscape": "ftqp.control.stall",
     "Step": "ftqp.control.step",
     "StepStatus": "ftqp.control.status",
     "Target": "ftqp.control.target",

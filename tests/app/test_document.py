@@ -14,6 +14,8 @@ from ftqp.core.errors import ScenarioError
 BUNDLED = {
     "iiwa-line",
     "iiwa-moving-base-locked",
+    "modular11-locked",
+    "modular11-singular",
     "panda-circle",
     "panda-degraded",
     "panda-free-swinging",

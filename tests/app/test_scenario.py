@@ -15,6 +15,8 @@ from ftqp.control import paths
 ENDINGS = {
     "iiwa-line": (True, 5e-6),
     "iiwa-moving-base-locked": (True, 1e-5),
+    "modular11-locked": (True, 2e-4),
+    "modular11-singular": (True, 2e-3),
     "panda-circle": (True, 2e-6),
     "panda-degraded": (True, 3e-3),
     "panda-free-swinging": (True, 2e-6),
@@ -51,6 +53,8 @@ def test_bundled_scenario_ends_as_it_tells(name: str, tmp_path: Path) -> None:
     if name.startswith("puma-step"):  # the platform turns as fast as the arm's joints
         expected = {"OK", "RELAXED"}
         assert summary["inertial"]["final_position_error"] < 1e-9
+    if name.startswith("modular11"):
+        expected = {"OK", "SCALED"}
     assert set(summary["status_counts"]) == expected
 
 
@@ -229,3 +233,66 @@ def test_waypoints_are_read_from_a_file_beside_the_scenario(tmp_path: Path) -> N
     moved = made.path.sample(2.0).pose[0, :3, 3] - made.path.start[:3, 3]
     assert np.abs(moved - [0.05, 0.05, 0.0]).max() < 1e-12
     assert made.content["path"]["file"] == str(tmp_path / "points.csv")
+
+
+def test_singular_scenario_finishes_on_its_line(tmp_path: Path) -> None:
+    """The whole path with at most 0.05 in (1.27 mm) off it; by the clock the tool leaves it farther."""
+    facts = runs.run(load("modular11-singular"), tmp_path / "progress").summary
+    assert facts["path_progress"] == 1.0 and facts["path_completed_at"] < 21.0
+    assert facts["max_off_path"] <= 0.05 * 0.0254
+    assert facts["blocked"] is None and facts["reference"] == "progress"
+    assert set(facts["max_failed_joint_motion"].values()) == {0.0}
+    slack = runs.run(load("modular11-singular", ["planner.task.mode=slack"]), tmp_path / "time").summary
+    assert slack["reference"] == "time" and slack["max_off_path"] > 5.0 * facts["max_off_path"]
+
+
+def test_blocked_path_is_told_and_ends_the_run(tmp_path: Path) -> None:
+    rolls = [{"kind": "locked", "joint": f"j{k}", "at": 0.0, "mode": "instant"} for k in (1, 3, 5, 9, 11)]
+    scenario = load("modular11-singular")
+    content = scenario.content
+    content["faults"] = [*content["faults"], *rolls]
+    found = Document(name="test", origin="test", folder=Path.cwd(), content=content)
+    ended = runs.run(resolve(found, validated(found)), tmp_path / "out")
+    assert "cannot go on along -x" in ended.summary["blocked"]
+    assert ended.summary["path_completed_at"] is None and ended.exit_code == 1
+    assert ended.summary["path_progress"] == pytest.approx(0.116, abs=0.002)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "led"),
+    [
+        ([], False),
+        (["planner.task.mode=scaled"], True),
+        (["planner.task.mode=scaled", "path.reference=time"], False),
+        (["planner.task.mode=scaled", "path.reference=progress"], True),
+    ],
+)
+def test_scaled_task_goes_by_progress_unless_told_otherwise(overrides: list[str], led: bool) -> None:
+    assert (load("panda-circle", overrides).follower is not None) is led
+
+
+def test_stall_table_is_the_switch_of_the_escape() -> None:
+    on = load("modular11-singular", ["planner.stall.patience=5.0", 'planner.stall.patterns=["random"]'])
+    assert on.follower is not None and on.follower.stall == ftqp.StallEscape(
+        patience=5.0, patterns=("random",)
+    )
+    off = load("modular11-singular", ["planner.stall=off"])
+    assert off.follower is not None and off.follower.stall is None
+    assert 'stall = "off"' in off.toml
+
+
+def test_wrong_path_settings_are_told_with_their_place() -> None:
+    for overrides, message in (
+        (
+            ["path.reference=progress"],
+            "path.reference: the planner's task mode is 'slack', expected 'scaled'",
+        ),
+        (
+            ['planner.stall.patterns=["zigzag"]', "planner.task.mode=scaled"],
+            "'zigzag' is not an escape pattern",
+        ),
+        (["planner.task.mode=scaled", "planner.task.damping={ factor = 0.1 }"], "damping does not go with"),
+    ):
+        with pytest.raises(ftqp.ScenarioError) as caught:
+            load("panda-circle", overrides)
+        assert message in "\n".join([str(caught.value), *caught.value.errors])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import ftqp
 from ftqp.control import schemes
 from ftqp.core.errors import InputError
 
@@ -61,8 +62,9 @@ def test_velocity_level_minimises_the_formula_of_the_recipe(name):
 
 
 def test_every_recipe_is_known_by_name_and_convex_at_both_levels():
-    assert set(schemes.names()) == set(ACCELERATION) | set(schemes.closed_forms())
-    for name in ACCELERATION:
+    recipes = {*ACCELERATION, "mvn_manipulability"}
+    assert set(schemes.names()) == recipes | set(schemes.closed_forms())
+    for name in recipes:
         scheme = schemes.by_name(name)
         assert scheme.name == name
         scheme.at("acceleration"), scheme.at("velocity")
@@ -102,3 +104,30 @@ def test_table_with_parameters_is_the_recipe_called_with_them():
 def test_wrong_scheme_is_refused_with_one_sentence(given, sentence):
     with pytest.raises(InputError, match=sentence):
         schemes.by_name(given)
+
+
+def test_manipulability_is_a_term_for_other_schemes():
+    assert schemes.mvn_manipulability(0.2).at("velocity") == (schemes.mvn() + schemes.manipulability(0.2)).at(
+        "velocity"
+    )
+    with pytest.raises(InputError, match="add a scheme that has one, such as mvn"):
+        schemes.manipulability().at("velocity")
+
+
+@pytest.mark.parametrize("level", ["velocity", "acceleration"])
+def test_manipulability_draws_the_arm_away_from_a_singularity(level):
+    """Held in place, an iiwa with its second joint locked near zero ends with a larger smallest singular
+    value."""
+    robot, q0 = ftqp.robots.load("iiwa14"), np.array([0.2, 0.3, 0.1, -0.3, 0.2, 0.3, 0.0])
+    found = {}
+    for name, scheme in (("mvn", None), ("mvn_manipulability", schemes.mvn_manipulability(0.5))):
+        planner = ftqp.Planner(robot, 5e-3, level=level, scheme=scheme, task=ftqp.Task(rows="position"))
+        planner.reset(q0)
+        q, v, target = q0.copy(), np.zeros(7), ftqp.Target(pose=robot.pose(q0))
+        for _ in range(600):
+            step = planner.step(q, v, target)
+            q, v = step.q.copy(), step.v.copy()
+        J = planner.record["J"][0][:3, :7]
+        found[name] = 0.5 * np.linalg.slogdet(J @ J.T)[1]
+        assert step.position_error < 1e-3
+    assert found["mvn_manipulability"] > found["mvn"] + 0.02

@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 
-from ftqp.control.paths import Circle
+from ftqp.control.path_following import PathFollower
+from ftqp.control.paths import Circle, Line
 from ftqp.control.planner import Planner
+from ftqp.control.stall import StallEscape
+from ftqp.control.task import Task
+from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.model import catalog
 from ftqp.sim.log import load_log
 from ftqp.sim.loop import Simulation
 from ftqp.sim.metrics import summary
@@ -123,3 +128,39 @@ def test_planner_forgets_between_runs_what_this_simulation_told_it(panda, path):
     first = simulation.run().q
     assert set(planner.faults) == {"panda_joint3"}
     np.testing.assert_array_equal(simulation.run().q, first)
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_path_led_by_its_progress_ends_when_it_is_done(tmp_path, level):
+    robot = catalog.load("panda")
+    planner = Planner(robot, 5e-3, level=level, task=Task(mode="scaled"))
+    path = Circle(robot.pose(robot.neutral), 0.1, duration=0.6, axes=("y", "z"))
+    follower = PathFollower(planner, path)
+    result = Simulation(planner, path, q=robot.neutral, follower=follower, log=tmp_path / "log.sqlite").run()
+    log = load_log(tmp_path / "log.sqlite")
+    facts = summary(log)
+    assert result.completed and result.progress == 0.6 and result.blocked is None
+    assert 0.6 < facts["path_completed_at"] < 1.8 and facts["path_progress"] == 1.0
+    assert facts["completed"] and facts["reference"] == "progress" and facts["max_off_path"] < 2e-3
+    assert (np.diff(log["progress"]) >= 0.0).all() and log["path_status"][-1] == 5
+    assert 2 in log["path_status"], "slowed down somewhere"
+
+
+def test_blocked_path_ends_the_run_and_says_why(tmp_path):
+    robot = catalog.load("planar(4)")
+    planner = Planner(robot, 0.01, level="velocity", task=Task(mode="scaled", rows=("x", "y")))
+    path = Line(robot.pose(robot.neutral), (0.0, 9.0, 0.0), duration=9.0)
+    follower = PathFollower(planner, path, stall=StallEscape(patience=1.0))
+    result = Simulation(planner, path, q=robot.neutral, follower=follower, log=tmp_path / "log.sqlite").run()
+    facts = summary(load_log(tmp_path / "log.sqlite"))
+    assert not result.completed and not facts["completed"] and result.steps < 2000
+    assert facts["blocked"] == result.blocked and "cannot go on along +y" in result.blocked
+    assert facts["path_completed_at"] is None and facts["path_progress"] < 0.5
+
+
+def test_follower_of_another_planner_is_refused():
+    robot = catalog.load("planar(4)")
+    one, other = (Planner(robot, 0.01, task=Task(mode="scaled")) for _ in range(2))
+    path = Line(robot.pose(robot.neutral), (0.0, -0.1, 0.0), duration=1.0)
+    with pytest.raises(InputError, match="leads another planner"):
+        Simulation(one, path, q=robot.neutral, follower=PathFollower(other, path))

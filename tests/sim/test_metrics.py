@@ -14,6 +14,7 @@ KEYS = {
     "scenario", "robot", "scheme", "backend", "level", "dt", "steps", "completed", "final_status",
     "stopped_at", "status_counts", "max_position_error", "rms_position_error", "max_rotation_error",
     "max_limit_violation", "max_failed_joint_motion", "min_sigma_min", "qp", "step_time_us", "faults",
+    "max_off_path", "reference", "path_progress", "path_completed_at", "blocked",
 }  # fmt: skip
 
 

@@ -19,11 +19,15 @@ from ftqp.app.schema.path import (
     SquareTable,
     WaypointsTable,
 )
-from ftqp.app.schema.planner import EmergencyTable, TaskTable
+from ftqp.app.schema.planner import EmergencyTable, StallTable, TaskTable
 from ftqp.app.schema.robot import RobotTable
 from ftqp.app.schema.scenario import RecordingTable
+from ftqp.control.damping import DirectionalDamping
 from ftqp.control.emergency import EmergencyStop
+from ftqp.control.path_following import PathFollower
 from ftqp.control.paths import Circle, Hold, Line, Lissajous, Path, PointToPoint, Square, Waypoints
+from ftqp.control.planner import Planner
+from ftqp.control.stall import StallEscape
 from ftqp.control.task import Task
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
@@ -104,7 +108,7 @@ def path(table: PathTable, origin: FloatArray, folder: File) -> Path:
     Raises:
         InputError: a parameter out of its range, or a waypoint file that cannot be used.
     """
-    settings = _settings(table, "kind")
+    settings = _settings(table, "kind", "reference")
     match table:
         case LineTable():
             return Line(origin, **settings)
@@ -156,7 +160,12 @@ def refuse_out_of_reach(arm: Robot, way: Path) -> None:
     if arm.chain.prismatic[0]:
         return
     times = np.linspace(0.0, way.duration, 1001)
-    distance = np.linalg.norm(way.sample(times).pose[:, :3, 3] - arm.chain.translation[0], axis=1)
+    chain = arm.chain
+    height = [*chain.translation[1:], chain.tip_translation][0][
+        2
+    ]  # along the first axis; no part of the reach
+    centre = chain.translation[0] + height * chain.rotation[0][:, 2]
+    distance = np.linalg.norm(way.sample(times).pose[:, :3, 3] - centre, axis=1)
     reach = reach_of(arm.chain, arm.limits)
     beyond = distance > reach * (1.0 + 1e-9)
     if beyond.any():
@@ -175,12 +184,28 @@ def task(table: TaskTable) -> Task:
     """
     x, y, z = table.axis
     rows = tuple(table.rows) if isinstance(table.rows, list) else table.rows
-    return Task(rows=rows, axis=(x, y, z), **_settings(table, "rows", "axis"))
+    damping = None if table.damping is None else DirectionalDamping(**_settings(table.damping))
+    return Task(rows=rows, axis=(x, y, z), damping=damping, **_settings(table, "rows", "axis", "damping"))
 
 
 def emergency(table: EmergencyTable | None) -> EmergencyStop | None:
     """The emergency stop of ``[planner.emergency]``; None: off."""
     return None if table is None else EmergencyStop(**_settings(table))
+
+
+def follower(table: PathTable, stall: StallTable | None, planner: Planner, way: Path) -> PathFollower | None:
+    """What leads the planner along the path by its progress; None where the clock does.
+
+    Raises:
+        InputError: the path is to run by its progress, but the task mode is not ``scaled``.
+    """
+    reference = table.reference or ("progress" if planner.task.mode == "scaled" else "time")
+    if reference == "time":
+        return None
+    if stall is None:
+        return PathFollower(planner, way, stall=None)
+    escape = StallEscape(patterns=tuple(stall.patterns), **_settings(stall, "patterns"))
+    return PathFollower(planner, way, stall=escape)
 
 
 def fault(table: LockedTable | FreeSwingingTable | DegradedTable) -> FaultEvent:

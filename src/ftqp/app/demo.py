@@ -22,7 +22,8 @@ def tell_story(out: Path | None, *, as_json: bool) -> ExitCode:
     setup = load(SCENARIO)
     rate = 1.0 / setup.planner.dt
     say(
-        f"{setup.robot.name} goes round a circle in {setup.duration:g} s, with {rate:g} commands a second ..."
+        f"{setup.robot.name} goes round a circle in {setup.path.duration:g} s, "
+        f"with {rate:g} commands a second ..."
     )
     result = runs.run(setup, folder)
     if as_json:

@@ -103,6 +103,7 @@ def run(
             schedule=setup.schedule,
             plant=setup.plant,
             world=setup.world,
+            follower=setup.follower,
             duration=setup.duration,
             feed_forward=setup.tables.simulation.feed_forward,
             log=folder / FILE_NAME,

@@ -12,6 +12,7 @@ from ftqp.app import base_composition, composition, document
 from ftqp.app.complaints import complaints
 from ftqp.app.schema import Scenario
 from ftqp.control import bounds, schemes
+from ftqp.control.path_following import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.planner import Planner
 from ftqp.core.checks import FloatArray
@@ -39,8 +40,9 @@ class Setup:
         schedule: what really fails.
         q: joint positions at t = 0, (nv,) [rad or m].
         v: joint velocities at t = 0, (nv,) [rad/s or m/s].
-        duration: end of the run [s].
+        duration: end of the run [s]; None where the path's progress ends it.
         plant: what stands for the arm.
+        follower: leads the planner by the path's progress, or None.
         world: the base, where it moves.
         recorder: the planner's backend when its QPs are recorded.
     """
@@ -54,8 +56,9 @@ class Setup:
     schedule: Schedule
     q: FloatArray
     v: FloatArray
-    duration: float
+    duration: float | None
     plant: Plant
+    follower: PathFollower | None = None
     world: MovingWorld | None = None
     recorder: Recorder | None = None
 
@@ -185,6 +188,10 @@ def resolve(found: document.Document, tables: Scenario, *, record: bool = False)
             way = composition.path(
                 tables.path, world.start() @ arm.pose(arm.neutral if start is None else start[0]), folder
             )
+    leader: PathFollower | None = None
+    if planner is not None and way is not None:
+        with errors.at("path.reference"):
+            leader = composition.follower(tables.path, tables.planner.stall, planner, way)
     if planner is None or way is None or start is None or errors.found:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
     return Setup(
@@ -197,10 +204,11 @@ def resolve(found: document.Document, tables: Scenario, *, record: bool = False)
         schedule=Schedule(events),
         q=start[0],
         v=start[1],
-        duration=tables.simulation.duration or way.duration,
-        recorder=recorder,
+        duration=tables.simulation.duration or (way.duration if leader is None else None),
         plant=_plant(tables, arm),
+        follower=leader,
         world=world,
+        recorder=recorder,
     )
 
 

@@ -36,6 +36,8 @@ def ending(facts: Mapping[str, Any]) -> str:
         return f"completed in {facts['steps']} steps"
     if facts["stopped_at"] is not None:
         return f"stopped at {facts['stopped_at']:.2f} s: the task could not go on"
+    if facts.get("blocked"):
+        return f"blocked: {facts['blocked']}"
     return f"not completed: {facts['final_status']}"
 
 

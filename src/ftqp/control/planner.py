@@ -163,6 +163,9 @@ class Planner:
             c.torque,
         )
         W["weight"] = 1.0
+        W["manipulability"] = c.manipulability
+        if task.damping is not None:
+            W["damping_threshold"], W["damping_factor"] = task.damping.threshold, task.damping.factor
         W["bounds"] = self.bounds.code
         if isinstance(self.bounds, Jin):
             b = self.bounds

@@ -5,6 +5,7 @@ At each level the objective is 1/2 x'Hx + g'x with (``ftqp.kernel.criteria``)
     norm/2 |x|^2 + x'(norm_v v + norm_q (q - posture))
     + inertia/2 x'M x + x'(inertia_v M v + inertia_h h)
     + torque/2 |tau|^2          (tau of the joints that have not failed)
+    - manipulability x' d/dq log sqrt det(J J')          (J of the joints that have not failed)
 """
 
 from dataclasses import dataclass, fields
@@ -15,7 +16,7 @@ from ftqp.core.errors import InputError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Criterion:
-    """The seven coefficients at one level, x being the acceleration or the velocity."""
+    """The coefficients at one level, x being the acceleration or the velocity."""
 
     norm: float = 0.0
     norm_v: float = 0.0
@@ -24,6 +25,7 @@ class Criterion:
     inertia_v: float = 0.0
     inertia_h: float = 0.0
     torque: float = 0.0
+    manipulability: float = 0.0
 
     def __add__(self, other: "Criterion") -> "Criterion":
         return Criterion(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
@@ -61,7 +63,7 @@ class Scheme:
         if not (criterion.norm > 0.0 or criterion.inertia > 0.0 or criterion.torque > 0.0):
             raise InputError(
                 f"scheme {self.name!r} has no weight at the {level} level; "
-                "give one criterion a positive weight"
+                "give one criterion a positive weight, or add a scheme that has one, such as mvn"
             )
         return criterion
 

@@ -104,6 +104,36 @@ def dlsm_mvn(alpha: float = 0.995, gain: float = 4.0, tau_ref: float = 1.0, a_re
     return _mix("dlsm_mvn", alpha, mvn(gain), tau_ref, a_ref)
 
 
+def manipulability(gain: float = 0.1, rate: float = 4.0) -> Scheme:
+    """A term to add to other schemes: draws the null space up the gradient of the manipulability.
+
+    - gain x' d/dq log sqrt det(J J'), J of the joints that have not failed (times ``rate`` at the
+    acceleration
+    level): beside ``mvn`` the null-space velocity tends to gain times the gradient.
+
+    Args:
+        gain: of the gradient [rad2/s].
+        rate: how fast the velocity approaches it, ``gain`` of the ``mvn`` beside it [1/s]; acceleration level
+            only.
+    """
+    gain, rate = non_negative("gain", gain, "rad2/s"), non_negative("rate", rate, "1/s")
+    return Scheme(
+        name="manipulability",
+        acceleration=Criterion(manipulability=gain * rate),
+        velocity=Criterion(manipulability=gain),
+    )
+
+
+def mvn_manipulability(gain: float = 0.1, rate: float = 4.0) -> Scheme:
+    """Minimum velocity norm, drawn away from singularities: 1/2 |a + rate (v - gain d/dq log w)|^2.
+
+    Args:
+        gain: of the gradient of the log manipulability [rad2/s].
+        rate: decay of the null-space velocity [1/s]; acceleration level only.
+    """
+    return (mvn(rate) + manipulability(gain, rate)).named("mvn_manipulability")
+
+
 def _mix(name: str, alpha: float, other: Scheme, tau_ref: float, a_ref: float) -> Scheme:
     share = non_negative("alpha", alpha)
     if not share < 1.0:
@@ -128,6 +158,7 @@ _RECIPES: dict[str, Callable[..., Scheme | Resolver]] = {
     "rmp": rmp,
     "dlsm": dlsm,
     "dlsm_mvn": dlsm_mvn,
+    "mvn_manipulability": mvn_manipulability,
     **_CLOSED_FORMS,
 }
 

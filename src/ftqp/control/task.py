@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.control.damping import DirectionalDamping
 from ftqp.core.checks import FloatArray, array, non_negative, positive
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel import codes
@@ -50,6 +51,8 @@ class Task:
         slack: compliance of the task rows relative to the QP's own magnitude, for ``slack``.
         priority: ``weighted``: rotation counts as much as position; ``position_first``: rotation gets what
             position leaves.
+        damping: lets the task give way along singular directions; None never does. Not for ``scaled``, whose
+            path waits at a singularity instead, nor with a priority.
     """
 
     rows: str | tuple[str, ...] | None = None
@@ -60,6 +63,7 @@ class Task:
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     slack: float = 1e-6
     priority: str = "weighted"
+    damping: DirectionalDamping | None = None
 
     def __post_init__(self) -> None:
         if self.rows is not None:
@@ -76,6 +80,21 @@ class Task:
             )
         if self.priority != "weighted" and self.mode == "hard":
             raise InputError("priority 'position_first' needs rows that can give way; mode 'hard' has none")
+        if self.damping is not None:
+            if not isinstance(self.damping, DirectionalDamping):
+                raise InputError(
+                    f"damping is {self.damping!r:.60}, expected an ftqp.DirectionalDamping or None"
+                )
+            if self.priority != "weighted":
+                raise InputError(
+                    "damping does not go with priority 'position_first': it gives way along directions that "
+                    "mix position and rotation; leave one of them out"
+                )
+            if self.mode == "scaled":
+                raise InputError(
+                    "damping does not go with task mode 'scaled', which slows down at a singularity and "
+                    "stays on its path; leave damping out, or use mode 'slack'"
+                )
         for name in ("kp", "kv"):
             if getattr(self, name) is not None:
                 non_negative(name, getattr(self, name))

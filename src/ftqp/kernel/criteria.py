@@ -17,6 +17,9 @@ from typing import Any
 from ftqp.kernel.codes import FREE, HEALTHY, VELOCITY
 from ftqp.kernel.jit import jit
 
+DRIVE_GAIN = 4.0
+"""Acceleration level: how fast the null-space velocity approaches the drive at least [1/s]."""
+
 
 @jit
 def posture_error(K: Any, i: int) -> float:
@@ -70,3 +73,27 @@ def objective(K: Any) -> None:
     for i in range(n):
         for j in range(i):
             K.H[j, i] = K.H[i, j]
+
+
+@jit
+def add_drive(K: Any) -> None:
+    """The objective of x - x_0 in place of x, g -= H x_0: the null space is drawn to the velocity ``drive``.
+
+    Velocity level: x_0 = drive.  Acceleration level: x_0 = gain drive - (gain - own) v, own = norm_v/w_norm
+    what the
+    scheme damps already and gain = max(DRIVE_GAIN, own).
+    """
+    n = K.n
+    own = K.norm_v / K.w_norm if K.w_norm > 0.0 else 0.0
+    gain = max(DRIVE_GAIN, own)
+    for i in range(n):
+        x = K.drive[i]
+        if K.level != VELOCITY:
+            x = gain * x - (gain - own) * K.v[i]
+        K.scratch[i] = x if K.fault[i] == HEALTHY else 0.0
+    for i in range(n):
+        if K.dense:
+            for j in range(n):
+                K.g[i] -= K.H[i, j] * K.scratch[j]
+        else:
+            K.g[i] -= K.H_diagonal[i] * K.scratch[i]

@@ -27,6 +27,7 @@ from ftqp.kernel.external import pack, unpack
 from ftqp.kernel.jit import batch_entry, carray, entry, jit, pointer, prange
 from ftqp.kernel.ladder import climb
 from ftqp.kernel.moving_base import base_verdict
+from ftqp.kernel.path import COLUMNS, look_up
 from ftqp.kernel.record import DTYPE
 from ftqp.kernel.reduced import DTYPE as REDUCED
 from ftqp.kernel.reduced import gather
@@ -93,6 +94,22 @@ def finish_external(address: int, flat: Any, claim: int, iterations: int) -> int
     unpack(K, flat)
     K.qp_iterations = iterations
     return climb(K, ANSWERED, claim)
+
+
+@entry
+def path_target(address: int, table_at: int, rows: int, target_at: int) -> int:
+    """The path's target at the record's progress, for a step along the path that follows.
+
+    Args:
+        address: of the record.
+        table_at: of the path's table, (rows, 50).
+        rows: how many intervals it has, the rest at its end included.
+        target_at: where the packed target goes, (29,).
+    """
+    K = carray(pointer(address), 1, DTYPE)[0]
+    table = carray(pointer(table_at), (rows, COLUMNS), FLOAT)
+    look_up(K, table, rows, carray(pointer(target_at), (TARGET_SIZE,), FLOAT))
+    return 0
 
 
 @entry

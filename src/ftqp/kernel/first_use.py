@@ -6,7 +6,7 @@ from typing import Any
 from ftqp.kernel import entry
 from ftqp.kernel.jit import COMPILED, cache_folder
 
-STEP = ("step",)
+STEP = ("step", "path_target")
 EXTERNAL = ("prepare_external", "finish_external")
 BASE = ("base_finish",)
 SETUP = ("kinematics", "inverse_dynamics", "torques", "measures")
@@ -14,6 +14,7 @@ CLOSED_FORM = ("step_closed_form",)
 RATES = ("resolve_reduced", "damping")
 _SIGNATURES = {
     "step": "iiiii",
+    "path_target": "iiii",
     "prepare_external": "iiiiia",
     "finish_external": "iaii",
     "kinematics": "iaa",

@@ -37,8 +37,10 @@ from ftqp.kernel.codes import (
     STOPPED,
     STOPPING,
 )
+from ftqp.kernel.damping import turn_back
 from ftqp.kernel.finite import is_finite
 from ftqp.kernel.jit import jit
+from ftqp.kernel.path import advance
 from ftqp.kernel.task import compliance
 from ftqp.kernel.torque import add_torques, within_guard
 from ftqp.kernel.verdict import command, judge
@@ -93,6 +95,8 @@ def _begin_second_stage(K: Any, claim: int) -> None:
     for i in range(K.n):
         K.z_box_first[i] = K.z_box[i]
         K.z_first[i] = K.z[i] if i < K.nc else 0.0
+    for k in range(K.m):
+        K.damp[k] = 0.0  # what the damping leaves of the task is now to be kept
     compliance(K, SECOND_STAGE_RATIO)
     K.warm = 0
     K.stage = MAIN_STAGE
@@ -145,6 +149,8 @@ def _verdict_on_task(K: Any) -> int:
     for k in range(K.m):
         size = max(size, abs(K.b_task[k]))
         residual = max(residual, abs(K.slack[k]))
+        if K.on_path:  # whose own speed is no part of b
+            size = max(size, abs(K.A[k, K.n]) * (K.kv * K.dt if K.level == ACCELERATION else 1.0))
     if residual > RELAXED_FROM * size + TASK_FLOOR:
         return RELAXED
     return SCALED if K.scale < SCALED_FROM else OK
@@ -164,6 +170,10 @@ def _finish(K: Any) -> int:
     elif K.mode == LEXICOGRAPHIC and K.verdict == RELAXED:
         for i in range(K.n):  # the second stage keeps the residual: only the first one knows what causes it
             K.z_box[i], K.z[i] = K.z_box_first[i], K.z_first[i]
+    if K.turned:
+        turn_back(K)
+    if K.on_path:
+        advance(K)
     K.status = K.verdict
     return K.status
 

@@ -49,8 +49,17 @@ TASK: dict[str, Shape] = {
     "z_first": (N,),  # multipliers of the first stage: what keeps the task from being followed
     "z_box_first": (N,),
     "yielding": (6,),  # compliance of each component beside that of the task as a whole; 1 without priorities
+    "turn": (6, 6),  # U of the reduced Jacobian when the rows are turned by directional damping
+    "sigma": (6,),  # its singular values
+    "damp": (6,),  # compliance of the turned rows, times H
+    "feedback": (6,),  # kp e of each row, on a path; where it is blocked all but the velocity feedback
+    "bend": (6,),  # x'' - Jdot q' of each row, on a path
 }
-CRITERIA: dict[str, Shape] = {"weight": (N,), "posture": (N,)}
+CRITERIA: dict[str, Shape] = {
+    "weight": (N,),
+    "posture": (N,),
+    "drive": (N,),  # velocity that the null space is drawn to
+}
 FAULTS: dict[str, Shape] = {
     "lock_rate": (N,),  # deceleration of a joint that is being locked
     "lock_velocity": (N,),  # its velocity by that model
@@ -136,6 +145,16 @@ FLOATS = (
     "base_rank",
     "base_tolerance",
     "kappa",  # damping of a closed form
+    "manipulability",  # gain of the gradient of log manipulability in the objective
+    "damping_threshold",  # directional damping: singular value below which it begins
+    "damping_factor",  # and its damping at the singularity; 0: none
+    "progress",  # path time that has been reached [s]
+    "rate",  # its derivative, in [0, 1]; negative: not known yet
+    "path_stop",  # path time of the next jump of the twist
+    "path_end",
+    "rate_limit",  # largest rate allowed now
+    "rate_ahead",  # largest rate from which the arm can stop before the next jump
+    "rate_left",  # largest rate beside an error that the feedback no longer corrects
 )
 INTEGERS = (
     "n",
@@ -180,6 +199,10 @@ INTEGERS = (
     "base_leaning",
     "anti_windup",
     "resolver",  # address of the closed form's memory
+    "on_path",  # the step under way is one along a path
+    "interval",  # of the path's table
+    "driven",  # the drive is not zero
+    "turned",  # the task rows are along the singular directions
 )
 INTEGER_ARRAYS: dict[str, Shape] = {
     "prismatic": (N,),

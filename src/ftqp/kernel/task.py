@@ -10,6 +10,7 @@ from ftqp.kernel.codes import (
     TARGET_TWIST,
 )
 from ftqp.kernel.jit import jit
+from ftqp.kernel.path import path_row
 
 TIP_BRAKE_STEPS = 20.0
 """Scaled mode: scale 0 brakes the tip along its own direction with the time constant TIP_BRAKE_STEPS dt."""
@@ -62,7 +63,7 @@ def task_rows(K: Any) -> None:
                 row[i] = w * (t0 * K.J[3, i] + t1 * K.J[4, i] + t2 * K.J[5, i])
         e = w * _row_of(K, c, 0, K.error)
         rate = w * _row_of(K, c, TARGET_TWIST, K.target)
-        moving = 0.0
+        moving = drift = 0.0
         if K.level == ACCELERATION:
             for i in range(n):
                 moving += row[i] * K.v[i]
@@ -72,17 +73,24 @@ def task_rows(K: Any) -> None:
         else:
             b = rate + K.kp * e
             rest = 0.0
+        K.b[k] = b
         if K.mode == SCALE:
             row[n] = rest - b
-            b = rest
-        K.b[k] = b
+            K.b[k] = rest
+            if K.on_path:
+                change = w * _row_of(K, c, TARGET_ACCELERATION, K.target)
+                drift = w * _row_of(K, c, 0, K.drift)
+                path_row(K, k, rate, change, moving, e, drift)
     K.meq = m
     K.nx = n
 
 
 @jit
 def compliance(K: Any, ratio: float) -> None:
-    """soft_k = yielding_k ratio |A|_F^2 / (m tr H): the slack's weight follows the QP's own magnitude."""
+    """soft_k = yielding_k ratio |A|_F^2 / (m tr H): the slack's weight follows the QP's own magnitude.
+
+    Rows turned by directional damping have no priority of their own; their damping adds.
+    """
     trace = 0.0
     for i in range(K.n):
         trace += K.H[i, i] if K.dense else K.H_diagonal[i]
@@ -92,7 +100,7 @@ def compliance(K: Any, ratio: float) -> None:
             norm += K.A[k, i] * K.A[k, i]
     soft = ratio * norm / (max(K.meq, 1) * trace) + 1e-300
     for k in range(K.meq):
-        K.soft[k] = soft * K.yielding[K.rows[k]]
+        K.soft[k] = soft + K.damp[k] * K.n / trace if K.turned else soft * K.yielding[K.rows[k]]
 
 
 @jit

@@ -16,13 +16,16 @@ from ftqp.kernel.codes import (
     SOLVE,
     TARGET_HAS_ROTATION,
 )
-from ftqp.kernel.criteria import objective
+from ftqp.kernel.criteria import add_drive, objective
+from ftqp.kernel.damping import fade_feedback, turn_rows
 from ftqp.kernel.dynamics import dynamics
 from ftqp.kernel.failed_joints import any_instant_lock, lock_instantly, prescribed_motion
 from ftqp.kernel.finite import is_finite
 from ftqp.kernel.jit import jit
 from ftqp.kernel.ladder import begin_first_stage, begin_stop
 from ftqp.kernel.moving_base import follow_base, reduce_by_lead
+from ftqp.kernel.manipulability import add_manipulability
+from ftqp.kernel.path import STIFFNESS, begin_on_path, rate_variable
 from ftqp.kernel.pose_error import pose_error
 from ftqp.kernel.task import compliance, error_norms, path_scale, task_rows
 from ftqp.kernel.torque import add_torques
@@ -135,14 +138,32 @@ def prepare(K: Any) -> int:
     if _emergency(K):
         begin_stop(K)
         return SOLVE
+    if K.on_path:
+        motion(K)
+        begin_on_path(K)
     objective(K)
+    if K.driven:
+        add_drive(K)
     task_rows(K)
+    if K.manipulability != 0.0:
+        add_manipulability(K)
+    if K.on_path:
+        fade_feedback(K)
+    K.turned = 0
+    if K.damping_factor > 0.0:
+        turn_rows(K)
     K.stage = MAIN_STAGE
     for k in range(K.m):
         K.b_task[k] = K.b[k]
     if K.mode == HARD:
+        if K.turned:
+            compliance(K, 0.0)
         for k in range(K.m):
-            K.soft[k] = 0.0
+            if not K.turned or K.damp[k] == 0.0:
+                K.soft[k] = 0.0
+    elif K.mode == SCALE and K.on_path:
+        compliance(K, STIFFNESS)
+        rate_variable(K)
     elif K.mode == SCALE:
         compliance(K, SCALE_STAGE_RATIO)
         path_scale(K)

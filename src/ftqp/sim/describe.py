@@ -21,7 +21,9 @@ FORMAT = 1
 """Version of the log's layout."""
 
 
-def description(planner: Planner, schedule: Schedule, path: Path, last: int) -> dict[str, Any]:
+def description(
+    planner: Planner, schedule: Schedule, path: Path, last: int, reference: str = "time"
+) -> dict[str, Any]:
     """Metadata of a run; limits that are infinite are ``None``.
 
     Args:
@@ -29,6 +31,7 @@ def description(planner: Planner, schedule: Schedule, path: Path, last: int) -> 
         schedule: what fails when.
         path: what is followed.
         last: index of the last tick.
+        reference: ``"time"`` or ``"progress"``, by which the path runs.
     """
     robot, emergency = planner.robot, planner.emergency
     return {
@@ -51,6 +54,8 @@ def description(planner: Planner, schedule: Schedule, path: Path, last: int) -> 
         "ticks": last + 1,
         "path": type(path).__name__,
         "duration": last * planner.dt,
+        "path_duration": path.duration,
+        "reference": reference,
         "faults": [described(event, robot) for event in schedule],
         "versions": versions(),
     }

@@ -7,6 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.path_following import PathFollower, PathStatus
 from ftqp.control.paths import Path, mean_acceleration
 from ftqp.control.planner import Planner
 from ftqp.control.status import StepStatus
@@ -28,6 +29,10 @@ BLOCK = 2048
 """Ticks whose targets are sampled together."""
 PROGRESS_PERIOD = 100_000_000
 """Progress is told at most this often [ns of wall time]."""
+LONGEST = 3.0
+"""A path that is followed by its progress may take so many times its duration."""
+WAITS = 0.5
+"""How long the arm is watched after its path was blocked [s]."""
 
 
 @final
@@ -44,6 +49,8 @@ class Result:
         status_counts: how many steps had each status, those that occurred.
         q: where the arm ended, (nv,) [rad or m].
         v: its velocity there, (nv,) [rad/s or m/s].
+        progress: path time reached [s].
+        blocked: why the path did not go on, or ``None``.
     """
 
     steps: int
@@ -54,6 +61,8 @@ class Result:
     status_counts: Mapping[StepStatus, int]
     q: FloatArray
     v: FloatArray
+    progress: float
+    blocked: str | None
 
 
 @final
@@ -70,7 +79,10 @@ class Simulation:
         v: its start velocity, (nv,) [rad/s or m/s]; at rest without it.
         schedule: what fails when; nothing without it.
         plant: the arm; without it a `KinematicPlant` of the planner's robot.
-        duration: simulated time [s]; the path's duration without it.
+        follower: leads the planner along the path by its progress, in place of the clock; the run then ends
+            with the path, or soon after it was blocked.
+        duration: simulated time, the longest with a follower [s]; without it the path's duration, twice that
+            with a follower.
         feed_forward: ``"sampled"`` feeds forward the path's acceleration at t_k, ``"mean"`` its mean over dt.
         log: a new file for the log, or ``None`` for none.
         metadata: more to put into the log, for example the resolved scenario.
@@ -93,6 +105,7 @@ class Simulation:
         v: Any = None,
         schedule: Schedule | None = None,
         plant: Plant | None = None,
+        follower: PathFollower | None = None,
         duration: float | None = None,
         feed_forward: str = "sampled",
         log: str | File | None = None,
@@ -108,7 +121,11 @@ class Simulation:
         for event in self._schedule:
             robot.joint(event.fault.joint)
         self._plant = KinematicPlant(robot, planner.dt, planner.level) if plant is None else plant
-        time = path.duration if duration is None else positive("duration of the simulation", duration, "s")
+        if follower is not None and (follower.planner is not planner or follower.path is not path):
+            raise InputError("follower leads another planner or another path than the simulation's")
+        self._follower = follower
+        natural = path.duration * (1.0 if follower is None else LONGEST)
+        time = natural if duration is None else positive("duration of the simulation", duration, "s")
         self._last = round(time / planner.dt)
         if self._last < 1:
             raise InputError(
@@ -126,6 +143,8 @@ class Simulation:
             raise InputError(
                 "the world's inertial task has another planner than the simulation; give it this one"
             )
+        if world is not None and follower is not None:
+            raise InputError("a path's progress does not wait for a moving base; leave follower or world out")
 
     def run(self) -> Result:
         """Simulate to the end, or until Ctrl-C, which leaves complete files and a result that says so.
@@ -135,7 +154,7 @@ class Simulation:
         """
         planner = self._planner
         self._forget_faults()
-        planner.reset(self._q, self._v)
+        (planner if self._follower is None else self._follower).reset(self._q, self._v)
         self._plant.reset(self._q, self._v)
         world = self._world
         if world is not None:
@@ -145,10 +164,18 @@ class Simulation:
         signals = columns(planner.robot.joints, planner.robot.chain.prismatic, planner.level)
         if world is not None:
             signals += base_columns(world.base.coordinates)
-        about = description(planner, self._schedule, self._path, self._last) | self._metadata
+        reference = "time" if self._follower is None else "progress"
+        about = description(planner, self._schedule, self._path, self._last, reference) | self._metadata
         with LogWriter(self._log, signals, about | {"state": "running"}) as log:
-            result = self._ticks(RowWriter(log, planner, world))
-            log.annotate({"state": "interrupted" if result.interrupted else "finished"})
+            result = self._ticks(RowWriter(log, planner, follower=self._follower, world=world))
+            finished = self._follower is None or self._follower.status is PathStatus.DONE
+            log.annotate(
+                {
+                    "state": "interrupted" if result.interrupted else "finished",
+                    "path_finished": finished,
+                    "blocked": result.blocked,
+                }
+            )
         return result
 
     def _forget_faults(self) -> None:
@@ -161,9 +188,12 @@ class Simulation:
 
     def _ticks(self, rows: RowWriter | None) -> Result:
         """All ticks."""
-        planner, plant, dt, world = self._planner, self._plant, self._planner.dt, self._world
+        planner, plant, dt = self._planner, self._plant, self._planner.dt
+        follower, world = self._follower, self._world
+        lead = planner if world is None else world
         failing, announced = self._schedule.failing(dt), self._schedule.announced(dt)
-        target = Target(pose=self._path.start, twist=np.zeros(6), acceleration=np.zeros(6))
+        target = Target(pose=self._path.start) if follower is None else follower.target
+        waited, over = 0.0, False
         counts = [0] * len(StepStatus)
         done, stopped_at, code = 0, None, None
         told = clock.now()
@@ -171,7 +201,7 @@ class Simulation:
         try:
             for k in range(self._last + 1):
                 at = k % BLOCK
-                if at == 0:
+                if at == 0 and follower is None:
                     pose, twist, acceleration = self._targets(k)
                 for event in failing.get(k, ()):
                     plant.fail(event.fault)
@@ -179,16 +209,34 @@ class Simulation:
                         rows.fail(event.fault)
                 for event in announced.get(k, ()):
                     planner.report(event.fault)
-                target.pose[:] = pose[at]
-                target.twist[:] = twist[at]
-                target.acceleration[:] = acceleration[at]
-                if world is not None:
-                    world.sense(k, plant.q, pose[at])
-                before = clock.now()
-                step = (planner if world is None else world).step(plant.q, plant.v, target)
-                elapsed = clock.now() - before
+                if follower is None:
+                    target.pose[:] = pose[at]
+                    target.twist[:] = twist[at]
+                    target.acceleration[:] = acceleration[at]
+                    reached = min(k * dt, self._path.duration)
+                    if world is not None:
+                        world.sense(k, plant.q, pose[at])
+                    before = clock.now()
+                    step = lead.step(plant.q, plant.v, target)
+                    elapsed = clock.now() - before
+                else:
+                    reached = follower.progress
+                    before = clock.now()
+                    step = follower.step(plant.q, plant.v)
+                    elapsed = clock.now() - before
+                    waited += dt if follower.status is PathStatus.BLOCKED else 0.0
+                    over = reached >= self._path.duration or waited > WAITS
                 if rows is not None:
-                    rows.write(k * dt, plant.q, plant.v, pose[at], step, elapsed)
+                    rows.write(
+                        k * dt,
+                        plant.q,
+                        plant.v,
+                        target.pose,
+                        step,
+                        elapsed,
+                        twist=target.twist,
+                        progress=reached,
+                    )
                 code = step.code
                 counts[code] += 1
                 if stopped_at is None and code in STOP_CODES:
@@ -198,6 +246,8 @@ class Simulation:
                 if self._progress is not None and before - told > PROGRESS_PERIOD:
                     told = before
                     self._progress(done, self._last + 1)
+                if over:
+                    break
         except KeyboardInterrupt:
             interrupted = True
         if self._progress is not None:
@@ -205,13 +255,19 @@ class Simulation:
         statuses = list(StepStatus)
         return Result(
             steps=done,
-            completed=done == self._last + 1 and stopped_at is None,
+            completed=stopped_at is None
+            and not interrupted
+            and (done == self._last + 1 if follower is None else follower.status is PathStatus.DONE),
             interrupted=interrupted,
             final_status=None if code is None else statuses[code],
             stopped_at=stopped_at,
             status_counts={status: count for status, count in zip(statuses, counts, strict=True) if count},
             q=plant.q.copy(),
             v=plant.v.copy(),
+            progress=min(max(done - 1, 0) * dt, self._path.duration)
+            if follower is None
+            else follower.progress,
+            blocked=None if follower is None else follower.blocked,
         )
 
     def _targets(self, first: int) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -34,13 +34,17 @@ def summary(log: Log) -> dict[str, Any]:
     return {
         **{key: about.get(key) for key in ("scenario", "robot", "scheme", "backend", "level", "dt")},
         "steps": len(log),
-        "completed": bool(about.get("state") == "finished" and len(stops) == 0),
+        "completed": bool(
+            about.get("state") == "finished" and len(stops) == 0 and about.get("path_finished", True)
+        ),
         "final_status": STATUSES[int(status[-1])] if len(log) else None,
         "stopped_at": float(log["t"][stops[0]]) if len(stops) else None,
         "status_counts": {name: int(count) for name, count in zip(STATUSES, counts, strict=True) if count},
         "max_position_error": _largest(log["position_error"]),
         "rms_position_error": _root_mean_square(log["position_error"]),
         "max_rotation_error": _largest(log["rotation_error"]),
+        "max_off_path": _largest(log["off_path"]),
+        **path_facts(log),
         "max_limit_violation": limit_violations(log),
         "max_failed_joint_motion": failed_joint_motion(log),
         "min_sigma_min": _smallest(log["sigma_min"]),
@@ -75,6 +79,18 @@ def _inertial(log: Log) -> dict[str, Any]:
             "final_position_error": float(position[-1]) if len(log) else None,
             "status_counts": {s.name: int(n) for s, n in zip(BaseStatus, counts, strict=True) if n},
         }
+    }
+
+
+def path_facts(log: Log) -> dict[str, Any]:
+    """How far the path came, as a share of it, when it was finished [s], and why it was blocked."""
+    duration, progress = log.metadata.get("path_duration"), log["progress"]
+    done = np.flatnonzero(progress >= duration - TIME_SLACK) if duration else np.zeros(0, dtype=np.int64)
+    return {
+        "reference": log.metadata.get("reference"),
+        "path_progress": float(progress[-1] / duration) if duration and len(log) else None,
+        "path_completed_at": float(log["t"][done[0]]) if len(done) else None,
+        "blocked": log.metadata.get("blocked"),
     }
 
 

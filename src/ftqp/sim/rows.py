@@ -5,6 +5,7 @@ from typing import final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ftqp.control.path_following import PathFollower, PathStatus
 from ftqp.control.planner import Planner
 from ftqp.control.step import Step
 from ftqp.core.checks import FloatArray
@@ -19,6 +20,19 @@ CODES = {Locked: 1, FreeSwinging: 2, Degraded: 3}
 QP_CODES = {status: code for code, status in enumerate(SolveStatus)}
 """Code of each outcome of a QP in the column ``qp_status``."""
 
+PATH_CODES = {status: code + 1 for code, status in enumerate(PathStatus)}
+"""Code of each status of a path in the column ``path_status``; 0 without a follower."""
+AT_REST = 1e-9
+"""Speed of the target below which a path has no direction [m/s]."""
+
+
+def across(error: FloatArray, velocity: FloatArray) -> float:
+    """Length of the part of an error, (3,), that is perpendicular to a velocity, (3,); all of it at rest."""
+    speed = float(np.linalg.norm(velocity))
+    if speed > AT_REST:
+        error = error - (error @ velocity) / speed**2 * velocity
+    return float(np.linalg.norm(error))
+
 
 @final
 class RowWriter:
@@ -27,10 +41,19 @@ class RowWriter:
     Args:
         log: where the rows go.
         planner: whose steps they hold.
+        follower: what leads the planner along the path, if anything.
         world: the base, where it moves; the row then ends with `ftqp.sim.signals.base_columns`.
     """
 
-    def __init__(self, log: LogWriter, planner: Planner, world: MovingWorld | None = None) -> None:
+    def __init__(
+        self,
+        log: LogWriter,
+        planner: Planner,
+        *,
+        follower: PathFollower | None = None,
+        world: MovingWorld | None = None,
+    ) -> None:
+        self._follower = follower
         self._log = log
         self._planner, self._world = planner, world
         self._arm = Arm(planner.robot)
@@ -42,7 +65,16 @@ class RowWriter:
         self._truth[self._planner.robot.joint(fault.joint)] = CODES[type(fault)]
 
     def write(
-        self, t: float, q: FloatArray, v: FloatArray, target: FloatArray, step: Step, elapsed: int
+        self,
+        t: float,
+        q: FloatArray,
+        v: FloatArray,
+        target: FloatArray,
+        step: Step,
+        elapsed: int,
+        *,
+        twist: FloatArray,
+        progress: float,
     ) -> None:
         """Write the row of one tick.
 
@@ -53,6 +85,8 @@ class RowWriter:
             target: desired pose, (4, 4) [m].
             step: the planner's step.
             elapsed: wall time of the step [ns].
+            twist: of the path at the target, (6,) [m/s, rad/s].
+            progress: path time reached [s].
         """
         n, qp = len(q), step.qp
         row = self._log.row
@@ -69,7 +103,8 @@ class RowWriter:
         turns = Rotation.from_matrix([target[:3, :3], tip[:3, :3]]).as_quat(canonical=True)
         rest[0:3], rest[3:7] = target[:3, 3], turns[0]
         rest[7:10], rest[10:14] = tip[:3, 3], turns[1]
-        rest[14:23] = (
+        follower = self._follower
+        rest[14:30] = (
             step.position_error,
             step.rotation_error,
             np.linalg.norm(step.slack),
@@ -79,9 +114,12 @@ class RowWriter:
             qp.iterations,
             qp.residual,
             1e-3 * elapsed,
+            *step.measures,
+            step.kappa,
+            across(target[:3, 3] - tip[:3, 3], twist[:3]),
+            progress,
+            0 if follower is None else PATH_CODES[follower.status],
         )
-        rest[23:26] = step.measures
-        rest[26] = step.kappa
         if world is not None:
             count = len(world.eta)
             last = row[len(row) - count - 14 :]

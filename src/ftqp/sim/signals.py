@@ -43,6 +43,10 @@ _SCALARS = (
     Column("manipulability", "-", "product of the singular values of that Jacobian"),
     Column("condition", "-", "largest by smallest singular value of that Jacobian"),
     Column("kappa", "-", "damping of a singularity-robust inverse, 0 where nothing is damped"),
+    Column("off_path", "m", "distance of the tip from its target across the direction of the path"),
+    Column("progress", "s", "path time reached"),
+    Column("path_status", "-", "0 no progress reference, 1 FOLLOWING, 2 SCALED, 3 ESCAPING, 4 BLOCKED, "
+           "5 DONE", True),
 )  # fmt: skip
 
 

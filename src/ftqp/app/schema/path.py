@@ -14,7 +14,15 @@ _LAW = "law of motion: quintic, cycloid, sine_squared, constant, trapezoid, or a
 _AXES = "two perpendicular directions in W, each x, y, z, -x, -y, -z or a vector"
 
 
-class _Timed(Table):
+class _Path(Table):
+    reference: Literal["progress", "time"] | None = Field(
+        None,
+        description="'progress': the path waits for the arm, needs task mode scaled; 'time': the clock; "
+        "by the task mode if absent",
+    )
+
+
+class _Timed(_Path):
     duration: Finite = Field(gt=0, description="how long the motion lasts, > 0", json_schema_extra=unit("s"))
 
 
@@ -58,7 +66,7 @@ class LissajousTable(_Timed):
     law: Named = Field({"name": "quintic"}, description=_LAW)
 
 
-class WaypointsTable(Table):
+class WaypointsTable(_Path):
     """A smooth curve through points of a file.
 
     A CSV file has a header of x, y, z [m] and if wanted t [s] and qx, qy, qz, qw; an NPZ file has the arrays

@@ -5,7 +5,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, field_serializer, model_validator
 
 from ftqp.app.schema.base import Finite, Limit, Named, Table, Vector, unit
+from ftqp.control.damping import DirectionalDamping
 from ftqp.control.emergency import EmergencyStop
+from ftqp.control.stall import PATTERNS, StallEscape
 
 
 def _off(value: Any) -> Any:
@@ -14,6 +16,17 @@ def _off(value: Any) -> Any:
 
 DEFAULT_STOP = EmergencyStop()
 Range = Annotated[list[Limit], Field(min_length=2, max_length=2)]
+DEFAULT_DAMPING = DirectionalDamping()
+DEFAULT_STALL = StallEscape()
+
+
+class DampingTable(Table):
+    """Directional damping: the task gives way along singular directions."""
+
+    threshold: Finite = Field(
+        DEFAULT_DAMPING.threshold, gt=0, description="singular value, in lengths, where damping begins, > 0"
+    )
+    factor: Finite = Field(DEFAULT_DAMPING.factor, gt=0, description="damping at a singularity, > 0")
 
 
 class TaskTable(Table):
@@ -43,6 +56,9 @@ class TaskTable(Table):
         "weighted", description="whether rotation counts as much as position or gets what position leaves"
     )
     slack: Finite = Field(1e-6, gt=0, le=1, description="compliance of the rows in mode slack, 1e-12 to 1")
+    damping: DampingTable | None = Field(
+        None, description="directional damping near singularities; none if absent"
+    )
 
 
 class EmergencyTable(Table):
@@ -61,6 +77,31 @@ class EmergencyTable(Table):
         json_schema_extra=unit("rad"),
     )
     samples: int = Field(3, ge=1, description="rising samples in a row, >= 1")
+
+
+class StallTable(Table):
+    """The escape of a path that has stalled, for [path] reference = 'progress'."""
+
+    below: Finite = Field(
+        DEFAULT_STALL.below, gt=0, lt=1, description="mean path rate that counts as stalled"
+    )
+    after: Finite = Field(
+        DEFAULT_STALL.after, gt=0, description="time constant of that mean, > 0", json_schema_extra=unit("s")
+    )
+    until: Finite = Field(DEFAULT_STALL.until, gt=0, lt=1, description="mean path rate that ends the escape")
+    patience: Finite = Field(
+        DEFAULT_STALL.patience,
+        gt=0,
+        description="stalled time after which the path is blocked, > 0",
+        json_schema_extra=unit("s"),
+    )
+    speed: Finite = Field(
+        DEFAULT_STALL.speed, gt=0, description="speed of the joints, > 0", json_schema_extra=unit("rad/s")
+    )
+    patterns: list[str] = Field(
+        list(PATTERNS), min_length=1, description=f"among {', '.join(PATTERNS)}, in turn"
+    )
+    seed: int = Field(0, ge=0, description="seed of the random pattern, >= 0")
 
 
 class PlannerTable(Table):
@@ -97,8 +138,13 @@ class PlannerTable(Table):
         EmergencyTable(), description="the emergency stop; 'off' to have none"
     )
 
-    @field_serializer("emergency")
-    def _emergency_or_off(self, value: EmergencyTable | None) -> Any:
+    stall: Annotated[StallTable | None, BeforeValidator(_off)] = Field(
+        StallTable(),
+        description="the escape of a stalled path, for reference = 'progress'; 'off' to have none",
+    )
+
+    @field_serializer("emergency", "stall")
+    def _or_off(self, value: Table | None) -> Any:
         return "off" if value is None else value
 
     @model_validator(mode="after")

@@ -1,0 +1,194 @@
+"""Following a path by its progress: what the arm and the path do together."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.core.errors import InputError
+
+PANDA = ftqp.robots.load("panda")
+SCALED = ftqp.Task(mode="scaled")
+ESCAPE = ftqp.StallEscape()
+LEVELS = ["acceleration", "velocity"]
+DT = 2e-3
+
+
+def follower_of(robot=PANDA, path=None, level="acceleration", task=SCALED, stall=ESCAPE, dt=DT, **settings):
+    planner = ftqp.Planner(robot, dt, level=level, task=task, **settings)
+    path = (
+        ftqp.paths.Circle(robot.pose(robot.neutral), 0.08, duration=2.0, axes=("y", "z"))
+        if path is None
+        else path
+    )
+    return ftqp.PathFollower(planner, path, stall=stall)
+
+
+def run(follower, q=None, longest=8.0, each=lambda k: None):
+    """Steps copied, progress, until the path is done."""
+    robot, dt = follower.planner.robot, follower.planner.dt
+    q = robot.neutral.copy() if q is None else q
+    v = np.zeros(robot.nv)
+    follower.reset(q)
+    steps, progress = [], [0.0]
+    for k in range(round(longest / dt)):
+        each(k)
+        step = follower.step(q, v).copy()
+        q, v = step.q.copy(), step.v.copy()
+        steps.append(step)
+        progress.append(follower.progress)
+        if follower.status is ftqp.PathStatus.DONE:
+            break
+    return steps, np.array(progress)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_arm_that_can_follows_at_full_speed(level):
+    follower = follower_of(level=level)
+    steps, progress = run(follower)
+    assert follower.status is ftqp.PathStatus.DONE and follower.blocked is None
+    assert len(steps) * DT == pytest.approx(2.0, abs=0.02)
+    assert max(step.position_error for step in steps) < 1e-3
+    assert (np.diff(progress) >= 0.0).all() and progress[-1] == 2.0
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("law", ["quintic", "constant"])
+def test_path_that_is_too_fast_is_followed_more_slowly_on_the_path(level, law):
+    """1.2 m of circle in 0.5 s; the tip stays within 1 mm of the circle and every limit is kept."""
+    path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.2, duration=0.5, axes=("y", "z"), law=law)
+    follower = follower_of(path=path, level=level)
+    steps, progress = run(follower)
+    assert follower.status is ftqp.PathStatus.DONE
+    assert len(steps) * DT > 0.6
+    limits = PANDA.limits
+    for step in steps:
+        assert (np.abs(step.v) <= limits.v_max * (1.0 + 1e-9)).all()
+        assert (np.abs(step.a) <= limits.a_max * (1.0 + 1e-6)).all()
+    centre = path.start[:3, 3] - [0.0, 0.2, 0.0]
+    radii = [np.linalg.norm(PANDA.pose(step.q)[:3, 3] - centre) for step in steps[::5]]
+    assert np.abs(np.array(radii) - 0.2).max() < 1e-3
+    assert (np.diff(progress) >= 0.0).all()
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_arm_stops_at_the_end_of_a_path_that_ends_at_full_speed(level):
+    path = ftqp.paths.Line(PANDA.pose(PANDA.neutral), (0.0, 0.3, 0.0), duration=1.0, law="constant")
+    follower = follower_of(path=path, level=level)
+    beyond = []
+    q, v = PANDA.neutral.copy(), np.zeros(7)
+    follower.reset(q)
+    for _ in range(1000):
+        step = follower.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+        beyond.append(PANDA.pose(q)[1, 3] - path.start[1, 3] - 0.3)
+    assert follower.status is ftqp.PathStatus.DONE
+    assert max(beyond) < 1e-4 and abs(beyond[-1]) < 1e-4
+    assert np.abs(v).max() < 1e-3
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_joint_that_locks_on_the_way_does_not_throw_the_tip_off(level):
+    follower = follower_of(level=level)
+    steps, _ = run(follower, each=lambda k: k == 400 and follower.planner.report(ftqp.Locked("panda_joint3")))
+    assert follower.status is ftqp.PathStatus.DONE
+    assert max(step.position_error for step in steps) < 2e-3
+    assert steps[-1].v[2] == 0.0
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_exactly_stretched_arm_is_led_out_of_its_trap(level):
+    """At q = 0 a planar arm has no gradient along its own line; without the escape it waits for ever."""
+    arm = ftqp.robots.load("planar(4)")
+    q = np.zeros(4)
+    path = ftqp.paths.Line(arm.pose(q), (-0.3 * arm.length, 0.0, 0.0), duration=2.0)
+    task = ftqp.Task(mode="scaled", rows=("x", "y"))
+    stuck = follower_of(arm, path, level, task, None, dt=0.01)
+    _, progress = run(stuck, q, 4.0)
+    assert progress[-1] < 0.5 and stuck.status is ftqp.PathStatus.SCALED
+    led = follower_of(arm, path, level, task, dt=0.01)
+    steps, _ = run(led, q, 8.0)
+    assert led.status is ftqp.PathStatus.DONE
+    assert max(step.position_error for step in steps) < 5e-3 * arm.length
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_path_out_of_reach_is_blocked_and_says_where(level):
+    arm = ftqp.robots.load("planar(4)")
+    q = np.array([0.5, -1.0, 1.0, -0.5])
+    path = ftqp.paths.Line(arm.pose(q), (0.0, 10.0, 0.0), duration=10.0)
+    follower = follower_of(
+        arm, path, level, ftqp.Task(mode="scaled", rows=("x", "y")), dt=0.01, emergency=None
+    )
+    steps, progress = run(follower, q, 20.0)
+    assert follower.status is ftqp.PathStatus.BLOCKED
+    assert "the posture is singular" in follower.blocked and "y" in follower.blocked
+    assert np.abs(steps[-1].v).max() < 0.02
+    assert progress[-1] == progress[-200]
+    follower.resume()
+    assert follower.blocked is None
+
+
+def test_position_limit_in_the_way_is_named():
+    """A joint at its limit, and another locked: the verdict names both."""
+    arm = ftqp.robots.load("planar(3)").with_limits(
+        q_min=[-3.0, -3.0, -1.2], q_max=[3.0, 3.0, 0.5], v_max=2.0, a_max=20.0
+    )
+    q = np.array([0.3, 0.8, 0.3])  # towards the second joint: the third has to bend beyond its limit
+    elbow = 0.5 * np.array([np.cos(0.3), np.sin(0.3), 0.0])
+    path = ftqp.paths.Line(arm.pose(q), 0.5 * (elbow - arm.pose(q)[:3, 3]), duration=3.0)
+    follower = follower_of(
+        arm, path, "velocity", ftqp.Task(mode="scaled", rows=("x", "y")), dt=0.01, emergency=None
+    )
+    follower.planner.report(ftqp.Locked(0, mode="instant"))
+    run(follower, q, 25.0)
+    assert follower.status is ftqp.PathStatus.BLOCKED
+    first, last = arm.joints[0], arm.joints[2]
+    assert f"{first} (locked)" in follower.blocked
+    assert f"{last} (upper position limit)" in follower.blocked
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_bad_measurement_holds_the_path(level):
+    follower = follower_of(level=level)
+    q, v = PANDA.neutral.copy(), np.zeros(7)
+    follower.reset(q)
+    for _ in range(300):
+        step = follower.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+    before = follower.progress
+    for _ in range(300):
+        step = follower.step(np.full(7, np.nan), v)
+        assert step.status is ftqp.StepStatus.INVALID_INPUT
+        v = step.v.copy()
+    assert before <= follower.progress < before + 0.2
+    assert follower.status is not ftqp.PathStatus.BLOCKED
+
+
+def test_same_inputs_give_the_same_outputs():
+    first, again = (run(follower_of(level="velocity"))[1] for _ in range(2))
+    assert (first == again).all()
+
+
+def test_reset_begins_the_path_anew():
+    follower = follower_of()
+    run(follower)
+    follower.reset(PANDA.neutral)
+    assert follower.progress == 0.0 and follower.status is ftqp.PathStatus.FOLLOWING
+
+
+@pytest.mark.parametrize("mode", ["slack", "hard", "lexicographic"])
+def test_other_task_modes_are_refused(mode):
+    with pytest.raises(InputError, match="expected 'scaled'"):
+        follower_of(task=ftqp.Task(mode=mode))
+
+
+def test_scaled_task_by_targets_is_what_it_was():
+    """A follower beside it changes nothing for a planner that is given targets."""
+    planner = ftqp.Planner(PANDA, DT, level="velocity", task=SCALED)
+    ftqp.PathFollower(planner, ftqp.paths.Line(PANDA.pose(PANDA.neutral), (0.1, 0.0, 0.0), duration=1.0))
+    plain = ftqp.Planner(PANDA, DT, level="velocity", task=SCALED)
+    target = ftqp.Target(pose=PANDA.pose(PANDA.neutral), twist=[3.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    for arm in (planner, plain):
+        arm.reset(PANDA.neutral)
+    a, b = (arm.step(PANDA.neutral, np.zeros(7), target).v.copy() for arm in (planner, plain))
+    assert (a == b).all()
