@@ -92,6 +92,8 @@ def test_qp_has_the_solution_found_by_hand(printed):
 def test_tool_on_a_moving_base_stays_where_it_is(printed):
     carried, worst, speed = (number(line) for line in printed["07_moving_base.py"])
     assert carried > 100.0 and worst < 0.01 and speed == 0.0
+
+
 def test_path_that_waits_goes_through_a_singularity_on_its_line(printed):
     waiting, by_the_clock, time = (number(line) for line in printed["08_through_a_singularity.py"])
     assert waiting < 1.27 < 5.0 < by_the_clock and 20.0 < time < 21.0

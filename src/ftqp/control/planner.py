@@ -8,17 +8,18 @@ import numpy as np
 
 from ftqp.control import bounds as bound_conversions
 from ftqp.control import schemes
-from ftqp.control.bounds import Bounds, Jin
+from ftqp.control.bounds import Bounds
 from ftqp.control.braking import BrakingReserve
 from ftqp.control.closed_form import closed_form_memory
 from ftqp.control.emergency import EmergencyStop
+from ftqp.control.filling import LEVELS, filled
 from ftqp.control.first_use import warm_up
 from ftqp.control.inputs import not_a_target, sized, vector
 from ftqp.control.resolvers import Resolver
 from ftqp.control.scheme import Scheme
 from ftqp.control.step import Step
 from ftqp.control.target import Target, Targets
-from ftqp.control.task import MODES, PRIORITIES, Task, axis_frame, checked_gains, row_indices
+from ftqp.control.task import Task
 from ftqp.core.checks import array, positive
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError, ModelError, nearest
@@ -26,21 +27,13 @@ from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
 from ftqp.kernel import codes, entry
 from ftqp.kernel.first_use import fast_call
-from ftqp.kernel.record import load_chain, record
 from ftqp.model.branch import within_branch
 from ftqp.model.robot import Robot
 from ftqp.qp.backend import Backend
 from ftqp.qp.buffers import QPBuffers
 from ftqp.qp.registry import backend as make_backend
 
-LEVELS = {"velocity": codes.VELOCITY, "acceleration": codes.ACCELERATION}
 IN_KERNEL = "active_set"
-PATIENCE = 0.1
-"""Time [s] of fallback commands in a row after which the arm is stopped."""
-TOLERANCE = 1e-10
-"""Largest violation of a bound that the active set counts as none."""
-ACCEPT = 1e-6
-"""Largest scaled residual of a QP that counts as solved."""
 
 
 class Planner:
@@ -121,7 +114,7 @@ class Planner:
             and not criterion.needs_inertia
             and self.task.mode != "lexicographic"
         )
-        self._record = self._filled(record())
+        self._record = filled(robot, self.task, criterion, self.bounds, emergency, level=level, dt=self.dt)
         self._closed_form = closed_form_memory(self.scheme, robot, self.task, in_kernel, self._record)
         warm_up(external=not in_kernel, closed_form=self._closed_form is not None, base=False)
         self._address: int = self._record.ctypes.data
@@ -137,52 +130,6 @@ class Planner:
         self._cold = True
         self._entry = fast_call("step" if self._closed_form is None else "step_closed_form")
         self._take_inputs()
-
-    def _filled(self, W: Any) -> Any:
-        """The record of a healthy robot with everything that never changes in a planner's life."""
-        task = self.task
-        load_chain(W, **self.robot.chain.constants())
-        rows = row_indices(self.robot.default_rows if task.rows is None else task.rows)
-        kp, kv = checked_gains(task, self.level, self.dt)
-        length = self.robot.length if task.length is None else task.length
-        W["dt"], W["level"], W["mode"] = self.dt, LEVELS[self.level], MODES[task.mode]
-        W["kp"], W["kv"], W["slack_ratio"], W["length"] = kp, kv, task.slack, length
-        W["m"] = len(rows)
-        W["rows"][:, : len(rows)] = rows
-        W["row_scale"] = [1.0, 1.0, 1.0, length, length, length]
-        W["yielding"] = PRIORITIES[task.priority]
-        W["uses_rotation"] = rows[-1] >= 3
-        W["tool_rows"] = task.rows == "position_axis"
-        W["axis"] = axis_frame(task.axis).ravel()
-        c = self.scheme.at(self.level)
-        W["w_norm"], W["norm_v"], W["norm_q"] = c.norm, c.norm_v, c.norm_q
-        W["w_inertia"], W["inertia_v"], W["inertia_h"], W["w_torque"] = (
-            c.inertia,
-            c.inertia_v,
-            c.inertia_h,
-            c.torque,
-        )
-        W["weight"] = 1.0
-        W["manipulability"] = c.manipulability
-        if task.damping is not None:
-            W["damping_threshold"], W["damping_factor"] = task.damping.threshold, task.damping.factor
-        W["bounds"] = self.bounds.code
-        if isinstance(self.bounds, Jin):
-            b = self.bounds
-            W["jin_p"], W["jin_v"], W["jin_margin"], W["jin_upsilon"] = (
-                b.gamma_p,
-                b.gamma_v,
-                b.margin,
-                b.upsilon,
-            )
-        W["stop_position"] = W["stop_rotation"] = np.inf
-        if self.emergency is not None:
-            W["stop_position"], W["stop_rotation"] = self.emergency.position, self.emergency.rotation
-            W["stop_samples"] = self.emergency.samples
-        W["fallback_limit"] = max(1, round(PATIENCE / self.dt))
-        W["tolerance"], W["max_iterations"], W["accept"] = TOLERANCE, 50 * (self.robot.nv + 10), ACCEPT
-        W["p"] = self.robot.nv if self.robot.has_inertia else 0
-        return W
 
     def _use_backend(self, backend: Backend) -> None:
         self._backend = backend

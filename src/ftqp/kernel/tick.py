@@ -23,8 +23,8 @@ from ftqp.kernel.failed_joints import any_instant_lock, lock_instantly, prescrib
 from ftqp.kernel.finite import is_finite
 from ftqp.kernel.jit import jit
 from ftqp.kernel.ladder import begin_first_stage, begin_stop
-from ftqp.kernel.moving_base import follow_base, reduce_by_lead
 from ftqp.kernel.manipulability import add_manipulability
+from ftqp.kernel.moving_base import follow_base, reduce_by_lead
 from ftqp.kernel.path import STIFFNESS, begin_on_path, rate_variable
 from ftqp.kernel.pose_error import pose_error
 from ftqp.kernel.task import compliance, error_norms, path_scale, task_rows
