@@ -82,12 +82,12 @@ def follow(start: str, locks: tuple[int, ...], stall: Any, dt: float) -> dict[st
 
 
 def study(starts: list[str], settings: list[str], dt: float, quick: bool) -> dict[str, Any]:
-    """Every run, and a table by start, setting and size of the set."""
+    """A table by start, setting and size of the set, and every run that was not complete."""
     sets, tables, runs = lock_sets(quick), [], {}
     for start in starts:
         for name in settings:
             done = [follow(start, locks, SETTINGS[name], dt) for locks in sets]
-            runs[f"{start}, {name}"] = done
+            runs[f"{start}, {name}"] = [run for run in done if not run["complete"]]
             sizes = [[run for run in done if len(run["locked"]) == size] for size in range(4)]
             tables.append(
                 {
@@ -103,7 +103,7 @@ def study(starts: list[str], settings: list[str], dt: float, quick: bool) -> dic
                     "latest": max(run["time"] for run in done if run["complete"]),
                 }
             )
-    return {"tables": tables, "runs": runs}
+    return {"tables": tables, "incomplete": runs}
 
 
 def markdown(result: dict[str, Any]) -> str:
@@ -116,7 +116,7 @@ def markdown(result: dict[str, Any]) -> str:
         + ", ".join(f"{name} {result['versions'][name]}" for name in PACKAGES)
         + f"; dt {result['dt']:g} s, {result['seconds']:.0f} s on one core.",
         "",
-        "| start | setting | complete | by size 0/1/2/3 | blocked | worst off line | worst turn | latest end |",
+        "| start | setting | complete | sizes 0/1/2/3 | blocked | worst off line | turned | latest end |",
         "|---|---|---|---|---|---|---|---|",
     ]
     lines += [
@@ -128,8 +128,8 @@ def markdown(result: dict[str, Any]) -> str:
     lines += [
         "",
         "What this does not say: one arm, one line, one speed; sets that are locked from the start, at rest.",
-        "`blocked` is no proof that the rest of the line is out of reach. Without the escape a stalled arm goes",
-        "on trying until the 40 s are over; which of the last sets then get through depends on rounding.",
+        "`blocked` is no proof that the rest of the line is out of reach. Without the escape a stalled arm",
+        "goes on trying until the 40 s are over; which of the last then get through depends on rounding.",
     ]
     return "\n".join(lines) + "\n"
 
@@ -161,7 +161,7 @@ def main() -> None:
         **result,
     }
     if given.json:
-        print(json.dumps({key: value for key, value in result.items() if key != "runs"}))
+        print(json.dumps({key: value for key, value in result.items() if key != "incomplete"}))
         return
     given.out.mkdir(parents=True, exist_ok=True)
     name = given.out / f"lock_sets-{result['date']}"

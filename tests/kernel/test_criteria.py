@@ -64,7 +64,9 @@ def close(got, expected):
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
-@pytest.mark.parametrize("name", sorted({*ftqp.schemes.names()} - {*ftqp.schemes.closed_forms()}))
+@pytest.mark.parametrize(
+    "name", sorted({*ftqp.schemes.names()} - {*ftqp.schemes.closed_forms(), "mvn_manipulability"})
+)
 def test_scheme_has_the_published_objective(name, level):
     H, g, M, h, v = assembled(name, level)
     W, c = table(name, level, M, h, v)
@@ -126,3 +128,26 @@ def test_a_continuous_joint_returns_to_its_posture_the_short_way():
     planner.step(q, np.zeros(12), ftqp.Target(pose=robot.pose(q)))
     g = planner._record["g"][0, i]
     assert abs(g - 16.0 * 2.0 * np.sin(0.5 * (2.0 * np.pi - 6.0))) < 1e-12
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("scheme", ["mvn", "man", "rmp", "mke"])
+def test_drive_is_where_the_null_space_comes_to_rest(level, scheme):
+    """With no task at all the joints take the velocity of the drive, and a locked joint stays."""
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(
+        robot, 2e-3, level=level, scheme=scheme, task=ftqp.Task(rows=("x",), kp=0.0, slack=1.0)
+    )
+    planner.report(ftqp.Locked(0, mode="instant"))
+    planner.reset(robot.neutral)
+    drive = 0.02 * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+    planner.record["drive"][0, :7], planner.record["driven"] = drive, 1
+    q, v, target = robot.neutral.copy(), np.zeros(7), ftqp.Target(pose=robot.pose(robot.neutral))
+    for _ in range(1000):
+        step = planner.step(q, v, target)
+        v = step.v.copy()
+        q = robot.neutral.copy()  # the posture's pull stays zero
+    J = planner.record["J"][0][:1, :7]
+    free = np.arange(1, 7)
+    along = v[free] @ drive[free] / (drive[free] @ drive[free])
+    assert v[0] == 0.0 and 0.3 < along < 1.1 and np.abs(J @ v)[0] < 0.02

@@ -18,7 +18,7 @@ from ftqp.kernel.codes import FREE, HEALTHY, VELOCITY
 from ftqp.kernel.jit import jit
 
 DRIVE_GAIN = 4.0
-"""Acceleration level: how fast the null-space velocity approaches the drive at least [1/s]."""
+"""How fast the null-space velocity approaches the drive at least, where it is a state [1/s]."""
 
 
 @jit
@@ -79,17 +79,24 @@ def objective(K: Any) -> None:
 def add_drive(K: Any) -> None:
     """The objective of x - x_0 in place of x, g -= H x_0: the null space is drawn to the velocity ``drive``.
 
-    Velocity level: x_0 = drive.  Acceleration level: x_0 = gain drive - (gain - own) v, own = norm_v/w_norm
-    what the
-    scheme damps already and gain = max(DRIVE_GAIN, own).
+    Velocity level: x_0 = drive, or DRIVE_GAIN dt (drive - v) where the scheme keeps the last velocity.
+    Acceleration level: x_0 = gain drive - (gain - own) v, own the velocity gain that the scheme has already
+    and gain = max(DRIVE_GAIN, own).
     """
     n = K.n
-    own = K.norm_v / K.w_norm if K.w_norm > 0.0 else 0.0
+    own = 0.0
+    if K.w_norm > 0.0:
+        own = K.norm_v / K.w_norm
+    elif K.w_inertia > 0.0:
+        own = K.inertia_v / K.w_inertia
     gain = max(DRIVE_GAIN, own)
+    keeps = own < 0.0 or (K.w_norm == 0.0 and K.w_inertia == 0.0)
     for i in range(n):
         x = K.drive[i]
         if K.level != VELOCITY:
             x = gain * x - (gain - own) * K.v[i]
+        elif keeps:
+            x = DRIVE_GAIN * K.dt * (x - K.v[i])
         K.scratch[i] = x if K.fault[i] == HEALTHY else 0.0
     for i in range(n):
         if K.dense:
