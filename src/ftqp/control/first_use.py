@@ -4,7 +4,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ftqp.kernel.first_use import EXTERNAL, SETUP, STEP, compile_entries
+from ftqp.kernel.first_use import EXTERNAL, NETWORK, SETUP, STEP, compile_entries
 
 NOTICE = (
     "ftqp: compiling its kernel for this machine, once (about half a minute; `ftqp warmup` does it ahead) ..."
@@ -24,10 +24,12 @@ def _notice() -> Iterator[None]:
         yield
 
 
-def warm_up(*, external: bool = True) -> None:
+def warm_up(*, external: bool = True, network: bool = True) -> None:
     """Compile whatever a planner needs, or load it from disk.
 
     Args:
         external: also what planners with an external backend need.
+        network: also what planners with the backend ``dtrnn`` need.
     """
-    compile_entries((*SETUP, *STEP, *(EXTERNAL if external else ())), _notice)
+    also = (*(EXTERNAL if external else ()), *(NETWORK if network else ()))
+    compile_entries((*SETUP, *STEP, *also), _notice)

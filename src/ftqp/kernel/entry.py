@@ -30,7 +30,7 @@ FLOAT = np.dtype(np.float64)
 
 
 @jit
-def _accept(K: Any, q_at: int, v_at: int, target_at: int, nq: int) -> int:
+def accept(K: Any, q_at: int, v_at: int, target_at: int, nq: int) -> int:
     """Copy the inputs that lie at the three addresses; 0, or a programmer's mistake (negative)."""
     if nq != K.n and nq != K.nq:
         return WRONG_SHAPE
@@ -57,7 +57,7 @@ def step(address: int, q_at: int, v_at: int, target_at: int, nq: int) -> int:
         nq: how many numbers lie at q_at.
     """
     K = carray(pointer(address), 1, DTYPE)[0]
-    code = _accept(K, q_at, v_at, target_at, nq)
+    code = accept(K, q_at, v_at, target_at, nq)
     if code < 0:
         return code
     return climb(K, prepare(K), SOLVED)
@@ -67,7 +67,7 @@ def step(address: int, q_at: int, v_at: int, target_at: int, nq: int) -> int:
 def prepare_external(address: int, q_at: int, v_at: int, target_at: int, nq: int, flat: Any) -> int:
     """Assemble the QP of a tick into ``flat``: READY, or a status that needed no external solver."""
     K = carray(pointer(address), 1, DTYPE)[0]
-    code = _accept(K, q_at, v_at, target_at, nq)
+    code = accept(K, q_at, v_at, target_at, nq)
     if code < 0:
         return code
     code = climb(K, prepare(K), SOLVED)
