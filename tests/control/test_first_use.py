@@ -29,12 +29,14 @@ def test_notice_names_the_remedy():
 
 
 @pytest.mark.skipif(not COMPILED, reason="the kernel runs as plain Python")
-def test_external_entries_are_compiled_only_when_asked(monkeypatch):
+def test_external_entries_and_the_network_are_compiled_only_when_asked(monkeypatch):
     asked = []
     monkeypatch.setattr(first_use, "compile_entries", lambda names, announce: asked.append(set(names)))
-    first_use.warm_up(external=False)
+    first_use.warm_up(external=False, network=False)
+    first_use.warm_up(network=False)
     first_use.warm_up()
     first_use.warm_up(base=False)
     assert asked[1] - asked[0] == set(compiled.EXTERNAL)
-    assert asked[1] - asked[2] == set(compiled.BASE)
+    assert asked[2] - asked[1] == set(compiled.NETWORK)
+    assert asked[2] - asked[3] == set(compiled.BASE)
     assert "step" in asked[0]

@@ -7,7 +7,14 @@ import ftqp
 from ftqp.qp.backend import Backend, Claim
 
 DT = 2e-3
-TOLERANCE = {"daqp": 1e-9, "quadprog": 1e-9, "qpsolvers:daqp": 1e-9, "proxqp": 1e-6, "osqp": 1e-6}
+TOLERANCE = {
+    "dtrnn": 1e-9,
+    "daqp": 1e-9,
+    "quadprog": 1e-9,
+    "qpsolvers:daqp": 1e-9,
+    "proxqp": 1e-6,
+    "osqp": 1e-6,
+}
 NATIVE = [pytest.param(name, marks=pytest.mark.solvers) if name == "quadprog" else name for name in TOLERANCE]
 
 

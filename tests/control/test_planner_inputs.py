@@ -10,7 +10,7 @@ DT = 2e-3
 GOOD = (ftqp.StepStatus.OK, ftqp.StepStatus.RELAXED)
 
 
-@pytest.mark.parametrize("backend", ["active_set", "daqp"])
+@pytest.mark.parametrize("backend", ["active_set", "dtrnn", "daqp"])
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
@@ -44,7 +44,7 @@ def test_programmers_mistake_raises_and_the_next_step_is_untouched(panda, home, 
     np.testing.assert_array_equal(a.a, b.a)
 
 
-@pytest.mark.parametrize("backend", ["active_set", "daqp"])
+@pytest.mark.parametrize("backend", ["active_set", "dtrnn", "daqp"])
 def test_step_before_reset_raises(panda, home, backend):
     with pytest.raises(
         InputError, match=r"the planner has no start; call planner\.reset\(q\) before the first step"
@@ -81,7 +81,7 @@ def readonly(x):
     ],
     ids=["list", "tuple", "read-only", "strided", "objects", "big-endian"],
 )
-@pytest.mark.parametrize("backend", ["active_set", "daqp"])
+@pytest.mark.parametrize("backend", ["active_set", "dtrnn", "daqp"])
 def test_numbers_in_any_form_give_the_same_command(panda, home, form, backend):
     q, v = panda.neutral, np.linspace(-0.1, 0.1, 7)
     target = ftqp.Target(pose=home)
@@ -102,7 +102,7 @@ def test_float32_and_whole_numbers_are_taken_at_their_value(panda, home):
     np.testing.assert_array_equal(planner.step(q32.astype(float), np.zeros(7), ftqp.Target(pose=home)).a, a.a)
 
 
-@pytest.mark.parametrize("backend", ["active_set", "daqp"])
+@pytest.mark.parametrize("backend", ["active_set", "dtrnn", "daqp"])
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("what", ["q", "v", "pose", "twist", "acceleration", "tau", "tip"])
 def test_input_that_is_not_finite_brakes_at_once_and_the_loop_recovers(
@@ -162,7 +162,7 @@ def test_two_planners_with_the_same_inputs_command_bitwise_the_same(panda, home,
     np.testing.assert_array_equal(run(), run())
 
 
-@pytest.mark.parametrize("backend", ["active_set", "daqp"])
+@pytest.mark.parametrize("backend", ["active_set", "dtrnn", "daqp"])
 def test_own_arrays_of_the_step_may_be_handed_back_as_the_state(panda, home, level, backend):
     target = ftqp.Target(pose=home, twist=[0.05, 0.05, 0, 0, 0, 0])
     runs = []

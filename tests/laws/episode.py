@@ -11,7 +11,7 @@ import ftqp
 from ftqp.kernel import codes
 
 ROBOTS = ("panda", "iiwa14", "xarm7", "planar6", "srs7", "zhang7", "planar(10)")
-BACKENDS = ("active_set",) * 6 + ("daqp", "proxqp", "quadprog", "osqp")
+BACKENDS = ("active_set",) * 6 + ("dtrnn", "daqp", "proxqp", "quadprog", "osqp")
 SPEED_TOLERANCE = 1e-9
 """Share of a limit by which rounding may exceed it: one tolerance for every backend, robot and level."""
 

@@ -138,7 +138,7 @@ def test_arm_that_is_repaired_is_a_healthy_arm(level, fault):
 @pytest.mark.parametrize("level", LEVELS)
 def test_all_backends_agree_with_one_tolerance(level):
     """At the same states, through a fault, on a task that the arm can follow."""
-    names = ["active_set", "daqp", "quadprog", "proxqp", "osqp"]
+    names = ["active_set", "dtrnn", "daqp", "quadprog", "proxqp", "osqp"]
     planners = [ftqp.Planner(PANDA, DT, level=level, backend=name) for name in names]
     path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.05, duration=1.2, axes=("y", "z"))
     sample = path.sample(np.arange(600) * DT)

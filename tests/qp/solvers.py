@@ -8,7 +8,7 @@ EXACT, ITERATIVE = 1e-9, 1e-6
 
 needs_quadprog = pytest.mark.skipif(find_spec("quadprog") is None, reason='needs pip install "ftqp[solvers]"')
 QUADPROG = pytest.param("quadprog", marks=[pytest.mark.solvers, needs_quadprog])
-NATIVE = ["active_set", "daqp", QUADPROG, "osqp", "proxqp"]
+NATIVE = ["active_set", "dtrnn", "daqp", QUADPROG, "osqp", "proxqp"]
 ADAPTED = ["qpsolvers:daqp", "qpsolvers:osqp", "qpsolvers:proxqp"]
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from planted import buffers, fill, infeasible, planted
-from solvers import ADAPTED, NATIVE, tolerance
+from solvers import ADAPTED, NATIVE, QUADPROG, tolerance
 
 from ftqp.qp import Claim, QPBuffers, backend
 from ftqp.qp.residuals import accepted, residuals
@@ -37,7 +37,7 @@ def test_backend_finds_the_planted_solution_and_its_multipliers(name, kind, n, m
         assert judged(case.problem, qp)
 
 
-@pytest.mark.parametrize("name", ["active_set", "daqp", NATIVE[2]])
+@pytest.mark.parametrize("name", ["active_set", "daqp", QUADPROG])
 def test_ill_conditioned_hessian_is_solved_to_its_residuals(name):
     rng = np.random.default_rng(3)
     for _ in range(20):
@@ -153,7 +153,7 @@ def test_warm_equals_cold_along_a_path(name, kind):
         np.testing.assert_allclose(qp.x, fresh.x, rtol=0, atol=2 * tolerance(name))
 
 
-@pytest.mark.parametrize("name", ["active_set", "daqp", "osqp", "proxqp"])
+@pytest.mark.parametrize("name", ["active_set", "dtrnn", "daqp", "osqp", "proxqp"])
 def test_a_constant_hessian_may_be_skipped_when_warm(name):
     case = planted(np.random.default_rng(8), 7, 2, 3)
     qp = QPBuffers.zeros(7, 2, 3, constant_hessian=True)
@@ -194,7 +194,7 @@ def test_an_infeasible_qp_is_refused_soon_and_the_next_one_is_solved(name):
             claim = solver.solve(cold=cold)
             assert claim is not Claim.SOLVED
             assert perf_counter() - began < 2.0
-            if name == "daqp" or (name in ("active_set", "quadprog") and k == 0):
+            if name in ("daqp", "dtrnn") or (name in ("active_set", "quadprog") and k == 0):
                 assert claim is Claim.INFEASIBLE
         fill(qp, case.problem)
         assert solver.solve(cold=False) is Claim.SOLVED
@@ -241,7 +241,7 @@ def test_crossed_bounds_are_infeasible(name, low, high, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("name", ["daqp", "osqp", "proxqp"])
+@pytest.mark.parametrize("name", ["dtrnn", "daqp", "osqp", "proxqp"])
 def test_a_cap_of_one_iteration_is_kept_and_reported(name):
     case = planted(np.random.default_rng(6), 20, 4, 20, unbounded=0.0)
     qp = buffers(case.problem)

@@ -81,7 +81,7 @@ def test_the_table_names_kind_licence_and_version():
 
 
 def test_names_are_the_ones_that_work():
-    assert set(backend_names()) >= {"active_set", "daqp", "osqp", "proxqp", "quadprog"}
+    assert set(backend_names()) >= {"active_set", "daqp", "dtrnn", "osqp", "proxqp", "quadprog"}
 
 
 def test_importing_the_package_loads_no_solver_and_no_compiler():

@@ -73,7 +73,7 @@ def test_a_good_answer_counts_even_when_the_solver_doubts_it():
 
 def test_an_unbounded_qp_is_failed():
     qp = QP(np.diag([1.0, 0.0]), [0.0, -1.0])
-    for name in ("active_set", "daqp", "osqp", "proxqp", "quadprog"):
+    for name in ("active_set", "dtrnn", "daqp", "osqp", "proxqp", "quadprog"):
         assert solve(qp, name).status in (SolveStatus.FAILED, SolveStatus.MAX_ITERATIONS)
 
 

@@ -174,7 +174,7 @@ class InertialTask:
         self._on, self._has = K["base"], K["base_has"]
         self._tip, self._given, self._rate = K["tip_world"][0], K["base_given"][0], K["base_rate"][0]
         self._record, self._address = K, int(K.ctypes.data)
-        warm_up(external=False, closed_form=False)
+        warm_up(external=False, network=False, closed_form=False)
         self._finish: Callable[[int], int] = fast_call("base_finish")
         self._code = codes.BASE_STALE
         self.base_pose: FloatArray = K["T_base"][0]

@@ -8,6 +8,7 @@ from ftqp.kernel.first_use import (
     BASE,
     CLOSED_FORM,
     EXTERNAL,
+    NETWORK,
     RATES,
     SETUP,
     STEP,
@@ -32,16 +33,20 @@ def _notice() -> Iterator[None]:
         yield
 
 
-def warm_up(*, external: bool = True, closed_form: bool = True, base: bool = True) -> None:
+def warm_up(
+    *, external: bool = True, network: bool = True, closed_form: bool = True, base: bool = True
+) -> None:
     """Compile whatever a planner needs, or load it from disk.
 
     Args:
         external: also what planners with an external backend need.
+        network: also what planners with the backend ``dtrnn`` need.
         closed_form: also what planners with a closed form need.
         base: also what a moving base needs.
     """
     more = (
         *(EXTERNAL if external else ()),
+        *(NETWORK if network else ()),
         *(CLOSED_FORM if closed_form else ()),
         *(BASE if base else ()),
     )

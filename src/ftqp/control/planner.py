@@ -15,6 +15,7 @@ from ftqp.control.emergency import EmergencyStop
 from ftqp.control.filling import LEVELS, filled
 from ftqp.control.first_use import warm_up
 from ftqp.control.inputs import not_a_target, sized, vector
+from ftqp.control.network import NETWORK, network_memory
 from ftqp.control.resolvers import Resolver
 from ftqp.control.scheme import Scheme
 from ftqp.control.step import Step
@@ -47,7 +48,8 @@ class Planner:
             None is ``mvn``.
         task: which rows, mode and gains; None is ``Task()``.
         bounds: ``viability``, ``jin`` or ``one_step``, or an object of ``ftqp.bounds``.
-        backend: ``active_set``, or any name, table, profile file or object that ``ftqp.qp.backend`` takes.
+        backend: ``active_set``, ``dtrnn`` (both run in the kernel), or any name, table, profile file or
+            object that ``ftqp.qp.backend`` takes.
         posture: rest posture of ``rmp`` and ``dlsm``, (nv,) [rad or m]; None is that given to ``reset``.
         torque_limits: keep torque limits as rows of the QP; ignored without inertia or torque limits.
         emergency: when to stop; None never does.
@@ -107,16 +109,21 @@ class Planner:
             )
         self._needs_inertia = criterion.needs_inertia
         solver = None if isinstance(backend, str) and backend == IN_KERNEL else make_backend(backend)
-        in_kernel = solver is None or solver.name == IN_KERNEL
+        external = None if solver is None or solver.name in (IN_KERNEL, NETWORK) else solver
+        network = solver.name == NETWORK if solver is not None else False
+        self._name = IN_KERNEL if solver is None else solver.name
         self._guarded = (
-            in_kernel
+            self._name == IN_KERNEL
             and level == "velocity"
             and not criterion.needs_inertia
             and self.task.mode != "lexicographic"
         )
         self._record = filled(robot, self.task, criterion, self.bounds, emergency, level=level, dt=self.dt)
-        self._closed_form = closed_form_memory(self.scheme, robot, self.task, in_kernel, self._record)
-        warm_up(external=not in_kernel, closed_form=self._closed_form is not None, base=False)
+        self._closed_form = closed_form_memory(
+            self.scheme, robot, self.task, self._name == IN_KERNEL, self._record
+        )
+        closed_form = self._closed_form is not None
+        warm_up(external=external is not None, network=network, closed_form=closed_form, base=False)
         self._address: int = self._record.ctypes.data
         self._belief = Belief(robot, self._record)
         self._reserve = BrakingReserve(self._record, robot.nv) if self._rows_every_tick else None
@@ -125,10 +132,12 @@ class Planner:
         self._timing = timing
         self._buffers: QPBuffers | None = None
         self._backend: Backend | None = None
-        if solver is not None and not in_kernel:
-            self._use_backend(solver)
+        if external is not None:
+            self._use_backend(external)
+        if network:
+            self._memory = network_memory(solver, self._record)
         self._cold = True
-        self._entry = fast_call("step" if self._closed_form is None else "step_closed_form")
+        self._entry = fast_call("step_dtrnn" if network else "step_closed_form" if closed_form else "step")
         self._take_inputs()
 
     def _use_backend(self, backend: Backend) -> None:
@@ -164,7 +173,7 @@ class Planner:
     @property
     def backend(self) -> str:
         """Name of the solver."""
-        return IN_KERNEL if self._backend is None else self._backend.name
+        return self._name
 
     @property
     def tick(self) -> int:

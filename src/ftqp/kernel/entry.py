@@ -41,7 +41,7 @@ FLOAT = np.dtype(np.float64)
 
 
 @jit
-def _accept(K: Any, q_at: int, v_at: int, target_at: int, nq: int) -> int:
+def accept(K: Any, q_at: int, v_at: int, target_at: int, nq: int) -> int:
     """Copy the inputs that lie at the three addresses; 0, or a programmer's mistake (negative)."""
     if nq != K.n and nq != K.nq:
         return WRONG_SHAPE
@@ -68,7 +68,7 @@ def step(address: int, q_at: int, v_at: int, target_at: int, nq: int) -> int:
         nq: how many numbers lie at q_at.
     """
     K = carray(pointer(address), 1, DTYPE)[0]
-    code = _accept(K, q_at, v_at, target_at, nq)
+    code = accept(K, q_at, v_at, target_at, nq)
     if code < 0:
         return code
     return climb(K, prepare(K), SOLVED)
@@ -78,7 +78,7 @@ def step(address: int, q_at: int, v_at: int, target_at: int, nq: int) -> int:
 def prepare_external(address: int, q_at: int, v_at: int, target_at: int, nq: int, flat: Any) -> int:
     """Assemble the QP of a tick into ``flat``: READY, or a status that needed no external solver."""
     K = carray(pointer(address), 1, DTYPE)[0]
-    code = _accept(K, q_at, v_at, target_at, nq)
+    code = accept(K, q_at, v_at, target_at, nq)
     if code < 0:
         return code
     code = climb(K, prepare(K), SOLVED)
@@ -155,7 +155,7 @@ def base_finish(address: int) -> int:
 def step_closed_form(address: int, q_at: int, v_at: int, target_at: int, nq: int) -> int:
     """One tick with the closed form whose memory the record names: as ``step``."""
     K = carray(pointer(address), 1, DTYPE)[0]
-    code = _accept(K, q_at, v_at, target_at, nq)
+    code = accept(K, q_at, v_at, target_at, nq)
     if code < 0:
         return code
     return resolve(K, carray(pointer(K.resolver), 1, REDUCED)[0])

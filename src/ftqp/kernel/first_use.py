@@ -11,12 +11,14 @@ EXTERNAL = ("prepare_external", "finish_external")
 BASE = ("base_finish",)
 SETUP = ("kinematics", "inverse_dynamics", "torques", "measures")
 CLOSED_FORM = ("step_closed_form",)
+NETWORK = ("step_dtrnn",)
 RATES = ("resolve_reduced", "damping")
 _SIGNATURES = {
     "step": "iiiii",
     "path_target": "iiii",
     "prepare_external": "iiiiia",
     "finish_external": "iaii",
+    "step_dtrnn": "iiiii",
     "kinematics": "iaa",
     "inverse_dynamics": "iaa",
     "torques": "i",
@@ -26,6 +28,15 @@ _SIGNATURES = {
     "resolve_reduced": "i",
     "damping": "i",
 }
+
+
+def _dispatcher(name: str) -> Any:
+    """The entry point of that name; the network's module is loaded by those who use it."""
+    if name in NETWORK:
+        from ftqp.kernel import dtrnn_entry
+
+        return getattr(dtrnn_entry, name)
+    return getattr(entry, name)
 
 
 def missing(names: Iterable[str]) -> list[str]:
@@ -38,19 +49,19 @@ def missing(names: Iterable[str]) -> list[str]:
         if folder.is_dir()
         else set()
     )
-    return [name for name in names if not getattr(entry, name).signatures and name not in stored]
+    return [name for name in names if not _dispatcher(name).signatures and name not in stored]
 
 
 def compile_entries(names: Iterable[str], announce: Callable[[], Any] | None = None) -> None:
     """Compile, or load from disk, the entry points ``names``; further types are refused from then on.
 
     Args:
-        names: among ``STEP``, ``EXTERNAL``, ``SETUP``, ``CLOSED_FORM`` and ``RATES``.
+        names: among ``STEP``, ``EXTERNAL``, ``NETWORK``, ``SETUP``, ``CLOSED_FORM``, ``BASE`` and ``RATES``.
         announce: makes a context manager that is entered while something has to be compiled.
     """
     if not COMPILED:
         return
-    todo = [name for name in names if not getattr(entry, name).signatures]
+    todo = [name for name in names if not _dispatcher(name).signatures]
     if not todo:
         return
     if announce is not None and missing(todo):
@@ -65,7 +76,7 @@ def _compile(names: list[str]) -> None:
 
     kinds = {"i": int64, "a": float64[::1]}
     for name in names:
-        dispatcher: Any = getattr(entry, name)
+        dispatcher: Any = _dispatcher(name)
         dispatcher.compile(tuple(kinds[letter] for letter in _SIGNATURES[name]))
         dispatcher.disable_compile()
 
@@ -75,7 +86,7 @@ def fast_call(name: str) -> Callable[..., Any]:
 
     The types cannot be wrong: every argument is an address or a count that the planner itself provides.
     """
-    dispatcher: Any = getattr(entry, name)
+    dispatcher: Any = _dispatcher(name)
     compiled = list(getattr(dispatcher, "overloads", {}).values())
     direct: Callable[..., Any] = (
         getattr(compiled[0], "entry_point", dispatcher) if len(compiled) == 1 else dispatcher

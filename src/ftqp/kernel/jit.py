@@ -116,6 +116,10 @@ if COMPILED:
         """Compile an entry point, kept on disk; it holds the GIL (releasing it can cost a loop 5 ms)."""
         return _cached(function)
 
+    def threads() -> int:
+        """How many threads a batch runs on."""
+        return int(numba.get_num_threads())
+
     def batch_entry(function: F) -> F:
         """Compile an entry point that runs many records in parallel without the GIL, and keep it on disk."""
         return _cached(function, nogil=True, parallel=True)
@@ -127,6 +131,10 @@ else:
     def pointer(address: int) -> int:
         """The address itself; plain Python's ``carray`` takes it as it is."""
         return address
+
+    def threads() -> int:
+        """Plain Python runs on one thread."""
+        return 1
 
     def jit(function: F) -> F:
         """The function as it is."""
@@ -147,4 +155,5 @@ __all__ = [
     "pointer",
     "prange",
     "source_key",
+    "threads",
 ]

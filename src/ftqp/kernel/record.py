@@ -180,6 +180,7 @@ INTEGERS = (
     "verdict",  # the status that the ladder is about to give
     "stage",
     "external",  # another solver takes the QP
+    "network",  # address of the network's memory (``ftqp.kernel.dtrnn_entry``), 0 without one
     "dense_task",
     "claim",
     "qp_iterations",

@@ -4,6 +4,7 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
+from ftqp.kernel.svd import dot, rotate, tangent
 
 SWEEPS = 30
 """Rounds over all pairs of rows at most; six rows take about six."""
@@ -29,35 +30,23 @@ def singular_directions(W: Any, m: int, n: int, U: Any, sigma: Any) -> None:
     for i in range(m):
         for j in range(m):
             U[i, j] = 1.0 if i == j else 0.0
+    turned = U.T  # whose rows are the columns of U
     for _ in range(SWEEPS):
         rotated = False
         for p in range(m - 1):
             for r in range(p + 1, m):
-                a = b = c = 0.0
-                for i in range(n):
-                    a += W[p, i] * W[p, i]
-                    b += W[r, i] * W[r, i]
-                    c += W[p, i] * W[r, i]
+                a, b, c = dot(W, p, p, n), dot(W, r, r, n), dot(W, p, r, n)
                 if abs(c) <= ORTHOGONAL * sqrt(a * b):
                     continue
                 rotated = True
-                half = (b - a) / (2.0 * c)
-                tangent = (1.0 if half >= 0.0 else -1.0) / (abs(half) + sqrt(1.0 + half * half))
-                cosine = 1.0 / sqrt(1.0 + tangent * tangent)
-                sine = cosine * tangent
-                for i in range(n):
-                    x, y = W[p, i], W[r, i]
-                    W[p, i], W[r, i] = cosine * x - sine * y, sine * x + cosine * y
-                for i in range(m):
-                    x, y = U[i, p], U[i, r]
-                    U[i, p], U[i, r] = cosine * x - sine * y, sine * x + cosine * y
+                t = tangent(a, b, c)
+                cosine = 1.0 / sqrt(1.0 + t * t)
+                rotate(W, p, r, n, cosine, cosine * t)
+                rotate(turned, p, r, m, cosine, cosine * t)
         if not rotated:
             break
     for k in range(m):
-        s = 0.0
-        for i in range(n):
-            s += W[k, i] * W[k, i]
-        sigma[k] = sqrt(s)
+        sigma[k] = sqrt(dot(W, k, k, n))
     for k in range(m - 1):
         best = k
         for r in range(k + 1, m):

@@ -15,7 +15,7 @@ SETTLED = 1e-17
 
 
 @jit
-def _dot(X: Any, i: int, j: int, length: int) -> float:
+def dot(X: Any, i: int, j: int, length: int) -> float:
     """Row i times row j."""
     a, b = X[i], X[j]
     s = 0.0
@@ -25,7 +25,7 @@ def _dot(X: Any, i: int, j: int, length: int) -> float:
 
 
 @jit
-def _rotate(X: Any, i: int, j: int, length: int, c: float, s: float) -> None:
+def rotate(X: Any, i: int, j: int, length: int, c: float, s: float) -> None:
     """Rows (i, j) <- (c i - s j, s i + c j)."""
     a, b = X[i], X[j]
     for k in range(length):
@@ -35,7 +35,7 @@ def _rotate(X: Any, i: int, j: int, length: int, c: float, s: float) -> None:
 
 
 @jit
-def _tangent(a: float, b: float, p: float) -> float:
+def tangent(a: float, b: float, p: float) -> float:
     """Tangent of the smaller angle that makes rows of squared norms a, b and product p orthogonal."""
     zeta = (b - a) / (2.0 * p)
     if abs(zeta) > 1e150:
@@ -54,25 +54,25 @@ def _orthogonalise(P: Any, r: int, length: int, tall: bool) -> None:
     for _ in range(SWEEPS):
         worst = 0.0
         for i in range(r):
-            square[i] = _dot(V, i, i, length)
+            square[i] = dot(V, i, i, length)
         for i in range(r - 1):
             for j in range(i + 1, r):
                 a, b = square[i], square[j]
-                p = _dot(V, i, j, length)
+                p = dot(V, i, j, length)
                 if p * p <= ORTHOGONAL * a * b:
                     continue
                 worst = max(worst, p * p / (a * b) if a * b > 0.0 else 1.0)
-                t = _tangent(a, b, p)
+                t = tangent(a, b, p)
                 cosine = 1.0 / sqrt(1.0 + t * t)
                 sine = t * cosine
-                _rotate(V, i, j, length, cosine, sine)
+                rotate(V, i, j, length, cosine, sine)
                 square[i], square[j] = a - t * p, b + t * p
                 if square[i] < 0.1 * a:
-                    square[i] = _dot(V, i, i, length)
+                    square[i] = dot(V, i, i, length)
                 if square[j] < 0.1 * b:
-                    square[j] = _dot(V, j, j, length)
+                    square[j] = dot(V, j, j, length)
                 if tall:
-                    _rotate(P.Q, i, j, r, cosine, sine)
+                    rotate(P.Q, i, j, r, cosine, sine)
                 else:
                     x, y = c[i], c[j]
                     c[i] = cosine * x - sine * y
@@ -80,7 +80,7 @@ def _orthogonalise(P: Any, r: int, length: int, tall: bool) -> None:
         if worst <= SETTLED:
             break
     for i in range(r):
-        square[i] = _dot(V, i, i, length)
+        square[i] = dot(V, i, i, length)
 
 
 @jit

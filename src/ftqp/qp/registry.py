@@ -40,6 +40,14 @@ _ENTRIES = {
         licence="Apache-2.0",
         kind=IN_KERNEL,
     ),
+    "dtrnn": _Entry(
+        module="_dtrnn",
+        cls="Dtrnn",
+        imports="numpy",
+        distribution="ftqp",
+        licence="Apache-2.0",
+        kind=IN_KERNEL,
+    ),
     "daqp": _Entry(module="_daqp", cls="Daqp", imports="daqp", distribution="daqp", licence="MIT"),
     "osqp": _Entry(module="_osqp", cls="Osqp", imports="osqp", distribution="osqp", licence="Apache-2.0"),
     "proxqp": _Entry(

@@ -1,11 +1,12 @@
-"""Settings of backends: dataclasses of numbers and switches, filled strictly from names and values."""
+"""Settings of backends: dataclasses of numbers, switches and choices, filled strictly from names and
+values."""
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import Field, field, fields
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ftqp.core.checks import non_negative, positive
-from ftqp.core.errors import InputError, unknown
+from ftqp.core.errors import InputError, nearest, unknown
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -15,11 +16,21 @@ else:
     Settings = TypeVar("Settings")
 
 
+def choice(default: str, *others: str) -> Any:
+    """A field that holds one of some words, the first by default."""
+    return field(default=default, metadata={"choices": (default, *others)})
+
+
+def optional(like: bool | int | float) -> Any:
+    """A field that is None by default, "whatever suits the others", and else of the kind of ``like``."""
+    return field(default=None, metadata={"like": like})
+
+
 def settings(kind: type[Settings], backend: str, given: Mapping[str, Any]) -> Settings:
     """``given`` as a ``kind``, a dataclass whose defaults say what each field holds.
 
     A default that is a bool takes true or false, an int takes a whole number >= 1 and a float a number > 0,
-    or >= 0 where the default is 0.
+    or >= 0 where the default is 0; a ``choice`` takes one of its words, an ``optional`` None or its kind.
 
     Args:
         kind: the settings of one backend.
@@ -29,11 +40,23 @@ def settings(kind: type[Settings], backend: str, given: Mapping[str, Any]) -> Se
     Raises:
         InputError: an unknown name (with the nearest valid one) or a value outside its range.
     """
-    defaults = {field.name: field.default for field in fields(kind)}
+    known = {field.name: field for field in fields(kind)}
     for name in given:
-        if name not in defaults:
-            raise unknown("setting", name, f"backend {backend!r}", defaults)
-    return kind(**{name: _value(f"{backend}.{name}", value, defaults[name]) for name, value in given.items()})
+        if name not in known:
+            raise unknown("setting", name, f"backend {backend!r}", known)
+    return kind(**{name: _field(f"{backend}.{name}", value, known[name]) for name, value in given.items()})
+
+
+def _field(name: str, value: Any, of: Field[Any]) -> bool | int | float | str | None:
+    choices = of.metadata.get("choices")
+    if choices is not None:
+        if not isinstance(value, str) or value not in choices:
+            words = ", ".join(choices)
+            raise InputError(f"{name} is {value!r}{nearest(str(value), choices)}, expected one of {words}")
+        return value
+    if "like" in of.metadata:
+        return None if value is None else _value(name, value, of.metadata["like"])
+    return _value(name, value, of.default)
 
 
 def _value(name: str, value: Any, default: Any) -> bool | int | float:

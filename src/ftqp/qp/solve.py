@@ -44,15 +44,25 @@ def solve(
             )
         backend = {**settings, "name": backend}
     solver = backend_of(backend)
+    buffers = loaded(problem)
+    solver.setup(buffers)
+    return judged(problem, solver, buffers, solver.solve(cold=True))
+
+
+def loaded(problem: QP) -> QPBuffers:
+    """New buffers that hold the problem; their solution is NaN."""
     buffers = QPBuffers.zeros(problem.n, problem.m, problem.p)
     for name in ("H", "g", "A", "b", "C", "l", "u", "lb", "ub"):
         getattr(buffers, name)[...] = getattr(problem, name)
-    solver.setup(buffers)
     buffers.solution[:] = np.nan
-    claim = solver.solve(cold=True)
+    return buffers
+
+
+def judged(problem: QP, solver: Backend, buffers: QPBuffers, claim: Claim) -> Solution:
+    """What the buffers hold after a solve that ended in ``claim``, judged by its residuals."""
     x, y, z, z_box = (part.copy() for part in (buffers.x, buffers.y, buffers.z, buffers.z_box))
     found = residuals(problem, x, y, z, z_box)
-    status, certificate = _judged(problem, claim, good=accepted(problem, found, x, y))
+    status, certificate = _status(problem, claim, good=accepted(problem, found, x, y))
     return Solution(
         x=x,
         y=y,
@@ -66,7 +76,7 @@ def solve(
     )
 
 
-def _judged(problem: QP, claim: Claim, *, good: bool) -> tuple[SolveStatus, Certificate | None]:
+def _status(problem: QP, claim: Claim, *, good: bool) -> tuple[SolveStatus, Certificate | None]:
     """The status by residuals and certificate, and the certificate."""
     if good:
         return SolveStatus.SOLVED, None
