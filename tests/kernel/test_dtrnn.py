@@ -156,7 +156,7 @@ def test_no_feasible_qp_is_called_infeasible_whatever_the_state(kind):
                              ("H", "g", "A", "b", "soft", "C", "l", "u", "lb", "ub")})  # fmt: skip
         for scale in (0.0, 1.0, 1e3, 1e8):
             net.u[:] = scale * rng.normal(size=len(net.u))
-            assert not proven_infeasible(net, PRODUCT)
+            assert not proven_infeasible(net)
         assert dtrnn(net, PRODUCT, NO_TRACE)[0] != codes.INFEASIBLE
 
 

@@ -40,7 +40,7 @@ def _round(
         own.code[count:] = SOLVED
         end = advance(network(*padded[: len(data)]), own, count // 2 if count > SMALLEST else 0)
         for whole, part in zip(state, end, strict=True):
-            whole[some] = part[:count]
+            whole[some] = np.asarray(part)[:count]
 
 
 def solve_batch(
