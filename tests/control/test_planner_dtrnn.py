@@ -1,4 +1,4 @@
-"""The network in the loop: the active set's motion, a warm start that lives in the record and dies with a fault."""
+"""The network in the loop: the active set's motion; a warm start in the record that dies with a fault."""
 
 import numpy as np
 import pytest

@@ -59,8 +59,8 @@ def test_a_start_at_the_solution_needs_no_iteration_and_one_nearby_needs_few():
     cold = network.solve(one.problem, "implicit", mode="paper").iterations
     near = network.solve(one.problem, "implicit", mode="paper", start=(found.x, found.y)).iterations
     assert near < cold
-    moved = QP(one.problem.H, one.problem.g + 1e-3, one.problem.A, one.problem.b, one.problem.C, one.problem.l,
-               one.problem.u, one.problem.lb, one.problem.ub)  # fmt: skip
+    p = one.problem
+    moved = QP(p.H, p.g + 1e-3, p.A, p.b, p.C, p.l, p.u, p.lb, p.ub)
     assert network.solve(moved, start=found).iterations == 1
 
 
@@ -110,7 +110,7 @@ def test_wrong_settings_are_one_clear_sentence(settings, sentence):
 
 
 def test_something_else_than_a_qp_is_refused():
-    with pytest.raises(InputError, match="expected an ftqp.QP"):
+    with pytest.raises(InputError, match=r"expected an ftqp\.QP"):
         network.solve(3)
 
 

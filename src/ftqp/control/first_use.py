@@ -15,9 +15,7 @@ from ftqp.kernel.first_use import (
     compile_entries,
 )
 
-NOTICE = (
-    "ftqp: compiling its kernel for this machine, once (about half a minute; `ftqp warmup` does it ahead) ..."
-)
+NOTICE = "ftqp: compiling its kernel for this machine, once (about a minute; `ftqp warmup` does it ahead) ..."
 
 
 @contextmanager
