@@ -179,7 +179,7 @@ def dtrnn(net: Network, o: Options, trace: Any) -> tuple[int, int]:
         if is_solved(net, o, net.u, size):
             return SOLVED, k
         if k % often == often - 1 or k == o.cap:
-            if proven_infeasible(net, o):
+            if proven_infeasible(net):
                 return INFEASIBLE, k
             if k == o.cap:
                 break
@@ -189,7 +189,7 @@ def dtrnn(net: Network, o: Options, trace: Any) -> tuple[int, int]:
                 net.u[i] = 0.0
             size = residual(net, net.u)
         if o.newton and k % JUMP_EVERY == 0:
-            if jump(net, o, size, k >= PATIENCE):
+            if jump(net, o, size, k >= PATIENCE and not o.paper):
                 if k < len(trace):
                     trace[k, 3] = 1.0
                 size = residual(net, net.u)

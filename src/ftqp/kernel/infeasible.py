@@ -6,8 +6,7 @@ from typing import Any
 from ftqp.kernel.jit import jit
 from ftqp.kernel.lu import lu_factor, lu_solve
 from ftqp.kernel.network import Network, residual
-from ftqp.kernel.newton_jump import newton_point
-from ftqp.kernel.stopping import Options
+from ftqp.kernel.newton_jump import harden, right_sides, soften
 
 SHARE = 0.5
 """What the proof must exceed, as a share of |y|^2; at the point nearest to all constraints it is 1."""
@@ -15,8 +14,6 @@ ROUNDING = 1e-9
 """What the proof must exceed, as a share of the sum of its terms."""
 VIOLATION = 1e-8
 """Smallest violation, as a share of 1 + |b| + |x|, that may count as a proof."""
-YIELDING = 1e-8
-"""Compliance of hard rows in the search for a proof, relative to the QP's own magnitude."""
 RAY = 1e-10
 """Largest share of its terms that A'y may keep along a variable without a bound on that side."""
 
@@ -105,30 +102,7 @@ def _nearest(net: Network, x: Any) -> None:
 
 
 @jit
-def _yield_rows(net: Network, o: Options) -> None:
-    """The solution when hard rows yield a little, a point next to the nearest one, into ``trial``.
-
-    The diagonal of a hard row becomes YIELDING |A|_F^2/(rows tr W) for the time of a long Newton run.
-    """
-    primal = net.variables + net.slacks
-    trace, norm = 0.0, 0.0
-    for i in range(net.variables):
-        trace += net.Gamma[i, i]
-        for k in range(net.rows):
-            norm += net.Gamma[primal + k, i] * net.Gamma[primal + k, i]
-    soft = YIELDING * norm / (max(net.rows, 1) * (trace if trace > 0.0 else 1.0)) + 1e-300
-    for k in range(primal, primal + net.rows):
-        net.side[k] = 0.0 if net.Gamma[k, k] > 0.0 else 1.0  # sides of rows are nobody else's
-        if net.side[k] != 0.0:
-            net.Gamma[k, k] = soft
-    newton_point(net, o, residual(net, net.u), True)
-    for k in range(primal, primal + net.rows):
-        if net.side[k] != 0.0:
-            net.Gamma[k, k] = 0.0
-
-
-@jit
-def proven_infeasible(net: Network, o: Options) -> bool:
+def proven_infeasible(net: Network) -> bool:
     """Whether y = b - A x proves infeasibility, at the clipped x, at the nearest point with its active
     bounds, or at the point where rows that yield come to rest.
 
@@ -141,7 +115,10 @@ def proven_infeasible(net: Network, o: Options) -> bool:
     x, y = net.trial, net.e
     for attempt in range(4):
         if attempt == 2:
-            _yield_rows(net, o)
+            soften(net)
+            residual(net, net.u)
+            right_sides(net, net.u)
+            harden(net)
         for j in range(primal):
             x[j] = min(max(net.u[j] if attempt < 2 else x[j], net.low[j]), net.high[j])
         if attempt == 1 or attempt == 3:

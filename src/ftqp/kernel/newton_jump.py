@@ -15,6 +15,8 @@ LONG_STEPS = 4
 """Most Newton steps of a long jump, in bounds of the network."""
 TRIES = 3
 """Newton steps of a long jump without fewer wrong sides, before only one side is changed at a time."""
+YIELDING = 1e-8
+"""Compliance of hard rows in a long jump, relative to the QP's own magnitude."""
 
 
 @jit
@@ -96,41 +98,64 @@ def _solve_unknowns(net: Network, count: int) -> None:
 
 
 @jit
-def newton_point(net: Network, o: Options, size: float, long: bool) -> bool:
-    """Look for a Newton point u^ that is worth a jump; it, or the last one that was not, is in ``trial``.
+def soften(net: Network) -> None:
+    """Let hard rows yield a little: YIELDING |A|_F^2/(rows tr W) on their diagonal, until ``harden``."""
+    primal = net.variables + net.slacks
+    trace, norm = 0.0, 0.0
+    for i in range(net.variables):
+        trace += net.Gamma[i, i]
+        for k in range(net.rows):
+            norm += net.Gamma[primal + k, i] * net.Gamma[primal + k, i]
+    soft = YIELDING * norm / (max(net.rows, 1) * (trace if trace > 0.0 else 1.0)) + 1e-300
+    for k in range(primal, primal + net.rows):
+        net.side[k] = 0.0 if net.Gamma[k, k] > 0.0 else 1.0  # nobody else's: rows have no sides
+        if net.side[k] != 0.0:
+            net.Gamma[k, k] = soft
 
-    With w = u - (Gamma u + z):  u^_i = the bound beyond which w_i lies,  (Gamma u^ + z)_i = 0 for the others.
 
-    Paper mode: one step, taken when |e(u^)| < |e(u)|/2. Else up to ``STEPS`` in a row, each from the last u^,
-    taken when u^ solves the QP: a point with a smaller |e| but huge multipliers can cost the base method
-    thousands of iterations. Either way the base method converges as without jumps. F and e are those of the
-    last u^, taken or not.
+@jit
+def harden(net: Network) -> None:
+    """Undo ``soften``."""
+    for k in range(net.variables + net.slacks, len(net.u)):
+        if net.side[k] != 0.0:
+            net.Gamma[k, k] = 0.0
 
-    A long jump goes on and, while the number of wrong sides does not fall, changes only the last one of them.
-    For a strictly convex QP with bounds alone this ends at the solution; hard rows that bounds make dependent
-    can defeat it.
+
+@jit
+def right_sides(net: Network, v: Any) -> None:
+    """The Newton point whose sides are its own, into ``trial``, for rows that are all compliant.
+
+    Newton steps from v; while the number of wrong sides does not fall, only the last of them is changed.
 
     Args:
-        net: its F and e are those of u.
-        o: options.
-        size: |e(u)|.
-        long: whether to go on until the sides are right.
-    Source: semismooth Newton method on the projection equation, safeguarded; long: block principal pivoting,
-        Judice and Pires, Comput. Oper. Res. 21, 1994.
+        net: its F is that of v.
+        v: where to start, (N,).
+    Source: block principal pivoting, Judice and Pires, Comput. Oper. Res. 21, 1994.
     """
     bounds = net.variables + net.slacks
     for i in range(bounds):
         net.side[i] = 2.0
-    steps = STEPS + LONG_STEPS * bounds if long else (1 if o.paper else STEPS)
     fewest, tries = bounds + 1, TRIES
-    for k in range(steps):
-        wrong = _change_sides(net, net.u if k == 0 else net.trial, k == 0, long and tries == 0)
+    for k in range(STEPS + LONG_STEPS * bounds):
+        wrong = _change_sides(net, v if k == 0 else net.trial, k == 0, tries == 0)
         if wrong == 0:
-            return False
+            break
         if k > 0 and wrong < fewest:
             fewest, tries = wrong, TRIES
         elif tries > 0:
             tries -= 1
+        _solve_unknowns(net, _unknowns(net))
+        residual(net, net.trial)
+
+
+@jit
+def _newton_steps(net: Network, o: Options, v: Any, size: float) -> bool:
+    """Newton steps from v, its F in the network, until ``trial`` is worth a jump; False when none is."""
+    for i in range(net.variables + net.slacks):
+        net.side[i] = 2.0
+    for k in range(1 if o.paper else STEPS):
+        if _change_sides(net, v if k == 0 else net.trial, k == 0, False) == 0:
+            return False
         _solve_unknowns(net, _unknowns(net))
         found = residual(net, net.trial)
         if found < ACCEPTED * size if o.paper else is_solved(net, o, net.trial, found):
@@ -140,9 +165,35 @@ def newton_point(net: Network, o: Options, size: float, long: bool) -> bool:
 
 @jit
 def jump(net: Network, o: Options, size: float, long: bool) -> bool:
-    """Replace u by what ``newton_point`` finds, or leave it alone: whether it was replaced."""
-    if not newton_point(net, o, size, long):
-        return False
-    for i in range(len(net.u)):
-        net.u[i] = net.trial[i]
-    return True
+    """Replace u by a Newton point u^, or leave it alone: whether it was replaced.
+
+    With w = u - (Gamma u + z):  u^_i = the bound beyond which w_i lies,  (Gamma u^ + z)_i = 0 for the others.
+
+    Paper mode: one step, taken when |e(u^)| < |e(u)|/2. Else up to ``STEPS`` in a row, each from the last u^,
+    taken when u^ solves the QP: a point with a smaller |e| but huge multipliers can cost the base method
+    thousands of iterations. Either way the base method converges as without jumps. F and e are those of the
+    last u^, taken or not.
+
+    A long jump finds the sides of the QP whose hard rows yield a little, which always ends, and steps on from
+    there.
+
+    Args:
+        net: its F and e are those of u.
+        o: options.
+        size: |e(u)|.
+        long: whether it is a long jump; not in paper mode.
+    Source: semismooth Newton method on the projection equation, safeguarded.
+    """
+    if long:
+        soften(net)
+        residual(net, net.u)
+        right_sides(net, net.u)
+        harden(net)
+        residual(net, net.trial)
+        found = _newton_steps(net, o, net.trial, size)
+    else:
+        found = _newton_steps(net, o, net.u, size)
+    if found:
+        for i in range(len(net.u)):
+            net.u[i] = net.trial[i]
+    return found

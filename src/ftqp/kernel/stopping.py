@@ -7,6 +7,8 @@ from ftqp.kernel.network import Network
 
 ROW_TOLERANCE = 1e-8
 """Largest |Ax - b| of a solved QP, beside max(1, |b|)."""
+ROUNDING = 1e-14
+"""Rounding of a sum, relative to its largest terms."""
 GAP_TOLERANCE = 1e-14
 """Largest duality gap of a solved QP, beside 1 + |x'Wx| + |c'x|: (x - x*)'W(x - x*) is below it."""
 
@@ -80,11 +82,25 @@ def quality(net: Network, u: Any) -> tuple[float, float, float, float]:
 
 
 @jit
+def _rounding(net: Network, u: Any) -> float:
+    """What rounding leaves of |e| at best: ROUNDING max_i sum_j |Gamma_ij u_j|."""
+    N = len(u)
+    largest = 0.0
+    for i in range(N):
+        row = net.Gamma[i]
+        s = 0.0
+        for j in range(N):
+            s += abs(row[j] * u[j])
+        largest = max(largest, s)
+    return ROUNDING * largest
+
+
+@jit
 def is_solved(net: Network, o: Options, u: Any, size: float) -> bool:
     """Whether u, with e its residual and |e| = size, may be called solved.
 
-    Paper: |e| <= tolerance. Else r_eq <= 1e-8 max(1, |b|) and (|e| <= tolerance (1 + |x|) or gap <= 1e-14 (1
-    + energy)).
+    Paper: |e| <= tolerance. Else r_eq <= 1e-8 max(1, |b|) and (|e| <= tolerance (1 + |x|), or |e| is no more
+    than rounding, or gap <= 1e-14 (1 + energy)).
     """
     if o.paper:
         return size <= o.tolerance
@@ -99,6 +115,7 @@ def is_solved(net: Network, o: Options, u: Any, size: float) -> bool:
         for k in range(net.rows):
             if abs(net.e[primal + k]) > 1e-6 * net.scales[1] * (1.0 + most):
                 return False
+        small = size <= _rounding(net, u)
     r_eq, right, gap, energy = quality(net, u)
     if not r_eq <= ROW_TOLERANCE * right:
         return False
