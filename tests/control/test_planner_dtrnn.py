@@ -44,7 +44,7 @@ def test_a_lost_joint_on_a_circle_makes_the_motion_of_the_active_set(panda, home
     given_up = [k for k in range(2000) if runs[1][1][k] is ftqp.StepStatus.FALLBACK]
     assert (
         len(given_up) <= 10
-    )  # torque and acceleration limits in one vertex: the cap, and the kernel's answer
+    )  # its cap; the kernel answers
     assert all(runs[0][1][k] == runs[1][1][k] for k in range(2000) if k not in given_up)
     assert np.abs(runs[0][0] - runs[1][0]).max() <= 1e-6
     assert np.median(runs[1][2]) <= 1
