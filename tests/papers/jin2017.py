@@ -25,6 +25,7 @@ class Run:
     error: FloatArray
     status: list[ftqp.StepStatus]
     limits: list[tuple[str, ...]]
+    iterations: FloatArray
     planner: ftqp.Planner
 
     @property
@@ -58,9 +59,10 @@ def run(
     mean_acceleration: bool = False,
     tau_max: Any = None,
     backend: Any = "active_set",
+    vertical: bool = False,
 ) -> Run:
     """One experiment; ``faults`` are (time, fault) pairs, reported when their time has come."""
-    robot = ftqp.robots.load("planar6")
+    robot = ftqp.robots.load("planar6", vertical=vertical)
     if tau_max is not None:
         robot = robot.with_limits(tau_max=tau_max)
     planner = ftqp.Planner(
@@ -82,7 +84,7 @@ def run(
     planner.reset(q)
     pending = list(faults)
     rows: dict[str, list[FloatArray]] = {name: [] for name in ("q", "v", "tau", "tau_brake")}
-    errors, status, limits = [], [], []
+    errors, status, limits, iterations = [], [], [], []
     for k, now in enumerate(t):
         for at, fault in list(pending):
             if now >= at - 1e-9:
@@ -99,6 +101,15 @@ def run(
         errors.append(step.position_error)
         status.append(step.status)
         limits.append(step.limits_active)
+        iterations.append(step.qp.iterations)
         q, v = step.q.copy(), step.v.copy()
     arrays = {name: np.array(values) for name, values in rows.items()}
-    return Run(t=t, error=np.array(errors), status=status, limits=limits, planner=planner, **arrays)
+    return Run(
+        t=t,
+        error=np.array(errors),
+        status=status,
+        limits=limits,
+        iterations=np.array(iterations),
+        planner=planner,
+        **arrays,
+    )

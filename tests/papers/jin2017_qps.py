@@ -1,0 +1,72 @@
+"""Every QP of the square path, recorded while the active set drives, and the network's iterations on them."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from tests.papers.jin2017 import DT, run
+
+import ftqp
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.kernel.dtrnn_entry import solve_dtrnn, solve_memory_size
+from ftqp.qp import Claim, Recorder, Recording
+from ftqp.qp.dtrnn_settings import DtrnnSettings
+from ftqp.qp.solve import loaded
+
+LOCK = ((15.0, ftqp.Locked(0, mode="instant", reset="kinematic")),)
+EXPERIMENTS: dict[str, dict[str, Any]] = {
+    "RMP": dict(scheme="rmp", faults=LOCK),
+    "DLSM": dict(scheme="dlsm", faults=LOCK),
+    "IIWT": dict(scheme="iiwt"),
+    "MTN": dict(scheme="mtn", faults=LOCK),
+    "gravity": dict(scheme="dlsm", bounds="viability", vertical=True),
+}
+"""The rows of table 9.3 of the spec."""
+
+
+@cache
+def recording(name: str) -> Recording:
+    """The 2001 QPs of one row of the table, with their solutions."""
+    recorder = Recorder("active_set")
+    run(**EXPERIMENTS[name], backend=recorder)
+    return recorder.recording(dt=DT)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solved:
+    """What the network needed, one entry a QP.
+
+    Attributes:
+        iterations: of each; the cap where it did not converge.
+        claims: how each ended.
+        error: largest |x - x*| of each.
+    """
+
+    iterations: IntArray
+    claims: list[Claim]
+    error: FloatArray
+
+    @property
+    def not_converged(self) -> int:
+        """How many ran into the cap."""
+        return self.claims.count(Claim.MAX_ITERATIONS)
+
+
+def solved(name: str, chosen: DtrnnSettings, *, warm: bool, every: int) -> Solved:
+    """Solve every ``every``-th QP of a row; warm from the last answer while the same joints are locked."""
+    qps = recording(name)
+    n, m, p = qps.g.shape[1], qps.b.shape[1], qps.l.shape[1]
+    numbers, memory = chosen.numbers(), np.zeros(int(solve_memory_size(n, m, p)))
+    solution, trace = np.zeros(2 * n + m + p), np.zeros((0, 4))
+    iterations, claims, error, locked = [], [], [], None
+    for k in range(0, len(qps), every):
+        fixed = tuple(qps.lb[k] == qps.ub[k])
+        again = int(warm and fixed == locked)
+        call: Any = solve_dtrnn
+        claim = call(loaded(qps.problem(k)).flat, solution, memory, numbers, trace, n, m, p, again)
+        locked = fixed
+        iterations.append(int(numbers[-2]))
+        claims.append(Claim(claim))
+        error.append(float(np.abs(solution[:n] - qps.x[k]).max()))
+    return Solved(iterations=np.array(iterations), claims=claims, error=np.array(error))
