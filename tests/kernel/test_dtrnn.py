@@ -115,7 +115,7 @@ def test_a_jump_that_leads_nowhere_leaves_the_state_alone():
 
 
 def test_a_stretch_is_what_many_steps_would_do():
-    # min 1/2 x^2 + 1000 x, x/10 = 1/10, x >= 0: x rests at 0 until y has grown to 10^4, by less than 0.1 a step
+    # min 1/2 x^2 + 1000 x, x/10 = 1/10, x >= 0: x rests at 0 until y has grown to 10^4, < 0.1 a step
     none = np.zeros(0)
     parts = dict(H=np.eye(1), g=np.full(1, 1e3), A=np.full((1, 1), 0.1), b=np.full(1, 0.1), soft=np.zeros(1),
                  C=np.zeros((0, 1)), l=none, u=none, lb=np.zeros(1), ub=np.full(1, 10.0))  # fmt: skip

@@ -1,7 +1,7 @@
 """Jin et al. 2017 with the recurrent network: experiments E5 and E10 of the spec and its table 9.3.
 
-Of the table, medians and largest values within 20 %; the reference is an independent implementation, and iteration
-counts depend on the last digits of a path, those of MTN most.
+Of the table, medians and largest values within 20 %; the reference is an independent implementation, and
+iteration counts depend on the last digits of a path, those of MTN most.
 """
 
 from typing import Any
