@@ -36,7 +36,7 @@ class Follower:
         self.robot = ftqp.robots.load("panda")
         self.W = chain_record(self.robot)
         K = self.W
-        K["dt"], K["base"], K["length"] = DT, 1, 0.2
+        K["dt"], K["base_moves"], K["length"] = DT, 1, 0.2
         K["base_nominal"] = np.eye(3).ravel()
         K["base_patience"] = 0.05
         for name, value in fields.items():

@@ -171,7 +171,7 @@ class InertialTask:
         K["observer"] = 0.0 if observer is None else observer.factor(planner.dt, self.gain)
         K["base_freezes"] = observer is not None and observer.frozen
         self._turns = bool(K["uses_rotation"][0])
-        self._on, self._has = K["base"], K["base_has"]
+        self._on, self._has = K["base_moves"], K["base_has"]
         self._tip, self._given, self._rate = K["tip_world"][0], K["base_given"][0], K["base_rate"][0]
         self._record, self._address = K, int(K.ctypes.data)
         warm_up(external=False, network=False, closed_form=False)

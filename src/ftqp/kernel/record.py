@@ -186,7 +186,7 @@ INTEGERS = (
     "qp_iterations",
     "ticks",
     "empty_intervals",
-    "base",  # the base moves: the target is given in I
+    "base_moves",  # the target is given in I
     "base_attitude",
     "base_has",
     "base_delay",

@@ -113,7 +113,7 @@ def prepare(K: Any) -> int:
     K.torque_excess = 0.0
     valid = _inputs_are_finite(K)
     forward_kinematics(K)
-    if K.base and not follow_base(K):
+    if K.base_moves and not follow_base(K):
         valid = False
     if any_instant_lock(K):
         motion(K)
@@ -123,7 +123,7 @@ def prepare(K: Any) -> int:
     if K.level == ACCELERATION:
         motion(K)
     intervals(K)
-    if K.base and K.anti_windup:
+    if K.base_moves and K.anti_windup:
         reduce_by_lead(K)
     K.nc = 0
     K.has_torques = 0
