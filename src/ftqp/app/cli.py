@@ -247,7 +247,7 @@ def schemes(as_json: Json = False) -> ExitCode:
 @app.command(epilog="Example: ftqp warmup")
 @command
 def warmup(as_json: Json = False) -> ExitCode:
-    """Compile ahead of the first use, about a minute once on a machine."""
+    """Compile all of the kernel ahead of its first use: some minutes, once on a machine."""
     from ftqp.control.first_use import warm_up
     from ftqp.kernel.jit import COMPILED, cache_folder
 
