@@ -47,7 +47,8 @@ def measure(level: str, fault: bool, arms: int, threads: int) -> dict[str, objec
     import numpy as np
 
     import ftqp
-    from ftqp.kernel import codes, entry
+    from ftqp.kernel.entry import entries as entry
+    from ftqp.kernel.layout import enums as codes
 
     robot = ftqp.robots.load("panda")
     planner = ftqp.Planner(robot, DT, level=level)

@@ -79,8 +79,8 @@ def problems(kind: str, count: int) -> dict[str, Any]:
             ub=np.full(7, 1.0),
         )
     import ftqp
-    from ftqp.kernel import entry
-    from ftqp.kernel.record import load_chain, record
+    from ftqp.kernel.entry import entries as entry
+    from ftqp.kernel.layout.record import load_chain, record
 
     robot = ftqp.robots.load("panda")
     W, limits = record(), robot.limits

@@ -29,7 +29,7 @@ from rich.console import Console
 
 from ftqp.core.errors import InputError
 from ftqp.qp import backends
-from ftqp.qp.registry import PREFIX
+from ftqp.qp.adapters.registry import PREFIX
 
 PLANAR = ("path.duration=8.0", "faults.0.at=6.0")
 CASES = (

@@ -12,7 +12,7 @@ from bench.recorded import Recorded
 from bench.truth import Fact, Truth, relative_residuals
 from ftqp.core.checks import FloatArray
 from ftqp.qp import Backend, Claim
-from ftqp.qp.residuals import ACCEPTANCE
+from ftqp.qp.judge.kkt_residuals import ACCEPTANCE
 
 COARSE = 1e-3
 """Largest relative residual of an answer that is called coarse and not wrong."""

@@ -11,7 +11,7 @@ from bench.accuracy import COARSE, INFEASIBLE, PARTS, SOLVABLE, STARTS, Outcome
 from bench.contenders import REFERENCE
 from bench.results import appendix, preamble
 from bench.tables import Table, counted, exponent
-from ftqp.qp.residuals import ACCEPTANCE
+from ftqp.qp.judge.kkt_residuals import ACCEPTANCE
 
 LIMITATIONS = (
     "The profiles of the external solvers were chosen on these same QPs, by trying a few settings of each: "

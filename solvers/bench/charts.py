@@ -8,8 +8,8 @@ import numpy as np
 
 from bench.accuracy import INFEASIBLE, PARTS, SOLVABLE, Outcome
 from bench.tables import exponent
-from ftqp.qp.residuals import ACCEPTANCE
-from ftqp.viz.canvas import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW, paper, save, tidy
+from ftqp.qp.judge.kkt_residuals import ACCEPTANCE
+from ftqp.viz.figures.canvas import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW, paper, save, tidy
 
 LEAST = 1e-17
 """Where a residual of zero is drawn on a logarithmic axis."""

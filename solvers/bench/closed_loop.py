@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from bench.contenders import REFERENCE, Contender
-from ftqp.app import document
-from ftqp.app.combinations import file_name
-from ftqp.app.scenario import Setup, load, validated
+from ftqp.app.compare.combinations import file_name
+from ftqp.app.scenario import document
+from ftqp.app.scenario.setup import Setup, load, validated
 from ftqp.core.errors import FtqpError
-from ftqp.sim.log import Log, load_log
+from ftqp.sim.log.log_file import Log, load_log
+from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import Simulation
-from ftqp.sim.metrics import summary
-from ftqp.viz.agreement import draw_agreement, joint_difference
+from ftqp.viz.figures.agreement import draw_agreement, joint_difference
 
 AGREEMENT = 1e-6
 """Largest joint difference to the reference in a run that agrees [rad or m]."""

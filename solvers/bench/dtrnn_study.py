@@ -9,10 +9,10 @@ import numpy as np
 from bench.contenders import Contender
 from bench.recorded import Recorded
 from ftqp.core.checks import FloatArray
-from ftqp.kernel import dtrnn_entry
+from ftqp.kernel.entry import network_entries as dtrnn_entry
 from ftqp.qp import QP, Claim
-from ftqp.qp.dtrnn_settings import DtrnnSettings
-from ftqp.qp.solve import loaded
+from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
+from ftqp.qp.judge.solving import loaded
 
 PAPER: dict[str, Any] = {"name": "dtrnn", "mode": "paper"}
 METHODS: dict[str, dict[str, Any]] = {

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from bench.dtrnn_study import JUMPING, METHODS, PRODUCT, SCALED, cells
-from ftqp.viz.canvas import (
+from ftqp.viz.figures.canvas import (
     BLUE,
     GREEN,
     GREY,

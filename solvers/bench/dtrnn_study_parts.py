@@ -24,7 +24,7 @@ from bench.sequences import sequences
 from bench.truth import Fact, truth
 from ftqp.core.checks import FloatArray
 from ftqp.qp import QP, Claim
-from ftqp.qp.solve import loaded
+from ftqp.qp.judge.solving import loaded
 
 STARTS = ("cold", "warm")
 EVERY = 10

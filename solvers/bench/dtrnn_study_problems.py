@@ -59,8 +59,8 @@ def random_qp(rng: np.random.Generator, condition: float, active: int) -> tuple[
 def expanded(problem: QP) -> QP:
     """The same QP without fixed variables and two-sided rows: a row of C becomes an equality with a slack s.
 
-    Rows are divided by their norm, rows without a bound left out, as ``ftqp.kernel.network`` does it.
-    """
+    Rows are divided by their norm, rows without a bound left out, as ``ftqp.kernel.dtrnn.projection`` does
+    it."""
     free = problem.lb < problem.ub
     H, A = problem.H[np.ix_(free, free)], problem.A[:, free]
     fixed = np.where(free, 0.0, problem.ub)

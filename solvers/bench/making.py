@@ -8,14 +8,14 @@ import numpy as np
 from scipy.optimize import linprog
 
 import ftqp
-from ftqp.control.labels import SLACK
 from ftqp.control.paths import Path
+from ftqp.control.planner.labels import SLACK
 from ftqp.core.checks import FloatArray
 from ftqp.model.robot import Robot
 from ftqp.qp import QP, Claim, Recorder, Recording, Solution, SolveStatus
-from ftqp.qp.recording import ANSWER
-from ftqp.qp.residuals import scales
-from ftqp.sim.recorded import recorded
+from ftqp.qp.judge.kkt_residuals import scales
+from ftqp.qp.recording.recorded_qps import ANSWER
+from ftqp.sim.log.recorded_run import recorded
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 AGREEMENT = 1e-8

@@ -8,7 +8,7 @@ import numpy as np
 from bench.sequences import feasible
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.qp import QP, QPBuffers
-from ftqp.qp.recording import Recording
+from ftqp.qp.recording.recorded_qps import Recording
 
 ORIGIN = ("robot", "scheme", "level", "task_mode", "faults", "dt", "what")
 """What a result repeats of a recording's metadata."""

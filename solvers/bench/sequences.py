@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.core.checks import BoolArray
 from ftqp.core.errors import InputError, unknown
-from ftqp.qp.recording import Recording
+from ftqp.qp.recording.recorded_qps import Recording
 
 FOLDER = Path(__file__).resolve().parents[1] / "problems"
 QUICK = 12

@@ -14,7 +14,7 @@ from bench.recorded import Recorded
 from bench.truth import relative_residuals
 from ftqp import FtqpError
 from ftqp.qp import Backend, Claim, QPBuffers
-from ftqp.qp.residuals import ACCEPTANCE
+from ftqp.qp.judge.kkt_residuals import ACCEPTANCE
 
 EMPTY = "empty"
 """A backend that solves nothing: what the interface itself costs."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.qp import QP, Certificate, residuals
-from ftqp.qp.infeasibility import infeasibility
-from ftqp.qp.residuals import ACCEPTANCE, scales
+from ftqp.qp.judge.infeasibility import infeasibility
+from ftqp.qp.judge.kkt_residuals import ACCEPTANCE, scales
 
 REFERENCE_TOLERANCE = 1e-9
 """Largest relative residual of a recorded solution that errors of x are measured against."""

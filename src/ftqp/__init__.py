@@ -11,35 +11,35 @@ from ftqp.core.errors import FtqpError, InputError, MissingPackage, ModelError, 
 
 if TYPE_CHECKING:
     from ftqp import qp as qp
-    from ftqp.control import bounds as bounds
     from ftqp.control import paths as paths
-    from ftqp.control import schemes as schemes
-    from ftqp.control.base_gain import Observer as Observer
-    from ftqp.control.base_gain import best_gain as best_gain
-    from ftqp.control.base_gain import gain_limit as gain_limit
-    from ftqp.control.base_gain import sensitivity as sensitivity
-    from ftqp.control.base_motion import BaseStatus as BaseStatus
-    from ftqp.control.base_motion import InertialTask as InertialTask
-    from ftqp.control.base_motion import MovingBase as MovingBase
-    from ftqp.control.bounds import Jin as Jin
-    from ftqp.control.bounds import OneStep as OneStep
-    from ftqp.control.bounds import Viability as Viability
-    from ftqp.control.damping import DirectionalDamping as DirectionalDamping
-    from ftqp.control.emergency import EmergencyStop as EmergencyStop
-    from ftqp.control.path_following import PathFollower as PathFollower
-    from ftqp.control.path_following import PathStatus as PathStatus
-    from ftqp.control.planner import Planner as Planner
+    from ftqp.control.following.path_follower import PathFollower as PathFollower
+    from ftqp.control.following.path_follower import PathStatus as PathStatus
+    from ftqp.control.following.stall import StallEscape as StallEscape
+    from ftqp.control.moving_base.base_gain import Observer as Observer
+    from ftqp.control.moving_base.base_gain import best_gain as best_gain
+    from ftqp.control.moving_base.base_gain import gain_limit as gain_limit
+    from ftqp.control.moving_base.base_gain import sensitivity as sensitivity
+    from ftqp.control.moving_base.inertial_task import BaseStatus as BaseStatus
+    from ftqp.control.moving_base.inertial_task import InertialTask as InertialTask
+    from ftqp.control.moving_base.inertial_task import MovingBase as MovingBase
+    from ftqp.control.planner.planner import Planner as Planner
+    from ftqp.control.planner.status import StepStatus as StepStatus
+    from ftqp.control.planner.step import Step as Step
+    from ftqp.control.planner.target import Target as Target
+    from ftqp.control.planner.target import Targets as Targets
     from ftqp.control.rates import approximate_pinv as approximate_pinv
     from ftqp.control.rates import damping_factor as damping_factor
     from ftqp.control.rates import resolve_rates as resolve_rates
-    from ftqp.control.resolvers import Damping as Damping
-    from ftqp.control.scheme import Scheme as Scheme
-    from ftqp.control.stall import StallEscape as StallEscape
-    from ftqp.control.status import StepStatus as StepStatus
-    from ftqp.control.step import Step as Step
-    from ftqp.control.target import Target as Target
-    from ftqp.control.target import Targets as Targets
-    from ftqp.control.task import Task as Task
+    from ftqp.control.task import bounds as bounds
+    from ftqp.control.task import schemes as schemes
+    from ftqp.control.task.bounds import Jin as Jin
+    from ftqp.control.task.bounds import OneStep as OneStep
+    from ftqp.control.task.bounds import Viability as Viability
+    from ftqp.control.task.directional_damping import DirectionalDamping as DirectionalDamping
+    from ftqp.control.task.emergency import EmergencyStop as EmergencyStop
+    from ftqp.control.task.resolvers import Damping as Damping
+    from ftqp.control.task.scheme import Scheme as Scheme
+    from ftqp.control.task.task import Task as Task
     from ftqp.faults.kinds import Degraded as Degraded
     from ftqp.faults.kinds import FreeSwinging as FreeSwinging
     from ftqp.faults.kinds import Locked as Locked
@@ -47,53 +47,53 @@ if TYPE_CHECKING:
     from ftqp.model.limits import JointLimits as JointLimits
     from ftqp.model.robot import Robot as Robot
     from ftqp.qp.problem import QP as QP
-    from ftqp.sim.log import load_log as load_log
+    from ftqp.sim.log.log_file import load_log as load_log
     from ftqp.sim.loop import Simulation as Simulation
 
 __version__ = "0.1.0"
 
 _HOME = {
-    "BaseStatus": "ftqp.control.base_motion",
-    "Damping": "ftqp.control.resolvers",
+    "BaseStatus": "ftqp.control.moving_base.inertial_task",
+    "Damping": "ftqp.control.task.resolvers",
     "Degraded": "ftqp.faults.kinds",
-    "DirectionalDamping": "ftqp.control.damping",
-    "EmergencyStop": "ftqp.control.emergency",
+    "DirectionalDamping": "ftqp.control.task.directional_damping",
+    "EmergencyStop": "ftqp.control.task.emergency",
     "FreeSwinging": "ftqp.faults.kinds",
-    "InertialTask": "ftqp.control.base_motion",
-    "Jin": "ftqp.control.bounds",
+    "InertialTask": "ftqp.control.moving_base.inertial_task",
+    "Jin": "ftqp.control.task.bounds",
     "JointLimits": "ftqp.model.limits",
     "Locked": "ftqp.faults.kinds",
-    "OneStep": "ftqp.control.bounds",
-    "MovingBase": "ftqp.control.base_motion",
-    "Observer": "ftqp.control.base_gain",
-    "PathFollower": "ftqp.control.path_following",
-    "PathStatus": "ftqp.control.path_following",
-    "Planner": "ftqp.control.planner",
+    "OneStep": "ftqp.control.task.bounds",
+    "MovingBase": "ftqp.control.moving_base.inertial_task",
+    "Observer": "ftqp.control.moving_base.base_gain",
+    "PathFollower": "ftqp.control.following.path_follower",
+    "PathStatus": "ftqp.control.following.path_follower",
+    "Planner": "ftqp.control.planner.planner",
     "QP": "ftqp.qp.problem",
     "Robot": "ftqp.model.robot",
-    "Scheme": "ftqp.control.scheme",
+    "Scheme": "ftqp.control.task.scheme",
     "Simulation": "ftqp.sim.loop",
-    "StallEscape": "ftqp.control.stall",
-    "Step": "ftqp.control.step",
-    "StepStatus": "ftqp.control.status",
-    "Target": "ftqp.control.target",
-    "Targets": "ftqp.control.target",
-    "Task": "ftqp.control.task",
-    "Viability": "ftqp.control.bounds",
+    "StallEscape": "ftqp.control.following.stall",
+    "Step": "ftqp.control.planner.step",
+    "StepStatus": "ftqp.control.planner.status",
+    "Target": "ftqp.control.planner.target",
+    "Targets": "ftqp.control.planner.target",
+    "Task": "ftqp.control.task.task",
+    "Viability": "ftqp.control.task.bounds",
     "approximate_pinv": "ftqp.control.rates",
-    "best_gain": "ftqp.control.base_gain",
+    "best_gain": "ftqp.control.moving_base.base_gain",
     "damping_factor": "ftqp.control.rates",
-    "gain_limit": "ftqp.control.base_gain",
-    "load_log": "ftqp.sim.log",
+    "gain_limit": "ftqp.control.moving_base.base_gain",
+    "load_log": "ftqp.sim.log.log_file",
     "resolve_rates": "ftqp.control.rates",
-    "sensitivity": "ftqp.control.base_gain",
+    "sensitivity": "ftqp.control.moving_base.base_gain",
 }
 _MODULES = {
-    "bounds": "ftqp.control.bounds",
+    "bounds": "ftqp.control.task.bounds",
     "paths": "ftqp.control.paths",
     "qp": "ftqp.qp",
     "robots": "ftqp.model.catalog",
-    "schemes": "ftqp.control.schemes",
+    "schemes": "ftqp.control.task.schemes",
 }
 
 __all__ = [

@@ -3,7 +3,7 @@
 import pytest
 
 from ftqp.control import first_use
-from ftqp.kernel import first_use as compiled
+from ftqp.kernel.entry import compile as compiled
 from ftqp.kernel.jit import COMPILED
 
 

@@ -6,8 +6,8 @@ import pytest
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import LOCK_SHARE, Belief
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
-from ftqp.kernel.codes import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
-from ftqp.kernel.record import record
+from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
+from ftqp.kernel.layout.record import record
 from ftqp.model import catalog
 
 PANDA = catalog.load("panda")

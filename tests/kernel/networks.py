@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.kernel.assembly import assemble
-from ftqp.kernel.network import memory_size
-from ftqp.kernel.stopping import Options
+from ftqp.kernel.dtrnn.network_of_qp import assemble
+from ftqp.kernel.dtrnn.projection import memory_size
+from ftqp.kernel.dtrnn.stopping import Options
 
 PRODUCT = Options(2, 1, 1, 0, 2000, 1.6, 1e-9)
 """The options of ftqp.qp.dtrnn.solve as it comes."""

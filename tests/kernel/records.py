@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ftqp.kernel.jit import carray, jit, pointer
-from ftqp.kernel.record import DTYPE, load_chain, record
+from ftqp.kernel.layout.record import DTYPE, load_chain, record
 from ftqp.model.robot import Robot
 
 

@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.first_use import warm_up_rates
-from ftqp.kernel import codes, entry
+from ftqp.kernel.closed_forms.reduced_problem import DTYPE, gather, memory
+from ftqp.kernel.entry import entries as entry
 from ftqp.kernel.jit import carray, jit, pointer
-from ftqp.kernel.reduced import DTYPE, gather, memory
-from ftqp.kernel.svd import svd
+from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.maths.svd import svd
 
 RULES = {"bound": codes.BOUND, "bound_2": codes.BOUND_2, "tight": codes.TIGHT, "row": codes.ROW,
          "exact_2": codes.EXACT_2, "exact_inf": codes.EXACT_INF}  # fmt: skip

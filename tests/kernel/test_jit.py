@@ -66,8 +66,8 @@ print(json.dumps(result))
 
 DRIFT = """
 import json, sys, numpy as np
-from ftqp.kernel import entry
-from ftqp.kernel.record import record
+from ftqp.kernel.entry import entries as entry
+from ftqp.kernel.layout.record import record
 W = record()
 W["n"] = W["nq"] = 1
 W["rotation"][0, 0] = W["tip_rotation"] = np.eye(3).ravel()

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 import ftqp
-from ftqp.kernel import codes
+from ftqp.kernel.layout import enums as codes
 
 ROBOTS = ("panda", "iiwa14", "xarm7", "planar6", "srs7", "zhang7", "planar(10)")
 BACKENDS = ("active_set",) * 6 + ("dtrnn", "daqp", "proxqp", "quadprog", "osqp")

@@ -9,7 +9,7 @@ import pytest
 
 import ftqp
 from ftqp.sim.loop import Simulation
-from ftqp.sim.plants import KinematicPlant, Plant
+from ftqp.sim.plants.plants import KinematicPlant, Plant
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 DT = 2e-3
@@ -92,9 +92,9 @@ def test_planner_and_its_beliefs_cannot_import_the_simulation():
         if m.startswith(("ftqp.control", "ftqp.faults", "ftqp.kernel", "ftqp.qp", "ftqp.model"))
     }
     above = {m for m in graph.modules if m.startswith(("ftqp.sim", "ftqp.analysis", "ftqp.viz", "ftqp.app"))}
-    assert "ftqp.control.planner" in below and "ftqp.sim.schedule" in above
+    assert "ftqp.control.planner.planner" in below and "ftqp.sim.schedule" in above
     assert not {(a, b) for a in below for b in graph.find_modules_directly_imported_by(a) if b in above}
-    assert graph.find_shortest_chain("ftqp.control.planner", "ftqp.sim.schedule") is None
+    assert graph.find_shortest_chain("ftqp.control.planner.planner", "ftqp.sim.schedule") is None
 
 
 def test_planner_reads_no_clock_into_its_command_and_draws_no_unseeded_number():

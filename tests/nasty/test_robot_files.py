@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from ftqp.core.errors import FtqpError, InputError, ModelError
-from ftqp.model.reading import LARGEST
+from ftqp.model.reading.safe_xml import LARGEST
 from ftqp.model.robot import Robot
 
 BOMB = """<?xml version="1.0"?><!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa">

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from ftqp.app.cli import app
+from ftqp.app.commands.cli import app
 
 GOOD = """
 [robot]

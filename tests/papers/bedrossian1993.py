@@ -7,8 +7,8 @@ import numpy as np
 
 import ftqp
 from ftqp.core.checks import FloatArray
-from ftqp.kernel import entry
-from ftqp.kernel.record import load_chain, record
+from ftqp.kernel.entry import entries as entry
+from ftqp.kernel.layout.record import load_chain, record
 
 INCH = 0.0254
 DEG = np.pi / 180.0

@@ -6,11 +6,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import ftqp
-from ftqp.control.bounds import Jin
-from ftqp.sim.arm import Arm
-from ftqp.sim.base import BaseMotion, Platform
-from ftqp.sim.disturbances import Recorded, Sinusoid, Step
-from ftqp.sim.servo import ServoPlant
+from ftqp.control.task.bounds import Jin
+from ftqp.sim.base.carriers import BaseMotion, Platform
+from ftqp.sim.base.disturbances import Recorded, Sinusoid, Step
+from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.plants.servo import ServoPlant
 
 DEG = np.pi / 180.0
 FAST = {"v_max": 1e3, "a_max": 1e9}

@@ -9,10 +9,10 @@ from tests.papers.jin2017 import DT, run
 
 import ftqp
 from ftqp.core.checks import FloatArray, IntArray
-from ftqp.kernel.dtrnn_entry import solve_dtrnn, solve_memory_size
+from ftqp.kernel.entry.network_entries import solve_dtrnn, solve_memory_size
 from ftqp.qp import Claim, Recorder, Recording
-from ftqp.qp.dtrnn_settings import DtrnnSettings
-from ftqp.qp.solve import loaded
+from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
+from ftqp.qp.judge.solving import loaded
 
 LOCK = ((15.0, ftqp.Locked(0, mode="instant", reset="kinematic")),)
 EXPERIMENTS: dict[str, dict[str, Any]] = {

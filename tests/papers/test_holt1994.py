@@ -25,10 +25,10 @@ from tests.papers.holt1994 import (
 
 import ftqp
 from ftqp import BaseStatus, InertialTask, MovingBase, Observer, StepStatus
-from ftqp.control.base_gain import best_lowpass, decay, noise_gain
-from ftqp.sim.arm import Arm
-from ftqp.sim.base import BaseMotion, Platform
-from ftqp.sim.disturbances import RandomMotion, Sinusoid
+from ftqp.control.moving_base.base_gain import best_lowpass, decay, noise_gain
+from ftqp.sim.base.carriers import BaseMotion, Platform
+from ftqp.sim.base.disturbances import RandomMotion, Sinusoid
+from ftqp.sim.plants.arm_model import Arm
 
 BLOCK_INVERSE = "approximate_pseudoinverse"
 NOMINAL = MovingBase(attitude="nominal")

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ftqp.control.status import StepStatus
+from ftqp.control.planner.status import StepStatus
 from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.qp.problem import SolveStatus
-from ftqp.sim.arm import Arm
+from ftqp.sim.plants.arm_model import Arm
 
 
 class FakePlanner:

@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from ftqp.control.path_following import PathFollower
+from ftqp.control.following.path_follower import PathFollower
+from ftqp.control.following.stall import StallEscape
 from ftqp.control.paths import Circle, Line
-from ftqp.control.planner import Planner
-from ftqp.control.stall import StallEscape
-from ftqp.control.task import Task
+from ftqp.control.planner.planner import Planner
+from ftqp.control.task.task import Task
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.model import catalog
-from ftqp.sim.log import load_log
+from ftqp.sim.log.log_file import load_log
+from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import Simulation
-from ftqp.sim.metrics import summary
-from ftqp.sim.plants import KinematicPlant, Plant
+from ftqp.sim.plants.plants import KinematicPlant, Plant
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 DT = 2e-3

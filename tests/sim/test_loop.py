@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from ftqp.control.paths import Circle, Line
-from ftqp.control.status import StepStatus
+from ftqp.control.planner.status import StepStatus
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
-from ftqp.sim.log import load_log
+from ftqp.sim.log.log_file import load_log
 from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 

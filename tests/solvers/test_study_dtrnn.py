@@ -27,7 +27,7 @@ from bench.recorded import recorded
 from bench.sequences import sequences
 
 from ftqp.qp import QP, Claim, solve
-from ftqp.qp.solve import loaded
+from ftqp.qp.judge.solving import loaded
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = ROOT / "solvers" / "study_dtrnn.py"

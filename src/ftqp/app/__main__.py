@@ -1,5 +1,5 @@
 """``python -m ftqp.app`` is the command ``ftqp``."""
 
-from ftqp.app.cli import main
+from ftqp.app.commands.cli import main
 
 main()

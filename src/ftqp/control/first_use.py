@@ -4,7 +4,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ftqp.kernel.first_use import (
+from ftqp.kernel.entry.compile import (
     BASE,
     CLOSED_FORM,
     EXTERNAL,

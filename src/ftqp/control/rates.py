@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.first_use import warm_up_rates
-from ftqp.control.resolvers import Damping, positive_weights, rule_code
+from ftqp.control.task.resolvers import Damping, positive_weights, rule_code
 from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.errors import InputError, nearest
-from ftqp.kernel import codes, entry
-from ftqp.kernel.reduced import memory
+from ftqp.kernel.closed_forms.reduced_problem import memory
+from ftqp.kernel.entry import entries as entry
+from ftqp.kernel.layout import enums as codes
 
 METHODS = {"pinv": codes.PSEUDOINVERSE, "dls": codes.DAMPED}
 LINEAR = 3

@@ -6,7 +6,7 @@ import numpy as np
 
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import RESETS, Degraded, Fault, FreeSwinging, Locked
-from ftqp.kernel.codes import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
+from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 from ftqp.model.robot import Robot
 
 LOCK_SHARE = 0.25

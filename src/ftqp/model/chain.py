@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from ftqp.core.checks import BoolArray, FloatArray, frozen
 from ftqp.core.errors import ModelError
-from ftqp.kernel.codes import JOINTS
+from ftqp.kernel.layout.enums import JOINTS
 
 ALIGNED = {
     "X": np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
@@ -62,7 +62,7 @@ class Chain:
                 frozen(value)
 
     def constants(self) -> dict[str, Any]:
-        """Everything but the names, by the argument names of ``ftqp.kernel.record.load_chain``."""
+        """Everything but the names, by the argument names of ``ftqp.kernel.layout.record.load_chain``."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "names"}
 
 

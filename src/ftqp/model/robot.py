@@ -8,15 +8,16 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen
-from ftqp.model import audit, dh, mjcf, urdf
-from ftqp.model.assembly import ROWS, Wishes, robot_fields, write_limits
+from ftqp.model import audit
 from ftqp.model.audit import Finding
+from ftqp.model.build import ROWS, Wishes, robot_fields, write_limits
 from ftqp.model.chain import Chain, frame_id
 from ftqp.model.limits import JointLimits
+from ftqp.model.reading import dh, mjcf, urdf
+from ftqp.model.reading.source import source_of
 from ftqp.model.reduction import joint_index
 from ftqp.model.serial import Inertial
 from ftqp.model.shape import neutral_of
-from ftqp.model.source import source_of
 
 
 @final

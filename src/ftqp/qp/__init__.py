@@ -1,16 +1,14 @@
 """Convex QPs: the problem, backends behind one interface, the judge of their answers. Knows no robot."""
 
-import ftqp.qp.backends as _backends  # the package first: the function of that name replaces it below
-from ftqp.qp.backend import Backend, Claim
-from ftqp.qp.buffers import QPBuffers
+from ftqp.qp import dtrnn
+from ftqp.qp.adapters.backend import Backend, Claim
+from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.registry import BackendInfo, backend, backend_names, backends
+from ftqp.qp.judge.kkt_residuals import accepted, residuals
+from ftqp.qp.judge.solving import solve
 from ftqp.qp.problem import QP, Certificate, Residuals, Solution, SolveStatus
-from ftqp.qp.recorder import Recorder
-from ftqp.qp.recording import Recording
-from ftqp.qp.registry import BackendInfo, backend, backend_names, backends
-from ftqp.qp.residuals import accepted, residuals
-from ftqp.qp.solve import solve
-
-del _backends
+from ftqp.qp.recording.recorded_qps import Recording
+from ftqp.qp.recording.recorder import Recorder
 
 __all__ = [
     "QP",
@@ -28,6 +26,7 @@ __all__ = [
     "backend",
     "backend_names",
     "backends",
+    "dtrnn",
     "residuals",
     "solve",
 ]

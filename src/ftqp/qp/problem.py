@@ -115,7 +115,7 @@ class SolveStatus(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Residuals:
-    """How far a point is from solving a QP, in its units (``ftqp.kernel.residuals.kkt``); inf with NaN.
+    """How far a point is from solving a QP, in its units (``ftqp.kernel.judge.kkt.kkt``); inf with NaN.
 
     Attributes:
         primal: max(|Ax - b|, violations of l <= Cx <= u and lb <= x <= ub).

@@ -7,22 +7,22 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.path_following import PathFollower, PathStatus
+from ftqp.control.following.path_follower import PathFollower, PathStatus
 from ftqp.control.paths import Path, mean_acceleration
-from ftqp.control.planner import Planner
-from ftqp.control.status import StepStatus
-from ftqp.control.target import Target
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.status import StepStatus
+from ftqp.control.planner.target import Target
 from ftqp.core import clock
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, unknown
-from ftqp.sim.describe import description
-from ftqp.sim.log import LogWriter
-from ftqp.sim.metrics import STOP_CODES
-from ftqp.sim.moving_world import MovingWorld
-from ftqp.sim.plants import KinematicPlant, Plant
-from ftqp.sim.rows import RowWriter
+from ftqp.sim.base.moving_world import MovingWorld
+from ftqp.sim.log.description import description
+from ftqp.sim.log.log_file import LogWriter
+from ftqp.sim.log.metrics import STOP_CODES
+from ftqp.sim.log.row_writer import RowWriter
+from ftqp.sim.log.signals import base_columns, columns
+from ftqp.sim.plants.plants import KinematicPlant, Plant
 from ftqp.sim.schedule import Schedule
-from ftqp.sim.signals import base_columns, columns
 
 FEED_FORWARDS = ("sampled", "mean")
 BLOCK = 2048

@@ -1,5 +1,5 @@
 """The tables of a scenario file, strict: unknown keys are errors with the nearest valid key."""
 
-from ftqp.app.schema.scenario import Scenario
+from ftqp.app.schema.scenario_file import Scenario
 
 __all__ = ["Scenario"]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.model.assembly import ROWS
+from ftqp.model.build import ROWS
 from ftqp.model.limits import JointLimits
 from ftqp.model.robot import Robot
 from ftqp.model.serial import EARTH, Body, Inertial, serial_model

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.errors import InputError
-from ftqp.kernel.codes import JOINTS
+from ftqp.kernel.layout.enums import JOINTS
 from ftqp.model.catalog.arm import arm
 from ftqp.model.robot import Robot
 from ftqp.model.serial import Inertial, placement

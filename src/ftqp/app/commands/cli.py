@@ -1,0 +1,273 @@
+"""The command line: ``ftqp demo, run, replay, compare, check, robots, backends, schemes, warmup``."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ftqp import __version__
+from ftqp.app.output.console import ExitCode, command, say, tell, tell_json, tell_table
+from ftqp.app.scenario import document
+from ftqp.core.clock import now
+
+app = typer.Typer(
+    name="ftqp",
+    help="Fault-tolerant motion planning: an arm keeps its task through a joint failure.",
+    epilog="Start with: ftqp demo",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.")]
+Source = Annotated[
+    str, typer.Argument(metavar="SCENARIO", help="A scenario file, or the name of a bundled one.")
+]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="A.B=VALUE", help="Replace a value of the scenario (A.B= takes it out); repeatable."
+    ),
+]
+Backend = Annotated[
+    str | None, typer.Option(metavar="NAME", help="QP backend or profile file, in place of the scenario's.")
+]
+Scheme = Annotated[str | None, typer.Option(metavar="NAME", help="Scheme, in place of the scenario's.")]
+Out = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Folder to make; runs/<scenario>-<time> if left out.")
+]
+
+
+def main() -> None:
+    """The program ``ftqp``."""
+    try:
+        app()
+    except KeyboardInterrupt:
+        say("interrupted")
+        sys.exit(ExitCode.INTERRUPTED)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        tell(f"ftqp {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _program(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", callback=_version, is_eager=True)
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command(epilog="Example: ftqp demo --out pictures")
+@command
+def demo(out: Out = None, as_json: Json = False) -> ExitCode:
+    """Tell the story: a Panda loses a joint on its way round a circle and finishes it."""
+    from ftqp.app.commands import demo as story
+
+    return story.tell_story(out, as_json=as_json)
+
+
+@app.command(epilog="Example: ftqp run panda-circle --backend daqp --set faults.0.at=5.0")
+@command
+def run(
+    scenario: Source,
+    backend: Backend = None,
+    scheme: Scheme = None,
+    overrides: Overrides = None,
+    out: Out = None,
+    record: Annotated[
+        Path | None,
+        typer.Option("--record-qps", metavar="FILE", help="A new .npz file for the QPs of the run."),
+    ] = None,
+    as_json: Json = False,
+) -> ExitCode:
+    """Run a scenario; writes summary.json, log.sqlite and figures."""
+    from ftqp.app.output import words
+    from ftqp.app.run import runs
+    from ftqp.app.scenario.setup import load
+
+    folder = runs.free_folder(out, Path(scenario).stem)
+    record = runs.free_recording(record, folder)
+    setup = load(scenario, overrides or (), backend=backend, scheme=scheme, record=record is not None)
+    result = runs.run(setup, folder, record)
+    if as_json:
+        tell_json(result.summary)
+    else:
+        tell("\n".join(words.report(result.summary)))
+    return result.exit_code
+
+
+@app.command(epilog="Example: ftqp replay qps.npz --tick 1500 --backend osqp")
+@command
+def replay(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A recording, made by ftqp run --record-qps FILE.")
+    ],
+    tick: Annotated[
+        int | None, typer.Option(metavar="K", help="Tick of the run; without it, say what was recorded.")
+    ] = None,
+    backend: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Whose answer to explain; that of the run if left out.")
+    ] = None,
+    others: Annotated[
+        str | None,
+        typer.Option("--backends", metavar="A,B,C", help="Whose answers to compare; all if left out."),
+    ] = None,
+    as_json: Json = False,
+) -> ExitCode:
+    """Solve a recorded QP again and explain the answer: active bounds, multipliers, who disagrees."""
+    from ftqp.app.replay import explanation
+    from ftqp.app.replay import replayed as again
+    from ftqp.qp.recording.recorded_qps import Recording
+
+    recording = Recording.load(file)
+    if tick is None:
+        facts = again.overview(file, recording)
+    else:
+        names = None if others is None else [name.strip() for name in others.split(",") if name.strip()]
+        facts = again.replay(file, recording, tick, backend, names)
+    if as_json:
+        tell_json(facts)
+    else:
+        (explanation.tell_overview if tick is None else explanation.tell_replay)(facts)
+    unsolved = tick is not None and facts["solution"]["status"] in ("MAX_ITERATIONS", "FAILED")
+    return ExitCode.STOPPED if unsolved else ExitCode.DONE
+
+
+@app.command(epilog="Example: ftqp compare panda-circle --backends active_set,daqp --schemes mvn,mke")
+@command
+def compare(
+    scenarios: Annotated[
+        list[str], typer.Argument(metavar="SCENARIO...", help="Scenario files, or names of bundled ones.")
+    ],
+    backends: Annotated[
+        str | None,
+        typer.Option(metavar="A,B,...", help="QP backends or profile files, in place of the scenario's."),
+    ] = None,
+    schemes: Annotated[
+        str | None, typer.Option(metavar="X,Y,...", help="Schemes, in place of the scenario's.")
+    ] = None,
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder to make; runs/compare-<time> if left out.")
+    ] = None,
+    as_json: Json = False,
+) -> ExitCode:
+    """Run scenarios under several schemes and backends; writes a table, figures and every run."""
+    from ftqp.app.compare import comparison
+    from ftqp.app.compare.combinations import combinations
+    from ftqp.app.run import runs
+
+    folder = runs.free_folder(out, "compare")
+    result = comparison.compare(
+        combinations(scenarios, overrides or (), backends=backends, schemes=schemes), folder
+    )
+    if as_json:
+        tell_json({"runs": result.rows})
+    else:
+        result.tell()
+    return result.exit_code
+
+
+@app.command(epilog="Example: ftqp check my-scenario.toml --set planner.dt=0.002")
+@command
+def check(
+    scenario: Annotated[
+        str | None,
+        typer.Argument(metavar="[SCENARIO]", help="A scenario file, or the name of a bundled one."),
+    ] = None,
+    backend: Backend = None,
+    scheme: Scheme = None,
+    overrides: Overrides = None,
+    keys: Annotated[bool, typer.Option("--keys", help="Print every key a scenario can have.")] = False,
+    as_json: Json = False,
+) -> ExitCode:
+    """Validate a scenario and print it with every default filled in; without one, list the bundled ones."""
+    if keys:
+        from ftqp.app.output.tables import keys as key_rows
+
+        rows = key_rows()
+        if as_json:
+            tell_json({"keys": rows})
+        else:
+            tell_table(
+                "Keys of a scenario", ("key", "default", "unit", "meaning"), [tuple(r.values()) for r in rows]
+            )
+        return ExitCode.DONE
+    if scenario is None:
+        if as_json:
+            tell_json({"scenarios": document.bundled()})
+        else:
+            tell_table("Bundled scenarios", ("name", "story"), document.bundled().items())
+        return ExitCode.DONE
+    from ftqp.app.scenario.setup import load
+
+    setup = load(scenario, overrides or (), backend=backend, scheme=scheme)
+    if as_json:
+        tell_json({"scenario": setup.name, "valid": True, "resolved": setup.content})
+    else:
+        sys.stdout.write(setup.toml)
+    for finding in setup.robot.findings:
+        say(f"note: {setup.robot.name}: {finding}")
+    say(f"{setup.name} is valid")
+    return ExitCode.DONE
+
+
+@app.command(epilog="Example: ftqp robots --json")
+@command
+def robots(as_json: Json = False) -> ExitCode:
+    """List the robots of the catalog."""
+    from ftqp.app.output import tables
+
+    return _table("robots", "Robots", tables.robots(), as_json)
+
+
+@app.command(epilog="Example: ftqp backends")
+@command
+def backends(as_json: Json = False) -> ExitCode:
+    """List the QP backends: licences, what is missing and how to install it."""
+    from ftqp.app.output import tables
+
+    return _table("backends", "QP backends", tables.backends(), as_json)
+
+
+@app.command(epilog="Example: ftqp schemes")
+@command
+def schemes(as_json: Json = False) -> ExitCode:
+    """List the schemes: what each minimises, and its gains."""
+    from ftqp.app.output import tables
+
+    return _table("schemes", "Schemes", tables.schemes(), as_json)
+
+
+@app.command(epilog="Example: ftqp warmup")
+@command
+def warmup(as_json: Json = False) -> ExitCode:
+    """Compile all of the kernel ahead of its first use: some minutes, once on a machine."""
+    from ftqp.control.first_use import warm_up
+    from ftqp.kernel.jit import COMPILED, cache_folder
+
+    begin = now()
+    warm_up()
+    seconds = (now() - begin) / 1e9
+    if as_json:
+        tell_json({"compiled": COMPILED, "seconds": seconds, "folder": str(cache_folder())})
+    elif COMPILED:
+        tell(f"the kernel is compiled and loaded ({seconds:.1f} s); it is kept in {cache_folder()}")
+    else:
+        tell("nothing is compiled (NUMBA_DISABLE_JIT, or no numba); the kernel runs as plain Python")
+    return ExitCode.DONE
+
+
+def _table(key: str, title: str, rows: list[dict[str, str]], as_json: bool) -> ExitCode:
+    if as_json:
+        tell_json({key: rows})
+    else:
+        tell_table(title, tuple(rows[0]), [tuple(row.values()) for row in rows])
+    return ExitCode.DONE

@@ -1,0 +1,195 @@
+"""Runs scenarios under several schemes and backends and says side by side what came of each."""
+
+import csv
+import io
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from ftqp.app.compare import comparison_table
+from ftqp.app.compare.combinations import Combination, file_name
+from ftqp.app.output.console import ExitCode, json_text, progress, table_width, tell, tell_table
+from ftqp.app.run import runs
+from ftqp.core.errors import FtqpError, InputError, MissingPackage
+from ftqp.sim.log.log_file import load_log
+
+NOT_BEGUN = "interrupted before it began"
+CUT_SHORT = "interrupted while its files were written"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """A comparison that has ended.
+
+    Attributes:
+        folder: where its files are.
+        rows: one a combination: what ``summary.json`` holds, with ``run`` (its name, and its folder's),
+            ``label`` (scenario, scheme and backend for a reader), ``ran``, and ``reason`` (why there is no
+            more than that, or None).
+        interrupted: whether Ctrl-C ended it.
+        failed: whether a run broke off because its files could not be written.
+        figures: the pictures.
+    """
+
+    folder: Path
+    rows: tuple[dict[str, Any], ...]
+    interrupted: bool
+    failed: bool
+    figures: tuple[Path, ...]
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """What the process should return: interrupted, or stopped if any run was not completed, or done."""
+        if self.interrupted:
+            return ExitCode.INTERRUPTED
+        completed = all(row["completed"] for row in self.rows if row["ran"])
+        return ExitCode.DONE if completed and not self.failed else ExitCode.STOPPED
+
+    def tell(self) -> None:
+        """The table on stdout, as wide as the terminal allows, and where the files are."""
+        why = comparison_table.reasons(self.rows)
+        left_out: dict[str, None] = {}
+        for group in comparison_table.groups(self.rows):
+            table = comparison_table.columns(group, why)
+            shown, gone = comparison_table.fitting(table, table_width())
+            left_out |= {column.name: None for column in gone}
+            tell_table(
+                comparison_table.labels(group)[0],
+                [column.heading for column in shown],
+                zip(*(column.cells for column in shown), strict=True),
+                [column.heading for column in shown if column.number],
+            )
+            tell("")
+        for note in comparison_table.notes(self.rows):
+            tell(note)
+        if left_out:
+            tell(f"not shown for lack of space: {', '.join(left_out)}; comparison.md has them")
+        tell(f"files: {self.folder}")
+
+
+def compare(combinations: Sequence[Combination], folder: Path) -> Comparison:
+    """Runs what can run, one after the other, and writes everything below ``folder``.
+
+    Runs take turns and never run at once: their step times would disturb each other.
+
+    Raises:
+        InputError: the folder cannot be made or written.
+    """
+    try:
+        folder.mkdir(parents=True)
+    except OSError as error:
+        raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+    rows, interrupted, failed = _rows(combinations, folder)
+    _write(folder, rows, ())
+    figures: tuple[Path, ...] = ()
+    if not interrupted:
+        try:
+            figures = _figures(folder, rows)
+        except KeyboardInterrupt:
+            interrupted = True
+        _write(folder, rows, figures)
+    return Comparison(
+        folder=folder, rows=tuple(rows), interrupted=interrupted, failed=failed, figures=figures
+    )
+
+
+def _rows(combinations: Sequence[Combination], folder: Path) -> tuple[list[dict[str, Any]], bool, bool]:
+    """One row a combination, whether Ctrl-C came, and whether a run broke off."""
+    rows: list[dict[str, Any]] = []
+    todo = sum(combination.setup is not None for combination in combinations)
+    done, doing, interrupted, failed = 0, "", False, False
+    with progress(lambda: doing, float(todo)) as advance:
+        for combination in combinations:
+            facts: dict[str, Any] = {}
+            reason = NOT_BEGUN if interrupted else combination.reason
+            if combination.setup is not None and not interrupted:
+                doing = f"{done + 1} of {todo}: {combination.name}"
+                try:
+                    run = runs.run(
+                        combination.setup,
+                        folder / combination.name,
+                        advance=partial(_advanced, advance, done),
+                    )
+                    facts, interrupted = run.summary, run.summary["interrupted"]
+                except KeyboardInterrupt:
+                    interrupted, reason = True, CUT_SHORT
+                    facts = _kept(folder / combination.name)
+                except FtqpError as error:
+                    failed, reason = True, str(error)
+                done += 1
+            rows.append(_row(combination, facts, reason))
+    return rows, interrupted, failed
+
+
+def _advanced(advance: Callable[[float], None], done: int, share: float) -> None:
+    """Tell that so many runs and a share of the next are done."""
+    advance(done + share)
+
+
+def _kept(folder: Path) -> dict[str, Any]:
+    """What a run cut short had already written about itself."""
+    file = folder / runs.SUMMARY
+    facts: dict[str, Any] = json.loads(file.read_text("utf-8")) if file.is_file() else {}
+    return facts
+
+
+def _row(combination: Combination, facts: Mapping[str, Any], reason: str) -> dict[str, Any]:
+    label = {key: getattr(combination, key) for key in ("scenario", "scheme", "backend")}
+    about = {"run": combination.name, "label": label, "ran": bool(facts), "reason": reason or None}
+    return {**about, **(facts or {**label, "completed": False, "steps": 0})}
+
+
+def _figures(folder: Path, rows: Sequence[Mapping[str, Any]]) -> tuple[Path, ...]:
+    """Pictures of the runs of each scenario side by side; none, with a note, without matplotlib."""
+    try:
+        from ftqp.viz.figures.compared_runs import save_comparison
+    except MissingPackage:
+        return ()  # the first run has told
+    files: list[Path] = []
+    scenarios = dict.fromkeys(row["label"]["scenario"] for row in rows if row["ran"])
+    with progress("figures", float(len(scenarios))) as advance:
+        for done, scenario in enumerate(scenarios):
+            advance(float(done))
+            own = [row for row in rows if row["ran"] and row["label"]["scenario"] == scenario]
+            common, labels = comparison_table.labels(own)
+            logs = {label: load_log(folder / row["run"]) for label, row in zip(labels, own, strict=True)}
+            files += save_comparison(logs, folder / "figures", name=file_name(scenario), title=common)
+    return tuple(files)
+
+
+def _write(folder: Path, rows: Sequence[Mapping[str, Any]], figures: Sequence[Path]) -> None:
+    """The rows for a program (JSON), for a spreadsheet (CSV) and for a reader (Markdown)."""
+    pictures = [str(figure.relative_to(folder)) for figure in figures]
+    texts = {
+        "comparison.json": json_text({"runs": list(rows)}),
+        "comparison.csv": _csv(rows),
+        "comparison.md": comparison_table.markdown(rows, pictures),
+    }
+    try:
+        for name, text in texts.items():
+            runs.write(folder / name, text)
+    except OSError as error:
+        raise InputError(f"comparison in {folder} cannot be written: {error.strerror}") from error
+
+
+def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
+    """One line a run; the keys of the summary as columns, nested ones with a dot, SI units."""
+    flat = [_flat(row) for row in rows]
+    text = io.StringIO()
+    writer = csv.DictWriter(text, dict.fromkeys(key for row in flat for key in row), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(flat)
+    return text.getvalue()
+
+
+def _flat(row: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in row.items():
+        if isinstance(value, Mapping):
+            flat |= _flat(value, f"{prefix}{key}.")
+        elif not isinstance(value, list):
+            flat[f"{prefix}{key}"] = value
+    return flat

@@ -1,0 +1,87 @@
+"""The tables that the command line prints: robots, backends, schemes, keys of a scenario."""
+
+from collections.abc import Iterator
+from inspect import Parameter, getdoc, signature
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic_core import PydanticUndefined
+
+from ftqp.app.schema import Scenario
+from ftqp.app.schema.strict import kinds_of, tables_in
+from ftqp.control.task import schemes as recipes
+from ftqp.model import catalog
+from ftqp.qp import backends as known_backends
+
+
+def robots() -> list[dict[str, str]]:
+    """One row a robot of the catalog."""
+    return [{"name": name, "what": what} for name, what in catalog.CATALOG.items()]
+
+
+def backends() -> list[dict[str, str]]:
+    """One row a QP backend, with what is missing and how to install it."""
+    return [
+        {
+            "name": info.name,
+            "kind": info.kind,
+            "licence": info.licence,
+            "version": info.version or "",
+            "state": "ready" if info.available else f"{info.reason}; {info.install}",
+        }
+        for info in known_backends()
+    ]
+
+
+def schemes() -> list[dict[str, str]]:
+    """One row a scheme: what it minimises, from its recipe's docstring, and its gains with their defaults."""
+    rows = []
+    for name in recipes.names():
+        recipe = recipes.recipe(name)
+        gains = [_gain(gain) for gain in signature(recipe).parameters.values()]
+        rows.append(
+            {"name": name, "what": (getdoc(recipe) or "").partition("\n")[0], "gains": ", ".join(gains)}
+        )
+    return rows
+
+
+def _gain(gain: Parameter) -> str:
+    """A parameter of a recipe with its default; its name alone when it has none."""
+    if gain.default is None:
+        return gain.name
+    return (
+        f"{gain.name} = {gain.default:g}"
+        if isinstance(gain.default, float)
+        else f"{gain.name} = {gain.default}"
+    )
+
+
+def keys() -> list[dict[str, str]]:
+    """One row a key of a scenario: dotted path, default, unit, meaning."""
+    return list(_keys(Scenario, ""))
+
+
+def _keys(model: type[BaseModel], prefix: str) -> Iterator[dict[str, str]]:
+    for name, field in model.model_fields.items():
+        inner = list(tables_in(field.annotation))
+        path = f"{prefix}{name}"
+        for table in inner:
+            kinds = kinds_of(table)
+            yield from _keys(table, f"{path}({kinds[0]})." if kinds else f"{path}.")
+        if inner or name == "kind":
+            continue
+        extra = field.json_schema_extra
+        yield {
+            "key": path,
+            "default": "needed" if field.is_required() else _default(field.default),
+            "unit": str(extra["unit"]) if isinstance(extra, dict) and "unit" in extra else "",
+            "meaning": field.description or "",
+        }
+
+
+def _default(value: Any) -> str:
+    if value is None or value is PydanticUndefined:
+        return ""
+    if isinstance(value, dict) and set(value) == {"name"}:
+        return str(value["name"])
+    return str(value)

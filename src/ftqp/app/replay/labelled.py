@@ -1,0 +1,210 @@
+"""A QP whose variables and rows have names: the numbers of an answer, each beside what it stands for."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ftqp.control.planner.labels import SCALE, SLACK, TORQUE
+from ftqp.core.checks import FloatArray
+from ftqp.qp import QP, Certificate, Solution
+
+TOUCHING = 1e-7
+"""A value this near to a bound, relative to 1 + the bound, is at it."""
+INVOLVED = 1e-6
+"""A multiplier of a certificate above this share of the largest takes part in it."""
+FIXED = "fixed"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Units:
+    """Units of a planner's QP; empty strings when the recording does not say."""
+
+    level: str
+    dt: float
+    length: float
+    prismatic: Mapping[str, bool] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, metadata: Mapping[str, Any]) -> "_Units":
+        """Read what is there; a recording that is no planner's says nothing."""
+        joints, slides = metadata.get("joints"), metadata.get("prismatic")
+        prismatic: dict[str, bool] = {}
+        if isinstance(joints, list) and isinstance(slides, list):
+            prismatic = {str(joint): slide is True for joint, slide in zip(joints, slides, strict=False)}
+        level = metadata.get("level")
+        return cls(
+            level=level if level in ("velocity", "acceleration") else "",
+            dt=_positive(metadata.get("dt")),
+            length=_positive(metadata.get("length")),
+            prismatic=prismatic,
+        )
+
+    @property
+    def rate(self) -> str:
+        """What follows ``rad`` or ``m``."""
+        return {"velocity": "/s", "acceleration": "/s2"}.get(self.level, "")
+
+    def joint(self, name: str) -> str:
+        """Of a variable."""
+        if name not in self.prismatic or not self.level:
+            return ""
+        return ("m" if self.prismatic[name] else "rad") + self.rate
+
+    def row(self, name: str) -> tuple[str, float]:
+        """Of a task row, and what its numbers are divided by."""
+        if not self.level or name not in ("x", "y", "z", "rx", "ry", "rz"):
+            return "", 1.0
+        return ("rad" + self.rate, self.length) if name.startswith("r") else ("m" + self.rate, 1.0)
+
+    def torque(self, joint: str) -> tuple[str, float]:
+        """Of a torque row, and what its numbers are divided by: the rows of the velocity level carry dt."""
+        if joint not in self.prismatic or not self.level:
+            return "", 1.0
+        return ("N" if self.prismatic[joint] else "N m"), (self.dt if self.level == "velocity" else 1.0)
+
+
+def _positive(value: Any) -> float:
+    good = isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value) and value > 0
+    return float(value) if good else 1.0
+
+
+class LabelledQP:
+    """Explains answers to one QP.
+
+    Args:
+        problem: the QP.
+        variables: names of x, (n,).
+        rows: names of [A; C], (m + p,).
+        metadata: of the recording: level, joints, prismatic, dt, length give the units.
+    """
+
+    def __init__(
+        self, problem: QP, variables: Sequence[str], rows: Sequence[str], metadata: Mapping[str, Any]
+    ) -> None:
+        self.problem = problem
+        self._variables, self._rows = tuple(variables), tuple(rows)
+        self._units = _Units.of(metadata)
+        self._slack = np.array([name.startswith(SLACK) for name in variables])
+        self._motion = ~self._slack & np.array([name != SCALE for name in variables])
+
+    def distance(self, x: FloatArray, other: FloatArray) -> float:
+        """Largest difference of the variables that are no slacks."""
+        return float(np.abs(x - other)[~self._slack].max())
+
+    def variables(self, solution: Solution) -> list[dict[str, Any]]:
+        """Every variable that is no slack: value, interval, which side holds it, multiplier."""
+        q = self.problem
+        return [
+            {
+                "name": name,
+                "unit": self._units.joint(name),
+                "lower": float(q.lb[i]),
+                "value": float(solution.x[i]),
+                "upper": float(q.ub[i]),
+                "active": _side(q.lb[i], solution.x[i], q.ub[i]),
+                "multiplier": float(solution.z_box[i]),
+            }
+            for i, name in enumerate(self._variables)
+            if not self._slack[i]
+        ]
+
+    def task(self, solution: Solution) -> list[dict[str, Any]]:
+        """Every equality row: what it asks of the joints, what they do, what is lost, multiplier.
+
+        In mode scaled a row asks for the whole motion, so a scale below 1 counts as loss.
+        """
+        q, rows = self.problem, []
+        for k, name in enumerate(self._rows[: q.m]):
+            unit, divisor = self._units.row(name)
+            scale = sum(q.A[k, i] for i, label in enumerate(self._variables) if label == SCALE)
+            asked = float(q.b[k] - scale) / divisor
+            done = float(q.A[k, self._motion] @ solution.x[self._motion]) / divisor
+            rows.append(
+                {
+                    "name": name,
+                    "unit": unit,
+                    "asked": asked,
+                    "done": done,
+                    "lost": done - asked,
+                    "multiplier": float(solution.y[k]),
+                }
+            )
+        return rows
+
+    def two_sided(self, solution: Solution) -> list[dict[str, Any]]:
+        """Every two-sided row that is closed on a side.
+
+        A torque row is l <= Mx <= u with l, u = -+tau_max - h, so the torque is Mx minus the middle of l, u.
+        """
+        q, rows = self.problem, []
+        values = q.C @ solution.x
+        for j, name in enumerate(self._rows[q.m :]):
+            low, high, value = float(q.l[j]), float(q.u[j]), float(values[j])
+            if low == -np.inf and high == np.inf:
+                continue
+            unit, shift = "", 0.0
+            side = _side(low, value, high)
+            if name.startswith(TORQUE) and np.isfinite(low) and np.isfinite(high):
+                unit, divisor = self._units.torque(name.removeprefix(TORQUE))
+                shift = 0.5 * (low + high)
+                low, high, value = ((end - shift) / divisor for end in (low, high, value))
+            rows.append(
+                {
+                    "name": name,
+                    "unit": unit,
+                    "lower": low,
+                    "value": value,
+                    "upper": high,
+                    "active": side,
+                    "multiplier": float(solution.z[j]),
+                }
+            )
+        return rows
+
+    def contradiction(self, certificate: Certificate) -> dict[str, Any]:
+        """Which rows and bounds exclude each other, by name and in a sentence."""
+        q = self.problem
+        violated = np.concatenate([certificate.y, certificate.z])
+        involved = _involved(violated)
+        rows = [self._rows[k] for k in involved if k < q.m]
+        two_sided = [
+            f"{self._rows[k]} ({_end(violated[k], q.l[k - q.m], q.u[k - q.m])})" for k in involved if k >= q.m
+        ]
+        bounds = [
+            f"{self._variables[i]} ({_end(certificate.z_box[i], q.lb[i], q.ub[i])})"
+            for i in _involved(certificate.z_box)
+        ]
+        named = [*(f"row {name}" for name in rows), *two_sided, *bounds]
+        listed = f"{', '.join(named[:-1])} and {named[-1]}" if len(named) > 1 else "".join(named)
+        return {
+            "rows": rows,
+            "two_sided_rows": two_sided,
+            "bounds": bounds,
+            "violation": certificate.violation,
+            "sentence": f"{listed} exclude each other: the point closest to all of them misses a row by "
+            f"{certificate.violation:.3g}",
+        }
+
+
+def _side(low: float, value: float, high: float) -> str | None:
+    if low == high:
+        return FIXED
+    if np.isfinite(low) and value - low <= TOUCHING * (1.0 + abs(low)):
+        return "lower"
+    if np.isfinite(high) and high - value <= TOUCHING * (1.0 + abs(high)):
+        return "upper"
+    return None
+
+
+def _involved(multipliers: FloatArray) -> list[int]:
+    size = np.abs(multipliers)
+    return [int(i) for i in np.flatnonzero(size > INVOLVED * size.max(initial=0.0))]
+
+
+def _end(multiplier: float, low: float, high: float) -> str:
+    """The end of [low, high] that stands in the way."""
+    if low == high:
+        return f"{FIXED} at {low:.4g}"
+    return "upper" if multiplier > 0.0 else "lower"

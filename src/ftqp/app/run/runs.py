@@ -1,0 +1,166 @@
+"""Runs a scenario into a folder: log, summary and figures, and says in words what happened."""
+
+import os
+from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from ftqp.app.output.console import ExitCode, json_text, progress, say
+from ftqp.app.scenario.setup import Setup
+from ftqp.core.errors import InputError, MissingPackage
+from ftqp.qp.recording.recording_file import free_file
+from ftqp.sim.log.log_file import FILE_NAME, load_log
+from ftqp.sim.log.metrics import summary
+from ftqp.sim.log.recorded_run import recorded
+from ftqp.sim.loop import Simulation
+
+RUNS = Path("runs")
+"""Where runs go unless another folder is named."""
+SUMMARY = "summary.json"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """A run that has ended.
+
+    Attributes:
+        folder: where its files are.
+        summary: what ``summary.json`` holds.
+        figures: the pictures, in order.
+    """
+
+    folder: Path
+    summary: dict[str, Any]
+    figures: tuple[Path, ...]
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """What the process should return."""
+        if self.summary["interrupted"]:
+            return ExitCode.INTERRUPTED
+        return ExitCode.DONE if self.summary["completed"] else ExitCode.STOPPED
+
+
+def free_folder(wanted: Path | None, name: str) -> Path:
+    """The folder that a run may make: the one wanted, or ``runs/<name>-<time>``.
+
+    Raises:
+        InputError: it exists, or lies below something that is not a folder.
+    """
+    folder = wanted or RUNS / f"{name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    if folder.exists() or folder.is_symlink():
+        raise InputError(
+            f"output folder {folder} exists, and nothing is overwritten; name another one by --out"
+        )
+    for parent in folder.absolute().parents:
+        if parent.exists():
+            if not parent.is_dir():
+                raise InputError(f"output folder {folder} cannot be made: {parent} is not a folder")
+            if not os.access(parent, os.W_OK):
+                raise InputError(f"output folder {folder} cannot be made: {parent} is not writable")
+            break
+    return folder
+
+
+def free_recording(wanted: Path | None, folder: Path) -> Path | None:
+    """The file that a run into ``folder`` may record its QPs in.
+
+    Raises:
+        InputError: it exists, cannot be made, or is the folder itself.
+    """
+    if wanted is None:
+        return None
+    file = free_file(wanted)
+    if file.absolute() in (folder.absolute(), *folder.absolute().parents):
+        raise InputError(f"recording {file} and output folder {folder} are in each other's way; rename one")
+    return file
+
+
+def run(
+    setup: Setup, folder: Path, record: Path | None = None, advance: Callable[[float], None] | None = None
+) -> Run:
+    """Simulates ``setup`` and writes ``scenario.toml``, ``log.sqlite``, ``summary.json`` and ``figures/``.
+
+    Args:
+        setup: the run; with a recorder when ``record`` is given.
+        folder: a new folder.
+        record: a new file for the QPs.
+        advance: told the share that is done; without it a bar of its own shows it.
+
+    Raises:
+        InputError: the folder or the recording cannot be made.
+        FtqpError: the log cannot be written.
+    """
+    with progress(setup.name, 1.0) if advance is None else nullcontext(advance) as told:
+        simulation = Simulation(
+            setup.planner,
+            setup.path,
+            q=setup.q,
+            v=setup.v,
+            schedule=setup.schedule,
+            plant=setup.plant,
+            world=setup.world,
+            follower=setup.follower,
+            duration=setup.duration,
+            feed_forward=setup.tables.simulation.feed_forward,
+            log=folder / FILE_NAME,
+            metadata=_about(setup),
+            progress=lambda done, total: told(done / total),
+        )
+        try:
+            folder.mkdir(parents=True)
+            (folder / "scenario.toml").write_text(setup.toml, encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+        try:
+            ended = simulation.run()
+        finally:  # a log that cannot be written any more is no reason to lose the QPs, too
+            kept = _record(setup, record)
+    log = load_log(folder / FILE_NAME)
+    facts = summary(log) | {"interrupted": ended.interrupted, "folder": str(folder)} | kept
+    write(folder / SUMMARY, json_text(facts))
+    figures = () if ended.interrupted else _figures(folder)
+    return Run(folder=folder, summary=facts, figures=figures)
+
+
+def _about(setup: Setup) -> dict[str, Any]:
+    """What the log says of the scenario, besides what the simulation knows itself."""
+    return {
+        "scenario": setup.name,
+        "scheme": setup.planner.scheme.name,
+        "backend": setup.planner.backend if setup.recorder is None else setup.recorder.inner.name,
+        "resolved": setup.toml,
+    }
+
+
+def _record(setup: Setup, file: Path | None) -> dict[str, Any]:
+    """Writes the QPs kept so far, and says where and how many; nothing without a file."""
+    if file is None or setup.recorder is None:
+        return {}
+    count, dropped = len(setup.recorder), setup.recorder.dropped
+    facts: dict[str, Any] = {"file": None, "qps": count, "dropped": dropped}
+    if count:
+        made = recorded(setup.recorder, setup.planner, setup.path, setup.schedule, _about(setup))
+        made.save(file)
+        facts |= {"file": str(file), "ticks": [int(made.tick[0]), int(made.tick[-1])]}
+    return {"recording": facts}
+
+
+def write(path: Path, text: str) -> None:
+    """Writes a whole file or none."""
+    part = path.with_suffix(".part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)
+
+
+def _figures(folder: Path) -> tuple[Path, ...]:
+    """The pictures of a run; none, with a note, when the package that draws them is missing."""
+    try:
+        from ftqp.viz.figures.run_figures import save_figures
+    except MissingPackage as error:
+        say(f"note: {error}")
+        return ()
+    return tuple(save_figures(load_log(folder / FILE_NAME), folder / "figures"))

@@ -1,0 +1,240 @@
+"""Makes the objects of a run from the tables of a scenario, one function a table."""
+
+from math import floor
+from pathlib import Path as File
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ftqp.app.schema.fault_sections import DegradedTable, FreeSwingingTable, LockedTable
+from ftqp.app.schema.path_section import (
+    CircleTable,
+    HoldTable,
+    LineTable,
+    LissajousTable,
+    PathTable,
+    PointToPointTable,
+    SquareTable,
+    WaypointsTable,
+)
+from ftqp.app.schema.planner_section import EmergencyTable, StallTable, TaskTable
+from ftqp.app.schema.robot_section import RobotTable
+from ftqp.app.schema.scenario_file import RecordingTable
+from ftqp.app.schema.strict import Table
+from ftqp.control.following.path_follower import PathFollower
+from ftqp.control.following.stall import StallEscape
+from ftqp.control.paths import Circle, Hold, Line, Lissajous, Path, PointToPoint, Square, Waypoints
+from ftqp.control.planner.planner import Planner
+from ftqp.control.task.directional_damping import DirectionalDamping
+from ftqp.control.task.emergency import EmergencyStop
+from ftqp.control.task.task import Task
+from ftqp.core.checks import FloatArray, array
+from ftqp.core.errors import InputError
+from ftqp.core.pose import transform
+from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
+from ftqp.model import catalog
+from ftqp.model.robot import Robot
+from ftqp.model.shape import reach_of
+from ftqp.qp import Backend, Recorder
+from ftqp.sim.schedule import TIME_SLACK, FaultEvent, first_tick
+from ftqp.sim.waypoint_file import waypoint_table
+
+_FITTING = {"name": (), "dh": ("convention",), "urdf": ("tip", "locked"), "mjcf": ("tip", "locked")}
+"""Keys of ``[robot]`` that fit each kind of source, besides limits."""
+
+
+def robot(table: RobotTable, folder: File) -> Robot:
+    """The arm of ``[robot]``; files are relative to ``folder``.
+
+    Raises:
+        InputError: an unknown name, file, tip or joint, or a key that this kind of robot does not take.
+        ModelError: the robot is unsafe.
+    """
+    source = next(key for key in ("name", "urdf", "mjcf", "dh") if getattr(table, key) is not None)
+    fitting = (source, "acceleration", "limits", *_FITTING[source])
+    strange = set(RobotTable.model_fields) - set(fitting)
+    if unfit := sorted(key for key in strange if getattr(table, key) is not None):
+        raise InputError(
+            f"{source} does not go with {', '.join(unfit)}; it goes with {', '.join(fitting[1:])}"
+        )
+    changes = {} if table.limits is None else _settings(table.limits)
+    if table.acceleration is not None:
+        if changes.get("a_max") is not None:
+            raise InputError("acceleration and limits.a_max both give acceleration limits; leave one out")
+        changes["a_max"] = table.acceleration
+    limits = {
+        key: value[0] if len(value) == 1 else value for key, value in changes.items() if value is not None
+    }
+    if table.name is not None:
+        return catalog.load(table.name).with_limits(**limits)
+    if table.dh is not None:
+        return Robot.from_dh(table.dh, table.convention or "standard", limits=limits)
+    if table.urdf is not None:
+        return Robot.from_urdf(folder / table.urdf, table.tip, table.locked or (), limits=limits)
+    return Robot.from_mjcf(folder / str(table.mjcf), table.tip, table.locked or (), limits=limits)
+
+
+def _settings(table: Table, *without: str) -> dict[str, Any]:
+    """The fields of ``table`` as keyword arguments."""
+    return {key: getattr(table, key) for key in type(table).model_fields if key not in without}
+
+
+def start(arm: Robot, q: list[float] | None, v: list[float] | None) -> tuple[FloatArray, FloatArray]:
+    """The joint positions and velocities at t = 0, (nv,) each.
+
+    Raises:
+        InputError: a wrong shape; a joint outside its limits, named with the limit.
+    """
+    positions = arm.neutral.copy() if q is None else arm.angles(q)
+    velocities = np.zeros(arm.nv) if v is None else array("v", v, (arm.nv,), "(nv,)")
+    limits, outside = arm.limits, []
+    for name, at, low, high in zip(arm.joints, positions, limits.q_min, limits.q_max, strict=True):
+        if at < low:
+            outside.append(f"{name} starts at {at:.4g}, below its limit {low:.4g}")
+        elif at > high:
+            outside.append(f"{name} starts at {at:.4g}, above its limit {high:.4g}")
+    for name, speed, most in zip(arm.joints, velocities, limits.v_max, strict=True):
+        if abs(speed) > most:
+            outside.append(f"{name} starts with the speed {speed:.4g}, beyond its limit {most:.4g}")
+    if outside:
+        raise InputError("; ".join(outside))
+    return positions, velocities
+
+
+def path(table: PathTable, origin: FloatArray, folder: File) -> Path:
+    """The path of ``[path]`` from the pose ``origin``, (4, 4).
+
+    Raises:
+        InputError: a parameter out of its range, or a waypoint file that cannot be used.
+    """
+    settings = _settings(table, "kind", "reference")
+    match table:
+        case LineTable():
+            return Line(origin, **settings)
+        case SquareTable():
+            return Square(origin, **settings)
+        case CircleTable():
+            return Circle(origin, **settings)
+        case LissajousTable():
+            return Lissajous(origin, **settings)
+        case WaypointsTable():
+            points = waypoint_table(folder / table.file)
+            if table.duration is not None and points.times is not None:
+                raise InputError(f"{table.file} has times, so duration cannot hold as well; leave it out")
+            return Waypoints(
+                origin,
+                points.positions,
+                orientations=points.orientations,
+                times=points.times,
+                duration=table.duration,
+                relative=table.relative,
+            )
+        case HoldTable():
+            return Hold(origin, **settings)
+        case PointToPointTable():
+            return PointToPoint(origin, _goal(table, origin), duration=table.duration, law=table.law)
+
+
+def _goal(table: PointToPointTable, origin: FloatArray) -> FloatArray:
+    position, rotation = origin[:3, 3], origin[:3, :3]
+    if table.position is not None:
+        position = np.array(table.position) + (position if table.relative else 0.0)
+    if table.orientation is not None:
+        length = float(np.linalg.norm(table.orientation))
+        if abs(length - 1.0) > 1e-3:
+            raise InputError(
+                f"orientation has the length {length:.4g}, expected a unit quaternion x, y, z, w"
+            )
+        turn = Rotation.from_quat(table.orientation).as_matrix()
+        rotation = turn @ rotation if table.relative else turn
+    return transform(rotation, position)
+
+
+def refuse_out_of_reach(arm: Robot, way: Path) -> None:
+    """Refuses a path that leaves what the stretched arm can reach.
+
+    Raises:
+        InputError: the first time at which the path is farther from the first joint than the arm is long.
+    """
+    if arm.chain.prismatic[0]:
+        return
+    times = np.linspace(0.0, way.duration, 1001)
+    chain = arm.chain
+    height = [*chain.translation[1:], chain.tip_translation][0][
+        2
+    ]  # along the first axis; no part of the reach
+    centre = chain.translation[0] + height * chain.rotation[0][:, 2]
+    distance = np.linalg.norm(way.sample(times).pose[:, :3, 3] - centre, axis=1)
+    reach = reach_of(arm.chain, arm.limits)
+    beyond = distance > reach * (1.0 + 1e-9)
+    if beyond.any():
+        at = int(np.argmax(beyond))
+        raise InputError(
+            f"at t = {times[at]:.3g} s the path is {distance[at]:.4g} m from {arm.joints[0]}, out of reach: "
+            f"the stretched arm is {reach:.4g} m long"
+        )
+
+
+def task(table: TaskTable) -> Task:
+    """The task of ``[planner.task]``.
+
+    Raises:
+        InputError: unknown rows, or an axis without a direction.
+    """
+    x, y, z = table.axis
+    rows = tuple(table.rows) if isinstance(table.rows, list) else table.rows
+    damping = None if table.damping is None else DirectionalDamping(**_settings(table.damping))
+    return Task(rows=rows, axis=(x, y, z), damping=damping, **_settings(table, "rows", "axis", "damping"))
+
+
+def emergency(table: EmergencyTable | None) -> EmergencyStop | None:
+    """The emergency stop of ``[planner.emergency]``; None: off."""
+    return None if table is None else EmergencyStop(**_settings(table))
+
+
+def follower(table: PathTable, stall: StallTable | None, planner: Planner, way: Path) -> PathFollower | None:
+    """What leads the planner along the path by its progress; None where the clock does.
+
+    Raises:
+        InputError: the path is to run by its progress, but the task mode is not ``scaled``.
+    """
+    reference = table.reference or ("progress" if planner.task.mode == "scaled" else "time")
+    if reference == "time":
+        return None
+    if stall is None:
+        return PathFollower(planner, way, stall=None)
+    escape = StallEscape(patterns=tuple(stall.patterns), **_settings(stall, "patterns"))
+    return PathFollower(planner, way, stall=escape)
+
+
+def fault(table: LockedTable | FreeSwingingTable | DegradedTable) -> FaultEvent:
+    """What fails, and when.
+
+    Raises:
+        InputError: a parameter out of its range.
+    """
+    settings = _settings(table, "kind", "at", "announced")
+    match table:
+        case LockedTable():
+            kind: Fault = Locked(**settings)
+        case FreeSwingingTable():
+            kind = FreeSwinging(**settings)
+        case DegradedTable():
+            kind = Degraded(**settings)
+    return FaultEvent(kind, at=table.at, announced=table.announced)
+
+
+def recorder(backend: Backend, table: RecordingTable, dt: float) -> Recorder:
+    """``backend`` with a copy kept of what ``[recording]`` asks for; times become ticks of ``dt``.
+
+    Raises:
+        InputError: no tick lies between begin and end.
+    """
+    first = first_tick(table.begin, dt)
+    last = None if table.end is None else floor((table.end + TIME_SLACK) / dt)
+    if last is not None and last < first:
+        raise InputError(
+            f"no tick of {dt:g} s lies between begin, {table.begin:g} s, and end, {table.end:g} s"
+        )
+    return Recorder(backend, every=table.every, limit=table.limit, first=first, last=last)

@@ -1,0 +1,257 @@
+"""A scenario, resolved: from a file to robot, planner, path and faults of a run, or to all errors at once."""
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path as File
+from typing import Any
+
+from pydantic import ValidationError
+
+from ftqp.app.scenario import base_composition, composition, document
+from ftqp.app.scenario.complaints import complaints
+from ftqp.app.schema import Scenario
+from ftqp.control.following.path_follower import PathFollower
+from ftqp.control.paths import Path
+from ftqp.control.planner.planner import Planner
+from ftqp.control.task import bounds, schemes
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError, MissingPackage, ModelError, ScenarioError
+from ftqp.model.robot import Robot
+from ftqp.qp import Recorder
+from ftqp.qp import backend as qp_backend
+from ftqp.sim.base.moving_world import MovingWorld
+from ftqp.sim.plants.plants import KinematicPlant, Plant
+from ftqp.sim.plants.servo import ServoPlant
+from ftqp.sim.schedule import FaultEvent, Schedule
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setup:
+    """Everything a run needs.
+
+    Attributes:
+        name: names the run.
+        folder: where relative paths start.
+        tables: the scenario with every default filled in.
+        robot: the arm.
+        planner: reset to the start.
+        path: what the tip follows.
+        schedule: what really fails.
+        q: joint positions at t = 0, (nv,) [rad or m].
+        v: joint velocities at t = 0, (nv,) [rad/s or m/s].
+        duration: end of the run [s]; None where the path's progress ends it.
+        plant: what stands for the arm.
+        follower: leads the planner by the path's progress, or None.
+        world: the base, where it moves.
+        recorder: the planner's backend when its QPs are recorded.
+    """
+
+    name: str
+    folder: File
+    tables: Scenario
+    robot: Robot
+    planner: Planner
+    path: Path
+    schedule: Schedule
+    q: FloatArray
+    v: FloatArray
+    duration: float | None
+    plant: Plant
+    follower: PathFollower | None = None
+    world: MovingWorld | None = None
+    recorder: Recorder | None = None
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The scenario as plain tables, its files with absolute paths."""
+        content = self.tables.model_dump()
+        for table, key in (("robot", "urdf"), ("robot", "mjcf"), ("planner", "profile"), ("path", "file")):
+            if content[table].get(key) is not None:
+                content[table][key] = str((self.folder / content[table][key]).resolve())
+        for table in (content["base"] or {}).get("disturbances", []):
+            if "file" in table:
+                table["file"] = str((self.folder / table["file"]).resolve())
+        return content
+
+    @property
+    def toml(self) -> str:
+        """The scenario as a TOML file in which no default is left out."""
+        return document.toml(self.content)
+
+
+def load(
+    source: str,
+    overrides: Iterable[str] = (),
+    *,
+    backend: str | None = None,
+    scheme: str | None = None,
+    record: bool = False,
+) -> Setup:
+    """The run that a scenario describes.
+
+    Args:
+        source: a path or a bundled name.
+        overrides: ``a.b=value`` each, put into the scenario before it is checked.
+        backend: name, profile file or TOML table that replaces the scenario's backend.
+        scheme: name or TOML table that replaces the scenario's scheme.
+        record: keep the planner's QPs, those that ``[recording]`` asks for.
+
+    Raises:
+        ScenarioError: the scenario is wrong; carries every error.
+    """
+    choices = list(overrides)
+    if backend is not None and backend.endswith(".toml"):
+        choices += ["planner.backend=", f"planner.profile={File(backend).resolve()}"]
+    elif backend is not None:
+        choices += ["planner.profile=", f"planner.backend={backend}"]
+    if scheme is not None:
+        choices.append(f"planner.scheme={scheme}")
+    found = document.read(source, choices)
+    return resolve(found, validated(found), record=record)
+
+
+def validated(found: document.Document) -> Scenario:
+    """The tables of a scenario, each checked by itself.
+
+    Raises:
+        ScenarioError: unknown or missing keys, wrong types, values out of range; carries every error.
+    """
+    try:
+        return Scenario.model_validate(found.content)
+    except ValidationError as error:
+        raise ScenarioError(f"{found.origin} has errors:", complaints(Scenario, error)) from error
+
+
+class _Errors:
+    """Collects what is wrong, so that one answer tells all of it."""
+
+    def __init__(self) -> None:
+        self.found: list[str] = []
+
+    @contextmanager
+    def at(self, place: str) -> Iterator[None]:
+        """Notes an error of the block as one of ``place`` and goes on after it."""
+        try:
+            yield
+        except ModelError as error:
+            self.found += [f"{place}: {finding}" for finding in error.findings or (str(error),)]
+        except (InputError, MissingPackage) as error:
+            self.found.append(f"{place}: {error}")
+
+
+def resolve(found: document.Document, tables: Scenario, *, record: bool = False) -> Setup:
+    """The objects that the tables stand for.
+
+    Raises:
+        ScenarioError: what the tables name does not exist or does not fit together; carries every error.
+    """
+    errors, folder = _Errors(), found.folder
+    arm: Robot | None = None
+    with errors.at("robot"):
+        arm = composition.robot(tables.robot, folder)
+    settings = _planner_settings(tables, folder, errors)
+    recorder: Recorder | None = None
+    if record and "backend" in settings:
+        with errors.at("recording"):
+            recorder = composition.recorder(settings["backend"], tables.recording, tables.planner.dt)
+            settings["backend"] = recorder
+    events: list[FaultEvent] = []
+    for index, table in enumerate(tables.faults):
+        with errors.at(f"faults[{index}]"):
+            event = composition.fault(table)
+            if arm is not None:
+                _plant(tables, arm).fail(event.fault)
+            events.append(event)
+    if arm is None:
+        raise ScenarioError(f"{found.origin} has errors:", errors.found)
+    start: tuple[FloatArray, FloatArray] | None = None
+    with errors.at("start"):
+        start = composition.start(arm, tables.start.q, tables.start.v)
+    way = _path(tables, arm, start, folder, errors)
+    planner: Planner | None = None
+    if not errors.found:
+        with errors.at("planner"):
+            planner = Planner(arm, **settings)
+        if planner is not None and start is not None:
+            for index, event in enumerate(events):
+                with errors.at(f"faults[{index}]"):
+                    planner.report(event.fault)
+                    planner.withdraw(event.fault.joint)
+            planner.reset(*start)
+            if recorder is not None:
+                recorder.follow(planner)
+    world: MovingWorld | None = None
+    if planner is not None and tables.base is not None:
+        with errors.at("base"):
+            world = base_composition.world(tables.base, planner, folder, tables.simulation.seed)
+            way = composition.path(
+                tables.path, world.start() @ arm.pose(arm.neutral if start is None else start[0]), folder
+            )
+    leader: PathFollower | None = None
+    if planner is not None and way is not None:
+        with errors.at("path.reference"):
+            leader = composition.follower(tables.path, tables.planner.stall, planner, way)
+    if planner is None or way is None or start is None or errors.found:
+        raise ScenarioError(f"{found.origin} has errors:", errors.found)
+    return Setup(
+        name=found.name,
+        folder=folder,
+        tables=tables,
+        robot=arm,
+        planner=planner,
+        path=way,
+        schedule=Schedule(events),
+        q=start[0],
+        v=start[1],
+        duration=tables.simulation.duration or (way.duration if leader is None else None),
+        plant=_plant(tables, arm),
+        follower=leader,
+        world=world,
+        recorder=recorder,
+    )
+
+
+def _plant(tables: Scenario, arm: Robot) -> Plant:
+    """The arm that is simulated."""
+    if tables.simulation.plant == "servo":
+        servo = tables.simulation.servo
+        return ServoPlant(arm, tables.planner.dt, time_constant=servo.time_constant, substeps=servo.substeps)
+    return KinematicPlant(arm, tables.planner.dt, tables.planner.level)
+
+
+def _planner_settings(tables: Scenario, folder: File, errors: _Errors) -> dict[str, Any]:
+    """The arguments of the planner, each checked by its owner."""
+    table = tables.planner
+    settings: dict[str, Any] = {
+        "dt": table.dt,
+        "level": table.level,
+        "posture": table.posture,
+        "torque_limits": table.torque_limits,
+        "branch_limits": table.branch_limits,
+    }
+    with errors.at("planner.scheme"):
+        settings["scheme"] = schemes.by_name(table.scheme)
+    with errors.at("planner.task"):
+        settings["task"] = composition.task(table.task)
+    with errors.at("planner.bounds"):
+        settings["bounds"] = bounds.by_name(table.bounds)
+    with errors.at("planner.profile" if table.profile else "planner.backend"):
+        settings["backend"] = qp_backend(
+            folder / table.profile if table.profile else table.backend or "active_set"
+        )
+    with errors.at("planner.emergency"):
+        settings["emergency"] = composition.emergency(table.emergency)
+    return settings
+
+
+def _path(
+    tables: Scenario, arm: Robot, start: tuple[FloatArray, FloatArray] | None, folder: File, errors: _Errors
+) -> Path | None:
+    """The path from where the start puts the tip; from the neutral posture when the start itself is wrong."""
+    way: Path | None = None
+    with errors.at("path"):
+        way = composition.path(tables.path, arm.pose(arm.neutral if start is None else start[0]), folder)
+        if tables.base is None:
+            composition.refuse_out_of_reach(arm, way)
+    return way

@@ -1,0 +1,57 @@
+"""The table ``[robot]``."""
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from ftqp.app.schema.strict import Finite, PerJoint, Table, unit
+
+
+class LimitsTable(Table):
+    """Limits that replace those of the model: one number for all joints, or one each; inf means no limit."""
+
+    q_min: PerJoint | None = Field(None, description="least positions", json_schema_extra=unit("rad or m"))
+    q_max: PerJoint | None = Field(None, description="greatest positions", json_schema_extra=unit("rad or m"))
+    v_max: PerJoint | None = Field(
+        None, description="speed limits, > 0", json_schema_extra=unit("rad/s or m/s")
+    )
+    a_max: PerJoint | None = Field(
+        None, description="acceleration limits, > 0", json_schema_extra=unit("rad/s2 or m/s2")
+    )
+    tau_max: PerJoint | None = Field(
+        None, description="torque limits, > 0", json_schema_extra=unit("N m or N")
+    )
+
+
+class RobotTable(Table):
+    """The arm: exactly one of ``name``, ``urdf``, ``mjcf`` and ``dh``."""
+
+    name: str | None = Field(None, description="a robot of the catalog, see `ftqp robots`")
+    urdf: str | None = Field(None, description="a URDF file")
+    mjcf: str | None = Field(None, description="an MJCF file")
+    dh: list[list[Finite]] | None = Field(
+        None, description="a table of rows theta [rad], d [m], a [m], alpha [rad]", min_length=1
+    )
+    convention: Literal["standard", "modified"] | None = Field(
+        None, description="convention of dh, 'standard' or 'modified'; standard if absent"
+    )
+    tip: str | None = Field(
+        None, description="the frame that carries out the task; needed with urdf and mjcf"
+    )
+    locked: list[str] | None = Field(
+        None, description="joints held at their neutral position, for example fingers"
+    )
+    acceleration: PerJoint | None = Field(
+        None,
+        description="acceleration limits, which URDF and MJCF do not carry, > 0",
+        json_schema_extra=unit("rad/s2 or m/s2"),
+    )
+    limits: LimitsTable | None = Field(None, description="limits that replace those of the model")
+
+    @model_validator(mode="after")
+    def _one_source(self) -> "RobotTable":
+        given = [key for key in ("name", "urdf", "mjcf", "dh") if getattr(self, key) is not None]
+        if len(given) != 1:
+            got = f"has {' and '.join(given)}" if given else "names no robot"
+            raise ValueError(f"{got}, expected exactly one of name, urdf, mjcf, dh")
+        return self

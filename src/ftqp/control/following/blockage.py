@@ -1,0 +1,118 @@
+"""Blockage: the verdict on a path that does not go on, in directions and joints."""
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.step import Step
+from ftqp.control.planner.target import Target
+from ftqp.control.task.task import COMPONENTS
+from ftqp.core.checks import FloatArray
+from ftqp.kernel.layout import enums as codes
+
+SINGULAR = 0.03
+"""A singular value of the scaled reduced Jacobian below this is a direction in which the tip cannot move."""
+NOTICEABLE = 0.05
+"""A share of the path's direction, or of a direction's components, below this is left out."""
+ALONG_ONE = 0.98
+"""A direction with this cosine to a row of the task goes by the row's name."""
+
+_WORDS = {"FreeSwinging": "free-swinging"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Facts:
+    """What the verdict is made from, copied when it falls."""
+
+    A: FloatArray
+    tangent: FloatArray
+    rows: tuple[str, ...]
+    at_limit: dict[str, str]
+    failed: dict[str, str]
+    free: Any
+
+
+@final
+class Blockage:
+    """Why a path is blocked where it is.
+
+    The directions are those of the path's tangent that lie along left singular vectors of the reduced
+    Jacobian (rows in
+    units of the characteristic length) of the joints that are free to move, where its singular values vanish;
+    a
+    joint counts as free unless it has failed or stands at a position limit that the step pushes against. If
+    none of
+    the tangent is singular it is the tangent itself, and limits are what blocks it.
+
+    Args:
+        planner: after the step.
+        target: of the step.
+        progress: path time [s].
+        duration: of the path [s].
+        step: the last one.
+    """
+
+    def __init__(
+        self, planner: Planner, target: Target, progress: float, duration: float, step: Step
+    ) -> None:
+        K, n = planner.record[0], planner.robot.nv
+        m = int(K["m"])
+        rows = K["rows"][:m]
+        fault = K["fault"][:n]
+        at_limit = {}
+        for text in step.limits_active:
+            joint, _, kind = text.partition(" ")
+            if kind.endswith("position") or kind.endswith("torque"):  # others come and go
+                at_limit[joint] = kind
+        stuck = [j in at_limit and "position" in at_limit[j] for j in planner.robot.joints]
+        self.progress, self.duration = progress, duration
+        self._facts = _Facts(
+            A=np.array(K["A"][:m, :n]) / float(K["length"]),
+            tangent=np.array(target.twist[rows]) * K["row_scale"][rows],
+            rows=tuple(COMPONENTS[c] for c in rows),
+            at_limit=at_limit,
+            failed={name: type(fault).__name__ for name, fault in planner.faults.items()},
+            free=(fault == codes.HEALTHY) & ~np.array(stuck, dtype=np.bool_),
+        )
+
+    @property
+    def direction(self) -> FloatArray:
+        """Unit vector over the task's rows, (m,), along which the path goes and the tip cannot."""
+        facts = self._facts
+        tangent = facts.tangent / max(float(np.linalg.norm(facts.tangent)), 1e-300)
+        U, sigma, _ = np.linalg.svd(facts.A[:, facts.free])
+        values = np.zeros(len(U))
+        values[: len(sigma)] = sigma
+        lost = U[:, values < SINGULAR]
+        missing: FloatArray = lost @ (lost.T @ tangent)
+        size = float(np.linalg.norm(missing))
+        return tangent if size < NOTICEABLE else missing / size
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in one sentence."""
+        facts = self._facts
+        ways = _named(self.direction, facts.rows)
+        wanted = _named(facts.tangent / max(float(np.linalg.norm(facts.tangent)), 1e-300), facts.rows)
+        causes = [f"{joint} ({_WORDS.get(kind, kind.lower())})" for joint, kind in facts.failed.items()]
+        causes += [
+            f"{joint} ({kind} limit)" for joint, kind in facts.at_limit.items() if joint not in facts.failed
+        ]
+        held = f"joints {', '.join(causes)}" if causes else "the posture is singular"
+        if ways != wanted:
+            wanted = f"{wanted}, which takes a motion along {ways},"
+        at = f"progress {self.progress:.3g} s of {self.duration:.3g} s"
+        return f"the tip cannot go on along {wanted} at {at}: {held}"
+
+
+def _named(direction: FloatArray, rows: tuple[str, ...]) -> str:
+    """A direction by the name of its row, or by its components."""
+    largest = int(np.argmax(np.abs(direction)))
+    if abs(direction[largest]) >= ALONG_ONE:
+        return ("-" if direction[largest] < 0.0 else "+") + rows[largest]
+    parts = [
+        f"{value:+.2f} {row}" for value, row in zip(direction, rows, strict=True) if abs(value) >= NOTICEABLE
+    ]
+    return f"({' '.join(parts)})"

@@ -1,0 +1,189 @@
+"""Following a path by its progress: the path waits for the arm, and a stalled arm is led out of its trap."""
+
+from enum import Enum
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.following.blockage import Blockage
+from ftqp.control.following.path_intervals import path_table
+from ftqp.control.following.stall import StallEscape
+from ftqp.control.paths.path import Path
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.step import Step
+from ftqp.control.planner.target import Target
+from ftqp.core.errors import InputError
+from ftqp.kernel.entry.compile import fast_call
+from ftqp.kernel.judge.ladder import SCALED_FROM
+from ftqp.kernel.layout import enums as codes
+
+LIMITED = 0.5
+"""A rate that the path's next jump holds below this is no stall."""
+ON_TASK = (codes.OK, codes.RELAXED, codes.SCALED)
+"""Codes of steps that attempt the task: a stop is no stall."""
+
+
+class PathStatus(Enum):
+    """Where a path stands; its value is the sentence for the operator."""
+
+    FOLLOWING = "the path is followed at its own speed"
+    SCALED = "the path is followed more slowly, because its full speed would break a limit"
+    ESCAPING = "the path has stalled; the joints are moving on the spot to find a way on"
+    BLOCKED = "the path is blocked; the tip waits on it until resume() or reset()"
+    DONE = "the path is finished"
+
+
+@final
+class PathFollower:
+    """Leads a planner along a path whose time, the progress, runs only as fast as the arm can follow.
+
+    The path rate s in [0, 1] is one more variable of the planner's QP: J v - s x'(progress) = kp e, where e
+    is the
+    error to the path at the progress reached, so that it never winds up. Priorities: limits, staying on the
+    path,
+    progress, the scheme. At the acceleration level the rate is a state with the decision progress'' of its
+    own.
+
+    Args:
+        planner: with ``Task(mode="scaled")``.
+        path: what the tip is to follow, in its own time.
+        stall: when to break the symmetry of a posture that has stalled the path; None never does.
+
+    Raises:
+        InputError: a planner in another mode, or a path that is too rough.
+
+    Source: Bedrossian 1993 as extended in the closed-form spec, section 8.
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        path: Path,
+        *,
+        stall: StallEscape | None = StallEscape(),  # noqa: B008  frozen
+    ) -> None:
+        if planner.task.mode != "scaled":
+            raise InputError(
+                f"the planner's task mode is {planner.task.mode!r}, expected 'scaled': "
+                'Planner(..., task=ftqp.Task(mode="scaled"))'
+            )
+        if stall is not None and not isinstance(stall, StallEscape):
+            raise InputError(f"stall is {stall!r:.60}, expected an ftqp.StallEscape or None")
+        self.planner = planner
+        self.path = path
+        self.stall = stall
+        self._table = path_table(path)
+        self._target = Target(pose=path.start)
+        self._look_up = fast_call("path_target")
+        K = planner.record
+        self._at = (K.ctypes.data, self._table.ctypes.data, len(self._table), self._target.address)
+        self._progress, self._rate, self._limit = K["progress"], K["rate"], K["rate_limit"]
+        self._driven, self._drive = K["driven"], K["drive"]
+        self._ahead = K["rate_ahead"]
+        self._duration = path.duration
+        self._below = -1.0 if stall is None else stall.below
+        self._share = 0.0 if stall is None else min(1.0, planner.dt / stall.after)
+        self._begin()
+
+    def _begin(self) -> None:
+        self._progress[0], self._rate[0] = 0.0, -1.0
+        self._pattern: int | None = None
+        self._blockage: Blockage | None = None
+        self.resume()
+
+    def resume(self) -> None:
+        """Go on after a blockage, for example because a joint has been repaired."""
+        self._mean, self._stalled = 1.0, 0.0
+        self._limit[0] = 1.0
+        self._rest()
+
+    def reset(self, q: Any, v: Any = None) -> None:
+        """Begin the path anew at (q, v), see ``Planner.reset``.
+
+        Args:
+            q: measured configuration, (nv,) joint values or (nq,) [rad or m].
+            v: measured velocity, (nv,) [rad/s or m/s]; None is rest.
+        """
+        self.planner.reset(q, v)
+        self._begin()
+
+    def step(self, q: Any, v: Any, *, tau: Any = None, tip: Any = None) -> Step:
+        """The command for the next ``dt``, and the path's progress with it; see ``Planner.step``.
+
+        Args:
+            q: measured configuration, (nv,) joint values or (nq,) [rad or m].
+            v: measured velocity, (nv,) [rad/s or m/s].
+            tau: measured torque, (nv,) [N m or N].
+            tip: measured pose of the tip, (4, 4).
+        """
+        self._look_up(*self._at)
+        step = self.planner.step(q, v, self._target, tau=tau, tip=tip)
+        if self.stall is not None:
+            self._mean += self._share * (self._rate[0] - self._mean)
+            if self._mean < self._below or self._stalled > 0.0:
+                self._watch(self.stall, step)
+        return step
+
+    @property
+    def target(self) -> Target:
+        """Pose, twist and acceleration of the path, in its own time, that the last step aimed at."""
+        return self._target
+
+    @property
+    def progress(self) -> float:
+        """The path time that has been reached [s]; it never runs backwards."""
+        return float(self._progress[0])
+
+    @property
+    def rate(self) -> float:
+        """How fast the progress runs, 1 at the path's own speed."""
+        return max(float(self._rate[0]), 0.0)
+
+    @property
+    def status(self) -> PathStatus:
+        """Where the path stands."""
+        if self._progress[0] >= self._duration:
+            return PathStatus.DONE
+        if self._blockage is not None:
+            return PathStatus.BLOCKED
+        if self._pattern is not None:
+            return PathStatus.ESCAPING
+        return PathStatus.SCALED if 0.0 <= self._rate[0] < SCALED_FROM else PathStatus.FOLLOWING
+
+    @property
+    def blocked(self) -> str | None:
+        """Which way the tip cannot go on and what holds it, or None while the path is not blocked."""
+        return None if self._blockage is None else self._blockage.sentence
+
+    def _watch(self, stall: StallEscape, step: Step) -> None:
+        """The mean rate is low, or was: begin, change or end an escape."""
+        if self._blockage is not None or step.code not in ON_TASK or self._ahead[0] < LIMITED:
+            return
+        if self._mean > stall.until or self._progress[0] >= self._duration:
+            self._stalled = 0.0
+            self._rest()
+        elif self._mean < stall.below:
+            pattern = int(self._stalled / stall.patience * len(stall.patterns))
+            self._stalled += self.planner.dt
+            if pattern >= len(stall.patterns):
+                self._rest()
+                self._limit[0] = 0.0
+                self._blockage = Blockage(self.planner, self._target, self.progress, self._duration, step)
+            elif pattern != self._pattern:
+                self._pattern = pattern
+                self._begin_drive(stall, stall.patterns[pattern])
+
+    def _begin_drive(self, stall: StallEscape, pattern: str) -> None:
+        """Draw the null space along a pattern."""
+        K, robot = self.planner.record, self.planner.robot
+        n = robot.nv
+        free = K["fault"][0, :n] == codes.HEALTHY
+        unit = np.where(robot.chain.prismatic, K["length"][0], 1.0)
+        self._drive[0, :n] = stall.speed * unit * stall.drive(pattern, free)
+        self._driven[0] = 1
+
+    def _rest(self) -> None:
+        """End the escape, and the verdict with it."""
+        self._pattern = None
+        self._blockage = None
+        self._driven[0] = 0

@@ -1,0 +1,1 @@
+"""An arm on a base that moves."""

@@ -1,0 +1,285 @@
+"""An arm on a moving base: a task given in inertial space, followed whatever the base does."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from ftqp.control.first_use import warm_up
+from ftqp.control.moving_base.base_gain import Observer, checked_gain
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.step import Step
+from ftqp.control.planner.target import Target, Targets
+from ftqp.core.checks import FloatArray, non_negative, positive
+from ftqp.core.errors import InputError, nearest
+from ftqp.core.pose import pose as checked_pose
+from ftqp.kernel.entry.compile import fast_call
+from ftqp.kernel.layout import enums as codes
+
+ATTITUDES = {
+    "estimated": codes.ESTIMATED_ATTITUDE,
+    "nominal": codes.NOMINAL_ATTITUDE,
+    "measured": codes.MEASURED_ATTITUDE,
+}
+SENSINGS = ("unknown", "known", "late")
+RANK_THRESHOLD = 0.02
+"""Smallest singular value of the task Jacobian over the characteristic length that counts as full rank."""
+TOLERANCE = 1e-3
+"""Error beyond which a target that cannot be neared counts as out of reach [m; rad times characteristic
+length]."""
+
+
+class BaseStatus(Enum):
+    """How the inertial task goes; its value is the sentence for the operator, its position the kernel's
+    code."""
+
+    TRACKING = "the tip follows its inertial target"
+    SATURATED = "the arm's limits keep the tip from its inertial target for the moment"
+    RANK_DEFICIENT = "the working joints cannot move the tip in every direction of the task"
+    UNREACHABLE = "the tip comes no closer: the inertial target is out of the arm's reach"
+    STALE = (
+        "no valid measurement of base or tip; the last base pose is held for a moment, then the arm brakes"
+    )
+    HALTED = "the planner brakes or has stopped the arm; the step's status says why"
+
+
+_STATUSES = tuple(BaseStatus)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MovingBase:
+    """What is known of a base that moves, and what is made of it.
+
+    Args:
+        sensing: ``unknown``: only the tip is measured in inertial space; ``known``: the base's pose or twist
+            is given as it is; ``late``: given or measured ``delay`` too late, and extrapolated.
+        attitude: by which the error is turned into the base frame: ``estimated`` T_b = T_E T_arm(q)^-1
+            (default), ``nominal`` as in Holt and Desrochers (stable below ``gain_limit`` of the deviation
+            only), or ``measured``.
+        observer: predicts the base's next displacement from its last one; None does without.
+        nominal: attitude of the undisturbed base in the inertial frame, (3, 3) or pose (4, 4); None is the
+            inertial axes.
+        delay: how late measurements are [s], for ``late``; rounded to whole samples, at most 63.
+        patience: how long the last base pose is used when no valid measurement comes [s]; then the arm
+            brakes.
+        anti_windup: the commands go to a servo that adds them up; see ``InertialTask.setpoint``.
+
+    Raises:
+        InputError: an unknown name, a delay without ``late`` or ``late`` without a delay, a negative time.
+    """
+
+    sensing: str = "unknown"
+    attitude: str = "estimated"
+    observer: Observer | None = None
+    nominal: Any = None
+    delay: float = 0.0
+    patience: float = 0.05
+    anti_windup: bool = False
+
+    def __post_init__(self) -> None:
+        for name, value, valid in (
+            ("sensing", self.sensing, SENSINGS),
+            ("attitude", self.attitude, tuple(ATTITUDES)),
+        ):
+            if value not in valid:
+                raise InputError(
+                    f"{name} is {value!r}{nearest(str(value), valid)}, expected one of {', '.join(valid)}"
+                )
+        if not isinstance(self.observer, Observer | None):
+            raise InputError(f"observer is {self.observer!r}, expected ftqp.Observer(...) or None")
+        late = non_negative("delay", self.delay, "s") > 0.0
+        if late != (self.sensing == "late"):
+            raise InputError(
+                f"sensing is {self.sensing!r} with a delay of {self.delay:g} s; a delay goes with 'late' only"
+            )
+        non_negative("patience", self.patience, "s")
+        self.rotation()
+
+    def rotation(self) -> FloatArray:
+        """The nominal attitude, (3, 3)."""
+        if self.nominal is None:
+            return np.eye(3)
+        if np.shape(self.nominal) == (3, 3):
+            whole = np.eye(4)
+            whole[:3, :3] = self.nominal
+            return checked_pose(whole, "nominal")[:3, :3]
+        return checked_pose(self.nominal, "nominal")[:3, :3]
+
+
+class InertialTask:
+    """A planner's task in inertial space: ``step`` takes the target in the frame I in which the base moves.
+
+    Every tick the inertial error e is turned into the base frame, and the planner's velocity becomes, where
+    its limits, failed joints and scheme leave it, J v = R'(gain/dt e + V_target - V_base), V_base being the
+    twist of the tip by the base that was given or observed. The planner's gain kp becomes gain/dt. Path
+    scaling makes no sense here, as no path waits: use mode ``slack`` (or ``hard``). Its emergency stop counts
+    the inertial error too; ``emergency=None`` lets large disturbances pass.
+
+    Args:
+        planner: at the velocity level, without kp of its own; ``scheme="approximate_pseudoinverse"`` gives
+            the law of Holt and Desrochers, eq. 19.
+        base: what is known of the base; None is ``MovingBase()``.
+        gain: share k_c of the error that one step removes, 0 < gain < 2.
+        tolerance: error that counts when the target is out of reach [m; rad times the characteristic length].
+
+    Raises:
+        InputError: another level or mode, a gain out of its range, a delay longer than the memory.
+
+    Source: Holt and Desrochers, NASA N94-26281; see ``ftqp.kernel.rows.inertial_target`` for what differs.
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        base: MovingBase | None = None,
+        *,
+        gain: float = 1.0,
+        tolerance: float = TOLERANCE,
+    ) -> None:
+        self.base = MovingBase() if base is None else base
+        self.gain = checked_gain(gain)
+        if planner.level != "velocity":
+            raise InputError(
+                f"the planner decides {planner.level}s, but a moving base needs level='velocity'"
+            )
+        if planner.task.mode == "scaled":
+            raise InputError(
+                "task mode is 'scaled', but an inertial target waits for no path; expected 'slack'"
+            )
+        if planner.task.kp is not None:
+            raise InputError(
+                f"task kp is {planner.task.kp:g}, but here gain sets it to gain/dt; leave kp out"
+            )
+        delay = round(self.base.delay / planner.dt)
+        if delay >= codes.DELAYS:
+            raise InputError(
+                f"delay is {self.base.delay:g} s, {delay} samples of {planner.dt:g} s; expected at most "
+                f"{codes.DELAYS - 1} samples"
+            )
+        self.planner = planner
+        K: Any = planner.record
+        K["kp"] = self.gain / planner.dt
+        K["base_attitude"] = ATTITUDES[self.base.attitude]
+        K["base_nominal"] = self.base.rotation().ravel()
+        K["base_delay"] = delay
+        K["base_patience"] = self.base.patience
+        K["base_rank"], K["base_tolerance"] = RANK_THRESHOLD, positive("tolerance", tolerance, "m")
+        K["anti_windup"] = self.base.anti_windup
+        observer = self.base.observer
+        K["observer"] = 0.0 if observer is None else observer.factor(planner.dt, self.gain)
+        K["base_freezes"] = observer is not None and observer.frozen
+        self._turns = bool(K["uses_rotation"][0])
+        self._on, self._has = K["base_moves"], K["base_has"]
+        self._tip, self._given, self._rate = K["tip_world"][0], K["base_given"][0], K["base_rate"][0]
+        self._record, self._address = K, int(K.ctypes.data)
+        warm_up(external=False, network=False, closed_form=False)
+        self._finish: Callable[[int], int] = fast_call("base_finish")
+        self._code = codes.BASE_STALE
+        self.base_pose: FloatArray = K["T_base"][0]
+        self.error: FloatArray = K["base_error"][0]
+        self.setpoint: FloatArray = K["setpoint"][0, : planner.robot.nv]
+        self.base_pose[3] = (0.0, 0.0, 0.0, 1.0)
+
+    @property
+    def status(self) -> BaseStatus:
+        """How the inertial task goes."""
+        return _STATUSES[self._code]
+
+    @property
+    def code(self) -> int:
+        """The status as a number, its position in ``BaseStatus``."""
+        return self._code
+
+    @property
+    def observed_twist(self) -> FloatArray:
+        """Twist of the tip by the base for the coming sample, as given or observed, (6,) along I [m/s,
+        rad/s]."""
+        result: FloatArray = self._record["base_twist"][0]
+        return result
+
+    def reset(self, q: Any, v: Any = None) -> None:
+        """Begin at (q, v), as ``planner.reset``; what is known of the base is forgotten.
+
+        Args:
+            q: measured configuration, (nv,) or (nq,) [rad or m].
+            v: measured velocity, (nv,); None is rest.
+        """
+        self.planner.reset(q, v)
+        K = self._record
+        for name in ("base_ticks", "base_seen", "base_rates", "base_ever", "base_hold", "base_leaning"):
+            K[name] = 0
+        for name in ("base_shift", "base_twist", "base_age"):
+            K[name] = 0.0
+        self.setpoint[:] = K["q"][0, : self.planner.robot.nv]
+        self._code = codes.BASE_STALE
+
+    def step(
+        self,
+        q: Any,
+        v: Any,
+        target: Target | Targets,
+        *,
+        tip: Any = None,
+        base: Any = None,
+        base_twist: Any = None,
+    ) -> Step:
+        """The command for the next ``dt``.
+
+        Args:
+            q: measured configuration, (nv,) or (nq,) [rad or m].
+            v: measured velocity, (nv,) [rad/s or m/s].
+            target: where the tip should be, in the inertial frame I.
+            tip: measured pose of the tip in I, (4, 4), or its position, (3,), for a task without rotation
+                rows; NaN and None count as not seen.
+            base: measured pose of the base in I, (4, 4); with a tip only its attitude counts (``measured``).
+            base_twist: twist of the base at its origin along I, (6,) [m/s, rad/s]: the mean over the sample
+                that begins now, or with ``late`` the one that began ``delay`` ago.
+
+        Returns:
+            The planner's own step, valid until the next one; its ``task_error`` is along the base's axes,
+            ``error`` here along those of I.
+
+        Raises:
+            InputError: a wrong shape or type; what the world does never raises, see ``status``.
+        """
+        has = 0
+        if tip is not None:
+            has = self._take_tip(tip)
+        if base is not None:
+            _copy("base", base, self._given)
+            has |= codes.HAS_BASE
+        if base_twist is not None:
+            _copy("base_twist", base_twist, self._rate)
+            has |= codes.HAS_TWIST
+        self._has[0], self._on[0] = has, 1
+        try:
+            step = self.planner.step(q, v, target)
+        finally:
+            self._on[0] = 0
+        self._code = self._finish(self._address)
+        return step
+
+    def _take_tip(self, tip: Any) -> int:
+        if np.shape(tip) != (3,):
+            _copy("tip", tip, self._tip)
+            return codes.HAS_TIP
+        if self._turns:
+            raise InputError("tip is a position, (3,), but the task has rotation rows; give its pose, (4, 4)")
+        self._tip[:3, 3] = tip
+        return codes.HAS_TIP | codes.HAS_POSITION
+
+    def __repr__(self) -> str:
+        return f"InertialTask({self.planner.robot.name}, {self.status.name}, gain={self.gain:g})"
+
+
+def _copy(name: str, value: Any, place: FloatArray) -> None:
+    """``value`` into ``place``, of the same shape; NaN passes."""
+    given = getattr(value, "homogeneous", value)
+    if np.shape(given) != place.shape:
+        raise InputError(f"{name} has shape {np.shape(given)}, expected {place.shape}")
+    try:
+        place[...] = given
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error

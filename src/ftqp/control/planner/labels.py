@@ -1,0 +1,27 @@
+"""Names of the variables and rows of a planner's QP, as an external solver gets it."""
+
+from ftqp.control.planner.planner import Planner
+from ftqp.control.task.task import COMPONENTS, row_indices
+
+SCALE = "scale"
+SLACK = "slack "
+TORQUE = "torque "
+
+
+def variable_labels(planner: Planner) -> tuple[str, ...]:
+    """The joints, ``scale`` in mode scaled, and ``slack x``, ... in every mode but hard, (n,)."""
+    mode = planner.task.mode
+    scale = (SCALE,) if mode == "scaled" else ()
+    slacks = () if mode == "hard" else tuple(SLACK + row for row in _task_rows(planner))
+    return (*planner.robot.joints, *scale, *slacks)
+
+
+def row_labels(planner: Planner) -> tuple[str, ...]:
+    """The task rows ``x``, ``rz``, ... of A, then the rows of C: ``torque <joint>``, if there is inertia."""
+    torques = planner.robot.joints if planner.robot.has_inertia else ()
+    return (*_task_rows(planner), *(TORQUE + joint for joint in torques))
+
+
+def _task_rows(planner: Planner) -> tuple[str, ...]:
+    rows = planner.robot.default_rows if planner.task.rows is None else planner.task.rows
+    return tuple(COMPONENTS[index] for index in row_indices(rows))

@@ -1,0 +1,160 @@
+"""Target: where the tip should be, packed as the kernel reads it."""
+
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, array
+from ftqp.core.errors import InputError
+from ftqp.core.pose import pose as checked_pose
+from ftqp.kernel.layout.enums import (
+    TARGET_ACCELERATION,
+    TARGET_HAS_ROTATION,
+    TARGET_POSE,
+    TARGET_SIZE,
+    TARGET_TWIST,
+)
+
+ROW_BYTES = 8 * TARGET_SIZE
+"""Size of one packed target."""
+
+
+class Target:
+    """Pose (or position), twist and acceleration that the tip should have now.
+
+    The arrays are views of one buffer: write into them between steps (``target.pose[:] = T``) instead of
+    making a new target every tick. What is written there is not checked; NaN gives INVALID_INPUT.
+
+    Args:
+        pose: (4, 4) homogeneous transform, or anything with ``.homogeneous``; tip in the base frame W.
+        position: (3,) [m], instead of a pose, for tasks without rotation rows.
+        twist: (6,) linear [m/s] then angular [rad/s] along W; (3,) with a position; None is zero.
+        acceleration: as the twist, [m/s2], [rad/s2].
+
+    Attributes:
+        pose: (4, 4). position: (3,). twist: (6,). acceleration: (6,). packed: (29,) all of them.
+
+    Raises:
+        InputError: neither or both of pose and position, a wrong shape, or not finite.
+    """
+
+    __slots__ = ("acceleration", "address", "packed", "pose", "position", "twist")
+    pose: FloatArray
+    position: FloatArray
+    twist: FloatArray
+    acceleration: FloatArray
+    packed: FloatArray
+    address: int
+
+    def __init__(
+        self,
+        pose: Any = None,
+        position: Any = None,
+        twist: Any = None,
+        acceleration: Any = None,
+    ) -> None:
+        if (pose is None) == (position is None):
+            raise InputError(
+                "a target needs exactly one of pose and position; a pose gives both position and rotation"
+            )
+        self._own(np.zeros(TARGET_SIZE))
+        if position is None:
+            self.pose[:] = checked_pose(pose, "pose")
+            self.packed[TARGET_HAS_ROTATION] = 1.0
+        else:
+            self.pose[:] = np.eye(4)
+            self.position[:] = array("position", position, (3,))
+        for name, value, view in (
+            ("twist", twist, self.twist),
+            ("acceleration", acceleration, self.acceleration),
+        ):
+            if value is not None:
+                short = position is not None and np.shape(value) == (3,)
+                view[: 3 if short else 6] = array(name, value, (3,) if short else (6,))
+
+    def _own(self, packed: FloatArray) -> None:
+        """Take ``packed``, (29,), as the one buffer."""
+        pose = packed[TARGET_POSE:TARGET_TWIST].reshape(4, 4)
+        views = {
+            "packed": packed,
+            "address": packed.ctypes.data,
+            "pose": pose,
+            "position": pose[:3, 3],
+            "twist": packed[TARGET_TWIST:TARGET_ACCELERATION],
+            "acceleration": packed[TARGET_ACCELERATION:TARGET_HAS_ROTATION],
+        }
+        for name, view in views.items():
+            object.__setattr__(self, name, view)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """``target.pose = T`` writes into the buffer, as ``target.pose[:] = T`` does."""
+        if name not in ("pose", "position", "twist", "acceleration"):
+            raise AttributeError(
+                f"a target has pose, position, twist and acceleration to be written, not {name!r}"
+            )
+        getattr(self, name)[...] = value
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self.packed.copy(),)
+
+    def __copy__(self) -> "Target":
+        return _restored(self.packed.copy())
+
+    def __repr__(self) -> str:
+        what = "pose" if self.packed[TARGET_HAS_ROTATION] else "position"
+        return f"Target({what} at {np.array2string(self.position, precision=4)})"
+
+
+def _restored(packed: FloatArray) -> Target:
+    target = Target.__new__(Target)
+    target._own(packed)
+    return target
+
+
+class Targets:
+    """A whole trajectory of targets, packed once; ``targets.at(k)`` is what ``planner.step`` takes at tick k.
+
+    Args:
+        pose: (K, 4, 4) homogeneous transforms of the tip in the base frame W.
+        twist: (K, 6) linear [m/s] then angular [rad/s] along W; None is zero.
+        acceleration: (K, 6), [m/s2], [rad/s2]; None is zero.
+
+    Raises:
+        InputError: a wrong shape, not finite, or a rotation part that is not a rotation.
+    """
+
+    __slots__ = ("_base", "_count", "address", "packed")
+
+    def __init__(self, pose: Any, twist: Any = None, acceleration: Any = None) -> None:
+        count = len(pose)
+        self.packed: FloatArray = np.zeros((count, TARGET_SIZE))
+        poses = array("pose", pose, (count, 4, 4), "(K, 4, 4)")
+        worst = int(
+            np.argmax(np.abs(np.swapaxes(poses[:, :3, :3], 1, 2) @ poses[:, :3, :3] - np.eye(3)).max((1, 2)))
+        )
+        checked_pose(poses[worst], f"pose[{worst}]")
+        self.packed[:, TARGET_POSE:TARGET_TWIST] = poses.reshape(count, 16)
+        self.packed[:, TARGET_HAS_ROTATION] = 1.0
+        for name, value, begin in (
+            ("twist", twist, TARGET_TWIST),
+            ("acceleration", acceleration, TARGET_ACCELERATION),
+        ):
+            if value is not None:
+                self.packed[:, begin : begin + 6] = array(name, value, (count, 6), "(K, 6)")
+        self._count = count
+        self._base: int = self.packed.ctypes.data
+        self.address: int = self._base
+
+    def __len__(self) -> int:
+        return self._count
+
+    def at(self, k: int) -> "Targets":
+        """The target of tick k: this object, turned to that row, until ``at`` is called again.
+
+        Raises:
+            InputError: no such tick.
+        """
+        if 0 <= k < self._count:
+            self.address = self._base + k * ROW_BYTES
+            return self
+        raise InputError(f"there is no target {k}; the trajectory has targets 0 to {self._count - 1}")

@@ -1,0 +1,1 @@
+"""What a planner is told once: task, scheme, bounds, emergency stop."""

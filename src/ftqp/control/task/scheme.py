@@ -1,0 +1,89 @@
+"""Scheme: what the arm does with its redundancy, as coefficients that add up.
+
+At each level the objective is 1/2 x'Hx + g'x with (``ftqp.kernel.rows.objective``)
+
+    norm/2 |x|^2 + x'(norm_v v + norm_q (q - posture))
+    + inertia/2 x'M x + x'(inertia_v M v + inertia_h h)
+    + torque/2 |tau|^2          (tau of the joints that have not failed)
+    - manipulability x' d/dq log sqrt det(J J')          (J of the joints that have not failed)
+"""
+
+from dataclasses import dataclass, fields
+
+from ftqp.core.checks import non_negative
+from ftqp.core.errors import InputError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Criterion:
+    """The coefficients at one level, x being the acceleration or the velocity."""
+
+    norm: float = 0.0
+    norm_v: float = 0.0
+    norm_q: float = 0.0
+    inertia: float = 0.0
+    inertia_v: float = 0.0
+    inertia_h: float = 0.0
+    torque: float = 0.0
+    manipulability: float = 0.0
+
+    def __add__(self, other: "Criterion") -> "Criterion":
+        return Criterion(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
+
+    def scaled(self, weight: float) -> "Criterion":
+        """The criterion times a weight."""
+        return Criterion(**{f.name: weight * getattr(self, f.name) for f in fields(self)})
+
+    @property
+    def needs_inertia(self) -> bool:
+        """Whether M and h are needed every tick."""
+        return self.inertia != 0.0 or self.torque != 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scheme:
+    """A recipe of criteria at both levels; ``a + b`` and ``2.0 * a`` mix schemes.
+
+    Attributes:
+        name: how tables and files call it.
+        acceleration, velocity: the coefficients at each level.
+    """
+
+    name: str
+    acceleration: Criterion
+    velocity: Criterion
+
+    def at(self, level: str) -> Criterion:
+        """The coefficients at ``acceleration`` or ``velocity``.
+
+        Raises:
+            InputError: the criterion is not strictly convex, so the command would not be unique.
+        """
+        criterion = self.acceleration if level == "acceleration" else self.velocity
+        if not (criterion.norm > 0.0 or criterion.inertia > 0.0 or criterion.torque > 0.0):
+            raise InputError(
+                f"scheme {self.name!r} has no weight at the {level} level; "
+                "give one criterion a positive weight, or add a scheme that has one, such as mvn"
+            )
+        return criterion
+
+    def __add__(self, other: "Scheme") -> "Scheme":
+        return Scheme(
+            name=f"{self.name} + {other.name}",
+            acceleration=self.acceleration + other.acceleration,
+            velocity=self.velocity + other.velocity,
+        )
+
+    def __mul__(self, weight: float) -> "Scheme":
+        w = non_negative("the weight of a scheme", weight)
+        return Scheme(
+            name=f"{w:g} {self.name}",
+            acceleration=self.acceleration.scaled(w),
+            velocity=self.velocity.scaled(w),
+        )
+
+    __rmul__ = __mul__
+
+    def named(self, name: str) -> "Scheme":
+        """The same coefficients under another name."""
+        return Scheme(name=name, acceleration=self.acceleration, velocity=self.velocity)

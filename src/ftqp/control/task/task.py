@@ -1,0 +1,166 @@
+"""Task: which rows of the pose are followed, with which gains, and what gives way when they cannot be."""
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from ftqp.control.task.directional_damping import DirectionalDamping
+from ftqp.core.checks import FloatArray, array, non_negative, positive
+from ftqp.core.errors import InputError, nearest
+from ftqp.kernel.layout import enums as codes
+
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+"""Rows of a pose: position along W, rotation about the axes of W."""
+ROW_SETS: dict[str, tuple[str, ...]] = {
+    "pose": COMPONENTS,
+    "position": COMPONENTS[:3],
+    "position_axis": COMPONENTS[:5],
+}
+MODES = {
+    "hard": codes.HARD,
+    "slack": codes.SLACK,
+    "scaled": codes.SCALE,
+    "lexicographic": codes.LEXICOGRAPHIC,
+}
+PRIORITIES = {
+    "weighted": (1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
+    "position_first": (1e-2, 1e-2, 1e-2, 1e2, 1e2, 1e2),
+}
+"""Compliance of each component beside that of the task: position_first weighs position 1e4 times more."""
+DEFAULT_GAINS = {"acceleration": (100.0, 20.0), "velocity": (10.0, 0.0)}
+"""kp, kv at each level: a critically damped error of 10 rad/s; at the velocity level a decay of 10 1/s."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """What the tip has to do.
+
+    Args:
+        rows: ``pose``, ``position``, ``position_axis`` (position and the direction of the tool axis), or
+            names among x, y, z, rx, ry, rz; None takes the robot's own (planar arms: x, y).
+        mode: ``slack`` (default) leaves a residual where limits demand it, ``hard`` treats the task as an
+            equality and reports RELAXED when it has no solution, ``scaled`` slows down and keeps the
+            direction, ``lexicographic`` first makes the residual as small as can be, then minimises the
+            objective.
+        kp: position gain [1/s2] at the acceleration level, [1/s] at the velocity level; None is 100 and 10.
+        kv: velocity gain [1/s], acceleration level only; None is 2 sqrt(kp).
+        length: characteristic length [m] that angular rows are multiplied by; None takes the robot's.
+        axis: (3,) tool axis in the tip frame, for ``position_axis``.
+        slack: compliance of the task rows relative to the QP's own magnitude, for ``slack``.
+        priority: ``weighted``: rotation counts as much as position; ``position_first``: rotation gets what
+            position leaves.
+        damping: lets the task give way along singular directions; None never does. Not for ``scaled``, whose
+            path waits at a singularity instead, nor with a priority.
+    """
+
+    rows: str | tuple[str, ...] | None = None
+    mode: str = "slack"
+    kp: float | None = None
+    kv: float | None = None
+    length: float | None = None
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    slack: float = 1e-6
+    priority: str = "weighted"
+    damping: DirectionalDamping | None = None
+
+    def __post_init__(self) -> None:
+        if self.rows is not None:
+            row_indices(self.rows)
+        if self.mode not in MODES:
+            raise InputError(
+                f"task mode is {self.mode!r}{nearest(str(self.mode), MODES)}, "
+                f"expected one of {', '.join(MODES)}"
+            )
+        if self.priority not in PRIORITIES:
+            raise InputError(
+                f"task priority is {self.priority!r}{nearest(str(self.priority), PRIORITIES)}, "
+                f"expected one of {', '.join(PRIORITIES)}"
+            )
+        if self.priority != "weighted" and self.mode == "hard":
+            raise InputError("priority 'position_first' needs rows that can give way; mode 'hard' has none")
+        if self.damping is not None:
+            if not isinstance(self.damping, DirectionalDamping):
+                raise InputError(
+                    f"damping is {self.damping!r:.60}, expected an ftqp.DirectionalDamping or None"
+                )
+            if self.priority != "weighted":
+                raise InputError(
+                    "damping does not go with priority 'position_first': it gives way along directions that "
+                    "mix position and rotation; leave one of them out"
+                )
+            if self.mode == "scaled":
+                raise InputError(
+                    "damping does not go with task mode 'scaled', which slows down at a singularity and "
+                    "stays on its path; leave damping out, or use mode 'slack'"
+                )
+        for name in ("kp", "kv"):
+            if getattr(self, name) is not None:
+                non_negative(name, getattr(self, name))
+        if self.length is not None:
+            positive("length", self.length, "m")
+        if not 1e-12 <= positive("slack", self.slack) <= 1.0:
+            raise InputError(f"slack is {self.slack:g}, expected a share in [1e-12, 1]")
+        if not np.linalg.norm(array("axis", self.axis, (3,))) > 0.0:
+            raise InputError("axis is zero, expected the direction of the tool in the tip frame")
+
+    def gains(self, level: str) -> tuple[float, float]:
+        """kp and kv at ``acceleration`` or ``velocity``."""
+        kp, kv = DEFAULT_GAINS[level]
+        if self.kp is not None:
+            kp = float(self.kp)
+            kv = 2.0 * kp**0.5
+        if self.kv is not None:
+            kv = float(self.kv)
+        return kp, kv
+
+
+def row_indices(rows: Any) -> tuple[int, ...]:
+    """0-based components of a row set, in order.
+
+    Raises:
+        InputError: unknown or repeated name, or none.
+    """
+    names = ROW_SETS.get(rows) if isinstance(rows, str) else tuple(rows)
+    if names is None:
+        valid = (*ROW_SETS, *COMPONENTS)
+        raise InputError(
+            f"task rows {rows!r} are unknown{nearest(rows, valid)}; expected one of {', '.join(ROW_SETS)}, "
+            f"or names among {', '.join(COMPONENTS)}"
+        )
+    for name in names:
+        if name not in COMPONENTS:
+            raise InputError(
+                f"task row {name!r} is unknown{nearest(str(name), COMPONENTS)}; "
+                f"rows are {', '.join(COMPONENTS)}"
+            )
+    if not names or len(set(names)) != len(names):
+        raise InputError(f"task rows are {names!r}, expected at least one row and none twice")
+    return tuple(sorted(COMPONENTS.index(name) for name in names))
+
+
+def axis_frame(axis: Any) -> FloatArray:
+    """A rotation, (3, 3), whose third column is the unit vector along ``axis``."""
+    z = array("axis", axis, (3,))
+    z /= np.linalg.norm(z)
+    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def checked_gains(task: Task, level: str, dt: float) -> tuple[float, float]:
+    """The gains, if the sampled feedback loop that they make is stable.
+
+    Raises:
+        InputError: kp dt >= 2 at the velocity level, or kv dt >= 2 at the acceleration level.
+    """
+    kp, kv = task.gains(level)
+    loop = kp * dt if level == "velocity" else kv * dt
+    if not isfinite(loop) or loop >= 2.0:
+        name, value = ("kp", kp) if level == "velocity" else ("kv", kv)
+        raise InputError(
+            f"{name} is {value:g}, but with dt = {dt:g} s the feedback is unstable; "
+            f"expected {name} < {2.0 / dt:g}"
+        )
+    return kp, kv

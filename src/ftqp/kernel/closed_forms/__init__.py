@@ -1,0 +1,1 @@
+"""Closed forms in the place of the QP, and measures of singularity."""

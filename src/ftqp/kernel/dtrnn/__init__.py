@@ -1,0 +1,1 @@
+"""The discrete-time recurrent network."""

@@ -1,0 +1,1 @@
+"""Small linear algebra and elementary functions in compiled loops; no record."""

@@ -1,0 +1,1 @@
+"""What a tick asks of the QP: intervals, objective, rows."""

@@ -1,0 +1,192 @@
+"""Joint limits as one interval per joint: what the next acceleration or velocity may be.
+
+Every function gives the upper end, as ``(bound, limit that set it)``; the lower end is its mirror (v -> -v,
+distance to
+the other limit, sign flipped). ``d`` is the distance to the upper position limit [rad or m].
+"""
+
+from math import ceil, inf, sqrt
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import (
+    ACCELERATION,
+    BRAKING,
+    BY_ACCELERATION,
+    BY_FAULT,
+    BY_POSITION,
+    BY_VELOCITY,
+    FREE,
+    JIN,
+    LOCKED,
+    NO_LIMIT,
+    ONE_STEP,
+)
+
+RETURN_GAIN = 4.0
+"""A joint outside its position limit is led back at RETURN_GAIN times its distance [1/s] ..."""
+RETURN_SLOWEST = 0.01
+"""... at no less than this share of its velocity limit ..."""
+RETURN_FASTEST = 0.25
+"""... and no more than this share."""
+
+
+@jit
+def return_velocity(d: float, v_max: float) -> float:
+    """Velocity (< 0) that leads a joint with d < 0 back inside."""
+    top = v_max if v_max < inf else 1.0
+    return -min(max(-RETURN_GAIN * d, RETURN_SLOWEST * top), RETURN_FASTEST * top)
+
+
+@jit
+def viability(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: float) -> tuple[float, int]:
+    """Largest acceleration after which the joint still keeps its limits for ever, braking at ``a_brake``.
+
+    The least of a_max; (v_max - v)/dt; the position over the whole step; and the next state viable:
+    v' = max(0, -a_brake dt/2 + sqrt((a_brake dt/2)^2 + a_brake (2 d - v dt))), (v' - v)/dt.
+    Source: Del Prete, IEEE RA-L 2018, solved for v' rather than a (division by dt, not dt^2), then clipped to
+    +-a_max.
+    """
+    if d < 0.0:
+        a = (return_velocity(d, v_max) - v) / dt
+        return min(max(a, -a_max), a_max), BY_POSITION
+    bound, by = a_max, BY_ACCELERATION
+    a = (v_max - v) / dt
+    if a < bound:
+        bound, by = a, BY_VELOCITY
+    after = v + bound * dt
+    travelled = 0.5 * dt * (v + after)
+    if after >= 0.0 and after * after <= 2.0 * a_brake * (d - travelled):
+        return max(bound, -a_max), by  # far from the limit: that state is viable, so position does not bind
+    if d < inf:
+        a = 2.0 * (d - v * dt) / (dt * dt)
+        if v > 0.0 and a <= -v / dt:  # the turning point lies inside the step
+            a = -v * v / (2.0 * d) if d > 0.0 else -a_max
+        if a < bound:
+            bound, by = a, BY_POSITION
+        half = 0.5 * a_brake * dt
+        root = half * half + a_brake * (2.0 * d - v * dt)
+        after = max(0.0, sqrt(max(0.0, root)) - half)
+        a = (after - v) / dt
+        if a < bound:
+            bound, by = a, BY_POSITION
+    return max(bound, -a_max), by
+
+
+@jit
+def jin(
+    v: float, d: float, v_max: float, a_max: float, gain_p: float, gain_v: float, margin: float
+) -> tuple[float, int]:
+    """min(gamma_p (d - margin), gamma_v (v_max - v), a_max).
+
+    Source: Jin et al. 2017. Not always non-empty and not always kept: for the paper's experiments.
+    """
+    bound, by = a_max, BY_ACCELERATION
+    a = gain_v * (v_max - v)
+    if a < bound:
+        bound, by = a, BY_VELOCITY
+    a = gain_p * (d - margin)
+    if a < bound:
+        bound, by = a, BY_POSITION
+    return bound, by
+
+
+@jit
+def one_step(v: float, d: float, v_max: float, a_max: float, dt: float) -> tuple[float, int]:
+    """min(2 (d - v dt)/dt^2, (v_max - v)/dt, a_max): looks one step ahead only, for comparison.
+
+    Source: Flacco, De Luca, Khatib, ICRA 2012.
+    """
+    bound, by = a_max, BY_ACCELERATION
+    a = (v_max - v) / dt
+    if a < bound:
+        bound, by = a, BY_VELOCITY
+    a = 2.0 * (d - v * dt) / (dt * dt)
+    if a < bound:
+        bound, by = a, BY_POSITION
+    return max(bound, -a_max), by
+
+
+@jit
+def braking_velocity(d: float, a_brake: float, dt: float) -> float:
+    """Largest velocity that can stop within d in whole steps: d/(N dt) + a_brake dt (N-1)/2.
+
+    N = max(1, ceil((-1 + sqrt(1 + 8 d/(a_brake dt^2)))/2)) is the number of steps that stopping takes. The
+    textbook sqrt(2 a_brake d) is not safe in discrete time.
+    """
+    if not d < inf:
+        return inf
+    steps = max(1.0, float(ceil(0.5 * (sqrt(1.0 + 8.0 * d / (a_brake * dt * dt)) - 1.0))))
+    return d / (steps * dt) + 0.5 * a_brake * dt * (steps - 1.0)
+
+
+@jit
+def braking(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: float) -> tuple[float, int]:
+    """Largest next velocity: min(v_max, braking_velocity(d), v + a_max dt), never less than v - a_max dt."""
+    bound, by = v + a_max * dt, BY_ACCELERATION
+    if v_max < bound:
+        bound, by = v_max, BY_VELOCITY
+    if bound >= 0.0 and bound * bound <= 2.0 * a_brake * (d - 1.5 * bound * dt):
+        return max(bound, v - a_max * dt), by  # far from the limit: braking_velocity(d) >= bound
+    a = braking_velocity(d, a_brake, dt) if d >= 0.0 else return_velocity(d, v_max)
+    if a < bound:
+        bound, by = a, BY_POSITION
+    return max(bound, v - a_max * dt), by
+
+
+@jit
+def _upper(K: Any, i: int, v: float, d: float) -> tuple[float, int]:
+    """The upper end for joint i by the conversion that the planner was made with."""
+    if K.level == ACCELERATION:
+        if K.bounds == JIN:
+            return jin(v, d, K.v_max[i], K.a_max[i], K.jin_p, K.jin_v, K.jin_margin)
+        if K.bounds == ONE_STEP:
+            return one_step(v, d, K.v_max[i], K.a_max[i], K.dt)
+        return viability(v, d, K.v_max[i], K.a_max[i], K.a_brake[i], K.dt)
+    if K.bounds == JIN:
+        bound = K.jin_upsilon * d
+        return (bound, BY_POSITION) if bound < K.v_max[i] else (K.v_max[i], BY_VELOCITY)
+    if K.bounds == ONE_STEP:
+        bound = d / K.dt
+        return (bound, BY_POSITION) if bound < K.v_max[i] else (K.v_max[i], BY_VELOCITY)
+    return braking(v, d, K.v_max[i], K.a_max[i], K.a_brake[i], K.dt)
+
+
+@jit
+def _least_bad(K: Any, i: int, lo: float, hi: float) -> float:
+    """The one value for an interval that came out empty: stop as fast as the acceleration limit allows."""
+    if K.level == ACCELERATION:
+        return min(max(-K.v[i] / K.dt, -K.a_max[i]), K.a_max[i])
+    return min(max(0.0, K.v[i] - K.a_max[i] * K.dt), K.v[i] + K.a_max[i] * K.dt)
+
+
+@jit
+def intervals(K: Any) -> None:
+    """lb <= x <= ub of every joint, and which limit set each end; a failed joint has no limits of its own."""
+    for i in range(K.n):
+        fault = K.fault[i]
+        if fault == FREE:
+            K.lb[i], K.ub[i] = -inf, inf
+            K.lower_by[i] = K.upper_by[i] = NO_LIMIT
+            continue
+        if fault == LOCKED or fault == BRAKING:  # x_F, written by prescribed_motion
+            K.lower_by[i] = K.upper_by[i] = BY_FAULT
+            continue
+        v = K.v[i]
+        hi, upper_by = _upper(K, i, v, K.q_max[i] - K.q[i])
+        lo, lower_by = _upper(K, i, -v, K.q[i] - K.q_min[i])
+        lo = -lo
+        if lo > hi:
+            if (
+                K.bounds == JIN and K.level == ACCELERATION
+            ):  # drop the position term of the strip that it is leaving
+                if v < 0.0:
+                    hi, upper_by = jin(v, inf, K.v_max[i], K.a_max[i], K.jin_p, K.jin_v, 0.0)
+                else:
+                    lo, lower_by = jin(-v, inf, K.v_max[i], K.a_max[i], K.jin_p, K.jin_v, 0.0)
+                    lo = -lo
+            if lo > hi:
+                K.empty_intervals += 1
+                lo = hi = _least_bad(K, i, lo, hi)
+        K.lb[i], K.ub[i] = lo, hi
+        K.lower_by[i], K.upper_by[i] = lower_by, upper_by

@@ -1,0 +1,1 @@
+"""Robots from files and tables."""

@@ -1,0 +1,237 @@
+"""Reading URDF: the tree is audited first, then pinocchio gets a cleaned copy without meshes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement, tostring
+
+import numpy as np
+import pinocchio as pin
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError, ModelError
+from ftqp.model.audit import Finding, body_findings, unsafe
+from ftqp.model.reading.safe_xml import xml_of
+from ftqp.model.reading.source import Source
+
+KINDS = ("revolute", "prismatic", "continuous", "fixed", "floating", "planar")
+"""Joint types of URDF."""
+
+MOVING = ("revolute", "prismatic", "continuous")
+
+SYMMETRIC = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+@dataclass(slots=True)
+class Tree:
+    """What the audit needs of a URDF, and what it found so far."""
+
+    name: str
+    links: dict[str, Element]
+    joints: dict[str, Element]
+    findings: list[Finding] = field(default_factory=list)
+
+    def chain(self, tip: str) -> list[str]:
+        """Joints from the base to a link or joint, base first."""
+        above = {_attribute(joint, "child", "link"): name for name, joint in self.joints.items()}
+        at = tip if tip in self.links else _attribute(self.joints[tip], "child", "link")
+        result: list[str] = []
+        while at in above and above[at] not in result:
+            result.append(above[at])
+            at = _attribute(self.joints[above[at]], "parent", "link")
+        return result[::-1]
+
+
+def read(source: Any, tip: str | None, locked: Sequence[str | int]) -> Source:
+    """A URDF as it was read.
+
+    Args:
+        source: path of a file or the XML itself.
+        tip: frame that will be the tip, None when the user leaves the choice; else only its joints matter.
+        locked: joints that will be held.
+
+    Raises:
+        InputError: the file cannot be read.
+        ModelError: the links and joints do not make a tree; carries every finding so far.
+    """
+    _, root, _ = xml_of(source, "URDF", "robot")
+    tree = _tree(root)
+    is_tree = not tree.findings
+    known = is_tree and tip is not None and (tip in tree.links or tip in tree.joints)
+    chain = tree.chain(str(tip)) if known else list(tree.joints)
+    _audit_joints(tree, chain, locked)
+    _audit_links(tree)
+    if not is_tree:
+        raise ModelError(f"{tree.name} is unsafe", [finding.sentence for finding in tree.findings])
+    try:
+        model = pin.buildModelFromXML(tostring(_cleaned(tree), encoding="unicode"))
+    except (ValueError, RuntimeError) as error:
+        raise InputError(f"{tree.name} was refused by pinocchio: {str(error).strip()!s:.300}") from error
+    model.name = tree.name
+    return Source(
+        model=model,
+        limits={name: _limits(joint) for name, joint in tree.joints.items()},
+        followers={
+            name: _attribute(joint, "mimic", "joint")
+            for name, joint in tree.joints.items()
+            if joint.find("mimic") is not None
+        },
+        findings=tree.findings,
+    )
+
+
+def _attribute(element: Element, tag: str, name: str) -> str:
+    child = element.find(tag)
+    return "" if child is None else child.get(name, "")
+
+
+def _tree(root: Element) -> Tree:
+    """Links and joints by name, with findings where they do not make one tree."""
+    tree = Tree(root.get("name") or "robot", {}, {})
+    for group, tag in ((tree.links, "link"), (tree.joints, "joint")):
+        for element in root.findall(tag):
+            name = element.get("name", "")
+            if not name or name in group:
+                tree.findings.append(
+                    unsafe(f"a {tag} has {'no name' if not name else f'the name {name!r} again'}")
+                )
+            group[name] = element
+    children: dict[str, str] = {}
+    for name, joint in tree.joints.items():
+        if joint.get("type") not in KINDS:
+            tree.findings.append(
+                unsafe(
+                    f"joint {name!r} has the type {joint.get('type')!r}, expected one of {', '.join(KINDS)}"
+                )
+            )
+        for end in ("parent", "child"):
+            link = _attribute(joint, end, "link")
+            if link not in tree.links:
+                tree.findings.append(
+                    unsafe(f"joint {name!r} has the {end} link {link!r}, which does not exist")
+                )
+        child = _attribute(joint, "child", "link")
+        if child in children:
+            tree.findings.append(
+                unsafe(
+                    f"link {child!r} is the child of both {children[child]!r} and {name!r}; expected a tree"
+                )
+            )
+        children[child] = name
+    roots = [link for link in tree.links if link not in children]
+    if not tree.links:
+        tree.findings.append(unsafe("there are no links, expected a base and moving links"))
+    elif not tree.findings and len(roots) != 1:
+        tree.findings.append(
+            unsafe(f"there are {len(roots)} links without a parent {roots!r:.200}, expected one base")
+        )
+    return tree
+
+
+def _audit_joints(tree: Tree, chain: Sequence[str], locked: Sequence[str | int]) -> None:
+    """Origins of all joints, and axes of those in ``chain`` that will move."""
+    for name, joint in tree.joints.items():
+        if not np.isfinite(_origin(joint)).all():
+            tree.findings.append(unsafe(f"joint {name!r} has an origin that is not finite numbers"))
+        if name not in chain or name in locked or joint.get("type") not in MOVING:
+            continue
+        axis = _axis(joint)
+        if not np.isfinite(axis).all():
+            tree.findings.append(unsafe(f"joint {name!r} has an axis that is not three finite numbers"))
+        elif not axis.any():
+            tree.findings.append(unsafe(f"joint {name!r} has a zero axis, expected a direction"))
+
+
+def _axis(joint: Element) -> FloatArray:
+    return _numbers(_attribute(joint, "axis", "xyz") or "1 0 0", 3)
+
+
+def _origin(element: Element) -> FloatArray:
+    """xyz [m] and roll, pitch, yaw [rad], (6,)."""
+    parts = [_numbers(_attribute(element, "origin", key) or "0 0 0", 3) for key in ("xyz", "rpy")]
+    return np.concatenate(parts)
+
+
+def _audit_links(tree: Tree) -> None:
+    """Masses and inertias of every link, as they are written."""
+    names, mass, com, inertia = [], [], [], []
+    for name, link in tree.links.items():
+        inertial = link.find("inertial")
+        if inertial is None:
+            continue
+        m, c, moments = _inertial(inertial)
+        if m == 0.0 and not moments.any():
+            continue
+        names.append(name)
+        mass.append(m)
+        com.append(c)
+        inertia.append(moments)
+    tree.findings += body_findings("link", names, np.array(mass), np.array(com), np.array(inertia))
+
+
+def _inertial(element: Element) -> tuple[float, FloatArray, FloatArray]:
+    mass = _number(_attribute(element, "mass", "value"))
+    xx, xy, xz, yy, yz, zz = (_number(_attribute(element, "inertia", key) or "0") for key in SYMMETRIC)
+    return mass, _origin(element), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _limits(joint: Element) -> dict[str, float]:
+    """q_min, q_max, v_max, tau_max of a joint as written; NaN where one is missing or not a number."""
+    if joint.get("type") == "continuous":
+        low, high, default = -np.inf, np.inf, np.inf
+    else:
+        low = high = default = np.nan
+    limit = joint.find("limit")
+    if limit is None:
+        return {"q_min": low, "q_max": high, "v_max": default, "tau_max": default}
+    if joint.get("type") != "continuous":
+        low, high = (_number(limit.get(key, "0")) for key in ("lower", "upper"))
+    speed, effort = (_number(limit.get(key, str(default))) for key in ("velocity", "effort"))
+    return {"q_min": low, "q_max": high, "v_max": speed, "tau_max": effort}
+
+
+def _cleaned(tree: Tree) -> Element:
+    """A URDF with nothing but what pinocchio needs; what is wrong stands in it as something harmless."""
+    root = Element("robot", name=tree.name)
+    for name, link in tree.links.items():
+        copy = SubElement(root, "link", name=name)
+        inertial = link.find("inertial")
+        if inertial is not None:
+            mass, origin, inertia = _inertial(inertial)
+            if np.isfinite(mass) and np.isfinite(origin).all() and np.isfinite(inertia).all():
+                body = SubElement(copy, "inertial")
+                _write_origin(body, origin)
+                SubElement(body, "mass", value=repr(mass))
+                values = inertia[np.triu_indices(3)]
+                moments = {key: repr(float(v)) for key, v in zip(SYMMETRIC, values, strict=True)}
+                SubElement(body, "inertia", moments)
+    for name, joint in tree.joints.items():
+        copy = SubElement(root, "joint", name=name, type=joint.get("type", ""))
+        for end in ("parent", "child"):
+            SubElement(copy, end, link=_attribute(joint, end, "link"))
+        _write_origin(copy, np.nan_to_num(_origin(joint), posinf=0.0, neginf=0.0))
+        axis = _axis(joint)
+        sound = np.isfinite(axis).all() and axis.any()
+        SubElement(copy, "axis", xyz=_words(axis if sound else np.array([1.0, 0.0, 0.0])))
+        SubElement(copy, "limit", lower="-1", upper="1", velocity="1", effort="1")
+    return root
+
+
+def _write_origin(element: Element, origin: FloatArray) -> None:
+    SubElement(element, "origin", xyz=_words(origin[:3]), rpy=_words(origin[3:]))
+
+
+def _words(values: FloatArray) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")
+
+
+def _numbers(text: str, count: int) -> FloatArray:
+    values = [_number(word) for word in text.split()]
+    return np.array(values) if len(values) == count else np.full(count, np.nan)

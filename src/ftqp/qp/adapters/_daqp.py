@@ -1,0 +1,88 @@
+"""DAQP: a dual active-set solver (Arnstrom, Bemporad, Axehill 2022)."""
+
+from dataclasses import dataclass
+
+import daqp
+import numpy as np
+
+from ftqp.qp.adapters.backend import Backend, Claim
+from ftqp.qp.adapters.buffers import QPBuffers
+
+EQUALITY = 5
+"""DAQP's sense flag of a row that is always active and never leaves the working set."""
+
+CLAIMS = {1: Claim.SOLVED, -1: Claim.INFEASIBLE, -4: Claim.MAX_ITERATIONS}
+"""DAQP's exit flags; all others (cycling, unbounded, not convex, dependent equalities, ...) are failures."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DaqpSettings:
+    """Settings of DAQP.
+
+    Attributes:
+        tolerance: how far a bound may be violated (DAQP's ``primal_tol``, whose own default of 1e-6 is too
+            coarse here).
+        max_iterations: most iterations, changes of the working set.
+        dual_tolerance: how far a multiplier may have the wrong sign (``dual_tol``).
+        pivot_tolerance: smallest pivot taken without reordering (``pivot_tol``).
+        progress_tolerance: least progress that does not count as cycling (``progress_tol``).
+    """
+
+    tolerance: float = 1e-11
+    max_iterations: int = 1000
+    dual_tolerance: float = 1e-12
+    pivot_tolerance: float = 1e-8
+    progress_tolerance: float = 1e-14
+
+
+class Daqp(Backend):
+    """DAQP's ``Model``, set up once.
+
+    Box first, then equalities (sense 5), then two-sided rows, as in the buffers. A bound whose sides meet
+    needs no flag of its own: DAQP notices equal bounds at every update.
+    """
+
+    package = "daqp"
+    settings_type = DaqpSettings
+
+    def __init__(self, settings: DaqpSettings) -> None:
+        super().__init__("daqp")
+        self._settings = settings
+
+    def _prepare(self, qp: QPBuffers) -> None:
+        n, m, p = qp.n, qp.m, qp.p
+        self._sense = np.zeros(n + m + p, dtype=np.intc)
+        self._sense[n : n + m] = EQUALITY
+        # None stands for "unchanged", and DAQP cannot look at a matrix without rows.
+        self._rows = qp.rows if m + p else None
+        self._model = daqp.Model()
+        # The buffers may be empty yet; a harmless QP of the same size makes DAQP allocate.
+        rows = np.eye(n)[np.arange(m + p) % n]
+        self._model.setup(
+            np.eye(n), np.zeros(n), rows, np.ones(n + m + p), -np.ones(n + m + p), 0 * self._sense
+        )
+        chosen = self._settings
+        self._model.settings = {
+            "primal_tol": chosen.tolerance,
+            "dual_tol": chosen.dual_tolerance,
+            "iter_limit": chosen.max_iterations,
+            "pivot_tol": chosen.pivot_tolerance,
+            "progress_tol": chosen.progress_tolerance,
+        }
+
+    def _run(self, qp: QPBuffers, cold: bool) -> Claim:
+        if cold:
+            state = self._model.update(qp.H, qp.g, self._rows, qp.upper, qp.lower, self._sense)
+        elif qp.constant_hessian:
+            state = self._model.update(None, qp.g, self._rows, qp.upper, qp.lower)
+        else:
+            state = self._model.update(qp.H, qp.g, self._rows, qp.upper, qp.lower)
+        if state < 0:
+            return Claim.INFEASIBLE if state == -1 else Claim.FAILED
+        x, _, flag, info = self._model.solve()
+        self.iterations = info["iterations"]
+        claim = CLAIMS.get(flag, Claim.FAILED)
+        if claim <= Claim.MAX_ITERATIONS:
+            qp.x[:] = x
+            qp.multipliers[:] = info["lam"]
+        return claim

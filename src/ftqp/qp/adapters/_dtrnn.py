@@ -1,0 +1,47 @@
+"""The recurrent network inside the kernel, for QPs that are not a planner's."""
+
+from typing import Any
+
+import numpy as np
+
+from ftqp.kernel.entry import network_entries as dtrnn_entry
+from ftqp.qp.adapters.backend import Backend, Claim
+from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
+
+
+class Dtrnn(Backend):
+    """The kernel's network on memory of its own; a warm solve starts from what the buffers hold as solution.
+
+    Attributes:
+        settings: as given.
+        numbers: what the kernel takes; behind the options it leaves the iterations and |e| of the last solve.
+        trace: |e|, r_eq, gap and whether a jump succeeded, a row an iteration, as far as there are rows, (k,
+            4).
+    """
+
+    package = "ftqp"
+    settings_type = DtrnnSettings
+
+    def __init__(self, settings: DtrnnSettings) -> None:
+        super().__init__("dtrnn")
+        self.settings = settings
+        self.numbers = settings.numbers()
+        self.trace = np.zeros((0, 4))
+
+    def start(self) -> None:
+        """The buffers hold a start as their solution: the next solve may be warm."""
+        self._stale = False
+
+    def _prepare(self, qp: QPBuffers) -> None:
+        n, m, p = qp.n, qp.m, qp.p
+        self._sizes = (n, m, p)
+        self._memory = np.zeros(int(dtrnn_entry.solve_memory_size(n, m, p)))
+
+    def _run(self, qp: QPBuffers, cold: bool) -> Claim:
+        call: Any = dtrnn_entry.solve_dtrnn
+        claim = call(
+            qp.flat, qp.solution, self._memory, self.numbers, self.trace, *self._sizes, int(not cold)
+        )
+        self.iterations = int(self.numbers[-2])
+        return Claim(claim)

@@ -1,0 +1,99 @@
+"""Settings of the recurrent network, and what they mean to the kernel."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.qp.adapters.settings import choice, optional
+
+METHODS = ("implicit", "94lvi", "e47")
+MODES = ("product", "paper")
+_CODES = {"94lvi": 0, "e47": 1, "implicit": 2}
+PRODUCT_TOLERANCE, PAPER_TOLERANCE = 1e-9, 1e-5
+PRODUCT_CAP, PAPER_CAP = 2000, 20_000
+GAMMA, GAMMA_SCALED = 1.0, 1.6
+NUMBERS = 9
+"""Options as numbers, and room for the two that a solve writes behind them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DtrnnSettings:
+    """How the network iterates and when it stops; None is what suits method and mode.
+
+    Attributes:
+        method: the iteration, by formula (``ftqp.kernel.dtrnn.iterations``): ``implicit``, ``94lvi`` or
+        ``e47``.
+        mode: ``product`` ends when the task residual is below 1e-8 and the residual of the network below
+            ``tolerance`` or the duality gap negligible; ``paper`` when the residual of the network is below
+            ``tolerance``.
+        tolerance: of the network's residual; None is 1e-9, in paper mode 1e-5.
+        max_iterations: most iterations; None is 2000, in paper mode 20000.
+        gamma: step size, below 2; None is 1.6 for ``implicit`` with scaling, else 1.
+        scaling: whether objective and rows are scaled; None is yes for ``implicit`` in product mode.
+        newton: whether to try Newton jumps; None is yes in product mode.
+    """
+
+    method: str = choice(*METHODS)
+    mode: str = choice(*MODES)
+    tolerance: float | None = optional(PRODUCT_TOLERANCE)
+    max_iterations: int | None = optional(PRODUCT_CAP)
+    gamma: float | None = optional(GAMMA)
+    scaling: bool | None = optional(True)
+    newton: bool | None = optional(True)
+
+    def __post_init__(self) -> None:
+        """Check what no single field can.
+
+        Raises:
+            InputError: gamma is not below 2.
+        """
+        if self.gamma is not None and not self.gamma < 2.0:
+            raise InputError(
+                f"dtrnn.gamma is {self.gamma!r}, expected a number below 2; the step would diverge"
+            )
+
+    @property
+    def paper(self) -> bool:
+        """Whether |e| alone is the stopping rule."""
+        return self.mode == "paper"
+
+    @property
+    def scaled(self) -> bool:
+        """Whether objective and rows are scaled."""
+        return self.scaling if self.scaling is not None else self.method == "implicit" and not self.paper
+
+    @property
+    def jumps(self) -> bool:
+        """Whether Newton jumps are tried."""
+        return self.newton if self.newton is not None else not self.paper
+
+    @property
+    def cap(self) -> int:
+        """Most iterations."""
+        return self.max_iterations or (PAPER_CAP if self.paper else PRODUCT_CAP)
+
+    @property
+    def step_size(self) -> float:
+        """gamma."""
+        return self.gamma or (GAMMA_SCALED if self.method == "implicit" and self.scaled else GAMMA)
+
+    @property
+    def accuracy(self) -> float:
+        """Tolerance of |e|."""
+        return self.tolerance or (PAPER_TOLERANCE if self.paper else PRODUCT_TOLERANCE)
+
+    def numbers(self) -> FloatArray:
+        """As the kernel takes them: ``ftqp.kernel.dtrnn.iterations.Options`` and two numbers to be
+        written, (9,)."""
+        values = (
+            _CODES[self.method],
+            self.scaled,
+            self.jumps,
+            self.paper,
+            self.cap,
+            self.step_size,
+            self.accuracy,
+        )
+        return np.array([*values, 0.0, 0.0], dtype=np.float64)

@@ -1,0 +1,197 @@
+"""Thousands of QPs of the same sizes at once, on the CPU (numba) or on whatever JAX finds."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.errors import InputError, nearest
+from ftqp.qp.adapters.settings import settings
+from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
+from ftqp.qp.problem import SYMMETRY_TOLERANCE, SolveStatus
+
+ENGINES = ("numba", "jax")
+PARTS_PER_THREAD = 8
+"""Portions that the problems are shared out in, for each thread."""
+STATUSES = (SolveStatus.SOLVED, SolveStatus.MAX_ITERATIONS, SolveStatus.INFEASIBLE, SolveStatus.FAILED)
+"""What the codes mean."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BatchSolution:
+    """Solutions of B QPs, by the convention of ``Solution``; NaN where a code is above 1.
+
+    Attributes:
+        x: (B, n). y: (B, m). z: (B, p). z_box: (B, n).
+        codes: 0 solved, 1 iteration cap, 2 infeasible, 3 failed, (B,); ``status(k)`` says it in words.
+        iterations: of each, (B,).
+        residual: |e| of the network at the end, (B,).
+    """
+
+    x: FloatArray
+    y: FloatArray
+    z: FloatArray
+    z_box: FloatArray
+    codes: IntArray
+    iterations: IntArray
+    residual: FloatArray
+
+    def status(self, k: int) -> SolveStatus:
+        """How the k-th QP ended, as the network's own stopping rules say."""
+        return STATUSES[self.codes[k]]
+
+    def __len__(self) -> int:
+        return len(self.codes)
+
+
+def solve_batch(
+    H: Any,
+    g: Any,
+    A: Any = None,
+    b: Any = None,
+    C: Any = None,
+    l: Any = None,
+    u: Any = None,
+    lb: Any = None,
+    ub: Any = None,
+    *,
+    method: str = "implicit",
+    engine: str = "numba",
+    mode: str = "product",
+    scaling: bool | None = None,
+    newton: bool | None = None,
+    gamma: float | None = None,
+    tolerance: float | None = None,
+    max_iterations: int | None = None,
+) -> BatchSolution:
+    """Solve B independent QPs of the same sizes, each from zero; ``DtrnnSettings`` says what the settings
+    mean.
+
+    A QP with crossed bounds is infeasible, one with NaN or an indefinite Hessian failed; the others are not
+    touched.
+
+    Args:
+        H: (B, n, n), or (n, n) for all; the same for every other part.
+        g: (B, n).
+        A: (B, m, n), or None.
+        b: (B, m), or None.
+        C: (B, p, n), or None.
+        l: (B, p), or None.
+        u: (B, p), or None.
+        lb: (B, n), or None.
+        ub: (B, n), or None.
+        method: ``implicit``, ``94lvi`` or ``e47``.
+        engine: ``numba`` runs on every core of the CPU (``NUMBA_NUM_THREADS`` limits them), ``jax`` on its
+            device.
+        mode: ``product`` or ``paper``.
+        scaling: whether to scale.
+        newton: whether to try Newton jumps.
+        gamma: step size.
+        tolerance: of |e|.
+        max_iterations: most iterations.
+
+    Raises:
+        InputError: shapes that do not fit, a wrong setting, an unknown engine, or H not symmetric.
+        MissingPackage: JAX is not installed.
+    """
+    if engine not in ENGINES:
+        raise InputError(
+            f"engine is {engine!r}{nearest(str(engine), ENGINES)}, expected one of {', '.join(ENGINES)}"
+        )
+    given = dict(
+        method=method,
+        mode=mode,
+        scaling=scaling,
+        newton=newton,
+        gamma=gamma,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+    )
+    chosen = settings(DtrnnSettings, "dtrnn", given)
+    parts = _parts(H, g, A, b, C, l, u, lb, ub)
+    if engine == "jax":
+        return _on_jax(parts, chosen)
+    return _on_numba(parts, chosen)
+
+
+def _parts(H: Any, g: Any, A: Any, b: Any, C: Any, l: Any, u: Any, lb: Any, ub: Any) -> dict[str, FloatArray]:
+    """Every part with a leading axis of B or 1, contiguous."""
+    if (A is None) != (b is None):
+        raise InputError("A and b belong together, one is missing; give both or neither")
+    if C is None and not (l is None and u is None):
+        raise InputError("l or u was given without C; give the rows as well, or use lb and ub")
+    if C is not None and l is None and u is None:
+        raise InputError("C was given without bounds; give l, u or both")
+    H, g = _numbers("H", H), _numbers("g", g)
+    n = g.shape[-1] if g.ndim else 0
+    if n == 0:
+        raise InputError(f"g has shape {g.shape}, expected (n,) or (B, n) with n >= 1")
+    A = np.zeros((0, n)) if A is None else _numbers("A", A)
+    b = np.zeros(0) if b is None else _numbers("b", b)
+    C = np.zeros((0, n)) if C is None else _numbers("C", C)
+    m, p = (b.shape[-1] if b.ndim else 0), (C.shape[-2] if C.ndim >= 2 else 0)
+    l = np.full(p, -np.inf) if l is None else _numbers("l", l)
+    u = np.full(p, np.inf) if u is None else _numbers("u", u)
+    lb = np.full(n, -np.inf) if lb is None else _numbers("lb", lb)
+    ub = np.full(n, np.inf) if ub is None else _numbers("ub", ub)
+    given = dict(H=H, g=g, A=A, b=b, C=C, l=l, u=u, lb=lb, ub=ub)
+    shapes = dict(H=(n, n), g=(n,), A=(m, n), b=(m,), C=(p, n), l=(p,), u=(p,), lb=(n,), ub=(n,))
+    counts = {name: len(value) for name, value in given.items() if value.ndim == len(shapes[name]) + 1}
+    count = max(counts.values(), default=1)
+    for name, value in given.items():
+        if value.shape not in (shapes[name], (count, *shapes[name]), (1, *shapes[name])):
+            raise InputError(
+                f"{name} has shape {value.shape}, expected {shapes[name]} or, for each of the {count} "
+                f"problems, {(count, *shapes[name])}"
+            )
+        if value.ndim == len(shapes[name]):
+            given[name] = np.ascontiguousarray(value[None])
+    H = given["H"]
+    with np.errstate(invalid="ignore"):
+        off = np.abs(H - np.swapaxes(H, 1, 2)).max(initial=0.0)
+        if off > SYMMETRY_TOLERANCE * np.nanmax(np.abs(H), initial=0.0):
+            raise InputError(
+                f"H is not symmetric (|H - H'| reaches {off:.1e}); expected H = H'; pass (H + H')/2 if meant"
+            )
+    return given
+
+
+def _numbers(name: str, value: Any) -> FloatArray:
+    try:
+        return np.ascontiguousarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error
+
+
+def _on_numba(parts: dict[str, FloatArray], chosen: DtrnnSettings) -> BatchSolution:
+    # Here and not above: it loads numba.
+    from ftqp.kernel.entry import network_entries as dtrnn_entry
+    from ftqp.kernel.jit import threads
+
+    count = max(len(value) for value in parts.values())
+    n, m, p = (parts[name].shape[1] for name in ("g", "b", "l"))
+    portions = max(1, min(count, PARTS_PER_THREAD * threads()))
+    memory = np.zeros((portions, int(dtrnn_entry.solve_memory_size(n, m, p))))
+    x, y, z, z_box = (np.full((count, size), np.nan) for size in (n, m, p, n))
+    codes, iterations, residual = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)
+    call: Any = dtrnn_entry.solve_dtrnn_batch
+    call(*parts.values(), chosen.numbers(), memory, x, y, z, z_box, codes, iterations, residual)
+    return BatchSolution(x=x, y=y, z=z, z_box=z_box, codes=codes, iterations=iterations, residual=residual)
+
+
+def _on_jax(parts: dict[str, FloatArray], chosen: DtrnnSettings) -> BatchSolution:
+    # Here and not above: an optional package.
+    from ftqp.qp.dtrnn import jax as _dtrnn_jax
+
+    x, y, z, z_box, codes, iterations, residual = _dtrnn_jax.solve_batch(
+        *parts.values(),
+        method=chosen.method,
+        scaling=chosen.scaled,
+        newton=chosen.jumps,
+        gamma=chosen.step_size,
+        tolerance=chosen.accuracy,
+        max_iterations=chosen.cap,
+        paper=chosen.paper,
+    )
+    return BatchSolution(x=x, y=y, z=z, z_box=z_box, codes=codes, iterations=iterations, residual=residual)

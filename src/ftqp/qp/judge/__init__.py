@@ -1,0 +1,1 @@
+"""One QP, solved and judged."""

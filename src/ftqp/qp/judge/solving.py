@@ -1,0 +1,86 @@
+"""One QP, one call: solve it with any backend and judge the answer."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.errors import InputError
+from ftqp.qp.adapters.backend import Backend, Claim
+from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.registry import backend as backend_of
+from ftqp.qp.judge.infeasibility import infeasibility
+from ftqp.qp.judge.kkt_residuals import accepted, residuals
+from ftqp.qp.problem import QP, Certificate, Solution, SolveStatus
+
+
+def solve(
+    problem: QP, backend: str | Path | Mapping[str, Any] | Backend = "active_set", **settings: Any
+) -> Solution:
+    """Solve a QP, cold.
+
+    The solver's word is not taken. The status is SOLVED exactly when the KKT residuals are small enough
+    (``ftqp.qp.residuals.accepted``), INFEASIBLE exactly when they are not and a Farkas certificate is found
+    (``ftqp.qp.judge.infeasibility``), whatever the solver claimed; otherwise MAX_ITERATIONS if the solver
+    ran into its cap, else FAILED.
+
+    Args:
+        problem: the QP.
+        backend: a name, a mapping with a name and settings, the path of a profile, or a backend object.
+        **settings: settings of the backend, when it is given by name; unknown ones are errors.
+
+    Raises:
+        InputError: not a QP, unknown backend or setting, or a QP larger than the backend can take.
+        MissingPackage: the solver's package is not installed.
+    """
+    if not isinstance(problem, QP):
+        raise InputError(f"the problem is a {type(problem).__name__}, expected an ftqp.QP")
+    if settings:
+        if not isinstance(backend, str) or backend.endswith(".toml"):
+            names = ", ".join(settings)
+            raise InputError(
+                f"{names} were given beside a backend that is not a name; put them into that backend"
+            )
+        backend = {**settings, "name": backend}
+    solver = backend_of(backend)
+    buffers = loaded(problem)
+    solver.setup(buffers)
+    return judged(problem, solver, buffers, solver.solve(cold=True))
+
+
+def loaded(problem: QP) -> QPBuffers:
+    """New buffers that hold the problem; their solution is NaN."""
+    buffers = QPBuffers.zeros(problem.n, problem.m, problem.p)
+    for name in ("H", "g", "A", "b", "C", "l", "u", "lb", "ub"):
+        getattr(buffers, name)[...] = getattr(problem, name)
+    buffers.solution[:] = np.nan
+    return buffers
+
+
+def judged(problem: QP, solver: Backend, buffers: QPBuffers, claim: Claim) -> Solution:
+    """What the buffers hold after a solve that ended in ``claim``, judged by its residuals."""
+    x, y, z, z_box = (part.copy() for part in (buffers.x, buffers.y, buffers.z, buffers.z_box))
+    found = residuals(problem, x, y, z, z_box)
+    status, certificate = _status(problem, claim, good=accepted(problem, found, x, y))
+    return Solution(
+        x=x,
+        y=y,
+        z=z,
+        z_box=z_box,
+        status=status,
+        iterations=solver.iterations,
+        residuals=found,
+        backend=solver.name,
+        certificate=certificate,
+    )
+
+
+def _status(problem: QP, claim: Claim, *, good: bool) -> tuple[SolveStatus, Certificate | None]:
+    """The status by residuals and certificate, and the certificate."""
+    if good:
+        return SolveStatus.SOLVED, None
+    certificate = infeasibility(problem)
+    if certificate is not None:
+        return SolveStatus.INFEASIBLE, certificate
+    return (SolveStatus.MAX_ITERATIONS if claim is Claim.MAX_ITERATIONS else SolveStatus.FAILED), None

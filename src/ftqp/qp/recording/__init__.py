@@ -1,0 +1,1 @@
+"""QPs kept while a planner runs, and their file."""

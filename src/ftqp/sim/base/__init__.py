@@ -1,0 +1,1 @@
+"""Bases that move, and what moves them."""

@@ -1,0 +1,101 @@
+"""What a log says about its run: robot, limits, faults and versions, in values that JSON can hold."""
+
+import platform
+import sqlite3
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+
+from ftqp.control.paths import Path
+from ftqp.control.planner.planner import Planner
+from ftqp.core.checks import FloatArray
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.model.robot import Robot
+from ftqp.sim.schedule import FaultEvent, Schedule
+
+KIND_NAMES = {Locked: "locked", FreeSwinging: "free_swinging", Degraded: "degraded"}
+"""The kinds of fault by the name a scenario gives them."""
+PACKAGES = ("ftqp", "numpy", "scipy", "numba", "pin")
+FORMAT = 1
+"""Version of the log's layout."""
+
+
+def description(
+    planner: Planner, schedule: Schedule, path: Path, last: int, reference: str = "time"
+) -> dict[str, Any]:
+    """Metadata of a run; limits that are infinite are ``None``.
+
+    Args:
+        planner: the planner.
+        schedule: what fails when.
+        path: what is followed.
+        last: index of the last tick.
+        reference: ``"time"`` or ``"progress"``, by which the path runs.
+    """
+    robot, emergency = planner.robot, planner.emergency
+    return {
+        "format": FORMAT,
+        "robot": robot.name,
+        "joints": list(robot.joints),
+        "prismatic": [bool(slides) for slides in robot.chain.prismatic],
+        "limits": {
+            name: _json(getattr(robot.limits, name))
+            for name in ("q_min", "q_max", "v_max", "a_max", "tau_max")
+        },
+        "scheme": planner.scheme.name,
+        "backend": planner.backend,
+        "level": planner.level,
+        "task_mode": planner.task.mode,
+        "emergency": None
+        if emergency is None
+        else {"position": emergency.position, "rotation": emergency.rotation},
+        "dt": planner.dt,
+        "ticks": last + 1,
+        "path": type(path).__name__,
+        "duration": last * planner.dt,
+        "path_duration": path.duration,
+        "reference": reference,
+        "faults": [described(event, robot) for event in schedule],
+        "versions": versions(),
+    }
+
+
+def described(event: FaultEvent, robot: Robot) -> dict[str, Any]:
+    """A fault event by name; ``announced`` is ``None`` when the planner is never told."""
+    fault = event.fault
+    index = robot.joint(fault.joint)
+    result: dict[str, Any] = {
+        "kind": KIND_NAMES[type(fault)],
+        "joint": robot.joints[index],
+        "index": index,
+        "at": event.at,
+        "announced": event.told,
+    }
+    if isinstance(fault, Locked):
+        result |= {"mode": fault.mode, "deceleration": fault.deceleration, "reset": fault.reset}
+    elif isinstance(fault, FreeSwinging):
+        result |= {"damping": fault.damping}
+    else:
+        result |= {"velocity": fault.velocity, "acceleration": fault.acceleration, "torque": fault.torque}
+        result |= {name: _finite(getattr(fault, name)) for name in ("q_min", "q_max")}
+    return result
+
+
+def versions() -> dict[str, str]:
+    """Versions of what took part in a run."""
+    found = {"python": platform.python_version(), "sqlite": sqlite3.sqlite_version}
+    for package in PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = "not installed as a package"
+    return found
+
+
+def _finite(value: float | None) -> float | None:
+    return None if value is None or not np.isfinite(value) else float(value)
+
+
+def _json(values: FloatArray) -> list[float | None]:
+    return [_finite(float(value)) for value in values]

@@ -1,0 +1,198 @@
+"""The arm that is commanded: what really happens to each joint between two ticks."""
+
+from abc import ABC, abstractmethod
+from typing import Protocol, final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, array, positive
+from ftqp.core.errors import InputError, unknown
+from ftqp.faults.belief import LOCK_SHARE
+from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
+from ftqp.model.robot import Robot
+from ftqp.sim.plants.arm_model import Arm
+
+LEVELS = ("acceleration", "velocity")
+AGREEMENT = 1e-9
+"""A failed joint follows its command bit by bit when that is so near to what it truly does [rad/s or m/s]."""
+
+
+class Command(Protocol):
+    """The part of a planner's step that moves an arm; each (nv,)."""
+
+    @property
+    def q(self) -> FloatArray: ...
+    @property
+    def v(self) -> FloatArray: ...
+
+
+class Plant(ABC):
+    """The role of the arm in a simulation: holds the true state, suffers the faults and moves by commands."""
+
+    @property
+    @abstractmethod
+    def q(self) -> FloatArray:
+        """True joint positions, (nv,) [rad or m]; belongs to the plant."""
+
+    @property
+    @abstractmethod
+    def v(self) -> FloatArray:
+        """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
+
+    @abstractmethod
+    def reset(self, q: FloatArray, v: FloatArray) -> None:
+        """Put the healthy arm at (q, v)."""
+
+    @abstractmethod
+    def fail(self, fault: Fault) -> None:
+        """From now on the joint of ``fault`` behaves as it says."""
+
+    @abstractmethod
+    def advance(self, command: Command) -> None:
+        """Move on by dt."""
+
+
+@final
+class KinematicPlant(Plant):
+    """The arm that does what the command says, except for its failed joints.
+
+    Healthy joints take over ``command.q`` and ``command.v``, which the planner has integrated with its
+    command held for dt: q + dt v + dt^2 a/2 and v + dt a, at the velocity level q + dt v. A failed joint does
+    what its fault says:
+
+    * locked, ramp: brakes at the deceleration of the fault, the last step partial; then q is bitwise fixed.
+    * locked, instant: v = 0 at once. With the resets ``momentum`` and ``task`` the joint keeps its velocity
+      until the command of that tick has been given: the planner derives the jump of the others from it.
+    * free-swinging: its torque is that of friction at the velocity after the step, as in the planner's row:
+      (M_FF + dt D) a_F = -(M_FH a_H + h_F) - D v_F with the damping D. It has no end stop.
+    * degraded: its velocity and acceleration saturate at what is left of the limits, and it stops at the ends
+      of what is left of its range. What is left of its torque does not matter here: this arm has no motors.
+
+    Where a command agrees with that to 1e-9, it is followed bit by bit, so an arm whose planner was told at
+    once moves exactly as commanded.
+
+    Args:
+        robot: the arm.
+        dt: sampling period [s].
+        level: ``"acceleration"`` or ``"velocity"``, as of the planner.
+    """
+
+    def __init__(self, robot: Robot, dt: float, level: str = "acceleration") -> None:
+        if level not in LEVELS:
+            raise unknown("level", level, "a plant", LEVELS)
+        self._robot = robot
+        self._arm = Arm(robot)
+        self._dt = positive("dt", dt, "s")
+        self._holds_acceleration = level == "acceleration"
+        self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
+        self._faults: dict[int, Fault] = {}
+
+    @property
+    def q(self) -> FloatArray:
+        """True joint positions, (nv,) [rad or m]; belongs to the plant."""
+        return self._q
+
+    @property
+    def v(self) -> FloatArray:
+        """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
+        return self._v
+
+    def reset(self, q: FloatArray, v: FloatArray) -> None:
+        """Put the healthy arm at (q, v), each (nv,)."""
+        self._faults.clear()
+        self._q[:] = self._robot.angles(q)
+        self._v[:] = array("v", v, (self._robot.nv,), "(nv,)")
+
+    def fail(self, fault: Fault) -> None:
+        """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said.
+
+        Raises:
+            InputError: unknown joint, or a free-swinging joint of a robot without inertia.
+        """
+        i = self._robot.joint(fault.joint)
+        if isinstance(fault, FreeSwinging) and not self._robot.has_inertia:
+            raise InputError(
+                f"{self._robot.name} has no inertia, so the motion of free-swinging "
+                f"{self._robot.joints[i]} is unknown; give the model its masses"
+            )
+        self._faults[i] = fault
+        if isinstance(fault, Locked) and fault.mode == "instant" and fault.reset == "kinematic":
+            self._v[i] = 0.0
+
+    def advance(self, command: Command) -> None:
+        """Move on by dt.
+
+        Args:
+            command: the planner's step for this tick.
+        """
+        if not self._faults:
+            self._q[:] = command.q
+            self._v[:] = command.v
+            return
+        after = np.array(command.v)
+        for i, fault in self._faults.items():
+            if isinstance(fault, Locked):
+                after[i] = self._braked(i, fault)
+            elif isinstance(fault, Degraded):
+                after[i] = self._saturated(i, fault, after[i])
+        free = [i for i, fault in self._faults.items() if isinstance(fault, FreeSwinging)]
+        if free:
+            after[free] = self._swung(free, after)
+        q = np.array(command.q)
+        for i in self._faults:
+            if self._v[i] == 0.0 and after[i] == 0.0:
+                q[i] = self._q[i]
+            elif abs(after[i] - command.v[i]) <= AGREEMENT:
+                after[i] = command.v[i] if after[i] != 0.0 else 0.0
+            else:
+                q[i] = self._integrated(i, after[i])
+            fault = self._faults[i]
+            if isinstance(fault, Locked) and fault.mode == "instant":
+                q[i] = self._q[i]
+            if isinstance(fault, Degraded):
+                q[i], after[i] = self._stopped(i, fault, q[i], after[i])
+        self._q[:], self._v[:] = q, after
+
+    def _integrated(self, i: int, after: float) -> float:
+        """Position after dt when the velocity of joint i goes to ``after``."""
+        mean = 0.5 * (self._v[i] + after) if self._holds_acceleration else after
+        return float(self._q[i] + self._dt * mean)
+
+    def _braked(self, i: int, fault: Locked) -> float:
+        """v - sign(v) min(rate dt, |v|): the next velocity of a joint whose brake has closed."""
+        v = float(self._v[i])
+        rate = LOCK_SHARE * self._robot.limits.a_max[i] if fault.deceleration is None else fault.deceleration
+        step = rate * self._dt
+        if fault.mode == "instant" or abs(v) <= step:
+            return 0.0
+        return float(v - np.sign(v) * step)
+
+    def _saturated(self, i: int, fault: Degraded, wanted: float) -> float:
+        """The next velocity of a joint with less velocity and acceleration than commanded."""
+        v, limits = float(self._v[i]), self._robot.limits
+        step = float(fault.acceleration * limits.a_max[i]) * self._dt
+        top = max(float(fault.velocity * limits.v_max[i]), abs(v) - step)
+        slack = 1e-12 * (1.0 + abs(wanted))
+        reached = min(max(wanted, v - step, -top), v + step, top)
+        return wanted if abs(reached - wanted) <= slack else reached
+
+    def _stopped(self, i: int, fault: Degraded, q: float, v: float) -> tuple[float, float]:
+        """Position and velocity at the ends of the range that is left; a joint outside can only move back."""
+        low = -np.inf if fault.q_min is None else min(fault.q_min, float(self._q[i]))
+        high = np.inf if fault.q_max is None else max(fault.q_max, float(self._q[i]))
+        if q < low:
+            return float(low), max(v, 0.0)
+        if q > high:
+            return float(high), min(v, 0.0)
+        return q, v
+
+    def _swung(self, free: list[int], after: FloatArray) -> FloatArray:
+        """The next velocities of the free-swinging joints, given those of all others."""
+        M, h = self._arm.dynamics(self._q, self._v)
+        a = (after - self._v) / self._dt
+        a[free] = 0.0
+        damping = np.array([getattr(self._faults[i], "damping", 0.0) for i in free])
+        right = -(M[free] @ a + h[free]) - damping * self._v[free]
+        left = M[np.ix_(free, free)] + self._dt * np.diag(damping)
+        swung: FloatArray = self._v[free] + self._dt * np.linalg.solve(left, right)
+        return swung

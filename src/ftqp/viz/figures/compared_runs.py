@@ -1,0 +1,182 @@
+"""Runs of one scenario side by side: errors, joint motion, torques, statuses."""
+
+from collections.abc import Callable, Mapping
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ftqp.control.planner.status import STATUSES, StepStatus
+from ftqp.core.errors import InputError
+from ftqp.sim.log.log_file import Log
+from ftqp.viz.figures import events
+from ftqp.viz.figures.canvas import Line2D, Patch, legend_below, paper, save, tidy
+from ftqp.viz.figures.curves import (
+    SPIKES,
+    THIN,
+    draw_runs,
+    frame,
+    handle,
+    length,
+    logarithmic,
+    longest,
+    look,
+    peak,
+    run_handles,
+    time_span,
+)
+from ftqp.viz.figures.status_ribbon import STATUS_COLOURS, spells
+from ftqp.viz.figures.tracking import MILLIMETRES, SMALLEST_ERROR
+
+DEGREES = 180.0 / np.pi
+
+
+def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, title: str) -> list[Path]:
+    """Draw the runs of one scenario as PNG files into ``folder``, which is made if it is missing.
+
+    Args:
+        logs: loaded logs of the same robot and path by the label of the run; empty ones are left out.
+        folder: where to put the files.
+        name: how their names begin.
+        title: what the runs have in common.
+
+    Returns:
+        The files: errors, velocities, accelerations, torques (left out where the arm has no inertia) and
+        statuses; none when every log is empty.
+
+    Raises:
+        InputError: a folder that cannot be written.
+    """
+    drawn = {label: log for label, log in logs.items() if len(log)}
+    if not drawn:
+        return []
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"folder {folder} cannot be made: {error.strerror}") from error
+    drawings: dict[str, Callable[[Mapping[str, Log], str, Path], Path]] = {
+        "errors": draw_errors,
+        "velocities": draw_velocities,
+        "accelerations": draw_accelerations,
+        "torques": draw_torques,
+        "status": draw_statuses,
+    }
+    if not any(np.isfinite(log["tau"]).any() for log in drawn.values()):
+        del drawings["torques"]
+    return [draw(drawn, title, Path(folder) / f"{name}-{what}.png") for what, draw in drawings.items()]
+
+
+def draw_errors(logs: Mapping[str, Log], title: str, path: Path) -> Path:
+    """Distance from the target over time, and the angle to it where it is not zero, one curve a run."""
+    turns = any((log["rotation_error"] > 0.0).any() for log in logs.values())
+    figure = paper(12.0, 8.0 if turns else 5.6, f"Distance from the target: {title}")
+    grid: Any = figure.subplots(2 if turns else 1, 1, squeeze=False, sharex=True)
+    signals = [("position_error", "position error [mm]", MILLIMETRES)]
+    signals += [("rotation_error", "rotation error [deg]", DEGREES)] if turns else []
+    for axes, (signal, label, factor) in zip(grid.flat, signals, strict=True):
+        curves = [np.maximum(factor * log[signal], SMALLEST_ERROR) for log in logs.values()]
+        draw_runs(axes, logs, curves)
+        logarithmic(axes, curves)
+        tidy(axes, "", label)
+        events.mark_faults(axes, longest(logs))
+    grid.flat[-1].set_xlabel("time [s]")
+    largest = [f"largest {length(float(log['position_error'].max()))}" for log in logs.values()]
+    legend_below(figure, [*run_handles(logs, largest), *events.fault_handles(longest(logs))])
+    return save(figure, path)
+
+
+def draw_velocities(logs: Mapping[str, Log], title: str, path: Path) -> Path:
+    """The velocities of all joints, a panel a run, all with the same axes."""
+    return _draw_joints(logs, "v", ("velocity", "/s"), f"Joint velocities: {title}", path)
+
+
+def draw_accelerations(logs: Mapping[str, Log], title: str, path: Path) -> Path:
+    """The commanded accelerations of all joints, a panel a run, all with the same axes."""
+    return _draw_joints(logs, "a", ("acceleration", "/s²"), f"Joint accelerations: {title}", path)
+
+
+def draw_torques(logs: Mapping[str, Log], title: str, path: Path) -> Path:
+    """The norm of the motor torques over time, all runs in one panel."""
+    curves = [np.linalg.norm(log["tau"], axis=1) for log in logs.values()]
+    top = frame(curves)
+    spikes = SPIKES if top < peak(curves) else ""
+    figure = paper(12.0, 5.6, f"Norm of the motor torques: {title}{spikes}")
+    axes = figure.add_subplot()
+    draw_runs(axes, logs, curves)
+    slides = any(any(log.metadata["prismatic"]) for log in logs.values())
+    unit = "N m and N" if slides else "N m"
+    tidy(axes, "time [s]", f"torque norm [{unit}]")
+    axes.set_ylim(0.0, top)
+    events.mark_faults(axes, longest(logs))
+    largest = [f"largest {peak([curve]):.3g} {unit}" for curve in curves]
+    legend_below(figure, [*run_handles(logs, largest), *events.fault_handles(longest(logs))])
+    return save(figure, path)
+
+
+def draw_statuses(logs: Mapping[str, Log], title: str, path: Path) -> Path:
+    """The status of every step, a ribbon a run; and the scale along the path where a run was slowed."""
+    scaled = STATUSES.index(StepStatus.SCALED)
+    slowed = any((log["status"] == scaled).any() for log in logs.values())
+    height = 2.4 + 0.45 * len(logs)
+    figure = paper(12.0, height + (2.6 if slowed else 0.0), f"Status of every step: {title}")
+    ratios = (height - 1.4, 2.4) if slowed else (1.0,)
+    grid: Any = figure.subplots(len(ratios), 1, squeeze=False, sharex=True, height_ratios=ratios)
+    axes = grid.flat[0]
+    for place, log in enumerate(logs.values()):
+        spells(axes, log, log["status"], float(place), dict(enumerate(STATUS_COLOURS)))
+    axes.set_yticks(range(len(logs)), list(logs))
+    axes.set_ylim(len(logs) - 0.4, -0.6)
+    tidy(axes, "", "")
+    if slowed:
+        draw_runs(grid.flat[1], logs, [log["scale"] for log in logs.values()])
+        grid.flat[1].set_ylim(-0.05, 1.05)
+        tidy(grid.flat[1], "", "scale along the path [-]")
+    for panel in grid.flat:
+        panel.set_xlim(*time_span(logs))
+        events.mark_faults(panel, longest(logs))
+    grid.flat[-1].set_xlabel("time [s]")
+    seen = sorted({int(code) for log in logs.values() for code in np.unique(log["status"])})
+    statuses = [Patch(color=STATUS_COLOURS[code], label=STATUSES[code].name) for code in seen]
+    runs = run_handles(logs, [""] * len(logs)) if slowed else []
+    legend_below(figure, [*statuses, *runs, *events.fault_handles(longest(logs))])
+    return save(figure, path)
+
+
+def _draw_joints(
+    logs: Mapping[str, Log], signal: str, quantity: tuple[str, str], title: str, path: Path
+) -> Path:
+    """One signal of all joints, a panel a run."""
+    columns = min(len(logs), 3 if len(logs) in (3, 5, 6, 9) else 4 if len(logs) > 4 else 2)
+    rows = ceil(len(logs) / columns)
+    slides = np.array(next(iter(logs.values())).metadata["prismatic"])
+    curves = [np.where(slides, MILLIMETRES, DEGREES) * log[signal] for log in logs.values()]
+    what, rate = quantity
+    unit = f"deg{rate}, mm{rate}" if slides.any() else f"deg{rate}"
+    top = frame(curves)
+    spikes = SPIKES if top < peak(curves) else ""
+    figure = paper(max(4.0 * columns, 8.0), 2.6 * rows + 1.4, f"{title}{spikes}")
+    grid: Any = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    for unused in grid.flat[len(logs) :]:
+        unused.set_axis_off()
+    for index, (label, log) in enumerate(logs.items()):
+        axes = grid.flat[index]
+        for joint in range(len(slides)):
+            colour, style = look(joint)
+            axes.plot(log["t"], curves[index][:, joint], color=colour, linestyle=style, linewidth=THIN)
+        heading = f"{label}: at most {peak([curves[index]]):.3g} {unit}"
+        tidy(axes, "", f"{what} [{unit}]" if index % columns == 0 else "", heading)
+        axes.set_xlim(*time_span(logs))
+        axes.set_ylim(-top, top)
+        axes.locator_params(axis="x", nbins=5)
+        events.mark(axes, log)
+        lowest = index + columns >= len(logs)
+        axes.xaxis.set_tick_params(labelbottom=lowest)
+        if lowest:
+            axes.set_xlabel("time [s]")
+    names = next(iter(logs.values())).metadata["joints"]
+    joints = [handle(joint, name) for joint, name in enumerate(names)]
+    stops = [log for log in logs.values() if events.stop_time(log) is not None]
+    marks = [Line2D([], [], color="black", linestyle="--", label="emergency stop")] if stops else []
+    legend_below(figure, [*joints, *events.fault_handles(longest(logs)), *marks])
+    return save(figure, path)

@@ -1,0 +1,105 @@
+"""The instants that every figure marks: when joints fail, when the planner is told, when the arm stops."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ftqp.control.planner.status import STATUSES, StepStatus
+from ftqp.sim.log.log_file import Log
+from ftqp.viz.figures.canvas import BLUE, GREY, RED, Axes, Line2D
+
+VERBS = {"locked": "locks", "free_swinging": "swings free", "degraded": "loses strength"}
+"""What each kind of fault does, for a reader."""
+TOLD_LATER = 1e-6
+"""An announcement at least this much after its fault is marked by itself [s]."""
+
+
+def faults(log: Log) -> list[dict[str, Any]]:
+    """The faults that happened within the log, first to last."""
+    end = float(log["t"][-1]) if len(log) else -1.0
+    return [fault for fault in log.metadata.get("faults", []) if fault["at"] <= end + TOLD_LATER]
+
+
+def told_later(fault: dict[str, Any]) -> bool:
+    """Whether the planner was told, but not at once."""
+    return fault["announced"] is not None and fault["announced"] - fault["at"] > TOLD_LATER
+
+
+def sentence(fault: dict[str, Any]) -> str:
+    """One fault in words."""
+    if fault["announced"] is None:
+        told = " (planner never told)"
+    elif told_later(fault):
+        told = f" (planner told at {fault['announced']:g} s)"
+    else:
+        told = ""
+    return f"{fault['joint']} {VERBS[fault['kind']]} at {fault['at']:g} s{told}"
+
+
+def stop_time(log: Log) -> float | None:
+    """When the arm gave up its task [s], or ``None``."""
+    codes = [STATUSES.index(StepStatus.STOPPING), STATUSES.index(StepStatus.STOPPED)]
+    stops = np.flatnonzero(np.isin(log["status"], codes))
+    return float(log["t"][stops[0]]) if len(stops) else None
+
+
+def mark(axes: Axes, log: Log) -> None:
+    """Draw the instants as vertical lines."""
+    mark_faults(axes, log)
+    stop = stop_time(log)
+    if stop is not None:
+        axes.axvline(stop, color="black", linewidth=1.2, linestyle="--")
+
+
+def mark_faults(axes: Axes, log: Log) -> None:
+    """Draw when joints fail, and when the planner is told, as vertical lines."""
+    for fault in faults(log):
+        axes.axvline(fault["at"], color=RED, linewidth=1.2)
+        if told_later(fault):
+            axes.axvline(fault["announced"], color=BLUE, linewidth=1.2, linestyle=":")
+
+
+def handles(log: Log) -> list[Line2D]:
+    """What the vertical lines mean, for a legend."""
+    result = fault_handles(log)
+    stop = stop_time(log)
+    if stop is not None:
+        label = f"emergency stop at {stop:.4g} s"
+        result.append(Line2D([], [], color="black", linewidth=1.2, linestyle="--", label=label))
+    return result
+
+
+def fault_handles(log: Log) -> list[Line2D]:
+    """What the lines of the faults mean, for a legend."""
+    happened = faults(log)
+    result = []
+    if happened:
+        label = sentence(happened[0]) if len(happened) == 1 else _together(happened)
+        result.append(Line2D([], [], color=RED, linewidth=1.2, label=label))
+    if any(told_later(fault) for fault in happened):
+        result.append(Line2D([], [], color=BLUE, linewidth=1.2, linestyle=":", label="planner is told"))
+    return result
+
+
+def _together(happened: Sequence[dict[str, Any]]) -> str:
+    """Several faults in words, short."""
+    times = sorted({f"{fault['at']:g} s" for fault in happened}, key=lambda text: float(text[:-2]))
+    return f"{len(happened)} joints fail, at {', '.join(times)}"
+
+
+def heading(log: Log) -> str:
+    """What was run, for a title."""
+    about = log.metadata
+    parts = [about.get("robot", "arm"), f"{about['scheme']} scheme" if about.get("scheme") else ""]
+    parts += [f"solver {about['backend']}" if about.get("backend") else ""]
+    return ", ".join(part for part in parts if part)
+
+
+def time_span(log: Log) -> tuple[float, float]:
+    """First and last time of the log [s]."""
+    t = log["t"]
+    return float(t[0]), float(max(t[-1], t[0] + 1e-9))
+
+
+HEALTHY_COLOUR, FAILED_COLOUR, BRAKE_COLOUR = BLUE, RED, GREY

@@ -1,0 +1,148 @@
+"""Positions and torques of every joint with their limits."""
+
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.sim.log.log_file import Log
+from ftqp.viz.figures import events
+from ftqp.viz.figures.canvas import (
+    BLUE,
+    FORBIDDEN,
+    GREY,
+    RED,
+    TINT,
+    Axes,
+    Figure,
+    Line2D,
+    Patch,
+    legend_below,
+    paper,
+    save,
+    shade_beyond,
+    shade_later,
+    tidy,
+)
+
+COLUMNS = 4
+"""Most joints side by side."""
+
+
+def draw_positions(log: Log, path: str | Path) -> Path:
+    """Draw the position of every joint within its limits to a PNG file.
+
+    Args:
+        log: a loaded log.
+        path: the file to write.
+    """
+    figure, panels = _panels(log, f"Joint positions and their limits: {events.heading(log)}")
+    limits = log.metadata["limits"]
+    for i, axes in enumerate(panels):
+        slides = log.metadata["prismatic"][i]
+        factor = 1e3 if slides else 180.0 / np.pi
+        q = factor * log["q"][:, i]
+        _curve(axes, log, i, q, BLUE)
+        shade_beyond(axes, _scaled(limits["q_min"][i], factor), _scaled(limits["q_max"][i], factor), q)
+        for fault in _degradations(log, i):
+            shade_later(axes, fault["at"], _scaled(fault["q_min"], factor), _scaled(fault["q_max"], factor))
+        _finish(axes, log, i, "position [mm]" if slides else "position [deg]")
+    handles = [
+        Line2D([], [], color=BLUE, label="working joint"),
+        Line2D([], [], color=RED, linewidth=2.2, label="after it failed"),
+        Patch(color=FORBIDDEN, label="beyond the limit"),
+    ]
+    legend_below(figure, [*handles, *events.handles(log)])
+    return save(figure, path)
+
+
+def draw_torques(log: Log, path: str | Path) -> Path:
+    """Draw the torque of every motor within its limits, and of every brake, to a PNG file.
+
+    Args:
+        log: a loaded log.
+        path: the file to write.
+    """
+    figure, panels = _panels(log, f"Joint torques and their limits: {events.heading(log)}")
+    brakes = np.nan_to_num(log["tau_brake"])
+    for i, axes in enumerate(panels):
+        tau = log["tau"][:, i]
+        if brakes[:, i].any():
+            axes.plot(
+                log["t"], np.where(brakes[:, i] == 0.0, np.nan, brakes[:, i]), color=GREY, linewidth=1.2
+            )
+        _curve(axes, log, i, tau, BLUE)
+        limit = log.metadata["limits"]["tau_max"][i]
+        shade_beyond(axes, None if limit is None else -limit, limit, np.concatenate([tau, brakes[:, i]]))
+        for fault in _degradations(log, i):
+            left = None if limit is None else fault["torque"] * limit
+            shade_later(axes, fault["at"], None if left is None else -left, left)
+        _finish(axes, log, i, "force [N]" if log.metadata["prismatic"][i] else "torque [N m]")
+    handles = [
+        Line2D([], [], color=BLUE, label="motor torque of the command"),
+        Line2D([], [], color=RED, linewidth=2.2, label="motor after the joint failed"),
+    ]
+    if brakes.any():
+        handles.append(Line2D([], [], color=GREY, label="carried by the brake"))
+    legend_below(figure, [*handles, Patch(color=FORBIDDEN, label="beyond the limit"), *events.handles(log)])
+    return save(figure, path)
+
+
+def _degradations(log: Log, i: int) -> list[dict[str, Any]]:
+    """The faults that leave joint i with less of its limits."""
+    return [fault for fault in events.faults(log) if fault["kind"] == "degraded" and fault["index"] == i]
+
+
+def _scaled(limit: float | None, factor: float) -> float | None:
+    return None if limit is None else factor * limit
+
+
+def _panels(log: Log, title: str) -> tuple[Figure, list[Axes]]:
+    """One panel a joint."""
+    count = len(log.metadata["joints"])
+    columns = _columns(count)
+    rows = ceil(count / columns)
+    figure = paper(3.3 * columns, 2.3 * rows + 1.2, title)
+    grid: Any = figure.subplots(rows, columns, squeeze=False, sharex=True)
+    panels = list(grid.flat)
+    for unused in panels[count:]:
+        unused.set_axis_off()
+    for i in range(count):
+        panels[i].xaxis.set_tick_params(labelbottom=i + columns >= count)
+    return figure, panels[:count]
+
+
+def _columns(count: int) -> int:
+    """Panels side by side: at most four, and rows as full as can be."""
+    return min(count, 3 if count in (3, 5, 6, 9) else COLUMNS)
+
+
+def _curve(axes: Axes, log: Log, i: int, values: FloatArray, colour: str) -> None:
+    """The signal of joint i, in another colour from its fault on."""
+    failed = log["truth"][:, i] != 0
+    axes.plot(log["t"], np.where(failed, np.nan, values), color=colour, linewidth=1.3)
+    if failed.any():
+        axes.plot(log["t"], np.where(failed, values, np.nan), color=RED, linewidth=2.2)
+        axes.set_facecolor(TINT)
+
+
+def _finish(axes: Axes, log: Log, i: int, label: str) -> None:
+    """Title, labels and instants of one panel."""
+    kinds = {"locked": "locked", "free_swinging": "free-swinging", "degraded": "degraded"}
+    own = [fault for fault in events.faults(log) if fault["index"] == i]
+    name = log.metadata["joints"][i]
+    tidy(axes, "", label)
+    if own:
+        last = own[-1]
+        axes.set_title(
+            f"{name}: {kinds[last['kind']]} from {last['at']:g} s", fontsize=10, color=RED, fontweight="bold"
+        )
+    else:
+        axes.set_title(name, fontsize=10)
+    count = len(log.metadata["joints"])
+    if i + _columns(count) >= count:
+        axes.set_xlabel("time [s]")
+    axes.set_xlim(*events.time_span(log))
+    events.mark(axes, log)

@@ -1,0 +1,51 @@
+"""Figures of one run: path and error, joints, torques, statuses."""
+
+from pathlib import Path
+
+import numpy as np
+
+from ftqp.core.errors import InputError
+from ftqp.sim.log.log_file import Log
+from ftqp.viz.figures import base_errors as base
+from ftqp.viz.figures import joint_figures as joints
+from ftqp.viz.figures import status_ribbon as ribbon
+from ftqp.viz.figures import tracking
+
+DRAWINGS = {
+    "path.png": tracking.draw,
+    "joints.png": joints.draw_positions,
+    "torques.png": joints.draw_torques,
+    "status.png": ribbon.draw,
+    "base.png": base.draw,
+}
+"""The figures of a run by file name."""
+
+
+def save_figures(log: Log, folder: str | Path) -> list[Path]:
+    """Draw all figures of a run as PNG files into ``folder``, which is made if it is missing.
+
+    Args:
+        log: a loaded log with at least one row.
+        folder: where to put them; existing files of the same names are replaced.
+
+    Returns:
+        The files, in the order path, joints, torques (left out where the arm has no inertia), status,
+        base (of a run on a moving base).
+
+    Raises:
+        InputError: an empty log, or a folder that cannot be written.
+    """
+    if not len(log):
+        raise InputError(f"log {log.path} has no rows, expected at least one to draw")
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"folder {folder} cannot be made: {error.strerror}") from error
+    files = []
+    for name, draw in DRAWINGS.items():
+        if name == "torques.png" and not np.isfinite(log["tau"]).any():
+            continue
+        if name == "base.png" and "base_status" not in log:
+            continue
+        files.append(draw(log, Path(folder) / name))
+    return files

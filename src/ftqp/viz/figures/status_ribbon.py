@@ -1,0 +1,87 @@
+"""The status of every step as a ribbon over time, with the faults as they are and as they are believed."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ftqp.control.planner.status import STATUSES
+from ftqp.core.checks import IntArray
+from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.signals import BELIEFS
+from ftqp.viz.figures import events
+from ftqp.viz.figures.canvas import (
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    YELLOW,
+    Axes,
+    Patch,
+    legend_below,
+    paper,
+    save,
+    tidy,
+)
+
+STATUS_COLOURS = (GREEN, YELLOW, SKY, PURPLE, ORANGE, "black", RED)
+"""Colours of the statuses, in the order of their codes."""
+BELIEF_COLOURS = ("#DDEEE6", RED, PURPLE, YELLOW)
+"""Colours of healthy, locked, free-swinging and degraded."""
+THINNEST = 0.002
+"""Spells shorter than this share of the time are widened to it, so that a single step is seen."""
+
+
+def draw(log: Log, path: str | Path) -> Path:
+    """Draw the ribbon to a PNG file.
+
+    Args:
+        log: a loaded log.
+        path: the file to write.
+    """
+    failing = sorted({fault["index"] for fault in events.faults(log)})
+    seen = [int(code) for code in np.unique(log["status"])]
+    ribbons: list[tuple[str, IntArray]] = []
+    for i in failing:
+        name, truth, belief = log.metadata["joints"][i], log["truth"][:, i], log["belief"][:, i]
+        if np.array_equal(truth, belief):
+            ribbons.append((f"{name}, really and as believed", truth))
+        else:
+            ribbons += [(f"{name}, really", truth), (f"{name}, as the planner believes", belief)]
+    title = f"Status of every step: {events.heading(log)}"
+    figure = paper(12.0, 2.6 + 0.45 * len(ribbons) + 0.25 * len(seen), title)
+    axes = figure.add_subplot()
+    spells(axes, log, log["status"], 0.0, dict(enumerate(STATUS_COLOURS)))
+    labels, places = ["planner's status"], [0.0]
+    for label, codes in ribbons:
+        places.append(places[-1] + (1.3 if len(places) == 1 else 1.0))
+        labels.append(label)
+        spells(axes, log, codes, places[-1], dict(enumerate(BELIEF_COLOURS)))
+    tidy(axes, "time [s]", "")
+    axes.set_yticks(places, labels)
+    axes.set_ylim(max(places) + 0.6, -0.6)
+    axes.set_xlim(*events.time_span(log))
+    events.mark(axes, log)
+    sentences = {code: f"{STATUSES[code].name}: {STATUSES[code].value}" for code in seen}
+    handles = [Patch(color=STATUS_COLOURS[code], label=label) for code, label in sentences.items()]
+    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=9)
+    shown = sorted({int(code) for _, codes in ribbons for code in np.unique(codes)})
+    meanings = [Patch(color=BELIEF_COLOURS[code], label=f"joint {BELIEFS[code]}") for code in shown]
+    legend_below(figure, [*meanings, *events.handles(log)])
+    return save(figure, path)
+
+
+def spells(axes: Axes, log: Log, codes: IntArray, place: float, colours: Mapping[int, str]) -> None:
+    """One bar for every spell of equal codes; rare ones on top and wide enough to be seen."""
+    t = log["t"]
+    changes = np.flatnonzero(np.diff(codes)) + 1
+    starts = np.concatenate([[0], changes])
+    step = float(t[1] - t[0]) if len(t) > 1 else 1.0
+    ends = np.concatenate([t[changes], [t[-1] + step]])
+    thinnest = THINNEST * (float(t[-1] - t[0]) or 1.0)
+    for start, end in sorted(zip(starts, ends, strict=True), key=lambda spell: t[spell[0]] - spell[1]):
+        width = max(float(end - t[start]), thinnest)
+        colour = colours.get(int(codes[start]), GREY)
+        axes.broken_barh([(float(t[start]), width)], (place - 0.4, 0.8), facecolors=colour)

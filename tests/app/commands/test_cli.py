@@ -1,0 +1,306 @@
+"""The command line: exit codes, what goes to stdout and what to stderr, files that are whole or not there."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+import ftqp
+from ftqp.app.commands.cli import app
+
+COMMANDS = ("demo", "run", "compare", "replay", "check", "robots", "backends", "schemes", "warmup")
+
+
+def invoke(*arguments: object) -> Any:
+    """The command line in this process."""
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def process(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
+    """The command line in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "ftqp.app", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+        **options,
+    )
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_of_every_command_has_an_example(command: str) -> None:
+    result = invoke(command, "--help")
+    assert result.exit_code == 0
+    assert f"Example: ftqp {command}" in result.stdout
+
+
+def test_help_names_every_command() -> None:
+    result = invoke("--help")
+    assert all(command in result.stdout for command in COMMANDS)
+
+
+def test_version_is_that_of_the_package() -> None:
+    assert invoke("--version").stdout == f"ftqp {ftqp.__version__}\n"
+
+
+@pytest.mark.parametrize("arguments", [("fly",), ("run",), ("run", "panda-circle", "--sett", "a=1")])
+def test_wrong_usage_exits_2(arguments: tuple[str, ...]) -> None:
+    assert invoke(*arguments).exit_code == 2
+
+
+def test_run_writes_log_summary_and_resolved_scenario(short: Path, tmp_path: Path) -> None:
+    out = tmp_path / "deep" / "out"
+    result = invoke("run", short, "--out", out)
+    assert result.exit_code == 0, result.output
+    assert {"log.sqlite", "scenario.toml", "summary.json"} <= {file.name for file in out.iterdir()}
+    assert len(ftqp.load_log(out)["t"]) == 51
+    assert "every limit was kept" in result.stdout
+    assert str(out) in result.stdout
+
+
+def test_run_draws_figures(short: Path, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+    invoke("run", short, "--out", tmp_path / "out")
+    pictures = list((tmp_path / "out" / "figures").glob("*.png"))
+    assert len(pictures) >= 3
+    assert all(picture.read_bytes().startswith(b"\x89PNG") for picture in pictures)
+
+
+def test_run_without_matplotlib_says_so_and_goes_on(short: Path, tmp_path: Path) -> None:
+    code = "import sys; sys.modules['matplotlib'] = None; from ftqp.app.commands.cli import main; main()"
+    result = subprocess.run(
+        [sys.executable, "-c", code, "run", str(short), "--out", str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert result.returncode == 0, result.stderr
+    assert 'pip install "ftqp[viz]"' in result.stderr
+    assert not (tmp_path / "out" / "figures").exists()
+
+
+def test_summary_has_the_promised_keys(short: Path, tmp_path: Path) -> None:
+    invoke("run", short, "--out", tmp_path / "out")
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    promised = (
+        "scenario robot scheme backend level dt steps completed final_status stopped_at status_counts "
+        "max_position_error rms_position_error max_rotation_error max_limit_violation "
+        "max_failed_joint_motion qp step_time_us faults"
+    )
+    assert set(promised.split()) <= set(summary)
+    assert set(summary["max_limit_violation"]) == {"q", "v", "a", "tau"}
+    assert set(summary["qp"]) >= {"iterations_median", "iterations_max", "residual_max", "failures"}
+    assert set(summary["step_time_us"]) >= {"p50", "p99", "p999", "max"}
+    assert (summary["scenario"], summary["robot"], summary["steps"]) == ("short", "planar6", 51)
+    assert summary["max_failed_joint_motion"] == {"j2": 0.0}
+
+
+def test_resolved_scenario_of_a_run_gives_the_same_run(short: Path, tmp_path: Path) -> None:
+    invoke("run", short, "--set", "planner.task.kp=50.0", "--out", tmp_path / "first")
+    result = invoke("run", tmp_path / "first" / "scenario.toml", "--out", tmp_path / "second")
+    assert result.exit_code == 0, result.output
+    first, second = (ftqp.load_log(tmp_path / name) for name in ("first", "second"))
+    assert (first["q"] == second["q"]).all()
+
+
+def test_json_is_one_object_on_stdout_and_nothing_else(short: Path, tmp_path: Path) -> None:
+    result = process("run", short, "--out", tmp_path / "out", "--json")
+    assert result.returncode == 0, result.stderr
+    assert json.loads(result.stdout)["completed"] is True
+
+
+@pytest.mark.parametrize("command", ["robots", "backends", "schemes", "warmup", "check"])
+def test_json_of_every_list_is_one_object(command: str) -> None:
+    assert isinstance(json.loads(invoke(command, "--json").stdout), dict)
+
+
+def test_error_with_json_is_one_object_that_lists_all_errors(short: Path) -> None:
+    result = process("run", short, "--set", "planner.dt=0", "--set", "planner.level=x", "--json")
+    assert result.returncode == 2
+    assert [line.partition(" ")[0] for line in json.loads(result.stdout)["errors"]] == [
+        "planner.dt",
+        "planner.level",
+    ]
+    assert "planner.dt is 0" in result.stderr
+
+
+def test_errors_go_to_stderr_without_traceback() -> None:
+    result = process("run", "panda-cirle")
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert "did you mean 'panda-circle'?" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_a_task_that_is_not_completed_exits_1(tmp_path: Path) -> None:
+    result = invoke("run", "planar6-stop", "--out", tmp_path / "out", "--json")
+    summary = json.loads(result.stdout)
+    assert result.exit_code == 1
+    assert summary["completed"] is False
+    assert summary["final_status"] == "STOPPED"
+    assert 16.0 < summary["stopped_at"] < 17.2
+
+
+def test_an_existing_folder_is_left_alone(short: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "mine.txt").write_text("mine")
+    result = invoke("run", short, "--out", out)
+    assert result.exit_code == 2
+    assert "nothing is overwritten" in result.stderr
+    assert [file.name for file in out.iterdir()] == ["mine.txt"]
+
+
+def test_a_folder_below_a_file_is_refused(short: Path, tmp_path: Path) -> None:
+    result = invoke("run", short, "--out", short / "out")
+    assert result.exit_code == 2
+    assert "is not a folder" in result.stderr
+
+
+def test_default_folder_is_named_by_scenario_and_time(
+    short: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        assert invoke("run", short).exit_code == 0
+    names = [folder.name for folder in (tmp_path / "runs").iterdir()]
+    assert len(names) == 2
+    assert all(name.startswith("short-") for name in names)
+
+
+def test_wrong_scenario_leaves_no_folder(short: Path, tmp_path: Path) -> None:
+    result = invoke("run", short, "--set", "start.q=[1, 2]", "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert not (tmp_path / "out").exists()
+
+
+def test_backend_and_scheme_replace_those_of_the_scenario(short: Path, tmp_path: Path) -> None:
+    result = invoke("run", short, "--backend", "daqp", "--scheme", "rmp", "--out", tmp_path / "out", "--json")
+    summary = json.loads(result.stdout)
+    assert (summary["backend"], summary["scheme"]) == ("daqp", "rmp")
+
+
+def test_backend_may_be_a_profile_file(short: Path, tmp_path: Path) -> None:
+    profile = tmp_path / "mine.toml"
+    profile.write_text('name = "osqp"\ntolerance = 1e-9\n')
+    result = invoke("run", short, "--backend", profile, "--out", tmp_path / "out", "--json")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["backend"] == "osqp"
+
+
+def test_check_prints_a_scenario_that_is_valid_itself(short: Path, tmp_path: Path) -> None:
+    result = process("check", short)
+    assert result.returncode == 0, result.stderr
+    again = tmp_path / "again.toml"
+    again.write_text(result.stdout)
+    assert process("check", again).stdout == result.stdout
+
+
+def test_check_without_scenario_lists_the_bundled_ones() -> None:
+    assert "panda-circle" in invoke("check").stdout
+
+
+def test_keys_of_a_scenario_come_with_default_and_unit() -> None:
+    rows = {row["key"]: row for row in json.loads(invoke("check", "--keys", "--json").stdout)["keys"]}
+    assert rows["planner.dt"] == {
+        "key": "planner.dt",
+        "default": "0.001",
+        "unit": "s",
+        "meaning": "control period, 0 < dt <= 1",
+    }
+    assert rows["path(circle).radius"]["default"] == "needed"
+    assert all(row["meaning"] for row in rows.values())
+
+
+def test_backends_tell_licence_and_state() -> None:
+    rows = {row["name"]: row for row in json.loads(invoke("backends", "--json").stdout)["backends"]}
+    assert rows["active_set"]["state"] == "ready"
+    assert "GPL" in rows["quadprog"]["licence"]
+
+
+def test_schemes_tell_gains_with_defaults() -> None:
+    rows = {row["name"]: row for row in json.loads(invoke("schemes", "--json").stdout)["schemes"]}
+    assert rows["dlsm"]["gains"].startswith("alpha = 0.995")
+    assert rows["singularity_robust"]["gains"] == "rule = row, limit"
+    assert rows["approximate_pseudoinverse"]["gains"] == "threshold = 0.1"
+    assert rows["pseudoinverse"]["gains"] == ""
+    assert all(row["what"] for row in rows.values())
+
+
+def test_robots_are_those_of_the_catalog() -> None:
+    rows = json.loads(invoke("robots", "--json").stdout)["robots"]
+    assert [row["name"] for row in rows] == list(ftqp.robots.names())
+
+
+def _heed_interrupts() -> None:
+    """Ctrl-C means something to the child even if the tests run in the background, where shells ignore it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def _started(short: Path, out: Path) -> subprocess.Popen[str]:
+    """A run that lasts, once its log has rows."""
+    run = subprocess.Popen(
+        [
+            *(sys.executable, "-m", "ftqp.app", "run", str(short), "--json"),
+            *("--out", str(out), "--set", "simulation.duration=20000.0"),
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=_heed_interrupts if os.name != "nt" else None,
+    )
+    for _ in range(1200):
+        time.sleep(0.1)
+        if run.poll() is not None:
+            break
+        if (out / "log.sqlite").exists() and (out / "log.sqlite").stat().st_size > 500_000:
+            return run
+    stdout, stderr = run.communicate()
+    raise AssertionError(f"the run ended early or never began: {stdout}{stderr}")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for another process")
+def test_ctrl_c_leaves_complete_files_and_exits_130(short: Path, tmp_path: Path) -> None:
+    run = _started(short, tmp_path / "out")
+    run.send_signal(signal.SIGINT)
+    stdout, stderr = run.communicate(timeout=60)
+    assert run.returncode == 130, stderr
+    assert "Traceback" not in stderr
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert json.loads(stdout) == summary
+    assert summary["interrupted"] is True
+    assert summary["completed"] is False
+    assert len(ftqp.load_log(tmp_path / "out")) == summary["steps"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
+def test_a_killed_run_leaves_a_readable_log(short: Path, tmp_path: Path) -> None:
+    run = _started(short, tmp_path / "out")
+    run.kill()
+    run.communicate(timeout=60)
+    log = ftqp.load_log(tmp_path / "out")
+    assert len(log) > 1000
+    assert log.metadata["state"] == "running"
+    assert not (tmp_path / "out" / "summary.json").exists()
+
+
+def test_demo_tells_the_story(tmp_path: Path) -> None:
+    result = process("demo", "--out", tmp_path / "out", env=os.environ | {"COLUMNS": "200"})
+    assert result.returncode == 0, result.stderr
+    for words in (
+        "panda_joint3",
+        "every limit was kept",
+        "strayed at most",
+        "completed",
+        str(tmp_path / "out"),
+    ):
+        assert words in result.stdout

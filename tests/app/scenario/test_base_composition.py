@@ -1,0 +1,136 @@
+"""The table [base]: what it makes, and what it refuses in one sentence with its path."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ftqp.app.scenario.document import Document
+from ftqp.app.scenario.setup import Setup, load, resolve, validated
+from ftqp.core.errors import ScenarioError
+from ftqp.sim.plants.servo import ServoPlant
+
+BASE: dict[str, Any] = {"kind": "platform"}
+
+
+def setup(folder: Path | None = None, **tables: Any) -> Setup:
+    """What a scenario of a Panda that holds its pose stands for, with these tables."""
+    content: dict[str, Any] = {
+        "robot": {"name": "panda"},
+        "planner": {"level": "velocity"},
+        "path": {"kind": "hold", "duration": 1.0},
+        "base": BASE,
+    }
+    found = Document(name="test", origin="test", folder=folder or Path.cwd(), content=content | tables)
+    return resolve(found, validated(found))
+
+
+def refused(**tables: Any) -> str:
+    """The errors of a scenario, in one text."""
+    with pytest.raises(ScenarioError) as caught:
+        setup(**tables)
+    return str(caught.value) + " ".join(caught.value.errors)
+
+
+def test_path_begins_where_the_base_has_put_the_tip() -> None:
+    found = setup()
+    assert found.world is not None
+    np.testing.assert_allclose(found.path.start, found.world.start() @ found.robot.pose(found.q), atol=1e-15)
+    np.testing.assert_allclose(found.world.start()[:3, 3], [0.20, 0.0, 0.75])
+
+
+def test_settings_reach_the_inertial_task() -> None:
+    table = BASE | {
+        "sensing": "late",
+        "delay": 0.002,
+        "attitude": "nominal",
+        "gain": 0.7,
+        "observer": {"lowpass": 0.3},
+        "anti_windup": True,
+        "patience": 0.1,
+    }
+    world = setup(base=table).world
+    assert world is not None
+    base = world.follower.base
+    assert (base.sensing, base.delay, base.attitude, base.anti_windup, base.patience) == (
+        "late", 0.002, "nominal", True, 0.1,
+    )  # fmt: skip
+    assert world.follower.gain == 0.7 and base.observer is not None and base.observer.lowpass == 0.3
+
+
+def test_random_motion_follows_the_seed() -> None:
+    table = BASE | {"disturbances": [{"kind": "random", "coordinate": "tilt", "rms": 0.1, "corner": 1.0}]}
+
+    def moved(seed: int) -> Any:
+        world = setup(base=table, simulation={"seed": seed}).world
+        assert world is not None
+        world.reset(np.zeros(7), np.zeros(7), 50)
+        world.sense(49, np.zeros(7), np.eye(4))
+        return world.eta.copy()
+
+    np.testing.assert_array_equal(moved(1), moved(1))
+    assert not np.array_equal(moved(1), moved(2))
+
+
+def test_recording_is_found_beside_the_scenario_and_resolved(tmp_path: Path) -> None:
+    (tmp_path / "motion.csv").write_text("t,rx\n0,0\n1,0.1\n", encoding="utf-8")
+    table = {"kind": "free", "disturbances": [{"kind": "recorded", "file": "motion.csv"}]}
+    found = setup(tmp_path, base=table)
+    assert found.content["base"]["disturbances"][0]["file"] == str(tmp_path / "motion.csv")
+
+
+def test_resolved_scenario_with_a_base_can_be_run_again(tmp_path: Path) -> None:
+    first = load("puma-step-10")
+    file = tmp_path / "again.toml"
+    file.write_text(first.toml, encoding="utf-8")
+    assert load(str(file)).content == first.content
+
+
+def test_servo_is_made_of_its_table() -> None:
+    found = setup(simulation={"plant": "servo", "servo": {"time_constant": 0.02}})
+    assert isinstance(found.plant, ServoPlant)
+
+
+def test_branch_limits_and_priority_reach_the_planner() -> None:
+    planner = {
+        "level": "velocity",
+        "branch_limits": {"panda_joint4": [-2.5, -1.0]},
+        "task": {"priority": "position_first"},
+    }
+    found = setup(planner=planner).planner
+    assert (found.robot.limits.q_min[3], found.robot.limits.q_max[3]) == (-2.5, -1.0)
+    assert found.task.priority == "position_first"
+
+
+@pytest.mark.parametrize(
+    ("table", "sentence"),
+    [
+        ({"kind": "boat"}, "base has kind 'boat', expected one of platform, free"),
+        (BASE | {"sensing": "some"}, "base.sensing is 'some', expected one of unknown, known, late"),
+        (BASE | {"gain": 2.0}, "base.gain is 2.0, expected a number less than 2"),
+        (BASE | {"observer": {"lowpass": 1.5}}, "base.observer.lowpass is 1.5, expected a number at most 1"),
+        (BASE | {"observer": {"noise": 1e-3}}, "base: observer has one of noise and acceleration"),
+        (BASE | {"delay": 0.1}, "base: sensing is 'unknown' with a delay of 0.1 s"),
+        (BASE | {"sensing": "known", "wind": 1}, "base.wind is not a key of [base]"),
+        (BASE | {"end_point": False}, "base: end_point is false"),
+        (
+            BASE | {"disturbances": [{"kind": "step", "coordinate": "rx", "size": 1.0}]},
+            "base: 'rx' is not a coordinate of this base; it has track, rotation, tilt",
+        ),
+        (
+            BASE | {"disturbances": [{"kind": "quake", "coordinate": "tilt"}]},
+            "base.disturbances[0] has kind 'quake', expected one of step, sinusoid, random, recorded",
+        ),
+        (
+            BASE | {"disturbances": [{"kind": "recorded", "file": "none.csv"}]},
+            "none.csv does not exist; expected a .csv file",
+        ),
+    ],
+)
+def test_wrong_base_table_is_one_clear_sentence(table: dict[str, Any], sentence: str) -> None:
+    assert sentence in refused(base=table)
+
+
+def test_planner_that_does_not_fit_a_moving_base_is_named() -> None:
+    assert "base: the planner decides accelerations" in refused(planner={"level": "acceleration"})

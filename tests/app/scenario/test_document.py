@@ -1,0 +1,124 @@
+"""A scenario's text: found, read within limits, overridden, written back."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ftqp.app.scenario import document
+from ftqp.app.schema import Scenario
+from ftqp.core.errors import ScenarioError
+
+BUNDLED = {
+    "iiwa-line",
+    "iiwa-moving-base-locked",
+    "modular11-locked",
+    "modular11-singular",
+    "panda-circle",
+    "panda-degraded",
+    "panda-free-swinging",
+    "planar6-square",
+    "planar6-stop",
+    "puma-step-10",
+    "puma-step-30",
+}
+
+
+def test_bundled_scenarios_are_there_with_a_sentence_each() -> None:
+    found = document.bundled()
+    assert set(found) >= BUNDLED
+    assert all(len(story) > 30 for story in found.values())
+
+
+@pytest.mark.parametrize("name", sorted(BUNDLED))
+def test_bundled_scenario_is_valid_and_survives_being_written_as_toml(name: str) -> None:
+    scenario = Scenario.model_validate(document.read(name).content)
+    again = Scenario.model_validate(tomllib.loads(document.toml(scenario.model_dump())))
+    assert again == scenario
+
+
+def test_emergency_off_survives_being_written_as_toml() -> None:
+    content = document.read("panda-circle", ["planner.emergency=off"]).content
+    scenario = Scenario.model_validate(content)
+    again = Scenario.model_validate(tomllib.loads(document.toml(scenario.model_dump())))
+    assert scenario.planner.emergency is None
+    assert again.planner.emergency is None
+
+
+values = st.recursive(
+    st.booleans() | st.integers(-(2**60), 2**60) | st.floats(allow_nan=False) | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=8,
+)
+tables = st.dictionaries(st.text(max_size=5), values, max_size=3)
+
+
+@given(st.dictionaries(st.text(max_size=5), tables, max_size=3), st.lists(tables, min_size=1, max_size=3))
+def test_toml_reads_back_as_what_was_written(content: dict[str, object], faults: list[object]) -> None:
+    content["faults"] = faults
+    assert tomllib.loads(document.toml(content)) == content
+
+
+def test_override_replaces_a_value_and_keeps_its_neighbours() -> None:
+    content = document.read("panda-circle", ["planner.dt=0.002"]).content
+    assert content["planner"]["dt"] == 0.002
+    assert content["planner"]["scheme"] == "mvn"
+
+
+@pytest.mark.parametrize(
+    ("override", "value"),
+    [
+        ("planner.scheme=rmp", "rmp"),
+        ('planner.scheme={name = "dlsm", alpha = 0.5}', {"name": "dlsm", "alpha": 0.5}),
+        ("planner.scheme = 'man'", "man"),
+        ("planner.scheme=[1, 2]", [1, 2]),
+    ],
+)
+def test_override_is_a_toml_value_or_else_text(override: str, value: object) -> None:
+    assert document.read("panda-circle", [override]).content["planner"]["scheme"] == value
+
+
+def test_override_reaches_into_a_list_of_tables() -> None:
+    assert document.read("panda-circle", ["faults.0.at=5"]).content["faults"][0]["at"] == 5
+
+
+def test_override_makes_tables_that_are_not_there() -> None:
+    assert document.read("planar6-square", ["planner.emergency.samples=1"]).content["planner"][
+        "emergency"
+    ] == {"samples": 1}
+
+
+def test_empty_override_takes_a_key_out() -> None:
+    assert "faults" not in document.read("panda-circle", ["faults="]).content
+
+
+@pytest.mark.parametrize("override", ["dt", "=1", "planner..dt=1", ".=2"])
+def test_override_without_key_and_value_is_refused(override: str) -> None:
+    with pytest.raises(ScenarioError, match=r"a\.b=value"):
+        document.read("panda-circle", [override])
+
+
+@pytest.mark.parametrize("override", ["faults.3.at=1", "faults.x.at=1", "planner.dt.x=1", "faults.7=1"])
+def test_override_that_leads_nowhere_is_refused(override: str) -> None:
+    with pytest.raises(ScenarioError, match="--set"):
+        document.read("panda-circle", [override])
+
+
+def test_all_malformed_overrides_are_told_at_once() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        document.read("panda-circle", ["dt", "=1"])
+    assert len(caught.value.errors) == 2
+
+
+def test_paths_of_a_file_are_relative_to_its_folder(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text("[robot]\nname = 'panda'\n")
+    found = document.read(str(file))
+    assert (found.name, found.folder) == ("mine", tmp_path)
+
+
+def test_empty_list_of_tables_stays_at_the_top() -> None:
+    content = {"path": {"kind": "hold"}, "faults": [], "simulation": {"seed": 1}}
+    assert tomllib.loads(document.toml(content)) == content

@@ -1,0 +1,298 @@
+"""A scenario, resolved: the objects stand for what the tables say, and the bundled ones do what they tell."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.app.run import runs
+from ftqp.app.scenario.document import Document, bundled
+from ftqp.app.scenario.setup import Setup, load, resolve, validated
+from ftqp.control import paths
+
+ENDINGS = {
+    "iiwa-line": (True, 5e-6),
+    "iiwa-moving-base-locked": (True, 1e-5),
+    "modular11-locked": (True, 2e-4),
+    "modular11-singular": (True, 2e-3),
+    "panda-circle": (True, 2e-6),
+    "panda-degraded": (True, 3e-3),
+    "panda-free-swinging": (True, 2e-6),
+    "planar6-square": (True, 4e-6),
+    "planar6-stop": (False, 0.039),
+    "puma-step-10": (True, 0.128),
+    "puma-step-30": (True, 0.273),
+}
+"""Whether each bundled scenario completes its task, and its largest position error [m]."""
+
+
+def setup(**tables: Any) -> Setup:
+    """What a scenario with these tables stands for."""
+    content: dict[str, Any] = {
+        "robot": {"name": "panda"},
+        "path": {"kind": "line", "displacement": [0.1, 0.0, 0.0], "duration": 1.0},
+    }
+    found = Document(name="test", origin="test", folder=Path.cwd(), content=content | tables)
+    return resolve(found, validated(found))
+
+
+def test_every_bundled_scenario_has_its_ending_told() -> None:
+    assert set(bundled()) == set(ENDINGS)
+
+
+@pytest.mark.parametrize("name", sorted(ENDINGS))
+def test_bundled_scenario_ends_as_it_tells(name: str, tmp_path: Path) -> None:
+    completed, error = ENDINGS[name]
+    summary = runs.run(load(name), tmp_path / "out").summary
+    assert summary["completed"] is completed
+    assert summary["max_position_error"] <= error
+    assert max(summary["max_limit_violation"].values()) <= 1e-9
+    expected = {"OK"} if completed else {"OK", "RELAXED", "STOPPING", "STOPPED"}
+    if name.startswith("puma-step"):  # the platform turns as fast as the arm's joints
+        expected = {"OK", "RELAXED"}
+        assert summary["inertial"]["final_position_error"] < 1e-9
+    if name.startswith("modular11"):
+        expected = set(summary["status_counts"]) & {"OK", "SCALED", "RELAXED"}
+    assert set(summary["status_counts"]) == expected
+
+
+def test_the_elbow_of_the_degraded_scenario_meets_its_limit() -> None:
+    scenario = load("panda-degraded", ["faults="])
+    log = np.array([step for step in _velocities(scenario, 3)])
+    assert np.abs(log).max() > 0.12 * scenario.robot.limits.v_max[3]
+
+
+def _velocities(scenario: Setup, joint: int) -> list[float]:
+    """The velocities of one joint along the path."""
+    planner, q, v = scenario.planner, scenario.q.copy(), scenario.v.copy()
+    sample = scenario.path.sample(np.arange(0.0, scenario.duration, planner.dt))
+    result = []
+    for pose, twist, acceleration in zip(sample.pose, sample.twist, sample.acceleration, strict=True):
+        step = planner.step(q, v, ftqp.Target(pose=pose, twist=twist, acceleration=acceleration))
+        q, v = step.q.copy(), step.v.copy()
+        result.append(float(v[joint]))
+    return result
+
+
+def test_without_a_start_the_arm_is_at_rest_in_its_neutral_posture() -> None:
+    made = setup()
+    assert (made.q == made.robot.neutral).all()
+    assert (made.v == 0.0).all()
+
+
+def test_the_path_starts_where_the_arm_is() -> None:
+    q = [0.1, -0.7, 0.2, -2.2, 0.1, 1.6, 0.7]
+    made = setup(start={"q": q})
+    assert np.abs(made.path.start - made.robot.pose(q)).max() < 1e-12
+
+
+def test_limits_of_the_scenario_replace_those_of_the_robot() -> None:
+    made = setup(robot={"name": "panda", "acceleration": 3.0, "limits": {"v_max": [0.1] * 7}})
+    assert (made.robot.limits.v_max == 0.1).all()
+    assert (made.robot.limits.a_max == 3.0).all()
+
+
+def test_one_limit_stands_for_all_joints() -> None:
+    assert (setup(robot={"name": "panda", "limits": {"v_max": 0.1}}).robot.limits.v_max == 0.1).all()
+
+
+def test_a_robot_may_be_a_table_of_denavit_and_hartenberg() -> None:
+    made = setup(
+        robot={
+            "dh": [[0.0, 0.0, 0.5, 0.0], [0.0, 0.0, 0.5, 0.0], [0.0, 0.0, 0.5, 0.0]],
+            "limits": {"q_min": -2.0, "q_max": 2.0, "v_max": 1.0, "a_max": 5.0},
+        },
+        planner={"task": {"rows": ["x", "y"]}},
+        start={"q": [0.3, 0.5, 0.5]},
+        path={"kind": "line", "displacement": [0.0, 0.1, 0.0], "duration": 1.0},
+    )
+    assert made.robot.nv == 3
+    assert np.abs(made.path.start[2, 3]) < 1e-12
+
+
+def test_planner_is_made_as_the_scenario_says() -> None:
+    made = setup(
+        planner={
+            "dt": 0.004,
+            "level": "velocity",
+            "scheme": {"name": "rmp", "mu": 2.0},
+            "bounds": {"name": "jin", "margin": 0.05},
+            "backend": {"name": "daqp"},
+            "emergency": "off",
+            "task": {"rows": "position", "mode": "hard", "kp": 7.0},
+        }
+    )
+    planner = made.planner
+    assert (planner.dt, planner.level, planner.backend) == (0.004, "velocity", "daqp")
+    assert planner.scheme == ftqp.schemes.rmp(mu=2.0)
+    assert planner.bounds == ftqp.Jin(margin=0.05)
+    assert planner.emergency is None
+    assert planner.task == ftqp.Task(rows="position", mode="hard", kp=7.0)
+
+
+def test_a_scenario_may_name_a_closed_form() -> None:
+    scheme = {"name": "singularity_robust", "rule": "exact_inf", "limit": 0.87}
+    made = setup(planner={"dt": 0.004, "level": "velocity", "scheme": scheme})
+    assert made.planner.scheme == ftqp.schemes.by_name(scheme)
+    assert made.planner.backend == "active_set"
+    assert "exact_inf" in made.toml
+
+
+@pytest.mark.parametrize(
+    ("planner", "sentence"),
+    [
+        ({"scheme": "pseudoinverse"}, "planner: scheme 'pseudoinverse' is a closed form for rates"),
+        (
+            {"scheme": "pseudoinverse", "level": "velocity", "backend": "daqp"},
+            "planner: scheme 'pseudoinverse' is a closed form and has no backend",
+        ),
+        (
+            {"scheme": {"name": "singularity_robust", "rule": "tigth"}, "level": "velocity"},
+            "planner.scheme: damping rule is 'tigth' (did you mean 'tight'?)",
+        ),
+    ],
+)
+def test_a_closed_form_that_does_not_fit_is_one_sentence(planner: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ftqp.ScenarioError) as caught:
+        setup(planner=planner)
+    assert any(error.startswith(sentence) for error in caught.value.errors), caught.value.errors
+
+
+def test_faults_keep_their_announcements() -> None:
+    made = setup(
+        faults=[
+            {"kind": "locked", "joint": "panda_joint4", "at": 0.5, "announced": "never"},
+            {"kind": "degraded", "joint": 0, "at": 0.2, "announced": 0.3, "velocity": 0.5},
+            {"kind": "free_swinging", "joint": 1, "at": 0.1, "damping": 2.0},
+        ]
+    )
+    events = list(made.schedule)
+    assert [event.at for event in events] == [0.1, 0.2, 0.5]
+    assert [event.told for event in events] == [0.1, 0.3, None]
+    assert events[0].fault == ftqp.FreeSwinging(1, damping=2.0)
+    assert events[1].fault == ftqp.Degraded(0, velocity=0.5)
+
+
+def test_checking_the_faults_leaves_the_planner_healthy() -> None:
+    made = setup(faults=[{"kind": "degraded", "joint": 0, "at": 0.5, "velocity": 0.5}])
+    assert made.planner.faults == {}
+
+
+@pytest.mark.parametrize(
+    ("table", "kind"),
+    [
+        ({"kind": "square", "side": 0.1, "duration": 4.0}, paths.Square),
+        ({"kind": "circle", "radius": 0.1, "duration": 4.0, "axes": ["y", [0, 0, 1]]}, paths.Circle),
+        ({"kind": "lissajous", "amplitudes": [0.1, 0.05], "duration": 4.0}, paths.Lissajous),
+        ({"kind": "line", "displacement": [0.1, 0, 0], "duration": 4.0, "law": "constant"}, paths.Line),
+        (
+            {
+                "kind": "line",
+                "displacement": [0.1, 0, 0],
+                "duration": 4.0,
+                "law": {"name": "trapezoid", "ramp": 0.1},
+            },
+            paths.Line,
+        ),
+        ({"kind": "point_to_point", "position": [0.4, 0.1, 0.4], "duration": 4.0}, paths.PointToPoint),
+    ],
+)
+def test_every_kind_of_path_can_be_named(table: dict[str, Any], kind: type) -> None:
+    made = setup(path=table)
+    assert type(made.path) is kind
+    assert made.duration == 4.0
+
+
+def test_a_relative_goal_counts_from_the_start_pose() -> None:
+    half = np.sqrt(0.5)
+    made = setup(
+        path={
+            "kind": "point_to_point",
+            "position": [0.0, 0.1, 0.0],
+            "orientation": [0.0, 0.0, half, half],
+            "relative": True,
+            "duration": 1.0,
+        }
+    )
+    start, end = made.path.start, made.path.sample(1.0).pose[0]
+    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    assert np.abs(end[:3, 3] - start[:3, 3] - [0.0, 0.1, 0.0]).max() < 1e-12
+    assert np.abs(end[:3, :3] - quarter @ start[:3, :3]).max() < 1e-9
+
+
+def test_waypoints_are_read_from_a_file_beside_the_scenario(tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text("x,y,z\n0.05,0,0\n0.05,0.05,0\n")
+    file = tmp_path / "points.toml"
+    file.write_text(
+        '[robot]\nname = "panda"\n'
+        '[path]\nkind = "waypoints"\nfile = "points.csv"\nrelative = true\nduration = 2.0\n'
+    )
+    made = load(str(file))
+    moved = made.path.sample(2.0).pose[0, :3, 3] - made.path.start[:3, 3]
+    assert np.abs(moved - [0.05, 0.05, 0.0]).max() < 1e-12
+    assert made.content["path"]["file"] == str(tmp_path / "points.csv")
+
+
+def test_singular_scenario_finishes_on_its_line(tmp_path: Path) -> None:
+    """The whole path with at most 0.05 in (1.27 mm) off it; by the clock the tool leaves it farther."""
+    facts = runs.run(load("modular11-singular"), tmp_path / "progress").summary
+    assert facts["path_progress"] == 1.0 and facts["path_completed_at"] < 21.0
+    assert facts["max_off_path"] <= 0.05 * 0.0254
+    assert facts["blocked"] is None and facts["reference"] == "progress"
+    assert set(facts["max_failed_joint_motion"].values()) == {0.0}
+    slack = runs.run(load("modular11-singular", ["planner.task.mode=slack"]), tmp_path / "time").summary
+    assert slack["reference"] == "time" and slack["max_off_path"] > 5.0 * facts["max_off_path"]
+
+
+def test_blocked_path_is_told_and_ends_the_run(tmp_path: Path) -> None:
+    rolls = [{"kind": "locked", "joint": f"j{k}", "at": 0.0, "mode": "instant"} for k in (1, 3, 5, 9, 11)]
+    scenario = load("modular11-singular")
+    content = scenario.content
+    content["faults"] = [*content["faults"], *rolls]
+    found = Document(name="test", origin="test", folder=Path.cwd(), content=content)
+    ended = runs.run(resolve(found, validated(found)), tmp_path / "out")
+    assert "cannot go on along -x" in ended.summary["blocked"]
+    assert ended.summary["path_completed_at"] is None and ended.exit_code == 1
+    assert ended.summary["path_progress"] == pytest.approx(0.116, abs=0.002)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "led"),
+    [
+        ([], False),
+        (["planner.task.mode=scaled"], True),
+        (["planner.task.mode=scaled", "path.reference=time"], False),
+        (["planner.task.mode=scaled", "path.reference=progress"], True),
+    ],
+)
+def test_scaled_task_goes_by_progress_unless_told_otherwise(overrides: list[str], led: bool) -> None:
+    assert (load("panda-circle", overrides).follower is not None) is led
+
+
+def test_stall_table_is_the_switch_of_the_escape() -> None:
+    on = load("modular11-singular", ["planner.stall.patience=5.0", 'planner.stall.patterns=["random"]'])
+    assert on.follower is not None and on.follower.stall == ftqp.StallEscape(
+        patience=5.0, patterns=("random",)
+    )
+    off = load("modular11-singular", ["planner.stall=off"])
+    assert off.follower is not None and off.follower.stall is None
+    assert 'stall = "off"' in off.toml
+
+
+def test_wrong_path_settings_are_told_with_their_place() -> None:
+    for overrides, message in (
+        (
+            ["path.reference=progress"],
+            "path.reference: the planner's task mode is 'slack', expected 'scaled'",
+        ),
+        (
+            ['planner.stall.patterns=["zigzag"]', "planner.task.mode=scaled"],
+            "'zigzag' is not an escape pattern",
+        ),
+        (["planner.task.mode=scaled", "planner.task.damping={ factor = 0.1 }"], "damping does not go with"),
+    ):
+        with pytest.raises(ftqp.ScenarioError) as caught:
+            load("panda-circle", overrides)
+        assert message in "\n".join([str(caught.value), *caught.value.errors])

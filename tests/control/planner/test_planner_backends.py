@@ -1,0 +1,201 @@
+"""External solvers give the command of the active set, and none of their failures reaches the arm."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.qp.adapters.backend import Backend, Claim
+
+DT = 2e-3
+TOLERANCE = {
+    "dtrnn": 1e-9,
+    "daqp": 1e-9,
+    "quadprog": 1e-9,
+    "qpsolvers:daqp": 1e-9,
+    "proxqp": 1e-6,
+    "osqp": 1e-6,
+}
+NATIVE = [pytest.param(name, marks=pytest.mark.solvers) if name == "quadprog" else name for name in TOLERANCE]
+
+
+def side_by_side(robot, path, backend, ticks, **options):
+    """Steps of an external and of the in-kernel planner at the same states, through a lock of joint 3."""
+    planner = ftqp.Planner(robot, DT, backend=backend, **options)
+    reference = ftqp.Planner(robot, DT, **options)
+    assert planner.backend == backend and planner._record["external"][0] == 1
+    q, v = robot.neutral.copy(), np.zeros(robot.nv)
+    planner.reset(q)
+    reference.reset(q)
+    sample = path.sample(np.arange(ticks) * DT)
+    target = ftqp.Target(pose=path.start)
+    for k in range(ticks):
+        if k == ticks // 2:
+            planner.report(ftqp.Locked(2))
+            reference.report(ftqp.Locked(2))
+        target.pose[:], target.twist[:] = sample.pose[k], sample.twist[k]
+        target.acceleration[:] = sample.acceleration[k]
+        a, b = planner.step(q, v, target), reference.step(q, v, target)
+        yield a, b
+        q, v = b.q.copy(), b.v.copy()
+
+
+@pytest.mark.parametrize("backend", NATIVE)
+@pytest.mark.parametrize("scheme", ["mvn", "rmp"])
+def test_backend_commands_what_the_active_set_commands(panda, home, level, backend, scheme):
+    path = ftqp.paths.Circle(home, 0.05, duration=1.4, axes=("y", "z"))
+    for a, b in side_by_side(panda, path, backend, 700, level=level, scheme=scheme):
+        assert a.status is b.status is ftqp.StepStatus.OK
+        x, y = (a.a, b.a) if level == "acceleration" else (a.v, b.v)
+        np.testing.assert_allclose(x, y, rtol=0.0, atol=TOLERANCE[backend])
+        assert a.qp.status is ftqp.qp.SolveStatus.SOLVED and a.qp.residual <= 1e-6
+
+
+@pytest.mark.parametrize("backend", ["daqp", pytest.param("quadprog", marks=pytest.mark.solvers)])
+def test_active_set_methods_agree_where_limits_bind(panda, home, level, backend):
+    path = ftqp.paths.Circle(home, 0.1, duration=1.0, axes=("y", "z"))
+    bound = 0
+    for a, b in side_by_side(panda, path, backend, 500, level=level, emergency=None):
+        assert a.status is b.status
+        x, y = (a.a, b.a) if level == "acceleration" else (a.v, b.v)
+        np.testing.assert_allclose(x, y, rtol=0.0, atol=TOLERANCE[backend])
+        bound += bool(b.limits_active)
+    assert bound > 50
+
+
+@pytest.mark.parametrize("backend", ["proxqp", "osqp"])
+def test_first_order_method_that_gives_up_where_limits_bind_is_replaced_by_the_same_command(
+    panda, home, level, backend
+):
+    """The substitute solves the very QP that the solver could not, so the command does not jump."""
+    path = ftqp.paths.Circle(home, 0.1, duration=1.0, axes=("y", "z"))
+    allowed = {ftqp.StepStatus.FALLBACK, ftqp.StepStatus.RELAXED, ftqp.StepStatus.OK}
+    gave_up = 0
+    for a, b in side_by_side(panda, path, backend, 300, level=level, emergency=None):
+        assert a.status in allowed
+        x, y = (a.a, b.a) if level == "acceleration" else (a.v, b.v)
+        np.testing.assert_allclose(x, y, rtol=0.0, atol=TOLERANCE[backend])
+        gave_up += a.status is ftqp.StepStatus.FALLBACK
+    assert gave_up > 0
+
+
+@pytest.mark.parametrize("mode", ["hard", "scaled", "lexicographic"])
+@pytest.mark.parametrize("scheme", ["mvn", "dlsm"])
+def test_other_modes_and_dense_objectives_agree_too(panda, home, level, mode, scheme):
+    path = ftqp.paths.Circle(home, 0.04, duration=1.4, axes=("y", "z"))
+    options = {"level": level, "scheme": scheme, "task": ftqp.Task(mode=mode)}
+    for a, b in side_by_side(panda, path, "daqp", 400, **options):
+        assert a.status is b.status
+        x, y = (a.a, b.a) if level == "acceleration" else (a.v, b.v)
+        np.testing.assert_allclose(x, y, rtol=0.0, atol=1e-6)
+
+
+class Puppet(Backend):
+    """A backend that answers as it is told."""
+
+    package = "none"
+
+    def __init__(self, answer):
+        super().__init__("puppet")
+        self._answer = answer
+
+    def _prepare(self, qp):
+        """Nothing to prepare."""
+
+    def _run(self, qp, cold):
+        return self._answer(qp)
+
+
+def lies(value):
+    def answer(qp):
+        qp.solution[:] = value
+        return Claim.SOLVED
+
+    return answer
+
+
+def noise(qp):
+    qp.solution[:] = np.random.default_rng(0).normal(size=len(qp.solution)) * 1e3
+    return Claim.SOLVED
+
+
+def zero_motion(qp):
+    qp.solution[:] = 0.0
+    return Claim.SOLVED
+
+
+def outside_the_box(qp):
+    qp.solution[:] = 0.0
+    qp.x[:] = 1e6
+    return Claim.SOLVED
+
+
+def raises(qp):
+    raise RuntimeError("the solver broke")
+
+
+def gives_up(claim):
+    def answer(qp):
+        return claim
+
+    return answer
+
+
+ANSWERS = {
+    "NaN": lies(np.nan),
+    "infinity": lies(np.inf),
+    "huge": lies(1e308),
+    "noise": noise,
+    "zero": zero_motion,
+    "outside the box": outside_the_box,
+    "infeasible": gives_up(Claim.INFEASIBLE),
+    "failed": gives_up(Claim.FAILED),
+    "iterations": gives_up(Claim.MAX_ITERATIONS),
+}
+
+
+@pytest.mark.parametrize("mode", ["slack", "hard"])
+@pytest.mark.parametrize("answer", ANSWERS.values(), ids=ANSWERS)
+def test_no_answer_of_a_solver_leads_to_an_unsafe_command(panda, home, level, follow, answer, mode):
+    target = ftqp.Target(pose=home, twist=[0.1, 0.1, 0.0, 0.0, 0.0, 0.0])
+    task = ftqp.Task(mode=mode)
+    planner = ftqp.Planner(panda, DT, level=level, backend=Puppet(answer), task=task, emergency=None)
+    limits = panda.limits
+    for step in follow(planner, target, 30, events={10: lambda p: p.report(ftqp.Locked(3))}):
+        assert step.status in (ftqp.StepStatus.FALLBACK, ftqp.StepStatus.RELAXED)
+        assert np.isfinite(step.q).all()
+        assert np.all(np.abs(step.a) <= limits.a_max * (1.0 + 1e-9))
+        assert np.all(np.abs(step.v) <= limits.v_max)
+        assert np.all(np.abs(step.tau) <= limits.tau_max + 1e-6)
+    assert step.v[3] == 0.0
+    assert step.qp.status is not ftqp.qp.SolveStatus.SOLVED
+
+
+def test_backend_that_raises_is_a_failed_solver_and_the_planner_goes_on(panda, home, caplog):
+    answers = [raises, raises, zero_motion, zero_motion]
+    planner = ftqp.Planner(panda, DT, backend=Puppet(lambda qp: answers.pop(0)(qp)))
+    planner.reset(panda.neutral)
+    target = ftqp.Target(pose=home, twist=[0.1, 0, 0, 0, 0, 0])
+    step = planner.step(panda.neutral, np.zeros(7), target)
+    assert step.status is ftqp.StepStatus.FALLBACK and "raised" in caplog.text
+    step = planner.step(panda.neutral, np.zeros(7), target)
+    assert (
+        step.position_error < 1e-12 and step.status is ftqp.StepStatus.FALLBACK and np.isfinite(step.a).all()
+    )
+
+
+def test_solver_is_started_cold_after_a_report_and_after_a_failure(panda, home):
+    asked = []
+
+    class Witness(Puppet):
+        def _run(self, qp, cold):
+            asked.append(cold)
+            return super()._run(qp, cold)
+
+    planner = ftqp.Planner(panda, DT, backend=Witness(zero_motion), emergency=None)
+    target = ftqp.Target(pose=home)
+    planner.reset(panda.neutral)
+    for _ in range(3):
+        planner.step(panda.neutral, np.zeros(7), target)
+    planner.report(ftqp.Locked(3))
+    planner.step(panda.neutral, np.zeros(7), target)
+    assert asked == [True, False, False, True]

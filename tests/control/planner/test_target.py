@@ -1,0 +1,138 @@
+"""A target is one packed buffer behind named views."""
+
+import pickle
+from copy import copy, deepcopy
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.target import Target, Targets
+from ftqp.core.errors import InputError
+from ftqp.core.pose import rotation_x, transform
+from ftqp.kernel.layout.enums import TARGET_HAS_ROTATION, TARGET_SIZE
+
+T = transform(rotation_x(0.4), np.array([0.1, 0.2, 0.3]))
+
+
+def test_pose_twist_and_acceleration_are_packed_as_the_kernel_reads_them():
+    target = Target(pose=T, twist=np.arange(6), acceleration=np.arange(6) + 10)
+    assert target.packed.shape == (TARGET_SIZE,)
+    np.testing.assert_array_equal(target.packed[:16], T.ravel())
+    np.testing.assert_array_equal(target.packed[16:22], np.arange(6))
+    np.testing.assert_array_equal(target.packed[22:28], np.arange(6) + 10)
+    assert target.packed[TARGET_HAS_ROTATION] == 1.0
+
+
+def test_what_is_written_into_a_view_reaches_the_packed_buffer():
+    target = Target(pose=np.eye(4))
+    target.pose[:] = T
+    target.twist[2], target.acceleration[5] = 7.0, 8.0
+    np.testing.assert_array_equal(target.packed[:16], T.ravel())
+    assert target.packed[18] == 7.0 and target.packed[27] == 8.0
+    np.testing.assert_array_equal(target.position, [0.1, 0.2, 0.3])
+
+
+def test_target_keeps_a_copy_of_what_it_was_given():
+    given = T.copy()
+    target = Target(pose=given)
+    given[:] = 0.0
+    np.testing.assert_array_equal(target.pose, T)
+
+
+def test_target_rests_unless_it_is_given_a_twist():
+    assert not Target(pose=T).packed[16:28].any()
+
+
+def test_position_target_has_no_rotation_and_takes_a_linear_twist():
+    target = Target(position=[1.0, 2.0, 3.0], twist=[4.0, 5.0, 6.0], acceleration=[7.0, 8.0, 9.0])
+    assert target.packed[TARGET_HAS_ROTATION] == 0.0
+    np.testing.assert_array_equal(target.position, [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(target.twist, [4.0, 5.0, 6.0, 0.0, 0.0, 0.0])
+    np.testing.assert_array_equal(target.acceleration, [7.0, 8.0, 9.0, 0.0, 0.0, 0.0])
+
+
+def test_pose_of_another_library_is_taken_by_its_homogeneous_matrix():
+    np.testing.assert_array_equal(Target(pose=SimpleNamespace(homogeneous=T)).pose, T)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({}, "a target needs exactly one of pose and position"),
+        ({"pose": T, "position": T[:3, 3]}, "a target needs exactly one of pose and position"),
+        ({"pose": np.eye(3)}, r"pose has shape \(3, 3\), expected \(4, 4\)"),
+        ({"pose": 2.0 * np.eye(4)}, "pose has a rotation part that is not a rotation"),
+        ({"pose": T * np.nan}, "pose contains NaN at index 0, 0"),
+        ({"position": [0.0, 0.0]}, r"position has shape \(2,\), expected \(3,\)"),
+        ({"position": [0.0, 0.0, np.inf]}, "position is infinite at index 2"),
+        ({"pose": T, "twist": [0.0, 0.0, 0.0]}, r"twist has shape \(3,\), expected \(6,\)"),
+        ({"pose": T, "acceleration": "none"}, "acceleration is not an array of numbers: 'none'"),
+    ],
+)
+def test_wrong_target_is_refused_with_one_sentence(given, sentence):
+    with pytest.raises(InputError, match=sentence):
+        Target(**given)
+
+
+def test_target_says_what_and_where_it_is():
+    assert repr(Target(pose=T)) == "Target(pose at [0.1 0.2 0.3])"
+    assert repr(Target(position=T[:3, 3])) == "Target(position at [0.1 0.2 0.3])"
+
+
+class TestTrajectory:
+    poses = np.repeat(T[None], 3, axis=0)
+
+    def test_row_is_the_target_of_that_tick(self):
+        twists = np.arange(18.0).reshape(3, 6)
+        targets = Targets(self.poses, twists)
+        assert len(targets) == 3
+        row = targets.at(2).address - targets.packed.ctypes.data
+        np.testing.assert_array_equal(targets.packed.ravel()[row // 8 :][16:22], twists[2])
+
+    def test_planner_follows_it_as_it_follows_single_targets(self, panda, home):
+        poses = np.repeat(home[None], 4, axis=0)
+        poses[:, 2, 3] += np.linspace(0.0, 1e-4, 4)
+        targets, target = Targets(poses), Target(pose=home)
+        one, other = Planner(panda, 1e-3), Planner(panda, 1e-3)
+        one.reset(panda.neutral)
+        other.reset(panda.neutral)
+        q, v = panda.neutral, np.zeros(7)
+        for k in range(4):
+            target.pose = poses[k]
+            a = one.step(q, v, targets.at(k)).a.copy()
+            np.testing.assert_array_equal(a, other.step(q, v, target).a)
+
+    @pytest.mark.parametrize("k", [-1, 3])
+    def test_tick_outside_is_refused(self, k):
+        with pytest.raises(InputError, match=f"there is no target {k}; the trajectory has targets 0 to 2"):
+            Targets(self.poses).at(k)
+
+    @pytest.mark.parametrize(
+        ("given", "sentence"),
+        [
+            ({"pose": 2.0 * poses}, "has a rotation part that is not a rotation"),
+            ({"pose": poses, "twist": np.zeros((2, 6))}, r"twist has shape \(2, 6\), expected \(K, 6\)"),
+            ({"pose": poses * np.nan}, "pose contains NaN"),
+        ],
+    )
+    def test_wrong_trajectory_is_refused(self, given, sentence):
+        with pytest.raises(InputError, match=sentence):
+            Targets(**given)
+
+
+@pytest.mark.parametrize("again", [copy, deepcopy, lambda target: pickle.loads(pickle.dumps(target))])
+def test_copy_of_a_target_has_a_buffer_of_its_own(again):
+    first = Target(pose=T)
+    second = again(first)
+    first.position[0] = 9.0
+    assert second.position[0] == 0.1 and second.address == second.packed.ctypes.data != first.address
+
+
+def test_assigning_a_pose_writes_into_the_buffer():
+    target = Target(pose=np.eye(4))
+    target.pose = T
+    np.testing.assert_array_equal(target.packed[:16], T.ravel())
+    with pytest.raises(AttributeError, match="not 'packed'"):
+        target.packed = np.zeros(29)

@@ -1,0 +1,52 @@
+"""Bound conversions are found by name and refuse senseless parameters."""
+
+import numpy as np
+import pytest
+
+from ftqp.control.task import bounds
+from ftqp.control.task.bounds import Jin, OneStep, Viability
+from ftqp.core.errors import InputError
+from ftqp.kernel.layout import enums as codes
+
+
+def test_every_conversion_is_known_by_name_and_has_its_code():
+    assert bounds.names() == ("viability", "jin", "one_step")
+    assert bounds.by_name("viability") == Viability() and Viability.code == codes.VIABILITY
+    assert bounds.by_name("jin") == Jin() and Jin.code == codes.JIN
+    assert bounds.by_name("one_step") == OneStep() and OneStep.code == codes.ONE_STEP
+
+
+def test_table_sets_the_parameters_of_jin():
+    assert bounds.by_name({"name": "jin", "gamma_p": 5.0, "margin": 0.0}) == Jin(gamma_p=5.0, margin=0.0)
+
+
+def test_conversion_object_is_itself():
+    mine = Jin(gamma_v=3.0)
+    assert bounds.by_name(mine) is mine
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        (
+            "viable",
+            r"'viable' is not a bound conversion \(did you mean 'viability'\?\); there are viability, jin, ",
+        ),
+        ("", "'' is not a bound conversion; there are viability, jin, one_step"),
+        ({"gamma_p": 1.0}, "None is not a bound conversion"),
+        (
+            {"name": "jin", "gama_p": 1.0},
+            r"'gama_p' is not a parameter of bounds 'jin' \(did you mean 'gamma_p'\?\)",
+        ),
+        (
+            {"name": "viability", "margin": 0.1},
+            "'margin' is not a parameter of bounds 'viability'; it has none",
+        ),
+        ({"name": "jin", "gamma_p": 0.0}, "gamma_p is 0, expected a finite number > 0"),
+        ({"name": "jin", "upsilon": np.inf}, "upsilon is inf, expected a finite number > 0"),
+        ({"name": "jin", "margin": -0.1}, "margin is -0.1, expected a finite number >= 0 rad"),
+    ],
+)
+def test_wrong_conversion_is_refused_with_one_sentence(given, sentence):
+    with pytest.raises(InputError, match=sentence):
+        bounds.by_name(given)

@@ -1,0 +1,173 @@
+"""The in-kernel solver against daqp and quadprog, on random QPs of every kind a tick brings, and worse."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import quadprog
+from random_qps import FEASIBLE, INFEASIBLE, by_daqp, feasible, hessian, infeasible, nudged, unplanned
+
+from ftqp.kernel.active_set.standalone import workspace
+from ftqp.kernel.layout import enums as codes
+
+PER_KIND = 600
+"""Random QPs of each kind, dense and diagonal each, every one solved cold and, a tick later, warm."""
+AGREEMENT = 1e-9
+memory = cache(workspace)
+
+
+def loaded(case):
+    """A workspace that holds the case."""
+    n, m = len(case.g), len(case.b)
+    ws = memory(n, m, len(case.l))
+    for name in ("H", "g", "A", "b", "C", "l", "u", "lb", "ub"):
+        getattr(ws, name)[...] = getattr(case, name)
+    K = ws._record
+    K["soft"][0, :m], K["dense"] = case.soft, case.dense
+    K["H_diagonal"][0, :n] = np.diag(case.H)
+    return ws
+
+
+def kkt(case, ws):
+    """Largest violation of stationarity, of the signs of multipliers and of complementarity, scaled."""
+    x, y, z, box = ws.x, ws.y, ws.z, ws.z_box
+    gradient = case.H @ x + case.g
+    terms = np.abs(gradient).max() + np.abs(case.A).T @ np.abs(y) + np.abs(case.C).T @ np.abs(z) + 1.0
+    stationarity = np.abs((gradient + case.A.T @ y + case.C.T @ z + box) / terms).max()
+    compliance = np.abs(case.A @ x - case.b - case.soft * y).max(initial=0.0)
+    ranges = ((case.C @ x, case.l, case.u, z), (x, case.lb, case.ub, box))
+    pairs = [np.where(s > 0, np.minimum(s, hi - v), np.minimum(-s, v - lo)) for v, lo, hi, s in ranges]
+    return max(
+        stationarity, compliance / (1.0 + np.abs(case.b).max(initial=0.0)), np.concatenate(pairs).max()
+    )
+
+
+def agrees(case, code, ws, expected, stationarity=AGREEMENT):
+    """Whether a solved QP is feasible, optimal by its own multipliers, and as good as the reference."""
+    assert code == codes.SOLVED
+    assert case.violation(ws.x) < AGREEMENT
+    assert kkt(case, ws) < stationarity
+    if expected is not None:
+        best = case.objective(expected)
+        assert abs(case.objective(ws.x) - best) < AGREEMENT * (1.0 + abs(best))
+
+
+@pytest.mark.parametrize("dense", [False, True], ids=["diagonal", "dense"])
+@pytest.mark.parametrize("kind", FEASIBLE)
+def test_feasible_qps_are_solved_as_by_daqp(kind, dense):
+    rng, disagreements = np.random.default_rng(17), 0
+    for _ in range(PER_KIND):
+        case = feasible(rng, kind, dense)
+        for warm in (False, True):
+            case = nudged(rng, case) if warm else case
+            ws = loaded(case)
+            code, expected = ws.solve(cold=not warm), by_daqp(case)
+            disagreements += expected is None  # the feasible point planted in the case says daqp is wrong
+            agrees(case, code, ws, expected, 1e-7 if kind == "stiff" else AGREEMENT)
+    assert disagreements <= 0.02 * 2 * PER_KIND
+
+
+@pytest.mark.parametrize("dense", [False, True], ids=["diagonal", "dense"])
+@pytest.mark.parametrize("kind", INFEASIBLE)
+def test_infeasible_qps_are_called_infeasible_as_by_daqp(kind, dense):
+    rng = np.random.default_rng(18)
+    for _ in range(PER_KIND):
+        case = infeasible(rng, kind, dense)
+        for warm in (False, True):
+            case = nudged(rng, case) if warm else case
+            assert loaded(case).solve(cold=not warm) == codes.INFEASIBLE
+            assert by_daqp(case) is None
+
+
+@pytest.mark.parametrize("dense", [False, True], ids=["diagonal", "dense"])
+def test_feasibility_is_judged_as_by_daqp_when_nobody_planned_it(dense):
+    rng, solved, infeasible_count = np.random.default_rng(19), 0, 0
+    for _ in range(2 * PER_KIND):
+        case = unplanned(rng, dense)
+        ws, expected = loaded(case), by_daqp(case)
+        code = ws.solve(cold=True)
+        if expected is None and code == codes.INFEASIBLE:
+            infeasible_count += 1
+        else:  # where daqp alone calls it infeasible, the point found proves it wrong
+            agrees(case, code, ws, expected)
+            solved += 1
+    assert solved > 100 and infeasible_count > 100
+
+
+@pytest.mark.parametrize("dense", [False, True], ids=["diagonal", "dense"])
+def test_quadprog_finds_the_same_point(dense):
+    rng = np.random.default_rng(20)
+    for kind in ("plain", "compliant", "locked", "unbounded"):
+        for _ in range(200):
+            case = feasible(rng, kind, dense)
+            ws = loaded(case)
+            agrees(case, ws.solve(cold=True), ws, by_quadprog(case))
+
+
+def by_quadprog(case):
+    """quadprog's x."""
+    H, g, rows, upper, lower, _ = case.standard()
+    k = len(upper) - len(rows)
+    rows = np.vstack([np.eye(k, len(g)), rows])
+    equal = lower == upper
+    below, above = (lower > -np.inf) & ~equal, (upper < np.inf) & ~equal
+    columns = np.vstack([rows[equal], rows[below], -rows[above]])
+    least = np.concatenate([lower[equal], lower[below], -upper[above]])
+    given = (columns.T, least, int(equal.sum())) if len(least) else ()
+    return quadprog.solve_qp(H, -g, *given)[0][: len(case.g)]
+
+
+def test_a_warm_start_repeats_the_answer_at_once():
+    rng, changes = np.random.default_rng(21), []
+    for _ in range(300):
+        case = feasible(rng, "plain", True)
+        ws = loaded(case)
+        ws.solve(cold=True)
+        x, cold = ws.x.copy(), ws.iterations
+        assert ws.solve() == codes.SOLVED
+        assert np.abs(ws.x - x).max() < 1e-10
+        changes.append((cold, ws.iterations))
+    cold, warm = np.array(changes).T
+    assert np.all(warm <= np.maximum(cold, 1)) and np.mean(warm == 1) > 0.95 and np.mean(cold > 1) > 0.5
+
+
+def test_a_warm_start_survives_a_joint_that_locks():
+    rng = np.random.default_rng(22)
+    for dense in (False, True):
+        for _ in range(300):
+            case = feasible(rng, "compliant", dense)
+            loaded(case).solve(cold=True)
+            i = int(rng.integers(len(case.g)))
+            case.lb[i] = case.ub[i] = np.clip(0.5 * (case.lb[i] + case.ub[i]), -5.0, 5.0)
+            ws, expected = loaded(case), by_daqp(case)
+            code = ws.solve()
+            if expected is None:
+                assert code == codes.INFEASIBLE or case.violation(ws.x) < AGREEMENT
+            else:
+                agrees(case, code, ws, expected)
+                assert ws.x[i] == case.ub[i]
+
+
+def test_crossed_bounds_are_infeasible_and_a_negative_hessian_fails():
+    rng = np.random.default_rng(23)
+    case = feasible(rng, "plain", True)
+    case.lb[0], case.ub[0] = 1.0, 0.5
+    assert loaded(case).solve(cold=True) == codes.INFEASIBLE
+    case = feasible(rng, "plain", True)
+    case.H[:] *= -1.0
+    assert loaded(case).solve(cold=True) == codes.FAILED
+
+
+def test_limits_that_meet_in_one_point_are_not_taken_for_infeasible():
+    """A pyramid of many faces whose tip is the only feasible direction's end: 30 rows through one point."""
+    rng = np.random.default_rng(24)
+    for _ in range(200):
+        n, p = 4, 30
+        ws = memory(n, 0, p)
+        ws._record["dense"] = 1
+        tip, C = rng.normal(size=n), rng.normal(size=(p, n))
+        ws.H[:], ws.C[:], ws.u[:], ws.l[:] = hessian(rng, n, True), C, C @ tip, -np.inf
+        ws.g[:] = -ws.H @ tip - C.T @ rng.uniform(0.0, 1e3, p)
+        ws.lb[:], ws.ub[:] = -np.inf, np.inf
+        assert ws.solve(cold=True) == codes.SOLVED
+        assert np.abs(ws.x - tip).max() < 1e-8

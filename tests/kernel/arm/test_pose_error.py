@@ -1,0 +1,156 @@
+"""The error between tip and target: group axioms, derivatives, and angles at and near pi."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from records import address, on_record
+
+from ftqp.control.task.task import axis_frame
+from ftqp.kernel.arm.pose_error import pose_error, rotation_vector
+from ftqp.kernel.layout.record import record
+
+run = on_record(pose_error)
+OFF = (0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3)
+"""Distances of an angle from pi [rad]."""
+
+
+def axes(count=60):
+    """Unit vectors: the coordinate axes, the diagonals of planes and of the cube, and random ones."""
+    grid = np.array(np.meshgrid([-1, 0, 1], [-1, 0, 1], [-1, 0, 1])).reshape(3, -1).T
+    random = np.random.default_rng(1).normal(size=(count, 3))
+    vectors = np.vstack([grid[np.any(grid != 0, axis=1)], random, [1.0, 1e-9, -1e-9], [1e-5, 1.0, 1e-12]])
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def rodrigues(axis, angle):
+    """cos I + sin [axis] + (1 - cos) axis axis'."""
+    return (
+        np.cos(angle) * np.eye(3)
+        + np.sin(angle) * pin.skew(axis)
+        + (1.0 - np.cos(angle)) * np.outer(axis, axis)
+    )
+
+
+def error(R, R_target, p=(0.0, 0.0, 0.0), p_target=(0.0, 0.0, 0.0), tool=None, measured=False):
+    """The kernel's error, (6,), of a tip at (R, p); with ``tool`` in axis mode."""
+    W = record()
+    W["uses_rotation"], W["tool_rows"] = 1, tool is not None
+    W["axis"] = axis_frame((0, 0, 1) if tool is None else tool).ravel()
+    target = np.eye(4)
+    target[:3, :3], target[:3, 3] = R_target, p_target
+    W["target"][0, :16] = target.ravel()
+    if measured:
+        W["has_tip_measured"] = 1
+        W["tip_measured"][0, :3, :3], W["tip_measured"][0, :3, 3] = R, p
+    else:
+        W["R_tip"][0], W["o_tip"][0] = np.ravel(R), p
+    run(address(W))
+    return W["error"][0].copy()
+
+
+def turns(count, seed=0):
+    """Random rotations."""
+    rng = np.random.default_rng(seed)
+    return [pin.exp3(rng.uniform(-1.8, 1.8, 3)) for _ in range(count)]
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-15, 1e-9, 1e-4, 0.5, 1.5, 2.0, 2.5, 3.0, 3.14])
+def test_rotation_vector_is_axis_times_angle(angle):
+    for axis in axes():
+        vector = np.array(rotation_vector(*rodrigues(axis, angle).ravel()))
+        assert np.abs(vector - angle * axis).max() < 1e-14
+
+
+@pytest.mark.parametrize("off", OFF)
+def test_rotation_vector_is_accurate_at_and_near_pi(off):
+    for axis in axes():
+        vector = np.array(rotation_vector(*rodrigues(axis, np.pi - off).ravel()))
+        assert abs(np.linalg.norm(vector) - (np.pi - off)) < 1e-14
+        wrong_side = off <= 1e-15 and vector @ axis < 0.0  # at pi both directions are right
+        assert np.abs((-vector if wrong_side else vector) - (np.pi - off) * axis).max() < 1e-14
+
+
+def test_exactly_half_a_turn_about_each_axis_has_length_pi():
+    for i in range(3):
+        R = -np.eye(3)
+        R[i, i] = 1.0
+        vector = np.array(rotation_vector(*R.ravel()))
+        assert np.abs(np.abs(vector) - np.pi * np.eye(3)[i]).max() == 0.0
+
+
+def test_an_angle_beyond_pi_comes_back_the_short_way():
+    for axis in axes():
+        vector = np.array(rotation_vector(*rodrigues(axis, np.pi + 1e-6).ravel()))
+        assert np.abs(vector + (np.pi - 1e-6) * axis).max() < 1e-14
+
+
+def test_error_to_itself_is_zero():
+    for R in turns(50):
+        assert np.abs(error(R, R, (1, 2, 3), (1, 2, 3))).max() < 1e-15
+
+
+def test_error_carries_the_tip_onto_the_target():
+    for R, X in zip(turns(50), turns(50, 1), strict=True):
+        e = error(R, X, (1, 2, 3), (2, 0, 7))
+        assert np.array_equal(e[:3], (1, -2, 4))
+        assert np.abs(pin.exp3(e[3:]) @ R - X).max() < 1e-14
+
+
+def test_error_of_the_exchanged_poses_is_the_opposite():
+    for R, X in zip(turns(50), turns(50, 1), strict=True):
+        assert np.abs(error(R, X) + error(X, R)).max() < 1e-14
+
+
+def test_error_turns_with_the_world_and_ignores_a_common_tool():
+    for R, X, Q in zip(turns(50), turns(50, 1), turns(50, 2), strict=True):
+        e = error(R, X)
+        assert np.abs(error(Q @ R, Q @ X)[3:] - Q @ e[3:]).max() < 1e-14
+        assert np.abs(error(R @ Q, X @ Q) - e).max() < 1e-14
+
+
+def test_error_changes_as_its_derivative_says():
+    """R -> exp(eps w) R changes the rotation vector of X R' by -Jlog3(X R') eps w."""
+    rng, eps = np.random.default_rng(3), 1e-6
+    for R, X in zip(turns(30), turns(30, 1), strict=True):
+        w, u = rng.normal(size=(2, 3))
+        ends = [error(pin.exp3(s * eps * w) @ R, X, s * eps * u) for s in (1.0, -1.0)]
+        slope = (ends[0] - ends[1]) / (2.0 * eps)
+        assert np.abs(slope[:3] + u).max() < 1e-9
+        assert np.abs(slope[3:] + pin.Jlog3(X @ R.T) @ w).max() < 1e-7
+
+
+def test_measured_tip_takes_the_place_of_forward_kinematics():
+    for R, X in zip(turns(20), turns(20, 1), strict=True):
+        assert np.array_equal(
+            error(R, X, (1, 2, 3), (3, 2, 2), measured=True), error(R, X, (1, 2, 3), (3, 2, 2))
+        )
+
+
+def test_axis_mode_is_the_shortest_turn_of_the_tool_axis():
+    for R, X, tool in zip(turns(80), turns(80, 1), axes(80), strict=False):
+        e = error(R, X, tool=tool)[3:]
+        here, there = R @ tool, X @ tool
+        assert np.abs(pin.exp3(e) @ here - there).max() < 1e-14
+        assert abs(np.linalg.norm(e) - np.arccos(np.clip(here @ there, -1.0, 1.0))) < 1e-7
+        assert abs(e @ here) < 1e-14 and abs(e @ there) < 1e-14
+
+
+def test_axis_mode_ignores_a_turn_about_the_tool():
+    for R, X, tool in zip(turns(30), turns(30, 1), axes(30), strict=False):
+        spun = X @ rodrigues(tool, 2.2)
+        assert np.abs(error(R, X, tool=tool) - error(R, spun, tool=tool)).max() < 1e-13
+
+
+@pytest.mark.parametrize("off", OFF)
+def test_axis_mode_turns_an_opposite_tool_round(off):
+    for R, axis in zip(turns(60), axes(60), strict=False):
+        frame = axis_frame(axis)
+        X = R @ rodrigues(frame[:, 0], np.pi - off)
+        e = error(R, X, tool=axis)[3:]
+        assert np.pi - off - 1e-12 < np.linalg.norm(e) < np.pi + 1e-14
+        assert np.abs(pin.exp3(e) @ R @ axis - X @ axis).max() < 2e-12
+
+
+def test_axis_mode_is_still_when_the_tool_is_there():
+    for R, tool in zip(turns(30), axes(30), strict=False):
+        assert np.abs(error(R, R @ rodrigues(tool, 1.0), tool=tool)).max() < 1e-15

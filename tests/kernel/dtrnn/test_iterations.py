@@ -1,0 +1,270 @@
+"""The three iterations by their formulas, what they contract, how they end; jumps and stretches."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from networks import PRODUCT, network_of, problem, residual_of
+from random_qps import FEASIBLE, INFEASIBLE, feasible, infeasible
+
+from ftqp.kernel.dtrnn.infeasible import proven_infeasible
+from ftqp.kernel.dtrnn.iterations import E47, IMPLICIT, LVI94, dtrnn, factor_implicit, iterate, scaling_rule
+from ftqp.kernel.dtrnn.network_of_qp import start
+from ftqp.kernel.dtrnn.newton_jump import jump
+from ftqp.kernel.dtrnn.projection import rescale, residual
+from ftqp.kernel.dtrnn.stopping import quality
+from ftqp.kernel.dtrnn.straight_stretch import drift
+from ftqp.kernel.jit import COMPILED
+from ftqp.kernel.layout import enums as codes
+from ftqp.qp import QP, solve
+
+METHODS = {"94lvi": LVI94, "e47": E47, "implicit": IMPLICIT}
+NO_TRACE = np.zeros((0, 4))
+
+
+def started(seed=0, n=6, m=2, p=3):
+    """A network away from its solution, its residual, and the solution as a state."""
+    rng = np.random.default_rng(seed)
+    q = problem(rng, n, m, p)
+    answer = solve(QP(**{name: value for name, value in q.items() if name != "soft"}))
+    _, net = network_of(q)
+    start(net, n, m, answer.x, answer.y, answer.z)
+    solution = net.u.copy()
+    net.u[:] += rng.normal(size=len(net.u))
+    return net, residual(net, net.u), solution
+
+
+def step(net, method, gamma, size):
+    factor_implicit(net)
+    iterate(net, method, gamma, size)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_each_iteration_is_its_formula(seed):
+    for name, method in METHODS.items():
+        net, size, _ = started(seed)
+        u, e, G, z = net.u.copy(), net.e.copy(), net.Gamma, net.z
+        d = G.T @ e + e
+        rho = size**2 / (d @ d)
+        expected = {
+            "94lvi": u - 0.9 * rho * d,
+            "e47": np.clip(u - 0.9 * rho * (G.T @ e + G @ u + z), net.low, net.high),
+            "implicit": u - 0.9 * np.linalg.solve(np.eye(len(u)) + G, e),
+        }[name]
+        step(net, method, 0.9, size)
+        np.testing.assert_allclose(net.u, expected, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("gamma", [0.5, 1.0, 1.6])
+def test_every_step_comes_nearer_to_the_solution_by_what_the_theory_says(seed, gamma):
+    net, size, solution = started(seed)
+    one = np.eye(len(solution))
+    for name, method in METHODS.items():
+        net.u[:] = solution + np.random.default_rng(seed).normal(size=len(solution))
+        size = residual(net, net.u)
+        d = (net.Gamma.T + one) @ net.e
+        norm = one + net.Gamma if name == "implicit" else one
+        before = np.sum((norm @ (net.u - solution)) ** 2)
+        gain = gamma * (2 - gamma) * (size**2 if name == "implicit" else size**4 / (d @ d))
+        step(net, method, gamma, size)
+        after = np.sum((norm @ (net.u - solution)) ** 2)
+        assert after <= before - (gain if name != "e47" else 0.0) + 1e-9 * before
+
+
+def test_scaling_follows_its_rule_and_keeps_the_solution():
+    net, _, solution = started(2, p=0)
+    eigenvalues, sigma = np.linalg.eigvalsh(net.Gamma[:6, :6]), np.linalg.svd(net.Gamma[6:, :6])[1]
+    s, q = scaling_rule(net)
+    assert s == pytest.approx(1.0 / np.sqrt(eigenvalues[0] * eigenvalues[-1]), rel=1e-9)
+    assert q == pytest.approx(10.0 / sigma[-1], rel=1e-9)
+    rescale(net, s, q)
+    assert scaling_rule(net) == pytest.approx((s, q), rel=1e-9)
+    solution[6:] *= s / q
+    assert residual(net, solution) < 1e-8
+
+
+def test_a_jump_lands_on_the_solution_when_the_active_bounds_are_right():
+    net, _, solution = started(3)
+    net.u[:] = solution + 1e-6 * np.random.default_rng(3).normal(size=len(solution))
+    paper = PRODUCT._replace(paper=1)
+    for options in (PRODUCT, paper):
+        net.u[:] = solution + 1e-6
+        assert jump(net, options, residual(net, net.u), False)
+        np.testing.assert_allclose(net.u, solution, rtol=0, atol=1e-9)
+
+
+def test_a_jump_that_leads_nowhere_leaves_the_state_alone():
+    rng, refused = np.random.default_rng(4), 0
+    for seed in range(40):
+        for options in (PRODUCT, PRODUCT._replace(paper=1)):
+            net, _, solution = started(seed, p=5)
+            net.u[:] = solution + 0.5 * rng.normal(size=len(net.u))
+            before, size = net.u.copy(), residual(net, net.u)
+            if not jump(net, options, size, False):
+                refused += 1
+                np.testing.assert_array_equal(net.u, before)
+            elif options.paper:
+                assert residual(net, net.u) < 0.5 * size
+            else:
+                np.testing.assert_allclose(net.u, solution, rtol=0, atol=1e-6)
+    assert refused > 3
+
+
+def test_a_stretch_is_what_many_steps_would_do():
+    # min 1/2 x^2 + 1000 x, x/10 = 1/10, x >= 0: x rests at 0 until y has grown to 10^4, < 0.1 a step
+    none = np.zeros(0)
+    parts = dict(H=np.eye(1), g=np.full(1, 1e3), A=np.full((1, 1), 0.1), b=np.full(1, 0.1), soft=np.zeros(1),
+                 C=np.zeros((0, 1)), l=none, u=none, lb=np.zeros(1), ub=np.full(1, 10.0))  # fmt: skip
+    _, net = network_of(parts)
+    factor_implicit(net)
+    for _ in range(40):
+        iterate(net, IMPLICIT, 1.0, residual(net, net.u))
+    y, size = net.u[1], residual(net, net.u)
+    iterate(net, IMPLICIT, 1.0, size)
+    step_of_y = net.u[1] - y
+    start_u, size = net.u.copy(), residual(net, net.u)
+    assert drift(net, 1.0, 1e-2)
+    stretched = net.u.copy()
+    steps = round((stretched[1] - start_u[1]) / step_of_y)
+    assert steps > 1000
+    net.u[:] = start_u
+    for _ in range(steps):
+        iterate(net, IMPLICIT, 1.0, residual(net, net.u))
+    np.testing.assert_allclose(net.u, stretched, rtol=1e-6, atol=2.0 * step_of_y)
+
+
+def test_what_is_no_stretch_is_left_alone():
+    for seed in range(20):
+        net, _, _ = started(seed)
+        factor_implicit(net)
+        before = net.u.copy()
+        if not drift(net, 1.6, 1e-2):
+            np.testing.assert_array_equal(net.u, before)
+        assert not drift(net, 1.6, 0.0)
+
+
+@pytest.mark.parametrize("kind", FEASIBLE)
+def test_no_feasible_qp_is_called_infeasible_whatever_the_state(kind):
+    rng = np.random.default_rng(FEASIBLE.index(kind))
+    for k in range(40):
+        case = feasible(rng, kind, dense=bool(k % 2))
+        _, net = network_of({name: getattr(case, name) for name in
+                             ("H", "g", "A", "b", "soft", "C", "l", "u", "lb", "ub")})  # fmt: skip
+        for scale in (0.0, 1.0, 1e3, 1e8):
+            net.u[:] = scale * rng.normal(size=len(net.u))
+            assert not proven_infeasible(net)
+        assert dtrnn(net, PRODUCT, NO_TRACE)[0] != codes.INFEASIBLE
+
+
+@pytest.mark.parametrize("kind", INFEASIBLE)
+def test_every_infeasible_qp_is_called_so_by_every_method(kind):
+    rng = np.random.default_rng(INFEASIBLE.index(kind))
+    for k in range(10):
+        case = infeasible(rng, kind, dense=bool(k % 2))
+        parts = {name: getattr(case, name) for name in
+                 ("H", "g", "A", "b", "soft", "C", "l", "u", "lb", "ub")}  # fmt: skip
+        for options in (PRODUCT, PRODUCT._replace(method=LVI94, scaling=0, gamma=1.0, cap=20_000),
+                        PRODUCT._replace(method=E47, scaling=0, gamma=1.0, cap=20_000)):  # fmt: skip
+            code, net = network_of(parts)
+            if code == codes.SOLVED:
+                code, _ = dtrnn(net, options, NO_TRACE)
+            assert code == codes.INFEASIBLE
+
+
+def test_the_gap_bounds_the_distance_from_the_optimum():
+    for seed in range(20):
+        net, _, solution = started(seed, m=0, p=0)
+        x = np.clip(net.u, net.low, net.high)
+        r_eq, _, gap, _ = quality(net, net.u)
+        f = [0.5 * v @ net.Gamma @ v + net.z @ v for v in (x, solution)]
+        assert r_eq == 0.0 and gap >= 0.0
+        assert f[0] - f[1] <= gap + 1e-12
+        assert (x - solution) @ net.Gamma @ (x - solution) <= gap + 1e-12
+
+
+def test_the_cap_is_a_status_and_numbers_that_are_none_fail():
+    net, _, _ = started(5)
+    assert dtrnn(net, PRODUCT._replace(newton=0, cap=3), NO_TRACE) == (codes.MAX_ITERATIONS, 3)
+    net, _, _ = started(5)
+    net.z[0] = np.nan
+    assert dtrnn(net, PRODUCT, NO_TRACE)[0] == codes.FAILED
+
+
+def test_the_trace_tells_every_iterate():
+    net, size, _ = started(6)
+    trace = np.full((50, 4), -1.0)
+    code, iterations = dtrnn(
+        net, PRODUCT._replace(scaling=0, newton=0, paper=1, tolerance=1e-3, cap=40), trace
+    )
+    assert trace[0, 0] == pytest.approx(size)
+    assert (trace[: iterations + 1, 0] > 0.0).all() and (trace[iterations + 1 :] == -1.0).all()
+    assert code == codes.MAX_ITERATIONS or trace[iterations, 0] <= 1e-3
+    assert np.linalg.norm(residual_of(net, net.u)) == pytest.approx(trace[iterations, 0], rel=1e-6)
+
+
+TICKS = """
+import json, numpy as np, ftqp
+from ftqp.kernel.jit import COMPILED
+result = {"compiled": COMPILED}
+for level in ("acceleration", "velocity"):
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, level=level, scheme="dlsm", backend="dtrnn")
+    q, v = robot.neutral.copy(), np.linspace(-0.1, 0.1, 7)
+    planner.reset(q, v)
+    target = ftqp.Target(pose=robot.pose(q))
+    for k in range(4):
+        if k == 2:
+            planner.report(ftqp.Locked(1))
+        target.position[2] += 1e-4
+        step = planner.step(q, v, target)
+        q, v = step.q.copy(), step.v.copy()
+    result[level] = [*q, *v]
+print(json.dumps(result))
+"""
+
+ALLOCATIONS = """
+import json, numpy as np, ftqp
+from numba.core.runtime import rtsys
+result = {}
+for method in ("implicit", "94lvi"):
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, scheme="dlsm", backend={"name": "dtrnn", "method": method})
+    q, v = robot.neutral.copy(), np.zeros(7)
+    planner.reset(q)
+    target = ftqp.Target(pose=robot.pose(q))
+    planner.step(q, v, target)
+    before = tuple(rtsys.get_allocation_stats())
+    for k in range(300):
+        if k == 100:
+            planner.report(ftqp.Locked(2))
+        target.position[0] += 1e-4 if k < 200 else 1e-2
+        step = planner.step(q, v, target)
+        q[:], v[:] = step.q, step.v
+    result[method] = [before, tuple(rtsys.get_allocation_stats())]
+print(json.dumps(result))
+"""
+
+
+def run(script, **environment):
+    result = subprocess.run([sys.executable, "-c", script], env={**os.environ, **environment},
+                            capture_output=True, text=True, timeout=500)  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    return json.loads(result.stdout.splitlines()[-1])
+
+
+@pytest.mark.skipif(not COMPILED, reason="this run is without compilation")
+def test_a_tick_with_the_network_allocates_nothing():
+    for before, after in run(ALLOCATIONS, NUMBA_NRT_STATS="1").values():
+        assert after == before
+
+
+@pytest.mark.skipif(not COMPILED, reason="this run is without compilation")
+def test_plain_python_gives_the_same_command():
+    compiled, plain = run(TICKS), run(TICKS, NUMBA_DISABLE_JIT="1")
+    assert compiled.pop("compiled") and not plain.pop("compiled")
+    for level, values in compiled.items():
+        assert np.abs(np.subtract(values, plain[level])).max() < 1e-7  # the network's tolerance is 1e-9

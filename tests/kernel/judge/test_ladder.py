@@ -1,0 +1,127 @@
+"""What the ladder gives up, in which order, and that no answer of a solver reaches the command unchecked."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.qp.adapters.backend import Backend, Claim
+
+Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
+NAMES = ("acceleration", "velocity")
+
+
+class Liar(Backend):
+    """A backend that claims success and answers ``value`` everywhere."""
+
+    package = "none"
+
+    def __init__(self, value, claim=Claim.SOLVED):
+        super().__init__("liar")
+        self._value, self._claim = value, claim
+
+    def _prepare(self, qp):
+        """Nothing to prepare."""
+
+    def _run(self, qp, cold):
+        qp.solution[:] = self._value
+        return self._claim
+
+    def _attempt(self, qp, cold):
+        return self._run(qp, cold)
+
+
+def planner_of(backend="active_set", **options):
+    """A Panda's planner at its start."""
+    planner = ftqp.Planner(ftqp.robots.load("panda"), 0.002, backend=backend, emergency=None, **options)
+    planner.reset(Q)
+    return planner
+
+
+def inside(planner, step, v):
+    """Whether the command is finite and within the limits of velocity and acceleration."""
+    limits = planner.robot.limits
+    values = np.concatenate([step.q, step.v, step.a])
+    assert np.isfinite(values).all()
+    assert np.all(np.abs(step.v) <= limits.v_max + 1e-9)
+    assert np.all(np.abs(step.a) <= limits.a_max * (1.0 + 1e-9) + 1e-9)
+
+
+@pytest.mark.parametrize("level", NAMES)
+@pytest.mark.parametrize("mode", ["hard", "slack", "scaled", "lexicographic"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300, 0.0, 7.0])
+@pytest.mark.parametrize("claim", list(Claim))
+def test_no_answer_of_a_lying_solver_reaches_the_command(value, claim, level, mode):
+    planner = planner_of(Liar(value, claim), level=level, task=ftqp.Task(mode=mode))
+    pose = planner.robot.pose(Q)
+    pose[:3, 3] += [0.01, 0.0, -0.01]
+    q, v = Q.copy(), np.zeros(7)
+    for _ in range(3):
+        step = planner.step(q, v, ftqp.Target(pose=pose))
+        inside(planner, step, v)
+        assert step.status in (ftqp.StepStatus.FALLBACK, ftqp.StepStatus.RELAXED)
+        q, v = step.q.copy(), step.v.copy()
+
+
+@pytest.mark.parametrize("level", NAMES)
+@pytest.mark.parametrize("mode", ["hard", "slack", "scaled", "lexicographic"])
+def test_an_unreachable_task_gives_the_nearest_motion_within_the_box(level, mode):
+    planner = planner_of(level=level, task=ftqp.Task(mode=mode))
+    pose = planner.robot.pose(Q)
+    pose[:3, 3] += [0.5, 0.2, -0.2]
+    step = planner.step(Q, np.zeros(7), ftqp.Target(pose=pose))
+    inside(planner, step, np.zeros(7))
+    K = planner._record[0]
+    expected = ftqp.StepStatus.SCALED if mode == "scaled" else ftqp.StepStatus.RELAXED
+    assert step.status is expected
+    assert np.all(K["x"][:7] >= K["lb"][:7]) and np.all(K["x"][:7] <= K["ub"][:7])
+    if mode == "scaled":
+        assert 0.0 < step.scale < 1.0
+    else:
+        assert np.abs(step.slack).max() > 1e-3
+        assert np.any((K["x"][:7] == K["lb"][:7]) | (K["x"][:7] == K["ub"][:7]))
+
+
+def test_the_relaxed_motion_is_the_least_squares_one():
+    """Hard mode, infeasible: no x of the box leaves a smaller task residual."""
+    planner = planner_of(task=ftqp.Task(mode="hard"))
+    pose = planner.robot.pose(Q)
+    pose[:3, 3] += [0.5, 0.2, -0.2]
+    planner.step(Q, np.zeros(7), ftqp.Target(pose=pose))
+    from scipy.optimize import lsq_linear
+
+    K = planner._record[0]
+    A, b = K["A"][:6, :7], K["b_task"][:6]
+    best = lsq_linear(A, b, (K["lb"][:7], K["ub"][:7]), tol=1e-14)
+    assert np.linalg.norm(A @ K["x"][:7] - b) <= np.sqrt(2.0 * best.cost) * (1.0 + 1e-4)
+
+
+@pytest.mark.parametrize("level", NAMES)
+def test_a_joint_that_is_locked_stays_so_on_every_rung(level):
+    planner = planner_of(Liar(np.nan), level=level)
+    planner.report(ftqp.Locked(3))
+    pose = planner.robot.pose(Q)
+    pose[:3, 3] += [0.5, 0.2, -0.2]
+    step = planner.step(Q, np.zeros(7), ftqp.Target(pose=pose))
+    assert step.v[3] == 0.0 and step.a[3] == 0.0 and step.q[3] == Q[3]
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+@pytest.mark.parametrize("what", ["q", "v", "target", "tau", "tip"])
+def test_input_that_is_not_finite_brakes(what, bad):
+    planner, v = planner_of(), np.full(7, 0.1)
+    planner.reset(Q, v)
+    pose = planner.robot.pose(Q)
+    aim = ftqp.Target(pose=pose)
+    given = {"q": Q.copy(), "v": v.copy(), "tau": None, "tip": None}
+    if what == "target":
+        aim.twist[1] = bad
+    elif what == "tip":
+        given["tip"] = np.where(np.eye(4) > 0, bad, pose)
+    elif what == "tau":
+        given["tau"] = np.full(7, bad)
+    else:
+        given[what][2] = bad
+    step = planner.step(given["q"], given["v"], aim, tau=given["tau"], tip=given["tip"])
+    assert step.status is ftqp.StepStatus.INVALID_INPUT
+    inside(planner, step, v)
+    assert np.all(np.abs(step.v) < 0.1)

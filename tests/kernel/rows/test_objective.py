@@ -1,0 +1,153 @@
+"""H and g of every scheme at both levels against the table of the field, in plain numpy."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.kernel.entry import entries as entry
+
+DT = 0.002
+Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
+V = np.array([0.3, -0.2, 0.1, 0.25, -0.4, 0.2, 0.35])
+POSTURE = np.array([0.0, -0.3, 0.1, -1.8, 0.1, 1.4, 0.7])
+
+
+def assembled(scheme, level, *faults):
+    """H, g, M and h of one tick of a moving Panda."""
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, DT, level=level, scheme=scheme, posture=POSTURE, torque_limits=False)
+    for fault in faults:
+        planner.report(fault)
+    planner.reset(Q, V)
+    planner.step(Q, V, ftqp.Target(pose=robot.pose(Q)))
+    K = planner._record[0]
+    H = K["H"][:7, :7] if K["dense"] else np.diag(K["H_diagonal"][:7])
+    g = K["g"][:7].copy()
+    velocity = K["v"][:7].copy()
+    entry.inverse_dynamics(planner._record.ctypes.data, Q, velocity)
+    return H.copy(), g, K["M"][:7, :7].copy(), K["h"][:7].copy(), velocity
+
+
+def table(name, level, M, h, v, healthy=slice(None)):
+    """W and c of a scheme by the published table; a failed joint's torque is left out of torque norms."""
+    eye, kappa = np.eye(7), 8.0 * v + 16.0 * (Q - POSTURE)
+    S, bias = M[healthy], h[healthy]
+    if level == "acceleration":
+        rows = {
+            "man": (eye, 0.0 * v),
+            "mvn": (eye, 4.0 * v),
+            "rmp": (eye, kappa),
+            "mtn": (S.T @ S, S.T @ bias),
+            "iiwt": (M, h),
+            "mke": (M, 4.0 * M @ v),
+            "dlsm": (0.995 * S.T @ S + 0.005 * eye, 0.995 * S.T @ bias + 0.005 * kappa),
+            "dlsm_mvn": (0.995 * S.T @ S + 0.005 * eye, 0.995 * S.T @ bias + 0.005 * 4.0 * v),
+        }
+    else:
+        momentum = S.T @ (DT * bias - S @ v)
+        rows = {
+            "mvn": (eye, 0.0 * v),
+            "man": (eye, -v),
+            "mke": (M, 0.0 * v),
+            "mtn": (S.T @ S, momentum),
+            "rmp": (eye, 4.0 * (Q - POSTURE)),
+            "iiwt": (M, DT * h - M @ v),
+            "dlsm": (0.995 * S.T @ S + 0.005 * eye, 0.995 * momentum + 0.005 * 4.0 * (Q - POSTURE)),
+            "dlsm_mvn": (0.995 * S.T @ S + 0.005 * eye, 0.995 * momentum),
+        }
+    return rows[name]
+
+
+def close(got, expected):
+    """To 1e-12 of the largest entry."""
+    return np.abs(got - expected).max() <= 1e-12 * max(1e-300, np.abs(expected).max())
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize(
+    "name", sorted({*ftqp.schemes.names()} - {*ftqp.schemes.closed_forms(), "mvn_manipulability"})
+)
+def test_scheme_has_the_published_objective(name, level):
+    H, g, M, h, v = assembled(name, level)
+    W, c = table(name, level, M, h, v)
+    assert close(H, W) and close(g, c)
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("name", ["mtn", "dlsm", "dlsm_mvn"])
+def test_torque_of_a_locked_joint_is_not_in_the_objective(name, level):
+    H, g, M, h, v = assembled(name, level, ftqp.Locked(2, mode="instant"))
+    W, c = table(name, level, M, h, v, healthy=[0, 1, 3, 4, 5, 6])
+    assert v[2] == 0.0
+    assert close(H, W) and close(g, c)
+    full, _ = table(name, level, M, h, v)
+    assert not close(H, full)
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("damping", [0.0, 0.5])
+def test_torque_of_a_free_swinging_joint_is_not_minimised(level, damping):
+    """What stands in its place is zero for every x that its equality row allows: no answer changes."""
+    H, g, M, h, v = assembled("mtn", level, ftqp.FreeSwinging(3, damping=damping))
+    W, c = table("mtn", level, M, h, v, healthy=[0, 1, 2, 4, 5, 6])
+    row = M[3] + damping * DT * np.eye(7)[3]
+    scale = DT if level == "velocity" else 1.0
+    side = -scale * h[3] + (M[3] @ v if level == "velocity" else -damping * v[3])
+    assert close(H, W + np.outer(row, row)) and close(g, c - row * side)
+    assert np.linalg.eigvalsh(H).min() > 0.0
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_schemes_add_up(level):
+    s = ftqp.schemes
+    mixed = 0.3 * s.rmp() + 2.0 * s.iiwt() + 0.01 * s.mtn() + s.mvn()
+    H, g, M, h, v = assembled(mixed, level)
+    parts = [(0.3, "rmp"), (2.0, "iiwt"), (0.01, "mtn"), (1.0, "mvn")]
+    W = sum(w * table(name, level, M, h, v)[0] for w, name in parts)
+    c = sum(w * table(name, level, M, h, v)[1] for w, name in parts)
+    assert close(H, W) and close(g, c)
+
+
+def test_reference_scales_divide_the_norms():
+    scheme = ftqp.schemes.dlsm(alpha=0.6, tau_ref=10.0, a_ref=0.5)
+    H, g, M, h, v = assembled(scheme, "acceleration")
+    kappa = 8.0 * v + 16.0 * (Q - POSTURE)
+    assert close(H, 0.6 / 100.0 * M.T @ M + 0.4 / 0.25 * np.eye(7))
+    assert close(g, 0.6 / 100.0 * M.T @ h + 0.4 / 0.25 * kappa)
+
+
+def test_a_continuous_joint_returns_to_its_posture_the_short_way():
+    from random_chains import random_robot
+
+    robot = random_robot(np.random.default_rng(4), 12)
+    i = int(np.flatnonzero(robot.continuous)[0])
+    q, posture = np.zeros(12), np.zeros(12)
+    posture[i] = 6.0
+    planner = ftqp.Planner(robot, DT, scheme="rmp", posture=posture)
+    planner.reset(q)
+    planner.step(q, np.zeros(12), ftqp.Target(pose=robot.pose(q)))
+    g = planner._record["g"][0, i]
+    assert abs(g - 16.0 * 2.0 * np.sin(0.5 * (2.0 * np.pi - 6.0))) < 1e-12
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("scheme", ["mvn", "man", "rmp", "mke"])
+def test_drive_is_where_the_null_space_comes_to_rest(level, scheme):
+    """With no task at all the joints take the velocity of the drive, and a locked joint stays."""
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(
+        robot, 2e-3, level=level, scheme=scheme, task=ftqp.Task(rows=("x",), kp=0.0, slack=1.0)
+    )
+    planner.report(ftqp.Locked(0, mode="instant"))
+    planner.reset(robot.neutral)
+    drive = 0.02 * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+    planner.record["drive"][0, :7], planner.record["driven"] = drive, 1
+    q, v, target = robot.neutral.copy(), np.zeros(7), ftqp.Target(pose=robot.pose(robot.neutral))
+    for _ in range(1000):
+        step = planner.step(q, v, target)
+        v = step.v.copy()
+        q = robot.neutral.copy()  # the posture's pull stays zero
+    J = planner.record["J"][0][:1, :7]
+    free = np.arange(1, 7)
+    along = v[free] @ drive[free] / (drive[free] @ drive[free])
+    assert v[0] == 0.0 and 0.3 < along < 1.1 and np.abs(J @ v)[0] < 0.02

@@ -1,0 +1,73 @@
+"""Torque limits and free-swinging joints as rows: what the command's torque, recomputed, says."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.kernel.entry import entries as entry
+
+Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
+
+
+def torque(planner, q, v, a):
+    """M a + h at (q, v)."""
+    K = planner._record.copy()
+    entry.inverse_dynamics(K.ctypes.data, q, v)
+    return K["M"][0, :7, :7] @ a + K["h"][0, :7]
+
+
+def swinging(planner, ticks):
+    """Closed loop round the start, the tip drawn to and fro: step and recomputed torque of every tick."""
+    robot, q, v = planner.robot, Q.copy(), np.zeros(7)
+    planner.reset(q, v)
+    p = robot.pose(q)[:3, 3].copy()
+    aim = ftqp.Target(position=p)
+    for k in range(ticks):
+        aim.position[:] = p + np.array([0.0, 0.15, 0.15]) * np.sin(np.array([0.0, 5.0, 3.0]) * k * planner.dt)
+        step = planner.step(q, v, aim)
+        yield step, torque(planner, q, v, step.a)
+        q, v = step.q.copy(), step.v.copy()
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_torque_limits_are_kept_and_bind(level):
+    robot = ftqp.robots.load("panda").with_limits(tau_max=[4.0, 34.0, 8.0, 21.0, 3.0, 3.0, 2.0])
+    planner = ftqp.Planner(robot, 0.002, level=level, emergency=None, task=ftqp.Task(rows="position"))
+    binding = 0
+    for step, tau in swinging(planner, 600):
+        assert np.abs(step.tau - tau).max() < 1e-9
+        assert step.torque_excess == 0.0
+        assert np.all(np.abs(tau) <= robot.limits.tau_max + 1e-6)
+        binding += bool(np.any(np.abs(tau) > robot.limits.tau_max - 1e-6))
+    assert binding > 10
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_torque_limits_give_way_when_no_motion_keeps_them(level):
+    robot = ftqp.robots.load("panda").with_limits(tau_max=[0.5] * 7)  # too weak to hold itself up
+    planner = ftqp.Planner(robot, 0.002, level=level, emergency=None, task=ftqp.Task(rows="position"))
+    for step, tau in swinging(planner, 5):
+        assert step.torque_excess > 0.0
+        assert np.isfinite(tau).all() and np.all(np.abs(step.a) <= robot.limits.a_max + 1e-9)
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("damping", [0.0, 0.4, 50.0])
+@pytest.mark.parametrize("joint", [0, 4, 6])
+def test_torque_of_a_free_swinging_joint_is_exactly_its_friction(level, damping, joint):
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, 0.002, level=level, emergency=None, task=ftqp.Task(rows="position"))
+    planner.report(ftqp.FreeSwinging(joint, damping=damping))
+    for step, tau in swinging(planner, 200):
+        assert abs(tau[joint] + damping * step.v[joint]) < 1e-8
+        assert step.tau[joint] == 0.0 and step.tau_brake[joint] == 0.0
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_brake_of_a_locked_joint_carries_what_its_motor_does_not(level):
+    planner = ftqp.Planner(ftqp.robots.load("panda"), 0.002, level=level, task=ftqp.Task(rows="position"))
+    planner.report(ftqp.Locked(1))
+    for step, tau in swinging(planner, 50):
+        assert step.tau[1] == 0.0
+        assert abs(step.tau_brake[1] - tau[1]) < 1e-9 and abs(tau[1]) > 1.0
+        assert np.count_nonzero(step.tau_brake) == 1

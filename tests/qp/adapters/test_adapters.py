@@ -1,0 +1,303 @@
+"""Every backend against planted solutions, in a loop of changing data, and on data that no QP should have."""
+
+from time import perf_counter
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from planted import buffers, fill, infeasible, planted
+from solvers import ADAPTED, NATIVE, QUADPROG, tolerance
+
+from ftqp.qp import Claim, QPBuffers, backend
+from ftqp.qp.judge.kkt_residuals import accepted, residuals
+
+EVERY = NATIVE + ADAPTED
+
+
+def judged(problem, qp):
+    return accepted(problem, residuals(problem, qp.x, qp.y, qp.z, qp.z_box), qp.x, qp.y)
+
+
+@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize("kind", ["identity", "diagonal", "dense"])
+@pytest.mark.parametrize(("n", "m", "p"), [(1, 0, 0), (7, 6, 0), (7, 2, 7), (13, 6, 7), (36, 6, 30)])
+def test_backend_finds_the_planted_solution_and_its_multipliers(name, kind, n, m, p):
+    rng = np.random.default_rng(n + 100 * m + p)
+    solver = backend(name)
+    for _ in range(8):
+        case = planted(rng, n, m, p, kind=kind)
+        qp = buffers(case.problem)
+        solver.setup(qp)
+        assert solver.solve(cold=True) is Claim.SOLVED
+        np.testing.assert_allclose(qp.x, case.x, rtol=0, atol=tolerance(name))
+        scale = np.linalg.cond(case.problem.H) * tolerance(name) * 10
+        for part in ("y", "z", "z_box"):
+            np.testing.assert_allclose(getattr(qp, part), getattr(case, part), rtol=0, atol=scale)
+        assert judged(case.problem, qp)
+
+
+@pytest.mark.parametrize("name", ["active_set", "daqp", QUADPROG])
+def test_ill_conditioned_hessian_is_solved_to_its_residuals(name):
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        case = planted(rng, 7, 3, 7, kind="mtn")
+        qp = buffers(case.problem)
+        solver = backend(name)
+        solver.setup(qp)
+        assert solver.solve(cold=True) is Claim.SOLVED
+        assert judged(case.problem, qp)
+        error = qp.x - case.x
+        assert error @ case.problem.H @ error <= 1e-12
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(1, 20),
+    m=st.integers(0, 6),
+    p=st.integers(0, 12),
+    kind=st.sampled_from(["identity", "diagonal", "dense"]),
+)
+@pytest.mark.parametrize("name", ["active_set", "daqp"])
+def test_exact_backends_agree_on_any_size(name, seed, n, m, p, kind):
+    case = planted(np.random.default_rng(seed), n, min(m, n), p, kind=kind, fixed=max(0, (n - m) // 4))
+    qp = buffers(case.problem)
+    solver = backend(name)
+    solver.setup(qp)
+    assert solver.solve(cold=True) is Claim.SOLVED
+    np.testing.assert_allclose(qp.x, case.x, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_multipliers_are_positive_at_upper_and_negative_at_lower_bounds(name):
+    # min 1/2 |x|^2 - 3 x0 + 3 x1, x in [-1, 1]^3, x0 + x1 + x2 = 0.25: x = (1, -1, 0.25), y = -0.25
+    qp = QPBuffers.zeros(3, 1, 0)
+    qp.g[:] = [-3.0, 3.0, 0.0]
+    qp.A[:], qp.b[:] = 1.0, 0.25
+    qp.lb[:], qp.ub[:] = -1.0, 1.0
+    solver = backend(name)
+    solver.setup(qp)
+    assert solver.solve(cold=True) is Claim.SOLVED
+    np.testing.assert_allclose(qp.x, [1.0, -1.0, 0.25], atol=tolerance(name))
+    np.testing.assert_allclose(qp.y, [-0.25], atol=1e-6)
+    np.testing.assert_allclose(qp.z_box, [2.25, -1.75, 0.0], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_equality_and_row_multipliers_have_the_signs_of_the_lagrangian(name):
+    # min 1/2 |x|^2, x0 = 2, x1 >= 3, x2 <= -4: stationarity gives y = -2, z = (-3, 4)
+    qp = QPBuffers.zeros(3, 1, 2)
+    qp.A[0, 0], qp.b[0] = 1.0, 2.0
+    qp.C[0, 1], qp.l[0] = 1.0, 3.0
+    qp.C[1, 2], qp.u[1] = 1.0, -4.0
+    solver = backend(name)
+    solver.setup(qp)
+    assert solver.solve(cold=True) is Claim.SOLVED
+    np.testing.assert_allclose(qp.x, [2.0, 3.0, -4.0], atol=tolerance(name))
+    np.testing.assert_allclose(qp.y, [-2.0], atol=1e-6)
+    np.testing.assert_allclose(qp.z, [-3.0, 4.0], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_a_bound_turns_into_an_equality_and_back_without_a_new_setup(name):
+    rng = np.random.default_rng(11)
+    healthy = planted(rng, 7, 3, 4, kind="dense", unbounded=0.5)
+    qp = buffers(healthy.problem)
+    solver = backend(name)
+    solver.setup(qp)
+    assert solver.solve(cold=True) is Claim.SOLVED
+    for joint in (0, 3, 6):
+        for value in (0.0, 0.1, -0.05):
+            qp.lb[joint] = qp.ub[joint] = healthy.x[joint] + value
+            cold = joint == 3
+            assert solver.solve(cold=cold) is Claim.SOLVED
+            assert abs(qp.x[joint] - qp.lb[joint]) <= tolerance(name)
+            assert judged(qp, qp)
+            fill(qp, healthy.problem)
+            assert solver.solve(cold=False) is Claim.SOLVED
+            np.testing.assert_allclose(qp.x, healthy.x, rtol=0, atol=tolerance(name))
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_a_row_turns_into_an_equality_and_back_without_a_new_setup(name):
+    case = planted(np.random.default_rng(12), 7, 2, 5, unbounded=0.0)
+    qp = buffers(case.problem)
+    solver = backend(name)
+    solver.setup(qp)
+    for _ in range(3):
+        assert solver.solve(cold=False) is Claim.SOLVED
+        np.testing.assert_allclose(qp.x, case.x, rtol=0, atol=tolerance(name))
+        qp.l[2] = qp.u[2] = 0.0
+        assert solver.solve(cold=False) is Claim.SOLVED
+        assert abs(qp.C[2] @ qp.x) <= 10 * tolerance(name)
+        fill(qp, case.problem)
+
+
+@pytest.mark.parametrize("name", NATIVE)
+@pytest.mark.parametrize("kind", ["identity", "dense"])
+def test_warm_equals_cold_along_a_path(name, kind):
+    rng = np.random.default_rng(5)
+    case = planted(rng, 13, 6, 7, kind=kind)
+    qp, fresh = buffers(case.problem), buffers(case.problem)
+    warm, cold = backend(name), backend(name)
+    warm.setup(qp)
+    cold.setup(fresh)
+    rate = rng.normal(size=qp.rows.shape)
+    for k in range(60):
+        for one in (qp, fresh):
+            one.g[:] = case.problem.g + np.sin(0.05 * k)
+            one.rows[:] = np.vstack([case.problem.A, case.problem.C]) + 0.002 * k * rate
+            one.b[:] = one.A @ (0.9 * case.x)
+        assert warm.solve(cold=False) is cold.solve(cold=True)
+        np.testing.assert_allclose(qp.x, fresh.x, rtol=0, atol=2 * tolerance(name))
+
+
+@pytest.mark.parametrize("name", ["active_set", "dtrnn", "daqp", "osqp", "proxqp"])
+def test_a_constant_hessian_may_be_skipped_when_warm(name):
+    case = planted(np.random.default_rng(8), 7, 2, 3)
+    qp = QPBuffers.zeros(7, 2, 3, constant_hessian=True)
+    fill(qp, case.problem)
+    solver = backend(name)
+    solver.setup(qp)
+    for k in range(3):
+        qp.g[:] = case.problem.g + 0.1 * (k == 1)
+        assert solver.solve(cold=False) is Claim.SOLVED
+    np.testing.assert_allclose(qp.x, case.x, rtol=0, atol=tolerance(name))
+
+
+@pytest.mark.parametrize("name", NATIVE)
+def test_a_changed_hessian_is_noticed_when_warm(name):
+    rng = np.random.default_rng(9)
+    first, second = planted(rng, 7, 2, 3, kind="identity"), planted(rng, 7, 2, 3, kind="dense")
+    qp = buffers(first.problem)
+    solver = backend(name)
+    solver.setup(qp)
+    for case in (first, second, first):
+        fill(qp, case.problem)
+        assert solver.solve(cold=False) is Claim.SOLVED
+        np.testing.assert_allclose(qp.x, case.x, rtol=0, atol=tolerance(name))
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_an_infeasible_qp_is_refused_soon_and_the_next_one_is_solved(name):
+    rng = np.random.default_rng(2)
+    for k in range(5):
+        case = planted(rng, 7, 3, 4)
+        qp = buffers(case.problem)
+        solver = backend(name)
+        solver.setup(qp)
+        assert solver.solve(cold=True) is Claim.SOLVED
+        fill(qp, infeasible(rng, 7, 3, 4))
+        for cold in (False, True, False):
+            began = perf_counter()
+            claim = solver.solve(cold=cold)
+            assert claim is not Claim.SOLVED
+            assert perf_counter() - began < 2.0
+            if name in ("daqp", "dtrnn") or (name in ("active_set", "quadprog") and k == 0):
+                assert claim is Claim.INFEASIBLE
+        fill(qp, case.problem)
+        assert solver.solve(cold=False) is Claim.SOLVED
+        np.testing.assert_allclose(qp.x, case.x, rtol=0, atol=tolerance(name))
+
+
+@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("part", ["H", "g", "A", "b", "C"])
+def test_data_that_are_no_numbers_are_failed_and_leave_no_trace(name, bad, part):
+    case = planted(np.random.default_rng(4), 7, 3, 4)
+    qp = buffers(case.problem)
+    solver = backend(name)
+    solver.setup(qp)
+    assert solver.solve(cold=True) is Claim.SOLVED
+    getattr(qp, part).reshape(-1)[1] = bad
+    for cold in (False, True):
+        assert solver.solve(cold=cold) in (Claim.FAILED, Claim.INFEASIBLE)
+    fill(qp, case.problem)
+    assert solver.solve(cold=False) is Claim.SOLVED
+    np.testing.assert_allclose(qp.x, case.x, rtol=0, atol=tolerance(name))
+
+
+@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize("part", ["l", "u", "lb", "ub"])
+def test_nan_bounds_are_failed(name, part):
+    case = planted(np.random.default_rng(4), 7, 3, 4)
+    qp = buffers(case.problem)
+    getattr(qp, part)[2] = np.nan
+    solver = backend(name)
+    solver.setup(qp)
+    assert solver.solve(cold=False) is Claim.FAILED
+
+
+@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize(("low", "high"), [("l", "u"), ("lb", "ub")])
+def test_crossed_bounds_are_infeasible(name, low, high, capfd):
+    case = planted(np.random.default_rng(4), 7, 3, 4)
+    qp = buffers(case.problem)
+    getattr(qp, low)[1], getattr(qp, high)[1] = 1.0, -1.0
+    solver = backend(name)
+    solver.setup(qp)
+    assert solver.solve(cold=False) is Claim.INFEASIBLE
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("name", ["dtrnn", "daqp", "osqp", "proxqp"])
+def test_a_cap_of_one_iteration_is_kept_and_reported(name):
+    case = planted(np.random.default_rng(6), 20, 4, 20, unbounded=0.0)
+    qp = buffers(case.problem)
+    solver = backend({"name": name, "max_iterations": 1})
+    solver.setup(qp)
+    assert solver.solve(cold=True) in (Claim.MAX_ITERATIONS, Claim.FAILED)
+    assert not judged(case.problem, qp)
+
+
+@pytest.mark.parametrize("name", NATIVE)
+def test_setup_does_not_depend_on_the_content_of_the_buffers(name):
+    case = planted(np.random.default_rng(7), 7, 3, 4)
+    qp = QPBuffers.zeros(7, 3, 4)
+    qp.flat[:] = np.nan
+    solver = backend(name)
+    solver.setup(qp)
+    fill(qp, case.problem)
+    assert solver.solve(cold=False) is Claim.SOLVED
+    np.testing.assert_allclose(qp.x, case.x, rtol=0, atol=tolerance(name))
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_solvers_write_nothing_to_the_terminal(name, capfd):
+    rng = np.random.default_rng(1)
+    for problem in (planted(rng).problem, infeasible(rng), planted(rng, 3, 0, 0, unbounded=1.0).problem):
+        solver = backend(name)
+        solver.setup(buffers(problem))
+        solver.solve(cold=True)
+        solver.solve(cold=False)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("name", NATIVE)
+def test_the_same_input_gives_the_same_output(name):
+    rng = np.random.default_rng(13)
+    cases = [planted(rng, 7, 3, 4).problem for _ in range(4)]
+    answers = []
+    for _ in range(2):
+        qp = QPBuffers.zeros(7, 3, 4)
+        solver = backend(name)
+        solver.setup(qp)
+        run = []
+        for problem in cases:
+            fill(qp, problem)
+            solver.solve(cold=False)
+            run.append(qp.solution.copy())
+        answers.append(np.array(run))
+    np.testing.assert_array_equal(*answers)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_a_bound_overstepped_by_less_than_a_millionth_is_still_kept(name):
+    qp = QPBuffers.zeros(2, 0, 1)
+    qp.g[:] = [-1.0 - 5e-7, -2.0 - 5e-7]
+    qp.ub[0], qp.C[0, 1], qp.u[0] = 1.0, 1.0, 2.0
+    solver = backend(name)
+    solver.setup(qp)
+    assert solver.solve(cold=True) is Claim.SOLVED
+    np.testing.assert_allclose(qp.x, [1.0, 2.0], rtol=0, atol=1e-8 if tolerance(name) > 1e-9 else 1e-9)

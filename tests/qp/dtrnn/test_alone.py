@@ -1,0 +1,206 @@
+"""The network as a solver of its own: any QP, the trace of its convergence, starts, modes, batches."""
+
+import numpy as np
+import pytest
+from planted import infeasible, planted
+
+from ftqp import InputError, MissingPackage
+from ftqp.qp import QP, SolveStatus, solve
+from ftqp.qp import dtrnn as network
+from ftqp.qp.dtrnn.dtrnn_settings import METHODS, DtrnnSettings
+
+PAPER_ERROR = 5e-3
+"""What |e| <= 1e-5 leaves of x on these well-conditioned problems."""
+
+
+def case(seed=0, n=7, m=3, p=4, **options):
+    return planted(np.random.default_rng(seed), n, m, p, **options)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("mode", network.MODES)
+def test_every_method_solves_a_qp_in_both_modes(method, mode):
+    one = case(1)
+    found = network.solve(one.problem, method, mode=mode)
+    assert found.status is SolveStatus.SOLVED and found.backend == "dtrnn"
+    np.testing.assert_allclose(found.x, one.x, rtol=0, atol=1e-8 if mode == "product" else PAPER_ERROR)
+    assert found.residual <= 1e-5 and found.iterations > 0 and found.trace is None
+    assert (found.x >= one.problem.lb).all() and (found.x <= one.problem.ub).all()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_product_mode_without_jumps_ends_at_the_solution_too(method):
+    one = case(2, n=5, m=2, p=0, kind="identity")
+    found = network.solve(one.problem, method, newton=False, max_iterations=100_000)
+    assert found.status is SolveStatus.SOLVED
+    np.testing.assert_allclose(found.x, one.x, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_trace_of_the_paper_ends_below_the_tolerance_and_not_before(method):
+    found = network.solve(case(3).problem, method, mode="paper", tolerance=1e-4, trace=True)
+    residual = found.trace.residual
+    assert len(residual) == len(found.trace.r_eq) == len(found.trace.gap) == found.iterations + 1
+    assert residual[-1] <= 1e-4 and (residual[:-1] > 1e-4).all()
+    assert residual[-1] == found.residual
+    assert not found.trace.newton.any() and not residual.flags.writeable
+
+
+def test_the_trace_marks_the_jumps():
+    found = network.solve(case(4, unbounded=0.0).problem, trace=True)
+    assert found.trace.newton.sum() == 1 and found.trace.newton[-2]
+    assert found.trace.residual[-1] < 1e-9 and found.trace.r_eq[-1] < 1e-9 and found.trace.gap[-1] < 1e-9
+
+
+def test_a_start_at_the_solution_needs_no_iteration_and_one_nearby_needs_few():
+    one = case(5)
+    found = network.solve(one.problem)
+    assert network.solve(one.problem, start=found).iterations == 0
+    cold = network.solve(one.problem, "implicit", mode="paper").iterations
+    near = network.solve(one.problem, "implicit", mode="paper", start=(found.x, found.y)).iterations
+    assert near < cold
+    p = one.problem
+    moved = QP(p.H, p.g + 1e-3, p.A, p.b, p.C, p.l, p.u, p.lb, p.ub)
+    assert network.solve(moved, start=found).iterations == 1
+
+
+def test_the_cap_is_a_status_and_the_iterate_is_within_its_bounds():
+    one = case(6, unbounded=0.0)
+    found = network.solve(one.problem, "94lvi", mode="paper", max_iterations=3)
+    assert found.status is SolveStatus.MAX_ITERATIONS and found.iterations == 3
+    assert (found.x >= one.problem.lb).all() and (found.x <= one.problem.ub).all()
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("mode", network.MODES)
+def test_an_infeasible_qp_is_proven_so(method, mode):
+    for seed in range(3):
+        found = network.solve(infeasible(np.random.default_rng(seed)), method, mode=mode)
+        assert found.status is SolveStatus.INFEASIBLE
+        assert found.certificate is not None and found.iterations < 1000
+
+
+def test_a_semidefinite_hessian_is_solved():
+    found = network.solve(QP(np.diag([1.0, 0.0]), [0.0, 1.0], lb=[-1.0, -2.0], ub=[1.0, 2.0]))
+    assert found.status is SolveStatus.SOLVED
+    np.testing.assert_allclose(found.x, [0.0, -2.0], atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        (dict(method="m4"), "dtrnn.method is 'm4', expected one of implicit, 94lvi, e47"),
+        (dict(method="94lv"), "did you mean '94lvi'?"),
+        (dict(mode="fast"), "dtrnn.mode is 'fast'"),
+        (dict(gamma=2.0), "expected a number below 2"),
+        (dict(gamma=-1.0), "dtrnn.gamma"),
+        (dict(tolerance=0.0), "dtrnn.tolerance"),
+        (dict(max_iterations=0), "dtrnn.max_iterations is 0"),
+        (dict(scaling="yes"), "dtrnn.scaling is 'yes', expected true or false"),
+        (dict(newton=1), "dtrnn.newton is 1, expected true or false"),
+        (dict(start=3), "start is a int, expected a Solution or a tuple (x, y)"),
+        (dict(start=([1.0], [1.0])), "start x has shape (1,)"),
+        (dict(start=([np.nan] * 7, [1.0] * 3)), "start x contains NaN"),
+    ],
+)
+def test_wrong_settings_are_one_clear_sentence(settings, sentence):
+    with pytest.raises(InputError) as error:
+        network.solve(case().problem, **settings)
+    assert sentence in str(error.value) and "\n" not in str(error.value)
+
+
+def test_something_else_than_a_qp_is_refused():
+    with pytest.raises(InputError, match=r"expected an ftqp\.QP"):
+        network.solve(3)
+
+
+def test_settings_follow_method_and_mode():
+    product, paper = DtrnnSettings(), DtrnnSettings(mode="paper")
+    explicit = DtrnnSettings(method="94lvi")
+    assert (product.scaled, product.jumps, product.cap, product.step_size, product.accuracy) == (
+        True, True, 2000, 1.6, 1e-9)  # fmt: skip
+    assert (paper.scaled, paper.jumps, paper.cap, paper.step_size, paper.accuracy) == (
+        False, False, 20_000, 1.0, 1e-5)  # fmt: skip
+    assert not explicit.scaled and explicit.step_size == 1.0
+    assert DtrnnSettings(mode="paper", scaling=True).step_size == 1.6
+
+
+def stack(cases):
+    names = ("H", "g", "A", "b", "C", "l", "u", "lb", "ub")
+    return {name: np.stack([getattr(one.problem, name) for one in cases]) for name in names}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_batch_is_what_each_of_its_problems_is_alone(method):
+    cases = [case(k) for k in range(30)]
+    many = network.solve_batch(**stack(cases), method=method)
+    assert len(many) == 30 and many.x.shape == (30, 7) and many.z.shape == (30, 4)
+    for k, one in enumerate(cases):
+        alone = network.solve(one.problem, method)
+        assert many.status(k) is alone.status is SolveStatus.SOLVED
+        for part in ("x", "y", "z", "z_box"):
+            np.testing.assert_allclose(getattr(many, part)[k], getattr(alone, part), rtol=0, atol=1e-8)
+        assert many.iterations[k] == alone.iterations
+
+
+def test_parts_without_a_leading_axis_are_shared():
+    one = case(3)
+    q = one.problem
+    shift = np.linspace(0.0, 0.1, 5)
+    g = q.g + shift[:, None]
+    many = network.solve_batch(q.H, g, q.A, q.b, q.C, q.l, q.u, q.lb, q.ub)
+    assert len(many) == 5
+    for k in range(5):
+        alone = solve(QP(q.H, g[k], q.A, q.b, q.C, q.l, q.u, q.lb, q.ub))
+        np.testing.assert_allclose(many.x[k], alone.x, rtol=0, atol=1e-9)
+    alone = network.solve_batch(np.eye(2), [1.0, -1.0])
+    np.testing.assert_allclose(alone.x, [[-1.0, 1.0]], atol=1e-9)
+    assert alone.y.shape == (1, 0) and alone.z.shape == (1, 0)
+
+
+def test_one_bad_problem_of_a_batch_spoils_no_other():
+    parts = stack([case(k) for k in range(6)])
+    parts["lb"][1], parts["ub"][1] = 1.0, -1.0
+    parts["g"][2, 0] = np.nan
+    parts["H"][3] = -np.eye(7)
+    bad = infeasible(np.random.default_rng(0))
+    for name in parts:
+        parts[name][4] = getattr(bad, name)
+    many = network.solve_batch(**parts)
+    words = [SolveStatus.SOLVED, SolveStatus.INFEASIBLE, SolveStatus.FAILED, SolveStatus.FAILED,
+             SolveStatus.INFEASIBLE, SolveStatus.SOLVED]  # fmt: skip
+    assert [many.status(k) for k in range(6)] == words
+    assert np.isnan(many.x[1:5]).all() and np.isfinite(many.x[[0, 5]]).all()
+    np.testing.assert_allclose(many.x[5], case(5).x, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("parts", "sentence"),
+    [
+        (dict(H=np.eye(2), g=[]), "g has shape (0,)"),
+        (dict(H=np.eye(3), g=[1.0, 1.0]), "H has shape (3, 3), expected (2, 2)"),
+        (dict(H=np.eye(2), g=np.zeros((4, 2)), lb=np.zeros((3, 2))), "lb has shape (3, 2)"),
+        (dict(H=np.eye(2), g=[1.0, 1.0], A=[[1.0, 0.0]]), "A and b belong together"),
+        (dict(H=np.eye(2), g=[1.0, 1.0], l=[0.0]), "l or u was given without C"),
+        (dict(H=np.eye(2), g=[1.0, 1.0], C=[[1.0, 0.0]]), "C was given without bounds"),
+        (dict(H=[[1.0, 1.0], [0.0, 1.0]], g=[1.0, 1.0]), "H is not symmetric"),
+        (dict(H=np.eye(2), g="x"), "g is not an array of numbers"),
+        (dict(H=np.eye(2), g=[1.0, 1.0], engine="cuda"), "engine is 'cuda', expected one of numba, jax"),
+        (dict(H=np.eye(2), g=[1.0, 1.0], method="m4"), "dtrnn.method is 'm4'"),
+    ],
+)
+def test_a_malformed_batch_is_one_clear_sentence(parts, sentence):
+    with pytest.raises(InputError) as error:
+        network.solve_batch(**parts)
+    assert sentence in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_batch_without_jax_says_how_to_install_it(monkeypatch):
+    import sys
+
+    monkeypatch.delitem(sys.modules, "ftqp.qp.dtrnn.jax", raising=False)
+    for module in [name for name in sys.modules if name.split(".")[0] == "jax"]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.setitem(sys.modules, "jax", None)
+    with pytest.raises(MissingPackage, match="gpu"):
+        network.solve_batch(np.eye(2), [1.0, 1.0], engine="jax")

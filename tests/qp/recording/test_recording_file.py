@@ -1,0 +1,167 @@
+"""The file of a recording comes back as it was, or an error says in a sentence what is wrong with it."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recorded import small
+
+from ftqp.core.errors import InputError
+from ftqp.qp import Recording
+from ftqp.qp.recording.recorded_qps import SHAPES
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "qps.npz"
+    small(robot="toy", faults=[{"joint": "j1"}]).save(path)
+    return path
+
+
+def test_a_saved_recording_comes_back_as_it_was(file):
+    first, again = small(robot="toy", faults=[{"joint": "j1"}]), Recording.load(file)
+    for name in SHAPES:
+        np.testing.assert_array_equal(getattr(first, name), getattr(again, name))
+    assert (again.variables, again.rows) == (first.variables, first.rows)
+    assert again.metadata == {"robot": "toy", "faults": [{"joint": "j1"}], "backend": "active_set"}
+
+
+def test_the_same_recording_gives_the_same_bytes(file, tmp_path):
+    small(robot="toy", faults=[{"joint": "j1"}]).save(tmp_path / "again.npz")
+    assert (tmp_path / "again.npz").read_bytes() == file.read_bytes()
+
+
+def test_arrays_are_there_for_plain_numpy(file):
+    with np.load(file, allow_pickle=False) as archive:
+        assert archive["H"].shape == (5, 3, 3)
+        assert json.loads(str(archive["about"]))["format"] == 1
+
+
+def test_an_existing_file_is_left_alone(file):
+    before = file.read_bytes()
+    with pytest.raises(InputError, match="exists, and nothing is overwritten"):
+        small().save(file)
+    assert file.read_bytes() == before
+
+
+def test_a_file_that_comes_to_be_meanwhile_is_left_alone(tmp_path, monkeypatch):
+    path, write = tmp_path / "qps.npz", np.savez_compressed
+
+    def slowly(stream, **arrays):
+        write(stream, **arrays)
+        path.write_text("mine")
+
+    monkeypatch.setattr(np, "savez_compressed", slowly)
+    with pytest.raises(InputError, match="exists, and nothing is overwritten"):
+        small().save(path)
+    assert path.read_text() == "mine" and list(tmp_path.iterdir()) == [path]
+
+
+def test_a_write_that_fails_leaves_nothing(tmp_path, monkeypatch):
+    def full(stream, **arrays):
+        stream.write(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez_compressed", full)
+    with pytest.raises(InputError, match="cannot be written: No space left on device"):
+        small().save(tmp_path / "qps.npz")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_metadata_beyond_json_are_refused(tmp_path):
+    with pytest.raises(InputError, match="metadata of the recording are not JSON"):
+        small(speed=float("nan")).save(tmp_path / "qps.npz")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("name", "message"), [("qps", "has to end in .npz"), ("qps.zip", "name it qps.npz")])
+def test_another_ending_is_refused(tmp_path, name, message):
+    with pytest.raises(InputError, match=message):
+        small().save(tmp_path / name)
+
+
+def test_a_path_below_a_file_is_refused(file):
+    with pytest.raises(InputError, match="is not a folder"):
+        small().save(file / "more.npz")
+
+
+def test_missing_folders_are_made(tmp_path):
+    small().save(tmp_path / "a" / "b" / "qps.npz")
+    assert len(Recording.load(tmp_path / "a" / "b" / "qps.npz")) == 5
+
+
+def rewritten(file: Path, **changes) -> Path:
+    """The file with arrays replaced, or taken out where the change is None."""
+    with np.load(file) as archive:
+        arrays = {name: archive[name] for name in archive.files} | changes
+    path = file.with_name("changed.npz")
+    np.savez_compressed(path, **{name: value for name, value in arrays.items() if value is not None})
+    return path
+
+
+def about(**changes) -> np.ndarray:
+    content = {"format": 1, "variables": ["a", "b", "c"], "rows": ["d", "e", "f"], "metadata": {}}
+    return np.array(json.dumps(content | changes))
+
+
+DAMAGED = {
+    "missing": ({"ub": None}, "it has no ub"),
+    "unknown": ({"uub": np.zeros(3)}, r"it has an array 'uub' \(did you mean 'ub'"),
+    "shape": ({"H": np.eye(3)}, "is damaged: H has shape"),
+    "pickle": ({"g": np.array([object()] * 5)}, "with numbers only"),
+    "version": ({"about": about(format=2)}, "has format 2, this ftqp reads 1; record it again"),
+    "no JSON": ({"about": np.array("{")}, "'about' is not its JSON text"),
+    "a number": ({"about": np.array(3.0)}, "'about' is not its JSON text"),
+    "deep": ({"about": np.array("[" * 100_000)}, "'about' is not its JSON text"),
+    "more": ({"about": about(extra=1)}, "'about' has to hold variables, rows and metadata"),
+    "names": ({"about": about(rows=["d"])}, "is damaged: rows has 1 different names, expected 3"),
+    "list": ({"about": about(metadata=[1])}, "'about' has to hold"),
+}
+
+
+@pytest.mark.parametrize(("changes", "message"), DAMAGED.values(), ids=DAMAGED)
+def test_a_damaged_file_is_refused_in_one_sentence(file, changes, message):
+    with pytest.raises(InputError, match=message) as caught:
+        Recording.load(rewritten(file, **changes))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("content", [b"", b"hello", b"PK\x03\x04", b"\x93NUMPY\x01\x00"])
+def test_another_file_is_refused(tmp_path, content):
+    path = tmp_path / "other.npz"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match="is not a recording or is truncated"):
+        Recording.load(path)
+
+
+def test_a_single_array_is_refused(tmp_path):
+    with (tmp_path / "one.npz").open("wb") as stream:
+        np.save(stream, np.zeros(3))
+    with pytest.raises(InputError, match="is not a recording"):
+        Recording.load(tmp_path / "one.npz")
+
+
+def test_a_missing_file_or_a_folder_is_refused(tmp_path):
+    for path in (tmp_path, tmp_path / "none.npz"):
+        with pytest.raises(InputError, match="does not exist; `ftqp run --record-qps FILE` makes one"):
+            Recording.load(path)
+
+
+def test_truncated_and_flipped_files_never_do_more_than_an_error(file, tmp_path):
+    data, path = file.read_bytes(), tmp_path / "hurt.npz"
+    rng = np.random.default_rng(0)
+    refused = 0
+    for k in range(300):
+        hurt = bytearray(data)
+        if k % 3 == 0:
+            hurt = hurt[: rng.integers(len(hurt))]
+        else:
+            for at in rng.integers(len(hurt), size=3):
+                hurt[at] ^= 1 << rng.integers(8)
+        path.write_bytes(bytes(hurt))
+        try:
+            Recording.load(path)
+        except InputError:
+            refused += 1
+    assert refused > 200

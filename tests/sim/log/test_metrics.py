@@ -1,0 +1,121 @@
+import json
+
+import numpy as np
+import pytest
+
+from ftqp.control.paths import Circle
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.sim.log.log_file import load_log
+from ftqp.sim.log.metrics import STATUSES, STOP_CODES, summary
+from ftqp.sim.loop import Simulation
+from ftqp.sim.schedule import FaultEvent, Schedule
+
+KEYS = {
+    "scenario", "robot", "scheme", "backend", "level", "dt", "steps", "completed", "final_status",
+    "stopped_at", "status_counts", "max_position_error", "rms_position_error", "max_rotation_error",
+    "max_limit_violation", "max_failed_joint_motion", "min_sigma_min", "qp", "step_time_us", "faults",
+    "max_off_path", "reference", "path_progress", "path_completed_at", "blocked",
+}  # fmt: skip
+
+
+@pytest.fixture
+def summarised(fake, panda, start, tmp_path):
+    def run(*events, q=None, v=None, **keywords):
+        path = Circle(start, 0.05, duration=0.5)
+        simulation = Simulation(
+            fake(panda, **keywords), path, q=panda.neutral if q is None else q, v=v,
+            schedule=Schedule(events), log=tmp_path / "log.sqlite", metadata={"scenario": "s"},
+        )  # fmt: skip
+        simulation.run()
+        return summary(load_log(tmp_path))
+
+    return run
+
+
+def test_summary_has_the_promised_keys_and_is_json(summarised):
+    result = summarised(FaultEvent(Locked(2), 0.1))
+    assert set(result) == KEYS
+    assert json.loads(json.dumps(result, allow_nan=False)) == result
+    assert set(result["max_limit_violation"]) == {"q", "v", "a", "tau"}
+    assert set(result["qp"]) == {"iterations_median", "iterations_max", "residual_max", "failures"}
+    assert set(result["step_time_us"]) == {"p50", "p99", "p999", "max"}
+
+
+def test_stop_codes_are_those_of_the_planner():
+    assert [STATUSES[code] for code in STOP_CODES] == ["STOPPING", "STOPPED"]
+
+
+def test_errors_counts_and_qp_figures(summarised):
+    result = summarised(code=lambda k: 1 if k == 7 else 0)
+    assert result["steps"] == 51
+    assert result["completed"] is True
+    assert result["final_status"] == "OK"
+    assert result["stopped_at"] is None
+    assert result["status_counts"] == {"OK": 50, "RELAXED": 1}
+    assert result["max_position_error"] == pytest.approx(50e-4)
+    assert result["rms_position_error"] == pytest.approx(np.sqrt(np.mean((1e-4 * np.arange(51)) ** 2)))
+    assert result["max_rotation_error"] == pytest.approx(100e-4)
+    assert result["min_sigma_min"] == 0.5
+    assert result["qp"] == {"iterations_median": 3, "iterations_max": 3, "residual_max": 1e-12, "failures": 0}
+    assert result["step_time_us"]["p50"] <= result["step_time_us"]["max"]
+    assert result["max_limit_violation"] == {"q": 0.0, "v": 0.0, "a": 0.0, "tau": 0.0}
+
+
+def test_stop_is_not_completion(summarised):
+    result = summarised(code=lambda k: 0 if k < 30 else 5)
+    assert result["completed"] is False
+    assert result["stopped_at"] == pytest.approx(0.3)
+
+
+def test_excess_of_a_working_joint_is_measured(summarised, panda):
+    a = np.zeros(7)
+    a[3] = panda.limits.a_max[3] + 0.5
+    v = np.zeros(7)
+    v[2] = -panda.limits.v_max[2] - 0.25
+    result = summarised(a=a, v=v)
+    assert result["max_limit_violation"]["a"] == pytest.approx(0.5)
+    assert result["max_limit_violation"]["v"] == pytest.approx(
+        max(0.25, 0.5 * a[3] - panda.limits.v_max[3]), abs=1e-9
+    )
+
+
+def test_limits_of_a_failed_joint_do_not_count(summarised, panda):
+    q = panda.neutral.copy()
+    q[1] = panda.limits.q_max[1] + 0.3
+    assert summarised(FaultEvent(Locked(1), 0.0), q=q)["max_limit_violation"]["q"] == 0.0
+
+
+def test_locked_joint_that_is_told_late_still_does_not_move(summarised):
+    result = summarised(FaultEvent(Locked(2), 0.1, 0.4), a=np.full(7, 0.2))
+    assert result["max_failed_joint_motion"] == {"panda_joint3": 0.0}
+    assert result["faults"][0]["announced"] == 0.4
+
+
+def test_swing_of_a_free_joint_is_measured(summarised):
+    assert (
+        summarised(FaultEvent(FreeSwinging(3, damping=0.1), 0.1))["max_failed_joint_motion"]["panda_joint4"]
+        > 0.05
+    )
+
+
+def test_degraded_joint_counts_against_what_is_left_once_it_has_been_inside(summarised, panda):
+    v = np.zeros(7)
+    v[4] = 0.9 * panda.limits.v_max[4]
+    still_fast = summarised(FaultEvent(Degraded(4, velocity=0.5), 0.1), v=v)
+    assert still_fast["max_limit_violation"]["v"] == 0.0
+
+
+def test_acceleration_of_a_degraded_joint_counts_from_its_announcement(summarised, panda):
+    a = np.zeros(7)
+    a[4] = 0.2 * panda.limits.a_max[4]
+    result = summarised(FaultEvent(Degraded(4, acceleration=0.1), 0.3, 0.4), a=a)
+    assert result["max_limit_violation"]["a"] == pytest.approx(0.1 * panda.limits.a_max[4])
+
+
+def test_log_without_rows_has_a_summary(summarised):
+    def before(k):
+        raise KeyboardInterrupt
+
+    result = summarised(before=before)
+    assert (result["steps"], result["completed"], result["max_position_error"]) == (0, False, None)
+    json.dumps(result, allow_nan=False)

@@ -1,0 +1,160 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.sim.plants.plants import KinematicPlant
+
+DT = 1e-2
+
+
+def command(plant, a, level="acceleration"):
+    v = plant.v + DT * a
+    q = plant.q + DT * plant.v + 0.5 * DT**2 * a if level == "acceleration" else plant.q + DT * v
+    return SimpleNamespace(q=q, v=v)
+
+
+@pytest.fixture
+def plant(panda):
+    plant = KinematicPlant(panda, DT)
+    plant.reset(panda.neutral, np.linspace(-0.3, 0.4, 7))
+    return plant
+
+
+def test_healthy_arm_does_bitwise_what_it_is_told(plant):
+    step = command(plant, np.linspace(1.0, -1.0, 7))
+    plant.advance(step)
+    np.testing.assert_array_equal(plant.q, step.q)
+    np.testing.assert_array_equal(plant.v, step.v)
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_locked_joint_brakes_whatever_it_is_told_then_stays_bitwise(panda, level):
+    plant = KinematicPlant(panda, DT, level)
+    plant.reset(panda.neutral, np.full(7, 0.2))
+    plant.fail(Locked(2, deceleration=3.0))
+    speeds, places = [plant.v[2]], [plant.q[2]]
+    for _ in range(20):
+        plant.advance(command(plant, np.full(7, 1.0), level))
+        speeds.append(plant.v[2])
+        places.append(plant.q[2])
+    np.testing.assert_allclose(speeds[:7], [0.2, 0.17, 0.14, 0.11, 0.08, 0.05, 0.02], atol=1e-12)
+    assert speeds[7:] == [0.0] * 14
+    assert len(set(places[7:])) == 1
+    travelled = 0.2**2 / (2 * 3.0) if level == "acceleration" else DT * sum(speeds[1:])
+    assert places[-1] - places[0] == pytest.approx(travelled, abs=1e-4)
+    assert plant.v[1] == pytest.approx(0.4)
+
+
+def test_joint_locked_instantly_stops_at_once(plant):
+    plant.fail(Locked(0, mode="instant"))
+    before = plant.q[0]
+    assert plant.v[0] == 0.0
+    plant.advance(command(plant, np.ones(7)))
+    assert (plant.q[0], plant.v[0]) == (before, 0.0)
+
+
+@pytest.mark.parametrize("reset", ["momentum", "task"])
+def test_planner_still_sees_the_velocity_that_its_reset_needs(plant, reset):
+    plant.fail(Locked(0, mode="instant", reset=reset))
+    before = plant.q[0]
+    assert plant.v[0] == -0.3
+    plant.advance(command(plant, np.ones(7)))
+    assert (plant.q[0], plant.v[0]) == (before, 0.0)
+
+
+def test_braking_command_of_an_informed_planner_is_followed_bitwise(plant, panda):
+    plant.fail(Locked(3))
+    a = np.zeros(7)
+    a[3] = -np.sign(plant.v[3]) * 0.25 * panda.limits.a_max[3]
+    a[3] = max(abs(a[3]), 0.0) * np.sign(a[3]) if abs(plant.v[3]) > DT * abs(a[3]) else -plant.v[3] / DT
+    step = command(plant, a)
+    step.q[3] += 1e-17
+    plant.advance(step)
+    np.testing.assert_array_equal(plant.q, step.q)
+
+
+def test_free_swinging_joint_has_no_motor_torque_but_friction(plant, panda):
+    q, v = plant.q.copy(), plant.v.copy()
+    plant.fail(FreeSwinging(1, damping=0.7))
+    plant.fail(FreeSwinging(5, damping=0.2))
+    plant.advance(command(plant, np.linspace(0.5, -0.5, 7)))
+    a = (plant.v - v) / DT
+    tau = pin.rnea(panda.model, panda.model.createData(), q, v, a)
+    np.testing.assert_allclose(tau[[1, 5]], [-0.7 * plant.v[1], -0.2 * plant.v[5]], atol=1e-9)
+    np.testing.assert_allclose(plant.q, q + DT * v + 0.5 * DT**2 * a, atol=1e-12)
+
+
+def test_pendulum_without_friction_keeps_its_energy(panda):
+    plant = KinematicPlant(panda, 1e-4)
+    plant.reset(panda.neutral, np.zeros(7))
+    plant.fail(FreeSwinging(3))
+    data = panda.model.createData()
+
+    def energy():
+        return pin.computeKineticEnergy(panda.model, data, plant.q, plant.v) + pin.computePotentialEnergy(
+            panda.model, data, plant.q
+        )
+
+    first = energy()
+    for _ in range(3000):
+        plant.advance(SimpleNamespace(q=plant.q.copy(), v=np.zeros(7)))
+    assert pin.computeKineticEnergy(panda.model, data, plant.q, plant.v) > 1.0
+    assert energy() == pytest.approx(first, abs=1e-2)
+
+
+def test_degraded_joint_saturates_at_what_is_left(plant, panda):
+    plant.reset(panda.neutral, np.zeros(7))
+    plant.fail(Degraded(4, velocity=0.1, acceleration=0.5))
+    top, a_max = 0.1 * panda.limits.v_max[4], 0.5 * panda.limits.a_max[4]
+    last = 0.0
+    for _ in range(200):
+        plant.advance(command(plant, np.where(np.arange(7) == 4, 10.0 * a_max, 0.0)))
+        assert plant.v[4] <= last + DT * a_max + 1e-12
+        assert plant.v[4] <= top
+        last = plant.v[4]
+    assert last == pytest.approx(top)
+
+
+def test_degraded_joint_that_is_too_fast_slows_down_at_what_is_left(plant, panda):
+    fast = panda.limits.v_max[4]
+    plant.reset(panda.neutral, np.where(np.arange(7) == 4, fast, 0.0))
+    plant.fail(Degraded(4, velocity=0.1, acceleration=0.5))
+    plant.advance(command(plant, np.zeros(7)))
+    assert plant.v[4] == pytest.approx(fast - DT * 0.5 * panda.limits.a_max[4])
+
+
+def test_degraded_joint_stops_at_the_end_of_what_is_left_of_its_range(plant, panda):
+    plant.reset(panda.neutral, np.where(np.arange(7) == 0, 1.0, 0.0))
+    end = panda.neutral[0] + 0.05
+    plant.fail(Degraded(0, q_max=end))
+    for _ in range(20):
+        plant.advance(command(plant, np.where(np.arange(7) == 0, 1.0, 0.0)))
+    assert (plant.q[0], plant.v[0]) == (end, 0.0)
+
+
+def test_degraded_joint_within_what_is_left_is_followed_bitwise(plant):
+    plant.fail(Degraded(4, velocity=0.9))
+    step = command(plant, np.full(7, 0.1))
+    plant.advance(step)
+    np.testing.assert_array_equal(plant.q, step.q)
+
+
+def test_reset_makes_the_arm_healthy(plant, panda):
+    plant.fail(Locked(0, mode="instant"))
+    plant.reset(panda.neutral, np.full(7, 0.1))
+    plant.advance(command(plant, np.zeros(7)))
+    assert plant.v[0] == 0.1
+
+
+def test_unknown_joint_and_missing_inertia_are_clear_sentences(plant, panda):
+    with pytest.raises(InputError, match="'j9' is not a joint of panda"):
+        plant.fail(Locked("j9"))
+    bare = type(panda).from_pinocchio(panda.model, panda.tip, kinematics_only=True)
+    with pytest.raises(InputError, match="has no inertia, so the motion of free-swinging panda_joint1"):
+        KinematicPlant(bare, DT).fail(FreeSwinging(0))
+    with pytest.raises(InputError, match="'torque' is not a level of a plant"):
+        KinematicPlant(panda, DT, "torque")

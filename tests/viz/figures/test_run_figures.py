@@ -1,0 +1,213 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from ftqp.control.paths import Circle, Square
+from ftqp.control.planner.planner import Planner
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.model import catalog
+from ftqp.sim.log.log_file import Log, load_log
+from ftqp.sim.loop import Simulation
+from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.schedule import FaultEvent, Schedule
+
+pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+
+from ftqp.viz.figures import canvas, events, tracking
+from ftqp.viz.figures import joint_figures as joints
+from ftqp.viz.figures import status_ribbon as ribbon
+from ftqp.viz.figures.run_figures import DRAWINGS, save_figures
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("runs")
+
+
+@pytest.fixture(scope="module")
+def panda_log(folder):
+    panda = catalog.load("panda")
+    path = Circle(Arm(panda).tip(panda.neutral).copy(), 0.05, duration=2.0, axes=("y", "z"))
+    schedule = Schedule(
+        [
+            FaultEvent(Locked("panda_joint3"), 1.0, 1.2),
+            FaultEvent(Degraded("panda_joint4", velocity=0.5, torque=0.4, q_max=-0.5), 0.5),
+            FaultEvent(FreeSwinging("panda_joint7", damping=1.0), 1.8, "never"),
+            FaultEvent(Locked("panda_joint1"), 9.0),
+        ]
+    )
+    file = folder / "panda.sqlite"
+    Simulation(Planner(panda, dt=0.01), path, q=panda.neutral, schedule=schedule, log=file).run()
+    return load_log(file)
+
+
+@pytest.fixture(scope="module")
+def stopped_log(folder):
+    planar = catalog.load("planar6")
+    q = np.full(6, np.pi / 12)
+    path = Square(Arm(planar).tip(q).copy(), 0.3, duration=4.0)
+    schedule = Schedule([FaultEvent(Locked(i), 1.0) for i in range(5)])
+    file = folder / "planar.sqlite"
+    Simulation(Planner(planar, dt=0.01), path, q=q, schedule=schedule, log=file).run()
+    return load_log(file)
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """The figures that are saved, to look inside."""
+    figures = []
+
+    def keep(figure, path):
+        figures.append(figure)
+        return canvas.save(figure, path)
+
+    for module in (joints, ribbon, tracking):
+        monkeypatch.setattr(module, "save", keep)
+    return figures
+
+
+def texts(figure):
+    """All words of a figure."""
+    found = [figure.get_suptitle()]
+    for legend in figure.legends:
+        found += [text.get_text() for text in legend.get_texts()]
+    for axes in figure.axes:
+        found += [axes.get_title(), axes.get_xlabel(), axes.get_ylabel()]
+        found += [text.get_text() for text in axes.texts]
+        found += [label.get_text() for label in axes.get_yticklabels()]
+        if axes.get_legend():
+            found += [text.get_text() for text in axes.get_legend().get_texts()]
+    return "\n".join(found)
+
+
+@pytest.mark.parametrize("name", ["panda_log", "stopped_log"])
+def test_four_pictures_are_written(request, tmp_path, name):
+    files = save_figures(request.getfixturevalue(name), tmp_path / "figures")
+    assert [file.name for file in files] == [name for name in DRAWINGS if name != "base.png"]
+    for file in files:
+        content = file.read_bytes()
+        assert content.startswith(PNG)
+        assert len(content) > 10_000
+
+
+def test_path_figure_names_units_faults_and_errors(panda_log, drawn, tmp_path):
+    tracking.draw(panda_log, tmp_path / "a.png")
+    words = texts(drawn[0])
+    for expected in ("panda", "mvn scheme", "desired", "actual", "error [mm]", "error [deg]", "time [s]",
+                     "panda_joint3 fails (1 s)", "planner is told", "emergency stop above this"):  # fmt: skip
+        assert expected in words
+    assert "panda_joint1" not in words
+
+
+def test_errors_are_drawn_on_a_logarithmic_axis(panda_log, drawn, tmp_path):
+    tracking.draw(panda_log, tmp_path / "a.png")
+    assert [axes.get_yscale() for axes in drawn[0].axes[1:]] == ["log", "log"]
+
+
+def test_flat_path_is_drawn_in_its_plane(stopped_log, drawn, tmp_path):
+    tracking.draw(stopped_log, tmp_path / "a.png")
+    assert "Path in the x-y plane" in texts(drawn[0])
+    assert "5 joints fail (1 s)" in texts(drawn[0])
+
+
+def test_path_in_space_is_drawn_in_space(panda_log, drawn, tmp_path):
+    bent = {name: np.array(panda_log[name]) for name in panda_log.names}
+    bent["tip.x"] = bent["tip.x"] + np.linspace(0.0, 0.1, len(panda_log))
+    log = Log(panda_log.path, bent, panda_log.units, panda_log.descriptions, panda_log.metadata)
+    tracking.draw(log, tmp_path / "a.png")
+    assert drawn[0].axes[0].name == "3d"
+
+
+def test_stop_is_marked(stopped_log, drawn, tmp_path):
+    stop = events.stop_time(stopped_log)
+    assert stop is not None
+    tracking.draw(stopped_log, tmp_path / "a.png")
+    assert f"emergency stop at {stop:.4g} s" in texts(drawn[0])
+
+
+def test_joint_figure_shows_every_joint_within_its_limits(panda_log, drawn, tmp_path):
+    joints.draw_positions(panda_log, tmp_path / "a.png")
+    words = texts(drawn[0])
+    assert "position [deg]" in words
+    assert "panda_joint2" in words
+    assert "panda_joint3: locked from 1 s" in words
+    assert "panda_joint4: degraded from 0.5 s" in words
+    panel = drawn[0].axes[1]
+    bottom, top = panel.get_ylim()
+    limits = panda_log.metadata["limits"]
+    assert bottom < np.degrees(limits["q_min"][1])
+    assert top > np.degrees(limits["q_max"][1])
+    np.testing.assert_allclose(
+        panel.lines[0].get_ydata(), np.degrees(panda_log["q.panda_joint2"]), atol=1e-12
+    )
+
+
+def test_torque_figure_shows_brake_and_limits(panda_log, drawn, tmp_path):
+    joints.draw_torques(panda_log, tmp_path / "a.png")
+    words = texts(drawn[0])
+    assert "torque [N m]" in words
+    assert "carried by the brake" in words
+
+
+def test_ribbon_tells_truth_from_belief(panda_log, drawn, tmp_path):
+    ribbon.draw(panda_log, tmp_path / "a.png")
+    words = texts(drawn[0])
+    assert "panda_joint3, really" in words
+    assert "panda_joint3, as the planner believes" in words
+    assert "panda_joint4, really and as believed" in words
+    assert "OK: the task is followed and every limit is kept" in words
+
+
+def test_ribbon_shows_every_spell(stopped_log, drawn, tmp_path):
+    ribbon.draw(stopped_log, tmp_path / "a.png")
+    spells = 1 + np.count_nonzero(np.diff(stopped_log["status"]))
+    assert len(drawn[0].axes[0].collections) == spells + 5 * 2
+
+
+def test_log_of_one_row_can_be_drawn(panda_log, tmp_path):
+    first = {name: np.array(panda_log[name][:1]) for name in panda_log.names}
+    log = Log(panda_log.path, first, panda_log.units, panda_log.descriptions, panda_log.metadata)
+    assert len(save_figures(log, tmp_path)) == 4
+
+
+def test_arm_without_inertia_has_no_torque_figure(panda_log, tmp_path):
+    blank = {name: np.array(panda_log[name]) for name in panda_log.names}
+    for name in blank:
+        if name.startswith("tau."):
+            blank[name][:] = np.nan
+    log = Log(panda_log.path, blank, panda_log.units, panda_log.descriptions, panda_log.metadata)
+    assert [file.name for file in save_figures(log, tmp_path)] == ["path.png", "joints.png", "status.png"]
+
+
+def test_empty_log_and_bad_folder_are_clear_sentences(panda_log, tmp_path):
+    none = {name: np.array(panda_log[name][:0]) for name in panda_log.names}
+    log = Log(panda_log.path, none, panda_log.units, panda_log.descriptions, panda_log.metadata)
+    with pytest.raises(InputError, match="has no rows"):
+        save_figures(log, tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be made"):
+        save_figures(panda_log, tmp_path / "file" / "figures")
+    with pytest.raises(InputError, match="cannot be written"):
+        ribbon.draw(panda_log, tmp_path / "none" / "status.png")
+
+
+def test_missing_matplotlib_says_how_to_install_it():
+    script = (
+        "import sys; sys.modules['matplotlib.axes'] = None\n"
+        "from ftqp.core.errors import MissingPackage\n"
+        "try:\n    import ftqp.viz.figures.run_figures\nexcept MissingPackage as error:\n    print(error)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert "matplotlib" in done.stdout
+    assert 'pip install "ftqp[viz]"' in done.stdout
+
+
+def test_drawing_leaves_no_global_state():
+    script = "import sys; import ftqp.viz.figures.run_figures; print('matplotlib.pyplot' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
