@@ -1,10 +1,9 @@
 """How many failures a path survives: every set of up to three locked joints of the 11-joint arm on one line.
 
 The arm of Bedrossian (``modular11``) moves its tip 100 in along -x in 20 s with J2, J4, J7 and every other
-set of
-at most three joints locked from the start, at 50 deg/s and the acceleration limits of the catalog. A set is
-complete when the path is finished within 40 s, nowhere more than 0.5 in from the line and never turned by 0.5
-deg.
+set of at most three joints locked from the start, at 50 deg/s and the acceleration limits of the catalog. A
+set is complete when the path is finished within 40 s, nowhere more than 0.5 in from the line and never turned
+by 0.5 deg.
 
     python solvers/lock_sets.py [--quick] [--start N] [--out DIR] [--json]
 

@@ -43,8 +43,10 @@ SWEPT = ("panda-healthy", "panda-degraded", "planar6-healthy", "planar6-moving-b
          "xarm7-iiwt")  # fmt: skip
 """Sequences of the sweeps: W from identity to ill-conditioned, none to four active bounds."""
 TRACED = {"panda-too-fast": 12, "planar6-mtn": 20}
-"""Sequence and position of the QPs whose convergence is drawn, well- and ill-conditioned; every variable is
-bounded, so that the gap is finite."""
+"""The sequence and position of the QPs whose convergence is drawn.
+
+One is well-conditioned, the others are ill-conditioned; every variable is bounded, so that the gap is finite.
+"""
 SWEEP_CAP = 5000
 """Most iterations of a sweep, which finds out where there are fewer."""
 QUICK_SEQUENCES = (

@@ -16,8 +16,11 @@ EXPECTED: dict[tuple[str, str], tuple[tuple[int, int, int] | int, ...]] = {
     (SCALED, "warm"): ((13, 14, 24), (12, 51, 176), (37, 91, 147), (100, 649, 3252), (72, 242, 18231)),
     (JUMPING, "warm"): ((1, 1, 1), (1, 1, 36), (1, 6, 46), (1, 31, 721), (1, 26, 19316)),
 }
-"""Iterations when the methods were chosen, of each of ``OBJECTIVES``: median, 95 % value and largest, or how
-many solves did not converge. Source: spec, table 9.3."""
+"""Iterations of each of ``OBJECTIVES`` by the independent program that the methods were chosen with.
+
+The numbers are the median, the 95 % value and the largest, or how many solves did not converge; the table is in
+``docs/jin2017.md``.
+"""
 SHORT = {
     "94lvi": "94lvi", "e47": "e47", "implicit": "implicit", SCALED: "+ scaling", JUMPING: "+ Newton",
     PRODUCT: "product", SCALED_LVI: "94lvi scaled",

@@ -39,12 +39,10 @@ class Blockage:
     """Why a path is blocked where it is.
 
     The directions are those of the path's tangent that lie along left singular vectors of the reduced
-    Jacobian (rows in
-    units of the characteristic length) of the joints that are free to move, where its singular values vanish;
-    a
-    joint counts as free unless it has failed or stands at a position limit that the step pushes against. If
-    none of
-    the tangent is singular it is the tangent itself, and limits are what blocks it.
+    Jacobian (rows in units of the characteristic length) of the joints that are free to move, where its
+    singular values vanish; a joint counts as free unless it has failed or stands at a position limit that the
+    step pushes against. If none of the tangent is singular it is the tangent itself, and limits are what
+    blocks it.
 
     Args:
         planner: after the step.

@@ -38,11 +38,9 @@ class PathFollower:
     """Leads a planner along a path whose time, the progress, runs only as fast as the arm can follow.
 
     The path rate s in [0, 1] is one more variable of the planner's QP: J v - s x'(progress) = kp e, where e
-    is the
-    error to the path at the progress reached, so that it never winds up. Priorities: limits, staying on the
-    path,
-    progress, the scheme. At the acceleration level the rate is a state with the decision progress'' of its
-    own.
+    is the error to the path at the progress reached, so that it never winds up. Priorities: limits, staying
+    on the path, progress, the scheme. At the acceleration level the rate is a state with the decision
+    progress'' of its own.
 
     Args:
         planner: with ``Task(mode="scaled")``.

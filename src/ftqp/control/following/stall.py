@@ -16,8 +16,8 @@ class StallEscape:
     """When a path counts as stalled, and what moves the arm on.
 
     An exactly symmetric posture traps every first-order method: the self-motion that it needs has no
-    gradient. So the
-    joints are drawn along a pattern without symmetry, of which the QP leaves what keeps the tip on its path.
+    gradient. So the joints are drawn along a pattern without symmetry, of which the QP leaves what keeps the
+    tip on its path.
 
     Attributes:
         below: a mean path rate below this counts as stalled [-].

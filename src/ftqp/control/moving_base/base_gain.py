@@ -1,5 +1,4 @@
-"""Gain, observer and noise of the loop that holds a tip in inertial space: limits, choices, frequency
-response.
+"""Gain, observer and noise of the loop that holds a tip in inertial space.
 
 With the error e_k along inertial axes, the gain k_c and the attitude R that is believed of the base R_b, away
 from singularities and limits e_k+1 = (1 - k_c R_b R') e_k - dv_k+1, dv the displacement of the tip that the
@@ -27,8 +26,7 @@ SEARCH_FLOOR = 1e-6
 
 
 def gain_limit(alpha: float) -> float:
-    """Gains below 2 cos(alpha) are stable when the believed base attitude is off by ``alpha``; 0 from 90 deg
-    on.
+    """The gain 2 cos(alpha) below which the loop is stable; 0 from 90 deg on.
 
     With the attitude estimated from the tip alpha is 0, whatever the base does, and the limit is 2.
 
@@ -41,8 +39,9 @@ def gain_limit(alpha: float) -> float:
 
 
 def best_gain(alpha: float) -> float:
-    """The gain cos(alpha) of the fastest decay, |sin(alpha)| a sample; gain 1 gives 2 sin(alpha/2). 0 from 90
-    deg on.
+    """The gain cos(alpha) of the fastest decay, |sin(alpha)| a sample; 0 from 90 deg on.
+
+    Gain 1 gives the decay 2 sin(alpha/2).
 
     Args:
         alpha: angle between the true and the believed attitude of the base [rad].
@@ -150,8 +149,7 @@ def noise_gain(gain: float = 1.0, lowpass: float | None = None) -> float:
 
 
 def best_lowpass(noise: float, acceleration: float, dt: float, gain: float = 1.0) -> float:
-    """The observer's low-pass factor with the least mean square error for this noise and this base
-    acceleration.
+    """The observer's low-pass factor with the least mean square error for this noise and acceleration.
 
     Noise leaves noise^2 noise_gain(k_c, a), a steady acceleration A of the base the lag A dt^2/(a k_c). The
     sum of the first and the square of the second is least, at k_c = 1, where a^(3/2) = (1 - a/2) A
@@ -181,8 +179,9 @@ def best_lowpass(noise: float, acceleration: float, dt: float, gain: float = 1.0
 
 
 def decay(gain: float, alpha: float) -> float:
-    """Factor by which the slowest part of the error shrinks in one sample: max(|1 - k_c|, |1 - k_c e^(i
-    alpha)|).
+    """Factor by which the slowest part of the error shrinks in one sample.
+
+    max(|1 - k_c|, |1 - k_c e^(i alpha)|)
 
     Args:
         gain: k_c.

@@ -27,13 +27,14 @@ SENSINGS = ("unknown", "known", "late")
 RANK_THRESHOLD = 0.02
 """Smallest singular value of the task Jacobian over the characteristic length that counts as full rank."""
 TOLERANCE = 1e-3
-"""Error beyond which a target that cannot be neared counts as out of reach [m; rad times characteristic
-length]."""
+"""Error beyond which a target that cannot be neared counts as out of reach [m; rad times length]."""
 
 
 class BaseStatus(Enum):
-    """How the inertial task goes; its value is the sentence for the operator, its position the kernel's
-    code."""
+    """How the inertial task goes; its value is the sentence for the operator.
+
+    The position of a member is the kernel's code for it.
+    """
 
     TRACKING = "the tip follows its inertial target"
     SATURATED = "the arm's limits keep the tip from its inertial target for the moment"
@@ -194,8 +195,7 @@ class InertialTask:
 
     @property
     def observed_twist(self) -> FloatArray:
-        """Twist of the tip by the base for the coming sample, as given or observed, (6,) along I [m/s,
-        rad/s]."""
+        """Twist of the tip by the base for the coming sample, given or observed, (6,) along I [m/s, rad/s]."""
         result: FloatArray = self._record["base_twist"][0]
         return result
 

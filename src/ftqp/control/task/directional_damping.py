@@ -10,10 +10,8 @@ class DirectionalDamping:
     """Directional damping: the task gives way along singular directions only, the nearer the more.
 
     With sigma the singular values of the reduced Jacobian of the healthy joints, its rows in characteristic
-    lengths,
-    direction k is damped by factor^2 (1 - (sigma_k/threshold)^2)^2 where sigma_k < threshold. The rates that
-    the
-    task then asks for stay below about the wanted twist [lengths/s] over 2 factor.
+    lengths, direction k is damped by factor^2 (1 - (sigma_k/threshold)^2)^2 where sigma_k < threshold. The
+    rates that the task then asks for stay below about the wanted twist [lengths/s] over 2 factor.
 
     Attributes:
         threshold: singular value below which damping begins; 0.2 is a dozen degrees from an elbow

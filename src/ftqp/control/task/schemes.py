@@ -108,8 +108,7 @@ def manipulability(gain: float = 0.1, rate: float = 4.0) -> Scheme:
     """A term to add to other schemes: draws the null space up the gradient of the manipulability.
 
     - gain x' d/dq log sqrt det(J J'), J of the joints that have not failed (times ``rate`` at the
-    acceleration
-    level): beside ``mvn`` the null-space velocity tends to gain times the gradient.
+    acceleration level): beside ``mvn`` the null-space velocity tends to gain times the gradient.
 
     Args:
         gain: of the gradient [rad2/s].

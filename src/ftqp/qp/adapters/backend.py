@@ -56,6 +56,8 @@ class Backend(ABC):
     def __init__(self, name: str) -> None:
         self.name = name
         self.iterations = 0
+        self._spent = 0
+        """Iterations that the warm attempt of this solve has taken; a repeat may count them to its cap."""
         self._buffers: QPBuffers | None = None
 
     @final
@@ -88,7 +90,7 @@ class Backend(ABC):
             raise InputError(
                 f"backend {self.name!r} was asked to solve before setup(QPBuffers); call setup first"
             )
-        self.iterations = 0
+        self.iterations = self._spent = 0
         self._b_above[:] = qp.b
         cold = cold or self._stale
         self._stale = True
@@ -97,9 +99,9 @@ class Backend(ABC):
             return refused
         claim = self._attempt(qp, cold)
         if claim is not Claim.SOLVED and not cold:
-            first = self.iterations
+            self._spent = self.iterations
             claim = self._attempt(qp, True)
-            self.iterations += first
+            self.iterations += self._spent
         self._stale = claim is not Claim.SOLVED
         return claim
 

@@ -104,6 +104,7 @@ class Recorder(Backend):
 
     def _run(self, qp: QPBuffers, cold: bool) -> Claim:
         self.inner.iterations = 0
+        self.inner._spent = self._spent
         try:
             claim = self.inner._run(qp, cold)
         except Exception:  # a failure of the solver, which the caller counts as one; Ctrl-C is none
