@@ -195,7 +195,7 @@ class InertialTask:
 
     @property
     def observed_twist(self) -> FloatArray:
-        """Twist of the tip by the base for the coming sample, given or observed, (6,) along I [m/s, rad/s]."""
+        """Twist of the tip by the base for the coming sample, known or observed, (6,) along I."""
         result: FloatArray = self._record["base_twist"][0]
         return result
 

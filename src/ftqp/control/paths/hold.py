@@ -13,7 +13,6 @@ class Hold(Path):
     """The tip keeps its start pose: p(t) = p0, R(t) = R0.
 
     It serves a base that moves, or a joint that fails at rest.
-    
 
     Args:
         start: the pose, (4, 4).
