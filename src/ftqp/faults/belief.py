@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import RESETS, Degraded, Fault, FreeSwinging, Locked
+from ftqp.faults.kinds import KINDS, RESETS, Degraded, Fault, FreeSwinging, Locked
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 from ftqp.model.robot import Robot
 
 LOCK_SHARE = 0.25
 """Default deceleration of a joint that is being locked, as a share of its acceleration limit.
 
-With the full limit healthy joints saturate when they compensate (spec of the different-level scheme, 5.2).
+With the full limit healthy joints saturate when they compensate (``docs/theory/joint-failures.md``).
 """
 
 
@@ -46,10 +46,9 @@ class Belief:
         Raises:
             InputError: unknown joint, not a fault, or a free-swinging joint of a robot without inertia.
         """
-        if not isinstance(fault, Locked | FreeSwinging | Degraded):
-            raise InputError(
-                f"{fault!r} is not a fault; expected ftqp.Locked, ftqp.FreeSwinging or ftqp.Degraded"
-            )
+        if type(fault) not in KINDS.values():
+            *names, last = (f"ftqp.{kind.__name__}" for kind in KINDS.values())
+            raise InputError(f"{fault!r} is not a fault; expected {', '.join(names)} or {last}")
         i = self._robot.joint(fault.joint)
         if isinstance(fault, FreeSwinging) and not self._robot.has_inertia:
             raise InputError(

@@ -19,8 +19,6 @@ NOTICEABLE = 0.05
 ALONG_ONE = 0.98
 """A direction with this cosine to a row of the task goes by the row's name."""
 
-_WORDS = {"FreeSwinging": "free-swinging"}
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Facts:
@@ -71,7 +69,7 @@ class Blockage:
             tangent=np.array(target.twist[rows]) * K["row_scale"][rows],
             rows=tuple(COMPONENTS[c] for c in rows),
             at_limit=at_limit,
-            failed={name: type(fault).__name__ for name, fault in planner.faults.items()},
+            failed={name: fault.kind.replace("_", "-") for name, fault in planner.faults.items()},
             free=(fault == codes.HEALTHY) & ~np.array(stuck, dtype=np.bool_),
         )
 
@@ -94,7 +92,7 @@ class Blockage:
         facts = self._facts
         ways = _named(self.direction, facts.rows)
         wanted = _named(facts.tangent / max(float(np.linalg.norm(facts.tangent)), 1e-300), facts.rows)
-        causes = [f"{joint} ({_WORDS.get(kind, kind.lower())})" for joint, kind in facts.failed.items()]
+        causes = [f"{joint} ({kind})" for joint, kind in facts.failed.items()]
         causes += [
             f"{joint} ({kind} limit)" for joint, kind in facts.at_limit.items() if joint not in facts.failed
         ]
