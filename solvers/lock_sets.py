@@ -22,6 +22,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from bench import results
 
 import ftqp
 
@@ -162,10 +163,9 @@ def main() -> None:
     if given.json:
         print(json.dumps({key: value for key, value in result.items() if key != "incomplete"}))
         return
-    given.out.mkdir(parents=True, exist_ok=True)
-    name = given.out / f"lock_sets-{result['date']}"
-    name.with_suffix(".json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    name.with_suffix(".md").write_text(markdown(result), encoding="utf-8")
+    results.written(
+        result, markdown(result), given.out, results.stem("lock_sets", name=None, quick=given.quick)
+    )
     print(markdown(result))
 
 

@@ -223,8 +223,7 @@ def markdown(result: dict[str, Any]) -> str:
         lines += table.markdown()
     for figure, caption in FIGURES.items():
         if figure in result["figures"]:
-            stem = f"{result['benchmark']}-{result['name']}"
-            lines += [f"![{caption}]({stem}-{figure}.png)", "", caption, ""]
+            lines += [f"![{caption}]({result['name']}-{figure}.png)", "", caption, ""]
     return "\n".join([*lines, *appendix(result)]).rstrip() + "\n"
 
 
