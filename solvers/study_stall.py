@@ -33,9 +33,9 @@ SHARE = 0.3
 """Length of the line over the arm's characteristic length."""
 LIMITATIONS = (
     "Planar arms without gravity or locked joints, one line, ideal plant, no measurement noise.",
-    "One rounding error of the start, 1e-9 rad, already frees the arm: on a real arm noise does what the escape "
-    "does. It is for exact starts, such as the zero configuration of a simulation, and for the verdict BLOCKED.",
-    "On the 232 lock sets of lock_sets.md the escape completes none that stay incomplete without it, and two "
+    "An error of the start of 1e-9 rad already frees the arm: on a real arm noise does what the escape does. "
+    "The escape is for exact starts, such as the zero configuration of a simulation, and for its verdict.",
+    "On the 232 lock sets of lock_sets.md the escape completes no more than there are without it, and two "
     "fewer from start R, because it calls them blocked after 3 s instead of trying for 40 s.",
 )
 

@@ -21,7 +21,7 @@ def solve(
     """Solve a QP, cold.
 
     The solver's word is not taken. The status is SOLVED exactly when the KKT residuals are small enough
-    (``ftqp.qp.residuals.accepted``), INFEASIBLE exactly when they are not and a Farkas certificate is found
+    (``ftqp.qp.accepted``), INFEASIBLE exactly when they are not and a Farkas certificate is found
     (``ftqp.qp.judge.infeasibility``), whatever the solver claimed; otherwise MAX_ITERATIONS if the solver
     ran into its cap, else FAILED.
 
