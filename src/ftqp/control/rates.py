@@ -34,24 +34,27 @@ def resolve_rates(
     """Joint rates for a task velocity, with some joints locked or moving at known rates.
 
     pinv: S J_f^+ (xdot - J_l rates), the least sum weights_i v_i^2 among the solutions nearest to the task.
-    dls: the same, damped by ``damping`` where it breaks ``limits``.
+    dls: the same, damped by ``damping`` where it breaks ``limits``. The formulas are derived in
+    ``docs/theory/singularities.md``.
 
     Args:
-        J: Jacobian, (m, n), m <= 6 rows, linear ones first; n <= 32.
-        xdot: task velocity, (m,) [m/s, rad/s].
+        J: The Jacobian, (m, n), linear rows first; at most 6 rows and 32 columns.
+        xdot: The task velocity, (m,) [m/s, rad/s].
         locked: 0-based columns of the joints that have failed.
-        locked_rates: their rates, one each [rad/s or m/s]; None: they stand still.
+        locked_rates: Rates of those joints, one each [rad/s or m/s]; None holds them still.
         method: ``pinv`` or ``dls``.
-        damping: rule of ``dls``; None is ``Damping()``.
-        limits: rate limits of ``dls``, one or (n,) [rad/s or m/s].
-        characteristic_length: by which the first three rows are divided [m]; None: rows are used as they are.
-        weights: (n,) positive, ``pinv`` only.
+        damping: The rule of ``dls``; None is ``Damping()``.
+        limits: Rate limits of ``dls``, one or (n,), > 0 [rad/s or m/s]. Larger ones damp later.
+        characteristic_length: The first three rows are divided by it, > 0 [m]. A larger one makes linear
+            motion count less beside rotation. None uses the rows as they are.
+        weights: Weights of the joints, (n,), > 0, for ``pinv`` only. The larger a weight, the less its joint
+            moves.
 
     Returns:
         Rates, (n,) [rad/s or m/s]; those of locked joints exactly as given.
 
     Raises:
-        InputError: a wrong shape, NaN, an unknown method, all joints locked, a Jacobian whose free columns
+        InputError: A wrong shape, NaN, an unknown method, all joints locked, a Jacobian whose free columns
             are zero, or limits, weights or a length that are not positive.
     """
     P = _problem(J, xdot, locked, locked_rates, characteristic_length)
@@ -91,18 +94,21 @@ def damping_factor(
     locked: Iterable[int] = (),
     characteristic_length: float | None = None,
 ) -> float:
-    """kappa that ``rule`` gives for the reduced Jacobian, in squared units of its singular values.
+    """The damping kappa that a rule gives for the reduced Jacobian, in squared units of its singular values.
 
     The rules ``row``, ``exact_2`` and ``exact_inf`` give 0 when the undamped rates keep the limit; the bounds
     (``bound``, ``bound_2``, ``tight``) are the formulas as they stand, to be used where they do not.
 
     Args:
-        J: Jacobian, (m, n). xdot: task velocity, (m,). locked: 0-based columns.
-        limit: rate limit, one or (n,) [rad/s or m/s]. rule: see ``Damping``.
-        characteristic_length: by which the first three rows are divided [m].
+        J: The Jacobian, (m, n), linear rows first.
+        xdot: The task velocity, (m,) [m/s, rad/s].
+        limit: Rate limit, one or (n,), > 0 [rad/s or m/s]. A larger one needs less damping.
+        rule: The rule, see ``Damping``.
+        locked: 0-based columns of the joints that have failed.
+        characteristic_length: The first three rows are divided by it, > 0 [m]; None uses them as they are.
 
     Raises:
-        InputError: as ``resolve_rates``.
+        InputError: As ``resolve_rates``.
     """
     P = _problem(J, xdot, locked, None, characteristic_length)
     P["rule"] = rule_code(rule)
@@ -117,11 +123,12 @@ def approximate_pinv(J_wrist: Any, sigma_min: float = 0.1) -> FloatArray:
     [[B+, 0], [-E+ D B+, E+]], B+ and E+ without the singular values up to ``sigma_min``.
 
     Args:
-        J_wrist: (6, n), linear rows first [m].
-        sigma_min: threshold [m; without unit for E].
+        J_wrist: The Jacobian at the wrist centre, (6, n), linear rows first [m].
+        sigma_min: Singular values up to this one are dropped, > 0 [m; without unit for E]. A larger one keeps
+            farther from singularities and gives up more; it bounds no rate.
 
     Raises:
-        InputError: a wrong shape, NaN, a threshold that is not positive, or an upper right block that is not
+        InputError: A wrong shape, NaN, a threshold that is not positive, or an upper right block that is not
             zero.
     """
     P = _problem(J_wrist, np.zeros(codes.ROWS), (), None, None)

@@ -1,4 +1,4 @@
-"""Blockage: the verdict on a path that does not go on, in directions and joints."""
+"""The verdict on a path that does not go on, in directions and joints."""
 
 from dataclasses import dataclass
 from typing import Any, final
@@ -37,17 +37,17 @@ class Blockage:
     """Why a path is blocked where it is.
 
     The directions are those of the path's tangent that lie along left singular vectors of the reduced
-    Jacobian (rows in units of the characteristic length) of the joints that are free to move, where its
-    singular values vanish; a joint counts as free unless it has failed or stands at a position limit that the
-    step pushes against. If none of the tangent is singular it is the tangent itself, and limits are what
-    blocks it.
+    Jacobian, where its singular values vanish. Its linear rows are divided by the characteristic length, and
+    its columns are those of the joints that are free to move: a joint counts as free unless it has failed or
+    stands at a position limit that the step pushes against. If none of the tangent is singular, the direction
+    is the tangent itself, and limits are what blocks it.
 
     Args:
-        planner: after the step.
-        target: of the step.
-        progress: path time [s].
-        duration: of the path [s].
-        step: the last one.
+        planner: The planner after the step.
+        target: The target of the step.
+        progress: The path time that has been reached [s].
+        duration: The duration of the path [s].
+        step: The last step.
     """
 
     def __init__(

@@ -38,19 +38,20 @@ class PathFollower:
     """Leads a planner along a path whose time, the progress, runs only as fast as the arm can follow.
 
     The path rate s in [0, 1] is one more variable of the planner's QP: J v - s x'(progress) = kp e, where e
-    is the error to the path at the progress reached, so that it never winds up. Priorities: limits, staying
-    on the path, progress, the scheme. At the acceleration level the rate is a state with the decision
-    progress'' of its own.
+    is the error to the path at the progress reached, so that it never winds up. Priorities are, in this
+    order: limits, staying on the path, progress, the scheme. At the acceleration level the rate is a state
+    with the decision progress'' of its own.
 
     Args:
-        planner: with ``Task(mode="scaled")``.
-        path: what the tip is to follow, in its own time.
-        stall: when to break the symmetry of a posture that has stalled the path; None never does.
+        planner: The planner that is led, made with ``Task(mode="scaled")``.
+        path: What the tip is to follow, in its own time; a rate of 1 is the path's own speed.
+        stall: When to break the symmetry of a posture that has stalled the path, and when to call the path
+            blocked. None does neither: a path that cannot go on then waits without a verdict.
 
     Raises:
-        InputError: a planner in another mode, or a path that is too rough.
+        InputError: The planner has another task mode, or the path is too rough.
 
-    Source: Bedrossian 1993 as extended in the closed-form spec, section 8.
+    Source: Bedrossian 1993, extended in ``docs/theory/path-progress.md``.
     """
 
     def __init__(
@@ -99,8 +100,8 @@ class PathFollower:
         """Begin the path anew at (q, v), see ``Planner.reset``.
 
         Args:
-            q: measured configuration, (nv,) joint values or (nq,) [rad or m].
-            v: measured velocity, (nv,) [rad/s or m/s]; None is rest.
+            q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
+            v: The measured velocity, (nv,) [rad/s or m/s]; None is rest.
         """
         self.planner.reset(q, v)
         self._begin()
@@ -109,10 +110,10 @@ class PathFollower:
         """The command for the next ``dt``, and the path's progress with it; see ``Planner.step``.
 
         Args:
-            q: measured configuration, (nv,) joint values or (nq,) [rad or m].
-            v: measured velocity, (nv,) [rad/s or m/s].
-            tau: measured torque, (nv,) [N m or N].
-            tip: measured pose of the tip, (4, 4).
+            q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
+            v: The measured velocity, (nv,) [rad/s or m/s].
+            tau: The measured torque, (nv,) [N m or N], or None.
+            tip: The measured pose of the tip, (4, 4), or None to take that of the model.
         """
         self._look_up(*self._at)
         step = self.planner.step(q, v, self._target, tau=tau, tip=tip)

@@ -54,21 +54,24 @@ class MovingBase:
     """What is known of a base that moves, and what is made of it.
 
     Args:
-        sensing: ``unknown``: only the tip is measured in inertial space; ``known``: the base's pose or twist
-            is given as it is; ``late``: given or measured ``delay`` too late, and extrapolated.
-        attitude: by which the error is turned into the base frame: ``estimated`` T_b = T_E T_arm(q)^-1
-            (default), ``nominal`` as in Holt and Desrochers (stable below ``gain_limit`` of the deviation
-            only), or ``measured``.
-        observer: predicts the base's next displacement from its last one; None does without.
-        nominal: attitude of the undisturbed base in the inertial frame, (3, 3) or pose (4, 4); None is the
+        sensing: ``unknown`` when only the tip is measured in inertial space, ``known`` when the base's pose
+            or twist is given as it is, ``late`` when it is given or measured ``delay`` too late and has to be
+            extrapolated.
+        attitude: The attitude by which the error is turned into the base frame: ``estimated`` is that of T_b
+            = T_E T_arm(q)^-1 (default), ``nominal`` is that of Holt and Desrochers 1994, which is stable
+            below ``gain_limit`` of the deviation only, and ``measured`` is the one that was given.
+        observer: Predicts the base's next displacement from its last one; None does without.
+        nominal: Attitude of the undisturbed base in the inertial frame, (3, 3) or a pose (4, 4); None is the
             inertial axes.
-        delay: how late measurements are [s], for ``late``; rounded to whole samples, at most 63.
-        patience: how long the last base pose is used when no valid measurement comes [s]; then the arm
-            brakes.
-        anti_windup: the commands go to a servo that adds them up; see ``InertialTask.setpoint``.
+        delay: How late measurements are, > 0 with ``late`` and 0 without [s]; it is rounded to whole samples,
+            at most 63.
+        patience: How long the last base pose is used when no valid measurement comes, >= 0 [s]; then the arm
+            brakes. A longer one rides out longer gaps and trusts older poses.
+        anti_windup: Whether the commands go to a servo that adds them up; see ``InertialTask.setpoint``.
 
     Raises:
-        InputError: an unknown name, a delay without ``late`` or ``late`` without a delay, a negative time.
+        InputError: A name is unknown, a delay comes without ``late`` or ``late`` without a delay, or a time
+            is negative.
     """
 
     sensing: str = "unknown"
@@ -115,20 +118,23 @@ class InertialTask:
     Every tick the inertial error e is turned into the base frame, and the planner's velocity becomes, where
     its limits, failed joints and scheme leave it, J v = R'(gain/dt e + V_target - V_base), V_base being the
     twist of the tip by the base that was given or observed. The planner's gain kp becomes gain/dt. Path
-    scaling makes no sense here, as no path waits: use mode ``slack`` (or ``hard``). Its emergency stop counts
+    scaling makes no sense here, as no path waits: use mode ``slack`` or ``hard``. The emergency stop counts
     the inertial error too; ``emergency=None`` lets large disturbances pass.
 
     Args:
-        planner: at the velocity level, without kp of its own; ``scheme="approximate_pseudoinverse"`` gives
-            the law of Holt and Desrochers, eq. 19.
-        base: what is known of the base; None is ``MovingBase()``.
-        gain: share k_c of the error that one step removes, 0 < gain < 2.
-        tolerance: error that counts when the target is out of reach [m; rad times the characteristic length].
+        planner: The planner that is led, at the velocity level and without a kp of its own;
+            ``scheme="approximate_pseudoinverse"`` gives the law of Holt and Desrochers 1994, eq. 19.
+        base: What is known of the base; None is ``MovingBase()``.
+        gain: The share k_c of the error that one step removes, in (0, 2). A larger one rejects slow base
+            motion better and passes more noise; 1 is usual.
+        tolerance: The error beyond which a target that cannot be neared is called out of reach, > 0 [m; rad
+            times the characteristic length]. A larger one says so later.
 
     Raises:
-        InputError: another level or mode, a gain out of its range, a delay longer than the memory.
+        InputError: The planner has another level or mode, the gain is out of its range, or the delay is
+            longer than the memory.
 
-    Source: Holt and Desrochers, NASA N94-26281; see ``ftqp.kernel.rows.inertial_target`` for what differs.
+    Source: Holt and Desrochers 1994; ``docs/theory/moving-base.md`` says what differs.
     """
 
     def __init__(

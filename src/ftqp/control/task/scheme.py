@@ -16,7 +16,18 @@ from ftqp.core.errors import InputError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Criterion:
-    """The coefficients at one level, x being the acceleration or the velocity."""
+    """The coefficients at one level, x being the acceleration or the velocity; larger ones weigh more.
+
+    Attributes:
+        norm: Weight of |x|^2/2, >= 0, without unit.
+        norm_v: Factor of x'v [1/s at the acceleration level].
+        norm_q: Factor of x'(q - posture) [1/s2 at the acceleration level, 1/s at the velocity level].
+        inertia: Weight of x'M x/2, >= 0, without unit.
+        inertia_v: Factor of x'M v [1/s at the acceleration level].
+        inertia_h: Factor of x'h, without unit.
+        torque: Weight of |tau|^2/2 of the joints that have not failed, >= 0, without unit.
+        manipulability: Factor of -x' d/dq log sqrt det(J J'), >= 0 [rad2/s at the velocity level].
+    """
 
     norm: float = 0.0
     norm_v: float = 0.0
@@ -31,7 +42,11 @@ class Criterion:
         return Criterion(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
 
     def scaled(self, weight: float) -> "Criterion":
-        """The criterion times a weight."""
+        """The criterion times a weight.
+
+        Args:
+            weight: The factor of every coefficient, >= 0.
+        """
         return Criterion(**{f.name: weight * getattr(self, f.name) for f in fields(self)})
 
     @property
@@ -45,8 +60,9 @@ class Scheme:
     """A recipe of criteria at both levels; ``a + b`` and ``2.0 * a`` mix schemes.
 
     Attributes:
-        name: how tables and files call it.
-        acceleration, velocity: the coefficients at each level.
+        name: The name that tables and files use.
+        acceleration: The coefficients at the acceleration level.
+        velocity: The coefficients at the velocity level.
     """
 
     name: str
@@ -54,10 +70,13 @@ class Scheme:
     velocity: Criterion
 
     def at(self, level: str) -> Criterion:
-        """The coefficients at ``acceleration`` or ``velocity``.
+        """The coefficients at a level.
+
+        Args:
+            level: ``acceleration`` or ``velocity``.
 
         Raises:
-            InputError: the criterion is not strictly convex, so the command would not be unique.
+            InputError: The criterion is not strictly convex, so the command would not be unique.
         """
         criterion = self.acceleration if level == "acceleration" else self.velocity
         if not (criterion.norm > 0.0 or criterion.inertia > 0.0 or criterion.torque > 0.0):
@@ -85,5 +104,9 @@ class Scheme:
     __rmul__ = __mul__
 
     def named(self, name: str) -> "Scheme":
-        """The same coefficients under another name."""
+        """The same coefficients under another name.
+
+        Args:
+            name: The name that tables and files use.
+        """
         return Scheme(name=name, acceleration=self.acceleration, velocity=self.velocity)
