@@ -33,7 +33,11 @@ def arguments_of(node):
             fields = [n for n in node.body if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)]
             is_data = any("dataclass" in ast.unparse(one) for one in node.decorator_list)
             return (
-                [n.target.id for n in fields if "ClassVar" not in ast.unparse(n.annotation)]
+                [
+                    n.target.id
+                    for n in fields
+                    if "ClassVar" not in ast.unparse(n.annotation) and not n.target.id.startswith("_")
+                ]
                 if is_data
                 else None
             )
@@ -94,7 +98,8 @@ def public():
         names = getattr(holder, "__all__", None) or [n for n in vars(holder) if not n.startswith("_")]
         for name in names:
             value = getattr(holder, name)
-            if (inspect.isclass(value) or inspect.isfunction(value)) and value.__module__.startswith("ftqp"):
+            home = "ftqp" if hasattr(holder, "__all__") else "ftqp.control.task"
+            if (inspect.isclass(value) or inspect.isfunction(value)) and value.__module__.startswith(home):
                 found[f"{holder.__name__}.{name}"] = value
     for name, value in list(found.items()):
         if inspect.isclass(value):

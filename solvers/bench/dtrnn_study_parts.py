@@ -148,7 +148,8 @@ def under_rule(problem: QP, x: FloatArray, s: float = 1.0, q: float = 1.0, gamma
     Args:
         problem: an expanded QP.
         x: the solution's first components, those that are no slacks.
-        s, q: factors on the scales of the rule.
+        s: factor on the objective's scale by the rule.
+        q: factor on the rows' scale by the rule.
         gamma: step size; None is that of the rule.
     """
     by_rule = rule(problem)

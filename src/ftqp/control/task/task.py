@@ -54,7 +54,7 @@ class Task:
             rotation count more beside position. None takes the robot's, a sixth of its reach.
         axis: The tool axis in the tip frame, (3,), for ``position_axis``; its length does not matter.
         slack: How soft the task is, 1e-12 to 1, without unit, relative to the QP's own magnitude, for
-            ``slack`` and ``scaled``. A larger one gives up more of the task near limits and singularities.
+            ``slack``. A larger one gives up more of the task near limits and singularities.
         priority: ``weighted`` lets rotation count as much as position; ``position_first`` leaves to rotation
             what position does not need.
         damping: Lets the task give way along singular directions, see ``DirectionalDamping``; None never

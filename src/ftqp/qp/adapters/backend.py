@@ -64,8 +64,11 @@ class Backend(ABC):
     def setup(self, qp: QPBuffers) -> None:
         """Keep the buffers and prepare the solver for their size; their content does not matter yet.
 
+        Args:
+            qp: The buffers that every later ``solve`` reads and writes.
+
         Raises:
-            InputError: the QP is larger than the solver can take.
+            InputError: The QP is larger than the solver can take.
         """
         n, m, k = qp.n, qp.m, len(qp.lower)
         self._buffers = qp

@@ -38,14 +38,14 @@ def residuals(problem: Parts, x: FloatArray, y: FloatArray, z: FloatArray, z_box
     """The KKT residuals of (x, y, z, z_box); the formula is in ``ftqp.kernel.judge.kkt``.
 
     Args:
-        problem: the QP.
-        x: the point, (n,).
-        y: multipliers of Ax = b, (m,).
-        z: multipliers of the two-sided rows, (p,), > 0 at an upper bound.
-        z_box: multipliers of the bounds of x, (n,).
+        problem: The QP.
+        x: The point, (n,).
+        y: Multipliers of Ax = b, (m,).
+        z: Multipliers of the two-sided rows, (p,), > 0 at an upper bound.
+        z_box: Multipliers of the bounds of x, (n,).
 
     Returns:
-        primal, dual, complementarity and gap, infinite where NaN is involved.
+        Primal, dual, complementarity and gap, infinite where NaN is involved.
     """
     # Here and not above: it loads numba, and a table of backends needs none.
     from ftqp.kernel.judge.kkt import kkt
@@ -61,7 +61,16 @@ def residuals(problem: Parts, x: FloatArray, y: FloatArray, z: FloatArray, z_box
 def accepted(
     problem: Parts, found: Residuals, x: FloatArray, y: FloatArray, tolerance: float = ACCEPTANCE
 ) -> bool:
-    """Whether residuals say that the QP is solved: each is at most tolerance times its scale (``scales``)."""
+    """Whether residuals say that the QP is solved: each is at most tolerance times its scale (``scales``).
+
+    Args:
+        problem: The QP.
+        found: The residuals of the point.
+        x: The point, (n,).
+        y: Multipliers of Ax = b, (m,).
+        tolerance: The largest residual over its scale that counts as solved, > 0, without unit. A larger one
+            accepts coarser answers.
+    """
     if not np.isfinite(found.largest):
         return False
     values = np.array([found.primal, found.dual, found.complementarity, found.gap])
