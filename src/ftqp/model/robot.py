@@ -21,7 +21,7 @@ from ftqp.model.shape import neutral_of
 
 
 @final
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False, weakref_slot=True)
 class Robot:
     """An arm between its base and one tip; made by ``from_urdf``, ``from_mjcf``, ``from_dh`` and the like.
 

@@ -5,12 +5,12 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target
-from ftqp.control.task.task import COMPONENTS
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.layout.rows import COMPONENTS
 
 SINGULAR = 0.03
 """A singular value of the scaled reduced Jacobian below this is a direction in which the tip cannot move."""
@@ -44,6 +44,7 @@ class Blockage:
 
     Args:
         planner: The planner after the step.
+        lead: How the path leads it.
         target: The target of the step.
         progress: The path time that has been reached [s].
         duration: The duration of the path [s].
@@ -51,12 +52,9 @@ class Blockage:
     """
 
     def __init__(
-        self, planner: Planner, target: Target, progress: float, duration: float, step: Step
+        self, planner: Planner, lead: Lead, target: Target, progress: float, duration: float, step: Step
     ) -> None:
-        K, n = planner.record[0], planner.robot.nv
-        m = int(K["m"])
-        rows = K["rows"][:m]
-        fault = K["fault"][:n]
+        components, scale, A = lead.rows()
         at_limit = {}
         for text in step.limits_active:
             joint, _, kind = text.partition(" ")
@@ -65,12 +63,12 @@ class Blockage:
         stuck = [j in at_limit and "position" in at_limit[j] for j in planner.robot.joints]
         self.progress, self.duration = progress, duration
         self._facts = _Facts(
-            A=np.array(K["A"][:m, :n]) / float(K["length"]),
-            tangent=np.array(target.twist[rows]) * K["row_scale"][rows],
-            rows=tuple(COMPONENTS[c] for c in rows),
+            A=A / lead.length,
+            tangent=np.array(target.twist[components]) * scale,
+            rows=tuple(COMPONENTS[c] for c in components),
             at_limit=at_limit,
             failed={name: fault.kind.replace("_", "-") for name, fault in planner.faults.items()},
-            free=(fault == codes.HEALTHY) & ~np.array(stuck, dtype=np.bool_),
+            free=lead.working & ~np.array(stuck, dtype=np.bool_),
         )
 
     @property

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from ftqp.control.paths.path import Path, PathSample
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.kernel.rows import path_rows as layout
+from ftqp.kernel.layout import path_table as layout
 
 FIRST_INTERVALS = 20
 """Intervals before any is halved; corners at quarters, fifths and tenths of the path fall on their ends."""

@@ -1,28 +1,33 @@
 """An arm on a moving base: a task given in inertial space, followed whatever the base does."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.control.moving_base.base_gain import Observer, checked_gain
+from ftqp.control.planner.inputs import not_a_target
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
+from ftqp.control.task.compatibility import refuse
 from ftqp.core.checks import FloatArray, non_negative, positive
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.pose import pose as checked_pose
-from ftqp.kernel.entry.compile import fast_call
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.entry.session import BaseMemory
+from ftqp.kernel.layout.enums import (
+    DELAYS,
+    HAS_BASE,
+    HAS_POSITION,
+    HAS_TIP,
+    HAS_TWIST,
+    Attitude,
+    BaseCode,
+)
+from ftqp.kernel.layout.record import capacity_for
 
-ATTITUDES = {
-    "estimated": codes.ESTIMATED_ATTITUDE,
-    "nominal": codes.NOMINAL_ATTITUDE,
-    "measured": codes.MEASURED_ATTITUDE,
-}
+ATTITUDES = {attitude.name.lower(): attitude for attitude in Attitude}
 SENSINGS = ("unknown", "known", "late")
 RANK_THRESHOLD = 0.02
 """Smallest singular value of the task Jacobian over the characteristic length that counts as full rank."""
@@ -46,7 +51,7 @@ class BaseStatus(Enum):
     HALTED = "the planner brakes or has stopped the arm; the step's status says why"
 
 
-_STATUSES = tuple(BaseStatus)
+_STATUSES = tuple(BaseStatus[code.name] for code in BaseCode)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,62 +152,51 @@ class InertialTask:
     ) -> None:
         self.base = MovingBase() if base is None else base
         self.gain = checked_gain(gain)
-        if planner.level != "velocity":
-            raise InputError(
-                f"the planner decides {planner.level}s, but a moving base needs level='velocity'"
-            )
-        if planner.task.mode == "scaled":
-            raise InputError(
-                "task mode is 'scaled', but an inertial target waits for no path; expected 'slack'"
-            )
+        refuse(leader="base", level=planner.level, mode=planner.task.mode)
         if planner.task.kp is not None:
             raise InputError(
                 f"task kp is {planner.task.kp:g}, but here gain sets it to gain/dt; leave kp out"
             )
         delay = round(self.base.delay / planner.dt)
-        if delay >= codes.DELAYS:
+        if delay >= DELAYS:
             raise InputError(
                 f"delay is {self.base.delay:g} s, {delay} samples of {planner.dt:g} s; expected at most "
-                f"{codes.DELAYS - 1} samples"
+                f"{DELAYS - 1} samples"
             )
         self.planner = planner
-        K: Any = planner.record
-        K["kp"] = self.gain / planner.dt
-        K["base_attitude"] = ATTITUDES[self.base.attitude]
-        K["base_nominal"] = self.base.rotation().ravel()
-        K["base_delay"] = delay
-        K["base_patience"] = self.base.patience
-        K["base_rank"], K["base_tolerance"] = RANK_THRESHOLD, positive("tolerance", tolerance, "m")
-        K["anti_windup"] = self.base.anti_windup
+        memory = BaseMemory(capacity_for(planner.robot.nv))
+        state = memory.base
+        state.gain = self.gain
+        state.attitude = ATTITUDES[self.base.attitude]
+        state.nominal[:] = self.base.rotation().ravel()
+        state.delay, state.patience = delay, self.base.patience
+        state.rank, state.tolerance = RANK_THRESHOLD, positive("tolerance", tolerance, "m")
+        state.anti_windup = self.base.anti_windup
         observer = self.base.observer
-        K["observer"] = 0.0 if observer is None else observer.factor(planner.dt, self.gain)
-        K["base_freezes"] = observer is not None and observer.frozen
-        self._turns = bool(K["uses_rotation"][0])
-        self._on, self._has = K["base_moves"], K["base_has"]
-        self._tip, self._given, self._rate = K["tip_world"][0], K["base_given"][0], K["base_rate"][0]
-        self._record, self._address = K, int(K.ctypes.data)
-        warm_up(external=False, network=False, closed_form=False)
-        self._finish: Callable[[int], int] = fast_call("base_finish")
-        self._code = codes.BASE_STALE
-        self.base_pose: FloatArray = K["T_base"][0]
-        self.error: FloatArray = K["base_error"][0]
-        self.setpoint: FloatArray = K["setpoint"][0, : planner.robot.nv]
+        state.observer = 0.0 if observer is None else observer.factor(planner.dt, self.gain)
+        state.freezes = observer is not None and observer.frozen
+        state.code = BaseCode.STALE
+        self._state = state
+        self._lead = planner.lead(memory)
+        self.base_pose: FloatArray = state.pose
+        self.error: FloatArray = state.error
+        self.setpoint: FloatArray = state.setpoint[: planner.robot.nv]
         self.base_pose[3] = (0.0, 0.0, 0.0, 1.0)
 
     @property
     def status(self) -> BaseStatus:
         """How the inertial task goes."""
-        return _STATUSES[self._code]
+        return _STATUSES[self.code]
 
     @property
     def code(self) -> int:
         """The status as a number, its position in ``BaseStatus``."""
-        return self._code
+        return int(self._state.code)
 
     @property
     def observed_twist(self) -> FloatArray:
         """Twist of the tip by the base for the coming sample, known or observed, (6,) along I."""
-        result: FloatArray = self._record["base_twist"][0]
+        result: FloatArray = self._state.twist
         return result
 
     def reset(self, q: Any, v: Any = None) -> None:
@@ -213,13 +207,13 @@ class InertialTask:
             v: measured velocity, (nv,); None is rest.
         """
         self.planner.reset(q, v)
-        K = self._record
-        for name in ("base_ticks", "base_seen", "base_rates", "base_ever", "base_hold", "base_leaning"):
-            K[name] = 0
-        for name in ("base_shift", "base_twist", "base_age"):
-            K[name] = 0.0
-        self.setpoint[:] = K["q"][0, : self.planner.robot.nv]
-        self._code = codes.BASE_STALE
+        state = self._state
+        for name in ("ticks", "seen", "rates", "ever", "hold", "leaning"):
+            setattr(state, name, 0)
+        state.shift[:] = state.twist[:] = 0.0
+        state.age = 0.0
+        self.setpoint[:] = self._lead.q
+        state.code = BaseCode.STALE
 
     def step(
         self,
@@ -250,31 +244,29 @@ class InertialTask:
         Raises:
             InputError: a wrong shape or type; what the world does never raises, see ``status``.
         """
-        has = 0
+        if not isinstance(target, Target | Targets):
+            raise not_a_target(target)
+        state, has = self._state, 0
         if tip is not None:
             has = self._take_tip(tip)
         if base is not None:
-            _copy("base", base, self._given)
-            has |= codes.HAS_BASE
+            _copy("base", base, state.given)
+            has |= HAS_BASE
         if base_twist is not None:
-            _copy("base_twist", base_twist, self._rate)
-            has |= codes.HAS_TWIST
-        self._has[0], self._on[0] = has, 1
-        try:
-            step = self.planner.step(q, v, target)
-        finally:
-            self._on[0] = 0
-        self._code = self._finish(self._address)
-        return step
+            _copy("base_twist", base_twist, state.rate)
+            has |= HAS_TWIST
+        state.has = has
+        return self._lead.step(q, v, (target.packed, target.row), None, None)
 
     def _take_tip(self, tip: Any) -> int:
+        place = self._state.tip_world
         if np.shape(tip) != (3,):
-            _copy("tip", tip, self._tip)
-            return codes.HAS_TIP
-        if self._turns:
+            _copy("tip", tip, place)
+            return HAS_TIP
+        if self._lead.uses_rotation:
             raise InputError("tip is a position, (3,), but the task has rotation rows; give its pose, (4, 4)")
-        self._tip[:3, 3] = tip
-        return codes.HAS_TIP | codes.HAS_POSITION
+        place[:3, 3] = tip
+        return HAS_TIP | HAS_POSITION
 
     def __repr__(self) -> str:
         return f"InertialTask({self.planner.robot.name}, {self.status.name}, gain={self.gain:g})"

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from ftqp.core.checks import non_negative, positive
 from ftqp.core.errors import InputError, nearest
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.layout.enums import Conversion
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Viability:
     """
 
     name: ClassVar[str] = "viability"
-    code: ClassVar[int] = codes.VIABILITY
+    code: ClassVar[int] = Conversion.VIABILITY
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class Jin:
     margin: float = 0.1
     upsilon: float = 4.0
     name: ClassVar[str] = "jin"
-    code: ClassVar[int] = codes.JIN
+    code: ClassVar[int] = Conversion.JIN
 
     def __post_init__(self) -> None:
         for key in ("gamma_p", "gamma_v", "upsilon"):
@@ -67,7 +67,7 @@ class OneStep:
     """
 
     name: ClassVar[str] = "one_step"
-    code: ClassVar[int] = codes.ONE_STEP
+    code: ClassVar[int] = Conversion.ONE_STEP
 
 
 Bounds = Viability | Jin | OneStep

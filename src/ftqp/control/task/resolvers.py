@@ -10,19 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ftqp.control.task.scheme import Criterion
 from ftqp.core.checks import positive
 from ftqp.core.errors import InputError, nearest
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.layout.criteria import Criterion
+from ftqp.kernel.layout.enums import ClosedForm, Rule
 
-RULES = {
-    "bound": codes.BOUND,
-    "bound_2": codes.BOUND_2,
-    "tight": codes.TIGHT,
-    "row": codes.ROW,
-    "exact_2": codes.EXACT_2,
-    "exact_inf": codes.EXACT_INF,
-}
+RULES = {rule.name.lower(): rule for rule in Rule}
 """The rules of the damping factor kappa, by name."""
 
 
@@ -115,7 +108,7 @@ def positive_weights(weights: Any) -> tuple[float, ...]:
 
 def pseudoinverse() -> Resolver:
     """Pseudoinverse: the least rates among those nearest to the task, bounds aside."""
-    return Resolver(name="pseudoinverse", method=codes.PSEUDOINVERSE)
+    return Resolver(name="pseudoinverse", method=ClosedForm.PSEUDOINVERSE)
 
 
 def weighted_pseudoinverse(weights: Sequence[float] | None = None) -> Resolver:
@@ -130,7 +123,7 @@ def weighted_pseudoinverse(weights: Sequence[float] | None = None) -> Resolver:
     if weights is None:
         raise InputError("weighted_pseudoinverse needs weights, one positive number a joint")
     return Resolver(
-        name="weighted_pseudoinverse", method=codes.PSEUDOINVERSE, weights=positive_weights(weights)
+        name="weighted_pseudoinverse", method=ClosedForm.PSEUDOINVERSE, weights=positive_weights(weights)
     )
 
 
@@ -146,7 +139,7 @@ def singularity_robust(rule: str = "row", limit: float | None = None) -> Resolve
     rule_code(rule)
     return Resolver(
         name="singularity_robust",
-        method=codes.DAMPED,
+        method=ClosedForm.DAMPED,
         rule=rule,
         limit=None if limit is None else positive("limit", limit, "rad/s"),
     )
@@ -161,6 +154,6 @@ def approximate_pseudoinverse(threshold: float = 0.1) -> Resolver:
     """
     return Resolver(
         name="approximate_pseudoinverse",
-        method=codes.APPROXIMATE,
+        method=ClosedForm.APPROXIMATE,
         threshold=positive("threshold", threshold, "m"),
     )

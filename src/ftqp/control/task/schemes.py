@@ -15,9 +15,10 @@ from ftqp.control.task.resolvers import (
     singularity_robust,
     weighted_pseudoinverse,
 )
-from ftqp.control.task.scheme import Criterion, Scheme
+from ftqp.control.task.scheme import Scheme
 from ftqp.core.checks import non_negative, positive
 from ftqp.core.errors import InputError, nearest
+from ftqp.kernel.layout.criteria import Criterion
 
 
 def mvn(gain: float = 4.0) -> Scheme:

@@ -6,24 +6,19 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.directional_damping import DirectionalDamping
 from ftqp.core.checks import FloatArray, array, non_negative, positive
 from ftqp.core.errors import InputError, nearest
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.layout.enums import Mode
+from ftqp.kernel.layout.rows import COMPONENTS
 
-COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
-"""Rows of a pose: position along W, rotation about the axes of W."""
 ROW_SETS: dict[str, tuple[str, ...]] = {
     "pose": COMPONENTS,
     "position": COMPONENTS[:3],
     "position_axis": COMPONENTS[:5],
 }
-MODES = {
-    "hard": codes.HARD,
-    "slack": codes.SLACK,
-    "scaled": codes.SCALE,
-    "lexicographic": codes.LEXICOGRAPHIC,
-}
+MODES = {mode.name.lower(): mode for mode in Mode}
 PRIORITIES = {
     "weighted": (1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
     "position_first": (1e-2, 1e-2, 1e-2, 1e2, 1e2, 1e2),
@@ -88,23 +83,13 @@ class Task:
                 f"task priority is {self.priority!r}{nearest(str(self.priority), PRIORITIES)}, "
                 f"expected one of {', '.join(PRIORITIES)}"
             )
-        if self.priority != "weighted" and self.mode == "hard":
-            raise InputError("priority 'position_first' needs rows that can give way; mode 'hard' has none")
-        if self.damping is not None:
-            if not isinstance(self.damping, DirectionalDamping):
-                raise InputError(
-                    f"damping is {self.damping!r:.60}, expected an ftqp.DirectionalDamping or None"
-                )
-            if self.priority != "weighted":
-                raise InputError(
-                    "damping does not go with priority 'position_first': it gives way along directions that "
-                    "mix position and rotation; leave one of them out"
-                )
-            if self.mode == "scaled":
-                raise InputError(
-                    "damping does not go with task mode 'scaled', which slows down at a singularity and "
-                    "stays on its path; leave damping out, or use mode 'slack'"
-                )
+        if self.damping is not None and not isinstance(self.damping, DirectionalDamping):
+            raise InputError(f"damping is {self.damping!r:.60}, expected an ftqp.DirectionalDamping or None")
+        refuse(
+            mode=self.mode,
+            priority=self.priority,
+            damping="none" if self.damping is None else "directional",
+        )
         for name in ("kp", "kv"):
             if getattr(self, name) is not None:
                 non_negative(name, getattr(self, name))

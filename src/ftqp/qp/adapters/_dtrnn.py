@@ -1,10 +1,8 @@
 """The recurrent network inside the kernel, for QPs that are not a planner's."""
 
-from typing import Any
-
 import numpy as np
 
-from ftqp.kernel.entry import network_entries as dtrnn_entry
+from ftqp.kernel.entry.workspace import NetworkMemory
 from ftqp.qp.adapters.backend import Backend, Claim
 from ftqp.qp.adapters.buffers import QPBuffers
 from ftqp.qp.dtrnn.dtrnn_settings import CAP, DtrnnSettings
@@ -36,18 +34,15 @@ class Dtrnn(Backend):
         self._stale = False
 
     def _prepare(self, qp: QPBuffers) -> None:
-        n, m, p = qp.n, qp.m, qp.p
-        self._sizes = (n, m, p)
-        self._memory = np.zeros(int(dtrnn_entry.solve_memory_size(n, m, p)))
+        self._memory = NetworkMemory(qp.n, qp.m, qp.p)
 
     def _run(self, qp: QPBuffers, cold: bool) -> Claim:
-        call: Any = dtrnn_entry.solve_dtrnn
         left = self.settings.cap - self._spent
         if left <= 0:
             self.iterations = 0
             return Claim.MAX_ITERATIONS
         self.numbers[CAP] = left
         trace = self.trace[self._spent :]
-        claim = call(qp.flat, qp.solution, self._memory, self.numbers, trace, *self._sizes, int(not cold))
+        claim = self._memory.solve(qp.flat, qp.solution, self.numbers, trace, not cold)
         self.iterations = int(self.numbers[-2])
         return Claim(claim)

@@ -2,24 +2,15 @@
 
 import logging
 from abc import ABC, abstractmethod
-from enum import IntEnum
 from typing import ClassVar, final
 
 import numpy as np
 
 from ftqp.core.errors import InputError
+from ftqp.kernel.layout.enums import Claim as Claim
 from ftqp.qp.adapters.buffers import QPBuffers
 
 _LOG = logging.getLogger(__name__)
-
-
-class Claim(IntEnum):
-    """What a solver says about its own answer; whether it is true is judged by the residuals."""
-
-    SOLVED = 0
-    MAX_ITERATIONS = 1
-    INFEASIBLE = 2
-    FAILED = 3
 
 
 class _Flags:

@@ -7,14 +7,13 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError, nearest
+from ftqp.kernel.entry.workspace import solve_many
 from ftqp.qp.adapters.backend import Claim
 from ftqp.qp.adapters.settings import settings
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
 from ftqp.qp.problem import SYMMETRY_TOLERANCE
 
 ENGINES = ("numba", "jax")
-PARTS_PER_THREAD = 8
-"""Portions that the problems are shared out in, for each thread."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -174,18 +173,8 @@ def _numbers(name: str, value: Any) -> FloatArray:
 
 
 def _on_numba(parts: dict[str, FloatArray], chosen: DtrnnSettings) -> BatchSolution:
-    # Here and not above: it loads numba.
-    from ftqp.kernel.entry import network_entries as dtrnn_entry
-    from ftqp.kernel.jit import threads
-
     count = max(len(value) for value in parts.values())
-    n, m, p = (parts[name].shape[1] for name in ("g", "b", "l"))
-    portions = max(1, min(count, PARTS_PER_THREAD * threads()))
-    memory = np.zeros((portions, int(dtrnn_entry.solve_memory_size(n, m, p))))
-    x, y, z, z_box = (np.full((count, size), np.nan) for size in (n, m, p, n))
-    codes, iterations, residual = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)
-    call: Any = dtrnn_entry.solve_dtrnn_batch
-    call(*parts.values(), chosen.numbers(), memory, x, y, z, z_box, codes, iterations, residual)
+    x, y, z, z_box, codes, iterations, residual = solve_many(tuple(parts.values()), chosen.numbers(), count)
     return BatchSolution(x=x, y=y, z=z, z_box=z_box, codes=codes, iterations=iterations, residual=residual)
 
 

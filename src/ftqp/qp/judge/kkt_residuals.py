@@ -5,6 +5,7 @@ from typing import Protocol
 import numpy as np
 
 from ftqp.core.checks import FloatArray
+from ftqp.kernel.entry.workspace import kkt
 from ftqp.qp.problem import Residuals
 
 ACCEPTANCE = 1e-6
@@ -47,14 +48,13 @@ def residuals(problem: Parts, x: FloatArray, y: FloatArray, z: FloatArray, z_box
     Returns:
         Primal, dual, complementarity and gap, infinite where NaN is involved.
     """
-    # Here and not above: it loads numba, and a table of backends needs none.
-    from ftqp.kernel.judge.kkt import kkt
-
     q = problem
-    # Copies make every layout the one that the kernel is compiled for.
-    arguments = [q.H, q.g, q.A, q.b, q.C, q.l, q.u, q.lb, q.ub, x, y, z, z_box, out := np.empty(4)]
-    kkt(*(np.ascontiguousarray(part) for part in arguments))
-    primal, dual, complementarity, gap = (float(value) for value in out)
+    parts = (q.H, q.g, q.A, q.C, q.lb, q.b, q.l, q.ub, q.b, q.u)
+    flat = np.concatenate([np.ravel(part) for part in parts])
+    solution = np.concatenate([x, z_box, y, z])
+    primal, dual, complementarity, gap = (
+        float(value) for value in kkt(flat, solution, len(q.g), len(q.b), len(q.l))
+    )
     return Residuals(primal=primal, dual=dual, complementarity=complementarity, gap=gap)
 
 
