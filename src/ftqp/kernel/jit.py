@@ -19,11 +19,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-F = TypeVar("F", bound=Callable[..., Any])
+from ftqp.kernel.compiled.mode import COMPILED
 
-FAST = {"nsz", "contract", "arcp", "reassoc", "afn"}
-"""LLVM's fast-math flags that the kernel allows; never nnan or ninf, because an infinite bound means no
-limit."""
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 def source_key(package: Path) -> str:
@@ -74,17 +72,13 @@ def _plain_carray(address: int, shape: Any, dtype: Any) -> Any:
     return array.view(np.recarray) if dtype.names else array
 
 
-try:
-    import numba
-except ImportError:
-    COMPILED = False
-else:
-    COMPILED = not numba.config.DISABLE_JIT
-
 if COMPILED:
+    import numba
     from numba import carray, njit, prange, types
     from numba.core import cgutils
     from numba.extending import intrinsic
+
+    from ftqp.kernel.compiled.lean import FAST, helper
 
     @intrinsic  # type: ignore[untyped-decorator]
     def pointer(context: Any, address: Any) -> Any:
@@ -95,13 +89,11 @@ if COMPILED:
 
     def jit(function: F) -> F:
         """Compile a helper of the kernel; it becomes part of the entry points that call it."""
-        compiled: F = njit(error_model="numpy", fastmath=FAST)(function)
-        return compiled
+        return helper(function)
 
     def exact_jit(function: F) -> F:
         """Compile a helper whose rounding must stay as written: no fast math."""
-        compiled: F = njit(error_model="numpy")(function)
-        return compiled
+        return helper(function, fast=False)
 
     def _cached(function: F, **options: Any) -> F:
         before = numba.config.CACHE_DIR
