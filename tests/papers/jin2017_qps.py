@@ -22,7 +22,7 @@ EXPERIMENTS: dict[str, dict[str, Any]] = {
     "MTN": dict(scheme="mtn", faults=LOCK),
     "gravity": dict(scheme="dlsm", bounds="viability", vertical=True),
 }
-"""The rows of table 9.3 of the spec."""
+"""The rows of the table of iterations in docs/jin2017.md."""
 
 
 @cache

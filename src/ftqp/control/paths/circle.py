@@ -23,8 +23,7 @@ class Circle(Path):
         axes: the directions a and b in W.
         turns: n, how many times round; any positive number [-].
 
-    Source: spec of the different-level scheme, section 3, whose phase 2 pi sin^2(pi t / 2T) is the law
-    ``sine_squared``.
+    The phase 2 pi sin^2(pi t / 2T) of the literature on redundant arms is the law ``sine_squared``.
     """
 
     def __init__(
