@@ -41,10 +41,14 @@ class Belief:
         return any(isinstance(fault, FreeSwinging) for fault in self._faults.values())
 
     def report(self, fault: Fault) -> None:
-        """Hold ``fault`` to be true from the next tick on; it replaces what was believed of that joint.
+        """Hold a fault to be true from the next tick on; it replaces what was believed of that joint.
+
+        Args:
+            fault: The fault, of one of the kinds in ``ftqp.faults.kinds.KINDS``.
 
         Raises:
-            InputError: unknown joint, not a fault, or a free-swinging joint of a robot without inertia.
+            InputError: The joint is unknown, this is no fault, or a joint is to swing freely of a robot
+                without inertia.
         """
         if type(fault) not in KINDS.values():
             *names, last = (f"ftqp.{kind.__name__}" for kind in KINDS.values())
@@ -75,8 +79,11 @@ class Belief:
     def withdraw(self, joint: str | int) -> None:
         """Hold the joint to be healthy again.
 
+        Args:
+            joint: The joint's name or its 0-based index.
+
         Raises:
-            InputError: unknown joint.
+            InputError: The joint is unknown.
         """
         i = self._robot.joint(joint)
         if self._faults.pop(i, None) is not None:

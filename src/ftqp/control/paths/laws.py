@@ -97,11 +97,12 @@ class Constant(Law):
 class Trapezoid(Law):
     """Speed rises linearly for the fraction ``ramp`` of the time, is constant, and falls for as long.
 
-    With r = ramp and the top speed c = 1 / (1 - r): s = c u^2 / (2 r) for u <= r, c (u - r/2) between, and
-    1 - c (1 - u)^2 / (2 r) for u >= 1 - r.
+    With r = ramp and the top speed c = 1 / (1 - r): s = c u^2 / (2 r) for u <= r, c (u - r/2) between, and 1
+    - c (1 - u)^2 / (2 r) for u >= 1 - r.
 
     Args:
-        ramp: fraction of the duration spent speeding up, and again slowing down, in (0, 0.5] [-].
+        ramp: Fraction of the duration that speeding up takes, and again slowing down, in (0, 0.5], without
+            unit. A larger one has smaller accelerations and a higher top speed.
     """
 
     name = "trapezoid"

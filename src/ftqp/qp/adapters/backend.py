@@ -83,10 +83,11 @@ class Backend(ABC):
         """Solve the QP that the buffers hold now.
 
         Args:
-            cold: drop what is left of the last solve; False starts from it.
+            cold: Whether to drop what is left of the last solve; False starts from it, which is faster where
+                the QPs change little.
 
         Raises:
-            InputError: called before ``setup``.
+            InputError: ``setup`` has not been called.
         """
         qp = self._buffers
         if qp is None:
