@@ -20,8 +20,8 @@ class Belief:
     """What a planner holds to be true of its joints, kept in step with the record that the kernel reads.
 
     Args:
-        robot: the healthy robot.
-        record: one record with the chain already loaded; its limits and fault codes are written here.
+        robot: The healthy robot.
+        record: One record with the chain already loaded; its limits and fault codes are written here.
     """
 
     def __init__(self, robot: Robot, record: Any) -> None:

@@ -58,7 +58,7 @@ class QP:
         """Check and copy the parts.
 
         Raises:
-            InputError: shapes that do not fit, NaN, an infinite number where a finite one belongs, crossed
+            InputError: Shapes that do not fit, NaN, an infinite number where a finite one belongs, crossed
                 bounds, a right side without rows or rows without one, H not symmetric or not positive
                 semidefinite.
         """
@@ -123,8 +123,8 @@ class Residuals:
 
     Attributes:
         primal: max(|Ax - b|, violations of l <= Cx <= u and lb <= x <= ub).
-        dual: max |Hx + g + A'y + C'z + z_box|.
-        complementarity: max over bounds of min(multiplier, distance from its bound).
+        dual: Max |Hx + g + A'y + C'z + z_box|.
+        complementarity: Max over bounds of min(multiplier, distance from its bound).
         gap: |x'Hx + g'x + b'y + sum(z+ u - z- l) + sum(z_box+ ub - z_box- lb)|, the duality gap.
     """
 
@@ -148,10 +148,10 @@ class Certificate:
     0 = y'Ax + z'Cx + z_box'x <= b'y + sum(z+ u - z- l) + sum(z_box+ ub - z_box- lb) < 0.
 
     Attributes:
-        y: multipliers of Ax = b, (m,); the violation of each row at the point closest to all constraints.
-        z: multipliers of the two-sided rows, (p,); likewise.
-        z_box: multipliers of the bounds of x, (n,); not zero where a bound stands in the way.
-        violation: the largest entry of y and z: what at least one constraint must give, in its own unit.
+        y: Multipliers of Ax = b, (m,); the violation of each row at the point closest to all constraints.
+        z: Multipliers of the two-sided rows, (p,); likewise.
+        z_box: Multipliers of the bounds of x, (n,); not zero where a bound stands in the way.
+        violation: The largest entry of y and z: what at least one constraint must give, in its own unit.
     """
 
     y: FloatArray

@@ -209,8 +209,8 @@ class InertialTask:
         """Begin at (q, v), as ``planner.reset``; what is known of the base is forgotten.
 
         Args:
-            q: measured configuration, (nv,) or (nq,) [rad or m].
-            v: measured velocity, (nv,); None is rest.
+            q: Measured configuration, (nv,) or (nq,) [rad or m].
+            v: Measured velocity, (nv,); None is rest.
         """
         self.planner.reset(q, v)
         K = self._record
@@ -234,13 +234,13 @@ class InertialTask:
         """The command for the next ``dt``.
 
         Args:
-            q: measured configuration, (nv,) or (nq,) [rad or m].
-            v: measured velocity, (nv,) [rad/s or m/s].
-            target: where the tip should be, in the inertial frame I.
-            tip: measured pose of the tip in I, (4, 4), or its position, (3,), for a task without rotation
+            q: Measured configuration, (nv,) or (nq,) [rad or m].
+            v: Measured velocity, (nv,) [rad/s or m/s].
+            target: Where the tip should be, in the inertial frame I.
+            tip: Measured pose of the tip in I, (4, 4), or its position, (3,), for a task without rotation
                 rows; NaN and None count as not seen.
-            base: measured pose of the base in I, (4, 4); with a tip only its attitude counts (``measured``).
-            base_twist: twist of the base at its origin along I, (6,) [m/s, rad/s]: the mean over the sample
+            base: Measured pose of the base in I, (4, 4); with a tip only its attitude counts (``measured``).
+            base_twist: Twist of the base at its origin along I, (6,) [m/s, rad/s]: the mean over the sample
                 that begins now, or with ``late`` the one that began ``delay`` ago.
 
         Returns:

@@ -14,7 +14,7 @@ class LawSample(NamedTuple):
     """A law and its derivatives with respect to u, each of the shape of u.
 
     Attributes:
-        s: way done, 0 to 1 [-].
+        s: Way done, 0 to 1 [-].
         ds: ds/du [-].
         dds: d2s/du2 [-].
     """
@@ -136,7 +136,7 @@ def by_name(law: str | Mapping[str, Any] | Law) -> Law:
     """The law for a name, for a table such as ``{"name": "trapezoid", "ramp": 0.1}``, or a law itself.
 
     Raises:
-        InputError: an unknown name or key, or a parameter out of its range.
+        InputError: An unknown name or key, or a parameter out of its range.
     """
     if isinstance(law, Law):
         return law

@@ -46,8 +46,8 @@ class Backend(ABC):
     The outputs are written for SOLVED and MAX_ITERATIONS and left alone otherwise.
 
     Attributes:
-        name: how users name the backend.
-        iterations: iterations of the last solve, in the solver's own counting.
+        name: How users name the backend.
+        iterations: Iterations of the last solve, in the solver's own counting.
     """
 
     package: ClassVar[str]
