@@ -14,9 +14,9 @@ class LawSample(NamedTuple):
     """A law and its derivatives with respect to u, each of the shape of u.
 
     Attributes:
-        s: Way done, 0 to 1 [-].
-        ds: ds/du [-].
-        dds: d2s/du2 [-].
+        s: The share of the way that is done, 0 to 1.
+        ds: The first derivative ds/du, without unit.
+        dds: The second derivative d2s/du2, without unit.
     """
 
     s: FloatArray

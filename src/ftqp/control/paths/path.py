@@ -19,9 +19,9 @@ class PathSample:
     """A path at K times.
 
     Attributes:
-        pose: Desired pose of E in W, (K, 4, 4) [m].
-        twist: Linear then angular velocity at E's origin along W's axes, (K, 6) [m/s, rad/s].
-        acceleration: Its time derivative, (K, 6) [m/s2, rad/s2].
+        pose: The desired pose of E in W, (K, 4, 4) [m].
+        twist: Its linear then angular velocity at E's origin along W's axes, (K, 6) [m/s, rad/s].
+        acceleration: The time derivative of the twist, (K, 6) [m/s2, rad/s2].
     """
 
     pose: FloatArray

@@ -28,8 +28,8 @@ def planar(*, count: int = 4, vertical: bool = False) -> Robot:
     Source: none, a made-up arm for studies of redundancy: 4 kg/m, 150 degrees either way, 1 rad/s, 5 rad/s2.
 
     Args:
-        count: Number of joints, 1 to 32.
-        vertical: Gravity (0, -9.81, 0) m/s2 instead of zero.
+        count: The number of joints, 1 to 32. More joints are shorter and leave more redundancy.
+        vertical: Whether gravity is (0, -9.81, 0) m/s2; without it the arm moves in a horizontal plane.
 
     Raises:
         InputError: ``count`` is not a whole number from 1 to 32.
