@@ -38,9 +38,9 @@ class Solved:
     """What the network needed, one entry a QP.
 
     Attributes:
-        iterations: of each; the cap where it did not converge.
-        claims: how each ended.
-        error: largest |x - x*| of each.
+        iterations: Iterations of each; the cap where it did not converge.
+        claims: How each ended.
+        error: Largest |x - x*| of each.
     """
 
     iterations: IntArray
