@@ -21,7 +21,8 @@ from ftqp.sim.log.log_file import LogWriter
 from ftqp.sim.log.metrics import STOP_CODES
 from ftqp.sim.log.row_writer import RowWriter
 from ftqp.sim.log.signals import base_columns, columns
-from ftqp.sim.plants.plants import KinematicPlant, Plant
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import Schedule
 
 FEED_FORWARDS = ("sampled", "mean")

@@ -9,7 +9,7 @@ import pytest
 from ftqp.app.scenario.document import Document
 from ftqp.app.scenario.setup import Setup, load, resolve, validated
 from ftqp.core.errors import ScenarioError
-from ftqp.sim.plants.servo import ServoPlant
+from ftqp.sim.plants.servo_plant import ServoPlant
 
 BASE: dict[str, Any] = {"kind": "platform"}
 

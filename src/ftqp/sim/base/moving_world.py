@@ -11,9 +11,11 @@ from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.sim.base.carriers import Base, BaseMotion, PoseSensor
+from ftqp.sim.base.base_motion import BaseMotion
+from ftqp.sim.base.carriers import Base
 from ftqp.sim.base.disturbances import Disturbance
 from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.sensors.pose_sensor import PoseSensor
 
 
 @final
