@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import GREY, Axes, legend_below, paper, save, tidy
 from ftqp.viz.figures.curves import draw_runs, logarithmic, longest, look, run_handles

@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.core.checks import FloatArray
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
     BLUE,

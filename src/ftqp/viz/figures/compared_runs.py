@@ -9,7 +9,7 @@ import numpy as np
 
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.core.errors import InputError
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import Line2D, Patch, legend_below, paper, save, tidy
 from ftqp.viz.figures.curves import (

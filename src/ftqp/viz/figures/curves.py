@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, WINE, Axes, Line2D
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from ftqp.control.planner.status import STATUSES
 from ftqp.core.checks import IntArray
-from ftqp.sim.log.log_file import Log
-from ftqp.sim.log.signals import BELIEFS
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.signals import JointCondition
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
     GREEN,
@@ -68,7 +68,9 @@ def draw(log: Log, path: str | Path) -> Path:
     handles = [Patch(color=STATUS_COLOURS[code], label=label) for code, label in sentences.items()]
     axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=9)
     shown = sorted({int(code) for _, codes in ribbons for code in np.unique(codes)})
-    meanings = [Patch(color=BELIEF_COLOURS[code], label=f"joint {BELIEFS[code]}") for code in shown]
+    meanings = [
+        Patch(color=BELIEF_COLOURS[code], label=f"joint {JointCondition(code).word}") for code in shown
+    ]
     legend_below(figure, [*meanings, *events.handles(log)])
     return save(figure, path)
 
