@@ -4,10 +4,10 @@ from collections.abc import Iterable
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import unknown
+from ftqp.core.pose import rotation_vectors
 from ftqp.sim.base.carriers import Base
 from ftqp.sim.base.disturbances import Disturbance
 
@@ -47,4 +47,4 @@ class BaseMotion:
         self.twist: FloatArray = np.zeros((ticks, 6))
         self.twist[:, :3] = np.diff(poses[:, :3, 3], axis=0) / step
         turns = poses[1:, :3, :3] @ np.swapaxes(poses[:-1, :3, :3], 1, 2)
-        self.twist[:, 3:] = Rotation.from_matrix(turns).as_rotvec() / step
+        self.twist[:, 3:] = rotation_vectors(turns) / step

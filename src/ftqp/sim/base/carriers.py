@@ -4,7 +4,6 @@ from abc import ABC, abstractmethod
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ftqp.core.checks import FloatArray, non_negative
 
@@ -45,6 +44,8 @@ class Platform(Base):
 
     def pose(self, eta: FloatArray) -> FloatArray:
         """Tx(track) Rz(rotation) Tz(height) Ry(tilt) T(mount) at eta, (K, 3) [m, rad, rad]."""
+        from scipy.spatial.transform import Rotation  # slow to load, needed where the base moves
+
         turn = Rotation.from_euler("ZY", eta[:, 1:3])
         poses = np.tile(np.eye(4), (len(eta), 1, 1))
         poses[:, :3, :3] = turn.as_matrix()
@@ -65,6 +66,8 @@ class FreeBase(Base):
 
     def pose(self, eta: FloatArray) -> FloatArray:
         """Poses at eta, (K, 6) [m, rad]."""
+        from scipy.spatial.transform import Rotation  # slow to load, needed where the base moves
+
         poses = np.tile(np.eye(4), (len(eta), 1, 1))
         poses[:, :3, :3] = Rotation.from_rotvec(eta[:, 3:]).as_matrix()
         poses[:, :3, 3] = eta[:, :3]

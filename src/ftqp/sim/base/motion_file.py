@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, nearest
@@ -84,6 +83,8 @@ def _turned(file: Path, quaternions: FloatArray) -> dict[str, FloatArray]:
         raise InputError(
             f"recording {file}, line {at + 2}: the quaternion has the length {length[at]:.4g}, expected 1"
         )
+    from scipy.spatial.transform import Rotation  # slow to load, needed where attitudes are recorded
+
     vectors = Rotation.from_quat(quaternions).as_rotvec()
     if (np.linalg.norm(np.diff(vectors, axis=0), axis=1) > np.pi).any():
         raise InputError(

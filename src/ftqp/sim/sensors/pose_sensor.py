@@ -3,9 +3,9 @@
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ftqp.core.checks import FloatArray, non_negative
+from ftqp.core.pose import rotation_exp
 
 
 @final
@@ -44,7 +44,7 @@ class PoseSensor:
         if self._position > 0.0:
             seen[:3, 3] += self._position * self._generator.standard_normal(3)
         if self._rotation > 0.0:
-            noise = Rotation.from_rotvec(self._rotation * self._generator.standard_normal(3)).as_matrix()
+            noise = rotation_exp(self._rotation * self._generator.standard_normal(3))
             seen[:3, :3] = noise @ seen[:3, :3]
         self._waiting.append(seen)
         if len(self._waiting) > self._late + 1:
