@@ -66,7 +66,7 @@ def test_random_motion_follows_the_seed() -> None:
         world = setup(base=table, simulation={"seed": seed}).world
         assert world is not None
         world.reset(np.zeros(7), np.zeros(7), 50)
-        world.sense(49, np.zeros(7), np.eye(4))
+        world.sense(49, np.zeros(7))
         return world.eta.copy()
 
     np.testing.assert_array_equal(moved(1), moved(1))

@@ -29,6 +29,8 @@ GREY, WINE = "#7F7F7F", "#882255"
 LIMIT = "#C9917D"
 FORBIDDEN = "#F4E3DC"
 """Shade of what lies beyond a limit."""
+COMPRESSION = 3
+"""Of PNG files, 1 to 9: half the time of the usual 6, files a tenth larger."""
 LETTER, SAMPLE = 0.085, 0.7
 """Width of a letter of a legend, and of the sample of a line with its gaps [inches]."""
 TITLE_FROM_TOP, LEGEND_LINE = 0.12, 0.23
@@ -201,7 +203,7 @@ def save(figure: Figure, path: str | Path) -> Path:
     """
     part = Path(path).with_suffix(".part")
     try:
-        figure.savefig(part, format="png")
+        figure.savefig(part, format="png", pil_kwargs={"compress_level": COMPRESSION})
         part.replace(path)
     except OSError as error:
         raise InputError(f"figure {path} cannot be written: {error.strerror}") from error
