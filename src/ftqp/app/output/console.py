@@ -13,7 +13,6 @@ import numpy as np
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from ftqp.app.output.termination import Termination
@@ -119,6 +118,8 @@ def progress(what: str | Callable[[], str], total: float) -> Iterator[Callable[[
     if not console.is_terminal:
         yield lambda done: None
         return
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),

@@ -97,6 +97,32 @@ class TickRecorder:
             self._base_pose[k], self._eta[k] = world.base_pose[:3], world.eta
             self._base_status[k] = world.follower.code
         self._filled = k + 1
+        self._hand_on_in_time()
+
+    @property
+    def layout(self) -> RawLayout:
+        """Where the fields of a raw row lie."""
+        return self._layout
+
+    @property
+    def free(self) -> FloatArray:
+        """The raw rows that come next, (K, width), 1 <= K <= 2048, to be filled and then kept by `keep`."""
+        rows: FloatArray = self._block[self._filled :]
+        return rows
+
+    def keep(self, count: int) -> None:
+        """Keep the first rows of `free`, in which ``belief`` and ``truth`` are filled in here.
+
+        Args:
+            count: how many ticks have been filled, all of them between two changes of belief and truth.
+        """
+        rows = slice(self._filled, self._filled + count)
+        _, _, beliefs, truths = self._rest
+        beliefs[rows], truths[rows] = self._believed(), self._truth
+        self._filled += count
+        self._hand_on_in_time()
+
+    def _hand_on_in_time(self) -> None:
         if self._filled == BLOCK or clock.now() - self._handed_on > COMMIT_PERIOD:
             self.flush()
 

@@ -140,7 +140,7 @@ def _finish(axes: Axes, log: Log, i: int, label: str) -> None:
     name = log.metadata["joints"][i]
     leftmost = i % _columns(len(log.metadata["joints"])) == 0
     tidy(axes, "", label if leftmost or any(log.metadata["prismatic"]) else "")
-    few_ticks(axes, 5, 5)
+    few_ticks(axes, 4, 4)
     if own:
         last = own[-1]
         head(
