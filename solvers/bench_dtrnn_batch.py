@@ -146,13 +146,12 @@ def lines(result: dict[str, Any]) -> list[str]:
 
 
 def written(result: dict[str, Any], options: argparse.Namespace) -> list[Path]:
-    """JSON, table and figure."""
-    stem = f"bench_dtrnn_batch-{'quick' if options.quick else result['date'][:10]}"
+    """Table, figure and JSON."""
+    from bench import results
+
+    name = results.stem("bench_dtrnn_batch", name=None, quick=options.quick)
     if options.engine != "numba":
-        stem += f"-{options.engine}"
-    options.out.mkdir(parents=True, exist_ok=True)
-    files = [options.out / f"{stem}{ending}" for ending in (".json", ".md", ".png")]
-    files[0].write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        name += f"-{options.engine}"
     versions = ", ".join(f"{name} {number}" for name, number in result["versions"].items())
     machine = ", ".join(f"{key} {value}" for key, value in result["machine"].items())
     text = [
@@ -168,12 +167,10 @@ def written(result: dict[str, Any], options: argparse.Namespace) -> list[Path]:
         "",
         *(f"- {limitation}" for limitation in result["limitations"]),
     ]
-    files[1].write_text("\n".join(text) + "\n", encoding="utf-8")
-    draw(result, options.engine, files[2])
-    return files
+    return results.written(result, "\n".join(text), options.out, name, draw)
 
 
-def draw(result: dict[str, Any], engine: str, path: Path) -> None:
+def draw(result: dict[str, Any], folder: Path, name: str) -> list[Path]:
     """QPs a second against their number."""
     from matplotlib.figure import Figure
 
@@ -188,11 +185,13 @@ def draw(result: dict[str, Any], engine: str, path: Path) -> None:
     axes.set(
         xlabel="QPs in one call",
         ylabel="QPs a second and thread",
-        title=f"n = 7, m = 6, cold starts, {engine}",
+        title=f"n = 7, m = 6, cold starts, {result['settings']['engine']}",
     )
     axes.grid(alpha=0.3, which="both")
     axes.legend()
-    figure.savefig(path, dpi=120)
+    file = folder / f"{name}.png"
+    figure.savefig(file, dpi=120)
+    return [file]
 
 
 if __name__ == "__main__":

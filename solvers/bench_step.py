@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bench import cases, environments, report
+from bench import cases, environments, report, results
 from bench.measure import Settings, Worker, measured
 from bench.urdf import TIP, Arm, Array
 from rich.console import Console
@@ -49,7 +49,8 @@ def main() -> int:
         sys.stdout.write(json.dumps(result) + "\n")
     else:
         report.show(result, Console())
-    for file in _written(result, options.out):
+    name = results.stem("bench_step", name=None, quick=options.quick)
+    for file in results.written(result, report.markdown(result), options.out, name):
         messages.print(f"wrote {file}", highlight=False)
     return 0 if any(result["us"].values()) else 1
 
@@ -107,6 +108,7 @@ def _measured(options: argparse.Namespace, settings: Settings, messages: Console
     return {
         "benchmark": "bench_step",
         "date": datetime.now().astimezone().isoformat(timespec="seconds"),
+        "command": results.command("bench_step", sys.argv[1:]),
         **report.ratios(rows),
         "settings": {"steps": settings.steps, "chunk": settings.chunk, "warm": settings.warm, "dt": cases.DT},
         "machine": report.machine(),
@@ -157,16 +159,6 @@ def _core(wanted: int | None) -> int | None:
 def _pose(urdf: str, a_max: Array) -> Callable[[Array], Array]:
     robot = ftqp.Robot.from_urdf(urdf, tip=TIP, acceleration=a_max)
     return lambda q: np.array(robot.pose(q))
-
-
-def _written(result: dict[str, Any], out: Path) -> list[Path]:
-    """The result as ``bench_step-<date>.json`` and ``.md``; a later run on the same day replaces them."""
-    out.mkdir(parents=True, exist_ok=True)
-    stem = f"bench_step-{result['date'][:10]}"
-    files = [out / f"{stem}.json", out / f"{stem}.md"]
-    files[0].write_text(json.dumps(result, indent=1) + "\n")
-    files[1].write_text(report.markdown(result))
-    return files
 
 
 if __name__ == "__main__":

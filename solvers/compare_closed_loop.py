@@ -70,7 +70,7 @@ def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     add("--backends", type=_names, metavar="A,B", help="backends or profiles (default: all there are)")
     add("--quick", action="store_true", help="short runs")
     add("--out", type=Path, default=RESULTS, metavar="DIR", help="where results go (solvers/results)")
-    add("--name", metavar="NAME", help="what the files are called (default: the date, or quick)")
+    add("--name", metavar="NAME", help="added to the names of the files (quick, for a quick run)")
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--update-readme", action="store_true", help="put the first table into solvers/README.md")
     chosen: argparse.Namespace = parser.parse_args(arguments)

@@ -1,10 +1,9 @@
 """How many failures a path survives: every set of up to three locked joints of the 11-joint arm on one line.
 
 The arm of Bedrossian (``modular11``) moves its tip 100 in along -x in 20 s with J2, J4, J7 and every other
-set of
-at most three joints locked from the start, at 50 deg/s and the acceleration limits of the catalog. A set is
-complete when the path is finished within 40 s, nowhere more than 0.5 in from the line and never turned by 0.5
-deg.
+set of at most three joints locked from the start, at 50 deg/s and the acceleration limits of the catalog. A
+set is complete when the path is finished within 40 s, nowhere more than 0.5 in from the line and never turned
+by 0.5 deg.
 
     python solvers/lock_sets.py [--quick] [--start N] [--out DIR] [--json]
 
@@ -23,6 +22,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from bench import results
 
 import ftqp
 
@@ -163,10 +163,9 @@ def main() -> None:
     if given.json:
         print(json.dumps({key: value for key, value in result.items() if key != "incomplete"}))
         return
-    given.out.mkdir(parents=True, exist_ok=True)
-    name = given.out / f"lock_sets-{result['date']}"
-    name.with_suffix(".json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    name.with_suffix(".md").write_text(markdown(result), encoding="utf-8")
+    results.written(
+        result, markdown(result), given.out, results.stem("lock_sets", name=None, quick=given.quick)
+    )
     print(markdown(result))
 
 

@@ -20,7 +20,7 @@ from typing import Any
 from bench import console, dtrnn_study_charts, dtrnn_study_report
 from bench import dtrnn_study_parts as parts
 from bench.dtrnn_study import contenders
-from bench.results import RESULTS, circumstances
+from bench.results import RESULTS, circumstances, stem
 from rich.console import Console
 
 from ftqp.core.errors import InputError, unknown
@@ -45,7 +45,7 @@ def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     add("--parts", default=",".join(PARTS), metavar="A,B", help=f"of {', '.join(PARTS)} (default: all)")
     add("--quick", action="store_true", help="fewer and easier QPs")
     add("--out", type=Path, default=RESULTS, metavar="DIR", help="where results go (solvers/results)")
-    add("--name", metavar="NAME", help="what the files are called (default: the date, or quick)")
+    add("--name", metavar="NAME", help="added to the names of the files (quick, for a quick run)")
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--update-readme", action="store_true", help="put the first table into solvers/README.md")
     chosen: argparse.Namespace = parser.parse_args(arguments)
@@ -88,7 +88,7 @@ def studied(chosen: argparse.Namespace, messages: Console) -> dict[str, Any]:
     cells += [parts.traced(trace) for trace in traces]
     return {
         **result,
-        "name": chosen.name or ("quick" if quick else result["date"][:10]),
+        "name": stem("study_dtrnn", name=chosen.name, quick=quick),
         "cells": cells,
         "traces": traces,
         "figures": [name for name, drawn in figures.items() if drawn],

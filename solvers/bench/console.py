@@ -9,7 +9,7 @@ from typing import Any
 
 from rich.console import Console
 
-from bench.results import README, RESULTS, put_into_readme, written
+from bench.results import README, RESULTS, put_into_readme, stem, written
 from bench.tables import Table
 from ftqp import FtqpError
 
@@ -30,7 +30,7 @@ def options(document: str, arguments: Sequence[str] | None = None) -> argparse.N
     add("--sequences", type=_names, metavar="A,B", help="recorded sequences (default: all)")
     add("--quick", action="store_true", help="first QPs of each sequence, no paper profiles")
     add("--out", type=Path, default=RESULTS, metavar="DIR", help="where results go (solvers/results)")
-    add("--name", metavar="NAME", help="what the files are called (default: the date, or quick)")
+    add("--name", metavar="NAME", help="added to the names of the files (quick, for a quick run)")
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--update-readme", action="store_true", help="put the summary into solvers/README.md")
     chosen: argparse.Namespace = parser.parse_args(arguments)
@@ -63,9 +63,8 @@ def run(
     messages = Console(stderr=True, highlight=False)
     try:
         result = compared(chosen, messages)
-        name = chosen.name or ("quick" if chosen.quick else result["date"][:10])
-        files = written(result, markdown(result), chosen.out, name)
-        files += figures(result, chosen.out, f"{result['benchmark']}-{name}")
+        name = stem(result["benchmark"], name=chosen.name, quick=chosen.quick)
+        files = written(result, markdown(result), chosen.out, name, figures)
         if chosen.update_readme:
             put_into_readme(result["benchmark"], readme_lines(result, tables(result)[0], files[0].name))
             files.append(README)

@@ -43,8 +43,10 @@ SWEPT = ("panda-healthy", "panda-degraded", "planar6-healthy", "planar6-moving-b
          "xarm7-iiwt")  # fmt: skip
 """Sequences of the sweeps: W from identity to ill-conditioned, none to four active bounds."""
 TRACED = {"panda-too-fast": 12, "planar6-mtn": 20}
-"""Sequence and position of the QPs whose convergence is drawn, well- and ill-conditioned; every variable is
-bounded, so that the gap is finite."""
+"""The sequence and position of the QPs whose convergence is drawn.
+
+One is well-conditioned, the others are ill-conditioned; every variable is bounded, so that the gap is finite.
+"""
 SWEEP_CAP = 5000
 """Most iterations of a sweep, which finds out where there are fewer."""
 QUICK_SEQUENCES = (
@@ -146,7 +148,8 @@ def under_rule(problem: QP, x: FloatArray, s: float = 1.0, q: float = 1.0, gamma
     Args:
         problem: an expanded QP.
         x: the solution's first components, those that are no slacks.
-        s, q: factors on the scales of the rule.
+        s: factor on the objective's scale by the rule.
+        q: factor on the rows' scale by the rule.
         gamma: step size; None is that of the rule.
     """
     by_rule = rule(problem)

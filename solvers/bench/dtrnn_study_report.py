@@ -16,8 +16,10 @@ EXPECTED: dict[tuple[str, str], tuple[tuple[int, int, int] | int, ...]] = {
     (SCALED, "warm"): ((13, 14, 24), (12, 51, 176), (37, 91, 147), (100, 649, 3252), (72, 242, 18231)),
     (JUMPING, "warm"): ((1, 1, 1), (1, 1, 36), (1, 6, 46), (1, 31, 721), (1, 26, 19316)),
 }
-"""Iterations when the methods were chosen, of each of ``OBJECTIVES``: median, 95 % value and largest, or how
-many solves did not converge. Source: spec, table 9.3."""
+"""Iterations of each of ``OBJECTIVES`` by the independent program that the methods were chosen with.
+
+Median, 95 % value and largest, or how many solves did not converge; the table of ``docs/jin2017.md``.
+"""
 SHORT = {
     "94lvi": "94lvi", "e47": "e47", "implicit": "implicit", SCALED: "+ scaling", JUMPING: "+ Newton",
     PRODUCT: "product", SCALED_LVI: "94lvi scaled",
@@ -221,8 +223,7 @@ def markdown(result: dict[str, Any]) -> str:
         lines += table.markdown()
     for figure, caption in FIGURES.items():
         if figure in result["figures"]:
-            stem = f"{result['benchmark']}-{result['name']}"
-            lines += [f"![{caption}]({stem}-{figure}.png)", "", caption, ""]
+            lines += [f"![{caption}]({result['name']}-{figure}.png)", "", caption, ""]
     return "\n".join([*lines, *appendix(result)]).rstrip() + "\n"
 
 

@@ -118,7 +118,7 @@ def _with_truth(recording: Recording) -> Recording:
 
 
 def relative_residual(problem: QP, answer: Solution) -> float:
-    """The largest KKT residual over its scale (``ftqp.qp.residuals.scales``)."""
+    """The largest KKT residual over its scale (``ftqp.qp.judge.kkt_residuals.scales``)."""
     found = answer.residuals
     if not np.isfinite(found.largest):
         return np.inf

@@ -146,7 +146,8 @@ def show(result: dict[str, Any], console: Console) -> None:
 def markdown(result: dict[str, Any]) -> str:
     """The same as a file to read."""
     settings = ", ".join(f"{name} {value}" for name, value in result["settings"].items())
-    lines = ["# Whole user step", "", f"{result['date']}; {settings}. Times in us, tracking error in mm.", ""]
+    made = f"{result['date']}; {settings}. Made by `{result['command']}`."
+    lines = ["# Whole user step", "", f"{made} Times in us, tracking error in mm.", ""]
     lines += [
         f"## {RATIO}",
         "",

@@ -4,7 +4,7 @@ import json
 import platform
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -71,21 +71,53 @@ def versions(taking_part: Sequence[Contender]) -> dict[str, str]:
     return found
 
 
-def written(result: dict[str, Any], markdown: str, out: Path, name: str) -> list[Path]:
-    """Write ``<benchmark>-<name>.json`` and ``.md``; a result of the same name is replaced.
+def stem(benchmark: str, *, name: str | None, quick: bool) -> str:
+    """What the files of a result are called: a full one after its script, so that a new one replaces it.
+
+    Args:
+        benchmark: the script's name, without ``.py``.
+        name: a suffix of the user's own; None is ``quick`` for a quick result and nothing for a full one.
+        quick: whether the result is that of a quick run.
+    """
+    suffix = name or ("quick" if quick else None)
+    return f"{benchmark}-{suffix}" if suffix else benchmark
+
+
+def written(
+    result: dict[str, Any],
+    markdown: str,
+    out: Path,
+    name: str,
+    figures: Callable[[dict[str, Any], Path, str], list[Path]] | None = None,
+) -> list[Path]:
+    """Write ``<name>.md`` with its pictures, and ``<name>.json``; a result of the same name is replaced.
+
+    Args:
+        result: the result, which goes into the JSON file.
+        markdown: the report; pictures that it does not show are added at its end.
+        out: the folder, which is made if need be.
+        name: what the files are called.
+        figures: writes the pictures of a result into a folder, under names that begin with ``name``.
 
     Raises:
         InputError: the folder cannot be written.
     """
-    stem = f"{result['benchmark']}-{name}"
-    files = [out / f"{stem}.json", out / f"{stem}.md"]
+    files = [out / f"{name}.md", out / f"{name}.json"]
     try:
         out.mkdir(parents=True, exist_ok=True)
-        files[0].write_text(json.dumps(result, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-        files[1].write_text(markdown, encoding="utf-8")
+        pictures = [] if figures is None else figures(result, out, name)
+        hidden = [picture.name for picture in pictures if picture.name not in markdown]
+        shown = [f"![{_caption(picture, name)}]({picture})" for picture in hidden]
+        text = "\n\n".join([markdown.rstrip("\n"), *(["## Figures", *shown] if shown else [])])
+        files[0].write_text(text + "\n", encoding="utf-8")
+        files[1].write_text(json.dumps(result, allow_nan=False) + "\n", encoding="utf-8")
     except OSError as error:
         raise InputError(f"results cannot be written to {out}: {error.strerror}") from error
-    return files
+    return [*files, *pictures]
+
+
+def _caption(picture: str, name: str) -> str:
+    return picture.removeprefix(name).removesuffix(".png").strip("-").replace("-", " ") or "figure"
 
 
 def preamble(title: str, result: dict[str, Any]) -> list[str]:
@@ -113,16 +145,6 @@ def appendix(result: dict[str, Any]) -> list[str]:
 def _settings(name: str, given: dict[str, Any]) -> str:
     values = ", ".join(f"{key} = {json.dumps(value)}" for key, value in given.items())
     return f"`{name}`: {values}"
-
-
-def latest(benchmark: str, folder: Path = RESULTS) -> Path | None:
-    """The newest full result by the date inside; quick ones do not count."""
-    found = []
-    for file in folder.glob(f"{benchmark}-*.json"):
-        result = json.loads(file.read_text(encoding="utf-8"))
-        if not result["settings"].get("quick"):
-            found.append((result["date"], file))
-    return max(found)[1] if found else None
 
 
 def inserted(text: str, benchmark: str, lines: Sequence[str]) -> str:

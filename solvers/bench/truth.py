@@ -112,7 +112,7 @@ def proves(problem: QP, certificate: Certificate) -> bool:
 def relative_residuals(
     problem: QP, x: FloatArray, y: FloatArray, z: FloatArray, z_box: FloatArray
 ) -> FloatArray:
-    """Primal, dual, complementarity and gap over ``ftqp.qp.residuals.scales``, (4,); inf where not finite."""
+    """The four residuals over ``ftqp.qp.judge.kkt_residuals.scales``, (4,); inf where not finite."""
     found = residuals(problem, x, y, z, z_box)
     if not np.isfinite(found.largest):
         return np.full(4, np.inf)

@@ -46,7 +46,11 @@ class Case:
         q: start, at rest, (nv,).
         poses: targets, one a step and periodic, (N, 4, 4).
         twists: their velocities, linear then angular along W, (N, 6).
-        q_min, q_max, v_max, a_max, tau_max: limits, (nv,).
+        q_min: lowest positions, (nv,).
+        q_max: highest positions, (nv,).
+        v_max: largest speeds, (nv,).
+        a_max: largest accelerations, (nv,).
+        tau_max: largest torques, (nv,).
     """
 
     robot: str

@@ -1,12 +1,15 @@
 """A fault that makes no sense cannot be made."""
 
 import dataclasses
+from dataclasses import fields
 
 import numpy as np
 import pytest
 
+import ftqp
+from ftqp.app.output.tables import keys as scenario_keys
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.faults.kinds import KINDS, Degraded, FreeSwinging, Locked
 
 
 @pytest.mark.parametrize(
@@ -55,3 +58,21 @@ def test_fault_is_a_ramp_lock_without_friction_or_loss_unless_told():
     assert FreeSwinging(0).damping == 0.0
     d = Degraded(0)
     assert (d.velocity, d.acceleration, d.torque, d.q_min, d.q_max) == (1.0, 1.0, 1.0, None, None)
+
+
+def test_every_kind_has_a_table_in_scenarios_with_its_settings_and_a_word_for_messages():
+    """A kind is added in ``KINDS``; scenarios and messages follow."""
+    keys = {row["key"]: row for row in scenario_keys()}
+    for name, kind in KINDS.items():
+        assert kind.kind == name and kind.happens
+        settings = {field.name for field in fields(kind)} - {"joint"}
+        shared = {"joint", "at", "announced"}
+        found = {key.partition(").")[2] for key in keys if key.startswith(f"faults({name}).")}
+        assert found == settings | shared
+        for field in fields(kind):
+            if field.name in settings:
+                assert keys[f"faults({name}).{field.name}"]["meaning"] == field.metadata["about"]
+
+
+def test_every_kind_is_exported():
+    assert all(getattr(ftqp, kind.__name__) is kind for kind in KINDS.values())

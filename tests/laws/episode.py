@@ -1,5 +1,4 @@
-"""A random closed-loop episode: robot, path, fault, time, level, backend and dt, and everything that must
-hold in it."""
+"""A random closed-loop episode, from robot to dt, and everything that must hold in it."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -164,8 +163,7 @@ def check(episode: Episode, planner: Any, step: Any, q: Any, v: Any, dt: float, 
 
 
 def lacking_room(planner: Any, K: Any, q: Any, v: Any, dt: float) -> Any:
-    """By how much each joint's room is too small for its braking distance, (n,); <= 0 where it can still
-    brake."""
+    """What each joint's room lacks for its braking distance, (n,); <= 0 where it can still brake."""
     n = planner.robot.nv
     q_min, q_max, a_max = (K[name][:n] for name in ("q_min", "q_max", "a_max"))
     speed = np.abs(v)

@@ -1,5 +1,7 @@
-"""What holds across the whole: the planner cannot peek, repeats itself, forgets repaired faults, whatever
-the solver."""
+"""What holds across the whole, whatever the solver.
+
+The planner cannot peek, it repeats itself, and it forgets repaired faults.
+"""
 
 from pathlib import Path
 
@@ -17,8 +19,7 @@ DT = 2e-3
 AT = 0.5
 PANDA = ftqp.robots.load("panda")
 BACKEND_TOLERANCE = 1e-6
-"""By how much the command of any backend may differ from that of any other [rad/s2, or rad/s]: one for
-all."""
+"""By how much the commands of two backends may differ [rad/s2, or rad/s], one number for all."""
 FAULTS = [
     ftqp.Locked("panda_joint3"),
     ftqp.Locked("panda_joint5", mode="instant"),

@@ -64,8 +64,7 @@ def follow(
     until_blocked: bool = False,
     **settings: Any,
 ) -> Run:
-    """Follow a straight line in 20 s of path time, until it is done, ``longest`` [s] are over or it is
-    blocked."""
+    """Follow a straight line in 20 s of path time, until it is done, blocked, or ``longest`` [s] are over."""
     arm = planner(**settings)
     way = np.array(inches) * INCH
     path = ftqp.paths.Line(arm.robot.pose(q), way, duration=20.0, law="constant")

@@ -1,4 +1,4 @@
-"""The experiments of Holt and Desrochers, NASA N94-26281, and of the spec that recomputes them."""
+"""The experiments of Holt and Desrochers, NASA N94-26281, recomputed."""
 
 from dataclasses import dataclass
 
@@ -30,8 +30,7 @@ def arm7(**limits):
 
 
 def planner(robot, dt, *, rows=None, priority="weighted", scheme=None, slack=None, bounds=None, branch=None):
-    """A velocity-level planner with the interval of the spec: rate limit and half the way to a position
-    limit."""
+    """A velocity-level planner bounded by the rate limit and by half the way to a position limit."""
     task = ftqp.Task(rows=rows, priority=priority, **({} if slack is None else {"slack": slack}))
     return ftqp.Planner(
         robot,
@@ -85,8 +84,7 @@ def run(
     late=0,
     target=None,
 ):
-    """Hold the start pose (or ``target``) in I while the base moves; ``servo`` is the robot behind its
-    servos."""
+    """Hold the start pose, or ``target``, in I while the base moves; ``servo`` is the real arm."""
     plan, dt = follower.planner, follower.planner.dt
     arm, q, v = Arm(plan.robot), np.array(q0, dtype=float), np.zeros(plan.robot.nv)
     goal = motion.pose[0] @ arm.tip(q) if target is None else target

@@ -1,5 +1,4 @@
-"""The experiments of Jin et al. 2017: the six-link arm on its square, with the order of a step as in the
-spec, section 10."""
+"""The experiments of Jin et al. 2017: the six-link arm on its square."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,5 +1,4 @@
-"""Bedrossian 1993, E1-E3 with a path that waits: the spec's rows `scale`, `slack` and `lex`, and acceptance
-6-8."""
+"""Bedrossian 1993 with a path that waits, a task with slack, and one in two stages."""
 
 from functools import cache
 from typing import Any

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench import accuracy_report
 from bench.accuracy import Answers, Outcome, answers, outcome, settled, summed_up
 from bench.contenders import Contender
-from bench.results import inserted, latest
+from bench.results import inserted
 from bench.truth import Fact, Truth, truth
 from tests.solvers.stand_ins import INFEASIBLE, SOLVABLE, Scripted, sequence
 
@@ -186,15 +185,3 @@ def test_the_part_between_the_markers_is_replaced_and_nothing_else() -> None:
     assert inserted(text, "x", ["new", ""]) == "above\n<!-- begin x -->\nnew\n<!-- end x -->\nbelow\n"
     with pytest.raises(InputError, match="<!-- begin y -->"):
         inserted(text, "y", ["new"])
-
-
-def test_the_readme_shows_the_latest_committed_result() -> None:
-    from bench.console import readme_lines
-
-    file = latest("compare_accuracy")
-    if file is None:
-        pytest.skip("no full result is committed")
-    result = json.loads(file.read_text(encoding="utf-8"))
-    text = (ROOT / "solvers" / "README.md").read_text(encoding="utf-8")
-    lines = readme_lines(result, accuracy_report.tables(result)[0], file.name)
-    assert inserted(text, "compare_accuracy", lines) == text

@@ -10,7 +10,6 @@ import pytest
 from bench import speed_report
 from bench.contenders import Contender
 from bench.recorded import Recorded
-from bench.results import inserted, latest
 from bench.speed import DISCARD, Runner, Settings, measured
 from tests.solvers.stand_ins import SOLVABLE, Scripted, sequence
 
@@ -148,15 +147,3 @@ def test_an_unknown_name_is_one_sentence_and_exit_code_2() -> None:
     assert done.returncode == 2
     assert "did you mean 'active_set'?" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
-
-
-def test_the_readme_shows_the_latest_committed_result() -> None:
-    from bench.console import readme_lines
-
-    file = latest("compare_speed")
-    if file is None:
-        pytest.skip("no full result is committed")
-    result = json.loads(file.read_text(encoding="utf-8"))
-    text = (ROOT / "solvers" / "README.md").read_text(encoding="utf-8")
-    lines = readme_lines(result, speed_report.tables(result)[0], file.name)
-    assert inserted(text, "compare_speed", lines) == text

@@ -294,16 +294,3 @@ def test_a_wrong_part_is_one_sentence_and_exit_code_2(arguments: tuple[str, ...]
     assert done.returncode == 2
     assert sentence in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
-
-
-def test_the_readme_shows_the_latest_committed_result() -> None:
-    from bench.console import readme_lines
-    from bench.dtrnn_study_report import tables
-    from bench.results import inserted, latest
-
-    file = latest("study_dtrnn")
-    if file is None:
-        pytest.skip("no full result is committed")
-    result = json.loads(file.read_text(encoding="utf-8"))
-    text = (ROOT / "solvers" / "README.md").read_text(encoding="utf-8")
-    assert inserted(text, "study_dtrnn", readme_lines(result, tables(result)[0], file.name)) == text

@@ -1,21 +1,13 @@
 """The one message of a first use: the kernel is being compiled."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-from ftqp.kernel.entry.compile import (
-    BASE,
-    CLOSED_FORM,
-    EXTERNAL,
-    NETWORK,
-    RATES,
-    SETUP,
-    STEP,
-    compile_entries,
-)
+from ftqp.kernel.entry.compile import compile_entries
+from ftqp.kernel.entry.table import ENTRIES
 
-NOTICE = "ftqp: compiling its kernel for this machine, once (about a minute; `ftqp warmup` does it ahead) ..."
+NOTICE = "ftqp: compiling its kernel for this machine, once (`ftqp warmup` does it ahead) ..."
 
 
 @contextmanager
@@ -31,26 +23,11 @@ def _notice() -> Iterator[None]:
         yield
 
 
-def warm_up(
-    *, external: bool = True, network: bool = True, closed_form: bool = True, base: bool = True
-) -> None:
-    """Compile whatever a planner needs, or load it from disk.
+def warm_up(names: Iterable[str], capacity: int) -> None:
+    """Compile entry points, or load them from disk; the user is told when something has to be compiled.
 
     Args:
-        external: also what planners with an external backend need.
-        network: also what planners with the backend ``dtrnn`` need.
-        closed_form: also what planners with a closed form need.
-        base: also what a moving base needs.
+        names: of the entry points.
+        capacity: the class of records.
     """
-    more = (
-        *(EXTERNAL if external else ()),
-        *(NETWORK if network else ()),
-        *(CLOSED_FORM if closed_form else ()),
-        *(BASE if base else ()),
-    )
-    compile_entries((*SETUP, *STEP, *more), _notice)
-
-
-def warm_up_rates() -> None:
-    """Compile what the closed forms without a planner need, or load it from disk."""
-    compile_entries(RATES, _notice)
+    compile_entries([ENTRIES[name] for name in names], capacity, _notice)

@@ -5,15 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up_rates
+from ftqp.control.first_use import warm_up
 from ftqp.control.task.resolvers import Damping, positive_weights, rule_code
 from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.errors import InputError, nearest
-from ftqp.kernel.closed_forms.reduced_problem import memory
-from ftqp.kernel.entry import entries as entry
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.entry.session import Reduced
+from ftqp.kernel.layout.enums import APPROXIMATE, DAMPED, JOINTS, PSEUDOINVERSE, TASK_ROWS
 
-METHODS = {"pinv": codes.PSEUDOINVERSE, "dls": codes.DAMPED}
+METHODS = {"pinv": PSEUDOINVERSE, "dls": DAMPED}
 LINEAR = 3
 """The first rows of a Jacobian are linear, those after them angular."""
 ZERO_BLOCK = 1e-9
@@ -34,33 +33,37 @@ def resolve_rates(
     """Joint rates for a task velocity, with some joints locked or moving at known rates.
 
     pinv: S J_f^+ (xdot - J_l rates), the least sum weights_i v_i^2 among the solutions nearest to the task.
-    dls: the same, damped by ``damping`` where it breaks ``limits``.
+    dls: the same, damped by ``damping`` where it breaks ``limits``. The formulas are derived in
+    ``docs/theory/singularities.md``.
 
     Args:
-        J: Jacobian, (m, n), m <= 6 rows, linear ones first; n <= 32.
-        xdot: task velocity, (m,) [m/s, rad/s].
+        J: The Jacobian, (m, n), linear rows first; at most 6 rows and 32 columns.
+        xdot: The task velocity, (m,) [m/s, rad/s].
         locked: 0-based columns of the joints that have failed.
-        locked_rates: their rates, one each [rad/s or m/s]; None: they stand still.
+        locked_rates: Rates of those joints, one each [rad/s or m/s]; None holds them still.
         method: ``pinv`` or ``dls``.
-        damping: rule of ``dls``; None is ``Damping()``.
-        limits: rate limits of ``dls``, one or (n,) [rad/s or m/s].
-        characteristic_length: by which the first three rows are divided [m]; None: rows are used as they are.
-        weights: (n,) positive, ``pinv`` only.
+        damping: The rule of ``dls``; None is ``Damping()``.
+        limits: Rate limits of ``dls``, one or (n,), > 0 [rad/s or m/s]. Larger ones damp later.
+        characteristic_length: The first three rows are divided by it, > 0 [m]. A larger one makes linear
+            motion count less beside rotation. None uses the rows as they are.
+        weights: Weights of the joints, (n,), > 0, for ``pinv`` only. The larger a weight, the less its joint
+            moves.
 
     Returns:
         Rates, (n,) [rad/s or m/s]; those of locked joints exactly as given.
 
     Raises:
-        InputError: a wrong shape, NaN, an unknown method, all joints locked, a Jacobian whose free columns
+        InputError: A wrong shape, NaN, an unknown method, all joints locked, a Jacobian whose free columns
             are zero, or limits, weights or a length that are not positive.
     """
-    P = _problem(J, xdot, locked, locked_rates, characteristic_length)
-    n = int(P["n"][0])
+    reduced = _problem(J, xdot, locked, locked_rates, characteristic_length)
+    P = reduced.P
+    n = int(P.n)
     if method not in METHODS:
         raise InputError(
             f"method is {method!r}{nearest(str(method), METHODS)}, expected one of {', '.join(METHODS)}"
         )
-    P["method"] = METHODS[method]
+    P.method = METHODS[method]
     if method == "pinv":
         if limits is not None or damping is not None:
             raise InputError(
@@ -70,16 +73,16 @@ def resolve_rates(
             given = positive_weights(weights)
             if len(given) != n:
                 raise InputError(f"weights have {len(given)} entries, expected one a joint: {n}")
-            P["column"][0, :n] = 1.0 / np.sqrt(given)
+            P.column[:n] = 1.0 / np.sqrt(given)
     else:
         if weights is not None:
             raise InputError("weights go with method='pinv' only; dls weighs the joints by their limits")
         if limits is None:
             raise InputError("method='dls' needs limits, one rate limit or one a joint")
-        P["rule"] = rule_code((damping or Damping()).rule)
+        P.rule = rule_code((damping or Damping()).rule)
         _limit(P, limits)
-    entry.resolve_reduced(P.ctypes.data)
-    result: FloatArray = P["x"][0, :n].copy()
+    reduced.resolve()
+    result: FloatArray = P.x[:n].copy()
     return result
 
 
@@ -91,24 +94,28 @@ def damping_factor(
     locked: Iterable[int] = (),
     characteristic_length: float | None = None,
 ) -> float:
-    """kappa that ``rule`` gives for the reduced Jacobian, in squared units of its singular values.
+    """The damping kappa that a rule gives for the reduced Jacobian, in squared units of its singular values.
 
     The rules ``row``, ``exact_2`` and ``exact_inf`` give 0 when the undamped rates keep the limit; the bounds
     (``bound``, ``bound_2``, ``tight``) are the formulas as they stand, to be used where they do not.
 
     Args:
-        J: Jacobian, (m, n). xdot: task velocity, (m,). locked: 0-based columns.
-        limit: rate limit, one or (n,) [rad/s or m/s]. rule: see ``Damping``.
-        characteristic_length: by which the first three rows are divided [m].
+        J: The Jacobian, (m, n), linear rows first.
+        xdot: The task velocity, (m,) [m/s, rad/s].
+        limit: Rate limit, one or (n,), > 0 [rad/s or m/s]. A larger one needs less damping.
+        rule: The rule, see ``Damping``.
+        locked: 0-based columns of the joints that have failed.
+        characteristic_length: The first three rows are divided by it, > 0 [m]; None uses them as they are.
 
     Raises:
-        InputError: as ``resolve_rates``.
+        InputError: As ``resolve_rates``.
     """
-    P = _problem(J, xdot, locked, None, characteristic_length)
-    P["rule"] = rule_code(rule)
+    reduced = _problem(J, xdot, locked, None, characteristic_length)
+    P = reduced.P
+    P.rule = rule_code(rule)
     _limit(P, limit)
-    entry.damping(P.ctypes.data)
-    return float(P["kappa"][0])
+    reduced.damp()
+    return float(P.kappa)
 
 
 def approximate_pinv(J_wrist: Any, sigma_min: float = 0.1) -> FloatArray:
@@ -117,17 +124,19 @@ def approximate_pinv(J_wrist: Any, sigma_min: float = 0.1) -> FloatArray:
     [[B+, 0], [-E+ D B+, E+]], B+ and E+ without the singular values up to ``sigma_min``.
 
     Args:
-        J_wrist: (6, n), linear rows first [m].
-        sigma_min: threshold [m; without unit for E].
+        J_wrist: The Jacobian at the wrist centre, (6, n), linear rows first [m].
+        sigma_min: Singular values up to this one are dropped, > 0 [m; without unit for E]. A larger one keeps
+            farther from singularities and gives up more; it bounds no rate.
 
     Raises:
-        InputError: a wrong shape, NaN, a threshold that is not positive, or an upper right block that is not
+        InputError: A wrong shape, NaN, a threshold that is not positive, or an upper right block that is not
             zero.
     """
-    P = _problem(J_wrist, np.zeros(codes.ROWS), (), None, None)
-    n, A = int(P["n"][0]), P["A"][0]
-    P["threshold"] = positive("sigma_min", sigma_min, "m")
-    if n < 4 or np.shape(J_wrist)[0] != codes.ROWS:
+    reduced = _problem(J_wrist, np.zeros(TASK_ROWS), (), None, None)
+    P = reduced.P
+    n, A = int(P.n), P.A
+    P.threshold = positive("sigma_min", sigma_min, "m")
+    if n < 4 or np.shape(J_wrist)[0] != TASK_ROWS:
         raise InputError(f"J_wrist has shape {np.shape(J_wrist)}, expected (6, n) with n >= 4")
     block = float(np.abs(A[:LINEAR, n - 3 : n]).max())
     if block > ZERO_BLOCK * float(np.abs(A[:, :n]).max()):
@@ -135,42 +144,43 @@ def approximate_pinv(J_wrist: Any, sigma_min: float = 0.1) -> FloatArray:
             f"the upper right block of J_wrist is not zero but up to {block:.3g}; "
             "give the Jacobian at the centre of the spherical wrist, linear rows first"
         )
-    P["method"] = codes.APPROXIMATE
-    result = np.empty((n, codes.ROWS))
-    for k in range(codes.ROWS):
-        P["b"] = 0.0
-        P["b"][0, k] = 1.0
-        entry.resolve_reduced(P.ctypes.data)
-        result[:, k] = P["x"][0, :n]
+    P.method = APPROXIMATE
+    result = np.empty((n, TASK_ROWS))
+    for k in range(TASK_ROWS):
+        P.b[:] = 0.0
+        P.b[k] = 1.0
+        reduced.resolve()
+        result[:, k] = P.x[:n]
     return result
 
 
-def _problem(J: Any, xdot: Any, locked: Iterable[int], locked_rates: Any, length: float | None) -> Any:
+def _problem(J: Any, xdot: Any, locked: Iterable[int], locked_rates: Any, length: float | None) -> Reduced:
     """The kernel's memory with Jacobian, task velocity and failed joints."""
-    warm_up_rates()
     shape = np.shape(J)
-    if len(shape) != 2 or not 1 <= shape[0] <= codes.ROWS or not 1 <= shape[1] <= codes.JOINTS:
+    if len(shape) != 2 or not 1 <= shape[0] <= TASK_ROWS or not 1 <= shape[1] <= JOINTS:
         raise InputError(
-            f"J has shape {shape}, expected (m, n) with at most {codes.ROWS} rows and {codes.JOINTS} columns"
+            f"J has shape {shape}, expected (m, n) with at most {TASK_ROWS} rows and {JOINTS} columns"
         )
     m, n = shape
     scale = np.ones(m)
     if length is not None:
         scale[:LINEAR] = 1.0 / positive("characteristic_length", length, "m")
-    P = memory()
-    P["m"], P["n"] = m, n
-    P["A"][0, :m, :n] = scale[:, None] * array("J", J, (m, n), "(m, n)")
-    P["b"][0, :m] = scale * array("xdot", xdot, (m,), "(m,)")
+    reduced = Reduced(n)
+    warm_up(("resolve_reduced", "kappa"), reduced.capacity)
+    P = reduced.P
+    P.m, P.n = m, n
+    P.A[:m, :n] = scale[:, None] * array("J", J, (m, n), "(m, n)")
+    P.b[:m] = scale * array("xdot", xdot, (m,), "(m,)")
     columns = _columns(locked, n)
-    P["failed"][0, columns] = 1
+    P.failed[columns] = 1
     if locked_rates is not None:
-        P["rate"][0, columns] = array("locked_rates", locked_rates, (len(columns),))
-    free = P["failed"][0, :n] == 0
+        P.rate[columns] = array("locked_rates", locked_rates, (len(columns),))
+    free = P.failed[:n] == 0
     if not free.any():
         raise InputError(f"all {n} joints are locked; nothing is left to move")
-    if not P["A"][0, :m, :n][:, free].any():
+    if not P.A[:m, :n][:, free].any():
         raise InputError("J is zero in all columns of free joints, so they cannot move the task")
-    return P
+    return reduced
 
 
 def _columns(locked: Iterable[Any], n: int) -> list[int]:
@@ -191,13 +201,13 @@ def _columns(locked: Iterable[Any], n: int) -> list[int]:
 
 def _limit(P: Any, limits: Any) -> None:
     """One limit, and columns relative to it."""
-    n = int(P["n"][0])
+    n = int(P.n)
     if np.ndim(limits) == 0:
-        P["limit"] = positive("the rate limit", limits, "rad/s")
+        P.limit = positive("the rate limit", limits, "rad/s")
         return
     values = array("limits", limits, (n,), "(n,)")
     for i, value in enumerate(values):
         positive(f"the rate limit of joint {i}", value, "rad/s")
-    free = P["failed"][0, :n] == 0
-    P["limit"] = values[free].max()
-    P["column"][0, :n] = values / values[free].max()
+    free = P.failed[:n] == 0
+    P.limit = values[free].max()
+    P.column[:n] = values / values[free].max()

@@ -1,18 +1,18 @@
-"""Belief: which joints are held to have failed, written into the planner's record as bounds and codes."""
+"""Belief: which joints are held to have failed, written into two rooms of the planner's record."""
 
 from typing import Any
 
 import numpy as np
 
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import RESETS, Degraded, Fault, FreeSwinging, Locked
+from ftqp.faults.kinds import KINDS, RESETS, Degraded, Fault, FreeSwinging, Locked
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 from ftqp.model.robot import Robot
 
 LOCK_SHARE = 0.25
 """Default deceleration of a joint that is being locked, as a share of its acceleration limit.
 
-With the full limit healthy joints saturate when they compensate (spec of the different-level scheme, 5.2).
+With the full limit healthy joints saturate when they compensate (``docs/theory/joint-failures.md``).
 """
 
 
@@ -21,12 +21,16 @@ class Belief:
 
     Args:
         robot: the healthy robot.
-        record: one record with the chain already loaded; its limits and fault codes are written here.
+        limits: the record's room of limits; what is believed of them is written here.
+        faults: the record's room of fault codes.
+        torque_limits: whether torque limits are believed in at all.
     """
 
-    def __init__(self, robot: Robot, record: Any) -> None:
+    def __init__(self, robot: Robot, limits: Any, faults: Any, *, torque_limits: bool = True) -> None:
         self._robot = robot
-        self._record = record
+        self._tau_max = robot.limits.tau_max if torque_limits else np.full(robot.nv, np.inf)
+        self._limits = limits
+        self._codes = faults
         self._faults: dict[int, Fault] = {}
         self.restore()
 
@@ -46,10 +50,9 @@ class Belief:
         Raises:
             InputError: unknown joint, not a fault, or a free-swinging joint of a robot without inertia.
         """
-        if not isinstance(fault, Locked | FreeSwinging | Degraded):
-            raise InputError(
-                f"{fault!r} is not a fault; expected ftqp.Locked, ftqp.FreeSwinging or ftqp.Degraded"
-            )
+        if type(fault) not in KINDS.values():
+            *names, last = (f"ftqp.{kind.__name__}" for kind in KINDS.values())
+            raise InputError(f"{fault!r} is not a fault; expected {', '.join(names)} or {last}")
         i = self._robot.joint(fault.joint)
         if isinstance(fault, FreeSwinging) and not self._robot.has_inertia:
             raise InputError(
@@ -62,16 +65,16 @@ class Belief:
         low, high = self._range(i, fault) if isinstance(fault, Degraded) else (-np.inf, np.inf)
         self._restore_limits(i)
         self._faults[i] = fault
-        K = self._record
+        code = self._codes.code
         if isinstance(fault, Degraded):
-            K["fault"][0, i] = HEALTHY
+            code[i] = HEALTHY
             self._degrade(i, fault)
-            K["q_min"][0, i], K["q_max"][0, i] = low, high
+            self._limits.q_min[i], self._limits.q_max[i] = low, high
         elif isinstance(fault, FreeSwinging):
-            K["fault"][0, i] = FREE
-            K["damping"][0, i] = fault.damping
+            code[i] = FREE
+            self._codes.friction[i] = fault.damping
         else:
-            self._lock(i, fault, K["fault"][0, i] if isinstance(before, Locked) else HEALTHY)
+            self._lock(i, fault, int(code[i]) if isinstance(before, Locked) else HEALTHY)
 
     def withdraw(self, joint: str | int) -> None:
         """Hold the joint to be healthy again.
@@ -82,37 +85,38 @@ class Belief:
         i = self._robot.joint(joint)
         if self._faults.pop(i, None) is not None:
             self._restore_limits(i)
-            self._record["fault"][0, i] = HEALTHY
+            self._codes.code[i] = HEALTHY
 
     def restore(self) -> None:
         """Hold every joint to be healthy."""
         self._faults.clear()
         for i in range(self._robot.nv):
             self._restore_limits(i)
-        self._record["fault"] = HEALTHY
+        self._codes.code[:] = HEALTHY
 
     def _restore_limits(self, i: int) -> None:
         limits = self._robot.limits
-        for name in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
-            self._record[name][0, i] = getattr(limits, name)[i]
-        self._record["damping"][0, i] = 0.0
+        for name in ("q_min", "q_max", "v_max", "a_max"):
+            getattr(self._limits, name)[i] = getattr(limits, name)[i]
+        self._limits.tau_max[i] = self._tau_max[i]
+        self._codes.friction[i] = 0.0
 
     def _lock(self, i: int, fault: Locked, code: int) -> None:
         """Lock joint i of this ``code``: locked it stays so, braking it goes on from where it is."""
-        K, rate = self._record, fault.deceleration
-        K["lock_rate"][0, i] = LOCK_SHARE * self._robot.limits.a_max[i] if rate is None else rate
-        K["reset_mode"] = RESETS.index(fault.reset)
+        codes, rate = self._codes, fault.deceleration
+        codes.lock_rate[i] = LOCK_SHARE * self._robot.limits.a_max[i] if rate is None else rate
+        codes.reset_mode = RESETS.index(fault.reset)
         if code == LOCKED:
             return
-        K["fault"][0, i] = INSTANT if fault.mode == "instant" else BRAKING
+        codes.code[i] = INSTANT if fault.mode == "instant" else BRAKING
         if code != BRAKING:
-            K["lock_velocity"][0, i] = np.inf
+            codes.lock_velocity[i] = np.inf
 
     def _degrade(self, i: int, fault: Degraded) -> None:
-        K, limits = self._record, self._robot.limits
-        K["v_max"][0, i] = fault.velocity * limits.v_max[i]
-        K["a_max"][0, i] = fault.acceleration * limits.a_max[i]
-        K["tau_max"][0, i] = fault.torque * limits.tau_max[i]
+        limits = self._robot.limits
+        self._limits.v_max[i] = fault.velocity * limits.v_max[i]
+        self._limits.a_max[i] = fault.acceleration * limits.a_max[i]
+        self._limits.tau_max[i] = fault.torque * self._tau_max[i]
 
     def _range(self, i: int, fault: Degraded) -> tuple[float, float]:
         """What is left of the range of joint i."""

@@ -1,16 +1,53 @@
 """The kinds of joint fault that a planner can be told of.
 
-A fault changes the bounds of a joint and never the size of the QP.
+A fault changes the bounds of a joint and never the size of the QP. This file is the one list of kinds:
+scenarios, logs and messages read their names, settings and words from the classes below and from ``KINDS``.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import isnan
+from types import MappingProxyType
+from typing import Any, ClassVar
 
 from ftqp.core.checks import non_negative, positive
 from ftqp.core.errors import InputError, nearest
 
 MODES = ("ramp", "instant")
 RESETS = ("kinematic", "momentum", "task")
+
+
+def setting(
+    default: Any,
+    about: str,
+    *,
+    unit: str = "",
+    choices: tuple[str, ...] = (),
+    above: float | None = None,
+    least: float | None = None,
+    most: float | None = None,
+) -> Any:
+    """A field of a fault, with what a scenario's key of that name says and accepts.
+
+    Args:
+        default: The value of a fault that does not give the setting.
+        about: The meaning in a few words, for ``ftqp check --keys``.
+        unit: The unit, or nothing.
+        choices: The words that are allowed, for a setting that is a word.
+        above: The number that the setting must exceed.
+        least: The smallest number allowed.
+        most: The largest number allowed.
+    """
+    allowed = {"gt": above, "ge": least, "le": most}
+    return field(
+        default=default,
+        metadata={
+            "about": about,
+            "unit": unit,
+            "choices": choices,
+            "range": {key: value for key, value in allowed.items() if value is not None},
+        },
+    )
 
 
 def _choice(name: str, got: str, valid: tuple[str, ...]) -> None:
@@ -28,18 +65,30 @@ class Locked:
     """The joint holds still: its brake has closed.
 
     Args:
-        joint: name or 0-based index.
-        mode: ``ramp`` brings it to rest at ``deceleration`` while the others compensate; ``instant`` sets its
-            velocity to zero at once, as in Jin et al. 2017.
-        deceleration: of the ramp [rad/s2 or m/s2]; None is a quarter of the joint's acceleration limit.
-        reset: ``instant`` only: what the velocities of the others do. ``kinematic`` nothing, ``momentum`` a
-            free impulse, ``task`` the least jump that keeps the tip's velocity.
+        joint: The joint's name or its 0-based index.
+        mode: ``ramp`` brings the joint to rest at ``deceleration`` while the others compensate; ``instant``
+            sets its velocity to zero at once, as in Jin et al. 2017, and the tip leaves its path by more.
+        deceleration: Braking of the ramp, > 0 [rad/s2 or m/s2]. A larger one stops the joint sooner and asks
+            more of the others at that moment. None is a quarter of the joint's acceleration limit.
+        reset: What the velocities of the others do at an ``instant`` lock: ``kinematic`` leaves them,
+            ``momentum`` changes them by a free impulse, ``task`` by the least jump that keeps the tip's
+            velocity.
     """
 
+    kind: ClassVar[str] = "locked"
+    happens: ClassVar[str] = "locks"
+
     joint: str | int
-    mode: str = "ramp"
-    deceleration: float | None = None
-    reset: str = "kinematic"
+    mode: str = setting("ramp", "brakes, or is at rest at once", choices=MODES)
+    deceleration: float | None = setting(
+        None,
+        "braking of a ramp, > 0; a quarter of the acceleration limit if absent",
+        unit="rad/s2 or m/s2",
+        above=0.0,
+    )
+    reset: str = setting(
+        "kinematic", "what the healthy joints' velocities do at an instant lock", choices=RESETS
+    )
 
     def __post_init__(self) -> None:
         _choice("mode", self.mode, MODES)
@@ -53,12 +102,17 @@ class FreeSwinging:
     """The joint has lost its motor and its brake: its torque is that of friction alone.
 
     Args:
-        joint: name or 0-based index.
-        damping: viscous friction [N m s/rad or N s/m], tau = -damping v.
+        joint: The joint's name or its 0-based index.
+        damping: Viscous friction, >= 0 [N m s/rad or N s/m]: tau = -damping v. The more friction, the sooner
+            the joint that is believed to swing comes to rest; an estimate that is too high promises too calm
+            a joint.
     """
 
+    kind: ClassVar[str] = "free_swinging"
+    happens: ClassVar[str] = "swings freely"
+
     joint: str | int
-    damping: float = 0.0
+    damping: float = setting(0.0, "viscous friction, >= 0", unit="N m s/rad", least=0.0)
 
     def __post_init__(self) -> None:
         non_negative("damping", self.damping, "N m s/rad")
@@ -66,20 +120,27 @@ class FreeSwinging:
 
 @dataclass(frozen=True, slots=True)
 class Degraded:
-    """The joint works, with less.
+    """The joint works, with less speed, acceleration, torque or range.
 
     Args:
-        joint: name or 0-based index.
-        velocity, acceleration, torque: share of the healthy limit that is left, in (0, 1].
-        q_min, q_max: what is left of its range [rad or m]; None leaves that side as it is.
+        joint: The joint's name or its 0-based index.
+        velocity: Share of the healthy speed limit that is left, in (0, 1].
+        acceleration: Share of the healthy acceleration limit that is left, in (0, 1]; a small one can make a
+            stop before a position limit impossible.
+        torque: Share of the healthy torque limit that is left, in (0, 1].
+        q_min: The smallest position that is left [rad or m]; None leaves that side as it is.
+        q_max: The largest position that is left [rad or m]; None leaves that side as it is.
     """
 
+    kind: ClassVar[str] = "degraded"
+    happens: ClassVar[str] = "is degraded"
+
     joint: str | int
-    velocity: float = 1.0
-    acceleration: float = 1.0
-    torque: float = 1.0
-    q_min: float | None = None
-    q_max: float | None = None
+    velocity: float = setting(1.0, "part of the speed limit left, 0 < x <= 1", above=0.0, most=1.0)
+    acceleration: float = setting(1.0, "part of the acceleration limit left, 0 < x <= 1", above=0.0, most=1.0)
+    torque: float = setting(1.0, "part of the torque limit left, 0 < x <= 1", above=0.0, most=1.0)
+    q_min: float | None = setting(None, "least position left", unit="rad or m")
+    q_max: float | None = setting(None, "greatest position left", unit="rad or m")
 
     def __post_init__(self) -> None:
         for name in ("velocity", "acceleration", "torque"):
@@ -94,3 +155,7 @@ class Degraded:
 
 Fault = Locked | FreeSwinging | Degraded
 """Any fault."""
+KINDS: Mapping[str, type[Fault]] = MappingProxyType(
+    {kind.kind: kind for kind in (Locked, FreeSwinging, Degraded)}
+)
+"""The kinds of fault by the names that scenarios and logs give them."""

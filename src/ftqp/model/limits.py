@@ -22,11 +22,11 @@ class JointLimits:
     """Limits of every joint, read-only; infinity means no limit.
 
     Attributes:
-        q_min: lowest position, (nv,) [rad or m].
-        q_max: highest position, (nv,) [rad or m].
-        v_max: largest speed, (nv,) [rad/s or m/s].
-        a_max: largest acceleration, (nv,) [rad/s2 or m/s2].
-        tau_max: largest torque or force, (nv,) [N m or N].
+        q_min: The lowest position, (nv,) [rad or m].
+        q_max: The highest position, (nv,) [rad or m], above q_min.
+        v_max: The largest speed, (nv,), > 0 [rad/s or m/s].
+        a_max: The largest acceleration, (nv,), > 0 [rad/s2 or m/s2]; it also says how late a joint may brake.
+        tau_max: The largest torque or force, (nv,), > 0 [N m or N].
     """
 
     q_min: FloatArray
@@ -55,15 +55,16 @@ class JointLimits:
         """Limits of ``count`` joints from arrays (nv,) or one number for all joints.
 
         Args:
-            count: number of joints nv.
-            q_min: lowest position [rad or m].
-            q_max: highest position [rad or m].
-            v_max: largest speed [rad/s or m/s].
-            a_max: largest acceleration [rad/s2 or m/s2]; None: ``v_max / RISE_TIME``, no limit without v_max.
-            tau_max: largest torque or force [N m or N].
+            count: The number of joints nv.
+            q_min: The lowest position [rad or m].
+            q_max: The highest position [rad or m].
+            v_max: The largest speed [rad/s or m/s].
+            a_max: The largest acceleration [rad/s2 or m/s2]; None is ``v_max / RISE_TIME``, or no limit
+                without v_max.
+            tau_max: The largest torque or force [N m or N].
 
         Raises:
-            InputError: not numbers, or as many as neither one nor nv.
+            InputError: These are no numbers, or as many as neither one nor nv.
         """
         speed = _vector("v_max", v_max, count)
         if a_max is None:
@@ -83,10 +84,13 @@ class JointLimits:
         return int(self.q_min.size)
 
     def replaced(self, changes: Mapping[str, Any]) -> Self:
-        """These limits with some of them replaced, each an array (nv,) or one number for all joints.
+        """These limits with some of them replaced.
+
+        Args:
+            changes: New limits by name, each an array (nv,) or one number for all joints.
 
         Raises:
-            InputError: an unknown limit, not numbers, or a wrong number of them.
+            InputError: A limit is unknown, or its value is not one number or nv of them.
         """
         names = [field.name for field in fields(self)]
         for name in changes:

@@ -21,20 +21,21 @@ from ftqp.model.shape import neutral_of
 
 
 @final
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False, weakref_slot=True)
 class Robot:
     """An arm between its base and one tip; made by ``from_urdf``, ``from_mjcf``, ``from_dh`` and the like.
 
     Attributes:
-        name: of the robot.
-        model: pinocchio model in which every joint off the chain is held.
-        tip: name of the controlled frame.
-        chain: all that the kernel knows of the robot.
-        limits: of the joints.
-        neutral: a sensible configuration inside the limits, (nv,) [rad or m].
-        default_rows: task rows the robot is meant for, of x, y, z, rx, ry, rz.
-        length: characteristic length [m], by default a sixth of the reach.
-        findings: what the audit had to say; an unsafe robot is refused.
+        name: The robot's name.
+        model: A pinocchio model in which every joint off the chain is held.
+        tip: The name of the controlled frame.
+        chain: Everything that the kernel knows of the robot.
+        limits: The limits of its joints.
+        neutral: A sensible configuration inside the limits, (nv,) [rad or m].
+        default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
+        length: The characteristic length, > 0 [m], by default a sixth of the reach. A larger one makes
+            rotation count more beside position wherever a norm mixes them.
+        findings: What the audit had to say; an unsafe robot is refused.
     """
 
     name: str
@@ -79,16 +80,22 @@ class Robot:
     def joint(self, name_or_index: str | int) -> int:
         """The 0-based index of a joint.
 
+        Args:
+            name_or_index: The joint's name, or its 0-based index, which is returned as it is.
+
         Raises:
-            InputError: no such joint; names the valid ones and the nearest.
+            InputError: There is no such joint; the message names the valid ones and the nearest.
         """
         return joint_index(self.joints, name_or_index, self.name)
 
     def angles(self, q: Any) -> FloatArray:
         """Joint positions (nv,) from (nv,) positions or from pinocchio's configuration (nq,) [rad or m].
 
+        Args:
+            q: Joint positions, (nv,), or pinocchio's configuration, (nq,) [rad or m].
+
         Raises:
-            InputError: another shape, NaN or infinite.
+            InputError: The shape is another one, or a number is NaN or infinite.
         """
         if self.nq == self.nv or np.shape(q) == (self.nv,):
             return array("q", q, (self.nv,), "(nv,)")
@@ -104,8 +111,11 @@ class Robot:
     def configuration(self, q: Any) -> FloatArray:
         """pinocchio's configuration (nq,) from (nv,) positions or (nq,) itself [rad or m].
 
+        Args:
+            q: Joint positions, (nv,), or pinocchio's configuration, (nq,) [rad or m].
+
         Raises:
-            InputError: another shape, NaN or infinite.
+            InputError: The shape is another one, or a number is NaN or infinite.
         """
         positions = self.angles(q)
         result = np.empty(self.nq)
@@ -120,7 +130,7 @@ class Robot:
         """Pose T_WE of the tip, (4, 4) [m].
 
         Args:
-            q: configuration, (nv,) or (nq,) [rad or m].
+            q: The configuration, (nv,) or (nq,) [rad or m].
         """
         data = self.model.createData()
         pin.forwardKinematics(self.model, data, self.configuration(q))
@@ -138,9 +148,16 @@ class Robot:
     ) -> Self:
         """This robot with some limits replaced, each (nv,) or one number for all; None keeps what there is.
 
+        Args:
+            q_min: The lowest position [rad or m].
+            q_max: The highest position [rad or m].
+            v_max: The largest speed, > 0 [rad/s or m/s].
+            a_max: The largest acceleration, > 0 [rad/s2 or m/s2].
+            tau_max: The largest torque or force, > 0 [N m or N].
+
         Raises:
-            InputError: a wrong shape.
-            ModelError: limits that are unsafe.
+            InputError: A limit has a wrong shape.
+            ModelError: The limits are unsafe.
         """
         given = {"q_min": q_min, "q_max": q_max, "v_max": v_max, "a_max": a_max, "tau_max": tau_max}
         limits = self.limits.replaced({name: value for name, value in given.items() if value is not None})
@@ -172,22 +189,29 @@ class Robot:
         """A robot from a pinocchio model, which is copied.
 
         Args:
-            model: a pinocchio model.
-            tip: name of the controlled frame; None: the only end of the model.
-            locked: joints to hold, by name or 0-based index; joints off the chain are held anyway.
-            q_locked: positions of held joints by name [rad or m]; neutral without an entry.
-            limits: replaces the model's limits, all or some (``{"v_max": 1.0}``), each (nv,) or one number.
-            acceleration: a_max, (nv,) or one number [rad/s2 or m/s2]; None: ``v_max / RISE_TIME``.
-            name: of the robot; None: the model's.
-            neutral: a configuration inside the limits, (nv,); None: zero, or the middle of the range.
-            default_rows: task rows the robot is meant for.
-            length: characteristic length [m]; None: a sixth of the reach.
-            gravity: in the base frame, (3,) [m/s2]; None: the model's.
-            kinematics_only: no masses, no rotor inertias; torques are then neither limited nor minimised.
+            model: The pinocchio model.
+            tip: The name of the controlled frame; None takes the only end of the model.
+            locked: Joints to hold, by name or 0-based index; joints off the chain are held anyway.
+            q_locked: Positions of held joints by name [rad or m]; a joint without an entry is held at
+                neutral.
+            limits: Limits that replace the model's, all or some (``{"v_max": 1.0}``), each (nv,) or one
+                number.
+            acceleration: The acceleration limit a_max, (nv,) or one number, > 0 [rad/s2 or m/s2]. A larger
+                one lets the arm brake later and harder. None takes ``v_max / RISE_TIME``, and a finding says
+                so.
+            name: The robot's name; None takes the model's.
+            neutral: A configuration inside the limits, (nv,) [rad or m]; None takes zero, or the middle of
+                the range.
+            default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
+            length: The characteristic length, > 0 [m]. A larger one makes rotation count more beside
+                position. None takes a sixth of the reach.
+            gravity: Gravity in the base frame, (3,) [m/s2]; None takes the model's.
+            kinematics_only: Whether masses and rotor inertias are dropped; torques are then neither limited
+                nor minimised.
 
         Raises:
-            InputError: an unknown tip or joint, or a wrong shape.
-            ModelError: the robot is unsafe or not a chain; carries every finding.
+            InputError: A tip or joint is unknown, or a shape is wrong.
+            ModelError: The robot is unsafe or not a chain; the error carries every finding.
         """
         wishes = Wishes(
             tip=tip,
@@ -221,14 +245,34 @@ class Robot:
         gravity: Any = None,
         kinematics_only: bool = False,
     ) -> Self:
-        """A robot from a URDF: the path of a file or the XML itself; meshes are not loaded.
+        """A robot from a URDF; meshes are not loaded.
 
-        The arguments are those of ``from_pinocchio``. A URDF has no acceleration limit: give
-        ``acceleration``, or ``v_max / RISE_TIME`` is taken, and a finding says so.
+        A URDF has no acceleration limit: give ``acceleration``, or ``v_max / RISE_TIME`` is taken.
+
+        Args:
+            source: The path of a file, or the XML itself.
+            tip: The name of the controlled frame; None takes the only end of the model.
+            locked: Joints to hold, by name or 0-based index; joints off the chain are held anyway.
+            q_locked: Positions of held joints by name [rad or m]; a joint without an entry is held at
+                neutral.
+            limits: Limits that replace the model's, all or some (``{"v_max": 1.0}``), each (nv,) or one
+                number.
+            acceleration: The acceleration limit a_max, (nv,) or one number, > 0 [rad/s2 or m/s2]. A larger
+                one lets the arm brake later and harder. None takes ``v_max / RISE_TIME``, and a finding says
+                so.
+            name: The robot's name; None takes the model's.
+            neutral: A configuration inside the limits, (nv,) [rad or m]; None takes zero, or the middle of
+                the range.
+            default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
+            length: The characteristic length, > 0 [m]. A larger one makes rotation count more beside
+                position. None takes a sixth of the reach.
+            gravity: Gravity in the base frame, (3,) [m/s2]; None takes the model's.
+            kinematics_only: Whether masses and rotor inertias are dropped; torques are then neither limited
+                nor minimised.
 
         Raises:
-            InputError: the file cannot be read, an unknown tip or joint, or a wrong shape.
-            ModelError: the robot is unsafe or not a chain; carries every finding.
+            InputError: The file cannot be read, a tip or joint is unknown, or a shape is wrong.
+            ModelError: The robot is unsafe or not a chain; the error carries every finding.
         """
         wishes = Wishes(
             tip=tip,
@@ -264,12 +308,32 @@ class Robot:
     ) -> Self:
         """A robot from a MuJoCo model file; the tip may be a body or a site.
 
-        The arguments are those of ``from_pinocchio``. MJCF has no velocity or acceleration limit: give
-        ``limits={"v_max": ...}``.
+        MJCF has no limits of velocity or acceleration: give ``limits={"v_max": ...}``.
+
+        Args:
+            source: The path of a file, or the XML itself.
+            tip: The name of the controlled frame; None takes the only end of the model.
+            locked: Joints to hold, by name or 0-based index; joints off the chain are held anyway.
+            q_locked: Positions of held joints by name [rad or m]; a joint without an entry is held at
+                neutral.
+            limits: Limits that replace the model's, all or some (``{"v_max": 1.0}``), each (nv,) or one
+                number.
+            acceleration: The acceleration limit a_max, (nv,) or one number, > 0 [rad/s2 or m/s2]. A larger
+                one lets the arm brake later and harder. None takes ``v_max / RISE_TIME``, and a finding says
+                so.
+            name: The robot's name; None takes the model's.
+            neutral: A configuration inside the limits, (nv,) [rad or m]; None takes zero, or the middle of
+                the range.
+            default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
+            length: The characteristic length, > 0 [m]. A larger one makes rotation count more beside
+                position. None takes a sixth of the reach.
+            gravity: Gravity in the base frame, (3,) [m/s2]; None takes the model's.
+            kinematics_only: Whether masses and rotor inertias are dropped; torques are then neither limited
+                nor minimised.
 
         Raises:
-            InputError: the file cannot be read, an unknown tip or joint, or a wrong shape.
-            ModelError: the robot is unsafe or not a chain; carries every finding.
+            InputError: The file cannot be read, a tip or joint is unknown, or a shape is wrong.
+            ModelError: The robot is unsafe or not a chain; the error carries every finding.
         """
         wishes = Wishes(
             tip=tip,
@@ -305,27 +369,30 @@ class Robot:
         length: float | None = None,
         gravity: Any = (0.0, 0.0, -9.81),
     ) -> Self:
-        """A robot from a table of Denavit-Hartenberg parameters; see ``dh.model`` for the formula.
+        """A robot from a table of Denavit-Hartenberg parameters.
+
+        The formula is that of ``ftqp.model.reading.dh.model``.
 
         Args:
-            table: rows (theta, d, a, alpha), (n, 4) [rad, m, m, rad]; theta is the offset of the joint angle.
-            convention: ``"standard"`` or ``"modified"``.
-            limits: as in ``from_pinocchio``; None: no limits.
-            acceleration: as in ``from_pinocchio``.
-            name: of the robot.
-            joints: joint names; None: j1, j2, ...
-            prismatic: 0-based indices of joints that slide.
-            inertials: mass of every link in its DH frame i; None: unknown.
-            base: pose of DH frame 0 in the robot's base, (4, 4).
-            tool: pose of the tip in the last DH frame, (4, 4).
-            neutral: as in ``from_pinocchio``.
-            default_rows: task rows the robot is meant for.
-            length: characteristic length [m]; None: a sixth of the reach.
-            gravity: in the base frame, (3,) [m/s2].
+            table: Rows (theta, d, a, alpha), (n, 4) [rad, m, m, rad]; theta is the offset of the joint angle.
+            convention: ``standard`` or ``modified``.
+            limits: Limits as in ``from_pinocchio``; None is no limits.
+            acceleration: The acceleration limit as in ``from_pinocchio``.
+            name: The robot's name.
+            joints: Names of the joints; None is j1, j2, ...
+            prismatic: 0-based indices of the joints that slide.
+            inertials: The mass of every link in its DH frame i; None is unknown.
+            base: Pose of DH frame 0 in the robot's base, (4, 4); None is the base itself.
+            tool: Pose of the tip in the last DH frame, (4, 4); None is that frame.
+            neutral: A configuration inside the limits as in ``from_pinocchio``.
+            default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
+            length: The characteristic length as in ``from_pinocchio``, > 0 [m]; None takes a sixth of the
+                reach.
+            gravity: Gravity in the base frame, (3,) [m/s2].
 
         Raises:
-            InputError: a wrong shape or an unknown convention.
-            ModelError: the robot is unsafe; carries every finding.
+            InputError: A shape is wrong or the convention unknown.
+            ModelError: The robot is unsafe; the error carries every finding.
         """
         model = dh.model(
             table,

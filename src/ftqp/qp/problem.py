@@ -22,15 +22,15 @@ class QP:
     Absent parts are empty rows or infinite bounds. ``l == u`` is an equality, ``lb == ub`` fixes a variable.
 
     Attributes:
-        H: Hessian, (n, n), symmetric, positive semidefinite.
-        g: linear term, (n,).
-        A: equality rows, (m, n).
-        b: their right side, (m,).
-        C: two-sided rows, (p, n).
-        l: their lower bounds, (p,), -inf is none.
-        u: their upper bounds, (p,), inf is none.
-        lb: lower bounds of x, (n,), -inf is none.
-        ub: upper bounds of x, (n,), inf is none.
+        H: The Hessian, (n, n), symmetric and positive semidefinite.
+        g: The linear term, (n,).
+        A: Equality rows, (m, n).
+        b: Their right side, (m,).
+        C: Two-sided rows, (p, n).
+        l: Their lower bounds, (p,), -inf is none.
+        u: Their upper bounds, (p,), inf is none.
+        lb: Lower bounds of x, (n,), -inf is none.
+        ub: Upper bounds of x, (n,), inf is none.
     """
 
     H: FloatArray
@@ -100,7 +100,11 @@ class QP:
         return len(self.l)
 
     def objective(self, x: FloatArray) -> float:
-        """1/2 x'Hx + g'x at x, (n,)."""
+        """The objective 1/2 x'Hx + g'x.
+
+        Args:
+            x: A point, (n,).
+        """
         return float(0.5 * x @ self.H @ x + self.g @ x)
 
 
@@ -158,18 +162,18 @@ class Certificate:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solution:
-    """What ``ftqp.qp.solve`` returns. L = 1/2 x'Hx + g'x + y'(Ax - b) + z'Cx + z_box'x.
+    """What ``ftqp.qp.solve`` returns; L = 1/2 x'Hx + g'x + y'(Ax - b) + z'Cx + z_box'x.
 
     Attributes:
-        x: solution, (n,); NaN when there is none, the last iterate at MAX_ITERATIONS.
-        y: multipliers of Ax = b, (m,).
-        z: multipliers of the two-sided rows, (p,), > 0 at an upper bound, < 0 at a lower one.
-        z_box: multipliers of the bounds of x, (n,), same signs.
-        status: how it ended, judged by the residuals and not by the solver.
-        iterations: iterations in the solver's own counting.
-        residuals: how well the answer solves the QP.
-        backend: the solver's name.
-        certificate: the proof of infeasibility, for INFEASIBLE.
+        x: The solution, (n,); NaN when there is none, the last iterate at MAX_ITERATIONS.
+        y: Multipliers of Ax = b, (m,).
+        z: Multipliers of the two-sided rows, (p,), > 0 at an upper bound, < 0 at a lower one.
+        z_box: Multipliers of the bounds of x, (n,), with the same signs.
+        status: How it ended, judged by the residuals and not by the solver.
+        iterations: Iterations in the solver's own counting.
+        residuals: How well the answer solves the QP.
+        backend: The solver's name.
+        certificate: The proof of infeasibility, for INFEASIBLE.
     """
 
     x: FloatArray

@@ -37,8 +37,7 @@ def test_weaker_motors_leave_a_smaller_share(panda, panda_reserve):
 
 
 def test_share_is_the_largest_that_all_samples_allow():
-    """A planar arm without gravity at rest: |h| is zero at v = 0, so the share follows from |M| a_max
-    alone."""
+    """A planar arm without gravity has |h| = 0 at rest: the share follows from |M| a_max alone."""
     robot = ftqp.robots.load("planar(1)")
     planner = ftqp.Planner(robot)
     reserve = BrakingReserve(planner._record, 1)

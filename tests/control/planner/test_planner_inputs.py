@@ -178,8 +178,7 @@ def test_own_arrays_of_the_step_may_be_handed_back_as_the_state(panda, home, lev
 
 
 def test_state_written_in_place_is_read_anew_on_every_step(panda, home, level):
-    """One pair of arrays refilled by a driver, two pairs in turn, and a fresh pair a tick are the same to
-    the planner."""
+    """One pair of arrays refilled, two pairs in turn, and a fresh pair a tick give the same commands."""
     target = ftqp.Target(pose=home, twist=[0.05, 0.05, 0, 0, 0, 0])
 
     def run(hand_over):

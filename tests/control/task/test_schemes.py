@@ -116,8 +116,7 @@ def test_manipulability_is_a_term_for_other_schemes():
 
 @pytest.mark.parametrize("level", ["velocity", "acceleration"])
 def test_manipulability_draws_the_arm_away_from_a_singularity(level):
-    """Held in place, an iiwa with its second joint locked near zero ends with a larger smallest singular
-    value."""
+    """An iiwa held in place, its second joint locked near zero, ends with a larger sigma_min."""
     robot, q0 = ftqp.robots.load("iiwa14"), np.array([0.2, 0.3, 0.1, -0.3, 0.2, 0.3, 0.0])
     found = {}
     for name, scheme in (("mvn", None), ("mvn_manipulability", schemes.mvn_manipulability(0.5))):

@@ -5,7 +5,7 @@ import pytest
 from planted import infeasible, planted
 
 from ftqp import InputError, MissingPackage
-from ftqp.qp import QP, SolveStatus, solve
+from ftqp.qp import QP, Claim, SolveStatus, accepted, solve
 from ftqp.qp import dtrnn as network
 from ftqp.qp.dtrnn.dtrnn_settings import METHODS, DtrnnSettings
 
@@ -22,7 +22,8 @@ def case(seed=0, n=7, m=3, p=4, **options):
 def test_every_method_solves_a_qp_in_both_modes(method, mode):
     one = case(1)
     found = network.solve(one.problem, method, mode=mode)
-    assert found.status is SolveStatus.SOLVED and found.backend == "dtrnn"
+    assert found.claim is Claim.SOLVED and found.backend == "dtrnn"
+    assert mode == "paper" or found.status is SolveStatus.SOLVED
     np.testing.assert_allclose(found.x, one.x, rtol=0, atol=1e-8 if mode == "product" else PAPER_ERROR)
     assert found.residual <= 1e-5 and found.iterations > 0 and found.trace is None
     assert (found.x >= one.problem.lb).all() and (found.x <= one.problem.ub).all()
@@ -62,6 +63,30 @@ def test_a_start_at_the_solution_needs_no_iteration_and_one_nearby_needs_few():
     p = one.problem
     moved = QP(p.H, p.g + 1e-3, p.A, p.b, p.C, p.l, p.u, p.lb, p.ub)
     assert network.solve(moved, start=found).iterations == 1
+
+
+def test_solved_means_small_residuals_in_paper_mode_too():
+    """With a loose stopping rule the network claims what the residuals refute."""
+    problem = case(1).problem
+    loose = network.solve(problem, "94lvi", mode="paper", tolerance=1e-2)
+    assert loose.claim is Claim.SOLVED and loose.status is SolveStatus.FAILED
+    assert not accepted(problem, loose.residuals, loose.x, loose.y)
+    tight = network.solve(problem, "94lvi", mode="paper", tolerance=1e-9)
+    assert tight.claim is Claim.SOLVED and tight.status is SolveStatus.SOLVED
+
+
+@pytest.mark.parametrize("cap", [1, 5, 40])
+def test_a_failed_start_and_its_repeat_share_the_cap(cap):
+    """No start makes a solve cost more than the cap, whether it runs out or is proven infeasible."""
+    one = case(6, unbounded=0.0)
+    far = (np.full(7, 1e6), np.full(3, -1e6))
+    found = network.solve(one.problem, "94lvi", mode="paper", max_iterations=cap, start=far, trace=True)
+    assert found.claim is Claim.MAX_ITERATIONS and found.iterations == cap
+    assert len(found.trace.residual) == cap + 1
+    bad = infeasible(np.random.default_rng(0))
+    start = (np.full(bad.n, 1e3), np.full(bad.m, -1e3))
+    found = network.solve(bad, max_iterations=cap, start=start, trace=True)
+    assert 0 < found.iterations <= cap and len(found.trace.residual) == found.iterations + 1
 
 
 def test_the_cap_is_a_status_and_the_iterate_is_within_its_bounds():
@@ -137,7 +162,7 @@ def test_a_batch_is_what_each_of_its_problems_is_alone(method):
     assert len(many) == 30 and many.x.shape == (30, 7) and many.z.shape == (30, 4)
     for k, one in enumerate(cases):
         alone = network.solve(one.problem, method)
-        assert many.status(k) is alone.status is SolveStatus.SOLVED
+        assert many.claim(k) is alone.claim is Claim.SOLVED
         for part in ("x", "y", "z", "z_box"):
             np.testing.assert_allclose(getattr(many, part)[k], getattr(alone, part), rtol=0, atol=1e-8)
         assert many.iterations[k] == alone.iterations
@@ -167,9 +192,8 @@ def test_one_bad_problem_of_a_batch_spoils_no_other():
     for name in parts:
         parts[name][4] = getattr(bad, name)
     many = network.solve_batch(**parts)
-    words = [SolveStatus.SOLVED, SolveStatus.INFEASIBLE, SolveStatus.FAILED, SolveStatus.FAILED,
-             SolveStatus.INFEASIBLE, SolveStatus.SOLVED]  # fmt: skip
-    assert [many.status(k) for k in range(6)] == words
+    claims = [Claim.SOLVED, Claim.INFEASIBLE, Claim.FAILED, Claim.FAILED, Claim.INFEASIBLE, Claim.SOLVED]
+    assert [many.claim(k) for k in range(6)] == claims
     assert np.isnan(many.x[1:5]).all() and np.isfinite(many.x[[0, 5]]).all()
     np.testing.assert_allclose(many.x[5], case(5).x, rtol=0, atol=1e-8)
 

@@ -21,10 +21,12 @@ class Combination:
     """One run of a comparison.
 
     Attributes:
-        name: what no other run of it is called; names its folder.
-        scenario, scheme, backend: as a reader knows them; a profile goes by the name of its file.
-        setup: everything the run needs, or None when it cannot take part.
-        reason: why it cannot; empty when it can.
+        name: A name that no other run of the comparison has; it names the folder.
+        scenario: The scenario as a reader knows it.
+        scheme: The scheme as a reader knows it.
+        backend: The backend as a reader knows it; a profile goes by the name of its file.
+        setup: Everything the run needs, or None when it cannot take part.
+        reason: Why it cannot take part; empty when it can.
     """
 
     name: str

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+from ftqp.faults.kinds import KINDS
+
 KEPT = 1e-9
 """A limit exceeded by less than this was kept; less is rounding [SI units]."""
 
@@ -43,7 +45,7 @@ def ending(facts: Mapping[str, Any]) -> str:
 
 def fault_sentence(fault: Mapping[str, Any]) -> str:
     """A fault of the summary in words."""
-    what = {"locked": "locks", "free_swinging": "swings freely", "degraded": "is degraded"}[fault["kind"]]
+    what = KINDS[fault["kind"]].happens
     told = fault["announced"]
     if told is None:
         heard = "the planner is never told"

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.control.planner.labels import SCALE, SLACK, TORQUE
+from ftqp.control.planner.labels import SCALE, SLACK
 from ftqp.core.checks import FloatArray
+from ftqp.kernel.layout.rows import TORQUE
 from ftqp.qp import QP, Certificate, Solution
 
 TOUCHING = 1e-7
@@ -146,8 +147,8 @@ class LabelledQP:
                 continue
             unit, shift = "", 0.0
             side = _side(low, value, high)
-            if name.startswith(TORQUE) and np.isfinite(low) and np.isfinite(high):
-                unit, divisor = self._units.torque(name.removeprefix(TORQUE))
+            if name.startswith(TORQUE.prefix) and np.isfinite(low) and np.isfinite(high):
+                unit, divisor = self._units.torque(name.removeprefix(TORQUE.prefix))
                 shift = 0.5 * (low + high)
                 low, high, value = ((end - shift) / divisor for end in (low, high, value))
             rows.append(

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.app.schema.fault_sections import DegradedTable, FreeSwingingTable, LockedTable
+from ftqp.app.schema.fault_sections import AnyFaultTable
 from ftqp.app.schema.path_section import (
     CircleTable,
     HoldTable,
@@ -31,7 +31,7 @@ from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
-from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
+from ftqp.faults.kinds import KINDS
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
 from ftqp.model.shape import reach_of
@@ -209,21 +209,14 @@ def follower(table: PathTable, stall: StallTable | None, planner: Planner, way: 
     return PathFollower(planner, way, stall=escape)
 
 
-def fault(table: LockedTable | FreeSwingingTable | DegradedTable) -> FaultEvent:
+def fault(table: AnyFaultTable) -> FaultEvent:
     """What fails, and when.
 
     Raises:
         InputError: a parameter out of its range.
     """
-    settings = _settings(table, "kind", "at", "announced")
-    match table:
-        case LockedTable():
-            kind: Fault = Locked(**settings)
-        case FreeSwingingTable():
-            kind = FreeSwinging(**settings)
-        case DegradedTable():
-            kind = Degraded(**settings)
-    return FaultEvent(kind, at=table.at, announced=table.announced)
+    made = KINDS[table.kind](**_settings(table, "kind", "at", "announced"))
+    return FaultEvent(made, at=table.at, announced=table.announced)
 
 
 def recorder(backend: Backend, table: RecordingTable, dt: float) -> Recorder:

@@ -49,8 +49,10 @@ class RandomTable(Table):
 
 
 class RecordedTable(Table):
-    """A recorded motion: CSV with a header of t [s] and coordinates of the base; qx, qy, qz, qw for a free
-    base."""
+    """A recorded motion, read from a CSV file with a header.
+
+    The columns are t [s] and the coordinates of the base; a free base has qx, qy, qz, qw for its attitude.
+    """
 
     kind: Literal["recorded"]
     file: str = Field(description="a .csv file, relative to the scenario")

@@ -1,13 +1,19 @@
-"""The tables ``[[faults]]``: what fails, and when the planner is told."""
+"""The tables ``[[faults]]``: what fails, and when the planner is told; one table a kind of fault."""
 
-from typing import Annotated, Literal
+from dataclasses import Field as Setting
+from dataclasses import fields
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_type_hints
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from ftqp.app.schema.strict import Finite, Table, unit
+from ftqp.faults.kinds import KINDS, Fault
 
 
-class _Fault(Table):
+class AnyFaultTable(Table):
+    """What every fault of a scenario says: which joint, when it fails, when the planner is told."""
+
+    kind: str
     joint: str | Annotated[int, Field(ge=0)] = Field(description="a joint's name or its index from 0")
     at: Finite = Field(ge=0, description="when it happens, >= 0", json_schema_extra=unit("s"))
     announced: Annotated[Finite, Field(ge=0)] | Literal["never"] | None = Field(
@@ -15,50 +21,43 @@ class _Fault(Table):
     )
 
     @model_validator(mode="after")
-    def _announced_after(self) -> "_Fault":
+    def _announced_after(self) -> "AnyFaultTable":
         if isinstance(self.announced, float | int) and self.announced < self.at:
             raise ValueError(f"is announced at {self.announced:g} s, before it happens at {self.at:g} s")
         return self
 
 
-class LockedTable(_Fault):
-    """A joint that brakes and stays where it is."""
-
-    kind: Literal["locked"]
-    mode: Literal["ramp", "instant"] = Field("ramp", description="brakes, or is at rest at once")
-    deceleration: Finite | None = Field(
-        None,
-        gt=0,
-        description="braking of a ramp, > 0; a quarter of the acceleration limit if absent",
-        json_schema_extra=unit("rad/s2 or m/s2"),
-    )
-    reset: Literal["kinematic", "momentum", "task"] = Field(
-        "kinematic", description="what the healthy joints' velocities do at an instant lock"
+def _key(setting: "Setting[Any]", hint: Any) -> tuple[Any, Any]:
+    """The type and the description of a scenario's key, from a setting of a fault."""
+    about = setting.metadata
+    literal: Any = Literal
+    number: Any = Finite | None if hint == float | None else Finite
+    symbol = unit(about["unit"]) if about["unit"] else None
+    kind = literal[about["choices"]] if about["choices"] else number
+    return kind, Field(
+        setting.default, description=about["about"], json_schema_extra=symbol, **about["range"]
     )
 
 
-class FreeSwingingTable(_Fault):
-    """A joint without torque."""
-
-    kind: Literal["free_swinging"]
-    damping: Finite = Field(
-        0.0, ge=0, description="viscous friction, >= 0", json_schema_extra=unit("N m s/rad")
+def _table(kind: type[Fault]) -> type[AnyFaultTable]:
+    """The table of a kind of fault, with a key for each of its settings."""
+    literal: Any = Literal
+    hints = get_type_hints(kind)
+    keys = {field.name: _key(field, hints[field.name]) for field in fields(kind) if field.metadata}
+    made: type[AnyFaultTable] = create_model(
+        f"{kind.__name__}Table",
+        __base__=AnyFaultTable,
+        __doc__=(kind.__doc__ or "").partition("\n")[0],
+        kind=(literal[kind.kind], ...),
+        **keys,  # type: ignore[call-overload]
     )
+    return made
 
 
-class DegradedTable(_Fault):
-    """A joint that keeps a part of its limits."""
-
-    kind: Literal["degraded"]
-    velocity: Finite = Field(1.0, gt=0, le=1, description="part of the speed limit left, 0 < x <= 1")
-    acceleration: Finite = Field(
-        1.0, gt=0, le=1, description="part of the acceleration limit left, 0 < x <= 1"
-    )
-    torque: Finite = Field(1.0, gt=0, le=1, description="part of the torque limit left, 0 < x <= 1")
-    q_min: Finite | None = Field(None, description="least position left", json_schema_extra=unit("rad or m"))
-    q_max: Finite | None = Field(
-        None, description="greatest position left", json_schema_extra=unit("rad or m")
-    )
-
-
-FaultTable = Annotated[LockedTable | FreeSwingingTable | DegradedTable, Field(discriminator="kind")]
+if TYPE_CHECKING:
+    FaultTable = AnyFaultTable
+else:
+    FaultTable = Annotated[
+        Union[tuple(_table(kind) for kind in KINDS.values())],  # noqa: UP007  made from a tuple
+        Field(discriminator="kind"),
+    ]

@@ -1,16 +1,16 @@
-"""Blockage: the verdict on a path that does not go on, in directions and joints."""
+"""The verdict on a path that does not go on, in directions and joints."""
 
 from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target
-from ftqp.control.task.task import COMPONENTS
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.layout.rows import COMPONENTS
 
 SINGULAR = 0.03
 """A singular value of the scaled reduced Jacobian below this is a direction in which the tip cannot move."""
@@ -18,8 +18,6 @@ NOTICEABLE = 0.05
 """A share of the path's direction, or of a direction's components, below this is left out."""
 ALONG_ONE = 0.98
 """A direction with this cosine to a row of the task goes by the row's name."""
-
-_WORDS = {"FreeSwinging": "free-swinging"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,28 +37,24 @@ class Blockage:
     """Why a path is blocked where it is.
 
     The directions are those of the path's tangent that lie along left singular vectors of the reduced
-    Jacobian (rows in
-    units of the characteristic length) of the joints that are free to move, where its singular values vanish;
-    a
-    joint counts as free unless it has failed or stands at a position limit that the step pushes against. If
-    none of
-    the tangent is singular it is the tangent itself, and limits are what blocks it.
+    Jacobian, where its singular values vanish. Its linear rows are divided by the characteristic length, and
+    its columns are those of the joints that are free to move: a joint counts as free unless it has failed or
+    stands at a position limit that the step pushes against. If none of the tangent is singular, the direction
+    is the tangent itself, and limits are what blocks it.
 
     Args:
-        planner: after the step.
-        target: of the step.
-        progress: path time [s].
-        duration: of the path [s].
-        step: the last one.
+        planner: The planner after the step.
+        lead: How the path leads it.
+        target: The target of the step.
+        progress: The path time that has been reached [s].
+        duration: The duration of the path [s].
+        step: The last step.
     """
 
     def __init__(
-        self, planner: Planner, target: Target, progress: float, duration: float, step: Step
+        self, planner: Planner, lead: Lead, target: Target, progress: float, duration: float, step: Step
     ) -> None:
-        K, n = planner.record[0], planner.robot.nv
-        m = int(K["m"])
-        rows = K["rows"][:m]
-        fault = K["fault"][:n]
+        components, scale, A = lead.rows()
         at_limit = {}
         for text in step.limits_active:
             joint, _, kind = text.partition(" ")
@@ -69,12 +63,12 @@ class Blockage:
         stuck = [j in at_limit and "position" in at_limit[j] for j in planner.robot.joints]
         self.progress, self.duration = progress, duration
         self._facts = _Facts(
-            A=np.array(K["A"][:m, :n]) / float(K["length"]),
-            tangent=np.array(target.twist[rows]) * K["row_scale"][rows],
-            rows=tuple(COMPONENTS[c] for c in rows),
+            A=A / lead.length,
+            tangent=np.array(target.twist[components]) * scale,
+            rows=tuple(COMPONENTS[c] for c in components),
             at_limit=at_limit,
-            failed={name: type(fault).__name__ for name, fault in planner.faults.items()},
-            free=(fault == codes.HEALTHY) & ~np.array(stuck, dtype=np.bool_),
+            failed={name: fault.kind.replace("_", "-") for name, fault in planner.faults.items()},
+            free=lead.working & ~np.array(stuck, dtype=np.bool_),
         )
 
     @property
@@ -96,7 +90,7 @@ class Blockage:
         facts = self._facts
         ways = _named(self.direction, facts.rows)
         wanted = _named(facts.tangent / max(float(np.linalg.norm(facts.tangent)), 1e-300), facts.rows)
-        causes = [f"{joint} ({_WORDS.get(kind, kind.lower())})" for joint, kind in facts.failed.items()]
+        causes = [f"{joint} ({kind})" for joint, kind in facts.failed.items()]
         causes += [
             f"{joint} ({kind} limit)" for joint, kind in facts.at_limit.items() if joint not in facts.failed
         ]

@@ -11,15 +11,16 @@ from ftqp.control.following.stall import StallEscape
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.target import Target
+from ftqp.control.planner.target import Target, target_on
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.compile import fast_call
-from ftqp.kernel.judge.ladder import SCALED_FROM
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.entry.session import PathMemory
+from ftqp.kernel.layout.enums import OK, RELAXED, SCALED
+from ftqp.kernel.layout.record import capacity_for
+from ftqp.kernel.layout.thresholds import SCALED_FROM
 
 LIMITED = 0.5
 """A rate that the path's next jump holds below this is no stall."""
-ON_TASK = (codes.OK, codes.RELAXED, codes.SCALED)
+ON_TASK = (OK, RELAXED, SCALED)
 """Codes of steps that attempt the task: a stop is no stall."""
 
 
@@ -38,21 +39,20 @@ class PathFollower:
     """Leads a planner along a path whose time, the progress, runs only as fast as the arm can follow.
 
     The path rate s in [0, 1] is one more variable of the planner's QP: J v - s x'(progress) = kp e, where e
-    is the
-    error to the path at the progress reached, so that it never winds up. Priorities: limits, staying on the
-    path,
-    progress, the scheme. At the acceleration level the rate is a state with the decision progress'' of its
-    own.
+    is the error to the path at the progress reached, so that it never winds up. Priorities are, in this
+    order: limits, staying on the path, progress, the scheme. At the acceleration level the rate is a state
+    with the decision progress'' of its own.
 
     Args:
-        planner: with ``Task(mode="scaled")``.
-        path: what the tip is to follow, in its own time.
-        stall: when to break the symmetry of a posture that has stalled the path; None never does.
+        planner: The planner that is led, made with ``Task(mode="scaled")``.
+        path: What the tip is to follow, in its own time; a rate of 1 is the path's own speed.
+        stall: When to break the symmetry of a posture that has stalled the path, and when to call the path
+            blocked. None does neither: a path that cannot go on then waits without a verdict.
 
     Raises:
-        InputError: a planner in another mode, or a path that is too rough.
+        InputError: The planner has another task mode, or the path is too rough.
 
-    Source: Bedrossian 1993 as extended in the closed-form spec, section 8.
+    Source: Bedrossian 1993, extended in ``docs/theory/path-progress.md``.
     """
 
     def __init__(
@@ -62,31 +62,24 @@ class PathFollower:
         *,
         stall: StallEscape | None = StallEscape(),  # noqa: B008  frozen
     ) -> None:
-        if planner.task.mode != "scaled":
-            raise InputError(
-                f"the planner's task mode is {planner.task.mode!r}, expected 'scaled': "
-                'Planner(..., task=ftqp.Task(mode="scaled"))'
-            )
         if stall is not None and not isinstance(stall, StallEscape):
             raise InputError(f"stall is {stall!r:.60}, expected an ftqp.StallEscape or None")
         self.planner = planner
         self.path = path
         self.stall = stall
-        self._table = path_table(path)
-        self._target = Target(pose=path.start)
-        self._look_up = fast_call("path_target")
-        K = planner.record
-        self._at = (K.ctypes.data, self._table.ctypes.data, len(self._table), self._target.address)
-        self._progress, self._rate, self._limit = K["progress"], K["rate"], K["rate_limit"]
-        self._driven, self._drive = K["driven"], K["drive"]
-        self._ahead = K["rate_ahead"]
+        memory = PathMemory(capacity_for(planner.robot.nv), path_table(path))
+        self._lead = planner.lead(memory)
+        self._state = memory.path
+        self._target = target_on(memory.path.target)
+        self._target.packed[:] = Target(pose=path.start).packed
+        self._rate = memory.memory["rate"]
         self._duration = path.duration
         self._below = -1.0 if stall is None else stall.below
         self._share = 0.0 if stall is None else min(1.0, planner.dt / stall.after)
         self._begin()
 
     def _begin(self) -> None:
-        self._progress[0], self._rate[0] = 0.0, -1.0
+        self._state.progress, self._state.rate = 0.0, -1.0
         self._pattern: int | None = None
         self._blockage: Blockage | None = None
         self.resume()
@@ -94,15 +87,15 @@ class PathFollower:
     def resume(self) -> None:
         """Go on after a blockage, for example because a joint has been repaired."""
         self._mean, self._stalled = 1.0, 0.0
-        self._limit[0] = 1.0
+        self._state.limit = 1.0
         self._rest()
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin the path anew at (q, v), see ``Planner.reset``.
 
         Args:
-            q: measured configuration, (nv,) joint values or (nq,) [rad or m].
-            v: measured velocity, (nv,) [rad/s or m/s]; None is rest.
+            q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
+            v: The measured velocity, (nv,) [rad/s or m/s]; None is rest.
         """
         self.planner.reset(q, v)
         self._begin()
@@ -111,13 +104,12 @@ class PathFollower:
         """The command for the next ``dt``, and the path's progress with it; see ``Planner.step``.
 
         Args:
-            q: measured configuration, (nv,) joint values or (nq,) [rad or m].
-            v: measured velocity, (nv,) [rad/s or m/s].
-            tau: measured torque, (nv,) [N m or N].
-            tip: measured pose of the tip, (4, 4).
+            q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
+            v: The measured velocity, (nv,) [rad/s or m/s].
+            tau: The measured torque, (nv,) [N m or N], or None.
+            tip: The measured pose of the tip, (4, 4), or None to take that of the model.
         """
-        self._look_up(*self._at)
-        step = self.planner.step(q, v, self._target, tau=tau, tip=tip)
+        step = self._lead.step(q, v, (), tau, tip)
         if self.stall is not None:
             self._mean += self._share * (self._rate[0] - self._mean)
             if self._mean < self._below or self._stalled > 0.0:
@@ -132,7 +124,7 @@ class PathFollower:
     @property
     def progress(self) -> float:
         """The path time that has been reached [s]; it never runs backwards."""
-        return float(self._progress[0])
+        return float(self._state.progress)
 
     @property
     def rate(self) -> float:
@@ -142,7 +134,7 @@ class PathFollower:
     @property
     def status(self) -> PathStatus:
         """Where the path stands."""
-        if self._progress[0] >= self._duration:
+        if self._state.progress >= self._duration:
             return PathStatus.DONE
         if self._blockage is not None:
             return PathStatus.BLOCKED
@@ -157,9 +149,9 @@ class PathFollower:
 
     def _watch(self, stall: StallEscape, step: Step) -> None:
         """The mean rate is low, or was: begin, change or end an escape."""
-        if self._blockage is not None or step.code not in ON_TASK or self._ahead[0] < LIMITED:
+        if self._blockage is not None or step.code not in ON_TASK or self._state.ahead < LIMITED:
             return
-        if self._mean > stall.until or self._progress[0] >= self._duration:
+        if self._mean > stall.until or self._state.progress >= self._duration:
             self._stalled = 0.0
             self._rest()
         elif self._mean < stall.below:
@@ -167,23 +159,23 @@ class PathFollower:
             self._stalled += self.planner.dt
             if pattern >= len(stall.patterns):
                 self._rest()
-                self._limit[0] = 0.0
-                self._blockage = Blockage(self.planner, self._target, self.progress, self._duration, step)
+                self._state.limit = 0.0
+                self._blockage = Blockage(
+                    self.planner, self._lead, self._target, self.progress, self._duration, step
+                )
             elif pattern != self._pattern:
                 self._pattern = pattern
                 self._begin_drive(stall, stall.patterns[pattern])
 
     def _begin_drive(self, stall: StallEscape, pattern: str) -> None:
         """Draw the null space along a pattern."""
-        K, robot = self.planner.record, self.planner.robot
-        n = robot.nv
-        free = K["fault"][0, :n] == codes.HEALTHY
-        unit = np.where(robot.chain.prismatic, K["length"][0], 1.0)
-        self._drive[0, :n] = stall.speed * unit * stall.drive(pattern, free)
-        self._driven[0] = 1
+        robot = self.planner.robot
+        unit = np.where(robot.chain.prismatic, self._lead.length, 1.0)
+        self._state.drive[: robot.nv] = stall.speed * unit * stall.drive(pattern, self._lead.working)
+        self._state.driven = 1
 
     def _rest(self) -> None:
         """End the escape, and the verdict with it."""
         self._pattern = None
         self._blockage = None
-        self._driven[0] = 0
+        self._state.driven = 0

@@ -7,11 +7,10 @@ import numpy as np
 from ftqp.control.paths.path import Path, PathSample
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.kernel.rows import path_rows as layout
+from ftqp.kernel.layout import path_table as layout
 
 FIRST_INTERVALS = 20
-"""Intervals before any is halved; corners at quarters, fifths and tenths of the duration fall on their
-ends."""
+"""Intervals before any is halved; corners at quarters, fifths and tenths of the path fall on their ends."""
 TOLERANCE = 2e-10
 """Largest error of the pose at the points that are checked [m, rad]; between them it stays below 1e-9."""
 RATE_TOLERANCE = 1e-8
@@ -34,10 +33,8 @@ def path_table(path: Path) -> FloatArray:
     """Intervals of the path's time with polynomials, and a last row that rests at the end, (K, 50).
 
     Position: the quintic with the position, velocity and acceleration of both ends. Rotation: the cubic
-    rotation
-    vector with the turn and its rate at both ends. An interval is halved until its error is small; what
-    remains is
-    at most 1e-9 m and 1e-9 rad except within 1e-8 s of a jump.
+    rotation vector with the turn and its rate at both ends. An interval is halved until its error is small;
+    what remains is at most 1e-9 m and 1e-9 rad except within 1e-8 s of a jump.
 
     Raises:
         InputError: the path has more corners than a table can hold.
@@ -129,8 +126,7 @@ def _turns(first: PathSample, last: PathSample) -> FloatArray:
 
 
 def _turn_rate(turn: FloatArray, w: FloatArray) -> FloatArray:
-    """Rate of the rotation vector whose angular velocity along W is w: the inverse left Jacobian of SO(3),
-    (K, 3)."""
+    """Rate of the rotation vector with angular velocity w along W, by the inverse left Jacobian, (K, 3)."""
     angle = np.linalg.norm(turn, axis=1, keepdims=True)
     safe = np.maximum(angle, 1e-3)
     factor = 1.0 / safe**2 - (1.0 + np.cos(safe)) / (2.0 * safe * np.sin(safe))

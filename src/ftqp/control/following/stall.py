@@ -15,20 +15,27 @@ PATTERNS = ("alternating", "single", "random")
 class StallEscape:
     """When a path counts as stalled, and what moves the arm on.
 
-    An exactly symmetric posture traps every first-order method: the self-motion that it needs has no
-    gradient. So the
-    joints are drawn along a pattern without symmetry, of which the QP leaves what keeps the tip on its path.
+    A posture that is exactly symmetric, such as a stretched arm, traps every first-order method: the
+    self-motion that it needs has no gradient. The joints are therefore drawn along a pattern without
+    symmetry, of which the QP leaves what keeps the tip on its path. Without an escape such an arm waits for
+    ever (``solvers/results/study_stall.md``); the least error of the start, and so the noise of a real arm,
+    frees it as well. When no pattern helps, the path is called blocked, which nothing else does.
 
     Attributes:
-        below: a mean path rate below this counts as stalled [-].
-        after: time constant of that mean [s].
-        until: the escape ends when the mean rate exceeds this [-].
-        patience: time of stalled rates, all patterns together, after which the path counts as blocked [s].
-        speed: speed of the pattern [rad/s]; a prismatic joint gets it times the characteristic length [m/s].
-        patterns: among ``alternating``, ``single`` and ``random``, each tried for its share of ``patience``.
-        seed: of the random pattern.
+        below: A mean path rate below this counts as stalled, in (0, until), without unit. A larger one begins
+            to escape where the path is only slow.
+        after: Time constant of that mean, > 0 [s]. A larger one waits longer before it escapes.
+        until: The escape ends when the mean rate exceeds this, in (below, 1), without unit. A larger one
+            keeps the joints moving for longer.
+        patience: How long a path may be stalled, all patterns together, before it counts as blocked, > 0 [s].
+            A shorter one gives the verdict sooner and gives up paths that would have gone on.
+        speed: Speed of the pattern, > 0 [rad/s]; a prismatic joint gets it times the characteristic length
+            [m/s]. A larger one leaves the trap sooner with more motion of the joints.
+        patterns: Names among ``alternating``, ``single`` and ``random``, each tried for its share of
+            ``patience``.
+        seed: The seed of the random pattern, >= 0; the same seed gives the same pattern.
 
-    Source: closed-form spec, section 8, with 3 deg/s, 0.2, 0.1 s, 0.5 and 3 s.
+    Source: ``docs/theory/path-progress.md``.
     """
 
     below: float = 0.2

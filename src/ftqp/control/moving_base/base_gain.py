@@ -1,5 +1,4 @@
-"""Gain, observer and noise of the loop that holds a tip in inertial space: limits, choices, frequency
-response.
+"""Gain, observer and noise of the loop that holds a tip in inertial space.
 
 With the error e_k along inertial axes, the gain k_c and the attitude R that is believed of the base R_b, away
 from singularities and limits e_k+1 = (1 - k_c R_b R') e_k - dv_k+1, dv the displacement of the tip that the
@@ -27,25 +26,25 @@ SEARCH_FLOOR = 1e-6
 
 
 def gain_limit(alpha: float) -> float:
-    """Gains below 2 cos(alpha) are stable when the believed base attitude is off by ``alpha``; 0 from 90 deg
-    on.
+    """The gain 2 cos(alpha) below which the loop is stable; 0 from 90 deg on.
 
     With the attitude estimated from the tip alpha is 0, whatever the base does, and the limit is 2.
 
     Args:
-        alpha: angle between the true and the believed attitude of the base [rad].
+        alpha: Angle between the true and the believed attitude of the base, at most pi [rad].
 
-    Source: Holt and Desrochers, eq. 26, as the limit of stability that it is.
+    Source: Holt and Desrochers 1994, eq. 26, as the limit of stability that it is.
     """
     return 2.0 * best_gain(alpha)
 
 
 def best_gain(alpha: float) -> float:
-    """The gain cos(alpha) of the fastest decay, |sin(alpha)| a sample; gain 1 gives 2 sin(alpha/2). 0 from 90
-    deg on.
+    """The gain cos(alpha) of the fastest decay, |sin(alpha)| a sample; 0 from 90 deg on.
+
+    Gain 1 gives the decay 2 sin(alpha/2).
 
     Args:
-        alpha: angle between the true and the believed attitude of the base [rad].
+        alpha: Angle between the true and the believed attitude of the base, at most pi [rad].
     """
     angle = abs(float(alpha))
     if not angle <= pi:
@@ -71,18 +70,23 @@ def checked_gain(gain: Any) -> float:
 class Observer:
     """One-step observer of the base's motion: dv <- dv + a (measured dv - dv), taken off in the next command.
 
-    Good for smooth base motion; harmful for rough motion and with noise, where a < 1 helps. Give the low-pass
-    factor a, or noise and acceleration, from which it is chosen (`best_lowpass`).
+    It is good for smooth base motion. With rough motion or noise it is harmful at a = 1, and a < 1 helps.
+    Give the low-pass factor a, or noise and acceleration, from which it is chosen
+    (``docs/theory/moving-base.md``).
 
     Args:
-        lowpass: a in (0, 1]; 1 takes the last sample as it is.
-        noise: standard deviation of the measured tip position, each axis [m].
-        acceleration: of the tip by the base, rms of each axis, that is to be followed [m/s2].
-        frozen: keep dv as it is after a step that limits have cut. Off by default: the observer sees measured
-            joint motion, so a limit does not wind it up, and freezing only makes dv older.
+        lowpass: The factor a in (0, 1], without unit. Smaller filters more noise and follows the base later;
+            1 takes the last sample as it is, and so does None.
+        noise: Standard deviation of the measured tip position along each axis, > 0 [m]. A larger one filters
+            more.
+        acceleration: Acceleration of the tip by the base that is to be followed, rms of each axis, > 0
+            [m/s2]. A larger one filters less.
+        frozen: Whether dv is kept as it is after a step that limits have cut. It is off by default: the
+            observer sees measured joint motion, so a limit does not wind it up, and freezing only makes dv
+            older.
 
     Raises:
-        InputError: a outside (0, 1], or noise and acceleration not both given.
+        InputError: The factor is outside (0, 1], or noise and acceleration are not both given.
     """
 
     lowpass: float | None = None
@@ -102,24 +106,30 @@ class Observer:
             positive("acceleration", self.acceleration, "m/s2")
 
     def factor(self, dt: float, gain: float = 1.0) -> float:
-        """The low-pass factor a at a sampling period [s] and a gain."""
+        """The low-pass factor a.
+
+        Args:
+            dt: Sampling period, > 0 [s].
+            gain: The loop's gain k_c, in (0, 2).
+        """
         if self.noise is not None and self.acceleration is not None:
             return best_lowpass(self.noise, self.acceleration, dt, gain)
         return 1.0 if self.lowpass is None else float(self.lowpass)
 
 
 def sensitivity(omega: Any, dt: float, gain: float = 1.0, observer: Observer | None = None) -> FloatArray:
-    """|S|: amplitude of the error over that of the base's motion at the frequency omega, shape of ``omega``.
+    """|S|: amplitude of the error over that of the base's motion, in the shape of ``omega``.
 
-    |S| = |1 - z^-1| / |1 - (1 - k_c) z^-1|, z = e^(i omega dt); with the observer times
-    |1 - z^-1| / |1 - (1 - a) z^-1|. About omega dt/k_c for slow motion; 1 at cos(omega dt) = 1 - k_c/2, and
-    above it motion is amplified, by at most 2/(2 - k_c): the loop passes fast base motion, not slow.
+    |S| = |1 - z^-1| / |1 - (1 - k_c) z^-1|, z = e^(i omega dt); with the observer times |1 - z^-1| / |1 - (1
+    - a) z^-1|. It is about omega dt/k_c for slow motion and 1 at cos(omega dt) = 1 - k_c/2; above that,
+    motion is amplified, by at most 2/(2 - k_c): the loop passes fast base motion, not slow.
 
     Args:
-        omega: frequency of the base's motion [rad/s].
-        dt: sampling period [s].
-        gain: k_c.
-        observer: the disturbance observer, or None.
+        omega: Frequency of the base's motion, a number or an array [rad/s].
+        dt: Sampling period, > 0 [s]. A longer one rejects less.
+        gain: The loop's gain k_c, in (0, 2). A larger one rejects slow motion better and amplifies fast
+            motion more.
+        observer: The disturbance observer, or None.
     """
     back = np.exp(-1j * np.asarray(omega, dtype=np.float64) * positive("dt", dt, "s"))
     k_c = checked_gain(gain)
@@ -132,12 +142,12 @@ def sensitivity(omega: Any, dt: float, gain: float = 1.0, observer: Observer | N
 def noise_gain(gain: float = 1.0, lowpass: float | None = None) -> float:
     """Variance of the true error over that of white noise of the measured tip.
 
-    k_c/(2 - k_c) without observer. With it the noise passes (b0 - b1 z^-1)/((1 - (1-a) z^-1)(1 - (1-k_c)
-    z^-1)), b0 = k_c + a, b1 = k_c (1 - a) + a; at k_c = 1 that is (2 + 3a)/(2 - a).
+    It is k_c/(2 - k_c) without observer. With it the noise passes (b0 - b1 z^-1)/((1 - (1-a) z^-1)(1 -
+    (1-k_c) z^-1)), b0 = k_c + a, b1 = k_c (1 - a) + a; at k_c = 1 that is (2 + 3a)/(2 - a).
 
     Args:
-        gain: k_c.
-        lowpass: a of the observer, or None without one.
+        gain: The loop's gain k_c, in (0, 2). A larger one passes more noise.
+        lowpass: The factor a of the observer, in (0, 1], or None without one. A larger one passes more noise.
     """
     k_c = checked_gain(gain)
     if lowpass is None:
@@ -150,18 +160,19 @@ def noise_gain(gain: float = 1.0, lowpass: float | None = None) -> float:
 
 
 def best_lowpass(noise: float, acceleration: float, dt: float, gain: float = 1.0) -> float:
-    """The observer's low-pass factor with the least mean square error for this noise and this base
-    acceleration.
+    """The observer's low-pass factor with the least mean square error for this noise and acceleration.
 
     Noise leaves noise^2 noise_gain(k_c, a), a steady acceleration A of the base the lag A dt^2/(a k_c). The
     sum of the first and the square of the second is least, at k_c = 1, where a^(3/2) = (1 - a/2) A
-    dt^2/noise; without solution below 1, a = 1.
+    dt^2/noise; without a solution below 1, a = 1.
 
     Args:
-        noise: standard deviation of the measured tip position, each axis [m].
-        acceleration: of the tip by the base, rms of each axis [m/s2].
-        dt: sampling period [s].
-        gain: k_c.
+        noise: Standard deviation of the measured tip position along each axis, > 0 [m]. A larger one gives a
+            smaller factor.
+        acceleration: Acceleration of the tip by the base, rms of each axis, > 0 [m/s2]. A larger one gives a
+            larger factor.
+        dt: Sampling period, > 0 [s].
+        gain: The loop's gain k_c, in (0, 2).
     """
     sigma, k_c = positive("noise", noise, "m"), checked_gain(gain)
     moved = positive("acceleration", acceleration, "m/s2") * positive("dt", dt, "s") ** 2
@@ -181,8 +192,9 @@ def best_lowpass(noise: float, acceleration: float, dt: float, gain: float = 1.0
 
 
 def decay(gain: float, alpha: float) -> float:
-    """Factor by which the slowest part of the error shrinks in one sample: max(|1 - k_c|, |1 - k_c e^(i
-    alpha)|).
+    """Factor by which the slowest part of the error shrinks in one sample.
+
+    max(|1 - k_c|, |1 - k_c e^(i alpha)|)
 
     Args:
         gain: k_c.

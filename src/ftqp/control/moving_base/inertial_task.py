@@ -1,39 +1,45 @@
 """An arm on a moving base: a task given in inertial space, followed whatever the base does."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.control.moving_base.base_gain import Observer, checked_gain
+from ftqp.control.planner.inputs import not_a_target
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
+from ftqp.control.task.compatibility import refuse
 from ftqp.core.checks import FloatArray, non_negative, positive
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.pose import pose as checked_pose
-from ftqp.kernel.entry.compile import fast_call
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.entry.session import BaseMemory
+from ftqp.kernel.layout.enums import (
+    DELAYS,
+    HAS_BASE,
+    HAS_POSITION,
+    HAS_TIP,
+    HAS_TWIST,
+    Attitude,
+    BaseCode,
+)
+from ftqp.kernel.layout.record import capacity_for
 
-ATTITUDES = {
-    "estimated": codes.ESTIMATED_ATTITUDE,
-    "nominal": codes.NOMINAL_ATTITUDE,
-    "measured": codes.MEASURED_ATTITUDE,
-}
+ATTITUDES = {attitude.name.lower(): attitude for attitude in Attitude}
 SENSINGS = ("unknown", "known", "late")
 RANK_THRESHOLD = 0.02
 """Smallest singular value of the task Jacobian over the characteristic length that counts as full rank."""
 TOLERANCE = 1e-3
-"""Error beyond which a target that cannot be neared counts as out of reach [m; rad times characteristic
-length]."""
+"""Error beyond which a target that cannot be neared counts as out of reach [m; rad times length]."""
 
 
 class BaseStatus(Enum):
-    """How the inertial task goes; its value is the sentence for the operator, its position the kernel's
-    code."""
+    """How the inertial task goes; its value is the sentence for the operator.
+
+    The position of a member is the kernel's code for it.
+    """
 
     TRACKING = "the tip follows its inertial target"
     SATURATED = "the arm's limits keep the tip from its inertial target for the moment"
@@ -45,7 +51,7 @@ class BaseStatus(Enum):
     HALTED = "the planner brakes or has stopped the arm; the step's status says why"
 
 
-_STATUSES = tuple(BaseStatus)
+_STATUSES = tuple(BaseStatus[code.name] for code in BaseCode)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,21 +59,24 @@ class MovingBase:
     """What is known of a base that moves, and what is made of it.
 
     Args:
-        sensing: ``unknown``: only the tip is measured in inertial space; ``known``: the base's pose or twist
-            is given as it is; ``late``: given or measured ``delay`` too late, and extrapolated.
-        attitude: by which the error is turned into the base frame: ``estimated`` T_b = T_E T_arm(q)^-1
-            (default), ``nominal`` as in Holt and Desrochers (stable below ``gain_limit`` of the deviation
-            only), or ``measured``.
-        observer: predicts the base's next displacement from its last one; None does without.
-        nominal: attitude of the undisturbed base in the inertial frame, (3, 3) or pose (4, 4); None is the
+        sensing: ``unknown`` when only the tip is measured in inertial space, ``known`` when the base's pose
+            or twist is given as it is, ``late`` when it is given or measured ``delay`` too late and has to be
+            extrapolated.
+        attitude: The attitude by which the error is turned into the base frame: ``estimated`` is that of T_b
+            = T_E T_arm(q)^-1 (default), ``nominal`` is that of Holt and Desrochers 1994, which is stable
+            below ``gain_limit`` of the deviation only, and ``measured`` is the one that was given.
+        observer: Predicts the base's next displacement from its last one; None does without.
+        nominal: Attitude of the undisturbed base in the inertial frame, (3, 3) or a pose (4, 4); None is the
             inertial axes.
-        delay: how late measurements are [s], for ``late``; rounded to whole samples, at most 63.
-        patience: how long the last base pose is used when no valid measurement comes [s]; then the arm
-            brakes.
-        anti_windup: the commands go to a servo that adds them up; see ``InertialTask.setpoint``.
+        delay: How late measurements are, > 0 with ``late`` and 0 without [s]; it is rounded to whole samples,
+            at most 63.
+        patience: How long the last base pose is used when no valid measurement comes, >= 0 [s]; then the arm
+            brakes. A longer one rides out longer gaps and trusts older poses.
+        anti_windup: Whether the commands go to a servo that adds them up; see ``InertialTask.setpoint``.
 
     Raises:
-        InputError: an unknown name, a delay without ``late`` or ``late`` without a delay, a negative time.
+        InputError: A name is unknown, a delay comes without ``late`` or ``late`` without a delay, or a time
+            is negative.
     """
 
     sensing: str = "unknown"
@@ -114,20 +123,23 @@ class InertialTask:
     Every tick the inertial error e is turned into the base frame, and the planner's velocity becomes, where
     its limits, failed joints and scheme leave it, J v = R'(gain/dt e + V_target - V_base), V_base being the
     twist of the tip by the base that was given or observed. The planner's gain kp becomes gain/dt. Path
-    scaling makes no sense here, as no path waits: use mode ``slack`` (or ``hard``). Its emergency stop counts
+    scaling makes no sense here, as no path waits: use mode ``slack`` or ``hard``. The emergency stop counts
     the inertial error too; ``emergency=None`` lets large disturbances pass.
 
     Args:
-        planner: at the velocity level, without kp of its own; ``scheme="approximate_pseudoinverse"`` gives
-            the law of Holt and Desrochers, eq. 19.
-        base: what is known of the base; None is ``MovingBase()``.
-        gain: share k_c of the error that one step removes, 0 < gain < 2.
-        tolerance: error that counts when the target is out of reach [m; rad times the characteristic length].
+        planner: The planner that is led, at the velocity level and without a kp of its own;
+            ``scheme="approximate_pseudoinverse"`` gives the law of Holt and Desrochers 1994, eq. 19.
+        base: What is known of the base; None is ``MovingBase()``.
+        gain: The share k_c of the error that one step removes, in (0, 2). A larger one rejects slow base
+            motion better and passes more noise; 1 is usual.
+        tolerance: The error beyond which a target that cannot be neared is called out of reach, > 0 [m; rad
+            times the characteristic length]. A larger one says so later.
 
     Raises:
-        InputError: another level or mode, a gain out of its range, a delay longer than the memory.
+        InputError: The planner has another level or mode, the gain is out of its range, or the delay is
+            longer than the memory.
 
-    Source: Holt and Desrochers, NASA N94-26281; see ``ftqp.kernel.rows.inertial_target`` for what differs.
+    Source: Holt and Desrochers 1994; ``docs/theory/moving-base.md`` says what differs.
     """
 
     def __init__(
@@ -140,63 +152,51 @@ class InertialTask:
     ) -> None:
         self.base = MovingBase() if base is None else base
         self.gain = checked_gain(gain)
-        if planner.level != "velocity":
-            raise InputError(
-                f"the planner decides {planner.level}s, but a moving base needs level='velocity'"
-            )
-        if planner.task.mode == "scaled":
-            raise InputError(
-                "task mode is 'scaled', but an inertial target waits for no path; expected 'slack'"
-            )
+        refuse(leader="base", level=planner.level, mode=planner.task.mode)
         if planner.task.kp is not None:
             raise InputError(
                 f"task kp is {planner.task.kp:g}, but here gain sets it to gain/dt; leave kp out"
             )
         delay = round(self.base.delay / planner.dt)
-        if delay >= codes.DELAYS:
+        if delay >= DELAYS:
             raise InputError(
                 f"delay is {self.base.delay:g} s, {delay} samples of {planner.dt:g} s; expected at most "
-                f"{codes.DELAYS - 1} samples"
+                f"{DELAYS - 1} samples"
             )
         self.planner = planner
-        K: Any = planner.record
-        K["kp"] = self.gain / planner.dt
-        K["base_attitude"] = ATTITUDES[self.base.attitude]
-        K["base_nominal"] = self.base.rotation().ravel()
-        K["base_delay"] = delay
-        K["base_patience"] = self.base.patience
-        K["base_rank"], K["base_tolerance"] = RANK_THRESHOLD, positive("tolerance", tolerance, "m")
-        K["anti_windup"] = self.base.anti_windup
+        memory = BaseMemory(capacity_for(planner.robot.nv))
+        state = memory.base
+        state.gain = self.gain
+        state.attitude = ATTITUDES[self.base.attitude]
+        state.nominal[:] = self.base.rotation().ravel()
+        state.delay, state.patience = delay, self.base.patience
+        state.rank, state.tolerance = RANK_THRESHOLD, positive("tolerance", tolerance, "m")
+        state.anti_windup = self.base.anti_windup
         observer = self.base.observer
-        K["observer"] = 0.0 if observer is None else observer.factor(planner.dt, self.gain)
-        K["base_freezes"] = observer is not None and observer.frozen
-        self._turns = bool(K["uses_rotation"][0])
-        self._on, self._has = K["base_moves"], K["base_has"]
-        self._tip, self._given, self._rate = K["tip_world"][0], K["base_given"][0], K["base_rate"][0]
-        self._record, self._address = K, int(K.ctypes.data)
-        warm_up(external=False, network=False, closed_form=False)
-        self._finish: Callable[[int], int] = fast_call("base_finish")
-        self._code = codes.BASE_STALE
-        self.base_pose: FloatArray = K["T_base"][0]
-        self.error: FloatArray = K["base_error"][0]
-        self.setpoint: FloatArray = K["setpoint"][0, : planner.robot.nv]
+        state.observer = 0.0 if observer is None else observer.factor(planner.dt, self.gain)
+        state.freezes = observer is not None and observer.frozen
+        state.code = BaseCode.STALE
+        self._state = state
+        self._lead = planner.lead(memory)
+        self.base_pose: FloatArray = state.pose
+        self.error: FloatArray = state.error
+        self.setpoint: FloatArray = state.setpoint[: planner.robot.nv]
         self.base_pose[3] = (0.0, 0.0, 0.0, 1.0)
 
     @property
     def status(self) -> BaseStatus:
         """How the inertial task goes."""
-        return _STATUSES[self._code]
+        return _STATUSES[self.code]
 
     @property
     def code(self) -> int:
         """The status as a number, its position in ``BaseStatus``."""
-        return self._code
+        return int(self._state.code)
 
     @property
     def observed_twist(self) -> FloatArray:
-        """Twist of the tip by the base for the coming sample, as given or observed, (6,) along I [m/s,
-        rad/s]."""
-        result: FloatArray = self._record["base_twist"][0]
+        """Twist of the tip by the base for the coming sample, known or observed, (6,) along I."""
+        result: FloatArray = self._state.twist
         return result
 
     def reset(self, q: Any, v: Any = None) -> None:
@@ -207,13 +207,13 @@ class InertialTask:
             v: measured velocity, (nv,); None is rest.
         """
         self.planner.reset(q, v)
-        K = self._record
-        for name in ("base_ticks", "base_seen", "base_rates", "base_ever", "base_hold", "base_leaning"):
-            K[name] = 0
-        for name in ("base_shift", "base_twist", "base_age"):
-            K[name] = 0.0
-        self.setpoint[:] = K["q"][0, : self.planner.robot.nv]
-        self._code = codes.BASE_STALE
+        state = self._state
+        for name in ("ticks", "seen", "rates", "ever", "hold", "leaning"):
+            setattr(state, name, 0)
+        state.shift[:] = state.twist[:] = 0.0
+        state.age = 0.0
+        self.setpoint[:] = self._lead.q
+        state.code = BaseCode.STALE
 
     def step(
         self,
@@ -244,31 +244,29 @@ class InertialTask:
         Raises:
             InputError: a wrong shape or type; what the world does never raises, see ``status``.
         """
-        has = 0
+        if not isinstance(target, Target | Targets):
+            raise not_a_target(target)
+        state, has = self._state, 0
         if tip is not None:
             has = self._take_tip(tip)
         if base is not None:
-            _copy("base", base, self._given)
-            has |= codes.HAS_BASE
+            _copy("base", base, state.given)
+            has |= HAS_BASE
         if base_twist is not None:
-            _copy("base_twist", base_twist, self._rate)
-            has |= codes.HAS_TWIST
-        self._has[0], self._on[0] = has, 1
-        try:
-            step = self.planner.step(q, v, target)
-        finally:
-            self._on[0] = 0
-        self._code = self._finish(self._address)
-        return step
+            _copy("base_twist", base_twist, state.rate)
+            has |= HAS_TWIST
+        state.has = has
+        return self._lead.step(q, v, (target.packed, target.row), None, None)
 
     def _take_tip(self, tip: Any) -> int:
+        place = self._state.tip_world
         if np.shape(tip) != (3,):
-            _copy("tip", tip, self._tip)
-            return codes.HAS_TIP
-        if self._turns:
+            _copy("tip", tip, place)
+            return HAS_TIP
+        if self._lead.uses_rotation:
             raise InputError("tip is a position, (3,), but the task has rotation rows; give its pose, (4, 4)")
-        self._tip[:3, 3] = tip
-        return codes.HAS_TIP | codes.HAS_POSITION
+        place[:3, 3] = tip
+        return HAS_TIP | HAS_POSITION
 
     def __repr__(self) -> str:
         return f"InertialTask({self.planner.robot.name}, {self.status.name}, gain={self.gain:g})"

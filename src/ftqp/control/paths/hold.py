@@ -10,8 +10,9 @@ from ftqp.core.checks import FloatArray
 
 @final
 class Hold(Path):
-    """p(t) = p0, R(t) = R0: the tip keeps its start pose, for a base that moves or a joint that fails at
-    rest.
+    """The tip keeps its start pose: p(t) = p0, R(t) = R0.
+
+    It serves a base that moves, or a joint that fails at rest.
 
     Args:
         start: the pose, (4, 4).

@@ -1,11 +1,12 @@
 """How much deceleration the motors certainly have: what viability may count on under torque limits."""
 
-from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.entry import entries as entry
+from ftqp.kernel.entry.session import ArmSession
+from ftqp.model.robot import Robot
 
 SAMPLES = 400
 SPEED_SHARE = 0.5
@@ -24,23 +25,24 @@ class BrakingReserve:
     samples: sound up to the sampling.
 
     Args:
-        record: one record with chain and healthy limits loaded; restored on return.
-        n: number of joints.
+        robot: the healthy arm.
     """
 
-    def __init__(self, record: Any, n: int) -> None:
-        K = record.copy()
-        address = K.ctypes.data
+    def __init__(self, robot: Robot) -> None:
+        n, limits = robot.nv, robot.limits
+        arm = ArmSession(robot.chain.constants())
+        kinematics = arm.K.kinematics
+        M, h = kinematics.M[:n, :n], kinematics.h[:n]
         generator = np.random.default_rng(SEED)
-        low = np.where(np.isfinite(K["q_min"][0, :n]), K["q_min"][0, :n], -np.pi)
-        high = np.where(np.isfinite(K["q_max"][0, :n]), K["q_max"][0, :n], np.pi)
-        v_max = np.minimum(K["v_max"][0, :n], 10.0) * SPEED_SHARE
+        low = np.where(np.isfinite(limits.q_min), limits.q_min, -np.pi)
+        high = np.where(np.isfinite(limits.q_max), limits.q_max, np.pi)
+        v_max = np.minimum(limits.v_max, 10.0) * SPEED_SHARE
         self._bias = np.empty((SAMPLES, n))
         self._inertia = np.empty((SAMPLES, n, n))
         for k in range(SAMPLES):
-            entry.inverse_dynamics(address, generator.uniform(low, high), generator.uniform(-v_max, v_max))
-            self._bias[k] = np.abs(K["h"][0, :n])
-            self._inertia[k] = np.abs(K["M"][0, :n, :n])
+            arm.dynamics(generator.uniform(low, high), generator.uniform(-v_max, v_max))
+            self._bias[k] = np.abs(h)
+            self._inertia[k] = np.abs(M)
 
     def share(self, a_max: FloatArray, tau_max: FloatArray) -> float:
         """kappa in [LEAST_SHARE, 1].
@@ -59,3 +61,13 @@ class BrakingReserve:
         left = tau_max - margin * self._bias
         with np.errstate(invalid="ignore"):
             return float(np.where(np.isfinite(left), left / (margin * (self._inertia @ a_max)), np.inf).min())
+
+
+_RESERVES: WeakKeyDictionary[Robot, BrakingReserve] = WeakKeyDictionary()
+
+
+def braking_reserve(robot: Robot) -> BrakingReserve:
+    """The samples of a robot, taken once and shared by all its planners."""
+    if robot not in _RESERVES:
+        _RESERVES[robot] = BrakingReserve(robot)
+    return _RESERVES[robot]

@@ -1,15 +1,11 @@
 """What a closed form needs to know of the robot, once: its memory, and the wrist centre."""
 
-from typing import Any
-
 import numpy as np
 
 from ftqp.control.task.resolvers import Resolver
-from ftqp.control.task.scheme import Scheme
-from ftqp.control.task.task import Task
 from ftqp.core.errors import InputError
-from ftqp.kernel.closed_forms.reduced_problem import memory
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.entry.session import Reduced, Session
+from ftqp.kernel.layout.enums import TASK_ROWS, ClosedForm
 from ftqp.model.robot import Robot
 
 TOLERANCE = 1e-6
@@ -18,48 +14,36 @@ PARALLEL = 1e-6
 """Sine of the angle below which two axes count as parallel."""
 
 
-def closed_form_memory(
-    scheme: Scheme | Resolver, robot: Robot, task: Task, in_kernel: bool, record: Any
-) -> Any:
-    """The memory of the closed form, (1,), its address in the planner's record; None for a scheme with a QP.
+def closed_form_memory(resolver: Resolver, robot: Robot, session: Session) -> Reduced:
+    """The memory in which a planner's closed form is solved.
 
     Raises:
-        InputError: a backend, a task mode, weights, limits or a wrist that do not go with the closed form.
+        InputError: weights, limits or a wrist that do not go with the closed form.
     """
-    if not isinstance(scheme, Resolver):
-        return None
-    name = scheme.name
-    if not in_kernel:
-        raise InputError(
-            f"scheme {name!r} is a closed form and has no backend; leave backend at 'active_set'"
-        )
-    if task.mode != "slack":
-        raise InputError(
-            f"scheme {name!r} is a closed form and has no task mode; leave mode at 'slack', got {task.mode!r}"
-        )
-    P = memory()
-    P["method"], P["rule"], P["threshold"] = scheme.method, scheme.rule_code, scheme.threshold
-    if scheme.weights is not None:
-        if len(scheme.weights) != robot.nv:
+    name = resolver.name
+    reduced = Reduced(robot.nv)
+    P = reduced.P
+    P.method, P.rule, P.threshold = resolver.method, resolver.rule_code, resolver.threshold
+    if resolver.weights is not None:
+        if len(resolver.weights) != robot.nv:
             raise InputError(
-                f"scheme {name!r} has {len(scheme.weights)} weights, expected one a joint: {robot.nv}"
+                f"scheme {name!r} has {len(resolver.weights)} weights, expected one a joint: {robot.nv}"
             )
-        P["column"][0, : robot.nv] = 1.0 / np.sqrt(scheme.weights)
-    if scheme.method == codes.DAMPED and scheme.limit is None:
+        P.column[: robot.nv] = 1.0 / np.sqrt(resolver.weights)
+    if resolver.method == ClosedForm.DAMPED and resolver.limit is None:
         endless = [j for j, v in zip(robot.joints, robot.limits.v_max, strict=True) if not np.isfinite(v)]
         if endless:
             raise InputError(
                 f"{robot.name} has no velocity limit on {', '.join(endless)}; give {name}(limit=...)"
             )
-        P["own_limits"] = 1
-    elif scheme.limit is not None:
-        P["limit"] = scheme.limit
-    if scheme.method == codes.APPROXIMATE:
-        if record["m"][0] != codes.ROWS or record["tool_rows"][0]:
+        P.own_limits = 1
+    elif resolver.limit is not None:
+        P.limit = resolver.limit
+    if resolver.method == ClosedForm.APPROXIMATE:
+        if session.K.task.m != TASK_ROWS or session.K.task.tool_rows:
             raise InputError(f"scheme {name!r} follows whole poses; use Task(rows='pose')")
-        P["wrist"] = wrist_height(robot)
-    record["resolver"] = P.ctypes.data
-    return P
+        P.wrist = wrist_height(robot)
+    return reduced
 
 
 def wrist_height(robot: Robot) -> float:

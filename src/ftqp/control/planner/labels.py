@@ -1,11 +1,11 @@
 """Names of the variables and rows of a planner's QP, as an external solver gets it."""
 
 from ftqp.control.planner.planner import Planner
-from ftqp.control.task.task import COMPONENTS, row_indices
+from ftqp.control.task.task import row_indices
+from ftqp.kernel.layout.rows import COMPONENTS, constraint_labels
 
 SCALE = "scale"
 SLACK = "slack "
-TORQUE = "torque "
 
 
 def variable_labels(planner: Planner) -> tuple[str, ...]:
@@ -17,9 +17,9 @@ def variable_labels(planner: Planner) -> tuple[str, ...]:
 
 
 def row_labels(planner: Planner) -> tuple[str, ...]:
-    """The task rows ``x``, ``rz``, ... of A, then the rows of C: ``torque <joint>``, if there is inertia."""
-    torques = planner.robot.joints if planner.robot.has_inertia else ()
-    return (*_task_rows(planner), *(TORQUE + joint for joint in torques))
+    """The task rows ``x``, ``rz``, ... of A, then the rows of C, such as ``torque <joint>``."""
+    robot = planner.robot
+    return (*_task_rows(planner), *constraint_labels(robot.joints, robot.has_inertia))
 
 
 def _task_rows(planner: Planner) -> tuple[str, ...]:

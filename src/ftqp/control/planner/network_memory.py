@@ -5,8 +5,9 @@ from typing import Any, Final
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.dtrnn.stopping import OPTIONS
-from ftqp.kernel.entry.network_entries import planner_memory_size
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.network_memory import OPTIONS, planner_memory_size
+from ftqp.kernel.layout.rows import constraint_capacity
 
 NETWORK: Final = "dtrnn"
 """The backend that takes the place of the active set in the kernel."""
@@ -14,16 +15,17 @@ MARGIN = 10.0
 """Largest scaled residual that counts as solved, in tolerances of the network."""
 
 
-def network_memory(solver: Any, W: Any) -> FloatArray:
-    """Make the network the solver of a planner's record; the memory that it works in, to be kept alive.
+def network_memory(solver: Any, session: Session) -> FloatArray:
+    """The memory of the network that solves a planner's QPs, (k,), its options filled in.
 
     Args:
         solver: the backend ``dtrnn``.
-        W: the planner's record, (1,), its sizes filled in.
+        session: the planner's, its sizes filled in.
     """
-    n, m = int(W["n"][0]), int(W["m"][0])
-    memory = np.zeros(int(planner_memory_size(n + 1, m, n)))
+    K = session.K
+    n, m = int(K.chain.n), int(K.task.m)
+    memory = np.zeros(planner_memory_size(n + 1, m, constraint_capacity(n)))
     memory[:OPTIONS] = solver.numbers[:OPTIONS]
-    W["network"], W["external"] = memory.ctypes.data, 1
-    W["accept"] = max(float(W["accept"][0]), MARGIN * solver.settings.accuracy)
+    K.ladder.external = 1
+    K.ladder.accept = max(float(K.ladder.accept), MARGIN * solver.settings.accuracy)
     return memory

@@ -2,6 +2,8 @@
 
 from enum import Enum
 
+from ftqp.kernel.layout.enums import Status
+
 
 class StepStatus(Enum):
     """The status of one step; its value is the sentence for the operator, its position the kernel's code."""
@@ -17,5 +19,5 @@ class StepStatus(Enum):
     INVALID_INPUT = "the measured state or the target is not finite; the arm brakes until valid values arrive"
 
 
-STATUSES = tuple(StepStatus)
+STATUSES = tuple(StepStatus[status.name] for status in Status)
 """The statuses in the order of the kernel's codes."""

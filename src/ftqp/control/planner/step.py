@@ -6,22 +6,52 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ftqp.control.first_use import warm_up
 from ftqp.control.planner.certificate import Certificate, Obstacle, Unreached
 from ftqp.control.planner.status import STATUSES, StepStatus
-from ftqp.control.task.task import COMPONENTS
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.closed_forms.reduced_problem import memory
-from ftqp.kernel.entry.compile import fast_call
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.enums import BRAKING, FREE, LOCKED, Claim, Limit, Mode
+from ftqp.kernel.layout.rows import COMPONENTS, constraint_owner
 from ftqp.qp.problem import SolveStatus
 
-_LIMIT_NAMES = {
-    codes.BY_ACCELERATION: "acceleration",
-    codes.BY_VELOCITY: "velocity",
-    codes.BY_POSITION: "position",
-}
+_LIMIT_NAMES = {limit: limit.name.lower() for limit in (Limit.ACCELERATION, Limit.VELOCITY, Limit.POSITION)}
 ACTIVE = 1e-9
 """A multiplier above this share of the largest counts as active."""
+_PLACES = {
+    "q": ("state", "q_command"),
+    "v": ("state", "v_command"),
+    "a": ("state", "a_command"),
+    "tau": ("state", "tau"),
+    "tau_brake": ("state", "tau_brake"),
+    "q_measured": ("state", "q"),
+    "v_measured": ("state", "v"),
+    "error": ("task", "error"),
+    "slack": ("task", "slack"),
+    "position_error": ("task", "position_error"),
+    "rotation_error": ("task", "rotation_error"),
+    "scale": ("task", "scale"),
+    "has_dynamics": ("kinematics", "has_dynamics"),
+    "code": ("faults", "code"),
+    "lower": ("qp", "lb"),
+    "upper": ("qp", "ub"),
+    "z_box": ("qp", "z_box"),
+    "z": ("qp", "z"),
+    "nc": ("qp", "nc"),
+    "lower_by": ("limits", "lower_by"),
+    "upper_by": ("limits", "upper_by"),
+    "claim": ("ladder", "claim"),
+    "iterations": ("ladder", "qp_iterations"),
+    "residual_task": ("ladder", "residual_task"),
+    "residual_bounds": ("ladder", "residual_bounds"),
+    "residual_dual": ("ladder", "residual_dual"),
+    "torque_excess": ("ladder", "torque_excess"),
+    "kappa": ("ladder", "kappa"),
+}
+"""Where each part of a step stands in the record."""
+_JOINTS_ONLY = ("q", "v", "a", "tau", "tau_brake", "q_measured", "v_measured", "code", "lower", "upper",
+"z_box",
+                "lower_by", "upper_by")  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,11 +59,11 @@ class QPReport:
     """How the QP of a step went.
 
     Attributes:
-        status: what the residuals made of the solver's answer; None when the step needed no task QP.
-        iterations: of the solver, in its own counting.
-        residual: the largest of the scaled residuals below, of the QP that gave the command.
-        residual_task, residual_bounds, residual_dual: see ``ftqp.kernel.judge.verdict.judge``.
-        time: duration of the whole step [s], or None unless the planner was made with ``timing=True``.
+        status: What the residuals made of the solver's answer; None when the step needed no task QP.
+        iterations: Of the solver, in its own counting.
+        residual: The largest of the scaled residuals below, of the QP that gave the command.
+        residual_task, residual_bounds, residual_dual: See ``ftqp.kernel.judge.verdict.judge``.
+        time: Duration of the whole step [s], or None unless the planner was made with ``timing=True``.
     """
 
     status: SolveStatus | None
@@ -46,15 +76,31 @@ class QPReport:
 
 
 class Measures(NamedTuple):
-    """How near the arm is to losing a direction of its task, see
-    ``ftqp.kernel.closed_forms.singularity.measure``."""
+    """How near the arm is to losing a direction of its task.
+
+    Attributes:
+        sigma_min: Smallest singular value of the task's Jacobian over the working joints, metres by the
+            length.
+        manipulability: The product of all singular values.
+        condition: The largest by the smallest; inf where a direction is lost.
+    """
 
     sigma_min: float
     manipulability: float
     condition: float
 
 
-_SOLVE_STATUS = (SolveStatus.SOLVED, SolveStatus.MAX_ITERATIONS, SolveStatus.INFEASIBLE, SolveStatus.FAILED)
+class _Kept:
+    """The parts of a step in one array of their own, in the layout that all steps of a planner share."""
+
+    __slots__ = ("_layout", "_numbers")
+
+    def __init__(self, layout: dict[str, tuple[int, int]], numbers: FloatArray) -> None:
+        self._layout, self._numbers = layout, numbers
+
+    def __getitem__(self, name: str) -> FloatArray:
+        begin, end = self._layout[name]
+        return self._numbers[begin:end]
 
 
 class Step:
@@ -63,25 +109,35 @@ class Step:
     It belongs to the planner and is valid until its next step; ``copy()`` keeps one.
 
     Attributes:
-        q, v, a: command: position [rad or m], velocity, acceleration, (nv,); v = a = 0.0 for a locked joint.
-        task_error: from tip to target before the step, along W, (6,): position [m], rotation vector [rad].
-        code: the status as a number, the position of ``status`` in ``StepStatus``.
+        q, v, a: The command: position [rad or m], velocity, acceleration, (nv,); v = a = 0.0 for a locked
+            joint.
+        task_error: From tip to target before the step, along W, (6,): position [m], rotation vector [rad].
+        code: The status as a number, the position of ``status`` in ``StepStatus``.
     """
 
-    __slots__ = ("_joints", "_memory", "_record", "a", "code", "duration", "q", "task_error", "v")
+    __slots__ = ("_joints", "_parts", "_session", "a", "code", "duration", "q", "task_error", "v")
 
-    def __init__(self, record: Any, joints: Sequence[str]) -> None:
-        self._record = record
+    def __init__(self, session: Session, joints: Sequence[str]) -> None:
+        self._session = session
         self._joints = tuple(joints)
-        self._memory: Any = None
-        n = len(self._joints)
-        K = record[0]
-        self.q: FloatArray = K["q_command"][:n]
-        self.v: FloatArray = K["v_command"][:n]
-        self.a: FloatArray = K["a_command"][:n]
-        self.task_error: FloatArray = K["error"]
-        self.code: int = int(K["status"])
+        n, nc = len(self._joints), int(session.K.ladder.p)
+        parts = {name: session.field(*place) for name, place in _PLACES.items()}
+        for name in _JOINTS_ONLY:
+            parts[name] = parts[name][:n]
+        parts["z"] = parts["z"][:nc]
         self.duration: float | None = None
+        self.code: int = int(session.K.ladder.status)
+        self._adopt(parts)
+
+    def _adopt(self, parts: Any) -> None:
+        self._parts = parts
+        self.q: FloatArray = parts["q"]
+        self.v: FloatArray = parts["v"]
+        self.a: FloatArray = parts["a"]
+        self.task_error: FloatArray = parts["error"]
+
+    def _number(self, name: str) -> float:
+        return float(self._parts[name][0])
 
     @property
     def status(self) -> StepStatus:
@@ -99,52 +155,64 @@ class Step:
         return self._torques("tau_brake")
 
     def _torques(self, name: str) -> FloatArray:
-        K = self._record[0]
-        n = len(self._joints)
-        if not K["has_torques"]:
-            if not K["mass"][:n].any():
+        parts = self._parts
+        if not parts["has_dynamics"][0]:
+            session = self._session
+            n = len(self._joints)
+            if not session.K.chain.mass[:n].any():
                 return np.full(n, np.nan)
-            fast_call("torques")(self._record.ctypes.data)
-        result: FloatArray = K[name][:n]
+            warm_up(("torques",), session.capacity)
+            if isinstance(parts, _Kept):
+                session = self._replayed()
+            session.torques()
+            state = session.K.state
+            parts["tau"][:], parts["tau_brake"][:] = state.tau[:n], state.tau_brake[:n]
+            parts["has_dynamics"][0] = 1
+        result: FloatArray = parts[name]
         return result
+
+    def _replayed(self) -> Session:
+        """A session of its own in the state of this step."""
+        session, n = self._session.copy(), len(self._joints)
+        state = session.K.state
+        state.q[:n], state.v[:n] = self._parts["q_measured"], self._parts["v_measured"]
+        state.a_command[:n] = self.a
+        session.K.faults.code[:n] = self._parts["code"]
+        return session
 
     @property
     def position_error(self) -> float:
         """Norm of the position error over the task's rows [m]."""
-        return float(self._record["position_error"][0])
+        return self._number("position_error")
 
     @property
     def rotation_error(self) -> float:
         """Norm of the rotation error over the task's rows [rad]."""
-        return float(self._record["rotation_error"][0])
+        return self._number("rotation_error")
 
     @property
     def slack(self) -> FloatArray:
         """A x - b of the task rows, (m,) [m/s2 and rad/s2; m/s and rad/s at the velocity level]."""
-        K = self._record[0]
-        m = int(K["m"])
-        result: FloatArray = K["slack"][:m] / K["row_scale"][K["rows"][:m]]
+        task = self._session.K.task
+        m = int(task.m)
+        result: FloatArray = self._parts["slack"][:m] / task.row_scale[task.rows[:m]]
         return result
 
     @property
     def scale(self) -> float:
         """Path scale of the ``scaled`` mode, 1 at full speed; 0 while stopping."""
-        return float(self._record["scale"][0])
+        return self._number("scale")
 
     @property
     def measures(self) -> Measures:
         """sigma_min, manipulability and condition at once; computed when read."""
-        if self._memory is None:
-            P = memory()
-            values = tuple(P[name] for name in Measures._fields)
-            self._memory = (P, values, fast_call("measures"), self._record.ctypes.data, P.ctypes.data)
-        _, values, call, record_at, memory_at = self._memory
-        call(record_at, memory_at)
-        return Measures(*(value.item() for value in values))
+        warm_up(("measures",), self._session.capacity)
+        session = self._replayed() if isinstance(self._parts, _Kept) else self._session
+        return Measures(*session.measures())
 
     @property
     def sigma_min(self) -> float:
-        """Smallest singular value of the task's Jacobian over the healthy joints, metres by the length.
+        """Smallest singular value of the task's Jacobian over the working joints, metres by the length.
 
         0 when fewer joints work than the task has rows.
         """
@@ -163,25 +231,25 @@ class Step:
     @property
     def kappa(self) -> float:
         """Damping of a singularity-robust inverse, in squared singular values; 0 without damping."""
-        return float(self._record["kappa"][0])
+        return self._number("kappa")
 
     @property
     def lower(self) -> FloatArray:
         """Lower end of every joint's interval, (nv,), in units of the decision variable."""
-        result: FloatArray = self._record["lb"][0, : len(self._joints)]
+        result: FloatArray = self._parts["lower"]
         return result
 
     @property
     def upper(self) -> FloatArray:
         """Upper end of every joint's interval, (nv,), in units of the decision variable."""
-        result: FloatArray = self._record["ub"][0, : len(self._joints)]
+        result: FloatArray = self._parts["upper"]
         return result
 
     @property
     def torque_excess(self) -> float:
         """Excess over torque rows [N m; N m s at the velocity level]; 0 unless no motion could keep them."""
-        excess = float(self._record["torque_excess"][0])
-        return excess if excess > float(self._record["tolerance"][0]) * 10.0 else 0.0
+        excess = self._number("torque_excess")
+        return excess if excess > float(self._session.K.qp.tolerance) * 10.0 else 0.0
 
     @property
     def limits_active(self) -> tuple[str, ...]:
@@ -193,24 +261,28 @@ class Step:
         )
 
     def _obstacles(self) -> list[Obstacle]:
-        K = self._record[0]
+        parts, joints = self._parts, self._joints
         found: list[tuple[str, str, float]] = []
-        for i, joint in enumerate(self._joints):
-            z = float(K["z_box"][i])
-            fault = int(K["fault"][i])
-            if fault in (codes.LOCKED, codes.BRAKING):
+        for i, joint in enumerate(joints):
+            z = float(parts["z_box"][i])
+            if int(parts["code"][i]) in (LOCKED, BRAKING):
                 found.append((joint, "locked", abs(z)))
             elif z != 0.0:
-                by = int(K["upper_by"][i] if z > 0.0 else K["lower_by"][i])
-                found.append(
-                    (joint, f"{'upper' if z > 0.0 else 'lower'} {_LIMIT_NAMES.get(by, 'bound')}", abs(z))
-                )
-            if i < int(K["nc"]) and (z := float(K["z"][i])) != 0.0:
-                name = "free-swinging" if fault == codes.FREE else f"{'upper' if z > 0.0 else 'lower'} torque"
-                found.append((joint, name, abs(z)))
+                by = Limit(int(parts["upper_by"][i] if z > 0.0 else parts["lower_by"][i]))
+                side = "upper" if z > 0.0 else "lower"
+                found.append((joint, f"{side} {_LIMIT_NAMES.get(by, 'bound')}", abs(z)))
+        for row in range(int(parts["nc"][0])):
+            z = float(parts["z"][row])
+            if z != 0.0:
+                kind, i = constraint_owner(row, len(joints))
+                free = int(parts["code"][i]) == FREE
+                name = "free-swinging" if free else f"{'upper' if z > 0.0 else 'lower'} {kind.name}"
+                found.append((joints[i], name, abs(z)))
         largest = max((weight for _, _, weight in found), default=0.0)
         if largest == 0.0:
             return []
+        order = {joint: k for k, joint in enumerate(joints)}
+        found.sort(key=lambda entry: order[entry[0]])
         kept = [Obstacle(joint=j, limit=l, weight=w / largest) for j, l, w in found if w > ACTIVE * largest]
         return sorted(kept, key=lambda obstacle: -obstacle.weight)
 
@@ -219,8 +291,8 @@ class Step:
         """Why the task is not followed exactly, or None when it is (or when no task was attempted)."""
         if self.status not in (StepStatus.RELAXED, StepStatus.FALLBACK):
             return None
-        K = self._record[0]
-        names = [COMPONENTS[c] for c in K["rows"][: int(K["m"])]]
+        task = self._session.K.task
+        names = [COMPONENTS[c] for c in task.rows[: int(task.m)]]
         slack = self.slack
         largest = float(np.abs(slack).max())
         unreached = [
@@ -236,17 +308,16 @@ class Step:
     @property
     def qp(self) -> QPReport:
         """How the QP went."""
-        K = self._record[0]
-        claim = int(K["claim"])
-        parts = [float(K[name]) for name in ("residual_task", "residual_bounds", "residual_dual")]
-        status = None if claim < 0 else _SOLVE_STATUS[claim]
+        claim = int(self._number("claim"))
+        parts = [self._number(name) for name in ("residual_task", "residual_bounds", "residual_dual")]
+        status = None if claim < 0 else SolveStatus[Claim(claim).name]
         refuted = self.status is StepStatus.FALLBACK
-        refuted = refuted or (K["mode"] == codes.HARD and self.status is StepStatus.RELAXED)
+        refuted = refuted or (self._session.K.task.mode == Mode.HARD and self.status is StepStatus.RELAXED)
         if status is SolveStatus.SOLVED and refuted:
             status = SolveStatus.FAILED
         return QPReport(
             status=status,
-            iterations=int(K["qp_iterations"]),
+            iterations=int(self._number("iterations")),
             residual=max(parts),
             residual_task=parts[0],
             residual_bounds=parts[1],
@@ -256,10 +327,43 @@ class Step:
 
     def copy(self) -> "Step":
         """A step of its own, which later steps of the planner do not touch."""
-        kept = Step(self._record.copy(), self._joints)
-        kept.code, kept.duration = self.code, self.duration
-        return kept
+        layout, at = {}, 0
+        for name in _PLACES:
+            end = at + len(self._parts[name])
+            layout[name] = (at, end)
+            at = end
+        numbers = np.empty(at)
+        for name, (begin, end) in layout.items():
+            numbers[begin:end] = self._parts[name]
+        return _kept(self._session, self._joints, layout, numbers, self.code, self.duration)
+
+    def __copy__(self) -> "Step":
+        return self.copy()
+
+    def __deepcopy__(self, memo: Any) -> "Step":
+        return self.copy()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        kept = self.copy()
+        parts = kept._parts
+        return _kept, (self._session, self._joints, parts._layout, parts._numbers, self.code, self.duration)
 
     def __repr__(self) -> str:
         errors = f"position_error={self.position_error:.2e}, rotation_error={self.rotation_error:.2e}"
         return f"Step({self.status.name}, {errors})"
+
+
+def _kept(
+    session: Session,
+    joints: tuple[str, ...],
+    layout: dict[str, tuple[int, int]],
+    numbers: FloatArray,
+    code: int,
+    duration: float | None,
+) -> Step:
+    """A step that owns its numbers."""
+    step = Step.__new__(Step)
+    step._session, step._joints = session, joints
+    step.code, step.duration = code, duration
+    step._adopt(_Kept(layout, numbers))
+    return step

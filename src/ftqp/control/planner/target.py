@@ -15,9 +15,6 @@ from ftqp.kernel.layout.enums import (
     TARGET_TWIST,
 )
 
-ROW_BYTES = 8 * TARGET_SIZE
-"""Size of one packed target."""
-
 
 class Target:
     """Pose (or position), twist and acceleration that the tip should have now.
@@ -33,18 +30,19 @@ class Target:
 
     Attributes:
         pose: (4, 4). position: (3,). twist: (6,). acceleration: (6,). packed: (29,) all of them.
+        row: The row of ``packed`` that a step takes, always 0.
 
     Raises:
         InputError: neither or both of pose and position, a wrong shape, or not finite.
     """
 
-    __slots__ = ("acceleration", "address", "packed", "pose", "position", "twist")
+    __slots__ = ("acceleration", "packed", "pose", "position", "twist")
+    row = 0
     pose: FloatArray
     position: FloatArray
     twist: FloatArray
     acceleration: FloatArray
     packed: FloatArray
-    address: int
 
     def __init__(
         self,
@@ -77,7 +75,6 @@ class Target:
         pose = packed[TARGET_POSE:TARGET_TWIST].reshape(4, 4)
         views = {
             "packed": packed,
-            "address": packed.ctypes.data,
             "pose": pose,
             "position": pose[:3, 3],
             "twist": packed[TARGET_TWIST:TARGET_ACCELERATION],
@@ -105,6 +102,11 @@ class Target:
         return f"Target({what} at {np.array2string(self.position, precision=4)})"
 
 
+def target_on(packed: FloatArray) -> Target:
+    """A target whose one buffer is ``packed``, (29,), which somebody else writes."""
+    return _restored(packed)
+
+
 def _restored(packed: FloatArray) -> Target:
     target = Target.__new__(Target)
     target._own(packed)
@@ -123,7 +125,7 @@ class Targets:
         InputError: a wrong shape, not finite, or a rotation part that is not a rotation.
     """
 
-    __slots__ = ("_base", "_count", "address", "packed")
+    __slots__ = ("_count", "packed", "row")
 
     def __init__(self, pose: Any, twist: Any = None, acceleration: Any = None) -> None:
         count = len(pose)
@@ -142,8 +144,7 @@ class Targets:
             if value is not None:
                 self.packed[:, begin : begin + 6] = array(name, value, (count, 6), "(K, 6)")
         self._count = count
-        self._base: int = self.packed.ctypes.data
-        self.address: int = self._base
+        self.row = 0
 
     def __len__(self) -> int:
         return self._count
@@ -155,6 +156,6 @@ class Targets:
             InputError: no such tick.
         """
         if 0 <= k < self._count:
-            self.address = self._base + k * ROW_BYTES
+            self.row = k
             return self
         raise InputError(f"there is no target {k}; the trajectory has targets 0 to {self._count - 1}")

@@ -1,4 +1,7 @@
-"""How joint limits become one interval a joint: the conversions that a planner can be made with."""
+"""How joint limits become one interval a joint: the conversions that a planner can be made with.
+
+Each of them is derived in ``docs/theory/joint-limits.md``.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -6,30 +9,40 @@ from typing import Any, ClassVar
 
 from ftqp.core.checks import non_negative, positive
 from ftqp.core.errors import InputError, nearest
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.layout.enums import Conversion
 
 
 @dataclass(frozen=True, slots=True)
 class Viability:
-    """The default: after every command the joint can still brake before its limits.
+    """After every command the joint can still brake before its limits; this is the default.
 
-    The interval is never empty. Velocity level: exact discrete braking. Source: Del Prete 2018; spec of the
-    different-level scheme, 6.1 and 6.4.
+    The interval is never empty, and every limit holds between the ticks too. At the velocity level the speed
+    towards a limit is that of exact braking in whole ticks.
+
+    Source: A. Del Prete, "Joint position and velocity bounds in discrete-time acceleration/torque control of
+    robot manipulators", IEEE RA-L 3(1), 2018, derived anew in ``docs/theory/joint-limits.md``.
     """
 
     name: ClassVar[str] = "viability"
-    code: ClassVar[int] = codes.VIABILITY
+    code: ClassVar[int] = Conversion.VIABILITY
 
 
 @dataclass(frozen=True, slots=True)
 class Jin:
-    """The conversion of Jin et al. 2017, for its experiments: may come out empty and may overrun a limit.
+    """The conversion of Jin et al. 2017, for its experiments; it may come out empty and may overrun a limit.
 
     Args:
-        gamma_p: gain on the distance to the tightened position limit [1/s2].
-        gamma_v: gain on the distance to the velocity limit [1/s].
-        margin: tightening of the position limits [rad or m].
-        upsilon: gain on the distance to the position limit at the velocity level [1/s].
+        gamma_p: Gain on the distance to the tightened position limit, > 0 [1/s2]. Positions hold only for
+            (v_max/margin)^2 <= gamma_p <= a_max/margin; a larger gain brakes later and harder.
+        gamma_v: Gain on the distance to the velocity limit, > 0 [1/s]. Velocities hold only up to 1/dt; a
+            larger gain lets the speed come nearer to its limit.
+        margin: How much the position limits are tightened, >= 0 [rad or m]. A larger margin leaves less of
+            the range and stops more surely.
+        upsilon: Gain on the distance to the position limit at the velocity level, > 0 and at most 1/dt [1/s].
+            A larger gain lets the joint come faster towards its limit.
+
+    Source: Jin et al. 2017; the position and velocity terms are a reconstruction, see
+    ``docs/theory/joint-limits.md``.
     """
 
     gamma_p: float = 20.0
@@ -37,7 +50,7 @@ class Jin:
     margin: float = 0.1
     upsilon: float = 4.0
     name: ClassVar[str] = "jin"
-    code: ClassVar[int] = codes.JIN
+    code: ClassVar[int] = Conversion.JIN
 
     def __post_init__(self) -> None:
         for key in ("gamma_p", "gamma_v", "upsilon"):
@@ -47,13 +60,14 @@ class Jin:
 
 @dataclass(frozen=True, slots=True)
 class OneStep:
-    """Looks one step ahead only, for comparison: overruns position limits.
+    """The conversion that looks one tick ahead only; it overruns position limits and is there for comparison.
 
-    Source: Flacco, De Luca, Khatib 2012.
+    Source: F. Flacco, A. De Luca, O. Khatib, "Motion control of redundant robots under joint constraints:
+    saturation in the null space", IEEE ICRA 2012.
     """
 
     name: ClassVar[str] = "one_step"
-    code: ClassVar[int] = codes.ONE_STEP
+    code: ClassVar[int] = Conversion.ONE_STEP
 
 
 Bounds = Viability | Jin | OneStep
@@ -70,8 +84,11 @@ def names() -> tuple[str, ...]:
 def by_name(given: "str | Mapping[str, Any] | Bounds") -> Bounds:
     """A conversion from its name, from ``{"name": "jin", "gamma_p": 20.0}``, or as it is.
 
+    Args:
+        given: A name of ``names()``, a mapping with a name and parameters, or a conversion.
+
     Raises:
-        InputError: unknown name or parameter.
+        InputError: The name or a parameter is unknown.
     """
     if isinstance(given, Viability | Jin | OneStep):
         return given

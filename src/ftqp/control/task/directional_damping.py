@@ -1,4 +1,4 @@
-"""Damping: what the task may give up near a singularity so that the joints need not race."""
+"""Directional damping: what the task gives up near a singularity so that the joints need not race."""
 
 from dataclasses import dataclass
 
@@ -7,20 +7,18 @@ from ftqp.core.checks import positive
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DirectionalDamping:
-    """Directional damping: the task gives way along singular directions only, the nearer the more.
+    """The task gives way along singular directions only, the more the nearer the singularity is.
 
-    With sigma the singular values of the reduced Jacobian of the healthy joints, its rows in characteristic
-    lengths,
-    direction k is damped by factor^2 (1 - (sigma_k/threshold)^2)^2 where sigma_k < threshold. The rates that
-    the
-    task then asks for stay below about the wanted twist [lengths/s] over 2 factor.
+    With sigma the singular values of the reduced Jacobian of the healthy joints, its linear rows divided by
+    the characteristic length, direction k is damped by factor^2 (1 - (sigma_k/threshold)^2)^2 where sigma_k <
+    threshold. The rates that the task then asks for stay below about the wanted twist [lengths/s] over 2
+    factor; the derivation is in ``docs/theory/singularities.md``.
 
     Attributes:
-        threshold: singular value below which damping begins; 0.2 is a dozen degrees from an elbow
-            singularity.
-        factor: damping at the singularity itself; larger is calmer and gives up more of the task.
-
-    Source: ``ftqp.kernel.rows.turned_rows.turn_rows``.
+        threshold: The singular value below which damping begins, > 0, without unit; 0.2 is a dozen degrees
+            from an elbow singularity. A larger one begins earlier and gives up more of the task on the way.
+        factor: The damping at the singularity itself, > 0, without unit. A larger one is calmer and gives up
+            more of the task; position tasks may need 0.3.
     """
 
     threshold: float = 0.2

@@ -8,13 +8,18 @@ from ftqp.core.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class EmergencyStop:
-    """Stop when the task error is beyond its threshold and has risen on ``samples`` consecutive ticks.
+    """The planner stops when the task error is too large and has risen on ``samples`` consecutive ticks.
 
     Args:
-        position: threshold of the position error [m]; 0.01 in Jin et al. 2017, where the arm starts on its
-            path. The default leaves room for poses streamed without twists, behind which the tip lags.
-        rotation: threshold of the rotation error [rad].
-        samples: consecutive rising samples; 1 in Jin et al. 2017, 3 against noise.
+        position: The position error beyond which a rising error counts, > 0 [m]. A larger one stops later;
+            Jin et al. 2017 take 0.01, where the arm starts on its path. The default leaves room for poses
+            streamed without twists, behind which the tip lags.
+        rotation: The rotation error beyond which a rising error counts, > 0 [rad]. A larger one stops later.
+        samples: How many ticks in a row the error has to rise, >= 1. One stops at the first rise, as in Jin
+            et al. 2017; more are calmer against noise and later by as many ticks.
+
+    Raises:
+        InputError: A threshold is not positive, or ``samples`` is not a whole number from 1.
     """
 
     position: float = 0.05

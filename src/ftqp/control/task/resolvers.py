@@ -1,38 +1,34 @@
-"""Closed forms in the place of the QP, as recipes; velocity level only.
+"""Closed forms in the place of the QP, as recipes; they work at the velocity level only.
 
-Bounds, faults, errors, monitor and statuses are those of every scheme. A closed form knows no bounds: where
-it breaks one, the command is the allowed one that is nearest and the step says RELAXED.
-Source: Bedrossian 1993; Holt, Desrochers (NASA N94-26281); formulas in
-``ftqp.kernel.closed_forms.pseudoinverses``."""
+Bounds, faults, errors and statuses are those of every scheme. A closed form knows no bounds: where it breaks
+one, the command is the nearest one that is allowed, and the step says RELAXED.
+
+Source: Bedrossian 1993; Holt and Desrochers 1994; the derivations are in ``docs/theory/singularities.md``.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ftqp.control.task.scheme import Criterion
 from ftqp.core.checks import positive
 from ftqp.core.errors import InputError, nearest
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.layout.criteria import Criterion
+from ftqp.kernel.layout.enums import ClosedForm, Rule
 
-RULES = {
-    "bound": codes.BOUND,
-    "bound_2": codes.BOUND_2,
-    "tight": codes.TIGHT,
-    "row": codes.ROW,
-    "exact_2": codes.EXACT_2,
-    "exact_inf": codes.EXACT_INF,
-}
+RULES = {rule.name.lower(): rule for rule in Rule}
 """The rules of the damping factor kappa, by name."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Damping:
-    """How much a damped inverse is damped; only where the undamped rates break the limit.
+    """How much a damped inverse is damped, where the undamped rates would break the limit.
 
     Args:
-        rule: ``bound`` (the paper's equation 16), ``bound_2`` (the same in the 2-norm), ``tight`` (equation
-            15 solved exactly), ``row`` (triangle inequality a joint), ``exact_2`` (the 2-norm of all rates
-            meets the limit), ``exact_inf`` (the largest rate meets it; the least damping of all).
+        rule: How the damping factor is found, from the most to the least damping as a rule: ``bound``
+            (equation 16 of Bedrossian 1993), ``tight`` (its equation 15 solved exactly), ``bound_2``
+            (equation 16 in the 2-norm), ``exact_2`` (the 2-norm of all rates meets the limit), ``row`` (the
+            triangle inequality for each joint, the default) and ``exact_inf`` (the largest rate meets the
+            limit). Less damping keeps more of the task; all of them keep the limit.
     """
 
     rule: str = "row"
@@ -56,15 +52,17 @@ def rule_code(rule: Any) -> int:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Resolver:
-    """A closed form and its parameters; made by the recipes of this module.
+    """A closed form and its parameters; the recipes of this module make it.
 
     Attributes:
-        name: how tables and files call it.
-        method: the kernel's code.
-        weights: of x'diag(weights) x, one a joint, or None.
-        rule: of the damping factor.
-        limit: largest rate of any joint [rad/s or m/s], None: every joint's own velocity limit.
-        threshold: singular values up to this one are dropped [m].
+        name: The name that tables and files use.
+        method: The kernel's code of the method.
+        weights: Weights of v'diag(weights) v, > 0, one a joint, or None for equal ones. The larger a weight,
+            the less its joint moves.
+        rule: The rule of the damping factor, see ``Damping``.
+        limit: The largest rate of any joint, > 0 [rad/s or m/s]; None takes every joint's own velocity limit.
+        threshold: Singular values up to this one are dropped, > 0 [m]. A larger one is calmer and gives up
+            more.
     """
 
     name: str
@@ -82,8 +80,11 @@ class Resolver:
     def at(self, level: str) -> Criterion:
         """The criterion of a QP without task that takes over where the closed form has no answer.
 
+        Args:
+            level: The planner's level; only ``velocity`` has closed forms.
+
         Raises:
-            InputError: another level than velocity.
+            InputError: The level is not ``velocity``.
         """
         if level != "velocity":
             raise InputError(
@@ -107,19 +108,22 @@ def positive_weights(weights: Any) -> tuple[float, ...]:
 
 def pseudoinverse() -> Resolver:
     """Pseudoinverse: the least rates among those nearest to the task, bounds aside."""
-    return Resolver(name="pseudoinverse", method=codes.PSEUDOINVERSE)
+    return Resolver(name="pseudoinverse", method=ClosedForm.PSEUDOINVERSE)
 
 
 def weighted_pseudoinverse(weights: Sequence[float] | None = None) -> Resolver:
     """Weighted pseudoinverse: the least v'diag(weights) v.
 
     Args:
-        weights: one positive number a joint.
+        weights: One positive number a joint. The larger a weight, the less its joint moves.
+
+    Raises:
+        InputError: The weights are missing or not positive.
     """
     if weights is None:
         raise InputError("weighted_pseudoinverse needs weights, one positive number a joint")
     return Resolver(
-        name="weighted_pseudoinverse", method=codes.PSEUDOINVERSE, weights=positive_weights(weights)
+        name="weighted_pseudoinverse", method=ClosedForm.PSEUDOINVERSE, weights=positive_weights(weights)
     )
 
 
@@ -127,14 +131,15 @@ def singularity_robust(rule: str = "row", limit: float | None = None) -> Resolve
     """Singularity-robust inverse: the pseudoinverse, damped by a rule where it would break the rate limit.
 
     Args:
-        rule: of the damping factor, see ``Damping``.
-        limit: largest rate of any joint [rad/s or m/s]; None takes each joint's velocity limit, and the least
-            sum of (v / limit)^2 in place of the least norm.
+        rule: The rule of the damping factor, see ``Damping``.
+        limit: The largest rate of any joint, > 0 [rad/s or m/s]. A larger one damps later and lets joints
+            race more near a singularity. None takes each joint's velocity limit, and the least sum of (v /
+            limit)^2 in place of the least norm.
     """
     rule_code(rule)
     return Resolver(
         name="singularity_robust",
-        method=codes.DAMPED,
+        method=ClosedForm.DAMPED,
         rule=rule,
         limit=None if limit is None else positive("limit", limit, "rad/s"),
     )
@@ -144,10 +149,11 @@ def approximate_pseudoinverse(threshold: float = 0.1) -> Resolver:
     """Approximate pseudoinverse of an arm with a spherical wrist: position first, both blocks truncated.
 
     Args:
-        threshold: singular values up to this one are dropped [m; without unit for the wrist].
+        threshold: Singular values up to this one are dropped, > 0 [m; without unit for the wrist]. A larger
+            one keeps farther from singularities and gives up more of the task; it bounds no rate.
     """
     return Resolver(
         name="approximate_pseudoinverse",
-        method=codes.APPROXIMATE,
+        method=ClosedForm.APPROXIMATE,
         threshold=positive("threshold", threshold, "m"),
     )

@@ -8,36 +8,11 @@ At each level the objective is 1/2 x'Hx + g'x with (``ftqp.kernel.rows.objective
     - manipulability x' d/dq log sqrt det(J J')          (J of the joints that have not failed)
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from ftqp.core.checks import non_negative
 from ftqp.core.errors import InputError
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Criterion:
-    """The coefficients at one level, x being the acceleration or the velocity."""
-
-    norm: float = 0.0
-    norm_v: float = 0.0
-    norm_q: float = 0.0
-    inertia: float = 0.0
-    inertia_v: float = 0.0
-    inertia_h: float = 0.0
-    torque: float = 0.0
-    manipulability: float = 0.0
-
-    def __add__(self, other: "Criterion") -> "Criterion":
-        return Criterion(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
-
-    def scaled(self, weight: float) -> "Criterion":
-        """The criterion times a weight."""
-        return Criterion(**{f.name: weight * getattr(self, f.name) for f in fields(self)})
-
-    @property
-    def needs_inertia(self) -> bool:
-        """Whether M and h are needed every tick."""
-        return self.inertia != 0.0 or self.torque != 0.0
+from ftqp.kernel.layout.criteria import Criterion
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,8 +20,9 @@ class Scheme:
     """A recipe of criteria at both levels; ``a + b`` and ``2.0 * a`` mix schemes.
 
     Attributes:
-        name: how tables and files call it.
-        acceleration, velocity: the coefficients at each level.
+        name: The name that tables and files use.
+        acceleration: The coefficients at the acceleration level.
+        velocity: The coefficients at the velocity level.
     """
 
     name: str
@@ -54,10 +30,13 @@ class Scheme:
     velocity: Criterion
 
     def at(self, level: str) -> Criterion:
-        """The coefficients at ``acceleration`` or ``velocity``.
+        """The coefficients at a level.
+
+        Args:
+            level: ``acceleration`` or ``velocity``.
 
         Raises:
-            InputError: the criterion is not strictly convex, so the command would not be unique.
+            InputError: The criterion is not strictly convex, so the command would not be unique.
         """
         criterion = self.acceleration if level == "acceleration" else self.velocity
         if not (criterion.norm > 0.0 or criterion.inertia > 0.0 or criterion.torque > 0.0):
@@ -85,5 +64,9 @@ class Scheme:
     __rmul__ = __mul__
 
     def named(self, name: str) -> "Scheme":
-        """The same coefficients under another name."""
+        """The same coefficients under another name.
+
+        Args:
+            name: The name that tables and files use.
+        """
         return Scheme(name=name, acceleration=self.acceleration, velocity=self.velocity)

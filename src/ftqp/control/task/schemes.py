@@ -1,6 +1,7 @@
 """The schemes of the field as short recipes, each at both levels, and the closed forms at the velocity level.
 
-Source: Jin et al. 2017 and the works it builds on; spec of the different-level scheme, section 4.
+Source: Jin et al. 2017 and the works it builds on; the objectives at both levels are derived in
+``docs/theory/schemes.md``.
 """
 
 import inspect
@@ -14,16 +15,18 @@ from ftqp.control.task.resolvers import (
     singularity_robust,
     weighted_pseudoinverse,
 )
-from ftqp.control.task.scheme import Criterion, Scheme
+from ftqp.control.task.scheme import Scheme
 from ftqp.core.checks import non_negative, positive
 from ftqp.core.errors import InputError, nearest
+from ftqp.kernel.layout.criteria import Criterion
 
 
 def mvn(gain: float = 4.0) -> Scheme:
     """Minimum velocity norm: 1/2 |a + gain v|^2, or 1/2 |v|^2.
 
     Args:
-        gain: decay of the null-space velocity [1/s]; acceleration level only.
+        gain: Decay of the null-space velocity, >= 0 [1/s], at the acceleration level only. A larger one stops
+            self-motion sooner and with larger accelerations.
     """
     return Scheme(
         name="mvn",
@@ -41,7 +44,8 @@ def mke(gain: float = 4.0) -> Scheme:
     """Minimum kinetic energy: 1/2 (a + gain v)' M (a + gain v), or 1/2 v'M v.
 
     Args:
-        gain: decay of the kinetic energy [1/s]; acceleration level only.
+        gain: Decay of the kinetic energy, >= 0 [1/s], at the acceleration level only. A larger one stops
+            self-motion sooner and with larger accelerations.
     """
     return Scheme(
         name="mke",
@@ -68,7 +72,9 @@ def rmp(mu: float = 4.0, nu: float = 4.0) -> Scheme:
     """Repetitive motion: 1/2 |a + (mu + nu) v + mu nu (q - posture)|^2, or 1/2 |v + mu (q - posture)|^2.
 
     Args:
-        mu, nu: gains of the return to the posture [1/s].
+        mu: First gain of the return to the posture, >= 0 [1/s]. A larger one pulls harder towards the posture
+            and moves the joints more.
+        nu: Second gain of the return to the posture, >= 0 [1/s], at the acceleration level only.
     """
     mu, nu = non_negative("mu", mu, "1/s"), non_negative("nu", nu, "1/s")
     return Scheme(
@@ -86,9 +92,13 @@ def dlsm(
     alpha |tau/tau_ref|^2 + (1 - alpha) |(a + kappa)/a_ref|^2, kappa of ``rmp``.
 
     Args:
-        alpha: share of the torque norm, in [0, 1).
-        mu, nu: gains of the return to the posture [1/s].
-        tau_ref, a_ref: reference scales [N m], [rad/s2].
+        alpha: Share of the torque norm, in [0, 1). Towards 1 torques are smaller at every tick and, being
+            greedy, larger later.
+        mu: First gain of the return to the posture, >= 0 [1/s]. A larger one pulls harder towards the
+            posture.
+        nu: Second gain of the return to the posture, >= 0 [1/s], at the acceleration level only.
+        tau_ref: The torque that counts as one unit, > 0 [N m]. A larger one makes torques count less.
+        a_ref: The acceleration that counts as one unit, > 0 [rad/s2]. A larger one makes the rest count less.
     """
     return _mix("dlsm", alpha, rmp(mu, nu), tau_ref, a_ref)
 
@@ -97,24 +107,27 @@ def dlsm_mvn(alpha: float = 0.995, gain: float = 4.0, tau_ref: float = 1.0, a_re
     """Different-level scheme with the velocity norm in place of repetitive motion.
 
     Args:
-        alpha: share of the torque norm, in [0, 1).
-        gain: decay of the null-space velocity [1/s].
-        tau_ref, a_ref: reference scales [N m], [rad/s2].
+        alpha: Share of the torque norm, in [0, 1). Towards 1 torques are smaller at every tick and, being
+            greedy, larger later.
+        gain: Decay of the null-space velocity, >= 0 [1/s], at the acceleration level only. A larger one stops
+            self-motion sooner.
+        tau_ref: The torque that counts as one unit, > 0 [N m]. A larger one makes torques count less.
+        a_ref: The acceleration that counts as one unit, > 0 [rad/s2]. A larger one makes the rest count less.
     """
     return _mix("dlsm_mvn", alpha, mvn(gain), tau_ref, a_ref)
 
 
 def manipulability(gain: float = 0.1, rate: float = 4.0) -> Scheme:
-    """A term to add to other schemes: draws the null space up the gradient of the manipulability.
+    """A term to add to other schemes: it draws the null space up the gradient of the manipulability.
 
-    - gain x' d/dq log sqrt det(J J'), J of the joints that have not failed (times ``rate`` at the
-    acceleration
-    level): beside ``mvn`` the null-space velocity tends to gain times the gradient.
+    The term is - gain x' d/dq log sqrt det(J J'), J of the joints that have not failed (times ``rate`` at the
+    acceleration level): beside ``mvn`` the null-space velocity tends to gain times the gradient.
 
     Args:
-        gain: of the gradient [rad2/s].
-        rate: how fast the velocity approaches it, ``gain`` of the ``mvn`` beside it [1/s]; acceleration level
-            only.
+        gain: How fast the arm moves up the gradient, >= 0 [rad2/s]. A larger one leaves singular postures
+            sooner and moves the joints more.
+        rate: How fast the velocity approaches that, >= 0 [1/s], at the acceleration level only; give it the
+            ``gain`` of the ``mvn`` beside it.
     """
     gain, rate = non_negative("gain", gain, "rad2/s"), non_negative("rate", rate, "1/s")
     return Scheme(
@@ -128,8 +141,10 @@ def mvn_manipulability(gain: float = 0.1, rate: float = 4.0) -> Scheme:
     """Minimum velocity norm, drawn away from singularities: 1/2 |a + rate (v - gain d/dq log w)|^2.
 
     Args:
-        gain: of the gradient of the log manipulability [rad2/s].
-        rate: decay of the null-space velocity [1/s]; acceleration level only.
+        gain: How fast the arm moves up the gradient of log w, w = sqrt det(J J'), >= 0 [rad2/s]. A larger one
+            leaves singular postures sooner and moves the joints more.
+        rate: Decay of the null-space velocity, >= 0 [1/s], at the acceleration level only. A larger one stops
+            self-motion sooner.
     """
     return (mvn(rate) + manipulability(gain, rate)).named("mvn_manipulability")
 
@@ -174,10 +189,13 @@ def closed_forms() -> tuple[str, ...]:
 
 
 def recipe(name: str) -> Callable[..., Scheme | Resolver]:
-    """The recipe of that name.
+    """The recipe of a scheme.
+
+    Args:
+        name: A name of ``names()``.
 
     Raises:
-        InputError: unknown name.
+        InputError: The name is unknown.
     """
     if name not in _RECIPES:
         raise InputError(
@@ -187,10 +205,13 @@ def recipe(name: str) -> Callable[..., Scheme | Resolver]:
 
 
 def by_name(given: "str | Mapping[str, Any] | Scheme | Resolver | None") -> Scheme | Resolver:
-    """A scheme from its name, ``{"name": "dlsm", "alpha": 0.99}``, a scheme (as it is) or None (mvn).
+    """A scheme from its name, ``{"name": "dlsm", "alpha": 0.99}``, a scheme as it is, or None for mvn.
+
+    Args:
+        given: A name of ``names()``, a mapping with a name and parameters, a scheme, or None.
 
     Raises:
-        InputError: unknown name or parameter.
+        InputError: The name or a parameter is unknown.
     """
     if given is None:
         return mvn()

@@ -6,24 +6,19 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.directional_damping import DirectionalDamping
 from ftqp.core.checks import FloatArray, array, non_negative, positive
 from ftqp.core.errors import InputError, nearest
-from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.layout.enums import Mode
+from ftqp.kernel.layout.rows import COMPONENTS
 
-COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
-"""Rows of a pose: position along W, rotation about the axes of W."""
 ROW_SETS: dict[str, tuple[str, ...]] = {
     "pose": COMPONENTS,
     "position": COMPONENTS[:3],
     "position_axis": COMPONENTS[:5],
 }
-MODES = {
-    "hard": codes.HARD,
-    "slack": codes.SLACK,
-    "scaled": codes.SCALE,
-    "lexicographic": codes.LEXICOGRAPHIC,
-}
+MODES = {mode.name.lower(): mode for mode in Mode}
 PRIORITIES = {
     "weighted": (1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
     "position_first": (1e-2, 1e-2, 1e-2, 1e2, 1e2, 1e2),
@@ -35,24 +30,34 @@ DEFAULT_GAINS = {"acceleration": (100.0, 20.0), "velocity": (10.0, 0.0)}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """What the tip has to do.
+    """What the tip has to do, and what gives way when it cannot.
 
     Args:
-        rows: ``pose``, ``position``, ``position_axis`` (position and the direction of the tool axis), or
-            names among x, y, z, rx, ry, rz; None takes the robot's own (planar arms: x, y).
-        mode: ``slack`` (default) leaves a residual where limits demand it, ``hard`` treats the task as an
-            equality and reports RELAXED when it has no solution, ``scaled`` slows down and keeps the
-            direction, ``lexicographic`` first makes the residual as small as can be, then minimises the
-            objective.
-        kp: position gain [1/s2] at the acceleration level, [1/s] at the velocity level; None is 100 and 10.
-        kv: velocity gain [1/s], acceleration level only; None is 2 sqrt(kp).
-        length: characteristic length [m] that angular rows are multiplied by; None takes the robot's.
-        axis: (3,) tool axis in the tip frame, for ``position_axis``.
-        slack: compliance of the task rows relative to the QP's own magnitude, for ``slack``.
-        priority: ``weighted``: rotation counts as much as position; ``position_first``: rotation gets what
-            position leaves.
-        damping: lets the task give way along singular directions; None never does. Not for ``scaled``, whose
-            path waits at a singularity instead, nor with a priority.
+        rows: What of the pose is followed: ``pose``, ``position``, ``position_axis`` (position and the
+            direction of the tool axis), or names among x, y, z, rx, ry, rz. Fewer rows leave more freedom to
+            the scheme and to failures. None takes the robot's own; planar arms follow x and y.
+        mode: What happens when limits forbid the task: ``slack`` (default) leaves the smallest weighted
+            residual, ``hard`` treats the task as an equality and reports RELAXED when it has no solution,
+            ``scaled`` slows down and keeps the direction, ``lexicographic`` first makes the residual as small
+            as can be and then minimises the objective.
+        kp: Gain on the pose error, >= 0, [1/s2] at the acceleration level and [1/s] at the velocity level. A
+            larger one corrects errors faster and passes on more measurement noise; kp dt must stay below 2 at
+            the velocity level. None is 100 and 10.
+        kv: Gain on the error of the twist, >= 0 [1/s], at the acceleration level only. A larger one damps
+            more; kv dt must stay below 2. None is 2 sqrt(kp), critical damping.
+        length: The characteristic length that angular rows are multiplied by, > 0 [m]. A larger one makes
+            rotation count more beside position. None takes the robot's, a sixth of its reach.
+        axis: The tool axis in the tip frame, (3,), for ``position_axis``; its length does not matter.
+        slack: How soft the task is, 1e-12 to 1, without unit, relative to the QP's own magnitude, for
+            ``slack``. A larger one gives up more of the task near limits and singularities.
+        priority: ``weighted`` lets rotation count as much as position; ``position_first`` leaves to rotation
+            what position does not need.
+        damping: Lets the task give way along singular directions, see ``DirectionalDamping``; None never
+            does. It goes neither with ``scaled``, whose path waits at a singularity instead, nor with
+            ``position_first``.
+
+    Raises:
+        InputError: A name is unknown, a number is out of its range, or two settings exclude each other.
     """
 
     rows: str | tuple[str, ...] | None = None
@@ -78,23 +83,13 @@ class Task:
                 f"task priority is {self.priority!r}{nearest(str(self.priority), PRIORITIES)}, "
                 f"expected one of {', '.join(PRIORITIES)}"
             )
-        if self.priority != "weighted" and self.mode == "hard":
-            raise InputError("priority 'position_first' needs rows that can give way; mode 'hard' has none")
-        if self.damping is not None:
-            if not isinstance(self.damping, DirectionalDamping):
-                raise InputError(
-                    f"damping is {self.damping!r:.60}, expected an ftqp.DirectionalDamping or None"
-                )
-            if self.priority != "weighted":
-                raise InputError(
-                    "damping does not go with priority 'position_first': it gives way along directions that "
-                    "mix position and rotation; leave one of them out"
-                )
-            if self.mode == "scaled":
-                raise InputError(
-                    "damping does not go with task mode 'scaled', which slows down at a singularity and "
-                    "stays on its path; leave damping out, or use mode 'slack'"
-                )
+        if self.damping is not None and not isinstance(self.damping, DirectionalDamping):
+            raise InputError(f"damping is {self.damping!r:.60}, expected an ftqp.DirectionalDamping or None")
+        refuse(
+            mode=self.mode,
+            priority=self.priority,
+            damping="none" if self.damping is None else "directional",
+        )
         for name in ("kp", "kv"):
             if getattr(self, name) is not None:
                 non_negative(name, getattr(self, name))
@@ -106,7 +101,11 @@ class Task:
             raise InputError("axis is zero, expected the direction of the tool in the tip frame")
 
     def gains(self, level: str) -> tuple[float, float]:
-        """kp and kv at ``acceleration`` or ``velocity``."""
+        """The gains kp and kv that the task has at a level.
+
+        Args:
+            level: ``acceleration`` or ``velocity``.
+        """
         kp, kv = DEFAULT_GAINS[level]
         if self.kp is not None:
             kp = float(self.kp)

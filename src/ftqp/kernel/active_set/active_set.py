@@ -39,214 +39,214 @@ REFINEMENTS = 3
 
 
 @jit
-def _worst_violation(K: Any) -> tuple[int, int, float]:
+def _worst_violation(Q: Any) -> tuple[int, int, float]:
     """Code and side of the bound or row that x violates most, or -1, and by how much."""
-    n, m = K.nx, K.meq
-    worst, code, side = K.tolerance, -1, 0
+    n, m = Q.nx, Q.meq
+    worst, code, side = Q.tolerance, -1, 0
     for i in range(n):
-        if K.active[i] == 0 and K.root[i] != 0.0:
-            x = K.x[i]
-            if K.lb[i] - x > worst:
-                worst, code, side = K.lb[i] - x, m + i, 1
-            if x - K.ub[i] > worst:
-                worst, code, side = x - K.ub[i], m + i, -1
-    for j in range(K.nc):
-        if K.active[n + j] == 0 and (K.l[j] > -inf or K.u[j] < inf):
+        if Q.active[i] == 0 and Q.root[i] != 0.0:
+            x = Q.x[i]
+            if Q.lb[i] - x > worst:
+                worst, code, side = Q.lb[i] - x, m + i, 1
+            if x - Q.ub[i] > worst:
+                worst, code, side = x - Q.ub[i], m + i, -1
+    for j in range(Q.nc):
+        if Q.active[n + j] == 0 and (Q.l[j] > -inf or Q.u[j] < inf):
             s = 0.0
-            row = K.C[j]
+            row = Q.C[j]
             for i in range(n):
-                s += row[i] * K.x[i]
-            if K.l[j] - s > worst:
-                worst, code, side = K.l[j] - s, m + n + j, 1
-            if s - K.u[j] > worst:
-                worst, code, side = s - K.u[j], m + n + j, -1
+                s += row[i] * Q.x[i]
+            if Q.l[j] - s > worst:
+                worst, code, side = Q.l[j] - s, m + n + j, 1
+            if s - Q.u[j] > worst:
+                worst, code, side = s - Q.u[j], m + n + j, -1
     return code, side, worst
 
 
 @jit
-def _is_rounding(K: Any, q: int, violation: float) -> bool:
+def _is_rounding(Q: Any, q: int, violation: float) -> bool:
     """Whether errors of ``tolerance`` in the q rows that a row depends on explain its violation.
 
     The row is sum r_i N_i, r left in lam_new by ``_trade_places``: many limits meet in one point.
     """
     weight = 1.0
     for i in range(q):
-        weight += abs(K.lam_new[i])
-    return violation <= K.tolerance * weight
+        weight += abs(Q.lam_new[i])
+    return violation <= Q.tolerance * weight
 
 
 @jit
-def _start(K: Any, warm: int) -> tuple[int, int]:
+def _start(Q: Any, warm: int) -> tuple[int, int]:
     """The first working set: task rows, equality rows of C, then the last one. (rows, equalities)"""
-    m, n = K.meq, K.nx
-    for k in range(n + K.nc):
-        K.active[k] = 0
+    m, n = Q.meq, Q.nx
+    for k in range(n + Q.nc):
+        Q.active[k] = 0
     q = 0
-    if not K.dense and m <= n and enter_task_rows(K):
+    if not Q.dense and m <= n and enter_task_rows(Q):
         q = m
     else:
         for k in range(m):
-            if enter(K, q, k, 0, 0.0):
+            if enter(Q, q, k, 0, 0.0):
                 q += 1
-    for j in range(K.nc):
-        if K.l[j] == K.u[j] and enter(K, q, m + n + j, 0, 0.0):
+    for j in range(Q.nc):
+        if Q.l[j] == Q.u[j] and enter(Q, q, m + n + j, 0, 0.0):
             q += 1
     equalities = q
     for k in range(warm):
-        code, side = K.warm_code[k], K.warm_side[k]
+        code, side = Q.warm_code[k], Q.warm_side[k]
         if code < m + n:
             i = code - m
-            if K.root[i] == 0.0 or (K.lb[i] if side > 0 else K.ub[i]) in (inf, -inf):
+            if Q.root[i] == 0.0 or (Q.lb[i] if side > 0 else Q.ub[i]) in (inf, -inf):
                 continue
         else:
             j = code - m - n
-            if j >= K.nc or K.l[j] == K.u[j] or (K.l[j] if side > 0 else K.u[j]) in (inf, -inf):
+            if j >= Q.nc or Q.l[j] == Q.u[j] or (Q.l[j] if side > 0 else Q.u[j]) in (inf, -inf):
                 continue
-        if enter(K, q, code, side, K.warm_lam[k]):
+        if enter(Q, q, code, side, Q.warm_lam[k]):
             q += 1
     return q, equalities
 
 
 @jit
-def _trade_places(K: Any, q: int, equalities: int, side: int, lam: float) -> tuple[int, float, bool]:
+def _trade_places(Q: Any, q: int, equalities: int, side: int, lam: float) -> tuple[int, float, bool]:
     """The entering row q depends on the others: move along the null direction until a multiplier vanishes.
 
     Returns (rows left, multiplier of the entering row, False when none vanishes: the QP is infeasible).
     """
-    r = K.lam_new
+    r = Q.lam_new
     for i in range(q):
-        r[i] = K.L[q, i] * side
+        r[i] = Q.L[q, i] * side
     for i in range(q - 1, -1, -1):
-        r[i] *= K.L[i, i]
+        r[i] *= Q.L[i, i]
         s = r[i]
         for j in range(i):
-            r[j] -= K.L[i, j] * s
+            r[j] -= Q.L[i, j] * s
     best, k = inf, -1
     for i in range(equalities, q):
-        slope = r[i] * K.side[i]
-        if slope > 1e-13 and abs(K.lam[i]) < best * slope:
-            best, k = abs(K.lam[i]) / slope, i
+        slope = r[i] * Q.side[i]
+        if slope > 1e-13 and abs(Q.lam[i]) < best * slope:
+            best, k = abs(Q.lam[i]) / slope, i
     if k < 0:
         return q, lam, False
     for i in range(q):
-        K.lam[i] -= best * r[i]
-    return leave(K, q, k), lam + best * side, True
+        Q.lam[i] -= best * r[i]
+    return leave(Q, q, k), lam + best * side, True
 
 
 @jit
-def _publish(K: Any, q: int, equalities: int) -> None:
+def _publish(Q: Any, q: int, equalities: int) -> None:
     """Multipliers by the convention of ftqp.QP, and the working set for the next start."""
-    n, m = K.nx, K.meq
+    n, m = Q.nx, Q.meq
     for k in range(m):
-        K.y[k] = 0.0
+        Q.y[k] = 0.0
     for i in range(n):
-        K.z_box[i] = 0.0
-    for j in range(K.nc):
-        K.z[j] = 0.0
+        Q.z_box[i] = 0.0
+    for j in range(Q.nc):
+        Q.z[j] = 0.0
     for k in range(q):
-        code = K.code[k]
+        code = Q.code[k]
         if code < m:
-            K.y[code] = -K.lam[k]
+            Q.y[code] = -Q.lam[k]
         elif code < m + n:
-            K.z_box[code - m] = -K.lam[k]
+            Q.z_box[code - m] = -Q.lam[k]
         else:
-            K.z[code - m - n] = -K.lam[k]
-    K.warm = q - equalities
+            Q.z[code - m - n] = -Q.lam[k]
+    Q.warm = q - equalities
     for k in range(equalities, q):
         w = k - equalities
-        K.warm_code[w], K.warm_side[w], K.warm_lam[w] = K.code[k], K.side[k], K.lam[k]
+        Q.warm_code[w], Q.warm_side[w], Q.warm_lam[w] = Q.code[k], Q.side[k], Q.lam[k]
     for i in range(n):  # stationarity gives the multipliers of fixed variables
-        if K.root[i] == 0.0:
-            s = K.g[i]
-            if K.dense:
+        if Q.root[i] == 0.0:
+            s = Q.g[i]
+            if Q.dense:
                 for j in range(n):
-                    s += K.H[i, j] * K.x[j]
+                    s += Q.H[i, j] * Q.x[j]
             else:
-                s += K.H_diagonal[i] * K.x[i]
+                s += Q.H_diagonal[i] * Q.x[i]
             for k in range(m):
-                s += K.A[k, i] * K.y[k]
-            for j in range(K.nc):
-                s += K.C[j, i] * K.z[j]
-            K.z_box[i] = -s
+                s += Q.A[k, i] * Q.y[k]
+            for j in range(Q.nc):
+                s += Q.C[j, i] * Q.z[j]
+            Q.z_box[i] = -s
 
 
 @jit
-def _task_rows_hold(K: Any) -> bool:
+def _task_rows_hold(Q: Any) -> bool:
     """Whether the hard rows left out as dependent hold all the same."""
-    n = K.nx
-    for k in range(K.meq):
-        if K.soft[k] <= 0.0:
-            s = K.b[k]
-            size = abs(K.b[k])
+    n = Q.nx
+    for k in range(Q.meq):
+        if Q.soft[k] <= 0.0:
+            s = Q.b[k]
+            size = abs(Q.b[k])
             for i in range(n):
-                s -= K.A[k, i] * K.x[i]
-                size = max(size, abs(K.A[k, i] * K.x[i]))
+                s -= Q.A[k, i] * Q.x[i]
+                size = max(size, abs(Q.A[k, i] * Q.x[i]))
             if not abs(s) <= 1e-8 * (1.0 + size):
                 return False
     return True
 
 
 @jit
-def active_set(K: Any) -> int:
+def active_set(Q: Any) -> int:
     """Solve the QP from its last working set: SOLVED, MAX_ITERATIONS, INFEASIBLE or FAILED (H not > 0)."""
-    warm = K.warm
-    K.warm = 0
-    K.iterations = 0
-    for i in range(K.nx):
-        if not K.lb[i] <= K.ub[i]:
+    warm = Q.warm
+    Q.warm = 0
+    Q.iterations = 0
+    for i in range(Q.nx):
+        if not Q.lb[i] <= Q.ub[i]:
             return INFEASIBLE
-    for j in range(K.nc):
-        if not K.l[j] <= K.u[j]:
+    for j in range(Q.nc):
+        if not Q.l[j] <= Q.u[j]:
             return INFEASIBLE
-    if not minimise_free(K):
+    if not minimise_free(Q):
         return FAILED
-    q, equalities = _start(K, warm)
-    working = len(K.lam)
-    for it in range(K.max_iterations):
+    q, equalities = _start(Q, warm)
+    working = len(Q.lam)
+    for it in range(Q.max_iterations):
         for i in range(q):
-            K.lam_new[i] = K.t[i]
-        solve_dual(K, q, K.lam_new)
+            Q.lam_new[i] = Q.t[i]
+        solve_dual(Q, q, Q.lam_new)
         step, k = 1.0, -1
         for i in range(equalities, q):
-            if K.lam_new[i] * K.side[i] < 0.0:
-                d = K.lam[i] - K.lam_new[i]
-                f = K.lam[i] / d if d != 0.0 else 0.0
+            if Q.lam_new[i] * Q.side[i] < 0.0:
+                d = Q.lam[i] - Q.lam_new[i]
+                f = Q.lam[i] / d if d != 0.0 else 0.0
                 if f < step:
                     step, k = f, i
         if k >= 0:
             for i in range(q):
-                K.lam[i] += step * (K.lam_new[i] - K.lam[i])
-            q = leave(K, q, k)
+                Q.lam[i] += step * (Q.lam_new[i] - Q.lam[i])
+            q = leave(Q, q, k)
             continue
         for i in range(q):
-            K.lam[i] = K.lam_new[i]
-        primal(K, q, K.lam, K.x)
-        for i in range(K.nx):
-            K.x[i] += K.x_free[i]
+            Q.lam[i] = Q.lam_new[i]
+        primal(Q, q, Q.lam, Q.x)
+        for i in range(Q.nx):
+            Q.x[i] += Q.x_free[i]
         for _ in range(REFINEMENTS):
-            if not refine(K, q):
+            if not refine(Q, q):
                 break
-        code, side, violation = _worst_violation(K)
+        code, side, violation = _worst_violation(Q)
         if code < 0:
-            K.iterations = it + 1
-            if not _task_rows_hold(K):
+            Q.iterations = it + 1
+            if not _task_rows_hold(Q):
                 return INFEASIBLE
-            _publish(K, q, equalities)
+            _publish(Q, q, equalities)
             return SOLVED
         lam = 0.0
         if q >= working:
             return FAILED
         possible = True
-        while not enter(K, q, code, side, lam):
-            q, lam, possible = _trade_places(K, q, equalities, side, lam)
+        while not enter(Q, q, code, side, lam):
+            q, lam, possible = _trade_places(Q, q, equalities, side, lam)
             if not possible:
                 break
         if possible:
             q += 1
-        elif _is_rounding(K, q, violation):
-            K.active[code - K.meq] = 1  # met as well as rounding lets it: no longer looked at
+        elif _is_rounding(Q, q, violation):
+            Q.active[code - Q.meq] = 1  # met as well as rounding lets it: no longer looked at
         else:
-            K.iterations = it + 1
+            Q.iterations = it + 1
             return INFEASIBLE
-    K.iterations = K.max_iterations
+    Q.iterations = Q.max_iterations
     return MAX_ITERATIONS

@@ -13,51 +13,54 @@ def forward_kinematics(K: Any) -> None:
 
     Column i of J: (z_i x (o_tip - o_i); z_i) for a revolute joint, (z_i; 0) for a prismatic one.
     """
-    n = K.n
+    chain, state, kinematics = K.chain, K.state, K.kinematics
+    n = chain.n
     joint_sines(K)
     for i in range(n):
-        P = K.rotation[i]
-        s, c = K.sine[i], K.cosine[i]
+        P = chain.rotation[i]
+        s, c = kinematics.sine[i], kinematics.cosine[i]
         # rotation_i Rz(q_i) first: it does not wait for the frames before
         L0, L1, L3, L4 = c * P[0] + s * P[1], c * P[1] - s * P[0], c * P[3] + s * P[4], c * P[4] - s * P[3]
         L6, L7 = c * P[6] + s * P[7], c * P[7] - s * P[6]
         L2, L5, L8 = P[2], P[5], P[8]
-        R = K.R[i]
+        R = kinematics.R[i]
         if i == 0:
             R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8] = L0, L1, L2, L3, L4, L5, L6, L7, L8
             for r in range(3):
-                K.o[0, r] = K.translation[0, r]
+                kinematics.o[0, r] = chain.translation[0, r]
         else:
-            B = K.R[i - 1]
-            t0, t1, t2 = K.translation[i, 0], K.translation[i, 1], K.translation[i, 2]
+            B = kinematics.R[i - 1]
+            t0, t1, t2 = chain.translation[i, 0], chain.translation[i, 1], chain.translation[i, 2]
             for r in range(3):
                 x, y, z = B[3 * r], B[3 * r + 1], B[3 * r + 2]
                 R[3 * r] = x * L0 + y * L3 + z * L6
                 R[3 * r + 1] = x * L1 + y * L4 + z * L7
                 R[3 * r + 2] = x * L2 + y * L5 + z * L8
-                K.o[i, r] = K.o[i - 1, r] + x * t0 + y * t1 + z * t2
+                kinematics.o[i, r] = kinematics.o[i - 1, r] + x * t0 + y * t1 + z * t2
         for r in range(3):
-            K.axis_w[i, r] = R[3 * r + 2]
-        if K.prismatic[i]:
+            kinematics.axis_w[i, r] = R[3 * r + 2]
+        if chain.prismatic[i]:
             for r in range(3):
-                K.o[i, r] += K.q[i] * R[3 * r + 2]
-    B = K.R[n - 1]
-    P = K.tip_rotation
-    t0, t1, t2 = K.tip_translation[0], K.tip_translation[1], K.tip_translation[2]
+                kinematics.o[i, r] += state.q[i] * R[3 * r + 2]
+    B = kinematics.R[n - 1]
+    P = chain.tip_rotation
+    t0, t1, t2 = chain.tip_translation[0], chain.tip_translation[1], chain.tip_translation[2]
     for r in range(3):
         a, b, c = B[3 * r], B[3 * r + 1], B[3 * r + 2]
         for j in range(3):
-            K.R_tip[3 * r + j] = a * P[j] + b * P[3 + j] + c * P[6 + j]
-        K.o_tip[r] = K.o[n - 1, r] + a * t0 + b * t1 + c * t2
-    p0, p1, p2 = K.o_tip[0], K.o_tip[1], K.o_tip[2]
-    J = K.J
+            kinematics.R_tip[3 * r + j] = a * P[j] + b * P[3 + j] + c * P[6 + j]
+        kinematics.o_tip[r] = kinematics.o[n - 1, r] + a * t0 + b * t1 + c * t2
+    p0, p1, p2 = kinematics.o_tip[0], kinematics.o_tip[1], kinematics.o_tip[2]
+    J = kinematics.J
     for i in range(n):
-        z0, z1, z2 = K.axis_w[i, 0], K.axis_w[i, 1], K.axis_w[i, 2]
-        if K.prismatic[i]:
+        z0, z1, z2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
+        if chain.prismatic[i]:
             J[0, i], J[1, i], J[2, i] = z0, z1, z2
             J[3, i], J[4, i], J[5, i] = 0.0, 0.0, 0.0
         else:
-            J[0, i], J[1, i], J[2, i] = cross(z0, z1, z2, p0 - K.o[i, 0], p1 - K.o[i, 1], p2 - K.o[i, 2])
+            J[0, i], J[1, i], J[2, i] = cross(
+                z0, z1, z2, p0 - kinematics.o[i, 0], p1 - kinematics.o[i, 1], p2 - kinematics.o[i, 2]
+            )
             J[3, i], J[4, i], J[5, i] = z0, z1, z2
 
 
@@ -69,16 +72,17 @@ def motion(K: Any) -> None:
     the tip's
     classical acceleration Jdot v, in which that offset is taken back.
     """
-    n = K.n
+    chain, state, kinematics = K.chain, K.state, K.kinematics
+    n = chain.n
     w0 = w1 = w2 = 0.0
     l0 = l1 = l2 = 0.0
-    a0, a1, a2 = -K.gravity[0], -K.gravity[1], -K.gravity[2]
+    a0, a1, a2 = -chain.gravity[0], -chain.gravity[1], -chain.gravity[2]
     b0 = b1 = b2 = 0.0
     for i in range(n + 1):
         if i < n:
-            e0, e1, e2 = K.o[i, 0], K.o[i, 1], K.o[i, 2]
+            e0, e1, e2 = kinematics.o[i, 0], kinematics.o[i, 1], kinematics.o[i, 2]
         else:
-            e0, e1, e2 = K.o_tip[0], K.o_tip[1], K.o_tip[2]
+            e0, e1, e2 = kinematics.o_tip[0], kinematics.o_tip[1], kinematics.o_tip[2]
         if i > 0:  # a += alpha x r + w x (w x r)
             r0, r1, r2 = e0 - b0, e1 - b1, e2 - b2
             t0, t1, t2 = cross(w0, w1, w2, r0, r1, r2)
@@ -89,9 +93,14 @@ def motion(K: Any) -> None:
             a2 += t2 + c2
         b0, b1, b2 = e0, e1, e2
         if i < n:
-            z0, z1, z2, v = K.axis_w[i, 0], K.axis_w[i, 1], K.axis_w[i, 2], K.v[i]
+            z0, z1, z2, v = (
+                kinematics.axis_w[i, 0],
+                kinematics.axis_w[i, 1],
+                kinematics.axis_w[i, 2],
+                state.v[i],
+            )
             t0, t1, t2 = cross(w0, w1, w2, z0, z1, z2)
-            if K.prismatic[i]:  # Coriolis: 2 w x z v
+            if chain.prismatic[i]:  # Coriolis: 2 w x z v
                 a0 += 2.0 * v * t0
                 a1 += 2.0 * v * t1
                 a2 += 2.0 * v * t2
@@ -102,8 +111,12 @@ def motion(K: Any) -> None:
                 w0 += z0 * v
                 w1 += z1 * v
                 w2 += z2 * v
-            K.w[i, 0], K.w[i, 1], K.w[i, 2] = w0, w1, w2
-            K.alpha[i, 0], K.alpha[i, 1], K.alpha[i, 2] = l0, l1, l2
-            K.acc[i, 0], K.acc[i, 1], K.acc[i, 2] = a0, a1, a2
-    K.drift[0], K.drift[1], K.drift[2] = a0 + K.gravity[0], a1 + K.gravity[1], a2 + K.gravity[2]
-    K.drift[3], K.drift[4], K.drift[5] = l0, l1, l2
+            kinematics.w[i, 0], kinematics.w[i, 1], kinematics.w[i, 2] = w0, w1, w2
+            kinematics.alpha[i, 0], kinematics.alpha[i, 1], kinematics.alpha[i, 2] = l0, l1, l2
+            kinematics.acc[i, 0], kinematics.acc[i, 1], kinematics.acc[i, 2] = a0, a1, a2
+    kinematics.drift[0], kinematics.drift[1], kinematics.drift[2] = (
+        a0 + chain.gravity[0],
+        a1 + chain.gravity[1],
+        a2 + chain.gravity[2],
+    )
+    kinematics.drift[3], kinematics.drift[4], kinematics.drift[5] = l0, l1, l2

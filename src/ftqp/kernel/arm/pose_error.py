@@ -39,24 +39,25 @@ def pose_error(K: Any) -> None:
 
     Uses the measured tip pose when there is one, else the one of forward kinematics.
     """
-    T = K.target
-    if K.has_tip_measured:
-        P = K.tip_measured
+    kinematics, task = K.kinematics, K.task
+    T = task.target
+    if task.has_tip_measured:
+        P = task.tip_measured
         for r in range(3):
-            K.error[r] = T[4 * r + 3] - P[r, 3]
+            task.error[r] = T[4 * r + 3] - P[r, 3]
         R0, R1, R2 = P[0, 0], P[0, 1], P[0, 2]
         R3, R4, R5 = P[1, 0], P[1, 1], P[1, 2]
         R6, R7, R8 = P[2, 0], P[2, 1], P[2, 2]
     else:
-        R = K.R_tip
+        R = kinematics.R_tip
         for r in range(3):
-            K.error[r] = T[4 * r + 3] - K.o_tip[r]
+            task.error[r] = T[4 * r + 3] - kinematics.o_tip[r]
         R0, R1, R2, R3, R4, R5, R6, R7, R8 = R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8]
-    if not K.uses_rotation:
-        K.error[3], K.error[4], K.error[5] = 0.0, 0.0, 0.0
+    if not task.uses_rotation:
+        task.error[3], task.error[4], task.error[5] = 0.0, 0.0, 0.0
         return
-    if K.tool_rows:
-        axis = K.axis
+    if task.tool_rows:
+        axis = task.axis
         a0 = R0 * axis[2] + R1 * axis[5] + R2 * axis[8]
         a1 = R3 * axis[2] + R4 * axis[5] + R5 * axis[8]
         a2 = R6 * axis[2] + R7 * axis[5] + R8 * axis[8]
@@ -77,9 +78,9 @@ def pose_error(K: Any) -> None:
             x = R0 * axis[0] + R1 * axis[3] + R2 * axis[6]
             y = R3 * axis[0] + R4 * axis[3] + R5 * axis[6]
             z = R6 * axis[0] + R7 * axis[3] + R8 * axis[6]
-        K.error[3], K.error[4], K.error[5] = f * x, f * y, f * z
+        task.error[3], task.error[4], task.error[5] = f * x, f * y, f * z
         return
-    K.error[3], K.error[4], K.error[5] = rotation_vector(
+    task.error[3], task.error[4], task.error[5] = rotation_vector(
         T[0] * R0 + T[1] * R1 + T[2] * R2,
         T[0] * R3 + T[1] * R4 + T[2] * R5,
         T[0] * R6 + T[1] * R7 + T[2] * R8,

@@ -79,22 +79,25 @@ def wrist_jacobian(K: Any, P: Any) -> None:
 
     p_w = o + wrist z of the last joint but one; the twist moves there by v_w = v - omega x (p_tip - p_w).
     """
-    n = K.n
+    chain, kinematics, task, qp = K.chain, K.kinematics, K.task, K.qp
+    n = chain.n
     middle = n - 2
-    p0 = K.o[middle, 0] + P.wrist * K.axis_w[middle, 0]
-    p1 = K.o[middle, 1] + P.wrist * K.axis_w[middle, 1]
-    p2 = K.o[middle, 2] + P.wrist * K.axis_w[middle, 2]
+    p0 = kinematics.o[middle, 0] + P.wrist * kinematics.axis_w[middle, 0]
+    p1 = kinematics.o[middle, 1] + P.wrist * kinematics.axis_w[middle, 1]
+    p2 = kinematics.o[middle, 2] + P.wrist * kinematics.axis_w[middle, 2]
     for i in range(n):
-        z0, z1, z2 = K.axis_w[i, 0], K.axis_w[i, 1], K.axis_w[i, 2]
-        if K.prismatic[i]:
+        z0, z1, z2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
+        if chain.prismatic[i]:
             P.A[0, i], P.A[1, i], P.A[2, i] = z0, z1, z2
             P.A[3, i], P.A[4, i], P.A[5, i] = 0.0, 0.0, 0.0
         else:
-            t0, t1, t2 = cross(z0, z1, z2, p0 - K.o[i, 0], p1 - K.o[i, 1], p2 - K.o[i, 2])
+            t0, t1, t2 = cross(
+                z0, z1, z2, p0 - kinematics.o[i, 0], p1 - kinematics.o[i, 1], p2 - kinematics.o[i, 2]
+            )
             P.A[0, i], P.A[1, i], P.A[2, i] = t0, t1, t2
             P.A[3, i], P.A[4, i], P.A[5, i] = z0, z1, z2
     for k in range(3):
-        P.b[3 + k] = K.b[3 + k] / K.row_scale[3 + k]
-    d0, d1, d2 = K.o_tip[0] - p0, K.o_tip[1] - p1, K.o_tip[2] - p2
+        P.b[3 + k] = qp.b[3 + k] / task.row_scale[3 + k]
+    d0, d1, d2 = kinematics.o_tip[0] - p0, kinematics.o_tip[1] - p1, kinematics.o_tip[2] - p2
     t0, t1, t2 = cross(P.b[3], P.b[4], P.b[5], d0, d1, d2)
-    P.b[0], P.b[1], P.b[2] = K.b[0] - t0, K.b[1] - t1, K.b[2] - t2
+    P.b[0], P.b[1], P.b[2] = qp.b[0] - t0, qp.b[1] - t1, qp.b[2] - t2

@@ -29,13 +29,9 @@ from ftqp.kernel.dtrnn.projection import Network, project, rescale, residual
 from ftqp.kernel.dtrnn.stopping import Options, is_solved, quality
 from ftqp.kernel.dtrnn.straight_stretch import STEADY, STRICTER, drift
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, MAX_ITERATIONS, SOLVED
+from ftqp.kernel.layout.enums import E47, FAILED, IMPLICIT, INFEASIBLE, LVI94, MAX_ITERATIONS, SOLVED
 from ftqp.kernel.maths.eigenvalues import extreme_eigenvalues, gram
 from ftqp.kernel.maths.lu import lu_factor, lu_solve
-
-LVI94 = 0
-E47 = 1
-IMPLICIT = 2
 
 JUMP_EVERY = 5
 """Iterations between two Newton jumps."""

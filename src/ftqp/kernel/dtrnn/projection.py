@@ -64,16 +64,6 @@ class Network(NamedTuple):
     scales: Any
 
 
-VECTORS = 15
-
-
-@jit
-def memory_size(n: int, m: int, p: int) -> int:
-    """Numbers that the network of a QP of n variables, m equality and p two-sided rows takes at most."""
-    most = n + p + m + p
-    return 3 * most * most + VECTORS * most + 2
-
-
 @jit
 def network(memory: Any, variables: int, slacks: int, rows: int) -> Network:
     """The views of a network of these sizes, one after the other in ``memory``."""

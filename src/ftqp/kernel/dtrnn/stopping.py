@@ -32,9 +32,6 @@ class Options(NamedTuple):
     tolerance: float
 
 
-OPTIONS = 7
-
-
 @jit
 def options_of(numbers: Any) -> Options:
     """Options from seven numbers in the order of the fields."""

@@ -1,4 +1,8 @@
-"""The first half of a tick, from measured state to a QP; the second is ``ftqp.kernel.judge.ladder``."""
+"""The first half of a tick, from the measured state to a QP, as a sum of parts; the second is the ladder.
+
+Who leads the arm decides which parts there are: the clock, a path that is followed by its progress, or an
+inertial target above a base that moves. What a planner does not use is not compiled for it.
+"""
 
 from math import atan2, pi
 from typing import Any
@@ -20,14 +24,15 @@ from ftqp.kernel.layout.enums import (
     TARGET_HAS_ROTATION,
 )
 from ftqp.kernel.maths.finite import is_finite
-from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, prescribed_motion
+from ftqp.kernel.rows.constraint_rows import add_constraints
+from ftqp.kernel.rows.drive import add_drive
+from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, prescribed_motion, sort_joints
 from ftqp.kernel.rows.inertial_target import follow_base, reduce_by_lead
 from ftqp.kernel.rows.joint_intervals import intervals
 from ftqp.kernel.rows.manipulability import add_manipulability
-from ftqp.kernel.rows.objective import add_drive, objective
-from ftqp.kernel.rows.path_rows import STIFFNESS, begin_on_path, rate_variable
+from ftqp.kernel.rows.objective import objective
+from ftqp.kernel.rows.path_rows import STIFFNESS, begin_on_path, path_rows, rate_variable
 from ftqp.kernel.rows.task_rows import compliance, error_norms, path_scale, task_rows
-from ftqp.kernel.rows.torque_rows import add_torques
 from ftqp.kernel.rows.turned_rows import fade_feedback, turn_rows
 
 SCALE_STAGE_RATIO = 1e-7
@@ -35,31 +40,32 @@ SCALE_STAGE_RATIO = 1e-7
 
 
 @jit
-def accept_state(K: Any, q: Any, v: Any) -> None:
-    """Copy the measured state; q is (n,) joint values or (nq,) with (cos, sin) for each continuous joint.
+def accept_state(K: Any, nq: int) -> None:
+    """The given state as joint values: n of them, or nq with (cos, sin) for each continuous joint.
 
     An angle given by cosine and sine is unwrapped to the turn of the last command.
     """
-    n = K.n
-    if len(q) == n:
-        for i in range(n):
-            K.q[i] = q[i]
-    else:
-        k = 0
-        for i in range(n):
-            if K.continuous[i]:
-                angle = atan2(q[k + 1], q[k]) - K.q_command[i]
-                turns = angle / (2.0 * pi)
-                whole = float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if is_finite(turns) else 0.0
-                K.q[i] = K.q_command[i] + angle - 2.0 * pi * whole
-                if not (is_finite(q[k]) and is_finite(q[k + 1])):
-                    K.q[i] = q[k] + q[k + 1]
-                k += 2
-            else:
-                K.q[i] = q[k]
-                k += 1
+    chain, state = K.chain, K.state
+    n, given = chain.n, state.given_q
     for i in range(n):
-        K.v[i] = v[i]
+        state.v[i] = state.given_v[i]
+    if nq == n:
+        for i in range(n):
+            state.q[i] = given[i]
+        return
+    k = 0
+    for i in range(n):
+        if chain.continuous[i]:
+            angle = atan2(given[k + 1], given[k]) - state.q_command[i]
+            turns = angle / (2.0 * pi)
+            whole = float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if is_finite(turns) else 0.0
+            state.q[i] = state.q_command[i] + angle - 2.0 * pi * whole
+            if not (is_finite(given[k]) and is_finite(given[k + 1])):
+                state.q[i] = given[k] + given[k + 1]
+            k += 2
+        else:
+            state.q[i] = given[k]
+            k += 1
 
 
 @jit
@@ -68,108 +74,191 @@ def _inputs_are_finite(K: Any) -> bool:
 
     Number by number: fast math may fold a sum of x - x into zero, NaN or not.
     """
-    good = True
-    for i in range(K.n):
-        good = good and is_finite(K.q[i]) and is_finite(K.v[i])
+    state, task = K.state, K.task
+    n, good = K.chain.n, state.unusable == 0
+    for i in range(n):
+        good = good and is_finite(state.q[i]) and is_finite(state.v[i])
     if not good:
-        for i in range(K.n):
-            K.q[i] = K.q_command[i]
-            K.v[i] = K.v_command[i]
+        for i in range(n):
+            state.q[i] = state.q_command[i]
+            state.v[i] = state.v_command[i]
     for k in range(TARGET_HAS_ROTATION):
-        good = good and is_finite(K.target[k])
-    if K.has_tip_measured:
+        good = good and is_finite(task.target[k])
+    if task.has_tip_measured:
         for r in range(4):
             for c in range(4):
-                good = good and is_finite(K.tip_measured[r, c])
+                good = good and is_finite(task.tip_measured[r, c])
     return good
 
 
 @jit
 def _emergency(K: Any) -> bool:
     """Latch when the task error is beyond its threshold and has risen on ``stop_samples`` samples."""
-    e, r = K.position_error, K.rotation_error
-    beyond = (e > K.stop_position and e > K.last_position_error) or (
-        r > K.stop_rotation and r > K.last_rotation_error
+    task, watch = K.task, K.watch
+    e, r = task.position_error, task.rotation_error
+    beyond = (e > watch.stop_position and e > watch.last_position_error) or (
+        r > watch.stop_rotation and r > watch.last_rotation_error
     )
-    K.rising = K.rising + 1 if beyond else 0
-    K.last_position_error, K.last_rotation_error = e, r
-    if K.stop_samples > 0 and K.rising >= K.stop_samples:
-        K.latched = 1
-    return K.latched != 0
+    watch.rising = watch.rising + 1 if beyond else 0
+    watch.last_position_error, watch.last_rotation_error = e, r
+    if watch.stop_samples > 0 and watch.rising >= watch.stop_samples:
+        watch.latched = 1
+    return watch.latched != 0
 
 
 @jit
-def prepare(K: Any) -> int:
-    """Everything up to the first QP of the ladder: READY when that is the task's, SOLVE when it is another.
-
-    Order: state check, prescribed motion of failed joints, kinematics, bounds, torque rows, errors, stop
-    test, objective,
-    task rows.
-    """
-    K.ticks += 1
-    K.soft_rows = 0.0
-    K.claim = -1
-    K.qp_iterations = 0
-    K.torque_excess = 0.0
+def _see(K: Any) -> bool:
+    """Begin a tick: forget the last one's QP, check the inputs, sort the joints; whether all is finite."""
+    ladder = K.ladder
+    K.state.ticks += 1
+    K.qp.soft_rows = 0.0
+    ladder.claim = -1
+    ladder.qp_iterations = 0
+    ladder.torque_excess = 0.0
     valid = _inputs_are_finite(K)
+    sort_joints(K)
     forward_kinematics(K)
-    if K.base_moves and not follow_base(K):
-        valid = False
+    return valid
+
+
+@jit
+def _bound(K: Any) -> None:
+    """Motion of the failed joints, kinematics at the acceleration level, and every joint's interval."""
     if any_instant_lock(K):
         motion(K)
         dynamics(K)
         lock_instantly(K)
     prescribed_motion(K)
-    if K.level == ACCELERATION:
+    if K.state.level == ACCELERATION:
         motion(K)
     intervals(K)
-    if K.base_moves and K.anti_windup:
-        reduce_by_lead(K)
-    K.nc = 0
-    K.has_torques = 0
-    if K.dynamic and K.guard == 0.0:
-        add_torques(K)
+
+
+@jit
+def _limit(K: Any) -> None:
+    """The rows of C, where every tick needs them."""
+    K.qp.nc = 0
+    K.kinematics.has_dynamics = 0
+    if K.limits.dynamic and K.limits.guard == 0.0:
+        add_constraints(K)
+
+
+@jit
+def _may_go_on(K: Any, valid: bool) -> bool:
+    """The task's error and the stop test; False when the arm is to be brought to rest."""
     if not valid:
         begin_stop(K)
-        K.verdict = INVALID_INPUT
-        return SOLVE
+        K.ladder.verdict = INVALID_INPUT
+        return False
     pose_error(K)
     error_norms(K)
     if _emergency(K):
         begin_stop(K)
-        return SOLVE
-    if K.on_path:
-        motion(K)
-        begin_on_path(K)
-    objective(K)
-    if K.driven:
-        add_drive(K)
-    task_rows(K)
-    if K.manipulability != 0.0:
-        add_manipulability(K)
-    if K.on_path:
-        fade_feedback(K)
-    K.turned = 0
-    if K.damping_factor > 0.0:
-        turn_rows(K)
-    K.stage = MAIN_STAGE
-    for k in range(K.m):
-        K.b_task[k] = K.b[k]
-    if K.mode == HARD:
-        if K.turned:
+        return False
+    return True
+
+
+@jit
+def _ask(K: Any) -> int:
+    """How firmly the task is asked for, by its mode: READY, or SOLVE when another QP comes first."""
+    task, turned, qp = K.task, K.turned, K.qp
+    K.ladder.stage = MAIN_STAGE
+    for k in range(task.m):
+        task.asked[k] = qp.b[k]
+    if task.mode == HARD:
+        if turned.on:
             compliance(K, 0.0)
-        for k in range(K.m):
-            if not K.turned or K.damp[k] == 0.0:
-                K.soft[k] = 0.0
-    elif K.mode == SCALE and K.on_path:
-        compliance(K, STIFFNESS)
-        rate_variable(K)
-    elif K.mode == SCALE:
+        for k in range(task.m):
+            if not turned.on or turned.softness[k] == 0.0:
+                qp.soft[k] = 0.0
+    elif task.mode == SCALE:
         compliance(K, SCALE_STAGE_RATIO)
         path_scale(K)
-    elif K.mode == LEXICOGRAPHIC:
+    elif task.mode == LEXICOGRAPHIC:
         begin_first_stage(K)
         return SOLVE
     else:
-        compliance(K, K.slack_ratio)
+        compliance(K, task.slack_ratio)
     return READY
+
+
+@jit
+def _turn(K: Any) -> None:
+    """Posture criterion and directional damping, where the planner has them."""
+    if K.criteria.manipulability != 0.0:
+        add_manipulability(K)
+    K.turned.on = 0
+    if K.turned.factor > 0.0:
+        turn_rows(K)
+
+
+@jit
+def prepare_plain(K: Any) -> int:
+    """A tick led by the clock: READY when the QP is the task's, SOLVE when it is another."""
+    valid = _see(K)
+    _bound(K)
+    _limit(K)
+    if not _may_go_on(K, valid):
+        return SOLVE
+    objective(K)
+    task_rows(K, K.task.kp)
+    return _ask(K)
+
+
+@jit
+def prepare_rich(K: Any) -> int:
+    """A tick led by the clock, with directional damping or a gradient of the manipulability."""
+    valid = _see(K)
+    _bound(K)
+    _limit(K)
+    if not _may_go_on(K, valid):
+        return SOLVE
+    objective(K)
+    task_rows(K, K.task.kp)
+    _turn(K)
+    return _ask(K)
+
+
+@jit
+def prepare_on_path(K: Any, path: Any) -> int:
+    """A tick led by the progress along a path."""
+    task, qp = K.task, K.qp
+    valid = _see(K)
+    _bound(K)
+    _limit(K)
+    if not _may_go_on(K, valid):
+        return SOLVE
+    motion(K)
+    begin_on_path(K, path)
+    objective(K)
+    if path.driven:
+        add_drive(K, path)
+    task_rows(K, task.kp)
+    path_rows(K, path)
+    if K.criteria.manipulability != 0.0:
+        add_manipulability(K)
+    fade_feedback(K, path)
+    K.ladder.stage = MAIN_STAGE
+    for k in range(task.m):
+        task.asked[k] = qp.b[k]
+    compliance(K, STIFFNESS)
+    rate_variable(K, path)
+    return READY
+
+
+@jit
+def prepare_on_base(K: Any, base: Any) -> int:
+    """A tick led by an inertial target above a base that moves."""
+    valid = _see(K)
+    if not follow_base(K, base):
+        valid = False
+    _bound(K)
+    if base.anti_windup:
+        reduce_by_lead(K, base)
+    _limit(K)
+    if not _may_go_on(K, valid):
+        return SOLVE
+    objective(K)
+    task_rows(K, base.gain / K.state.dt)
+    _turn(K)
+    return _ask(K)

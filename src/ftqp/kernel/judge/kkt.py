@@ -3,7 +3,7 @@
 from math import inf
 from typing import Any
 
-from ftqp.kernel.jit import entry, jit
+from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.finite import is_finite
 
 
@@ -36,8 +36,8 @@ def support(low: float, high: float, z: float) -> float:
     return z * bound if is_finite(bound) else 0.0
 
 
-@entry
-def kkt(
+@jit
+def kkt_residuals(
     H: Any,
     g: Any,
     A: Any,

@@ -21,7 +21,6 @@ from ftqp.kernel.layout.enums import (
     FALLBACK,
     FIRST_STAGE,
     HARD,
-    HEALTHY,
     INFEASIBLE,
     LEXICOGRAPHIC,
     MAIN_STAGE,
@@ -39,11 +38,10 @@ from ftqp.kernel.layout.enums import (
     STOPPED,
     STOPPING,
 )
+from ftqp.kernel.layout.thresholds import SCALED_FROM
 from ftqp.kernel.maths.finite import is_finite
-from ftqp.kernel.rows.path_rows import advance
+from ftqp.kernel.rows.constraint_rows import add_constraints, within_guard
 from ftqp.kernel.rows.task_rows import compliance
-from ftqp.kernel.rows.torque_rows import add_torques, within_guard
-from ftqp.kernel.rows.turned_rows import turn_back
 
 RELAXED_RATIO = 1e-8
 """Compliance of the task rows when the best feasible command is sought, and in the first lexicographic
@@ -59,8 +57,6 @@ REST_ELASTIC = 1e-12
 RELAXED_FROM = 1e-3
 """A task residual above this share of the task's right side, plus TASK_FLOOR, counts as relaxed."""
 TASK_FLOOR = 1e-4
-SCALED_FROM = 0.999
-"""A path scale below this counts as scaled."""
 AT_REST = 1e-3
 """An arm whose joints all move slower than this share of their velocity limit has stopped."""
 DECAY_TIME = 0.05
@@ -70,36 +66,39 @@ DECAY_TIME = 0.05
 @jit
 def begin_first_stage(K: Any) -> None:
     """Lexicographic: x1 = argmin |Ax - b|^2 + eps |x|^2 over box and torque rows, the objective aside."""
-    for i in range(K.n):
-        K.g_task[i], K.d_task[i] = K.g[i], K.H_diagonal[i]
-        K.g[i], K.H_diagonal[i] = 0.0, 1.0
-    K.dense_task = K.dense
-    K.dense = 0
+    chain, ladder, qp = K.chain, K.ladder, K.qp
+    for i in range(chain.n):
+        ladder.g_task[i], ladder.d_task[i] = qp.g[i], qp.H_diagonal[i]
+        qp.g[i], qp.H_diagonal[i] = 0.0, 1.0
+    ladder.dense_task = qp.dense
+    qp.dense = 0
     compliance(K, RELAXED_RATIO)
-    K.warm = 0
-    K.stage = FIRST_STAGE
+    qp.warm = 0
+    ladder.stage = FIRST_STAGE
 
 
 @jit
 def _begin_second_stage(K: Any, claim: int) -> None:
     """Lexicographic: the objective over those x with A x = A x1."""
-    for i in range(K.n):
-        K.g[i], K.H_diagonal[i] = K.g_task[i], K.d_task[i]
-    K.dense = K.dense_task
+    chain, task, turned, ladder, qp = K.chain, K.task, K.turned, K.ladder, K.qp
+    for i in range(chain.n):
+        qp.g[i], qp.H_diagonal[i] = ladder.g_task[i], ladder.d_task[i]
+    qp.dense = ladder.dense_task
     if claim == SOLVED:
-        for k in range(K.m):
+        for k in range(task.m):
             s = 0.0
-            for i in range(K.n):
-                s += K.A[k, i] * K.x[i]
-            K.b[k] = s
-    for i in range(K.n):
-        K.z_box_first[i] = K.z_box[i]
-        K.z_first[i] = K.z[i] if i < K.nc else 0.0
-    for k in range(K.m):
-        K.damp[k] = 0.0  # what the damping leaves of the task is now to be kept
+            for i in range(chain.n):
+                s += qp.A[k, i] * qp.x[i]
+            qp.b[k] = s
+    for i in range(chain.n):
+        ladder.z_box_first[i] = qp.z_box[i]
+    for j in range(qp.nc):
+        ladder.z_first[j] = qp.z[j]
+    for k in range(task.m):
+        turned.softness[k] = 0.0  # what the damping leaves of the task is now to be kept
     compliance(K, SECOND_STAGE_RATIO)
-    K.warm = 0
-    K.stage = MAIN_STAGE
+    qp.warm = 0
+    ladder.stage = MAIN_STAGE
 
 
 @jit
@@ -109,128 +108,129 @@ def begin_rest(K: Any, time: float) -> None:
     A joint outside its position limits is not pushed back during a stop: its interval is opened just enough
     to come to rest.
     """
-    n = K.n
-    K.nx, K.meq, K.dense, K.warm = n, 0, 0, 0
+    limits, faults, state, task, qp = K.limits, K.faults, K.state, K.task, K.qp
+    n = K.chain.n
+    qp.nx, qp.meq, qp.dense, qp.warm = n, 0, 0, 0
     for i in range(n):
-        K.H_diagonal[i] = 1.0
-        if K.fault[i] == HEALTHY:
-            if K.level == ACCELERATION:
-                wanted = min(max(-K.v[i] / time, -K.a_max[i]), K.a_max[i])
-            else:
-                change = K.v[i] * min(1.0, K.dt / time)
-                most = K.a_max[i] * K.dt
-                wanted = K.v[i] - min(max(change, -most), most)
-            if K.q[i] < K.q_min[i] or K.q[i] > K.q_max[i]:
-                K.lb[i], K.ub[i] = min(K.lb[i], wanted), max(K.ub[i], wanted)
+        qp.H_diagonal[i] = 1.0
+        qp.g[i] = 0.0 if state.level == ACCELERATION else -state.v[i]
+    for k in range(faults.working):
+        i = faults.order[k]
+        if state.level == ACCELERATION:
+            wanted = min(max(-state.v[i] / time, -limits.a_max[i]), limits.a_max[i])
         else:
-            wanted = 0.0 if K.level == ACCELERATION else K.v[i]
-        K.g[i] = -wanted
-    for k in range(K.m):
-        K.slack[k] = 0.0
-    K.scale = 0.0
-    K.stage = REST_STAGE
+            change = state.v[i] * min(1.0, state.dt / time)
+            most = limits.a_max[i] * state.dt
+            wanted = state.v[i] - min(max(change, -most), most)
+        if state.q[i] < limits.q_min[i] or state.q[i] > limits.q_max[i]:
+            qp.lb[i], qp.ub[i] = min(qp.lb[i], wanted), max(qp.ub[i], wanted)
+        qp.g[i] = -wanted
+    for k in range(task.m):
+        task.slack[k] = 0.0
+    task.scale = 0.0
+    K.ladder.stage = REST_STAGE
 
 
 @jit
 def begin_stop(K: Any) -> None:
     """Brake every healthy joint within its limits: STOPPING, or STOPPED once all are at rest."""
-    K.verdict = STOPPED
-    for i in range(K.n):
-        top = K.v_max[i] if K.v_max[i] < inf else 1.0
-        if K.fault[i] == HEALTHY and abs(K.v[i]) > AT_REST * top:
-            K.verdict = STOPPING
-    begin_rest(K, K.dt)
+    limits, faults, state, ladder = K.limits, K.faults, K.state, K.ladder
+    ladder.verdict = STOPPED
+    for k in range(faults.working):
+        i = faults.order[k]
+        top = limits.v_max[i] if limits.v_max[i] < inf else 1.0
+        if abs(state.v[i]) > AT_REST * top:
+            ladder.verdict = STOPPING
+    begin_rest(K, state.dt)
 
 
 @jit
 def _verdict_on_task(K: Any) -> int:
     """OK, SCALED or RELAXED, by what the solved QP leaves of the task."""
-    size = residual = 0.0
-    for k in range(K.m):
-        size = max(size, abs(K.b_task[k]))
-        residual = max(residual, abs(K.slack[k]))
-        if K.on_path:  # whose own speed is no part of b
-            size = max(size, abs(K.A[k, K.n]) * (K.kv * K.dt if K.level == ACCELERATION else 1.0))
+    task = K.task
+    size, residual = task.beyond, 0.0
+    for k in range(task.m):
+        size = max(size, abs(task.asked[k]))
+        residual = max(residual, abs(task.slack[k]))
     if residual > RELAXED_FROM * size + TASK_FLOOR:
         return RELAXED
-    return SCALED if K.scale < SCALED_FROM else OK
+    return SCALED if task.scale < SCALED_FROM else OK
 
 
 @jit
 def _finish(K: Any) -> int:
     """Write the command and settle the status; too many in a row without the task latch the stop."""
+    task, watch, ladder, qp = K.task, K.watch, K.ladder, K.qp
     command(K)
-    without_task = K.stage == REST_STAGE or K.stage == REST_ELASTIC_STAGE
-    K.fallbacks = K.fallbacks + 1 if K.verdict == FALLBACK and without_task else 0
-    if K.fallbacks > K.fallback_limit:
-        K.latched = 1
-    K.soft_rows = 0.0
-    if K.stage != MAIN_STAGE:
-        K.warm = 0
-    elif K.mode == LEXICOGRAPHIC and K.verdict == RELAXED:
-        for i in range(K.n):  # the second stage keeps the residual: only the first one knows what causes it
-            K.z_box[i], K.z[i] = K.z_box_first[i], K.z_first[i]
-    if K.turned:
-        turn_back(K)
-    if K.on_path:
-        advance(K)
-    K.status = K.verdict
-    return K.status
+    without_task = ladder.stage == REST_STAGE or ladder.stage == REST_ELASTIC_STAGE
+    watch.fallbacks = watch.fallbacks + 1 if ladder.verdict == FALLBACK and without_task else 0
+    if watch.fallbacks > watch.fallback_limit:
+        watch.latched = 1
+    qp.soft_rows = 0.0
+    if ladder.stage != MAIN_STAGE:
+        qp.warm = 0
+    elif task.mode == LEXICOGRAPHIC and ladder.verdict == RELAXED:
+        for i in range(K.chain.n):  # the second stage keeps the residual: only the first knows what causes it
+            qp.z_box[i] = ladder.z_box_first[i]
+        for j in range(qp.nc):
+            qp.z[j] = ladder.z_first[j]
+    ladder.status = ladder.verdict
+    return ladder.status
 
 
 @jit
 def _begin_elastic(K: Any) -> None:
     """Box and torque limits exclude each other: the latter give way too, as little as can be."""
+    ladder, qp = K.ladder, K.qp
     compliance(K, ELASTIC_TASK_RATIO)
-    K.soft_rows = ELASTIC_RATIO * K.soft[0]
-    K.stage = ELASTIC_STAGE
+    qp.soft_rows = ELASTIC_RATIO * qp.soft[0]
+    ladder.stage = ELASTIC_STAGE
 
 
 @jit
 def _advance(K: Any, claim: int) -> int:
     """One rung: the status when a command is found, SOLVE when the solver has to run again."""
-    stage = K.stage
+    task, ladder, qp = K.task, K.ladder, K.qp
+    n, stage = K.chain.n, ladder.stage
     if stage == FIRST_STAGE:
         _begin_second_stage(K, claim)
         return READY
     good = claim == SOLVED and judge(K)
-    if K.guard > 0.0 and not K.has_torques and not (good and within_guard(K)):
-        add_torques(K)  # the same QP again, now with torque rows
+    if K.limits.guard > 0.0 and not K.kinematics.has_dynamics and not (good and within_guard(K)):
+        add_constraints(K)  # the same QP again, now with torque rows
         return SOLVE
     if stage == MAIN_STAGE:
-        K.claim = claim
+        ladder.claim = claim
     if good:
         if stage == MAIN_STAGE or stage == RELAX_STAGE or stage == ELASTIC_STAGE:
-            K.scale = K.x[K.n] if K.mode == SCALE else 1.0
+            task.scale = qp.x[n] if task.mode == SCALE else 1.0
         if stage == MAIN_STAGE:
-            K.verdict = _verdict_on_task(K)
-        elif K.mode == HARD and _verdict_on_task(K) == RELAXED:
-            K.verdict = (
-                RELAXED  # a residual that compliance cannot close proves that the hard QP has no solution
-            )
+            ladder.verdict = _verdict_on_task(K)
+        elif task.mode == HARD and _verdict_on_task(K) == RELAXED:
+            ladder.verdict = RELAXED  # what compliance cannot close proves that the hard QP has no solution
         return _finish(K)
-    K.warm = 0
+    qp.warm = 0
     if stage == MAIN_STAGE:
-        K.verdict = RELAXED if claim == INFEASIBLE else FALLBACK
-        if K.mode == SLACK and not K.external:  # compliant already: only torque limits can exclude each other
-            _begin_elastic(K)
+        ladder.verdict = RELAXED if claim == INFEASIBLE else FALLBACK
+        if task.mode == SLACK and not ladder.external:
+            _begin_elastic(K)  # compliant already: only torque limits can exclude each other
         else:
-            if K.mode != SLACK:  # else the very QP that the external solver could not solve
+            if task.mode != SLACK:  # else the very QP that the external solver could not solve
                 compliance(K, RELAXED_RATIO)
-            K.stage = RELAX_STAGE
+            ladder.stage = RELAX_STAGE
     elif stage == RELAX_STAGE:
         _begin_elastic(K)
     elif stage == ELASTIC_STAGE:
-        K.soft_rows = 0.0
-        K.verdict = FALLBACK
-        begin_rest(K, max(DECAY_TIME, K.dt))
+        qp.soft_rows = 0.0
+        ladder.verdict = FALLBACK
+        begin_rest(K, max(DECAY_TIME, K.state.dt))
     elif stage == REST_STAGE:
-        K.soft_rows = REST_ELASTIC
-        K.stage = REST_ELASTIC_STAGE
+        qp.soft_rows = REST_ELASTIC
+        ladder.stage = REST_ELASTIC_STAGE
     else:
-        for i in range(K.n):
-            x = min(max(-K.g[i], K.lb[i]), K.ub[i])
-            K.x[i] = x if is_finite(x) else 0.0
+        for i in range(n):
+            x = min(max(-qp.g[i], qp.lb[i]), qp.ub[i])
+            qp.x[i] = x if is_finite(x) else 0.0
         return _finish(K)
     return SOLVE
 
@@ -245,13 +245,14 @@ def climb(K: Any, code: int, claim: int) -> int:
             answer.
         claim: the answer of an external solver.
     """
+    ladder, qp = K.ladder, K.qp
     while True:
-        if code == READY and K.external:
+        if code == READY and ladder.external:
             return READY
         if code == READY or code == SOLVE:
-            claim = active_set(K)
-            if K.stage == MAIN_STAGE:
-                K.qp_iterations = K.iterations
+            claim = active_set(qp)
+            if ladder.stage == MAIN_STAGE:
+                ladder.qp_iterations = qp.iterations
         code = _advance(K, claim)
         if code != READY and code != SOLVE:
             return code

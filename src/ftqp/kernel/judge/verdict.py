@@ -13,82 +13,88 @@ def judge(K: Any) -> bool:
     """Clamp x into the box, recompute every residual, and say whether the answer counts as solved.
 
     residual_task: max |A x + s - b| with s = soft lam, over 1 + max |b|; residual_bounds: what the rows of C
-    are violated
-    by, over 1 + max |x|; residual_dual: max |Hx + g + A'y + C'z + z_box|, over 1 + the norm of its terms.
-    Wrong signs of multipliers count into residual_dual.
+    are violated by, over 1 + max |x|; residual_dual: max |Hx + g + A'y + C'z + z_box|, over 1 + the norm of
+    its terms. Wrong signs of multipliers count into residual_dual.
     """
-    n, m = K.nx, K.meq
+    task, ladder, qp, scratch = K.task, K.ladder, K.qp, K.scratch
+    n, m = qp.nx, qp.meq
     size_x = 0.0
     for i in range(n):
-        x = min(max(K.x[i], K.lb[i]), K.ub[i])
+        x = min(max(qp.x[i], qp.lb[i]), qp.ub[i])
         if not is_finite(x):
-            K.residual_bounds = inf
+            ladder.residual_bounds = inf
             return False
-        K.x[i] = x
+        qp.x[i] = x
         size_x = max(size_x, abs(x))
     worst, size = 0.0, 0.0
     for k in range(m):
-        s = -K.b[k]
+        s = -qp.b[k]
         for i in range(n):
-            s += K.A[k, i] * K.x[i]
-        size = max(size, abs(K.b[k]))
-        worst = max(worst, abs(s - K.soft[k] * K.y[k]))
-        K.slack[k] = s + K.b[k] - K.b_task[k]
-    K.residual_task = worst / (1.0 + size)
+            s += qp.A[k, i] * qp.x[i]
+        size = max(size, abs(qp.b[k]))
+        worst = max(worst, abs(s - qp.soft[k] * qp.y[k]))
+        task.slack[k] = s + qp.b[k] - task.asked[k]
+    ladder.residual_task = worst / (1.0 + size)
     worst, excess = 0.0, 0.0
-    for j in range(K.nc):
+    for j in range(qp.nc):
         s = 0.0
         for i in range(n):
-            s += K.C[j, i] * K.x[i]
-        over = max(K.l[j] - s, s - K.u[j])
+            s += qp.C[j, i] * qp.x[i]
+        over = max(qp.l[j] - s, s - qp.u[j])
         if over > excess:
             excess = over
-        if K.soft_rows > 0.0 and K.l[j] < K.u[j]:
+        if qp.soft_rows > 0.0 and qp.l[j] < qp.u[j]:
             over = 0.0
         worst = max(worst, over)
-    K.torque_excess = excess
-    K.residual_bounds = worst / (1.0 + size_x)
-    r = K.scratch
+    ladder.torque_excess = excess
+    ladder.residual_bounds = worst / (1.0 + size_x)
+    r = scratch.joints
     size = 0.0
     for i in range(n):
-        r[i] = K.g[i]
+        r[i] = qp.g[i]
         size += r[i] * r[i]
-    if K.dense:
+    if qp.dense:
         for i in range(n):
             s = 0.0
             for j in range(n):
-                s += K.H[i, j] * K.x[j]
+                s += qp.H[i, j] * qp.x[j]
             r[i] += s
             size += s * s
     else:
         for i in range(n):
-            s = K.H_diagonal[i] * K.x[i]
+            s = qp.H_diagonal[i] * qp.x[i]
             r[i] += s
             size += s * s
     for k in range(m):
-        y = K.y[k]
+        y = qp.y[k]
         for i in range(n):
-            s = K.A[k, i] * y
+            s = qp.A[k, i] * y
             r[i] += s
             size += s * s
-    for k in range(K.nc):
-        y = K.z[k]
+    for k in range(qp.nc):
+        y = qp.z[k]
         if y != 0.0:
             for i in range(n):
-                s = K.C[k, i] * y
+                s = qp.C[k, i] * y
                 r[i] += s
                 size += s * s
     worst = 0.0
     for i in range(n):
-        z = K.z_box[i]
+        z = qp.z_box[i]
         if not is_finite(r[i] + z):  # max would lose a NaN
-            K.residual_dual = inf
+            ladder.residual_dual = inf
             return False
         worst = max(worst, abs(r[i] + z))
-        if z != 0.0 and K.lb[i] < K.ub[i]:
-            worst = max(worst, min(abs(z), K.ub[i] - K.x[i]) if z > 0.0 else min(abs(z), K.x[i] - K.lb[i]))
-    K.residual_dual = worst / (1.0 + sqrt(size))
-    good = K.residual_task <= K.accept and K.residual_bounds <= K.accept and K.residual_dual <= K.accept
+        if z != 0.0 and qp.lb[i] < qp.ub[i]:
+            worst = max(
+                worst, min(abs(z), qp.ub[i] - qp.x[i]) if z > 0.0 else min(abs(z), qp.x[i] - qp.lb[i])
+            )
+    ladder.residual_dual = worst / (1.0 + sqrt(size))
+    good = (
+        ladder.residual_task <= ladder.accept
+        and ladder.residual_bounds <= ladder.accept
+        and ladder.residual_dual <= ladder.accept
+    )
     return good
 
 
@@ -98,34 +104,36 @@ def command(K: Any) -> None:
 
     Acceleration level: q + dt v + dt^2 a/2, v + dt a.  Velocity level: q + dt x, x.
     """
-    dt = K.dt
-    for i in range(K.n):
-        x = K.x[i]
-        if K.level == ACCELERATION:
+    chain, faults, state, kinematics, qp = K.chain, K.faults, K.state, K.kinematics, K.qp
+    dt = state.dt
+    for i in range(chain.n):
+        x = qp.x[i]
+        if state.level == ACCELERATION:
             a = x
-            v = K.v[i] + dt * x
-            q = K.q[i] + dt * (K.v[i] + 0.5 * dt * x)
+            v = state.v[i] + dt * x
+            q = state.q[i] + dt * (state.v[i] + 0.5 * dt * x)
         else:
-            a = (x - K.v[i]) / dt
+            a = (x - state.v[i]) / dt
             v = x
-            q = K.q[i] + dt * x
-        fault = K.fault[i]
+            q = state.q[i] + dt * x
+        fault = faults.code[i]
         if fault == LOCKED:
-            a, v, q = 0.0, 0.0, K.q[i]
+            a, v, q = 0.0, 0.0, state.q[i]
         elif fault == BRAKING:
-            v = K.lock_velocity[i]
-        K.a_command[i], K.v_command[i], K.q_command[i] = a, v, q
-    if K.has_torques:
+            v = faults.lock_velocity[i]
+        state.a_command[i], state.v_command[i], state.q_command[i] = a, v, q
+    if kinematics.has_dynamics:
         joint_torques(K)
 
 
 @jit
 def joint_torques(K: Any) -> None:
     """tau = M a + h of the command: of the motor for a joint that works, of the brake for a locked one."""
-    for i in range(K.n):
-        tau = K.h[i]
-        for j in range(K.n):
-            tau += K.M[i, j] * K.a_command[j]
-        fault = K.fault[i]
-        K.tau[i] = tau if fault == HEALTHY else 0.0
-        K.tau_brake[i] = tau if fault == LOCKED or fault == BRAKING else 0.0
+    chain, faults, state, kinematics = K.chain, K.faults, K.state, K.kinematics
+    for i in range(chain.n):
+        tau = kinematics.h[i]
+        for j in range(chain.n):
+            tau += kinematics.M[i, j] * state.a_command[j]
+        fault = faults.code[i]
+        state.tau[i] = tau if fault == HEALTHY else 0.0
+        state.tau_brake[i] = tau if fault == LOCKED or fault == BRAKING else 0.0

@@ -1,74 +1,226 @@
-"""The integer codes that the record carries, in one place."""
+"""Every code that the record carries, each enumeration once.
 
+Compiled code compares plain integers, so that each enumeration is followed by its members under their short
+names. Whoever shows a code to a person reads its name here.
+"""
+
+from enum import IntEnum
 from typing import Final
 
 JOINTS: Final = 32
-"""Capacity: joints of one record."""
-ROWS: Final = 6
-"""Capacity: task rows (a pose)."""
-VARIABLES: Final = JOINTS + 1
-"""Capacity: QP variables, the joints and the path scale."""
+"""The most joints that an arm may have."""
+TASK_ROWS: Final = 6
+"""The most rows that a task may have: those of a pose."""
 
-VELOCITY: Final = 0
-ACCELERATION: Final = 1
 
-HARD: Final = 0
-SLACK: Final = 1
-SCALE: Final = 2
-LEXICOGRAPHIC: Final = 3
+class Level(IntEnum):
+    """What the QP decides."""
 
-VIABILITY: Final = 0
-JIN: Final = 1
-ONE_STEP: Final = 2
+    VELOCITY = 0
+    ACCELERATION = 1
 
-HEALTHY: Final = 0
-BRAKING: Final = 1
-LOCKED: Final = 2
-FREE: Final = 3
-INSTANT: Final = 4
-"""Locks at once: the velocity is reset at the next tick, after which the joint is LOCKED."""
 
-RESET_KINEMATIC: Final = 0
-RESET_MOMENTUM: Final = 1
-RESET_TASK: Final = 2
+VELOCITY, ACCELERATION = map(int, Level)
 
-SOLVED: Final = 0
-MAX_ITERATIONS: Final = 1
-INFEASIBLE: Final = 2
-FAILED: Final = 3
 
-OK: Final = 0
-RELAXED: Final = 1
-SCALED: Final = 2
-FALLBACK: Final = 3
-STOPPING: Final = 4
-STOPPED: Final = 5
-INVALID_INPUT: Final = 6
+class Mode(IntEnum):
+    """What becomes of the task where it cannot be kept."""
 
-READY: Final = 100
-"""The QP is assembled and waits for a solver."""
-SOLVE: Final = 101
-"""A substitute QP waits for the in-kernel solver."""
-ANSWERED: Final = 102
-"""An external solver has answered."""
+    HARD = 0
+    SLACK = 1
+    SCALED = 2
+    LEXICOGRAPHIC = 3
 
-FIRST_STAGE: Final = 0
-MAIN_STAGE: Final = 1
-RELAX_STAGE: Final = 2
-ELASTIC_STAGE: Final = 3
-REST_STAGE: Final = 4
-REST_ELASTIC_STAGE: Final = 5
 
-WRONG_SHAPE: Final = -1
-NO_ROTATION: Final = -2
-"""The task has rotation rows but the target carries a position only."""
-NOT_RESET: Final = -3
+HARD, SLACK, SCALE, LEXICOGRAPHIC = map(int, Mode)
 
-NO_LIMIT: Final = 0
-BY_ACCELERATION: Final = 1
-BY_VELOCITY: Final = 2
-BY_POSITION: Final = 3
-BY_FAULT: Final = 4
+
+class Conversion(IntEnum):
+    """How joint limits become one interval a joint."""
+
+    VIABILITY = 0
+    JIN = 1
+    ONE_STEP = 2
+
+
+VIABILITY, JIN, ONE_STEP = map(int, Conversion)
+
+
+class JointCode(IntEnum):
+    """What is believed of a joint. An INSTANT lock becomes LOCKED at the next tick, with a jump of
+    velocity."""
+
+    HEALTHY = 0
+    BRAKING = 1
+    LOCKED = 2
+    FREE = 3
+    INSTANT = 4
+
+
+HEALTHY, BRAKING, LOCKED, FREE, INSTANT = map(int, JointCode)
+
+
+class Reset(IntEnum):
+    """What the velocities of the other joints do when one is locked at once."""
+
+    KINEMATIC = 0
+    MOMENTUM = 1
+    TASK = 2
+
+
+RESET_KINEMATIC, RESET_MOMENTUM, RESET_TASK = map(int, Reset)
+
+
+class Claim(IntEnum):
+    """What a solver says of its answer."""
+
+    SOLVED = 0
+    MAX_ITERATIONS = 1
+    INFEASIBLE = 2
+    FAILED = 3
+
+
+SOLVED, MAX_ITERATIONS, INFEASIBLE, FAILED = map(int, Claim)
+
+
+class Status(IntEnum):
+    """What a step says to the operator; the sentences are those of ``ftqp.StepStatus``."""
+
+    OK = 0
+    RELAXED = 1
+    SCALED = 2
+    FALLBACK = 3
+    STOPPING = 4
+    STOPPED = 5
+    INVALID_INPUT = 6
+
+
+OK, RELAXED, SCALED, FALLBACK, STOPPING, STOPPED, INVALID_INPUT = map(int, Status)
+
+
+class Turn(IntEnum):
+    """What a tick waits for, where it has no status yet."""
+
+    READY = 100
+    """The QP is assembled and waits for a solver."""
+    SOLVE = 101
+    """A substitute QP waits for the in-kernel solver."""
+    ANSWERED = 102
+    """A solver has answered."""
+
+
+READY, SOLVE, ANSWERED = map(int, Turn)
+
+
+class Mistake(IntEnum):
+    """A programmer's mistake, in place of a status."""
+
+    WRONG_SHAPE = -1
+    """q or v has another size than the arm."""
+    NO_ROTATION = -2
+    """The task has rotation rows but the target carries a position only."""
+    NOT_RESET = -3
+    """No state is known yet."""
+    NOT_READ = -4
+    """q, v or the target is no buffer of contiguous numbers of this machine."""
+
+
+WRONG_SHAPE, NO_ROTATION, NOT_RESET, NOT_READ = map(int, Mistake)
+
+
+class Stage(IntEnum):
+    """Which QP of the ladder is being solved."""
+
+    FIRST = 0
+    MAIN = 1
+    RELAX = 2
+    ELASTIC = 3
+    REST = 4
+    REST_ELASTIC = 5
+
+
+FIRST_STAGE, MAIN_STAGE, RELAX_STAGE, ELASTIC_STAGE, REST_STAGE, REST_ELASTIC_STAGE = map(int, Stage)
+
+
+class Limit(IntEnum):
+    """Which limit set an end of a joint's interval."""
+
+    NONE = 0
+    ACCELERATION = 1
+    VELOCITY = 2
+    POSITION = 3
+    FAULT = 4
+
+
+NO_LIMIT, BY_ACCELERATION, BY_VELOCITY, BY_POSITION, BY_FAULT = map(int, Limit)
+
+
+class Attitude(IntEnum):
+    """Which attitude of a moving base turns the inertial error into the base's axes."""
+
+    ESTIMATED = 0
+    NOMINAL = 1
+    MEASURED = 2
+
+
+ESTIMATED_ATTITUDE, NOMINAL_ATTITUDE, MEASURED_ATTITUDE = map(int, Attitude)
+
+
+class BaseCode(IntEnum):
+    """How a task in inertial space goes; the sentences are those of ``ftqp.BaseStatus``."""
+
+    TRACKING = 0
+    SATURATED = 1
+    RANK_DEFICIENT = 2
+    UNREACHABLE = 3
+    STALE = 4
+    HALTED = 5
+
+
+(
+    BASE_TRACKING,
+    BASE_SATURATED,
+    BASE_RANK_DEFICIENT,
+    BASE_UNREACHABLE,
+    BASE_STALE,
+    BASE_HALTED,
+) = map(int, BaseCode)
+
+
+class ClosedForm(IntEnum):
+    """Closed forms: x = J^+ b with scaled columns, its damped form, or the approximate pseudoinverse."""
+
+    PSEUDOINVERSE = 0
+    DAMPED = 1
+    APPROXIMATE = 2
+
+
+PSEUDOINVERSE, DAMPED, APPROXIMATE = map(int, ClosedForm)
+
+
+class Rule(IntEnum):
+    """Rules of the damping factor, see ``ftqp.kernel.closed_forms.damping_factor``."""
+
+    BOUND = 0
+    BOUND_2 = 1
+    TIGHT = 2
+    ROW = 3
+    EXACT_2 = 4
+    EXACT_INF = 5
+
+
+BOUND, BOUND_2, TIGHT, ROW, EXACT_2, EXACT_INF = map(int, Rule)
+
+
+class Iteration(IntEnum):
+    """Methods of the network, by formula in ``ftqp.kernel.dtrnn.iterations``."""
+
+    LVI94 = 0
+    E47 = 1
+    IMPLICIT = 2
+
+
+LVI94, E47, IMPLICIT = map(int, Iteration)
 
 TARGET_POSE: Final = 0
 """Offset of the pose, 16 numbers by rows, in a packed target."""
@@ -80,32 +232,9 @@ TARGET_SIZE: Final = 29
 DELAYS: Final = 64
 """Capacity: samples by which a measurement of a moving base may be late, plus one."""
 
-ESTIMATED_ATTITUDE: Final = 0
-NOMINAL_ATTITUDE: Final = 1
-MEASURED_ATTITUDE: Final = 2
-
 HAS_TIP: Final = 1
 """What is measured at a tick of a moving base, bit by bit."""
 HAS_POSITION: Final = 2
 """Of the tip the position only."""
 HAS_BASE: Final = 4
 HAS_TWIST: Final = 8
-
-BASE_TRACKING: Final = 0
-BASE_SATURATED: Final = 1
-BASE_RANK_DEFICIENT: Final = 2
-BASE_UNREACHABLE: Final = 3
-BASE_STALE: Final = 4
-BASE_HALTED: Final = 5
-PSEUDOINVERSE: Final = 0
-"""Closed forms: x = J^+ b, weights by scaled columns."""
-DAMPED: Final = 1
-APPROXIMATE: Final = 2
-
-BOUND: Final = 0
-"""Rules of the damping factor, see ``ftqp.kernel.closed_forms.damping_factor``."""
-BOUND_2: Final = 1
-TIGHT: Final = 2
-ROW: Final = 3
-EXACT_2: Final = 4
-EXACT_INF: Final = 5

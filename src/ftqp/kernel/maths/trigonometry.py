@@ -45,16 +45,17 @@ def _sin_cos(x: float) -> tuple[float, float]:
 @jit
 def joint_sines(K: Any) -> None:
     """sin q_i and cos q_i of every joint; 0 and 1 for a prismatic one, which does not turn."""
-    n = K.n
+    chain, state, kinematics = K.chain, K.state, K.kinematics
+    n = chain.n
     far = 0
     for i in range(n):
-        far += 0 if abs(K.q[i]) <= REDUCED else 1
+        far += 0 if abs(state.q[i]) <= REDUCED else 1
     if far == 0:
         for i in range(n):
-            K.sine[i], K.cosine[i] = _sin_cos(K.q[i])
+            kinematics.sine[i], kinematics.cosine[i] = _sin_cos(state.q[i])
     else:
         for i in range(n):
-            K.sine[i], K.cosine[i] = sin(K.q[i]), cos(K.q[i])
+            kinematics.sine[i], kinematics.cosine[i] = sin(state.q[i]), cos(state.q[i])
     for i in range(n):
-        if K.prismatic[i]:
-            K.sine[i], K.cosine[i] = 0.0, 1.0
+        if chain.prismatic[i]:
+            kinematics.sine[i], kinematics.cosine[i] = 0.0, 1.0

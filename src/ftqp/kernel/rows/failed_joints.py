@@ -5,6 +5,8 @@ from typing import Any
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import (
     BRAKING,
+    FREE,
+    HEALTHY,
     INSTANT,
     LOCKED,
     RESET_MOMENTUM,
@@ -15,101 +17,141 @@ from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 
 @jit
+def sort_joints(K: Any) -> None:
+    """The one list of joints of a tick: those that work, those that swing free, those that are held.
+
+    ``order[:working]`` have a motor that obeys, ``order[:movable]`` can move at all; each part rises.
+    """
+    faults, n = K.faults, K.chain.n
+    count = 0
+    for i in range(n):
+        if faults.code[i] == HEALTHY:
+            faults.order[count] = i
+            count += 1
+    faults.working = count
+    if count < n:
+        for i in range(n):
+            if faults.code[i] == FREE:
+                faults.order[count] = i
+                count += 1
+        faults.movable = count
+        for i in range(n):
+            if faults.code[i] != HEALTHY and faults.code[i] != FREE:
+                faults.order[count] = i
+                count += 1
+    else:
+        faults.movable = count
+
+
+@jit
 def prescribed_motion(K: Any) -> None:
     """x_F of every locked or braking joint, as the degenerate interval lb = ub.
 
     Braking: x_F = -sign(v_F) min(rate, |v_F|/dt) until v_F is exactly zero, the last step partial; then
-    locked, for ever.
-    v_F follows that model, or the measured velocity where the joint stops sooner, so that noise cannot keep
-    it braking.
+    locked, for ever. v_F follows that model, or the measured velocity where the joint stops sooner, so that
+    noise cannot keep it braking.
     """
-    dt = K.dt
-    for i in range(K.n):
-        fault = K.fault[i]
-        if fault == BRAKING:
-            vf = K.lock_velocity[i]
-            if abs(K.v[i]) < abs(vf):
-                vf = K.v[i]
+    faults, state, qp = K.faults, K.state, K.qp
+    dt = state.dt
+    for k in range(faults.movable, K.chain.n):
+        i = faults.order[k]
+        if faults.code[i] == BRAKING:
+            vf = faults.lock_velocity[i]
+            if abs(state.v[i]) < abs(vf):
+                vf = state.v[i]
             if vf == 0.0:
-                K.fault[i] = LOCKED
-                fault = LOCKED
+                faults.code[i] = LOCKED
             else:
-                step = K.lock_rate[i] * dt
+                step = faults.lock_rate[i] * dt
                 after = 0.0 if abs(vf) <= step else (vf - step if vf > 0.0 else vf + step)
-                x = after if K.level == VELOCITY else (after - vf) / dt
-                K.v[i] = vf
-                K.lock_velocity[i] = after
-                K.lb[i] = K.ub[i] = x
-        if fault == LOCKED:
-            K.v[i] = 0.0
-            K.lock_velocity[i] = 0.0
-            K.lb[i] = K.ub[i] = 0.0
+                x = after if state.level == VELOCITY else (after - vf) / dt
+                state.v[i] = vf
+                faults.lock_velocity[i] = after
+                qp.lb[i] = qp.ub[i] = x
+        if faults.code[i] == LOCKED:
+            state.v[i] = 0.0
+            faults.lock_velocity[i] = 0.0
+            qp.lb[i] = qp.ub[i] = 0.0
 
 
 @jit
 def any_instant_lock(K: Any) -> bool:
     """Whether a joint is to be locked at this very tick."""
-    for i in range(K.n):
-        if K.fault[i] == INSTANT:
+    faults = K.faults
+    for k in range(faults.movable, K.chain.n):
+        if faults.code[faults.order[k]] == INSTANT:
             return True
     return False
 
 
 @jit
-def lock_instantly(K: Any) -> None:
-    """v_F := 0 and the velocities of the healthy joints by the reset rule; Delta is the change of v.
+def _momentum_jump(K: Any) -> None:
+    """Delta_H = -M_HH^-1 M_HF Delta_F, the free impulse, over the joints that can move."""
+    faults, state, M = K.faults, K.state, K.kinematics.M
+    n, movable = K.chain.n, faults.movable
+    S, jump, delta = K.scratch.square, K.scratch.impulse, K.scratch.joints
+    for a in range(movable):
+        i = faults.order[a]
+        s = 0.0
+        for j in range(n):
+            s -= M[i, j] * delta[j]
+        jump[a] = s
+        for b in range(movable):
+            S[a, b] = M[i, faults.order[b]]
+    if factor(S, movable):
+        solve_factored(S, movable, jump)
+        for a in range(movable):
+            state.v[faults.order[a]] += jump[a]
 
-    kinematic: unchanged.  momentum: Delta_H = -M_HH^-1 M_HF Delta_F (free impulse).
+
+@jit
+def _task_jump(K: Any) -> None:
+    """Delta_H = -J_H^+ J_F Delta_F over the joints that work: the tip goes on as it was."""
+    faults, state, task, J = K.faults, K.state, K.task, K.kinematics.J
+    m = task.m
+    S, jump, delta = K.scratch.square, K.scratch.impulse, K.scratch.joints
+    trace = 0.0
+    for a in range(m):
+        s = 0.0
+        for j in range(K.chain.n):
+            s -= J[task.rows[a], j] * delta[j]
+        jump[a] = s
+        for b in range(m):
+            s = 0.0
+            for c in range(faults.working):
+                j = faults.order[c]
+                s += J[task.rows[a], j] * J[task.rows[b], j]
+            S[a, b] = s
+        trace += S[a, a]
+    for a in range(m):
+        S[a, a] += 1e-12 * trace
+    if factor(S, m):
+        solve_factored(S, m, jump)
+        for c in range(faults.working):
+            j = faults.order[c]
+            s = 0.0
+            for a in range(m):
+                s += J[task.rows[a], j] * jump[a]
+            state.v[j] += s
+
+
+@jit
+def lock_instantly(K: Any) -> None:
+    """v_F := 0 and the velocities of the others by the reset rule; Delta is the change of v.
+
+    kinematic: unchanged.  momentum: a free impulse, which moves free-swinging joints, too.
     task: Delta_H = -J_H^+ J_F Delta_F (the task velocity goes on). Needs J, and M for ``momentum``.
-    Source: spec of the different-level scheme, section 5.2. Rare, so it borrows the solver's memory.
+    Source: docs/theory/faults.md, "Instant locks".
     """
-    n = K.n
-    delta, S = K.scratch, K.L_H
+    faults, state = K.faults, K.state
+    n, delta = K.chain.n, K.scratch.joints
     for i in range(n):
-        delta[i] = 0.0
-        if K.fault[i] == INSTANT:
-            delta[i] = -K.v[i]
-    if K.reset_mode == RESET_MOMENTUM:
-        for i in range(n):
-            healthy = not (K.fault[i] == INSTANT or K.fault[i] == LOCKED or K.fault[i] == BRAKING)
-            s = 0.0
-            for j in range(n):
-                s -= K.M[i, j] * delta[j]
-                also = not (K.fault[j] == INSTANT or K.fault[j] == LOCKED or K.fault[j] == BRAKING)
-                S[i, j] = K.M[i, j] if healthy and also else (1.0 if i == j else 0.0)
-            K.x_free[i] = s if healthy else 0.0
-        if factor(S, n):
-            solve_factored(S, n, K.x_free)
-            for i in range(n):
-                K.v[i] += K.x_free[i]
-    if K.reset_mode == RESET_TASK:
-        m = K.m
-        for a in range(m):
-            ra = K.rows[a]
-            s = 0.0
-            for j in range(n):
-                s -= K.J[ra, j] * delta[j]
-            K.x_free[a] = s
-        trace = 0.0
-        for a in range(m):
-            for b in range(m):
-                s = 0.0
-                for j in range(n):
-                    if not (K.fault[j] == INSTANT or K.fault[j] == LOCKED or K.fault[j] == BRAKING):
-                        s += K.J[K.rows[a], j] * K.J[K.rows[b], j]
-                S[a, b] = s
-            trace += S[a, a]
-        for a in range(m):
-            S[a, a] += 1e-12 * trace
-        if factor(S, m):
-            solve_factored(S, m, K.x_free)
-            for j in range(n):
-                if not (K.fault[j] == INSTANT or K.fault[j] == LOCKED or K.fault[j] == BRAKING):
-                    s = 0.0
-                    for a in range(m):
-                        s += K.J[K.rows[a], j] * K.x_free[a]
-                    K.v[j] += s
+        delta[i] = -state.v[i] if faults.code[i] == INSTANT else 0.0
+    if faults.reset_mode == RESET_MOMENTUM:
+        _momentum_jump(K)
+    if faults.reset_mode == RESET_TASK:
+        _task_jump(K)
     for i in range(n):
-        if K.fault[i] == INSTANT:
-            K.v[i] = 0.0
-            K.fault[i] = LOCKED
+        if faults.code[i] == INSTANT:
+            state.v[i] = 0.0
+            faults.code[i] = LOCKED

@@ -18,7 +18,6 @@ from ftqp.kernel.layout.enums import (
     BASE_STALE,
     BASE_TRACKING,
     BASE_UNREACHABLE,
-    BRAKING,
     BY_POSITION,
     DELAYS,
     HAS_BASE,
@@ -27,7 +26,6 @@ from ftqp.kernel.layout.enums import (
     HAS_TWIST,
     HEALTHY,
     INVALID_INPUT,
-    LOCKED,
     MEASURED_ATTITUDE,
     NOMINAL_ATTITUDE,
     OK,
@@ -82,16 +80,16 @@ def _all_finite(T: Any, rows: int, columns: int) -> bool:
 
 
 @jit
-def _measure(K: Any, arm: Any) -> bool:
+def _measure(base: Any, arm: Any) -> bool:
     """The base pose that this tick's measurements give into ``base_now``; False without a finite one.
 
     A tip position alone gives p_b with the nominal attitude: T_b = (R_o, p_E - R_o p_arm).
     """
-    T, has = K.base_now, K.base_has
-    if has & HAS_BASE and not _all_finite(K.base_given, 3, 4):
+    T, has = base.now, base.has
+    if has & HAS_BASE and not _all_finite(base.given, 3, 4):
         return False
     if has & HAS_TIP:
-        E = K.tip_world
+        E = base.tip_world
         if has & HAS_POSITION:
             for r in range(3):
                 if not is_finite(E[r, 3]):
@@ -99,7 +97,7 @@ def _measure(K: Any, arm: Any) -> bool:
                 for c in range(3):
                     E[r, c] = 0.0
                     for k in range(3):
-                        E[r, c] += K.base_nominal[3 * r + k] * arm[3 * k + c]
+                        E[r, c] += base.nominal[3 * r + k] * arm[3 * k + c]
         elif not _all_finite(E, 3, 4):
             return False
         base_from_tip(E, arm, T)
@@ -107,13 +105,13 @@ def _measure(K: Any, arm: Any) -> bool:
     if has & HAS_BASE:
         for r in range(3):
             for c in range(4):
-                T[r, c] = K.base_given[r, c]
+                T[r, c] = base.given[r, c]
         return True
     return False
 
 
 @jit
-def _observe(K: Any, arm: Any) -> None:
+def _observe(base: Any, arm: Any) -> None:
     """Disturbance observer: dv <- dv + a (d - dv), d the displacement at the tip that the base made since
     last time.
 
@@ -122,7 +120,7 @@ def _observe(K: Any, arm: Any) -> None:
     so neither a limit nor a slow servo is taken for base motion; ``base_hold`` freezes dv after a step that
     limits cut.
     """
-    T, L, s = K.base_now, K.base_last, K.base_scratch
+    T, L, s = base.now, base.last, base.six
     for r in range(3):
         now = T[r, 3] + T[r, 0] * arm[9] + T[r, 1] * arm[10] + T[r, 2] * arm[11]
         last = L[r, 3] + L[r, 0] * arm[9] + L[r, 1] * arm[10] + L[r, 2] * arm[11]
@@ -139,42 +137,43 @@ def _observe(K: Any, arm: Any) -> None:
         T[2, 0] * L[2, 0] + T[2, 1] * L[2, 1] + T[2, 2] * L[2, 2],
     )
     for k in range(6):
-        K.base_shift[k] += K.observer * (s[k] - K.base_shift[k])
+        base.shift[k] += base.observer * (s[k] - base.shift[k])
 
 
 @jit
-def _predict(K: Any) -> None:
+def _predict(K: Any, base: Any) -> None:
     """Twist of the tip by base motion, as a twist at the tip's point along I, and T_b brought to now.
 
     Given twist V of the base, mean over the sample that began ``lead`` ago: over the coming sample it will be
     V + lead V', on the way to now it was V + (lead - dt)/2 V', with V' the change of V per sample; then
     v + w x r with r from the base to the tip. Otherwise dv/dt of the observer, or nothing.
     """
-    T, S, s = K.base_now, K.T_base, K.base_scratch
-    lead = K.base_delay * K.dt
-    r0 = T[0, 0] * K.o_tip[0] + T[0, 1] * K.o_tip[1] + T[0, 2] * K.o_tip[2]
-    r1 = T[1, 0] * K.o_tip[0] + T[1, 1] * K.o_tip[1] + T[1, 2] * K.o_tip[2]
-    r2 = T[2, 0] * K.o_tip[0] + T[2, 1] * K.o_tip[1] + T[2, 2] * K.o_tip[2]
-    if K.base_has & HAS_TWIST:
+    state, kinematics = K.state, K.kinematics
+    T, S, s = base.now, base.pose, base.six
+    lead = base.delay * state.dt
+    r0 = T[0, 0] * kinematics.o_tip[0] + T[0, 1] * kinematics.o_tip[1] + T[0, 2] * kinematics.o_tip[2]
+    r1 = T[1, 0] * kinematics.o_tip[0] + T[1, 1] * kinematics.o_tip[1] + T[1, 2] * kinematics.o_tip[2]
+    r2 = T[2, 0] * kinematics.o_tip[0] + T[2, 1] * kinematics.o_tip[1] + T[2, 2] * kinematics.o_tip[2]
+    if base.has & HAS_TWIST:
         for k in range(6):
-            change = (K.base_rate[k] - K.base_rate_last[k]) / K.dt if K.base_rates > 1 else 0.0
-            s[k] = K.base_rate[k] + 0.5 * (lead - K.dt) * change if K.base_delay > 0 else K.base_rate[k]
-            K.base_twist[k] = K.base_rate[k] + lead * change
+            change = (base.rate[k] - base.rate_last[k]) / state.dt if base.rates > 1 else 0.0
+            s[k] = base.rate[k] + 0.5 * (lead - state.dt) * change if base.delay > 0 else base.rate[k]
+            base.twist[k] = base.rate[k] + lead * change
         c0, c1, c2 = cross(s[3], s[4], s[5], r0, r1, r2)
         s[0], s[1], s[2] = s[0] + c0, s[1] + c1, s[2] + c2
-        c0, c1, c2 = cross(K.base_twist[3], K.base_twist[4], K.base_twist[5], r0, r1, r2)
-        K.base_twist[0] += c0
-        K.base_twist[1] += c1
-        K.base_twist[2] += c2
+        c0, c1, c2 = cross(base.twist[3], base.twist[4], base.twist[5], r0, r1, r2)
+        base.twist[0] += c0
+        base.twist[1] += c1
+        base.twist[2] += c2
     else:
         for k in range(6):
-            K.base_twist[k] = s[k] = K.base_shift[k] / K.dt
-    if K.base_delay == 0:
+            base.twist[k] = s[k] = base.shift[k] / state.dt
+    if base.delay == 0:
         for r in range(3):
             for c in range(4):
                 S[r, c] = T[r, c]
         return
-    X = K.base_turn
+    X = base.turn
     exponential(s[3] * lead, s[4] * lead, s[5] * lead, X)
     for r in range(3):
         for c in range(3):
@@ -185,30 +184,38 @@ def _predict(K: Any) -> None:
         T[2, 3] + r2 + s[2] * lead,
     )
     for r in range(3):
-        S[r, 3] -= S[r, 0] * K.o_tip[0] + S[r, 1] * K.o_tip[1] + S[r, 2] * K.o_tip[2]
+        S[r, 3] -= (
+            S[r, 0] * kinematics.o_tip[0] + S[r, 1] * kinematics.o_tip[1] + S[r, 2] * kinematics.o_tip[2]
+        )
 
 
 @jit
-def _target_from_base(K: Any) -> None:
+def _target_from_base(K: Any, base: Any) -> None:
     """The inertial target as a target in B whose error there is R' e, and its twist R'(V_d - V_base).
 
     e = (p_d - p_E; log R_d R_E') along I with T_E = T_b T_arm; p = p_arm + R'(p_d - p_E), rotation
     R' R_d R_E' R R_arm. With R = R_b that is T_b^-1 T_d. R: estimated, nominal ([Ho] eq. 19) or measured.
     """
-    B, T, A, R = K.T_base, K.target, K.R_tip, K.base_turn
+    kinematics, task = K.kinematics, K.task
+    B, T, A, R = base.pose, task.target, kinematics.R_tip, base.turn
     for r in range(3):
         for c in range(3):
-            if K.base_attitude == NOMINAL_ATTITUDE:
-                R[3 * r + c] = K.base_nominal[3 * r + c]
-            elif K.base_attitude == MEASURED_ATTITUDE and K.base_has & HAS_BASE:
-                R[3 * r + c] = K.base_given[r, c]
+            if base.attitude == NOMINAL_ATTITUDE:
+                R[3 * r + c] = base.nominal[3 * r + c]
+            elif base.attitude == MEASURED_ATTITUDE and base.has & HAS_BASE:
+                R[3 * r + c] = base.given[r, c]
             else:
                 R[3 * r + c] = B[r, c]
-    E, X, e = K.base_tip, K.base_product, K.base_error
+    E, X, e = base.tip, base.product, base.error
     for r in range(3):
         for c in range(3):
             E[3 * r + c] = B[r, 0] * A[c] + B[r, 1] * A[3 + c] + B[r, 2] * A[6 + c]
-        e[r] = T[4 * r + 3] - (B[r, 3] + B[r, 0] * K.o_tip[0] + B[r, 1] * K.o_tip[1] + B[r, 2] * K.o_tip[2])
+        e[r] = T[4 * r + 3] - (
+            B[r, 3]
+            + B[r, 0] * kinematics.o_tip[0]
+            + B[r, 1] * kinematics.o_tip[1]
+            + B[r, 2] * kinematics.o_tip[2]
+        )
     e[3] = e[4] = e[5] = 0.0
     if T[TARGET_HAS_ROTATION] != 0.0:
         for r in range(3):
@@ -224,97 +231,99 @@ def _target_from_base(K: Any) -> None:
         for r in range(3):
             for c in range(3):
                 T[4 * r + c] = X[3 * r] * A[c] + X[3 * r + 1] * A[3 + c] + X[3 * r + 2] * A[6 + c]
-    s = K.base_scratch
+    s = base.six
     for r in range(3):
-        T[4 * r + 3] = K.o_tip[r] + R[r] * e[0] + R[3 + r] * e[1] + R[6 + r] * e[2]
+        T[4 * r + 3] = kinematics.o_tip[r] + R[r] * e[0] + R[3 + r] * e[1] + R[6 + r] * e[2]
     for k in range(6):
-        s[k] = T[TARGET_TWIST + k] - K.base_twist[k]
+        s[k] = T[TARGET_TWIST + k] - base.twist[k]
     for half in range(0, 6, 3):
         for r in range(3):
             T[TARGET_TWIST + half + r] = R[r] * s[half] + R[3 + r] * s[half + 1] + R[6 + r] * s[half + 2]
 
 
 @jit
-def follow_base(K: Any) -> bool:
+def follow_base(K: Any, base: Any) -> bool:
     """One tick of the moving base, after the kinematics: False when the base has not been seen for too long.
 
     A measurement made ``base_delay`` samples ago belongs to the arm pose of that time, which is remembered,
     so the arm's own motion since then is accounted for exactly; the base's is extrapolated.
     """
-    at = K.base_ticks % DELAYS
-    now = K.arm_history[at]
+    state, kinematics = K.state, K.kinematics
+    at = base.ticks % DELAYS
+    now = base.arm_history[at]
     for k in range(9):
-        now[k] = K.R_tip[k]
+        now[k] = kinematics.R_tip[k]
     for r in range(3):
-        now[9 + r] = K.o_tip[r]
-    if K.base_ticks == 0:
+        now[9 + r] = kinematics.o_tip[r]
+    if base.ticks == 0:
         for row in range(1, DELAYS):
             for k in range(12):
-                K.arm_history[row, k] = now[k]
-    arm = K.arm_history[(K.base_ticks - K.base_delay) % DELAYS]
-    K.base_ticks += 1
-    if K.base_has & HAS_TWIST:
+                base.arm_history[row, k] = now[k]
+    arm = base.arm_history[(base.ticks - base.delay) % DELAYS]
+    base.ticks += 1
+    if base.has & HAS_TWIST:
         for k in range(6):
-            if not is_finite(K.base_rate[k]):
-                K.base_has &= ~HAS_TWIST
-    if _measure(K, arm):
-        if K.base_seen > 0 and K.observer > 0.0 and not K.base_hold:
-            _observe(K, arm)
-        K.base_seen += 1
-        K.base_age = 0.0
+            if not is_finite(base.rate[k]):
+                base.has &= ~HAS_TWIST
+    if _measure(base, arm):
+        if base.seen > 0 and base.observer > 0.0 and not base.hold:
+            _observe(base, arm)
+        base.seen += 1
+        base.age = 0.0
         for r in range(3):
             for c in range(4):
-                K.base_last[r, c] = K.base_now[r, c]
+                base.last[r, c] = base.now[r, c]
     else:
-        K.base_age += K.dt
-        if K.base_ever == 0 or K.base_age > K.base_patience:
-            K.base_seen = K.base_rates = 0
+        base.age += state.dt
+        if base.ever == 0 or base.age > base.patience:
+            base.seen = base.rates = 0
             for k in range(6):
-                K.base_shift[k] = 0.0
-            K.base_stale = 1
+                base.shift[k] = 0.0
+            base.stale = 1
             return False
-        K.base_seen = 0
-    K.base_ever = 1
-    K.base_stale = 1 if K.base_age > 0.0 else 0
-    K.base_rates = K.base_rates + 1 if K.base_has & HAS_TWIST else 0
-    _predict(K)
-    if K.base_has & HAS_TWIST:
+        base.seen = 0
+    base.ever = 1
+    base.stale = 1 if base.age > 0.0 else 0
+    base.rates = base.rates + 1 if base.has & HAS_TWIST else 0
+    _predict(K, base)
+    if base.has & HAS_TWIST:
         for k in range(6):
-            K.base_rate_last[k] = K.base_rate[k]
-    _target_from_base(K)
+            base.rate_last[k] = base.rate[k]
+    _target_from_base(K, base)
     return True
 
 
 @jit
-def reduce_by_lead(K: Any) -> None:
+def reduce_by_lead(K: Any, base: Any) -> None:
     """Anti-windup against a servo that lags: -v_max - lead/dt <= x <= v_max - lead/dt, lead = set point - q.
 
     The set point, which accumulates dt x, then never runs ahead of the joint by more than v_max dt, and is
     called back where it does. Never leaves the joint's own interval.
     """
-    for i in range(K.n):
-        if K.fault[i] == HEALTHY:
-            lead = (K.setpoint[i] - K.q[i]) / K.dt
-            lb, ub = K.lb[i], K.ub[i]
-            K.ub[i] = min(max(K.v_max[i] - lead, lb), ub)
-            K.lb[i] = min(max(-K.v_max[i] - lead, lb), K.ub[i])
+    limits, faults, state, qp = K.limits, K.faults, K.state, K.qp
+    for k in range(faults.working):
+        i = faults.order[k]
+        lead = (base.setpoint[i] - state.q[i]) / state.dt
+        lb, ub = qp.lb[i], qp.ub[i]
+        qp.ub[i] = min(max(limits.v_max[i] - lead, lb), ub)
+        qp.lb[i] = min(max(-limits.v_max[i] - lead, lb), qp.ub[i])
 
 
 @jit
 def is_rank_deficient(K: Any, threshold: float) -> bool:
-    """Whether sigma_min of the healthy joints' task rows, over the characteristic length, is below
-    ``threshold``.
+    """Whether sigma_min of the working joints' task rows in characteristic lengths is below ``threshold``.
 
     That is so exactly when A_H A_H' - (threshold length)^2 1 has no Cholesky factor.
     """
-    m, S = K.m, K.L_H
-    least = threshold * K.length
+    faults, task, qp, scratch = K.faults, K.task, K.qp, K.scratch
+    m, S = task.m, scratch.square
+    least = threshold * task.length
     for a in range(m):
         for b in range(a + 1):
             s = 0.0
-            for i in range(K.n):
-                if K.fault[i] != LOCKED and K.fault[i] != BRAKING:
-                    s += K.A[a, i] * K.A[b, i]
+            for k in range(faults.working):
+                i = faults.order[k]
+                s += qp.A[a, i] * qp.A[b, i]
             S[a, b] = s
         S[a, a] -= least * least
     return not factor(S, m)
@@ -323,34 +332,36 @@ def is_rank_deficient(K: Any, threshold: float) -> bool:
 @jit
 def _leans_or_stands(K: Any) -> bool:
     """Whether every command is about zero, or a position limit holds one back."""
+    chain, limits, faults, state, qp = K.chain, K.limits, K.faults, K.state, K.qp
     standing = True
-    for i in range(K.n):
-        if abs(K.v_command[i]) > STANDING * min(K.v_max[i], 1e3):
+    for i in range(chain.n):
+        if abs(state.v_command[i]) > STANDING * min(limits.v_max[i], 1e3):
             standing = False
-        z = K.z_box[i]
-        if K.fault[i] == HEALTHY and (
-            (z > 0.0 and K.upper_by[i] == BY_POSITION) or (z < 0.0 and K.lower_by[i] == BY_POSITION)
+        z = qp.z_box[i]
+        if faults.code[i] == HEALTHY and (
+            (z > 0.0 and limits.upper_by[i] == BY_POSITION) or (z < 0.0 and limits.lower_by[i] == BY_POSITION)
         ):
             return True
     return standing
 
 
 @jit
-def base_verdict(K: Any) -> int:
+def base_verdict(K: Any, base: Any) -> int:
     """After the step: the set point moves on, and what the operator is told of the base."""
-    for i in range(K.n):
-        K.setpoint[i] += K.dt * K.v_command[i]
-    held = K.status != OK and K.status != SCALED
-    K.base_hold = 1 if held and K.base_freezes else 0
-    if K.base_stale:
-        K.base_leaning = 0
+    chain, state, task, ladder = K.chain, K.state, K.task, K.ladder
+    for i in range(chain.n):
+        base.setpoint[i] += state.dt * state.v_command[i]
+    held = ladder.status != OK and ladder.status != SCALED
+    base.hold = 1 if held and base.freezes else 0
+    if base.stale:
+        base.leaning = 0
         return BASE_STALE
-    if K.status == STOPPING or K.status == STOPPED or K.status == INVALID_INPUT:
+    if ladder.status == STOPPING or ladder.status == STOPPED or ladder.status == INVALID_INPUT:
         return BASE_HALTED
-    off = K.position_error > K.base_tolerance or K.rotation_error * K.length > K.base_tolerance
-    K.base_leaning = K.base_leaning + 1 if held and off and _leans_or_stands(K) else 0
-    if is_rank_deficient(K, K.base_rank):
+    off = task.position_error > base.tolerance or task.rotation_error * task.length > base.tolerance
+    base.leaning = base.leaning + 1 if held and off and _leans_or_stands(K) else 0
+    if is_rank_deficient(K, base.rank):
         return BASE_RANK_DEFICIENT
-    if K.base_leaning >= PATIENCE:
+    if base.leaning >= PATIENCE:
         return BASE_UNREACHABLE
     return BASE_SATURATED if held else BASE_TRACKING

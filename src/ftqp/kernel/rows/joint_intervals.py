@@ -11,14 +11,11 @@ from typing import Any
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
-    BRAKING,
     BY_ACCELERATION,
     BY_FAULT,
     BY_POSITION,
     BY_VELOCITY,
-    FREE,
     JIN,
-    LOCKED,
     NO_LIMIT,
     ONE_STEP,
 )
@@ -137,56 +134,67 @@ def braking(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: 
 @jit
 def _upper(K: Any, i: int, v: float, d: float) -> tuple[float, int]:
     """The upper end for joint i by the conversion that the planner was made with."""
-    if K.level == ACCELERATION:
-        if K.bounds == JIN:
-            return jin(v, d, K.v_max[i], K.a_max[i], K.jin_p, K.jin_v, K.jin_margin)
-        if K.bounds == ONE_STEP:
-            return one_step(v, d, K.v_max[i], K.a_max[i], K.dt)
-        return viability(v, d, K.v_max[i], K.a_max[i], K.a_brake[i], K.dt)
-    if K.bounds == JIN:
-        bound = K.jin_upsilon * d
-        return (bound, BY_POSITION) if bound < K.v_max[i] else (K.v_max[i], BY_VELOCITY)
-    if K.bounds == ONE_STEP:
-        bound = d / K.dt
-        return (bound, BY_POSITION) if bound < K.v_max[i] else (K.v_max[i], BY_VELOCITY)
-    return braking(v, d, K.v_max[i], K.a_max[i], K.a_brake[i], K.dt)
+    limits, state = K.limits, K.state
+    if state.level == ACCELERATION:
+        if limits.conversion == JIN:
+            return jin(v, d, limits.v_max[i], limits.a_max[i], limits.jin_p, limits.jin_v, limits.jin_margin)
+        if limits.conversion == ONE_STEP:
+            return one_step(v, d, limits.v_max[i], limits.a_max[i], state.dt)
+        return viability(v, d, limits.v_max[i], limits.a_max[i], limits.a_brake[i], state.dt)
+    if limits.conversion == JIN:
+        bound = limits.jin_upsilon * d
+        return (bound, BY_POSITION) if bound < limits.v_max[i] else (limits.v_max[i], BY_VELOCITY)
+    if limits.conversion == ONE_STEP:
+        bound = d / state.dt
+        return (bound, BY_POSITION) if bound < limits.v_max[i] else (limits.v_max[i], BY_VELOCITY)
+    return braking(v, d, limits.v_max[i], limits.a_max[i], limits.a_brake[i], state.dt)
 
 
 @jit
 def _least_bad(K: Any, i: int, lo: float, hi: float) -> float:
     """The one value for an interval that came out empty: stop as fast as the acceleration limit allows."""
-    if K.level == ACCELERATION:
-        return min(max(-K.v[i] / K.dt, -K.a_max[i]), K.a_max[i])
-    return min(max(0.0, K.v[i] - K.a_max[i] * K.dt), K.v[i] + K.a_max[i] * K.dt)
+    limits, state = K.limits, K.state
+    if state.level == ACCELERATION:
+        return min(max(-state.v[i] / state.dt, -limits.a_max[i]), limits.a_max[i])
+    return min(max(0.0, state.v[i] - limits.a_max[i] * state.dt), state.v[i] + limits.a_max[i] * state.dt)
+
+
+@jit
+def _jin_leaving(
+    K: Any, i: int, lo: float, lower_by: int, hi: float, upper_by: int
+) -> tuple[float, int, float, int]:
+    """An interval that came out empty, without the position term of the strip that the joint is leaving."""
+    limits, v = K.limits, K.state.v[i]
+    if v < 0.0:
+        hi, upper_by = jin(v, inf, limits.v_max[i], limits.a_max[i], limits.jin_p, limits.jin_v, 0.0)
+    else:
+        lo, lower_by = jin(-v, inf, limits.v_max[i], limits.a_max[i], limits.jin_p, limits.jin_v, 0.0)
+        lo = -lo
+    return lo, lower_by, hi, upper_by
 
 
 @jit
 def intervals(K: Any) -> None:
     """lb <= x <= ub of every joint, and which limit set each end; a failed joint has no limits of its own."""
-    for i in range(K.n):
-        fault = K.fault[i]
-        if fault == FREE:
-            K.lb[i], K.ub[i] = -inf, inf
-            K.lower_by[i] = K.upper_by[i] = NO_LIMIT
-            continue
-        if fault == LOCKED or fault == BRAKING:  # x_F, written by prescribed_motion
-            K.lower_by[i] = K.upper_by[i] = BY_FAULT
-            continue
-        v = K.v[i]
-        hi, upper_by = _upper(K, i, v, K.q_max[i] - K.q[i])
-        lo, lower_by = _upper(K, i, -v, K.q[i] - K.q_min[i])
+    chain, limits, faults, state, qp = K.chain, K.limits, K.faults, K.state, K.qp
+    for k in range(faults.movable, chain.n):  # x_F is written by prescribed_motion
+        i = faults.order[k]
+        limits.lower_by[i] = limits.upper_by[i] = BY_FAULT
+    for k in range(faults.working, faults.movable):
+        i = faults.order[k]
+        qp.lb[i], qp.ub[i] = -inf, inf
+        limits.lower_by[i] = limits.upper_by[i] = NO_LIMIT
+    for k in range(faults.working):
+        i = faults.order[k]
+        v = state.v[i]
+        hi, upper_by = _upper(K, i, v, limits.q_max[i] - state.q[i])
+        lo, lower_by = _upper(K, i, -v, state.q[i] - limits.q_min[i])
         lo = -lo
         if lo > hi:
-            if (
-                K.bounds == JIN and K.level == ACCELERATION
-            ):  # drop the position term of the strip that it is leaving
-                if v < 0.0:
-                    hi, upper_by = jin(v, inf, K.v_max[i], K.a_max[i], K.jin_p, K.jin_v, 0.0)
-                else:
-                    lo, lower_by = jin(-v, inf, K.v_max[i], K.a_max[i], K.jin_p, K.jin_v, 0.0)
-                    lo = -lo
+            if limits.conversion == JIN and state.level == ACCELERATION:
+                lo, lower_by, hi, upper_by = _jin_leaving(K, i, lo, lower_by, hi, upper_by)
             if lo > hi:
-                K.empty_intervals += 1
+                limits.empty_intervals += 1
                 lo = hi = _least_bad(K, i, lo, hi)
-        K.lb[i], K.ub[i] = lo, hi
-        K.lower_by[i], K.upper_by[i] = lower_by, upper_by
+        qp.lb[i], qp.ub[i] = lo, hi
+        limits.lower_by[i], limits.upper_by[i] = lower_by, upper_by

@@ -17,15 +17,13 @@ from typing import Any
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY, VELOCITY
 
-DRIVE_GAIN = 4.0
-"""How fast the null-space velocity approaches the drive at least, where it is a state [1/s]."""
-
 
 @jit
 def posture_error(K: Any, i: int) -> float:
     """q_i - posture_i; for a continuous joint the short way round, smooth: 2 sin(d/2) sign(cos(d/2))."""
-    d = K.q[i] - K.posture[i]
-    if K.continuous[i]:
+    chain, state, criteria = K.chain, K.state, K.criteria
+    d = state.q[i] - criteria.posture[i]
+    if chain.continuous[i]:
         half = 0.5 * d
         return 2.0 * sin(half) * (1.0 if cos(half) >= 0.0 else -1.0)
     return d
@@ -34,73 +32,52 @@ def posture_error(K: Any, i: int) -> float:
 @jit
 def objective(K: Any) -> None:
     """H and g of the joints; H_diagonal alone when no criterion couples joints."""
-    n = K.n
+    chain, faults, state, kinematics, criteria, qp, scratch = (
+        K.chain,
+        K.faults,
+        K.state,
+        K.kinematics,
+        K.criteria,
+        K.qp,
+        K.scratch,
+    )
+    n = chain.n
     for i in range(n):
-        K.H_diagonal[i] = K.w_norm * K.weight[i]
-        K.g[i] = K.weight[i] * K.norm_v * K.v[i]
-        if K.norm_q != 0.0:
-            K.g[i] += K.weight[i] * K.norm_q * posture_error(K, i)
-    if K.w_inertia == 0.0 and K.w_torque == 0.0:
-        K.dense = 0
+        qp.H_diagonal[i] = criteria.norm * criteria.weight[i]
+        qp.g[i] = criteria.weight[i] * criteria.norm_v * state.v[i]
+        if criteria.norm_q != 0.0:
+            qp.g[i] += criteria.weight[i] * criteria.norm_q * posture_error(K, i)
+    if criteria.inertia == 0.0 and criteria.torque == 0.0:
+        qp.dense = 0
         return
-    K.dense = 1
-    h_scale = K.dt if K.level == VELOCITY else 1.0
+    qp.dense = 1
+    h_scale = state.dt if state.level == VELOCITY else 1.0
     for i in range(n):
         momentum = 0.0
         for j in range(n):
-            K.H[i, j] = K.w_inertia * K.M[i, j]
-            momentum += K.M[i, j] * K.v[j]
-        K.H[i, i] += K.H_diagonal[i]
-        K.g[i] += K.inertia_v * momentum + K.inertia_h * h_scale * K.h[i]
-        K.scratch[i] = h_scale * K.h[i] - (momentum if K.level == VELOCITY else 0.0)
-    if K.w_torque == 0.0:
+            qp.H[i, j] = criteria.inertia * kinematics.M[i, j]
+            momentum += kinematics.M[i, j] * state.v[j]
+        qp.H[i, i] += qp.H_diagonal[i]
+        qp.g[i] += criteria.inertia_v * momentum + criteria.inertia_h * h_scale * kinematics.h[i]
+        scratch.joints[i] = h_scale * kinematics.h[i] - (momentum if state.level == VELOCITY else 0.0)
+    if criteria.torque == 0.0:
         return
     for k in range(n):
-        if K.fault[k] == HEALTHY:
+        if faults.code[k] == HEALTHY:
             for i in range(n):
-                c = K.w_torque * K.M[k, i]
-                K.g[i] += c * K.scratch[k]
+                c = criteria.torque * kinematics.M[k, i]
+                qp.g[i] += c * scratch.joints[k]
                 for j in range(i + 1):
-                    K.H[i, j] += c * K.M[k, j]
-        elif (
-            K.fault[k] == FREE
-        ):  # w_torque/2 (row x - right side)^2 of its equality row: zero for every x that is
-            for i in range(n):  # allowed, it changes no answer and keeps H > 0, as the row's own torque would
-                c = K.w_torque * K.C[k, i]
-                K.g[i] -= c * K.l[k]
+                    qp.H[i, j] += c * kinematics.M[k, j]
+        elif faults.code[k] == FREE:
+            # w_torque/2 (row x - right side)^2 of its equality row: zero for every x that is allowed, it
+            # changes
+            # no answer and keeps H > 0, as the row's own torque would
+            for i in range(n):
+                c = criteria.torque * qp.C[k, i]
+                qp.g[i] -= c * qp.l[k]
                 for j in range(i + 1):
-                    K.H[i, j] += c * K.C[k, j]
+                    qp.H[i, j] += c * qp.C[k, j]
     for i in range(n):
         for j in range(i):
-            K.H[j, i] = K.H[i, j]
-
-
-@jit
-def add_drive(K: Any) -> None:
-    """The objective of x - x_0 in place of x, g -= H x_0: the null space is drawn to the velocity ``drive``.
-
-    Velocity level: x_0 = drive, or DRIVE_GAIN dt (drive - v) where the scheme keeps the last velocity.
-    Acceleration level: x_0 = gain drive - (gain - own) v, own the velocity gain that the scheme has already
-    and gain = max(DRIVE_GAIN, own).
-    """
-    n = K.n
-    own = 0.0
-    if K.w_norm > 0.0:
-        own = K.norm_v / K.w_norm
-    elif K.w_inertia > 0.0:
-        own = K.inertia_v / K.w_inertia
-    gain = max(DRIVE_GAIN, own)
-    keeps = own < 0.0 or (K.w_norm == 0.0 and K.w_inertia == 0.0)
-    for i in range(n):
-        x = K.drive[i]
-        if K.level != VELOCITY:
-            x = gain * x - (gain - own) * K.v[i]
-        elif keeps:
-            x = DRIVE_GAIN * K.dt * (x - K.v[i])
-        K.scratch[i] = x if K.fault[i] == HEALTHY else 0.0
-    for i in range(n):
-        if K.dense:
-            for j in range(n):
-                K.g[i] -= K.H[i, j] * K.scratch[j]
-        else:
-            K.g[i] -= K.H_diagonal[i] * K.scratch[i]
+            qp.H[j, i] = qp.H[i, j]

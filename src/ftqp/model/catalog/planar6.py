@@ -21,9 +21,8 @@ def planar6(*, vertical: bool = False) -> Robot:
     Source: L. Jin, B. Liao, M. Liu, L. Xiao, D. Guo, X. Yan, "Different-level simultaneous minimization
     scheme for fault tolerance of redundant manipulator aided with discrete-time recurrent neural network",
     Front. Neurorobot. 11:50 (2017), table 1: link lengths and position limits. The paper gives no masses,
-    speed or acceleration limits. Chosen
-    here: slender links of 4 kg/m, 0.4 rad/s, 2 rad/s2, no torque limit, start at pi/12 in every joint, and
-    motion in a horizontal plane, so that gravity is zero.
+    speed or acceleration limits. Chosen here: slender links of 4 kg/m, 0.4 rad/s, 2 rad/s2, no torque limit,
+    start at pi/12 in every joint, and motion in a horizontal plane, so that gravity is zero.
 
     Args:
         vertical: gravity (0, -9.81, 0) m/s2 instead of zero.

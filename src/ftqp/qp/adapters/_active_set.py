@@ -1,9 +1,8 @@
 """The solver inside the kernel, for QPs that are not a planner's."""
 
 from dataclasses import dataclass
-from typing import Any
 
-from ftqp.kernel.active_set import standalone
+from ftqp.kernel.entry.workspace import Workspace
 from ftqp.qp.adapters.backend import Backend, Claim
 from ftqp.qp.adapters.buffers import QPBuffers
 
@@ -23,7 +22,7 @@ class ActiveSet(Backend):
         super().__init__("active_set")
 
     def _prepare(self, qp: QPBuffers) -> None:
-        self._work: Any = standalone.workspace(qp.n, qp.m, qp.p)
+        self._work = Workspace(qp.n, qp.m, qp.p)
 
     def _run(self, qp: QPBuffers, cold: bool) -> Claim:
         work = self._work

@@ -1,23 +1,23 @@
 """The recurrent network inside the kernel, for QPs that are not a planner's."""
 
-from typing import Any
-
 import numpy as np
 
-from ftqp.kernel.entry import network_entries as dtrnn_entry
+from ftqp.kernel.entry.workspace import NetworkMemory
 from ftqp.qp.adapters.backend import Backend, Claim
 from ftqp.qp.adapters.buffers import QPBuffers
-from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
+from ftqp.qp.dtrnn.dtrnn_settings import CAP, DtrnnSettings
 
 
 class Dtrnn(Backend):
     """The kernel's network on memory of its own; a warm solve starts from what the buffers hold as solution.
 
+    A warm solve and its cold repeat together take at most ``settings.cap`` iterations.
+
     Attributes:
-        settings: as given.
-        numbers: what the kernel takes; behind the options it leaves the iterations and |e| of the last solve.
-        trace: |e|, r_eq, gap and whether a jump succeeded, a row an iteration, as far as there are rows, (k,
-            4).
+        settings: The settings as they were given.
+        numbers: What the kernel takes; behind the options it leaves the iterations and |e| of the last solve.
+        trace: |e|, r_eq, gap and whether a jump succeeded, one row an iteration as far as there are rows,
+            (k, 4). The start of a cold repeat takes the row of the last iterate before it.
     """
 
     package = "ftqp"
@@ -34,14 +34,15 @@ class Dtrnn(Backend):
         self._stale = False
 
     def _prepare(self, qp: QPBuffers) -> None:
-        n, m, p = qp.n, qp.m, qp.p
-        self._sizes = (n, m, p)
-        self._memory = np.zeros(int(dtrnn_entry.solve_memory_size(n, m, p)))
+        self._memory = NetworkMemory(qp.n, qp.m, qp.p)
 
     def _run(self, qp: QPBuffers, cold: bool) -> Claim:
-        call: Any = dtrnn_entry.solve_dtrnn
-        claim = call(
-            qp.flat, qp.solution, self._memory, self.numbers, self.trace, *self._sizes, int(not cold)
-        )
+        left = self.settings.cap - self._spent
+        if left <= 0:
+            self.iterations = 0
+            return Claim.MAX_ITERATIONS
+        self.numbers[CAP] = left
+        trace = self.trace[self._spent :]
+        claim = self._memory.solve(qp.flat, qp.solution, self.numbers, trace, not cold)
         self.iterations = int(self.numbers[-2])
         return Claim(claim)

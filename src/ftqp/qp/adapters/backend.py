@@ -2,24 +2,15 @@
 
 import logging
 from abc import ABC, abstractmethod
-from enum import IntEnum
 from typing import ClassVar, final
 
 import numpy as np
 
 from ftqp.core.errors import InputError
+from ftqp.kernel.layout.enums import Claim as Claim
 from ftqp.qp.adapters.buffers import QPBuffers
 
 _LOG = logging.getLogger(__name__)
-
-
-class Claim(IntEnum):
-    """What a solver says about its own answer; whether it is true is judged by the residuals."""
-
-    SOLVED = 0
-    MAX_ITERATIONS = 1
-    INFEASIBLE = 2
-    FAILED = 3
 
 
 class _Flags:
@@ -56,14 +47,19 @@ class Backend(ABC):
     def __init__(self, name: str) -> None:
         self.name = name
         self.iterations = 0
+        self._spent = 0
+        """Iterations that the warm attempt of this solve has taken; a repeat may count them to its cap."""
         self._buffers: QPBuffers | None = None
 
     @final
     def setup(self, qp: QPBuffers) -> None:
         """Keep the buffers and prepare the solver for their size; their content does not matter yet.
 
+        Args:
+            qp: The buffers that every later ``solve`` reads and writes.
+
         Raises:
-            InputError: the QP is larger than the solver can take.
+            InputError: The QP is larger than the solver can take.
         """
         n, m, k = qp.n, qp.m, len(qp.lower)
         self._buffers = qp
@@ -88,7 +84,7 @@ class Backend(ABC):
             raise InputError(
                 f"backend {self.name!r} was asked to solve before setup(QPBuffers); call setup first"
             )
-        self.iterations = 0
+        self.iterations = self._spent = 0
         self._b_above[:] = qp.b
         cold = cold or self._stale
         self._stale = True
@@ -97,9 +93,9 @@ class Backend(ABC):
             return refused
         claim = self._attempt(qp, cold)
         if claim is not Claim.SOLVED and not cold:
-            first = self.iterations
+            self._spent = self.iterations
             claim = self._attempt(qp, True)
-            self.iterations += first
+            self.iterations += self._spent
         self._stale = claim is not Claim.SOLVED
         return claim
 

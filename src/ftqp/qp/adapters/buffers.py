@@ -70,10 +70,16 @@ class QPBuffers:
 
     @classmethod
     def zeros(cls, n: int, m: int, p: int, *, constant_hessian: bool = False) -> Self:
-        """Buffers of ``n`` variables, ``m`` equalities and ``p`` two-sided rows: H = I, no bounds, else zero.
+        """Buffers with H = I, no bounds, and zero elsewhere.
+
+        Args:
+            n: Number of variables, >= 1.
+            m: Number of equality rows, >= 0.
+            p: Number of two-sided rows, >= 0.
+            constant_hessian: Whether ``H`` keeps its values between solves, so that a warm solve may skip it.
 
         Raises:
-            InputError: no variables, or a negative count.
+            InputError: There are no variables, or a count is negative.
         """
         if n < 1 or m < 0 or p < 0:
             raise InputError(f"a QP cannot have n = {n}, m = {m}, p = {p}; expected n >= 1, m >= 0, p >= 0")

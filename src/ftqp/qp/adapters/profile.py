@@ -13,8 +13,7 @@ LARGEST = 64 * 1024
 def profile(path: str | Path) -> dict[str, Any]:
     """The content of a profile, to be handed to ``ftqp.qp.backend``.
 
-        name = "osqp"
-        tolerance = 1e-9
+        name = "osqp" tolerance = 1e-9
 
     Raises:
         InputError: no such file, not a TOML file, too large, or without ``name``.

@@ -1,5 +1,4 @@
-"""Settings of backends: dataclasses of numbers, switches and choices, filled strictly from names and
-values."""
+"""Settings of backends: dataclasses of numbers, switches and choices, filled strictly by name."""
 
 from collections.abc import Mapping
 from dataclasses import Field, field, fields

@@ -1,5 +1,4 @@
-"""The discrete-time recurrent network (DTRNN) as a solver of its own: one QP with its trace, or many at
-once."""
+"""The discrete-time recurrent network (DTRNN) as a solver: one QP with its trace, or many at once."""
 
 from ftqp.qp.dtrnn.alone import DtrnnSolution, Trace, solve
 from ftqp.qp.dtrnn.dtrnn_settings import METHODS, MODES, DtrnnSettings

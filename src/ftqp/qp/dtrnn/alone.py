@@ -13,7 +13,7 @@ from ftqp.qp.adapters.settings import settings
 from ftqp.qp.dtrnn.dtrnn_settings import METHODS, MODES, DtrnnSettings
 from ftqp.qp.dtrnn.many import BatchSolution, solve_batch
 from ftqp.qp.judge.solving import judged, loaded
-from ftqp.qp.problem import QP, Solution, SolveStatus
+from ftqp.qp.problem import QP, Solution
 
 __all__ = [
     "METHODS",
@@ -33,9 +33,9 @@ class Trace:
 
     Attributes:
         residual: |e|, on the scale that the network worked on then, (k + 1,).
-        r_eq: max |Ax - b| of the clipped iterate, rows of C included, (k + 1,).
-        gap: bound of the distance from the optimum: f(x) - f* <= gap where r_eq = 0, (k + 1,).
-        newton: whether the step from this iterate was a Newton jump, (k + 1,).
+        r_eq: The largest |Ax - b| of the clipped iterate, rows of C included, (k + 1,).
+        gap: A bound of the distance from the optimum: f(x) - f* <= gap where r_eq = 0, (k + 1,).
+        newton: Whether the step from this iterate was a Newton jump, (k + 1,).
     """
 
     residual: FloatArray
@@ -46,16 +46,19 @@ class Trace:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DtrnnSolution(Solution):
-    """A solution with the trace of its convergence.
+    """A solution of the network, with the trace of its convergence.
 
-    In paper mode SOLVED means what it means in the paper: |e| <= tolerance. That bounds the task residual,
-    not the error of x; ``residuals`` says what it is worth.
+    ``status`` is judged by the KKT residuals, as with every backend. The network's own stopping rule is in
+    ``claim``: in paper mode |e| <= tolerance, which bounds the task residual and not the error of x, so that
+    a claim of SOLVED may go with a status of FAILED.
 
     Attributes:
-        residual: |e| at the end.
-        trace: how it converged, if asked for.
+        claim: What the network says of its answer by its own stopping rule.
+        residual: |e| at the end, in the network's own scaled units.
+        trace: How the solve converged, or None if it was not asked for.
     """
 
+    claim: Claim
     residual: float
     trace: Trace | None
 
@@ -73,19 +76,23 @@ def solve(
     trace: bool = False,
     start: Solution | tuple[Any, Any] | None = None,
 ) -> DtrnnSolution:
-    """Solve a QP with the network; ``DtrnnSettings`` says what the settings mean.
+    """Solve a QP with the network.
 
     Args:
-        problem: the QP.
-        method: ``implicit``, ``94lvi`` or ``e47``.
-        mode: ``product`` or ``paper``.
-        scaling: whether to scale.
-        newton: whether to try Newton jumps.
-        gamma: step size.
-        tolerance: of |e|.
-        max_iterations: most iterations.
-        trace: whether to keep |e|, r_eq and the gap of every iterate.
-        start: a former solution, or (x, y) with y of Ax = b; None starts from zero.
+        problem: The QP.
+        method: The iteration: ``implicit``, ``94lvi`` or ``e47``, see ``DtrnnSettings``.
+        mode: When to stop: ``product`` proves the answer, ``paper`` stops at a small |e|.
+        scaling: Whether to scale objective and rows; None is what suits method and mode.
+        newton: Whether to try Newton jumps; None is yes in product mode.
+        gamma: Step size in (0, 2), without unit; None is what suits the method.
+        tolerance: Largest |e| that ends the solve, > 0; None is 1e-9, in paper mode 1e-5.
+        max_iterations: Most iterations, >= 1; None is 2000, in paper mode 20000. If a solve from ``start``
+            fails, it is repeated from zero with the iterations that are left.
+        trace: Whether to keep |e|, r_eq and the gap of every iterate, which costs time and memory.
+        start: A former solution, or (x, y) with y of Ax = b; None starts from zero.
+
+    Returns:
+        The answer, judged by its residuals, with what the network claims of it.
 
     Raises:
         InputError: not a QP, a wrong setting, or a start that does not fit.
@@ -114,17 +121,17 @@ def solve(
         solver.trace = np.zeros((chosen.cap + 1, 4))
     claim = solver.solve(cold=start is None)
     common = judged(problem, solver, buffers, claim)
-    status = SolveStatus.SOLVED if chosen.paper and claim is Claim.SOLVED else common.status
     return DtrnnSolution(
         x=common.x,
         y=common.y,
         z=common.z,
         z_box=common.z_box,
-        status=status,
+        status=common.status,
         iterations=common.iterations,
         residuals=common.residuals,
         backend=common.backend,
         certificate=common.certificate,
+        claim=claim,
         residual=float(solver.numbers[-1]),
         trace=_trace(solver.trace[: solver.iterations + 1]) if trace else None,
     )

@@ -16,23 +16,32 @@ PRODUCT_CAP, PAPER_CAP = 2000, 20_000
 GAMMA, GAMMA_SCALED = 1.0, 1.6
 NUMBERS = 9
 """Options as numbers, and room for the two that a solve writes behind them."""
+CAP = 4
+"""Position of the iteration cap among them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DtrnnSettings:
     """How the network iterates and when it stops; None is what suits method and mode.
 
+    The iterations and the stopping rules are derived in ``docs/theory/recurrent-network.md``.
+
     Attributes:
-        method: the iteration, by formula (``ftqp.kernel.dtrnn.iterations``): ``implicit``, ``94lvi`` or
-        ``e47``.
-        mode: ``product`` ends when the task residual is below 1e-8 and the residual of the network below
-            ``tolerance`` or the duality gap negligible; ``paper`` when the residual of the network is below
-            ``tolerance``.
-        tolerance: of the network's residual; None is 1e-9, in paper mode 1e-5.
-        max_iterations: most iterations; None is 2000, in paper mode 20000.
-        gamma: step size, below 2; None is 1.6 for ``implicit`` with scaling, else 1.
-        scaling: whether objective and rows are scaled; None is yes for ``implicit`` in product mode.
-        newton: whether to try Newton jumps; None is yes in product mode.
+        method: The iteration: ``implicit`` factorises once a QP and does not slow down with the size of the
+            numbers; ``94lvi`` and ``e47`` are the published explicit ones.
+        mode: ``product`` ends a solve when the task residual is below 1e-8 and either |e| is below
+            ``tolerance`` or the duality gap is negligible; ``paper`` ends it as soon as |e| is below
+            ``tolerance``, which bounds the task residual and not the error of x.
+        tolerance: Largest |e| that ends a solve, > 0, in the network's own scaled units; smaller is more
+            accurate and takes more iterations. None is 1e-9, in paper mode 1e-5.
+        max_iterations: Most iterations of one solve, a cold repeat included, >= 1; a smaller cap bounds the
+            time and gives up more often. None is 2000, in paper mode 20000.
+        gamma: Step size in (0, 2), without unit; larger steps are fewer while they help, and towards 2 the
+            iteration stops converging. None is 1.6 for ``implicit`` with scaling, else 1.
+        scaling: Whether objective and rows are scaled, which ``implicit`` needs for ill-conditioned Hessians
+            and which harms ``94lvi`` and ``e47``. None is yes for ``implicit`` in product mode.
+        newton: Whether Newton jumps are tried, which end most solves after one iteration. None is yes in
+            product mode.
     """
 
     method: str = choice(*METHODS)
@@ -85,8 +94,7 @@ class DtrnnSettings:
         return self.tolerance or (PAPER_TOLERANCE if self.paper else PRODUCT_TOLERANCE)
 
     def numbers(self) -> FloatArray:
-        """As the kernel takes them: ``ftqp.kernel.dtrnn.iterations.Options`` and two numbers to be
-        written, (9,)."""
+        """The options as the kernel takes them, and two numbers that it writes, (9,)."""
         values = (
             _CODES[self.method],
             self.scaled,

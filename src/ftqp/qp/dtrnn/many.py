@@ -7,15 +7,13 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError, nearest
+from ftqp.kernel.entry.workspace import solve_many
+from ftqp.qp.adapters.backend import Claim
 from ftqp.qp.adapters.settings import settings
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
-from ftqp.qp.problem import SYMMETRY_TOLERANCE, SolveStatus
+from ftqp.qp.problem import SYMMETRY_TOLERANCE
 
 ENGINES = ("numba", "jax")
-PARTS_PER_THREAD = 8
-"""Portions that the problems are shared out in, for each thread."""
-STATUSES = (SolveStatus.SOLVED, SolveStatus.MAX_ITERATIONS, SolveStatus.INFEASIBLE, SolveStatus.FAILED)
-"""What the codes mean."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -23,10 +21,14 @@ class BatchSolution:
     """Solutions of B QPs, by the convention of ``Solution``; NaN where a code is above 1.
 
     Attributes:
-        x: (B, n). y: (B, m). z: (B, p). z_box: (B, n).
-        codes: 0 solved, 1 iteration cap, 2 infeasible, 3 failed, (B,); ``status(k)`` says it in words.
-        iterations: of each, (B,).
-        residual: |e| of the network at the end, (B,).
+        x: The solutions, (B, n).
+        y: Multipliers of Ax = b, (B, m).
+        z: Multipliers of the two-sided rows, (B, p).
+        z_box: Multipliers of the bounds of x, (B, n).
+        codes: What the network claims of each by its own stopping rule, as numbers of ``Claim``, (B,);
+            ``ftqp.qp.residuals`` judges a single answer.
+        iterations: Iterations of each, (B,).
+        residual: |e| of each at the end, in the network's own scaled units, (B,).
     """
 
     x: FloatArray
@@ -37,9 +39,13 @@ class BatchSolution:
     iterations: IntArray
     residual: FloatArray
 
-    def status(self, k: int) -> SolveStatus:
-        """How the k-th QP ended, as the network's own stopping rules say."""
-        return STATUSES[self.codes[k]]
+    def claim(self, k: int) -> Claim:
+        """What the network claims of the k-th answer by its own stopping rule.
+
+        Args:
+            k: Position of the QP, 0 to B - 1.
+        """
+        return Claim(int(self.codes[k]))
 
     def __len__(self) -> int:
         return len(self.codes)
@@ -65,31 +71,33 @@ def solve_batch(
     tolerance: float | None = None,
     max_iterations: int | None = None,
 ) -> BatchSolution:
-    """Solve B independent QPs of the same sizes, each from zero; ``DtrnnSettings`` says what the settings
-    mean.
+    """Solve B independent QPs of the same sizes, each from zero.
 
     A QP with crossed bounds is infeasible, one with NaN or an indefinite Hessian failed; the others are not
     touched.
 
     Args:
-        H: (B, n, n), or (n, n) for all; the same for every other part.
-        g: (B, n).
-        A: (B, m, n), or None.
-        b: (B, m), or None.
-        C: (B, p, n), or None.
-        l: (B, p), or None.
-        u: (B, p), or None.
-        lb: (B, n), or None.
-        ub: (B, n), or None.
-        method: ``implicit``, ``94lvi`` or ``e47``.
+        H: Hessians, (B, n, n), or (n, n) for all; the same holds for every other part.
+        g: Linear terms, (B, n).
+        A: Equality rows, (B, m, n), or None.
+        b: Their right sides, (B, m), or None.
+        C: Two-sided rows, (B, p, n), or None.
+        l: Their lower bounds, (B, p), -inf is none, or None.
+        u: Their upper bounds, (B, p), inf is none, or None.
+        lb: Lower bounds of x, (B, n), -inf is none, or None.
+        ub: Upper bounds of x, (B, n), inf is none, or None.
+        method: The iteration: ``implicit``, ``94lvi`` or ``e47``, see ``DtrnnSettings``.
         engine: ``numba`` runs on every core of the CPU (``NUMBA_NUM_THREADS`` limits them), ``jax`` on its
             device.
-        mode: ``product`` or ``paper``.
-        scaling: whether to scale.
-        newton: whether to try Newton jumps.
-        gamma: step size.
-        tolerance: of |e|.
-        max_iterations: most iterations.
+        mode: When to stop: ``product`` proves the answer, ``paper`` stops at a small |e|.
+        scaling: Whether to scale objective and rows; None is what suits method and mode.
+        newton: Whether to try Newton jumps; None is yes in product mode.
+        gamma: Step size in (0, 2), without unit; None is what suits the method.
+        tolerance: Largest |e| that ends a solve, > 0; None is 1e-9, in paper mode 1e-5.
+        max_iterations: Most iterations of each, >= 1; None is 2000, in paper mode 20000.
+
+    Returns:
+        The answers with the network's own claims; one call judges none of them by residuals.
 
     Raises:
         InputError: shapes that do not fit, a wrong setting, an unknown engine, or H not symmetric.
@@ -165,18 +173,8 @@ def _numbers(name: str, value: Any) -> FloatArray:
 
 
 def _on_numba(parts: dict[str, FloatArray], chosen: DtrnnSettings) -> BatchSolution:
-    # Here and not above: it loads numba.
-    from ftqp.kernel.entry import network_entries as dtrnn_entry
-    from ftqp.kernel.jit import threads
-
     count = max(len(value) for value in parts.values())
-    n, m, p = (parts[name].shape[1] for name in ("g", "b", "l"))
-    portions = max(1, min(count, PARTS_PER_THREAD * threads()))
-    memory = np.zeros((portions, int(dtrnn_entry.solve_memory_size(n, m, p))))
-    x, y, z, z_box = (np.full((count, size), np.nan) for size in (n, m, p, n))
-    codes, iterations, residual = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)
-    call: Any = dtrnn_entry.solve_dtrnn_batch
-    call(*parts.values(), chosen.numbers(), memory, x, y, z, z_box, codes, iterations, residual)
+    x, y, z, z_box, codes, iterations, residual = solve_many(tuple(parts.values()), chosen.numbers(), count)
     return BatchSolution(x=x, y=y, z=z, z_box=z_box, codes=codes, iterations=iterations, residual=residual)
 
 

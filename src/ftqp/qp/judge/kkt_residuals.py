@@ -5,6 +5,7 @@ from typing import Protocol
 import numpy as np
 
 from ftqp.core.checks import FloatArray
+from ftqp.kernel.entry.workspace import kkt
 from ftqp.qp.problem import Residuals
 
 ACCEPTANCE = 1e-6
@@ -38,30 +39,38 @@ def residuals(problem: Parts, x: FloatArray, y: FloatArray, z: FloatArray, z_box
     """The KKT residuals of (x, y, z, z_box); the formula is in ``ftqp.kernel.judge.kkt``.
 
     Args:
-        problem: the QP.
-        x: the point, (n,).
-        y: multipliers of Ax = b, (m,).
-        z: multipliers of the two-sided rows, (p,), > 0 at an upper bound.
-        z_box: multipliers of the bounds of x, (n,).
+        problem: The QP.
+        x: The point, (n,).
+        y: Multipliers of Ax = b, (m,).
+        z: Multipliers of the two-sided rows, (p,), > 0 at an upper bound.
+        z_box: Multipliers of the bounds of x, (n,).
 
     Returns:
-        primal, dual, complementarity and gap, infinite where NaN is involved.
+        Primal, dual, complementarity and gap, infinite where NaN is involved.
     """
-    # Here and not above: it loads numba, and a table of backends needs none.
-    from ftqp.kernel.judge.kkt import kkt
-
     q = problem
-    # Copies make every layout the one that the kernel is compiled for.
-    arguments = [q.H, q.g, q.A, q.b, q.C, q.l, q.u, q.lb, q.ub, x, y, z, z_box, out := np.empty(4)]
-    kkt(*(np.ascontiguousarray(part) for part in arguments))
-    primal, dual, complementarity, gap = (float(value) for value in out)
+    parts = (q.H, q.g, q.A, q.C, q.lb, q.b, q.l, q.ub, q.b, q.u)
+    flat = np.concatenate([np.ravel(part) for part in parts])
+    solution = np.concatenate([x, z_box, y, z])
+    primal, dual, complementarity, gap = (
+        float(value) for value in kkt(flat, solution, len(q.g), len(q.b), len(q.l))
+    )
     return Residuals(primal=primal, dual=dual, complementarity=complementarity, gap=gap)
 
 
 def accepted(
     problem: Parts, found: Residuals, x: FloatArray, y: FloatArray, tolerance: float = ACCEPTANCE
 ) -> bool:
-    """Whether residuals say that the QP is solved: each is at most tolerance times its scale (``scales``)."""
+    """Whether residuals say that the QP is solved: each is at most tolerance times its scale (``scales``).
+
+    Args:
+        problem: The QP.
+        found: The residuals of the point.
+        x: The point, (n,).
+        y: Multipliers of Ax = b, (m,).
+        tolerance: The largest residual over its scale that counts as solved, > 0, without unit. A larger one
+            accepts coarser answers.
+    """
     if not np.isfinite(found.largest):
         return False
     values = np.array([found.primal, found.dual, found.complementarity, found.gap])

@@ -21,18 +21,23 @@ def solve(
     """Solve a QP, cold.
 
     The solver's word is not taken. The status is SOLVED exactly when the KKT residuals are small enough
-    (``ftqp.qp.residuals.accepted``), INFEASIBLE exactly when they are not and a Farkas certificate is found
-    (``ftqp.qp.judge.infeasibility``), whatever the solver claimed; otherwise MAX_ITERATIONS if the solver
-    ran into its cap, else FAILED.
+    (``ftqp.qp.accepted``), INFEASIBLE exactly when they are not and a Farkas certificate is found
+    (``ftqp.qp.judge.infeasibility``), whatever the solver claimed; otherwise it is MAX_ITERATIONS if the
+    solver ran into its cap, else FAILED.
 
     Args:
-        problem: the QP.
-        backend: a name, a mapping with a name and settings, the path of a profile, or a backend object.
-        **settings: settings of the backend, when it is given by name; unknown ones are errors.
+        problem: The QP.
+        backend: The solver: a name, a mapping with a name and settings, the path of a profile, or a backend
+            object.
+        **settings: Settings of the backend, when it is given by name; unknown ones are errors.
+
+    Returns:
+        The answer, judged by its residuals.
 
     Raises:
-        InputError: not a QP, unknown backend or setting, or a QP larger than the backend can take.
-        MissingPackage: the solver's package is not installed.
+        InputError: This is no QP, the backend or a setting is unknown, or the QP is larger than the backend
+            can take.
+        MissingPackage: The solver's package is not installed.
     """
     if not isinstance(problem, QP):
         raise InputError(f"the problem is a {type(problem).__name__}, expected an ftqp.QP")

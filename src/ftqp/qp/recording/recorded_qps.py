@@ -50,17 +50,27 @@ class Recording:
     z_box'x. The arrays are read-only.
 
     Attributes:
-        H, g, A, b, C, l, u, lb, ub: the QPs, (K, n, n), (K, n), (K, m, n), (K, m), (K, p, n), (K, p),
-            (K, p), (K, n), (K, n).
-        x, y, z, z_box: the answer to each, (K, n), (K, m), (K, p), (K, n); NaN where there is none.
-        claim: what the solver said of its answer, a ``Claim`` each, (K,).
-        iterations: of the solver, in its own counting, (K,).
-        cold: whether the solver was told to forget the QP before, (K,).
-        tick: number of the control tick, rising, (K,).
-        time: of the tick, (K,) [s].
-        variables: names of x, for a planner's QP the joints, ``scale``, ``slack x``, ..., (n,).
-        rows: names of [A; C], for a planner's QP ``x``, ``y``, ..., ``torque panda_joint1``, ..., (m + p,).
-        metadata: robot, scheme, level, faults, versions and whatever else JSON can hold.
+        H: Hessians, (K, n, n).
+        g: Linear terms, (K, n).
+        A: Equality rows, (K, m, n).
+        b: Their right sides, (K, m).
+        C: Two-sided rows, (K, p, n).
+        l: Their lower bounds, (K, p).
+        u: Their upper bounds, (K, p).
+        lb: Lower bounds of x, (K, n).
+        ub: Upper bounds of x, (K, n).
+        x: The answers, (K, n); NaN where there is none.
+        y: Multipliers of Ax = b, (K, m); NaN where there is no answer.
+        z: Multipliers of the two-sided rows, (K, p); NaN where there is no answer.
+        z_box: Multipliers of the bounds of x, (K, n); NaN where there is no answer.
+        claim: What the solver said of its answer, a ``Claim`` each, (K,).
+        iterations: Iterations of the solver, in its own counting, (K,).
+        cold: Whether the solver was told to forget the QP before, (K,).
+        tick: Number of the control tick, rising, (K,).
+        time: Time of the tick, (K,) [s].
+        variables: Names of x, for a planner's QP the joints, ``scale``, ``slack x``, ..., (n,).
+        rows: Names of [A; C], for a planner's QP ``x``, ``y``, ..., ``torque panda_joint1``, ..., (m + p,).
+        metadata: Robot, scheme, level, faults, versions and whatever else JSON can hold.
     """
 
     H: FloatArray
@@ -109,22 +119,33 @@ class Recording:
         return (self.problem(k) for k in range(len(self)))
 
     def problem(self, k: int) -> QP:
-        """The QP at position ``k``.
+        """The QP at a position.
+
+        Args:
+            k: The position, 0 to K - 1.
 
         Raises:
-            InputError: its H is indefinite.
+            InputError: Its H is indefinite.
         """
         return QP(**{name: getattr(self, name)[k] for name in PARTS})
 
     def part(self, begin: int, end: int) -> "Recording":
-        """The QPs at positions ``begin`` to ``end - 1``; at least one."""
+        """The QPs at positions ``begin`` to ``end - 1``; at least one.
+
+        Args:
+            begin: The first position.
+            end: One beyond the last position.
+        """
         return replace(self, **{name: getattr(self, name)[begin:end] for name in SHAPES})
 
     def position(self, tick: int) -> int:
         """The position of a tick.
 
+        Args:
+            tick: The number of a control tick.
+
         Raises:
-            InputError: it was not recorded; names what was.
+            InputError: The tick was not recorded; the message names what was.
         """
         at = int(np.searchsorted(self.tick, tick))
         if at < len(self) and self.tick[at] == tick:
@@ -139,8 +160,11 @@ class Recording:
     def save(self, path: str | Path) -> None:
         """Write a new file, whole or not at all.
 
+        Args:
+            path: The file, which ends in ``.npz`` and does not exist yet.
+
         Raises:
-            InputError: the file exists already or cannot be written.
+            InputError: The file exists already or cannot be written.
         """
         about = {"variables": self.variables, "rows": self.rows, "metadata": dict(self.metadata)}
         write(path, {name: getattr(self, name) for name in SHAPES}, about)
@@ -149,8 +173,12 @@ class Recording:
     def load(cls, path: str | Path) -> Self:
         """The recording in a file.
 
+        Args:
+            path: A file that ``save`` or ``ftqp run --record-qps`` has written.
+
         Raises:
-            InputError: no such file, not a recording, of another version, truncated, or damaged.
+            InputError: There is no such file, or it is not a recording, of another version, truncated, or
+                damaged.
         """
         arrays, about = read(path, tuple(SHAPES))
         content: dict[str, Any] = {**arrays, **about}

@@ -46,15 +46,15 @@ class Recorder(Backend):
     (NaN, crossed bounds; ticks of a stop) are not kept.
 
     Args:
-        inner: the backend that solves, or anything that ``ftqp.qp.backend`` takes.
-        every: keep one of so many ticks.
-        limit: most QPs kept; None is as many as fit into 256 MiB.
-        first: the first tick to keep.
-        last: the last tick to keep; None has no end.
+        inner: The backend that solves, or anything that ``ftqp.qp.backend`` takes.
+        every: One of so many ticks is kept, >= 1. A larger number covers a longer run in the same memory.
+        limit: The most QPs that are kept, >= 1; None is as many as fit into 256 MiB.
+        first: The first tick to keep, >= 0.
+        last: The last tick to keep, >= first; None has no end.
 
     Raises:
-        InputError: unknown backend, or a number out of its range.
-        MissingPackage: the solver's package is not installed.
+        InputError: The backend is unknown, or a number is out of its range.
+        MissingPackage: The solver's package is not installed.
     """
 
     package = "ftqp"
@@ -84,7 +84,11 @@ class Recorder(Backend):
         self._dropped, self._solves, self._again = 0, 0, False
 
     def follow(self, leader: Ticking) -> None:
-        """Number the QPs by the ticks of ``leader``, the planner; without one, solves are counted."""
+        """Number the QPs by the ticks of a planner; without one, solves are counted.
+
+        Args:
+            leader: The planner, or anything else with a ``tick``.
+        """
         self._leader = leader
 
     def __len__(self) -> int:
@@ -104,6 +108,7 @@ class Recorder(Backend):
 
     def _run(self, qp: QPBuffers, cold: bool) -> Claim:
         self.inner.iterations = 0
+        self.inner._spent = self._spent
         try:
             claim = self.inner._run(qp, cold)
         except Exception:  # a failure of the solver, which the caller counts as one; Ctrl-C is none
@@ -149,16 +154,16 @@ class Recorder(Backend):
         rows: Sequence[str] | None = None,
         metadata: Mapping[str, Any] | None = None,
     ) -> Recording:
-        """What was kept.
+        """What was kept, as a recording.
 
         Args:
-            dt: time between ticks [s].
-            variables: names of x, (n,); None is x0, x1, ...
-            rows: names of [A; C], (m + p,); None is row0, row1, ...
-            metadata: what JSON can hold; the backend's name is added.
+            dt: Time between ticks, > 0 [s].
+            variables: Names of x, (n,); None is x0, x1, ...
+            rows: Names of [A; C], (m + p,); None is row0, row1, ...
+            metadata: What JSON can hold; the backend's name is added.
 
         Raises:
-            InputError: nothing was kept, or the names do not fit.
+            InputError: Nothing was kept, or the names do not fit.
         """
         if not self._kept:
             raise InputError("no QP was recorded; let the planner step, or widen first and last")

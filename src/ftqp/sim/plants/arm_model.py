@@ -1,12 +1,12 @@
 """Tip pose and joint-space dynamics of the simulated arm, by the kernel's formulas in a record of its own."""
 
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
+from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.entry import entries as entry
-from ftqp.kernel.layout.record import load_chain, record
+from ftqp.kernel.entry.session import ArmSession
 from ftqp.model.robot import Robot
 
 
@@ -20,15 +20,13 @@ class Arm:
 
     def __init__(self, robot: Robot) -> None:
         n = robot.nv
-        self._record: Any = record(1)
-        load_chain(self._record, **robot.chain.constants())
-        self._address = int(self._record.ctypes.data)
-        self._q, self._v = np.zeros(n), np.zeros(n)
+        self._session = ArmSession(robot.chain.constants())
+        warm_up(("kinematics", "inverse_dynamics"), self._session.capacity)
+        kinematics = self._session.K.kinematics
         self._tip = np.eye(4)
-        self._rotation = self._record["R_tip"][0].reshape(3, 3)
-        self._origin = self._record["o_tip"][0]
-        self._mass = self._record["M"][0, :n, :n]
-        self._bias = self._record["h"][0, :n]
+        self._rotation = kinematics.R_tip.reshape(3, 3)
+        self._origin = kinematics.o_tip
+        self._mass, self._bias = kinematics.M[:n, :n], kinematics.h[:n]
 
     def tip(self, q: FloatArray) -> FloatArray:
         """Pose of E in W, (4, 4); valid until the next call.
@@ -36,8 +34,7 @@ class Arm:
         Args:
             q: (nv,) [rad or m].
         """
-        self._q[:] = q
-        entry.kinematics(self._address, self._q, self._v)
+        self._session.kinematics(q)
         self._tip[:3, :3] = self._rotation
         self._tip[:3, 3] = self._origin
         return self._tip
@@ -49,6 +46,5 @@ class Arm:
             q: (nv,) [rad or m].
             v: (nv,) [rad/s or m/s].
         """
-        self._q[:], self._v[:] = q, v
-        entry.inverse_dynamics(self._address, self._q, self._v)
+        self._session.dynamics(q, v)
         return self._mass, self._bias

@@ -1,5 +1,7 @@
-"""The iterations of a batch, every problem until its own end: ``ftqp.kernel.dtrnn.iterations`` as array
-code."""
+"""The iterations of a batch, every problem until its own end.
+
+This is ``ftqp.kernel.dtrnn.iterations`` as array code.
+"""
 
 from functools import partial
 from typing import Any, Final, NamedTuple

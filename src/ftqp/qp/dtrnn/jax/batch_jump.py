@@ -56,8 +56,7 @@ class Pivots(NamedTuple):
 def pivoted(
     net: Network, u: Array, wanted: Array, long: Array, tolerance: Array, primal: int
 ) -> tuple[Array, Array]:
-    """Newton steps in a row from u, and whether they solved the QP, (B, 1):
-    ``ftqp.kernel.dtrnn.newton_jump``.
+    """Newton steps in a row from u, and whether they solved the QP, (B, 1); see ``newton_jump``.
 
     A component of x or s takes the side that v - (Gamma v + z) asks for; except at first it leaves a bound
     for the inside only. A long jump goes on and, where the number of wrong sides does not fall, changes only

@@ -1,5 +1,7 @@
-"""When a batch stops: optimality, and proof of infeasibility; ``ftqp.kernel.dtrnn.stopping`` as array
-code."""
+"""When a batch stops: optimality, and proof of infeasibility.
+
+This is ``ftqp.kernel.dtrnn.stopping`` as array code.
+"""
 
 from typing import Final
 

@@ -1,5 +1,7 @@
-"""Straight stretches of the implicit method for a batch: ``ftqp.kernel.dtrnn.straight_stretch`` as array
-code."""
+"""Straight stretches of the implicit method for a batch.
+
+This is ``ftqp.kernel.dtrnn.straight_stretch`` as array code.
+"""
 
 from typing import Final
 

@@ -10,14 +10,12 @@ from typing import Any
 from ftqp.kernel.closed_forms.approximate_inverse import approximate_inverse, wrist_jacobian
 from ftqp.kernel.closed_forms.pseudoinverses import closed_form
 from ftqp.kernel.closed_forms.reduced_problem import gather
-from ftqp.kernel.entry.tick import prepare
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.ladder import climb
 from ftqp.kernel.layout.enums import (
     ANSWERED,
     APPROXIMATE,
     FREE,
-    HEALTHY,
     MAIN_STAGE,
     OK,
     READY,
@@ -25,7 +23,7 @@ from ftqp.kernel.layout.enums import (
     SOLVE,
     SOLVED,
 )
-from ftqp.kernel.rows.torque_rows import add_torques, within_guard
+from ftqp.kernel.rows.constraint_rows import add_constraints, within_guard
 
 INSIDE = 1e-9
 """A bound exceeded by less than this share of 1 + its size is met: rounding of a rate exactly at a limit."""
@@ -34,16 +32,19 @@ INSIDE = 1e-9
 @jit
 def _failed_joints(K: Any, P: Any) -> None:
     """Which joints the closed form cannot use, and their rates: prescribed, or measured of a free one."""
-    P.n = K.n
+    chain, faults, state, qp = K.chain, K.faults, K.state, K.qp
+    P.n = chain.n
     P.swings = 0
-    for i in range(K.n):
-        if K.fault[i] == HEALTHY:
-            P.failed[i], P.rate[i] = 0, 0.0
-        else:
-            P.failed[i], P.rate[i] = 1, K.lb[i]
-            if K.fault[i] == FREE:
-                P.rate[i] = K.v[i]
-                P.swings += 1
+    for k in range(faults.working):
+        i = faults.order[k]
+        P.failed[i], P.rate[i] = 0, 0.0
+    for k in range(faults.working, faults.movable):
+        i = faults.order[k]
+        P.failed[i], P.rate[i] = 1, state.v[i]
+        P.swings += 1
+    for k in range(faults.movable, chain.n):
+        i = faults.order[k]
+        P.failed[i], P.rate[i] = 1, qp.lb[i]
 
 
 @jit
@@ -53,15 +54,16 @@ def _eliminate_free_joints(K: Any, P: Any) -> None:
     Gauss on the free joints: E holds (C_i | l_i) triangular in them, with unit pivots. C over the free joints
     is a part of M with friction, so no pivot vanishes.
     """
-    n = K.n
+    chain, faults, qp = K.chain, K.faults, K.qp
+    n = chain.n
     free = 0
     for i in range(n):
-        if K.fault[i] == FREE:
+        if faults.code[i] == FREE:
             E = P.E[free]
-            E[n] = K.l[i]
+            E[n] = qp.l[i]
             for j in range(n):
-                E[j] = K.C[i, j]
-                if P.failed[j] and K.fault[j] != FREE:
+                E[j] = qp.C[i, j]
+                if P.failed[j] and faults.code[j] != FREE:
                     E[n] -= E[j] * P.rate[j]
                     E[j] = 0.0
             P.swinging[free] = i
@@ -87,11 +89,12 @@ def _eliminate_free_joints(K: Any, P: Any) -> None:
 @jit
 def _free_rates(K: Any, P: Any) -> None:
     """The rates of the free-swinging joints that follow from those of the others."""
+    chain = K.chain
     for c in range(P.swings - 1, -1, -1):
         E = P.E[c]
         i = P.swinging[c]
-        s = E[K.n]
-        for j in range(K.n):
+        s = E[chain.n]
+        for j in range(chain.n):
             if j != i:
                 s -= E[j] * P.x[j]
         P.x[i] = s
@@ -100,18 +103,20 @@ def _free_rates(K: Any, P: Any) -> None:
 @jit
 def _limits(K: Any, P: Any) -> None:
     """Limits a joint, as believed now: column_i = v_max_i / limit, limit the largest of them."""
+    chain, limits = K.chain, K.limits
     limit = 0.0
-    for i in range(K.n):
+    for i in range(chain.n):
         if P.failed[i] == 0:
-            limit = max(limit, K.v_max[i])
+            limit = max(limit, limits.v_max[i])
     P.limit = limit
-    for i in range(K.n):
-        P.column[i] = K.v_max[i] / limit if P.failed[i] == 0 else 1.0
+    for i in range(chain.n):
+        P.column[i] = limits.v_max[i] / limit if P.failed[i] == 0 else 1.0
 
 
 @jit
 def resolve_task(K: Any, P: Any) -> None:
     """x of the closed form for the task's rows of this tick, into P."""
+    chain, task, qp = K.chain, K.task, K.qp
     _failed_joints(K, P)
     if P.method == APPROXIMATE:
         P.m = 6
@@ -120,49 +125,51 @@ def resolve_task(K: Any, P: Any) -> None:
         return
     if P.own_limits:
         _limits(K, P)
-    P.m = K.m
-    inverse = 1.0 / K.length
-    if P.swings and K.nc > 0:
-        for k in range(K.m):
-            P.b[k] = K.b[k]
-            for i in range(K.n):
-                P.A[k, i] = K.A[k, i]
+    P.m = task.m
+    inverse = 1.0 / task.length
+    if P.swings and qp.nc > 0:
+        for k in range(task.m):
+            P.b[k] = qp.b[k]
+            for i in range(chain.n):
+                P.A[k, i] = qp.A[k, i]
         _eliminate_free_joints(K, P)
         gather(P, P.A, P.b, inverse)
         closed_form(P)
         _free_rates(K, P)
     else:
-        gather(P, K.A, K.b, inverse)
+        gather(P, qp.A, qp.b, inverse)
         closed_form(P)
 
 
 @jit
 def _task_slack(K: Any) -> None:
     """slack = A x - b_task."""
-    for k in range(K.m):
-        s = -K.b_task[k]
-        row = K.A[k]
-        for i in range(K.n):
-            s += row[i] * K.x[i]
-        K.slack[k] = s
+    chain, task, qp = K.chain, K.task, K.qp
+    for k in range(task.m):
+        s = -task.asked[k]
+        row = qp.A[k]
+        for i in range(chain.n):
+            s += row[i] * qp.x[i]
+        task.slack[k] = s
 
 
 @jit
 def _is_allowed(K: Any) -> bool:
     """Whether x lies in the interval, and in the torque rows where they are needed."""
-    n = K.n
+    chain, limits, qp = K.chain, K.limits, K.qp
+    n = chain.n
     for i in range(n):
-        x, lo, hi = K.x[i], K.lb[i], K.ub[i]
+        x, lo, hi = qp.x[i], qp.lb[i], qp.ub[i]
         if not (x >= lo - INSIDE * (1.0 + abs(lo)) and x <= hi + INSIDE * (1.0 + abs(hi))):
             return False
-    if K.guard > 0.0 and not within_guard(K):
-        add_torques(K)
-    for j in range(K.nc):
+    if limits.guard > 0.0 and not within_guard(K):
+        add_constraints(K)
+    for j in range(qp.nc):
         s = 0.0
-        row = K.C[j]
+        row = qp.C[j]
         for i in range(n):
-            s += row[i] * K.x[i]
-        lo, hi = K.l[j], K.u[j]
+            s += row[i] * qp.x[i]
+        lo, hi = qp.l[j], qp.u[j]
         if not (s >= lo - INSIDE * (1.0 + abs(lo)) and s <= hi + INSIDE * (1.0 + abs(hi))):
             return False
     return True
@@ -171,36 +178,38 @@ def _is_allowed(K: Any) -> bool:
 @jit
 def _has_moved(K: Any, P: Any) -> bool:
     """Whether the command is another than the closed form's."""
-    for i in range(K.n):
-        if not abs(K.x[i] - P.x[i]) <= INSIDE * (1.0 + abs(P.x[i])):
+    chain, qp = K.chain, K.qp
+    for i in range(chain.n):
+        if not abs(qp.x[i] - P.x[i]) <= INSIDE * (1.0 + abs(P.x[i])):
             return True
     return False
 
 
 @jit
-def resolve(K: Any, P: Any) -> int:
-    """One tick: the status."""
-    K.kappa = 0.0
-    code = prepare(K)
+def resolve(K: Any, P: Any, prepared: int) -> int:
+    """A prepared tick with the closed form: the status."""
+    chain, task, ladder, qp = K.chain, K.task, K.ladder, K.qp
+    ladder.kappa = 0.0
+    code = prepared
     if code != READY:  # a stop or an input that is not finite
         return climb(K, code, SOLVED)
     resolve_task(K, P)
-    K.kappa = P.kappa
-    n = K.n
-    K.nx, K.meq, K.dense = n, 0, 0
+    ladder.kappa = P.kappa
+    n = chain.n
+    qp.nx, qp.meq, qp.dense = n, 0, 0
     for i in range(n):
         x = P.x[i]
-        K.x[i] = x
-        K.H_diagonal[i], K.g[i] = 1.0, -x
-        K.z_box[i] = K.z[i] = 0.0
-    for k in range(K.m):
-        K.y[k] = 0.0
+        qp.x[i] = x
+        qp.H_diagonal[i], qp.g[i] = 1.0, -x
+        qp.z_box[i] = qp.z[i] = 0.0
+    for k in range(task.m):
+        qp.y[k] = 0.0
     _task_slack(K)
     code = climb(K, ANSWERED if _is_allowed(K) else SOLVE, SOLVED)
-    if K.stage == MAIN_STAGE:
-        if K.qp_iterations == 0:
-            K.claim = -1
+    if ladder.stage == MAIN_STAGE:
+        if ladder.qp_iterations == 0:
+            ladder.claim = -1
         elif _has_moved(K, P) and (code == OK or code == RELAXED):
             _task_slack(K)
-            K.status = code = RELAXED
+            ladder.status = code = RELAXED
     return code

@@ -1,0 +1,118 @@
+"""Who solves a planner's QP: the kernel's active set, its network, a closed form, or an external backend."""
+
+from collections.abc import Callable
+from typing import Any, Final, final
+
+import numpy as np
+
+from ftqp.control.first_use import warm_up
+from ftqp.control.planner.closed_form_memory import closed_form_memory
+from ftqp.control.planner.network_memory import network_memory
+from ftqp.control.task.resolvers import Resolver
+from ftqp.control.task.scheme import Scheme
+from ftqp.control.task.task import Task
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.enums import SOLVED, Turn
+from ftqp.model.robot import Robot
+from ftqp.qp.adapters.backend import Backend
+from ftqp.qp.adapters.buffers import QPBuffers
+
+IN_KERNEL: Final = "active_set"
+NETWORK: Final = "dtrnn"
+
+Tick = Callable[..., int]
+
+
+@final
+class Solver:
+    """One way to solve the QPs of one planner, whoever leads it.
+
+    Args:
+        session: The planner's.
+        robot: The arm.
+        task: The task.
+        scheme: Criteria, or a closed form.
+        backend: The solver; None is the kernel's active set.
+    """
+
+    def __init__(
+        self, session: Session, robot: Robot, task: Task, scheme: Scheme | Resolver, backend: Backend | None
+    ) -> None:
+        self._session = session
+        K = session.K
+        self._rich = bool(K.criteria.manipulability != 0.0 or K.turned.factor > 0.0)
+        self._cold = True
+        self._backend: Backend | None = None
+        self._memory: tuple[Any, ...] = ()
+        self._family = "step"
+        if isinstance(scheme, Resolver):
+            self._family = "closed_form"
+            self._reduced = closed_form_memory(scheme, robot, session)
+            self._memory = (self._reduced.memory,)
+        elif backend is not None and backend.name == NETWORK:
+            self._family = "network"
+            memory = network_memory(backend, session)
+            self._memory = (memory, len(memory))
+        elif backend is not None and backend.name != IN_KERNEL:
+            self._family = "external"
+            self._use(backend, robot, task)
+
+    def _use(self, backend: Backend, robot: Robot, task: Task) -> None:
+        K = self._session.K
+        joints, m = robot.nv, int(K.task.m)
+        n = joints + (task.mode == "scaled") + (0 if task.mode == "hard" else m)
+        coupled = K.criteria.inertia != 0.0 or K.criteria.torque != 0.0
+        fixed = not coupled and task.mode != "scaled"
+        self._buffers = QPBuffers.zeros(n, m, int(K.ladder.p), constant_hessian=fixed)
+        if fixed:
+            self._buffers.H[:] = float(K.criteria.norm) * np.eye(n)
+            self._buffers.H[:joints, :joints] *= K.criteria.weight[:joints]
+        backend.setup(self._buffers)
+        self._backend = backend
+        K.ladder.external = 1
+
+    def forget(self) -> None:
+        """The next solve begins cold."""
+        self._cold = True
+
+    def direct(self, leader: str) -> Tick | None:
+        """The compiled tick itself, where Python has no part in it; None with an external backend."""
+        return None if self._family == "external" else self.tick(leader)
+
+    def tick(self, leader: str, *memory: Any) -> Tick:
+        """A tick led by ``clock``, ``path`` or ``base``: takes q, v and the target, gives a status or a
+        mistake.
+
+        Args:
+            leader: Who leads.
+            memory: The leader's own, as the entry points take it.
+        """
+        session, family = self._session, self._family
+        if family != "external":
+            name = self._entry(leader)
+            warm_up((name,), session.capacity)
+            return session.bind(name, *self._memory, *memory)
+        warm_up((f"prepare_{leader}", f"finish_{leader}"), session.capacity)
+        prepare = session.bind(f"prepare_{leader}", self._buffers.flat, *memory)
+        finish = session.bind(f"finish_{leader}", *memory[:1], self._buffers.solution)
+
+        def tick(*inputs: Any) -> int:
+            code = prepare(*inputs)
+            return self._solved(finish) if code == Turn.READY else code
+
+        return tick
+
+    def _entry(self, leader: str) -> str:
+        if self._family != "step":
+            return f"{self._family}_{leader}"
+        if leader != "clock":
+            return f"step_{leader}"
+        return "step_rich" if self._rich else "step"
+
+    def _solved(self, finish: Tick) -> int:
+        """The second half of a tick: the external solver runs, its answer becomes the command."""
+        backend = self._backend
+        assert backend is not None
+        claim = backend.solve(cold=self._cold)
+        self._cold = claim != SOLVED
+        return finish(int(claim), int(backend.iterations))

@@ -1,0 +1,141 @@
+"""What goes with what: one table of the choices that exclude each other.
+
+Errors are made from it, the page docs/compatibility.md is, and a test runs the whole product of choices
+against it: what no rule refuses has to work.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+from ftqp.core.errors import InputError
+
+CHOICES: Final[dict[str, tuple[str, ...]]] = {
+    "level": ("acceleration", "velocity"),
+    "mode": ("slack", "hard", "scaled", "lexicographic"),
+    "priority": ("weighted", "position_first"),
+    "damping": ("none", "directional"),
+    "scheme": ("criterion", "closed form"),
+    "backend": ("active_set", "dtrnn", "external"),
+    "leader": ("clock", "path", "base"),
+}
+"""Every choice with its values; the default comes first."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rule:
+    """Two sets of values that exclude each other.
+
+    Attributes:
+        of: choice and value that the rule is about.
+        excludes: choice and the values that do not go with it.
+        reason: why, the middle of the sentence.
+        remedy: what to do instead, its end.
+    """
+
+    of: tuple[str, str]
+    excludes: tuple[str, tuple[str, ...]]
+    reason: str
+    remedy: str
+
+    def sentence(self, value: str) -> str:
+        """The error when the excluded choice has this value."""
+        choice, own = self.of
+        other, _ = self.excludes
+        return f"{choice} {own!r} does not go with {other} {value!r}: {self.reason}; {self.remedy}"
+
+
+RULES: Final = (
+    Rule(
+        of=("scheme", "closed form"),
+        excludes=("backend", ("dtrnn", "external")),
+        reason="a closed form solves no QP and has no backend",
+        remedy="leave backend at 'active_set'",
+    ),
+    Rule(
+        of=("scheme", "closed form"),
+        excludes=("mode", ("hard", "scaled", "lexicographic")),
+        reason="a closed form has no task mode",
+        remedy="leave mode at 'slack'",
+    ),
+    Rule(
+        of=("scheme", "closed form"),
+        excludes=("level", ("acceleration",)),
+        reason="a closed form gives rates",
+        remedy="make the planner with level='velocity'",
+    ),
+    Rule(
+        of=("scheme", "closed form"),
+        excludes=("damping", ("directional",)),
+        reason="a closed form has damping rules of its own",
+        remedy="take the scheme 'singularity_robust', or a QP",
+    ),
+    Rule(
+        of=("damping", "directional"),
+        excludes=("mode", ("scaled",)),
+        reason="a path that is slowed down waits at a singularity instead of giving way",
+        remedy="take mode 'slack' or leave damping out",
+    ),
+    Rule(
+        of=("damping", "directional"),
+        excludes=("priority", ("position_first",)),
+        reason="directions that give way along a singularity mix position and rotation",
+        remedy="take priority 'weighted' or leave damping out",
+    ),
+    Rule(
+        of=("priority", "position_first"),
+        excludes=("mode", ("hard",)),
+        reason="the rows of the mode 'hard' cannot give way",
+        remedy="take another mode",
+    ),
+    Rule(
+        of=("leader", "path"),
+        excludes=("mode", ("slack", "hard", "lexicographic")),
+        reason="a path waits for the arm only where its rate is a variable of the QP",
+        remedy='make the planner with task=ftqp.Task(mode="scaled")',
+    ),
+    Rule(
+        of=("leader", "base"),
+        excludes=("mode", ("scaled",)),
+        reason="an inertial target waits for no path",
+        remedy="take mode 'slack'",
+    ),
+    Rule(
+        of=("leader", "base"),
+        excludes=("level", ("acceleration",)),
+        reason="the loop above a moving base is one of velocities",
+        remedy="make the planner with level='velocity'",
+    ),
+)
+
+
+def broken_rule(**chosen: str) -> tuple[Rule, str] | None:
+    """The first rule that choices break, with the excluded value; choices that are left out break none."""
+    for rule in RULES:
+        choice, value = rule.of
+        other, refused = rule.excludes
+        if chosen.get(choice) == value and chosen.get(other) in refused:
+            return rule, chosen[other]
+    return None
+
+
+def refuse(**chosen: str) -> None:
+    """Raise when choices exclude each other.
+
+    Raises:
+        InputError: one sentence from the table.
+    """
+    found = broken_rule(**chosen)
+    if found is not None:
+        rule, value = found
+        raise InputError(rule.sentence(value))
+
+
+def table() -> str:
+    """The rules as a table in Markdown."""
+    rows = ["| this | does not go with | because | instead |", "|---|---|---|---|"]
+    for rule in RULES:
+        choice, value = rule.of
+        other, refused = rule.excludes
+        values = ", ".join(f"`{name}`" for name in refused)
+        rows.append(f"| {choice} `{value}` | {other} {values} | {rule.reason} | {rule.remedy} |")
+    return "\n".join(rows)

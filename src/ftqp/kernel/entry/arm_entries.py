@@ -1,0 +1,54 @@
+"""Kinematics and dynamics of an arm alone, for set-up, simulation and studies."""
+
+from collections.abc import Callable
+
+from ftqp.kernel.arm.dynamics import dynamics
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.entry.tick import accept_state
+from ftqp.kernel.jit import carray, pointer
+from ftqp.kernel.judge.verdict import joint_torques
+from ftqp.kernel.layout.record import arm_dtype, record_dtype
+
+
+def kinematics(capacity: int) -> Callable[..., int]:
+    """Tip pose, J and drift at the state that the arm's record was given."""
+    dtype = arm_dtype(capacity)
+
+    def kinematics(address: int, nq: int) -> int:
+        K = carray(pointer(address), 1, dtype)[0]
+        accept_state(K, nq)
+        forward_kinematics(K)
+        motion(K)
+        return 0
+
+    return kinematics
+
+
+def inverse_dynamics(capacity: int) -> Callable[..., int]:
+    """Everything of ``kinematics``, and M and h."""
+    dtype = arm_dtype(capacity)
+
+    def inverse_dynamics(address: int, nq: int) -> int:
+        K = carray(pointer(address), 1, dtype)[0]
+        accept_state(K, nq)
+        forward_kinematics(K)
+        motion(K)
+        dynamics(K)
+        return 0
+
+    return inverse_dynamics
+
+
+def torques(capacity: int) -> Callable[..., int]:
+    """M, h and the torques of the last command, when the tick itself did without them."""
+    dtype = record_dtype(capacity)
+
+    def torques(address: int) -> int:
+        K = carray(pointer(address), 1, dtype)[0]
+        motion(K)
+        dynamics(K)
+        joint_torques(K)
+        K.kinematics.has_dynamics = 1
+        return 0
+
+    return torques

@@ -1,0 +1,197 @@
+"""Sessions: the one owner of records, their addresses and their keys.
+
+Whoever drives the kernel from Python holds a session, reads and writes its rooms by attribute
+(``session.K.task.kp``) and calls what ``bind`` gives. No address leaves this module but inside such a call.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.kernel.entry.compile import load
+from ftqp.kernel.entry.table import ENTRIES
+from ftqp.kernel.layout.record import arm_dtype, base_dtype, capacity_for, load_chain, path_dtype, record
+from ftqp.kernel.layout.reduced_problem import memory
+
+Call = Callable[..., int]
+
+
+def rooms(memory: Any) -> Any:
+    """The first record of a structured array, (1,), its fields as attributes that can be written."""
+    return memory.view(np.recarray)[0]
+
+
+def bound(name: str, capacity: int, *things: Any) -> Call:
+    """An entry point with its first arguments given: whole numbers as they are, arrays by their address.
+
+    The caller keeps the arrays alive as long as it may call.
+    """
+    given = [thing if isinstance(thing, int) else int(thing.ctypes.data) for thing in things]
+    return partial(load(ENTRIES[name], capacity), *given)
+
+
+class Session:
+    """A planner's record.
+
+    Attributes:
+        K: the rooms of the record.
+        capacity: the class of the record.
+    """
+
+    def __init__(self, joints: int) -> None:
+        self.capacity = capacity_for(joints)
+        self._memory = record(self.capacity)
+        self._begin()
+
+    def _begin(self) -> None:
+        self.K: Any = rooms(self._memory)
+        self._reduced: Reduced | None = None
+
+    def bind(self, name: str, *things: Any) -> Call:
+        """An entry point on this record, further first arguments given; see ``bound``."""
+        return bound(name, self.capacity, self._memory, *things)
+
+    def field(self, room: str, name: str) -> Any:
+        """A field as an array that follows the record: (1,) for a number, else of the field's own shape."""
+        view = self._memory[room][name]
+        return view if view.ndim == 1 else view[0]
+
+    def copy(self) -> "Session":
+        """A session of its own that holds the same."""
+        other = Session.__new__(Session)
+        other.capacity = self.capacity
+        other._memory = self._memory.copy()
+        other._begin()
+        return other
+
+    def measures(self) -> tuple[float, float, float]:
+        """sigma_min, manipulability and condition at the state of the last tick."""
+        if self._reduced is None:
+            self._reduced = Reduced(self.K.chain.n)
+        self.bind("measures", self._reduced.memory)()
+        P = self._reduced.P
+        return float(P.sigma_min), float(P.manipulability), float(P.condition)
+
+    def torques(self) -> None:
+        """Fill in the torques of the last command, where the tick did without them."""
+        self.bind("torques")()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"capacity": self.capacity, "memory": self._memory}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.capacity, self._memory = state["capacity"], state["memory"].copy()
+        self._begin()
+
+
+class Reduced:
+    """A reduced problem of the closed forms.
+
+    Attributes:
+        memory: its memory, (1,).
+        P: the same, its fields as attributes.
+    """
+
+    def __init__(self, joints: int) -> None:
+        self.capacity = capacity_for(joints)
+        self.memory = memory(self.capacity)
+        self.P: Any = rooms(self.memory)
+
+    def resolve(self) -> None:
+        """Solve it by its method."""
+        bound("resolve_reduced", self.capacity, self.memory)()
+
+    def damp(self) -> None:
+        """Find kappa by its rule."""
+        bound("kappa", self.capacity, self.memory)()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"capacity": self.capacity, "memory": self.memory}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.capacity, self.memory = state["capacity"], state["memory"].copy()
+        self.P = rooms(self.memory)
+
+
+class ArmSession:
+    """Kinematics and dynamics of one arm, apart from any planner.
+
+    Args:
+        constants: those of the chain, by the argument names of ``load_chain``.
+
+    Attributes:
+        K: the rooms ``state``, ``kinematics`` and ``chain``.
+    """
+
+    def __init__(self, constants: dict[str, Any]) -> None:
+        joints = len(constants["mass"])
+        self.capacity = capacity_for(joints)
+        self._memory = np.zeros(1, arm_dtype(self.capacity))
+        self.K: Any = rooms(self._memory)
+        load_chain(self.K, **constants)
+        self._q, self._v = self.K.state.given_q, self.K.state.given_v
+        self._joints = joints
+        self._kinematics: Call | None = None
+        self._dynamics: Call | None = None
+
+    def kinematics(self, q: FloatArray, v: FloatArray | None = None) -> None:
+        """Tip pose, J and drift at (q, v) into the room ``kinematics``; v None is rest."""
+        if self._kinematics is None:
+            self._kinematics = bound("kinematics", self.capacity, self._memory)
+        self._kinematics(self._given(q, v))
+
+    def dynamics(self, q: FloatArray, v: FloatArray | None = None) -> None:
+        """Everything of ``kinematics``, and M and h."""
+        if self._dynamics is None:
+            self._dynamics = bound("inverse_dynamics", self.capacity, self._memory)
+        self._dynamics(self._given(q, v))
+
+    def _given(self, q: FloatArray, v: FloatArray | None) -> int:
+        self._q[: len(q)] = q
+        self._v[: self._joints] = 0.0 if v is None else v
+        return len(q)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"capacity": self.capacity, "memory": self._memory, "joints": self._joints}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.capacity, self._memory, self._joints = state["capacity"], state["memory"].copy(), state["joints"]
+        self.K = rooms(self._memory)
+        self._q, self._v = self.K.state.given_q, self.K.state.given_v
+        self._kinematics = self._dynamics = None
+
+
+class PathMemory:
+    """The record of a path that is followed by its progress.
+
+    Attributes:
+        memory: (1,). path: its fields as attributes. table: the path's intervals, (rows, 50).
+    """
+
+    def __init__(self, capacity: int, table: FloatArray) -> None:
+        self.memory = np.zeros(1, path_dtype(capacity))
+        self.path: Any = rooms(self.memory)
+        self.table = np.ascontiguousarray(table)
+
+    def arguments(self) -> tuple[Any, ...]:
+        """What the entry points take for it."""
+        return self.memory, self.table, len(self.table)
+
+
+class BaseMemory:
+    """The record of a base that moves.
+
+    Attributes:
+        memory: (1,). base: its fields as attributes.
+    """
+
+    def __init__(self, capacity: int) -> None:
+        self.memory = np.zeros(1, base_dtype(capacity))
+        self.base: Any = rooms(self.memory)
+
+    def arguments(self) -> tuple[Any, ...]:
+        """What the entry points take for it."""
+        return (self.memory,)

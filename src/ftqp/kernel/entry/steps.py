@@ -1,0 +1,125 @@
+"""A whole tick with the in-kernel solver, one factory for each leader of the arm.
+
+A factory makes the entry point of one class of records; ``ftqp.kernel.entry.table`` lists them with the
+kinds of their arguments. Arguments that end in ``_at`` are addresses of memory that the session keeps alive;
+q, v and target are the caller's own objects, which are copied and not remembered. Every entry returns a
+status, or a mistake (negative).
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ftqp.kernel.entry.inputs import accept_arrays, accept_target
+from ftqp.kernel.entry.tick import accept_state, prepare_on_base, prepare_on_path, prepare_plain, prepare_rich
+from ftqp.kernel.jit import carray, jit, pointer
+from ftqp.kernel.judge.ladder import climb
+from ftqp.kernel.layout.enums import SOLVED, TARGET_SIZE
+from ftqp.kernel.layout.path_table import COLUMNS
+from ftqp.kernel.layout.record import base_dtype, path_dtype, record_dtype
+from ftqp.kernel.rows.inertial_target import base_verdict
+from ftqp.kernel.rows.path_rows import advance
+from ftqp.kernel.rows.path_sample import look_up
+from ftqp.kernel.rows.turned_rows import turn_back
+
+FLOAT = np.dtype(np.float64)
+
+
+@jit
+def accept(K: Any, q: Any, v: Any, target: Any, row: int) -> int:
+    """Copy the inputs of a tick: 0, or a mistake."""
+    nq = accept_arrays(K, q, v)
+    if nq < 0:
+        return nq
+    code = accept_target(K, target, row)
+    if code < 0:
+        return code
+    accept_state(K, nq)
+    return 0
+
+
+@jit
+def accept_on_path(K: Any, path: Any, table: Any, q: Any, v: Any) -> int:
+    """Copy the state, and look up the path's target at its progress: 0, or a mistake."""
+    nq = accept_arrays(K, q, v)
+    if nq < 0:
+        return nq
+    look_up(path, table, len(table), path.target)
+    for k in range(TARGET_SIZE):
+        K.task.target[k] = path.target[k]
+    accept_state(K, nq)
+    return 0
+
+
+@jit
+def settle_on_base(K: Any, base: Any) -> None:
+    """After a tick above a moving base: the slack along the task's rows, the set point, and the verdict."""
+    if K.turned.on:
+        turn_back(K)
+    base.code = base_verdict(K, base)
+
+
+def step(capacity: int) -> Callable[..., int]:
+    """A tick led by the clock."""
+    dtype = record_dtype(capacity)
+
+    def step(address: int, q: Any, v: Any, target: Any, row: int) -> int:
+        K = carray(pointer(address), 1, dtype)[0]
+        code = accept(K, q, v, target, row)
+        if code < 0:
+            return code
+        return climb(K, prepare_plain(K), SOLVED)
+
+    return step
+
+
+def step_rich(capacity: int) -> Callable[..., int]:
+    """A tick led by the clock, with directional damping or a gradient of the manipulability."""
+    dtype = record_dtype(capacity)
+
+    def step_rich(address: int, q: Any, v: Any, target: Any, row: int) -> int:
+        K = carray(pointer(address), 1, dtype)[0]
+        code = accept(K, q, v, target, row)
+        if code < 0:
+            return code
+        code = climb(K, prepare_rich(K), SOLVED)
+        if K.turned.on:
+            turn_back(K)
+        return code
+
+    return step_rich
+
+
+def step_path(capacity: int) -> Callable[..., int]:
+    """A tick led by the progress along a path."""
+    dtype, lead = record_dtype(capacity), path_dtype(capacity)
+
+    def step_path(address: int, path_at: int, table_at: int, rows: int, q: Any, v: Any) -> int:
+        K = carray(pointer(address), 1, dtype)[0]
+        path = carray(pointer(path_at), 1, lead)[0]
+        code = accept_on_path(K, path, carray(pointer(table_at), (rows, COLUMNS), FLOAT), q, v)
+        if code < 0:
+            return code
+        code = climb(K, prepare_on_path(K, path), SOLVED)
+        advance(K, path)
+        return code
+
+    return step_path
+
+
+def step_base(capacity: int) -> Callable[..., int]:
+    """A tick led by an inertial target above a base that moves."""
+    dtype, lead = record_dtype(capacity), base_dtype(capacity)
+
+    def step_base(address: int, base_at: int, q: Any, v: Any, target: Any, row: int) -> int:
+        K = carray(pointer(address), 1, dtype)[0]
+        base = carray(pointer(base_at), 1, lead)[0]
+        code = accept(K, q, v, target, row)
+        if code < 0:
+            return code
+        code = climb(K, prepare_on_base(K, base), SOLVED)
+        settle_on_base(K, base)
+        return code
+
+    return step_base

@@ -1,0 +1,152 @@
+"""QPs that no robot made: memory for the active set and the network on them, and their residuals."""
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.errors import InputError
+from ftqp.kernel.entry.compile import load
+from ftqp.kernel.entry.session import rooms
+from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
+from ftqp.kernel.layout.alone import CONSTRAINTS, ROWS, VARIABLES, alone_dtype
+from ftqp.kernel.layout.network_memory import alone_memory_size
+
+TOLERANCE = 1e-10
+"""Largest violation of a bound or row that counts as none."""
+
+
+class Workspace:
+    """Memory of one QP of fixed sizes; its arrays are views to be filled in place.
+
+    Attributes:
+        H: (n, n). g: (n,). A: (m, n). b: (m,). C: (p, n). l, u: (p,). lb, ub: (n,). x: (n,). y: (m,). z:
+            (p,). z_box: (n,).
+    """
+
+    def __init__(self, n: int, m: int, p: int) -> None:
+        for name, got, capacity in (
+            ("variables", n, VARIABLES),
+            ("equality rows", m, ROWS),
+            ("two-sided rows", p, CONSTRAINTS),
+        ):
+            if got > capacity:
+                raise InputError(
+                    f"the QP has {got} {name}, active_set holds at most {capacity}; "
+                    "use backend 'daqp' or 'proxqp'"
+                )
+        self._memory = np.zeros(1, alone_dtype())
+        Q = rooms(self._memory)
+        self._Q = Q
+        Q.nx, Q.meq, Q.nc, Q.dense = n, m, p, 1
+        Q.tolerance, Q.max_iterations = TOLERANCE, 50 * (n + p + 10)
+        Q.lb[:], Q.ub[:], Q.l[:], Q.u[:] = -np.inf, np.inf, -np.inf, np.inf
+        self.H, self.g, self.A, self.b = Q.H[:n, :n], Q.g[:n], Q.A[:m, :n], Q.b[:m]
+        self.C, self.l, self.u, self.lb, self.ub = Q.C[:p, :n], Q.l[:p], Q.u[:p], Q.lb[:n], Q.ub[:n]
+        self.x, self.y, self.z, self.z_box = Q.x[:n], Q.y[:m], Q.z[:p], Q.z_box[:n]
+        self._solve = load(ENTRIES["solve_qp"], ANY_SIZE)
+
+    def solve(self, cold: bool = False) -> int:
+        """Solve what the arrays hold now: 0 solved, 1 iteration limit, 2 infeasible, 3 failed."""
+        if cold:
+            self._Q.warm = 0
+        return self._solve(self._memory.ctypes.data)
+
+    @property
+    def iterations(self) -> int:
+        """Changes of the working set in the last solve."""
+        return int(self._Q.iterations)
+
+    @property
+    def tolerance(self) -> float:
+        """Largest violation of a bound or row that counts as none."""
+        return float(self._Q.tolerance)
+
+    @tolerance.setter
+    def tolerance(self, value: float) -> None:
+        self._Q.tolerance = value
+
+
+class NetworkMemory:
+    """Memory of the network for one QP of n variables, m equality rows and p two-sided rows."""
+
+    def __init__(self, n: int, m: int, p: int) -> None:
+        self._sizes = (n, m, p)
+        self._memory = np.zeros(alone_memory_size(n, m, p))
+        self._solve = load(ENTRIES["solve_network"], ANY_SIZE)
+
+    def solve(
+        self, flat: FloatArray, solution: FloatArray, numbers: FloatArray, trace: FloatArray, warm: bool
+    ) -> int:
+        """The claim of the network; see ``ftqp.kernel.entry.alone.solve_network``.
+
+        Args:
+            flat: The whole QP, as in ``ftqp.qp.QPBuffers``.
+            solution: x, z_box, y, z in one piece; the start when ``warm``, the answer on return.
+            numbers: The options, and behind them, on return, iterations and |e|, (9,).
+            trace: (k, 4), filled as far as it reaches.
+            warm: Whether to start from ``solution``.
+        """
+        memory = self._memory
+        return self._solve(
+            flat.ctypes.data,
+            solution.ctypes.data,
+            memory.ctypes.data,
+            len(memory),
+            numbers.ctypes.data,
+            trace.ctypes.data,
+            len(trace),
+            *self._sizes,
+            int(warm),
+        )
+
+
+PARTS_PER_THREAD = 8
+"""Portions that many QPs are shared out in, for each thread."""
+
+
+def solve_many(
+    parts: Sequence[FloatArray], numbers: FloatArray, count: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray, FloatArray]:
+    """The network on many QPs of the same sizes, on all cores: x, y, z, z_box, codes, iterations, |e|.
+
+    Args:
+        parts: H, g, A, b, C, l, u, lb, ub, each with a leading axis of ``count``, or 1 for what all share.
+        numbers: The options, (9,).
+        count: How many problems.
+    """
+    n, m, p = (parts[k].shape[1] for k in (1, 3, 5))
+    x, y, z, z_box = (np.full((count, size), np.nan) for size in (n, m, p, n))
+    codes, iterations, residual = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)
+    table = [n, m, p]
+    for part in parts:
+        table += [part.ctypes.data, len(part)]
+    table += [array.ctypes.data for array in (numbers, x, y, z, z_box, codes, iterations, residual)]
+    arguments = np.array(table, dtype=np.int64)
+    call, size = load(ENTRIES["solve_network_batch"], ANY_SIZE), alone_memory_size(n, m, p)
+    threads = os.cpu_count() or 1
+    portions = max(1, min(count, PARTS_PER_THREAD * threads))
+
+    def work(portion: int) -> None:
+        memory = np.zeros(size)
+        first, last = portion * count // portions, (portion + 1) * count // portions
+        call(arguments.ctypes.data, memory.ctypes.data, size, first, last, count)
+
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(work, range(portions)))
+    return x, y, z, z_box, codes, iterations, residual
+
+
+def kkt(flat: FloatArray, solution: FloatArray, n: int, m: int, p: int) -> FloatArray:
+    """The KKT residuals of a solution, (4,); see ``ftqp.kernel.judge.kkt.kkt_residuals``.
+
+    Args:
+        flat: The whole QP in one piece.
+        solution: x, z_box, y, z in one piece.
+        n, m, p: Sizes of the QP.
+    """
+    out = np.empty(4)
+    load(ENTRIES["kkt"], ANY_SIZE)(flat.ctypes.data, solution.ctypes.data, out.ctypes.data, n, m, p)
+    return out

@@ -1,0 +1,26 @@
+"""Memory of solvers on QPs that no robot made."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ftqp.kernel.layout.record import qp_fields
+
+VARIABLES = 64
+ROWS = 64
+CONSTRAINTS = 128
+"""Capacity of a QP that the active set solves alone."""
+
+
+@cache
+def alone_dtype() -> np.dtype[Any]:
+    """The type of a record that holds a QP alone."""
+    return np.dtype(
+        [
+            *qp_fields(VARIABLES, ROWS, CONSTRAINTS),
+            ("centre", "f8", (VARIABLES,)),
+            ("g_given", "f8", (VARIABLES,)),
+        ],
+        align=True,
+    )

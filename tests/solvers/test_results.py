@@ -1,0 +1,53 @@
+"""What is on record: one report a study under a name that stays, and the same tables in the README."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from bench.results import RESULTS, stem, written
+
+README = (RESULTS.parent / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("benchmark", ["compare_accuracy", "compare_speed", "study_dtrnn"])
+def test_the_readme_shows_the_tables_of_the_report_on_record(benchmark: str) -> None:
+    """Every line of its part of the README is one of the report; so are date and command."""
+    report = (RESULTS / f"{benchmark}.md").read_text(encoding="utf-8")
+    part = README.split(f"<!-- begin {benchmark} -->")[1].split(f"<!-- end {benchmark} -->")[0]
+    *lines, last = [line.lstrip("# ") for line in part.splitlines() if line]
+    held = {line.lstrip("# ") for line in report.splitlines()}
+    assert len(lines) > 5 and not [line for line in lines if line not in held]
+    said = re.fullmatch(r"From \[(\S+)\]\((\S+)\), (\S+), .* Made by `(.*)`\.", last)
+    assert said is not None and said[1] == f"{benchmark}.md" and said[2] == f"results/{benchmark}.md"
+    assert said[3] in report and f"    {said[4]}" in report.splitlines()
+
+
+def test_every_study_has_one_report_without_a_date_that_shows_its_pictures() -> None:
+    for file in RESULTS.glob("*.png"):
+        assert any(file.name in report.read_text(encoding="utf-8") for report in RESULTS.glob("*.md")), file
+    for report in RESULTS.glob("*.md"):
+        assert not re.search(r"\d{4}-\d\d-\d\d", report.name)
+        text = report.read_text(encoding="utf-8")
+        for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", text):
+            assert (RESULTS / picture).exists(), picture
+        for word in ("python solvers/", "numpy ", "numba "):
+            assert word in text, f"{report.name} does not say {word}"
+
+
+def test_a_full_result_replaces_the_last_and_a_quick_one_does_not(tmp_path: Path) -> None:
+    assert stem("study", name=None, quick=False) == "study"
+    assert stem("study", name=None, quick=True) == "study-quick"
+    assert stem("study", name="mine", quick=True) == "study-mine"
+
+    def drawn(result: dict[str, int], folder: Path, name: str) -> list[Path]:
+        file = folder / f"{name}-two-curves.png"
+        file.write_bytes(b"")
+        return [file]
+
+    for value in (1, 2):
+        written({"value": value}, "# Study\n", tmp_path, "study", drawn)
+    assert json.loads((tmp_path / "study.json").read_text()) == {"value": 2}
+    text = (tmp_path / "study.md").read_text()
+    assert text == "# Study\n\n## Figures\n\n![two curves](study-two-curves.png)\n"
+    assert len(list(tmp_path.iterdir())) == 3

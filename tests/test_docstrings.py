@@ -1,0 +1,174 @@
+"""Every public docstring is whole: a first line, no machine wraps, every argument."""
+
+import ast
+import inspect
+import itertools
+import re
+import textwrap
+from pathlib import Path
+
+import ftqp
+from tests.test_texts import NOT_YET, ROOT, SOURCES, relative
+
+WIDTH = 110
+"""Longest line, as ruff has it."""
+
+
+def documented():
+    """(file, line, name, docstring, arguments or None) of everything that has a docstring in the sources."""
+    for file in SOURCES:
+        if relative(file).startswith(NOT_YET):
+            continue
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
+                yield relative(file), node, ast.get_docstring(node)
+
+
+def arguments_of(node):
+    """The parameters that the docstring of a function or class has to name; None where it is no callable."""
+    if isinstance(node, ast.ClassDef):
+        made = [n for n in node.body if isinstance(n, ast.FunctionDef) and n.name == "__init__"]
+        if not made:
+            fields = [n for n in node.body if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)]
+            is_data = any("dataclass" in ast.unparse(one) for one in node.decorator_list)
+            return (
+                [
+                    n.target.id
+                    for n in fields
+                    if "ClassVar" not in ast.unparse(n.annotation) and not n.target.id.startswith("_")
+                ]
+                if is_data
+                else None
+            )
+        node = made[0]
+    elif not isinstance(node, ast.FunctionDef):
+        return None
+    a = node.args
+    names = [one.arg for one in (*a.posonlyargs, *a.args, *a.kwonlyargs)]
+    names += [one.arg for one in (a.vararg, a.kwarg) if one is not None]
+    return [name for name in names if name not in ("self", "cls")]
+
+
+def entries_of(docstring, section):
+    """The names in a section of a docstring; None without the section."""
+    lines = docstring.splitlines()
+    if f"{section}:" not in lines:
+        return None
+    names = []
+    for line in lines[lines.index(f"{section}:") + 1 :]:
+        if line and not line.startswith(" "):
+            break
+        found = re.match(r"    (\*{0,2}\w+):", line)
+        if found:
+            names.append(found[1].lstrip("*"))
+    return names
+
+
+def test_every_docstring_begins_with_one_line_that_ends_with_a_period():
+    wrong = []
+    for file, node, text in documented():
+        first, *rest = text.splitlines()
+        if not first.endswith((".", "?")) or (rest and rest[0].strip()):
+            wrong.append(f"{file}:{getattr(node, 'lineno', 1)}: {first}")
+    assert not wrong
+
+
+def test_a_section_on_arguments_names_every_argument_and_nothing_else():
+    wrong = []
+    for file, node, text in documented():
+        for section in ("Args", "Attributes") if isinstance(node, ast.ClassDef) else ("Args",):
+            named, real = entries_of(text, section), arguments_of(node)
+            if named is None or real is None:
+                continue
+            if section == "Attributes" and any(
+                isinstance(n, ast.FunctionDef) and n.name == "__init__" for n in node.body
+            ):
+                continue
+            if set(named) != set(real):
+                wrong.append(f"{file}: {node.name}: {sorted(set(named) ^ set(real))}")
+    assert not wrong
+
+
+def public():
+    """(name, object) of what users call: the package's names, its modules' functions, and methods."""
+    holders = [ftqp.schemes, ftqp.bounds, ftqp.paths, ftqp.qp, ftqp.qp.dtrnn, ftqp.robots]
+    found = {name: getattr(ftqp, name) for name in ftqp.__all__}
+    for holder in holders:
+        names = getattr(holder, "__all__", None) or [n for n in vars(holder) if not n.startswith("_")]
+        for name in names:
+            value = getattr(holder, name)
+            home = "ftqp" if hasattr(holder, "__all__") else "ftqp.control.task"
+            if (inspect.isclass(value) or inspect.isfunction(value)) and value.__module__.startswith(home):
+                found[f"{holder.__name__}.{name}"] = value
+    for name, value in list(found.items()):
+        if inspect.isclass(value):
+            for method, function in vars(value).items():
+                function = getattr(function, "__func__", function)
+                if inspect.isfunction(function) and not method.startswith("_"):
+                    found[f"{name}.{method}"] = function
+    return {
+        name: value for name, value in found.items() if inspect.isclass(value) or inspect.isfunction(value)
+    }
+
+
+def in_scope(value):
+    file = Path(inspect.getsourcefile(value))
+    return file.is_relative_to(ROOT) and not relative(file).startswith(NOT_YET)
+
+
+def test_every_public_callable_says_what_each_of_its_arguments_means():
+    wrong = []
+    for name, value in sorted(public().items()):
+        if not in_scope(value) or (inspect.isclass(value) and issubclass(value, Exception)):
+            continue
+        tree = ast.parse(textwrap.dedent(inspect.getsource(value)))
+        real, text = arguments_of(tree.body[0]), inspect.cleandoc(value.__doc__ or "")
+        named = entries_of(text, "Args") or entries_of(text, "Attributes") or []
+        if not text or (real and not set(real) <= set(named)):
+            wrong.append(f"{name}: {sorted(set(real or []) - set(named)) or 'no docstring'}")
+    assert not wrong
+
+
+SECTION = re.compile(r"(Args|Attributes|Returns|Raises|Yields|Source|Example|Note|Limitations):")
+ENTRY = re.compile(r"\*{0,2}[\w`.]+( \([^)]*\))?: ")
+
+
+def stray_wraps(text, first_indent):
+    """Lines of prose that end early although the next word would have fitted: a wrap done by a machine."""
+    found = []
+    lines = text.splitlines()
+    for number, (line, after) in enumerate(itertools.pairwise(lines)):
+        indent, deeper = (len(one) - len(one.lstrip()) for one in (line, after))
+        indent = first_indent if number == 0 else indent
+        words, following = line.split(), after.split()
+        if not words or not following or deeper not in (indent, indent + 4):
+            continue
+        if any(mark in one for mark in ("  ", "|", "python ") for one in (line.strip(), after.strip())):
+            continue
+        if SECTION.match(line.strip()) or ENTRY.match(after.strip()) or after.strip().startswith("- "):
+            continue
+        short = len(words) <= 2 and line.rstrip()[-1] not in ".:"
+        if short and indent + len(line.strip()) + 1 + len(following[0]) <= WIDTH:
+            found.append(line.strip())
+    return found
+
+
+def test_no_docstring_was_wrapped_by_a_machine():
+    wrong = []
+    for file in SOURCES:
+        if relative(file).startswith(NOT_YET):
+            continue
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
+                continue
+            if isinstance(node.value.value, str) and "\n" in node.value.value:
+                lines = stray_wraps(node.value.value, node.col_offset)
+                wrong += [f"{relative(file)}:{node.lineno}: {line}" for line in lines]
+    assert not wrong
+
+
+def test_a_machine_wrap_is_found():
+    text = "What is done.\n\n    The directions lie along left singular vectors of the Jacobian (rows in\n"
+    assert stray_wraps(text + "    units\n    of the characteristic length).", 4) == ["units"]
+    assert stray_wraps(text + "    units of the characteristic length).", 4) == []
