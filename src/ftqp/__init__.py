@@ -40,12 +40,12 @@ if TYPE_CHECKING:
     from ftqp.control.task.directional_damping import DirectionalDamping as DirectionalDamping
     from ftqp.control.task.emergency import EmergencyStop as EmergencyStop
     from ftqp.control.task.resolvers import Damping as Damping
-    from ftqp.control.task.scheme import Criterion as Criterion
     from ftqp.control.task.scheme import Scheme as Scheme
     from ftqp.control.task.task import Task as Task
     from ftqp.faults.kinds import Degraded as Degraded
     from ftqp.faults.kinds import FreeSwinging as FreeSwinging
     from ftqp.faults.kinds import Locked as Locked
+    from ftqp.kernel.layout.criteria import Criterion as Criterion
     from ftqp.model import catalog as robots  # noqa: F401  its home has another name
     from ftqp.model.limits import JointLimits as JointLimits
     from ftqp.model.robot import Robot as Robot
@@ -64,7 +64,7 @@ _HOME = {
     "Backend": "ftqp.qp.adapters.backend",
     "BaseStatus": "ftqp.control.moving_base.inertial_task",
     "Certificate": "ftqp.control.planner.certificate",
-    "Criterion": "ftqp.control.task.scheme",
+    "Criterion": "ftqp.kernel.layout.criteria",
     "Damping": "ftqp.control.task.resolvers",
     "Degraded": "ftqp.faults.kinds",
     "DirectionalDamping": "ftqp.control.task.directional_damping",

@@ -12,7 +12,6 @@ from ftqp.control.planner.planner import Planner
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.model.robot import Robot
-from ftqp.sim.log.signals import CONDITIONS
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 PACKAGES = ("ftqp", "numpy", "scipy", "numba", "pin")
@@ -62,7 +61,7 @@ def described(event: FaultEvent, robot: Robot) -> dict[str, Any]:
     fault = event.fault
     index = robot.joint(fault.joint)
     result: dict[str, Any] = {
-        "kind": CONDITIONS[type(fault)].name.lower(),
+        "kind": fault.kind,
         "joint": robot.joints[index],
         "index": index,
         "at": event.at,

@@ -9,7 +9,7 @@ from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import BoolArray
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.faults.kinds import KINDS
 from ftqp.qp.problem import SolveStatus
 
 LONGEST_NAME = 200
@@ -30,11 +30,7 @@ class JointCondition(IntEnum):
         return self.name.lower().replace("_", "-")
 
 
-CONDITIONS = {
-    Locked: JointCondition.LOCKED,
-    FreeSwinging: JointCondition.FREE_SWINGING,
-    Degraded: JointCondition.DEGRADED,
-}
+CONDITIONS = {kind: JointCondition[name.upper()] for name, kind in KINDS.items()}
 """What each kind of fault makes of its joint."""
 QP_CODES: dict[SolveStatus | None, int] = {None: -1} | {s: code for code, s in enumerate(SolveStatus)}
 """Code of each outcome of a QP in the column ``qp_status``; None: the step needed no QP."""
