@@ -194,8 +194,9 @@ class ClockLeader(Leader):
 
 @final
 class ProgressLeader(Leader):
-    """The path's own progress, which waits for the arm; the run ends with the path, or soon after it was
-    blocked.
+    """The path's own progress, which waits for the arm.
+
+    The run ends with the path, or half a second after it was blocked.
 
     Args:
         follower: gives the commands.

@@ -253,7 +253,10 @@ DAMAGES = {
     "flipped bit": ([("UPDATE chunks SET data = ?", (BLOB[:-1] + b"\x01",))], "checksum differs"),
     "metadata": (["INSERT INTO metadata VALUES ('dt', '{')"], ""),
     "deep metadata": ([("INSERT INTO metadata VALUES ('dt', ?)", ("[" * 100_000,))], ""),
-    "large metadata": ([("INSERT INTO metadata VALUES ('dt', ?)", ('"' + "9" * 20_000_000 + '"',))], "too big"),
+    "large metadata": (
+        [("INSERT INTO metadata VALUES ('dt', ?)", ('"' + "9" * 20_000_000 + '"',))],
+        "too big",
+    ),
     "later format": (["UPDATE metadata SET value = '3' WHERE key = 'format'"], "it has format 3"),
     "long name": ([("UPDATE columns SET name = ? WHERE place = 0", ("t" * 1000,))], "name of 1000 letters"),
 }

@@ -36,6 +36,9 @@ class _NotALog(Exception):
 def load_log(path: str | Path) -> Log:
     """The log in a file, or in the folder of a run.
 
+    Args:
+        path: The file, or the folder of a run in which it is ``log.sqlite``.
+
     Raises:
         InputError: no such file, not a log of ftqp, or a damaged one.
     """

@@ -74,13 +74,21 @@ class KinematicPlant(Plant):
         return self._v
 
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        """Put the healthy arm at (q, v), each (nv,)."""
+        """Put the healthy arm at (q, v).
+
+        Args:
+            q: Joint positions, (nv,) or (nq,) [rad or m].
+            v: Joint velocities, (nv,) [rad/s or m/s].
+        """
         self._faults.clear()
         self._q[:] = self._robot.angles(q)
         self._v[:] = array("v", v, (self._robot.nv,), "(nv,)")
 
     def fail(self, fault: Fault) -> None:
         """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said.
+
+        Args:
+            fault: What happens, and to which joint.
 
         Raises:
             InputError: unknown joint, or a free-swinging joint of a robot without inertia.

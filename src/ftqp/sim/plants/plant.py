@@ -31,12 +31,25 @@ class Plant(ABC):
 
     @abstractmethod
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        """Put the healthy arm at (q, v)."""
+        """Put the healthy arm at (q, v).
+
+        Args:
+            q: Joint positions, (nv,) or (nq,) [rad or m].
+            v: Joint velocities, (nv,) [rad/s or m/s].
+        """
 
     @abstractmethod
     def fail(self, fault: Fault) -> None:
-        """From now on the joint of ``fault`` behaves as it says."""
+        """From now on the joint of ``fault`` behaves as it says.
+
+        Args:
+            fault: What happens, and to which joint.
+        """
 
     @abstractmethod
     def advance(self, command: Command) -> None:
-        """Move on by dt."""
+        """Move on by dt.
+
+        Args:
+            command: The planner's step for this tick.
+        """

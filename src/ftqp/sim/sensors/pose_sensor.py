@@ -38,8 +38,11 @@ class PoseSensor:
         self._waiting.clear()
 
     def measure(self, truth: FloatArray) -> FloatArray:
-        """What is measured now, (4, 4), the true pose being ``truth``, (4, 4); before the first delay its
-        first."""
+        """The pose that is measured now, (4, 4); as long as nothing has come through the delay, the first one.
+
+        Args:
+            truth: The true pose, (4, 4) [m].
+        """
         seen = truth.copy()
         if self._position > 0.0:
             seen[:3, 3] += self._position * self._generator.standard_normal(3)
