@@ -38,7 +38,7 @@ class PoseSensor:
         self._waiting.clear()
 
     def measure(self, truth: FloatArray) -> FloatArray:
-        """The pose that is measured now, (4, 4); as long as nothing has come through the delay, the first one.
+        """The pose that is measured now, (4, 4); until something has come through the delay, the first one.
 
         Args:
             truth: The true pose, (4, 4) [m].
