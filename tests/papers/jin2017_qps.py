@@ -5,11 +5,11 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from ftqp.kernel.entry.network_entries import solve_dtrnn, solve_memory_size
 from tests.papers.jin2017 import DT, run
 
 import ftqp
 from ftqp.core.checks import FloatArray, IntArray
-from ftqp.kernel.entry.network_entries import solve_dtrnn, solve_memory_size
 from ftqp.qp import Claim, Recorder, Recording
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
 from ftqp.qp.judge.solving import loaded
