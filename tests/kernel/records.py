@@ -1,4 +1,4 @@
-"""Records for the tests of the kernel; its helpers take the rooms of one, ``helper(K)``, and write into them."""
+"""Records for tests of the kernel; its helpers take the rooms of one, ``helper(K)``, and write into them."""
 
 from collections.abc import Mapping
 from typing import Any
