@@ -267,7 +267,7 @@ def test_a_target_whose_numbers_are_gone_is_a_clean_error(planner, fed_copies, a
     check(planner, fed_copies, Q, V, aim)
 
 
-@pytest.mark.parametrize("row", [-1, 5, 10**6, -(10**6), 2**58, -(2**62)])
+@pytest.mark.parametrize("row", [-1, 5, 10**6, -(10**6), 2**58, 2**59, -(2**62)])
 def test_a_row_that_a_trajectory_does_not_have_is_a_clean_error(planner, fed_copies, aim, row):
     targets = ftqp.Targets(pose=np.stack([aim.pose] * 5))
     targets.row = row
