@@ -56,7 +56,7 @@ if sys.argv[1:]:
     began, apart = imported, imported - began
 else:
     apart = 0.0
-q = 0.5 * (np.maximum(robot.q_min, -3.0) + np.minimum(robot.q_max, 3.0))
+q = robot.neutral.copy()
 planner = ftqp.Planner(robot, dt=0.001, level="velocity")
 planner.reset(q)
 planner.step(q, 0.0 * q, ftqp.Target(robot.pose(q)))
