@@ -15,11 +15,13 @@ from ftqp.kernel.entry.compile import (
     compile_entries,
 )
 
-NOTICE = "ftqp: compiling its kernel for this machine, once (about a minute; `ftqp warmup` does it ahead) ..."
+NOTICE = "ftqp: compiling its kernel for this machine, once (20 to 60 s; `ftqp warmup` does it ahead) ..."
+"""One planner's entry points take about 20 s of CPU on a core of 2026, more where other work shares it."""
 
 
 @contextmanager
-def _notice() -> Iterator[None]:
+def notice() -> Iterator[None]:
+    """Says on stderr that the kernel is being compiled, on a terminal with a spinner until it is done."""
     if sys.stderr.isatty():
         from rich.console import Console
 
@@ -48,9 +50,9 @@ def warm_up(
         *(CLOSED_FORM if closed_form else ()),
         *(BASE if base else ()),
     )
-    compile_entries((*SETUP, *STEP, *more), _notice)
+    compile_entries((*SETUP, *STEP, *more), notice)
 
 
 def warm_up_rates() -> None:
     """Compile what the closed forms without a planner need, or load it from disk."""
-    compile_entries(RATES, _notice)
+    compile_entries(RATES, notice)
