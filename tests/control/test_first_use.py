@@ -20,7 +20,7 @@ def test_compilation_is_announced_on_stderr_before_it_begins(monkeypatch, capfd,
     monkeypatch.setattr(compiled, "cache_folder", lambda: tmp_path)
     monkeypatch.setattr(compiled, "_compile", lambda names: said.append((names, capfd.readouterr().err)))
     monkeypatch.setattr(compiled, "entry", type("Nothing", (), {"step": type("Raw", (), {"signatures": []})}))
-    compiled.compile_entries(("step",), first_use._notice)
+    compiled.compile_entries(("step",), first_use.notice)
     assert said == [(["step"], first_use.NOTICE + "\n")]
 
 
