@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.closed_forms.approximate_inverse import approximate_inverse
 from ftqp.kernel.closed_forms.closed_form_tick import resolve
 from ftqp.kernel.closed_forms.damping_factor import damping_factor
@@ -16,6 +17,7 @@ from ftqp.kernel.layout.enums import APPROXIMATE
 from ftqp.kernel.layout.record import base_dtype, record_dtype
 from ftqp.kernel.layout.reduced_problem import reduced_dtype
 from ftqp.kernel.maths.svd import svd
+from ftqp.kernel.rows.failed_joints import sort_joints
 
 
 def closed_form_clock(capacity: int) -> Callable[..., int]:
@@ -52,11 +54,14 @@ def closed_form_base(capacity: int) -> Callable[..., int]:
 
 
 def measures(capacity: int) -> Callable[..., int]:
-    """sigma_min, manipulability and condition of the last tick's reduced Jacobian, into a reduced problem."""
+    """sigma_min, manipulability and condition at the state in the record, into a reduced problem."""
     dtype, problem = record_dtype(capacity), reduced_dtype(capacity)
 
     def measures(address: int, memory_at: int) -> int:
-        measure(carray(pointer(address), 1, dtype)[0], carray(pointer(memory_at), 1, problem)[0])
+        K = carray(pointer(address), 1, dtype)[0]
+        sort_joints(K)  # the record may hold a kept step's state
+        forward_kinematics(K)
+        measure(K, carray(pointer(memory_at), 1, problem)[0])
         return 0
 
     return measures
