@@ -68,13 +68,13 @@ def test_planner_compiles_the_step_that_it_uses_and_no_other(panda, asked, optio
     assert steps == set(entries) and {capacity for _, capacity, _ in asked} == {8}
 
 
-def test_step_compiles_measures_and_torques_when_they_are_read(panda, asked):
+def test_step_compiles_torques_when_they_are_read_and_measures_need_nothing(panda, asked):
     planner = ftqp.Planner(panda, level="velocity")
     planner.reset(panda.neutral)
     step = planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=panda.pose(panda.neutral)))
     asked.clear()
     assert step.sigma_min > 0.0 and np.isfinite(step.tau).all()
-    assert [names for names, _, _ in asked] == [["measures"], ["torques"]]
+    assert [names for names, _, _ in asked] == [["torques"]]
 
 
 class TestAhead:

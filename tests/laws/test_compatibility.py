@@ -59,7 +59,7 @@ def steps(level, mode, priority, damping, scheme, backend, leader):
     return done
 
 
-@pytest.mark.parametrize("chosen", product(*CHOICES.values()), ids="-".join)
+@pytest.mark.parametrize("chosen", list(product(*CHOICES.values())), ids="-".join)
 def test_every_combination_works_or_is_refused_with_the_sentence_of_the_table(chosen):
     sentences = broken(dict(zip(CHOICES, chosen, strict=True)))
     if sentences:

@@ -22,7 +22,7 @@ EXPERIMENTS: dict[str, dict[str, Any]] = {
     "MTN": dict(scheme="mtn", faults=LOCK),
     "gravity": dict(scheme="dlsm", bounds="viability", vertical=True),
 }
-"""The rows of table 9.3 of the spec."""
+"""The rows of the table of iterations in docs/jin2017.md."""
 
 
 @cache
@@ -38,9 +38,9 @@ class Solved:
     """What the network needed, one entry a QP.
 
     Attributes:
-        iterations: of each; the cap where it did not converge.
-        claims: how each ended.
-        error: largest |x - x*| of each.
+        iterations: Iterations of each; the cap where it did not converge.
+        claims: How each ended.
+        error: Largest |x - x*| of each.
     """
 
     iterations: IntArray

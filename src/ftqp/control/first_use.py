@@ -3,19 +3,17 @@
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Final
 
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.compile import compile_entries
 from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
-from ftqp.kernel.jit import cache_folder
 from ftqp.kernel.layout.record import CAPACITIES, capacity_for
 
 NOTICE = "ftqp: compiling its kernel for this machine, once (`ftqp warmup` does it ahead) ..."
 
-COMMON: Final = ("step", "step_rich", "step_path", "kinematics", "inverse_dynamics", "torques", "measures")
-"""The entry points of common planners: given targets, or led along a path, solved in the kernel."""
+COMMON: Final = ("step", "step_rich", "step_path", "kinematics", "inverse_dynamics", "torques", "block")
+"""The entry points of common planners and of their simulation: given targets or led along a path."""
 ALONE: Final = tuple(name for name, entry in ENTRIES.items() if entry.module == ENTRIES["kkt"].module)
 """The entry points that know no robot."""
 
@@ -64,8 +62,3 @@ def ahead(joints: int | None) -> list[tuple[str, int]]:
 def compile_one(name: str, capacity: int) -> None:
     """Compile one entry point, or load it from disk, without a word."""
     compile_entries([ENTRIES[name]], capacity)
-
-
-def kept_in() -> Path:
-    """The folder in which the compiled kernel is kept."""
-    return cache_folder()

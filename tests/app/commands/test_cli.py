@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 import ftqp
 from ftqp.app.commands.cli import app
 from ftqp.control import first_use
+from ftqp.kernel.compiled.kernel import kept_in
 from ftqp.kernel.jit import COMPILED
 
 COMMANDS = ("demo", "run", "compare", "replay", "check", "robots", "backends", "schemes", "warmup")
@@ -140,14 +141,14 @@ class TestWarmup:
         assert compiled == first_use.ahead(9) and result.exit_code == 0
         lines = result.stderr.splitlines()
         assert len(lines) == len(compiled) and lines[0].startswith("1/7 step, arms of up to 16 joints: ")
-        assert str(first_use.kept_in()) in result.stdout
+        assert str(kept_in()) in result.stdout
 
     def test_everything_takes_every_entry(self, compiled: Any) -> None:
         result = invoke("warmup", "--all", "--json")
         assert compiled == first_use.ahead(None)
         told = json.loads(result.stdout)
         assert [(row["entry"], row["joints"] or 0) for row in told["entries"]] == compiled
-        assert told["compiled"] is True and told["folder"] == str(first_use.kept_in())
+        assert told["compiled"] is True and told["folder"] == str(kept_in())
 
     @pytest.mark.parametrize("joints", [0, 33, -1])
     def test_arm_that_there_is_not_is_bad_input(self, compiled: Any, joints: int) -> None:

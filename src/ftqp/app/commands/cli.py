@@ -258,6 +258,7 @@ def warmup(
 ) -> ExitCode:
     """Compile ahead what common planners of an arm need: a minute or two, once on a machine."""
     from ftqp.control import first_use
+    from ftqp.kernel.compiled.kernel import kept_in
     from ftqp.kernel.jit import COMPILED
 
     begin, rows = now(), []
@@ -270,11 +271,12 @@ def warmup(
         size = f"arms of up to {capacity} joints" if capacity else "QPs alone"
         say(f"{len(rows)}/{len(wanted)} {name}, {size}: {row['seconds']:.1f} s")
     seconds = (now() - begin) / 1e9
-    folder = str(first_use.kept_in())
+    folder = kept_in() if COMPILED else None
+    kept = "they are kept for this process alone" if folder is None else f"they are kept in {folder}"
     if as_json:
         tell_json({"compiled": COMPILED, "seconds": seconds, "folder": folder, "entries": rows})
     elif COMPILED:
-        tell(f"{len(rows)} parts of the kernel are compiled ({seconds:.1f} s); they are kept in {folder}")
+        tell(f"{len(rows)} parts of the kernel are compiled ({seconds:.1f} s); {kept}")
     else:
         tell("nothing is compiled (NUMBA_DISABLE_JIT, or no numba); the kernel runs as plain Python")
     return ExitCode.DONE

@@ -3,13 +3,11 @@
 from collections.abc import Callable
 from typing import Any
 
-from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.closed_forms.approximate_inverse import approximate_inverse
 from ftqp.kernel.closed_forms.closed_form_tick import resolve
 from ftqp.kernel.closed_forms.damping_factor import damping_factor
 from ftqp.kernel.closed_forms.pseudoinverses import closed_form
 from ftqp.kernel.closed_forms.reduced_problem import gather
-from ftqp.kernel.closed_forms.singularity import measure
 from ftqp.kernel.entry.steps import accept, settle_on_base
 from ftqp.kernel.entry.tick import prepare_on_base, prepare_plain
 from ftqp.kernel.jit import carray, pointer
@@ -17,7 +15,6 @@ from ftqp.kernel.layout.enums import APPROXIMATE
 from ftqp.kernel.layout.record import base_dtype, record_dtype
 from ftqp.kernel.layout.reduced_problem import reduced_dtype
 from ftqp.kernel.maths.svd import svd
-from ftqp.kernel.rows.failed_joints import sort_joints
 
 
 def closed_form_clock(capacity: int) -> Callable[..., int]:
@@ -51,20 +48,6 @@ def closed_form_base(capacity: int) -> Callable[..., int]:
         return code
 
     return closed_form_base
-
-
-def measures(capacity: int) -> Callable[..., int]:
-    """sigma_min, manipulability and condition at the state in the record, into a reduced problem."""
-    dtype, problem = record_dtype(capacity), reduced_dtype(capacity)
-
-    def measures(address: int, memory_at: int) -> int:
-        K = carray(pointer(address), 1, dtype)[0]
-        sort_joints(K)  # the record may hold a kept step's state
-        forward_kinematics(K)
-        measure(K, carray(pointer(memory_at), 1, problem)[0])
-        return 0
-
-    return measures
 
 
 def resolve_reduced(capacity: int) -> Callable[..., int]:
