@@ -9,7 +9,7 @@ import numpy as np
 from bench.contenders import Contender
 from bench.recorded import Recorded
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.entry import network_entries as dtrnn_entry
+from ftqp.kernel.entry.workspace import NetworkMemory
 from ftqp.qp import QP, Claim
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
 from ftqp.qp.judge.solving import loaded
@@ -59,21 +59,20 @@ class Network:
     def __init__(self, n: int, m: int, p: int, chosen: DtrnnSettings, *, trace: bool = False) -> None:
         self.claim, self.iterations = Claim.FAILED, 0
         self.trace = np.zeros((chosen.cap + 1 if trace else 0, 4))
-        self._sizes = n, m, p
+        self._variables = n
         self._numbers = chosen.numbers()
         self._solution = np.zeros(2 * n + m + p)
-        self._memory = np.zeros(int(dtrnn_entry.solve_memory_size(n, m, p)))
+        self._memory = NetworkMemory(n, m, p)
 
     @property
     def x(self) -> FloatArray:
         """The answer of the last solve that had one, (n,)."""
-        return self._solution[: self._sizes[0]]
+        return self._solution[: self._variables]
 
     def solve(self, flat: FloatArray, *, warm: bool = False) -> Claim:
         """Solve a QP, as ``QPBuffers.flat`` has it; a warm solve starts from the last answer."""
         warm = warm and self.claim <= Claim.MAX_ITERATIONS
-        call: Any = dtrnn_entry.solve_dtrnn
-        code = call(flat, self._solution, self._memory, self._numbers, self.trace, *self._sizes, int(warm))
+        code = self._memory.solve(flat, self._solution, self._numbers, self.trace, warm)
         self.claim, self.iterations = Claim(code), int(self._numbers[-2])
         return self.claim
 

@@ -27,7 +27,7 @@ from ftqp.core.clock import now
 from ftqp.core.errors import InputError, ModelError, nearest
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
-from ftqp.kernel.entry.session import BaseMemory, PathMemory
+from ftqp.kernel.entry.session import BaseMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import JOINTS, Mistake
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.branch import within_branch
@@ -203,6 +203,10 @@ class Planner:
         if not isinstance(target, Target | Targets):
             raise not_a_target(target)
         return self._led(self._tick, q, v, (target.packed, target.row), tau, tip)
+
+    def session(self) -> Session:
+        """A copy of all that the planner knows, for studies that drive many arms through the kernel."""
+        return self._session.copy()
 
     def lead(self, leader: PathMemory | BaseMemory) -> Lead:
         """The planner's ticks led by a path's progress or an inertial target: for what is built around it.
