@@ -5,13 +5,15 @@ BIN    := $(VENV)/bin
 PYTEST ?= $(BIN)/python -m pytest
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test campaign bench clean
+.PHONY: help demo test campaign bench bench-first-use wheel clean
 
 help:
 	@echo "make demo       an arm loses a joint on its way and finishes; writes pictures"
 	@echo "make test       every check: ruff, mypy, import layers, all tests"
 	@echo "make campaign   2000 random episodes (robot, path, fault, level, backend)"
 	@echo "make bench      the whole user step against every native backend"
+	@echo "make bench-first-use   seconds until ftqp is ready, against the first release"
+	@echo "make wheel      a wheel with the kernel compiled ahead, into dist/"
 	@echo "make clean      removes the environment, caches and runs"
 
 demo: $(VENV)/.has-viz
@@ -29,6 +31,12 @@ campaign: $(VENV)/.has-dev
 
 bench: $(VENV)/.has-dev
 	$(BIN)/python solvers/bench_step.py
+
+bench-first-use: $(VENV)/.has-viz
+	$(BIN)/python solvers/bench_first_use.py
+
+wheel: $(VENV)/.has-viz
+	$(BIN)/python build_wheel.py
 
 clean:
 	rm -rf $(VENV) build dist runs .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis

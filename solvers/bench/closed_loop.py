@@ -35,8 +35,8 @@ class Case:
 
     Attributes:
         scenario: a path or a bundled name.
-        scheme: in place of the scenario's; None: its own.
-        quick: overrides that make it short; none: it ends early.
+        scheme: A scheme in place of the scenario's; None is its own.
+        quick: Overrides that make it short; none: it ends early.
     """
 
     scenario: str
@@ -47,7 +47,7 @@ class Case:
         """The run with one contender.
 
         Raises:
-            FtqpError: wrong scenario, or a contender that cannot take part.
+            FtqpError: Wrong scenario, or a contender that cannot take part.
         """
         table = ", ".join(f"{key} = {json.dumps(value)}" for key, value in contender.settings.items())
         overrides = self.quick if quick else ()
@@ -57,7 +57,7 @@ class Case:
         """``planar6-square, scheme mtn``.
 
         Raises:
-            ScenarioError: the scenario is wrong.
+            ScenarioError: The scenario is wrong.
         """
         found = document.read(self.scenario)
         scheme = validated(found).planner.scheme["name"] if self.scheme is None else self.scheme
@@ -73,7 +73,7 @@ def measured(
         one row a contender, what is known of the case, and why contenders could not take part.
 
     Raises:
-        ScenarioError: the scenario is wrong, or the reference cannot run it.
+        ScenarioError: The scenario is wrong, or the reference cannot run it.
     """
     reference = next(contender for contender in ready if contender.name == REFERENCE)
     setup = case.setup(reference, quick=quick)

@@ -51,8 +51,8 @@ class Network:
     """The compiled network for QPs of one size, alone: no second attempt, no check of the answer.
 
     Attributes:
-        claim: how the last solve ended.
-        iterations: of the last solve.
+        claim: How the last solve ended.
+        iterations: Iterations of the last solve.
         trace: |e|, r_eq, gap and whether a jump succeeded, an iterate a row, (k, 4).
     """
 
@@ -83,10 +83,10 @@ class Spent:
     """What one variant needed for K QPs.
 
     Attributes:
-        iterations: of each, (K,).
-        claims: how each ended, (K,).
-        errors: largest |x - x_ref| of each, (K,), NaN where there is no answer or no reference.
-        cap: most iterations.
+        iterations: Iterations of each, (K,).
+        claims: How each ended, (K,).
+        errors: Largest |x - x_ref| of each, (K,), NaN where there is no answer or no reference.
+        cap: Most iterations.
     """
 
     iterations: list[int]
@@ -128,9 +128,9 @@ def until_right(problem: QP, x: FloatArray, chosen: DtrnnSettings) -> int:
     """Iterations from zero until |x - x_ref| <= ``RIGHT`` (1 + |x_ref|), found by doubling and bisection.
 
     Args:
-        problem: the QP.
-        x: its solution, or the first components of it.
-        chosen: settings; the cap is the answer when it takes more, and no tolerance ends it before.
+        problem: The QP.
+        x: Its solution, or the first components of it.
+        chosen: Settings; the cap is the answer when it takes more, and no tolerance ends it before.
     """
     flat, goal = loaded(problem).flat, RIGHT * (1.0 + np.abs(x).max())
 
@@ -156,11 +156,11 @@ def along(sequence: Recorded, chosen: DtrnnSettings, *, warm: bool, breaks: Any,
     """Solve every ``step``-th QP of a sequence in its order.
 
     Args:
-        sequence: the QPs.
-        chosen: settings.
-        warm: whether each starts from the answer to the one before.
-        breaks: where the structure changes and even a warm run starts cold, (K,).
-        step: distance between two QPs.
+        sequence: The QPs.
+        chosen: Settings.
+        warm: Whether each starts from the answer to the one before.
+        breaks: Where the structure changes and even a warm run starts cold, (K,).
+        step: Distance between two QPs.
     """
     network = Network(*sequence.size, chosen)
     iterations, claims, errors = [], [], []

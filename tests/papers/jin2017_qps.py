@@ -5,11 +5,11 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from ftqp.kernel.entry.network_entries import solve_dtrnn, solve_memory_size
 from tests.papers.jin2017 import DT, run
 
 import ftqp
 from ftqp.core.checks import FloatArray, IntArray
-from ftqp.kernel.entry.network_entries import solve_dtrnn, solve_memory_size
 from ftqp.qp import Claim, Recorder, Recording
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
 from ftqp.qp.judge.solving import loaded
@@ -22,7 +22,7 @@ EXPERIMENTS: dict[str, dict[str, Any]] = {
     "MTN": dict(scheme="mtn", faults=LOCK),
     "gravity": dict(scheme="dlsm", bounds="viability", vertical=True),
 }
-"""The rows of table 9.3 of the spec."""
+"""The rows of the table of iterations in docs/jin2017.md."""
 
 
 @cache
@@ -38,9 +38,9 @@ class Solved:
     """What the network needed, one entry a QP.
 
     Attributes:
-        iterations: of each; the cap where it did not converge.
-        claims: how each ended.
-        error: largest |x - x*| of each.
+        iterations: Iterations of each; the cap where it did not converge.
+        claims: How each ended.
+        error: Largest |x - x*| of each.
     """
 
     iterations: IntArray

@@ -15,7 +15,7 @@ def pose(value: Any, name: str = "pose") -> FloatArray:
     """A homogeneous transform (4, 4) from an array or from anything with ``.homogeneous`` (pinocchio's SE3).
 
     Raises:
-        InputError: wrong shape, not finite, or its rotation part is not a rotation.
+        InputError: Wrong shape, not finite, or its rotation part is not a rotation.
     """
     result = array(name, getattr(value, "homogeneous", value), (4, 4))
     rotation = result[:3, :3]

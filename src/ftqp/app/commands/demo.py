@@ -18,7 +18,7 @@ def tell_story(out: Path | None, *, as_json: bool) -> ExitCode:
     """Runs the bundled scenario and tells what happened.
 
     Raises:
-        InputError: the output folder exists.
+        InputError: The output folder exists.
     """
     folder = runs.free_folder(out, "demo")
     setup = load(SCENARIO)

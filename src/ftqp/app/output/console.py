@@ -79,10 +79,10 @@ def tell_table(
     """A table for a person, on stdout; as wide as its content when stdout is not a terminal.
 
     Args:
-        title: above the table.
-        columns: headings.
-        rows: cells.
-        numbers: the columns that stand flush right.
+        title: Above the table.
+        columns: Headings.
+        rows: Cells.
+        numbers: The columns that stand flush right.
     """
     table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
     for index, column in enumerate(columns):
@@ -108,8 +108,8 @@ def progress(what: str | Callable[[], str], total: float) -> Iterator[Callable[[
     """A bar on stderr that appears once the work takes longer than a second and stderr is a terminal.
 
     Args:
-        what: what is being done, or a function that says what it is just now.
-        total: the whole of the work.
+        what: What is being done, or a function that says what it is just now.
+        total: The whole of the work.
 
     Yields:
         A function that takes how much of ``total`` is done.

@@ -37,7 +37,7 @@ def path_table(path: Path) -> FloatArray:
     what remains is at most 1e-9 m and 1e-9 rad except within 1e-8 s of a jump.
 
     Raises:
-        InputError: the path has more corners than a table can hold.
+        InputError: The path has more corners than a table can hold.
     """
     edges = np.linspace(0.0, path.duration, FIRST_INTERVALS + 1)
     begin, end = edges[:-1], edges[1:]

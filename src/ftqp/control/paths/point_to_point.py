@@ -19,10 +19,12 @@ class PointToPoint(Path):
     Half a turn has two shortest ways; one of them is taken.
 
     Args:
-        start: start pose, (4, 4).
-        goal: end pose, (4, 4).
-        duration: T [s].
-        law: law of motion of s, a name, a table, or a `laws.Law`.
+        start: The start pose, (4, 4), where the arm stands at time 0.
+        goal: The end pose, (4, 4), another than the start.
+        duration: How long the motion lasts, T, > 0 [s]. A longer one is slower: speeds fall with 1/T and
+            accelerations with 1/T^2.
+        law: How the way depends on the time: a name, a table, or a ``laws.Law``. Laws that begin and end at
+            rest ask for higher peak speeds than ``constant``, which jumps.
     """
 
     def __init__(

@@ -25,16 +25,17 @@ class Waypoints(Path):
     the first waypoint is the start pose.
 
     Args:
-        start: start pose, (4, 4).
-        positions: waypoints in W, (N, 3) [m].
-        orientations: quaternions x, y, z, w of E in W, (N, 4); without them the start orientation is kept.
-        times: when each waypoint is reached, rising, (N,) [s]; a waypoint at time 0 must be the start.
-        duration: in place of ``times``: the waypoints are spread evenly over it [s].
-        relative: whether positions count from the start position (along W's axes), not from W's origin.
+        start: The start pose, (4, 4), where the arm stands at time 0.
+        positions: The waypoints in W, (N, 3) [m].
+        orientations: Quaternions x, y, z, w of E in W, (N, 4); without them the start orientation is kept.
+        times: When each waypoint is reached, rising, (N,) [s]; a waypoint at time 0 must be the start.
+        duration: A time over which the waypoints are spread evenly, in place of ``times``, > 0 [s]. A longer
+            one is slower.
+        relative: Whether positions count from the start position, along W's axes, and not from W's origin.
 
     Raises:
-        InputError: wrong shapes, times not rising, neither or both of times and duration, a first waypoint at
-            time 0 that is not the start.
+        InputError: Shapes are wrong, times do not rise, neither or both of times and duration are given, or a
+            first waypoint at time 0 is not the start.
     """
 
     def __init__(

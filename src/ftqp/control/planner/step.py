@@ -9,9 +9,9 @@ import numpy as np
 from ftqp.control.first_use import warm_up
 from ftqp.control.planner.certificate import Certificate, Obstacle, Unreached
 from ftqp.control.planner.status import STATUSES, StepStatus
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import BRAKING, FREE, LOCKED, Claim, Limit, Mode
+from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, LOCKED, Claim, Limit, Mode
 from ftqp.kernel.layout.rows import COMPONENTS, constraint_owner
 from ftqp.qp.problem import SolveStatus
 
@@ -88,6 +88,23 @@ class Measures(NamedTuple):
     sigma_min: float
     manipulability: float
     condition: float
+
+
+def measures_of(jacobians: FloatArray, working: IntArray) -> list[Measures]:
+    """Measures of one Jacobian or many.
+
+    Args:
+        jacobians: (m, nv) or (K, m, nv), the columns of joints that do not work zero.
+        working: how many joints work in each, (K,); with fewer than rows a direction is lost.
+    """
+    rows = jacobians.shape[-2]
+    sigma = np.linalg.svd(jacobians, compute_uv=False).reshape(len(working), -1)
+    sigma[np.minimum(working, sigma.shape[1]) < rows] *= np.arange(sigma.shape[1]) < rows - 1
+    least = sigma[:, rows - 1] if sigma.shape[1] >= rows else np.zeros(len(sigma))
+    product = sigma[:, :rows].prod(axis=1) if sigma.shape[1] >= rows else np.zeros(len(sigma))
+    with np.errstate(divide="ignore"):
+        condition = np.where(least > 0.0, sigma[:, 0] / least, np.inf)
+    return [Measures(*row) for row in np.stack([least, product, condition], axis=1).tolist()]
 
 
 class _Kept:
@@ -204,11 +221,30 @@ class Step:
         return self._number("scale")
 
     @property
+    def jacobian(self) -> FloatArray:
+        """The task's rows over the joints, (m, nv), angular ones times and all divided by the length [-].
+
+        Columns of joints that do not work are zero, so that its singular values are those of the reduced
+        Jacobian.
+        """
+        parts, n = self._parts, len(self._joints)
+        if isinstance(parts, _Kept):
+            result: FloatArray = parts["jacobian"].reshape(-1, n)
+            return result
+        K = self._session.K
+        A: FloatArray = K.qp.A[: int(K.task.m), :n] / K.task.length
+        if K.turned.on:
+            A = K.turned.U[: len(A), : len(A)] @ A
+        A[:, parts["code"] != HEALTHY] = 0.0
+        return A
+
+    @property
     def measures(self) -> Measures:
-        """sigma_min, manipulability and condition at once; computed when read."""
-        warm_up(("measures",), self._session.capacity)
-        session = self._replayed() if isinstance(self._parts, _Kept) else self._session
-        return Measures(*session.measures())
+        """sigma_min, manipulability and condition at once; computed when read.
+
+        Source: the product of the singular values is the measure of Yoshikawa, IJRR 1985.
+        """
+        return measures_of(self.jacobian, np.array([np.count_nonzero(self._parts["code"] == HEALTHY)]))[0]
 
     @property
     def sigma_min(self) -> float:
@@ -327,14 +363,18 @@ class Step:
 
     def copy(self) -> "Step":
         """A step of its own, which later steps of the planner do not touch."""
-        layout, at = {}, 0
+        layout: dict[str, tuple[int, int]] = {}
+        at = 0
         for name in _PLACES:
             end = at + len(self._parts[name])
             layout[name] = (at, end)
             at = end
-        numbers = np.empty(at)
+        jacobian = self.jacobian.ravel()
+        numbers = np.empty(at + len(jacobian))
         for name, (begin, end) in layout.items():
             numbers[begin:end] = self._parts[name]
+        layout["jacobian"] = (at, len(numbers))
+        numbers[at:] = jacobian
         return _kept(self._session, self._joints, layout, numbers, self.code, self.duration)
 
     def __copy__(self) -> "Step":

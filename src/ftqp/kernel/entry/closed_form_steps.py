@@ -8,7 +8,6 @@ from ftqp.kernel.closed_forms.closed_form_tick import resolve
 from ftqp.kernel.closed_forms.damping_factor import damping_factor
 from ftqp.kernel.closed_forms.pseudoinverses import closed_form
 from ftqp.kernel.closed_forms.reduced_problem import gather
-from ftqp.kernel.closed_forms.singularity import measure
 from ftqp.kernel.entry.steps import accept, settle_on_base
 from ftqp.kernel.entry.tick import prepare_on_base, prepare_plain
 from ftqp.kernel.jit import carray, pointer
@@ -49,17 +48,6 @@ def closed_form_base(capacity: int) -> Callable[..., int]:
         return code
 
     return closed_form_base
-
-
-def measures(capacity: int) -> Callable[..., int]:
-    """sigma_min, manipulability and condition of the last tick's reduced Jacobian, into a reduced problem."""
-    dtype, problem = record_dtype(capacity), reduced_dtype(capacity)
-
-    def measures(address: int, memory_at: int) -> int:
-        measure(carray(pointer(address), 1, dtype)[0], carray(pointer(memory_at), 1, problem)[0])
-        return 0
-
-    return measures
 
 
 def resolve_reduced(capacity: int) -> Callable[..., int]:

@@ -1,37 +1,28 @@
 """Machine code of the entry points, made or loaded when it is first needed."""
 
-import importlib
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Iterable
 
-from ftqp.kernel.entry.table import Entry
-
-
-@cache
-def load(entry: Entry, capacity: int) -> Callable[..., int]:
-    from ftqp.kernel.jit import COMPILED
-
-    f = getattr(importlib.import_module(entry.module), entry.name)(capacity)
-    if not COMPILED:
-        return f
-    import numba
-
-    from ftqp.kernel.jit import FAST
-
-    d = numba.njit(error_model="numpy", fastmath=FAST)(f)
-    d.compile((numba.int64,) * len(entry.arguments))
-    d.disable_compile()
-    ep = list(d.overloads.values())[0].entry_point
-    kinds = entry.arguments
-    if "o" not in kinds:
-        return ep
-
-    def call(*a):
-        return ep(*(id(x) if k == "o" else x for k, x in zip(kinds, a)))
-
-    return call
+from ftqp.kernel.compiled import kernel
+from ftqp.kernel.compiled.entry_point import EntryPoint
+from ftqp.kernel.compiled.kernel import Announce
 
 
-def compile_entries(entries, capacity, announce=None):
-    for e in entries:
-        load(e, capacity)
+def load(entry: EntryPoint, capacity: int) -> Callable[..., int]:
+    """An entry point for one class of records.
+
+    Args:
+        entry: of the table.
+        capacity: the class of records; ANY_SIZE for entries that know no robot.
+    """
+    return kernel.load(entry, capacity)
+
+
+def compile_entries(entries: Iterable[EntryPoint], capacity: int, announce: Announce | None = None) -> None:
+    """Make entry points ready, from disk or by compiling them.
+
+    Args:
+        entries: of the table.
+        capacity: the class of records.
+        announce: makes a context manager that is entered while something has to be compiled.
+    """
+    kernel.compile_ahead([(entry, capacity) for entry in entries], announce)

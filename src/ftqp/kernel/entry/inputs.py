@@ -24,8 +24,8 @@ def accept_arrays(K: Any, q: Any, v: Any) -> int:
         v: the same.
     """
     chain, state = K.chain, K.state
-    nq = take(q, 0, state.given_q, 1, state.py_buffer)
-    nv = take(v, 0, state.given_v, 1, state.py_buffer)
+    nq = take(q, 0, state.given_q.ctypes.data, len(state.given_q), 1)
+    nv = take(v, 0, state.given_v.ctypes.data, len(state.given_v), 1)
     if nq < 0 or nv < 0:
         return NOT_READ
     if (nq != chain.n and nq != chain.nq) or nv != chain.n:
@@ -39,7 +39,7 @@ def accept_arrays(K: Any, q: Any, v: Any) -> int:
 def accept_target(K: Any, target: Any, row: int) -> int:
     """Copy row ``row`` of packed targets: 0, or a mistake (negative)."""
     task = K.task
-    if take(target, row * TARGET_SIZE, task.target, 0, K.state.py_buffer) < TARGET_SIZE:
+    if take(target, row * TARGET_SIZE, task.target.ctypes.data, TARGET_SIZE, 0) < TARGET_SIZE:
         return NOT_READ
     if task.uses_rotation and task.target[TARGET_HAS_ROTATION] == 0.0:
         return NO_ROTATION

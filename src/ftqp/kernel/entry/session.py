@@ -48,7 +48,6 @@ class Session:
 
     def _begin(self) -> None:
         self.K: Any = rooms(self._memory)
-        self._reduced: Reduced | None = None
 
     def bind(self, name: str, *things: Any) -> Call:
         """An entry point on this record, further first arguments given; see ``bound``."""
@@ -66,14 +65,6 @@ class Session:
         other._memory = self._memory.copy()
         other._begin()
         return other
-
-    def measures(self) -> tuple[float, float, float]:
-        """sigma_min, manipulability and condition at the state of the last tick."""
-        if self._reduced is None:
-            self._reduced = Reduced(self.K.chain.n)
-        self.bind("measures", self._reduced.memory)()
-        P = self._reduced.P
-        return float(P.sigma_min), float(P.manipulability), float(P.condition)
 
     def torques(self) -> None:
         """Fill in the torques of the last command, where the tick did without them."""

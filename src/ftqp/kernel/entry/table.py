@@ -1,26 +1,13 @@
 """The ways in from Python: every entry point, who makes it, and what it takes."""
 
-from dataclasses import dataclass
 from typing import Final
 
+from ftqp.kernel.compiled.entry_point import EntryPoint
 
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """One entry point.
 
-    Attributes:
-        name: unique.
-        module: where its factory is; imported only when machine code has to be made.
-        arguments: one letter each: ``i`` a whole number, ``o`` an object with a buffer.
-        nogil: whether it runs without the interpreter's lock, so that threads can share the work.
-
-    The factory has the entry's name and takes the capacity of the records; it returns the plain function.
-    """
-
-    name: str
-    module: str
-    arguments: str
-    nogil: bool = False
+def _entry(name: str, module: str, signature: str, nogil: bool = False) -> EntryPoint:
+    """An entry point whose factory has its name."""
+    return EntryPoint(name=name, module=module, factory=name, signature=signature, nogil=nogil)
 
 
 _STEPS, _EXTERNAL = "ftqp.kernel.entry.steps", "ftqp.kernel.entry.external_steps"
@@ -30,32 +17,32 @@ _ARM, _ALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.alone"
 ENTRIES: Final = {
     entry.name: entry
     for entry in (
-        Entry("step", _STEPS, "ioooi"),
-        Entry("step_rich", _STEPS, "ioooi"),
-        Entry("step_path", _STEPS, "iiiioo"),
-        Entry("step_base", _STEPS, "iioooi"),
-        Entry("prepare_clock", _EXTERNAL, "iioooi"),
-        Entry("finish_clock", _EXTERNAL, "iiii"),
-        Entry("prepare_path", _EXTERNAL, "iiiiioo"),
-        Entry("finish_path", _EXTERNAL, "iiiii"),
-        Entry("prepare_base", _EXTERNAL, "iiioooi"),
-        Entry("finish_base", _EXTERNAL, "iiiii"),
-        Entry("network_clock", _NETWORK, "iiioooi"),
-        Entry("network_path", _NETWORK, "iiiiiioo"),
-        Entry("network_base", _NETWORK, "iiiioooi"),
-        Entry("closed_form_clock", _CLOSED, "iioooi"),
-        Entry("closed_form_base", _CLOSED, "iiioooi"),
-        Entry("measures", _CLOSED, "ii"),
-        Entry("resolve_reduced", _CLOSED, "i"),
-        Entry("kappa", _CLOSED, "i"),
-        Entry("kinematics", _ARM, "ii"),
-        Entry("inverse_dynamics", _ARM, "ii"),
-        Entry("torques", _ARM, "i"),
-        Entry("rollout", "ftqp.kernel.entry.rollout", "i" * 12, nogil=True),
-        Entry("solve_qp", _ALONE, "i"),
-        Entry("kkt", _ALONE, "iiiiii"),
-        Entry("solve_network", _ALONE, "i" * 11),
-        Entry("solve_network_batch", _ALONE, "iiiiii", nogil=True),
+        _entry("step", _STEPS, "ioooi"),
+        _entry("step_rich", _STEPS, "ioooi"),
+        _entry("step_path", _STEPS, "iiiioo"),
+        _entry("step_base", _STEPS, "iioooi"),
+        _entry("prepare_clock", _EXTERNAL, "iioooi"),
+        _entry("finish_clock", _EXTERNAL, "iiii"),
+        _entry("prepare_path", _EXTERNAL, "iiiiioo"),
+        _entry("finish_path", _EXTERNAL, "iiiii"),
+        _entry("prepare_base", _EXTERNAL, "iiioooi"),
+        _entry("finish_base", _EXTERNAL, "iiiii"),
+        _entry("network_clock", _NETWORK, "iiioooi"),
+        _entry("network_path", _NETWORK, "iiiiiioo"),
+        _entry("network_base", _NETWORK, "iiiioooi"),
+        _entry("closed_form_clock", _CLOSED, "iioooi"),
+        _entry("closed_form_base", _CLOSED, "iiioooi"),
+        _entry("resolve_reduced", _CLOSED, "i"),
+        _entry("kappa", _CLOSED, "i"),
+        _entry("kinematics", _ARM, "ii"),
+        _entry("inverse_dynamics", _ARM, "ii"),
+        _entry("torques", _ARM, "i"),
+        _entry("block", "ftqp.kernel.entry.blocks", "iooooiiiiiii"),
+        _entry("rollout", "ftqp.kernel.entry.rollout", "i" * 12, nogil=True),
+        _entry("solve_qp", _ALONE, "i"),
+        _entry("kkt", _ALONE, "iiiiii"),
+        _entry("solve_network", _ALONE, "i" * 11),
+        _entry("solve_network_batch", _ALONE, "iiiiii", nogil=True),
     )
 }
 """By name."""

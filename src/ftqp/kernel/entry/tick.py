@@ -145,14 +145,19 @@ def _limit(K: Any) -> None:
 
 @jit
 def _may_go_on(K: Any, valid: bool) -> bool:
-    """The task's error and the stop test; False when the arm is to be brought to rest."""
+    """The task's error and the stop test; False when the arm is to be brought to rest.
+
+    Then, too, the rows of the task are there to be looked at.
+    """
     if not valid:
+        task_rows(K, K.task.kp)
         begin_stop(K)
         K.ladder.verdict = INVALID_INPUT
         return False
     pose_error(K)
     error_norms(K)
     if _emergency(K):
+        task_rows(K, K.task.kp)
         begin_stop(K)
         return False
     return True

@@ -58,7 +58,6 @@ def _state(N: int) -> Fields:
         *_scalars("f8", "dt"),
         *_floats(dict.fromkeys(names, (N,))),
         *_floats({"given_q": (2 * N,)}),
-        *_integers({"py_buffer": (10,)}),
     ]
 
 

@@ -38,7 +38,7 @@ def reduced_dtype(capacity: int) -> np.dtype[Any]:
         "x": (N,),
         "E": (N, N + 1),  # motion of the free-swinging joints, eliminated
     }
-    scalars = ("limit", "kappa", "threshold", "wrist", "sigma_min", "manipulability", "condition")
+    scalars = ("limit", "kappa", "threshold", "wrist")
     sizes = ("n", "m", "f", "r", "rank", "method", "rule", "own_limits", "swings")
     fields: list[Any] = [(name, "f8", shape) for name, shape in floats.items()]
     fields += [(name, "f8") for name in scalars]

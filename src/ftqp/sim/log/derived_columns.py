@@ -31,7 +31,8 @@ def table(raw: FloatArray, layout: RawLayout) -> FloatArray:
         np.linalg.norm(raw[:, f["slack"]], axis=1)[:, None],
         raw[:, f["scale"].start : f["qp_residual"].stop],
         MICROSECONDS * raw[:, f["step_time"]],
-        raw[:, f["sigma_min"].start : f["kappa"].stop],
+        raw[:, f["sigma_min"].start : f["condition"].stop],
+        raw[:, f["kappa"]],
         across(error, raw[:, f["velocity"]])[:, None],
         raw[:, f["progress"].start : f["path_status"].stop],
     ]

@@ -5,15 +5,15 @@ from typing import final
 import numpy as np
 
 from ftqp.control.planner.planner import Planner
-from ftqp.control.planner.step import Step
+from ftqp.control.planner.step import Step, measures_of
 from ftqp.core import clock
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Fault
 from ftqp.sim.leader import Leader
 from ftqp.sim.log.derived_columns import table
-from ftqp.sim.log.raw_rows import BLOCK, RawLayout
+from ftqp.sim.log.raw_rows import BLOCK, MEASURES, TASK_ROWS, RawLayout
 from ftqp.sim.log.row_sink import RowSink
-from ftqp.sim.log.signals import CONDITIONS, PATH_CODES, QP_CODES, JointCondition
+from ftqp.sim.log.signals import HEALTHY, PATH_CODES, QP_CODES
 
 COMMIT_PERIOD = 500_000_000
 """Rows wait at most this long, and a tick, before they are handed on [ns of wall time]."""
@@ -37,7 +37,7 @@ class TickRecorder:
         self._block = self._layout.block()
         self._first, self._filled = 0, 0
         self._handed_on = clock.now()
-        self._truth = np.full(nv, float(JointCondition.HEALTHY))
+        self._truth = np.full(nv, float(HEALTHY))
         self._belief = self._truth.copy()
         self._faults: dict[str, Fault] = {}
         view = {name: self._block[:, place] for name, place in self._layout.fields.items()}
@@ -52,7 +52,7 @@ class TickRecorder:
 
     def fail(self, fault: Fault) -> None:
         """From this row on the joint has really failed."""
-        self._truth[self._planner.robot.joint(fault.joint)] = CONDITIONS[type(fault)]
+        self._truth[self._planner.robot.joint(fault.joint)] = fault.number
 
     def write(self, t: float, q: FloatArray, v: FloatArray, step: Step, elapsed: int) -> None:
         """Keep one tick.
@@ -87,8 +87,8 @@ class TickRecorder:
             qp.iterations,
             qp.residual,
             elapsed,
-            *step.measures,
             step.kappa,
+            *step.measures,
             leader.progress,
             PATH_CODES[leader.path_status],
         )
@@ -110,15 +110,21 @@ class TickRecorder:
         rows: FloatArray = self._block[self._filled :]
         return rows
 
-    def keep(self, count: int) -> None:
-        """Keep the first rows of `free`, in which ``belief`` and ``truth`` are filled in here.
+    def keep(self, count: int, task_rows: int, working: int) -> None:
+        """Keep the first rows of `free`; ``belief``, ``truth`` and the measures are filled in here.
 
         Args:
             count: how many ticks have been filled, all of them between two changes of belief and truth.
+            task_rows: rows of the task.
+            working: joints that the task may use.
         """
         rows = slice(self._filled, self._filled + count)
         _, _, beliefs, truths = self._rest
         beliefs[rows], truths[rows] = self._believed(), self._truth
+        jacobians = self._block[rows, self._layout.fields["jacobian"]].reshape(count, TASK_ROWS, -1)
+        measures = measures_of(jacobians[:, :task_rows], np.full(count, working))
+        for index, name in enumerate(MEASURES):
+            self._block[rows, self._layout.fields[name]] = [[row[index]] for row in measures]
         self._filled += count
         self._hand_on_in_time()
 
@@ -142,7 +148,7 @@ class TickRecorder:
         faults = self._planner.faults
         if faults != self._faults:
             self._faults = dict(faults)
-            self._belief[:] = JointCondition.HEALTHY
+            self._belief[:] = HEALTHY
             for joint, fault in faults.items():
-                self._belief[self._planner.robot.joint(joint)] = CONDITIONS[type(fault)]
+                self._belief[self._planner.robot.joint(joint)] = fault.number
         return self._belief

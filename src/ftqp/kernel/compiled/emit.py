@@ -1,0 +1,167 @@
+"""From an entry point's Python function to its machine code, by numba and LLVM.
+
+The object code is complete but for functions of the C library and of Python's C interface, and it has one
+symbol that others can see: a function that Python can call (``METH_FASTCALL``).
+"""
+
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+from numba.core import cgutils
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+
+from ftqp.kernel.compiled.facts import RUNTIME_ERROR, SIZE, SYMBOL, TABLE, TYPE_ERROR
+from ftqp.kernel.compiled.lean import linked, typed
+from ftqp.kernel.compiled.target import Target
+
+_ADDRESS = "numba.dynamic.globals"  # how numba begins the names of addresses in constants
+
+LONG = ir.IntType(64)
+OBJECT = ir.IntType(8).as_pointer()
+
+
+def object_code(
+    function: Callable[..., int], *, symbol: str, signature: str, nogil: bool, target: Target
+) -> bytes:
+    """The machine code of an entry point as an object file.
+
+    Args:
+        function: with int64 arguments and an int64 result.
+        symbol: the name under which the function for Python is found in the object file.
+        signature: a letter an argument: ``i`` an integer, ``o`` the address of a Python object.
+        nogil: whether other Python threads run while it does; it must not touch a Python object then.
+        target: the processor that the code is for.
+
+    Raises:
+        TypeError: if the code allocates memory or contains an address of this process.
+    """
+    with global_compiler_lock, _no_garbage_collection():
+        result = typed(function, len(signature))
+        wrapper = _python_function(result.fndesc, symbol, signature, nogil)
+        module = linked(result.library, runtime=False)
+    module.link_in(llvm.parse_assembly(cgutils.normalize_ir_text(str(wrapper))))
+    module.link_in(llvm.parse_assembly(str(_no_memory_runtime(module))))
+    table = symbol + TABLE
+    module.get_global_variable(SYMBOL).name = table
+    for value in (*module.functions, *module.global_variables):
+        if not value.is_declaration and value.name not in (symbol, table):
+            # an address of this process, if it is used, stays visible for the check below
+            value.linkage = "linkonce_any" if value.name.startswith(_ADDRESS) else "internal"
+    module.triple = target.triple
+    module.verify()
+    machine = target.machine()
+    _optimise(module, machine)
+    _check(module, symbol)
+    return bytes(machine.emit_object(module))
+
+
+def _optimise(module: Any, machine: Any) -> None:
+    options = llvm.create_pipeline_tuning_options(speed_level=3)
+    options.loop_vectorization = True
+    options.slp_vectorization = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+
+
+def _check(module: Any, symbol: str) -> None:
+    """Refuse code that only a process with numba in it could run."""
+    for value in (*module.functions, *module.global_variables):
+        if value.is_declaration and value.name.startswith(("NRT_", "numba_", "_ZN5numba", ".numba")):
+            raise TypeError(f"{symbol} needs {value.name}; entry points allocate nothing and call no numba")
+        if value.name.startswith(_ADDRESS):
+            raise TypeError(f"{symbol} contains an address of this process; it could not be kept on disk")
+
+
+@contextmanager
+def _no_garbage_collection() -> Iterator[None]:
+    """Compiling makes millions of small objects that live to its end; looking through them costs a tenth."""
+    before = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if before:
+            gc.enable()
+
+
+def _no_memory_runtime(module: Any) -> ir.Module:
+    """Counting references does nothing: no array of the kernel owns its memory, and none is allocated."""
+    runtime = ir.Module()
+    runtime.triple, runtime.data_layout = module.triple, module.data_layout
+    declared = {function.name for function in module.functions if function.is_declaration}
+    for name in sorted({"NRT_incref", "NRT_decref"} & declared):
+        function = ir.Function(runtime, ir.FunctionType(ir.VoidType(), [OBJECT]), name)
+        ir.IRBuilder(function.append_basic_block()).ret_void()
+    return runtime
+
+
+def _python_function(fndesc: Any, symbol: str, signature: str, nogil: bool) -> Any:
+    """The module with ``PyObject *symbol(PyObject *self, PyObject **arguments, Py_ssize_t count)``."""
+    context = cpu_target.target_context
+    module = context.create_module(f"python {symbol}")
+    callee = ir.Function(
+        module, context.call_conv.get_function_type(fndesc.restype, fndesc.argtypes), fndesc.llvm_func_name
+    )
+    function = ir.Function(module, ir.FunctionType(OBJECT, [OBJECT, OBJECT.as_pointer(), LONG]), symbol)
+    facts = ir.GlobalVariable(module, ir.ArrayType(LONG, SIZE), SYMBOL)
+    facts.initializer = ir.Constant(facts.value_type, None)
+    _, arguments, count = function.args
+    builder = ir.IRBuilder(function.append_basic_block("entry"))
+    python = _PythonCalls(builder, facts)
+    with builder.if_then(builder.icmp_signed("!=", count, LONG(len(signature))), likely=False):
+        python.fail(TYPE_ERROR, f"{symbol} takes {len(signature)} arguments")
+    values = []
+    for index, letter in enumerate(signature):
+        given = builder.load(builder.gep(arguments, [LONG(index)]))
+        values.append(builder.ptrtoint(given, LONG) if letter == "o" else python.integer(given))
+    state = python.call("PyEval_SaveThread", OBJECT) if nogil else None
+    status, answer = context.call_conv.call_function(builder, callee, fndesc.restype, fndesc.argtypes, values)
+    if state is not None:
+        python.call("PyEval_RestoreThread", ir.VoidType(), state)
+    with builder.if_then(status.is_error, likely=False):
+        python.fail(RUNTIME_ERROR, f"{symbol} failed in compiled code")
+    builder.ret(python.call("PyLong_FromLongLong", OBJECT, answer))
+    return module
+
+
+class _PythonCalls:
+    """Calls of Python's C interface, in a function that returns an object."""
+
+    def __init__(self, builder: Any, facts: Any) -> None:
+        self._builder = builder
+        self._facts = facts
+
+    def call(self, name: str, result: Any, *arguments: Any) -> Any:
+        """Call the C function of that name."""
+        kind = ir.FunctionType(result, [argument.type for argument in arguments])
+        function = cgutils.get_or_insert_function(self._builder.module, kind, name)
+        return self._builder.call(function, arguments)
+
+    def integer(self, given: Any) -> Any:
+        """The value of a Python integer; returns NULL from the function where it is none."""
+        value = self.call("PyLong_AsLongLong", LONG, given)
+        with self._builder.if_then(self._builder.icmp_signed("==", value, LONG(-1)), likely=False):
+            raised = self._builder.icmp_unsigned("!=", self.call("PyErr_Occurred", OBJECT), OBJECT(None))
+            with self._builder.if_then(raised, likely=False):
+                self._builder.ret(OBJECT(None))
+        return value
+
+    def fail(self, exception: int, sentence: str) -> None:
+        """Raise the Python exception at that place of the table of facts, and return from the function."""
+        builder = self._builder
+        kind = builder.load(builder.gep(self._facts, [LONG(0), LONG(exception)]))
+        text = cgutils.global_constant(
+            builder.module, "sentence", cgutils.make_bytearray(sentence.encode() + b"\0")
+        )
+        self.call(
+            "PyErr_SetString",
+            ir.VoidType(),
+            builder.inttoptr(kind, OBJECT),
+            builder.bitcast(text, OBJECT),
+        )
+        builder.ret(OBJECT(None))

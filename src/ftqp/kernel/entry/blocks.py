@@ -1,0 +1,121 @@
+"""Blocks of ticks in closed loop on an arm that does what it is told, with a row of numbers kept of each."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ftqp.kernel.arm.dynamics import dynamics
+from ftqp.kernel.arm.kinematics import motion
+from ftqp.kernel.compiled.calling import nanoseconds, tick_of
+from ftqp.kernel.jit import carray, jit, pointer
+from ftqp.kernel.judge.verdict import joint_torques
+from ftqp.kernel.layout.block_row import PLACES
+from ftqp.kernel.layout.enums import FAILED, FALLBACK, HARD, RELAXED, SOLVED
+from ftqp.kernel.layout.record import record_dtype
+
+FLOAT, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
+
+
+@jit
+def qp_outcome(K: Any) -> int:
+    """What the residuals made of the solver's claim, -1 when the tick needed no task QP."""
+    claim, status = K.ladder.claim, K.ladder.status
+    if claim == SOLVED and (status == FALLBACK or (status == RELAXED and K.task.mode == HARD)):
+        return FAILED
+    return int(claim)
+
+
+@jit
+def complete_torques(K: Any, has_inertia: int) -> None:
+    """The torques of the command, also where the tick did without them; NaN without inertia."""
+    if has_inertia:
+        if not K.kinematics.has_dynamics:
+            motion(K)
+            dynamics(K)
+            K.kinematics.has_dynamics = 1
+            joint_torques(K)
+    else:
+        for i in range(K.chain.n):
+            K.state.tau[i] = K.state.tau_brake[i] = np.nan
+
+
+@jit
+def keep(K: Any, places: Any, row: Any) -> None:
+    """Write the tick into a row, each field at its place; see ``ftqp.kernel.layout.block_row``."""
+    state, task, qp, ladder, kinematics = K.state, K.task, K.qp, K.ladder, K.kinematics
+    n = K.chain.n
+    q, v, a, tau, brake, lower, upper, tip, slack, jacobian, rest = places
+    for i in range(n):
+        row[q + i], row[v + i] = state.given_q[i], state.given_v[i]
+        row[a + i] = state.a_command[i]
+        row[tau + i], row[brake + i] = state.tau[i], state.tau_brake[i]
+        row[lower + i], row[upper + i] = qp.lb[i], qp.ub[i]
+    for r in range(3):
+        for c in range(3):
+            row[tip + 4 * r + c] = kinematics.R_tip[3 * r + c]
+        row[tip + 4 * r + 3] = kinematics.o_tip[r]
+    for k in range(6):
+        row[slack + k] = task.slack[k] / task.row_scale[task.rows[k]] if k < task.m else 0.0
+        for i in range(n):
+            row[jacobian + k * n + i] = 0.0
+        if k < task.m:
+            for c in range(K.faults.working):
+                i = K.faults.order[c]
+                row[jacobian + k * n + i] = qp.A[k, i] / task.length
+    row[rest] = task.position_error
+    row[rest + 1] = task.rotation_error
+    row[rest + 2] = task.scale
+    row[rest + 3] = ladder.status
+    row[rest + 4] = qp_outcome(K)
+    row[rest + 5] = ladder.qp_iterations
+    row[rest + 6] = max(ladder.residual_task, ladder.residual_bounds, ladder.residual_dual)
+    row[rest + 8] = ladder.kappa
+
+
+def block(capacity: int) -> Callable[..., int]:
+    """Ticks one after the other, every command the next state."""
+    dtype = record_dtype(capacity)
+
+    def block(
+        address: int,
+        tick: Any,
+        q: Any,
+        v: Any,
+        targets: Any,
+        state_at: int,
+        first: int,
+        count: int,
+        has_inertia: int,
+        rows_at: int,
+        width: int,
+        places_at: int,
+    ) -> int:
+        """How many ticks were done; fewer than ``count`` when the tick raised or the inputs were mistaken.
+
+        q and v are arrays on the memory at ``state_at``, (2 n,), which holds the next state on return. The
+        tick takes them and row ``first + k`` of ``targets``. Row k of the block of rows gets the k-th tick.
+        """
+        K = carray(pointer(address), 1, dtype)[0]
+        n = K.chain.n
+        state = carray(pointer(state_at), (2 * n,), FLOAT)
+        rows = carray(pointer(rows_at), (count, width), FLOAT)
+        place = carray(pointer(places_at), (PLACES,), WHOLE)
+        places = (
+            place[0], place[1], place[2], place[3], place[4], place[5], place[6], place[7], place[8],
+            place[9], place[10],
+        )  # fmt: skip
+        for k in range(count):
+            begin = nanoseconds()
+            code = tick_of(tick, q, v, targets, first + k)
+            elapsed = nanoseconds() - begin
+            if code < 0:
+                return k
+            complete_torques(K, has_inertia)
+            keep(K, places, rows[k])
+            rows[k, places[10] + 7] = elapsed
+            for i in range(n):
+                state[i], state[n + i] = K.state.q_command[i], K.state.v_command[i]
+        return count
+
+    return block

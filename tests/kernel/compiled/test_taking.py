@@ -1,0 +1,136 @@
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ftqp.kernel.compiled.mode import COMPILED
+from ftqp.kernel.compiled.taking import BAD_BUFFER, take
+
+ROOM = 12
+
+
+class Subclass(np.ndarray):  # type: ignore[type-arg]
+    pass
+
+
+def taken(source: Any, count: int = ROOM) -> tuple[int, list[float]]:
+    """What take returns, and the numbers that it wrote; twice the room was there."""
+    out = np.full(2 * ROOM, np.nan)
+    found = int(take(id(source) if COMPILED else source, out.ctypes.data, count))
+    written = out[~np.isnan(out)]
+    assert np.isnan(out[len(written) :]).all()
+    return found, written.tolist()
+
+
+@given(st.lists(st.floats(allow_nan=False), max_size=2 * ROOM))
+def test_numbers_are_copied_bit_by_bit_as_far_as_there_is_room(numbers: list[float]) -> None:
+    assert taken(np.array(numbers, dtype=float)) == (len(numbers), numbers[:ROOM])
+
+
+def test_every_c_contiguous_shape_is_taken_row_by_row() -> None:
+    A = np.arange(12.0).reshape(3, 4)
+    for source in (A, A.reshape(2, 3, 2), A[1:], A[:0], np.zeros((0, 3)), np.zeros((3, 0))):
+        assert taken(source) == (source.size, source.ravel().tolist())
+
+
+def test_what_is_no_contiguous_float64_is_refused() -> None:
+    A = np.arange(12.0).reshape(3, 4)
+    for source in (
+        A.T,
+        A[:, 1],
+        A.ravel()[::2],
+        A.ravel()[::-1],
+        A.astype(">f8"),
+        A.astype(np.float32),
+        A.astype(np.int64),
+        A.astype(np.complex128),
+        A.astype(object),
+        A.view([("x", float), ("y", float)]),
+        np.array(3.0),
+        np.float64(3.0),
+        np.array(["2020-01-01"], dtype="M8[s]"),
+        [1.0, 2.0],
+        (1.0,),
+        3.0,
+        7,
+        None,
+        "12345678",
+        b"12345678",
+        object(),
+        memoryview(A)[::2],
+    ):
+        assert taken(source) == (BAD_BUFFER, [])
+
+
+def test_refusal_leaves_no_python_error() -> None:
+    assert taken([1.0])[0] == BAD_BUFFER
+    assert list(range(3)) == [0, 1, 2]
+    int("12")
+
+
+def test_everything_that_offers_a_buffer_of_float64_is_taken(tmp_path: Path) -> None:
+    import array
+    import ctypes
+
+    numbers = np.arange(1.0, 6.0)
+    numbers.tofile(tmp_path / "numbers")
+    mapped = np.memmap(tmp_path / "numbers", dtype=float, mode="r")
+    for source in (
+        numbers,
+        numbers.view(Subclass),
+        mapped,
+        memoryview(numbers),
+        array.array("d", numbers),
+        (ctypes.c_double * 5)(*numbers),
+        numbers.astype("<f8"),
+        numbers.astype(np.dtype("=f8").newbyteorder("=")),
+    ):
+        assert taken(source) == (5, numbers.tolist())
+
+
+def test_read_only_and_unaligned_arrays_are_taken() -> None:
+    numbers = np.arange(1.0, 6.0)
+    frozen = numbers.copy()
+    frozen.flags.writeable = False
+    shifted = np.frombuffer(b"x" + numbers.tobytes(), dtype=float, offset=1)
+    assert not shifted.flags.aligned
+    for source in (frozen, shifted):
+        assert taken(source) == (5, numbers.tolist())
+
+
+def test_array_that_changes_between_calls_is_read_as_it_is_then() -> None:
+    source = np.arange(1.0, 4.0)
+    assert taken(source) == (3, [1.0, 2.0, 3.0])
+    source.resize(6, refcheck=False)
+    assert taken(source) == (6, [1.0, 2.0, 3.0, 0.0, 0.0, 0.0])
+    source.resize(0, refcheck=False)
+    assert taken(source) == (0, [])
+    retyped = np.arange(4, dtype=np.int64)
+    assert taken(retyped)[0] == BAD_BUFFER
+    retyped = retyped.view(float)
+    assert taken(retyped)[0] == 4
+
+
+def test_released_view_is_refused() -> None:
+    view = memoryview(np.arange(3.0))
+    view.release()
+    assert taken(view) == (BAD_BUFFER, [])
+
+
+@pytest.mark.parametrize("count", [0, 1, 5])
+def test_no_more_than_asked_for_is_written(count: int) -> None:
+    numbers = np.arange(1.0, 6.0)
+    for source in (numbers, memoryview(numbers)):
+        assert taken(source, count) == (5, numbers[:count].tolist())
+
+
+@pytest.mark.skipif(not COMPILED, reason="the kernel runs as plain Python")
+def test_entry_point_takes_from_the_object_it_is_given(tiny: Any) -> None:
+    function = tiny.kernel().load(tiny.entry("taken", "oii"), 8)
+    out = np.zeros(3)
+    assert function(np.arange(1.0, 4.0), out.ctypes.data, 3) == 3
+    assert out.tolist() == [1.0, 2.0, 3.0]
+    assert function([1.0], out.ctypes.data, 3) == BAD_BUFFER
