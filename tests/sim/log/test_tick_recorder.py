@@ -46,7 +46,7 @@ def test_block_of_raw_rows_gives_the_log_of_its_ticks(made, panda):
         recorder.free[: last - first, recorder.layout.fields["truth"]] = np.nan
         recorder.free[: last - first, recorder.layout.fields["belief"]] = np.nan
         recorder.free[: last - first, recorder.layout.fields["jacobian"]] = JACOBIAN.ravel()
-        recorder.keep(last - first, 6, 6)
+        recorder.keep(last - first, 6)
     recorder.flush()
     assert len(slow.log) == len(fast.log) == 100
     sigma = np.linalg.svd(JACOBIAN, compute_uv=False)
@@ -63,5 +63,5 @@ def test_full_block_is_handed_on_at_once(made):
     _, _, rows, recorder = made()
     recorder.free[:] = 0.0
     recorder.free[:, recorder.layout.fields["jacobian"]] = JACOBIAN.ravel()
-    recorder.keep(BLOCK, 6, 7)
+    recorder.keep(BLOCK, 6)
     assert len(rows.log) == BLOCK and len(recorder.free) == BLOCK

@@ -19,8 +19,8 @@ jacobian              6 n   task rows of J in characteristic lengths, 0 for join
 position_error ...    1     `SCALARS`, in their order
 ====================  ===== ===============================================================================
 
-so that the width is 48 + 15 n. A tick that comes with its measures of singularity leaves ``jacobian`` as it
-is; a block of ticks from compiled code (`ftqp.kernel.layout.block_row`) leaves the measures to the recorder.
+so that the width is 48 + 15 n. The measures of singularity are filled in from ``jacobian`` when a block is
+handed on. Blocks of ticks from compiled code follow `ftqp.kernel.layout.block_row`.
 On a moving base (k coordinates) target and tip are in the inertial frame, and 13 + k more numbers follow:
 ``base_pose`` (12, first three rows of its pose), ``eta`` (k) and ``base_status`` (1).
 """

@@ -15,6 +15,7 @@ from ftqp.sim.log.raw_rows import BLOCK, MEASURES, TASK_ROWS, RawLayout
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, QP_CODES
 
+UNMEASURED = (np.nan,) * len(MEASURES)
 COMMIT_PERIOD = 500_000_000
 """Rows wait at most this long, and a tick, before they are handed on [ns of wall time]."""
 
@@ -45,6 +46,11 @@ class TickRecorder:
         self._rest = view["lower"], view["upper"], view["belief"], view["truth"]
         self._target, self._tip = (self._layout.poses(self._block, name) for name in ("target", "tip"))
         self._t, self._velocity, self._slack = view["t"][:, 0], view["velocity"], view["slack"]
+        self._jacobian = view["jacobian"].reshape(BLOCK, TASK_ROWS, nv)
+        self._jacobian[:] = 0.0
+        self._task_rows = TASK_ROWS
+        first, last = (self._layout.fields[name] for name in (MEASURES[0], MEASURES[-1]))
+        self._measures = slice(first.start, last.stop)
         self._scalars = self._block[:, self._layout.scalars]
         if world is not None:
             self._base_pose = self._layout.poses(self._block, "base_pose")
@@ -76,6 +82,9 @@ class TickRecorder:
         self._target[k], self._velocity[k] = target.pose[:3], target.twist[:3]
         self._tip[k] = leader.tip(q)[:3]
         slack, qp = step.slack, step.qp
+        jacobian = step.jacobian
+        self._task_rows = len(jacobian)
+        self._jacobian[k, : self._task_rows] = jacobian
         self._slack[k] = 0.0
         self._slack[k, : len(slack)] = slack
         self._scalars[k] = (
@@ -88,7 +97,7 @@ class TickRecorder:
             qp.residual,
             elapsed,
             step.kappa,
-            *step.measures,
+            *UNMEASURED,
             leader.progress,
             PATH_CODES[leader.path_status],
         )
@@ -110,21 +119,17 @@ class TickRecorder:
         rows: FloatArray = self._block[self._filled :]
         return rows
 
-    def keep(self, count: int, task_rows: int, working: int) -> None:
+    def keep(self, count: int, task_rows: int) -> None:
         """Keep the first rows of `free`; ``belief``, ``truth`` and the measures are filled in here.
 
         Args:
             count: how many ticks have been filled, all of them between two changes of belief and truth.
             task_rows: rows of the task.
-            working: joints that the task may use.
         """
         rows = slice(self._filled, self._filled + count)
         _, _, beliefs, truths = self._rest
         beliefs[rows], truths[rows] = self._believed(), self._truth
-        jacobians = self._block[rows, self._layout.fields["jacobian"]].reshape(count, TASK_ROWS, -1)
-        measures = measures_of(jacobians[:, :task_rows], np.full(count, working))
-        for index, name in enumerate(MEASURES):
-            self._block[rows, self._layout.fields[name]] = [[row[index]] for row in measures]
+        self._task_rows = task_rows
         self._filled += count
         self._hand_on_in_time()
 
@@ -139,9 +144,18 @@ class TickRecorder:
             FtqpError: they cannot be kept, for example because the disk is full.
         """
         if self._filled:
+            self._measure()
             self._sink.write(self._first, table(self._block[: self._filled], self._layout))
         self._first, self._filled = self._first + self._filled, 0
         self._handed_on = clock.now()
+
+    def _measure(self) -> None:
+        """Fill in the measures of singularity of all rows at once, from their Jacobians."""
+        jacobians = self._jacobian[: self._filled, : self._task_rows]
+        working = np.count_nonzero(jacobians.any(axis=1), axis=1)
+        with np.errstate(invalid="ignore"):
+            measures = np.array(measures_of(jacobians, working))
+        self._block[: self._filled, self._measures] = measures
 
     def _believed(self) -> FloatArray:
         """What the planner believes of each joint now."""
