@@ -44,10 +44,21 @@ def test_scheme_without_a_weight_is_refused_with_the_level():
 
 @pytest.mark.parametrize(
     ("criterion", "needs"),
-    [(Criterion(norm=1.0), False), (Criterion(inertia=1.0), True), (Criterion(norm=1.0, torque=1e-9), True)],
+    [
+        (Criterion(norm=1.0), False),
+        (Criterion(inertia=1.0), True),
+        (Criterion(norm=1.0, torque=1e-9), True),
+        (Criterion(norm=1.0, inertia_h=1.0), True),
+    ],
 )
-def test_inertia_is_needed_exactly_when_a_criterion_weighs_it(criterion, needs):
+def test_inertia_is_needed_exactly_when_a_term_has_it(criterion, needs):
     assert criterion.needs_inertia is needs
+
+
+def test_hessian_is_constant_exactly_when_the_norm_alone_is_weighed():
+    assert Criterion(norm=2.0, norm_v=1.0, inertia_h=1.0).has_constant_hessian
+    assert not Criterion(norm=2.0, inertia=1.0).has_constant_hessian
+    assert not Criterion(torque=1.0).has_constant_hessian
 
 
 def test_renamed_scheme_keeps_its_coefficients():

@@ -63,9 +63,7 @@ def close(got, expected):
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
-@pytest.mark.parametrize(
-    "name", sorted({*ftqp.schemes.names()} - {*ftqp.schemes.closed_forms(), "mvn_manipulability"})
-)
+@pytest.mark.parametrize("name", ["dlsm", "dlsm_mvn", "iiwt", "man", "mke", "mtn", "mvn", "rmp"])
 def test_scheme_has_the_published_objective(name, level):
     H, g, M, h, v = assembled(name, level)
     W, c = table(name, level, M, h, v)
@@ -94,6 +92,16 @@ def test_torque_of_a_free_swinging_joint_is_not_minimised(level, damping):
     side = -scale * h[3] + (M[3] @ v if level == "velocity" else -damping * v[3])
     assert close(H, W + np.outer(row, row)) and close(g, c - row * side)
     assert np.linalg.eigvalsh(H).min() > 0.0
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("coefficient", ["inertia_v", "inertia_h"])
+def test_a_linear_term_counts_without_the_weight_of_its_quadratic_form(coefficient, level):
+    level_of = {level: ftqp.Criterion(norm=1.0, **{coefficient: 2.0})}
+    other = {"velocity": "acceleration", "acceleration": "velocity"}[level]
+    H, g, M, h, v = assembled(ftqp.Scheme(name="own", **level_of, **{other: ftqp.Criterion()}), level)
+    scale = DT if level == "velocity" else 1.0
+    assert close(H, np.eye(7)) and close(g, 2.0 * {"inertia_v": M @ v, "inertia_h": scale * h}[coefficient])
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])

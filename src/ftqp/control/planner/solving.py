@@ -12,7 +12,8 @@ from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import SOLVED, Turn
+from ftqp.kernel.layout.criteria import Criterion
+from ftqp.kernel.layout.enums import SOLVED, Level, Turn
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.buffers import QPBuffers
@@ -55,17 +56,17 @@ class Solver:
             self._memory = (memory, len(memory))
         elif backend is not None and backend.name != IN_KERNEL:
             self._family = "external"
-            self._use(backend, robot, task)
+            level = Level(int(K.state.level)).name.lower()
+            self._use(backend, robot, task, scheme.at(level))
 
-    def _use(self, backend: Backend, robot: Robot, task: Task) -> None:
+    def _use(self, backend: Backend, robot: Robot, task: Task, criterion: Criterion) -> None:
         K = self._session.K
         joints, m = robot.nv, int(K.task.m)
         n = joints + (task.mode == "scaled") + (0 if task.mode == "hard" else m)
-        coupled = K.criteria.inertia != 0.0 or K.criteria.torque != 0.0
-        fixed = not coupled and task.mode != "scaled"
+        fixed = criterion.has_constant_hessian and task.mode != "scaled"
         self._buffers = QPBuffers.zeros(n, m, int(K.ladder.p), constant_hessian=fixed)
         if fixed:
-            self._buffers.H[:] = float(K.criteria.norm) * np.eye(n)
+            self._buffers.H[:] = criterion.norm * np.eye(n)
             self._buffers.H[:joints, :joints] *= K.criteria.weight[:joints]
         backend.setup(self._buffers)
         self._backend = backend

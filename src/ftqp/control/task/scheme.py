@@ -1,11 +1,7 @@
 """Scheme: what the arm does with its redundancy, as coefficients that add up.
 
-At each level the objective is 1/2 x'Hx + g'x with (``ftqp.kernel.rows.objective``)
-
-    norm/2 |x|^2 + x'(norm_v v + norm_q (q - posture))
-    + inertia/2 x'M x + x'(inertia_v M v + inertia_h h)
-    + torque/2 |tau|^2          (tau of the joints that have not failed)
-    - manipulability x' d/dq log sqrt det(J J')          (J of the joints that have not failed)
+At each level the objective is 1/2 x'Hx + g'x, the sum of the terms of ``ftqp.kernel.rows.objective``, each
+with its coefficient of ``ftqp.Criterion``.
 """
 
 from dataclasses import dataclass
@@ -39,7 +35,7 @@ class Scheme:
             InputError: The criterion is not strictly convex, so the command would not be unique.
         """
         criterion = self.acceleration if level == "acceleration" else self.velocity
-        if not (criterion.norm > 0.0 or criterion.inertia > 0.0 or criterion.torque > 0.0):
+        if not criterion.is_convex:
             raise InputError(
                 f"scheme {self.name!r} has no weight at the {level} level; "
                 "give one criterion a positive weight, or add a scheme that has one, such as mvn"

@@ -1,6 +1,12 @@
 """The coefficients of the objective: what a criterion is to the record, one field a coefficient."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+
+def _coefficient(*, weight: bool = False, inertia: bool = False) -> Any:
+    """A field of a criterion: whether it weighs a quadratic form, and whether its term needs M or h."""
+    return field(default=0.0, metadata={"weight": weight, "inertia": inertia})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -18,14 +24,14 @@ class Criterion:
         manipulability: Factor of -x' d/dq log sqrt det(J J'), >= 0 [rad2/s at the velocity level].
     """
 
-    norm: float = 0.0
-    norm_v: float = 0.0
-    norm_q: float = 0.0
-    inertia: float = 0.0
-    inertia_v: float = 0.0
-    inertia_h: float = 0.0
-    torque: float = 0.0
-    manipulability: float = 0.0
+    norm: float = _coefficient(weight=True)
+    norm_v: float = _coefficient()
+    norm_q: float = _coefficient()
+    inertia: float = _coefficient(weight=True, inertia=True)
+    inertia_v: float = _coefficient(inertia=True)
+    inertia_h: float = _coefficient(inertia=True)
+    torque: float = _coefficient(weight=True, inertia=True)
+    manipulability: float = _coefficient()
 
     def __add__(self, other: "Criterion") -> "Criterion":
         return Criterion(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
@@ -41,7 +47,18 @@ class Criterion:
     @property
     def needs_inertia(self) -> bool:
         """Whether M and h are needed every tick."""
-        return self.inertia != 0.0 or self.torque != 0.0
+        return any(getattr(self, f.name) != 0.0 for f in fields(self) if f.metadata["inertia"])
+
+    @property
+    def is_convex(self) -> bool:
+        """Whether a quadratic form has a positive weight, so that the command is unique."""
+        return any(getattr(self, f.name) > 0.0 for f in fields(self) if f.metadata["weight"])
+
+    @property
+    def has_constant_hessian(self) -> bool:
+        """Whether H is ``norm`` times the joint weights at every tick, so that a solver may keep it."""
+        others = (f for f in fields(self) if f.metadata["weight"] and f.name != "norm")
+        return all(getattr(self, f.name) == 0.0 for f in others)
 
 
 COEFFICIENTS = tuple(f.name for f in fields(Criterion))

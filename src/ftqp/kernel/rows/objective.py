@@ -1,14 +1,13 @@
-"""The objective 1/2 x'Hx + g'x: three quadratic forms whose coefficients add up, so criteria do.
+"""The objective 1/2 x'Hx + g'x: terms whose coefficients add up, so criteria do.
 
-    1/2 w_norm |x|^2_D + x'D (norm_v v + norm_q (q - q_posture))          MVN, MAN, RMP
-    1/2 w_inertia x'M x + x'(inertia_v M v + inertia_h h)                 MKE, IIWT
-    1/2 w_torque |tau_H|^2                                                MTN, the torque part of DLSM
+    1/2 norm |x|^2_D + x'D (norm_v v + norm_q (q - posture))          MVN, MAN, RMP
+    1/2 inertia x'M x + x'(inertia_v M v + inertia_h h)               MKE, IIWT
+    1/2 torque |tau_H|^2                                              MTN, the torque part of DLSM
+    - manipulability x' d/dq log sqrt det(J_H J_H')                   ``ftqp.kernel.rows.manipulability``
 
 x is the acceleration or the velocity. At the velocity level torque is that of the acceleration (x - v)/dt,
-times dt. D is
-the diagonal of joint weights. tau_H leaves out the torque of every failed joint: its motor does not work, and
-to keep its
-torque in the objective would change the motion of the others.
+times dt. D is the diagonal of joint weights. tau_H and J_H leave out every failed joint: its motor does not
+work, and to keep its torque in the objective would change the motion of the others.
 """
 
 from math import cos, sin
@@ -47,7 +46,12 @@ def objective(K: Any) -> None:
         qp.g[i] = criteria.weight[i] * criteria.norm_v * state.v[i]
         if criteria.norm_q != 0.0:
             qp.g[i] += criteria.weight[i] * criteria.norm_q * posture_error(K, i)
-    if criteria.inertia == 0.0 and criteria.torque == 0.0:
+    if (
+        criteria.inertia == 0.0
+        and criteria.inertia_v == 0.0
+        and criteria.inertia_h == 0.0
+        and criteria.torque == 0.0
+    ):
         qp.dense = 0
         return
     qp.dense = 1
@@ -70,9 +74,8 @@ def objective(K: Any) -> None:
                 for j in range(i + 1):
                     qp.H[i, j] += c * kinematics.M[k, j]
         elif faults.code[k] == FREE:
-            # w_torque/2 (row x - right side)^2 of its equality row: zero for every x that is allowed, it
-            # changes
-            # no answer and keeps H > 0, as the row's own torque would
+            # torque/2 (row x - right side)^2 of its equality row: zero for every x that is allowed, it
+            # changes no answer and keeps H > 0, as the row's own torque would
             for i in range(n):
                 c = criteria.torque * qp.C[k, i]
                 qp.g[i] -= c * qp.l[k]
