@@ -1,68 +1,89 @@
-"""Recipes have the coefficients of their formulas, and are found by name."""
+"""What the kernel minimises under a recipe is the recipe's formula, and recipes are found by name."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from tests.arm_at import arm_at
+from tests.kernel.ticks import Ticks, hessian
 
 import ftqp
 from ftqp.control.task import schemes
 from ftqp.core.errors import InputError
 
-generator = np.random.default_rng(0)
-n = 5
-B = generator.normal(size=(n, n))
-M, h = B @ B.T + n * np.eye(n), generator.normal(size=n)
-q, v, rest, x, y = generator.normal(size=(5, n))
+DT = 0.002
+Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
+V = np.array([0.3, -0.2, 0.1, 0.25, -0.4, 0.2, 0.35])
+POSTURE = np.array([0.0, -0.3, 0.1, -1.8, 0.1, 1.4, 0.7])
 
 
-def objective(criterion, x):
-    """The objective as the module of ``Scheme`` states it, up to a constant."""
-    c = criterion
-    tau = M @ x + h
-    value = 0.5 * c.norm * x @ x + x @ (c.norm_v * v + c.norm_q * (q - rest))
-    value += 0.5 * c.inertia * x @ M @ x + x @ (c.inertia_v * M @ v + c.inertia_h * h)
-    return value + 0.5 * c.torque * tau @ tau
+def half(vector):
+    """1/2 |vector|^2."""
+    return 0.5 * vector @ vector
 
 
-k = 8.0 * v + 16.0 * (q - rest)
+def kappa(s):
+    """What a repetitive motion adds to a."""
+    return 8.0 * s.v + 16.0 * (s.q - s.posture)
+
+
+def impulse(s, u):
+    """The torque of the step from s.v to u, times dt."""
+    return s.M @ (u - s.v) + s.dt * s.h
+
+
 ACCELERATION = {
-    "mvn": lambda a: 0.5 * (a + 4.0 * v) @ (a + 4.0 * v),
-    "man": lambda a: 0.5 * a @ a,
-    "mke": lambda a: 0.5 * (a + 4.0 * v) @ M @ (a + 4.0 * v),
-    "mtn": lambda a: 0.5 * (M @ a + h) @ (M @ a + h),
-    "iiwt": lambda a: 0.5 * (M @ a + h) @ np.linalg.solve(M, M @ a + h),
-    "rmp": lambda a: 0.5 * (a + k) @ (a + k),
-    "dlsm": lambda a: 0.5 * (0.995 * (M @ a + h) @ (M @ a + h) + 0.005 * (a + k) @ (a + k)),
-    "dlsm_mvn": lambda a: 0.5 * (0.995 * (M @ a + h) @ (M @ a + h) + 0.005 * (a + 4.0 * v) @ (a + 4.0 * v)),
+    "mvn": lambda a, s: half(a + 4.0 * s.v),
+    "man": lambda a, s: half(a),
+    "mke": lambda a, s: 0.5 * (a + 4.0 * s.v) @ s.M @ (a + 4.0 * s.v),
+    "mtn": lambda a, s: half(s.M @ a + s.h),
+    "iiwt": lambda a, s: 0.5 * (s.M @ a + s.h) @ np.linalg.solve(s.M, s.M @ a + s.h),
+    "rmp": lambda a, s: half(a + kappa(s)),
+    "dlsm": lambda a, s: 0.995 * half(s.M @ a + s.h) + 0.005 * half(a + kappa(s)),
+    "dlsm_mvn": lambda a, s: 0.995 * half(s.M @ a + s.h) + 0.005 * half(a + 4.0 * s.v),
 }
+"""The formulas of the recipes at the acceleration level, of a and of q, v, posture, M, h, dt in s."""
 VELOCITY = {
-    "mvn": lambda u: 0.5 * u @ u,
-    "man": lambda u: 0.5 * (u - v) @ (u - v),
-    "mke": lambda u: 0.5 * u @ M @ u,
-    "rmp": lambda u: 0.5 * (u + 4.0 * (q - rest)) @ (u + 4.0 * (q - rest)),
-    "iiwt": lambda u: 0.5 * (M @ (u - v) + h) @ np.linalg.solve(M, M @ (u - v) + h),  # dt = 1
+    "mvn": lambda u, s: half(u),
+    "man": lambda u, s: half(u - s.v),
+    "mke": lambda u, s: 0.5 * u @ s.M @ u,
+    "mtn": lambda u, s: half(impulse(s, u)),
+    "iiwt": lambda u, s: 0.5 * impulse(s, u) @ np.linalg.solve(s.M, impulse(s, u)),
+    "rmp": lambda u, s: half(u + 4.0 * (s.q - s.posture)),
+    "dlsm": lambda u, s: 0.995 * half(impulse(s, u)) + 0.005 * half(u + 4.0 * (s.q - s.posture)),
+    "dlsm_mvn": lambda u, s: 0.995 * half(impulse(s, u)) + 0.005 * half(u),
 }
+"""The formulas of the recipes at the velocity level, of the next velocity u and of s."""
 
 
-@pytest.mark.parametrize("name", ACCELERATION)
-def test_acceleration_level_minimises_the_formula_of_the_recipe(name):
-    criterion = schemes.by_name(name).at("acceleration")
-    formula = ACCELERATION[name]
-    assert formula(x) - formula(y) == pytest.approx(
-        objective(criterion, x) - objective(criterion, y), rel=1e-12
-    )
+def quadratic(formula, n):
+    """Hessian and gradient at zero of a quadratic formula, (n, n) and (n,)."""
+    E, zero = np.eye(n), formula(np.zeros(n))
+    one = np.array([formula(e) for e in E])
+    two = np.array([[formula(e + f) for f in E] for e in E])
+    return two - one[:, None] - one + zero, 0.5 * (one - np.array([formula(-e) for e in E]))
 
 
-@pytest.mark.parametrize("name", VELOCITY)
-def test_velocity_level_minimises_the_formula_of_the_recipe(name):
-    criterion = schemes.by_name(name).at("velocity")
-    formula = VELOCITY[name]
-    assert formula(x) - formula(y) == pytest.approx(
-        objective(criterion, x) - objective(criterion, y), rel=1e-12
-    )
+@pytest.mark.parametrize(
+    ("level", "name"),
+    [("acceleration", name) for name in ACCELERATION] + [("velocity", name) for name in VELOCITY],
+)
+def test_kernel_minimises_the_formula_of_the_recipe(level, name):
+    """H and g of a tick of a moving Panda are Hessian and gradient of the formula."""
+    robot = ftqp.robots.load("panda")
+    ticks = Ticks(robot, DT, level=level, scheme=name, posture=POSTURE, torque_limits=False)
+    ticks.reset(Q, V)
+    ticks.tick(Q, V, ftqp.Target(pose=robot.pose(Q)))
+    arm = arm_at(robot, Q, V)
+    s = SimpleNamespace(q=Q, v=V, posture=POSTURE, M=arm.M, h=arm.h, dt=DT, limits=robot.limits)
+    formula = {"acceleration": ACCELERATION, "velocity": VELOCITY}[level][name]
+    H, g = quadratic(lambda x: formula(x, s), 7)
+    assert np.abs(hessian(ticks.K) - H).max() <= 1e-9 * np.abs(H).max()
+    assert np.abs(ticks.K.qp.g[:7] - g).max() <= 1e-9 * max(1e-12, np.abs(g).max())
 
 
 def test_every_recipe_is_known_by_name_and_convex_at_both_levels():
+    assert set(ACCELERATION) == set(VELOCITY)
     recipes = {*ACCELERATION, "mvn_manipulability"}
     assert set(schemes.names()) == recipes | set(schemes.closed_forms())
     for name in recipes:
