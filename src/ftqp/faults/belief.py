@@ -70,15 +70,16 @@ class Belief:
         self._restore_limits(i)
         self._faults[i] = fault
         code = self._codes.code
-        if isinstance(fault, Degraded):
-            code[i] = HEALTHY
-            self._degrade(i, fault)
-            self._limits.q_min[i], self._limits.q_max[i] = low, high
+        if isinstance(fault, Locked):
+            self._lock(i, fault, int(code[i]) if isinstance(before, Locked) else HEALTHY)
         elif isinstance(fault, FreeSwinging):
             code[i] = FREE
             self._codes.friction[i] = fault.damping
         else:
-            self._lock(i, fault, int(code[i]) if isinstance(before, Locked) else HEALTHY)
+            code[i] = HEALTHY
+            self._lower(i, fault)
+            if isinstance(fault, Degraded):
+                self._limits.q_min[i], self._limits.q_max[i] = low, high
 
     def withdraw(self, joint: str | int) -> None:
         """Hold the joint to be healthy again.
@@ -119,11 +120,10 @@ class Belief:
         if code != BRAKING:
             codes.lock_velocity[i] = np.inf
 
-    def _degrade(self, i: int, fault: Degraded) -> None:
-        limits = self._robot.limits
-        self._limits.v_max[i] = fault.velocity * limits.v_max[i]
-        self._limits.a_max[i] = fault.acceleration * limits.a_max[i]
-        self._limits.tau_max[i] = fault.torque * self._tau_max[i]
+    def _lower(self, i: int, fault: Fault) -> None:
+        """What is left of the limits of joint i, which ``_restore_limits`` has just made healthy."""
+        for limit, share in fault.shares.items():
+            getattr(self._limits, limit)[i] *= getattr(fault, share)
 
     def _range(self, i: int, fault: Degraded) -> tuple[float, float]:
         """What is left of the range of joint i."""

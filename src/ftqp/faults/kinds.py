@@ -1,7 +1,11 @@
 """The kinds of joint fault that a planner can be told of.
 
 A fault changes the bounds of a joint and never the size of the QP. This file is the one list of kinds:
-scenarios, logs and messages read their names, settings and words from the classes below and from ``KINDS``.
+scenarios, logs, figures and messages read what they need from the classes below and from ``KINDS``.
+
+Each kind has a name in files (``kind``), a verb for messages (``happens``), a number in logs (``number``);
+``works`` says whether the joint still follows its commands, within limits that may be lower, and ``shares``
+which of its settings is the share left of which limit: ``v_max``, ``a_max`` or ``tau_max``.
 """
 
 from collections.abc import Mapping
@@ -15,6 +19,8 @@ from ftqp.core.errors import InputError, nearest
 
 MODES = ("ramp", "instant")
 RESETS = ("kinematic", "momentum", "task")
+NOTHING: Mapping[str, str] = MappingProxyType({})
+"""The ``shares`` of a kind that leaves no limit lower than before."""
 
 
 def setting(
@@ -78,6 +84,8 @@ class Locked:
     kind: ClassVar[str] = "locked"
     happens: ClassVar[str] = "locks"
     number: ClassVar[int] = 1
+    works: ClassVar[bool] = False
+    shares: ClassVar[Mapping[str, str]] = NOTHING
 
     joint: str | int
     mode: str = setting("ramp", "brakes, or is at rest at once", choices=MODES)
@@ -112,6 +120,8 @@ class FreeSwinging:
     kind: ClassVar[str] = "free_swinging"
     happens: ClassVar[str] = "swings freely"
     number: ClassVar[int] = 2
+    works: ClassVar[bool] = False
+    shares: ClassVar[Mapping[str, str]] = NOTHING
 
     joint: str | int
     damping: float = setting(0.0, "viscous friction, >= 0", unit="N m s/rad", least=0.0)
@@ -137,6 +147,10 @@ class Degraded:
     kind: ClassVar[str] = "degraded"
     happens: ClassVar[str] = "is degraded"
     number: ClassVar[int] = 3
+    works: ClassVar[bool] = True
+    shares: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {"v_max": "velocity", "a_max": "acceleration", "tau_max": "torque"}
+    )
 
     joint: str | int
     velocity: float = setting(1.0, "part of the speed limit left, 0 < x <= 1", above=0.0, most=1.0)

@@ -278,7 +278,7 @@ class Planner:
         raise InputError(f"v has shape {np.shape(v)}, expected (nv,) = ({nv},)")
 
     def report(self, fault: Fault) -> None:
-        """Believe ``fault`` from the next step on: ``Locked``, ``FreeSwinging`` or ``Degraded``.
+        """Believe ``fault`` from the next step on, of any kind in ``ftqp.faults.kinds.KINDS``.
 
         Raises:
             InputError: An unknown joint, or not a fault.

@@ -2,6 +2,7 @@
 
 import platform
 import sqlite3
+from dataclasses import fields
 from importlib import metadata
 from typing import Any
 
@@ -10,7 +11,6 @@ import numpy as np
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.core.checks import FloatArray
-from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.model.robot import Robot
 from ftqp.sim.schedule import FaultEvent, Schedule
 
@@ -57,7 +57,7 @@ def description(
 
 
 def described(event: FaultEvent, robot: Robot) -> dict[str, Any]:
-    """A fault event by name; ``announced`` is ``None`` when the planner is never told."""
+    """A fault event by name, with its settings; ``announced`` is ``None`` when the planner is never told."""
     fault = event.fault
     index = robot.joint(fault.joint)
     result: dict[str, Any] = {
@@ -67,13 +67,10 @@ def described(event: FaultEvent, robot: Robot) -> dict[str, Any]:
         "at": event.at,
         "announced": event.told,
     }
-    if isinstance(fault, Locked):
-        result |= {"mode": fault.mode, "deceleration": fault.deceleration, "reset": fault.reset}
-    elif isinstance(fault, FreeSwinging):
-        result |= {"damping": fault.damping}
-    else:
-        result |= {"velocity": fault.velocity, "acceleration": fault.acceleration, "torque": fault.torque}
-        result |= {name: _finite(getattr(fault, name)) for name in ("q_min", "q_max")}
+    for setting in fields(fault):
+        if setting.name != "joint":
+            value = getattr(fault, setting.name)
+            result[setting.name] = value if isinstance(value, str) else _finite(value)
     return result
 
 

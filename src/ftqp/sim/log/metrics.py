@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import BoolArray, FloatArray
-from ftqp.faults.kinds import KINDS, FreeSwinging, Locked
+from ftqp.faults.kinds import KINDS
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.schedule import TIME_SLACK
 
@@ -100,7 +100,7 @@ def limit_violations(log: Log) -> dict[str, float]:
     limits = log.metadata["limits"]
     worst = {"q": 0.0, "v": 0.0, "a": 0.0, "tau": 0.0}
     for i in range(len(log.metadata["joints"])):
-        working = ~np.isin(log["truth"][:, i], (Locked.number, FreeSwinging.number))
+        working = ~np.isin(log["truth"][:, i], [kind.number for kind in KINDS.values() if not kind.works])
         for signal, low, high in (
             ("q", "q_min", "q_max"),
             ("v", None, "v_max"),
@@ -120,17 +120,17 @@ def _limit(log: Log, limits: Mapping[str, Any], name: str, i: int, infinite: flo
     healthy = limits[name][i]
     values = np.full(len(log), infinite if healthy is None else healthy, dtype=np.float64)
     for fault in log.metadata.get("faults", []):
-        if fault["kind"] != "degraded" or fault["index"] != i or fault["announced"] is None:
+        if fault["index"] != i or fault["announced"] is None:
             continue
+        shares = KINDS[fault["kind"]].shares
         since = log["t"] >= fault["announced"] - TIME_SLACK
         if name in ("q_min", "q_max"):
-            if fault[name] is not None:
+            if fault.get(name) is not None:
                 values[since] = (
                     max(fault[name], values[0]) if name == "q_min" else min(fault[name], values[0])
                 )
-        else:
-            share = {"v_max": "velocity", "a_max": "acceleration", "tau_max": "torque"}[name]
-            values[since] *= fault[share]
+        elif name in shares:
+            values[since] *= fault[shares[name]]
     return values
 
 
@@ -139,7 +139,7 @@ def _been_inside(log: Log, i: int, excess: FloatArray, signal: str) -> BoolArray
     counts = np.ones(len(log), dtype=np.bool_)
     if signal in ("q", "v"):
         for fault in log.metadata.get("faults", []):
-            if fault["kind"] == "degraded" and fault["index"] == i and fault["announced"] is not None:
+            if KINDS[fault["kind"]].works and fault["index"] == i and fault["announced"] is not None:
                 since = log["t"] >= fault["announced"] - TIME_SLACK
                 counts &= ~since | np.logical_or.accumulate(since & (excess <= 0.0))
     return counts
@@ -150,7 +150,7 @@ def failed_joint_motion(log: Log) -> dict[str, float]:
     motion: dict[str, float] = {}
     for fault in log.metadata.get("faults", []):
         i = fault["index"]
-        if fault["kind"] == "degraded":
+        if KINDS[fault["kind"]].works:
             continue
         failed = log["truth"][:, i] == KINDS[fault["kind"]].number
         failed &= log["t"] >= fault["at"] - TIME_SLACK

@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.planner.status import STATUSES, StepStatus
+from ftqp.faults.kinds import KINDS
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures.canvas import BLUE, GREY, RED, Axes, Line2D
 
-VERBS = {"locked": "locks", "free_swinging": "swings free", "degraded": "loses strength"}
-"""What each kind of fault does, for a reader."""
 TOLD_LATER = 1e-6
 """An announcement at least this much after its fault is marked by itself [s]."""
 
@@ -34,7 +33,7 @@ def sentence(fault: dict[str, Any]) -> str:
         told = f" (planner told at {fault['announced']:g} s)"
     else:
         told = ""
-    return f"{fault['joint']} {VERBS[fault['kind']]} at {fault['at']:g} s{told}"
+    return f"{fault['joint']} {KINDS[fault['kind']].happens} at {fault['at']:g} s{told}"
 
 
 def stop_time(log: Log) -> float | None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
+from ftqp.faults.kinds import KINDS
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
@@ -53,7 +54,7 @@ def draw_positions(log: Log, path: str | Path) -> Path:
         _curve(axes, log, i, q, BLUE)
         shade_beyond(axes, _scaled(limits["q_min"][i], factor), _scaled(limits["q_max"][i], factor), q)
         for fault in _degradations(log, i):
-            shade_later(axes, fault["at"], _scaled(fault["q_min"], factor), _scaled(fault["q_max"], factor))
+            shade_later(axes, fault["at"], *(_scaled(fault.get(end), factor) for end in ("q_min", "q_max")))
         _finish(axes, log, i, "position [mm]" if slides else "position [deg]")
     handles = [
         Line2D([], [], color=BLUE, label="working joint"),
@@ -82,7 +83,8 @@ def draw_torques(log: Log, path: str | Path) -> Path:
         limit = log.metadata["limits"]["tau_max"][i]
         shade_beyond(axes, None if limit is None else -limit, limit, np.concatenate([tau, brakes[:, i]]))
         for fault in _degradations(log, i):
-            left = None if limit is None else fault["torque"] * limit
+            share = KINDS[fault["kind"]].shares.get("tau_max")
+            left = None if limit is None or share is None else fault[share] * limit
             shade_later(axes, fault["at"], None if left is None else -left, left)
         _finish(axes, log, i, "force [N]" if log.metadata["prismatic"][i] else "torque [N m]")
     handles: list[Any] = [
@@ -97,8 +99,8 @@ def draw_torques(log: Log, path: str | Path) -> Path:
 
 
 def _degradations(log: Log, i: int) -> list[dict[str, Any]]:
-    """The faults that leave joint i with less of its limits."""
-    return [fault for fault in events.faults(log) if fault["kind"] == "degraded" and fault["index"] == i]
+    """The faults after which joint i still works, perhaps with less of its limits."""
+    return [fault for fault in events.faults(log) if KINDS[fault["kind"]].works and fault["index"] == i]
 
 
 def _scaled(limit: float | None, factor: float) -> float | None:
