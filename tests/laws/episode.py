@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linprog
 from tests.arm_at import arm_at
+from tests.every_fault import draw_fault
 
 import ftqp
 
@@ -43,19 +44,6 @@ def draw_path(generator: np.random.Generator, robot: Any, start: Any, duration: 
     if kind == "circle":
         return ftqp.paths.Circle(start, 0.5 * size, duration=duration)
     return ftqp.paths.Lissajous(start, amplitudes=(0.5 * size, 0.4 * size), duration=duration)
-
-
-def draw_fault(generator: np.random.Generator, robot: Any) -> Any:
-    """A random fault of a random joint."""
-    joint = int(generator.integers(robot.nv))
-    kinds = ["locked", "locked", "degraded"] + (["free"] if robot.has_inertia else [])
-    kind = generator.choice(kinds)
-    if kind == "free":
-        return ftqp.FreeSwinging(joint, damping=float(generator.uniform(0.0, 5.0)))
-    if kind == "degraded":
-        shares = generator.uniform(0.2, 1.0, 3)
-        return ftqp.Degraded(joint, velocity=shares[0], acceleration=shares[1], torque=max(shares[2], 0.6))
-    return ftqp.Locked(joint)
 
 
 def start_of(generator: np.random.Generator, robot: Any) -> Any:
@@ -125,7 +113,7 @@ def check(episode: Episode, planner: Any, step: Any, q: Any, v: Any, dt: float, 
         np.array([isinstance(faults.get(i), kind) for i in range(planner.robot.nv)])
         for kind in (ftqp.Locked, ftqp.FreeSwinging)
     )
-    healthy = ~held & ~free
+    healthy = np.array([i not in faults or faults[i].works for i in range(planner.robot.nv)])
     v_max, a_max = limits.v_max, limits.a_max
     over = (np.abs(step.a) / a_max - 1.0)[healthy]
     if over.size and over.max() > 1e-6:
@@ -172,11 +160,8 @@ def believed(planner: Any) -> SimpleNamespace:
     names = ("q_min", "q_max", "v_max", "a_max", "tau_max")
     left = SimpleNamespace(**{name: getattr(limits, name).copy() for name in names})
     for name, fault in planner.faults.items():
-        if isinstance(fault, ftqp.Degraded):
-            i = planner.robot.joint(name)
-            left.v_max[i] *= fault.velocity
-            left.a_max[i] *= fault.acceleration
-            left.tau_max[i] *= fault.torque
+        for limit, share in fault.shares.items():
+            getattr(left, limit)[planner.robot.joint(name)] *= getattr(fault, share)
     return left
 
 

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from tests.laws.episode import Episode, check, draw_fault, draw_path, start_of
+from tests.every_fault import draw_fault
+from tests.laws.episode import Episode, check, draw_path, start_of
 
 import ftqp
 

@@ -1,0 +1,33 @@
+"""A fault of every kind, drawn at random: with these the laws are tested. A new kind is a line."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import ftqp
+from ftqp.faults.kinds import Fault
+
+
+def _degraded(generator: np.random.Generator, joint: int) -> ftqp.Degraded:
+    shares = generator.uniform(0.2, 1.0, 3)
+    return ftqp.Degraded(joint, velocity=shares[0], acceleration=shares[1], torque=max(shares[2], 0.6))
+
+
+FAULTS: tuple[tuple[type[Fault], Callable[[np.random.Generator, int], Fault]], ...] = (
+    (ftqp.Locked, lambda _, joint: ftqp.Locked(joint)),
+    (ftqp.Locked, lambda _, joint: ftqp.Locked(joint)),
+    (ftqp.Degraded, _degraded),
+    (
+        ftqp.FreeSwinging,
+        lambda generator, i: ftqp.FreeSwinging(i, damping=float(generator.uniform(0.0, 5.0))),
+    ),
+)
+"""Each kind as often as it is to be drawn, and how it is drawn for a joint."""
+
+
+def draw_fault(generator: np.random.Generator, robot: Any) -> Fault:
+    """A random fault of a random joint; nothing swings freely on an arm without inertia."""
+    joint = int(generator.integers(robot.nv))
+    drawn = [draw for kind, draw in FAULTS if robot.has_inertia or kind is not ftqp.FreeSwinging]
+    return drawn[int(generator.integers(len(drawn)))](generator, joint)

@@ -1,0 +1,66 @@
+"""What holds of every kind of fault: of the arm that suffers it, and of what is told of it."""
+
+import numpy as np
+import pytest
+from tests.every_fault import FAULTS
+
+import ftqp
+from ftqp.app.output.words import fault_sentence
+from ftqp.faults.kinds import KINDS
+from ftqp.sim.log.metrics import summary
+from ftqp.viz.figures.run_figures import save_figures
+
+DT = 2e-3
+AT = 0.1
+JOINT = 3
+DRAWN = {kind: draw for kind, draw in FAULTS}
+
+
+class Witness(ftqp.Plant):
+    """A kinematic plant that keeps by how much each joint differs from its command at most."""
+
+    def __init__(self, robot, level):
+        self._plant = ftqp.KinematicPlant(robot, DT, level)
+        self.differs = np.zeros(robot.nv)
+
+    @property
+    def q(self):
+        return self._plant.q
+
+    @property
+    def v(self):
+        return self._plant.v
+
+    def reset(self, q, v):
+        self._plant.reset(q, v)
+
+    def fail(self, fault):
+        self._plant.fail(fault)
+
+    def advance(self, command):
+        q, v = command.q.copy(), command.v.copy()
+        self._plant.advance(command)
+        np.maximum(self.differs, np.abs(self.q - q) + np.abs(self.v - v), out=self.differs)
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("kind", KINDS.values(), ids=str)
+@pytest.mark.parametrize("announced", [None, "never"])
+def test_a_run_with_a_fault_is_told_in_full_and_the_other_joints_obey(kind, level, announced, tmp_path):
+    robot = ftqp.robots.load("panda")
+    fault = DRAWN[kind](np.random.default_rng(1), JOINT)
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.05, duration=0.4)
+    plant = Witness(robot, level)
+    run = ftqp.Simulation(
+        ftqp.Planner(robot, DT, level=level, emergency=None), path, q=robot.neutral, plant=plant,
+        schedule=ftqp.Schedule([ftqp.FaultEvent(fault, AT, announced)]), log="memory",
+    ).run()  # fmt: skip
+    assert np.isfinite(plant.differs).all() and not np.delete(plant.differs, JOINT).any()
+    facts = summary(run.log)
+    (told,) = facts["faults"]
+    assert told["kind"] == kind.kind and told["joint"] == "panda_joint4"
+    assert kind.happens in fault_sentence(told)
+    assert facts["max_limit_violation"]["q"] == 0.0 or not kind.works
+    assert ("panda_joint4" in facts["max_failed_joint_motion"]) is not kind.works
+    if announced == "never" and level == "velocity":
+        assert all(file.stat().st_size for file in save_figures(run.log, tmp_path))
