@@ -16,6 +16,7 @@ from ftqp.kernel.layout.rows import (
     constraint_count,
     constraint_labels,
     constraint_owner,
+    kind_of,
 )
 from ftqp.kernel.rows.constraint_rows import add_constraints
 from ftqp.kernel.rows.failed_joints import sort_joints
@@ -26,9 +27,9 @@ V = np.array([0.3, -0.2, 0.1, 0.25, -0.4, 0.2, 0.35])
 DT = 0.002
 
 
-def constrained(level, codes=()):
-    """The record of a moving Panda with all its rows of C; what is beyond them was NaN before."""
-    K = Ticks(PANDA, DT, level=level).K
+def constrained(level, codes=(), robot=PANDA):
+    """The record of a moving arm with all its rows of C; what is beyond them was NaN before."""
+    K = Ticks(robot, DT, level=level, torque_limits=robot.has_inertia).K
     K.state.q[:7], K.state.v[:7] = Q, V
     for joint, code in codes:
         K.faults.code[joint] = code
@@ -50,10 +51,10 @@ def test_counts_labels_and_owners_agree_with_the_rows_that_are_filled(level):
     labels = constraint_labels(PANDA.joints, True)
     assert filled == constraint_count(7, True) == len(labels) == int(K.ladder.p)
     assert np.isfinite(K.qp.C[:filled, :7]).all()
-    assert np.isfinite(K.qp.l[:filled]).all() and np.isfinite(K.qp.u[:filled]).all()
+    assert not np.isnan(K.qp.l[:filled]).any() and not np.isnan(K.qp.u[:filled]).any()
     assert np.isnan(K.qp.C[filled:]).all() and np.isnan(K.qp.l[filled:]).all()
     for row, label in enumerate(labels):
-        kind, joint = constraint_owner(row, 7)
+        kind, joint = constraint_owner(row, 7, True)
         assert label == kind.label(PANDA.joints[joint]) and label.startswith(kind.prefix)
         assert label.removeprefix(kind.prefix) == PANDA.joints[joint]
 
@@ -63,9 +64,9 @@ def test_a_torque_row_limits_the_joint_that_owns_it(level, scale):
     K = constrained(level)
     M, h = K.kinematics.M[:7, :7], K.kinematics.h[:7]
     before = M @ V if level == "velocity" else np.zeros(7)
-    for row in range(K.qp.nc):
-        kind, joint = constraint_owner(row, 7)
-        assert kind is TORQUE
+    owners = [constraint_owner(row, 7, True) for row in range(K.qp.nc)]
+    assert [row for row, (kind, _) in enumerate(owners) if kind is TORQUE] == [*range(7)]
+    for row, (_, joint) in enumerate(owners[:7]):
         assert np.array_equal(K.qp.C[row, :7], M[joint])
         tau_max = PANDA.limits.tau_max[joint]
         ends = scale * (np.array([-tau_max, tau_max]) - h[joint]) + before[joint]
@@ -75,14 +76,22 @@ def test_a_torque_row_limits_the_joint_that_owns_it(level, scale):
 def test_faults_change_bounds_of_a_row_and_never_which_rows_there_are():
     K = constrained("acceleration", [(2, LOCKED), (4, FREE)])
     assert K.qp.nc == constraint_count(7, True)
-    owners = {constraint_owner(row, 7)[1]: row for row in range(7)}
+    owners = {constraint_owner(row, 7, True)[1]: row for row in range(7)}
     assert K.qp.l[owners[2]] == -np.inf and K.qp.u[owners[2]] == np.inf
     assert K.qp.l[owners[4]] == K.qp.u[owners[4]]
 
 
 def test_an_arm_without_masses_has_no_rows_that_need_them():
-    assert constraint_count(7, False) == 0 and constraint_labels(PANDA.joints, False) == ()
+    left = [kind for kind in ROW_KINDS if not kind.needs_inertia]
+    assert TORQUE not in left and constraint_count(7, False) == 7 * len(left)
+    assert [constraint_owner(row, 7, False)[0] for row in range(7 * len(left))] == [
+        k for k in left for _ in range(7)
+    ]
+    assert all(kind_of(label) in left for label in constraint_labels(PANDA.joints, False))
     assert all(kind.count(7, kind.needs_inertia) == 7 for kind in ROW_KINDS)
+    K = constrained("velocity", robot=ftqp.robots.load("srs7"))
+    assert K.qp.nc == 7 * len(left)
+    assert np.isnan(K.qp.l[7 * len(left) :]).all()
 
 
 @pytest.mark.parametrize("capacity", [8, 16, 32])
@@ -91,8 +100,8 @@ def test_a_record_has_room_for_every_row_of_its_class(capacity):
     assert qp["C"].shape == (constraint_capacity(capacity), capacity + 1)
     assert qp["l"].shape == qp["u"].shape == qp["z"].shape == (constraint_capacity(capacity),)
     assert constraint_capacity(capacity) == constraint_count(capacity, True)
-    pairs = {(kind.name, joint) for kind, joint in
-             (constraint_owner(row, capacity) for row in range(constraint_capacity(capacity)))}  # fmt: skip
+    owners = [constraint_owner(row, capacity, True) for row in range(constraint_capacity(capacity))]
+    pairs = {(kind.name, joint) for kind, joint in owners}
     assert len(pairs) == constraint_capacity(capacity)
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from ftqp.app.output.console import tell, tell_table
 from ftqp.app.output.words import fault_sentence
+from ftqp.kernel.layout.rows import TORQUE
 from ftqp.qp.adapters.registry import PREFIX
 
 FAULT_KEYS = {"kind", "joint", "at", "announced"}
@@ -78,8 +79,9 @@ def _tell_answer(facts: Mapping[str, Any]) -> None:
     flush = ("lower", "value", "upper", "multiplier")
     tell_table("Variables", columns, [_bounded(row) for row in answer["variables"]], flush)
     if answer["torques"]:
-        rows = [_bounded(row | {"name": row["name"].removeprefix("torque ")}) for row in answer["torques"]]
-        named = all(row["name"].startswith("torque ") for row in answer["torques"])
+        named = all(row["name"].startswith(TORQUE.prefix) for row in answer["torques"])
+        prefix = TORQUE.prefix if named else ""
+        rows = [_bounded(row | {"name": row["name"].removeprefix(prefix)}) for row in answer["torques"]]
         tell("")
         tell_table("Torques" if named else "Two-sided rows", columns, rows, flush)
     if answer["task"]:

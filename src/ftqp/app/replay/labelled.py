@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp.control.planner.labels import SCALE, SLACK
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.layout.rows import TORQUE
+from ftqp.kernel.layout.rows import RowKind, kind_of
 from ftqp.qp import QP, Certificate, Solution
 
 TOUCHING = 1e-7
@@ -59,11 +59,12 @@ class _Units:
             return "", 1.0
         return ("rad" + self.rate, self.length) if name.startswith("r") else ("m" + self.rate, 1.0)
 
-    def torque(self, joint: str) -> tuple[str, float]:
-        """Of a torque row, and what its numbers are divided by: the rows of the velocity level carry dt."""
+    def limited(self, kind: RowKind, joint: str) -> tuple[str, float]:
+        """Of what a row of C limits, and what its numbers are divided by: dt at the velocity level."""
         if joint not in self.prismatic or not self.level:
             return "", 1.0
-        return ("N" if self.prismatic[joint] else "N m"), (self.dt if self.level == "velocity" else 1.0)
+        unit = kind.sliding_unit if self.prismatic[joint] else kind.unit
+        return unit, (self.dt if self.level == "velocity" else 1.0)
 
 
 def _positive(value: Any) -> float:
@@ -137,7 +138,8 @@ class LabelledQP:
     def two_sided(self, solution: Solution) -> list[dict[str, Any]]:
         """Every two-sided row that is closed on a side.
 
-        A torque row is l <= Mx <= u with l, u = -+tau_max - h, so the torque is Mx minus the middle of l, u.
+        A torque row is l <= Mx <= u with l, u = -+tau_max - h, so the torque is Mx minus the middle of l, u;
+        other symmetric kinds of rows likewise.
         """
         q, rows = self.problem, []
         values = q.C @ solution.x
@@ -145,11 +147,11 @@ class LabelledQP:
             low, high, value = float(q.l[j]), float(q.u[j]), float(values[j])
             if low == -np.inf and high == np.inf:
                 continue
-            unit, shift = "", 0.0
+            unit, kind = "", kind_of(name)
             side = _side(low, value, high)
-            if name.startswith(TORQUE.prefix) and np.isfinite(low) and np.isfinite(high):
-                unit, divisor = self._units.torque(name.removeprefix(TORQUE.prefix))
-                shift = 0.5 * (low + high)
+            if kind is not None and (not kind.symmetric or np.isfinite(high - low)):
+                unit, divisor = self._units.limited(kind, name.removeprefix(kind.prefix))
+                shift = 0.5 * (low + high) if kind.symmetric else 0.0
                 low, high, value = ((end - shift) / divisor for end in (low, high, value))
             rows.append(
                 {

@@ -10,7 +10,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.kernel.layout.rows import COMPONENTS, ROW_KINDS
 
 SINGULAR = 0.03
 """A singular value of the scaled reduced Jacobian below this is a direction in which the tip cannot move."""
@@ -18,6 +18,8 @@ NOTICEABLE = 0.05
 """A share of the path's direction, or of a direction's components, below this is left out."""
 ALONG_ONE = 0.98
 """A direction with this cosine to a row of the task goes by the row's name."""
+LASTING = ("position", *(kind.name for kind in ROW_KINDS))
+"""Limits of these kinds are named as what holds a joint."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +60,7 @@ class Blockage:
         at_limit = {}
         for text in step.limits_active:
             joint, _, kind = text.partition(" ")
-            if kind.endswith("position") or kind.endswith("torque"):  # others come and go
+            if kind.endswith(LASTING):  # others come and go
                 at_limit[joint] = kind
         stuck = [j in at_limit and "position" in at_limit[j] for j in planner.robot.joints]
         self.progress, self.duration = progress, duration

@@ -29,7 +29,7 @@ from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import BaseMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import JOINTS, Mistake
-from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.kernel.layout.rows import COMPONENTS, has_rows_beside_torque
 from ftqp.model.branch import within_branch
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
@@ -109,19 +109,22 @@ class Planner:
             )
         self._needs_inertia = criterion.needs_inertia
         limited = bool(np.isfinite(robot.limits.tau_max).any())
-        self._rows_every_tick = torque_limits and robot.has_inertia and limited
+        limits_torque = torque_limits and robot.has_inertia and limited
+        other_rows = has_rows_beside_torque(robot.has_inertia)
+        self._rows_every_tick = limits_torque or other_rows
         self._guarded = (
             self._name == IN_KERNEL
             and level == "velocity"
             and not criterion.needs_inertia
             and self.task.mode != "lexicographic"
+            and not other_rows
         )
         self._session = filled(robot, self.task, criterion, self.bounds, emergency, level=level, dt=self.dt)
         self._solver = Solver(self._session, robot, self.task, self.scheme, solver)
         self._belief = Belief(
-            robot, self._session.K.limits, self._session.K.faults, torque_limits=self._rows_every_tick
+            robot, self._session.K.limits, self._session.K.faults, torque_limits=limits_torque
         )
-        self._reserve = braking_reserve(robot) if self._rows_every_tick else None
+        self._reserve = braking_reserve(robot) if limits_torque else None
         self._adopt_belief()
         self._out = Step(self._session, robot.joints)
         self._timing = timing

@@ -12,7 +12,7 @@ from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, LOCKED, Claim, Limit, Mode
-from ftqp.kernel.layout.rows import COMPONENTS, constraint_owner
+from ftqp.kernel.layout.rows import COMPONENTS, TORQUE, constraint_owner
 from ftqp.qp.problem import SolveStatus
 
 _LIMIT_NAMES = {limit: limit.name.lower() for limit in (Limit.ACCELERATION, Limit.VELOCITY, Limit.POSITION)}
@@ -311,8 +311,8 @@ class Step:
         for row in range(int(parts["nc"][0])):
             z = float(parts["z"][row])
             if z != 0.0:
-                kind, i = constraint_owner(row, len(joints))
-                free = int(parts["code"][i]) == FREE
+                kind, i = constraint_owner(row, len(joints), bool(self._session.K.chain.has_inertia))
+                free = kind is TORQUE and int(parts["code"][i]) == FREE
                 name = "free-swinging" if free else f"{'upper' if z > 0.0 else 'lower'} {kind.name}"
                 found.append((joints[i], name, abs(z)))
         largest = max((weight for _, _, weight in found), default=0.0)

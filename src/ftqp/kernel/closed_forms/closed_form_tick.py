@@ -201,7 +201,9 @@ def resolve(K: Any, P: Any, prepared: int) -> int:
         x = P.x[i]
         qp.x[i] = x
         qp.H_diagonal[i], qp.g[i] = 1.0, -x
-        qp.z_box[i] = qp.z[i] = 0.0
+        qp.z_box[i] = 0.0
+    for j in range(qp.nc):
+        qp.z[j] = 0.0
     for k in range(task.m):
         qp.y[k] = 0.0
     _task_slack(K)

@@ -36,12 +36,13 @@ def judge(K: Any) -> bool:
         task.slack[k] = s + qp.b[k] - task.asked[k]
     ladder.residual_task = worst / (1.0 + size)
     worst, excess = 0.0, 0.0
+    torques = K.chain.n if K.chain.has_inertia else 0  # torque rows are the first of C
     for j in range(qp.nc):
         s = 0.0
         for i in range(n):
             s += qp.C[j, i] * qp.x[i]
         over = max(qp.l[j] - s, s - qp.u[j])
-        if over > excess:
+        if j < torques and over > excess:
             excess = over
         if qp.soft_rows > 0.0 and qp.l[j] < qp.u[j]:
             over = 0.0

@@ -78,7 +78,7 @@ def _faults(N: int) -> Fields:
 def _limits(N: int) -> Fields:
     """Limits as believed now, and which of them set each end of an interval.
 
-    ``a_brake`` is the deceleration that viability may count on. ``dynamic``: torque rows, or an objective
+    ``a_brake`` is the deceleration that viability may count on. ``dynamic``: rows of C, or an objective
     with inertia. ``guard``: share of a_max up to which torque limits hold without being checked; 0: torque
     rows every tick.
     """
@@ -159,7 +159,7 @@ def _chain(N: int) -> Fields:
     the com: xx xy xz yy yz zz. ``armature`` is the rotor inertia seen at the joint.
     """
     return [
-        *_scalars("i8", "n nq"),
+        *_scalars("i8", "n nq has_inertia"),
         *_integers({"prismatic": (N,), "continuous": (N,)}),
         *_floats(
             {
@@ -435,6 +435,7 @@ def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, 
     chain, n = K.chain, len(mass)
     chain.n = n
     chain.nq = n + int(np.count_nonzero(continuous))
+    chain.has_inertia = bool(np.any(mass) or np.any(inertia))
     chain.rotation[:n] = np.reshape(rotation, (n, 9))
     chain.translation[:n] = translation
     chain.mass[:n] = mass

@@ -13,17 +13,22 @@ COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowKind:
-    """Two-sided rows l <= C x <= u of one meaning, one row a joint.
+    """Two-sided rows l <= C x <= u of one meaning, one row a joint; at the velocity level they carry dt.
 
     Attributes:
-        name: what a row limits; its label is the name and the joint.
-        unit: of l, u and C x at the acceleration level; times s at the velocity level.
-        needs_inertia: whether an arm without masses has no such rows.
-        module: the room's file in ``ftqp.kernel.rows`` whose ``fill(K, at)`` writes them.
+        name: What a row limits; its label is the name and the joint.
+        unit: The unit of what is limited, at a joint that turns.
+        sliding_unit: The unit at a joint that slides.
+        symmetric: Whether what is limited has limits of equal size on both sides; it is then C x minus the
+            middle of l and u, and is shown so.
+        needs_inertia: Whether the rows need M or h, so that an arm without masses has none of them.
+        module: The room's file in ``ftqp.kernel.rows`` whose ``fill(K, at)`` writes them.
     """
 
     name: str
     unit: str
+    sliding_unit: str
+    symmetric: bool
     needs_inertia: bool
     module: str
 
@@ -41,19 +46,29 @@ class RowKind:
         return joints if has_inertia or not self.needs_inertia else 0
 
 
-TORQUE = RowKind(name="torque", unit="N m", needs_inertia=True, module="torque_rows")
+TORQUE = RowKind(
+    name="torque",
+    unit="N m",
+    sliding_unit="N",
+    symmetric=True,
+    needs_inertia=True,
+    module="torque_rows",
+)
 
 ROW_KINDS: tuple[RowKind, ...] = (TORQUE,)
-"""The kinds in the order in which their rows stand in C."""
+"""The kinds in the order in which their rows stand in C.
+
+Torque rows are the first: that of joint i, which is an equality when the joint swings freely, is row i.
+"""
 
 
 def constraint_capacity(joints: int) -> int:
     """The most rows that C can have for so many joints."""
-    return sum(kind.count(joints, True) for kind in ROW_KINDS)
+    return constraint_count(joints, True)
 
 
 def constraint_count(joints: int, has_inertia: bool) -> int:
-    """How many rows C has in an external solver's QP, all kinds together."""
+    """How many rows C has, all kinds together."""
     return sum(kind.count(joints, has_inertia) for kind in ROW_KINDS)
 
 
@@ -64,6 +79,17 @@ def constraint_labels(joints: Sequence[str], has_inertia: bool) -> tuple[str, ..
     )
 
 
-def constraint_owner(row: int, joints: int) -> tuple[RowKind, int]:
+def constraint_owner(row: int, joints: int, has_inertia: bool) -> tuple[RowKind, int]:
     """The kind and the joint of a row of C."""
-    return ROW_KINDS[row // joints], row % joints
+    kinds = [kind for kind in ROW_KINDS if kind.count(joints, has_inertia)]
+    return kinds[row // joints], row % joints
+
+
+def kind_of(label: str) -> RowKind | None:
+    """The kind of the row with this label, or None if it is no label of a row of C."""
+    return next((kind for kind in ROW_KINDS if label.startswith(kind.prefix)), None)
+
+
+def has_rows_beside_torque(has_inertia: bool) -> bool:
+    """Whether C has rows that are no torque limits, and so are needed at every tick of every planner."""
+    return any(kind.count(1, has_inertia) for kind in ROW_KINDS if kind is not TORQUE)

@@ -8,7 +8,7 @@ from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import motion
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import VELOCITY
-from ftqp.kernel.layout.rows import ROW_KINDS
+from ftqp.kernel.layout.rows import ROW_KINDS, RowKind
 
 
 @jit
@@ -17,28 +17,32 @@ def _nothing(K: Any, at: int) -> int:
     return at
 
 
-def _then(first: Any, second: Any) -> Any:
-    """The rows of the first, then those of the second."""
+def _then(first: Any, kind: RowKind) -> Any:
+    """The rows of the first, then those of a kind, if the arm has what they need."""
+    needs_inertia, fill = kind.needs_inertia, import_module(f"ftqp.kernel.rows.{kind.module}").fill
 
     @jit
     def both(K: Any, at: int) -> int:
-        return second(K, first(K, at))
+        at = first(K, at)
+        if needs_inertia and not K.chain.has_inertia:
+            return at
+        return fill(K, at)
 
     return both
 
 
-_FILLS: list[Any] = [import_module(f"ftqp.kernel.rows.{kind.module}").fill for kind in ROW_KINDS]
-fill_all: Any = reduce(_then, _FILLS, _nothing)
+fill_all: Any = reduce(_then, ROW_KINDS, _nothing)
 """All rows of C, kind by kind."""
 
 
 @jit
 def add_constraints(K: Any) -> None:
-    """M, h and all rows of C."""
+    """All rows of C, and M and h of an arm that has them."""
     if K.state.level == VELOCITY:
         motion(K)
-    dynamics(K)
-    K.kinematics.has_dynamics = 1
+    if K.chain.has_inertia:
+        dynamics(K)
+        K.kinematics.has_dynamics = 1
     K.qp.nc = fill_all(K, 0)
 
 
