@@ -110,7 +110,7 @@ def test_table_with_parameters_is_the_recipe_called_with_them():
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ("mvm", r"'mvm' is not a scheme \(did you mean 'mvn'\?\); there are mvn, man, mke, mtn, iiwt, rmp"),
+        ("mvm", r"'mvm' is not a scheme \(did you mean 'mvn'\?\); there are mvn, .*man, .*rmp, "),
         ({"name": "rmp", "mi": 1.0}, r"'mi' is not a parameter of scheme 'rmp'.*; it has mu, nu"),
         ({"name": "man", "gain": 1.0}, "'gain' is not a parameter of scheme 'man'; it has none"),
         ({"mu": 1.0}, "expected a name, {name = ..., ...} or an ftqp.Scheme"),
