@@ -79,17 +79,15 @@ def problems(kind: str, count: int) -> dict[str, Any]:
             ub=np.full(7, 1.0),
         )
     import ftqp
-    from ftqp.kernel.entry import entries as entry
-    from ftqp.kernel.layout.record import load_chain, record
+    from ftqp.kernel.entry.session import ArmSession
 
     robot = ftqp.robots.load("panda")
-    W, limits = record(), robot.limits
-    load_chain(W, **robot.chain.constants())
+    arm, limits = ArmSession(robot.chain.constants()), robot.limits
     J = np.zeros((count, 6, 7))
     middle, half = 0.5 * (limits.q_max + limits.q_min), 0.4 * (limits.q_max - limits.q_min)
     for k in range(count):
-        entry.kinematics(W.ctypes.data, middle + half * rng.uniform(-1.0, 1.0, 7), np.zeros(7))
-        J[k] = W["J"][0, :, :7]
+        arm.kinematics(middle + half * rng.uniform(-1.0, 1.0, 7))
+        J[k] = arm.K.kinematics.J[:, :7]
     v = 0.3 * limits.v_max * rng.uniform(-1.0, 1.0, (count, 7))
     b = np.einsum("kij,kj->ki", J, v)
     return dict(H=np.eye(7), g=np.zeros(7), A=J, b=b, lb=-limits.v_max, ub=limits.v_max)

@@ -106,7 +106,7 @@ def compared(chosen: argparse.Namespace, messages: Console, folder: Path) -> dic
     """Every contender on every case, as the object that ``--json`` prints; figures go into ``folder``.
 
     Raises:
-        InputError: an unknown backend, scheme or scenario.
+        InputError: An unknown backend, scheme or scenario.
     """
     names = chosen.backends or [info.name for info in backends() if not _slow(info.name, quick=chosen.quick)]
     ready, left_out = split(contenders(list(dict.fromkeys([REFERENCE, *names]))))

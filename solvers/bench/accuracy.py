@@ -48,10 +48,10 @@ class Answers:
     """What one contender said of one sequence of K QPs from one kind of start.
 
     Attributes:
-        claims: the solver's own word, (K,).
-        residuals: relative KKT residuals, (K, 4), inf where there is no answer.
-        x: the answers, (K, n), NaN where there is none.
-        iterations: in the solver's own counting, (K,).
+        claims: The solver's own word, (K,).
+        residuals: Relative KKT residuals, (K, 4), inf where there is no answer.
+        x: The answers, (K, n), NaN where there is none.
+        iterations: Iterations in the solver's own counting, (K,).
     """
 
     claims: list[Claim]
@@ -81,9 +81,9 @@ def outcome(claim: Claim, residual: float, fact: Fact) -> Outcome:
     """A claim against the truth.
 
     Args:
-        claim: the solver's own word.
-        residual: the largest relative KKT residual of its answer.
-        fact: what is known of the QP.
+        claim: The solver's own word.
+        residual: The largest relative KKT residual of its answer.
+        fact: What is known of the QP.
     """
     if fact is Fact.OPEN:
         return Outcome.OPEN

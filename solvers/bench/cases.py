@@ -31,12 +31,12 @@ class Path:
     """A robot and its targets.
 
     Attributes:
-        name: of the robot.
-        arm: what the URDF says, and the acceleration limits it cannot say.
-        urdf: the robot as text.
+        name: The robot's name.
+        arm: What the URDF says, and the acceleration limits it cannot say.
+        urdf: The robot as text.
         poses: (N, 4, 4).
         twists: (N, 6), linear then angular along W.
-        pose: tip of the robot, for judging what a program reached.
+        pose: Tip of the robot, for judging what a program reached.
     """
 
     name: str
@@ -79,8 +79,9 @@ def path(name: str, arm: Arm, load: Callable[[str, Array], Callable[[Array], Arr
 
     Args:
         name: ``panda`` or ``chain30``.
-        arm: the robot.
-        load: from URDF text and acceleration limits to the function that gives the tip's pose (4, 4) at q.
+        arm: The robot.
+        load: A function from URDF text and acceleration limits to the function that gives the tip's pose (4,
+            4) at q.
     """
     urdf = text(name, arm)
     pose = load(urdf, arm.a_max)

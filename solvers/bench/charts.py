@@ -92,12 +92,12 @@ def draw_map(
     """A coloured table, contenders by sequences.
 
     Args:
-        names: one a row.
-        sequences: one a column.
-        values: percent, or ratios of times; None where there is none.
-        title: what the figures are, with the unit.
-        path: the file to write.
-        ratios: the values are ratios and the colours logarithmic, green for small ones.
+        names: One a row.
+        sequences: One a column.
+        values: Percent, or ratios of times; None where there is none.
+        title: What the figures are, with the unit.
+        path: The file to write.
+        ratios: The values are ratios and the colours logarithmic, green for small ones.
     """
     figure = paper(max(8.5, 2.6 + 0.62 * len(sequences)), 2.2 + 0.33 * len(names), title)
     axes = figure.subplots()

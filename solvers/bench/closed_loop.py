@@ -11,7 +11,8 @@ from ftqp.app.compare.combinations import file_name
 from ftqp.app.scenario import document
 from ftqp.app.scenario.setup import Setup, load, validated
 from ftqp.core.errors import FtqpError
-from ftqp.sim.log.log_file import Log, load_log
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import Simulation
 from ftqp.viz.figures.agreement import draw_agreement, joint_difference
@@ -34,8 +35,8 @@ class Case:
 
     Attributes:
         scenario: a path or a bundled name.
-        scheme: in place of the scenario's; None: its own.
-        quick: overrides that make it short; none: it ends early.
+        scheme: A scheme in place of the scenario's; None is its own.
+        quick: Overrides that make it short; none: it ends early.
     """
 
     scenario: str
@@ -46,7 +47,7 @@ class Case:
         """The run with one contender.
 
         Raises:
-            FtqpError: wrong scenario, or a contender that cannot take part.
+            FtqpError: Wrong scenario, or a contender that cannot take part.
         """
         table = ", ".join(f"{key} = {json.dumps(value)}" for key, value in contender.settings.items())
         overrides = self.quick if quick else ()
@@ -56,7 +57,7 @@ class Case:
         """``planar6-square, scheme mtn``.
 
         Raises:
-            ScenarioError: the scenario is wrong.
+            ScenarioError: The scenario is wrong.
         """
         found = document.read(self.scenario)
         scheme = validated(found).planner.scheme["name"] if self.scheme is None else self.scheme
@@ -72,7 +73,7 @@ def measured(
         one row a contender, what is known of the case, and why contenders could not take part.
 
     Raises:
-        ScenarioError: the scenario is wrong, or the reference cannot run it.
+        ScenarioError: The scenario is wrong, or the reference cannot run it.
     """
     reference = next(contender for contender in ready if contender.name == REFERENCE)
     setup = case.setup(reference, quick=quick)

@@ -54,11 +54,11 @@ def run(
     """Measure, print, write: 0 when somebody took part, 1 when nobody, 2 for bad input, 130 when interrupted.
 
     Args:
-        chosen: the options.
-        compared: measures and returns the result.
-        tables: of a result, for the screen; the first goes into the README.
-        markdown: the whole report of a result.
-        figures: writes the pictures of a result into a folder, under names that begin with a stem.
+        chosen: The options.
+        compared: Measures and returns the result.
+        tables: The tables of a result, for the screen; the first goes into the README.
+        markdown: The whole report of a result.
+        figures: Writes the pictures of a result into a folder, under names that begin with a stem.
     """
     messages = Console(stderr=True, highlight=False)
     try:

@@ -22,8 +22,8 @@ class Contender:
     """A backend with its settings.
 
     Attributes:
-        name: how tables call it: the profile's file name without ``.toml``, or the backend's name.
-        settings: the backend's name and its settings, as ``ftqp.qp.backend`` takes them.
+        name: How tables call it: the profile's file name without ``.toml``, or the backend's name.
+        settings: The backend's name and its settings, as ``ftqp.qp.backend`` takes them.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Contender:
         """A fresh backend.
 
         Raises:
-            FtqpError: it cannot take part; the message says why.
+            FtqpError: It cannot take part; the message says why.
         """
         return backend(self.settings)
 
@@ -48,12 +48,12 @@ def contenders(names: Sequence[str] | None = None, *, quick: bool = False) -> li
     """The contenders of these names; every profile when there are none.
 
     Args:
-        names: each the name of a profile, of a backend (then with its default settings), or the path of a
+        names: Each the name of a profile, of a backend (then with its default settings), or the path of a
             profile elsewhere.
-        quick: leave the slow profiles out of "every profile", those of papers.
+        quick: Leave the slow profiles out of "every profile", those of papers.
 
     Raises:
-        InputError: no such backend or profile, or one that sets an unknown key.
+        InputError: No such backend or profile, or one that sets an unknown key.
     """
     if names is None:
         chosen = [name for name in profile_names() if not (quick and PAPER in name)]

@@ -9,7 +9,7 @@ import numpy as np
 from bench.contenders import Contender
 from bench.recorded import Recorded
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.entry import network_entries as dtrnn_entry
+from ftqp.kernel.entry.workspace import NetworkMemory
 from ftqp.qp import QP, Claim
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
 from ftqp.qp.judge.solving import loaded
@@ -51,29 +51,28 @@ class Network:
     """The compiled network for QPs of one size, alone: no second attempt, no check of the answer.
 
     Attributes:
-        claim: how the last solve ended.
-        iterations: of the last solve.
+        claim: How the last solve ended.
+        iterations: Iterations of the last solve.
         trace: |e|, r_eq, gap and whether a jump succeeded, an iterate a row, (k, 4).
     """
 
     def __init__(self, n: int, m: int, p: int, chosen: DtrnnSettings, *, trace: bool = False) -> None:
         self.claim, self.iterations = Claim.FAILED, 0
         self.trace = np.zeros((chosen.cap + 1 if trace else 0, 4))
-        self._sizes = n, m, p
+        self._variables = n
         self._numbers = chosen.numbers()
         self._solution = np.zeros(2 * n + m + p)
-        self._memory = np.zeros(int(dtrnn_entry.solve_memory_size(n, m, p)))
+        self._memory = NetworkMemory(n, m, p)
 
     @property
     def x(self) -> FloatArray:
         """The answer of the last solve that had one, (n,)."""
-        return self._solution[: self._sizes[0]]
+        return self._solution[: self._variables]
 
     def solve(self, flat: FloatArray, *, warm: bool = False) -> Claim:
         """Solve a QP, as ``QPBuffers.flat`` has it; a warm solve starts from the last answer."""
         warm = warm and self.claim <= Claim.MAX_ITERATIONS
-        call: Any = dtrnn_entry.solve_dtrnn
-        code = call(flat, self._solution, self._memory, self._numbers, self.trace, *self._sizes, int(warm))
+        code = self._memory.solve(flat, self._solution, self._numbers, self.trace, warm)
         self.claim, self.iterations = Claim(code), int(self._numbers[-2])
         return self.claim
 
@@ -83,10 +82,10 @@ class Spent:
     """What one variant needed for K QPs.
 
     Attributes:
-        iterations: of each, (K,).
-        claims: how each ended, (K,).
-        errors: largest |x - x_ref| of each, (K,), NaN where there is no answer or no reference.
-        cap: most iterations.
+        iterations: Iterations of each, (K,).
+        claims: How each ended, (K,).
+        errors: Largest |x - x_ref| of each, (K,), NaN where there is no answer or no reference.
+        cap: Most iterations.
     """
 
     iterations: list[int]
@@ -128,9 +127,9 @@ def until_right(problem: QP, x: FloatArray, chosen: DtrnnSettings) -> int:
     """Iterations from zero until |x - x_ref| <= ``RIGHT`` (1 + |x_ref|), found by doubling and bisection.
 
     Args:
-        problem: the QP.
-        x: its solution, or the first components of it.
-        chosen: settings; the cap is the answer when it takes more, and no tolerance ends it before.
+        problem: The QP.
+        x: Its solution, or the first components of it.
+        chosen: Settings; the cap is the answer when it takes more, and no tolerance ends it before.
     """
     flat, goal = loaded(problem).flat, RIGHT * (1.0 + np.abs(x).max())
 
@@ -156,11 +155,11 @@ def along(sequence: Recorded, chosen: DtrnnSettings, *, warm: bool, breaks: Any,
     """Solve every ``step``-th QP of a sequence in its order.
 
     Args:
-        sequence: the QPs.
-        chosen: settings.
-        warm: whether each starts from the answer to the one before.
-        breaks: where the structure changes and even a warm run starts cold, (K,).
-        step: distance between two QPs.
+        sequence: The QPs.
+        chosen: Settings.
+        warm: Whether each starts from the answer to the one before.
+        breaks: Where the structure changes and even a warm run starts cold, (K,).
+        step: Distance between two QPs.
     """
     network = Network(*sequence.size, chosen)
     iterations, claims, errors = [], [], []

@@ -146,11 +146,11 @@ def under_rule(problem: QP, x: FloatArray, s: float = 1.0, q: float = 1.0, gamma
     """Iterations of ``implicit`` from zero until x is right.
 
     Args:
-        problem: an expanded QP.
-        x: the solution's first components, those that are no slacks.
-        s: factor on the objective's scale by the rule.
-        q: factor on the rows' scale by the rule.
-        gamma: step size; None is that of the rule.
+        problem: An expanded QP.
+        x: The solution's first components, those that are no slacks.
+        s: Factor on the objective's scale by the rule.
+        q: Factor on the rows' scale by the rule.
+        gamma: Step size; None is that of the rule.
     """
     by_rule = rule(problem)
     gamma = settings(SCALED).step_size if gamma is None else gamma

@@ -29,9 +29,9 @@ def random_qp(rng: np.random.Generator, condition: float, active: int) -> tuple[
     solution without bounds; the others are 0.1 to 2 away from the solution.
 
     Args:
-        rng: source of randomness.
-        condition: of W.
-        active: how many of the bounds are active, at most n - m.
+        rng: Source of randomness.
+        condition: The condition of W.
+        active: How many of the bounds are active, at most n - m.
     """
     n, m = VARIABLES, ROWS
     directions, _ = np.linalg.qr(rng.normal(size=(n, n)))

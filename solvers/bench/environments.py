@@ -19,9 +19,9 @@ class Peer:
     """A program to compare with.
 
     Attributes:
-        name: what it is called, and its environment's folder.
-        module: the worker that runs it.
-        packages: what pip installs, the peer first.
+        name: What it is called, and its environment's folder.
+        module: The worker that runs it.
+        packages: What pip installs, the peer first.
     """
 
     name: str
@@ -44,7 +44,7 @@ def python_of(peer: Peer, folder: Path) -> Path:
     """The Python of the peer's environment, which is made when it is not there yet.
 
     Raises:
-        NotInstalled: the environment or a package could not be made.
+        NotInstalled: The environment or a package could not be made.
     """
     home = folder / peer.name
     python = home / ("Scripts/python.exe" if os.name == "nt" else "bin/python")

@@ -31,15 +31,15 @@ class Recipe:
     """How a sequence comes to be.
 
     Attributes:
-        name: of the sequence and its file.
-        what: what is special about it, in a sentence.
-        robot: makes the arm.
-        path: from the pose at the start, (4, 4), to what the tip follows.
-        q: start, (nv,) [rad or m]; None is the robot's neutral posture.
-        planner: arguments of the planner.
-        faults: what fails.
-        begin: time of the first QP [s].
-        count: how many ticks are kept.
+        name: The name of the sequence and of its file.
+        what: What is special about it, in a sentence.
+        robot: Makes the arm.
+        path: A function from the pose at the start, (4, 4), to what the tip follows.
+        q: Start, (nv,) [rad or m]; None is the robot's neutral posture.
+        planner: Arguments of the planner.
+        faults: What fails.
+        begin: Time of the first QP [s].
+        count: How many ticks are kept.
     """
 
     name: str
@@ -57,8 +57,8 @@ def made(recipe: Recipe, *, count: int | None = None) -> Recording:
     """The sequence of a recipe, with reference answers and truths; the same in every run on a machine.
 
     Args:
-        recipe: what to do.
-        count: fewer ticks than the recipe says.
+        recipe: What to do.
+        count: Fewer ticks than the recipe says.
     """
     robot = recipe.robot()
     dt = float(recipe.planner.get("dt", 1e-3))

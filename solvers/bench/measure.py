@@ -55,7 +55,7 @@ class Worker:
         """The worker's answer.
 
         Raises:
-            WorkerFailed: no answer.
+            WorkerFailed: No answer.
         """
         stdin, stdout = self._process.stdin, self._process.stdout
         if stdin is None or stdout is None:
@@ -95,9 +95,9 @@ class Settings:
     """How much is measured.
 
     Attributes:
-        steps: timed steps a variant.
-        chunk: timed steps before the next variant has its turn.
-        warm: untimed steps before the first chunk.
+        steps: Timed steps a variant.
+        chunk: Timed steps before the next variant has its turn.
+        warm: Untimed steps before the first chunk.
     """
 
     steps: int

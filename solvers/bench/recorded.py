@@ -19,12 +19,12 @@ class Recorded:
     """K QPs of one size in the order in which a planner met them.
 
     Attributes:
-        name: of the sequence.
-        problems: the QPs, K.
-        packed: each as ``QPBuffers.flat`` has it, (K, size).
-        solutions: what the recorder has of (x, y, z, z_box) for each, K.
-        origin: robot, scheme, level and so on, as far as the recorder wrote them down (``ORIGIN``).
-        feasible: what a linear program said of each, (K,), or None when nobody asked one.
+        name: The name of the sequence.
+        problems: The QPs, K.
+        packed: Each as ``QPBuffers.flat`` has it, (K, size).
+        solutions: What the recorder has of (x, y, z, z_box) for each, K.
+        origin: Robot, scheme, level and so on, as far as the recorder wrote them down (``ORIGIN``).
+        feasible: What a linear program said of each, (K,), or None when nobody asked one.
     """
 
     name: str

@@ -29,9 +29,9 @@ def circumstances(
     """What a result begins with: date, command line, settings, machine, versions, contenders.
 
     Args:
-        benchmark: the script's name, without ``.py``.
-        taking_part: the contenders, with their settings.
-        settings: of the measurement.
+        benchmark: The script's name, without ``.py``.
+        taking_part: The contenders, with their settings.
+        settings: The settings of the measurement.
     """
     return {
         "benchmark": benchmark,
@@ -75,9 +75,9 @@ def stem(benchmark: str, *, name: str | None, quick: bool) -> str:
     """What the files of a result are called: a full one after its script, so that a new one replaces it.
 
     Args:
-        benchmark: the script's name, without ``.py``.
+        benchmark: The script's name, without ``.py``.
         name: a suffix of the user's own; None is ``quick`` for a quick result and nothing for a full one.
-        quick: whether the result is that of a quick run.
+        quick: Whether the result is that of a quick run.
     """
     suffix = name or ("quick" if quick else None)
     return f"{benchmark}-{suffix}" if suffix else benchmark
@@ -93,14 +93,14 @@ def written(
     """Write ``<name>.md`` with its pictures, and ``<name>.json``; a result of the same name is replaced.
 
     Args:
-        result: the result, which goes into the JSON file.
-        markdown: the report; pictures that it does not show are added at its end.
-        out: the folder, which is made if need be.
-        name: what the files are called.
-        figures: writes the pictures of a result into a folder, under names that begin with ``name``.
+        result: The result, which goes into the JSON file.
+        markdown: The report; pictures that it does not show are added at its end.
+        out: The folder, which is made if need be.
+        name: What the files are called.
+        figures: Writes the pictures of a result into a folder, under names that begin with ``name``.
 
     Raises:
-        InputError: the folder cannot be written.
+        InputError: The folder cannot be written.
     """
     files = [out / f"{name}.md", out / f"{name}.json"]
     try:
@@ -151,7 +151,7 @@ def inserted(text: str, benchmark: str, lines: Sequence[str]) -> str:
     """``text`` with the lines between the markers of a benchmark replaced.
 
     Raises:
-        InputError: the text has no such markers.
+        InputError: The text has no such markers.
     """
     begin, end = f"<!-- begin {benchmark} -->", f"<!-- end {benchmark} -->"
     before, found, rest = text.partition(begin)

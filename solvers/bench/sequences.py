@@ -25,12 +25,12 @@ def sequences(
     """Sequences by name.
 
     Args:
-        wanted: which; None is all.
-        quick: cut each to its first QPs.
-        folder: where the ``.npz`` files are.
+        wanted: Which; None is all.
+        quick: Cut each to its first QPs.
+        folder: Where the ``.npz`` files are.
 
     Raises:
-        InputError: an unknown name, no sequence at all, or a damaged file.
+        InputError: An unknown name, no sequence at all, or a damaged file.
     """
     known = names(folder)
     if not known:
@@ -47,7 +47,7 @@ def feasible(recording: Recording) -> BoolArray:
     """Whether each QP of a sequence has a feasible point, (K,), as an LP solver found it.
 
     Raises:
-        InputError: the recording does not say (it was not made by solvers/problems/record.py).
+        InputError: The recording does not say (it was not made by solvers/problems/record.py).
     """
     infeasible = recording.metadata.get("infeasible_ticks")
     if not isinstance(infeasible, list):

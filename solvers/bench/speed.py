@@ -29,11 +29,11 @@ class Settings:
     """How much is measured.
 
     Attributes:
-        samples: timed solves of each contender, start and sequence.
-        seconds: time after which a contender has no further turn with a sequence and start [s].
-        turn: timed solves before the next contender has its turn.
-        turn_seconds: time after which a turn ends early [s].
-        setups: timed set-ups of each contender and sequence.
+        samples: Timed solves of each contender, start and sequence.
+        seconds: Time after which a contender has no further turn with a sequence and start [s].
+        turn: Timed solves before the next contender has its turn.
+        turn_seconds: Time after which a turn ends early [s].
+        setups: Timed set-ups of each contender and sequence.
     """
 
     samples: int
@@ -67,14 +67,14 @@ class Runner:
     """One contender on one sequence from one kind of start, and how far along the sequence it is.
 
     Attributes:
-        name: of the contender.
+        name: The contender's name.
         start: ``cold`` or ``warm``.
-        solver: the backend, set up.
-        qp: the buffers that it reads.
-        sequence: what it solves.
-        right: answers of the first pass that were claimed solved and have small residuals.
-        ns: times of single solves [ns].
-        spent: all of its time so far [ns].
+        solver: The backend, set up.
+        qp: The buffers that it reads.
+        sequence: What it solves.
+        right: Answers of the first pass that were claimed solved and have small residuals.
+        ns: Times of single solves [ns].
+        spent: All of its time so far [ns].
     """
 
     name: str
@@ -142,10 +142,10 @@ def measured(
     """One sequence over all contenders, their turns interleaved.
 
     Args:
-        contenders: who takes part.
-        sequence: what they solve.
-        settings: how much is measured.
-        solvable: how many of the QPs have a solution.
+        contenders: Who takes part.
+        sequence: What they solve.
+        settings: How much is measured.
+        solvable: How many of the QPs have a solution.
 
     Returns:
         one cell a contender and start, and why others could not take part, by name.

@@ -13,12 +13,12 @@ class Table:
     """Cells under headings.
 
     Attributes:
-        title: what the figures are, with their unit.
-        headings: one a column; the first column is text, the others are figures.
-        rows: the cells.
-        notes: what must be known to read it, a sentence each.
-        bold: the row that others are compared with.
-        text_last: whether the last column holds text, too.
+        title: What the figures are, with their unit.
+        headings: One a column; the first column is text, the others are figures.
+        rows: The cells.
+        notes: What must be known to read it, a sentence each.
+        bold: The row that others are compared with.
+        text_last: Whether the last column holds text, too.
     """
 
     title: str

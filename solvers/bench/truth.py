@@ -30,10 +30,10 @@ class Truth:
     """Facts of a sequence of K QPs.
 
     Attributes:
-        facts: what is known of each, (K,).
-        violations: by how much each infeasible one is, (K,), 0 for others.
-        references: the solution that errors are measured against, (K, n), NaN where there is none.
-        worst_reference: the largest relative residual among these solutions.
+        facts: What is known of each, (K,).
+        violations: How far each infeasible one is from feasible, (K,), 0 for others.
+        references: The solution that errors are measured against, (K, n), NaN where there is none.
+        worst_reference: The largest relative residual among these solutions.
         disputed: QPs of which the recording says the opposite of what is proven here.
     """
 
@@ -59,9 +59,9 @@ def truth(
     certificate that ``proves`` accepts. What neither settles is what the recording says of it, or open.
 
     Args:
-        problems: the QPs, K.
+        problems: The QPs, K.
         solutions: (x, y, z, z_box) of each; NaN where there is none.
-        feasible: what a linear program said when they were recorded, (K,), or None.
+        feasible: What a linear program said when they were recorded, (K,), or None.
     """
     facts, references, worst, disputed = [], [], 0.0, 0
     violations = np.zeros(len(problems))

@@ -21,20 +21,20 @@ class Arm:
     """What a URDF says of a serial arm whose joints all turn about, or slide along, their own z axis.
 
     Attributes:
-        names: joint names from base to tip, (nv,).
-        prismatic: which joints slide, (nv,).
-        rotation: orientation of each joint frame in the one before at q = 0, (nv, 3, 3).
-        translation: origin of each joint frame in the one before, (nv, 3) [m].
-        mass: mass moved by each joint alone, (nv,) [kg].
-        com: its centre in the joint's frame, (nv, 3) [m].
-        inertia: its inertia about that centre along the joint's axes, (nv, 3, 3) [kg m2].
-        tip_rotation: orientation of the tip in the last joint's frame, (3, 3).
-        tip_translation: origin of the tip in the last joint's frame, (3,) [m].
-        q_min: least position, (nv,) [rad or m]; infinite on a joint that turns without end.
-        q_max: greatest position, (nv,) [rad or m].
-        v_max: velocity limit, (nv,) [rad/s or m/s].
-        a_max: acceleration limit, (nv,) [rad/s2 or m/s2]; a URDF has no place for it.
-        tau_max: torque or force limit, (nv,) [N m or N].
+        names: Joint names from base to tip, (nv,).
+        prismatic: Which joints slide, (nv,).
+        rotation: Orientation of each joint frame in the one before at q = 0, (nv, 3, 3).
+        translation: Origin of each joint frame in the one before, (nv, 3) [m].
+        mass: Mass moved by each joint alone, (nv,) [kg].
+        com: Its centre in the joint's frame, (nv, 3) [m].
+        inertia: Its inertia about that centre along the joint's axes, (nv, 3, 3) [kg m2].
+        tip_rotation: Orientation of the tip in the last joint's frame, (3, 3).
+        tip_translation: Origin of the tip in the last joint's frame, (3,) [m].
+        q_min: Least position, (nv,) [rad or m]; infinite on a joint that turns without end.
+        q_max: Greatest position, (nv,) [rad or m].
+        v_max: Velocity limit, (nv,) [rad/s or m/s].
+        a_max: Acceleration limit, (nv,) [rad/s2 or m/s2]; a URDF has no place for it.
+        tau_max: Torque or force limit, (nv,) [N m or N].
         neutral: a configuration inside the limits, (nv,).
     """
 

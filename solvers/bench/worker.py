@@ -35,22 +35,22 @@ class Case:
     Attributes:
         robot: ``panda`` or ``chain30``.
         level: ``velocity`` or ``torque`` (acceleration with torque limits).
-        locked: index of the joint that does not move, or None.
-        dt: step [s].
-        urdf: the robot, as URDF text.
-        tip: the frame that follows the target.
-        joints: joint names from base to tip, (nv,).
-        kp: task gain at torque level [1/s2].
-        kv: task damping at torque level [1/s].
-        gain: task gain at velocity level of programs that take one [1/s].
-        q: start, at rest, (nv,).
-        poses: targets, one a step and periodic, (N, 4, 4).
-        twists: their velocities, linear then angular along W, (N, 6).
-        q_min: lowest positions, (nv,).
-        q_max: highest positions, (nv,).
-        v_max: largest speeds, (nv,).
-        a_max: largest accelerations, (nv,).
-        tau_max: largest torques, (nv,).
+        locked: Index of the joint that does not move, or None.
+        dt: Step [s].
+        urdf: The robot, as URDF text.
+        tip: The frame that follows the target.
+        joints: Joint names from base to tip, (nv,).
+        kp: Task gain at torque level [1/s2].
+        kv: Task damping at torque level [1/s].
+        gain: Task gain at velocity level of programs that take one [1/s].
+        q: Start, at rest, (nv,).
+        poses: Targets, one a step and periodic, (N, 4, 4).
+        twists: Their velocities, linear then angular along W, (N, 6).
+        q_min: Lowest positions, (nv,).
+        q_max: Highest positions, (nv,).
+        v_max: Largest speeds, (nv,).
+        a_max: Largest accelerations, (nv,).
+        tau_max: Largest torques, (nv,).
     """
 
     robot: str
@@ -98,9 +98,9 @@ class Variant:
     """One way to do the whole user step.
 
     Attributes:
-        step: takes target k, solves and moves on; this call is what is timed.
-        q: the configuration reached, (nv,) in the case's joint order.
-        status: what the program says of the last step, read outside the timed call.
+        step: Takes target k, solves and moves on; this call is what is timed.
+        q: The configuration reached, (nv,) in the case's joint order.
+        status: What the program says of the last step, read outside the timed call.
     """
 
     step: Callable[[int], None]

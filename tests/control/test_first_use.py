@@ -1,42 +1,111 @@
-"""A first use is announced, once, and only when something has to be compiled."""
+"""A first use is announced before it begins, and compiles what is used and nothing else."""
 
+import numpy as np
 import pytest
 
+import ftqp
 from ftqp.control import first_use
-from ftqp.kernel.entry import compile as compiled
-from ftqp.kernel.jit import COMPILED
+from ftqp.core.errors import InputError
+from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
+from ftqp.kernel.layout.record import CAPACITIES
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """What is asked of the compiler from here on: (names, capacity, whether it is announced)."""
+    found = []
+
+    def compile_entries(entries, capacity, announce=None):
+        found.append(([entry.name for entry in entries], capacity, announce is not None))
+
+    monkeypatch.setattr(first_use, "compile_entries", compile_entries)
+    return found
 
 
 def test_what_is_compiled_already_is_not_announced(capfd):
-    first_use.warm_up(external=True)
+    first_use.warm_up(("kinematics",), CAPACITIES[0])
     capfd.readouterr()
-    first_use.warm_up(external=True)
+    first_use.warm_up(("kinematics",), CAPACITIES[0])
     assert capfd.readouterr().err == ""
 
 
-@pytest.mark.skipif(not COMPILED, reason="the kernel runs as plain Python")
-def test_compilation_is_announced_on_stderr_before_it_begins(monkeypatch, capfd, tmp_path):
+def test_entries_are_compiled_for_the_class_of_the_arm_and_announced(asked):
+    first_use.warm_up(("step", "torques"), 16)
+    assert asked == [(["step", "torques"], 16, True)]
+
+
+def test_compilation_is_announced_on_stderr_before_it_begins(monkeypatch, capfd):
     said = []
-    monkeypatch.setattr(compiled, "cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(compiled, "_compile", lambda names: said.append((names, capfd.readouterr().err)))
-    monkeypatch.setattr(compiled, "entry", type("Nothing", (), {"step": type("Raw", (), {"signatures": []})}))
-    compiled.compile_entries(("step",), first_use._notice)
-    assert said == [(["step"], first_use.NOTICE + "\n")]
+
+    def compile_entries(entries, capacity, announce):
+        with announce():
+            said.append(capfd.readouterr().err)
+
+    monkeypatch.setattr(first_use, "compile_entries", compile_entries)
+    first_use.warm_up(("step",), 8)
+    assert said == [first_use.NOTICE + "\n"]
 
 
-def test_notice_names_the_remedy():
+def testnotice_names_the_remedy():
     assert "ftqp warmup" in first_use.NOTICE
 
 
-@pytest.mark.skipif(not COMPILED, reason="the kernel runs as plain Python")
-def test_external_entries_and_the_network_are_compiled_only_when_asked(monkeypatch):
-    asked = []
-    monkeypatch.setattr(first_use, "compile_entries", lambda names, announce: asked.append(set(names)))
-    first_use.warm_up(external=False, network=False)
-    first_use.warm_up(network=False)
-    first_use.warm_up()
-    first_use.warm_up(base=False)
-    assert asked[1] - asked[0] == set(compiled.EXTERNAL)
-    assert asked[2] - asked[1] == set(compiled.NETWORK)
-    assert asked[2] - asked[3] == set(compiled.BASE)
-    assert "step" in asked[0]
+@pytest.mark.parametrize(
+    ("options", "entries"),
+    [
+        ({}, ["step"]),
+        ({"scheme": "mvn_manipulability"}, ["step_rich"]),
+        ({"task": ftqp.Task(damping=ftqp.DirectionalDamping())}, ["step_rich"]),
+        ({"backend": "dtrnn"}, ["network_clock"]),
+        ({"backend": "daqp"}, ["prepare_clock", "finish_clock"]),
+        ({"scheme": "pseudoinverse"}, ["closed_form_clock"]),
+    ],
+    ids=str,
+)
+def test_planner_compiles_the_step_that_it_uses_and_no_other(panda, asked, options, entries):
+    ftqp.Planner(panda, level="velocity", **options)
+    steps = {name for names, _, _ in asked for name in names} - {"inverse_dynamics"}
+    assert steps == set(entries) and {capacity for _, capacity, _ in asked} == {8}
+
+
+def test_step_compiles_torques_when_they_are_read_and_measures_need_nothing(panda, asked):
+    planner = ftqp.Planner(panda, level="velocity")
+    planner.reset(panda.neutral)
+    step = planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=panda.pose(panda.neutral)))
+    asked.clear()
+    assert step.sigma_min > 0.0 and np.isfinite(step.tau).all()
+    assert [names for names, _, _ in asked] == [["torques"]]
+
+
+class TestAhead:
+    """What ``ftqp warmup`` compiles."""
+
+    @pytest.mark.parametrize(("joints", "capacity"), [(1, 8), (7, 8), (8, 8), (9, 16), (17, 32), (32, 32)])
+    def test_common_planners_of_one_class_of_arms(self, joints, capacity):
+        wanted = first_use.ahead(joints)
+        assert {name for name, _ in wanted} == set(first_use.COMMON) <= set(ENTRIES)
+        assert {size for _, size in wanted} == {capacity}
+
+    def test_everything_is_every_entry_once_a_class(self):
+        wanted = first_use.ahead(None)
+        assert len(wanted) == len(set(wanted))
+        assert {name for name, _ in wanted} == set(ENTRIES)
+        for name in ENTRIES:
+            sizes = {size for other, size in wanted if other == name}
+            assert sizes == ({ANY_SIZE} if name in first_use.ALONE else set(CAPACITIES))
+        assert set(first_use.ALONE) == {"solve_qp", "kkt", "solve_network", "solve_network_batch"}
+
+    @pytest.mark.parametrize(
+        ("joints", "sentence"),
+        [
+            (0, "joints is 0, expected a whole number from 1"),
+            (33, "the arm has 33 joints, expected at most 32"),
+        ],
+    )
+    def test_arm_that_there_is_not_is_refused(self, joints, sentence):
+        with pytest.raises(InputError, match=sentence):
+            first_use.ahead(joints)
+
+    def test_one_is_compiled_without_a_word(self, asked):
+        first_use.compile_one("step", 8)
+        assert asked == [(["step"], 8, False)]

@@ -6,8 +6,8 @@ import pytest
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import LOCK_SHARE, Belief
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
-from ftqp.kernel.layout.record import record
 from ftqp.model import catalog
 
 PANDA = catalog.load("panda")
@@ -16,22 +16,22 @@ LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max")
 
 @pytest.fixture
 def K():
-    return record()
+    return Session(7).K
 
 
 @pytest.fixture
 def belief(K):
-    return Belief(PANDA, K)
+    return Belief(PANDA, K.limits, K.faults)
 
 
 def limits_of(K):
-    return {name: K[name][0, :7].copy() for name in LIMITS}
+    return {name: getattr(K.limits, name)[:7].copy() for name in LIMITS}
 
 
 def test_healthy_record_holds_the_limits_of_the_robot(belief, K):
     for name in LIMITS:
-        np.testing.assert_array_equal(K[name][0, :7], getattr(PANDA.limits, name))
-    assert not K["fault"][0, :7].any() and belief.faults == {}
+        np.testing.assert_array_equal(getattr(K.limits, name)[:7], getattr(PANDA.limits, name))
+    assert not K.faults.code[:7].any() and belief.faults == {}
 
 
 @pytest.mark.parametrize(
@@ -48,41 +48,41 @@ def test_fault_sets_the_code_of_its_joint_only(belief, K, fault, code):
     belief.report(fault)
     expected = np.zeros(7)
     expected[3] = code
-    np.testing.assert_array_equal(K["fault"][0, :7], expected)
+    np.testing.assert_array_equal(K.faults.code[:7], expected)
     assert belief.faults == {"panda_joint4": fault}
 
 
 def test_lock_brakes_at_a_quarter_of_the_acceleration_limit_unless_told(belief, K):
     belief.report(Locked(3))
-    assert K["lock_rate"][0, 3] == LOCK_SHARE * PANDA.limits.a_max[3]
+    assert K.faults.lock_rate[3] == LOCK_SHARE * PANDA.limits.a_max[3]
     belief.report(Locked(2, deceleration=0.3))
-    assert K["lock_rate"][0, 2] == 0.3
+    assert K.faults.lock_rate[2] == 0.3
 
 
 @pytest.mark.parametrize(("name", "code"), [("kinematic", 0), ("momentum", 1), ("task", 2)])
 def test_reset_rule_reaches_the_record(belief, K, name, code):
     belief.report(Locked(3, mode="instant", reset=name))
-    assert K["reset_mode"][0] == code
+    assert K.faults.reset_mode == code
 
 
 def test_degraded_joint_gets_its_share_of_the_limits(belief, K):
     belief.report(Degraded("panda_joint2", velocity=0.5, acceleration=0.25, torque=0.75, q_min=-1.0))
-    assert K["v_max"][0, 1] == 0.5 * PANDA.limits.v_max[1]
-    assert K["a_max"][0, 1] == 0.25 * PANDA.limits.a_max[1]
-    assert K["tau_max"][0, 1] == 0.75 * PANDA.limits.tau_max[1]
-    assert K["q_min"][0, 1] == -1.0 and K["q_max"][0, 1] == PANDA.limits.q_max[1]
-    assert K["v_max"][0, 0] == PANDA.limits.v_max[0]
+    assert K.limits.v_max[1] == 0.5 * PANDA.limits.v_max[1]
+    assert K.limits.a_max[1] == 0.25 * PANDA.limits.a_max[1]
+    assert K.limits.tau_max[1] == 0.75 * PANDA.limits.tau_max[1]
+    assert K.limits.q_min[1] == -1.0 and K.limits.q_max[1] == PANDA.limits.q_max[1]
+    assert K.limits.v_max[0] == PANDA.limits.v_max[0]
 
 
 def test_range_of_a_degraded_joint_never_grows(belief, K):
     belief.report(Degraded(1, q_min=-99.0, q_max=99.0))
-    assert K["q_min"][0, 1] == PANDA.limits.q_min[1] and K["q_max"][0, 1] == PANDA.limits.q_max[1]
+    assert K.limits.q_min[1] == PANDA.limits.q_min[1] and K.limits.q_max[1] == PANDA.limits.q_max[1]
 
 
 def test_second_degradation_replaces_the_first_and_does_not_multiply(belief, K):
     belief.report(Degraded(1, velocity=0.5))
     belief.report(Degraded(1, velocity=0.4))
-    assert K["v_max"][0, 1] == 0.4 * PANDA.limits.v_max[1]
+    assert K.limits.v_max[1] == 0.4 * PANDA.limits.v_max[1]
 
 
 @pytest.mark.parametrize(
@@ -94,27 +94,27 @@ def test_withdrawn_fault_leaves_no_trace_in_limits_and_codes(belief, K, fault):
     belief.withdraw("panda_joint4")
     for name, value in limits_of(K).items():
         np.testing.assert_array_equal(value, before[name])
-    assert not K["fault"][0, :7].any() and belief.faults == {} and not K["damping"][0, :7].any()
+    assert not K.faults.code[:7].any() and belief.faults == {} and not K.faults.friction[:7].any()
 
 
 def test_locking_a_degraded_joint_gives_its_limits_back(belief, K):
     belief.report(Degraded(3, velocity=0.2))
     belief.report(Locked(3))
-    assert K["v_max"][0, 3] == PANDA.limits.v_max[3]
+    assert K.limits.v_max[3] == PANDA.limits.v_max[3]
 
 
 def test_withdrawing_a_healthy_joint_changes_nothing(belief, K):
     belief.report(Locked(3))
     belief.withdraw(0)
-    assert set(belief.faults) == {"panda_joint4"} and K["fault"][0, 3] == BRAKING
+    assert set(belief.faults) == {"panda_joint4"} and K.faults.code[3] == BRAKING
 
 
 def test_restore_forgets_every_fault(belief, K):
     belief.report(Locked(3))
     belief.report(Degraded(1, velocity=0.5))
     belief.restore()
-    assert belief.faults == {} and not K["fault"][0, :7].any()
-    np.testing.assert_array_equal(K["v_max"][0, :7], PANDA.limits.v_max)
+    assert belief.faults == {} and not K.faults.code[:7].any()
+    np.testing.assert_array_equal(K.limits.v_max[:7], PANDA.limits.v_max)
 
 
 @pytest.mark.parametrize(
@@ -122,34 +122,34 @@ def test_restore_forgets_every_fault(belief, K):
 )
 def test_locked_joint_reported_locked_again_stays_locked(belief, K, again):
     belief.report(Locked(3))
-    K["fault"][0, 3] = LOCKED  # as the kernel does once the joint is at rest
+    K.faults.code[3] = LOCKED  # as the kernel does once the joint is at rest
     belief.report(again)
-    assert K["fault"][0, 3] == LOCKED
+    assert K.faults.code[3] == LOCKED
     assert belief.faults == {"panda_joint4": again}
 
 
 def test_braking_joint_reported_under_another_name_goes_on_braking_from_where_it_is(belief, K):
     belief.report(Locked(3))
-    K["lock_velocity"][0, 3] = 0.1
+    K.faults.lock_velocity[3] = 0.1
     belief.report(Locked("panda_joint4"))
-    assert K["fault"][0, 3] == BRAKING and K["lock_velocity"][0, 3] == 0.1
+    assert K.faults.code[3] == BRAKING and K.faults.lock_velocity[3] == 0.1
 
 
 def test_withdrawn_joint_that_locks_again_brakes_again(belief, K):
     belief.report(Locked(3))
-    K["fault"][0, 3] = LOCKED
+    K.faults.code[3] = LOCKED
     belief.withdraw(3)
     belief.report(Locked(3))
-    assert K["fault"][0, 3] == BRAKING and K["lock_velocity"][0, 3] == np.inf
+    assert K.faults.code[3] == BRAKING and K.faults.lock_velocity[3] == np.inf
 
 
 def test_fault_of_an_empty_range_is_refused_and_what_was_believed_stays(belief, K):
     belief.report(Locked(3))
-    K["fault"][0, 3] = LOCKED
+    K.faults.code[3] = LOCKED
     before = limits_of(K)
     with pytest.raises(InputError, match=r"the range left of panda_joint4 is empty: \[2, -0\.0698\]"):
         belief.report(Degraded(3, velocity=0.5, q_min=2.0))
-    assert belief.faults == {"panda_joint4": Locked(3)} and K["fault"][0, 3] == LOCKED
+    assert belief.faults == {"panda_joint4": Locked(3)} and K.faults.code[3] == LOCKED
     for name, value in limits_of(K).items():
         np.testing.assert_array_equal(value, before[name])
 
@@ -175,7 +175,8 @@ def test_what_is_no_fault_is_refused(belief, fault):
 
 def test_free_swinging_joint_needs_the_inertia_of_the_robot():
     srs7 = catalog.load("srs7")
-    belief = Belief(srs7, record())
+    K = Session(srs7.nv).K
+    belief = Belief(srs7, K.limits, K.faults)
     with pytest.raises(
         InputError, match=r"srs7 has no inertia, so the motion of free-swinging .* is unknown"
     ):

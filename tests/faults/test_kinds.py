@@ -74,5 +74,10 @@ def test_every_kind_has_a_table_in_scenarios_with_its_settings_and_a_word_for_me
                 assert keys[f"faults({name}).{field.name}"]["meaning"] == field.metadata["about"]
 
 
+def test_kinds_have_numbers_of_their_own_in_logs():
+    numbers = [kind.number for kind in KINDS.values()]
+    assert len(set(numbers)) == len(numbers) and min(numbers) == 1
+
+
 def test_every_kind_is_exported():
     assert all(getattr(ftqp, kind.__name__) is kind for kind in KINDS.values())

@@ -1,13 +1,14 @@
 """A random closed-loop episode, from robot to dt, and everything that must hold in it."""
 
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from scipy.optimize import linprog
+from tests.arm_at import arm_at
 
 import ftqp
-from ftqp.kernel.layout import enums as codes
 
 ROBOTS = ("panda", "iiwa14", "xarm7", "planar6", "srs7", "zhang7", "planar(10)")
 BACKENDS = ("active_set",) * 6 + ("dtrnn", "daqp", "proxqp", "quadprog", "osqp")
@@ -115,13 +116,17 @@ def check(episode: Episode, planner: Any, step: Any, q: Any, v: Any, dt: float, 
         if len(episode.broken) < 5:
             episode.broken.append(f"tick {k} {step.status.name}: {what} by {worst:.3g}")
 
-    K, n = planner._record[0], planner.robot.nv
     if not (np.isfinite(step.q).all() and np.isfinite(step.v).all() and np.isfinite(step.a).all()):
         broken("command not finite", np.nan)
         return
-    fault = K["fault"][:n]
-    healthy = fault == codes.HEALTHY
-    v_max, a_max = K["v_max"][:n], K["a_max"][:n]
+    limits = believed(planner)
+    faults = {planner.robot.joint(name): fault for name, fault in planner.faults.items()}
+    held, free = (
+        np.array([isinstance(faults.get(i), kind) for i in range(planner.robot.nv)])
+        for kind in (ftqp.Locked, ftqp.FreeSwinging)
+    )
+    healthy = ~held & ~free
+    v_max, a_max = limits.v_max, limits.a_max
     over = (np.abs(step.a) / a_max - 1.0)[healthy]
     if over.size and over.max() > 1e-6:
         broken("acceleration limit (share)", over.max())
@@ -131,41 +136,53 @@ def check(episode: Episode, planner: Any, step: Any, q: Any, v: Any, dt: float, 
     over = (np.abs(step.v) / slower - 1.0)[healthy]
     if over.size and over.max() > SPEED_TOLERANCE:
         broken("velocity limit (share)", over.max())
-    locked = fault == codes.LOCKED
+    locked = held & (v == 0.0)  # one that still moves is being braked
     if (step.v[locked] != 0.0).any() or (step.a[locked] != 0.0).any() or (step.q[locked] != q[locked]).any():
         broken("locked joint moves", float(np.abs(step.v[locked]).max()))
-    viable = lacking_room(planner, K, q, v, dt) <= 0.0
-    lack = lacking_room(planner, K, step.q, step.v, dt)
+    viable = lacking_room(planner, limits, q, v, dt) <= 0.0
+    lack = lacking_room(planner, limits, step.q, step.v, dt)
     over = lack[healthy & viable]
     if over.size and over.max() > 1e-9:
         broken("leaves its position limits, or can no longer brake before them,", over.max())
     too_late = (
-        healthy & ~viable & (np.abs(v) > a_max * dt) & (v * (K["q_max"][:n] + K["q_min"][:n] - 2.0 * q) < 0.0)
+        healthy & ~viable & (np.abs(v) > a_max * dt) & (v * (limits.q_max + limits.q_min - 2.0 * q) < 0.0)
     )
     if too_late.any() and planner.level == "acceleration":  # a limit has just shrunk: full braking, no less
         short = (a_max + np.sign(v) * step.a)[too_late]
         if short.max() > 1e-6:
             broken("a joint that is too late to brake does not brake fully,", short.max())
-    if K["dynamic"]:
-        tau_max = K["tau_max"][:n]
-        over = (np.abs(step.tau) - tau_max)[healthy]
+    if planner.robot.has_inertia:
+        over = (np.abs(step.tau) - limits.tau_max)[healthy]
         if over.size and over.max() > 1e-6:
             if step.status is ftqp.StepStatus.OK:
                 broken("torque limit, with status OK,", over.max())
-            elif least_excess(K, n) < 1e-7:
+            elif least_excess(planner, limits, faults, step, q, v) < 1e-7:
                 broken("torque limit, although the box leaves a way to keep it,", over.max())
-        free = fault == codes.FREE
         if free.any() and step.status is not ftqp.StepStatus.FALLBACK:
-            M, h = K["M"][:n, :n], K["h"][:n]
-            rest = (M @ step.a + h + K["damping"][:n] * step.v)[free]
-            if np.abs(rest).max() > 1e-6 * (1.0 + np.abs(h).max()):
+            arm = arm_at(planner.robot, q, v)
+            friction = np.array([faults[i].damping if free[i] else 0.0 for i in range(planner.robot.nv)])
+            rest = (arm.M @ step.a + arm.h + friction * step.v)[free]
+            if np.abs(rest).max() > 1e-6 * (1.0 + np.abs(arm.h).max()):
                 broken("free-swinging joint gets a torque", np.abs(rest).max())
 
 
-def lacking_room(planner: Any, K: Any, q: Any, v: Any, dt: float) -> Any:
+def believed(planner: Any) -> SimpleNamespace:
+    """The limits that are left of those of the robot, as the planner believes."""
+    limits = planner.robot.limits
+    names = ("q_min", "q_max", "v_max", "a_max", "tau_max")
+    left = SimpleNamespace(**{name: getattr(limits, name).copy() for name in names})
+    for name, fault in planner.faults.items():
+        if isinstance(fault, ftqp.Degraded):
+            i = planner.robot.joint(name)
+            left.v_max[i] *= fault.velocity
+            left.a_max[i] *= fault.acceleration
+            left.tau_max[i] *= fault.torque
+    return left
+
+
+def lacking_room(planner: Any, limits: Any, q: Any, v: Any, dt: float) -> Any:
     """What each joint's room lacks for its braking distance, (n,); <= 0 where it can still brake."""
-    n = planner.robot.nv
-    q_min, q_max, a_max = (K[name][:n] for name in ("q_min", "q_max", "a_max"))
+    q_min, q_max, a_max = limits.q_min, limits.q_max, limits.a_max
     speed = np.abs(v)
     need = speed**2 / (2.0 * a_max)
     if planner.level == "velocity":  # the next command is already slower: sum over j of (v - j a_max dt) dt
@@ -175,17 +192,28 @@ def lacking_room(planner: Any, K: Any, q: Any, v: Any, dt: float) -> Any:
     return -np.minimum(ahead, np.minimum(q_max - q, q - q_min))
 
 
-def least_excess(K: Any, n: int) -> float:
-    """By how much any x of the box must exceed the torque rows at least, a linear program."""
-    C, low, high = K["C"][:n, :n], K["l"][:n], K["u"][:n]
-    rows, limits = [], []
-    for row, least, most in zip(C, low, high, strict=True):
-        if np.isfinite(most):
-            rows.append([*row, -1.0])
-            limits.append(most)
-        if np.isfinite(least):
-            rows.append([*-row, -1.0])
-            limits.append(-least)
-    bounds = [*zip(K["lb"][:n], K["ub"][:n], strict=True), (0.0, None)]
-    found = linprog([0.0] * n + [1.0], A_ub=rows, b_ub=limits, bounds=bounds, method="highs")
+def least_excess(planner: Any, limits: Any, faults: Any, step: Any, q: Any, v: Any) -> float:
+    """By how much any x of the box must exceed the torque limits at least, a linear program.
+
+    In N m, times dt at the velocity level; a free-swinging joint's torque is that of its friction.
+    """
+    arm, n = arm_at(planner.robot, q, v), planner.robot.nv
+    at_velocity = planner.level == "velocity"
+    scale = planner.dt if at_velocity else 1.0
+    shift = scale * arm.h - (arm.M @ v if at_velocity else 0.0)
+    rows, most = [], []
+    for i in range(n):
+        fault, row, limit = faults.get(i), arm.M[i].copy(), scale * limits.tau_max[i]
+        if isinstance(fault, ftqp.Locked):
+            continue
+        offset = shift[i]
+        if isinstance(fault, ftqp.FreeSwinging):
+            row[i] += fault.damping * planner.dt
+            offset += 0.0 if at_velocity else fault.damping * v[i]
+            limit = 0.0
+        if np.isfinite(limit):
+            rows += [[*row, -1.0], [*-row, -1.0]]
+            most += [limit - offset, limit + offset]
+    bounds = [*zip(step.lower, step.upper, strict=True), (0.0, None)]
+    found = linprog([0.0] * n + [1.0], A_ub=rows, b_ub=most, bounds=bounds, method="highs")
     return float(found.fun) if found.status == 0 else np.inf

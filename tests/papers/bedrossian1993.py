@@ -4,11 +4,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from tests.arm_at import arm_at
 
 import ftqp
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.entry import entries as entry
-from ftqp.kernel.layout.record import load_chain, record
 
 INCH = 0.0254
 DEG = np.pi / 180.0
@@ -32,10 +31,7 @@ def arm() -> ftqp.Robot:
 
 def jacobian(robot: ftqp.Robot, q: FloatArray) -> FloatArray:
     """J at q, (6, nv), linear rows first."""
-    W = record()
-    load_chain(W, **robot.chain.constants())
-    entry.kinematics(W.ctypes.data, np.ascontiguousarray(q), np.zeros(robot.nv))
-    return np.array(W["J"][0, :, : robot.nv])
+    return arm_at(robot, q).J
 
 
 def scaled(J: FloatArray, length: float = LENGTH) -> FloatArray:

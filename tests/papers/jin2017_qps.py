@@ -9,7 +9,7 @@ from tests.papers.jin2017 import DT, run
 
 import ftqp
 from ftqp.core.checks import FloatArray, IntArray
-from ftqp.kernel.entry.network_entries import solve_dtrnn, solve_memory_size
+from ftqp.kernel.entry.workspace import NetworkMemory
 from ftqp.qp import Claim, Recorder, Recording
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
 from ftqp.qp.judge.solving import loaded
@@ -22,7 +22,7 @@ EXPERIMENTS: dict[str, dict[str, Any]] = {
     "MTN": dict(scheme="mtn", faults=LOCK),
     "gravity": dict(scheme="dlsm", bounds="viability", vertical=True),
 }
-"""The rows of table 9.3 of the spec."""
+"""The rows of the table of iterations in docs/jin2017.md."""
 
 
 @cache
@@ -38,9 +38,9 @@ class Solved:
     """What the network needed, one entry a QP.
 
     Attributes:
-        iterations: of each; the cap where it did not converge.
-        claims: how each ended.
-        error: largest |x - x*| of each.
+        iterations: Iterations of each; the cap where it did not converge.
+        claims: How each ended.
+        error: Largest |x - x*| of each.
     """
 
     iterations: IntArray
@@ -57,14 +57,13 @@ def solved(name: str, chosen: DtrnnSettings, *, warm: bool, every: int) -> Solve
     """Solve every ``every``-th QP of a row; warm from the last answer while the same joints are locked."""
     qps = recording(name)
     n, m, p = qps.g.shape[1], qps.b.shape[1], qps.l.shape[1]
-    numbers, memory = chosen.numbers(), np.zeros(int(solve_memory_size(n, m, p)))
+    numbers, network = chosen.numbers(), NetworkMemory(n, m, p)
     solution, trace = np.zeros(2 * n + m + p), np.zeros((0, 4))
     iterations, claims, error, locked = [], [], [], None
     for k in range(0, len(qps), every):
         fixed = tuple(qps.lb[k] == qps.ub[k])
-        again = int(warm and fixed == locked)
-        call: Any = solve_dtrnn
-        claim = call(loaded(qps.problem(k)).flat, solution, memory, numbers, trace, n, m, p, again)
+        again = warm and fixed == locked
+        claim = network.solve(loaded(qps.problem(k)).flat, solution, numbers, trace, again)
         locked = fixed
         iterations.append(int(numbers[-2]))
         claims.append(Claim(claim))

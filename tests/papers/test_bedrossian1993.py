@@ -1,7 +1,7 @@
 """Bedrossian 1993, "Fault tolerant kinematic control of hyper-redundant manipulators": its closed forms.
 
-The figures are those recomputed in the spec of the closed forms; chaotic ones (start N without a rule that
-keeps the arm in its plane) are not tested.
+``docs/bedrossian1993.md`` has them beside the published ones; chaotic ones (start N without a rule that keeps
+the arm in its plane) are not tested.
 """
 
 import itertools
@@ -384,6 +384,17 @@ def test_peak_rate_is_set_by_how_exactly_the_arm_is_planar(offset, peak):
     r = run("pseudoinverse", Q2 + START_R * offset / 0.1, MANOEUVRE_2, LOCKS_2, dt=0.002)
     assert r.peak == pytest.approx(peak, rel=0.005)
     assert progress(r, MANOEUVRE_2)[1] < 0.1
+
+
+@pytest.mark.parametrize(("offset", "first", "second"), [(0.2, 127.5, 325.6), (0.5, 71.5, 90.5)])
+def test_peaks_of_both_passages_of_the_stretched_posture(offset, first, second):
+    """The arm is stretched near 2.3 s and again near 12.6 s; the second peak is the larger one here."""
+    r = run("pseudoinverse", Q2 + START_R * offset / 0.1, MANOEUVRE_2, LOCKS_2, dt=0.002)
+    fastest = np.abs(r.rates).max(axis=1) / DEG
+    assert fastest[:2500].max() == pytest.approx(first, rel=1e-3)
+    assert int(fastest[:2500].argmax()) * 0.002 == pytest.approx(2.27, abs=0.01)
+    assert fastest[2500:].max() == pytest.approx(second, rel=1e-3)
+    assert (2500 + int(fastest[2500:].argmax())) * 0.002 == pytest.approx(12.65, abs=0.03)
 
 
 def test_blocked_arm_never_exceeds_the_limit():

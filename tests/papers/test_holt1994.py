@@ -1,7 +1,6 @@
-"""Figures of the moving-base spec that are tagged as verified, recomputed with the product's own planner.
+"""Holt and Desrochers 1994: the figures of docs/holt1994.md, computed by ftqp's own planner.
 
-Numbers such as "H5" are the experiments of the spec. Section 3 (the block inverse) has its tests with the
-closed forms.
+They were found first by an independent program. The block inverse has a file of its own.
 """
 
 import numpy as np
@@ -26,7 +25,8 @@ from tests.papers.holt1994 import (
 import ftqp
 from ftqp import BaseStatus, InertialTask, MovingBase, Observer, StepStatus
 from ftqp.control.moving_base.base_gain import best_lowpass, decay, noise_gain
-from ftqp.sim.base.carriers import BaseMotion, Platform
+from ftqp.sim.base.base_motion import BaseMotion
+from ftqp.sim.base.carriers import Platform
 from ftqp.sim.base.disturbances import RandomMotion, Sinusoid
 from ftqp.sim.plants.arm_model import Arm
 
@@ -160,7 +160,7 @@ def step_response(angle, base, *, gain=1.0, scheme=None, bounded=True):
     return np.array([overshoot(curve, dt) for curve in curves]).T
 
 
-def test_bounded_qp_has_the_overshoot_of_the_spec_on_the_30_degree_step():
+def test_bounded_qp_has_the_overshoot_of_the_docs_on_the_30_degree_step():
     over, settled = step_response(30, MovingBase())
     assert over[1] <= 3.8
     assert over == pytest.approx([0.30, 3.8, 0.15, 2.2], abs=0.06)
@@ -274,7 +274,7 @@ def test_tolerable_lock_costs_nothing(swaying, locked):
             assert np.all(result.q[:, joint - 1] == START7[joint - 1])
 
 
-def test_late_and_wrong_feed_forward_cost_what_the_spec_says(swaying):
+def test_late_and_wrong_feed_forward_cost_what_an_independent_program_says(swaying):
     late = np.vstack([np.repeat(swaying.twist[:1], 2, axis=0), swaying.twist[:-2]])
     base = MovingBase(sensing="known")
     found = held(swaying, base=base, twist=late)

@@ -7,10 +7,19 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
+from tests.arm_at import arm_at
 from tests.papers.jin2017 import START, Run, run
 
 import ftqp
 from ftqp import EmergencyStop, Locked, StepStatus
+from ftqp.control.planner.braking_reserve import braking_reserve
+from ftqp.control.planner.filling import filled
+from ftqp.core.checks import FloatArray
+from ftqp.faults.belief import Belief
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.jit import jit
+from ftqp.kernel.rows.failed_joints import sort_joints
+from ftqp.kernel.rows.joint_intervals import intervals
 
 PAPER_STOP = EmergencyStop(position=0.01, rotation=1.0, samples=1)
 
@@ -46,17 +55,13 @@ class TestArm:
         assert_allclose(np.linalg.svd(J, compute_uv=False), [1.844142, 0.311927], atol=5e-7)
 
     def test_inertia_of_the_kernel(self) -> None:
-        planner = ftqp.Planner(ftqp.robots.load("planar6"), 0.01, scheme="dlsm")
         v = np.array([0.1, -0.2, 0.3, -0.1, 0.2, 0.05])
-        planner.reset(START)
-        planner.step(START, v, ftqp.Target(pose=planner.robot.pose(START)))
-        K = planner._record[0]
-        M = K["M"][:6, :6]
-        assert_allclose(M[0], [3.07087, 2.071825, 1.164001, 0.581081, 0.193268, 0.018158], atol=5e-6)
+        arm = arm_at(ftqp.robots.load("planar6"), START, v)
+        assert_allclose(arm.M[0], [3.07087, 2.071825, 1.164001, 0.581081, 0.193268, 0.018158], atol=5e-6)
         eigenvalues = [4.94955e-4, 1.87633e-3, 5.70791e-3, 2.25443e-2, 0.235669, 5.139285]
-        assert_allclose(np.linalg.eigvalsh(M), eigenvalues, rtol=2e-6)
-        assert_allclose(K["drift"][:2], [-0.01803415, -0.04190422], atol=5e-9)
-        assert_allclose(K["h"][:6], [-0.013853, -0.003590, 0.001927, 0.003077, 0.002007, 0.000383], atol=5e-7)
+        assert_allclose(np.linalg.eigvalsh(arm.M), eigenvalues, rtol=2e-6)
+        assert_allclose(arm.drift[:2], [-0.01803415, -0.04190422], atol=5e-9)
+        assert_allclose(arm.h, [-0.013853, -0.003590, 0.001927, 0.003077, 0.002007, 0.000383], atol=5e-7)
 
 
 class TestE1NoFault:
@@ -174,6 +179,33 @@ def test_e8_bounds_decide_whether_the_fault_is_survived() -> None:
     assert viable.error.max() == pytest.approx(3.4e-6, rel=0.02)
 
 
+@jit
+def bounded(K: Any) -> None:
+    """The intervals of healthy joints at the state in the record."""
+    sort_joints(K)
+    intervals(K)
+
+
+def interval_session(planner: ftqp.Planner) -> Session:
+    """A session that makes the intervals of a healthy planner, and counts those that came out empty."""
+    robot, level = planner.robot, planner.level
+    criterion = ftqp.schemes.mvn().at(level)
+    session = filled(robot, planner.task, criterion, planner.bounds, None, level=level, dt=planner.dt)
+    limits = session.K.limits
+    Belief(robot, limits, session.K.faults)
+    a_max, tau_max = robot.limits.a_max, robot.limits.tau_max
+    limits.a_brake[: robot.nv] = braking_reserve(robot).share(a_max, tau_max) * a_max
+    return session
+
+
+def intervals_at(session: Session, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper ends of the intervals at a state."""
+    K, n = session.K, len(q)
+    K.state.q[:n], K.state.v[:n] = q, v
+    bounded(K)
+    return K.qp.lb[:n], K.qp.ub[:n]
+
+
 @pytest.mark.parametrize("level", ["velocity", "acceleration"])
 def test_e9_bounds_are_never_empty_and_never_broken(level: str) -> None:
     """Adversarial choices inside the interval, random or bang-bang, on every joint of the arm."""
@@ -182,12 +214,14 @@ def test_e9_bounds_are_never_empty_and_never_broken(level: str) -> None:
         planner = ftqp.Planner(
             ftqp.robots.load("planar6"), dt, level=level, task=ftqp.Task(kp=1.0, kv=1.0), emergency=None
         )
-        limits = planner.robot.limits
+        limits, session = planner.robot.limits, interval_session(planner)
         target = ftqp.Target(pose=planner.robot.pose(START))
         q, v = START.copy(), np.zeros(6)
         planner.reset(q)
         for _ in range(6000):
             step = planner.step(q, v, target)
+            lower, upper = intervals_at(session, q, v)
+            assert (lower == step.lower).all() and (upper == step.upper).all()
             choice = generator.random(6) if generator.random() < 0.5 else generator.integers(0, 2, 6)
             x = step.lower + choice * (step.upper - step.lower)
             if level == "acceleration":
@@ -197,7 +231,7 @@ def test_e9_bounds_are_never_empty_and_never_broken(level: str) -> None:
                 q, v = q + dt * x, x
             assert (q <= limits.q_max + 1e-9).all() and (q >= limits.q_min - 1e-9).all()
             assert (np.abs(v) <= limits.v_max + 1e-9).all()
-        assert planner._record["empty_intervals"][0] == 0
+        assert session.K.limits.empty_intervals == 0
 
 
 @pytest.mark.parametrize(

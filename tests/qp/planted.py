@@ -46,14 +46,14 @@ def planted(
     """A random QP whose solution is known.
 
     Args:
-        rng: source of randomness.
-        n: variables.
-        m: equality rows, as many of them as leave freedom are independent.
-        p: two-sided rows.
-        kind: of Hessian.
-        fixed: variables with lb == ub.
-        equal_rows: rows with l == u.
-        unbounded: share of bounds that are infinite.
+        rng: Source of randomness.
+        n: Variables.
+        m: Equality rows, as many of them as leave freedom are independent.
+        p: Two-sided rows.
+        kind: The kind of Hessian.
+        fixed: Variables with lb == ub.
+        equal_rows: Rows with l == u.
+        unbounded: Share of bounds that are infinite.
     """
     H = hessian(rng, n, kind)
     A, C, x = rng.normal(size=(m, n)), rng.normal(size=(p, n)), rng.normal(size=n)

@@ -10,7 +10,10 @@ SCRIPT = Path(__file__).parents[2] / "solvers" / "bench_batch.py"
 
 def test_every_row_is_measured_and_healthy_arms_keep_to_the_path():
     done = subprocess.run(
-        [sys.executable, str(SCRIPT), "--arms", "2", "--json"], capture_output=True, text=True, check=True
+        [sys.executable, str(SCRIPT), "--arms", "2", "--ticks", "800", "--json"],
+        capture_output=True,
+        text=True,
+        check=True,
     )
     rows = json.loads(done.stdout)["rows"]
     assert [(row["level"], row["fault"]) for row in rows] == [

@@ -19,14 +19,14 @@ def array(
     """``value`` as a fresh contiguous float64 array of ``shape``.
 
     Args:
-        name: how the user knows the value.
-        value: anything numpy can turn into numbers.
-        shape: the shape expected.
-        symbol: that shape in symbols, for the message, for example ``(nv,)``.
-        finite: whether NaN and infinity are refused; NaN always is.
+        name: How the user knows the value.
+        value: Anything numpy can turn into numbers.
+        shape: The shape expected.
+        symbol: That shape in symbols, for the message, for example ``(nv,)``.
+        finite: Whether NaN and infinity are refused; NaN always is.
 
     Raises:
-        InputError: not numbers, another shape, NaN, or infinite where it must be finite.
+        InputError: Not numbers, another shape, NaN, or infinite where it must be finite.
     """
     try:
         result = np.array(value, dtype=np.float64, order="C")
@@ -60,7 +60,7 @@ def positive(name: str, value: Any, unit: str = "") -> float:
     """``value`` as a float that is finite and greater than zero.
 
     Raises:
-        InputError: not a number, not finite, or not positive.
+        InputError: Not a number, not finite, or not positive.
     """
     return _number(name, value, unit, least=0.0, strict=True)
 
@@ -69,7 +69,7 @@ def non_negative(name: str, value: Any, unit: str = "") -> float:
     """``value`` as a float that is finite and at least zero.
 
     Raises:
-        InputError: not a number, not finite, or negative.
+        InputError: Not a number, not finite, or negative.
     """
     return _number(name, value, unit, least=0.0, strict=False)
 

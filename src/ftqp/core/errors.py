@@ -23,7 +23,7 @@ class ModelError(FtqpError):
     """A robot model cannot be used safely.
 
     Attributes:
-        findings: every finding of the audit, one sentence each.
+        findings: Every finding of the audit, one sentence each.
     """
 
     def __init__(self, what: str, findings: Sequence[str] = ()) -> None:
@@ -35,7 +35,7 @@ class ScenarioError(FtqpError):
     """A scenario cannot be run.
 
     Attributes:
-        errors: every error found, each with its path in the file.
+        errors: Every error found, each with its path in the file.
     """
 
     def __init__(self, what: str, errors: Sequence[str] = ()) -> None:
@@ -47,8 +47,8 @@ class MissingPackage(FtqpError, ImportError):
     """An optional package is not installed.
 
     Attributes:
-        package: the package that is missing.
-        remedy: the command that installs it.
+        package: The package that is missing.
+        remedy: The command that installs it.
     """
 
     def __init__(self, what: str, package: str, remedy: str) -> None:
@@ -67,10 +67,10 @@ def unknown(kind: str, got: object, owner: str, valid: Iterable[str]) -> InputEr
     """The error for an unknown name: names the valid ones and the nearest.
 
     Args:
-        kind: what the name should be, for example ``joint``.
-        got: the name that was handed in.
-        owner: whose names these are, for example ``panda``.
-        valid: the valid names.
+        kind: What the name should be, for example ``joint``.
+        got: The name that was handed in.
+        owner: Whose names these are, for example ``panda``.
+        valid: The valid names.
     """
     names = list(valid)
     return InputError(

@@ -20,10 +20,10 @@ class Belief:
     """What a planner holds to be true of its joints, kept in step with the record that the kernel reads.
 
     Args:
-        robot: the healthy robot.
-        limits: the record's room of limits; what is believed of them is written here.
-        faults: the record's room of fault codes.
-        torque_limits: whether torque limits are believed in at all.
+        robot: The healthy robot.
+        limits: The record's room of limits; what is believed of them is written here.
+        faults: The record's room of fault codes.
+        torque_limits: Whether torque limits are believed in at all.
     """
 
     def __init__(self, robot: Robot, limits: Any, faults: Any, *, torque_limits: bool = True) -> None:
@@ -45,10 +45,14 @@ class Belief:
         return any(isinstance(fault, FreeSwinging) for fault in self._faults.values())
 
     def report(self, fault: Fault) -> None:
-        """Hold ``fault`` to be true from the next tick on; it replaces what was believed of that joint.
+        """Hold a fault to be true from the next tick on; it replaces what was believed of that joint.
+
+        Args:
+            fault: The fault, of one of the kinds in ``ftqp.faults.kinds.KINDS``.
 
         Raises:
-            InputError: unknown joint, not a fault, or a free-swinging joint of a robot without inertia.
+            InputError: The joint is unknown, this is no fault, or a joint is to swing freely of a robot
+                without inertia.
         """
         if type(fault) not in KINDS.values():
             *names, last = (f"ftqp.{kind.__name__}" for kind in KINDS.values())
@@ -79,8 +83,11 @@ class Belief:
     def withdraw(self, joint: str | int) -> None:
         """Hold the joint to be healthy again.
 
+        Args:
+            joint: The joint's name or its 0-based index.
+
         Raises:
-            InputError: unknown joint.
+            InputError: The joint is unknown.
         """
         i = self._robot.joint(joint)
         if self._faults.pop(i, None) is not None:

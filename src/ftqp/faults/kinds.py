@@ -77,6 +77,7 @@ class Locked:
 
     kind: ClassVar[str] = "locked"
     happens: ClassVar[str] = "locks"
+    number: ClassVar[int] = 1
 
     joint: str | int
     mode: str = setting("ramp", "brakes, or is at rest at once", choices=MODES)
@@ -110,6 +111,7 @@ class FreeSwinging:
 
     kind: ClassVar[str] = "free_swinging"
     happens: ClassVar[str] = "swings freely"
+    number: ClassVar[int] = 2
 
     joint: str | int
     damping: float = setting(0.0, "viscous friction, >= 0", unit="N m s/rad", least=0.0)
@@ -134,6 +136,7 @@ class Degraded:
 
     kind: ClassVar[str] = "degraded"
     happens: ClassVar[str] = "is degraded"
+    number: ClassVar[int] = 3
 
     joint: str | int
     velocity: float = setting(1.0, "part of the speed limit left, 0 < x <= 1", above=0.0, most=1.0)

@@ -32,9 +32,9 @@ class Finding:
     """One thing the audit has to say.
 
     Attributes:
-        severity: how bad it is.
-        sentence: what, got, expected, remedy.
-        about: what it is about: ``masses``, ``limits``, or nothing in particular.
+        severity: How bad it is.
+        sentence: What, got, expected, remedy.
+        about: What it is about: ``masses``, ``limits``, or nothing in particular.
     """
 
     severity: Severity
@@ -65,7 +65,7 @@ def refuse_unsafe(name: str, findings: Iterable[Finding]) -> None:
     """Raises when the robot is unsafe.
 
     Raises:
-        ModelError: with every finding, the unsafe ones first.
+        ModelError: With every finding, the unsafe ones first.
     """
     every = list(findings)
     bad = [f.sentence for f in every if f.severity is Severity.UNSAFE]
@@ -80,9 +80,9 @@ def limit_findings(names: Sequence[str], limits: JointLimits, continuous: BoolAr
     """What is wrong with the limits of every joint: NaN, crossed, empty, zero, negative or missing ones.
 
     Args:
-        names: joint names, (nv,).
-        limits: of those joints.
-        continuous: joints that turn without limits, (nv,).
+        names: Joint names, (nv,).
+        limits: The limits of those joints.
+        continuous: Joints that turn without limits, (nv,).
     """
     found: list[Finding] = []
     for i, joint in enumerate(names):
@@ -151,11 +151,11 @@ def body_findings(
     moments belongs to no rigid body, and one without mass to no real one, yet both are safe: warnings.
 
     Args:
-        label: what the bodies are: ``link`` for parts, else for moving bodies.
-        names: of the bodies, (count,).
+        label: What the bodies are: ``link`` for parts, else for moving bodies.
+        names: Names of the bodies, (count,).
         mass: (count,) [kg].
         com: (count, 3) [m].
-        inertia: about the centre of mass, (count, 3, 3) [kg m2].
+        inertia: About the centre of mass, (count, 3, 3) [kg m2].
     """
     found: list[Finding] = []
     for name, m, c, moment in zip(names, mass, com, inertia, strict=True):
@@ -168,7 +168,7 @@ def rotor_findings(names: Sequence[str], armature: FloatArray) -> list[Finding]:
     """What is wrong with rotor inertias: each stands on the diagonal of the joint-space inertia.
 
     Args:
-        names: joint names, (nv,).
+        names: Joint names, (nv,).
         armature: (nv,) [kg m2 or kg].
     """
     return [

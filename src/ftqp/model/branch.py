@@ -16,12 +16,12 @@ def within_branch(robot: Robot, limits: Mapping[str | int, Any]) -> Robot:
     brakes before these ends as before any position limit.
 
     Args:
-        robot: the arm.
-        limits: joint, by name or 0-based index, to (low, high) [rad or m]; -inf and inf keep the joint's own
+        robot: The arm.
+        limits: Joint, by name or 0-based index, to (low, high) [rad or m]; -inf and inf keep the joint's own
             end.
 
     Raises:
-        InputError: an unknown joint, not two numbers, or a range that leaves nothing of the joint's own.
+        InputError: An unknown joint, not two numbers, or a range that leaves nothing of the joint's own.
     """
     low, high = robot.limits.q_min.copy(), robot.limits.q_max.copy()
     for joint, ends in limits.items():

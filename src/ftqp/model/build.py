@@ -45,8 +45,8 @@ def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
     """The fields of a ``Robot``.
 
     Raises:
-        InputError: an unknown tip or joint, or a wrong shape.
-        ModelError: the robot is unsafe or not a chain; carries every finding.
+        InputError: An unknown tip or joint, or a wrong shape.
+        ModelError: The robot is unsafe or not a chain; carries every finding.
     """
     if isinstance(wishes.locked, str):
         raise InputError(f"locked is {wishes.locked!r}, expected a list of joints, [{wishes.locked!r}]")

@@ -28,18 +28,18 @@ class Chain:
     T_i = T_{i-1} (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint, T_0 the base.
 
     Attributes:
-        names: joint names, base to tip.
-        prismatic: whether the joint slides, (nv,).
-        continuous: whether the joint turns without limits and pinocchio stores it as (cos, sin), (nv,).
-        rotation: orientation of joint frame i in joint frame i-1 at q = 0, (nv, 3, 3).
-        translation: origin of joint frame i in joint frame i-1 at q = 0, (nv, 3) [m].
-        mass: mass of the body behind each joint, held joints' bodies lumped in, (nv,) [kg].
-        com: its centre of mass in the joint's frame, (nv, 3) [m].
-        inertia: its inertia about the centre of mass, axes of the joint's frame, (nv, 3, 3) [kg m2].
-        armature: rotor inertia seen at the joint, on the diagonal of M, (nv,) [kg m2 or kg].
-        tip_rotation: orientation of the tip in the last joint's frame, (3, 3).
-        tip_translation: origin of the tip in the last joint's frame, (3,) [m].
-        gravity: gravity in the base frame, (3,) [m/s2].
+        names: Joint names, base to tip.
+        prismatic: Whether the joint slides, (nv,).
+        continuous: Whether the joint turns without limits and pinocchio stores it as (cos, sin), (nv,).
+        rotation: Orientation of joint frame i in joint frame i-1 at q = 0, (nv, 3, 3).
+        translation: Origin of joint frame i in joint frame i-1 at q = 0, (nv, 3) [m].
+        mass: Mass of the body behind each joint, held joints' bodies lumped in, (nv,) [kg].
+        com: Its centre of mass in the joint's frame, (nv, 3) [m].
+        inertia: Its inertia about the centre of mass, axes of the joint's frame, (nv, 3, 3) [kg m2].
+        armature: Rotor inertia seen at the joint, on the diagonal of M, (nv,) [kg m2 or kg].
+        tip_rotation: Orientation of the tip in the last joint's frame, (3, 3).
+        tip_translation: Origin of the tip in the last joint's frame, (3,) [m].
+        gravity: Gravity in the base frame, (3,) [m/s2].
     """
 
     names: tuple[str, ...]
@@ -71,7 +71,7 @@ def chain_of(model: Any, tip: str) -> Chain:
 
     Args:
         model: a pinocchio model; joints off the chain must be held already (``reduction.reduced``).
-        tip: name of a frame of the model.
+        tip: Name of a frame of the model.
 
     Raises:
         ModelError: a joint off the chain, more than 32 joints, or joints that the kernel cannot express.

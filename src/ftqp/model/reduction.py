@@ -28,15 +28,15 @@ def reduced(
 
     Args:
         model: a pinocchio model.
-        tip: name of a frame.
-        locked: joints to hold, by name or 0-based index.
-        q_locked: positions of held joints by name [rad or m].
+        tip: Name of a frame.
+        locked: Joints to hold, by name or 0-based index.
+        q_locked: Positions of held joints by name [rad or m].
 
     Returns:
         A new pinocchio model; the one handed in is not changed.
 
     Raises:
-        InputError: an unknown joint, or a position of a joint that is not held or has several degrees of
+        InputError: An unknown joint, or a position of a joint that is not held or has several degrees of
             freedom.
     """
     names = [str(name) for name in model.names][1:]
@@ -100,7 +100,7 @@ def joint_index(names: Sequence[str], joint: str | int, owner: str) -> int:
     """The 0-based index of a joint given by name or index.
 
     Raises:
-        InputError: no such joint; names the valid ones and the nearest.
+        InputError: No such joint; names the valid ones and the nearest.
     """
     if isinstance(joint, str):
         if joint in names:
@@ -125,7 +125,7 @@ def tip_of(model: Any, tip: str | None, locked: Sequence[str | int] = ()) -> tup
     finding.
 
     Raises:
-        InputError: nothing in the model moves.
+        InputError: Nothing in the model moves.
     """
     valid = frame_names(model)
     if model.njoints < 2:

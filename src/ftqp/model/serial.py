@@ -36,8 +36,8 @@ class Inertial:
 
     Attributes:
         mass: [kg].
-        com: centre of mass in the body's frame, (3,) [m].
-        inertia: about the centre of mass, axes of the body's frame, (3, 3) [kg m2].
+        com: Centre of mass in the body's frame, (3,) [m].
+        inertia: About the centre of mass, axes of the body's frame, (3, 3) [kg m2].
     """
 
     mass: float
@@ -50,10 +50,10 @@ class Body:
     """A joint about or along its z axis and the body behind it.
 
     Attributes:
-        name: of the joint.
-        placement: joint frame in the previous joint's frame (the base for the first) at q = 0, (4, 4).
-        prismatic: whether the joint slides.
-        parts: rigid bodies carried behind the joint, each with its frame's pose (4, 4) in the joint's frame.
+        name: The joint's name.
+        placement: Joint frame in the previous joint's frame (the base for the first) at q = 0, (4, 4).
+        prismatic: Whether the joint slides.
+        parts: Rigid bodies carried behind the joint, each with its frame's pose (4, 4) in the joint's frame.
     """
 
     name: str
@@ -73,11 +73,11 @@ def serial_model(
     """A pinocchio model of the arm.
 
     Args:
-        name: of the model.
-        bodies: joints and bodies, base to tip.
-        limits: of the joints; they are also written into the model.
-        frames: named frames on the last body, each with its pose (4, 4) in the last joint's frame.
-        gravity: in the base frame, (3,) [m/s2].
+        name: The model's name.
+        bodies: Joints and bodies, base to tip.
+        limits: Limits of the joints; they are also written into the model.
+        frames: Named frames on the last body, each with its pose (4, 4) in the last joint's frame.
+        gravity: Gravity in the base frame, (3,) [m/s2].
 
     Returns:
         pinocchio.Model with nq = nv = number of bodies.

@@ -43,8 +43,8 @@ def neutral_of(limits: JointLimits, wanted: FloatArray | None) -> FloatArray:
     """A configuration inside the limits, (nv,) [rad or m].
 
     Args:
-        limits: of the joints.
-        wanted: taken as it is where it respects the limits, clipped where limits were narrowed; None: zero
+        limits: Limits of the joints.
+        wanted: Taken as it is where it respects the limits, clipped where limits were narrowed; None: zero
             where that is well inside, else the middle of the range.
 
     Raises:

@@ -58,7 +58,7 @@ class QP:
         """Check and copy the parts.
 
         Raises:
-            InputError: shapes that do not fit, NaN, an infinite number where a finite one belongs, crossed
+            InputError: Shapes that do not fit, NaN, an infinite number where a finite one belongs, crossed
                 bounds, a right side without rows or rows without one, H not symmetric or not positive
                 semidefinite.
         """
@@ -122,10 +122,11 @@ class Residuals:
     """How far a point is from solving a QP, in its units (``ftqp.kernel.judge.kkt.kkt``); inf with NaN.
 
     Attributes:
-        primal: max(|Ax - b|, violations of l <= Cx <= u and lb <= x <= ub).
-        dual: max |Hx + g + A'y + C'z + z_box|.
-        complementarity: max over bounds of min(multiplier, distance from its bound).
-        gap: |x'Hx + g'x + b'y + sum(z+ u - z- l) + sum(z_box+ ub - z_box- lb)|, the duality gap.
+        primal: The largest of |Ax - b| and the violations of l <= Cx <= u and lb <= x <= ub.
+        dual: The largest entry of |Hx + g + A'y + C'z + z_box|.
+        complementarity: The largest, over bounds, of the smaller of a multiplier and the distance from its
+            bound.
+        gap: The duality gap |x'Hx + g'x + b'y + sum(z+ u - z- l) + sum(z_box+ ub - z_box- lb)|.
     """
 
     primal: float
@@ -148,10 +149,10 @@ class Certificate:
     0 = y'Ax + z'Cx + z_box'x <= b'y + sum(z+ u - z- l) + sum(z_box+ ub - z_box- lb) < 0.
 
     Attributes:
-        y: multipliers of Ax = b, (m,); the violation of each row at the point closest to all constraints.
-        z: multipliers of the two-sided rows, (p,); likewise.
-        z_box: multipliers of the bounds of x, (n,); not zero where a bound stands in the way.
-        violation: the largest entry of y and z: what at least one constraint must give, in its own unit.
+        y: Multipliers of Ax = b, (m,): the violation of each row at the point closest to all constraints.
+        z: Multipliers of the two-sided rows, (p,): likewise.
+        z_box: Multipliers of the bounds of x, (n,): not zero where a bound stands in the way.
+        violation: The largest entry of y and z: what at least one constraint must give, in its own unit.
     """
 
     y: FloatArray

@@ -14,6 +14,9 @@ from typer.testing import CliRunner
 
 import ftqp
 from ftqp.app.commands.cli import app
+from ftqp.control import first_use
+from ftqp.kernel.compiled.kernel import kept_in
+from ftqp.kernel.jit import COMPILED
 
 COMMANDS = ("demo", "run", "compare", "replay", "check", "robots", "backends", "schemes", "warmup")
 
@@ -121,6 +124,36 @@ def test_json_is_one_object_on_stdout_and_nothing_else(short: Path, tmp_path: Pa
 @pytest.mark.parametrize("command", ["robots", "backends", "schemes", "warmup", "check"])
 def test_json_of_every_list_is_one_object(command: str) -> None:
     assert isinstance(json.loads(invoke(command, "--json").stdout), dict)
+
+
+@pytest.fixture
+def compiled(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
+    """What ``ftqp warmup`` compiles, without doing it."""
+    found: list[tuple[str, int]] = []
+    monkeypatch.setattr(first_use, "compile_one", lambda name, capacity: found.append((name, capacity)))
+    return found
+
+
+@pytest.mark.skipif(not COMPILED, reason="the kernel runs as plain Python")
+class TestWarmup:
+    def test_says_on_stderr_how_far_it_is_and_on_stdout_where_the_kernel_is(self, compiled: Any) -> None:
+        result = invoke("warmup", "--joints", 9)
+        assert compiled == first_use.ahead(9) and result.exit_code == 0
+        lines = result.stderr.splitlines()
+        assert len(lines) == len(compiled) and lines[0].startswith("1/7 step, arms of up to 16 joints: ")
+        assert str(kept_in()) in result.stdout
+
+    def test_everything_takes_every_entry(self, compiled: Any) -> None:
+        result = invoke("warmup", "--all", "--json")
+        assert compiled == first_use.ahead(None)
+        told = json.loads(result.stdout)
+        assert [(row["entry"], row["joints"] or 0) for row in told["entries"]] == compiled
+        assert told["compiled"] is True and told["folder"] == str(kept_in())
+
+    @pytest.mark.parametrize("joints", [0, 33, -1])
+    def test_arm_that_there_is_not_is_bad_input(self, compiled: Any, joints: int) -> None:
+        result = invoke("warmup", "--joints", joints)
+        assert result.exit_code == 2 and "joints" in result.stderr and not compiled
 
 
 def test_error_with_json_is_one_object_that_lists_all_errors(short: Path) -> None:
@@ -269,17 +302,20 @@ def _started(short: Path, out: Path) -> subprocess.Popen[str]:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for another process")
-def test_ctrl_c_leaves_complete_files_and_exits_130(short: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_ctrl_c_and_sigterm_leave_complete_files(short: Path, tmp_path: Path, number: int, code: int) -> None:
     run = _started(short, tmp_path / "out")
-    run.send_signal(signal.SIGINT)
+    run.send_signal(number)
     stdout, stderr = run.communicate(timeout=60)
-    assert run.returncode == 130, stderr
+    assert run.returncode == code, stderr
     assert "Traceback" not in stderr
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert json.loads(stdout) == summary
     assert summary["interrupted"] is True
     assert summary["completed"] is False
-    assert len(ftqp.load_log(tmp_path / "out")) == summary["steps"]
+    log = ftqp.load_log(tmp_path / "out")
+    assert len(log) == summary["steps"]
+    assert log.metadata["state"] == "interrupted"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
@@ -290,6 +326,27 @@ def test_a_killed_run_leaves_a_readable_log(short: Path, tmp_path: Path) -> None
     log = ftqp.load_log(tmp_path / "out")
     assert len(log) > 1000
     assert log.metadata["state"] == "running"
+    assert not (tmp_path / "out" / "summary.json").exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows limits no file sizes")
+def test_a_full_disk_is_said_and_the_run_is_not_finished(short: Path, tmp_path: Path) -> None:
+    import resource
+
+    def small_files() -> None:
+        _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, hard))
+
+    run = subprocess.run(
+        [sys.executable, "-m", "ftqp.app", "run", str(short), "--out", str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        preexec_fn=small_files,
+        timeout=120,
+    )
+    assert run.returncode == 2
+    assert "cannot be written" in run.stderr and "Traceback" not in run.stderr
+    assert ftqp.load_log(tmp_path / "out").metadata["state"] in ("running", "failed")
     assert not (tmp_path / "out" / "summary.json").exists()
 
 

@@ -178,7 +178,9 @@ def test_reset_begins_the_path_anew():
 
 @pytest.mark.parametrize("mode", ["slack", "hard", "lexicographic"])
 def test_other_task_modes_are_refused(mode):
-    with pytest.raises(InputError, match="expected 'scaled'"):
+    with pytest.raises(
+        InputError, match=rf"leader 'path' does not go with mode '{mode}'.*Task\(mode=\"scaled\"\)"
+    ):
         follower_of(task=ftqp.Task(mode=mode))
 
 

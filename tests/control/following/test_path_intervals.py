@@ -7,10 +7,12 @@ import ftqp
 from ftqp.control.following.path_intervals import path_table
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
-from ftqp.kernel.entry.compile import fast_call
+from ftqp.kernel.entry.session import PathMemory
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout import path_table as layout
 from ftqp.kernel.layout.enums import TARGET_SIZE
-from ftqp.kernel.layout.record import record
-from ftqp.kernel.rows import path_rows as layout
+from ftqp.kernel.layout.record import CAPACITIES
+from ftqp.kernel.rows.path_sample import look_up
 
 START = transform(np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.4, 0.1, 0.5]))
 TURNED = transform(np.array([[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]]), np.array([0.1, 0.3, 0.7]))
@@ -30,23 +32,19 @@ PATHS = {
 }
 
 
-@pytest.fixture(autouse=True, scope="module")
-def compiled():
-    ftqp.Planner(ftqp.robots.load("planar6"), 0.01)
+@jit
+def looked_up(path, table, progress, targets):
+    """The path's targets at each progress in turn, as the kernel reads them."""
+    for k in range(len(progress)):
+        path.progress = progress[k]
+        look_up(path, table, len(table), targets[k])
 
 
 def sampled(table, times):
-    """The table's pose and twist as the kernel reads them."""
-    W, target = record(), np.zeros(TARGET_SIZE)
-    look_up = fast_call("path_target")
-    poses, twists, accelerations = [], [], []
-    for t in times:
-        W["progress"] = t
-        look_up(W.ctypes.data, table.ctypes.data, len(table), target.ctypes.data)
-        poses.append(target[:16].reshape(4, 4).copy())
-        twists.append(target[16:22].copy())
-        accelerations.append(target[22:28].copy())
-    return np.array(poses), np.array(twists), np.array(accelerations)
+    """The table's pose, twist and acceleration as the kernel reads them."""
+    lead, targets = PathMemory(CAPACITIES[0], table), np.zeros((len(times), TARGET_SIZE))
+    looked_up(lead.path, lead.table, np.asarray(times, dtype=float), targets)
+    return targets[:, :16].reshape(-1, 4, 4), targets[:, 16:22], targets[:, 22:28]
 
 
 @pytest.mark.parametrize("name", PATHS)

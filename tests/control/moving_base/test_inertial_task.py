@@ -66,12 +66,12 @@ def test_wrong_base_is_one_clear_sentence(given, sentence):
         (
             {"level": "acceleration"},
             {},
-            "the planner decides accelerations, but a moving base needs level='velocity'",
+            "leader 'base' does not go with level 'acceleration': .*; make the planner with level='velocity'",
         ),
         (
             {"task": ftqp.Task(mode="scaled")},
             {},
-            "task mode is 'scaled', but an inertial target waits for no path",
+            "leader 'base' does not go with mode 'scaled': an inertial target waits for no path; take mode",
         ),
         ({"task": ftqp.Task(kp=5.0)}, {}, "task kp is 5, but here gain sets it to gain/dt; leave kp out"),
         ({}, {"gain": 2.0}, "gain is 2, but the loop is unstable from 2 on"),

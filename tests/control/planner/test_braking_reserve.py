@@ -4,19 +4,17 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.braking_reserve import LEAST_SHARE, SPEED_SHARE, BrakingReserve
+from ftqp.control.planner.braking_reserve import LEAST_SHARE, SPEED_SHARE, BrakingReserve, braking_reserve
 
 
 @pytest.fixture(scope="module")
 def panda_reserve():
-    robot = ftqp.robots.load("panda")
-    planner = ftqp.Planner(robot)
-    return BrakingReserve(planner._record, robot.nv), planner
+    return BrakingReserve(ftqp.robots.load("panda"))
 
 
 def test_every_joint_can_brake_at_the_share_within_its_torque(panda, panda_reserve):
     pinocchio = pytest.importorskip("pinocchio")
-    reserve, _ = panda_reserve
+    reserve = panda_reserve
     limits, generator = panda.limits, np.random.default_rng(1)
     guard = reserve.guard(limits.a_max, limits.tau_max)
     share = reserve.share(limits.a_max, limits.tau_max)
@@ -30,7 +28,7 @@ def test_every_joint_can_brake_at_the_share_within_its_torque(panda, panda_reser
 
 
 def test_weaker_motors_leave_a_smaller_share(panda, panda_reserve):
-    reserve, _ = panda_reserve
+    reserve = panda_reserve
     a_max, tau_max = panda.limits.a_max, panda.limits.tau_max
     shares = [reserve.share(a_max, k * tau_max) for k in (1.0, 0.9, 0.8, 0.7)]
     assert shares == sorted(shares, reverse=True) and shares[0] > shares[-1]
@@ -39,8 +37,7 @@ def test_weaker_motors_leave_a_smaller_share(panda, panda_reserve):
 def test_share_is_the_largest_that_all_samples_allow():
     """A planar arm without gravity has |h| = 0 at rest: the share follows from |M| a_max alone."""
     robot = ftqp.robots.load("planar(1)")
-    planner = ftqp.Planner(robot)
-    reserve = BrakingReserve(planner._record, 1)
+    reserve = BrakingReserve(robot)
     inertia = 4.0 * 1.5 * 1.5**2 / 3.0  # a rod about its end
     for share in (0.3, 0.7):
         tau_max = np.array([share * inertia * robot.limits.a_max[0]])
@@ -49,22 +46,22 @@ def test_share_is_the_largest_that_all_samples_allow():
 
 
 def test_no_torque_limit_leaves_all_of_the_deceleration(panda, panda_reserve):
-    reserve, _ = panda_reserve
+    reserve = panda_reserve
     assert reserve.share(panda.limits.a_max, np.full(7, np.inf)) == 1.0
     assert reserve.guard(panda.limits.a_max, np.full(7, np.inf)) == 1.0
 
 
 def test_motors_that_cannot_even_hold_the_arm_leave_the_least_share_and_no_guard(panda, panda_reserve):
-    reserve, _ = panda_reserve
+    reserve = panda_reserve
     assert reserve.share(panda.limits.a_max, np.full(7, 1e-3)) == LEAST_SHARE
     assert reserve.guard(panda.limits.a_max, np.full(7, 1e-3)) == 0.0
 
 
-def test_sampling_leaves_the_planners_record_alone_and_repeats_itself(panda, panda_reserve):
-    _, planner = panda_reserve
-    before = planner._record.tobytes()
-    shares = {
-        BrakingReserve(planner._record, 7).share(panda.limits.a_max, 0.8 * panda.limits.tau_max)
-        for _ in range(2)
-    }
-    assert planner._record.tobytes() == before and len(shares) == 1
+def test_sampling_repeats_itself(panda):
+    shares = {BrakingReserve(panda).share(panda.limits.a_max, 0.8 * panda.limits.tau_max) for _ in range(2)}
+    assert len(shares) == 1
+
+
+def test_planners_of_a_robot_share_its_samples(panda):
+    assert braking_reserve(panda) is braking_reserve(panda)
+    assert braking_reserve(panda) is not braking_reserve(ftqp.robots.load("iiwa14"))

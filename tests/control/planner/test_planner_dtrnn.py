@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.kernel.entry.network_entries import VALID
+from ftqp.control.planner.filling import filled
+from ftqp.control.planner.network_memory import network_memory
+from ftqp.control.task.bounds import Viability
 
 DT = 1e-3
 
@@ -30,10 +32,12 @@ def follow(planner, path, ticks, fault=None, at=None, q=None):
     return np.array(rows), status, np.array(iterations)
 
 
-def test_the_network_runs_in_the_kernel(panda):
-    planner = ftqp.Planner(panda, backend="dtrnn")
-    assert planner.backend == "dtrnn" and planner._backend is None and planner._record["network"][0] != 0
-    assert ftqp.Planner(panda)._record["network"][0] == 0
+def test_the_network_runs_in_the_kernel(panda, monkeypatch):
+    asked = []
+    monkeypatch.setattr("ftqp.control.planner.solving.warm_up", lambda names, capacity: asked.append(names))
+    assert ftqp.Planner(panda, backend="dtrnn").backend == "dtrnn"
+    ftqp.Planner(panda)
+    assert set(asked) == {("network_clock",), ("step",)}
 
 
 def test_a_lost_joint_on_a_circle_makes_the_motion_of_the_active_set(panda, home, level):
@@ -99,7 +103,6 @@ class TestWarmStart:
         cold = self.step(planner)
         assert cold > 5
         assert self.step(planner) < cold / 2  # the same problem again
-        assert planner._memory[VALID] == 1.0 and planner._record["warm"][0] == 1
 
     @pytest.mark.parametrize("change", ["report", "withdraw", "reset"])
     def test_it_is_dropped_by(self, panda, home, change):
@@ -119,12 +122,12 @@ class TestWarmStart:
         assert self.step(planner) == cold > warm
 
     def test_it_is_dropped_by_a_tick_without_a_solved_task(self, panda, home):
-        planner = self.planner(panda, home)
-        self.step(planner)
-        planner.step(np.full(7, np.nan), self.v, self.target)
-        assert planner._record["warm"][0] == 0
-        self.step(planner)
-        assert planner._record["warm"][0] == 1
+        planner = self.planner(panda, home, mode="paper", scaling=True)
+        cold, warm = self.step(planner), self.step(planner)
+        bad = planner.step(np.full(7, np.nan), self.v, self.target)
+        assert bad.status is ftqp.StepStatus.INVALID_INPUT
+        assert self.step(planner) == cold > warm
+        assert self.step(planner) == warm
 
     def test_a_lock_is_no_start_for_the_arm_before_it(self, panda, home):
         warm, cold = self.planner(panda, home), self.planner(panda, home)
@@ -142,7 +145,9 @@ def test_steps_are_deterministic(panda, home):
     np.testing.assert_array_equal(*runs)
 
 
-def test_the_paper_mode_is_accepted_at_its_own_tolerance(panda):
-    assert ftqp.Planner(panda, backend="dtrnn")._record["accept"][0] == 1e-6
-    paper = ftqp.Planner(panda, backend={"name": "dtrnn", "mode": "paper"})
-    assert paper._record["accept"][0] == pytest.approx(1e-4)
+@pytest.mark.parametrize(("mode", "accepted"), [("product", 1e-6), ("paper", 1e-4)])
+def test_an_answer_is_accepted_at_the_tolerance_of_its_mode(panda, mode, accepted):
+    criterion = ftqp.schemes.mvn().at("acceleration")
+    session = filled(panda, ftqp.Task(), criterion, Viability(), None, level="acceleration", dt=DT)
+    network_memory(ftqp.qp.backend({"name": "dtrnn", "mode": mode}), session)
+    assert session.K.ladder.accept == pytest.approx(accepted)

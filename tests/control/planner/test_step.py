@@ -1,7 +1,12 @@
 """A step is a window onto the planner: valid until the next one, unless copied."""
 
+import pickle
+import tracemalloc
+from copy import copy, deepcopy
+
 import numpy as np
 import pytest
+from tests.arm_at import arm_at
 
 import ftqp
 from ftqp.qp import SolveStatus
@@ -143,7 +148,7 @@ def test_singularity_measures_are_those_of_the_healthy_joints_and_survive_a_copy
     planner.reset(panda.neutral)
     planner.report(ftqp.Locked(2))
     step = planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home))
-    J = np.array(planner._record["J"][0, :, :7])
+    J = arm_at(panda, panda.neutral).J
     J[:3] /= panda.length
     s = np.linalg.svd(np.delete(J, 2, axis=1))[1]
     for one in (step, step.copy()):
@@ -166,7 +171,7 @@ def test_measures_are_those_of_the_task_rows_even_while_the_arm_stops(panda, hom
     bad.twist[0] = np.nan
     step = planner.step(panda.neutral, np.zeros(7), bad)
     assert step.status is ftqp.StepStatus.INVALID_INPUT and step.measures == running
-    J = np.array(planner._record["J"][0, :, :7])
+    J = arm_at(panda, panda.neutral).J
     J[:3] /= panda.length
     J[3:] = panda.pose(panda.neutral)[:3, :3].T @ J[3:]
     assert running.sigma_min == pytest.approx(np.linalg.svd(J[:5])[1][-1], rel=1e-9)
@@ -187,3 +192,67 @@ def test_reading_measures_changes_no_later_step(panda, home):
             q, v = step.q.copy(), step.v.copy()
         ends.append(q)
     assert np.array_equal(*ends)
+
+
+SAID = ("q", "v", "a", "tau", "tau_brake", "task_error", "slack", "lower", "upper", "status", "code", "scale",
+        "position_error", "rotation_error", "measures", "sigma_min", "manipulability", "condition", "kappa",
+        "torque_excess", "certificate", "limits_active", "qp")  # fmt: skip
+"""All that a step tells."""
+AGAIN = [ftqp.Step.copy, copy, deepcopy, lambda step: pickle.loads(pickle.dumps(step))]
+
+
+def told(step):
+    return {name: np.array(x) if isinstance(x := getattr(step, name), np.ndarray) else x for name in SAID}
+
+
+def on_its_way(panda, home, level):
+    """A planner with a locked joint and its state, beyond what the limits allow."""
+    planner = ftqp.Planner(panda, DT, level=level, emergency=None)
+    q, v = panda.neutral.copy(), np.zeros(7)
+    planner.reset(q)
+    planner.report(ftqp.Locked(1))
+    for _ in range(15):
+        step = planner.step(q, v, moving(home, 3.0))
+        q, v = step.q.copy(), step.v.copy()
+    return planner, q, v
+
+
+@pytest.mark.parametrize("again", AGAIN, ids=["method", "copy", "deepcopy", "pickle"])
+def test_kept_step_tells_what_the_live_one_told_however_late_it_is_asked(panda, home, level, again):
+    planner, q, v = on_its_way(panda, home, level)
+    live = told(planner.step(q, v, moving(home, 3.0)))
+    assert live["certificate"] is not None and live["limits_active"] and live["tau_brake"].any()
+    planner, q, v = on_its_way(panda, home, level)
+    kept = again(planner.step(q, v, moving(home, 3.0)))
+    planner.withdraw(1)
+    planner.report(ftqp.Locked(4))
+    planner.report(ftqp.FreeSwinging(6))
+    for k in range(3):
+        assert planner.step(q + 0.1 * k, np.full(7, 0.1), ftqp.Target(pose=home)).condition > 1.0
+    found = told(kept)
+    for name in SAID:
+        np.testing.assert_array_equal(found[name], live[name], err_msg=name)
+    assert all((told(kept)[name] == live[name]).all() for name in ("tau", "tau_brake"))
+
+
+def test_copy_of_a_kept_step_is_a_step_of_its_own(planner, panda, home):
+    kept = planner.step(panda.neutral, np.zeros(7), moving(home)).copy()
+    other = kept.copy()
+    other.q[:] = 9.0
+    assert (kept.q != 9.0).all() and kept.status is other.status
+
+
+def test_copy_of_a_step_is_small(planner, panda, home):
+    step = planner.step(panda.neutral, np.zeros(7), moving(home))
+    step.copy()
+    tracemalloc.start()
+    kept = step.copy()
+    size, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert size < 8000 and kept.status is step.status
+
+
+@pytest.mark.parametrize("again", AGAIN[1:], ids=["copy", "deepcopy", "pickle"])
+def test_planner_refuses_to_be_copied_with_one_sentence(planner, again):
+    with pytest.raises(TypeError, match=r"neither copied nor pickled; make another .* step\.copy\(\)"):
+        again(planner)

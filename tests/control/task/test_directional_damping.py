@@ -60,7 +60,7 @@ def test_wrong_setting_is_one_sentence(settings, sentence):
 
 
 def test_damping_does_not_go_with_a_scaled_task():
-    with pytest.raises(InputError, match="does not go with task mode 'scaled'"):
+    with pytest.raises(InputError, match="damping 'directional' does not go with mode 'scaled'"):
         ftqp.Task(mode="scaled", damping=ftqp.DirectionalDamping())
     with pytest.raises(InputError, match=r"expected an ftqp\.DirectionalDamping"):
         ftqp.Task(damping=0.1)

@@ -41,7 +41,7 @@ def test_row_sets_become_sorted_components(rows, indices):
         ),
         (
             {"priority": "position_first", "mode": "hard"},
-            "priority 'position_first' needs rows that can give",
+            "priority 'position_first' does not go with mode 'hard': the rows of the mode",
         ),
         ({"kp": -1.0}, "kp is -1, expected a finite number >= 0"),
         ({"kv": np.nan}, "kv is nan, expected a finite number >= 0"),

@@ -46,13 +46,13 @@ def combinations(
     as long as something of the scenario can run.
 
     Args:
-        sources: paths or bundled names.
+        sources: Paths or bundled names.
         overrides: ``a.b=value`` each, for every scenario.
-        backends: names, profile files or TOML tables, separated by commas; None: each scenario's own.
-        schemes: names or TOML tables, separated by commas; None: each scenario's own.
+        backends: Names, profile files or TOML tables, separated by commas; None: each scenario's own.
+        schemes: Names or TOML tables, separated by commas; None: each scenario's own.
 
     Raises:
-        ScenarioError: unknown, empty or repeated names, wrong scenarios, nothing that can run; carries all.
+        ScenarioError: Unknown, empty or repeated names, wrong scenarios, nothing that can run; carries all.
     """
     errors = _repeated("SCENARIO", sources)
     asked_schemes = _asked("--schemes", schemes, lambda spec: recipes.by_name(_value(spec)), errors)
@@ -147,7 +147,7 @@ def _value(spec: str) -> Any:
     """A name as it is, ``{ name = "dlsm", alpha = 0.9 }`` as a table.
 
     Raises:
-        InputError: not a TOML table.
+        InputError: Not a TOML table.
     """
     if not spec.startswith("{"):
         return spec
@@ -161,7 +161,7 @@ def _missing(spec: Any) -> str:
     """What a backend lacks; nothing when it is there.
 
     Raises:
-        InputError: unknown name, wrong settings, unreadable profile.
+        InputError: Unknown name, wrong settings, unreadable profile.
     """
     try:
         qp_backend(spec)

@@ -25,13 +25,13 @@ class Comparison:
     """A comparison that has ended.
 
     Attributes:
-        folder: where its files are.
-        rows: one a combination: what ``summary.json`` holds, with ``run`` (its name, and its folder's),
+        folder: Where its files are.
+        rows: One a combination: what ``summary.json`` holds, with ``run`` (its name, and its folder's),
             ``label`` (scenario, scheme and backend for a reader), ``ran``, and ``reason`` (why there is no
             more than that, or None).
-        interrupted: whether Ctrl-C ended it.
-        failed: whether a run broke off because its files could not be written.
-        figures: the pictures.
+        interrupted: Whether Ctrl-C ended it.
+        failed: Whether a run broke off because its files could not be written.
+        figures: The pictures.
     """
 
     folder: Path
@@ -76,7 +76,7 @@ def compare(combinations: Sequence[Combination], folder: Path) -> Comparison:
     Runs take turns and never run at once: their step times would disturb each other.
 
     Raises:
-        InputError: the folder cannot be made or written.
+        InputError: The folder cannot be made or written.
     """
     try:
         folder.mkdir(parents=True)

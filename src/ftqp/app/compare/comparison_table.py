@@ -25,10 +25,10 @@ class Column:
     """One column.
 
     Attributes:
-        heading: what it shows, with its unit.
-        cells: one a row.
-        rank: the column of the highest rank goes first where space is short; one of rank 0 never.
-        number: whether it stands flush right.
+        heading: What it shows, with its unit.
+        cells: One a row.
+        rank: The column of the highest rank goes first where space is short; one of rank 0 never.
+        number: Whether it stands flush right.
     """
 
     heading: str
@@ -73,8 +73,8 @@ def columns(rows: Sequence[Row], why: Sequence[str]) -> list[Column]:
     """All columns, of scenario, scheme and backend those that differ; the best completed run is marked.
 
     Args:
-        rows: of one table.
-        why: the reasons of the whole comparison, in the order of their notes.
+        rows: The rows of one table.
+        why: The reasons of the whole comparison, in the order of their notes.
     """
     scaled = any(row["ran"] and "SCALED" in row["status_counts"] for row in rows)
     return [
@@ -128,8 +128,8 @@ def markdown(rows: Sequence[Row], figures: Sequence[str]) -> str:
     """All tables as a file to read, with the faults of each scenario and the figures.
 
     Args:
-        rows: of `ftqp.app.compare.comparison`.
-        figures: paths relative to the file.
+        rows: The rows of `ftqp.app.compare.comparison`.
+        figures: Paths relative to the file.
     """
     lines = ["# Comparison"]
     for group in groups(rows):

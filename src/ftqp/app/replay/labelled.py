@@ -75,10 +75,10 @@ class LabelledQP:
     """Explains answers to one QP.
 
     Args:
-        problem: the QP.
-        variables: names of x, (n,).
-        rows: names of [A; C], (m + p,).
-        metadata: of the recording: level, joints, prismatic, dt, length give the units.
+        problem: The QP.
+        variables: Names of x, (n,).
+        rows: Names of [A; C], (m + p,).
+        metadata: What the recording says of its run: level, joints, prismatic, dt, length give the units.
     """
 
     def __init__(

@@ -51,15 +51,15 @@ def replay(
     """Solve the QP of a tick again, cold, and say what there is to say.
 
     Args:
-        file: where the recording lies.
-        recording: its content.
-        tick: the control tick.
-        backend: whose answer is explained; None is the one of the run.
-        others: whose answers are compared with it; None is every backend at hand.
+        file: Where the recording lies.
+        recording: Its content.
+        tick: The control tick.
+        backend: Whose answer is explained; None is the one of the run.
+        others: Whose answers are compared with it; None is every backend at hand.
 
     Raises:
-        InputError: the tick was not recorded, or an unknown backend.
-        MissingPackage: the backend's package is not installed.
+        InputError: The tick was not recorded, or an unknown backend.
+        MissingPackage: The backend's package is not installed.
     """
     k = recording.position(tick)
     problem = recording.problem(k)

@@ -27,7 +27,7 @@ def moving_base(table: BaseTable) -> MovingBase:
     """What the controller knows of the base.
 
     Raises:
-        InputError: settings that do not fit together.
+        InputError: Settings that do not fit together.
     """
     observer = None if table.observer is None else Observer(**table.observer.model_dump())
     return MovingBase(

@@ -36,8 +36,8 @@ def complaints(model: type[BaseModel], error: ValidationError) -> tuple[str, ...
     """Every error of ``error`` as a sentence, in the order of the file, none twice.
 
     Args:
-        model: the class that was validated; its fields give the valid keys, units and descriptions.
-        error: what pydantic raised.
+        model: The class that was validated; its fields give the valid keys, units and descriptions.
+        error: What pydantic raised.
     """
     sentences: dict[str, None] = {}
     for entry in error.errors(include_url=False):

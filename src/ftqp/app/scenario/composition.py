@@ -5,7 +5,6 @@ from pathlib import Path as File
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ftqp.app.schema.fault_sections import AnyFaultTable
 from ftqp.app.schema.path_section import (
@@ -48,8 +47,8 @@ def robot(table: RobotTable, folder: File) -> Robot:
     """The arm of ``[robot]``; files are relative to ``folder``.
 
     Raises:
-        InputError: an unknown name, file, tip or joint, or a key that this kind of robot does not take.
-        ModelError: the robot is unsafe.
+        InputError: An unknown name, file, tip or joint, or a key that this kind of robot does not take.
+        ModelError: The robot is unsafe.
     """
     source = next(key for key in ("name", "urdf", "mjcf", "dh") if getattr(table, key) is not None)
     fitting = (source, "acceleration", "limits", *_FITTING[source])
@@ -146,6 +145,8 @@ def _goal(table: PointToPointTable, origin: FloatArray) -> FloatArray:
             raise InputError(
                 f"orientation has the length {length:.4g}, expected a unit quaternion x, y, z, w"
             )
+        from scipy.spatial.transform import Rotation  # slow to load, needed with an orientation only
+
         turn = Rotation.from_quat(table.orientation).as_matrix()
         rotation = turn @ rotation if table.relative else turn
     return transform(rotation, position)
@@ -155,7 +156,7 @@ def refuse_out_of_reach(arm: Robot, way: Path) -> None:
     """Refuses a path that leaves what the stretched arm can reach.
 
     Raises:
-        InputError: the first time at which the path is farther from the first joint than the arm is long.
+        InputError: The first time at which the path is farther from the first joint than the arm is long.
     """
     if arm.chain.prismatic[0]:
         return
@@ -180,7 +181,7 @@ def task(table: TaskTable) -> Task:
     """The task of ``[planner.task]``.
 
     Raises:
-        InputError: unknown rows, or an axis without a direction.
+        InputError: Unknown rows, or an axis without a direction.
     """
     x, y, z = table.axis
     rows = tuple(table.rows) if isinstance(table.rows, list) else table.rows
@@ -197,7 +198,7 @@ def follower(table: PathTable, stall: StallTable | None, planner: Planner, way: 
     """What leads the planner along the path by its progress; None where the clock does.
 
     Raises:
-        InputError: the path is to run by its progress, but the task mode is not ``scaled``.
+        InputError: The path is to run by its progress, but the task mode is not ``scaled``.
     """
     reference = table.reference or ("progress" if planner.task.mode == "scaled" else "time")
     if reference == "time":
@@ -222,7 +223,7 @@ def recorder(backend: Backend, table: RecordingTable, dt: float) -> Recorder:
     """``backend`` with a copy kept of what ``[recording]`` asks for; times become ticks of ``dt``.
 
     Raises:
-        InputError: no tick lies between begin and end.
+        InputError: No tick lies between begin and end.
     """
     first = first_tick(table.begin, dt)
     last = None if table.end is None else floor((table.end + TIME_SLACK) / dt)

@@ -29,10 +29,10 @@ class Document:
     """A parsed scenario before validation.
 
     Attributes:
-        name: the file's stem, which names the run.
-        origin: how to speak of it, a path or ``bundled scenario 'x'``.
-        folder: where its relative paths start.
-        content: the tables.
+        name: The file's stem, which names the run.
+        origin: How to speak of it, a path or ``bundled scenario 'x'``.
+        folder: Where its relative paths start.
+        content: The tables.
     """
 
     name: str
@@ -55,7 +55,7 @@ def read(source: str, overrides: Iterable[str] = ()) -> Document:
     """The scenario ``source``, a path or a bundled name, with ``a.b=value`` overrides put in.
 
     Raises:
-        ScenarioError: not found, not a small UTF-8 text file, not TOML, or a malformed override.
+        ScenarioError: Not found, not a small UTF-8 text file, not TOML, or a malformed override.
     """
     path = Path(source)
     if source in bundled() and not path.is_file():

@@ -21,8 +21,9 @@ from ftqp.model.robot import Robot
 from ftqp.qp import Recorder
 from ftqp.qp import backend as qp_backend
 from ftqp.sim.base.moving_world import MovingWorld
-from ftqp.sim.plants.plants import KinematicPlant, Plant
-from ftqp.sim.plants.servo import ServoPlant
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.plants.plant import Plant
+from ftqp.sim.plants.servo_plant import ServoPlant
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 
@@ -31,20 +32,20 @@ class Setup:
     """Everything a run needs.
 
     Attributes:
-        name: names the run.
-        folder: where relative paths start.
-        tables: the scenario with every default filled in.
-        robot: the arm.
-        planner: reset to the start.
-        path: what the tip follows.
-        schedule: what really fails.
-        q: joint positions at t = 0, (nv,) [rad or m].
-        v: joint velocities at t = 0, (nv,) [rad/s or m/s].
-        duration: end of the run [s]; None where the path's progress ends it.
-        plant: what stands for the arm.
-        follower: leads the planner by the path's progress, or None.
-        world: the base, where it moves.
-        recorder: the planner's backend when its QPs are recorded.
+        name: Names the run.
+        folder: Where relative paths start.
+        tables: The scenario with every default filled in.
+        robot: The arm.
+        planner: Reset to the start.
+        path: What the tip follows.
+        schedule: What really fails.
+        q: Joint positions at t = 0, (nv,) [rad or m].
+        v: Joint velocities at t = 0, (nv,) [rad/s or m/s].
+        duration: End of the run [s]; None where the path's progress ends it.
+        plant: What stands for the arm.
+        follower: Leads the planner by the path's progress, or None.
+        world: The base, where it moves.
+        recorder: The planner's backend when its QPs are recorded.
     """
 
     name: str
@@ -93,12 +94,12 @@ def load(
     Args:
         source: a path or a bundled name.
         overrides: ``a.b=value`` each, put into the scenario before it is checked.
-        backend: name, profile file or TOML table that replaces the scenario's backend.
-        scheme: name or TOML table that replaces the scenario's scheme.
-        record: keep the planner's QPs, those that ``[recording]`` asks for.
+        backend: Name, profile file or TOML table that replaces the scenario's backend.
+        scheme: Name or TOML table that replaces the scenario's scheme.
+        record: Keep the planner's QPs, those that ``[recording]`` asks for.
 
     Raises:
-        ScenarioError: the scenario is wrong; carries every error.
+        ScenarioError: The scenario is wrong; carries every error.
     """
     choices = list(overrides)
     if backend is not None and backend.endswith(".toml"):
@@ -115,7 +116,7 @@ def validated(found: document.Document) -> Scenario:
     """The tables of a scenario, each checked by itself.
 
     Raises:
-        ScenarioError: unknown or missing keys, wrong types, values out of range; carries every error.
+        ScenarioError: Unknown or missing keys, wrong types, values out of range; carries every error.
     """
     try:
         return Scenario.model_validate(found.content)
@@ -144,7 +145,7 @@ def resolve(found: document.Document, tables: Scenario, *, record: bool = False)
     """The objects that the tables stand for.
 
     Raises:
-        ScenarioError: what the tables name does not exist or does not fit together; carries every error.
+        ScenarioError: What the tables name does not exist or does not fit together; carries every error.
     """
     errors, folder = _Errors(), found.folder
     arm: Robot | None = None

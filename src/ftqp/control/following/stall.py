@@ -74,8 +74,8 @@ class StallEscape:
         """The pattern's direction, (nv,), largest entry 1.
 
         Args:
-            pattern: one of ``patterns``.
-            free: which joints can move, (nv,).
+            pattern: One of ``patterns``.
+            free: Which joints can move, (nv,).
         """
         n = len(free)
         if pattern == "alternating":

@@ -56,7 +56,7 @@ def checked_gain(gain: Any) -> float:
     """``gain`` as a float inside the limit of stability for a base attitude that is right.
 
     Raises:
-        InputError: outside (0, 2).
+        InputError: Outside (0, 2).
     """
     value = positive("gain", gain)
     if value >= LARGEST_GAIN:
@@ -198,7 +198,7 @@ def decay(gain: float, alpha: float) -> float:
 
     Args:
         gain: k_c.
-        alpha: angle between the true and the believed attitude of the base [rad].
+        alpha: Angle between the true and the believed attitude of the base [rad].
     """
     k_c = non_negative("gain", gain)
     return max(abs(1.0 - k_c), abs(1.0 - k_c * exp(1j * float(alpha))))

@@ -200,11 +200,11 @@ class InertialTask:
         return result
 
     def reset(self, q: Any, v: Any = None) -> None:
-        """Begin at (q, v), as ``planner.reset``; what is known of the base is forgotten.
+        """Begin at (q, v), as ``Planner.reset`` does; what is known of the base is forgotten.
 
         Args:
-            q: measured configuration, (nv,) or (nq,) [rad or m].
-            v: measured velocity, (nv,); None is rest.
+            q: The measured configuration, (nv,) or (nq,) [rad or m].
+            v: The measured velocity, (nv,) [rad/s or m/s]; None is rest.
         """
         self.planner.reset(q, v)
         state = self._state
@@ -228,21 +228,22 @@ class InertialTask:
         """The command for the next ``dt``.
 
         Args:
-            q: measured configuration, (nv,) or (nq,) [rad or m].
-            v: measured velocity, (nv,) [rad/s or m/s].
-            target: where the tip should be, in the inertial frame I.
-            tip: measured pose of the tip in I, (4, 4), or its position, (3,), for a task without rotation
+            q: The measured configuration, (nv,) or (nq,) [rad or m].
+            v: The measured velocity, (nv,) [rad/s or m/s].
+            target: Where the tip should be, in the inertial frame I.
+            tip: The measured pose of the tip in I, (4, 4), or its position, (3,), for a task without rotation
                 rows; NaN and None count as not seen.
-            base: measured pose of the base in I, (4, 4); with a tip only its attitude counts (``measured``).
-            base_twist: twist of the base at its origin along I, (6,) [m/s, rad/s]: the mean over the sample
-                that begins now, or with ``late`` the one that began ``delay`` ago.
+            base: The measured pose of the base in I, (4, 4); beside a tip only its attitude counts, with
+                ``measured``.
+            base_twist: The twist of the base at its origin along I, (6,) [m/s, rad/s]: the mean over the
+                sample that begins now, or with ``late`` over the one that began ``delay`` ago.
 
         Returns:
             The planner's own step, valid until the next one; its ``task_error`` is along the base's axes,
-            ``error`` here along those of I.
+                ``error`` here along those of I.
 
         Raises:
-            InputError: a wrong shape or type; what the world does never raises, see ``status``.
+            InputError: A shape or type is wrong. What the world does never raises, see ``status``.
         """
         if not isinstance(target, Target | Targets):
             raise not_a_target(target)

@@ -27,7 +27,7 @@ def axis(value: Any, name: str = "axis") -> FloatArray:
     """The unit vector (3,) of a named or given direction in W.
 
     Raises:
-        InputError: an unknown name, or a vector without a direction.
+        InputError: An unknown name, or a vector without a direction.
     """
     if isinstance(value, str):
         if value not in _NAMED:
@@ -45,7 +45,7 @@ def plane(axes: Any) -> tuple[FloatArray, FloatArray]:
     """The two perpendicular unit vectors, (3,) each, that span the plane of a path.
 
     Raises:
-        InputError: not two directions, or not perpendicular.
+        InputError: Not two directions, or not perpendicular.
     """
     if isinstance(axes, str) or not isinstance(axes, Sequence | np.ndarray) or len(axes) != 2:
         raise InputError(f'axes is {axes!r:.60}, expected two directions such as ("x", "y")')

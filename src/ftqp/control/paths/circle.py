@@ -15,16 +15,17 @@ from ftqp.core.checks import FloatArray, positive
 class Circle(Path):
     """p(t) = c + r (cos(phi) a + sin(phi) b), c = p0 - r a, phi = 2 pi n s(t/T), the start orientation kept.
 
-    Args:
-        start: start pose, the point of the circle farthest along a, (4, 4).
-        radius: r [m].
-        duration: T [s].
-        law: law of motion of the phase, a name, a table, or a `laws.Law`.
-        axes: the directions a and b in W.
-        turns: n, how many times round; any positive number [-].
+    The phase 2 pi sin^2(pi t / 2T) of the literature on redundant arms is the law ``sine_squared``.
 
-    Source: spec of the different-level scheme, section 3, whose phase 2 pi sin^2(pi t / 2T) is the law
-    ``sine_squared``.
+    Args:
+        start: The start pose, (4, 4), the point of the circle farthest along a.
+        radius: The radius r, > 0 [m]. A larger one makes the tip faster in proportion.
+        duration: How long the motion lasts, T, > 0 [s]. A longer one is slower: speeds fall with 1/T and
+            accelerations with 1/T^2.
+        law: How the way depends on the time: a name, a table, or a ``laws.Law``. Laws that begin and end at
+            rest ask for higher peak speeds than ``constant``, which jumps.
+        axes: The directions a and b in W, perpendicular to each other.
+        turns: How many times round, n, > 0, without unit; it need not be whole.
     """
 
     def __init__(

@@ -15,8 +15,8 @@ class Hold(Path):
     It serves a base that moves, or a joint that fails at rest.
 
     Args:
-        start: the pose, (4, 4).
-        duration: how long [s].
+        start: The start pose, (4, 4), where the arm stands at time 0.
+        duration: How long the pose is held, > 0 [s].
     """
 
     def __init__(self, start: Any, *, duration: float) -> None:

@@ -14,9 +14,9 @@ class LawSample(NamedTuple):
     """A law and its derivatives with respect to u, each of the shape of u.
 
     Attributes:
-        s: way done, 0 to 1 [-].
-        ds: ds/du [-].
-        dds: d2s/du2 [-].
+        s: The share of the way that is done, 0 to 1.
+        ds: The first derivative ds/du, without unit.
+        dds: The second derivative d2s/du2, without unit.
     """
 
     s: FloatArray
@@ -97,11 +97,12 @@ class Constant(Law):
 class Trapezoid(Law):
     """Speed rises linearly for the fraction ``ramp`` of the time, is constant, and falls for as long.
 
-    With r = ramp and the top speed c = 1 / (1 - r): s = c u^2 / (2 r) for u <= r, c (u - r/2) between, and
-    1 - c (1 - u)^2 / (2 r) for u >= 1 - r.
+    With r = ramp and the top speed c = 1 / (1 - r): s = c u^2 / (2 r) for u <= r, c (u - r/2) between, and 1
+    - c (1 - u)^2 / (2 r) for u >= 1 - r.
 
     Args:
-        ramp: fraction of the duration spent speeding up, and again slowing down, in (0, 0.5] [-].
+        ramp: Fraction of the duration that speeding up takes, and again slowing down, in (0, 0.5], without
+            unit. A larger one has smaller accelerations and a higher top speed.
     """
 
     name = "trapezoid"
@@ -135,7 +136,7 @@ def by_name(law: str | Mapping[str, Any] | Law) -> Law:
     """The law for a name, for a table such as ``{"name": "trapezoid", "ramp": 0.1}``, or a law itself.
 
     Raises:
-        InputError: an unknown name or key, or a parameter out of its range.
+        InputError: An unknown name or key, or a parameter out of its range.
     """
     if isinstance(law, Law):
         return law

@@ -16,10 +16,12 @@ class Line(Path):
     """p(t) = p0 + s(t/T) d, with the start orientation kept.
 
     Args:
-        start: start pose, (4, 4).
-        displacement: d, the way from start to end along W's axes, (3,) [m].
-        duration: T [s].
-        law: law of motion, a name, a table, or a `laws.Law`.
+        start: The start pose, (4, 4), where the arm stands at time 0.
+        displacement: The way d from start to end along W's axes, (3,) [m].
+        duration: How long the motion lasts, T, > 0 [s]. A longer one is slower: speeds fall with 1/T and
+            accelerations with 1/T^2.
+        law: How the way depends on the time: a name, a table, or a ``laws.Law``. Laws that begin and end at
+            rest ask for higher peak speeds than ``constant``, which jumps.
     """
 
     def __init__(

@@ -17,13 +17,16 @@ class Lissajous(Path):
     """p(t) = p0 + A_a (sin(w_a s) a) + A_b (sin(w_b s + d) - sin(d)) b, w = 2 pi n; the orientation is kept.
 
     Args:
-        start: start pose, (4, 4).
-        amplitudes: A_a and A_b, (2,) [m].
-        cycles: n_a and n_b, how often each direction swings; whole numbers close the figure, (2,) [-].
-        phase: d [rad]; (1, 2) cycles with 0 give the figure eight.
-        duration: T [s].
-        law: law of motion of s, a name, a table, or a `laws.Law`.
-        axes: the directions a and b in W.
+        start: The start pose, (4, 4), where the arm stands at time 0.
+        amplitudes: A_a and A_b, (2,), >= 0 and not both 0 [m]. Larger ones make the tip faster in proportion.
+        cycles: How often each direction swings, n_a and n_b, (2,), > 0, without unit; whole numbers close the
+            figure.
+        phase: The phase d of the second direction [rad]; cycles (1, 2) with 0 give the figure eight.
+        duration: How long the motion lasts, T, > 0 [s]. A longer one is slower: speeds fall with 1/T and
+            accelerations with 1/T^2.
+        law: How the way depends on the time: a name, a table, or a ``laws.Law``. Laws that begin and end at
+            rest ask for higher peak speeds than ``constant``, which jumps.
+        axes: The directions a and b in W, perpendicular to each other.
     """
 
     def __init__(

@@ -19,9 +19,9 @@ class PathSample:
     """A path at K times.
 
     Attributes:
-        pose: desired pose of E in W, (K, 4, 4) [m].
-        twist: linear then angular velocity at E's origin along W's axes, (K, 6) [m/s, rad/s].
-        acceleration: its time derivative, (K, 6) [m/s2, rad/s2].
+        pose: The desired pose of E in W, (K, 4, 4) [m].
+        twist: Its linear then angular velocity at E's origin along W's axes, (K, 6) [m/s, rad/s].
+        acceleration: The time derivative of the twist, (K, 6) [m/s2, rad/s2].
     """
 
     pose: FloatArray
@@ -50,11 +50,11 @@ class Motion(NamedTuple):
 
 
 class Path(ABC):
-    """The role of a path: starts exactly at its start pose, lasts its duration, then rests at its end.
+    """The role of a path: it starts exactly at its start pose, lasts its duration, then rests at its end.
 
     Args:
-        start: pose of E in W at time 0, (4, 4) or anything with ``.homogeneous``.
-        duration: how long the motion lasts [s].
+        start: The pose of E in W at time 0, (4, 4) or anything with ``.homogeneous``.
+        duration: How long the motion lasts, > 0 [s].
     """
 
     def __init__(self, start: Any, duration: float) -> None:
@@ -78,10 +78,11 @@ class Path(ABC):
         """The path at the times ``t``: what holds from each time on, so the right-hand side of a jump.
 
         Args:
-            t: times, (K,) or one number [s]; before 0 it waits at its start, past its duration at its end.
+            t: Times, (K,) or one number [s]; before 0 the path waits at its start, past its duration at its
+                end.
 
         Raises:
-            InputError: a time is not a finite number.
+            InputError: A time is not a finite number.
         """
         times = np.atleast_1d(np.asarray(t, dtype=np.float64))
         if times.ndim != 1 or not np.isfinite(times).all():
@@ -120,9 +121,9 @@ def mean_acceleration(path: Path, t: Any, dt: float) -> FloatArray:
     Fed forward in place of the acceleration at t, it removes the bias dt/2 of a sampled and held command.
 
     Args:
-        path: the path.
-        t: times, (K,) [s].
-        dt: how long the command is held [s].
+        path: The path.
+        t: Times, (K,) [s].
+        dt: How long the command is held, > 0 [s].
     """
     dt = positive("dt", dt, "s")
     times = np.atleast_1d(np.asarray(t, dtype=np.float64))

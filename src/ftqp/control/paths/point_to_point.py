@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Any, final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ftqp.control.paths import laws
 from ftqp.control.paths.path import Motion, Path
@@ -20,10 +19,12 @@ class PointToPoint(Path):
     Half a turn has two shortest ways; one of them is taken.
 
     Args:
-        start: start pose, (4, 4).
-        goal: end pose, (4, 4).
-        duration: T [s].
-        law: law of motion of s, a name, a table, or a `laws.Law`.
+        start: The start pose, (4, 4), where the arm stands at time 0.
+        goal: The end pose, (4, 4), another than the start.
+        duration: How long the motion lasts, T, > 0 [s]. A longer one is slower: speeds fall with 1/T and
+            accelerations with 1/T^2.
+        law: How the way depends on the time: a name, a table, or a ``laws.Law``. Laws that begin and end at
+            rest ask for higher peak speeds than ``constant``, which jumps.
     """
 
     def __init__(
@@ -34,6 +35,8 @@ class PointToPoint(Path):
         duration: float,
         law: str | Mapping[str, Any] | laws.Law = "quintic",
     ) -> None:
+        from scipy.spatial.transform import Rotation  # slow to load, needed for such a path only
+
         super().__init__(start, duration)
         self._law = laws.by_name(law)
         end = pose(goal, "goal pose")
@@ -44,6 +47,8 @@ class PointToPoint(Path):
             raise InputError("goal pose equals the start pose, expected somewhere to go")
 
     def _motion(self, t: FloatArray) -> Motion:
+        from scipy.spatial.transform import Rotation
+
         s, ds, dds = self._law.sample(t / self.duration)
         rate, rate_change = ds / self.duration, dds / self.duration**2
         axis = self._first.apply(self._turn)

@@ -19,13 +19,14 @@ class Square(Path):
     """p(t) = P_k + s(u) (P_{k+1} - P_k) with the sides in the order +a, +b, -a, -b, a quarter of T each.
 
     Args:
-        start: start pose and first corner, (4, 4).
-        side: length of a side [m].
-        duration: T, for all four sides [s].
-        law: law of motion of each side, a name, a table, or a `laws.Law`.
-        axes: the directions a and b in W.
+        start: The start pose and first corner, (4, 4).
+        side: The length of a side, > 0 [m]. A longer one makes the tip faster in proportion.
+        duration: How long all four sides take, T, > 0 [s]. A longer one is slower.
+        law: How the way along each side depends on the time: a name, a table, or a ``laws.Law``. Laws that
+            begin and end at rest ask for higher peak speeds than ``constant``, which jumps.
+        axes: The directions a and b in W, perpendicular to each other.
 
-    Source: the square task of Jin et al. 2017, with each side at rest at its corners.
+    Source: the square task of Jin et al. 2017, with each side at rest at its corners (``docs/jin2017.md``).
     """
 
     def __init__(

@@ -1,15 +1,16 @@
 """A smooth curve through given points."""
 
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.spatial.transform import Rotation, RotationSpline
 
 from ftqp.control.paths.path import TIME_SLACK, Motion, Path
 from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 COINCIDENCE = 1e-6
 """A first waypoint nearer to the start than this counts as the start [m and rad]."""
@@ -24,16 +25,17 @@ class Waypoints(Path):
     the first waypoint is the start pose.
 
     Args:
-        start: start pose, (4, 4).
-        positions: waypoints in W, (N, 3) [m].
-        orientations: quaternions x, y, z, w of E in W, (N, 4); without them the start orientation is kept.
-        times: when each waypoint is reached, rising, (N,) [s]; a waypoint at time 0 must be the start.
-        duration: in place of ``times``: the waypoints are spread evenly over it [s].
-        relative: whether positions count from the start position (along W's axes), not from W's origin.
+        start: The start pose, (4, 4), where the arm stands at time 0.
+        positions: The waypoints in W, (N, 3) [m].
+        orientations: Quaternions x, y, z, w of E in W, (N, 4); without them the start orientation is kept.
+        times: When each waypoint is reached, rising, (N,) [s]; a waypoint at time 0 must be the start.
+        duration: A time over which the waypoints are spread evenly, in place of ``times``, > 0 [s]. A longer
+            one is slower.
+        relative: Whether positions count from the start position, along W's axes, and not from W's origin.
 
     Raises:
-        InputError: wrong shapes, times not rising, neither or both of times and duration, a first waypoint at
-            time 0 that is not the start.
+        InputError: Shapes are wrong, times do not rise, neither or both of times and duration are given, or a
+            first waypoint at time 0 is not the start.
     """
 
     def __init__(
@@ -46,6 +48,9 @@ class Waypoints(Path):
         duration: float | None = None,
         relative: bool = False,
     ) -> None:
+        from scipy.interpolate import CubicSpline  # slow to load, needed for such a path only
+        from scipy.spatial.transform import Rotation, RotationSpline
+
         first = pose(start, "start pose of the path")
         points = _rows("positions of the waypoints", positions, 3) + (first[:3, 3] if relative else 0.0)
         turns = None if orientations is None else _rotations(orientations, len(points))
@@ -144,7 +149,9 @@ def _rows(name: str, value: Any, width: int) -> FloatArray:
     return array(name, value, (count, width), f"(N, {width})")
 
 
-def _rotations(value: Any, count: int) -> Rotation:
+def _rotations(value: Any, count: int) -> "Rotation":
+    from scipy.spatial.transform import Rotation
+
     quaternions = array("orientations of the waypoints", value, (count, 4), "(N, 4)")
     lengths = np.linalg.norm(quaternions, axis=1)
     if (np.abs(lengths - 1.0) > 1e-3).any():

@@ -41,7 +41,7 @@ def rule_code(rule: Any) -> int:
     """The kernel's code of a rule.
 
     Raises:
-        InputError: unknown rule.
+        InputError: Unknown rule.
     """
     if not isinstance(rule, str) or rule not in RULES:
         raise InputError(
@@ -97,7 +97,7 @@ def positive_weights(weights: Any) -> tuple[float, ...]:
     """Weights as numbers.
 
     Raises:
-        InputError: not a sequence of numbers, or one of them is not positive.
+        InputError: Not a sequence of numbers, or one of them is not positive.
     """
     try:
         values = tuple(weights)

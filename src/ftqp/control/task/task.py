@@ -119,7 +119,7 @@ def row_indices(rows: Any) -> tuple[int, ...]:
     """0-based components of a row set, in order.
 
     Raises:
-        InputError: unknown or repeated name, or none.
+        InputError: Unknown or repeated name, or none.
     """
     names = ROW_SETS.get(rows) if isinstance(rows, str) else tuple(rows)
     if names is None:

@@ -138,10 +138,15 @@ class Kernel:
 
     def _place(self, entry: EntryPoint, capacity: int) -> Path | None:
         """The file of an entry point, in a folder that was found to be ours; ``None`` where there is none."""
+        kept = self.kept_in()
+        return None if kept is None else kept / f"{entry.name}-{capacity}.kernel"
+
+    def kept_in(self) -> Path | None:
+        """The folder in which what had to be compiled is kept; ``None`` where there is none."""
         if not self._folder_was_sought:
             self._folder_was_sought = True
             self._folder = self._own_folder()
-        return None if self._folder is None else self._folder / f"{entry.name}-{capacity}.kernel"
+        return self._folder
 
     def _own_folder(self) -> Path | None:
         try:
@@ -189,3 +194,8 @@ def missing(wanted: Iterable[Wanted]) -> list[Wanted]:
 def compile_ahead(wanted: Iterable[Wanted], announce: Announce | None = None) -> None:
     """Make several entry points of the kernel ready: as ``Kernel.compile_ahead``."""
     _KERNEL.compile_ahead(wanted, announce)
+
+
+def kept_in() -> Path | None:
+    """The folder in which compiled entry points of the kernel are kept: as ``Kernel.kept_in``."""
+    return _KERNEL.kept_in()

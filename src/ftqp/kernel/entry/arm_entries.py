@@ -40,11 +40,12 @@ def inverse_dynamics(capacity: int) -> Callable[..., int]:
 
 
 def torques(capacity: int) -> Callable[..., int]:
-    """M, h and the torques of the last command, when the tick itself did without them."""
+    """M, h and the torques of the command in the record, when the tick itself did without them."""
     dtype = record_dtype(capacity)
 
     def torques(address: int) -> int:
         K = carray(pointer(address), 1, dtype)[0]
+        forward_kinematics(K)  # the record may hold a kept step's state
         motion(K)
         dynamics(K)
         joint_torques(K)

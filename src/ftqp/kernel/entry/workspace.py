@@ -1,6 +1,5 @@
 """QPs that no robot made: memory for the active set and the network on them, and their residuals."""
 
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
@@ -11,6 +10,7 @@ from ftqp.core.errors import InputError
 from ftqp.kernel.entry.compile import load
 from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
+from ftqp.kernel.entry.threads import thread_count
 from ftqp.kernel.layout.alone import CONSTRAINTS, ROWS, VARIABLES, alone_dtype
 from ftqp.kernel.layout.network_memory import alone_memory_size
 
@@ -126,7 +126,7 @@ def solve_many(
     table += [array.ctypes.data for array in (numbers, x, y, z, z_box, codes, iterations, residual)]
     arguments = np.array(table, dtype=np.int64)
     call, size = load(ENTRIES["solve_network_batch"], ANY_SIZE), alone_memory_size(n, m, p)
-    threads = os.cpu_count() or 1
+    threads = thread_count()
     portions = max(1, min(count, PARTS_PER_THREAD * threads))
 
     def work(portion: int) -> None:

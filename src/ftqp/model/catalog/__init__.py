@@ -34,11 +34,12 @@ def load(name: str, **options: Any) -> "Robot":
     """A robot of the catalog.
 
     Args:
-        name: of the robot; ``planar(8)`` is short for ``load("planar", count=8)``.
-        options: keyword arguments of that robot's function, for example ``hand=False`` of ``panda``.
+        name: The robot's name; ``planar(8)`` is short for ``load("planar", count=8)``.
+        options: Keyword arguments of that robot's function, for example ``hand=False`` of ``panda``.
 
     Raises:
-        InputError: an unknown robot, or an option it does not have; names the valid ones.
+        InputError: The robot is unknown, or an option is not one of its own; the message names the valid
+            ones.
     """
     short = fullmatch(r"planar\((\d{1,3})\)", name) if isinstance(name, str) else None
     if short:

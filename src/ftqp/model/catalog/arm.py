@@ -30,19 +30,19 @@ def arm(
     """A robot of revolute joints about their z axes.
 
     Args:
-        name: of the robot.
-        joints: joint names, (n,).
-        placements: joint frame i in joint frame i-1 at q = 0, (n, 4, 4).
-        inertials: of the links, in the frames of their joints, (n,); None: unknown.
-        limits: fields of ``JointLimits`` of the joints, each (n,) or one number; without ``a_max`` the rule
+        name: The robot's name.
+        joints: Joint names, (n,).
+        placements: Joint frame i in joint frame i-1 at q = 0, (n, 4, 4).
+        inertials: Masses of the links, in the frames of their joints, (n,); None: unknown.
+        limits: Fields of ``JointLimits`` of the joints, each (n,) or one number; without ``a_max`` the rule
             of ``RISE_TIME`` holds and a finding says so.
-        tip: name of the tip frame.
-        tip_pose: of the tip in the last joint's frame, (4, 4).
-        payload: rigid bodies behind the last joint, each with its frame's pose in the last joint's frame.
+        tip: Name of the tip frame.
+        tip_pose: Pose of the tip in the last joint's frame, (4, 4).
+        payload: Rigid bodies behind the last joint, each with its frame's pose in the last joint's frame.
         neutral: a configuration inside the limits, (n,) [rad].
-        default_rows: task rows the robot is meant for.
-        length: characteristic length [m]; None: a sixth of the reach.
-        gravity: in the base frame, (3,) [m/s2].
+        default_rows: Task rows the robot is meant for.
+        length: Characteristic length [m]; None: a sixth of the reach.
+        gravity: Gravity in the base frame, (3,) [m/s2].
     """
     bodies = []
     for i, (joint, place) in enumerate(zip(joints, placements, strict=True)):

@@ -68,7 +68,7 @@ def panda(*, hand: bool = True) -> Robot:
     franka_description (the maker's figures). The limit of joint 4 leaves zero out: the arm cannot stretch.
 
     Args:
-        hand: whether the hand is mounted.
+        hand: Whether the hand is mounted.
     """
     limits = dict(
         q_min=[-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973],

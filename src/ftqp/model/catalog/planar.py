@@ -28,8 +28,8 @@ def planar(*, count: int = 4, vertical: bool = False) -> Robot:
     Source: none, a made-up arm for studies of redundancy: 4 kg/m, 150 degrees either way, 1 rad/s, 5 rad/s2.
 
     Args:
-        count: number of joints, 1 to 32.
-        vertical: gravity (0, -9.81, 0) m/s2 instead of zero.
+        count: The number of joints, 1 to 32. More joints are shorter and leave more redundancy.
+        vertical: Whether gravity is (0, -9.81, 0) m/s2; without it the arm moves in a horizontal plane.
 
     Raises:
         InputError: ``count`` is not a whole number from 1 to 32.
@@ -55,12 +55,12 @@ def links(
     """Planar arm of uniform slender links: m = density l, centre of mass at l/2, I_zz = m l^2 / 12.
 
     Args:
-        name: of the robot.
-        lengths: of the links, (n,) [m].
-        density: mass per length [kg/m].
-        limits: fields of ``JointLimits``, each (n,) or one number.
+        name: The robot's name.
+        lengths: Lengths of the links, (n,) [m].
+        density: Mass per length [kg/m].
+        limits: Fields of ``JointLimits``, each (n,) or one number.
         neutral: a configuration inside the limits, (n,) [rad].
-        vertical: gravity (0, -9.81, 0) m/s2 instead of zero.
+        vertical: Gravity (0, -9.81, 0) m/s2 instead of zero.
     """
     masses = [
         Inertial(

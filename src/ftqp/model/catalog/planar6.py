@@ -25,7 +25,7 @@ def planar6(*, vertical: bool = False) -> Robot:
     start at pi/12 in every joint, and motion in a horizontal plane, so that gravity is zero.
 
     Args:
-        vertical: gravity (0, -9.81, 0) m/s2 instead of zero.
+        vertical: Gravity (0, -9.81, 0) m/s2 instead of zero.
     """
     limits = dict(
         q_min=[-1.536, 0.052, 0.035, 0.052, 0.035, 0.009],

@@ -36,15 +36,15 @@ def model(
     A sliding joint adds q_i to d_i instead of theta_i.
 
     Args:
-        table: rows (theta, d, a, alpha), (n, 4) [rad, m, m, rad].
+        table: Rows (theta, d, a, alpha), (n, 4) [rad, m, m, rad].
         convention: ``"standard"`` or ``"modified"``.
-        name: of the arm.
-        joints: joint names; None: j1, j2, ...
+        name: The arm's name.
+        joints: Joint names; None: j1, j2, ...
         prismatic: 0-based indices of joints that slide.
-        inertials: mass of every link in its DH frame i; None: unknown.
-        base: pose of frame 0 in the base, (4, 4).
-        tool: pose of the tip in the last DH frame, (4, 4).
-        gravity: in the base frame, (3,) [m/s2].
+        inertials: Mass of every link in its DH frame i; None: unknown.
+        base: Pose of frame 0 in the base, (4, 4).
+        tool: Pose of the tip in the last DH frame, (4, 4).
+        gravity: Gravity in the base frame, (3,) [m/s2].
 
     Raises:
         InputError: a wrong shape, an unknown convention, names that repeat.

@@ -26,7 +26,7 @@ def read(source: Any) -> Source:
     """An MJCF file or text as it was read.
 
     Raises:
-        InputError: the file cannot be read or pinocchio does not understand it.
+        InputError: The file cannot be read or pinocchio does not understand it.
     """
     text, root, path = xml_of(source, "MJCF", "mujoco")
     name = root.get("model") or "robot"

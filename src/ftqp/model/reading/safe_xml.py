@@ -15,15 +15,15 @@ def xml_of(source: Any, kind: str, root: str) -> tuple[str, ElementTree.Element,
     """The XML of a robot.
 
     Args:
-        source: path of a file, or the XML itself (text whose first character is ``<``).
-        kind: what is expected, for messages, for example ``URDF``.
-        root: tag of the root element.
+        source: Path of a file, or the XML itself (text whose first character is ``<``).
+        kind: What is expected, for messages, for example ``URDF``.
+        root: Tag of the root element.
 
     Returns:
         The text, its parsed root and the path, None for text.
 
     Raises:
-        InputError: no such file, a folder, too large, not text, a document type or entity, malformed, another
+        InputError: No such file, a folder, too large, not text, a document type or entity, malformed, another
             root element, or xacro that was not expanded.
     """
     text, path = _text_of(source, kind)

@@ -18,9 +18,9 @@ class Source:
 
     Attributes:
         model: pinocchio model of everything in the file.
-        limits: by joint name.
-        followers: joints that cannot move on their own, with the joint that drives them.
-        findings: of the reader.
+        limits: Limits by joint name.
+        followers: Joints that cannot move on their own, with the joint that drives them.
+        findings: What the reader has to say.
     """
 
     model: Any
@@ -55,9 +55,9 @@ def follower_findings(
     """What is wrong with joints that are driven by others.
 
     Args:
-        followers: driven joints and the joints that drive them.
-        moving: joints of the chain.
-        locked: joints that the user holds.
+        followers: Driven joints and the joints that drive them.
+        moving: Joints of the chain.
+        locked: Joints that the user holds.
     """
     found: list[Finding] = []
     for name, leader in followers.items():

@@ -46,13 +46,13 @@ def read(source: Any, tip: str | None, locked: Sequence[str | int]) -> Source:
     """A URDF as it was read.
 
     Args:
-        source: path of a file or the XML itself.
-        tip: frame that will be the tip, None when the user leaves the choice; else only its joints matter.
-        locked: joints that will be held.
+        source: Path of a file or the XML itself.
+        tip: Frame that will be the tip, None when the user leaves the choice; else only its joints matter.
+        locked: Joints that will be held.
 
     Raises:
-        InputError: the file cannot be read.
-        ModelError: the links and joints do not make a tree; carries every finding so far.
+        InputError: The file cannot be read.
+        ModelError: The links and joints do not make a tree; carries every finding so far.
     """
     _, root, _ = xml_of(source, "URDF", "robot")
     tree = _tree(root)

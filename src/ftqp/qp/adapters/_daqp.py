@@ -20,12 +20,17 @@ class DaqpSettings:
     """Settings of DAQP.
 
     Attributes:
-        tolerance: how far a bound may be violated (DAQP's ``primal_tol``, whose own default of 1e-6 is too
-            coarse here).
-        max_iterations: most iterations, changes of the working set.
-        dual_tolerance: how far a multiplier may have the wrong sign (``dual_tol``).
-        pivot_tolerance: smallest pivot taken without reordering (``pivot_tol``).
-        progress_tolerance: least progress that does not count as cycling (``progress_tol``).
+        tolerance: How far a bound may be violated, > 0 (DAQP's ``primal_tol``, whose own default of 1e-6 is
+            too coarse here). A larger one is faster and coarser; below 1e-8 DAQP calls QPs infeasible that
+            are solvable by a hair.
+        max_iterations: The most iterations, >= 1. A smaller cap bounds the time of a solve and gives up more
+            often. One is a change of the working set.
+        dual_tolerance: How far a multiplier may have the wrong sign, > 0 (``dual_tol``). A larger one stops
+            earlier, farther from the optimum.
+        pivot_tolerance: The smallest pivot that is taken without reordering, > 0 (``pivot_tol``). A larger
+            one is safer with nearly dependent rows and slower.
+        progress_tolerance: The least progress that does not count as cycling, > 0 (``progress_tol``). A
+            larger one gives up sooner.
     """
 
     tolerance: float = 1e-11

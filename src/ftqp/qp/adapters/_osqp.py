@@ -26,16 +26,23 @@ CLAIMS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OsqpSettings:
-    """Settings of OSQP. Polishing is not one: OSQP writes to stdout when it finds nothing to polish.
+    """Settings of OSQP.
+
+    Polishing is not one of them: OSQP writes to stdout when it finds nothing to polish.
 
     Attributes:
-        tolerance: absolute tolerance of the residuals (``eps_abs``; ``eps_rel`` is 0).
-        max_iterations: most iterations (``max_iter``).
-        rho: ADMM step at a cold start (``rho``).
-        sigma: ADMM regularisation (``sigma``).
-        alpha: over-relaxation, in (0, 2) (``alpha``).
-        check_every: iterations between checks of termination (``check_termination``).
-        infeasibility_tolerance: of OSQP's certificate of infeasibility (``eps_prim_inf``).
+        tolerance: Absolute tolerance of the residuals, > 0 (``eps_abs``; ``eps_rel`` is 0). A larger one is
+            faster and coarser.
+        max_iterations: The most iterations, >= 1. A smaller cap bounds the time of a solve and gives up more
+            often. (``max_iter``)
+        rho: The ADMM step at a cold start, > 0 (``rho``). A larger one weighs the constraints more beside the
+            objective.
+        sigma: The ADMM regularisation, > 0 (``sigma``). A larger one is better conditioned and slower.
+        alpha: The over-relaxation, in (0, 2) (``alpha``). 1 is none; towards 2 steps are longer.
+        check_every: Iterations between checks of termination, >= 1 (``check_termination``). A larger number
+            checks less and may overshoot the end.
+        infeasibility_tolerance: The tolerance of OSQP's certificate of infeasibility, > 0 (``eps_prim_inf``).
+            A larger one says "infeasible" sooner, and wrongly at last.
     """
 
     tolerance: float = 1e-9

@@ -22,14 +22,15 @@ class ProxqpSettings:
     """Settings of ProxQP.
 
     Attributes:
-        tolerance: absolute tolerance of primal and dual residual and of the duality gap (``eps_abs``,
-            ``eps_duality_gap_abs``; the relative ones are 0). The gap is always checked: without it a warm
-            start may stop at the old answer.
-        max_iterations: most outer iterations (``max_iter``; ProxQP's own 10,000 run for minutes on an
-            infeasible QP).
-        max_inner_iterations: most inner iterations in one outer one (``max_iter_in``).
-        infeasibility_tolerance: of ProxQP's certificate of infeasibility (``eps_primal_inf``; its own 1e-4
-            calls solvable QPs infeasible).
+        tolerance: Absolute tolerance of primal and dual residual and of the duality gap, > 0 (``eps_abs``,
+            ``eps_duality_gap_abs``; the relative ones are 0). A larger one is faster and coarser. The gap is
+            always checked: without it a warm start may stop at the old answer.
+        max_iterations: The most outer iterations, >= 1 (``max_iter``; ProxQP's own 10,000 run for minutes on
+            an infeasible QP). A smaller cap bounds the time and gives up more often.
+        max_inner_iterations: The most inner iterations in one outer one, >= 1 (``max_iter_in``).
+        infeasibility_tolerance: The tolerance of ProxQP's certificate of infeasibility, > 0
+            (``eps_primal_inf``). A larger one says "infeasible" sooner; its own 1e-4 calls solvable QPs
+            infeasible.
     """
 
     tolerance: float = 1e-9

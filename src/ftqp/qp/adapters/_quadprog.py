@@ -15,7 +15,8 @@ class QuadprogSettings:
     """Settings of quadprog, which has no tolerance and no cap: it works to rounding and ends by itself.
 
     Attributes:
-        regularization: added to H as a multiple of trace(H)/n on the diagonal, unless H is positive definite.
+        regularization: What is added to the diagonal of H, as a multiple of trace(H)/n, unless H is positive
+            definite; > 0. A larger one is safer and moves the answer more.
     """
 
     regularization: float = 1e-12

@@ -37,8 +37,8 @@ class Backend(ABC):
     The outputs are written for SOLVED and MAX_ITERATIONS and left alone otherwise.
 
     Attributes:
-        name: how users name the backend.
-        iterations: iterations of the last solve, in the solver's own counting.
+        name: How users name the backend.
+        iterations: Iterations of the last solve, in the solver's own counting.
     """
 
     package: ClassVar[str]
@@ -74,10 +74,11 @@ class Backend(ABC):
         """Solve the QP that the buffers hold now.
 
         Args:
-            cold: drop what is left of the last solve; False starts from it.
+            cold: Whether to drop what is left of the last solve; False starts from it, which is faster where
+                the QPs change little.
 
         Raises:
-            InputError: called before ``setup``.
+            InputError: ``setup`` has not been called.
         """
         qp = self._buffers
         if qp is None:

@@ -21,28 +21,28 @@ class QPBuffers:
     is the backend's business. Made by ``zeros``.
 
     Attributes:
-        flat: the whole problem in one piece, matrices by rows: [H; g; A; C; lb; b; l; ub; b; u].
-        data: its first part, [H; g; A; C], (n * n + n + (m + p) * n,).
-        bounds: its second part, [lower; upper], (2 * (n + m + p),).
+        flat: The whole problem in one piece, matrices by rows: [H; g; A; C; lb; b; l; ub; b; u].
+        data: Its first part, [H; g; A; C], (n * n + n + (m + p) * n,).
+        bounds: Its second part, [lower; upper], (2 * (n + m + p),).
         solution: [x; z_box; y; z] in one piece, (2 * n + m + p,).
         H: Hessian, (n, n), symmetric.
-        g: linear term, (n,).
+        g: Linear term, (n,).
         rows: [A; C], (m + p, n).
         lower: [lb; b; l], (n + m + p,), -inf is no bound.
         upper: [ub; b; u], (n + m + p,), inf is no bound.
-        A: equality rows, (m, n).
-        b: their right side, (m,).
-        C: two-sided rows, (p, n).
-        l: their lower bounds, (p,).
-        u: their upper bounds, (p,); ``l == u`` is an equality.
-        lb: lower bounds of x, (n,).
-        ub: upper bounds of x, (n,); ``lb == ub`` fixes a variable.
-        x: solution, (n,).
+        A: Equality rows, (m, n).
+        b: Their right side, (m,).
+        C: Two-sided rows, (p, n).
+        l: Their lower bounds, (p,).
+        u: Their upper bounds, (p,); ``l == u`` is an equality.
+        lb: Lower bounds of x, (n,).
+        ub: Upper bounds of x, (n,); ``lb == ub`` fixes a variable.
+        x: Solution, (n,).
         multipliers: [z_box; y; z], (n + m + p,).
-        y: multipliers of Ax = b, (m,).
-        z: multipliers of the two-sided rows, (p,), > 0 at an upper bound, < 0 at a lower one.
-        z_box: multipliers of the bounds of x, (n,), same signs.
-        constant_hessian: whether ``H`` keeps its values between solves, so that a warm solve may skip it.
+        y: Multipliers of Ax = b, (m,).
+        z: Multipliers of the two-sided rows, (p,), > 0 at an upper bound, < 0 at a lower one.
+        z_box: Multipliers of the bounds of x, (n,), same signs.
+        constant_hessian: Whether ``H`` keeps its values between solves, so that a warm solve may skip it.
     """
 
     flat: FloatArray

@@ -16,7 +16,7 @@ def profile(path: str | Path) -> dict[str, Any]:
         name = "osqp" tolerance = 1e-9
 
     Raises:
-        InputError: no such file, not a TOML file, too large, or without ``name``.
+        InputError: No such file, not a TOML file, too large, or without ``name``.
     """
     path = Path(path)
     try:

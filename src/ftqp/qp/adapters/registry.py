@@ -77,13 +77,13 @@ class BackendInfo:
     """A row of the table of backends.
 
     Attributes:
-        name: how it is asked for.
+        name: The name by which the backend is asked for.
         kind: ``in the kernel``, ``native`` (set up once, then updated) or ``through qpsolvers``.
-        licence: SPDX name of the licence of the package; behind qpsolvers the solver has its own as well.
-        version: of the package, None when it is not installed.
-        available: whether it can be used now.
-        reason: why not, empty when it can.
-        install: the command that installs it, empty for what is always there.
+        licence: The SPDX name of the package's licence; behind qpsolvers the solver has its own as well.
+        version: The version of the package, None when it is not installed.
+        available: Whether the backend can be used now.
+        reason: Why it cannot; empty when it can.
+        install: The command that installs it; empty for what is always there.
     """
 
     name: str
@@ -96,17 +96,17 @@ class BackendInfo:
 
 
 def backend(spec: str | Path | Mapping[str, Any] | Backend) -> Backend:
-    """A backend, not yet set up.
+    """A backend that is not yet set up.
 
     Args:
-        spec: a name (``"daqp"``, ``"qpsolvers:clarabel"``), a mapping with ``name`` and settings
-            (``{"name": "osqp", "tolerance": 1e-9}``), the path of a TOML profile that holds the same, or a
-            backend, which is returned as it is.
+        spec: A name (``"daqp"``, ``"qpsolvers:clarabel"``), a mapping with ``name`` and settings (``{"name":
+            "osqp", "tolerance": 1e-9}``), the path of a TOML profile that holds the same, or a backend, which
+            is returned as it is.
 
     Raises:
-        InputError: unknown name or setting (with the nearest valid one), a value out of range, an unreadable
-            profile.
-        MissingPackage: the solver's package is not installed.
+        InputError: A name or setting is unknown (the message has the nearest valid one), a value is out of
+            range, or the profile cannot be read.
+        MissingPackage: The solver's package is not installed.
     """
     if isinstance(spec, Backend):
         return spec

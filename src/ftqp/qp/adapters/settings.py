@@ -32,12 +32,12 @@ def settings(kind: type[Settings], backend: str, given: Mapping[str, Any]) -> Se
     or >= 0 where the default is 0; a ``choice`` takes one of its words, an ``optional`` None or its kind.
 
     Args:
-        kind: the settings of one backend.
-        backend: its name, for messages.
-        given: values by name.
+        kind: The settings of one backend.
+        backend: Its name, for messages.
+        given: Values by name.
 
     Raises:
-        InputError: an unknown name (with the nearest valid one) or a value outside its range.
+        InputError: An unknown name (with the nearest valid one) or a value outside its range.
     """
     known = {field.name: field for field in fields(kind)}
     for name in given:

@@ -95,7 +95,7 @@ def solve(
         The answer, judged by its residuals, with what the network claims of it.
 
     Raises:
-        InputError: not a QP, a wrong setting, or a start that does not fit.
+        InputError: Not a QP, a wrong setting, or a start that does not fit.
     """
     # Here and not above: the backend loads numba.
     from ftqp.qp.adapters._dtrnn import Dtrnn

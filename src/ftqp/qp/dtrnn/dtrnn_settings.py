@@ -56,7 +56,7 @@ class DtrnnSettings:
         """Check what no single field can.
 
         Raises:
-            InputError: gamma is not below 2.
+            InputError: Gamma is not below 2.
         """
         if self.gamma is not None and not self.gamma < 2.0:
             raise InputError(

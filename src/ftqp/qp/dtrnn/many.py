@@ -100,7 +100,7 @@ def solve_batch(
         The answers with the network's own claims; one call judges none of them by residuals.
 
     Raises:
-        InputError: shapes that do not fit, a wrong setting, an unknown engine, or H not symmetric.
+        InputError: Shapes that do not fit, a wrong setting, an unknown engine, or H not symmetric.
         MissingPackage: JAX is not installed.
     """
     if engine not in ENGINES:

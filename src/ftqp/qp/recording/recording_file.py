@@ -27,7 +27,7 @@ def write(path: str | Path, arrays: Mapping[str, NDArray[Any]], about: Mapping[s
     """Write a new file, whole or not at all.
 
     Raises:
-        InputError: the file exists already or cannot be written, or ``about`` is more than JSON can hold.
+        InputError: The file exists already or cannot be written, or ``about`` is more than JSON can hold.
     """
     file = free_file(path)
     try:
@@ -50,7 +50,7 @@ def read(path: str | Path, names: Sequence[str]) -> tuple[dict[str, NDArray[Any]
     """The arrays called ``names``, and what the text says: variables, rows, metadata.
 
     Raises:
-        InputError: no such file, not a recording, of another version, truncated, or damaged.
+        InputError: No such file, not a recording, of another version, truncated, or damaged.
     """
     file = Path(path)
     if not file.is_file():
@@ -63,7 +63,7 @@ def free_file(path: str | Path) -> Path:
     """``path``, if a recording may be written there.
 
     Raises:
-        InputError: it exists, does not end in ``.npz``, or lies below something that is not a folder.
+        InputError: It exists, does not end in ``.npz``, or lies below something that is not a folder.
     """
     file = Path(path)
     if file.exists() or file.is_symlink():
@@ -84,7 +84,7 @@ def _put(part: Path, file: Path) -> None:
     """Give the finished ``part`` its name; a file that has come to be meanwhile stays.
 
     Raises:
-        InputError: the file exists.
+        InputError: The file exists.
     """
     try:
         os.link(part, file)

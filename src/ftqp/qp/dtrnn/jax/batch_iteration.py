@@ -26,12 +26,12 @@ class State(NamedTuple):
     """Where the batch stands.
 
     Attributes:
-        u: iterates, (B, N).
+        u: Iterates, (B, N).
         code: RUNNING or how it ended, (B,).
         iterations: (B,).
         residual: |e|, (B,).
-        steady: what counts as a straight stretch (``ftqp.kernel.dtrnn.straight_stretch``), (B,).
-        drifted: whether the last step was one, (B,).
+        steady: What counts as a straight stretch (``ftqp.kernel.dtrnn.straight_stretch``), (B,).
+        drifted: Whether the last step was one, (B,).
     """
 
     u: Any

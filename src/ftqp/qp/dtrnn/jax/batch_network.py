@@ -23,12 +23,12 @@ class Network(NamedTuple):
     Attributes:
         Gamma: (B, N, N).
         z: (B, N).
-        low: lower ends of Omega, (B, N).
-        high: upper ends, (B, N).
-        absent: what keeps its place only, (B, N).
-        norm: what each row was divided by, (B, m + p).
-        s: scale of the objective, (B, 1).
-        q: scale of the rows, (B, 1); y = (q/s) times the dual part of u.
+        low: Lower ends of Omega, (B, N).
+        high: Upper ends, (B, N).
+        absent: What keeps its place only, (B, N).
+        norm: What each row was divided by, (B, m + p).
+        s: Scale of the objective, (B, 1).
+        q: Scale of the rows, (B, 1); y = (q/s) times the dual part of u.
         inverse: (I + Gamma)^-1, (B, N, N), where the iteration needs it, else (B, 0, 0).
     """
 

@@ -66,21 +66,21 @@ def solve_batch(
 
     Args:
         H: Hessians, (B or 1, n, n); length 1 of any part is for all.
-        g: linear terms, (B or 1, n).
-        A: equality rows, (B or 1, m, n).
-        b: their right sides, (B or 1, m).
-        C: two-sided rows, (B or 1, p, n).
-        l: their lower bounds, (B or 1, p).
-        u: their upper bounds, (B or 1, p).
-        lb: lower bounds of x, (B or 1, n).
-        ub: upper bounds of x, (B or 1, n).
+        g: Linear terms, (B or 1, n).
+        A: Equality rows, (B or 1, m, n).
+        b: Their right sides, (B or 1, m).
+        C: Two-sided rows, (B or 1, p, n).
+        l: Their lower bounds, (B or 1, p).
+        u: Their upper bounds, (B or 1, p).
+        lb: Lower bounds of x, (B or 1, n).
+        ub: Upper bounds of x, (B or 1, n).
         method: ``94lvi``, ``e47`` or ``implicit``.
-        scaling: whether to scale objective and rows.
-        newton: whether to jump.
-        gamma: step length, 0 < gamma < 2.
-        tolerance: of |e|; relative to 1 + |x| unless ``paper``.
-        max_iterations: cap.
-        paper: whether |e| <= tolerance alone is the end.
+        scaling: Whether to scale objective and rows.
+        newton: Whether to jump.
+        gamma: Step length, 0 < gamma < 2.
+        tolerance: Largest |e|; relative to 1 + |x| unless ``paper``.
+        max_iterations: Cap.
+        paper: Whether |e| <= tolerance alone is the end.
 
     Returns:
         x (B, n), y (B, m), z (B, p), z_box (B, n), codes of ``ftqp.kernel.layout.enums`` (B,), iterations
