@@ -11,7 +11,8 @@ from ftqp.app.compare.combinations import file_name
 from ftqp.app.scenario import document
 from ftqp.app.scenario.setup import Setup, load, validated
 from ftqp.core.errors import FtqpError
-from ftqp.sim.log.log_file import Log, load_log
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import Simulation
 from ftqp.viz.figures.agreement import draw_agreement, joint_difference

@@ -11,6 +11,7 @@ from ftqp.core.errors import FtqpError, InputError, MissingPackage, ModelError, 
 
 if TYPE_CHECKING:
     from ftqp import qp as qp
+    from ftqp.app.scenario.setup import load as load_scenario  # noqa: F401  its home has another name
     from ftqp.control import paths as paths
     from ftqp.control.following.path_follower import PathFollower as PathFollower
     from ftqp.control.following.path_follower import PathStatus as PathStatus
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from ftqp.control.moving_base.inertial_task import BaseStatus as BaseStatus
     from ftqp.control.moving_base.inertial_task import InertialTask as InertialTask
     from ftqp.control.moving_base.inertial_task import MovingBase as MovingBase
+    from ftqp.control.planner.certificate import Certificate as Certificate
     from ftqp.control.planner.planner import Planner as Planner
     from ftqp.control.planner.status import StepStatus as StepStatus
     from ftqp.control.planner.step import Step as Step
@@ -43,34 +45,47 @@ if TYPE_CHECKING:
     from ftqp.faults.kinds import Degraded as Degraded
     from ftqp.faults.kinds import FreeSwinging as FreeSwinging
     from ftqp.faults.kinds import Locked as Locked
+    from ftqp.kernel.layout.criteria import Criterion as Criterion
     from ftqp.model import catalog as robots  # noqa: F401  its home has another name
     from ftqp.model.limits import JointLimits as JointLimits
     from ftqp.model.robot import Robot as Robot
+    from ftqp.qp.adapters.backend import Backend as Backend
     from ftqp.qp.problem import QP as QP
     from ftqp.sim.log.log_file import load_log as load_log
     from ftqp.sim.loop import Simulation as Simulation
+    from ftqp.sim.plants.kinematic_plant import KinematicPlant as KinematicPlant
+    from ftqp.sim.plants.plant import Plant as Plant
+    from ftqp.sim.schedule import FaultEvent as FaultEvent
+    from ftqp.sim.schedule import Schedule as Schedule
 
 __version__ = "0.1.0"
 
 _HOME = {
+    "Backend": "ftqp.qp.adapters.backend",
     "BaseStatus": "ftqp.control.moving_base.inertial_task",
+    "Certificate": "ftqp.control.planner.certificate",
+    "Criterion": "ftqp.kernel.layout.criteria",
     "Damping": "ftqp.control.task.resolvers",
     "Degraded": "ftqp.faults.kinds",
     "DirectionalDamping": "ftqp.control.task.directional_damping",
     "EmergencyStop": "ftqp.control.task.emergency",
+    "FaultEvent": "ftqp.sim.schedule",
     "FreeSwinging": "ftqp.faults.kinds",
     "InertialTask": "ftqp.control.moving_base.inertial_task",
     "Jin": "ftqp.control.task.bounds",
     "JointLimits": "ftqp.model.limits",
+    "KinematicPlant": "ftqp.sim.plants.kinematic_plant",
     "Locked": "ftqp.faults.kinds",
     "OneStep": "ftqp.control.task.bounds",
     "MovingBase": "ftqp.control.moving_base.inertial_task",
     "Observer": "ftqp.control.moving_base.base_gain",
     "PathFollower": "ftqp.control.following.path_follower",
     "PathStatus": "ftqp.control.following.path_follower",
+    "Plant": "ftqp.sim.plants.plant",
     "Planner": "ftqp.control.planner.planner",
     "QP": "ftqp.qp.problem",
     "Robot": "ftqp.model.robot",
+    "Schedule": "ftqp.sim.schedule",
     "Scheme": "ftqp.control.task.scheme",
     "Simulation": "ftqp.sim.loop",
     "StallEscape": "ftqp.control.following.stall",
@@ -85,6 +100,7 @@ _HOME = {
     "damping_factor": "ftqp.control.rates",
     "gain_limit": "ftqp.control.moving_base.base_gain",
     "load_log": "ftqp.sim.log.log_file",
+    "load_scenario": "ftqp.app.scenario.setup:load",
     "resolve_rates": "ftqp.control.rates",
     "sensitivity": "ftqp.control.moving_base.base_gain",
 }
@@ -110,7 +126,8 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
+        module, _, attribute = _HOME[name].partition(":")
+        return getattr(import_module(module), attribute or name)
     if name in _MODULES:
         return import_module(_MODULES[name])
     raise AttributeError(f"module 'ftqp' has no attribute {name!r}")

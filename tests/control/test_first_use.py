@@ -46,7 +46,7 @@ def test_compilation_is_announced_on_stderr_before_it_begins(monkeypatch, capfd)
     assert said == [first_use.NOTICE + "\n"]
 
 
-def test_notice_names_the_remedy():
+def testnotice_names_the_remedy():
     assert "ftqp warmup" in first_use.NOTICE
 
 

@@ -6,9 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from ftqp.core.errors import InputError
-from ftqp.core.pose import pose, rotation_exp, rotation_x, rotation_z, skew, transform
+from ftqp.core.pose import (
+    pose,
+    quaternions,
+    rotation_exp,
+    rotation_vectors,
+    rotation_x,
+    rotation_z,
+    skew,
+    transform,
+)
 
 vectors = st.lists(st.floats(-4.0, 4.0), min_size=3, max_size=3).map(np.array)
 
@@ -84,3 +94,25 @@ def test_pose_of_a_wrong_shape_or_type_is_refused(value):
 
 def test_rotation_rounded_to_seven_digits_still_counts():
     assert pose(transform(np.round(rotation_x(1.0), 7), np.zeros(3))).shape == (4, 4)
+
+
+def test_quaternions_and_rotation_vectors_are_those_of_scipy():
+    turns = [Rotation.random(200, random_state=3).as_matrix(), np.eye(3)[None]]
+    axes = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0.6, -0.8, 0], [0, -0.6, 0.8]])
+    turns += [
+        Rotation.from_rotvec(angle * axes).as_matrix() for angle in (1e-9, 1e-3, 3.0, np.pi - 1e-7, np.pi)
+    ]
+    R = np.concatenate(turns)
+    expected = Rotation.from_matrix(R)
+    np.testing.assert_allclose(np.abs(quaternions(R)), np.abs(expected.as_quat()), atol=1e-14)
+    assert (quaternions(R)[:, 3] >= 0.0).all()
+    np.testing.assert_allclose(Rotation.from_quat(quaternions(R)).as_matrix(), R, atol=1e-14)
+    np.testing.assert_allclose(Rotation.from_rotvec(rotation_vectors(R)).as_matrix(), R, atol=1e-14)
+    assert (np.linalg.norm(rotation_vectors(R), axis=1) <= np.pi + 1e-12).all()
+
+
+def test_half_turns_have_one_quaternion():
+    halves = np.array([np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, -1.0]), np.diag([-1.0, -1.0, 1.0])])
+    np.testing.assert_allclose(quaternions(halves), np.eye(4)[:3], atol=1e-15)
+    tilted = 2.0 * np.outer([0.6, -0.8, 0.0], [0.6, -0.8, 0.0]) - np.eye(3)
+    np.testing.assert_allclose(quaternions(tilted[None])[0], [0.6, -0.8, 0.0, 0.0], atol=1e-15)

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.dtrnn.network_of_qp import assemble
-from ftqp.kernel.dtrnn.projection import memory_size
 from ftqp.kernel.dtrnn.stopping import Options
+from ftqp.kernel.layout.network_memory import memory_size
 
 PRODUCT = Options(2, 1, 1, 0, 2000, 1.6, 1e-9)
 """The options of ftqp.qp.dtrnn.solve as it comes."""
@@ -28,7 +28,7 @@ def problem(rng: np.random.Generator, n: int, m: int, p: int, *, fixed: int = 0,
 def network_of(parts: dict[str, Any]) -> tuple[int, Any]:
     """The verdict on the bounds, and the network."""
     n, m, p = len(parts["g"]), len(parts["b"]), len(parts["l"])
-    memory = np.full(int(memory_size(n, m, p)), np.nan)
+    memory = np.full(memory_size(n, m, p), np.nan)
     q = parts
     return assemble(memory, n, m, p, 1, q["H"], q["g"], q["g"], q["A"], q["b"], q["soft"], q["C"], q["l"],
                     q["u"], q["lb"], q["ub"])  # fmt: skip

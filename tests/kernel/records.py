@@ -1,45 +1,32 @@
-"""Records to run the kernel's helpers on, one at a time, compiled as the kernel compiles them."""
+"""Records for tests of the kernel; its helpers take the rooms of one, ``helper(K)``, and write into them."""
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from typing import Any
 
-from ftqp.kernel.jit import carray, jit, pointer
-from ftqp.kernel.layout.record import DTYPE, load_chain, record
+from ftqp.kernel.entry.session import rooms
+from ftqp.kernel.layout.record import capacity_for, load_chain, record
+from ftqp.kernel.rows.failed_joints import sort_joints
 from ftqp.model.robot import Robot
 
-
-def on_record(function: Callable[[Any], Any]) -> Callable[[int], Any]:
-    """A compiled function of a record's address that runs one helper of the kernel on that record."""
-
-    @jit
-    def run(address: int) -> Any:
-        return function(carray(pointer(address), 1, DTYPE)[0])
-
-    return run
+SMALL = 8
+"""The class of records that a test takes unless it needs more joints, so that helpers are compiled once."""
 
 
-def address(W: Any) -> int:
-    """The address of the first record."""
-    return int(W.ctypes.data)
+def empty_record(capacity: int = SMALL) -> Any:
+    """The rooms of a record that holds nothing."""
+    return rooms(record(capacity))
 
 
 def chain_record(robot: Robot) -> Any:
-    """One record that holds the robot's chain and nothing else."""
-    W = record()
-    load_chain(W, **robot.chain.constants())
-    return W
+    """The rooms of a record that holds the robot's chain, all of whose joints work."""
+    K = empty_record(capacity_for(robot.nv))
+    load_chain(K, **robot.chain.constants())
+    believe(K)
+    return K
 
 
-def limited_record(robot: Robot, dt: float) -> Any:
-    """One record that holds the robot's chain and limits, sampled at ``dt``."""
-    W = chain_record(robot)
-    for name in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
-        W[name][0, : robot.nv] = getattr(robot.limits, name)
-    W["a_brake"] = W["a_max"]
-    W["dt"] = dt
-    return W
-
-
-def inputs(W: Any, q: Any, v: Any, target: Any) -> tuple[int, int, int, int, int]:
-    """The arguments of ``entry.step`` for contiguous arrays that the caller keeps alive."""
-    return address(W), q.ctypes.data, v.ctypes.data, target.ctypes.data, len(q)
+def believe(K: Any, codes: Mapping[int, int] | None = None) -> None:
+    """Fault codes by joint, and the list of joints that follows from them."""
+    for joint, code in (codes or {}).items():
+        K.faults.code[joint] = code
+    sort_joints(K)

@@ -1,8 +1,7 @@
-"""How the kernel is compiled: no memory in a step, the same without numba, a cache that sees changes."""
+"""How the kernel runs: no memory in a step, and the same without numba."""
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,9 +10,9 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.kernel.jit import COMPILED, source_key
+from ftqp.kernel.jit import COMPILED
 
-PACKAGE = Path(ftqp.__file__).parent
+SOURCE = Path(ftqp.__file__).parent.parent
 compiled_only = pytest.mark.skipif(not COMPILED, reason="this run is without compilation")
 
 ALLOCATIONS = """
@@ -64,23 +63,10 @@ for level in ("acceleration", "velocity"):
 print(json.dumps(result))
 """
 
-DRIFT = """
-import json, sys, numpy as np
-from ftqp.kernel.entry import entries as entry
-from ftqp.kernel.layout.record import record
-W = record()
-W["n"] = W["nq"] = 1
-W["rotation"][0, 0] = W["tip_rotation"] = np.eye(3).ravel()
-W["tip_translation"] = (1.0, 0.0, 0.0)
-entry.kinematics(W.ctypes.data, np.array([0.5]), np.array([1.0]))
-hits = sum(entry.kinematics.stats.cache_hits.values()) if hasattr(entry.kinematics, "stats") else -1
-print(json.dumps([W["J"][0, :2, 0].tolist(), hits]))
-"""
 
-
-def run(code, source=PACKAGE.parent, before="", **environment):
-    """What ``code`` prints as JSON in a fresh process that imports ftqp from ``source``."""
-    script = f"import sys; sys.path.insert(0, {str(source)!r})\n{before}\n{code}"
+def run(code, before="", **environment):
+    """What ``code`` prints as JSON in a fresh process."""
+    script = f"import sys; sys.path.insert(0, {str(SOURCE)!r})\n{before}\n{code}"
     result = subprocess.run(
         [sys.executable, "-c", script],
         env={**os.environ, **environment},
@@ -114,36 +100,3 @@ def test_without_numba_the_kernel_is_plain_python():
     assert plain.pop("compiled") is False
     expected = run(TICKS, NUMBA_DISABLE_JIT="1")
     assert all(plain[level] == expected[level] for level in plain)
-
-
-@compiled_only
-def test_the_cache_sees_a_change_in_any_file_of_the_kernel(tmp_path):
-    copy = tmp_path / "src" / "ftqp"
-    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
-    J = [-np.sin(0.5), np.cos(0.5)]
-    first, hits = run(DRIFT, copy.parent, **cache)
-    assert np.allclose(first, J, atol=1e-15) and hits == 0
-    again, hits = run(DRIFT, copy.parent, **cache)
-    assert again == first and hits == 1
-    helper = copy / "kernel" / "vectors.py"
-    text = helper.read_text()
-    assert text.count("a0 * b1 - a1 * b0") == 1 and text.count("a1 * b2 - a2 * b1") == 1
-    helper.write_text(text.replace("a1 * b2 - a2 * b1", "7.0 + a1 * b2 - a2 * b1"))
-    changed, hits = run(DRIFT, copy.parent, **cache)
-    assert np.allclose(changed, [J[0] + 7.0, J[1]], atol=1e-14) and hits == 0
-
-
-def test_source_key_depends_on_names_and_contents(tmp_path):
-    (tmp_path / "sub").mkdir()
-    (tmp_path / "a.py").write_text("x = 1\n")
-    keys = [source_key(tmp_path)]
-    (tmp_path / "sub" / "b.py").write_text("y = 1\n")
-    keys.append(source_key(tmp_path))
-    (tmp_path / "sub" / "b.py").write_text("y = 2\n")
-    keys.append(source_key(tmp_path))
-    (tmp_path / "sub" / "b.py").rename(tmp_path / "sub" / "c.py")
-    keys.append(source_key(tmp_path))
-    (tmp_path / "notes.txt").write_text("not source")
-    assert len(set(keys)) == 4
-    assert source_key(tmp_path) == keys[-1]

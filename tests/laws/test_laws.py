@@ -11,7 +11,8 @@ import pytest
 
 import ftqp
 from ftqp.sim.loop import Simulation
-from ftqp.sim.plants.plants import KinematicPlant, Plant
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 DT = 2e-3

@@ -7,10 +7,11 @@ from scipy.spatial.transform import Rotation
 
 import ftqp
 from ftqp.control.task.bounds import Jin
-from ftqp.sim.base.carriers import BaseMotion, Platform
+from ftqp.sim.base.base_motion import BaseMotion
+from ftqp.sim.base.carriers import Platform
 from ftqp.sim.base.disturbances import Recorded, Sinusoid, Step
 from ftqp.sim.plants.arm_model import Arm
-from ftqp.sim.plants.servo import ServoPlant
+from ftqp.sim.plants.servo_plant import ServoPlant
 
 DEG = np.pi / 180.0
 FAST = {"v_max": 1e3, "a_max": 1e9}

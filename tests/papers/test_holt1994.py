@@ -25,7 +25,8 @@ from tests.papers.holt1994 import (
 import ftqp
 from ftqp import BaseStatus, InertialTask, MovingBase, Observer, StepStatus
 from ftqp.control.moving_base.base_gain import best_lowpass, decay, noise_gain
-from ftqp.sim.base.carriers import BaseMotion, Platform
+from ftqp.sim.base.base_motion import BaseMotion
+from ftqp.sim.base.carriers import Platform
 from ftqp.sim.base.disturbances import RandomMotion, Sinusoid
 from ftqp.sim.plants.arm_model import Arm
 

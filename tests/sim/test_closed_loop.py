@@ -14,7 +14,8 @@ from ftqp.model import catalog
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.metrics import summary
 from ftqp.sim.loop import Simulation
-from ftqp.sim.plants.plants import KinematicPlant, Plant
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 DT = 2e-3

@@ -10,7 +10,8 @@ from ftqp.kernel.entry.compile import compile_entries
 from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
 from ftqp.kernel.layout.record import CAPACITIES, capacity_for
 
-NOTICE = "ftqp: compiling its kernel for this machine, once (`ftqp warmup` does it ahead) ..."
+NOTICE = "ftqp: compiling its kernel for this machine, once (20 to 60 s; `ftqp warmup` does it ahead) ..."
+"""One planner's entry points take about 20 s of CPU on a core of 2026, more where other work shares it."""
 
 COMMON: Final = ("step", "step_rich", "step_path", "kinematics", "inverse_dynamics", "torques", "block")
 """The entry points of common planners and of their simulation: given targets or led along a path."""
@@ -19,7 +20,8 @@ ALONE: Final = tuple(name for name, entry in ENTRIES.items() if entry.module == 
 
 
 @contextmanager
-def _notice() -> Iterator[None]:
+def notice() -> Iterator[None]:
+    """Tell the user that something is being compiled, as long as it takes."""
     if sys.stderr.isatty():
         from rich.console import Console
 
@@ -38,7 +40,7 @@ def warm_up(names: Iterable[str], capacity: int) -> None:
         names: of the entry points.
         capacity: the class of records.
     """
-    compile_entries([ENTRIES[name] for name in names], capacity, _notice)
+    compile_entries([ENTRIES[name] for name in names], capacity, notice)
 
 
 def ahead(joints: int | None) -> list[tuple[str, int]]:

@@ -59,3 +59,39 @@ def rotation_x(angle: float) -> FloatArray:
 def rotation_z(angle: float) -> FloatArray:
     """Rotation about z, (3, 3)."""
     return rotation_exp(np.array([0.0, 0.0, angle]))
+
+
+def quaternions(rotations: FloatArray) -> FloatArray:
+    """Unit quaternions x, y, z, w with w >= 0 of rotation matrices (K, 3, 3), (K, 4).
+
+    From the largest of the four components, so that nothing is divided by a small number; where w is 0 the
+    first other component that is not 0 is positive.
+
+    Source: Shepperd 1978.
+    """
+    R = np.asarray(rotations, dtype=np.float64)
+    x, y, z = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
+    trace = x + y + z
+    products = np.empty((len(R), 4, 4))  # four times the products of the components x, y, z, w
+    products[:, 0, 0], products[:, 1, 1] = 1.0 - trace + 2.0 * x, 1.0 - trace + 2.0 * y
+    products[:, 2, 2], products[:, 3, 3] = 1.0 - trace + 2.0 * z, 1.0 + trace
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        products[:, i, j] = products[:, j, i] = R[:, i, j] + R[:, j, i]
+    for i, (j, k) in enumerate(((2, 1), (0, 2), (1, 0))):
+        products[:, i, 3] = products[:, 3, i] = R[:, j, k] - R[:, k, j]
+    largest = np.argmax(np.stack([x, y, z, trace], axis=1), axis=1)
+    chosen = products[np.arange(len(R)), largest]
+    result: FloatArray = chosen / np.linalg.norm(chosen, axis=1, keepdims=True)
+    leading = result[np.arange(len(R)), np.argmax(result[:, (3, 0, 1, 2)] != 0.0, axis=1) - 1]
+    result[leading < 0.0] *= -1.0
+    return result
+
+
+def rotation_vectors(rotations: FloatArray) -> FloatArray:
+    """Rotation vectors [rad] of rotation matrices (K, 3, 3), (K, 3): accurate for every angle in [0, pi]."""
+    q = quaternions(rotations)
+    s = np.linalg.norm(q[:, :3], axis=1)
+    factor = np.full(len(q), 2.0)
+    np.divide(2.0 * np.arctan2(s, q[:, 3]), s, out=factor, where=s > 0.0)
+    result: FloatArray = factor[:, None] * q[:, :3]
+    return result

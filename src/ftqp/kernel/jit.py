@@ -1,7 +1,7 @@
 """What the formulas of the kernel are written with: how helpers are compiled, and the memory at an address.
 
-``NUMBA_DISABLE_JIT=1``, or a platform without numba, runs the same source as plain Python. Helpers become part
-of the entry points that call them; how those become machine code is the business of ``ftqp.kernel.compiled``.
+``NUMBA_DISABLE_JIT=1``, or a platform without numba, runs the same source as plain Python. Helpers become
+part of the entry points that call them; how those become machine code is up to ``ftqp.kernel.compiled``.
 """
 
 import ctypes

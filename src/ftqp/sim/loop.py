@@ -1,38 +1,42 @@
 """The simulation loop: truth, target, planner, log and plant in the order in which they happen."""
 
+from bisect import bisect_right
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path as File
 from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.path_follower import PathFollower, PathStatus
-from ftqp.control.paths import Path, mean_acceleration
+from ftqp.control.following.path_follower import PathFollower
+from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
-from ftqp.control.planner.target import Target
 from ftqp.core import clock
 from ftqp.core.checks import FloatArray, positive
-from ftqp.core.errors import InputError, unknown
+from ftqp.core.errors import FtqpError, InputError, unknown
 from ftqp.sim.base.moving_world import MovingWorld
+from ftqp.sim.block_runner import BlockRunner
+from ftqp.sim.leader import ClockLeader, ClockTargets, InertialLeader, Leader, ProgressLeader
 from ftqp.sim.log.description import description
-from ftqp.sim.log.log_file import LogWriter
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.log_writer import LogWriter
 from ftqp.sim.log.metrics import STOP_CODES
-from ftqp.sim.log.row_writer import RowWriter
+from ftqp.sim.log.row_sink import MemoryRows, RowSink
 from ftqp.sim.log.signals import base_columns, columns
-from ftqp.sim.plants.plants import KinematicPlant, Plant
+from ftqp.sim.log.tick_recorder import TickRecorder
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import Schedule
 
 FEED_FORWARDS = ("sampled", "mean")
-BLOCK = 2048
-"""Ticks whose targets are sampled together."""
+MEMORY = "memory"
+"""In place of a file: the log is kept in memory."""
 PROGRESS_PERIOD = 100_000_000
 """Progress is told at most this often [ns of wall time]."""
 LONGEST = 3.0
 """A path that is followed by its progress may take so many times its duration."""
-WAITS = 0.5
-"""How long the arm is watched after its path was blocked [s]."""
 
 
 @final
@@ -51,6 +55,7 @@ class Result:
         v: its velocity there, (nv,) [rad/s or m/s].
         progress: path time reached [s].
         blocked: why the path did not go on, or ``None``.
+        log: the log, where it was kept in memory.
     """
 
     steps: int
@@ -63,6 +68,7 @@ class Result:
     v: FloatArray
     progress: float
     blocked: str | None
+    log: Log | None = None
 
 
 @final
@@ -81,10 +87,10 @@ class Simulation:
         plant: the arm; without it a `KinematicPlant` of the planner's robot.
         follower: leads the planner along the path by its progress, in place of the clock; the run then ends
             with the path, or soon after it was blocked.
-        duration: simulated time, the longest with a follower [s]; without it the path's duration, twice that
-            with a follower.
+        duration: simulated time, the longest with a follower [s]; without it the path's duration, three
+            times that with a follower.
         feed_forward: ``"sampled"`` feeds forward the path's acceleration at t_k, ``"mean"`` its mean over dt.
-        log: a new file for the log, or ``None`` for none.
+        log: a new file for the log, ``"memory"`` for a log in the result, or ``None`` for none.
         metadata: more to put into the log, for example the resolved scenario.
         world: the base under the arm where it moves, with the inertial task of this planner; the path is then
             one in the inertial frame. Without it the base stands.
@@ -92,8 +98,6 @@ class Simulation:
 
     Raises:
         InputError: an unknown joint in the schedule, a wrong value, or a log file that exists.
-
-    Source: order of a tick of the different-level scheme, spec section 10.
     """
 
     def __init__(
@@ -123,7 +127,13 @@ class Simulation:
         self._plant = KinematicPlant(robot, planner.dt, planner.level) if plant is None else plant
         if follower is not None and (follower.planner is not planner or follower.path is not path):
             raise InputError("follower leads another planner or another path than the simulation's")
-        self._follower = follower
+        if world is not None and world.follower.planner is not planner:
+            raise InputError(
+                "the world's inertial task has another planner than the simulation; give it this one"
+            )
+        if world is not None and follower is not None:
+            raise InputError("a path's progress does not wait for a moving base; leave follower or world out")
+        self._leader = _leader(planner, path, follower, world, mean=feed_forward == "mean")
         natural = path.duration * (1.0 if follower is None else LONGEST)
         time = natural if duration is None else positive("duration of the simulation", duration, "s")
         self._last = round(time / planner.dt)
@@ -131,20 +141,16 @@ class Simulation:
             raise InputError(
                 f"duration of the simulation is {time:g} s, expected at least one step of {planner.dt:g} s"
             )
-        self._mean = feed_forward == "mean"
         self._q = robot.angles(q)
         self._v = np.zeros(robot.nv) if v is None else np.array(v, dtype=np.float64)
         self._believed = dict(planner.faults)
         self._log = log
+        self._signals = (
+            *columns(robot.joints, robot.chain.prismatic, planner.level),
+            *(() if world is None else base_columns(world.base.coordinates)),
+        )
         self._metadata = dict(metadata or {})
         self._progress = progress
-        self._world = world
-        if world is not None and world.follower.planner is not planner:
-            raise InputError(
-                "the world's inertial task has another planner than the simulation; give it this one"
-            )
-        if world is not None and follower is not None:
-            raise InputError("a path's progress does not wait for a moving base; leave follower or world out")
 
     def run(self) -> Result:
         """Simulate to the end, or until Ctrl-C, which leaves complete files and a result that says so.
@@ -152,30 +158,39 @@ class Simulation:
         Raises:
             FtqpError: the log cannot be written.
         """
-        planner = self._planner
         self._forget_faults()
-        (planner if self._follower is None else self._follower).reset(self._q, self._v)
+        self._leader.reset(self._q, self._v, self._last + 1)
         self._plant.reset(self._q, self._v)
-        world = self._world
-        if world is not None:
-            world.reset(self._q, self._v, self._last + 1)
         if self._log is None:
             return self._ticks(None)
-        signals = columns(planner.robot.joints, planner.robot.chain.prismatic, planner.level)
-        if world is not None:
-            signals += base_columns(world.base.coordinates)
-        reference = "time" if self._follower is None else "progress"
-        about = description(planner, self._schedule, self._path, self._last, reference) | self._metadata
-        with LogWriter(self._log, signals, about | {"state": "running"}) as log:
-            result = self._ticks(RowWriter(log, planner, follower=self._follower, world=world))
-            finished = self._follower is None or self._follower.status is PathStatus.DONE
-            log.annotate(
-                {
-                    "state": "interrupted" if result.interrupted else "finished",
-                    "path_finished": finished,
-                    "blocked": result.blocked,
-                }
-            )
+        reference = "time" if self._leader.path_status is None else "progress"
+        about = description(self._planner, self._schedule, self._path, self._last, reference)
+        about |= self._metadata | {"state": "running"}
+        memory = MemoryRows(self._signals, about) if self._log == MEMORY else None
+        sink = LogWriter(self._log, self._signals, about) if memory is None else memory
+        try:
+            result = self._recorded(sink)
+        finally:
+            sink.close()
+        return result if memory is None else replace(result, log=memory.log)
+
+    def _recorded(self, sink: RowSink) -> Result:
+        """All ticks and their rows; the state of the log says how it ended once every row is kept."""
+        recorder = TickRecorder(sink, self._planner, self._leader)
+        try:
+            result = self._ticks(recorder)
+            recorder.flush()
+        except BaseException:
+            with suppress(FtqpError):  # the first error counts; without a word the state stays "running"
+                sink.annotate({"state": "failed"})
+            raise
+        sink.annotate(
+            {
+                "state": "interrupted" if result.interrupted else "finished",
+                "path_finished": self._leader.finished,
+                "blocked": result.blocked,
+            }
+        )
         return result
 
     def _forget_faults(self) -> None:
@@ -186,67 +201,51 @@ class Simulation:
         for fault in self._believed.values():
             self._planner.report(fault)
 
-    def _ticks(self, rows: RowWriter | None) -> Result:
+    def _tick(self, k: int, recorder: TickRecorder | None) -> int:
+        """One tick, and the arm moves on; the code of its status."""
+        leader, plant = self._leader, self._plant
+        leader.aim(k, plant.q)
+        before = clock.now()
+        step = leader.step(plant.q, plant.v)
+        elapsed = clock.now() - before
+        if recorder is not None:
+            recorder.write(k * self._planner.dt, plant.q, plant.v, step, elapsed)
+        code = step.code
+        plant.advance(step)
+        return code
+
+    def _ticks(self, recorder: TickRecorder | None) -> Result:
         """All ticks."""
-        planner, plant, dt = self._planner, self._plant, self._planner.dt
-        follower, world = self._follower, self._world
-        lead = planner if world is None else world
+        planner, leader, plant, dt = self._planner, self._leader, self._plant, self._planner.dt
         failing, announced = self._schedule.failing(dt), self._schedule.announced(dt)
-        target = Target(pose=self._path.start) if follower is None else follower.target
-        waited, over = 0.0, False
-        counts = [0] * len(StepStatus)
+        counts = np.zeros(len(StepStatus), dtype=np.int64)
         done, stopped_at, code = 0, None, None
         told = clock.now()
         interrupted = False
+        runner = BlockRunner(planner, leader, plant, recorder)
+        events = sorted({*failing, *announced, self._last + 1})
         try:
-            for k in range(self._last + 1):
-                at = k % BLOCK
-                if at == 0 and follower is None:
-                    pose, twist, acceleration = self._targets(k)
+            while done <= self._last:
+                k = done
                 for event in failing.get(k, ()):
                     plant.fail(event.fault)
-                    if rows is not None:
-                        rows.fail(event.fault)
+                    if recorder is not None:
+                        recorder.fail(event.fault)
                 for event in announced.get(k, ()):
                     planner.report(event.fault)
-                if follower is None:
-                    target.pose[:] = pose[at]
-                    target.twist[:] = twist[at]
-                    target.acceleration[:] = acceleration[at]
-                    reached = min(k * dt, self._path.duration)
-                    if world is not None:
-                        world.sense(k, plant.q, pose[at])
-                    before = clock.now()
-                    step = lead.step(plant.q, plant.v, target)
-                    elapsed = clock.now() - before
-                else:
-                    reached = follower.progress
-                    before = clock.now()
-                    step = follower.step(plant.q, plant.v)
-                    elapsed = clock.now() - before
-                    waited += dt if follower.status is PathStatus.BLOCKED else 0.0
-                    over = reached >= self._path.duration or waited > WAITS
-                if rows is not None:
-                    rows.write(
-                        k * dt,
-                        plant.q,
-                        plant.v,
-                        target.pose,
-                        step,
-                        elapsed,
-                        twist=target.twist,
-                        progress=reached,
-                    )
-                code = step.code
-                counts[code] += 1
-                if stopped_at is None and code in STOP_CODES:
-                    stopped_at = k * dt
-                plant.advance(step)
-                done = k + 1
-                if self._progress is not None and before - told > PROGRESS_PERIOD:
-                    told = before
+                codes = runner.run(k, events[bisect_right(events, k)])
+                if not len(codes):
+                    codes = np.array([self._tick(k, recorder)])
+                code = int(codes[-1])
+                counts += np.bincount(codes, minlength=len(counts))
+                stops = np.flatnonzero(np.isin(codes, STOP_CODES))
+                if stopped_at is None and len(stops):
+                    stopped_at = (k + int(stops[0])) * dt
+                done = k + len(codes)
+                if self._progress is not None and clock.now() - told > PROGRESS_PERIOD:
+                    told = clock.now()
                     self._progress(done, self._last + 1)
-                if over:
+                if leader.over:
                     break
         except KeyboardInterrupt:
             interrupted = True
@@ -255,25 +254,25 @@ class Simulation:
         statuses = list(StepStatus)
         return Result(
             steps=done,
-            completed=stopped_at is None
-            and not interrupted
-            and (done == self._last + 1 if follower is None else follower.status is PathStatus.DONE),
+            completed=stopped_at is None and not interrupted and leader.finished,
             interrupted=interrupted,
             final_status=None if code is None else statuses[code],
             stopped_at=stopped_at,
-            status_counts={status: count for status, count in zip(statuses, counts, strict=True) if count},
+            status_counts={
+                status: int(count) for status, count in zip(statuses, counts, strict=True) if count
+            },
             q=plant.q.copy(),
             v=plant.v.copy(),
-            progress=min(max(done - 1, 0) * dt, self._path.duration)
-            if follower is None
-            else follower.progress,
-            blocked=None if follower is None else follower.blocked,
+            progress=leader.reached,
+            blocked=leader.blocked,
         )
 
-    def _targets(self, first: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Poses, twists and accelerations of the next ticks."""
-        dt = self._planner.dt
-        t = np.arange(first, min(first + BLOCK, self._last + 1)) * dt
-        sample = self._path.sample(t)
-        acceleration = mean_acceleration(self._path, t, dt) if self._mean else sample.acceleration
-        return sample.pose, sample.twist, acceleration
+
+def _leader(
+    planner: Planner, path: Path, follower: PathFollower | None, world: MovingWorld | None, *, mean: bool
+) -> Leader:
+    """What leads the arm."""
+    if follower is not None:
+        return ProgressLeader(follower)
+    targets = ClockTargets(path, planner.dt, mean=mean)
+    return ClockLeader(planner, targets) if world is None else InertialLeader(world, targets)

@@ -1,6 +1,5 @@
 """Waypoints from a file: CSV with a header, or NPZ with the same names."""
 
-import csv
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,10 +10,12 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, nearest
+from ftqp.sim.csv_table import csv_columns, refuse_large, refuse_repeated
 
 POSITION = ("x", "y", "z")
 ORIENTATION = ("qx", "qy", "qz", "qw")
 COLUMNS = ("t", *POSITION, *ORIENTATION)
+WHAT = "waypoint file"
 LARGEST_FILE = 20_000_000
 """A waypoint file bigger than this is taken for a mistake [bytes]."""
 
@@ -46,46 +47,17 @@ def waypoint_table(path: str | Path) -> WaypointTable:
     file = Path(path)
     if not file.is_file():
         raise InputError(f"waypoint file {file} does not exist; expected a .csv or .npz file")
-    if file.stat().st_size > LARGEST_FILE:
-        size, most = file.stat().st_size / 1e6, LARGEST_FILE / 1e6
-        raise InputError(f"waypoint file {file} has {size:.0f} MB, expected at most {most:.0f} MB")
+    refuse_large(file, WHAT, LARGEST_FILE)
     if file.suffix.lower() not in (".csv", ".npz"):
         raise InputError(f"waypoint file {file} ends in {file.suffix!r}, expected .csv or .npz")
     try:
-        table = _read_csv(file) if file.suffix.lower() == ".csv" else _read_npz(file)
+        if file.suffix.lower() == ".csv":
+            table = csv_columns(file, WHAT, "waypoint", lambda names: _check_names(file, names))
+        else:
+            table = _read_npz(file)
     except OSError as error:
         raise InputError(f"waypoint file {file} cannot be read: {error.strerror or error}") from error
     return _checked(file, table)
-
-
-def _read_csv(file: Path) -> dict[str, FloatArray]:
-    """Columns by name."""
-    try:
-        with file.open(newline="", encoding="utf-8-sig") as stream:
-            lines = [line for line in csv.reader(stream, skipinitialspace=True) if line]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"waypoint file {file} is not text in UTF-8 with comma-separated values") from error
-    if len(lines) < 2:
-        raise InputError(
-            f"waypoint file {file} has {len(lines)} lines, expected a header and at least one waypoint"
-        )
-    header = [name.strip() for name in lines[0]]
-    _check_names(file, header)
-    rows = np.empty((len(lines) - 1, len(header)))
-    for number, line in enumerate(lines[1:], start=2):
-        if len(line) != len(header):
-            raise InputError(
-                f"waypoint file {file}, line {number} has {len(line)} values, expected {len(header)}"
-            )
-        for column, text in enumerate(line):
-            try:
-                rows[number - 2, column] = float(text)
-            except ValueError as error:
-                raise InputError(
-                    f"waypoint file {file}, line {number}, column {header[column]!r} is {text!r:.40}, "
-                    "expected a number"
-                ) from error
-    return {name: rows[:, column] for column, name in enumerate(header)}
 
 
 def _read_npz(file: Path) -> dict[str, FloatArray]:
@@ -123,8 +95,7 @@ def _check_names(file: Path, names: list[str]) -> None:
                 f"waypoint file {file}: {name!r:.40} is not a column{nearest(name, COLUMNS)}; "
                 f"expected {','.join(COLUMNS)} by header"
             )
-        if names.count(name) > 1:
-            raise InputError(f"waypoint file {file}: column {name!r} appears {names.count(name)} times")
+    refuse_repeated(file, WHAT, names)
     missing = [name for name in POSITION if name not in names]
     if any(name in names for name in ORIENTATION):
         missing += [name for name in ORIENTATION if name not in names]

@@ -302,17 +302,20 @@ def _started(short: Path, out: Path) -> subprocess.Popen[str]:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for another process")
-def test_ctrl_c_leaves_complete_files_and_exits_130(short: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_ctrl_c_and_sigterm_leave_complete_files(short: Path, tmp_path: Path, number: int, code: int) -> None:
     run = _started(short, tmp_path / "out")
-    run.send_signal(signal.SIGINT)
+    run.send_signal(number)
     stdout, stderr = run.communicate(timeout=60)
-    assert run.returncode == 130, stderr
+    assert run.returncode == code, stderr
     assert "Traceback" not in stderr
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert json.loads(stdout) == summary
     assert summary["interrupted"] is True
     assert summary["completed"] is False
-    assert len(ftqp.load_log(tmp_path / "out")) == summary["steps"]
+    log = ftqp.load_log(tmp_path / "out")
+    assert len(log) == summary["steps"]
+    assert log.metadata["state"] == "interrupted"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
@@ -323,6 +326,27 @@ def test_a_killed_run_leaves_a_readable_log(short: Path, tmp_path: Path) -> None
     log = ftqp.load_log(tmp_path / "out")
     assert len(log) > 1000
     assert log.metadata["state"] == "running"
+    assert not (tmp_path / "out" / "summary.json").exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows limits no file sizes")
+def test_a_full_disk_is_said_and_the_run_is_not_finished(short: Path, tmp_path: Path) -> None:
+    import resource
+
+    def small_files() -> None:
+        _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, hard))
+
+    run = subprocess.run(
+        [sys.executable, "-m", "ftqp.app", "run", str(short), "--out", str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        preexec_fn=small_files,
+        timeout=120,
+    )
+    assert run.returncode == 2
+    assert "cannot be written" in run.stderr and "Traceback" not in run.stderr
+    assert ftqp.load_log(tmp_path / "out").metadata["state"] in ("running", "failed")
     assert not (tmp_path / "out" / "summary.json").exists()
 
 

@@ -124,7 +124,7 @@ def test_a_run_that_breaks_off_is_told_and_the_rest_runs(
 def test_a_run_cut_short_while_drawing_keeps_its_summary(
     short: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(folder: Path) -> Any:
+    def interrupted(log: Any, folder: Path) -> Any:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(comparison.runs, "_figures", interrupted)

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import ftqp
 from ftqp.app.commands.cli import app
 from ftqp.qp import Recorder, Recording
-from ftqp.sim.plants.plants import KinematicPlant
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
 
 PROBLEMS = Path(__file__).resolve().parents[3] / "solvers" / "problems"
 

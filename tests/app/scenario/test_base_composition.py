@@ -9,7 +9,7 @@ import pytest
 from ftqp.app.scenario.document import Document
 from ftqp.app.scenario.setup import Setup, load, resolve, validated
 from ftqp.core.errors import ScenarioError
-from ftqp.sim.plants.servo import ServoPlant
+from ftqp.sim.plants.servo_plant import ServoPlant
 
 BASE: dict[str, Any] = {"kind": "platform"}
 
@@ -66,7 +66,7 @@ def test_random_motion_follows_the_seed() -> None:
         world = setup(base=table, simulation={"seed": seed}).world
         assert world is not None
         world.reset(np.zeros(7), np.zeros(7), 50)
-        world.sense(49, np.zeros(7), np.eye(4))
+        world.sense(49, np.zeros(7))
         return world.eta.copy()
 
     np.testing.assert_array_equal(moved(1), moved(1))

@@ -1,30 +1,25 @@
 """The in-kernel solver against daqp and quadprog, on random QPs of every kind a tick brings, and worse."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 import quadprog
+from lone_qps import lone_qp
 from random_qps import FEASIBLE, INFEASIBLE, by_daqp, feasible, hessian, infeasible, nudged, unplanned
 
-from ftqp.kernel.active_set.standalone import workspace
 from ftqp.kernel.layout import enums as codes
 
 PER_KIND = 600
 """Random QPs of each kind, dense and diagonal each, every one solved cold and, a tick later, warm."""
 AGREEMENT = 1e-9
-memory = cache(workspace)
 
 
 def loaded(case):
-    """A workspace that holds the case."""
+    """Memory that holds the case."""
     n, m = len(case.g), len(case.b)
-    ws = memory(n, m, len(case.l))
-    for name in ("H", "g", "A", "b", "C", "l", "u", "lb", "ub"):
+    ws = lone_qp(n, m, len(case.l))
+    for name in ("H", "g", "A", "b", "soft", "C", "l", "u", "lb", "ub"):
         getattr(ws, name)[...] = getattr(case, name)
-    K = ws._record
-    K["soft"][0, :m], K["dense"] = case.soft, case.dense
-    K["H_diagonal"][0, :n] = np.diag(case.H)
+    ws.Q.dense, ws.Q.H_diagonal[:n] = case.dense, np.diag(case.H)
     return ws
 
 
@@ -163,8 +158,8 @@ def test_limits_that_meet_in_one_point_are_not_taken_for_infeasible():
     rng = np.random.default_rng(24)
     for _ in range(200):
         n, p = 4, 30
-        ws = memory(n, 0, p)
-        ws._record["dense"] = 1
+        ws = lone_qp(n, 0, p)
+        ws.Q.dense = 1
         tip, C = rng.normal(size=n), rng.normal(size=(p, n))
         ws.H[:], ws.C[:], ws.u[:], ws.l[:] = hessian(rng, n, True), C, C @ tip, -np.inf
         ws.g[:] = -ws.H @ tip - C.T @ rng.uniform(0.0, 1e3, p)

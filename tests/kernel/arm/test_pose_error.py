@@ -3,13 +3,11 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from records import address, on_record
+from records import empty_record
 
 from ftqp.control.task.task import axis_frame
 from ftqp.kernel.arm.pose_error import pose_error, rotation_vector
-from ftqp.kernel.layout.record import record
 
-run = on_record(pose_error)
 OFF = (0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3)
 """Distances of an angle from pi [rad]."""
 
@@ -33,19 +31,20 @@ def rodrigues(axis, angle):
 
 def error(R, R_target, p=(0.0, 0.0, 0.0), p_target=(0.0, 0.0, 0.0), tool=None, measured=False):
     """The kernel's error, (6,), of a tip at (R, p); with ``tool`` in axis mode."""
-    W = record()
-    W["uses_rotation"], W["tool_rows"] = 1, tool is not None
-    W["axis"] = axis_frame((0, 0, 1) if tool is None else tool).ravel()
+    K = empty_record()
+    task, kinematics = K.task, K.kinematics
+    task.uses_rotation, task.tool_rows = 1, tool is not None
+    task.axis[:] = axis_frame((0, 0, 1) if tool is None else tool).ravel()
     target = np.eye(4)
     target[:3, :3], target[:3, 3] = R_target, p_target
-    W["target"][0, :16] = target.ravel()
+    task.target[:16] = target.ravel()
     if measured:
-        W["has_tip_measured"] = 1
-        W["tip_measured"][0, :3, :3], W["tip_measured"][0, :3, 3] = R, p
+        task.has_tip_measured = 1
+        task.tip_measured[:3, :3], task.tip_measured[:3, 3] = R, p
     else:
-        W["R_tip"][0], W["o_tip"][0] = np.ravel(R), p
-    run(address(W))
-    return W["error"][0].copy()
+        kinematics.R_tip[:], kinematics.o_tip[:] = np.ravel(R), p
+    pose_error(K)
+    return task.error.copy()
 
 
 def turns(count, seed=0):

@@ -58,7 +58,7 @@ def test_weights_make_the_weighted_norm_least():
     J, xdot = rng.normal(size=(6, 9)), rng.normal(size=6)
     weights = rng.uniform(0.1, 10.0, 9)
     P = problem(J, xdot)
-    P["column"][0, :9] = 1.0 / np.sqrt(weights)
+    P.P.column[:9] = 1.0 / np.sqrt(weights)
     x, _ = solved(P)
     assert np.abs(J @ x - xdot).max() < 1e-12
     assert np.abs(np.linalg.svd(J)[2][6:] @ (weights * x)).max() < 1e-12  # W x has no part in the null space

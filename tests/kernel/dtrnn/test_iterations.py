@@ -11,7 +11,7 @@ from networks import PRODUCT, network_of, problem, residual_of
 from random_qps import FEASIBLE, INFEASIBLE, feasible, infeasible
 
 from ftqp.kernel.dtrnn.infeasible import proven_infeasible
-from ftqp.kernel.dtrnn.iterations import E47, IMPLICIT, LVI94, dtrnn, factor_implicit, iterate, scaling_rule
+from ftqp.kernel.dtrnn.iterations import dtrnn, factor_implicit, iterate, scaling_rule
 from ftqp.kernel.dtrnn.network_of_qp import start
 from ftqp.kernel.dtrnn.newton_jump import jump
 from ftqp.kernel.dtrnn.projection import rescale, residual
@@ -19,6 +19,7 @@ from ftqp.kernel.dtrnn.stopping import quality
 from ftqp.kernel.dtrnn.straight_stretch import drift
 from ftqp.kernel.jit import COMPILED
 from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.layout.enums import E47, IMPLICIT, LVI94
 from ftqp.qp import QP, solve
 
 METHODS = {"94lvi": LVI94, "e47": E47, "implicit": IMPLICIT}

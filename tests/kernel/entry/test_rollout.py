@@ -1,68 +1,114 @@
-"""The ways in: sizes are checked, and the batch does to every record what the loop does."""
+"""Many arms in compiled code do what a loop over one session does, faults and all."""
 
 import numpy as np
-from records import inputs
+import pytest
+from records import SMALL
+from ticks import Ticks
 
 import ftqp
-from ftqp.kernel.entry import entries as entry
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.layout.record import record
 
-DT = 0.002
+DT, COUNT, TICKS = 0.002, 6, 150
+EVENTS = np.array([[-1, 0, 0], [2, 40, codes.BRAKING], [0, 0, codes.BRAKING], [3, 80, codes.INSTANT],
+                   [5, 60, codes.FREE], [6, 149, codes.BRAKING]])  # fmt: skip
+"""Joint, tick and code of each arm's fault; joint -1: none."""
+RATE = 2.0
+"""Deceleration of a joint that is being locked [rad/s2]."""
+ROBOT = ftqp.robots.load("panda")
 
 
-def panda_records(count, **options):
-    """Planner records of a Panda, ready to step, and their start states."""
-    robot, rng = ftqp.robots.load("panda"), np.random.default_rng(2)
-    W, q = record(count), np.empty((count, 7))
-    for r in range(count):
-        q[r] = robot.neutral + rng.uniform(-0.05, 0.05, 7)
-        planner = ftqp.Planner(robot, DT, **options)
-        planner.reset(q[r])
-        W[r] = planner._record[0]
-    return robot, W, q
+def ready():
+    """A Panda's session, reset, with the scheme that needs inertia."""
+    ticks = Ticks(ROBOT, DT, scheme="dlsm")
+    ticks.reset(ROBOT.neutral)
+    return ticks
 
 
-def test_batch_equals_the_loop_to_rounding_with_faults():
-    """Not bit for bit: the compiler may contract the two entry points differently."""
-    count, ticks = 6, 150
-    robot, W, q = panda_records(count, scheme="dlsm")
-    loop, ql, vl = W.copy(), q.copy(), np.zeros((count, 7))
-    v, targets = np.zeros((count, 7)), np.empty((ticks, codes.TARGET_SIZE))
-    aim = ftqp.Target(pose=robot.pose(robot.neutral))
-    for k in range(ticks):
+@pytest.fixture(scope="module")
+def starts():
+    """Where each arm begins, (B, nv)."""
+    return ROBOT.neutral + np.random.default_rng(2).uniform(-0.05, 0.05, (COUNT, 7))
+
+
+@pytest.fixture(scope="module")
+def targets():
+    """Packed targets of all ticks: the tip is to rise."""
+    aim, rows = ftqp.Target(pose=ROBOT.pose(ROBOT.neutral)), np.empty((TICKS, codes.TARGET_SIZE))
+    for k in range(TICKS):
         aim.position[2] += 2e-4
-        targets[k] = aim.packed
-    events = np.array([[-1, 0, 0], [2, 40, codes.BRAKING], [0, 0, codes.BRAKING], [3, 80, codes.INSTANT],
-                       [5, 60, codes.FREE], [6, 149, codes.BRAKING]])  # fmt: skip
-    rates, worst, counts = np.full(count, 2.0), np.zeros((count, 2)), np.zeros((count, 7), dtype=np.int64)
-    entry.batch(W, q, v, targets, events, rates, worst, counts)
+        rows[k] = aim.packed
+    return rows
 
-    statuses = np.zeros((count, 7), dtype=np.int64)
-    largest = np.zeros((count, 2))
-    for r in range(count):
-        one = loop[r : r + 1]
-        for k in range(ticks):
-            joint, at, fault = events[r]
+
+class Outcome:
+    """What a batch of arms ends with: q, v, largest errors and ticks per status."""
+
+    def __init__(self, starts):
+        self.q, self.v = starts.copy(), np.zeros((COUNT, 7))
+        self.worst, self.counts = np.zeros((COUNT, 2)), np.zeros((COUNT, len(codes.Status)), dtype=np.int64)
+
+
+def rolled_out(session, starts, targets, parts=((0, COUNT),)):
+    """The batch in compiled code, in portions."""
+    out, memory, rates = Outcome(starts), record(SMALL), np.full(COUNT, RATE)
+    for first, last in parts:
+        call = session.bind("rollout", memory, first, last, TICKS, out.q, out.v, targets, EVENTS, rates,
+                            out.worst, out.counts)  # fmt: skip
+        assert call() == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def looped(starts, targets):
+    """The same tick by tick, each arm on a copy of the session."""
+    out, model = Outcome(starts), ready().session
+    for r, (joint, at, fault) in enumerate(EVENTS):
+        session = model.copy()
+        K, step = session.K, session.bind("step")
+        K.state.q_command[:7], K.state.v_command[:7] = starts[r], 0.0
+        q, v = starts[r].copy(), np.zeros(7)
+        for k in range(TICKS):
             if joint >= 0 and at == k:
-                one["fault"][0, joint], one["lock_rate"][0, joint] = fault, rates[r]
-                one["lock_velocity"][0, joint], one["warm"] = 1e300, 0
-            code = entry.step(*inputs(one, ql[r], vl[r], targets[k]))
-            statuses[r, code] += 1
-            largest[r] = np.maximum(largest[r], (one["position_error"][0], one["rotation_error"][0]))
-            ql[r], vl[r] = one["q_command"][0, :7], one["v_command"][0, :7]
-    assert np.abs(q - ql).max() < 1e-13 and np.abs(v - vl).max() < 1e-11
-    assert np.abs(worst - largest).max() < 1e-12 and np.array_equal(counts, statuses)
-    assert np.all(counts.sum(axis=1) == ticks)
+                K.faults.code[joint], K.faults.lock_rate[joint] = fault, RATE
+                K.faults.lock_velocity[joint], K.qp.warm = 1e300, 0
+            out.counts[r, step(q, v, targets, k)] += 1
+            out.worst[r] = np.maximum(out.worst[r], (K.task.position_error, K.task.rotation_error))
+            q, v = K.state.q_command[:7].copy(), K.state.v_command[:7].copy()
+        out.q[r], out.v[r] = q, v
+    return out
+
+
+def agree(one, other):
+    """Not bit for bit: the compiler may contract the two entry points differently."""
+    return (
+        np.abs(one.q - other.q).max() < 1e-13
+        and np.abs(one.v - other.v).max() < 1e-11
+        and np.abs(one.worst - other.worst).max() < 1e-12
+        and np.array_equal(one.counts, other.counts)
+    )
+
+
+def test_batch_equals_the_loop_to_rounding_with_faults(starts, targets, looped):
+    out = rolled_out(ready().session, starts, targets)
+    assert agree(out, looped)
+    assert np.all(out.counts.sum(axis=1) == TICKS)
+    v = out.v
     assert v[1, 2] == 0.0 and v[2, 0] == 0.0 and v[3, 3] == 0.0 and v[0].any()
 
 
-def test_wrong_sizes_and_a_missing_reset_are_told_apart():
-    robot, W, q = panda_records(1)
-    aim, v, start = ftqp.Target(pose=robot.pose(q[0])).packed, np.zeros(7), q[0].copy()
-    assert entry.step(*inputs(W, start, v, aim)) == codes.OK
-    assert entry.step(*inputs(W, start, v, aim)[:4], 6) == codes.WRONG_SHAPE
-    place = ftqp.Target(position=[0.3, 0.0, 0.5]).packed
-    assert entry.step(*inputs(W, start, v, place)) == codes.NO_ROTATION
-    W["is_reset"] = 0
-    assert entry.step(*inputs(W, start, v, aim)) == codes.NOT_RESET
+def test_arms_know_nothing_of_each_other(starts, targets):
+    """Portions in any order give the same bits: nothing is left over from the arm before."""
+    whole = rolled_out(ready().session, starts, targets)
+    parts = rolled_out(ready().session, starts, targets, [(4, 6), (0, 1), (1, 4)])
+    for name in ("q", "v", "worst", "counts"):
+        assert np.array_equal(getattr(whole, name), getattr(parts, name))
+
+
+def test_the_session_that_arms_begin_with_is_left_alone(starts, targets):
+    session = ready().session
+    before = session.copy()
+    rolled_out(session, starts, targets)
+    for room in session.K.dtype.names:
+        for name in session.K[room].dtype.names:
+            assert np.array_equal(session.field(room, name), before.field(room, name)), (room, name)

@@ -4,10 +4,9 @@ import daqp
 import numpy as np
 import pytest
 from random_qps import EQUALITY
-from records import inputs
+from ticks import Ticks
 
 import ftqp
-from ftqp.kernel.entry import entries as entry
 from ftqp.kernel.judge.external_qp import sizes, unpack
 from ftqp.kernel.layout import enums as codes
 from ftqp.qp.adapters.buffers import QPBuffers
@@ -19,96 +18,65 @@ MODES = ("hard", "slack", "scaled", "lexicographic")
 EXTRA = {"hard": 0, "slack": 6, "scaled": 7, "lexicographic": 6}
 
 
-def packed(mode, level, scheme="dlsm", fault=None):
-    """(buffers with the QP of a tick, the record it came from, the in-kernel solution of the same tick)."""
+def packed(mode, level, *faults, scheme="dlsm"):
+    """(buffers with the QP of a tick, the record it came from, the same tick solved in the kernel)."""
     robot = ftqp.robots.load("panda")
-    records = []
-    for external in (1, 0):
-        planner = ftqp.Planner(
-            robot, DT, level=level, scheme=scheme, task=ftqp.Task(mode=mode), backend="daqp"
-        )
-        if fault is not None:
-            planner.report(fault)
-        planner.reset(Q, V)
-        planner._record["external"] = external
-        records.append(planner._record)
     pose = robot.pose(Q)
     pose[:3, 3] += [0.002, -0.001, 0.001]
-    target = ftqp.Target(pose=pose, twist=[0.02, 0.01, 0.0, 0.0, 0.05, 0.0]).packed
-    W, inside = records
-    n, m, p = sizes(W[0]) if not hasattr(sizes, "py_func") else sizes.py_func(_Fields(W))
-    buffers = QPBuffers.zeros(n, m, p)
-    assert entry.prepare_external(*inputs(W, Q, V, target), buffers.flat) == codes.READY
-    entry.step(*inputs(inside, Q, V, target))
-    return buffers, W, inside
-
-
-class _Fields:
-    """The scalar fields of the first record as attributes."""
-
-    def __init__(self, W):
-        self._W = W
-
-    def __getattr__(self, name):
-        return int(self._W[name][0])
+    target = ftqp.Target(pose=pose, twist=[0.02, 0.01, 0.0, 0.0, 0.05, 0.0])
+    outside, inside = (
+        Ticks(robot, DT, *faults, level=level, scheme=scheme, task=ftqp.Task(mode=mode)) for _ in range(2)
+    )
+    for ticks in (outside, inside):
+        ticks.reset(Q, V)
+    outside.K.ladder.external = 1
+    buffers = QPBuffers.zeros(*sizes(outside.K))
+    prepare = outside.session.bind("prepare_clock", buffers.flat)
+    assert prepare(Q, V, target.packed, target.row) == codes.READY
+    inside.tick(Q, V, target)
+    return buffers, outside.K, inside.K
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("mode", MODES)
 def test_packed_qp_has_the_solution_of_the_kernel(mode, level):
-    for fault in (None, ftqp.Locked(2), ftqp.FreeSwinging(4)):
-        b, _, inside = packed(mode, level, fault=fault)
+    for faults in ((), (ftqp.Locked(2),), (ftqp.FreeSwinging(4),)):
+        b, _, inside = packed(mode, level, *faults)
         assert b.n == 7 + EXTRA[mode]
         sense = np.where(b.lower == b.upper, EQUALITY, 0).astype(np.intc)
         upper = b.upper.copy()
         upper[b.n : b.n + b.m] = b.b
         x, _, flag, _ = daqp.solve(b.H, b.g, b.rows, upper, b.lower, sense, primal_tol=1e-11, dual_tol=1e-12)
         if mode == "hard" and flag != 1:
-            assert inside["status"][0] == codes.RELAXED
+            assert inside.ladder.status == codes.RELAXED
             continue
         assert flag == 1
-        K = inside[0]
-        assert np.abs(x[:7] - K["x"][:7]).max() < 1e-6 * (1.0 + np.abs(x[:7]).max())
+        assert np.abs(x[:7] - inside.qp.x[:7]).max() < 1e-6 * (1.0 + np.abs(x[:7]).max())
 
 
 def test_packed_qp_repeats_the_record_term_by_term():
-    b, W, _ = packed("slack", "acceleration")
-    K = W[0]
-    mean = np.trace(K["H"][:7, :7]) / 7
-    assert np.array_equal(b.H[:7, :7], K["H"][:7, :7]) and np.all(b.H[:7, 7:] == 0.0)
+    b, K, _ = packed("slack", "acceleration")
+    mean = np.trace(K.qp.H[:7, :7]) / 7
+    assert np.array_equal(b.H[:7, :7], K.qp.H[:7, :7]) and np.all(b.H[:7, 7:] == 0.0)
     assert np.allclose(b.H[7:, 7:], mean * np.eye(6), rtol=1e-14)
-    assert np.array_equal(b.g[:7], K["g"][:7]) and np.all(b.g[7:] == 0.0)
-    assert np.array_equal(b.A[:, :7], K["A"][:6, :7])
-    assert np.allclose(b.A[:, 7:] ** 2, np.diag(K["soft"][:6] * mean), rtol=1e-13)
-    assert np.array_equal(b.C[:, :7], K["C"][:7, :7]) and np.all(b.C[:, 7:] == 0.0)
+    assert np.array_equal(b.g[:7], K.qp.g[:7]) and np.all(b.g[7:] == 0.0)
+    assert np.array_equal(b.A[:, :7], K.qp.A[:6, :7])
+    assert np.allclose(b.A[:, 7:] ** 2, np.diag(K.qp.soft[:6] * mean), rtol=1e-13)
+    assert np.array_equal(b.C[:, :7], K.qp.C[:7, :7]) and np.all(b.C[:, 7:] == 0.0)
     for mine, theirs in ((b.b, "b"), (b.l, "l"), (b.u, "u"), (b.lb[:7], "lb"), (b.ub[:7], "ub")):
-        assert np.array_equal(mine, K[theirs][: len(mine)])
+        assert np.array_equal(mine, K.qp[theirs][: len(mine)])
     assert np.all(b.lb[7:] == -np.inf) and np.all(b.ub[7:] == np.inf)
 
 
 def test_packed_diagonal_hessian_is_written_out():
-    b, W, _ = packed("hard", "velocity", scheme="mvn")
-    assert W["dense"][0] == 0
+    b, K, _ = packed("hard", "velocity", scheme="mvn")
+    assert K.qp.dense == 0
     assert np.array_equal(b.H, np.eye(7))
 
 
 def test_answer_comes_back_whole():
-    b, W, _ = packed("scaled", "acceleration")
+    b, K, _ = packed("scaled", "acceleration")
     b.solution[:] = np.arange(len(b.solution)) + 0.5
-    run = on_record_with_flat()
-    run(W.ctypes.data, b.solution)
-    K = W[0]
+    unpack(K, b.solution)
     for mine, theirs, count in ((b.x, "x", 8), (b.z_box, "z_box", 8), (b.y, "y", 6), (b.z, "z", 7)):
-        assert np.array_equal(K[theirs][:count], mine[:count])
-
-
-def on_record_with_flat():
-    """``unpack`` as an entry."""
-    from ftqp.kernel.jit import carray, jit, pointer
-    from ftqp.kernel.layout.record import DTYPE
-
-    @jit
-    def run(address, flat):
-        unpack(carray(pointer(address), 1, DTYPE)[0], flat)
-
-    return run
+        assert np.array_equal(K.qp[theirs][:count], mine[:count])

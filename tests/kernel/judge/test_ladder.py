@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
+from ticks import Ticks
 
 import ftqp
+from ftqp.kernel.layout import enums as codes
 from ftqp.qp.adapters.backend import Backend, Claim
 
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
@@ -35,6 +38,14 @@ def planner_of(backend="active_set", **options):
     planner = ftqp.Planner(ftqp.robots.load("panda"), 0.002, backend=backend, emergency=None, **options)
     planner.reset(Q)
     return planner
+
+
+def same_tick(pose, **options):
+    """The session of a Panda after its first tick, at rest."""
+    ticks = Ticks(ftqp.robots.load("panda"), 0.002, **options)
+    ticks.reset(Q)
+    ticks.tick(Q, np.zeros(7), ftqp.Target(pose=pose))
+    return ticks
 
 
 def inside(planner, step, v):
@@ -70,29 +81,28 @@ def test_an_unreachable_task_gives_the_nearest_motion_within_the_box(level, mode
     pose[:3, 3] += [0.5, 0.2, -0.2]
     step = planner.step(Q, np.zeros(7), ftqp.Target(pose=pose))
     inside(planner, step, np.zeros(7))
-    K = planner._record[0]
     expected = ftqp.StepStatus.SCALED if mode == "scaled" else ftqp.StepStatus.RELAXED
     assert step.status is expected
-    assert np.all(K["x"][:7] >= K["lb"][:7]) and np.all(K["x"][:7] <= K["ub"][:7])
     if mode == "scaled":
         assert 0.0 < step.scale < 1.0
     else:
         assert np.abs(step.slack).max() > 1e-3
-        assert np.any((K["x"][:7] == K["lb"][:7]) | (K["x"][:7] == K["ub"][:7]))
+    ticks = same_tick(pose, level=level, task=ftqp.Task(mode=mode))
+    assert np.abs(ticks.K.state.v_command[:7] - step.v).max() < 1e-9
+    x, lb, ub = (ticks.K.qp[name][:7] for name in ("x", "lb", "ub"))
+    assert np.all(x >= lb) and np.all(x <= ub)
+    assert mode == "scaled" or np.any((x == lb) | (x == ub))
 
 
 def test_the_relaxed_motion_is_the_least_squares_one():
     """Hard mode, infeasible: no x of the box leaves a smaller task residual."""
-    planner = planner_of(task=ftqp.Task(mode="hard"))
-    pose = planner.robot.pose(Q)
+    pose = ftqp.robots.load("panda").pose(Q)
     pose[:3, 3] += [0.5, 0.2, -0.2]
-    planner.step(Q, np.zeros(7), ftqp.Target(pose=pose))
-    from scipy.optimize import lsq_linear
-
-    K = planner._record[0]
-    A, b = K["A"][:6, :7], K["b_task"][:6]
-    best = lsq_linear(A, b, (K["lb"][:7], K["ub"][:7]), tol=1e-14)
-    assert np.linalg.norm(A @ K["x"][:7] - b) <= np.sqrt(2.0 * best.cost) * (1.0 + 1e-4)
+    K = same_tick(pose, task=ftqp.Task(mode="hard")).K
+    assert K.ladder.status == codes.RELAXED
+    A, b, x = K.qp.A[:6, :7], K.task.asked[:6], K.qp.x[:7]
+    best = lsq_linear(A, b, (K.qp.lb[:7], K.qp.ub[:7]), tol=1e-14)
+    assert np.linalg.norm(A @ x - b) <= np.sqrt(2.0 * best.cost) * (1.0 + 1e-4)
 
 
 @pytest.mark.parametrize("level", NAMES)

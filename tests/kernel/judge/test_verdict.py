@@ -2,33 +2,33 @@
 
 import numpy as np
 import pytest
-from records import address, on_record
+from ticks import Ticks
 
 import ftqp
 from ftqp.kernel.judge.verdict import judge
 from ftqp.kernel.layout import enums as codes
 
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
-good = on_record(judge)
 
 
 def solved(**options):
     """The record of a tick whose QP is solved, some bound active."""
     robot = ftqp.robots.load("panda")
-    planner = ftqp.Planner(robot, 0.002, emergency=None, **options)
-    planner.reset(Q)
+    ticks = Ticks(robot, 0.002, **options)
+    ticks.reset(Q)
     pose = robot.pose(Q)
     pose[:3, 3] += 0.1
-    step = planner.step(Q, np.zeros(7), ftqp.Target(pose=pose))
-    assert step.code == codes.RELAXED and planner._record["stage"][0] == codes.MAIN_STAGE
-    return planner._record.copy()
+    assert ticks.tick(Q, np.zeros(7), ftqp.Target(pose=pose)) == codes.RELAXED
+    assert ticks.K.ladder.stage == codes.MAIN_STAGE
+    return ticks.K
 
 
 def test_a_solved_qp_passes():
-    W = solved()
-    assert np.abs(W["z_box"]).max() > 0.0
-    assert good(address(W))
-    assert W["residual_task"][0] < 1e-9 and W["residual_dual"][0] < 1e-9 and W["residual_bounds"][0] < 1e-9
+    K = solved()
+    assert np.abs(K.qp.z_box).max() > 0.0
+    assert judge(K)
+    ladder = K.ladder
+    assert ladder.residual_task < 1e-9 and ladder.residual_dual < 1e-9 and ladder.residual_bounds < 1e-9
 
 
 @pytest.mark.parametrize(
@@ -44,52 +44,55 @@ def test_a_solved_qp_passes():
     ],
 )
 def test_a_wrong_number_does_not_pass(field, index, change):
-    W = solved()
+    K = solved()
+    qp = K.qp
     if index is None:  # a joint between its bounds
-        index = int(np.argmax(np.minimum(W["x"] - W["lb"], W["ub"] - W["x"])[0, :7]))
-        assert abs(W["z_box"][0, index]) == 0.0
-    W[field][0, index] += change * (1.0 + np.abs(W["y"]).max() if field in ("y", "z_box", "z", "g") else 1.0)
-    assert not good(address(W))
+        index = int(np.argmax(np.minimum(qp.x - qp.lb, qp.ub - qp.x)[:7]))
+        assert abs(qp.z_box[index]) == 0.0
+    size = 1.0 + np.abs(qp.y).max() if field in ("y", "z_box", "z", "g") else 1.0
+    getattr(qp, field)[index] += change * size
+    assert not judge(K)
 
 
 @pytest.mark.parametrize("field", ["x", "y", "z", "z_box"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_what_is_not_a_number_does_not_pass(field, value):
-    W = solved(scheme="dlsm")
-    W["nc"] = 7  # torque rows, open ones here, are looked at
-    W["C"][0, :7, :7], W["l"], W["u"] = np.eye(7), -np.inf, np.inf
-    assert good(address(W))
-    W[field][0, :6] = value
-    assert not good(address(W))
+    K = solved(scheme="dlsm")
+    qp = K.qp
+    qp.nc = 7  # torque rows, open ones here, are looked at
+    qp.C[:7, :7], qp.l[:], qp.u[:] = np.eye(7), -np.inf, np.inf
+    assert judge(K)
+    getattr(qp, field)[:6] = value
+    assert not judge(K)
     if field == "x" and np.isinf(value):  # clamped into the box, like any x outside
-        assert np.isfinite(W["x"][0, :7]).all()
+        assert np.isfinite(qp.x[:7]).all()
 
 
 def test_multiplier_of_the_wrong_sign_does_not_pass():
-    W = solved()
-    i = int(np.argmax(np.abs(W["z_box"][0, :7])))
-    free = [j for j in range(7) if W["z_box"][0, j] == 0.0]
-    W["z_box"][0, i] *= -1.0
-    assert not good(address(W)) and free
+    K = solved()
+    i = int(np.argmax(np.abs(K.qp.z_box[:7])))
+    free = [j for j in range(7) if K.qp.z_box[j] == 0.0]
+    K.qp.z_box[i] *= -1.0
+    assert not judge(K) and free
 
 
 def test_x_outside_its_box_is_clamped():
-    W = solved()
-    W["x"][0, :7] = 1e9
-    good(address(W))
-    assert np.array_equal(W["x"][0, :7], W["ub"][0, :7])
+    K = solved()
+    K.qp.x[:7] = 1e9
+    judge(K)
+    assert np.array_equal(K.qp.x[:7], K.qp.ub[:7])
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
 def test_command_is_the_exact_hold_of_x(level):
     robot, v = ftqp.robots.load("panda"), np.linspace(-0.2, 0.2, 7)
-    planner = ftqp.Planner(robot, 0.01, level=level)
-    planner.reset(Q, v)
-    step, K = planner.step(Q, v, ftqp.Target(pose=robot.pose(Q))), planner._record[0]
-    x = K["x"][:7]
+    ticks = Ticks(robot, 0.01, level=level)
+    ticks.reset(Q, v)
+    ticks.tick(Q, v, ftqp.Target(pose=robot.pose(Q)))
+    x, state = ticks.K.qp.x[:7], ticks.K.state
     if level == "acceleration":
         expected = (Q + 0.01 * v + 0.5e-4 * x, v + 0.01 * x, x)
     else:
         expected = (Q + 0.01 * x, x, (x - v) / 0.01)
-    for got, value in zip((step.q, step.v, step.a), expected, strict=True):
-        assert np.abs(got - value).max() < 1e-13
+    for got, value in zip((state.q_command, state.v_command, state.a_command), expected, strict=True):
+        assert np.abs(got[:7] - value).max() < 1e-13

@@ -1,14 +1,176 @@
-"""The record means the same to compiled code and to plain Python."""
+"""The record: its rooms mean the same to compiled code and to plain Python, are small, and have one owner."""
+
+import copy
+import pickle
 
 import numpy as np
 import pytest
 
-from ftqp.kernel.active_set import standalone
-from ftqp.kernel.closed_forms import reduced_problem as reduced
-from ftqp.kernel.layout import record
+from ftqp.core.errors import InputError
+from ftqp.kernel.entry.session import Session, rooms
+from ftqp.kernel.jit import COMPILED, jit
+from ftqp.kernel.layout.alone import alone_dtype
+from ftqp.kernel.layout.record import (
+    CAPACITIES,
+    ROOMS,
+    arm_dtype,
+    base_dtype,
+    capacity_for,
+    path_dtype,
+    record,
+    record_dtype,
+)
+from ftqp.kernel.layout.reduced_problem import reduced_dtype
+
+LAYOUTS = {
+    "record": record_dtype(8),
+    "arm": arm_dtype(8),
+    "path": path_dtype(8),
+    "base": base_dtype(8),
+    "reduced problem": reduced_dtype(8),
+    "QP alone": alone_dtype(),
+}
+PAGE = 4096
+"""Bytes."""
+GROWING = {"V", "G", "L", "C", "H", "L_H"}
+"""Fields of a QP that grow with the square of its size."""
 
 
-@pytest.mark.parametrize("dtype", [record.DTYPE, reduced.DTYPE, standalone.DTYPE])
-def test_no_field_is_hidden_by_an_attribute_of_numpy_s_records(dtype: np.dtype) -> None:
+def places(dtype, before=""):
+    """Every field, with its rooms before it, and its type."""
+    for name in dtype.names:
+        kind = dtype[name]
+        if kind.names is None:
+            yield before + name, kind
+        else:
+            yield from places(kind, before + name + ".")
+
+
+def names(dtype):
+    """Every name in a layout, rooms and fields."""
+    return {part for place, _ in places(dtype) for part in place.split(".")}
+
+
+def readers(dtype):
+    """Source of a function that reads the first and last number of every field, and of one that writes."""
+    reads, writes = [], []
+    for k, (place, kind) in enumerate(places(dtype)):
+        ends = [""] if not kind.shape else [f"[{', '.join('0' * len(kind.shape))}]"]
+        if kind.shape:
+            ends.append(f"[{', '.join(str(size - 1) for size in kind.shape)}]")
+        for j, end in enumerate(ends):
+            reads.append(f"    out[{2 * k + j}] = K.{place}{end}")
+            writes.append(f"    K.{place}{end} = out[{2 * k + j}]")
+    return "def read(K, out):\n" + "\n".join(reads), "def write(K, out):\n" + "\n".join(writes)
+
+
+def numbered(dtype):
+    """Memory in which every field has numbers of its own."""
+    memory = np.zeros(1, dtype)
+    for k, (place, _) in enumerate(places(dtype)):
+        view = memory
+        for part in place.split("."):
+            view = view[part]
+        view[...] = 1000 * k + np.arange(view.size).reshape(view.shape)
+    return memory
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_no_field_is_hidden_by_an_attribute_of_numpy_s_records(name):
     # K.base would be the owner of the memory in plain Python, and the field in compiled code
-    assert not set(dtype.names) & set(dir(np.record))
+    assert not names(LAYOUTS[name]) & set(dir(np.record))
+
+
+@pytest.mark.skipif(not COMPILED, reason="this run is without compilation")
+@pytest.mark.parametrize("name", ["record", "path", "base", "reduced problem"])
+def test_every_field_is_the_same_place_to_compiled_code_and_to_plain_python(name):
+    dtype = LAYOUTS[name]
+    made = {}
+    for source in readers(dtype):
+        exec(source, made)
+    count = 2 * sum(1 for _ in places(dtype))
+    memory, plain, compiled = numbered(dtype), np.zeros(count), np.zeros(count)
+    made["read"](rooms(memory), plain)
+    jit(made["read"])(rooms(memory), compiled)
+    assert np.array_equal(plain, compiled)
+    assert len(set(plain[::2])) == count // 2  # each first number is a field's own
+
+    by_python, by_compiled = np.zeros(1, dtype), np.zeros(1, dtype)
+    made["write"](rooms(by_python), plain)
+    jit(made["write"])(rooms(by_compiled), plain)
+    assert by_python.tobytes() == by_compiled.tobytes() != bytes(dtype.itemsize)
+
+
+def test_rooms_write_through_to_the_memory_that_they_show():
+    memory = record(8)
+    K = rooms(memory)
+    K.task.kp, K.qp.lb[3], K.kinematics.J[5, 7] = 7.0, -2.0, 9.0
+    assert memory["task"]["kp"][0] == 7.0 and memory["qp"]["lb"][0, 3] == -2.0
+    assert memory["kinematics"]["J"][0, 5, 7] == 9.0
+
+
+def test_a_record_of_a_small_arm_is_small_and_larger_ones_grow_with_their_class():
+    sizes = [record_dtype(capacity).itemsize for capacity in CAPACITIES]
+    assert sizes[0] < 32 * 1024
+    assert sizes == sorted(sizes)
+    assert all(record(capacity).nbytes == size for capacity, size in zip(CAPACITIES, sizes, strict=True))
+
+
+def test_what_every_tick_touches_comes_first():
+    """State, faults, limits, task and ladder lie on the first page; what only some planners use is last."""
+    dtype = record_dtype(8)
+    assert tuple(dtype.names) == tuple(ROOMS)
+    begin = {name: dtype.fields[name][1] for name in dtype.names}
+    end = {name: begin[name] + dtype[name].itemsize for name in dtype.names}
+    first = ("state", "faults", "limits", "task", "criteria", "watch", "ladder")
+    assert dtype.names[: len(first)] == first
+    assert max(end[name] for name in first) <= PAGE
+    assert all(begin[name] >= end["qp"] for name in ("scratch", "turned"))
+
+
+@pytest.mark.parametrize("dtype", [record_dtype(8)["qp"], alone_dtype()], ids=["planner", "alone"])
+def test_vectors_of_a_qp_come_before_its_growing_matrices(dtype):
+    first = min(dtype.fields[name][1] for name in GROWING)
+    late = {name for name in dtype.names if dtype.fields[name][1] >= first}
+    assert late - GROWING <= {"centre", "g_given"}  # of the proximal method, which few QPs need
+
+
+@pytest.mark.parametrize(
+    ("joints", "capacity"), [(1, 8), (7, 8), (8, 8), (9, 16), (16, 16), (17, 32), (32, 32)]
+)
+def test_an_arm_gets_the_smallest_class_that_holds_it(joints, capacity):
+    assert capacity_for(joints) == capacity == Session(joints).capacity
+    assert Session(joints).K.state.q.shape == (capacity,)
+
+
+def test_more_joints_than_any_class_holds_are_refused():
+    with pytest.raises(InputError, match="33 joints, expected at most 32"):
+        capacity_for(33)
+
+
+@pytest.mark.parametrize(
+    "copied",
+    [lambda s: s.copy(), copy.copy, copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s))],
+    ids=["its own", "copy", "deepcopy", "pickle"],
+)
+def test_a_copied_session_holds_the_same_and_is_independent(copied):
+    session = Session(7)
+    session.K.chain.n, session.K.task.kp = 7, 3.0
+    session.K.qp.lb[:] = -1.0
+    other = copied(session)
+    assert other.capacity == session.capacity
+    assert other.K.chain.n == 7 and other.K.task.kp == 3.0 and np.all(other.K.qp.lb == -1.0)
+    field, number = other.field("qp", "lb"), other.field("task", "kp")
+    other.K.task.kp, other.K.qp.lb[2] = 5.0, -9.0
+    session.K.qp.ub[1] = 4.0
+    assert session.K.task.kp == 3.0 and session.K.qp.lb[2] == -1.0 and other.K.qp.ub[1] == 0.0
+    assert number[0] == 5.0 and field[2] == -9.0  # views of the copy's own record
+    assert np.all(other.K.task.yielding == 1.0)
+
+
+def test_a_field_of_a_session_follows_the_record():
+    session = Session(3)
+    number, vector = session.field("task", "kp"), session.field("state", "q")
+    assert number.shape == (1,) and vector.shape == (8,)
+    session.K.task.kp, session.K.state.q[2] = 2.0, 0.5
+    assert number[0] == 2.0 and vector[2] == 0.5

@@ -9,9 +9,9 @@ rng = np.random.default_rng(0)
 
 def triplets(J, xdot=None):
     """sigma (r,), V (f, r), c (r,) and the rank."""
-    P = decomposed(J, xdot)[0]
-    r, f = int(P["r"]), J.shape[1]
-    return P["sigma"][:r].copy(), P["V"][:r, :f].T.copy(), P["c"][:r].copy(), int(P["rank"])
+    P = decomposed(J, xdot)
+    r, f = int(P.r), J.shape[1]
+    return P.sigma[:r].copy(), P.V[:r, :f].T.copy(), P.c[:r].copy(), int(P.rank)
 
 
 @pytest.mark.parametrize(

@@ -2,15 +2,68 @@
 
 import numpy as np
 import pytest
+from records import empty_record
+from ticks import Ticks, hessian
 
 import ftqp
-from ftqp.kernel.entry import entries as entry
+from ftqp.kernel.entry.session import ArmSession
+from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED, JointCode
+from ftqp.kernel.rows.failed_joints import any_instant_lock, sort_joints
 
 DT = 0.002
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
 V = np.array([0.3, -0.2, 0.1, 0.25, -0.4, 0.2, 0.35])
 OPEN = {"q_min": -np.inf, "q_max": np.inf, "v_max": 1e3, "a_max": 1e5, "tau_max": np.inf}
 TASK = ftqp.Task(rows="position", mode="hard")
+
+
+def listed(codes):
+    """The record of an arm whose joints have those fault codes, its joints sorted."""
+    K = empty_record()
+    K.chain.n = len(codes)
+    K.faults.code[: len(codes)] = codes
+    K.faults.order[:] = -1
+    sort_joints(K)
+    return K
+
+
+def test_joints_are_listed_by_what_they_can_do_each_once_and_in_rising_order():
+    rng = np.random.default_rng(5)
+    for _ in range(400):
+        n = int(rng.integers(1, 9))
+        codes = rng.choice([int(code) for code in JointCode], n, p=[0.4, 0.15, 0.15, 0.2, 0.1])
+        faults = listed(codes).faults
+        order, working, movable = faults.order[:n], int(faults.working), int(faults.movable)
+        assert sorted(order) == list(range(n)) and np.all(faults.order[n:] == -1)
+        assert 0 <= working <= movable <= n
+        for part, members in (
+            (order[:working], {HEALTHY}),
+            (order[working:movable], {FREE}),
+            (order[movable:], {BRAKING, LOCKED, INSTANT}),
+        ):
+            assert set(codes[part]) <= members and np.all(np.diff(part) > 0)
+
+
+@pytest.mark.parametrize("code", list(JointCode))
+def test_a_list_of_joints_that_are_all_alike_has_one_part(code):
+    faults = listed([code] * 8).faults
+    assert np.array_equal(faults.order, range(8))
+    assert faults.working == (8 if code == HEALTHY else 0)
+    assert faults.movable == (8 if code in (HEALTHY, FREE) else 0)
+
+
+def test_a_joint_that_recovers_is_listed_as_working_again():
+    K = listed([HEALTHY, LOCKED, FREE, HEALTHY])
+    K.faults.code[1:3] = HEALTHY
+    sort_joints(K)
+    assert list(K.faults.order[:4]) == [0, 1, 2, 3] and K.faults.working == K.faults.movable == 4
+
+
+def test_an_instant_lock_is_noticed_wherever_it_is():
+    rng = np.random.default_rng(6)
+    for _ in range(100):
+        codes = rng.choice([int(code) for code in JointCode], 8, p=[0.5, 0.15, 0.15, 0.15, 0.05])
+        assert any_instant_lock(listed(codes)) == (INSTANT in codes)
 
 
 def target(robot):
@@ -26,6 +79,14 @@ def planner_of(robot, scheme, level="acceleration", task=TASK, **options):
     return ftqp.Planner(robot, DT, level=level, scheme=scheme, task=task, torque_limits=False, **options)
 
 
+def assembled(robot, v, fault, **options):
+    """The record of one tick of the same arm, with the QP in it."""
+    ticks = Ticks(robot, DT, fault, task=TASK, torque_limits=False, **options)
+    ticks.reset(Q, v)
+    ticks.tick(Q, v, target(robot))
+    return ticks.K
+
+
 @pytest.mark.parametrize("scheme", ["mvn", "rmp", "mke", "iiwt", "dlsm"])
 @pytest.mark.parametrize("joint", [0, 2, 3, 5])
 def test_locked_joint_as_bound_equals_removal_and_the_reduced_model(joint, scheme):
@@ -36,13 +97,14 @@ def test_locked_joint_as_bound_equals_removal_and_the_reduced_model(joint, schem
     planner.report(ftqp.Locked(joint))
     planner.reset(Q, v)
     a = planner.step(Q, v, target(robot)).copy().a
-    K, H = planner._record[0], [i for i in range(7) if i != joint]
+    H = [i for i in range(7) if i != joint]
     assert a[joint] == 0.0
 
-    W = K["H"][:7, :7] if K["dense"] else np.diag(K["H_diagonal"][:7])
-    J, b = K["A"][:3, :7][:, H], K["b"][:3]  # column removal: x_F = 0
+    K = assembled(robot, v, ftqp.Locked(joint), scheme=scheme, posture=Q + 0.1)
+    W = hessian(K)
+    J, b = K.qp.A[:3, :7][:, H], K.qp.b[:3]  # column removal: x_F = 0
     kkt = np.block([[W[np.ix_(H, H)], J.T], [J, np.zeros((3, 3))]])
-    removed = np.linalg.solve(kkt, np.concatenate([-K["g"][:7][H], b]))[:6]
+    removed = np.linalg.solve(kkt, np.concatenate([-K.qp.g[:7][H], b]))[:6]
     assert np.abs(a[H] - removed).max() < 1e-9
 
     held = ftqp.Robot.from_pinocchio(
@@ -58,26 +120,27 @@ def test_braking_joint_is_compensated_like_removal_with_its_motion_on_the_right(
     planner = planner_of(robot, "mvn")
     planner.report(ftqp.Locked(2, deceleration=3.0))
     planner.reset(Q, V)
-    a, K = planner.step(Q, V, target(robot)).a, planner._record[0]
+    a = planner.step(Q, V, target(robot)).a
+    K = assembled(robot, V, ftqp.Locked(2, deceleration=3.0), scheme="mvn")
     H = [0, 1, 3, 4, 5, 6]
     assert abs(a[2] + 3.0) < 1e-12
-    J = K["A"][:3, :7]
+    J = K.qp.A[:3, :7]
     shift = -4.0 * V[H]
-    expected = shift + np.linalg.pinv(J[:, H]) @ (K["b"][:3] - J[:, 2] * a[2] - J[:, H] @ shift)
+    expected = shift + np.linalg.pinv(J[:, H]) @ (K.qp.b[:3] - J[:, 2] * a[2] - J[:, H] @ shift)
     assert np.abs(a[H] - expected).max() < 1e-9
 
 
 def instantly_locked(reset, rows):
     """Velocities after an instant lock of joint 3 of a moving Panda, with J and M at that configuration."""
     robot = ftqp.robots.load("panda")
-    planner = ftqp.Planner(robot, DT, scheme="dlsm", task=ftqp.Task(rows=rows), emergency=None)
-    planner.report(ftqp.Locked(3, mode="instant", reset=reset))
-    planner.reset(Q, V)
-    planner.step(Q, V, ftqp.Target(pose=robot.pose(Q)))
-    v = planner._record["v"][0, :7].copy()
-    entry.inverse_dynamics(planner._record.ctypes.data, Q, V)
-    K = planner._record[0]
-    return v, K["J"][:, :7].copy(), K["M"][:7, :7].copy()
+    fault = ftqp.Locked(3, mode="instant", reset=reset)
+    ticks = Ticks(robot, DT, fault, scheme="dlsm", task=ftqp.Task(rows=rows))
+    ticks.reset(Q, V)
+    ticks.tick(Q, V, ftqp.Target(pose=robot.pose(Q)))
+    arm = ArmSession(robot.chain.constants())
+    arm.dynamics(Q, V)
+    K = arm.K.kinematics
+    return ticks.K.state.v[:7].copy(), K.J[:, :7], K.M[:7, :7]
 
 
 H = [0, 1, 2, 4, 5, 6]

@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from records import address, on_record
+from records import believe, empty_record
 
 from ftqp.kernel.layout import enums as codes
-from ftqp.kernel.layout.record import record
+from ftqp.kernel.layout.enums import JOINTS
 from ftqp.kernel.rows import joint_intervals as bounds
 
-intervals = on_record(bounds.intervals)
-JOINTS = 32
 DTS = (0.001, 0.01, 0.05)
 EXACT = settings(max_examples=60, deadline=None, derandomize=True)
 PLANAR6 = {"q_min": 0.009, "q_max": 0.445, "v_max": 0.4, "a_max": 2.0}
@@ -20,20 +18,22 @@ PLANAR6 = {"q_min": 0.009, "q_max": 0.445, "v_max": 0.4, "a_max": 2.0}
 
 def joints(limits, dt, level=codes.ACCELERATION, conversion=codes.VIABILITY):
     """One record of 32 joints with those limits, each a number or (32,)."""
-    W = record()
-    W["n"], W["dt"], W["level"], W["bounds"] = JOINTS, dt, level, conversion
+    K = empty_record(JOINTS)
+    K.chain.n, K.state.dt, K.state.level, K.limits.conversion = JOINTS, dt, level, conversion
     for name, value in limits.items():
-        W[name] = value
-    W["a_brake"] = limits.get("a_brake", limits["a_max"])
-    W["jin_p"], W["jin_v"], W["jin_margin"], W["jin_upsilon"] = 20.0, 20.0, 0.1, 4.0
-    return W
+        getattr(K.limits, name)[:] = value
+    room = K.limits
+    room.a_brake[:] = limits.get("a_brake", limits["a_max"])
+    room.jin_p, room.jin_v, room.jin_margin, room.jin_upsilon = 20.0, 20.0, 0.1, 4.0
+    believe(K)
+    return K
 
 
-def interval(W, q, v):
+def interval(K, q, v):
     """lb and ub, (32,), at (q, v)."""
-    W["q"], W["v"] = q, v
-    intervals(address(W))
-    return W["lb"][0, :JOINTS], W["ub"][0, :JOINTS]
+    K.state.q[:], K.state.v[:] = q, v
+    bounds.intervals(K)
+    return K.qp.lb[:JOINTS], K.qp.ub[:JOINTS]
 
 
 def random_limits(rng, dt):
@@ -73,19 +73,19 @@ def test_braking_velocity_stops_exactly_at_the_limit():
 
 
 def test_viability_has_the_published_check_values():
-    W = joints(PLANAR6, 0.01)
-    lb, ub = interval(W, 0.444, 0.05)
+    K = joints(PLANAR6, 0.01)
+    lb, ub = interval(K, 0.444, 0.05)
     assert lb[0] == -2.0 and abs(ub[0] + 0.432236) < 5e-7
-    lb, ub = interval(W, 0.44, 0.1)
+    lb, ub = interval(K, 0.44, 0.1)
     assert lb[0] == -2.0 and ub[0] == 2.0
 
 
 def test_jin_has_the_published_check_value_and_its_formula():
-    W = joints(PLANAR6, 0.01, conversion=codes.JIN)
-    lb, ub = interval(W, 0.40, 0.1)
+    K = joints(PLANAR6, 0.01, conversion=codes.JIN)
+    lb, ub = interval(K, 0.40, 0.1)
     assert lb[0] == -2.0 and abs(ub[0] + 1.1) < 1e-12
     q, v = np.linspace(0.109, 0.345, JOINTS), np.linspace(-0.39, 0.39, JOINTS)
-    lb, ub = interval(W, q, v)
+    lb, ub = interval(K, q, v)
     assert np.allclose(
         ub, np.minimum.reduce([20 * (0.345 - q), 20 * (0.4 - v), np.full(JOINTS, 2.0)]), atol=1e-13
     )
@@ -95,17 +95,17 @@ def test_jin_has_the_published_check_value_and_its_formula():
 
 
 def test_jin_at_the_velocity_level_has_its_formula():
-    W = joints(PLANAR6, 0.01, codes.VELOCITY, codes.JIN)
+    K = joints(PLANAR6, 0.01, codes.VELOCITY, codes.JIN)
     q = np.linspace(0.009, 0.445, JOINTS)
-    lb, ub = interval(W, q, 0.0)
+    lb, ub = interval(K, q, 0.0)
     assert np.allclose(ub, np.minimum(0.4, 4.0 * (0.445 - q)), atol=1e-14)
     assert np.allclose(lb, np.maximum(-0.4, -4.0 * (q - 0.009)), atol=1e-14)
 
 
 def test_one_step_has_its_formula():
-    W = joints(PLANAR6, 0.01, conversion=codes.ONE_STEP)
+    K = joints(PLANAR6, 0.01, conversion=codes.ONE_STEP)
     q = np.linspace(0.2, 0.44, JOINTS)
-    _, ub = interval(W, q, 0.1)
+    _, ub = interval(K, q, 0.1)
     expected = np.minimum.reduce([2e4 * (0.445 - q - 1e-3), np.full(JOINTS, 30.0), np.full(JOINTS, 2.0)])
     assert np.allclose(ub, expected, atol=1e-10)
 
@@ -121,7 +121,7 @@ def test_viability_is_never_empty_and_never_broken(seed, dt, style, share):
     rng = np.random.default_rng(seed)
     limits = random_limits(rng, dt)
     limits["a_brake"] = share * limits["a_max"]
-    W = joints(limits, dt)
+    K = joints(limits, dt)
     low, high, v_max, a_max, a_brake = (limits[k] for k in ("q_min", "q_max", "v_max", "a_max", "a_brake"))
     q = rng.uniform(low, high)
     v = rng.uniform(
@@ -129,7 +129,7 @@ def test_viability_is_never_empty_and_never_broken(seed, dt, style, share):
         np.minimum(v_max, np.sqrt(2.0 * a_brake * (high - q))),
     )
     for _ in range(300):
-        lb, ub = interval(W, q, v)
+        lb, ub = interval(K, q, v)
         assert np.all(lb <= ub) and np.all(lb >= -a_max) and np.all(ub <= a_max)
         a = choice(rng, style, lb, ub)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -138,7 +138,7 @@ def test_viability_is_never_empty_and_never_broken(seed, dt, style, share):
         for position in (q, turning):
             assert np.all(position <= high + 1e-9) and np.all(position >= low - 1e-9)
         assert np.all(np.abs(v) <= v_max + 1e-9)
-    assert W["empty_intervals"][0] == 0
+    assert K.limits.empty_intervals == 0
 
 
 @given(
@@ -152,24 +152,24 @@ def test_discrete_braking_is_never_empty_and_never_broken(seed, dt, style, share
     rng = np.random.default_rng(seed)
     limits = random_limits(rng, dt)
     limits["a_brake"] = share * limits["a_max"]
-    W = joints(limits, dt, codes.VELOCITY)
+    K = joints(limits, dt, codes.VELOCITY)
     q, v = rng.uniform(limits["q_min"], limits["q_max"]), np.zeros(JOINTS)
     for _ in range(300):
-        lb, ub = interval(W, q, v)
+        lb, ub = interval(K, q, v)
         assert np.all(lb <= ub)
         x = choice(rng, style, lb, ub)
         assert np.all(np.abs(x - v) <= limits["a_max"] * dt + 1e-9)
         assert np.all(np.abs(x) <= limits["v_max"] + 1e-9)
         q, v = q + dt * x, x
         assert np.all(q <= limits["q_max"] + 1e-9) and np.all(q >= limits["q_min"] - 1e-9)
-    assert W["empty_intervals"][0] == 0
+    assert K.limits.empty_intervals == 0
 
 
 def overrun(conversion, dt, ticks=4000):
     """Largest overrun of position and of velocity by bang-bang play from viable starts."""
     rng = np.random.default_rng(9)
     limits = {**PLANAR6, "q_min": -0.2, "q_max": 0.245}
-    W = joints(limits, dt, conversion=conversion)
+    K = joints(limits, dt, conversion=conversion)
     q, v = np.zeros(JOINTS), np.zeros(JOINTS)
     worst = np.zeros(2)
     push = rng.random(JOINTS) < 0.5
@@ -179,7 +179,7 @@ def overrun(conversion, dt, ticks=4000):
             stop = np.sqrt(4.0 * np.array([q - limits["q_min"], limits["q_max"] - q]))
             v = rng.uniform(-np.minimum(0.4, stop[0]), np.minimum(0.4, stop[1]))
         push = np.where(rng.random(JOINTS) < 0.03, ~push, push)
-        lb, ub = interval(W, q, v)
+        lb, ub = interval(K, q, v)
         a = np.where(push, ub, lb)
         q, v = q + dt * v + 0.5 * dt * dt * a, v + dt * a
         worst = np.maximum(
@@ -206,13 +206,13 @@ def test_jin_overruns_positions_from_viable_starts_and_viability_does_not():
 @pytest.mark.parametrize("dt", DTS)
 def test_a_joint_outside_its_limits_is_led_back_with_bounded_acceleration(level, dt):
     limits = {"q_min": -1.0, "q_max": 1.0, "v_max": 1.0, "a_max": 5.0}
-    W = joints(limits, dt, level)
+    K = joints(limits, dt, level)
     q = np.where(np.arange(JOINTS) % 2, -1.0, 1.0) * (1.0 + np.geomspace(1e-6, 0.8, JOINTS))
     v = 0.5 * np.sign(q) * np.linspace(1.0, -1.0, JOINTS)
     back = np.full(JOINTS, False)
     outward = np.sign(q)
     for _ in range(round(6.0 / dt)):
-        lb, ub = interval(W, q, v)
+        lb, ub = interval(K, q, v)
         assert np.all(lb <= ub)
         x = np.where(outward > 0.0, ub, lb)  # the objective wants to stay out
         a = x if level == codes.ACCELERATION else (x - v) / dt
@@ -244,22 +244,22 @@ def test_bounds_never_cross_whatever_the_state(q, v, dt, level, conversion, q_ma
 
 
 def test_a_failed_joint_has_no_limits_of_its_own():
-    W = joints(PLANAR6, 0.01)
-    W["fault"][0, :2] = codes.FREE, codes.LOCKED
-    W["lb"][0, 1] = W["ub"][0, 1] = -0.3
-    lb, ub = interval(W, 7.0, 3.0)
+    K = joints(PLANAR6, 0.01)
+    believe(K, {0: codes.FREE, 1: codes.LOCKED})
+    K.qp.lb[1] = K.qp.ub[1] = -0.3
+    lb, ub = interval(K, 7.0, 3.0)
     assert lb[0] == -np.inf and ub[0] == np.inf
     assert lb[1] == ub[1] == -0.3
     assert np.all(np.isfinite(ub[2:]))
 
 
 def test_each_end_names_the_limit_that_set_it():
-    W = joints({**PLANAR6, "v_max": 0.1}, 0.01)
-    interval(W, 0.2, 0.0)
-    assert W["upper_by"][0, 0] == codes.BY_ACCELERATION == W["lower_by"][0, 0]
-    interval(W, 0.2, 0.09)
-    assert W["upper_by"][0, 0] == codes.BY_VELOCITY and W["lower_by"][0, 0] == codes.BY_ACCELERATION
-    interval(W, 0.4449, 0.0)
-    assert W["upper_by"][0, 0] == codes.BY_POSITION
-    interval(W, 0.0091, 0.0)
-    assert W["lower_by"][0, 0] == codes.BY_POSITION
+    K = joints({**PLANAR6, "v_max": 0.1}, 0.01)
+    interval(K, 0.2, 0.0)
+    assert K.limits.upper_by[0] == codes.BY_ACCELERATION == K.limits.lower_by[0]
+    interval(K, 0.2, 0.09)
+    assert K.limits.upper_by[0] == codes.BY_VELOCITY and K.limits.lower_by[0] == codes.BY_ACCELERATION
+    interval(K, 0.4449, 0.0)
+    assert K.limits.upper_by[0] == codes.BY_POSITION
+    interval(K, 0.0091, 0.0)
+    assert K.limits.lower_by[0] == codes.BY_POSITION

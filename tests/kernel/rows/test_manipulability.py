@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from tests.kernel.records import address, on_record
+from records import believe, chain_record
 
 import ftqp
 from ftqp.control.task.task import axis_frame, row_indices
 from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.jit import jit
 from ftqp.kernel.layout import enums as codes
-from ftqp.kernel.layout.record import load_chain, record
 from ftqp.kernel.rows.manipulability import FLOOR, manipulability_gradient
 from ftqp.kernel.rows.task_rows import task_rows
 
@@ -25,39 +23,29 @@ SLIDER = ftqp.Robot.from_dh(
 )
 
 
-@on_record
-@jit
-def rows_at(K):
+def task_record(robot, rows, failed=()):
+    """A record with the robot's chain, a task of those rows, and joints that are locked."""
+    K = chain_record(robot)
+    task, chosen = K.task, row_indices(rows)
+    task.m, task.rows[: len(chosen)] = len(chosen), chosen
+    task.length, task.row_scale[:] = robot.length, [1.0, 1.0, 1.0, *[robot.length] * 3]
+    task.tool_rows, task.axis[:] = rows == "position_axis", axis_frame([0.3, -0.2, 1.0]).ravel()
+    believe(K, dict.fromkeys(failed, codes.LOCKED))
+    return K
+
+
+def rows_at(K, q):
+    """The task's rows at q, into the record."""
+    K.state.q[: len(q)] = q
     forward_kinematics(K)
-    task_rows(K)
+    task_rows(K, 0.0)
 
 
-@on_record
-@jit
-def gradient_at(K):
-    forward_kinematics(K)
-    task_rows(K)
-    manipulability_gradient(K)
-
-
-def planner_record(robot, rows, failed=()):
-    W = record()
-    load_chain(W, **robot.chain.constants())
-    chosen = row_indices(rows)
-    W["m"], W["rows"][0, : len(chosen)] = len(chosen), chosen
-    W["length"], W["row_scale"] = robot.length, [1.0, 1.0, 1.0, *[robot.length] * 3]
-    W["tool_rows"], W["axis"] = rows == "position_axis", axis_frame([0.3, -0.2, 1.0]).ravel()
-    for joint in failed:
-        W["fault"][0, joint] = codes.LOCKED
-    return W
-
-
-def measure(W, robot, q, failed):
+def measure(K, robot, q, failed):
     """log sqrt det(A_f A_f' + (FLOOR length)^2 I)."""
-    n, m = robot.nv, int(W["m"][0])
-    W["q"][0, :n] = q
-    rows_at(address(W))
-    A = W["A"][0, :m, :n][:, [i for i in range(n) if i not in failed]]
+    n, m = robot.nv, int(K.task.m)
+    rows_at(K, q)
+    A = K.qp.A[:m, :n][:, [i for i in range(n) if i not in failed]]
     return 0.5 * np.linalg.slogdet(A @ A.T + (FLOOR * robot.length) ** 2 * np.eye(m))[1]
 
 
@@ -79,11 +67,11 @@ def test_gradient_at_a_singular_posture_is_finite():
 
 
 def check(robot, rows, failed, q, tolerance=1e-6):
-    W = planner_record(robot, rows, failed)
-    W["q"][0, : robot.nv] = q
-    gradient_at(address(W))
-    found = W["scratch"][0, : robot.nv].copy()
+    K = task_record(robot, rows, failed)
+    rows_at(K, q)
+    manipulability_gradient(K)
+    found = K.scratch.joints[: robot.nv].copy()
     h = 3e-5
     for i in (i for i in range(robot.nv) if i not in failed):
-        ends = [measure(W, robot, q + sign * h * np.eye(robot.nv)[i], failed) for sign in (1.0, -1.0)]
+        ends = [measure(K, robot, q + sign * h * np.eye(robot.nv)[i], failed) for sign in (1.0, -1.0)]
         assert found[i] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=tolerance, abs=tolerance), i

@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from random_chains import random_robot
+from ticks import Ticks, hessian
 
 import ftqp
-from ftqp.kernel.entry import entries as entry
+from ftqp.control.following.path_intervals import path_table
+from ftqp.kernel.entry.session import ArmSession, PathMemory
 
 DT = 0.002
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
@@ -15,17 +18,13 @@ POSTURE = np.array([0.0, -0.3, 0.1, -1.8, 0.1, 1.4, 0.7])
 def assembled(scheme, level, *faults):
     """H, g, M and h of one tick of a moving Panda."""
     robot = ftqp.robots.load("panda")
-    planner = ftqp.Planner(robot, DT, level=level, scheme=scheme, posture=POSTURE, torque_limits=False)
-    for fault in faults:
-        planner.report(fault)
-    planner.reset(Q, V)
-    planner.step(Q, V, ftqp.Target(pose=robot.pose(Q)))
-    K = planner._record[0]
-    H = K["H"][:7, :7] if K["dense"] else np.diag(K["H_diagonal"][:7])
-    g = K["g"][:7].copy()
-    velocity = K["v"][:7].copy()
-    entry.inverse_dynamics(planner._record.ctypes.data, Q, velocity)
-    return H.copy(), g, K["M"][:7, :7].copy(), K["h"][:7].copy(), velocity
+    ticks = Ticks(robot, DT, *faults, level=level, scheme=scheme, posture=POSTURE, torque_limits=False)
+    ticks.reset(Q, V)
+    ticks.tick(Q, V, ftqp.Target(pose=robot.pose(Q)))
+    K, arm = ticks.K, ArmSession(robot.chain.constants())
+    v = K.state.v[:7].copy()
+    arm.dynamics(Q, v)
+    return hessian(K), K.qp.g[:7].copy(), arm.K.kinematics.M[:7, :7], arm.K.kinematics.h[:7], v
 
 
 def table(name, level, M, h, v, healthy=slice(None)):
@@ -117,17 +116,14 @@ def test_reference_scales_divide_the_norms():
 
 
 def test_a_continuous_joint_returns_to_its_posture_the_short_way():
-    from random_chains import random_robot
-
     robot = random_robot(np.random.default_rng(4), 12)
     i = int(np.flatnonzero(robot.continuous)[0])
     q, posture = np.zeros(12), np.zeros(12)
     posture[i] = 6.0
-    planner = ftqp.Planner(robot, DT, scheme="rmp", posture=posture)
-    planner.reset(q)
-    planner.step(q, np.zeros(12), ftqp.Target(pose=robot.pose(q)))
-    g = planner._record["g"][0, i]
-    assert abs(g - 16.0 * 2.0 * np.sin(0.5 * (2.0 * np.pi - 6.0))) < 1e-12
+    ticks = Ticks(robot, DT, scheme="rmp", posture=posture)
+    ticks.reset(q)
+    ticks.tick(q, np.zeros(12), ftqp.Target(pose=robot.pose(q)))
+    assert abs(ticks.K.qp.g[i] - 16.0 * 2.0 * np.sin(0.5 * (2.0 * np.pi - 6.0))) < 1e-12
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
@@ -141,13 +137,16 @@ def test_drive_is_where_the_null_space_comes_to_rest(level, scheme):
     planner.report(ftqp.Locked(0, mode="instant"))
     planner.reset(robot.neutral)
     drive = 0.02 * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
-    planner.record["drive"][0, :7], planner.record["driven"] = drive, 1
-    q, v, target = robot.neutral.copy(), np.zeros(7), ftqp.Target(pose=robot.pose(robot.neutral))
+    memory = PathMemory(8, path_table(ftqp.paths.Hold(robot.pose(robot.neutral), duration=9.0)))
+    lead = planner.lead(memory)
+    memory.path.rate, memory.path.limit = -1.0, 1.0
+    memory.path.drive[:7], memory.path.driven = drive, 1
+    q, v = robot.neutral.copy(), np.zeros(7)
     for _ in range(1000):
-        step = planner.step(q, v, target)
+        step = lead.step(q, v, (), None, None)
         v = step.v.copy()
         q = robot.neutral.copy()  # the posture's pull stays zero
-    J = planner.record["J"][0][:1, :7]
+    J = lead.rows()[2]
     free = np.arange(1, 7)
     along = v[free] @ drive[free] / (drive[free] @ drive[free])
     assert v[0] == 0.0 and 0.3 < along < 1.1 and np.abs(J @ v)[0] < 0.02

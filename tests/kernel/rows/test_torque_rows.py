@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.kernel.entry import entries as entry
+from ftqp.kernel.entry.session import ArmSession
 
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
 
 
-def torque(planner, q, v, a):
+def torque(arm, q, v, a):
     """M a + h at (q, v)."""
-    K = planner._record.copy()
-    entry.inverse_dynamics(K.ctypes.data, q, v)
-    return K["M"][0, :7, :7] @ a + K["h"][0, :7]
+    arm.dynamics(q, v)
+    return arm.K.kinematics.M[:7, :7] @ a + arm.K.kinematics.h[:7]
 
 
 def swinging(planner, ticks):
@@ -21,11 +20,11 @@ def swinging(planner, ticks):
     robot, q, v = planner.robot, Q.copy(), np.zeros(7)
     planner.reset(q, v)
     p = robot.pose(q)[:3, 3].copy()
-    aim = ftqp.Target(position=p)
+    aim, arm = ftqp.Target(position=p), ArmSession(robot.chain.constants())
     for k in range(ticks):
         aim.position[:] = p + np.array([0.0, 0.15, 0.15]) * np.sin(np.array([0.0, 5.0, 3.0]) * k * planner.dt)
         step = planner.step(q, v, aim)
-        yield step, torque(planner, q, v, step.a)
+        yield step, torque(arm, q, v, step.a)
         q, v = step.q.copy(), step.v.copy()
 
 

@@ -92,4 +92,4 @@ def test_world_without_a_run_cannot_be_sensed(panda):
     planner = ftqp.Planner(panda, DT, level="velocity")
     world = MovingWorld(InertialTask(planner), FreeBase(), ())
     with pytest.raises(InputError, match="the world has no run; call reset"):
-        world.sense(0, panda.neutral, np.eye(4))
+        world.sense(0, panda.neutral)

@@ -9,7 +9,8 @@ from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.model import catalog
-from ftqp.sim.log.log_file import Log, load_log
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.log_file import load_log
 from ftqp.sim.loop import Simulation
 from ftqp.sim.plants.arm_model import Arm
 from ftqp.sim.schedule import FaultEvent, Schedule

@@ -8,7 +8,8 @@ from ftqp.app.output import words
 from ftqp.app.output.console import ExitCode, say, tell, tell_json
 from ftqp.app.run import runs
 from ftqp.app.scenario.setup import load
-from ftqp.sim.log.log_file import FILE_NAME, Log, load_log
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.log_file import FILE_NAME, load_log
 
 SCENARIO = "panda-circle"
 

@@ -13,9 +13,9 @@ import numpy as np
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from ftqp.app.output.termination import Termination
 from ftqp.core.clock import now
 from ftqp.core.errors import FtqpError, ModelError, ScenarioError
 
@@ -29,12 +29,13 @@ Parameters = ParamSpec("Parameters")
 
 
 class ExitCode(IntEnum):
-    """What a process of the command line returns."""
+    """What a process of the command line returns; 130 after Ctrl-C, 143 after SIGTERM."""
 
     DONE = 0
     STOPPED = 1
     BAD_INPUT = 2
     INTERRUPTED = 130
+    TERMINATED = 143
 
 
 def say(text: str) -> None:
@@ -117,6 +118,8 @@ def progress(what: str | Callable[[], str], total: float) -> Iterator[Callable[[
     if not console.is_terminal:
         yield lambda done: None
         return
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -145,21 +148,27 @@ def progress(what: str | Callable[[], str], total: float) -> Iterator[Callable[[
 
 
 def command(body: Callable[Parameters, ExitCode]) -> Callable[Parameters, None]:
-    """Makes a command of ``body``: bad input is said in words and ends with 2, Ctrl-C with 130."""
+    """Makes a command of ``body``: bad input is said in words and ends with 2, Ctrl-C with 130.
+
+    SIGTERM is a Ctrl-C that ends with 143.
+    """
 
     @wraps(body)
     def run(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
-        try:
-            code = body(*args, **kwargs)
-        except KeyboardInterrupt:
-            say("interrupted")
-            code = ExitCode.INTERRUPTED
-        except FtqpError as error:
-            if kwargs.get("as_json"):
-                facts = {"error": str(error).partition("\n")[0]}
-                tell_json({**facts, "errors": list(_details(error))})
-            say(f"error: {error}")
-            code = ExitCode.BAD_INPUT
+        with Termination() as termination:
+            try:
+                code = body(*args, **kwargs)
+            except KeyboardInterrupt:
+                say("interrupted")
+                code = ExitCode.INTERRUPTED
+            except FtqpError as error:
+                if kwargs.get("as_json"):
+                    facts = {"error": str(error).partition("\n")[0]}
+                    tell_json({**facts, "errors": list(_details(error))})
+                say(f"error: {error}")
+                code = ExitCode.BAD_INPUT
+        if code is ExitCode.INTERRUPTED and termination.received:
+            code = ExitCode.TERMINATED
         raise typer.Exit(int(code))
 
     return run

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -10,8 +10,9 @@ from typing import Any
 
 from ftqp.app.output.console import ExitCode, json_text, progress, say
 from ftqp.app.scenario.setup import Setup
-from ftqp.core.errors import InputError, MissingPackage
+from ftqp.core.errors import FtqpError, InputError, MissingPackage
 from ftqp.qp.recording.recording_file import free_file
+from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import FILE_NAME, load_log
 from ftqp.sim.log.metrics import summary
 from ftqp.sim.log.recorded_run import recorded
@@ -92,7 +93,7 @@ def run(
 
     Raises:
         InputError: the folder or the recording cannot be made.
-        FtqpError: the log cannot be written.
+        FtqpError: the log or the summary cannot be written.
     """
     with progress(setup.name, 1.0) if advance is None else nullcontext(advance) as told:
         simulation = Simulation(
@@ -122,7 +123,7 @@ def run(
     log = load_log(folder / FILE_NAME)
     facts = summary(log) | {"interrupted": ended.interrupted, "folder": str(folder)} | kept
     write(folder / SUMMARY, json_text(facts))
-    figures = () if ended.interrupted else _figures(folder)
+    figures = () if ended.interrupted else _figures(log, folder)
     return Run(folder=folder, summary=facts, figures=figures)
 
 
@@ -150,17 +151,26 @@ def _record(setup: Setup, file: Path | None) -> dict[str, Any]:
 
 
 def write(path: Path, text: str) -> None:
-    """Writes a whole file or none."""
+    """Writes a whole file or none.
+
+    Raises:
+        FtqpError: it cannot be written, for example because the disk is full.
+    """
     part = path.with_suffix(".part")
-    part.write_text(text, encoding="utf-8")
-    part.replace(path)
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    except OSError as error:
+        with suppress(OSError):
+            part.unlink()
+        raise FtqpError(f"file {path} cannot be written: {error.strerror}") from error
 
 
-def _figures(folder: Path) -> tuple[Path, ...]:
+def _figures(log: Log, folder: Path) -> tuple[Path, ...]:
     """The pictures of a run; none, with a note, when the package that draws them is missing."""
     try:
         from ftqp.viz.figures.run_figures import save_figures
     except MissingPackage as error:
         say(f"note: {error}")
         return ()
-    return tuple(save_figures(load_log(folder / FILE_NAME), folder / "figures"))
+    return tuple(save_figures(log, folder / "figures"))

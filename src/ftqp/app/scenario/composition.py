@@ -5,7 +5,6 @@ from pathlib import Path as File
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ftqp.app.schema.fault_sections import AnyFaultTable
 from ftqp.app.schema.path_section import (
@@ -146,6 +145,8 @@ def _goal(table: PointToPointTable, origin: FloatArray) -> FloatArray:
             raise InputError(
                 f"orientation has the length {length:.4g}, expected a unit quaternion x, y, z, w"
             )
+        from scipy.spatial.transform import Rotation  # slow to load, needed with an orientation only
+
         turn = Rotation.from_quat(table.orientation).as_matrix()
         rotation = turn @ rotation if table.relative else turn
     return transform(rotation, position)

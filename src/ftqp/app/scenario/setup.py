@@ -21,8 +21,9 @@ from ftqp.model.robot import Robot
 from ftqp.qp import Recorder
 from ftqp.qp import backend as qp_backend
 from ftqp.sim.base.moving_world import MovingWorld
-from ftqp.sim.plants.plants import KinematicPlant, Plant
-from ftqp.sim.plants.servo import ServoPlant
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.plants.plant import Plant
+from ftqp.sim.plants.servo_plant import ServoPlant
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 

@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ftqp.control.paths.path import Path, PathSample
 from ftqp.core.checks import FloatArray
@@ -119,6 +118,8 @@ def _rows(path: Path, begin: FloatArray, end: FloatArray) -> FloatArray:
 
 def _turns(first: PathSample, last: PathSample) -> FloatArray:
     """Rotation vectors along W from the one orientation to the other, (K, 3) [rad]."""
+    from scipy.spatial.transform import Rotation  # slow to load, needed by a follower only
+
     relative = last.pose[:, :3, :3] @ np.swapaxes(first.pose[:, :3, :3], 1, 2)
     turns: FloatArray = Rotation.from_matrix(relative).as_rotvec()
     return turns
@@ -152,6 +153,8 @@ def _cubic(h: Any, d: Any, v0: Any, v1: Any) -> FloatArray:
 
 def _is_accurate(path: Path, rows: FloatArray, begin: FloatArray, end: FloatArray) -> Any:
     """Whether the polynomials meet the path at the points that are checked, (K,)."""
+    from scipy.spatial.transform import Rotation
+
     good = np.ones(len(begin), dtype=np.bool_)
     for share in CHECKED:
         t = share * (end - begin)

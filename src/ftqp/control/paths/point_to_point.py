@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Any, final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ftqp.control.paths import laws
 from ftqp.control.paths.path import Motion, Path
@@ -36,6 +35,8 @@ class PointToPoint(Path):
         duration: float,
         law: str | Mapping[str, Any] | laws.Law = "quintic",
     ) -> None:
+        from scipy.spatial.transform import Rotation  # slow to load, needed for such a path only
+
         super().__init__(start, duration)
         self._law = laws.by_name(law)
         end = pose(goal, "goal pose")
@@ -46,6 +47,8 @@ class PointToPoint(Path):
             raise InputError("goal pose equals the start pose, expected somewhere to go")
 
     def _motion(self, t: FloatArray) -> Motion:
+        from scipy.spatial.transform import Rotation
+
         s, ds, dds = self._law.sample(t / self.duration)
         rate, rate_change = ds / self.duration, dds / self.duration**2
         axis = self._first.apply(self._turn)

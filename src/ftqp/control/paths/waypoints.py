@@ -1,15 +1,16 @@
 """A smooth curve through given points."""
 
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.spatial.transform import Rotation, RotationSpline
 
 from ftqp.control.paths.path import TIME_SLACK, Motion, Path
 from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 COINCIDENCE = 1e-6
 """A first waypoint nearer to the start than this counts as the start [m and rad]."""
@@ -47,6 +48,9 @@ class Waypoints(Path):
         duration: float | None = None,
         relative: bool = False,
     ) -> None:
+        from scipy.interpolate import CubicSpline  # slow to load, needed for such a path only
+        from scipy.spatial.transform import Rotation, RotationSpline
+
         first = pose(start, "start pose of the path")
         points = _rows("positions of the waypoints", positions, 3) + (first[:3, 3] if relative else 0.0)
         turns = None if orientations is None else _rotations(orientations, len(points))
@@ -145,7 +149,9 @@ def _rows(name: str, value: Any, width: int) -> FloatArray:
     return array(name, value, (count, width), f"(N, {width})")
 
 
-def _rotations(value: Any, count: int) -> Rotation:
+def _rotations(value: Any, count: int) -> "Rotation":
+    from scipy.spatial.transform import Rotation
+
     quaternions = array("orientations of the waypoints", value, (count, 4), "(N, 4)")
     lengths = np.linalg.norm(quaternions, axis=1)
     if (np.abs(lengths - 1.0) > 1e-3).any():

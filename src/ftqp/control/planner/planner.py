@@ -6,6 +6,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from ftqp.control.planner.blocks import Blocks
 from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.filling import LEVELS, filled
 from ftqp.control.planner.inputs import not_a_target, sized, vector
@@ -28,6 +29,7 @@ from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import BaseMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import JOINTS, Mistake
+from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.branch import within_branch
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
@@ -132,6 +134,12 @@ class Planner:
         return self._name
 
     @property
+    def task_rows(self) -> tuple[str, ...]:
+        """The rows of the pose that the task has, of x, y, z, rx, ry, rz."""
+        task = self._session.K.task
+        return tuple(COMPONENTS[c] for c in task.rows[: int(task.m)])
+
+    @property
     def tick(self) -> int:
         """Number of the step, from 0 at the first one after ``reset``; -1 before it."""
         return int(self._session.K.state.ticks) - 1
@@ -218,6 +226,15 @@ class Planner:
             return self._led(tick, q, v, target, tau, tip)
 
         return Lead(step, self._session, leader)
+
+    def blocks(self) -> Blocks | None:
+        """The planner's ticks in closed loop without Python between them, for simulations.
+
+        None where a foreign solver or a clock takes part in every tick.
+        """
+        if self._begin is None:
+            return None
+        return Blocks(self._session, self._begin, self.robot)
 
     def _led(self, tick: Any, q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
         """A step of any leader, with measured torques or tip, converted arrays and the clock."""

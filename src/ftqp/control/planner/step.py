@@ -90,21 +90,21 @@ class Measures(NamedTuple):
     condition: float
 
 
-def measures_of(jacobians: FloatArray, working: IntArray) -> list[Measures]:
-    """Measures of one Jacobian or many.
+def measures_of(jacobians: FloatArray, working: IntArray) -> FloatArray:
+    """The numbers of ``Measures`` for many Jacobians, (K, 3).
 
     Args:
-        jacobians: (m, nv) or (K, m, nv), the columns of joints that do not work zero.
+        jacobians: (K, m, nv), the columns of joints that do not work zero.
         working: how many joints work in each, (K,); with fewer than rows a direction is lost.
     """
     rows = jacobians.shape[-2]
-    sigma = np.linalg.svd(jacobians, compute_uv=False).reshape(len(working), -1)
+    sigma = np.linalg.svd(jacobians, compute_uv=False)
     sigma[np.minimum(working, sigma.shape[1]) < rows] *= np.arange(sigma.shape[1]) < rows - 1
     least = sigma[:, rows - 1] if sigma.shape[1] >= rows else np.zeros(len(sigma))
     product = sigma[:, :rows].prod(axis=1) if sigma.shape[1] >= rows else np.zeros(len(sigma))
     with np.errstate(divide="ignore"):
         condition = np.where(least > 0.0, sigma[:, 0] / least, np.inf)
-    return [Measures(*row) for row in np.stack([least, product, condition], axis=1).tolist()]
+    return np.stack([least, product, condition], axis=1)
 
 
 class _Kept:
@@ -244,7 +244,8 @@ class Step:
 
         Source: the product of the singular values is the measure of Yoshikawa, IJRR 1985.
         """
-        return measures_of(self.jacobian, np.array([np.count_nonzero(self._parts["code"] == HEALTHY)]))[0]
+        working = np.array([np.count_nonzero(self._parts["code"] == HEALTHY)])
+        return Measures(*measures_of(self.jacobian[None], working)[0].tolist())
 
     @property
     def sigma_min(self) -> float:

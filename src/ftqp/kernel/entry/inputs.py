@@ -13,6 +13,9 @@ from ftqp.kernel.layout.enums import (
     WRONG_SHAPE,
 )
 
+MOST_ROWS = 1 << 40
+"""More rows of targets than any memory holds, few enough that their numbers can be counted."""
+
 
 @jit
 def accept_arrays(K: Any, q: Any, v: Any) -> int:
@@ -39,6 +42,8 @@ def accept_arrays(K: Any, q: Any, v: Any) -> int:
 def accept_target(K: Any, target: Any, row: int) -> int:
     """Copy row ``row`` of packed targets: 0, or a mistake (negative)."""
     task = K.task
+    if row < 0 or row > MOST_ROWS:
+        return NOT_READ
     if take(target, row * TARGET_SIZE, task.target.ctypes.data, TARGET_SIZE, 0) < TARGET_SIZE:
         return NOT_READ
     if task.uses_rotation and task.target[TARGET_HAS_ROTATION] == 0.0:

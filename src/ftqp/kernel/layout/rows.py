@@ -19,11 +19,13 @@ class RowKind:
         name: what a row limits; its label is the name and the joint.
         unit: of l, u and C x at the acceleration level; times s at the velocity level.
         needs_inertia: whether an arm without masses has no such rows.
+        module: the room's file in ``ftqp.kernel.rows`` whose ``fill(K, at)`` writes them.
     """
 
     name: str
     unit: str
     needs_inertia: bool
+    module: str
 
     def label(self, joint: str) -> str:
         """The label of the row of a joint, for example ``torque panda_joint2``."""
@@ -39,7 +41,7 @@ class RowKind:
         return joints if has_inertia or not self.needs_inertia else 0
 
 
-TORQUE = RowKind(name="torque", unit="N m", needs_inertia=True)
+TORQUE = RowKind(name="torque", unit="N m", needs_inertia=True, module="torque_rows")
 
 ROW_KINDS: tuple[RowKind, ...] = (TORQUE,)
 """The kinds in the order in which their rows stand in C."""

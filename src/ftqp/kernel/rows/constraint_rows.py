@@ -1,23 +1,45 @@
 """The two-sided rows of a tick, kind by kind in the order of ``ftqp.kernel.layout.rows.ROW_KINDS``."""
 
+from functools import reduce
+from importlib import import_module
 from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import motion
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import VELOCITY
-from ftqp.kernel.rows.torque_rows import torque_rows
+from ftqp.kernel.layout.rows import ROW_KINDS
+
+
+@jit
+def _nothing(K: Any, at: int) -> int:
+    """No rows."""
+    return at
+
+
+def _then(first: Any, second: Any) -> Any:
+    """The rows of the first, then those of the second."""
+
+    @jit
+    def both(K: Any, at: int) -> int:
+        return second(K, first(K, at))
+
+    return both
+
+
+_FILLS: list[Any] = [import_module(f"ftqp.kernel.rows.{kind.module}").fill for kind in ROW_KINDS]
+fill_all: Any = reduce(_then, _FILLS, _nothing)
+"""All rows of C, kind by kind."""
 
 
 @jit
 def add_constraints(K: Any) -> None:
-    """M, h and all rows of C; each kind fills its rows from the first free one on and returns the next."""
+    """M, h and all rows of C."""
     if K.state.level == VELOCITY:
         motion(K)
     dynamics(K)
     K.kinematics.has_dynamics = 1
-    at = torque_rows(K, 0)
-    K.qp.nc = at
+    K.qp.nc = fill_all(K, 0)
 
 
 @jit

@@ -8,7 +8,7 @@ from ftqp.kernel.layout.enums import FREE, HEALTHY, VELOCITY
 
 
 @jit
-def torque_rows(K: Any, at: int) -> int:
+def fill(K: Any, at: int) -> int:
     """l <= M x <= u, one row a joint from row ``at`` of C on; the next free row.
 
     tau_min - h <= M a <= tau_max - h, times dt at the velocity level. A free-swinging joint's row is the

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from typing import Any, final
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ftqp.core.checks import FloatArray, non_negative, positive
 from ftqp.core.errors import InputError
@@ -96,6 +95,8 @@ class RandomMotion(Disturbance):
 
     def sample(self, t: FloatArray) -> Mapping[str, FloatArray]:
         """The deviation at times t; the same for the same times, however often it is asked."""
+        from scipy.signal import lfilter  # half a second to load, needed for random motion only
+
         w = np.random.default_rng(self._seed).standard_normal(len(t))
         if len(t) < 2:
             return {self._name: np.zeros(len(t))}

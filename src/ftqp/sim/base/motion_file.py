@@ -1,18 +1,18 @@
 """A recorded base motion from a CSV file, strictly read."""
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, nearest
 from ftqp.sim.base.disturbances import Recorded
+from ftqp.sim.csv_table import csv_columns, refuse_large, refuse_repeated
 
 QUATERNION = ("qx", "qy", "qz", "qw")
 TURNS = ("rx", "ry", "rz")
+WHAT = "recording"
 LARGEST_FILE = 100_000_000
 """A file bigger than this is taken for a mistake [bytes]."""
 
@@ -34,23 +34,15 @@ def recorded_motion(path: str | Path, coordinates: Sequence[str]) -> Recorded:
     file = Path(path)
     if not file.is_file():
         raise InputError(f"recording {file} does not exist; expected a .csv file")
-    if file.stat().st_size > LARGEST_FILE:
-        size, most = file.stat().st_size / 1e6, LARGEST_FILE / 1e6
-        raise InputError(f"recording {file} has {size:.0f} MB, expected at most {most:.0f} MB")
-    try:
-        with file.open(newline="", encoding="utf-8-sig") as stream:
-            lines = [line for line in csv.reader(stream, skipinitialspace=True) if line]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"recording {file} is not text in UTF-8 with comma-separated values") from error
-    except OSError as error:
-        raise InputError(f"recording {file} cannot be read: {error.strerror or error}") from error
-    if len(lines) < 2:
-        raise InputError(
-            f"recording {file} has {len(lines)} lines, expected a header and at least one sample"
-        )
-    header = [name.strip() for name in lines[0]]
-    _check_names(file, header, coordinates)
-    table = _numbers(file, header, lines[1:])
+    refuse_large(file, WHAT, LARGEST_FILE)
+    table = csv_columns(file, WHAT, "sample", lambda names: _check_names(file, names, coordinates))
+    for name, column in table.items():
+        if not np.isfinite(column).all():
+            row = int(np.argmax(~np.isfinite(column)))
+            raise InputError(
+                f"recording {file}, line {row + 2}, column {name!r} is {column[row]}, "
+                "expected a finite number"
+            )
     t = table.pop("t")
     if (np.diff(t) <= 0.0).any():
         at = int(np.argmax(np.diff(t) <= 0.0))
@@ -71,8 +63,7 @@ def _check_names(file: Path, header: list[str], coordinates: Sequence[str]) -> N
                 f"recording {file}: {name!r:.40} is not a column{nearest(name, valid)}; "
                 f"expected t and some of {', '.join(valid[1:])}"
             )
-        if header.count(name) > 1:
-            raise InputError(f"recording {file}: column {name!r} appears {header.count(name)} times")
+    refuse_repeated(file, WHAT, header)
     missing = ["t"] if "t" not in header else []
     if any(name in header for name in QUATERNION):
         missing += [name for name in QUATERNION if name not in header]
@@ -84,31 +75,6 @@ def _check_names(file: Path, header: list[str], coordinates: Sequence[str]) -> N
         raise InputError(f"recording {file}: moves nothing, expected some of {', '.join(valid[1:])}")
 
 
-def _numbers(file: Path, header: list[str], lines: list[list[str]]) -> dict[str, FloatArray]:
-    """Columns by name."""
-    rows = np.empty((len(lines), len(header)))
-    for number, line in enumerate(lines, start=2):
-        if len(line) != len(header):
-            raise InputError(
-                f"recording {file}, line {number} has {len(line)} values, expected {len(header)}"
-            )
-        for column, text in enumerate(line):
-            try:
-                rows[number - 2, column] = float(text)
-            except ValueError as error:
-                raise InputError(
-                    f"recording {file}, line {number}, column {header[column]!r} is {text!r:.40}, "
-                    "expected a number"
-                ) from error
-    if not np.isfinite(rows).all():
-        row, column = (int(i) for i in np.argwhere(~np.isfinite(rows))[0])
-        raise InputError(
-            f"recording {file}, line {row + 2}, column {header[column]!r} is {rows[row, column]}, "
-            "expected a finite number"
-        )
-    return {name: rows[:, column] for column, name in enumerate(header)}
-
-
 def _turned(file: Path, quaternions: FloatArray) -> dict[str, FloatArray]:
     """Rotation vectors of unit quaternions, (K, 4)."""
     length = np.linalg.norm(quaternions, axis=1)
@@ -117,6 +83,8 @@ def _turned(file: Path, quaternions: FloatArray) -> dict[str, FloatArray]:
         raise InputError(
             f"recording {file}, line {at + 2}: the quaternion has the length {length[at]:.4g}, expected 1"
         )
+    from scipy.spatial.transform import Rotation  # slow to load, needed where attitudes are recorded
+
     vectors = Rotation.from_quat(quaternions).as_rotvec()
     if (np.linalg.norm(np.diff(vectors, axis=0), axis=1) > np.pi).any():
         raise InputError(

@@ -4,16 +4,17 @@ from collections.abc import Sequence
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ftqp.control.moving_base.inertial_task import InertialTask
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.sim.base.carriers import Base, BaseMotion, PoseSensor
+from ftqp.sim.base.base_motion import BaseMotion
+from ftqp.sim.base.carriers import Base
 from ftqp.sim.base.disturbances import Disturbance
 from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.sensors.pose_sensor import PoseSensor
 
 
 @final
@@ -35,7 +36,7 @@ class MovingWorld:
 
     Attributes:
         base_pose: true pose of B in I at the tick of the last ``sense``, (4, 4).
-        error: true error of the tip along I then, (6,) [m, rad].
+        tip_pose: true pose of the tip in I then, (4, 4).
         eta: true coordinates of the base then [m or rad].
 
     Raises:
@@ -65,8 +66,8 @@ class MovingWorld:
         self._noise = (position_noise, rotation_noise)
         self._seed = seed
         self._motion: BaseMotion | None = None
-        self.base_pose, self.error, self.eta = np.eye(4), np.zeros(6), np.zeros(len(base.coordinates))
-        self.tip_pose = np.eye(4)
+        self.base_pose, self.tip_pose = np.eye(4), np.eye(4)
+        self.eta: FloatArray = np.zeros(len(base.coordinates))
         BaseMotion(base, self._disturbances, follower.planner.dt, 2)
         self._sensors = self._fresh_sensors()
 
@@ -91,21 +92,18 @@ class MovingWorld:
         self._sensors = self._fresh_sensors()
         self.follower.reset(q, v)
 
-    def sense(self, k: int, q: FloatArray, target: FloatArray) -> None:
+    def sense(self, k: int, q: FloatArray) -> None:
         """Take the measurements of tick k.
 
         Args:
             k: the tick.
             q: true joint positions, (nv,).
-            target: desired pose of the tip in I, (4, 4).
         """
         motion = self._motion
         if motion is None:
             raise InputError("the world has no run; call reset before the first tick")
         self.base_pose, self.eta = motion.pose[k], motion.eta[k]
         self.tip_pose = self.base_pose @ self._arm.tip(q)
-        self.error[:3] = target[:3, 3] - self.tip_pose[:3, 3]
-        self.error[3:] = Rotation.from_matrix(target[:3, :3] @ self.tip_pose[:3, :3].T).as_rotvec()
         tip, base = self._sensors
         self._tip = tip.measure(self.tip_pose) if self._sees_tip else None
         self._base = base.measure(self.base_pose) if self._sees_base else None

@@ -10,15 +10,11 @@ import numpy as np
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.core.checks import FloatArray
-from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.model.robot import Robot
 from ftqp.sim.schedule import FaultEvent, Schedule
 
-KIND_NAMES = {Locked: "locked", FreeSwinging: "free_swinging", Degraded: "degraded"}
-"""The kinds of fault by the name a scenario gives them."""
 PACKAGES = ("ftqp", "numpy", "scipy", "numba", "pin")
-FORMAT = 1
-"""Version of the log's layout."""
 
 
 def description(
@@ -35,7 +31,6 @@ def description(
     """
     robot, emergency = planner.robot, planner.emergency
     return {
-        "format": FORMAT,
         "robot": robot.name,
         "joints": list(robot.joints),
         "prismatic": [bool(slides) for slides in robot.chain.prismatic],
@@ -66,7 +61,7 @@ def described(event: FaultEvent, robot: Robot) -> dict[str, Any]:
     fault = event.fault
     index = robot.joint(fault.joint)
     result: dict[str, Any] = {
-        "kind": KIND_NAMES[type(fault)],
+        "kind": fault.kind,
         "joint": robot.joints[index],
         "index": index,
         "at": event.at,

@@ -1,248 +1,161 @@
-"""The log of a simulation: one SQLite file that any tool can read and that survives a killed process.
+"""Reads a log file: opened read-only, its tables and checksums checked before anything is believed."""
 
-Table ``log`` has one column per signal and one row per step, ``columns`` the unit and description of each,
-and ``metadata`` one JSON value per key (scenario, robot, limits, faults, versions, state of the run).
-"""
-
-import csv
 import json
 import sqlite3
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self, final
+from typing import Any
+from zlib import crc32
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ftqp.core import clock
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import FtqpError, InputError, unknown
+from ftqp.core.errors import InputError
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.log_writer import FORMAT, TABLES
+from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.signals import Column
 
 FILE_NAME = "log.sqlite"
-COMMIT_PERIOD = 1_000_000_000
-"""Rows wait at most this long before they are on file [ns of wall time]."""
-BLOCK = 4096
-"""Rows that are buffered at most."""
+MOST_COLUMNS, MOST_FACTS = 2000, 1000
+"""Signals and metadata that a log has at most."""
+LARGEST_VALUE = 16_000_000
+"""Bytes of a value in the file at most, apart from the rows' blobs."""
+FIRST_TABLES = {
+    "columns": "CREATE TABLE columns (name TEXT PRIMARY KEY, unit TEXT, description TEXT)",
+    "metadata": "CREATE TABLE metadata (key TEXT PRIMARY KEY, value TEXT)",
+}
+"""Tables of format 1, in which a table ``log`` had one column a signal."""
 
 
-@final
-class LogWriter:
-    """Writes rows to a new log file and commits them once a second or every 4096 rows.
-
-    A process killed at any moment leaves a file with every committed row.
-
-    Args:
-        path: the file to make; it must not exist.
-        columns: the signals, in the order of a row.
-        metadata: anything JSON can hold, by key.
-
-    Raises:
-        InputError: the file exists already or cannot be made.
-    """
-
-    def __init__(self, path: str | Path, columns: Sequence[Column], metadata: Mapping[str, Any]) -> None:
-        self.path = Path(path)
-        if self.path.exists():
-            raise InputError(
-                f"log file {self.path} exists already; choose another folder, logs are never overwritten"
-            )
-        try:
-            self._connection = sqlite3.connect(self.path, isolation_level=None)
-            self._make_tables(columns, metadata)
-        except sqlite3.Error as error:
-            raise InputError(f"log file {self.path} cannot be made: {error}") from error
-        self._insert = f"INSERT OR REPLACE INTO log VALUES ({', '.join('?' * (1 + len(columns)))})"
-        self._block: FloatArray = np.full((BLOCK, len(columns)), np.nan)
-        self._filled = 0
-        self._written = 0
-        self._committed_at = clock.now()
-
-    def _make_tables(self, columns: Sequence[Column], metadata: Mapping[str, Any]) -> None:
-        """The three tables, on file before the first step."""
-        run = self._connection.execute
-        run("PRAGMA synchronous = OFF")
-        signals = ", ".join(
-            f'"{column.name}" {"INTEGER" if column.integer else "REAL"}' for column in columns
-        )
-        run("BEGIN")
-        run(f"CREATE TABLE log (k INTEGER PRIMARY KEY, {signals})")
-        run("CREATE TABLE columns (name TEXT PRIMARY KEY, unit TEXT, description TEXT)")
-        run("CREATE TABLE metadata (key TEXT PRIMARY KEY, value TEXT)")
-        self._connection.executemany(
-            "INSERT INTO columns VALUES (?, ?, ?)", [(c.name, c.unit, c.description) for c in columns]
-        )
-        self._connection.executemany("INSERT INTO metadata VALUES (?, ?)", _encoded(metadata))
-        run("COMMIT")
-
-    @property
-    def rows(self) -> int:
-        """How many rows have been appended."""
-        return self._written + self._filled
-
-    @property
-    def row(self) -> FloatArray:
-        """The row to fill before `append`, (columns,); it starts as NaN, which the file holds as NULL."""
-        row: FloatArray = self._block[self._filled]
-        return row
-
-    def append(self) -> None:
-        """Keep `row` and go to the next."""
-        self._filled += 1
-        if self._filled == BLOCK or clock.now() - self._committed_at > COMMIT_PERIOD:
-            self.flush()
-
-    def flush(self) -> None:
-        """Put all rows on file. Interrupted at any point, it can be called again.
-
-        Raises:
-            FtqpError: the file cannot be written, for example because the disk is full.
-        """
-        rows = self._block[: self._filled].tolist()
-        keyed = [(self._written + k, *row) for k, row in enumerate(rows)]
-        try:
-            if self._connection.in_transaction:
-                self._connection.execute("ROLLBACK")
-            self._connection.execute("BEGIN")
-            self._connection.executemany(self._insert, keyed)
-            self._connection.execute("COMMIT")
-        except sqlite3.Error as error:
-            raise FtqpError(f"log file {self.path} cannot be written: {error}") from error
-        self._written, self._filled = self._written + len(rows), 0
-        self._block.fill(np.nan)
-        self._committed_at = clock.now()
-
-    def annotate(self, metadata: Mapping[str, Any]) -> None:
-        """Add or replace metadata."""
-        try:
-            self._connection.executemany("INSERT OR REPLACE INTO metadata VALUES (?, ?)", _encoded(metadata))
-        except sqlite3.Error as error:
-            raise FtqpError(f"log file {self.path} cannot be written: {error}") from error
-
-    def close(self) -> None:
-        """Put all rows on file and close it."""
-        self.flush()
-        self._connection.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-
-@final
-class Log:
-    """A log in memory: arrays by name, with units and metadata.
-
-    ``log["q.panda_joint1"]`` is one signal, (K,); ``log["q"]`` stacks all signals ``q.*``, (K, nv).
-
-    Attributes:
-        path: the file it was read from.
-        units: unit of each signal.
-        descriptions: sentence of each signal.
-        metadata: scenario, robot, joints, limits, faults, versions and state of the run.
-    """
-
-    def __init__(
-        self,
-        path: Path,
-        signals: Mapping[str, NDArray[Any]],
-        units: Mapping[str, str],
-        descriptions: Mapping[str, str],
-        metadata: Mapping[str, Any],
-    ) -> None:
-        self.path = path
-        self.units = dict(units)
-        self.descriptions = dict(descriptions)
-        self.metadata = dict(metadata)
-        self._signals = dict(signals)
-        self._stacks: dict[str, NDArray[Any]] = {}
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of all signals, in the order of the file."""
-        return tuple(self._signals)
-
-    def __len__(self) -> int:
-        return len(next(iter(self._signals.values())))
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._signals
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        """One signal, (K,), or the stack of those that begin with ``name`` and a dot, (K, count).
-
-        Raises:
-            InputError: no such signal.
-        """
-        if name in self._signals:
-            return self._signals[name]
-        if name not in self._stacks:
-            parts = [signal for key, signal in self._signals.items() if key.startswith(name + ".")]
-            if not parts:
-                groups = dict.fromkeys(key.split(".", 1)[0] for key in self._signals)
-                raise unknown("signal", name, f"log {self.path}", groups)
-            self._stacks[name] = np.stack(parts, axis=1)
-        return self._stacks[name]
-
-    def to_csv(self, path: str | Path) -> None:
-        """Write all signals to a new CSV file, one row per step, names in the first line.
-
-        Raises:
-            InputError: the file exists already or cannot be made.
-        """
-        try:
-            with Path(path).open("x", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file)
-                writer.writerow(self._signals)
-                writer.writerows(zip(*(signal.tolist() for signal in self._signals.values()), strict=True))
-        except FileExistsError as error:
-            raise InputError(f"file {path} exists already; choose another name") from error
-        except OSError as error:
-            raise InputError(f"file {path} cannot be written: {error.strerror}") from error
+class _NotALog(Exception):
+    """Why a file is no log."""
 
 
 def load_log(path: str | Path) -> Log:
     """The log in a file, or in the folder of a run.
 
+    Args:
+        path: The file, or the folder of a run in which it is ``log.sqlite``.
+
     Raises:
-        InputError: no such file, or not a log of ftqp.
+        InputError: no such file, not a log of ftqp, or a damaged one.
     """
     file = Path(path)
     file = file / FILE_NAME if file.is_dir() else file
     if not file.is_file():
         raise InputError(f"log {file} does not exist; expected a {FILE_NAME} or the folder of a run")
     try:
-        connection = sqlite3.connect(file)
-        try:
-            described = connection.execute("SELECT name, unit, description FROM columns").fetchall()
-            metadata = {key: json.loads(value) for key, value in connection.execute("SELECT * FROM metadata")}
-            declared = {row[1]: row[2] for row in connection.execute("PRAGMA table_info(log)")}
-            names = [name for name, *_ in described if name in declared]
-            listed = ", ".join(f'"{name}"' for name in names)
-            rows = connection.execute(f"SELECT {listed} FROM log ORDER BY k").fetchall()
-        finally:
-            connection.close()
-    except (sqlite3.Error, ValueError) as error:
+        with _opened(file) as connection:
+            made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
+            chunked = "chunks" in made
+            for name, statement in (TABLES if chunked else FIRST_TABLES).items():
+                if made.get(name) != statement:
+                    raise _NotALog(f"it has no table {name} as a log has it")
+            metadata = _metadata(connection)
+            if chunked:
+                columns = _columns(connection)
+                table = _chunks(connection, len(columns))
+            else:
+                columns, table = _first_format(connection)
+    except _NotALog as error:
         raise InputError(f"{file} is not a log of ftqp: {error}") from error
-    table = np.array(rows, dtype=np.float64).reshape(len(rows), len(names))
-    signals: dict[str, NDArray[Any]] = {}
-    for index, name in enumerate(names):
-        signal = np.ascontiguousarray(table[:, index])
-        whole = declared[name] == "INTEGER" and not np.isnan(signal).any()
-        signals[name] = signal.astype(np.int64) if whole else signal
-    return Log(
-        file,
-        signals,
-        {name: unit for name, unit, _ in described},
-        {name: description for name, _, description in described},
-        metadata,
+    except (sqlite3.Error, ValueError, TypeError, RecursionError, OverflowError) as error:
+        raise InputError(f"{file} is not a log of ftqp: {error!s:.200}") from error
+    return Log.of_table(file, table, columns, metadata)
+
+
+@contextmanager
+def _opened(file: Path) -> Iterator[sqlite3.Connection]:
+    """The file, read-only; but one whose writer was killed in the middle of a write is first put in order."""
+    address = file.absolute().as_uri()
+    for mode in ("ro", "rw"):
+        with closing(sqlite3.connect(f"{address}?mode={mode}", uri=True)) as connection:
+            try:
+                connection.execute("PRAGMA trusted_schema = OFF")
+                connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+            except sqlite3.OperationalError as error:
+                if mode == "ro" and error.sqlite_errorcode == sqlite3.SQLITE_READONLY_ROLLBACK:
+                    continue
+                raise
+            connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_VALUE)
+            yield connection
+            return
+
+
+def _metadata(connection: sqlite3.Connection) -> dict[str, Any]:
+    """What the run was about."""
+    found = connection.execute(f"SELECT key, value FROM metadata LIMIT {MOST_FACTS + 1}").fetchall()
+    if len(found) > MOST_FACTS:
+        raise _NotALog(f"it has more than {MOST_FACTS} metadata")
+    metadata = {str(key): json.loads(value) for key, value in found}
+    version = metadata.get("format", FORMAT)
+    if version not in range(1, FORMAT + 1):
+        raise _NotALog(f"it has format {version!r:.20}, expected 1 to {FORMAT}; a newer ftqp may read it")
+    return metadata
+
+
+def _columns(connection: sqlite3.Connection) -> list[Column]:
+    """The signals in their order."""
+    found = connection.execute(
+        f"SELECT name, unit, description, integer FROM columns ORDER BY place LIMIT {MOST_COLUMNS + 1}"
+    ).fetchall()
+    if not 1 <= len(found) <= MOST_COLUMNS:
+        raise _NotALog(f"it has {'no' if not found else 'too many'} signals, expected 1 to {MOST_COLUMNS}")
+    try:
+        return [Column(str(name), str(unit), str(text), bool(whole)) for name, unit, text, whole in found]
+    except InputError as error:
+        raise _NotALog(str(error)) from error
+
+
+def _chunks(connection: sqlite3.Connection, width: int) -> FloatArray:
+    """All rows, (K, width); every chunk is measured before it is read, and checked before the next."""
+    connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(LARGEST_VALUE, 8 * BLOCK * width + 1000))
+    measured = connection.execute(
+        "SELECT first, rows, crc, typeof(data), length(data) FROM chunks ORDER BY first"
     )
+    chunks, count = [np.empty((0, width))], 0
+    for first, rows, crc, kind, size in measured:
+        if first != count or not isinstance(rows, int) or not 1 <= rows <= BLOCK:
+            raise _NotALog(f"its chunk at row {first!r:.20} does not follow row {count - 1}")
+        if kind != "blob" or size != 8 * rows * width:
+            raise _NotALog(f"its chunk at row {first} has {size} bytes, expected {8 * rows * width}")
+        (data,) = connection.execute("SELECT data FROM chunks WHERE first = ?", (first,)).fetchone()
+        if crc32(data) != crc:
+            raise _NotALog(f"its chunk at row {first} is damaged, its checksum differs")
+        chunks.append(np.frombuffer(data, dtype="<f8").reshape(rows, width))
+        count += rows
+    table: FloatArray = np.concatenate(chunks)
+    return table
 
 
-def _encoded(metadata: Mapping[str, Any]) -> list[tuple[str, str]]:
-    return [(key, json.dumps(value, allow_nan=False)) for key, value in metadata.items()]
+def _first_format(connection: sqlite3.Connection) -> tuple[list[Column], FloatArray]:
+    """Signals and rows of a log of format 1."""
+    kind = connection.execute("SELECT type, sql FROM sqlite_master WHERE name = 'log'").fetchone()
+    if (
+        kind is None
+        or kind[0] != "table"
+        or not kind[1].startswith("CREATE TABLE log (k INTEGER PRIMARY KEY")
+    ):
+        raise _NotALog("it has no table log as a log has it")
+    declared = {
+        name: form for _, name, form, _, _, _, hidden in connection.execute("PRAGMA table_xinfo(log)")
+        if not hidden
+    }  # fmt: skip
+    described = connection.execute(
+        f"SELECT name, unit, description FROM columns LIMIT {MOST_COLUMNS + 1}"
+    ).fetchall()
+    columns = [
+        Column(name, unit, text, declared[name] == "INTEGER")
+        for name, unit, text in described
+        if name in declared
+    ]
+    if not columns or len(described) > MOST_COLUMNS:
+        raise _NotALog("its signals are not described")
+    listed = ", ".join('"' + column.name.replace('"', '""') + '"' for column in columns)
+    cursor = connection.execute(f"SELECT {listed} FROM log ORDER BY k")
+    blocks = [np.empty((0, len(columns)))]
+    while rows := cursor.fetchmany(BLOCK):
+        blocks.append(np.array(rows, dtype=np.float64))
+    return columns, np.concatenate(blocks)

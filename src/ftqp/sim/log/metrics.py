@@ -8,7 +8,8 @@ import numpy as np
 from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import BoolArray, FloatArray
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.signals import JointCondition
 from ftqp.sim.schedule import TIME_SLACK
 
 STATUSES = tuple(status.name for status in StepStatus)
@@ -99,8 +100,7 @@ def limit_violations(log: Log) -> dict[str, float]:
     limits = log.metadata["limits"]
     worst = {"q": 0.0, "v": 0.0, "a": 0.0, "tau": 0.0}
     for i in range(len(log.metadata["joints"])):
-        working = log["truth"][:, i] != 1
-        working &= log["truth"][:, i] != 2
+        working = ~np.isin(log["truth"][:, i], (JointCondition.LOCKED, JointCondition.FREE_SWINGING))
         for signal, low, high in (
             ("q", "q_min", "q_max"),
             ("v", None, "v_max"),
@@ -150,7 +150,9 @@ def failed_joint_motion(log: Log) -> dict[str, float]:
     motion: dict[str, float] = {}
     for fault in log.metadata.get("faults", []):
         i = fault["index"]
-        failed = log["truth"][:, i] == {"locked": 1, "free_swinging": 2}.get(fault["kind"], -1)
+        if fault["kind"] == "degraded":
+            continue
+        failed = log["truth"][:, i] == JointCondition[fault["kind"].upper()]
         failed &= log["t"] >= fault["at"] - TIME_SLACK
         if fault["kind"] == "locked":
             failed &= np.logical_or.accumulate(failed & (log["v"][:, i] == 0.0))

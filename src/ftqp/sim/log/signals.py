@@ -1,12 +1,46 @@
 """The signals of a simulation: what each column of a log holds."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from enum import Enum, IntEnum
 
+from ftqp.control.following.path_follower import PathStatus
+from ftqp.control.moving_base.inertial_task import BaseStatus
+from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import BoolArray
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import KINDS
+from ftqp.qp.problem import SolveStatus
 
-BELIEFS = ("healthy", "locked", "free-swinging", "degraded")
-"""What the codes of the columns ``belief`` and ``truth`` mean, by position."""
+LONGEST_NAME = 200
+"""Letters that the name of a signal has at most."""
+
+
+class JointCondition(IntEnum):
+    """What a joint is, or is believed to be: the codes of the columns ``truth`` and ``belief``."""
+
+    HEALTHY = 0
+    LOCKED = 1
+    FREE_SWINGING = 2
+    DEGRADED = 3
+
+    @property
+    def word(self) -> str:
+        """For a reader, such as ``free-swinging``."""
+        return self.name.lower().replace("_", "-")
+
+
+CONDITIONS = {kind: JointCondition[name.upper()] for name, kind in KINDS.items()}
+"""What each kind of fault makes of its joint."""
+QP_CODES: dict[SolveStatus | None, int] = {None: -1} | {s: code for code, s in enumerate(SolveStatus)}
+"""Code of each outcome of a QP in the column ``qp_status``; None: the step needed no QP."""
+PATH_CODES: dict[PathStatus | None, int] = {None: 0} | {s: code for code, s in enumerate(PathStatus, start=1)}
+"""Code of each status of a path in the column ``path_status``; None: the path has no progress of its own."""
+
+
+def named(codes: Iterable[tuple[Enum | None, int]], none: str = "") -> str:
+    """Codes and their names, for the description of a column; ``none`` says what None stands for."""
+    return ", ".join(f"{code} {none if member is None else member.name}" for member, code in codes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +52,9 @@ class Column:
         unit: SI, or ``-`` without unit.
         description: one sentence for a reader of the file.
         integer: whether the values are whole numbers (codes and counts).
+
+    Raises:
+        InputError: the name is longer than 200 letters.
     """
 
     name: str
@@ -25,16 +62,21 @@ class Column:
     description: str
     integer: bool = False
 
+    def __post_init__(self) -> None:
+        if len(self.name) > LONGEST_NAME:
+            raise InputError(
+                f"signal {self.name[:30]!r}... has a name of {len(self.name)} letters, expected at most "
+                f"{LONGEST_NAME}; give the joint a shorter name"
+            )
+
 
 _SCALARS = (
     Column("position_error", "m", "distance from the tip to its target"),
     Column("rotation_error", "rad", "angle between the tip and its target"),
     Column("slack", "-", "norm of what the command leaves undone of the task, in the units of the task rows"),
     Column("scale", "-", "fraction of the demanded motion along the path, 1 unless the task is slowed"),
-    Column("status", "-", "status of the step: 0 OK, 1 RELAXED, 2 SCALED, 3 FALLBACK, 4 STOPPING, 5 STOPPED, "
-           "6 INVALID_INPUT", True),
-    Column("qp_status", "-", "outcome of the QP: 0 solved, 1 iteration limit, 2 infeasible, 3 failed, "
-           "-1 none was needed", True),
+    Column("status", "-", f"status of the step: {named((s, k) for k, s in enumerate(StepStatus))}", True),
+    Column("qp_status", "-", f"outcome of the QP: {named(QP_CODES.items(), 'none was needed')}", True),
     Column("qp_iterations", "-", "iterations of the solver", True),
     Column("qp_residual", "-", "largest recomputed residual of the optimality conditions"),
     Column("step_time", "us", "wall time of planner.step()"),
@@ -45,8 +87,7 @@ _SCALARS = (
     Column("kappa", "-", "damping of a singularity-robust inverse, 0 where nothing is damped"),
     Column("off_path", "m", "distance of the tip from its target across the direction of the path"),
     Column("progress", "s", "path time reached"),
-    Column("path_status", "-", "0 no progress reference, 1 FOLLOWING, 2 SCALED, 3 ESCAPING, 4 BLOCKED, "
-           "5 DONE", True),
+    Column("path_status", "-", f"where the path stands: {named(PATH_CODES.items(), 'no progress')}", True),
 )  # fmt: skip
 
 
@@ -67,9 +108,8 @@ def base_columns(coordinates: Sequence[str]) -> tuple[Column, ...]:
     error = "true error of the tip along the inertial axes"
     result += [Column(f"inertial_error.{axis}", "m", error) for axis in "xyz"]
     result += [Column(f"inertial_error.r{axis}", "rad", f"{error}, rotation vector") for axis in "xyz"]
-    status = Column("base_status", "-", "status of the inertial task: 0 TRACKING, 1 SATURATED, "
-                    "2 RANK_DEFICIENT, 3 UNREACHABLE, 4 STALE, 5 HALTED", True)  # fmt: skip
-    return (*result, status)
+    codes = named((status, code) for code, status in enumerate(BaseStatus))
+    return (*result, Column("base_status", "-", f"status of the inertial task: {codes}", True))
 
 
 def columns(joints: Sequence[str], prismatic: BoolArray, level: str) -> tuple[Column, ...]:
@@ -94,7 +134,7 @@ def columns(joints: Sequence[str], prismatic: BoolArray, level: str) -> tuple[Co
     for group, derivative, description in groups:
         for joint, slides in zip(joints, prismatic, strict=True):
             result.append(Column(f"{group}.{joint}", _unit(derivative, bool(slides)), description))
-    codes = ", ".join(f"{code} {meaning}" for code, meaning in enumerate(BELIEFS))
+    codes = ", ".join(f"{condition.value} {condition.word}" for condition in JointCondition)
     for group, whose in (
         ("belief", "what the planner believes of the joint"),
         ("truth", "what the joint really is"),

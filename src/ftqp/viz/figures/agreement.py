@@ -8,9 +8,9 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import GREY, Axes, legend_below, paper, save, tidy
+from ftqp.viz.figures.canvas import GREY, Axes, arrange, curve, label_width, paper, plain_decades, save, tidy
 from ftqp.viz.figures.curves import draw_runs, logarithmic, longest, look, run_handles
 from ftqp.viz.figures.tracking import MILLIMETRES, SMALLEST_ERROR
 
@@ -54,7 +54,7 @@ def draw_agreement(
     """
     if reference not in logs:
         raise unknown("run", reference, "the figure", logs)
-    figure = paper(13.0, 7.6, title)
+    figure = paper(13.0, 7.6, title, search=False)
     grid: Any = figure.add_gridspec(2, 2, width_ratios=(1.7, 1.0))
     error, difference = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
     errors = [np.maximum(MILLIMETRES * log["position_error"], SMALLEST_ERROR) for log in logs.values()]
@@ -66,17 +66,19 @@ def draw_agreement(
         axes.set_xlim(*events.time_span(longest(logs)))
         events.mark_faults(axes, longest(logs))
     _draw_times(figure.add_subplot(grid[:, 1]), logs)
-    legend_below(figure, [*run_handles(logs, [""] * len(logs)), *events.fault_handles(longest(logs))])
+    handles = [*run_handles(logs, [""] * len(logs)), *events.fault_handles(longest(logs))]
+    arrange(figure, handles, left=0.95, gap=(label_width(logs) + 0.15, 0.5))
     return save(figure, path)
 
 
 def _draw_differences(axes: Axes, logs: Mapping[str, Log], reference: str, tolerance: float | None) -> None:
     """Running maximum of the joint difference, one curve a run."""
+    plain_decades(axes)
     for index, (label, log) in enumerate(logs.items()):
         if label != reference:
             colour, style = look(index)
             worst = np.maximum.accumulate(np.maximum(joint_difference(log, logs[reference]), LEAST))
-            axes.semilogy(log["t"][: len(worst)], worst, color=colour, linestyle=style, linewidth=1.5)
+            curve(axes, log["t"][: len(worst)], worst, color=colour, linestyle=style, linewidth=1.5)
     slides = any(logs[reference].metadata["prismatic"])
     tidy(
         axes,

@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.core.checks import FloatArray
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
     BLUE,
@@ -21,7 +21,8 @@ from ftqp.viz.figures.canvas import (
     Axes,
     Line2D,
     Patch,
-    legend_below,
+    arrange,
+    curve,
     paper,
     save,
     tidy,
@@ -51,18 +52,18 @@ def draw(log: Log, path: str | Path) -> Path:
     slides = [log.units[f"disturbance.{name}"] == "m" for name in names]
     columns = (error[:, :3], 180.0 / np.pi * error[:, 3:])
     unit, factor = _unit(columns[0])
-    figure = paper(11.0, 9.0, f"Tip held in inertial space: {events.heading(log)}")
+    figure = paper(11.0, 9.0, f"Tip held in inertial space: {events.heading(log)}", search=False)
     grid: Any = figure.subplots(4, 2, sharex=True)
     for side, (values, scale, axis_unit) in enumerate(((columns[0], factor, unit), (columns[1], 1.0, "deg"))):
         ends = _ends(scale * values)
         for k in range(3):
             axes: Axes = grid[k, side]
-            curve = scale * values[:, k]
+            signal = scale * values[:, k]
             _shade(axes, log)
             axes.axhline(0.0, color="black", linewidth=0.6)
-            axes.plot(t, curve, color=BLUE, linewidth=1.3)
+            curve(axes, t, signal, color=BLUE, linewidth=1.3)
             what = f"{'XYZ'[k]} error" if side == 0 else f"rotation error about {'XYZ'[k]}"
-            tidy(axes, "", f"[{axis_unit}]", f"{what}: {_extremes(curve)} {axis_unit}")
+            tidy(axes, "", f"[{axis_unit}]", f"{what}: {_extremes(signal)} {axis_unit}")
             axes.set_ylim(*ends)
             events.mark(axes, log)
     for side, sliding in enumerate((True, False)):
@@ -70,7 +71,7 @@ def draw(log: Log, path: str | Path) -> Path:
         chosen = [k for k in range(len(names)) if slides[k] == sliding and moved[:, k].any()]
         place_unit, place = _unit(moved[:, chosen]) if sliding else ("deg", 180.0 / np.pi)
         for k in chosen:
-            axes.plot(t, place * moved[:, k], color=LINES[k % len(LINES)], linewidth=1.3, label=names[k])
+            curve(axes, t, place * moved[:, k], color=LINES[k % len(LINES)], linewidth=1.3, label=names[k])
         if chosen:
             axes.legend(loc="best", fontsize=8, ncols=3, framealpha=0.9)
         else:
@@ -84,7 +85,7 @@ def draw(log: Log, path: str | Path) -> Path:
         )
         axes.set_xlim(*events.time_span(log))
         events.mark(axes, log)
-    legend_below(figure, [*_shades_used(log), *events.handles(log)])
+    arrange(figure, [*_shades_used(log), *events.handles(log)], gap=(1.1, 0.45))
     return save(figure, path)
 
 
@@ -101,8 +102,8 @@ def _ends(values: FloatArray) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def _extremes(curve: FloatArray) -> str:
-    return f"{curve.min():+.3g} to {curve.max():+.3g}"
+def _extremes(signal: FloatArray) -> str:
+    return f"{signal.min():+.3g} to {signal.max():+.3g}"
 
 
 def _spans(log: Log, status: BaseStatus) -> list[tuple[float, float]]:

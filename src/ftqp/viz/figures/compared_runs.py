@@ -9,9 +9,9 @@ import numpy as np
 
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.core.errors import InputError
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import Line2D, Patch, legend_below, paper, save, tidy
+from ftqp.viz.figures.canvas import Line2D, Patch, arrange, curve, few_ticks, label_width, paper, save, tidy
 from ftqp.viz.figures.curves import (
     SPIKES,
     THIN,
@@ -70,7 +70,7 @@ def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, t
 def draw_errors(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     """Distance from the target over time, and the angle to it where it is not zero, one curve a run."""
     turns = any((log["rotation_error"] > 0.0).any() for log in logs.values())
-    figure = paper(12.0, 8.0 if turns else 5.6, f"Distance from the target: {title}")
+    figure = paper(12.0, 8.0 if turns else 5.6, f"Distance from the target: {title}", search=False)
     grid: Any = figure.subplots(2 if turns else 1, 1, squeeze=False, sharex=True)
     signals = [("position_error", "position error [mm]", MILLIMETRES)]
     signals += [("rotation_error", "rotation error [deg]", DEGREES)] if turns else []
@@ -82,7 +82,7 @@ def draw_errors(logs: Mapping[str, Log], title: str, path: Path) -> Path:
         events.mark_faults(axes, longest(logs))
     grid.flat[-1].set_xlabel("time [s]")
     largest = [f"largest {length(float(log['position_error'].max()))}" for log in logs.values()]
-    legend_below(figure, [*run_handles(logs, largest), *events.fault_handles(longest(logs))])
+    arrange(figure, [*run_handles(logs, largest), *events.fault_handles(longest(logs))])
     return save(figure, path)
 
 
@@ -101,7 +101,7 @@ def draw_torques(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     curves = [np.linalg.norm(log["tau"], axis=1) for log in logs.values()]
     top = frame(curves)
     spikes = SPIKES if top < peak(curves) else ""
-    figure = paper(12.0, 5.6, f"Norm of the motor torques: {title}{spikes}")
+    figure = paper(12.0, 5.6, f"Norm of the motor torques: {title}{spikes}", search=False)
     axes = figure.add_subplot()
     draw_runs(axes, logs, curves)
     slides = any(any(log.metadata["prismatic"]) for log in logs.values())
@@ -110,7 +110,7 @@ def draw_torques(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     axes.set_ylim(0.0, top)
     events.mark_faults(axes, longest(logs))
     largest = [f"largest {peak([curve]):.3g} {unit}" for curve in curves]
-    legend_below(figure, [*run_handles(logs, largest), *events.fault_handles(longest(logs))])
+    arrange(figure, [*run_handles(logs, largest), *events.fault_handles(longest(logs))])
     return save(figure, path)
 
 
@@ -119,7 +119,7 @@ def draw_statuses(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     scaled = STATUSES.index(StepStatus.SCALED)
     slowed = any((log["status"] == scaled).any() for log in logs.values())
     height = 2.4 + 0.45 * len(logs)
-    figure = paper(12.0, height + (2.6 if slowed else 0.0), f"Status of every step: {title}")
+    figure = paper(12.0, height + (2.6 if slowed else 0.0), f"Status of every step: {title}", search=False)
     ratios = (height - 1.4, 2.4) if slowed else (1.0,)
     grid: Any = figure.subplots(len(ratios), 1, squeeze=False, sharex=True, height_ratios=ratios)
     axes = grid.flat[0]
@@ -139,7 +139,8 @@ def draw_statuses(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     seen = sorted({int(code) for log in logs.values() for code in np.unique(log["status"])})
     statuses = [Patch(color=STATUS_COLOURS[code], label=STATUSES[code].name) for code in seen]
     runs = run_handles(logs, [""] * len(logs)) if slowed else []
-    legend_below(figure, [*statuses, *runs, *events.fault_handles(longest(logs))])
+    handles = [*statuses, *runs, *events.fault_handles(longest(logs))]
+    arrange(figure, handles, left=label_width(logs), top=0.6, gap=(0.7, 0.3))
     return save(figure, path)
 
 
@@ -155,7 +156,7 @@ def _draw_joints(
     unit = f"deg{rate}, mm{rate}" if slides.any() else f"deg{rate}"
     top = frame(curves)
     spikes = SPIKES if top < peak(curves) else ""
-    figure = paper(max(4.0 * columns, 8.0), 2.6 * rows + 1.4, f"{title}{spikes}")
+    figure = paper(max(4.0 * columns, 8.0), 2.6 * rows + 1.4, f"{title}{spikes}", search=False)
     grid: Any = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     for unused in grid.flat[len(logs) :]:
         unused.set_axis_off()
@@ -163,12 +164,12 @@ def _draw_joints(
         axes = grid.flat[index]
         for joint in range(len(slides)):
             colour, style = look(joint)
-            axes.plot(log["t"], curves[index][:, joint], color=colour, linestyle=style, linewidth=THIN)
+            curve(axes, log["t"], curves[index][:, joint], color=colour, linestyle=style, linewidth=THIN)
         heading = f"{label}: at most {peak([curves[index]]):.3g} {unit}"
         tidy(axes, "", f"{what} [{unit}]" if index % columns == 0 else "", heading)
         axes.set_xlim(*time_span(logs))
         axes.set_ylim(-top, top)
-        axes.locator_params(axis="x", nbins=5)
+        few_ticks(axes, 5, 6)
         events.mark(axes, log)
         lowest = index + columns >= len(logs)
         axes.xaxis.set_tick_params(labelbottom=lowest)
@@ -178,5 +179,5 @@ def _draw_joints(
     joints = [handle(joint, name) for joint, name in enumerate(names)]
     stops = [log for log in logs.values() if events.stop_time(log) is not None]
     marks = [Line2D([], [], color="black", linestyle="--", label="emergency stop")] if stops else []
-    legend_below(figure, [*joints, *events.fault_handles(longest(logs)), *marks])
+    arrange(figure, [*joints, *events.fault_handles(longest(logs)), *marks], top=0.85, gap=(0.3, 0.45))
     return save(figure, path)

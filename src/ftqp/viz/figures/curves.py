@@ -6,9 +6,22 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, WINE, Axes, Line2D
+from ftqp.viz.figures.canvas import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    WINE,
+    Axes,
+    Line2D,
+    head,
+    plain_decades,
+)
+from ftqp.viz.figures.canvas import curve as draw
 
 COLOURS = (BLUE, ORANGE, GREEN, "black", SKY, PURPLE, GREY, WINE)
 """Colours of runs and of joints; they come again, dashed, after the last. Red marks faults."""
@@ -30,14 +43,14 @@ def draw_runs(axes: Axes, logs: Mapping[str, Log], curves: Sequence[FloatArray])
         colour, style = look(index)
         hidden = sum(_alike(curve, other) for other in curves[index + 1 :])
         nested |= hidden > 0
-        axes.plot(log["t"], curve, color=colour, linestyle=style, linewidth=THIN + step * hidden)
+        draw(axes, log["t"], curve, color=colour, linestyle=style, linewidth=THIN + step * hidden)
         stop = events.stop_time(log)
         if stop is not None:
             at = int(np.searchsorted(log["t"], stop - events.TOLD_LATER))
             axes.plot(stop, curve[at], "o", color=colour, markersize=6.0 + 2.0 * step * hidden, zorder=3)
     axes.set_xlim(*time_span(logs))
     if nested:
-        axes.set_title("curves that coincide are drawn one inside the other", loc="right", fontsize=8.5)
+        head(axes, "curves that coincide are drawn one inside the other", loc="right", fontsize=8.5)
 
 
 def _alike(first: FloatArray, second: FloatArray) -> bool:
@@ -87,7 +100,7 @@ def run_handles(logs: Mapping[str, Log], remarks: Sequence[str]) -> list[Line2D]
 
 def logarithmic(axes: Axes, curves: Sequence[FloatArray]) -> None:
     """A logarithmic axis over what is usual and all that is above it; the start from zero is cut off."""
-    axes.set_yscale("log")
+    plain_decades(axes)
     usual = min(float(np.percentile(curve, 1.0)) for curve in curves)
     axes.set_ylim(0.3 * usual, 5.0 * max(float(curve.max()) for curve in curves))
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.planner.status import STATUSES, StepStatus
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures.canvas import BLUE, GREY, RED, Axes, Line2D
 
 VERBS = {"locked": "locks", "free_swinging": "swings free", "degraded": "loses strength"}

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.signals import JointCondition
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
     BLUE,
@@ -19,7 +20,10 @@ from ftqp.viz.figures.canvas import (
     Figure,
     Line2D,
     Patch,
-    legend_below,
+    arrange,
+    curve,
+    few_ticks,
+    head,
     paper,
     save,
     shade_beyond,
@@ -29,6 +33,8 @@ from ftqp.viz.figures.canvas import (
 
 COLUMNS = 4
 """Most joints side by side."""
+GAP = (0.65, 0.4)
+"""Between panels, beside and above each other [inches]."""
 
 
 def draw_positions(log: Log, path: str | Path) -> Path:
@@ -54,7 +60,7 @@ def draw_positions(log: Log, path: str | Path) -> Path:
         Line2D([], [], color=RED, linewidth=2.2, label="after it failed"),
         Patch(color=FORBIDDEN, label="beyond the limit"),
     ]
-    legend_below(figure, [*handles, *events.handles(log)])
+    arrange(figure, [*handles, *events.handles(log)], left=0.95, top=0.85, gap=GAP)
     return save(figure, path)
 
 
@@ -70,9 +76,8 @@ def draw_torques(log: Log, path: str | Path) -> Path:
     for i, axes in enumerate(panels):
         tau = log["tau"][:, i]
         if brakes[:, i].any():
-            axes.plot(
-                log["t"], np.where(brakes[:, i] == 0.0, np.nan, brakes[:, i]), color=GREY, linewidth=1.2
-            )
+            carried = np.where(brakes[:, i] == 0.0, np.nan, brakes[:, i])
+            curve(axes, log["t"], carried, color=GREY, linewidth=1.2)
         _curve(axes, log, i, tau, BLUE)
         limit = log.metadata["limits"]["tau_max"][i]
         shade_beyond(axes, None if limit is None else -limit, limit, np.concatenate([tau, brakes[:, i]]))
@@ -80,13 +85,14 @@ def draw_torques(log: Log, path: str | Path) -> Path:
             left = None if limit is None else fault["torque"] * limit
             shade_later(axes, fault["at"], None if left is None else -left, left)
         _finish(axes, log, i, "force [N]" if log.metadata["prismatic"][i] else "torque [N m]")
-    handles = [
+    handles: list[Any] = [
         Line2D([], [], color=BLUE, label="motor torque of the command"),
         Line2D([], [], color=RED, linewidth=2.2, label="motor after the joint failed"),
     ]
     if brakes.any():
         handles.append(Line2D([], [], color=GREY, label="carried by the brake"))
-    legend_below(figure, [*handles, Patch(color=FORBIDDEN, label="beyond the limit"), *events.handles(log)])
+    handles.append(Patch(color=FORBIDDEN, label="beyond the limit"))
+    arrange(figure, [*handles, *events.handles(log)], left=0.95, top=0.85, gap=GAP)
     return save(figure, path)
 
 
@@ -104,7 +110,7 @@ def _panels(log: Log, title: str) -> tuple[Figure, list[Axes]]:
     count = len(log.metadata["joints"])
     columns = _columns(count)
     rows = ceil(count / columns)
-    figure = paper(3.3 * columns, 2.3 * rows + 1.2, title)
+    figure = paper(3.3 * columns, 2.3 * rows + 1.2, title, search=False)
     grid: Any = figure.subplots(rows, columns, squeeze=False, sharex=True)
     panels = list(grid.flat)
     for unused in panels[count:]:
@@ -121,26 +127,30 @@ def _columns(count: int) -> int:
 
 def _curve(axes: Axes, log: Log, i: int, values: FloatArray, colour: str) -> None:
     """The signal of joint i, in another colour from its fault on."""
-    failed = log["truth"][:, i] != 0
-    axes.plot(log["t"], np.where(failed, np.nan, values), color=colour, linewidth=1.3)
+    failed = log["truth"][:, i] != JointCondition.HEALTHY
+    curve(axes, log["t"], np.where(failed, np.nan, values), color=colour, linewidth=1.3)
     if failed.any():
-        axes.plot(log["t"], np.where(failed, values, np.nan), color=RED, linewidth=2.2)
+        curve(axes, log["t"], np.where(failed, values, np.nan), color=RED, linewidth=2.2)
         axes.set_facecolor(TINT)
 
 
 def _finish(axes: Axes, log: Log, i: int, label: str) -> None:
     """Title, labels and instants of one panel."""
-    kinds = {"locked": "locked", "free_swinging": "free-swinging", "degraded": "degraded"}
     own = [fault for fault in events.faults(log) if fault["index"] == i]
     name = log.metadata["joints"][i]
-    tidy(axes, "", label)
+    leftmost = i % _columns(len(log.metadata["joints"])) == 0
+    tidy(axes, "", label if leftmost or any(log.metadata["prismatic"]) else "")
+    few_ticks(axes, 4, 4)
     if own:
         last = own[-1]
-        axes.set_title(
-            f"{name}: {kinds[last['kind']]} from {last['at']:g} s", fontsize=10, color=RED, fontweight="bold"
+        head(
+            axes,
+            f"{name}: {JointCondition[last['kind'].upper()].word} from {last['at']:g} s",
+            color=RED,
+            fontweight="bold",
         )
     else:
-        axes.set_title(name, fontsize=10)
+        head(axes, name)
     count = len(log.metadata["joints"])
     if i + _columns(count) >= count:
         axes.set_xlabel("time [s]")

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from ftqp.core.errors import InputError
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import base_errors as base
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import status_ribbon as ribbon

@@ -7,8 +7,8 @@ import numpy as np
 
 from ftqp.control.planner.status import STATUSES
 from ftqp.core.checks import IntArray
-from ftqp.sim.log.log_file import Log
-from ftqp.sim.log.signals import BELIEFS
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.signals import JointCondition
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
     GREEN,
@@ -20,16 +20,30 @@ from ftqp.viz.figures.canvas import (
     YELLOW,
     Axes,
     Patch,
-    legend_below,
+    arrange,
+    label_width,
     paper,
     save,
     tidy,
 )
 
-STATUS_COLOURS = (GREEN, YELLOW, SKY, PURPLE, ORANGE, "black", RED)
+COLOURS = {
+    "OK": GREEN,
+    "RELAXED": YELLOW,
+    "SCALED": SKY,
+    "FALLBACK": PURPLE,
+    "STOPPING": ORANGE,
+    "STOPPED": "black",
+    "INVALID_INPUT": RED,
+}
+STATUS_COLOURS = tuple(COLOURS.get(status.name, GREY) for status in STATUSES)
 """Colours of the statuses, in the order of their codes."""
-BELIEF_COLOURS = ("#DDEEE6", RED, PURPLE, YELLOW)
-"""Colours of healthy, locked, free-swinging and degraded."""
+CONDITION_COLOURS = {
+    JointCondition.HEALTHY: "#DDEEE6",
+    JointCondition.LOCKED: RED,
+    JointCondition.FREE_SWINGING: PURPLE,
+    JointCondition.DEGRADED: YELLOW,
+}
 THINNEST = 0.002
 """Spells shorter than this share of the time are widened to it, so that a single step is seen."""
 
@@ -51,14 +65,16 @@ def draw(log: Log, path: str | Path) -> Path:
         else:
             ribbons += [(f"{name}, really", truth), (f"{name}, as the planner believes", belief)]
     title = f"Status of every step: {events.heading(log)}"
-    figure = paper(12.0, 2.6 + 0.45 * len(ribbons) + 0.25 * len(seen), title)
+    figure = paper(12.0, 2.6 + 0.45 * len(ribbons) + 0.25 * len(seen), title, search=False)
     axes = figure.add_subplot()
     spells(axes, log, log["status"], 0.0, dict(enumerate(STATUS_COLOURS)))
     labels, places = ["planner's status"], [0.0]
     for label, codes in ribbons:
         places.append(places[-1] + (1.3 if len(places) == 1 else 1.0))
         labels.append(label)
-        spells(axes, log, codes, places[-1], dict(enumerate(BELIEF_COLOURS)))
+        spells(
+            axes, log, codes, places[-1], {int(code): colour for code, colour in CONDITION_COLOURS.items()}
+        )
     tidy(axes, "time [s]", "")
     axes.set_yticks(places, labels)
     axes.set_ylim(max(places) + 0.6, -0.6)
@@ -68,8 +84,16 @@ def draw(log: Log, path: str | Path) -> Path:
     handles = [Patch(color=STATUS_COLOURS[code], label=label) for code, label in sentences.items()]
     axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=9)
     shown = sorted({int(code) for _, codes in ribbons for code in np.unique(codes)})
-    meanings = [Patch(color=BELIEF_COLOURS[code], label=f"joint {BELIEFS[code]}") for code in shown]
-    legend_below(figure, [*meanings, *events.handles(log)])
+    meanings = [
+        Patch(color=CONDITION_COLOURS[JointCondition(code)], label=f"joint {JointCondition(code).word}")
+        for code in shown
+    ]
+    arrange(
+        figure,
+        [*meanings, *events.handles(log)],
+        left=label_width(labels),
+        top=0.55 + 0.22 * len(seen),
+    )
     return save(figure, path)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.sim.log.log_file import Log
+from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
     BLUE,
@@ -16,10 +16,13 @@ from ftqp.viz.figures.canvas import (
     RED,
     Axes,
     Figure,
-    legend_below,
+    arrange,
+    curve,
     paper,
+    plain_decades,
     save,
     tidy,
+    trace,
 )
 
 FLAT = 0.02
@@ -36,9 +39,9 @@ def draw(log: Log, path: str | Path) -> Path:
         log: a loaded log.
         path: the file to write.
     """
-    figure = paper(12.0, 6.2, f"Path of the tip: {events.heading(log)}")
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.15), wspace=0.12)
-    _draw_path(figure, grid[:, 0], log)
+    figure = paper(12.0, 6.2, f"Path of the tip: {events.heading(log)}", search=False)
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.15))
+    flat = _draw_path(figure, grid[:, 0], log)
     turns = bool((log["rotation_error"] > 0.0).any())
     position = figure.add_subplot(grid[0, 1] if turns else grid[:, 1])
     emergency = log.metadata.get("emergency") or {}
@@ -48,7 +51,7 @@ def draw(log: Log, path: str | Path) -> Path:
         _draw_error(rotation, log, "rotation_error", "deg", emergency.get("rotation"))
     else:
         position.set_xlabel("time [s]")
-    legend_below(figure, events.handles(log))
+    arrange(figure, events.handles(log), gap=(0.8 if flat else 1.4, 0.5))
     return save(figure, path)
 
 
@@ -57,7 +60,8 @@ def _draw_error(axes: Axes, log: Log, signal: str, unit: str, threshold: float |
     error = factor * log[signal]
     worst = int(np.argmax(error))
     at, largest = float(log["t"][worst]), float(error[worst])
-    axes.semilogy(log["t"], np.maximum(error, SMALLEST_ERROR), color=BLUE, linewidth=1.2)
+    plain_decades(axes)
+    curve(axes, log["t"], np.maximum(error, SMALLEST_ERROR), color=BLUE, linewidth=1.2)
     axes.plot(at, max(largest, SMALLEST_ERROR), "o", color=BLUE, markersize=5)
     title = f"{what} the target: largest {largest:.3g} {unit}, at {at:.4g} s"
     tidy(axes, "time [s]" if unit == "deg" else "", f"error [{unit}]", title)
@@ -74,24 +78,27 @@ def _draw_error(axes: Axes, log: Log, signal: str, unit: str, threshold: float |
     events.mark(axes, log)
 
 
-def _draw_path(figure: Figure, place: Any, log: Log) -> None:
-    """In the plane of the path where it is flat, in space otherwise; millimetres from the start."""
+def _draw_path(figure: Figure, place: Any, log: Log) -> bool:
+    """In the plane of the path where it is flat, else in space, in millimetres; whether it is flat."""
     origin = log["target"][0, :3]
     desired = MILLIMETRES * (log["target"][:, :3] - origin)
     actual = MILLIMETRES * (log["tip"][:, :3] - origin)
     spread = np.ptp(desired, axis=0)
     order = np.argsort(-spread, kind="stable")
-    if np.ptp(np.vstack([desired, actual])[:, order[2]]) <= FLAT * spread[order[0]]:
+    flat = bool(np.ptp(np.vstack([desired, actual])[:, order[2]]) <= FLAT * spread[order[0]])
+    if flat:
         _draw_flat(figure.add_subplot(place), log, desired, actual, sorted(int(i) for i in order[:2]))
     else:
         space = figure.add_subplot(place, projection="3d")
         _draw_in_space(space, log, desired, actual)
+    return flat
 
 
 def _draw_flat(axes: Axes, log: Log, desired: FloatArray, actual: FloatArray, plane: list[int]) -> None:
     first, second = plane
-    axes.plot(desired[:, first], desired[:, second], color=GREY, linewidth=5.0, alpha=0.35, label="desired")
-    axes.plot(actual[:, first], actual[:, second], color=BLUE, linewidth=1.4, label="actual")
+    wide = {"color": GREY, "linewidth": 5.0, "alpha": 0.35, "label": "desired"}
+    trace(axes, desired[:, first], desired[:, second], **wide)
+    trace(axes, actual[:, first], actual[:, second], color=BLUE, linewidth=1.4, label="actual")
     for at, colour, label, marker, size in _points(log):
         x, y = actual[at, first], actual[at, second]
         axes.plot(x, y, marker, color=colour, markersize=size, label=label, zorder=3)
@@ -107,8 +114,8 @@ def _draw_flat(axes: Axes, log: Log, desired: FloatArray, actual: FloatArray, pl
 
 
 def _draw_in_space(axes: Any, log: Log, desired: FloatArray, actual: FloatArray) -> None:
-    axes.plot(*desired.T, color=GREY, linewidth=5.0, alpha=0.35, label="desired")
-    axes.plot(*actual.T, color=BLUE, linewidth=1.4, label="actual")
+    trace(axes, *desired.T, color=GREY, linewidth=5.0, alpha=0.35, label="desired")
+    trace(axes, *actual.T, color=BLUE, linewidth=1.4, label="actual")
     for at, colour, label, marker, size in _points(log):
         axes.plot(*actual[at : at + 1].T, marker, color=colour, markersize=size, label=label)
     axes.set_xlabel("x from the start [mm]")
@@ -116,6 +123,8 @@ def _draw_in_space(axes: Any, log: Log, desired: FloatArray, actual: FloatArray)
     axes.set_zlabel("z from the start [mm]")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title("Path", fontsize=10)
+    for axis in "xyz":
+        axes.locator_params(axis=axis, nbins=4)
     axes.legend(loc="upper left", fontsize=9)
 
 

@@ -8,7 +8,7 @@ from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault, Locked
 from ftqp.model.robot import Robot
-from ftqp.sim.plants.plants import Command, Plant
+from ftqp.sim.plants.plant import Command, Plant
 
 
 @final
@@ -23,7 +23,7 @@ class ServoPlant(Plant):
         time_constant: tau [s].
         substeps: Euler steps in a sample, >= 1.
 
-    Source: "servo plant S" of the moving-base spec, a fit to the tables of Holt and Desrochers.
+    Source: a fit to the tables of Holt and Desrochers, NASA N94-26281.
     """
 
     def __init__(self, robot: Robot, dt: float, *, time_constant: float = 0.1, substeps: int = 10) -> None:

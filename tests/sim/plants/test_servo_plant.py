@@ -8,7 +8,7 @@ import pytest
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.model import catalog
-from ftqp.sim.plants.servo import ServoPlant
+from ftqp.sim.plants.servo_plant import ServoPlant
 
 DT = 0.1
 

@@ -1,55 +1,26 @@
 """The arm that is commanded: what really happens to each joint between two ticks."""
 
-from abc import ABC, abstractmethod
-from typing import Protocol, final
+from collections.abc import Mapping
+from typing import final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.errors import InputError, unknown
-from ftqp.faults.belief import LOCK_SHARE
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.plants.plant import Command, Plant
 
 LEVELS = ("acceleration", "velocity")
+BRAKE_SHARE = 0.25
+"""How hard the brake of a joint holds back when it closes, as a share of the joint's acceleration limit.
+
+It is a property of the simulated brake, which a fault's own ``deceleration`` replaces. A planner that assumes
+another deceleration of the same fault is wrong about this arm.
+"""
 AGREEMENT = 1e-9
 """A failed joint follows its command bit by bit when that is so near to what it truly does [rad/s or m/s]."""
-
-
-class Command(Protocol):
-    """The part of a planner's step that moves an arm; each (nv,)."""
-
-    @property
-    def q(self) -> FloatArray: ...
-    @property
-    def v(self) -> FloatArray: ...
-
-
-class Plant(ABC):
-    """The role of the arm in a simulation: holds the true state, suffers the faults and moves by commands."""
-
-    @property
-    @abstractmethod
-    def q(self) -> FloatArray:
-        """True joint positions, (nv,) [rad or m]; belongs to the plant."""
-
-    @property
-    @abstractmethod
-    def v(self) -> FloatArray:
-        """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
-
-    @abstractmethod
-    def reset(self, q: FloatArray, v: FloatArray) -> None:
-        """Put the healthy arm at (q, v)."""
-
-    @abstractmethod
-    def fail(self, fault: Fault) -> None:
-        """From now on the joint of ``fault`` behaves as it says."""
-
-    @abstractmethod
-    def advance(self, command: Command) -> None:
-        """Move on by dt."""
 
 
 @final
@@ -60,7 +31,8 @@ class KinematicPlant(Plant):
     command held for dt: q + dt v + dt^2 a/2 and v + dt a, at the velocity level q + dt v. A failed joint does
     what its fault says:
 
-    * locked, ramp: brakes at the deceleration of the fault, the last step partial; then q is bitwise fixed.
+    * locked, ramp: brakes at the deceleration of the fault, or of the brake where the fault names none, the
+      last step partial; then q is bitwise fixed.
     * locked, instant: v = 0 at once. With the resets ``momentum`` and ``task`` the joint keeps its velocity
       until the command of that tick has been given: the planner derives the jump of the others from it.
     * free-swinging: its torque is that of friction at the velocity after the step, as in the planner's row:
@@ -75,14 +47,19 @@ class KinematicPlant(Plant):
         robot: the arm.
         dt: sampling period [s].
         level: ``"acceleration"`` or ``"velocity"``, as of the planner.
+        brake: deceleration of a closing brake as a share of the joint's acceleration limit, > 0; with more
+            the joint stops sooner. A fault with a deceleration of its own has that one.
     """
 
-    def __init__(self, robot: Robot, dt: float, level: str = "acceleration") -> None:
+    def __init__(
+        self, robot: Robot, dt: float, level: str = "acceleration", *, brake: float = BRAKE_SHARE
+    ) -> None:
         if level not in LEVELS:
             raise unknown("level", level, "a plant", LEVELS)
         self._robot = robot
         self._arm = Arm(robot)
         self._dt = positive("dt", dt, "s")
+        self._brake = positive("brake", brake) * robot.limits.a_max
         self._holds_acceleration = level == "acceleration"
         self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
         self._faults: dict[int, Fault] = {}
@@ -98,13 +75,21 @@ class KinematicPlant(Plant):
         return self._v
 
     def reset(self, q: FloatArray, v: FloatArray) -> None:
-        """Put the healthy arm at (q, v), each (nv,)."""
+        """Put the healthy arm at (q, v).
+
+        Args:
+            q: Joint positions, (nv,) or (nq,) [rad or m].
+            v: Joint velocities, (nv,) [rad/s or m/s].
+        """
         self._faults.clear()
         self._q[:] = self._robot.angles(q)
         self._v[:] = array("v", v, (self._robot.nv,), "(nv,)")
 
     def fail(self, fault: Fault) -> None:
         """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said.
+
+        Args:
+            fault: What happens, and to which joint.
 
         Raises:
             InputError: unknown joint, or a free-swinging joint of a robot without inertia.
@@ -118,6 +103,19 @@ class KinematicPlant(Plant):
         self._faults[i] = fault
         if isinstance(fault, Locked) and fault.mode == "instant" and fault.reset == "kinematic":
             self._v[i] = 0.0
+
+    def obeys(self, believed: Mapping[str, Fault]) -> bool:
+        """Whether every command of a planner will be followed bit by bit until another joint fails.
+
+        Args:
+            believed: What the planner believes, by joint name: a joint that stands still has to be known as
+                locked.
+        """
+        joints = self._robot.joints
+        return all(
+            isinstance(fault, Locked) and self._v[i] == 0.0 and isinstance(believed.get(joints[i]), Locked)
+            for i, fault in self._faults.items()
+        )
 
     def advance(self, command: Command) -> None:
         """Move on by dt.
@@ -161,7 +159,7 @@ class KinematicPlant(Plant):
     def _braked(self, i: int, fault: Locked) -> float:
         """v - sign(v) min(rate dt, |v|): the next velocity of a joint whose brake has closed."""
         v = float(self._v[i])
-        rate = LOCK_SHARE * self._robot.limits.a_max[i] if fault.deceleration is None else fault.deceleration
+        rate = self._brake[i] if fault.deceleration is None else fault.deceleration
         step = rate * self._dt
         if fault.mode == "instant" or abs(v) <= step:
             return 0.0

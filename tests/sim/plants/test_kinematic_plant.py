@@ -6,7 +6,7 @@ import pytest
 
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
-from ftqp.sim.plants.plants import KinematicPlant
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
 
 DT = 1e-2
 
@@ -47,6 +47,18 @@ def test_locked_joint_brakes_whatever_it_is_told_then_stays_bitwise(panda, level
     travelled = 0.2**2 / (2 * 3.0) if level == "acceleration" else DT * sum(speeds[1:])
     assert places[-1] - places[0] == pytest.approx(travelled, abs=1e-4)
     assert plant.v[1] == pytest.approx(0.4)
+
+
+def test_brake_belongs_to_the_arm_unless_the_fault_names_a_deceleration(panda):
+    plant = KinematicPlant(panda, DT, brake=0.5)
+    plant.reset(panda.neutral, np.full(7, 2.0))
+    plant.fail(Locked(1))
+    plant.fail(Locked(2, deceleration=3.0))
+    plant.advance(command(plant, np.zeros(7)))
+    assert plant.v[1] == pytest.approx(2.0 - 0.5 * panda.limits.a_max[1] * DT)
+    assert plant.v[2] == pytest.approx(2.0 - 3.0 * DT)
+    with pytest.raises(InputError, match="brake is 0, expected a finite number > 0"):
+        KinematicPlant(panda, DT, brake=0.0)
 
 
 def test_joint_locked_instantly_stops_at_once(plant):

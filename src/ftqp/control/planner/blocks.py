@@ -1,0 +1,71 @@
+"""Blocks: many ticks in closed loop at once, on an arm that does exactly what it is told."""
+
+from collections.abc import Callable, Mapping
+from typing import final
+
+import numpy as np
+
+from ftqp.control.first_use import warm_up
+from ftqp.core.checks import FloatArray
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.block_row import BLOCK_FIELDS
+from ftqp.model.robot import Robot
+
+
+@final
+class Blocks:
+    """Ticks of one planner led by the clock, run in compiled code; each is what ``Planner.step`` does.
+
+    Args:
+        session: The planner's.
+        tick: The planner's compiled tick.
+        robot: The arm.
+    """
+
+    def __init__(self, session: Session, tick: Callable[..., int], robot: Robot) -> None:
+        warm_up(("block",), session.capacity)
+        n = robot.nv
+        self._state = np.zeros(2 * n)
+        self._q, self._v = self._state[:n], self._state[n:]
+        self._tick, self._inertia = tick, int(robot.has_inertia)
+        self._block = session.bind("block")
+
+    @property
+    def q(self) -> FloatArray:
+        """Joint positions after the last block, (nv,) [rad or m]; belongs to this object."""
+        return self._q
+
+    @property
+    def v(self) -> FloatArray:
+        """Joint velocities after the last block, (nv,) [rad/s or m/s]; belongs to this object."""
+        return self._v
+
+    def run(
+        self, q: FloatArray, v: FloatArray, targets: FloatArray, rows: FloatArray, fields: Mapping[str, slice]
+    ) -> int:
+        """Make a tick for each target: how many were made, fewer where a step would have raised.
+
+        Args:
+            q: Joint positions at the first tick, (nv,) [rad or m].
+            v: Joint velocities there, (nv,) [rad/s or m/s].
+            targets: Packed targets, (K, 29).
+            rows: Rows of numbers, (K, width), contiguous; the fields of ``BLOCK_FIELDS`` are filled in.
+            fields: Where they lie in a row; ``scalars`` begins at ``position_error``.
+        """
+        self._q[:], self._v[:] = q, v
+        names = (*BLOCK_FIELDS[:-1], "position_error")
+        places = np.array([fields[name].start for name in names], dtype=np.int64)
+        packed = np.ascontiguousarray(targets)
+        return self._block(
+            self._tick,
+            self._q,
+            self._v,
+            packed,
+            self._state.ctypes.data,
+            0,
+            len(packed),
+            self._inertia,
+            rows.ctypes.data,
+            rows.shape[1],
+            places.ctypes.data,
+        )

@@ -1,0 +1,75 @@
+"""Runs of ticks in compiled code, where nothing but the planner and an arm that obeys takes part."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from ftqp.control.planner.planner import Planner
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.sim.leader import ClockLeader, Leader
+from ftqp.sim.log.raw_rows import BLOCK, RawLayout
+from ftqp.sim.log.signals import PATH_CODES
+from ftqp.sim.log.tick_recorder import TickRecorder
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.plants.plant import Plant
+
+
+@dataclass(frozen=True, slots=True)
+class _Ended:
+    """Where a block left the arm; each (nv,)."""
+
+    q: FloatArray
+    v: FloatArray
+
+
+@final
+class BlockRunner:
+    """Makes many ticks at once, with the same commands and the same rows as one by one.
+
+    Args:
+        planner: the planner.
+        leader: what leads it.
+        plant: the arm.
+        recorder: keeps the rows; None keeps none.
+    """
+
+    def __init__(self, planner: Planner, leader: Leader, plant: Plant, recorder: TickRecorder | None) -> None:
+        self._planner, self._plant, self._recorder = planner, plant, recorder
+        self._leader = leader if isinstance(leader, ClockLeader) else None
+        possible = self._leader is not None and isinstance(plant, KinematicPlant)
+        self._blocks = planner.blocks() if possible else None
+        layout = RawLayout(planner.robot.nv) if recorder is None else recorder.layout
+        self._fields = layout.fields
+        self._scratch = np.empty((BLOCK, layout.width)) if recorder is None and self._blocks else None
+
+    def run(self, k: int, end: int) -> IntArray:
+        """Codes of the statuses of the ticks made, from k on and before ``end``; none where it takes a loop.
+
+        Args:
+            k: number of the first tick.
+            end: number of the first tick that is not to be made: something happens there.
+        """
+        leader, blocks, plant, recorder = self._leader, self._blocks, self._plant, self._recorder
+        none = np.zeros(0, dtype=np.int64)
+        if leader is None or blocks is None or not isinstance(plant, KinematicPlant):
+            return none
+        if not plant.obeys(self._planner.faults):
+            return none
+        rows = recorder.free if recorder is not None else self._scratch
+        assert rows is not None
+        targets, times = leader.targets.packed(k, min(end - k, len(rows)))
+        done = blocks.run(plant.q, plant.v, targets, rows, self._fields)
+        if done == 0:
+            return none
+        kept, f = rows[:done], self._fields
+        kept[:, f["t"]] = (np.arange(k, k + done) * self._planner.dt)[:, None]
+        kept[:, f["target"]], kept[:, f["velocity"]] = targets[:done, :12], targets[:done, 16:19]
+        kept[:, f["progress"]] = times[:done, None]
+        kept[:, f["path_status"]] = PATH_CODES[None]
+        codes: IntArray = kept[:, f["status"]][:, 0].astype(np.int64)
+        plant.advance(_Ended(blocks.q, blocks.v))
+        leader.aim(k + done - 1, plant.q)
+        if recorder is not None:
+            recorder.keep(done)
+        return codes

@@ -1,0 +1,118 @@
+"""A log in memory: arrays by name, with units and metadata."""
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError, unknown
+from ftqp.sim.log.signals import Column
+
+EXACT = 2.0**53
+"""Whole numbers below this are exact as float64."""
+
+
+@final
+class Log:
+    """A log in memory: arrays by name, with units and metadata.
+
+    ``log["q.panda_joint1"]`` is one signal, (K,); ``log["q"]`` stacks all signals ``q.*``, (K, nv).
+
+    Attributes:
+        path: the file it was read from; None for a log that was kept in memory.
+        units: unit of each signal.
+        descriptions: sentence of each signal.
+        metadata: scenario, robot, joints, limits, faults, versions and state of the run.
+    """
+
+    def __init__(
+        self,
+        path: Path | None,
+        signals: Mapping[str, NDArray[Any]],
+        units: Mapping[str, str],
+        descriptions: Mapping[str, str],
+        metadata: Mapping[str, Any],
+    ) -> None:
+        self.path = path
+        self.units = dict(units)
+        self.descriptions = dict(descriptions)
+        self.metadata = dict(metadata)
+        self._signals = dict(signals)
+        self._stacks: dict[str, NDArray[Any]] = {}
+
+    @classmethod
+    def of_table(
+        cls, path: Path | None, table: FloatArray, columns: Sequence[Column], metadata: Mapping[str, Any]
+    ) -> Self:
+        """The log of a table of numbers; a signal of whole numbers becomes one of integers.
+
+        Args:
+            path: the file it was read from, or None.
+            table: one row a tick, (K, columns).
+            columns: the signals, in the order of a row.
+            metadata: what the run was about.
+        """
+        signals: dict[str, NDArray[Any]] = {}
+        for index, column in enumerate(columns):
+            signal = np.ascontiguousarray(table[:, index])
+            whole = column.integer and bool((np.abs(signal) < EXACT).all() and (signal % 1.0 == 0.0).all())
+            signals[column.name] = signal.astype(np.int64) if whole else signal
+        return cls(
+            path,
+            signals,
+            {column.name: column.unit for column in columns},
+            {column.name: column.description for column in columns},
+            metadata,
+        )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all signals, in the order of the file."""
+        return tuple(self._signals)
+
+    @property
+    def title(self) -> str:
+        """How a message names it."""
+        return "log in memory" if self.path is None else f"log {self.path}"
+
+    def __len__(self) -> int:
+        return len(next(iter(self._signals.values())))
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._signals
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """One signal, (K,), or the stack of those that begin with ``name`` and a dot, (K, count).
+
+        Raises:
+            InputError: no such signal.
+        """
+        if name in self._signals:
+            return self._signals[name]
+        if name not in self._stacks:
+            parts = [signal for key, signal in self._signals.items() if key.startswith(name + ".")]
+            if not parts:
+                groups = dict.fromkeys(key.split(".", 1)[0] for key in self._signals)
+                raise unknown("signal", name, self.title, groups)
+            self._stacks[name] = np.stack(parts, axis=1)
+        return self._stacks[name]
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write all signals to a new CSV file, one row per step, names in the first line.
+
+        Raises:
+            InputError: the file exists already or cannot be made.
+        """
+        try:
+            with Path(path).open("x", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file)
+                writer.writerow(self._signals)
+                writer.writerows(zip(*(signal.tolist() for signal in self._signals.values()), strict=True))
+        except FileExistsError as error:
+            raise InputError(f"file {path} exists already; choose another name") from error
+        except OSError as error:
+            raise InputError(f"file {path} cannot be written: {error.strerror}") from error

@@ -1,0 +1,130 @@
+"""Writes the log of a run into one SQLite file, in chunks of rows.
+
+Table ``columns`` names the signals, ``metadata`` holds one JSON value per key (format, how to read the rows,
+scenario, robot, limits, faults, versions, state of the run), and ``chunks`` the rows: each ``data`` is a
+block of little-endian float64, one row a tick, one number a signal, with its CRC-32.
+"""
+
+import json
+import os
+import sqlite3
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self, final
+from zlib import crc32
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import FtqpError, InputError
+from ftqp.sim.log.row_sink import RowSink
+from ftqp.sim.log.signals import Column
+
+FORMAT = 2
+"""Version of the log's layout."""
+TABLES = {
+    "columns": "CREATE TABLE columns (place INTEGER PRIMARY KEY, name TEXT UNIQUE NOT NULL, "
+    "unit TEXT NOT NULL, description TEXT NOT NULL, integer INTEGER NOT NULL)",
+    "metadata": "CREATE TABLE metadata (key TEXT PRIMARY KEY, value TEXT NOT NULL)",
+    "chunks": "CREATE TABLE chunks (first INTEGER PRIMARY KEY, rows INTEGER NOT NULL, crc INTEGER NOT NULL, "
+    "data BLOB NOT NULL)",
+}
+"""The tables by name, exactly as they are made."""
+READING = (
+    "names = [name for (name,) in connection.execute('SELECT name FROM columns ORDER BY place')]; "
+    "table = numpy.concatenate([numpy.frombuffer(data, '<f8').reshape(-1, len(names)) "
+    "for (data,) in connection.execute('SELECT data FROM chunks ORDER BY first')])"
+)
+"""How any Python with sqlite3 and numpy reads the rows."""
+
+
+@final
+class LogWriter(RowSink):
+    """A new log file; every write is on file when it returns.
+
+    A process killed at any moment leaves a file with every row that was written.
+
+    Args:
+        path: the file to make; it must not exist.
+        columns: the signals, in the order of a row.
+        metadata: anything JSON can hold, by key.
+
+    Raises:
+        InputError: the file exists already or cannot be made.
+    """
+
+    def __init__(self, path: str | Path, columns: Sequence[Column], metadata: Mapping[str, Any]) -> None:
+        self.path = Path(path)
+        about = {"format": FORMAT, "layout": "chunks of float64 rows", "reading": READING}
+        try:
+            os.close(os.open(self.path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+            self._connection = sqlite3.connect(self.path, isolation_level=None)
+            self._make_tables(columns, about | dict(metadata))
+        except FileExistsError as error:
+            raise InputError(
+                f"log file {self.path} exists already; choose another folder, logs are never overwritten"
+            ) from error
+        except (sqlite3.Error, OSError, UnicodeError) as error:
+            raise InputError(f"log file {self.path} cannot be made: {error}") from error
+
+    def _make_tables(self, columns: Sequence[Column], metadata: Mapping[str, Any]) -> None:
+        """The tables, on file before the first step."""
+        run = self._connection.execute
+        run("PRAGMA synchronous = OFF")
+        run("BEGIN")
+        for statement in TABLES.values():
+            run(statement)
+        self._connection.executemany(
+            "INSERT INTO columns VALUES (?, ?, ?, ?, ?)",
+            [(k, c.name, c.unit, c.description, int(c.integer)) for k, c in enumerate(columns)],
+        )
+        self._connection.executemany("INSERT INTO metadata VALUES (?, ?)", _encoded(metadata))
+        run("COMMIT")
+
+    def write(self, first: int, rows: FloatArray) -> None:
+        """Put rows on file. Interrupted at any point, it can be called again.
+
+        Args:
+            first: number of the first of these rows.
+            rows: (K, columns).
+
+        Raises:
+            FtqpError: the file cannot be written, for example because the disk is full.
+        """
+        data = np.ascontiguousarray(rows, dtype="<f8").tobytes()
+        self._commit(
+            "INSERT OR REPLACE INTO chunks VALUES (?, ?, ?, ?)", [(first, len(rows), crc32(data), data)]
+        )
+
+    def annotate(self, metadata: Mapping[str, Any]) -> None:
+        """Add or replace metadata.
+
+        Raises:
+            FtqpError: the file cannot be written.
+        """
+        self._commit("INSERT OR REPLACE INTO metadata VALUES (?, ?)", _encoded(metadata))
+
+    def _commit(self, statement: str, values: Sequence[tuple[Any, ...]]) -> None:
+        """Everything or nothing."""
+        try:
+            if self._connection.in_transaction:
+                self._connection.execute("ROLLBACK")
+            self._connection.execute("BEGIN")
+            self._connection.executemany(statement, values)
+            self._connection.execute("COMMIT")
+        except sqlite3.Error as error:
+            raise FtqpError(f"log file {self.path} cannot be written: {error}") from error
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._connection.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _encoded(metadata: Mapping[str, Any]) -> list[tuple[str, str]]:
+    return [(key, json.dumps(value, allow_nan=False)) for key, value in metadata.items()]

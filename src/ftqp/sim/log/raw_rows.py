@@ -1,0 +1,79 @@
+"""The raw row of a tick: all that has to be kept of it, in one line of numbers, before anything is derived.
+
+A block is one C-ordered float64 array (ticks, width). Its fields lie side by side in the order of `FIELDS`;
+with n joints the sizes are
+
+====================  ===== ===============================================================================
+field                 size  meaning
+====================  ===== ===============================================================================
+t                     1     time [s]
+q, v                  n     measured state at the start of the step
+a, tau, tau_brake     n     command: acceleration, motor torque, torque carried by a brake
+lower, upper          n     interval of the decision variable
+belief, truth         n     `ftqp.sim.log.signals.JointCondition` of each joint, as believed and as it is
+target                12    first three rows of the desired pose, row by row
+velocity              3     linear velocity of the path at the target [m/s]
+tip                   12    first three rows of the actual pose, row by row
+slack                 6     A x - b of the task rows in their own units, 0 beyond the rows that there are
+jacobian              6 n   task rows over the joints that work, in characteristic lengths, by rows; else 0
+position_error ...    1     `SCALARS`, in their order
+====================  ===== ===============================================================================
+
+so that the width is 45 + 15 n. On a moving base (k coordinates) target and tip are in the inertial frame, and
+13 + k more numbers follow: ``base_pose`` (12, first three rows of its pose), ``eta`` (k) and ``base_status``
+(1).
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.kernel.layout.block_row import BLOCK_SCALARS
+
+BLOCK = 2048
+"""Ticks of one block, and rows of one chunk of a log, at most."""
+PER_JOINT = ("q", "v", "a", "tau", "tau_brake", "lower", "upper", "belief", "truth")
+GEOMETRY = (("target", 12), ("velocity", 3), ("tip", 12), ("slack", 6))
+SCALARS = (*BLOCK_SCALARS, "progress", "path_status")
+"""Single numbers of a raw row; ``step_time`` in ns, all others as in the columns of the same names."""
+
+
+@final
+class RawLayout:
+    """Where each field of a raw row lies.
+
+    Args:
+        nv: joints.
+        coordinates: of the base that moves, or None where it stands.
+        rows: rows of the task.
+
+    Attributes:
+        fields: columns of each field by name, in their order.
+        width: numbers in a row.
+        scalars: columns of all `SCALARS` together.
+    """
+
+    def __init__(self, nv: int, coordinates: int | None = None, *, rows: int = 6) -> None:
+        sizes = [("t", 1), *((name, nv) for name in PER_JOINT), *GEOMETRY, ("jacobian", 6 * nv)]
+        sizes += [(name, 1) for name in SCALARS]
+        if coordinates is not None:
+            sizes += [("base_pose", 12), ("eta", coordinates), ("base_status", 1)]
+        fields, at = {}, 0
+        for name, size in sizes:
+            fields[name] = slice(at, at + size)
+            at += size
+        self.nv, self.coordinates, self.rows, self.width = nv, coordinates, rows, at
+        self.fields: Mapping[str, slice] = MappingProxyType(fields)
+        self.scalars = slice(fields[SCALARS[0]].start, fields[SCALARS[-1]].stop)
+
+    def block(self) -> FloatArray:
+        """An empty block, (BLOCK, width), of NaN."""
+        return np.full((BLOCK, self.width), np.nan)
+
+    def poses(self, block: FloatArray, name: str) -> FloatArray:
+        """The poses of a field of 12 numbers as (K, 3, 4); a view of ``block``, (K, width)."""
+        view: FloatArray = block[:, self.fields[name]].reshape(len(block), 3, 4)
+        return view

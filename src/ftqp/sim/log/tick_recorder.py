@@ -1,0 +1,152 @@
+"""From the steps of a run to the rows of its log: raw rows a tick, columns a block."""
+
+from typing import final
+
+import numpy as np
+
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.step import Step
+from ftqp.core import clock
+from ftqp.core.checks import FloatArray
+from ftqp.faults.kinds import Fault
+from ftqp.sim.leader import Leader
+from ftqp.sim.log.derived_columns import table
+from ftqp.sim.log.raw_rows import BLOCK, RawLayout
+from ftqp.sim.log.row_sink import RowSink
+from ftqp.sim.log.signals import CONDITIONS, PATH_CODES, QP_CODES, JointCondition
+
+COMMIT_PERIOD = 500_000_000
+"""Rows wait at most this long, and a tick, before they are handed on [ns of wall time]."""
+
+
+@final
+class TickRecorder:
+    """Keeps the raw row of every tick, and hands the columns on after half a second or 2048 rows.
+
+    Args:
+        sink: where the rows go.
+        planner: whose steps they hold.
+        leader: what leads it.
+    """
+
+    def __init__(self, sink: RowSink, planner: Planner, leader: Leader) -> None:
+        self._sink, self._planner, self._leader = sink, planner, leader
+        world = leader.world
+        nv = planner.robot.nv
+        coordinates = None if world is None else len(world.base.coordinates)
+        self._rows = len(planner.task_rows)
+        self._layout = RawLayout(nv, coordinates, rows=self._rows)
+        self._block = self._layout.block()
+        self._first, self._filled = 0, 0
+        self._handed_on = clock.now()
+        self._truth = np.full(nv, float(JointCondition.HEALTHY))
+        self._belief = self._truth.copy()
+        self._faults: dict[str, Fault] = {}
+        view = {name: self._block[:, place] for name, place in self._layout.fields.items()}
+        self._joints = view["q"], view["v"], view["a"], view["tau"], view["tau_brake"]
+        self._rest = view["lower"], view["upper"], view["belief"], view["truth"]
+        self._target, self._tip = (self._layout.poses(self._block, name) for name in ("target", "tip"))
+        self._t, self._velocity, self._slack = view["t"][:, 0], view["velocity"], view["slack"]
+        self._jacobian = view["jacobian"].reshape(len(self._block), 6, nv)
+        self._scalars = self._block[:, self._layout.scalars]
+        if world is not None:
+            self._base_pose = self._layout.poses(self._block, "base_pose")
+            self._eta, self._base_status = view["eta"], view["base_status"][:, 0]
+
+    def fail(self, fault: Fault) -> None:
+        """From this row on the joint has really failed."""
+        self._truth[self._planner.robot.joint(fault.joint)] = CONDITIONS[type(fault)]
+
+    def write(self, t: float, q: FloatArray, v: FloatArray, step: Step, elapsed: int) -> None:
+        """Keep one tick.
+
+        Args:
+            t: time [s].
+            q: measured positions, (nv,) [rad or m].
+            v: measured velocities, (nv,) [rad/s or m/s].
+            step: the planner's step.
+            elapsed: wall time of the step [ns].
+        """
+        k, leader = self._filled, self._leader
+        self._t[k] = t
+        qs, vs, accelerations, torques, brakes = self._joints
+        qs[k], vs[k] = q, v
+        accelerations[k], torques[k], brakes[k] = step.a, step.tau, step.tau_brake
+        lowers, uppers, beliefs, truths = self._rest
+        lowers[k], uppers[k] = step.lower, step.upper
+        beliefs[k], truths[k] = self._believed(), self._truth
+        target = leader.target
+        self._target[k], self._velocity[k] = target.pose[:3], target.twist[:3]
+        self._tip[k] = leader.tip(q)[:3]
+        slack, qp = step.slack, step.qp
+        self._slack[k] = 0.0
+        self._slack[k, : len(slack)] = slack
+        self._jacobian[k] = 0.0
+        self._jacobian[k, : self._rows] = step.jacobian
+        self._scalars[k] = (
+            step.position_error,
+            step.rotation_error,
+            step.scale,
+            step.code,
+            QP_CODES[qp.status],
+            qp.iterations,
+            qp.residual,
+            elapsed,
+            step.kappa,
+            leader.progress,
+            PATH_CODES[leader.path_status],
+        )
+        world = leader.world
+        if world is not None:
+            self._base_pose[k], self._eta[k] = world.base_pose[:3], world.eta
+            self._base_status[k] = world.follower.code
+        self._filled = k + 1
+        self._hand_on_in_time()
+
+    @property
+    def layout(self) -> RawLayout:
+        """Where the fields of a raw row lie."""
+        return self._layout
+
+    @property
+    def free(self) -> FloatArray:
+        """The raw rows that come next, (K, width), 1 <= K <= 2048, to be filled and then kept by `keep`."""
+        rows: FloatArray = self._block[self._filled :]
+        return rows
+
+    def keep(self, count: int) -> None:
+        """Keep the first rows of `free`, in which ``belief`` and ``truth`` are filled in here.
+
+        Args:
+            count: how many ticks have been filled, all of them between two changes of belief and truth.
+        """
+        rows = slice(self._filled, self._filled + count)
+        _, _, beliefs, truths = self._rest
+        beliefs[rows], truths[rows] = self._believed(), self._truth
+        self._filled += count
+        self._hand_on_in_time()
+
+    def _hand_on_in_time(self) -> None:
+        if self._filled == BLOCK or clock.now() - self._handed_on > COMMIT_PERIOD:
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand all rows on. Interrupted at any point, it can be called again.
+
+        Raises:
+            FtqpError: they cannot be kept, for example because the disk is full.
+        """
+        if self._filled:
+            self._sink.write(self._first, table(self._block[: self._filled], self._layout))
+        self._first, self._filled = self._first + self._filled, 0
+        self._handed_on = clock.now()
+
+    def _believed(self) -> FloatArray:
+        """What the planner believes of each joint now."""
+        faults = self._planner.faults
+        if faults != self._faults:
+            self._faults = dict(faults)
+            self._belief[:] = JointCondition.HEALTHY
+            for joint, fault in faults.items():
+                self._belief[self._planner.robot.joint(joint)] = CONDITIONS[type(fault)]
+        return self._belief

@@ -1,0 +1,55 @@
+"""The role of the arm in a simulation: what every plant holds and does."""
+
+from abc import ABC, abstractmethod
+from typing import Protocol
+
+from ftqp.core.checks import FloatArray
+from ftqp.faults.kinds import Fault
+
+
+class Command(Protocol):
+    """The part of a planner's step that moves an arm; each (nv,)."""
+
+    @property
+    def q(self) -> FloatArray: ...
+    @property
+    def v(self) -> FloatArray: ...
+
+
+class Plant(ABC):
+    """The role of the arm in a simulation: holds the true state, suffers the faults and moves by commands."""
+
+    @property
+    @abstractmethod
+    def q(self) -> FloatArray:
+        """True joint positions, (nv,) [rad or m]; belongs to the plant."""
+
+    @property
+    @abstractmethod
+    def v(self) -> FloatArray:
+        """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
+
+    @abstractmethod
+    def reset(self, q: FloatArray, v: FloatArray) -> None:
+        """Put the healthy arm at (q, v).
+
+        Args:
+            q: Joint positions, (nv,) or (nq,) [rad or m].
+            v: Joint velocities, (nv,) [rad/s or m/s].
+        """
+
+    @abstractmethod
+    def fail(self, fault: Fault) -> None:
+        """From now on the joint of ``fault`` behaves as it says.
+
+        Args:
+            fault: What happens, and to which joint.
+        """
+
+    @abstractmethod
+    def advance(self, command: Command) -> None:
+        """Move on by dt.
+
+        Args:
+            command: The planner's step for this tick.
+        """

@@ -1,0 +1,315 @@
+"""What a caller hands to a step is copied: right or a clean error, whatever becomes of it, and forgotten."""
+
+import array
+import gc
+import mmap
+from multiprocessing.shared_memory import SharedMemory
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.enums import JOINTS, TARGET_SIZE, Mistake
+
+ROBOT = ftqp.robots.load("panda")
+Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
+V = np.array([0.3, -0.2, 0.1, 0.25, -0.4, 0.2, 0.35])
+DT = 0.002
+
+
+def planner_at_start():
+    """A Panda's planner, reset."""
+    planner = ftqp.Planner(ROBOT, DT, emergency=None, torque_limits=False)
+    planner.reset(Q, V)
+    return planner
+
+
+@pytest.fixture
+def planner():
+    """A planner of the test's own."""
+    return planner_at_start()
+
+
+@pytest.fixture
+def fed_copies():
+    """Another planner, which only ever sees fresh float64 copies."""
+    return planner_at_start()
+
+
+@pytest.fixture
+def aim():
+    """A target near the start, moving."""
+    pose = ROBOT.pose(Q)
+    pose[:3, 3] += [0.002, -0.001, 0.001]
+    return ftqp.Target(pose=pose, twist=[0.02, 0.01, 0.0, 0.0, 0.05, 0.0])
+
+
+def same(one, other):
+    """Whether two steps command the same, to the bit."""
+    return one.code == other.code and all(
+        np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "v", "a", "task_error")
+    )
+
+
+def check(planner, fed_copies, q, v, aim):
+    """One step of each; the second planner gets copies."""
+    copies = np.array(q, dtype=np.float64), np.array(v, dtype=np.float64)
+    step, expected = planner.step(q, v, aim), fed_copies.step(*copies, ftqp.Target(pose=aim.pose.copy(),
+                                  twist=aim.twist.copy(), acceleration=aim.acceleration.copy()))  # fmt: skip
+    assert same(step, expected)
+    return step.q.copy(), step.v.copy()
+
+
+def strided(a):
+    """Every third number of a larger array."""
+    wide = np.full(3 * len(a), np.nan)
+    wide[::3] = a
+    return wide[::3]
+
+
+def backwards(a):
+    """A view with a negative stride."""
+    return a[::-1].copy()[::-1]
+
+
+def unaligned(a):
+    """Float64 numbers that begin at an odd address."""
+    raw = np.zeros(8 * len(a) + 1, np.uint8)
+    raw[1:] = np.frombuffer(np.ascontiguousarray(a).tobytes(), np.uint8)
+    return raw[1:].view(np.float64)
+
+
+def read_only(a):
+    """An array that cannot be written."""
+    a = a.copy()
+    a.setflags(write=False)
+    return a
+
+
+FORMS = {
+    "list": list,
+    "tuple": tuple,
+    "big-endian": lambda a: a.astype(">f8"),
+    "long double": lambda a: a.astype(np.longdouble),
+    "strided": strided,
+    "backwards": backwards,
+    "column": lambda a: np.stack([a, a], axis=1)[:, 0],
+    "unaligned": unaligned,
+    "read-only": read_only,
+    "objects": lambda a: a.astype(object),
+    "array.array": lambda a: array.array("d", a),
+    "memoryview": lambda a: memoryview(a.copy()),
+    "subclass": lambda a: a.copy().view(np.recarray),
+    "masked": lambda a: np.ma.array(a.copy()),
+    "fresh": np.copy,
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_numbers_in_any_form_give_the_command_of_float64_arrays(planner, fed_copies, aim, form):
+    make, q, v = FORMS[form], Q.copy(), V.copy()
+    for _ in range(4):
+        q, v = check(planner, fed_copies, make(q), make(v), aim)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float16, np.int64, np.int8, np.bool_])
+def test_numbers_of_other_types_are_converted(planner, fed_copies, aim, kind):
+    check(planner, fed_copies, Q.astype(kind), np.zeros(7, kind), aim)
+
+
+def test_an_array_is_read_as_it_is_at_the_step(planner, fed_copies, aim):
+    q, v = Q.copy(), V.copy()
+    for k in range(6):
+        check(planner, fed_copies, q, v, aim)
+        q += 1e-3 * (k + 1)
+        v *= 0.9
+        aim.position[0] += 1e-4
+
+
+def test_what_is_written_after_a_step_changes_nothing_of_it(planner, aim):
+    q, v = Q.copy(), V.copy()
+    step = planner.step(q, v, aim)
+    kept = step.copy()
+    q[:], v[:], aim.packed[:] = np.nan, np.nan, np.nan
+    assert same(step, kept) and np.array_equal(step.tau, kept.tau) and np.isfinite(step.tau).all()
+    assert step.sigma_min == kept.sigma_min > 0.0
+
+
+@pytest.mark.parametrize("size", [0, 3, 100_000])
+def test_an_array_resized_in_place_is_a_clean_error_and_then_right_again(planner, fed_copies, aim, size):
+    q, v = Q.copy(), V.copy()
+    q2, v2 = check(planner, fed_copies, q, v, aim)
+    for name, given in (("q", q), ("v", v)):
+        given.resize(size, refcheck=False)
+        with pytest.raises(ftqp.InputError, match=rf"{name} has shape \({size},\), expected"):
+            planner.step(q, v, aim)
+        given.resize(7, refcheck=False)
+        given[:] = q2 if name == "q" else v2
+    check(planner, fed_copies, q, v, aim)
+
+
+def test_arrays_may_be_deleted_and_their_memory_used_again(planner, fed_copies, aim):
+    q, v = Q.copy(), V.copy()
+    for _ in range(5):
+        q, v = check(planner, fed_copies, q, v, aim)
+        gc.collect()
+        rubbish = [np.full(7, np.nan) for _ in range(100)]
+        assert len(rubbish) == 100
+
+
+def test_a_list_of_fresh_arrays_at_the_same_address_is_read_anew(planner, fed_copies, aim):
+    for k in range(50):  # each array is freed at once, so that the next one takes its place
+        check(planner, fed_copies, Q + 1e-5 * k, V * 0.99**k, aim)
+
+
+@pytest.mark.parametrize("kind", [np.int64, np.uint64])
+def test_an_array_whose_type_is_changed_in_place_is_taken_at_its_word(planner, fed_copies, aim, kind):
+    q, v = Q.copy(), V.copy()
+    check(planner, fed_copies, q, v, aim)
+    retype(v, kind)  # huge whole numbers now: the arm brakes as for any impossible velocity
+    check(planner, fed_copies, q, v, aim)
+    retype(v, np.float64)
+    check(planner, fed_copies, q, v, aim)
+
+
+@pytest.mark.parametrize(("kind", "size"), [(np.float32, 14), (np.complex128, None), ("S8", 7), ("M8[s]", 7)])
+def test_an_array_retyped_to_what_is_no_state_is_a_clean_error(planner, fed_copies, aim, kind, size):
+    q, v = np.zeros(8)[:7], V.copy()
+    q[:] = Q
+    check(planner, fed_copies, q, v, aim)
+    if size is None:
+        v = np.zeros(7, kind)
+    else:
+        retype(v, kind)
+    with pytest.raises(ftqp.InputError, match=r"v has shape \(14,\)|v is not an array of numbers"):
+        planner.step(q, v, aim)
+    check(planner, fed_copies, q, V.copy(), aim)
+
+
+def retype(a, kind):
+    """``a.dtype = kind``, which later numpy frowns upon."""
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        a.dtype = kind
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [None, 3.0, "1234567", b"12345678" * 7, object(), {}, [1.0, None], [[1.0] * 7], np.zeros((1, 7)),
+     np.zeros((7, 1)), np.zeros(()), np.zeros(6), np.zeros(8), ["a"] * 7, np.full(7, 1j)],
+    ids=lambda value: f"{type(value).__name__}{np.shape(value)!s}" if not isinstance(value, dict) else "dict",
+)  # fmt: skip
+@pytest.mark.parametrize("place", ["q", "v"])
+def test_what_is_no_state_is_an_error_of_one_sentence(planner, fed_copies, aim, wrong, place):
+    given = {"q": Q.copy(), "v": V.copy()} | {place: wrong}
+    with pytest.raises(ftqp.InputError, match=rf"^{place} (has shape|is not an array of numbers)"):
+        planner.step(given["q"], given["v"], aim)
+    check(planner, fed_copies, Q, V, aim)  # and the planner goes on
+
+
+def test_arrays_in_a_file_are_read_and_the_file_may_be_cut_off_afterwards(planner, fed_copies, aim, tmp_path):
+    file = tmp_path / "state"
+    state = np.memmap(file, np.float64, "w+", shape=(2, 7))
+    state[0], state[1] = Q, V
+    q, v = check(planner, fed_copies, state[0], state[1], aim)
+    del state
+    gc.collect()
+    file.write_bytes(b"")
+    check(planner, fed_copies, q, v, aim)
+
+
+def test_shared_memory_may_be_closed_after_a_step(planner, fed_copies, aim):
+    shared = SharedMemory(create=True, size=2 * 7 * 8)
+    try:
+        state = np.ndarray((2, 7), np.float64, shared.buf)
+        state[0], state[1] = Q, V
+        q, v = check(planner, fed_copies, state[0], state[1], aim)
+        del state
+        shared.close()  # refused while anybody holds a view: nobody does
+        check(planner, fed_copies, q, v, aim)
+    finally:
+        shared.unlink()
+
+
+def test_a_closed_map_is_refused_and_a_step_keeps_no_hold_of_an_open_one(planner, fed_copies, aim):
+    with mmap.mmap(-1, mmap.PAGESIZE) as memory:
+        view = memoryview(memory)[:56].cast("d")
+        for i in range(7):
+            view[i] = Q[i]
+        q, v = check(planner, fed_copies, view, V.copy(), aim)
+        view.release()
+        with pytest.raises(ftqp.InputError, match=r"^q is not an array of numbers"):
+            planner.step(view, v, aim)
+    assert memory.closed
+    check(planner, fed_copies, q, v, aim)
+
+
+def test_no_buffer_is_held_after_a_step(planner, aim):
+    q, v = bytearray(Q.tobytes()), bytearray(V.tobytes())
+    planner.step(memoryview(q).cast("d"), memoryview(v).cast("d"), aim)
+    planner.step(Q, V, aim)
+    gc.collect()
+    q.clear()  # raises BufferError while anybody holds it
+    v.clear()
+
+
+def test_a_target_whose_numbers_are_gone_is_a_clean_error(planner, fed_copies, aim):
+    check(planner, fed_copies, Q, V, aim)
+    spoilt = ftqp.Target(pose=aim.pose.copy())
+    for change in (lambda p: p.resize(3, refcheck=False), lambda p: retype(p, np.int64)):
+        spoilt = ftqp.Target(pose=aim.pose.copy())
+        change(spoilt.packed)
+        with pytest.raises(ftqp.InputError, match="make a new Target"):
+            planner.step(Q, V, spoilt)
+    check(planner, fed_copies, Q, V, aim)
+
+
+@pytest.mark.parametrize("row", [-1, 5, 10**6, -(10**6), 2**58, 2**59, -(2**62)])
+def test_a_row_that_a_trajectory_does_not_have_is_a_clean_error(planner, fed_copies, aim, row):
+    targets = ftqp.Targets(pose=np.stack([aim.pose] * 5))
+    targets.row = row
+    with pytest.raises(ftqp.InputError, match="make a new Target"):
+        planner.step(Q, V, targets)
+    check(planner, fed_copies, Q, V, aim)
+
+
+def test_a_change_of_the_target_is_seen_and_its_deletion_is_not(planner, fed_copies, aim):
+    for k in range(5):
+        fresh = ftqp.Target(pose=aim.pose.copy(), twist=aim.twist * k)
+        check(planner, fed_copies, Q, V, fresh)
+        del fresh
+        gc.collect()
+
+
+@pytest.fixture(scope="module")
+def stepped():
+    """The entry point itself, on a session that has not been reset."""
+    session = Session(7)
+    session.K.chain.n = session.K.chain.nq = 7
+    return session, session.bind("step")
+
+
+def test_mistakes_of_the_caller_are_told_apart(stepped):
+    session, step = stepped
+    K, aim = session.K, np.zeros(TARGET_SIZE)
+    assert step(Q, V, aim, 0) == Mistake.NOT_RESET
+    K.state.is_reset, K.task.uses_rotation = 1, 1
+    assert step(Q, V, aim, 0) == Mistake.NO_ROTATION
+    for q, v in ((Q[:6].copy(), V), (Q, V[:6].copy()), (np.zeros(8), V), (np.zeros(JOINTS), V)):
+        assert step(q, v, aim, 0) == Mistake.WRONG_SHAPE
+    for q, v, target in ((list(Q), V, aim), (Q, None, aim), (Q, V, "target"), (Q, V, aim[:28].copy()),
+                         (Q.astype(np.float32), V, aim), (Q[::2], V, aim), (Q[None], V, aim)):  # fmt: skip
+        assert step(q, v, target, 0) == Mistake.NOT_READ
+    assert step(Q, V, aim, 1) == Mistake.NOT_READ
+
+
+def test_no_more_numbers_are_copied_than_a_record_holds(stepped):
+    session, step = stepped
+    K = session.K
+    K.state.is_reset = 1
+    guard = {name: session.field("state", name).copy() for name in ("v_command", "q", "tau")}
+    assert step(np.full(10_000, 7.0), np.full(10_000, 7.0), np.zeros(TARGET_SIZE), 0) == Mistake.WRONG_SHAPE
+    assert all(np.array_equal(session.field("state", name), value) for name, value in guard.items())

@@ -1,0 +1,76 @@
+"""Codes: what operators, logs and compiled code call them is one list each."""
+
+import ast
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.control.moving_base.inertial_task import BaseStatus
+from ftqp.control.planner.status import STATUSES, StepStatus
+from ftqp.kernel.layout.enums import BaseCode, Claim, Status
+from ftqp.qp.adapters.backend import Claim as BackendClaim
+from ftqp.qp.problem import SolveStatus
+from ftqp.sim.log.signals import base_columns, columns
+
+KINDS = {"Enum", "IntEnum", "enum.Enum", "enum.IntEnum"}
+SPOKEN = {StepStatus: Status, BaseStatus: BaseCode, SolveStatus: Claim}
+"""What people read, and what compiled code compares."""
+
+
+@pytest.mark.parametrize("spoken", SPOKEN, ids=lambda spoken: spoken.__name__)
+def test_every_code_has_one_sentence_in_the_same_place(spoken):
+    kernel = SPOKEN[spoken]
+    assert [member.name for member in spoken] == [member.name for member in kernel]
+    assert [int(member) for member in kernel] == list(range(len(kernel)))
+    sentences = [member.value for member in spoken]
+    assert len(set(sentences)) == len(sentences) and all(" " in sentence for sentence in sentences)
+
+
+def test_statuses_are_found_by_their_code():
+    assert tuple(StepStatus) == STATUSES
+    assert all(STATUSES[code].name == code.name for code in Status)
+
+
+def told(column):
+    """What the log says of one of its columns."""
+    table = (*columns(("j",), np.zeros(1, dtype=bool), "acceleration"), *base_columns(("x",)))
+    return next(one.description for one in table if one.name == column)
+
+
+@pytest.mark.parametrize(("column", "kernel"), [("status", Status), ("base_status", BaseCode)])
+def test_a_log_s_column_of_codes_names_exactly_the_members(column, kernel):
+    listed = re.findall(r"(\d+) ([A-Z][A-Z_]+)", told(column))
+    assert [(int(code), name) for code, name in listed] == [(int(member), member.name) for member in kernel]
+
+
+def test_a_log_s_column_of_claims_lists_every_one():
+    codes = [int(code) for code in re.findall(r"(?<!-)\b(\d+) \w+", told("qp_status"))]
+    assert codes == [int(claim) for claim in Claim]
+
+
+def test_one_claim_serves_kernel_and_backends():
+    assert BackendClaim is Claim
+
+
+def enumerations():
+    """Members of every enumeration in the source, by its name and file."""
+    found = {}
+    root = Path(ftqp.__file__).parent
+    for file in sorted(root.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.ClassDef) and {ast.unparse(base) for base in node.bases} & KINDS:
+                members = [part.targets[0].id for part in node.body if isinstance(part, ast.Assign)]
+                found[node.name, str(file.relative_to(root))] = tuple(members)
+    return found
+
+
+def test_no_enumeration_exists_twice():
+    """But for those that people read, which ``SPOKEN`` ties to their codes."""
+    lists = list(enumerations().values())
+    assert all(members for members in lists)
+    twice = {members for members in lists if lists.count(members) > 1}
+    assert twice == {tuple(member.name for member in kind) for kind in SPOKEN}
+    assert all(lists.count(members) == 2 for members in twice)

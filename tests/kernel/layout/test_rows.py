@@ -1,0 +1,101 @@
+"""Kinds of rows: labels, owners and counts are those of what the kernel writes into C."""
+
+import numpy as np
+import pytest
+from ticks import Ticks
+
+import ftqp
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.layout.enums import FREE, LOCKED
+from ftqp.kernel.layout.record import record_dtype
+from ftqp.kernel.layout.rows import (
+    COMPONENTS,
+    ROW_KINDS,
+    TORQUE,
+    constraint_capacity,
+    constraint_count,
+    constraint_labels,
+    constraint_owner,
+)
+from ftqp.kernel.rows.constraint_rows import add_constraints
+from ftqp.kernel.rows.failed_joints import sort_joints
+
+PANDA = ftqp.robots.load("panda")
+Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
+V = np.array([0.3, -0.2, 0.1, 0.25, -0.4, 0.2, 0.35])
+DT = 0.002
+
+
+def constrained(level, codes=()):
+    """The record of a moving Panda with all its rows of C; what is beyond them was NaN before."""
+    K = Ticks(PANDA, DT, level=level).K
+    K.state.q[:7], K.state.v[:7] = Q, V
+    for joint, code in codes:
+        K.faults.code[joint] = code
+        K.faults.friction[joint] = 0.5
+    sort_joints(K)
+    forward_kinematics(K)
+    if level == "acceleration":
+        motion(K)
+    for field in (K.qp.C, K.qp.l, K.qp.u):
+        field[...] = np.nan
+    add_constraints(K)
+    return K
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_counts_labels_and_owners_agree_with_the_rows_that_are_filled(level):
+    K = constrained(level)
+    filled = int(K.qp.nc)
+    labels = constraint_labels(PANDA.joints, True)
+    assert filled == constraint_count(7, True) == len(labels) == int(K.ladder.p)
+    assert np.isfinite(K.qp.C[:filled, :7]).all()
+    assert np.isfinite(K.qp.l[:filled]).all() and np.isfinite(K.qp.u[:filled]).all()
+    assert np.isnan(K.qp.C[filled:]).all() and np.isnan(K.qp.l[filled:]).all()
+    for row, label in enumerate(labels):
+        kind, joint = constraint_owner(row, 7)
+        assert label == kind.label(PANDA.joints[joint]) and label.startswith(kind.prefix)
+        assert label.removeprefix(kind.prefix) == PANDA.joints[joint]
+
+
+@pytest.mark.parametrize(("level", "scale"), [("acceleration", 1.0), ("velocity", DT)])
+def test_a_torque_row_limits_the_joint_that_owns_it(level, scale):
+    K = constrained(level)
+    M, h = K.kinematics.M[:7, :7], K.kinematics.h[:7]
+    before = M @ V if level == "velocity" else np.zeros(7)
+    for row in range(K.qp.nc):
+        kind, joint = constraint_owner(row, 7)
+        assert kind is TORQUE
+        assert np.array_equal(K.qp.C[row, :7], M[joint])
+        tau_max = PANDA.limits.tau_max[joint]
+        ends = scale * (np.array([-tau_max, tau_max]) - h[joint]) + before[joint]
+        assert [K.qp.l[row], K.qp.u[row]] == pytest.approx(ends, rel=1e-12)
+
+
+def test_faults_change_bounds_of_a_row_and_never_which_rows_there_are():
+    K = constrained("acceleration", [(2, LOCKED), (4, FREE)])
+    assert K.qp.nc == constraint_count(7, True)
+    owners = {constraint_owner(row, 7)[1]: row for row in range(7)}
+    assert K.qp.l[owners[2]] == -np.inf and K.qp.u[owners[2]] == np.inf
+    assert K.qp.l[owners[4]] == K.qp.u[owners[4]]
+
+
+def test_an_arm_without_masses_has_no_rows_that_need_them():
+    assert constraint_count(7, False) == 0 and constraint_labels(PANDA.joints, False) == ()
+    assert all(kind.count(7, kind.needs_inertia) == 7 for kind in ROW_KINDS)
+
+
+@pytest.mark.parametrize("capacity", [8, 16, 32])
+def test_a_record_has_room_for_every_row_of_its_class(capacity):
+    qp = record_dtype(capacity)["qp"]
+    assert qp["C"].shape == (constraint_capacity(capacity), capacity + 1)
+    assert qp["l"].shape == qp["u"].shape == qp["z"].shape == (constraint_capacity(capacity),)
+    assert constraint_capacity(capacity) == constraint_count(capacity, True)
+    pairs = {(kind.name, joint) for kind, joint in
+             (constraint_owner(row, capacity) for row in range(constraint_capacity(capacity)))}  # fmt: skip
+    assert len(pairs) == constraint_capacity(capacity)
+
+
+def test_components_are_those_of_a_twist_and_names_of_kinds_are_unique():
+    assert COMPONENTS == ("x", "y", "z", "rx", "ry", "rz")
+    assert len({kind.name for kind in ROW_KINDS}) == len(ROW_KINDS)
