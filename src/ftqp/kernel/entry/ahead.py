@@ -1,6 +1,6 @@
-"""``python -m ftqp.kernel.entry.ahead`` compiles what the demo needs; it needs numpy, numba and this source only.
+"""``python -m ftqp.kernel.entry.ahead`` compiles what the demo needs, with numpy, numba and this source only.
 
-The Makefile runs it beside the installation of everything else, so that nobody waits for the compiler after it.
+The Makefile runs it beside the installation of everything else, so that nobody waits for it afterwards.
 """
 
 import sys
