@@ -65,7 +65,7 @@ class FakePlanner:
             rotation_error=2e-4 * k,
             slack=np.zeros(6),
             scale=1.0,
-            measures=(0.5 + 0.01 * k, 0.25, 4.0),
+            jacobian=np.diag([2.0, 1.0, 1.0, 1.0, 1.0, 0.5 + 0.01 * k, 0.0])[:6, : len(q)],
             kappa=0.125,
             qp=SimpleNamespace(status=SolveStatus.SOLVED, iterations=3, residual=1e-12),
         )

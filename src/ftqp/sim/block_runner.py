@@ -37,10 +37,12 @@ class BlockRunner:
     def __init__(self, planner: Planner, leader: Leader, plant: Plant, recorder: TickRecorder | None) -> None:
         self._planner, self._plant, self._recorder = planner, plant, recorder
         self._leader = leader if isinstance(leader, ClockLeader) else None
-        possible = self._leader is not None and isinstance(plant, KinematicPlant)
+        # A planner of another class may do something in every step.
+        possible = type(planner) is Planner and self._leader is not None and isinstance(plant, KinematicPlant)
         self._blocks = planner.blocks() if possible else None
         layout = RawLayout(planner.robot.nv) if recorder is None else recorder.layout
-        self._fields = layout.fields
+        self._fields, self._places = layout.fields, layout.places()
+        self._rows = len(planner.task_rows) if possible else 0
         self._scratch = np.empty((BLOCK, layout.width)) if recorder is None and self._blocks else None
 
     def run(self, k: int, end: int) -> IntArray:
@@ -59,7 +61,7 @@ class BlockRunner:
         rows = recorder.free if recorder is not None else self._scratch
         assert rows is not None
         targets, times = leader.targets.packed(k, min(end - k, len(rows)))
-        done = blocks.run(plant.q, plant.v, targets, rows, self._fields)
+        done = blocks.run(plant.q, plant.v, targets, rows, self._places)
         if done == 0:
             return none
         kept, f = rows[:done], self._fields
@@ -71,5 +73,5 @@ class BlockRunner:
         plant.advance(_Ended(blocks.q, blocks.v))
         leader.aim(k + done - 1, plant.q)
         if recorder is not None:
-            recorder.keep(done)
+            recorder.keep(done, self._rows)
         return codes

@@ -114,7 +114,7 @@ class ClockTargets:
         self.progress = min(k * self._dt, self._path.duration)
 
     def packed(self, k: int, count: int) -> tuple[FloatArray, FloatArray]:
-        """Targets of the ticks from k on that are sampled, at most ``count``: (K, 29), and path times (K,)."""
+        """Targets of the ticks from k on that are sampled, at most ``count``, (K, 29), and their times."""
         if not self._first <= k < self._first + SAMPLED:
             self._sample(k)
         at = k - self._first

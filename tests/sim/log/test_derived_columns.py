@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ftqp.kernel.layout.block_row import BLOCK_FIELDS, BLOCK_SCALARS
 from ftqp.model import catalog
 from ftqp.sim.base.carriers import Platform
 from ftqp.sim.log.derived_columns import across, table
@@ -31,7 +32,7 @@ def drawn(layout, seed=0):
 def test_fields_lie_side_by_side_in_the_documented_widths():
     for nv, coordinates in ((7, None), (30, 6)):
         layout = RawLayout(nv, coordinates)
-        assert layout.width == 48 + 9 * nv + (0 if coordinates is None else 13 + coordinates)
+        assert layout.width == 48 + 15 * nv + (0 if coordinates is None else 13 + coordinates)
         ends = [0]
         for place in layout.fields.values():
             assert place.start == ends[-1]
@@ -39,6 +40,15 @@ def test_fields_lie_side_by_side_in_the_documented_widths():
         assert ends[-1] == layout.width == layout.block().shape[1]
         assert layout.fields["q"] == slice(1, 1 + nv)
         assert layout.scalars.stop - layout.scalars.start == len(SCALARS)
+
+
+def test_places_of_the_kernel_s_blocks_are_those_of_the_fields():
+    layout = RawLayout(7)
+    places = dict(zip(BLOCK_FIELDS, layout.places().tolist(), strict=True))
+    assert places.pop("scalars") == layout.fields[BLOCK_SCALARS[0]].start
+    assert places == {name: layout.fields[name].start for name in places}
+    for k, name in enumerate(BLOCK_SCALARS):
+        assert layout.fields[name].start == layout.scalars.start + k
 
 
 def test_columns_of_a_block_are_those_of_its_rows_by_other_means():

@@ -55,7 +55,7 @@ def test_errors_counts_and_qp_figures(summarised):
     assert result["max_position_error"] == pytest.approx(50e-4)
     assert result["rms_position_error"] == pytest.approx(np.sqrt(np.mean((1e-4 * np.arange(51)) ** 2)))
     assert result["max_rotation_error"] == pytest.approx(100e-4)
-    assert result["min_sigma_min"] == 0.5
+    assert result["min_sigma_min"] == pytest.approx(0.5)
     assert result["qp"] == {"iterations_median": 3, "iterations_max": 3, "residual_max": 1e-12, "failures": 0}
     assert result["step_time_us"]["p50"] <= result["step_time_us"]["max"]
     assert result["max_limit_violation"] == {"q": 0.0, "v": 0.0, "a": 0.0, "tau": 0.0}

@@ -8,10 +8,11 @@ from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.sim.leader import ClockLeader, ClockTargets
 from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.row_sink import MemoryRows
-from ftqp.sim.log.signals import JointCondition, columns
+from ftqp.sim.log.signals import columns
 from ftqp.sim.log.tick_recorder import TickRecorder
 
 DT = 0.01
+JACOBIAN = np.random.default_rng(0).standard_normal((6, 7)) * (np.arange(7) != 2)
 
 
 @pytest.fixture
@@ -44,17 +45,23 @@ def test_block_of_raw_rows_gives_the_log_of_its_ticks(made, panda):
         recorder.free[: last - first] = raw[first:last]
         recorder.free[: last - first, recorder.layout.fields["truth"]] = np.nan
         recorder.free[: last - first, recorder.layout.fields["belief"]] = np.nan
-        recorder.keep(last - first)
+        recorder.free[: last - first, recorder.layout.fields["jacobian"]] = JACOBIAN.ravel()
+        recorder.keep(last - first, 6)
     recorder.flush()
     assert len(slow.log) == len(fast.log) == 100
-    for name in slow.log.names:
+    sigma = np.linalg.svd(JACOBIAN, compute_uv=False)
+    np.testing.assert_allclose(fast.log["sigma_min"], sigma[-1])
+    np.testing.assert_allclose(fast.log["manipulability"], sigma.prod())
+    np.testing.assert_allclose(fast.log["condition"], sigma[0] / sigma[-1])
+    for name in set(slow.log.names) - {"sigma_min", "manipulability", "condition"}:
         np.testing.assert_array_equal(slow.log[name], fast.log[name])
-    assert set(fast.log["truth.panda_joint4"]) == {JointCondition.FREE_SWINGING}
-    assert set(fast.log["belief.panda_joint3"]) == {JointCondition.LOCKED}
+    assert set(fast.log["truth.panda_joint4"]) == {FreeSwinging.number}
+    assert set(fast.log["belief.panda_joint3"]) == {Locked.number}
 
 
 def test_full_block_is_handed_on_at_once(made):
     _, _, rows, recorder = made()
     recorder.free[:] = 0.0
-    recorder.keep(BLOCK)
+    recorder.free[:, recorder.layout.fields["jacobian"]] = JACOBIAN.ravel()
+    recorder.keep(BLOCK, 6)
     assert len(rows.log) == BLOCK and len(recorder.free) == BLOCK

@@ -1,14 +1,13 @@
 """Blocks: many ticks in closed loop at once, on an arm that does exactly what it is told."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import final
 
 import numpy as np
 
 from ftqp.control.first_use import warm_up
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.block_row import BLOCK_FIELDS
 from ftqp.model.robot import Robot
 
 
@@ -41,7 +40,7 @@ class Blocks:
         return self._v
 
     def run(
-        self, q: FloatArray, v: FloatArray, targets: FloatArray, rows: FloatArray, fields: Mapping[str, slice]
+        self, q: FloatArray, v: FloatArray, targets: FloatArray, rows: FloatArray, places: IntArray
     ) -> int:
         """Make a tick for each target: how many were made, fewer where a step would have raised.
 
@@ -50,11 +49,9 @@ class Blocks:
             v: Joint velocities there, (nv,) [rad/s or m/s].
             targets: Packed targets, (K, 29).
             rows: Rows of numbers, (K, width), contiguous; the fields of ``BLOCK_FIELDS`` are filled in.
-            fields: Where they lie in a row; ``scalars`` begins at ``position_error``.
+            places: Where each of them begins in a row, (11,).
         """
         self._q[:], self._v[:] = q, v
-        names = (*BLOCK_FIELDS[:-1], "position_error")
-        places = np.array([fields[name].start for name in names], dtype=np.int64)
         packed = np.ascontiguousarray(targets)
         return self._block(
             self._tick,

@@ -2,16 +2,12 @@
 
 import numpy as np
 
-from ftqp.control.planner.step import measures_of
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions, rotation_vectors
 from ftqp.sim.log.raw_rows import RawLayout
-from ftqp.sim.log.signals import JointCondition
 
 AT_REST = 1e-9
 """Speed of the target below which a path has no direction [m/s]."""
-WORKING = (JointCondition.HEALTHY, JointCondition.DEGRADED)
-"""What a joint is believed to be that moves as commanded."""
 MICROSECONDS = 1e-3
 """In a nanosecond."""
 
@@ -35,7 +31,7 @@ def table(raw: FloatArray, layout: RawLayout) -> FloatArray:
         np.linalg.norm(raw[:, f["slack"]], axis=1)[:, None],
         raw[:, f["scale"].start : f["qp_residual"].stop],
         MICROSECONDS * raw[:, f["step_time"]],
-        _measures(raw, layout),
+        raw[:, f["sigma_min"].start : f["condition"].stop],
         raw[:, f["kappa"]],
         across(error, raw[:, f["velocity"]])[:, None],
         raw[:, f["progress"].start : f["path_status"].stop],
@@ -46,14 +42,6 @@ def table(raw: FloatArray, layout: RawLayout) -> FloatArray:
         parts += [base[:, :, 3], quaternions(base[:, :, :3]), raw[:, f["eta"]]]
         parts += [error, rotation_vectors(turns), raw[:, f["base_status"]]]
     return np.concatenate(parts, axis=1)
-
-
-def _measures(raw: FloatArray, layout: RawLayout) -> FloatArray:
-    """sigma_min, manipulability and condition, (K, 3)."""
-    f = layout.fields
-    jacobians = raw[:, f["jacobian"]].reshape(len(raw), 6, layout.nv)[:, : layout.rows]
-    working = np.isin(raw[:, f["belief"]], WORKING).sum(axis=1)
-    return measures_of(jacobians, working)
 
 
 def across(error: FloatArray, velocity: FloatArray) -> FloatArray:

@@ -8,8 +8,8 @@ import numpy as np
 from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.faults.kinds import KINDS, FreeSwinging, Locked
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.signals import JointCondition
 from ftqp.sim.schedule import TIME_SLACK
 
 STATUSES = tuple(status.name for status in StepStatus)
@@ -100,7 +100,7 @@ def limit_violations(log: Log) -> dict[str, float]:
     limits = log.metadata["limits"]
     worst = {"q": 0.0, "v": 0.0, "a": 0.0, "tau": 0.0}
     for i in range(len(log.metadata["joints"])):
-        working = ~np.isin(log["truth"][:, i], (JointCondition.LOCKED, JointCondition.FREE_SWINGING))
+        working = ~np.isin(log["truth"][:, i], (Locked.number, FreeSwinging.number))
         for signal, low, high in (
             ("q", "q_min", "q_max"),
             ("v", None, "v_max"),
@@ -152,7 +152,7 @@ def failed_joint_motion(log: Log) -> dict[str, float]:
         i = fault["index"]
         if fault["kind"] == "degraded":
             continue
-        failed = log["truth"][:, i] == JointCondition[fault["kind"].upper()]
+        failed = log["truth"][:, i] == KINDS[fault["kind"]].number
         failed &= log["t"] >= fault["at"] - TIME_SLACK
         if fault["kind"] == "locked":
             failed &= np.logical_or.accumulate(failed & (log["v"][:, i] == 0.0))

@@ -10,18 +10,19 @@ t                     1     time [s]
 q, v                  n     measured state at the start of the step
 a, tau, tau_brake     n     command: acceleration, motor torque, torque carried by a brake
 lower, upper          n     interval of the decision variable
-belief, truth         n     `ftqp.sim.log.signals.JointCondition` of each joint, as believed and as it is
+belief, truth         n     condition of each joint, `ftqp.sim.log.signals.CONDITIONS`
 target                12    first three rows of the desired pose, row by row
 velocity              3     linear velocity of the path at the target [m/s]
 tip                   12    first three rows of the actual pose, row by row
 slack                 6     A x - b of the task rows in their own units, 0 beyond the rows that there are
-jacobian              6 n   task rows over the joints that work, in characteristic lengths, by rows; else 0
+jacobian              6 n   task rows of J in characteristic lengths, 0 for joints that do not work; see below
 position_error ...    1     `SCALARS`, in their order
 ====================  ===== ===============================================================================
 
-so that the width is 45 + 15 n. On a moving base (k coordinates) target and tip are in the inertial frame, and
-13 + k more numbers follow: ``base_pose`` (12, first three rows of its pose), ``eta`` (k) and ``base_status``
-(1).
+so that the width is 48 + 15 n. The measures of singularity are filled in from ``jacobian`` when a block is
+handed on. Blocks of ticks from compiled code follow `ftqp.kernel.layout.block_row`.
+On a moving base (k coordinates) target and tip are in the inertial frame, and 13 + k more numbers follow:
+``base_pose`` (12, first three rows of its pose), ``eta`` (k) and ``base_status`` (1).
 """
 
 from collections.abc import Mapping
@@ -30,14 +31,16 @@ from typing import final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray
-from ftqp.kernel.layout.block_row import BLOCK_SCALARS
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.kernel.layout.block_row import BLOCK_FIELDS, BLOCK_SCALARS
 
 BLOCK = 2048
 """Ticks of one block, and rows of one chunk of a log, at most."""
 PER_JOINT = ("q", "v", "a", "tau", "tau_brake", "lower", "upper", "belief", "truth")
 GEOMETRY = (("target", 12), ("velocity", 3), ("tip", 12), ("slack", 6))
-SCALARS = (*BLOCK_SCALARS, "progress", "path_status")
+TASK_ROWS = 6
+MEASURES = ("sigma_min", "manipulability", "condition")
+SCALARS = (*BLOCK_SCALARS, *MEASURES, "progress", "path_status")
 """Single numbers of a raw row; ``step_time`` in ns, all others as in the columns of the same names."""
 
 
@@ -48,7 +51,6 @@ class RawLayout:
     Args:
         nv: joints.
         coordinates: of the base that moves, or None where it stands.
-        rows: rows of the task.
 
     Attributes:
         fields: columns of each field by name, in their order.
@@ -56,8 +58,8 @@ class RawLayout:
         scalars: columns of all `SCALARS` together.
     """
 
-    def __init__(self, nv: int, coordinates: int | None = None, *, rows: int = 6) -> None:
-        sizes = [("t", 1), *((name, nv) for name in PER_JOINT), *GEOMETRY, ("jacobian", 6 * nv)]
+    def __init__(self, nv: int, coordinates: int | None = None) -> None:
+        sizes = [("t", 1), *((name, nv) for name in PER_JOINT), *GEOMETRY, ("jacobian", TASK_ROWS * nv)]
         sizes += [(name, 1) for name in SCALARS]
         if coordinates is not None:
             sizes += [("base_pose", 12), ("eta", coordinates), ("base_status", 1)]
@@ -65,9 +67,14 @@ class RawLayout:
         for name, size in sizes:
             fields[name] = slice(at, at + size)
             at += size
-        self.nv, self.coordinates, self.rows, self.width = nv, coordinates, rows, at
+        self.nv, self.coordinates, self.width = nv, coordinates, at
         self.fields: Mapping[str, slice] = MappingProxyType(fields)
         self.scalars = slice(fields[SCALARS[0]].start, fields[SCALARS[-1]].stop)
+
+    def places(self) -> IntArray:
+        """Where each of the kernel's `BLOCK_FIELDS` begins, for its blocks of ticks."""
+        starts = {name: place.start for name, place in self.fields.items()} | {"scalars": self.scalars.start}
+        return np.array([starts[name] for name in BLOCK_FIELDS], dtype=np.int64)
 
     def block(self) -> FloatArray:
         """An empty block, (BLOCK, width), of NaN."""

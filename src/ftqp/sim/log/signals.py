@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from enum import Enum, IntEnum
+from enum import Enum
 
 from ftqp.control.following.path_follower import PathStatus
 from ftqp.control.moving_base.inertial_task import BaseStatus
@@ -16,22 +16,10 @@ LONGEST_NAME = 200
 """Letters that the name of a signal has at most."""
 
 
-class JointCondition(IntEnum):
-    """What a joint is, or is believed to be: the codes of the columns ``truth`` and ``belief``."""
-
-    HEALTHY = 0
-    LOCKED = 1
-    FREE_SWINGING = 2
-    DEGRADED = 3
-
-    @property
-    def word(self) -> str:
-        """For a reader, such as ``free-swinging``."""
-        return self.name.lower().replace("_", "-")
-
-
-CONDITIONS = {kind: JointCondition[name.upper()] for name, kind in KINDS.items()}
-"""What each kind of fault makes of its joint."""
+HEALTHY = 0
+"""Code of a joint that works in the columns ``truth`` and ``belief``; a kind of fault has its ``number``."""
+CONDITIONS = {HEALTHY: "healthy"} | {kind.number: name.replace("_", "-") for name, kind in KINDS.items()}
+"""What each code of these columns means."""
 QP_CODES: dict[SolveStatus | None, int] = {None: -1} | {s: code for code, s in enumerate(SolveStatus)}
 """Code of each outcome of a QP in the column ``qp_status``; None: the step needed no QP."""
 PATH_CODES: dict[PathStatus | None, int] = {None: 0} | {s: code for code, s in enumerate(PathStatus, start=1)}
@@ -134,7 +122,7 @@ def columns(joints: Sequence[str], prismatic: BoolArray, level: str) -> tuple[Co
     for group, derivative, description in groups:
         for joint, slides in zip(joints, prismatic, strict=True):
             result.append(Column(f"{group}.{joint}", _unit(derivative, bool(slides)), description))
-    codes = ", ".join(f"{condition.value} {condition.word}" for condition in JointCondition)
+    codes = ", ".join(f"{code} {word}" for code, word in CONDITIONS.items())
     for group, whose in (
         ("belief", "what the planner believes of the joint"),
         ("truth", "what the joint really is"),

@@ -5,16 +5,17 @@ from typing import final
 import numpy as np
 
 from ftqp.control.planner.planner import Planner
-from ftqp.control.planner.step import Step
+from ftqp.control.planner.step import Step, measures_of
 from ftqp.core import clock
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Fault
 from ftqp.sim.leader import Leader
 from ftqp.sim.log.derived_columns import table
-from ftqp.sim.log.raw_rows import BLOCK, RawLayout
+from ftqp.sim.log.raw_rows import BLOCK, MEASURES, TASK_ROWS, RawLayout
 from ftqp.sim.log.row_sink import RowSink
-from ftqp.sim.log.signals import CONDITIONS, PATH_CODES, QP_CODES, JointCondition
+from ftqp.sim.log.signals import HEALTHY, PATH_CODES, QP_CODES
 
+UNMEASURED = (np.nan,) * len(MEASURES)
 COMMIT_PERIOD = 500_000_000
 """Rows wait at most this long, and a tick, before they are handed on [ns of wall time]."""
 
@@ -33,13 +34,11 @@ class TickRecorder:
         self._sink, self._planner, self._leader = sink, planner, leader
         world = leader.world
         nv = planner.robot.nv
-        coordinates = None if world is None else len(world.base.coordinates)
-        self._rows = len(planner.task_rows)
-        self._layout = RawLayout(nv, coordinates, rows=self._rows)
+        self._layout = RawLayout(nv, None if world is None else len(world.base.coordinates))
         self._block = self._layout.block()
         self._first, self._filled = 0, 0
         self._handed_on = clock.now()
-        self._truth = np.full(nv, float(JointCondition.HEALTHY))
+        self._truth = np.full(nv, float(HEALTHY))
         self._belief = self._truth.copy()
         self._faults: dict[str, Fault] = {}
         view = {name: self._block[:, place] for name, place in self._layout.fields.items()}
@@ -47,7 +46,11 @@ class TickRecorder:
         self._rest = view["lower"], view["upper"], view["belief"], view["truth"]
         self._target, self._tip = (self._layout.poses(self._block, name) for name in ("target", "tip"))
         self._t, self._velocity, self._slack = view["t"][:, 0], view["velocity"], view["slack"]
-        self._jacobian = view["jacobian"].reshape(len(self._block), 6, nv)
+        self._jacobian = view["jacobian"].reshape(BLOCK, TASK_ROWS, nv)
+        self._jacobian[:] = 0.0
+        self._task_rows = TASK_ROWS
+        first, last = (self._layout.fields[name] for name in (MEASURES[0], MEASURES[-1]))
+        self._measures = slice(first.start, last.stop)
         self._scalars = self._block[:, self._layout.scalars]
         if world is not None:
             self._base_pose = self._layout.poses(self._block, "base_pose")
@@ -55,7 +58,7 @@ class TickRecorder:
 
     def fail(self, fault: Fault) -> None:
         """From this row on the joint has really failed."""
-        self._truth[self._planner.robot.joint(fault.joint)] = CONDITIONS[type(fault)]
+        self._truth[self._planner.robot.joint(fault.joint)] = fault.number
 
     def write(self, t: float, q: FloatArray, v: FloatArray, step: Step, elapsed: int) -> None:
         """Keep one tick.
@@ -79,10 +82,11 @@ class TickRecorder:
         self._target[k], self._velocity[k] = target.pose[:3], target.twist[:3]
         self._tip[k] = leader.tip(q)[:3]
         slack, qp = step.slack, step.qp
+        jacobian = step.jacobian
+        self._task_rows = len(jacobian)
+        self._jacobian[k, : self._task_rows] = jacobian
         self._slack[k] = 0.0
         self._slack[k, : len(slack)] = slack
-        self._jacobian[k] = 0.0
-        self._jacobian[k, : self._rows] = step.jacobian
         self._scalars[k] = (
             step.position_error,
             step.rotation_error,
@@ -93,6 +97,7 @@ class TickRecorder:
             qp.residual,
             elapsed,
             step.kappa,
+            *UNMEASURED,
             leader.progress,
             PATH_CODES[leader.path_status],
         )
@@ -114,15 +119,17 @@ class TickRecorder:
         rows: FloatArray = self._block[self._filled :]
         return rows
 
-    def keep(self, count: int) -> None:
-        """Keep the first rows of `free`, in which ``belief`` and ``truth`` are filled in here.
+    def keep(self, count: int, task_rows: int) -> None:
+        """Keep the first rows of `free`; ``belief``, ``truth`` and the measures are filled in here.
 
         Args:
             count: how many ticks have been filled, all of them between two changes of belief and truth.
+            task_rows: rows of the task.
         """
         rows = slice(self._filled, self._filled + count)
         _, _, beliefs, truths = self._rest
         beliefs[rows], truths[rows] = self._believed(), self._truth
+        self._task_rows = task_rows
         self._filled += count
         self._hand_on_in_time()
 
@@ -137,16 +144,25 @@ class TickRecorder:
             FtqpError: they cannot be kept, for example because the disk is full.
         """
         if self._filled:
+            self._measure()
             self._sink.write(self._first, table(self._block[: self._filled], self._layout))
         self._first, self._filled = self._first + self._filled, 0
         self._handed_on = clock.now()
+
+    def _measure(self) -> None:
+        """Fill in the measures of singularity of all rows at once, from their Jacobians."""
+        jacobians = self._jacobian[: self._filled, : self._task_rows]
+        working = np.count_nonzero(jacobians.any(axis=1), axis=1)
+        with np.errstate(invalid="ignore"):
+            measures = np.array(measures_of(jacobians, working))
+        self._block[: self._filled, self._measures] = measures
 
     def _believed(self) -> FloatArray:
         """What the planner believes of each joint now."""
         faults = self._planner.faults
         if faults != self._faults:
             self._faults = dict(faults)
-            self._belief[:] = JointCondition.HEALTHY
+            self._belief[:] = HEALTHY
             for joint, fault in faults.items():
-                self._belief[self._planner.robot.joint(joint)] = CONDITIONS[type(fault)]
+                self._belief[self._planner.robot.joint(joint)] = fault.number
         return self._belief

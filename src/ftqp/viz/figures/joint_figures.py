@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.signals import JointCondition
+from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
     BLUE,
@@ -127,7 +127,7 @@ def _columns(count: int) -> int:
 
 def _curve(axes: Axes, log: Log, i: int, values: FloatArray, colour: str) -> None:
     """The signal of joint i, in another colour from its fault on."""
-    failed = log["truth"][:, i] != JointCondition.HEALTHY
+    failed = log["truth"][:, i] != HEALTHY
     curve(axes, log["t"], np.where(failed, np.nan, values), color=colour, linewidth=1.3)
     if failed.any():
         curve(axes, log["t"], np.where(failed, values, np.nan), color=RED, linewidth=2.2)
@@ -145,7 +145,7 @@ def _finish(axes: Axes, log: Log, i: int, label: str) -> None:
         last = own[-1]
         head(
             axes,
-            f"{name}: {JointCondition[last['kind'].upper()].word} from {last['at']:g} s",
+            f"{name}: {last['kind'].replace('_', '-')} from {last['at']:g} s",
             color=RED,
             fontweight="bold",
         )

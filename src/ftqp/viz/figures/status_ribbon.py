@@ -7,8 +7,9 @@ import numpy as np
 
 from ftqp.control.planner.status import STATUSES
 from ftqp.core.checks import IntArray
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.signals import JointCondition
+from ftqp.sim.log.signals import CONDITIONS, HEALTHY
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
     GREEN,
@@ -39,11 +40,12 @@ COLOURS = {
 STATUS_COLOURS = tuple(COLOURS.get(status.name, GREY) for status in STATUSES)
 """Colours of the statuses, in the order of their codes."""
 CONDITION_COLOURS = {
-    JointCondition.HEALTHY: "#DDEEE6",
-    JointCondition.LOCKED: RED,
-    JointCondition.FREE_SWINGING: PURPLE,
-    JointCondition.DEGRADED: YELLOW,
+    HEALTHY: "#DDEEE6",
+    Locked.number: RED,
+    FreeSwinging.number: PURPLE,
+    Degraded.number: YELLOW,
 }
+"""Colours of joints by the codes of their conditions."""
 THINNEST = 0.002
 """Spells shorter than this share of the time are widened to it, so that a single step is seen."""
 
@@ -72,9 +74,7 @@ def draw(log: Log, path: str | Path) -> Path:
     for label, codes in ribbons:
         places.append(places[-1] + (1.3 if len(places) == 1 else 1.0))
         labels.append(label)
-        spells(
-            axes, log, codes, places[-1], {int(code): colour for code, colour in CONDITION_COLOURS.items()}
-        )
+        spells(axes, log, codes, places[-1], CONDITION_COLOURS)
     tidy(axes, "time [s]", "")
     axes.set_yticks(places, labels)
     axes.set_ylim(max(places) + 0.6, -0.6)
@@ -85,8 +85,7 @@ def draw(log: Log, path: str | Path) -> Path:
     axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=9)
     shown = sorted({int(code) for _, codes in ribbons for code in np.unique(codes)})
     meanings = [
-        Patch(color=CONDITION_COLOURS[JointCondition(code)], label=f"joint {JointCondition(code).word}")
-        for code in shown
+        Patch(color=CONDITION_COLOURS.get(code, GREY), label=f"joint {CONDITIONS[code]}") for code in shown
     ]
     arrange(
         figure,
