@@ -119,7 +119,7 @@ class SolveStatus(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Residuals:
-    """How far a point is from solving a QP, in its units (``ftqp.kernel.judge.kkt.kkt``); inf with NaN.
+    """How far a point is from solving a QP, in its units (``ftqp.kernel.judge.kkt``); inf with NaN.
 
     Attributes:
         primal: The largest of |Ax - b| and the violations of l <= Cx <= u and lb <= x <= ub.
