@@ -56,7 +56,7 @@ class BrakingReserve:
         return float(np.clip(self._kappa(a_max, tau_max, 1.0), LEAST_SHARE, 1.0))
 
     def guard(self, a_max: FloatArray, tau_max: FloatArray) -> float:
-        """The share of a_max up to which torque limits hold, with MARGIN over the samples; 0 if there is none."""
+        """The share of a_max up to which torque limits hold, MARGIN over the samples; 0 if there is none."""
         return float(np.clip(self._kappa(a_max, tau_max, MARGIN), 0.0, 1.0))
 
     def _kappa(self, a_max: FloatArray, tau_max: FloatArray, margin: float) -> float:
