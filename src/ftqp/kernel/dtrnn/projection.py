@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.matrix_view import matrix_view
 
 
 class Network(NamedTuple):
@@ -86,15 +87,15 @@ def network(memory: Any, variables: int, slacks: int, rows: int) -> Network:
         variables,
         slacks,
         rows,
-        memory[: N * N].reshape((N, N)),
+        matrix_view(memory, 0, N, N),
         memory[at : at + N],
         memory[at + N : at + 2 * N],
         memory[at + 2 * N : at + 3 * N],
         memory[at + 3 * N : at + 4 * N],
         memory[at + 4 * N : at + 5 * N],
         memory[at + 5 * N : at + 6 * N],
-        memory[N * N : 2 * N * N].reshape((N, N)),
-        memory[2 * N * N : at].reshape((N, N)),
+        matrix_view(memory, N * N, N, N),
+        matrix_view(memory, 2 * N * N, N, N),
         memory[at + 6 * N : at + 7 * N],
         memory[at + 7 * N : at + 8 * N],
         memory[at + 8 * N : at + 9 * N],
