@@ -119,15 +119,9 @@ class SolveStatus(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Residuals:
-<<<<<<< HEAD
-    """How far a point is from solving a QP, in its units (``ftqp.kernel.judge.kkt.kkt_residuals``).
-
-    Each number is inf where the point holds a NaN.
-=======
     """How far a point is from solving a QP, in the QP's units; inf with NaN.
 
     ``ftqp.kernel.judge.kkt.kkt_residuals`` has the formulas.
->>>>>>> ktexts
 
     Attributes:
         primal: The largest of |Ax - b| and the violations of l <= Cx <= u and lb <= x <= ub.
