@@ -50,8 +50,7 @@ _PLACES = {
 }
 """Where each part of a step stands in the record."""
 _JOINTS_ONLY = ("q", "v", "a", "tau", "tau_brake", "q_measured", "v_measured", "code", "lower", "upper",
-"z_box",
-                "lower_by", "upper_by")  # fmt: skip
+                "z_box", "lower_by", "upper_by")  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +61,9 @@ class QPReport:
         status: What the residuals made of the solver's answer; None when the step needed no task QP.
         iterations: Of the solver, in its own counting.
         residual: The largest of the scaled residuals below, of the QP that gave the command.
-        residual_task, residual_bounds, residual_dual: See ``ftqp.kernel.judge.verdict.judge``.
+        residual_task: The largest error of a task row, slack counted, over 1 + the largest right side.
+        residual_bounds: The largest violation of a row of C, over 1 + the largest entry of x.
+        residual_dual: The largest error of stationarity, over 1 + the norm of its terms.
         time: Duration of the whole step [s], or None unless the planner was made with ``timing=True``.
     """
 
@@ -123,13 +124,20 @@ class _Kept:
 class Step:
     """One command and what there is to know of it.
 
-    It belongs to the planner and is valid until its next step; ``copy()`` keeps one.
+    It belongs to the planner and is valid until its next step; ``copy()`` keeps one, and a copy can be
+    pickled. Its properties are looked up or computed when they are read.
+
+    Args:
+        session: The planner's, whose record the step reads.
+        joints: Names of the joints, (nv,).
 
     Attributes:
-        q, v, a: The command: position [rad or m], velocity, acceleration, (nv,); v = a = 0.0 for a locked
-            joint.
+        q: The commanded joint positions at the end of the step, (nv,) [rad or m].
+        v: The commanded joint velocities, (nv,) [rad/s or m/s]; exactly 0.0 for a locked joint.
+        a: The joint accelerations of the command, (nv,) [rad/s2 or m/s2]; exactly 0.0 for a locked joint.
         task_error: From tip to target before the step, along W, (6,): position [m], rotation vector [rad].
         code: The status as a number, the position of ``status`` in ``StepStatus``.
+        duration: How long the step took [s]; None unless the planner was made with ``timing=True``.
     """
 
     __slots__ = ("_joints", "_parts", "_session", "a", "code", "duration", "q", "task_error", "v")
@@ -242,7 +250,7 @@ class Step:
     def measures(self) -> Measures:
         """sigma_min, manipulability and condition at once; computed when read.
 
-        Source: the product of the singular values is the measure of Yoshikawa, IJRR 1985.
+        Source: Yoshikawa 1985 for the product of the singular values.
         """
         working = np.array([np.count_nonzero(self._parts["code"] == HEALTHY)])
         return Measures(*measures_of(self.jacobian[None], working)[0].tolist())

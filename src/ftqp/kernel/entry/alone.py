@@ -76,8 +76,11 @@ def solve_network(capacity: int) -> Callable[..., int]:
     def solve_network(problem_at: int, solution_at: int, memory_at: int, memory_size: int, numbers_at: int,
     trace_at: int,
                       trace_rows: int, n: int, m: int, p: int, warm: int) -> int:  # fmt: skip
-        """The solution is x, z_box, y, z one after the other: the start when ``warm``, written for SOLVED and
-        MAX_ITERATIONS. Iterations and |e| are written behind the options in ``numbers``, (9,)."""
+        """Solve a QP in one piece; the solution is x, z_box, y, z one after the other.
+
+        It is the start when ``warm``, and is written for SOLVED and MAX_ITERATIONS. Iterations and |e| are
+        written behind the options in ``numbers``, (9,).
+        """
         H, g, A, b, C, l, u, lb, ub = _parts(_whole(problem_at, n, m, p), n, m, p)
         s = carray(pointer(solution_at), (2 * n + m + p,), FLOAT)
         memory = carray(pointer(memory_at), (memory_size,), FLOAT)

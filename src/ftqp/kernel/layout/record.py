@@ -62,9 +62,9 @@ def _state(N: int) -> Fields:
 
 
 def _faults(N: int) -> Fields:
-    """What is believed of the joints; order: the ``working`` ones, the free-swinging ones, those that are
-    held.
+    """What is believed of the joints.
 
+    ``order`` lists the ``working`` ones, then the free-swinging ones, then those that are held.
     ``friction`` is that of a free-swinging joint [N m s/rad]; ``lock_rate`` and ``lock_velocity`` are the
     deceleration and, by that model, the velocity of a joint that is being locked.
     """
@@ -313,9 +313,8 @@ def _base(N: int) -> Fields:
     ``shift``: displacement of the tip by the base in one sample, as observed; ``twist``: of the tip by the
     base, predicted for the coming sample; ``error``: from the tip to the target along I; ``arm_history``:
     rotation and position of the tip in the base; ``setpoint``: sum of the commands since the start; ``age``:
-    how long the base has not been seen [s], ``patience``: how long it may not be seen; ``observer``:
-    low-pass factor of the
-    disturbance observer, 0: none.
+    how long the base has not been seen [s]; ``patience``: how long it may not be seen [s]; ``observer``:
+    low-pass factor of the disturbance observer, 0: none.
     """
     return [
         *_scalars(
@@ -347,8 +346,7 @@ def _base(N: int) -> Fields:
 
 
 def _scratch(N: int) -> Fields:
-    """Memory of the parts of a tick; nothing in it outlives the part that fills it, but ``wide`` (see
-    there)."""
+    """Memory of the parts of a tick; nothing in it but ``wide`` outlives the part that fills it."""
     return [
         *_floats(
             {
@@ -426,11 +424,18 @@ def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, 
     """Write the constants of a serial chain into a record.
 
     Args:
-        K: one record, its rooms as attributes.
-        rotation: (n, 3, 3). translation: (n, 3) [m]. mass: (n,) [kg]. com: (n, 3) [m].
-        inertia: (n, 3, 3) [kg m2]. prismatic: (n,). continuous: (n,).
-        tip_rotation: (3, 3). tip_translation: (3,) [m]. gravity: (3,) [m/s2].
-        armature: (n,) rotor inertia at the joint [kg m2 or kg].
+        K: The rooms of one record, by attribute.
+        rotation: Of each joint's frame in its predecessor's at q = 0, (n, 3, 3).
+        translation: Of each joint's frame in its predecessor's, (n, 3) [m].
+        mass: (n,) [kg].
+        com: Centre of mass of each body in its joint's frame, (n, 3) [m].
+        inertia: About the com, along the joint frame's axes, (n, 3, 3) [kg m2].
+        prismatic: Which joints slide, (n,).
+        continuous: Which joints turn without end, (n,).
+        tip_rotation: Of the tip's frame in that of the last joint, (3, 3).
+        tip_translation: Of the tip's frame in that of the last joint, (3,) [m].
+        gravity: Along W, (3,) [m/s2].
+        armature: Rotor inertia at the joint, (n,) [kg m2 or kg].
     """
     chain, n = K.chain, len(mass)
     chain.n = n

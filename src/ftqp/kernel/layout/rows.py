@@ -16,10 +16,10 @@ class RowKind:
     """Two-sided rows l <= C x <= u of one meaning, one row a joint.
 
     Attributes:
-        name: what a row limits; its label is the name and the joint.
-        unit: of l, u and C x at the acceleration level; times s at the velocity level.
-        needs_inertia: whether an arm without masses has no such rows.
-        module: the room's file in ``ftqp.kernel.rows`` whose ``fill(K, at)`` writes them.
+        name: What a row limits; its label is the name and the joint.
+        unit: Of l, u and C x at the acceleration level; times s at the velocity level.
+        needs_inertia: Whether an arm without masses has no such rows.
+        module: The file in ``ftqp.kernel.rows`` whose ``fill(K, at)`` writes them.
     """
 
     name: str

@@ -14,8 +14,9 @@ def matrix_view(vector: Any, first: int, rows: int, columns: int) -> Any:
     """The numbers of a vector from ``first`` on as a matrix by rows; the caller keeps the vector alive.
 
     Args:
-        vector: contiguous float64, of at least first + rows columns numbers.
-        first: index of the first number.
-        rows, columns: size of the matrix.
+        vector: Contiguous float64, of at least first + rows * columns numbers.
+        first: Index of the first number.
+        rows: Rows of the matrix.
+        columns: Columns of the matrix.
     """
     return carray(pointer(vector.ctypes.data + 8 * first), (rows, columns), _FLOAT)

@@ -1,14 +1,13 @@
 """The objective 1/2 x'Hx + g'x: three quadratic forms whose coefficients add up, so criteria do.
 
-    1/2 w_norm |x|^2_D + x'D (norm_v v + norm_q (q - q_posture))          MVN, MAN, RMP
-    1/2 w_inertia x'M x + x'(inertia_v M v + inertia_h h)                 MKE, IIWT
-    1/2 w_torque |tau_H|^2                                                MTN, the torque part of DLSM
+    norm/2 |x|^2_D + x'D (norm_v v + norm_q (q - posture))          MVN, MAN, RMP
+    inertia/2 x'M x + x'(inertia_v M v + inertia_h h)               MKE, IIWT
+    torque/2 |tau_H|^2                                              MTN, the torque part of DLSM
 
 x is the acceleration or the velocity. At the velocity level torque is that of the acceleration (x - v)/dt,
-times dt. D is
-the diagonal of joint weights. tau_H leaves out the torque of every failed joint: its motor does not work, and
-to keep its
-torque in the objective would change the motion of the others.
+times dt. D is the diagonal of joint weights. tau_H leaves out the torque of every failed joint: its motor
+does not work, and to keep its torque in the objective would change the motion of the others.
+Source: docs/theory/schemes.md, which derives the coefficients of every recipe.
 """
 
 from math import cos, sin
@@ -70,9 +69,8 @@ def objective(K: Any) -> None:
                 for j in range(i + 1):
                     qp.H[i, j] += c * kinematics.M[k, j]
         elif faults.code[k] == FREE:
-            # w_torque/2 (row x - right side)^2 of its equality row: zero for every x that is allowed, it
-            # changes
-            # no answer and keeps H > 0, as the row's own torque would
+            # torque/2 (row x - right side)^2 of its equality row: zero for every x that is allowed, so it
+            # changes no answer, and it keeps H > 0, as the row's own torque would
             for i in range(n):
                 c = criteria.torque * qp.C[k, i]
                 qp.g[i] -= c * qp.l[k]
