@@ -1,15 +1,15 @@
 """Step: what one tick gives back, read from the planner's record when it is asked for."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ftqp.control.first_use import warm_up
 from ftqp.control.planner.certificate import Certificate, Obstacle, Unreached
 from ftqp.control.planner.status import STATUSES, StepStatus
-from ftqp.core.checks import FloatArray, IntArray
+from ftqp.control.planner.step_facts import Measures, QPReport, measures_of
+from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, LOCKED, Claim, Limit, Mode
 from ftqp.kernel.layout.rows import COMPONENTS, constraint_owner
@@ -51,61 +51,6 @@ _PLACES = {
 """Where each part of a step stands in the record."""
 _JOINTS_ONLY = ("q", "v", "a", "tau", "tau_brake", "q_measured", "v_measured", "code", "lower", "upper",
                 "z_box", "lower_by", "upper_by")  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class QPReport:
-    """How the QP of a step went.
-
-    Attributes:
-        status: What the residuals made of the solver's answer; None when the step needed no task QP.
-        iterations: Of the solver, in its own counting.
-        residual: The largest of the scaled residuals below, of the QP that gave the command.
-        residual_task: The largest error of a task row, slack counted, over 1 + the largest right side.
-        residual_bounds: The largest violation of a row of C, over 1 + the largest entry of x.
-        residual_dual: The largest error of stationarity, over 1 + the norm of its terms.
-        time: Duration of the whole step [s], or None unless the planner was made with ``timing=True``.
-    """
-
-    status: SolveStatus | None
-    iterations: int
-    residual: float
-    residual_task: float
-    residual_bounds: float
-    residual_dual: float
-    time: float | None
-
-
-class Measures(NamedTuple):
-    """How near the arm is to losing a direction of its task.
-
-    Attributes:
-        sigma_min: Smallest singular value of the task's Jacobian over the working joints, metres by the
-            length.
-        manipulability: The product of all singular values.
-        condition: The largest by the smallest; inf where a direction is lost.
-    """
-
-    sigma_min: float
-    manipulability: float
-    condition: float
-
-
-def measures_of(jacobians: FloatArray, working: IntArray) -> FloatArray:
-    """The numbers of ``Measures`` for many Jacobians, (K, 3).
-
-    Args:
-        jacobians: (K, m, nv), the columns of joints that do not work zero.
-        working: how many joints work in each, (K,); with fewer than rows a direction is lost.
-    """
-    rows = jacobians.shape[-2]
-    sigma = np.linalg.svd(jacobians, compute_uv=False)
-    sigma[np.minimum(working, sigma.shape[1]) < rows] *= np.arange(sigma.shape[1]) < rows - 1
-    least = sigma[:, rows - 1] if sigma.shape[1] >= rows else np.zeros(len(sigma))
-    product = sigma[:, :rows].prod(axis=1) if sigma.shape[1] >= rows else np.zeros(len(sigma))
-    with np.errstate(divide="ignore"):
-        condition = np.where(least > 0.0, sigma[:, 0] / least, np.inf)
-    return np.stack([least, product, condition], axis=1)
 
 
 class _Kept:
