@@ -2,14 +2,17 @@
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
+PIP     = $(BIN)/python -m pip install --disable-pip-version-check --quiet
 PYTEST ?= $(BIN)/python -m pytest
+JOBS   ?= 2
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test campaign bench bench-first-use wheel clean
+.PHONY: help demo test quick campaign bench bench-first-use wheel clean
 
 help:
 	@echo "make demo       an arm loses a joint on its way and finishes; writes pictures"
 	@echo "make test       every check: ruff, mypy, import layers, all tests"
+	@echo "make quick      what to run before a commit: all but mypy and the slow tests"
 	@echo "make campaign   2000 random episodes (robot, path, fault, level, backend)"
 	@echo "make bench      the whole user step against every native backend"
 	@echo "make bench-first-use   seconds until ftqp is ready, against the first release"
@@ -24,7 +27,13 @@ test: $(VENV)/.has-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(PYTEST)
+	$(PYTEST) -n $(JOBS) --dist loadfile
+
+quick: $(VENV)/.has-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports
+	$(PYTEST) -n $(JOBS) --dist loadfile -m "not slow"
 
 campaign: $(VENV)/.has-dev
 	FTQP_EPISODES=2000 $(PYTEST) tests/laws -k episode
@@ -42,9 +51,12 @@ clean:
 	rm -rf $(VENV) build dist runs .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# One stamp an extra: set up once, and again when pyproject.toml changes.
+# One stamp an extra: set up once, and again when pyproject.toml changes. The kernel is compiled beside the rest of
+# the installation, as it needs numpy and numba only; what goes wrong there is made good when it is first used.
 $(VENV)/.has-%: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --disable-pip-version-check --quiet --editable ".[$*]"
+	$(PIP) numpy numba
+	PYTHONPATH=src $(BIN)/python -m ftqp.kernel.entry.ahead & \
+	$(PIP) --editable ".[$*]"; done=$$?; wait; exit $$done
 	@touch $@
 
 $(BIN)/python:

@@ -5,6 +5,11 @@ import io
 import re
 from pathlib import Path
 
+import ftqp
+from ftqp.app.output.console import ExitCode
+from ftqp.control.task import schemes
+from ftqp.faults.kinds import KINDS
+
 README = (Path(__file__).parents[1] / "README.md").read_text()
 LINK = (
     '<link name="l{}"><inertial><mass value="1"/>'
@@ -43,3 +48,34 @@ def test_the_twenty_lines_see_a_joint_fail_and_the_arm_go_on(tmp_path, monkeypat
 def test_every_file_that_is_linked_exists():
     for target in re.findall(r"\]\(([^)#:]+)\)", README):
         assert (Path(__file__).parents[1] / target).exists(), target
+
+
+def first_column(title):
+    """The code words in the first column of the table of a section."""
+    section = README.split(f"\n## {title}\n")[1].split("\n## ")[0]
+    cells = re.findall(r"^\| (`[^|]*`.*?) \|", section, re.M)
+    return [word for cell in cells for word in re.findall(r"`(\w+)", cell)]
+
+
+def test_the_table_of_statuses_has_every_status_once():
+    assert sorted(first_column("What a step gives back")) == sorted(ftqp.StepStatus.__members__)
+
+
+def test_the_table_of_faults_has_every_fault_once():
+    assert sorted(first_column("Faults")) == sorted(kind.__name__ for kind in KINDS.values())
+
+
+def test_the_table_of_schemes_has_every_criterion_once():
+    criteria = set(schemes.names()) - set(schemes.closed_forms())
+    assert sorted(first_column("Schemes")) == sorted(criteria)
+
+
+def test_every_closed_form_is_named():
+    section = README.split("\n## Schemes\n")[1].split("\n## ")[0]
+    assert all(f"`{name}`" in section for name in schemes.closed_forms())
+
+
+def test_every_exit_code_is_in_the_table():
+    (cells,) = re.findall(r"\| exit code \|.*\n\|-.*\n((?:\|.*\n)+)", README)
+    codes = [int(code) for cell in re.findall(r"^\| ([\d, ]+) \|", cells, re.M) for code in cell.split(",")]
+    assert codes == [int(code) for code in ExitCode]

@@ -7,6 +7,7 @@ import io
 import pkgutil
 import re
 import tokenize
+import unicodedata
 from functools import cache
 from pathlib import Path
 
@@ -22,8 +23,6 @@ TEXTS = sorted(
 SOURCES = sorted(
     file for folder in ("src", "examples", "solvers", "tests") for file in (ROOT / folder).rglob("*.py")
 )
-NOT_YET = ("src/ftqp/kernel", "src/ftqp/control/planner", "src/ftqp/control/first_use.py", "tests/kernel")
-"""Where docstrings have still to be gone over; names are looked up there, too."""
 INSTANCES = {
     "step": ftqp.Step, "planner": ftqp.Planner, "follower": ftqp.PathFollower, "target": ftqp.Target,
     "targets": ftqp.Targets, "robot": ftqp.Robot,
@@ -155,8 +154,13 @@ def test_no_table_of_a_text_is_cut_by_an_empty_line():
             assert len(rows) > 1 and re.fullmatch(r"[|:\- ]+", rows[1]), f"{relative(file)}: {rows[0]}"
 
 
+def references():
+    """The keys of references.bib."""
+    return set(re.findall(r"@\w+\{(\w+),", (ROOT / "docs" / "references.bib").read_text(encoding="utf-8")))
+
+
 def test_every_source_that_is_cited_is_in_the_references():
-    known = set(re.findall(r"@\w+\{(\w+),", (ROOT / "docs" / "references.bib").read_text(encoding="utf-8")))
+    known = references()
     assert known
     for file in (ROOT / "docs").rglob("*.md"):
         cited = set(re.findall(r"(?<=[\[ ])@(\w+)", file.read_text(encoding="utf-8")))
@@ -167,8 +171,44 @@ SPEC = re.compile(r"\bspec(?: of the|, section|, table|\.md)|\b(?:the|closed-for
 
 
 def test_no_source_is_cited_that_a_reader_cannot_open():
-    files = [file for file in SOURCES if not relative(file).startswith(NOT_YET) and file != Path(__file__)]
+    files = [file for file in SOURCES if file != Path(__file__)]
     assert not [relative(file) for file in files if SPEC.search(words_of(file))]
+
+
+CITATION = re.compile(r"((?:Del |Van )?[A-Z]\w+)(?: and (?:Van )?[A-Z]\w+| et al\.)? ((?:19|20)\d\d)\b")
+PAGE = re.compile(r"(docs/[\w/-]+\.md)`{0,2}, \"([^\"]+)\"")
+
+
+def key_of(name, year):
+    """The key in references.bib of the first author's work of a year."""
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    return plain.replace(" ", "").lower() + year
+
+
+def sources_in(file):
+    """What a module's docstrings say after ``Source:``, each up to the end of its paragraph, in one line."""
+    for text in docstrings(ast.parse(file.read_text(encoding="utf-8"))):
+        for found in re.finditer(r"Source:(.+?)(?=\n\s*\n|\n\s*(?:Args|Returns|Raises):|\Z)", text, re.S):
+            yield " ".join(found[1].split())
+
+
+def test_every_source_of_a_formula_is_in_the_references_or_under_a_heading_of_the_docs():
+    known = references()
+    wrong = []
+    for file in (ROOT / "src" / "ftqp" / "kernel").rglob("*.py"):
+        for source in sources_in(file):
+            wrong += [
+                f"{relative(file)}: {name} {year}"
+                for name, year in CITATION.findall(source)
+                if key_of(name, year) not in known
+            ]
+            for page, heading in PAGE.findall(source):
+                headings = re.findall(r"^#+ (.*)$", (ROOT / page).read_text(encoding="utf-8"), re.M)
+                if not any(one.startswith(heading) for one in headings):
+                    wrong.append(f"{relative(file)}: {page} has no {heading}")
+            if not (CITATION.search(source) or "docs/" in source or "FreeBSD" in source):
+                wrong.append(f"{relative(file)}: {source}")
+    assert not wrong
 
 
 def test_nothing_in_a_package_hides_a_module_of_its_name():

@@ -7,14 +7,12 @@ from typing import Final
 
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.compile import compile_entries
-from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
+from ftqp.kernel.entry.table import ANY_SIZE, COMMON, ENTRIES
 from ftqp.kernel.layout.record import CAPACITIES, capacity_for
 
 NOTICE = "ftqp: compiling its kernel for this machine, once (20 to 60 s; `ftqp warmup` does it ahead) ..."
 """One planner's entry points take about 20 s of CPU on a core of 2026, more where other work shares it."""
 
-COMMON: Final = ("step", "step_rich", "step_path", "kinematics", "inverse_dynamics", "torques", "block")
-"""The entry points of common planners and of their simulation: given targets or led along a path."""
 ALONE: Final = tuple(name for name, entry in ENTRIES.items() if entry.module == ENTRIES["kkt"].module)
 """The entry points that know no robot."""
 

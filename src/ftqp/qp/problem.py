@@ -119,7 +119,9 @@ class SolveStatus(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Residuals:
-    """How far a point is from solving a QP, in its units (``ftqp.kernel.judge.kkt.kkt``); inf with NaN.
+    """How far a point is from solving a QP, in the QP's units; inf with NaN.
+
+    ``ftqp.kernel.judge.kkt.kkt_residuals`` has the formulas.
 
     Attributes:
         primal: The largest of |Ax - b| and the violations of l <= Cx <= u and lb <= x <= ub.

@@ -177,6 +177,21 @@ def test_measures_are_those_of_the_task_rows_even_while_the_arm_stops(panda, hom
     assert running.sigma_min == pytest.approx(np.linalg.svd(J[:5])[1][-1], rel=1e-9)
 
 
+def test_measures_follow_the_arm_while_it_stops(panda, home, level):
+    planner = ftqp.Planner(panda, DT, level=level)
+    q, v = panda.neutral.copy(), np.full(7, 0.5)
+    planner.reset(q, v)
+    target = moving(home)
+    for _ in range(5):
+        step = planner.step(q, v, target)
+        target.twist[0] = np.nan
+        J = arm_at(panda, q).J
+        J[:3] /= panda.length
+        assert step.sigma_min == pytest.approx(np.linalg.svd(J)[1][-1], rel=1e-9)
+        q, v = step.q.copy(), step.v.copy()
+    assert step.status is ftqp.StepStatus.INVALID_INPUT
+
+
 def test_reading_measures_changes_no_later_step(panda, home):
     ends = []
     for read in (False, True):

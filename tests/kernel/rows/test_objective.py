@@ -137,10 +137,10 @@ def test_a_continuous_joint_returns_to_its_posture_the_short_way():
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("scheme", ["mvn", "man", "rmp", "mke"])
 def test_drive_is_where_the_null_space_comes_to_rest(level, scheme):
-    """With no task at all the joints take the velocity of the drive, and a locked joint stays."""
+    """With a path that rests, of one row, the joints take the velocity of the drive; a locked joint stays."""
     robot = ftqp.robots.load("panda")
     planner = ftqp.Planner(
-        robot, 2e-3, level=level, scheme=scheme, task=ftqp.Task(rows=("x",), kp=0.0, slack=1.0)
+        robot, 2e-3, level=level, scheme=scheme, task=ftqp.Task(rows=("x",), kp=0.0, mode="scaled")
     )
     planner.report(ftqp.Locked(0, mode="instant"))
     planner.reset(robot.neutral)

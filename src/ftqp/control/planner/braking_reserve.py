@@ -47,16 +47,16 @@ class BrakingReserve:
             self._inertia[k] = np.abs(M)
 
     def share(self, a_max: FloatArray, tau_max: FloatArray) -> float:
-        """kappa in [LEAST_SHARE, 1].
+        """The largest share of a_max with which every joint can brake at once, LEAST_SHARE to 1.
 
         Args:
-            a_max: acceleration limits believed now, (n,) [rad/s2].
-            tau_max: torque limits believed now, (n,) [N m]; inf is no limit.
+            a_max: Acceleration limits believed now, (n,) [rad/s2].
+            tau_max: Torque limits believed now, (n,) [N m]; inf is no limit.
         """
         return float(np.clip(self._kappa(a_max, tau_max, 1.0), LEAST_SHARE, 1.0))
 
     def guard(self, a_max: FloatArray, tau_max: FloatArray) -> float:
-        """Share of a_max up to which torque limits hold, MARGIN on top of the samples; 0: there is none."""
+        """The share of a_max up to which torque limits hold, MARGIN over the samples; 0 if there is none."""
         return float(np.clip(self._kappa(a_max, tau_max, MARGIN), 0.0, 1.0))
 
     def _kappa(self, a_max: FloatArray, tau_max: FloatArray, margin: float) -> float:

@@ -8,8 +8,9 @@ class Unreached:
     """A direction of the task and how much of it is missing.
 
     Attributes:
-        direction: x, y, z, rx, ry or rz, along W (along the tool for ``position_axis``).
-        amount: motion minus what the task asks, [m/s2] or [rad/s2]; at the velocity level [m/s] or [rad/s].
+        direction: One of x, y, z, rx, ry, rz, along W (along the tool for ``position_axis``).
+        amount: The motion minus what the task asks for, [m/s2] or [rad/s2]; at the velocity level [m/s] or
+            [rad/s].
     """
 
     direction: str
@@ -21,9 +22,10 @@ class Obstacle:
     """A bound that stands in the way.
 
     Attributes:
-        joint: its joint.
-        limit: ``upper position``, ``lower velocity``, ``upper torque``, ``locked`` and the like.
-        weight: its share of the obstruction, the multipliers scaled to a largest of 1.
+        joint: The joint's name.
+        limit: Which bound it is: ``upper position``, ``lower velocity``, ``upper torque``, ``locked`` and
+            the like.
+        weight: How much it stands in the way, 0 to 1 without unit: its multiplier over the largest one.
     """
 
     joint: str
@@ -35,13 +37,12 @@ class Obstacle:
 class Certificate:
     """Which task directions cannot be kept, by how much, and which bounds stand in the way.
 
-    At the best feasible command the residual s = A x - b and the multipliers of the active bounds satisfy A's
-    + z = 0 up to
-    the objective: moving along -s would need one of those bounds to give.
+    At the best feasible command the residual s = A x - b and the multipliers z of the active bounds satisfy
+    A's + z = 0 up to the objective: moving along -s would need one of those bounds to give.
 
     Attributes:
-        unreached: directions with their missing amounts, largest first.
-        obstacles: active bounds, heaviest first.
+        unreached: The directions with their missing amounts, largest first.
+        obstacles: The active bounds, heaviest first.
     """
 
     unreached: tuple[Unreached, ...]

@@ -283,6 +283,9 @@ class Planner:
     def report(self, fault: Fault) -> None:
         """Believe ``fault`` from the next step on, of any kind in ``ftqp.faults.kinds.KINDS``.
 
+        Args:
+            fault: The fault; it takes the place of another one of the same joint.
+
         Raises:
             InputError: An unknown joint, or not a fault.
         """
@@ -291,6 +294,9 @@ class Planner:
 
     def withdraw(self, joint: str | int) -> None:
         """Believe the joint to be healthy again from the next step on.
+
+        Args:
+            joint: Its name or 0-based index; one that is healthy stays so.
 
         Raises:
             InputError: An unknown joint.

@@ -81,8 +81,7 @@ class Solver:
         return None if self._family == "external" else self.tick(leader)
 
     def tick(self, leader: str, *memory: Any) -> Tick:
-        """A tick led by ``clock``, ``path`` or ``base``: takes q, v and the target, gives a status or a
-        mistake.
+        """A tick led by ``clock``, ``path`` or ``base``: from q, v and the target to a status or a mistake.
 
         Args:
             leader: Who leads.

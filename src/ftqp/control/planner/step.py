@@ -1,15 +1,15 @@
 """Step: what one tick gives back, read from the planner's record when it is asked for."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ftqp.control.first_use import warm_up
 from ftqp.control.planner.certificate import Certificate, Obstacle, Unreached
 from ftqp.control.planner.status import STATUSES, StepStatus
-from ftqp.core.checks import FloatArray, IntArray
+from ftqp.control.planner.step_facts import Measures, QPReport, measures_of
+from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, LOCKED, Claim, Limit, Mode
 from ftqp.kernel.layout.rows import COMPONENTS, TORQUE, constraint_owner
@@ -50,61 +50,7 @@ _PLACES = {
 }
 """Where each part of a step stands in the record."""
 _JOINTS_ONLY = ("q", "v", "a", "tau", "tau_brake", "q_measured", "v_measured", "code", "lower", "upper",
-"z_box",
-                "lower_by", "upper_by")  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class QPReport:
-    """How the QP of a step went.
-
-    Attributes:
-        status: What the residuals made of the solver's answer; None when the step needed no task QP.
-        iterations: Of the solver, in its own counting.
-        residual: The largest of the scaled residuals below, of the QP that gave the command.
-        residual_task, residual_bounds, residual_dual: See ``ftqp.kernel.judge.verdict.judge``.
-        time: Duration of the whole step [s], or None unless the planner was made with ``timing=True``.
-    """
-
-    status: SolveStatus | None
-    iterations: int
-    residual: float
-    residual_task: float
-    residual_bounds: float
-    residual_dual: float
-    time: float | None
-
-
-class Measures(NamedTuple):
-    """How near the arm is to losing a direction of its task.
-
-    Attributes:
-        sigma_min: Smallest singular value of the task's Jacobian over the working joints, metres by the
-            length.
-        manipulability: The product of all singular values.
-        condition: The largest by the smallest; inf where a direction is lost.
-    """
-
-    sigma_min: float
-    manipulability: float
-    condition: float
-
-
-def measures_of(jacobians: FloatArray, working: IntArray) -> FloatArray:
-    """The numbers of ``Measures`` for many Jacobians, (K, 3).
-
-    Args:
-        jacobians: (K, m, nv), the columns of joints that do not work zero.
-        working: how many joints work in each, (K,); with fewer than rows a direction is lost.
-    """
-    rows = jacobians.shape[-2]
-    sigma = np.linalg.svd(jacobians, compute_uv=False)
-    sigma[np.minimum(working, sigma.shape[1]) < rows] *= np.arange(sigma.shape[1]) < rows - 1
-    least = sigma[:, rows - 1] if sigma.shape[1] >= rows else np.zeros(len(sigma))
-    product = sigma[:, :rows].prod(axis=1) if sigma.shape[1] >= rows else np.zeros(len(sigma))
-    with np.errstate(divide="ignore"):
-        condition = np.where(least > 0.0, sigma[:, 0] / least, np.inf)
-    return np.stack([least, product, condition], axis=1)
+                "z_box", "lower_by", "upper_by")  # fmt: skip
 
 
 class _Kept:
@@ -123,13 +69,20 @@ class _Kept:
 class Step:
     """One command and what there is to know of it.
 
-    It belongs to the planner and is valid until its next step; ``copy()`` keeps one.
+    It belongs to the planner and is valid until its next step; ``copy()`` keeps one, and a copy can be
+    pickled. Its properties are looked up or computed when they are read.
+
+    Args:
+        session: The planner's, whose record the step reads.
+        joints: Names of the joints, (nv,).
 
     Attributes:
-        q, v, a: The command: position [rad or m], velocity, acceleration, (nv,); v = a = 0.0 for a locked
-            joint.
+        q: The commanded joint positions at the end of the step, (nv,) [rad or m].
+        v: The commanded joint velocities, (nv,) [rad/s or m/s]; exactly 0.0 for a locked joint.
+        a: The joint accelerations of the command, (nv,) [rad/s2 or m/s2]; exactly 0.0 for a locked joint.
         task_error: From tip to target before the step, along W, (6,): position [m], rotation vector [rad].
         code: The status as a number, the position of ``status`` in ``StepStatus``.
+        duration: How long the step took [s]; None unless the planner was made with ``timing=True``.
     """
 
     __slots__ = ("_joints", "_parts", "_session", "a", "code", "duration", "q", "task_error", "v")
@@ -242,7 +195,7 @@ class Step:
     def measures(self) -> Measures:
         """sigma_min, manipulability and condition at once; computed when read.
 
-        Source: the product of the singular values is the measure of Yoshikawa, IJRR 1985.
+        Source: Yoshikawa 1985 for the product of the singular values.
         """
         working = np.array([np.count_nonzero(self._parts["code"] == HEALTHY)])
         return Measures(*measures_of(self.jacobian[None], working)[0].tolist())

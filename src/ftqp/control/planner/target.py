@@ -29,7 +29,11 @@ class Target:
         acceleration: as the twist, [m/s2], [rad/s2].
 
     Attributes:
-        pose: (4, 4). position: (3,). twist: (6,). acceleration: (6,). packed: (29,) all of them.
+        pose: Where the tip should be, (4, 4).
+        position: The same without the rotation, (3,) [m]; a view into ``pose``.
+        twist: (6,) [m/s], [rad/s].
+        acceleration: (6,) [m/s2], [rad/s2].
+        packed: The one buffer with all of them, (29,).
         row: The row of ``packed`` that a step takes, always 0.
 
     Raises:
@@ -151,6 +155,9 @@ class Targets:
 
     def at(self, k: int) -> "Targets":
         """The target of tick k: this object, turned to that row, until ``at`` is called again.
+
+        Args:
+            k: The tick, 0 to the number of targets minus 1.
 
         Raises:
             InputError: no such tick.

@@ -3,20 +3,19 @@
     min 1/2 x'Hx + g'x + sum_k s_k^2 / (2 soft_k)   s.t.  A x + s = b,  lb <= x <= ub,  l <= C x <= u
 
 The dual of a strictly convex QP has sign constraints only, so any working set with multipliers of the right
-sign is a legal
-start: the last tick's is the warm start. On a working set with rows N (A, then bounds and rows of C) and
-right sides d,
-    S lam = d - N x_free,  S = N H^-1 N' + diag(compliance),  x = x_free + H^-1 N' lam
-where x_free = -H^-1 g. A multiplier of the wrong sign stops the step where it vanishes and leaves; else the
-most violated
-bound enters; none means solved. soft = 0 gives hard rows and soft > 0 the slack, at no extra variable. Fixed
-variables
-(lb = ub) are eliminated. H > 0.
+sign is a legal start: the last tick's is the warm start. On a working set with rows N (A, then bounds and
+rows of C) and right sides d,
 
-Constraint codes: 0..meq-1 rows of A; meq.. the box; meq+nx.. rows of C. ``side``: +1 at a lower end (lam >=
-0), -1 at an
-upper end (lam <= 0), 0 an equality. ``lam`` is here -y of the Lagrangian f + y'(Ax-b) + z'Cx + z_box'x.
-Source: dual view as in Arnstroem, Bemporad, Axehill, IEEE TAC 2022 (DAQP).
+    S lam = d - N x_free,  S = N H^-1 N' + diag(compliance),  x = x_free + H^-1 N' lam,  x_free = -H^-1 g.
+
+A multiplier of the wrong sign stops the step where it vanishes, and its row leaves. Where all signs are
+right, the most violated bound or row enters; when none is violated, the QP is solved. soft = 0 gives hard
+rows and soft > 0 the slack, at no extra variable. Fixed variables (lb = ub) are eliminated. H > 0.
+
+Constraint codes: 0..meq-1 are the rows of A, meq.. the box, meq+nx.. the rows of C. ``side`` is +1 at a lower
+end (lam >= 0), -1 at an upper end (lam <= 0), 0 at an equality. ``lam`` is the negative multiplier of the
+Lagrangian f + y'(Ax - b) + z'Cx + z_box'x.
+Source: Arnström 2022 for the dual view (DAQP); the compliant rows are an addition.
 """
 
 from math import inf
@@ -77,7 +76,7 @@ def _is_rounding(Q: Any, q: int, violation: float) -> bool:
 
 @jit
 def _start(Q: Any, warm: int) -> tuple[int, int]:
-    """The first working set: task rows, equality rows of C, then the last one. (rows, equalities)"""
+    """Fill the first working set: task rows, equality rows of C, then the last one; rows and equalities."""
     m, n = Q.meq, Q.nx
     for k in range(n + Q.nc):
         Q.active[k] = 0
@@ -111,7 +110,8 @@ def _start(Q: Any, warm: int) -> tuple[int, int]:
 def _trade_places(Q: Any, q: int, equalities: int, side: int, lam: float) -> tuple[int, float, bool]:
     """The entering row q depends on the others: move along the null direction until a multiplier vanishes.
 
-    Returns (rows left, multiplier of the entering row, False when none vanishes: the QP is infeasible).
+    Returns the rows left, the multiplier of the entering row, and False when none vanishes: the QP is
+    infeasible.
     """
     r = Q.lam_new
     for i in range(q):

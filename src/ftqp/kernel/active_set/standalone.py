@@ -11,7 +11,7 @@ PROXIMAL_STEPS = 200
 
 @jit
 def _proximal(Q: Any) -> int:
-    """A semidefinite H: min f(x) + eps |x - x_k|^2/2 again and again until x_k settles (proximal point)."""
+    """Solve for a semidefinite H: min f(x) + eps |x - x_k|^2/2 until x_k settles (proximal point)."""
     n = Q.nx
     largest = 0.0
     for i in range(n):

@@ -2,8 +2,7 @@
 
 Position k holds the constraint ``code[k]`` at ``side[k]`` with multiplier ``lam[k]``; V[k] is its row times
 H^(-1/2), G = V V' + compliance, L the Cholesky factor of G with inverse diagonal, t[k] = d - N x_free. The
-QP, the codes
-and the sides are those of ``ftqp.kernel.active_set.active_set``.
+QP, the codes and the sides are those of ``ftqp.kernel.active_set.active_set``.
 """
 
 from math import sqrt

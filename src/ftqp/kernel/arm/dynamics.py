@@ -11,7 +11,7 @@ def dynamics(K: Any) -> None:
     """M by the composite-rigid-body algorithm and h by the recursive Newton-Euler algorithm at a = 0.
 
     Needs ``forward_kinematics`` and ``motion``. h holds Coriolis, centrifugal and gravity torques [N m or N].
-    Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, chapters 5 and 6, here in world coordinates.
+    Source: Featherstone 2008, chapters 5 and 6; here in world coordinates.
     """
     chain, kinematics = K.chain, K.kinematics
     n = chain.n

@@ -68,9 +68,8 @@ def forward_kinematics(K: Any) -> None:
 def motion(K: Any) -> None:
     """w, alpha and the acceleration of the origin of every frame, at zero joint acceleration.
 
-    The base is given the acceleration -gravity, as in the recursive Newton-Euler algorithm; ``drift`` (6,) is
-    the tip's
-    classical acceleration Jdot v, in which that offset is taken back.
+    The base is given the acceleration -gravity, as in the recursive Newton-Euler algorithm; ``drift``, (6,),
+    is the tip's classical acceleration Jdot v, in which that offset is taken back.
     """
     chain, state, kinematics = K.chain, K.state, K.kinematics
     n = chain.n

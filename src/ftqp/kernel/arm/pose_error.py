@@ -12,10 +12,9 @@ def rotation_vector(
 ) -> tuple[float, float, float]:
     """The rotation vector [rad] of a rotation matrix, accurate for every angle in [0, pi].
 
-    Through the quaternion whose largest component is found first (Shepperd 1978): near 0 that is w, near pi
-    it is one of
-    x, y, z, where atan2(sin, cos)/sin would divide zero by zero. Then 2 atan2(|xyz|, w) xyz/|xyz| with w >=
-    0.
+    It is 2 atan2(|xyz|, w) xyz/|xyz| of the quaternion (w, xyz), w >= 0, whose largest component is found
+    first: near 0 that is w; near pi, where atan2(sin, cos)/sin would divide zero by zero, one of x, y, z.
+    Source: Shepperd 1978.
     """
     trace = r00 + r11 + r22
     if trace >= r00 and trace >= r11 and trace >= r22:
@@ -37,7 +36,7 @@ def rotation_vector(
 def pose_error(K: Any) -> None:
     """e = (p_d - p; rotation vector of R_d R') along W; in axis mode the shortest turn of the tool axis.
 
-    Uses the measured tip pose when there is one, else the one of forward kinematics.
+    The tip's pose is the measured one when there is one, else that of forward kinematics.
     """
     kinematics, task = K.kinematics, K.task
     T = task.target

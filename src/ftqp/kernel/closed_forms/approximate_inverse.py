@@ -1,10 +1,13 @@
 """The approximate pseudoinverse J-dagger: position first, orientation with the wrist that is left.
 
 At the wrist centre the Jacobian of an arm with a spherical wrist is [[B, 0], [D, E]], and
-    J-dagger = [[B+, 0], [-E+ D B+, E+]],   dq_arm = B+ v_w,  dq_wrist = E+ (omega - D dq_arm),
-B+ and E+ truncated: singular values up to ``threshold`` are dropped (m in B).
-Source: Holt, Desrochers (NASA N94-26281), equation 8. They turn both halves into frame 6; along W the blocks
-are rotated from the left, which leaves singular values and J-dagger's product with the twist as they are.
+
+    J-dagger = [[B+, 0], [-E+ D B+, E+]],   v_arm = B+ v_w,  v_wrist = E+ (omega - D v_arm),
+
+B+ and E+ being truncated: singular values up to ``threshold`` are dropped (in metres for B).
+Source: Holt and Desrochers 1994, equation 8. They turn both halves into frame 6; along W the blocks are
+rotated from the left, which leaves singular values and J-dagger's product with the twist as they are. Its
+defect is derived in docs/theory/singularities.md.
 """
 
 from typing import Any

@@ -1,8 +1,8 @@
 """A tick with a closed form in the place of the QP.
 
-Everything before is that of every tick. A closed form inside the interval and the torque rows is the command;
+Everything before is that of every tick. A closed form x_cf inside the box and the torque rows is the command;
 else the command is the allowed one that is nearest, min |x - x_cf|^2 over box and torque rows, and the status
-RELAXED. What follows a QP that cannot be solved is the ladder's.
+is RELAXED. When that QP cannot be solved, the ladder goes on (``ftqp.kernel.judge.ladder``).
 """
 
 from typing import Any
@@ -143,7 +143,7 @@ def resolve_task(K: Any, P: Any) -> None:
 
 @jit
 def _task_slack(K: Any) -> None:
-    """slack = A x - b_task."""
+    """slack = A x - asked."""
     chain, task, qp = K.chain, K.task, K.qp
     for k in range(task.m):
         s = -task.asked[k]

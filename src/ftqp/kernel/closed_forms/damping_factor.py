@@ -2,7 +2,8 @@
 
 All of them take the thin SVD of the reduced Jacobian, J_f: with the SVD of the full one ``bound`` is not
 safe, and the square V is not unique. c is short for U' right, ||V|| for the largest absolute row sum of V.
-Source: Bedrossian 1993, equations 15 and 16 (there for the healthy arm); spec of the closed forms, section 4.
+Source: Bedrossian 1993, equations 15 and 16 (there for the healthy arm); docs/theory/singularities.md,
+"Damping", derives the rules.
 """
 
 from math import sqrt
@@ -86,7 +87,7 @@ def row(P: Any) -> float:
 def exact_2(P: Any) -> float:
     """The root of |y(kappa)|_2 = limit, by Newton's method on 1/|y| - 1/limit from the left.
 
-    y is then the least-squares solution among all with |y|_2 <= limit. Source: Moré, Sorensen 1983.
+    y is then the least-squares solution among all with |y|_2 <= limit. Source: Moré and Sorensen 1983.
     """
     kappa = 0.0
     for _ in range(ITERATIONS):
@@ -110,12 +111,14 @@ def exact_2(P: Any) -> float:
 def exact_inf(P: Any) -> float:
     """The smallest kappa with max |y(kappa)| <= limit, which need not fall with kappa; no root is passed by.
 
-    Joint i is split into sums of one sign, |y_i| = p - q, p and q falling, convex, p > limit + q. From kappa
-    on it stays outside at least as long as
-        p (p - q - limit) / ((limit + q) |p'|)     (q at its value, 1/p below its tangent), and as
+    |y_i| of a joint outside its limit is p - q with sums p and q of terms of one sign, both falling and
+    convex in kappa, and p > limit + q. When kappa grows, the joint stays outside at least for the steps
+
+        p (p - q - limit) / ((limit + q) |p'|)     (q at its value, 1/p below its tangent), and
         2 e / (-y' + sqrt(y'^2 + 2 q'' e)),        e = |y_i| - limit (y above y + y' d - q'' d^2/2);
+
     the second makes the convergence quadratic. The largest such step of any joint is safe.
-    Source: in place of the scan and the polynomials of the spec, section 4.
+    Source: docs/theory/singularities.md, "Finding the smallest kappa".
     """
     kappa = 0.0
     limit = P.limit

@@ -76,9 +76,10 @@ def damped(P: Any, kappa: float) -> None:
 def closed_form(P: Any) -> None:
     """x of all joints: the pseudoinverse, or damped by ``rule`` when that breaks ``limit``; kappa.
 
-    J and right are there. Weights: column = 1/sqrt(weight) turns the least |y| into the least
-    x'diag(weight) x. Limits a joint: column = limit_i / limit. Where the last tick was damped the SVD comes
-    first: it will be needed again.
+    J and right have been filled in. With weights, column = 1/sqrt(weight) turns the least |y| into the least
+    x'diag(weight) x; with a limit for each joint, column = limit_i / limit. Where the last tick was damped,
+    the SVD comes first: it will be needed again.
+    Source: docs/theory/singularities.md.
     """
     factored = not P.kappa > 0.0 and _by_cholesky(P)
     P.kappa = 0.0

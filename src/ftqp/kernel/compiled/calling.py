@@ -29,8 +29,8 @@ if COMPILED:
     def tick_of(context: Any, function: Any, q: Any, v: Any, targets: Any, row: Any) -> Any:
         """The status that a Python function gives for (q, v, targets, row); CALL_FAILED when it raises.
 
-        The first four are addresses of Python objects, the last one is a number. The interpreter's lock is
-        held.
+        The first four are addresses of Python objects, the last one is a number. The caller holds the
+        interpreter's lock.
         """
 
         def code(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:

@@ -22,8 +22,7 @@ from numba.core.runtime import rtsys
 F = TypeVar("F", bound=Callable[..., Any])
 
 FAST = {"nsz", "contract", "arcp", "reassoc", "afn"}
-"""LLVM's fast-math flags that the kernel allows; never nnan or ninf, because an infinite bound means no
-limit."""
+"""LLVM's fast-math flags that the kernel allows; never nnan or ninf, as an infinite bound is no limit."""
 
 
 class _Way:

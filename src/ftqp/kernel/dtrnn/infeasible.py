@@ -20,8 +20,7 @@ RAY = 1e-10
 
 @jit
 def _missing(net: Network, x: Any, y: Any) -> tuple[float, float]:
-    """y = b - A x on the hard rows, 0 on the compliant ones; its largest entry and the size of what it
-    compares."""
+    """y <- b - A x on the hard rows, 0 on the compliant ones; its largest entry and the size of its terms."""
     primal = net.variables + net.slacks
     worst, size = 0.0, 0.0
     for k in range(net.rows):
@@ -41,8 +40,7 @@ def _missing(net: Network, x: Any, y: Any) -> tuple[float, float]:
 
 @jit
 def _proves(net: Network, y: Any) -> bool:
-    """Whether b'y - sum max((A'y)_i lb_i, (A'y)_i ub_i) > 0 beyond doubt; it is <= 0 for every feasible
-    QP."""
+    """Whether b'y - sum max((A'y)_i lb_i, (A'y)_i ub_i) > 0 beyond rounding, as in no feasible QP."""
     primal = net.variables + net.slacks
     value, size, length = 0.0, 0.0, 0.0
     for k in range(net.rows):
@@ -67,8 +65,7 @@ def _proves(net: Network, y: Any) -> bool:
 
 @jit
 def _nearest(net: Network, x: Any) -> None:
-    """Move x within its inner components to the least squares of the hard rows: (A'A + eps I) dx = A'(b - A
-    x)."""
+    """Move inner components of x to the least squares of the hard rows: (A'A + eps I) dx = A'(b - A x)."""
     primal = net.variables + net.slacks
     S, order, right = net.jump, net.order, net.direction
     y = net.e
@@ -103,13 +100,13 @@ def _nearest(net: Network, x: Any) -> None:
 
 @jit
 def proven_infeasible(net: Network) -> bool:
-    """Whether y = b - A x proves infeasibility, at the clipped x, at the nearest point with its active
-    bounds, or at the point where rows that yield come to rest.
+    """Whether b'y - sum max((A'y)_i lb_i, (A'y)_i ub_i) > |y|^2/2 for y = b - A x at one of three points.
 
-        b'y - sum max((A'y)_i lb_i, (A'y)_i ub_i) > |y|^2/2,
-
-    the sum over variables and slacks. For a feasible x* the left side is at most b'y - (A'y)'x* = 0, so this
-    cannot hold but by rounding, for which there is a margin. Overwrites e, F and the memory of a jump.
+    The sum is over variables and slacks. For a feasible x* the left side is at most b'y - (A'y)'x* = 0, so
+    this cannot hold but by rounding, for which there is a margin. The points are the clipped x, the nearest
+    one with its active bounds, and the one where rows that yield come to rest. e, F and the memory of a jump
+    are overwritten.
+    Source: docs/theory/recurrent-network.md, "Infeasibility".
     """
     primal = net.variables + net.slacks
     x, y = net.trial, net.e

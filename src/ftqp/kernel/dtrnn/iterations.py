@@ -1,7 +1,6 @@
-"""The discrete-time recurrent network: iterations that drive e(u) of ``ftqp.kernel.dtrnn.projection`` to
-zero.
+"""The discrete-time recurrent network: the iterations that drive e(u) to zero.
 
-With rho = |e|^2 / |(Gamma' + I) e|^2:
+e(u), Gamma, z and P are those of ``ftqp.kernel.dtrnn.projection``. With rho = |e|^2 / |(Gamma' + I) e|^2:
 
     94lvi:     u <- u - gamma rho (Gamma' + I) e
     e47:       u <- P(u - gamma rho (Gamma' e + Gamma u + z))
@@ -14,10 +13,9 @@ is run on
     s W, s c, q A, q b,
     s = 1/sqrt(max(lambda_min, 1e-9 lambda_max) lambda_max),  q = 10/max(sigma_min, 1e-3 sigma_max),
 
-the extreme eigenvalues of W and singular values of A, which leaves the solution x unchanged
-(``ftqp.kernel.dtrnn.projection``).
-Source: Jin et al. 2017, section 3; He, Math. Program. 66, 1994 and Numer. Math. 68, 1994; the scaling is an
-addition.
+with the extreme eigenvalues of W and singular values of A, which leaves the solution x unchanged.
+Source: Jin et al. 2017, section 3; He 1994, both papers; the scaling is an addition, derived in
+docs/theory/recurrent-network.md.
 """
 
 from math import inf, sqrt
@@ -60,8 +58,7 @@ def quick_scaling(net: Network) -> tuple[float, float]:
 
 @jit
 def scaling_rule(net: Network) -> tuple[float, float]:
-    """s and q of the module's formula, from the spectrum of W and A of a network with scales 1, in
-    ``jump``."""
+    """s and q of the module's formula, from the spectra of the unscaled W and A; the memory is ``jump``."""
     n, first = net.variables, net.variables + net.slacks
     S, a, b = net.jump, net.direction, net.trial
     s, q = 1.0, 1.0

@@ -1,5 +1,4 @@
-"""A QP as a network, and the network's state as a solution of the QP; the formulas are in
-``ftqp.kernel.dtrnn.projection``."""
+"""A QP as a network, and its state as a solution; ``ftqp.kernel.dtrnn.projection`` has the formulas."""
 
 from math import inf, sqrt
 from typing import Any
@@ -64,14 +63,12 @@ def assemble(
     lb: Any,
     ub: Any,
 ) -> tuple[int, Network]:
-    """The network of a QP, unscaled, state 0, and SOLVED; INFEASIBLE or FAILED when its bounds say so
-    already.
+    """Write the unscaled network of a QP, its state 0, into memory: a claim and the network.
 
-    Args:
-        memory: of at least ``memory_size(n, m, p)``.
-        n, m, p: sizes of the QP; the arrays may be larger.
-        dense: whether H holds the Hessian, else ``H_diagonal``.
-        soft: compliance of the rows of A, (m,), 0 is hard.
+    The claim is SOLVED, or INFEASIBLE or FAILED when the bounds say so already. The sizes of the QP are n
+    variables, m equality rows and p two-sided rows; the arrays may be larger. ``dense`` tells whether H holds
+    the Hessian, or else ``H_diagonal``; ``soft``, (m,), is the compliance of the rows of A, 0 for a hard one.
+    ``memory`` holds at least ``memory_size(n, m, p)`` numbers.
     """
     verdict = max(_bounds_verdict(lb, ub, n), _bounds_verdict(l, u, p))
     variables = 0
@@ -160,8 +157,7 @@ def assemble(
 
 @jit
 def start(net: Network, n: int, m: int, x: Any, y: Any, z: Any) -> None:
-    """u from a former solution (x, y, z) of ``ftqp.QP``'s convention, for a network that is not scaled
-    yet."""
+    """Start an unscaled network at a former solution (x, y, z) in the convention of ``ftqp.QP``."""
     primal = net.variables + net.slacks
     equalities = net.rows - net.slacks
     for a in range(net.variables):

@@ -30,8 +30,7 @@ def _side(net: Network, v: Any, i: int) -> float:
 
 @jit
 def _change_sides(net: Network, v: Any, first: bool, single: bool) -> int:
-    """Give the components of x and s, or only the last wrong one, the side that v asks for; how many were
-    wrong.
+    """Give components of x and s the side that v asks for, all or the last wrong one; how many were wrong.
 
     Except at first, a component leaves its bound for the inside, never at once for the other bound.
     """
@@ -130,7 +129,8 @@ def right_sides(net: Network, v: Any) -> None:
     Args:
         net: its F is that of v.
         v: where to start, (N,).
-    Source: block principal pivoting, Judice and Pires, Comput. Oper. Res. 21, 1994.
+
+    Source: Júdice and Pires 1994, block principal pivoting.
     """
     bounds = net.variables + net.slacks
     for i in range(bounds):
@@ -182,7 +182,8 @@ def jump(net: Network, o: Options, size: float, long: bool) -> bool:
         o: options.
         size: |e(u)|.
         long: whether it is a long jump; not in paper mode.
-    Source: semismooth Newton method on the projection equation, safeguarded.
+
+    Source: docs/theory/recurrent-network.md, "Newton jumps".
     """
     if long:
         soften(net)

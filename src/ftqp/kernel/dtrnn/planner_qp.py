@@ -8,6 +8,7 @@ from ftqp.kernel.dtrnn.stopping import options_of
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import SOLVED
 from ftqp.kernel.layout.network_memory import KEPT, SIZES, VALID
+from ftqp.kernel.maths.matrix_view import matrix_view
 
 
 @jit
@@ -64,7 +65,7 @@ def solve_planner_qp(ladder: Any, qp: Any, memory: Any) -> int:
         return code
     if warm:
         start(net, n, m, x, y, z)
-    code, ladder.qp_iterations = dtrnn(net, options_of(memory), rest[:0].reshape((0, 4)))
+    code, ladder.qp_iterations = dtrnn(net, options_of(memory), matrix_view(rest, 0, 0, 4))
     publish(
         net, n, m, p, qp.dense, qp.H, qp.H_diagonal, qp.g, qp.A, qp.C, qp.lb, qp.ub, qp.x, qp.y, qp.z,
         qp.z_box

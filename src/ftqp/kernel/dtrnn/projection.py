@@ -7,9 +7,9 @@ becomes, with s = C x in [l, u] as variables of their own and u = (x; s; y),
     Gamma = [[W, 0, -A', -C'], [0, 0, 0, I], [A, 0, diag(soft), 0], [C, -I, 0, 0]],   z = (c; 0; -b; 0),
     Omega = [lb, ub] x [l, u] x R^m,   e(u) = u - P(u - (Gamma u + z)) = 0  <=>  u solves the QP,
 
-P the projection onto Omega, a clip. Here L = f(x) - y'(Ax - b): y is minus that of ``ftqp.QP``. The dual's
-bounds of +-1e10 in the paper stand for no bounds. A compliant row A_k x + s_k = b_k with cost s_k^2/(2
-soft_k) has s_k = soft_k y_k.
+P being the projection onto Omega, a clip. Here L = f(x) - y'(Ax - b), so that y is minus that of ``ftqp.QP``.
+The dual's bounds of +-1e10 in the paper stand for no bounds. A compliant row A_k x + s_k = b_k with cost
+s_k^2/(2 soft_k) has s_k = soft_k y_k.
 
 Fixed variables (lb = ub) are eliminated, rows of C are divided by their norm, those with l = u need no s,
 those without a bound are left out. The matrices are scaled by the rule of ``ftqp.kernel.dtrnn.iterations``:
@@ -23,21 +23,35 @@ from typing import Any, NamedTuple
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.matrix_view import matrix_view
 
 
 class Network(NamedTuple):
     """Gamma, z, Omega and the state u in the memory of a solve; N = variables + slacks + rows.
 
     Attributes:
-        variables: free variables. slacks: of two-sided rows. rows: multipliers; the last ones belong to the
-            slacks.
-        Gamma: (N, N). z, low, high: (N,). u: state (x; s; y), (N,). F: Gamma u + z. e: residual.
-        factor: (N, N), of I + Gamma, with pivots (N,). jump: (N, N), of the last jump. order: (N,), whole
-            numbers.
-        direction, trial: (N,).
-        variable: index in the QP of each free variable. row: of each row, those of C after those of A. norm:
-            what each row was divided by.
-        scales: of objective and rows, (2,).
+        variables: How many free variables there are.
+        slacks: How many two-sided rows have one.
+        rows: How many multipliers there are; the last ones belong to the slacks.
+        Gamma: (N, N).
+        z: (N,).
+        low: Lower ends of Omega, (N,).
+        high: Upper ends of Omega, (N,).
+        u: The state (x; s; y), (N,).
+        F: Gamma u + z, (N,).
+        e: The residual, (N,).
+        factor: The factors of I + Gamma, (N, N).
+        jump: Memory of the last jump, (N, N).
+        pivots: Those of ``factor``, (N,).
+        jump_pivots: Those of ``jump``, (N,).
+        order: The open components of a jump, (N,), whole numbers.
+        side: Which bound each component sits at in a jump, (N,): -1, 0 or 1.
+        direction: Memory, (N,).
+        trial: The point that a jump tries, (N,).
+        variable: The index in the QP of each free variable.
+        row: The index in the QP of each row, those of C after those of A.
+        norm: What each row was divided by.
+        scales: Of objective and rows, (2,).
     """
 
     variables: int
@@ -73,15 +87,15 @@ def network(memory: Any, variables: int, slacks: int, rows: int) -> Network:
         variables,
         slacks,
         rows,
-        memory[: N * N].reshape((N, N)),
+        matrix_view(memory, 0, N, N),
         memory[at : at + N],
         memory[at + N : at + 2 * N],
         memory[at + 2 * N : at + 3 * N],
         memory[at + 3 * N : at + 4 * N],
         memory[at + 4 * N : at + 5 * N],
         memory[at + 5 * N : at + 6 * N],
-        memory[N * N : 2 * N * N].reshape((N, N)),
-        memory[2 * N * N : at].reshape((N, N)),
+        matrix_view(memory, N * N, N, N),
+        matrix_view(memory, 2 * N * N, N, N),
         memory[at + 6 * N : at + 7 * N],
         memory[at + 7 * N : at + 8 * N],
         memory[at + 8 * N : at + 9 * N],
@@ -97,8 +111,7 @@ def network(memory: Any, variables: int, slacks: int, rows: int) -> Network:
 
 @jit
 def rescale(net: Network, objective: float, rows: float) -> None:
-    """Gamma, z and y for objective times ``objective`` and rows times ``rows``; the solution x stays the
-    same.
+    """Scale Gamma, z and y to another scale of objective and rows; the solution x stays the same.
 
     Gamma^ = [[s W, -q A'], [q A, (q^2/s) soft]],  z^ = (s c; -q b),  y^ = y s/q
     """

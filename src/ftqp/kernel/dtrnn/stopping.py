@@ -18,9 +18,12 @@ class Options(NamedTuple):
 
     Attributes:
         method: LVI94, E47 or IMPLICIT of ``ftqp.kernel.dtrnn.iterations``.
-        scaling: whether to scale. newton: whether to jump. paper: whether |e| <= tolerance alone is the end.
+        scaling: whether to scale.
+        newton: whether to jump.
+        paper: whether |e| <= tolerance alone is the end.
         cap: most iterations.
-        gamma: step size. tolerance: of |e|; relative to 1 + |x| unless ``paper``.
+        gamma: step size.
+        tolerance: of |e|; relative to 1 + |x| unless ``paper``.
     """
 
     method: int
@@ -50,9 +53,12 @@ def options_of(numbers: Any) -> Options:
 def quality(net: Network, u: Any) -> tuple[float, float, float, float]:
     """What u is worth as a solution after clipping, in the QP's units: (r_eq, its scale, gap, its scale).
 
-    With x clipped and g = Wx + c - A'y:
+    With x clipped and g = Wx + c - A'y,
+
         r_eq = max |Ax - b|,  gap = sum max(g_i (x_i - lb_i), g_i (x_i - ub_i)) >= 0,
-    and for r_eq = 0: f(x) - f* <= gap, (x - x*)'W(x - x*) <= gap. Slacks count as variables.
+
+    and for r_eq = 0 both f(x) - f* <= gap and (x - x*)'W(x - x*) <= gap. Slacks count as variables.
+    Source: docs/theory/recurrent-network.md, "When to stop".
     """
     N, primal = len(u), net.variables + net.slacks
     v = net.direction

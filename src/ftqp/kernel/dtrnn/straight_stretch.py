@@ -32,10 +32,10 @@ def drift(net: Network, gamma: float, steady: float) -> bool:
 
     While no w = u - (Gamma u + z) passes a bound, e changes with u by (Gamma d)_i inside and by d_i at a
     bound. Where a step d = -gamma (I + Gamma)^-1 e hardly changes e, the next one is nearly d again, and so
-    on, often for
-    thousands of steps: a multiplier that has to grow by |d| a step until the next bound gives way. Then
-    u <- u + t d, with t d short of the first change of a side, t |change of e| <= |e|: the method's own path,
-    walked faster.
+    on, often for thousands of steps: a multiplier has to grow by |d| a step until the next bound gives way.
+    Then u <- u + t d, with t d short of the first change of a side and t |change of e| <= |e|: this is the
+    method's own path, walked faster.
+    Source: docs/theory/recurrent-network.md, "Straight stretches".
 
     Args:
         net: its F and e are those of u.

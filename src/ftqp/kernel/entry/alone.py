@@ -12,6 +12,7 @@ from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.kkt import kkt_residuals
 from ftqp.kernel.layout.alone import alone_dtype
 from ftqp.kernel.layout.network_memory import OPTIONS
+from ftqp.kernel.maths.matrix_view import matrix_view
 
 WHOLE = np.dtype(np.int64)
 
@@ -31,11 +32,11 @@ def _parts(flat: Any, n: int, m: int, p: int) -> Any:
     """H, g, A, b, C, l, u, lb, ub of a QP in one piece, as in ``ftqp.qp.QPBuffers.flat``."""
     k = n + m + p
     at = n * n + n
-    rows = flat[at : at + (m + p) * n].reshape((m + p, n))
+    rows = matrix_view(flat, at, m + p, n)
     low = at + (m + p) * n
     high = low + k
     return (
-        flat[: n * n].reshape((n, n)),
+        matrix_view(flat, 0, n, n),
         flat[n * n : at],
         rows[:m],
         flat[low + n : low + n + m],
@@ -75,8 +76,11 @@ def solve_network(capacity: int) -> Callable[..., int]:
     def solve_network(problem_at: int, solution_at: int, memory_at: int, memory_size: int, numbers_at: int,
     trace_at: int,
                       trace_rows: int, n: int, m: int, p: int, warm: int) -> int:  # fmt: skip
-        """The solution is x, z_box, y, z one after the other: the start when ``warm``, written for SOLVED and
-        MAX_ITERATIONS. Iterations and |e| are written behind the options in ``numbers``, (9,)."""
+        """Solve a QP in one piece; the solution is x, z_box, y, z one after the other.
+
+        It is the start when ``warm``, and is written for SOLVED and MAX_ITERATIONS. Iterations and |e| are
+        written behind the options in ``numbers``, (9,).
+        """
         H, g, A, b, C, l, u, lb, ub = _parts(_whole(problem_at, n, m, p), n, m, p)
         s = carray(pointer(solution_at), (2 * n + m + p,), FLOAT)
         memory = carray(pointer(memory_at), (memory_size,), FLOAT)
@@ -132,7 +136,7 @@ def solve_network_batch(capacity: int) -> Callable[..., int]:
         iterations = carray(pointer(table[27]), (count,), WHOLE)
         size = carray(pointer(table[28]), (count,), FLOAT)
         memory = carray(pointer(memory_at), (memory_size,), FLOAT)
-        trace = numbers[:0].reshape((0, 4))
+        trace = matrix_view(numbers, 0, 0, 4)
         for k in range(first, last):
             code[k], iterations[k], size[k] = solve_alone(
                 memory, numbers, trace, n, m, p, 0,

@@ -37,8 +37,8 @@ class Session:
     """A planner's record.
 
     Attributes:
-        K: the rooms of the record.
-        capacity: the class of the record.
+        K: The rooms of the record, by attribute.
+        capacity: The class of the record.
     """
 
     def __init__(self, joints: int) -> None:
@@ -82,8 +82,8 @@ class Reduced:
     """A reduced problem of the closed forms.
 
     Attributes:
-        memory: its memory, (1,).
-        P: the same, its fields as attributes.
+        memory: The record, (1,).
+        P: Its fields, by attribute.
     """
 
     def __init__(self, joints: int) -> None:
@@ -159,7 +159,9 @@ class PathMemory:
     """The record of a path that is followed by its progress.
 
     Attributes:
-        memory: (1,). path: its fields as attributes. table: the path's intervals, (rows, 50).
+        memory: The record, (1,).
+        path: Its fields, by attribute.
+        table: The path's intervals, (rows, 50).
     """
 
     def __init__(self, capacity: int, table: FloatArray) -> None:
@@ -176,7 +178,8 @@ class BaseMemory:
     """The record of a base that moves.
 
     Attributes:
-        memory: (1,). base: its fields as attributes.
+        memory: The record, (1,).
+        base: Its fields, by attribute.
     """
 
     def __init__(self, capacity: int) -> None:

@@ -3,6 +3,7 @@
 from typing import Final
 
 from ftqp.kernel.compiled.entry_point import EntryPoint
+from ftqp.kernel.layout.record import CAPACITIES
 
 
 def _entry(name: str, module: str, signature: str, nogil: bool = False) -> EntryPoint:
@@ -49,3 +50,15 @@ ENTRIES: Final = {
 
 ANY_SIZE: Final = 0
 """The capacity of entries that know no robot."""
+
+COMMON: Final = ("step", "block", "kinematics", "inverse_dynamics", "torques", "step_rich", "step_path")
+"""The entry points of common planners and of their simulation: given targets or led along a path."""
+AHEAD: Final = (
+    *(
+        (ENTRIES[name], capacity)
+        for capacity in CAPACITIES
+        for name in (*COMMON, "step_base", "prepare_clock", "finish_clock", "rollout")
+    ),
+    *((ENTRIES[name], ANY_SIZE) for name in ("solve_qp", "kkt")),
+)
+"""What a wheel carries compiled ahead: entry points and classes of records."""

@@ -22,8 +22,17 @@ class Workspace:
     """Memory of one QP of fixed sizes; its arrays are views to be filled in place.
 
     Attributes:
-        H: (n, n). g: (n,). A: (m, n). b: (m,). C: (p, n). l, u: (p,). lb, ub: (n,). x: (n,). y: (m,). z:
-            (p,). z_box: (n,).
+        H: (n, n).
+        g: (n,).
+        A: (m, n).
+        b: (m,).
+        C: (p, n).
+        l, u: (p,).
+        lb, ub: (n,).
+        x: The solution, (n,).
+        y: Multipliers of A, (m,).
+        z: Multipliers of C, (p,).
+        z_box: Multipliers of the box, (n,).
     """
 
     def __init__(self, n: int, m: int, p: int) -> None:
@@ -145,7 +154,9 @@ def kkt(flat: FloatArray, solution: FloatArray, n: int, m: int, p: int) -> Float
     Args:
         flat: The whole QP in one piece.
         solution: x, z_box, y, z in one piece.
-        n, m, p: Sizes of the QP.
+        n: Variables.
+        m: Equality rows.
+        p: Two-sided rows.
     """
     out = np.empty(4)
     load(ENTRIES["kkt"], ANY_SIZE)(flat.ctypes.data, solution.ctypes.data, out.ctypes.data, n, m, p)

@@ -1,9 +1,9 @@
 """The assembled QP in the standard form that external solvers take, and their answer back.
 
 The compliance of a task row becomes a slack variable t with A x + sqrt(soft h) t = b and cost h t^2/2, where
-h is the mean diagonal of H: the same problem, scaled so that a first-order method is not hurt. Variables:
-joints, path scale (scaled mode), slacks (every mode but hard). Rows of C: those of
-``ftqp.kernel.layout.rows``. Sizes never change in a planner's life.
+h is the mean diagonal of H: this is the same problem, scaled so that a first-order method is not hurt. The
+variables are the joints, the path scale (in scaled mode) and the slacks (in every mode but hard); the rows of
+C are those of ``ftqp.kernel.layout.rows``. Sizes never change in a planner's life.
 """
 
 from math import inf, sqrt

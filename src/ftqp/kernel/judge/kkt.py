@@ -53,7 +53,7 @@ def kkt_residuals(
     z_box: Any,
     out: Any,
 ) -> None:
-    """Write the KKT residuals of (x, y, z, z_box) into out, (4,):
+    """Write the four KKT residuals of (x, y, z, z_box) into out, (4,).
 
         out[0] = max(|Ax - b|, violation of l <= Cx <= u and of lb <= x <= ub)      primal
         out[1] = max |Hx + g + A'y + C'z + z_box|                                   stationarity
@@ -63,7 +63,7 @@ def kkt_residuals(
     Signs: L = 1/2 x'Hx + g'x + y'(Ax - b) + z'Cx + z_box'x, so z > 0 at an upper bound. NaN anywhere makes
     the residual it touches infinite; infinite bounds are no bounds. Every array is C-contiguous.
 
-    Source: KKT conditions, Boyd and Vandenberghe, Convex Optimization, 5.5.3; natural residual.
+    Source: Boyd and Vandenberghe 2004, section 5.5.3; the natural residual of complementarity.
     """
     n, m, p = len(g), len(b), len(l)
     primal, dual, complementary, gap = 0.0, 0.0, 0.0, 0.0

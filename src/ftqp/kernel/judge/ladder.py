@@ -5,8 +5,7 @@
                                               plain clip
 
 The box and the failed joints are never relaxed. A stop enters at "towards rest". There is one loop and one
-call of the
-solver, whatever happens; an external solver takes the place of the first one for the QP itself.
+call of the solver, whatever happens; an external solver takes the place of the first one for the QP itself.
 """
 
 from math import inf
@@ -44,8 +43,7 @@ from ftqp.kernel.rows.constraint_rows import add_constraints, within_guard
 from ftqp.kernel.rows.task_rows import compliance
 
 RELAXED_RATIO = 1e-8
-"""Compliance of the task rows when the best feasible command is sought, and in the first lexicographic
-stage."""
+"""Compliance of the task rows when the best feasible command is sought, and in the first stage."""
 SECOND_STAGE_RATIO = 1e-9
 """Compliance of the task rows in the second lexicographic stage."""
 ELASTIC_TASK_RATIO = 1e-6
@@ -65,7 +63,7 @@ DECAY_TIME = 0.05
 
 @jit
 def begin_first_stage(K: Any) -> None:
-    """Lexicographic: x1 = argmin |Ax - b|^2 + eps |x|^2 over box and torque rows, the objective aside."""
+    """Lexicographic mode: x1 = argmin |Ax - b|^2 + eps |x|^2 over box and torque rows, no objective."""
     chain, ladder, qp = K.chain, K.ladder, K.qp
     for i in range(chain.n):
         ladder.g_task[i], ladder.d_task[i] = qp.g[i], qp.H_diagonal[i]
@@ -79,7 +77,7 @@ def begin_first_stage(K: Any) -> None:
 
 @jit
 def _begin_second_stage(K: Any, claim: int) -> None:
-    """Lexicographic: the objective over those x with A x = A x1."""
+    """Lexicographic mode: minimise the objective over those x with A x = A x1."""
     chain, task, turned, ladder, qp = K.chain, K.task, K.turned, K.ladder, K.qp
     for i in range(chain.n):
         qp.g[i], qp.H_diagonal[i] = ladder.g_task[i], ladder.d_task[i]
@@ -103,7 +101,7 @@ def _begin_second_stage(K: Any, claim: int) -> None:
 
 @jit
 def begin_rest(K: Any, time: float) -> None:
-    """No task: x as near to v -> 0 within ``time`` as box, torque rows and failed joints allow.
+    """Without a task: x as near to v -> 0 within ``time`` as box, torque rows and failed joints allow.
 
     A joint outside its position limits is not pushed back during a stop: its interval is opened just enough
     to come to rest.
@@ -180,7 +178,7 @@ def _finish(K: Any) -> int:
 
 @jit
 def _begin_elastic(K: Any) -> None:
-    """Box and torque limits exclude each other: the latter give way too, as little as can be."""
+    """Let torque limits give way as little as can be, where they and the box exclude each other."""
     ladder, qp = K.ladder, K.qp
     compliance(K, ELASTIC_TASK_RATIO)
     qp.soft_rows = ELASTIC_RATIO * qp.soft[0]
@@ -189,7 +187,7 @@ def _begin_elastic(K: Any) -> None:
 
 @jit
 def _advance(K: Any, claim: int) -> int:
-    """One rung: the status when a command is found, SOLVE when the solver has to run again."""
+    """Climb one rung: the status when a command is found, SOLVE when the solver has to run again."""
     task, ladder, qp = K.task, K.ladder, K.qp
     n, stage = K.chain.n, ladder.stage
     if stage == FIRST_STAGE:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.kernel.layout.record import qp_fields
+from ftqp.kernel.layout.rooms import qp_fields
 
 VARIABLES = 64
 ROWS = 64

@@ -47,8 +47,7 @@ VIABILITY, JIN, ONE_STEP = map(int, Conversion)
 
 
 class JointCode(IntEnum):
-    """What is believed of a joint. An INSTANT lock becomes LOCKED at the next tick, with a jump of
-    velocity."""
+    """What is believed of a joint; an INSTANT lock jumps to LOCKED at the next tick."""
 
     HEALTHY = 0
     BRAKING = 1

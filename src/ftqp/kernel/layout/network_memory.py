@@ -1,5 +1,4 @@
-"""How much memory the network takes, for whoever allocates it; plain functions that compiled code uses,
-too."""
+"""How much memory the network takes: plain functions, for compiled code and for whoever allocates it."""
 
 from typing import Final
 

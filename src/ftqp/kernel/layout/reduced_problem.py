@@ -2,9 +2,10 @@
 
     sum over working joints  A_i x_i = b - sum over failed joints  A_i rate_i,   x_i = column_i y_i
 
-``J`` (m, f) holds column_i A_i of the working joints, y is what the closed forms solve for.
-Source: [Be] Bedrossian 1993, equation 3, as J_f = J S: no J B J' is formed, which is singular with fewer
-working joints than rows. Rows of A and b are expected with the characteristic length in them.
+``J``, (m, f), holds column_i A_i of the working joints, and y is what the closed forms solve for. Rows of A
+and b are expected with the characteristic length in them.
+Source: Bedrossian 1993, equation 3, as J_f = J S: no J B J' is formed, which is singular with fewer working
+joints than rows.
 """
 
 from functools import cache

@@ -22,7 +22,7 @@ class RowKind:
         symmetric: Whether what is limited has limits of equal size on both sides; it is then C x minus the
             middle of l and u, and is shown so.
         needs_inertia: Whether the rows need M or h, so that an arm without masses has none of them.
-        module: The room's file in ``ftqp.kernel.rows`` whose ``fill(K, at)`` writes them.
+        module: The file in ``ftqp.kernel.rows`` whose ``fill(K, at)`` writes them.
     """
 
     name: str

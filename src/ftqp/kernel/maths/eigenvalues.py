@@ -14,8 +14,10 @@ def tridiagonal(S: Any, n: int, a: Any, b: Any) -> None:
     """Q' S Q = T by Householder reflections: a the diagonal of T, b[i] the square of T[i, i + 1]; S is lost.
 
     With v = x - alpha e_1 that maps the column x below the diagonal to alpha e_1, and beta = 2/v'v,
+
         S <- S - v w' - w v',  w = p - (beta/2)(p'v) v,  p = beta S v.
-    Source: Golub and Van Loan, Matrix Computations, algorithm 8.3.1.
+
+    Source: Golub and Van Loan 2013, algorithm 8.3.1.
     """
     for k in range(n - 2):
         size = 0.0
@@ -83,7 +85,10 @@ def extreme_eigenvalues(S: Any, n: int, a: Any, b: Any) -> tuple[float, float]:
     Bisection on the signs of the pivots of T - x I (Sturm sequence) within Gershgorin's bounds.
 
     Args:
-        S: symmetric matrix, leading (n, n). a, b: memory, (n,).
+        S: Symmetric matrix, of which the leading (n, n) counts.
+        n: Its size.
+        a: Memory, (n,).
+        b: Memory, (n,).
     """
     tridiagonal(S, n, a, b)
     low, high = a[0], a[0]

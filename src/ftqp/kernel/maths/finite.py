@@ -10,7 +10,6 @@ def is_finite(x: float) -> bool:
     """|x| < inf: false for NaN and infinities.
 
     numba's ``math.isfinite`` compares x - x with itself; with reassociation allowed, the compiler folds that
-    into 0 when x
-    is a sum, and NaN passes.
+    into 0 when x is a sum, and NaN passes.
     """
     return abs(x) < inf

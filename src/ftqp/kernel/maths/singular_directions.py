@@ -16,14 +16,14 @@ ORTHOGONAL = 1e-15
 def singular_directions(W: Any, m: int, n: int, U: Any, sigma: Any) -> None:
     """W = U diag(sigma) V': the rows of W become sigma_k v_k', sigma descending.
 
-    One-sided Jacobi: plane rotations of pairs of rows until all are orthogonal, U collecting them. Small
-    singular
-    values keep their relative accuracy, which those of W W' would lose.
-    Source: Demmel & Veselic, SIAM J. Matrix Anal. Appl. 1992.
+    The method is one-sided Jacobi: plane rotations of pairs of rows until all are orthogonal, U collecting
+    them. Small singular values keep their relative accuracy, which those of W W' would lose.
+    Source: Demmel and Veselić 1992.
 
     Args:
         W: (m, n) or larger; overwritten by diag(sigma) V'.
-        m: rows. n: columns; fewer than m leave rows of zeros.
+        m: How many rows of W count.
+        n: How many columns count; fewer than m leave rows of zeros.
         U: (m, m) or larger, filled.
         sigma: (m,) or longer, filled.
     """

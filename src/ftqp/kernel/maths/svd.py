@@ -98,10 +98,10 @@ def _swap(P: Any, i: int, j: int, length: int) -> None:
 def svd(P: Any) -> None:
     """J = U diag(sigma) V' thin, r = min(m, f), sigma falling: V (r, f) by rows, c = U' right, rank.
 
-    Wide J (f >= m): Q J = X with orthogonal rows, so sigma_k = |X_k|, V_k = X_k / sigma_k and c = Q right.
-    Tall J: the same of J', so V = Q and c_k = X_k right / sigma_k.
-    Small singular values are accurate relative to themselves where scaling rows explains the condition.
-    Source: Hestenes 1958; Demmel, Veselic, SIAM J. Matrix Anal. 1992.
+    For a wide J (f >= m), Q J = X with orthogonal rows, so sigma_k = |X_k|, V_k = X_k / sigma_k and
+    c = Q right. For a tall J it is the same of J', so V = Q and c_k = X_k right / sigma_k. Small singular
+    values are accurate relative to themselves where scaling rows explains the condition.
+    Source: Hestenes 1958; Demmel and Veselić 1992.
     """
     m, f = P.m, P.f
     tall = f < m

@@ -6,8 +6,7 @@ from typing import Any
 from ftqp.kernel.jit import exact_jit, jit
 
 PI_2_HIGH = 1.5707963267341256
-"""pi/2 in three parts (Cody and Waite 1980): the first has 33 significant bits, so that k PI_2_HIGH is exact
-..."""
+"""pi/2 in three parts (Cody and Waite 1980); the first has 33 bits, so that k PI_2_HIGH is exact ..."""
 PI_2_MIDDLE = 6.077100506303966e-11
 PI_2_LOW = 2.0222662487959506e-21
 REDUCED = 1e5
@@ -18,7 +17,7 @@ REDUCED = 1e5
 def _sin_cos(x: float) -> tuple[float, float]:
     """sin x and cos x for |x| <= REDUCED: x = k pi/2 + r, |r| <= pi/4, minimax polynomials in r.
 
-    Source: coefficients of FreeBSD's k_sin.c and k_cos.c (Sun Microsystems 1993).
+    Source: FreeBSD's k_sin.c and k_cos.c (Sun Microsystems, 1993) for the coefficients.
     """
     k = int(x * 0.6366197723675814 + (0.5 if x >= 0.0 else -0.5))
     r = ((x - k * PI_2_HIGH) - k * PI_2_MIDDLE) - k * PI_2_LOW

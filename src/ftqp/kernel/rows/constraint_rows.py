@@ -50,8 +50,8 @@ def add_constraints(K: Any) -> None:
 def within_guard(K: Any) -> bool:
     """Whether x asks for so little acceleration that every torque limit holds without being looked at.
 
-    max_i |a_i| / a_max_i <= guard, where the planner has made sure that |h| + guard |M| a_max stays below the
-    torque limits.
+    It does when max_i |a_i| / a_max_i <= guard, where the planner has made sure that |h| + guard |M| a_max
+    stays below the torque limits.
     """
     chain, limits, state, qp = K.chain, K.limits, K.state, K.qp
     for i in range(chain.n):

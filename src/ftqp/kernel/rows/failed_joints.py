@@ -47,9 +47,10 @@ def sort_joints(K: Any) -> None:
 def prescribed_motion(K: Any) -> None:
     """x_F of every locked or braking joint, as the degenerate interval lb = ub.
 
-    Braking: x_F = -sign(v_F) min(rate, |v_F|/dt) until v_F is exactly zero, the last step partial; then
-    locked, for ever. v_F follows that model, or the measured velocity where the joint stops sooner, so that
-    noise cannot keep it braking.
+    While it brakes, x_F = -sign(v_F) min(rate, |v_F|/dt) until v_F is exactly zero, the last step partial;
+    then it is locked for ever. v_F follows that model, or the measured velocity where the joint stops sooner,
+    so that noise cannot keep it braking.
+    Source: docs/theory/joint-failures.md, "Locked".
     """
     faults, state, qp = K.faults, K.state, K.qp
     dt = state.dt
@@ -139,9 +140,12 @@ def _task_jump(K: Any) -> None:
 def lock_instantly(K: Any) -> None:
     """v_F := 0 and the velocities of the others by the reset rule; Delta is the change of v.
 
-    kinematic: unchanged.  momentum: a free impulse, which moves free-swinging joints, too.
-    task: Delta_H = -J_H^+ J_F Delta_F (the task velocity goes on). Needs J, and M for ``momentum``.
-    Source: docs/theory/faults.md, "Instant locks".
+    kinematic:  Delta_H = 0
+    momentum:   Delta_H = -M_HH^-1 M_HF Delta_F, a free impulse, which moves free-swinging joints, too
+    task:       Delta_H = -J_H^+ J_F Delta_F, so that the task's velocity goes on
+
+    It needs J, and M for ``momentum``.
+    Source: docs/theory/joint-failures.md, "Instant locks".
     """
     faults, state = K.faults, K.state
     n, delta = K.chain.n, K.scratch.joints

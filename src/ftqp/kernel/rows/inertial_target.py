@@ -2,8 +2,8 @@
 
 I is the inertial frame, B the arm's base (the W of all other modules), T_b the pose of B in I. The QP stays
 in B: its error is R' e, the error along I's axes turned by the base attitude R that is believed.
-Source: Holt and Desrochers, NASA N94-26281, eq. 19 with R = R_b(eta_o) ("nominal"); base estimate, observer
-and feed-forward are additions.
+Source: Holt and Desrochers 1994, eq. 19 with R = R_b(eta_o) ("nominal"); the estimate of the base, the
+observer and the feed-forward are additions, derived in docs/theory/moving-base.md.
 """
 
 from math import cos, sin, sqrt
@@ -42,14 +42,12 @@ from ftqp.kernel.maths.vectors import cross
 STANDING = 1e-3
 """An arm whose commands all stay below this share of the velocity limits stands still."""
 PATIENCE = 5
-"""Samples in a row for which an arm has to stand, or lean on a position limit, before its target counts as
-out of reach."""
+"""Samples in a row of standing, or of leaning on a position limit, after which a target is out of reach."""
 
 
 @jit
 def exponential(x: float, y: float, z: float, R: Any) -> None:
-    """R <- exp([w]x), (9,) by rows, of the rotation vector w [rad]: cos 1 + sin/angle [w]x + (1-cos)/angle^2
-    w w'."""
+    """R <- cos 1 + sin/angle [w]x + (1 - cos)/angle^2 w w', (9,) by rows, w a rotation vector [rad]."""
     angle = sqrt(x * x + y * y + z * z)
     c = cos(angle)
     s = sin(angle) / angle if angle > 1e-8 else 1.0
@@ -61,8 +59,10 @@ def exponential(x: float, y: float, z: float, R: Any) -> None:
 
 @jit
 def base_from_tip(E: Any, arm: Any, T: Any) -> None:
-    """T_b = T_E T_arm^-1: R_b = R_E R_arm', p_b = p_E - R_b p_arm; E and T (4, 4), arm (12,) = R_arm and
-    p_arm."""
+    """T_b = T_E T_arm^-1: R_b = R_E R_arm', p_b = p_E - R_b p_arm.
+
+    E and T are (4, 4); arm, (12,), is R_arm and p_arm.
+    """
     for r in range(3):
         for c in range(3):
             T[r, c] = E[r, 0] * arm[3 * c] + E[r, 1] * arm[3 * c + 1] + E[r, 2] * arm[3 * c + 2]
@@ -81,7 +81,7 @@ def _all_finite(T: Any, rows: int, columns: int) -> bool:
 
 @jit
 def _measure(base: Any, arm: Any) -> bool:
-    """The base pose that this tick's measurements give into ``base_now``; False without a finite one.
+    """Write the base pose that this tick's measurements give into ``now``; False without a finite one.
 
     A tip position alone gives p_b with the nominal attitude: T_b = (R_o, p_E - R_o p_arm).
     """
@@ -112,13 +112,13 @@ def _measure(base: Any, arm: Any) -> bool:
 
 @jit
 def _observe(base: Any, arm: Any) -> None:
-    """Disturbance observer: dv <- dv + a (d - dv), d the displacement at the tip that the base made since
-    last time.
+    """Observe the disturbance: dv <- dv + a (d - dv), d the tip's displacement by the base since last time.
 
-    d = T_b,k T_arm against T_b,k-1 T_arm, with the same arm pose: -(e_k - e_k-1) - R_b J dq of the spec for a
-    target at rest, exact for large motions too. Joint motion enters as it was measured, never as commanded,
-    so neither a limit nor a slow servo is taken for base motion; ``base_hold`` freezes dv after a step that
-    limits cut.
+    d is T_b,k T_arm against T_b,k-1 T_arm with the same arm pose. For a target at rest that is
+    -(e_k - e_k-1) - R_b J (q_k - q_k-1), here exact for large motions, too. Joint motion enters as it was
+    measured, never as commanded, so neither a limit nor a slow servo is taken for base motion; ``hold``
+    freezes dv after a step that limits cut.
+    Source: docs/theory/moving-base.md, "Observer".
     """
     T, L, s = base.now, base.last, base.six
     for r in range(3):
@@ -144,9 +144,10 @@ def _observe(base: Any, arm: Any) -> None:
 def _predict(K: Any, base: Any) -> None:
     """Twist of the tip by base motion, as a twist at the tip's point along I, and T_b brought to now.
 
-    Given twist V of the base, mean over the sample that began ``lead`` ago: over the coming sample it will be
-    V + lead V', on the way to now it was V + (lead - dt)/2 V', with V' the change of V per sample; then
-    v + w x r with r from the base to the tip. Otherwise dv/dt of the observer, or nothing.
+    A given twist V of the base is the mean over the sample that began ``lead`` ago: over the coming sample it
+    will be V + lead V', on the way to now it was V + (lead - dt)/2 V', with V' = (V - V_last)/dt. At the tip
+    that is v + w x r with r from the base to the tip. Without a given twist it is dv/dt of the observer, or
+    zero.
     """
     state, kinematics = K.state, K.kinematics
     T, S, s = base.now, base.pose, base.six
@@ -194,7 +195,9 @@ def _target_from_base(K: Any, base: Any) -> None:
     """The inertial target as a target in B whose error there is R' e, and its twist R'(V_d - V_base).
 
     e = (p_d - p_E; log R_d R_E') along I with T_E = T_b T_arm; p = p_arm + R'(p_d - p_E), rotation
-    R' R_d R_E' R R_arm. With R = R_b that is T_b^-1 T_d. R: estimated, nominal ([Ho] eq. 19) or measured.
+    R' R_d R_E' R R_arm. With R = R_b that is T_b^-1 T_d. R is the estimated, the nominal or the measured
+    attitude.
+    Source: Holt and Desrochers 1994, eq. 19, for the nominal one.
     """
     kinematics, task = K.kinematics, K.task
     B, T, A, R = base.pose, task.target, kinematics.R_tip, base.turn
@@ -245,8 +248,8 @@ def _target_from_base(K: Any, base: Any) -> None:
 def follow_base(K: Any, base: Any) -> bool:
     """One tick of the moving base, after the kinematics: False when the base has not been seen for too long.
 
-    A measurement made ``base_delay`` samples ago belongs to the arm pose of that time, which is remembered,
-    so the arm's own motion since then is accounted for exactly; the base's is extrapolated.
+    A measurement made ``delay`` samples ago belongs to the arm pose of that time, which is remembered, so the
+    arm's own motion since then is accounted for exactly; the base's is extrapolated.
     """
     state, kinematics = K.state, K.kinematics
     at = base.ticks % DELAYS
@@ -295,10 +298,10 @@ def follow_base(K: Any, base: Any) -> bool:
 
 @jit
 def reduce_by_lead(K: Any, base: Any) -> None:
-    """Anti-windup against a servo that lags: -v_max - lead/dt <= x <= v_max - lead/dt, lead = set point - q.
+    """-v_max - lead/dt <= x <= v_max - lead/dt, lead = set point - q: no windup against a servo that lags.
 
     The set point, which accumulates dt x, then never runs ahead of the joint by more than v_max dt, and is
-    called back where it does. Never leaves the joint's own interval.
+    called back where it does. The result never leaves the joint's own interval.
     """
     limits, faults, state, qp = K.limits, K.faults, K.state, K.qp
     for k in range(faults.working):

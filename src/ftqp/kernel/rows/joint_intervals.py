@@ -1,8 +1,8 @@
 """Joint limits as one interval per joint: what the next acceleration or velocity may be.
 
 Every function gives the upper end, as ``(bound, limit that set it)``; the lower end is its mirror (v -> -v,
-distance to
-the other limit, sign flipped). ``d`` is the distance to the upper position limit [rad or m].
+distance to the other limit, sign flipped). ``d`` is the distance to the upper position limit [rad or m]. Each
+bound is derived in docs/theory/joint-limits.md.
 """
 
 from math import ceil, inf, sqrt
@@ -39,10 +39,10 @@ def return_velocity(d: float, v_max: float) -> float:
 def viability(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: float) -> tuple[float, int]:
     """Largest acceleration after which the joint still keeps its limits for ever, braking at ``a_brake``.
 
-    The least of a_max; (v_max - v)/dt; the position over the whole step; and the next state viable:
-    v' = max(0, -a_brake dt/2 + sqrt((a_brake dt/2)^2 + a_brake (2 d - v dt))), (v' - v)/dt.
-    Source: Del Prete, IEEE RA-L 2018, solved for v' rather than a (division by dt, not dt^2), then clipped to
-    +-a_max.
+    It is the least of a_max, of (v_max - v)/dt, of what keeps the position over the whole step, and of
+    (v' - v)/dt, whose v' makes the next state viable:
+    v' = max(0, -a_brake dt/2 + sqrt((a_brake dt/2)^2 + a_brake (2 d - v dt))).
+    Source: Del Prete 2018, solved for v' rather than a (division by dt, not dt^2), then clipped to +-a_max.
     """
     if d < 0.0:
         a = (return_velocity(d, v_max) - v) / dt
@@ -76,7 +76,8 @@ def jin(
 ) -> tuple[float, int]:
     """min(gamma_p (d - margin), gamma_v (v_max - v), a_max).
 
-    Source: Jin et al. 2017. Not always non-empty and not always kept: for the paper's experiments.
+    The interval can be empty, and the limits need not be kept: it is there for the paper's experiments.
+    Source: Jin et al. 2017, reconstructed as in docs/theory/joint-limits.md.
     """
     bound, by = a_max, BY_ACCELERATION
     a = gain_v * (v_max - v)
@@ -92,7 +93,7 @@ def jin(
 def one_step(v: float, d: float, v_max: float, a_max: float, dt: float) -> tuple[float, int]:
     """min(2 (d - v dt)/dt^2, (v_max - v)/dt, a_max): looks one step ahead only, for comparison.
 
-    Source: Flacco, De Luca, Khatib, ICRA 2012.
+    Source: Flacco et al. 2012.
     """
     bound, by = a_max, BY_ACCELERATION
     a = (v_max - v) / dt

@@ -7,8 +7,7 @@ from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.vectors import cross
 
 FLOOR = 0.01
-"""The manipulability counts singular values below FLOOR lengths as about that, so its gradient stays
-finite."""
+"""Singular values below FLOOR lengths count as about that, so that the gradient stays finite."""
 
 
 @jit
@@ -51,14 +50,16 @@ def _along_rows(K: Any) -> tuple[float, float, float, float, float, float]:
 
 @jit
 def manipulability_gradient(K: Any) -> None:
-    """d/dq_i log sqrt det(A_f A_f' + (FLOOR length)^2 I) = sum_j (dA_j/dq_i)'(A_f A_f' + ...)^-1 A_j, into
-    scratch.
+    """d/dq_i log sqrt det S, S = A_f A_f' + (FLOOR length)^2 I, = sum_j (dA_j/dq_i)' S^-1 A_j, into scratch.
 
-    A_f are the columns of the working joints j. With column (v_j; w_j) of the geometric Jacobian, w_j = 0
-    for a
-    prismatic joint:  d/dq_i (v_j; w_j) = (w_i x v_j; w_i x w_j) for i <= j, (w_j x v_i; 0) for i > j; with
-    rows along the tool's axes the angular part is 0 and w_j x w_i instead. Needs ``task_rows``, not turned.
-    Source: Yoshikawa, IJRR 1985, for the measure; its floor keeps the gradient finite at a singularity.
+    A_f are the columns of the working joints j. With column (v_j; w_j) of the geometric Jacobian, w_j = 0 for
+    a prismatic joint,
+
+        d/dq_i (v_j; w_j) = (w_i x v_j; w_i x w_j)  for i <= j,   (w_j x v_i; 0)  for i > j;
+
+    with rows along the tool's axes the angular part is 0 and w_j x w_i instead. It needs ``task_rows``, not
+    turned.
+    Source: Yoshikawa 1985 for the measure; its floor keeps the gradient finite at a singularity.
     """
     chain, faults, kinematics, task, qp, scratch = K.chain, K.faults, K.kinematics, K.task, K.qp, K.scratch
     n, m = chain.n, task.m

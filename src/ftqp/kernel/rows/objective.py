@@ -8,6 +8,7 @@
 x is the acceleration or the velocity. At the velocity level torque is that of the acceleration (x - v)/dt,
 times dt. D is the diagonal of joint weights. tau_H and J_H leave out every failed joint: its motor does not
 work, and to keep its torque in the objective would change the motion of the others.
+Source: docs/theory/schemes.md, which derives the coefficients of every recipe.
 """
 
 from math import cos, sin
@@ -74,8 +75,8 @@ def objective(K: Any) -> None:
                 for j in range(i + 1):
                     qp.H[i, j] += c * kinematics.M[k, j]
         elif faults.code[k] == FREE:
-            # torque/2 (row x - right side)^2 of its equality row: zero for every x that is allowed, it
-            # changes no answer and keeps H > 0, as the row's own torque would
+            # torque/2 (row x - right side)^2 of its equality row: zero for every x that is allowed, so it
+            # changes no answer, and it keeps H > 0, as the row's own torque would
             for i in range(n):
                 c = criteria.torque * qp.C[k, i]
                 qp.g[i] -= c * qp.l[k]

@@ -15,8 +15,7 @@ SEPARATION = 1e4
 STIFFNESS = 1e-10
 """Compliance of the rows, as a share of the QP's own magnitude."""
 LEAST_WEIGHT = 1e-12
-"""The same share of the objective's largest value is the least cost of 1 - s: the QP stays strictly
-convex."""
+"""Least cost of 1 - s, as a share of the objective's largest value: the QP stays strictly convex."""
 RISE = 0.1
 """Acceleration level: the rate approaches 1 with this time constant [s]."""
 STOP_SHARE = 0.5
@@ -35,11 +34,12 @@ ARRIVED = 1e-9
 def path_rows(K: Any, path: Any) -> None:
     """The task's rows with the path rate s, 0 <= s <= 1, as the last variable, so that s = 0 waits.
 
-    Velocity level: J v - s x' = kp e.  Acceleration level, s the rate after the step and
-    sigma'' = (s - sigma')/dt:
-    J a - x' s/dt = x'' sigma'^2 - x' sigma'/dt - Jdot v + kv (x' sigma' - J v) + kp e.
-    Needs ``task_rows``. The feedback is never scaled.
-    Source: Bedrossian 1993, extended as in docs/theory/paths.md.
+    velocity level:      J v - s x' = kp e
+    acceleration level:  J a - x' s/dt = x'' sigma'^2 - x' sigma'/dt - Jdot v + kv (x' sigma' - J v) + kp e
+
+    At the acceleration level s is the rate after the step and sigma'' = (s - sigma')/dt. The feedback is
+    never scaled. It needs ``task_rows``.
+    Source: Bedrossian 1993, extended as in docs/theory/path-progress.md, "The rows".
     """
     state, kinematics, task, qp = K.state, K.kinematics, K.task, K.qp
     n = K.chain.n
@@ -74,8 +74,7 @@ def path_rows(K: Any, path: Any) -> None:
 def _braking(K: Any, path: Any) -> float:
     """How fast the rate can fall [1/s] with STOP_SHARE of the acceleration limits; inf at rest.
 
-    Joint i moves by |v_i|/sigma' per unit of progress, so that is the least of
-    STOP_SHARE a_max_i sigma'/|v_i|.
+    Joint i moves by |v_i|/sigma' per unit of progress, so it is min_i STOP_SHARE a_max_i sigma'/|v_i|.
     """
     limits, faults, state = K.limits, K.faults, K.state
     brake = inf
@@ -103,8 +102,8 @@ def _limit_in_bend(K: Any, path: Any) -> float:
     """The largest rate at which BEND_SHARE of the acceleration limits hold the arm on the path's bend.
 
     At a constant rate s the joints accelerate by s^2 c, c = J_f^+ (x'' - Jdot q'), q' = v/sigma', with the
-    damped inverse: sqrt(min BEND_SHARE a_max_i/|c_i|). The rest of the limits is left for slowing down. Needs
-    the singular directions of ``fade_feedback``, and diag(sigma) V' in ``scratch.wide``.
+    damped inverse: sqrt(min BEND_SHARE a_max_i/|c_i|). The rest of the limits is left for slowing down. It
+    needs the singular directions of ``fade_feedback``, and diag(sigma) V' in ``scratch.wide``.
     """
     limits, faults, task, turned, scratch = K.limits, K.faults, K.task, K.turned, K.scratch
     m = task.m

@@ -10,10 +10,9 @@ from ftqp.kernel.layout.path_table import BEGIN, ORIENTATION, POSITION, SPIN, ST
 
 @jit
 def sample(row: Any, progress: float, target: Any) -> None:
-    """Pose, twist x' and acceleration x'' of the path at ``progress`` within one interval, as a packed
-    target.
+    """Fill in pose, twist x' and acceleration x'' of the path at ``progress`` within one interval.
 
-    R = exp(turn) R_begin with Rodrigues' formula.
+    The position is a polynomial; R = exp(turn) R_begin with Rodrigues' formula. ``target`` is packed.
     """
     t = progress - row[BEGIN]
     for r in range(3):

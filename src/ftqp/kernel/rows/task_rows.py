@@ -43,7 +43,7 @@ def task_rows(K: Any, kp: float) -> None:
     Angular rows are multiplied by the characteristic length, so that every row counts in metres. Scaled mode
     adds the path scale s as a variable: A x - s (b - b_0) = b_0, where s = 0 brakes the tip (velocity level:
     b_0 = 0).
-    Source: Jin et al. 2017; scaling as in Flacco et al., ICRA 2012.
+    Source: Jin et al. 2017; scaling as in Flacco et al. 2012.
     """
     state, kinematics, task, qp = K.state, K.kinematics, K.task, K.qp
     n, m = K.chain.n, task.m

@@ -13,7 +13,8 @@ def fill(K: Any, at: int) -> int:
 
     tau_min - h <= M a <= tau_max - h, times dt at the velocity level. A free-swinging joint's row is the
     equality tau = -friction v, with the velocity after the step: taken before it, strong friction on a light
-    joint would be unstable. The row of a joint that is held is open, its brake carries whatever is needed.
+    joint would be unstable. The row of a joint that is held is open: its brake carries whatever is needed.
+    Source: docs/theory/joint-failures.md, "Free-swinging".
     """
     chain, limits, faults, state, kinematics, qp = K.chain, K.limits, K.faults, K.state, K.kinematics, K.qp
     n = chain.n

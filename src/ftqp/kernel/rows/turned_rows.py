@@ -58,12 +58,16 @@ def fade_feedback(K: Any, path: Any) -> None:
 def turn_rows(K: Any) -> None:
     """U'A x + s = U'b, U of the reduced Jacobian A_f = U diag(sigma) V' of the working joints.
 
-    Row k below the threshold gets the compliance
-    softness_k = (length factor (1 - (sigma_k/(length sigma_0))^2))^2, in units of H, above it none. With
-    H = I and no bound in the way that is x = sum_k sigma_k/(sigma_k^2 + softness_k) v_k u_k'b: each singular
-    direction damped by itself, the others followed exactly.
-    Source: variable damping of Nakamura & Hanafusa 1986 and numerical filtering of Maciejewski & Klein 1988,
-    here as compliance of turned rows, so that bounds, torque rows and objective stay those of the QP.
+    Row k below the threshold sigma_0 gets the compliance
+
+        softness_k = (length factor (1 - (sigma_k/(length sigma_0))^2))^2
+
+    in units of H, a row above it none. With H = I and no bound in the way the solution is
+    x = sum_k sigma_k/(sigma_k^2 + softness_k) v_k u_k'b: each singular direction is damped by itself, and the
+    others are followed exactly.
+    Source: variable damping of Nakamura and Hanafusa 1986 and numerical filtering of Maciejewski and Klein
+    1988, here as compliance of turned rows, so that bounds, torque rows and objective stay those of the QP;
+    docs/theory/singularities.md, "Directional damping".
     """
     chain, task, turned, qp, scratch = K.chain, K.task, K.turned, K.qp, K.scratch
     n, m = chain.n, task.m

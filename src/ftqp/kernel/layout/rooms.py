@@ -1,0 +1,353 @@
+"""The rooms of the record: the fields of each, for so many joints. SI units and ``f8`` unless named."""
+
+from typing import Any
+
+from ftqp.kernel.layout.criteria import COEFFICIENTS
+from ftqp.kernel.layout.enums import DELAYS, TARGET_SIZE, TASK_ROWS
+from ftqp.kernel.layout.rows import constraint_capacity
+
+Fields = list[Any]
+Shape = tuple[int, ...]
+
+
+def _floats(arrays: dict[str, Shape]) -> Fields:
+    return [(name, "f8", shape) for name, shape in arrays.items()]
+
+
+def _integers(arrays: dict[str, Shape]) -> Fields:
+    return [(name, "i8", shape) for name, shape in arrays.items()]
+
+
+def _scalars(kind: str, names: str) -> Fields:
+    return [(name, kind) for name in names.split()]
+
+
+def _state(N: int) -> Fields:
+    """Measured state, as given and as the kernel uses it, and the command.
+
+    ``unusable``: what else was measured is not finite; ``py_buffer``: memory for looking into a caller's
+    object.
+    """
+    names = ("q", "v", "q_command", "v_command", "a_command", "tau", "tau_brake", "given_v")
+    return [
+        *_scalars("i8", "is_reset level ticks unusable"),
+        *_scalars("f8", "dt"),
+        *_floats(dict.fromkeys(names, (N,))),
+        *_floats({"given_q": (2 * N,)}),
+    ]
+
+
+def _faults(N: int) -> Fields:
+    """What is believed of the joints.
+
+    ``order`` lists the ``working`` ones, then the free-swinging ones, then those that are held.
+    ``friction`` is that of a free-swinging joint [N m s/rad]; ``lock_rate`` and ``lock_velocity`` are the
+    deceleration and, by that model, the velocity of a joint that is being locked.
+    """
+    return [
+        *_scalars("i8", "reset_mode working movable"),
+        *_integers({"code": (N,), "order": (N,)}),
+        *_floats(dict.fromkeys(("lock_rate", "lock_velocity", "friction"), (N,))),
+    ]
+
+
+def _limits(N: int) -> Fields:
+    """Limits as believed now, and which of them set each end of an interval.
+
+    ``a_brake`` is the deceleration that viability may count on. ``dynamic``: rows of C, or an objective
+    with inertia. ``guard``: share of a_max up to which torque limits hold without being checked; 0: torque
+    rows every tick.
+    """
+    names = ("q_min", "q_max", "v_max", "a_max", "a_brake", "tau_max")
+    return [
+        *_scalars("i8", "conversion dynamic empty_intervals"),
+        *_scalars("f8", "guard jin_p jin_v jin_margin jin_upsilon"),
+        *_floats(dict.fromkeys(names, (N,))),
+        *_integers({"lower_by": (N,), "upper_by": (N,)}),
+    ]
+
+
+def _task(N: int) -> Fields:
+    """The task and its error.
+
+    ``row_scale``: 1 for linear rows, the characteristic length for angular ones. ``axis``: rotation whose z
+    is the tool axis, in the tip frame. ``error``: position and rotation vector from the tip to the target,
+    along W. ``slack`` is A x - asked, ``asked`` what the task asks for (b differs in lexicographic mode),
+    ``beyond`` what it asks beside b. ``yielding``: compliance of each component beside that of the task as a
+    whole.
+    """
+    return [
+        *_scalars("i8", "m mode uses_rotation tool_rows has_tip_measured"),
+        *_scalars("f8", "kp kv length slack_ratio position_error rotation_error scale beyond"),
+        *_integers({"rows": (6,)}),
+        *_floats(
+            {
+                "row_scale": (6,),
+                "target": (TARGET_SIZE,),
+                "error": (6,),
+                "slack": (6,),
+                "asked": (6,),
+                "yielding": (6,),
+                "axis": (9,),
+                "tip_measured": (4, 4),
+            }
+        ),
+    ]
+
+
+def _criteria(N: int) -> Fields:
+    """Coefficients of the objective, see ``ftqp.kernel.rows.objective``."""
+    return [
+        *_scalars("f8", " ".join(COEFFICIENTS)),
+        *_floats({"weight": (N,), "posture": (N,)}),
+    ]
+
+
+def _kinematics(N: int) -> Fields:
+    """The one snapshot of a tick; ``acc`` is of the frame origins, minus gravity."""
+    return [
+        *_scalars("i8", "has_dynamics"),
+        *_floats(
+            {
+                "sine": (N,),
+                "cosine": (N,),
+                "R": (N, 9),
+                "o": (N, 3),
+                "axis_w": (N, 3),
+                "R_tip": (9,),
+                "o_tip": (3,),
+                "J": (6, N),
+                "drift": (6,),
+                "w": (N, 3),
+                "alpha": (N, 3),
+                "acc": (N, 3),
+                "h": (N,),
+                "M": (N, N),
+            }
+        ),
+    ]
+
+
+def _chain(N: int) -> Fields:
+    """Constants of the arm; every joint moves along or about the z axis of its frame.
+
+    ``rotation`` and ``translation`` place a joint's frame in its predecessor's at q = 0. ``inertia`` is about
+    the com: xx xy xz yy yz zz. ``armature`` is the rotor inertia seen at the joint.
+    """
+    return [
+        *_scalars("i8", "n nq has_inertia"),
+        *_integers({"prismatic": (N,), "continuous": (N,)}),
+        *_floats(
+            {
+                "rotation": (N, 9),
+                "translation": (N, 3),
+                "tip_rotation": (9,),
+                "tip_translation": (3,),
+                "gravity": (3,),
+                "mass": (N,),
+                "com": (N, 3),
+                "inertia": (N, 6),
+                "armature": (N,),
+            }
+        ),
+    ]
+
+
+def _watch(N: int) -> Fields:
+    """What may stop the arm: thresholds, and what has been seen of them."""
+    return [
+        *_scalars("i8", "stop_samples rising latched fallbacks fallback_limit"),
+        *_scalars("f8", "stop_position stop_rotation last_position_error last_rotation_error"),
+    ]
+
+
+def _ladder(N: int) -> Fields:
+    """Where a tick stands on the ladder, and what its answer is worth.
+
+    ``external``: another solver takes the QP. ``accept``: largest scaled residual that counts as solved.
+    ``g_task``, ``d_task``: the objective kept aside during the first stage of lexicographic mode;
+    ``z_first``, ``z_box_first``: multipliers of that stage, which say what keeps the task from being
+    followed.
+    """
+    return [
+        *_scalars("i8", "status verdict stage external claim qp_iterations dense_task p"),
+        *_scalars("f8", "accept residual_task residual_bounds residual_dual torque_excess kappa"),
+        *_floats(
+            {
+                "g_task": (N + 1,),
+                "d_task": (N + 1,),
+                "z_first": (constraint_capacity(N),),
+                "z_box_first": (N,),
+            }
+        ),
+    ]
+
+
+def qp_fields(variables: int, rows: int, constraints: int) -> Fields:
+    """Fields of a QP with compliant equality rows and of the active-set solver's memory.
+
+    min 1/2 x'Hx + g'x + sum_k s_k^2/(2 soft_k),  Ax + s = b,  lb <= x <= ub,  l <= Cx <= u; a row with
+    soft_k = 0 is hard.
+
+    ``x_free`` is the minimiser without rows. ``root`` is 1/sqrt(H_ii), 0 for a fixed variable; ``root_of``
+    and ``root_was`` keep an H_ii and its root, ``inverse`` the square of the root. V holds the rows of the
+    working set times H^(-1/2), G = V V' + compliance, L its Cholesky factor with inverse diagonal.
+    """
+    working = variables + rows + constraints
+    return [
+        *_scalars("i8", "nx meq nc dense warm iterations max_iterations"),
+        *_scalars("f8", "soft_rows tolerance"),
+        *_floats(
+            {
+                "lb": (variables,),
+                "ub": (variables,),
+                "g": (variables,),
+                "H_diagonal": (variables,),
+                "A": (rows, variables),
+                "b": (rows,),
+                "soft": (rows,),
+                "x": (variables,),
+                "y": (rows,),
+                "z_box": (variables,),
+                "x_free": (variables,),
+                "root": (variables,),
+                "root_of": (variables,),
+                "root_was": (variables,),
+                "inverse": (variables,),
+                "t": (working,),
+                "lam": (working,),
+                "lam_new": (working,),
+                "warm_lam": (working,),
+                "z": (constraints,),
+                "l": (constraints,),
+                "u": (constraints,),
+            }
+        ),
+        *_integers(
+            {
+                "code": (working,),
+                "side": (working,),
+                "active": (variables + constraints,),
+                "warm_code": (working,),
+                "warm_side": (working,),
+            }
+        ),
+        *_floats(
+            {
+                "scratch": (variables,),
+                "V": (working, variables),
+                "G": (working, working),
+                "L": (working, working),
+                "C": (constraints, variables),
+                "H": (variables, variables),
+                "L_H": (variables, variables),
+            }
+        ),
+    ]
+
+
+def _qp(N: int) -> Fields:
+    return qp_fields(N + 1, TASK_ROWS, constraint_capacity(N))
+
+
+def _turned(N: int) -> Fields:
+    """Task rows along the singular directions: U and sigma of the reduced Jacobian.
+
+    ``on``: the rows are turned; ``softness``: their compliance, times H. Damping begins where a singular
+    value falls below ``threshold`` and is ``factor`` at the singularity; factor 0: none.
+    """
+    return [
+        *_scalars("i8", "on"),
+        *_scalars("f8", "threshold factor"),
+        *_floats({"U": (6, 6), "sigma": (6,), "softness": (6,)}),
+    ]
+
+
+def path_fields(N: int) -> Fields:
+    """A path that is followed by its progress.
+
+    ``progress``: path time reached [s]; ``rate``: its derivative in [0, 1], negative while not known;
+    ``stop``: path time of the next jump of the twist; ``limit``: largest rate allowed now; ``ahead``:
+    largest rate from which the arm can stop before the next jump; ``left``: largest rate beside an error
+    that the feedback no longer corrects; ``feedback``: kp e of each row, where the path is blocked all but
+    the velocity feedback; ``bend``: x'' - Jdot q' of each row; ``interval``: of the path's table;
+    ``target``: the path's at the progress; ``drive``: velocity that the null space is drawn to where
+    ``driven``.
+    """
+    return [
+        *_scalars("i8", "interval driven"),
+        *_scalars("f8", "progress rate stop end limit ahead left"),
+        *_floats({"feedback": (6,), "bend": (6,), "target": (TARGET_SIZE,), "drive": (N,)}),
+    ]
+
+
+def base_fields(N: int) -> Fields:
+    """A base that moves in the inertial frame I, see ``ftqp.kernel.rows.inertial_target``.
+
+    ``tip_world`` and ``given``: measured poses of tip and base in I; ``rate``: given twist of the base at its
+    origin, along I; ``now``: pose of the base when it was measured; ``pose``: the same brought to now;
+    ``shift``: displacement of the tip by the base in one sample, as observed; ``twist``: of the tip by the
+    base, predicted for the coming sample; ``error``: from the tip to the target along I; ``arm_history``:
+    rotation and position of the tip in the base; ``setpoint``: sum of the commands since the start; ``age``:
+    how long the base has not been seen [s]; ``patience``: how long it may not be seen [s]; ``observer``:
+    low-pass factor of the disturbance observer, 0: none.
+    """
+    return [
+        *_scalars(
+            "i8", "code attitude has delay ticks seen rates ever stale freezes hold leaning anti_windup"
+        ),
+        *_scalars("f8", "gain observer age patience rank tolerance"),
+        *_floats(
+            {
+                "tip_world": (4, 4),
+                "given": (4, 4),
+                "rate": (6,),
+                "rate_last": (6,),
+                "nominal": (9,),
+                "now": (4, 4),
+                "last": (4, 4),
+                "pose": (4, 4),
+                "shift": (6,),
+                "twist": (6,),
+                "error": (6,),
+                "turn": (9,),
+                "tip": (9,),
+                "product": (9,),
+                "six": (6,),
+                "setpoint": (N,),
+                "arm_history": (DELAYS, 12),
+            }
+        ),
+    ]
+
+
+def _scratch(N: int) -> Fields:
+    """Memory of the parts of a tick; nothing in it but ``wide`` outlives the part that fills it."""
+    return [
+        *_floats(
+            {
+                "joints": (N + 1,),
+                "impulse": (N + 1,),
+                "rows": (6,),
+                "wide": (6, N),  # diag(sigma) V' of the turned rows
+                "square": (max(N, 6), max(N, 6)),
+            }
+        )
+    ]
+
+
+ROOMS = {
+    "state": _state,
+    "faults": _faults,
+    "limits": _limits,
+    "task": _task,
+    "criteria": _criteria,
+    "watch": _watch,
+    "ladder": _ladder,
+    "kinematics": _kinematics,
+    "chain": _chain,
+    "qp": _qp,
+    "scratch": _scratch,
+    "turned": _turned,
+}
+"""Each room with the fields that it has for N joints; those that every tick touches come first."""
