@@ -129,7 +129,7 @@ class Step:
         if not parts["has_dynamics"][0]:
             session = self._session
             n = len(self._joints)
-            if not session.K.chain.mass[:n].any():
+            if not session.K.chain.has_inertia:
                 return np.full(n, np.nan)
             warm_up(("torques",), session.capacity)
             if isinstance(parts, _Kept):
