@@ -29,6 +29,7 @@ GOOD = (ftqp.StepStatus.OK, ftqp.StepStatus.RELAXED)
         ({"tau": np.zeros(6)}, r"tau has shape \(6,\), expected \(7,\)"),
         ({"tip": np.eye(3)}, r"tip has shape \(3, 3\), expected \(4, 4\)"),
         ({"tip": "here"}, "tip is not an array of numbers: 'here'"),
+        ({"tau": np.full(7, np.nan), "tip": np.eye(3)}, r"tip has shape \(3, 3\), expected \(4, 4\)"),
     ],
 )
 def test_programmers_mistake_raises_and_the_next_step_is_untouched(panda, home, backend, change, sentence):

@@ -242,19 +242,10 @@ class Planner:
     def _led(self, tick: Any, q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
         """A step of any leader, with measured torques or tip, converted arrays and the clock."""
         began = now() if self._timing else 0
-        K = self._session.K
-        if tau is not None and not np.isfinite(sized("tau", tau, (self.robot.nv,))).all():
-            K.state.unusable = 1
-        if tip is not None:
-            K.task.tip_measured[:] = sized("tip", getattr(tip, "homogeneous", tip), (4, 4))
-            K.task.has_tip_measured = 1
-        try:
-            code = tick(q, v, *target)
-            if code == Mistake.NOT_READ:
-                q, v = vector("q", q), vector("v", v)
-                code = tick(q, v, *target)
-        finally:
-            K.task.has_tip_measured = K.state.unusable = 0
+        if tau is None and tip is None:
+            code = _converted_tick(tick, q, v, target)
+        else:
+            code = self._measured(tick, q, v, target, tau, tip)
         if code < 0:
             self._mistake(code, q, v)
         out = self._out
@@ -262,6 +253,20 @@ class Planner:
         if self._timing:
             out.duration = (now() - began) * 1e-9
         return out
+
+    def _measured(self, tick: Any, q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> int:
+        """A tick with measured torques or a measured tip."""
+        finite = tau is None or bool(np.isfinite(sized("tau", tau, (self.robot.nv,))).all())
+        pose = None if tip is None else sized("tip", getattr(tip, "homogeneous", tip), (4, 4))
+        state, task = self._session.K.state, self._session.K.task
+        try:
+            state.unusable = not finite
+            if pose is not None:
+                task.tip_measured[:] = pose
+                task.has_tip_measured = 1
+            return _converted_tick(tick, q, v, target)
+        finally:
+            task.has_tip_measured = state.unusable = 0
 
     def _mistake(self, code: int, q: Any, v: Any) -> NoReturn:
         if code == Mistake.NOT_RESET:
@@ -323,6 +328,14 @@ class Planner:
             "a Planner owns memory and perhaps a foreign solver, and is neither copied nor pickled; make "
             "another with the same arguments, and keep a step with step.copy()"
         )
+
+
+def _converted_tick(tick: Any, q: Any, v: Any, target: tuple[Any, ...]) -> int:
+    """A tick; where q or v cannot be read as they are, with copies of them as vectors."""
+    code: int = tick(q, v, *target)
+    if code == Mistake.NOT_READ:
+        code = tick(vector("q", q), vector("v", v), *target)
+    return code
 
 
 def _refuse_robot(robot: Robot) -> None:
