@@ -133,4 +133,6 @@ def test_wrong_base_table_is_one_clear_sentence(table: dict[str, Any], sentence:
 
 
 def test_planner_that_does_not_fit_a_moving_base_is_named() -> None:
-    assert "base: the planner decides accelerations" in refused(planner={"level": "acceleration"})
+    assert "base: leader 'base' does not go with level 'acceleration'" in refused(
+        planner={"level": "acceleration"}
+    )

@@ -143,10 +143,13 @@ def test_a_scenario_may_name_a_closed_form() -> None:
 @pytest.mark.parametrize(
     ("planner", "sentence"),
     [
-        ({"scheme": "pseudoinverse"}, "planner: scheme 'pseudoinverse' is a closed form for rates"),
+        (
+            {"scheme": "pseudoinverse"},
+            "planner: scheme 'closed form' does not go with level 'acceleration'",
+        ),
         (
             {"scheme": "pseudoinverse", "level": "velocity", "backend": "daqp"},
-            "planner: scheme 'pseudoinverse' is a closed form and has no backend",
+            "planner: scheme 'closed form' does not go with backend 'external': a closed form solves no QP",
         ),
         (
             {"scheme": {"name": "singularity_robust", "rule": "tigth"}, "level": "velocity"},
@@ -285,13 +288,16 @@ def test_wrong_path_settings_are_told_with_their_place() -> None:
     for overrides, message in (
         (
             ["path.reference=progress"],
-            "path.reference: the planner's task mode is 'slack', expected 'scaled'",
+            "path.reference: leader 'path' does not go with mode 'slack': a path waits for the arm",
         ),
         (
             ['planner.stall.patterns=["zigzag"]', "planner.task.mode=scaled"],
             "'zigzag' is not an escape pattern",
         ),
-        (["planner.task.mode=scaled", "planner.task.damping={ factor = 0.1 }"], "damping does not go with"),
+        (
+            ["planner.task.mode=scaled", "planner.task.damping={ factor = 0.1 }"],
+            "damping 'directional' does not go with",
+        ),
     ):
         with pytest.raises(ftqp.ScenarioError) as caught:
             load("panda-circle", overrides)

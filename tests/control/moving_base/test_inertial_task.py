@@ -1,9 +1,5 @@
 """The inertial task: what it refuses, what it says, and that nothing of the world makes it raise."""
 
-import os
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -11,7 +7,6 @@ import ftqp
 from ftqp import BaseStatus, InertialTask, MovingBase, Observer, StepStatus
 from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_exp, transform
-from ftqp.kernel.jit import COMPILED
 
 DT = 0.01
 
@@ -244,36 +239,6 @@ def test_planner_alone_is_not_touched_by_its_follower(panda, home):
     follower.step(panda.neutral, np.zeros(7), goal, tip=transform(np.eye(3), np.ones(3)) @ home)
     planner.reset(panda.neutral)
     np.testing.assert_array_equal(planner.step(panda.neutral, np.zeros(7), goal).v, before)
-
-
-ALLOCATIONS = """
-import numpy as np, ftqp
-from numba.core.runtime import rtsys
-robot = ftqp.robots.load("panda")
-planner = ftqp.Planner(robot, 0.01, level="velocity")
-follower = ftqp.InertialTask(planner, ftqp.MovingBase(observer=ftqp.Observer()))
-q, v, tip = robot.neutral.copy(), np.zeros(7), robot.pose(robot.neutral)
-goal = ftqp.Target(pose=tip)
-follower.reset(q)
-follower.step(q, v, goal, tip=tip)
-before = tuple(rtsys.get_allocation_stats())
-for k in range(200):
-    tip[0, 3] += 1e-5
-    follower.step(q, v, goal, tip=tip)
-print(tuple(rtsys.get_allocation_stats()) == before)
-"""
-
-
-@pytest.mark.skipif(not COMPILED, reason="plain Python allocates")
-def test_step_on_a_moving_base_allocates_nothing_in_compiled_code():
-    done = subprocess.run(
-        [sys.executable, "-c", ALLOCATIONS],
-        capture_output=True,
-        text=True,
-        timeout=240,
-        env=os.environ | {"NUMBA_NRT_STATS": "1"},
-    )
-    assert done.stdout.strip() == "True", done.stderr
 
 
 def test_repr_tells_robot_and_status(panda):

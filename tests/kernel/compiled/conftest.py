@@ -62,7 +62,7 @@ def summed(capacity):
 
 def taken(capacity):
     def taken(source, into, count):
-        return take(source, into, count)
+        return take(source, 0, into, count, 0)
 
     return taken
 

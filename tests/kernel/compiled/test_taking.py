@@ -16,10 +16,10 @@ class Subclass(np.ndarray):  # type: ignore[type-arg]
     pass
 
 
-def taken(source: Any, count: int = ROOM) -> tuple[int, list[float]]:
+def taken(source: Any, count: int = ROOM, first: int = 0, dimensions: int = 0) -> tuple[int, list[float]]:
     """What take returns, and the numbers that it wrote; twice the room was there."""
     out = np.full(2 * ROOM, np.nan)
-    found = int(take(id(source) if COMPILED else source, out.ctypes.data, count))
+    found = int(take(id(source) if COMPILED else source, first, out.ctypes.data, count, dimensions))
     written = out[~np.isnan(out)]
     assert np.isnan(out[len(written) :]).all()
     return found, written.tolist()
@@ -35,6 +35,21 @@ def test_every_c_contiguous_shape_is_taken_row_by_row() -> None:
     A = np.arange(12.0).reshape(3, 4)
     for source in (A, A.reshape(2, 3, 2), A[1:], A[:0], np.zeros((0, 3)), np.zeros((3, 0))):
         assert taken(source) == (source.size, source.ravel().tolist())
+
+
+def test_numbers_are_taken_from_the_first_one_asked_for() -> None:
+    A = np.arange(12.0).reshape(3, 4)
+    for source in (A, memoryview(A)):
+        assert taken(source, 4, first=4) == (8, [4.0, 5.0, 6.0, 7.0])
+        assert taken(source, 4, first=10) == (2, [10.0, 11.0])
+        assert taken(source, 4, first=12) == taken(source, 4, first=99) == (0, [])
+
+
+def test_another_number_of_dimensions_is_refused() -> None:
+    A = np.arange(12.0)
+    for source in (A, A.reshape(3, 4), memoryview(A), memoryview(A.reshape(3, 4))):
+        assert taken(source, dimensions=np.ndim(source))[0] == 12
+        assert taken(source, dimensions=3 - np.ndim(source)) == (BAD_BUFFER, [])
 
 
 def test_what_is_no_contiguous_float64_is_refused() -> None:
