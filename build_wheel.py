@@ -15,7 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from ftqp.kernel.compiled.build import build_library
+from ftqp.kernel.compiled.making.library import build_library
 from ftqp.kernel.compiled.mode import KERNEL
 
 ROOT = Path(__file__).resolve().parent

@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.kernel.entry.session import bound, rooms
 from ftqp.kernel.entry.table import ANY_SIZE
 from ftqp.kernel.entry.workspace import TOLERANCE
-from ftqp.kernel.layout.alone import alone_dtype
+from ftqp.kernel.layout.lone_memory import alone_dtype
 
 
 class LoneQP:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.kernel.closed_forms.reduced_problem import gather
+from ftqp.kernel.closed_forms.gathering import gather
 from ftqp.kernel.entry.session import Reduced
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.maths.svd import svd

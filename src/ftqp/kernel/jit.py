@@ -19,7 +19,7 @@ if COMPILED:
     from numba.core import cgutils
     from numba.extending import intrinsic
 
-    from ftqp.kernel.compiled.lean import helper
+    from ftqp.kernel.compiled.making.lean import helper
 
     @intrinsic  # type: ignore[untyped-decorator]
     def pointer(context: Any, address: Any) -> Any:

@@ -8,6 +8,8 @@ from ftqp.core.errors import InputError, ModelError
 
 DT = 2e-3
 
+WARM_UP = "ftqp.control.planner.solver.qp_solver.warm_up"
+
 
 @pytest.mark.parametrize(
     ("given", "sentence"),
@@ -74,7 +76,9 @@ def test_robot_of_more_than_32_joints_is_refused():
 
 def test_no_mistake_costs_a_compilation(panda, monkeypatch):
     asked = []
-    monkeypatch.setattr("ftqp.control.planner.solving.warm_up", lambda names, capacity: asked.append(names))
+    monkeypatch.setattr(
+        "ftqp.control.planner.solver.qp_solver.warm_up", lambda names, capacity: asked.append(names)
+    )
     for wrong in ({"backend": "dapq"}, {"task": ftqp.Task(kp=4e6)}, {"bounds": "none"}, {"scheme": "none"}):
         with pytest.raises(InputError):
             ftqp.Planner(panda, **wrong)
@@ -84,7 +88,9 @@ def test_no_mistake_costs_a_compilation(panda, monkeypatch):
 @pytest.mark.parametrize("backend", ["active_set", {"name": "active_set"}])
 def test_active_set_runs_in_the_kernel_however_it_is_asked_for(panda, backend, monkeypatch):
     asked = []
-    monkeypatch.setattr("ftqp.control.planner.solving.warm_up", lambda names, capacity: asked.append(names))
+    monkeypatch.setattr(
+        "ftqp.control.planner.solver.qp_solver.warm_up", lambda names, capacity: asked.append(names)
+    )
     planner = ftqp.Planner(panda, backend=backend)
     assert planner.backend == "active_set" and set(asked) == {("step",)}
 

@@ -5,10 +5,12 @@ import pytest
 
 import ftqp
 from ftqp.control.planner.filling import filled
-from ftqp.control.planner.network_memory import network_memory
+from ftqp.control.planner.solver.dtrnn_memory import network_memory
 from ftqp.control.task.bounds import Viability
 
 DT = 1e-3
+
+WARM_UP = "ftqp.control.planner.solver.qp_solver.warm_up"
 
 
 def follow(planner, path, ticks, fault=None, at=None, q=None):
@@ -34,7 +36,9 @@ def follow(planner, path, ticks, fault=None, at=None, q=None):
 
 def test_the_network_runs_in_the_kernel(panda, monkeypatch):
     asked = []
-    monkeypatch.setattr("ftqp.control.planner.solving.warm_up", lambda names, capacity: asked.append(names))
+    monkeypatch.setattr(
+        "ftqp.control.planner.solver.qp_solver.warm_up", lambda names, capacity: asked.append(names)
+    )
     assert ftqp.Planner(panda, backend="dtrnn").backend == "dtrnn"
     ftqp.Planner(panda)
     assert set(asked) == {("network_clock",), ("step",)}

@@ -5,7 +5,7 @@ import pytest
 from tests.arm_at import arm_at
 
 import ftqp
-from ftqp.control.planner.closed_form_memory import wrist_height
+from ftqp.control.planner.solver.closed_form_memory import wrist_height
 from ftqp.control.task import schemes
 from ftqp.core.errors import InputError
 

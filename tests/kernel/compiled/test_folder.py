@@ -153,7 +153,10 @@ from pathlib import Path
 import numpy as np
 from ftqp.kernel.compiled.entry_point import EntryPoint
 from ftqp.kernel.compiled.kernel import Kernel
-from ftqp.kernel.compiled import folder, lean, emit, guard, machine_code
+from ftqp.kernel.compiled import folder, machine_code
+from ftqp.kernel.compiled.making import lean
+from ftqp.kernel.compiled.making import emit
+from ftqp.kernel.compiled.making import guard
 import ftqp.kernel.compiled.taking, ftqp.kernel.jit, numba, {module}
 {before}
 kernel = Kernel(Path({source!r}))

@@ -229,7 +229,7 @@ def test_numba_that_cannot_do_it_the_lean_way_compiles_its_own_way(tiny: Any) ->
     program = """
 import logging, sys
 import numpy as np
-import ftqp.kernel.compiled.emit as emit
+import ftqp.kernel.compiled.making.emit as emit
 def broken(*arguments, **options):
     raise AttributeError("numba has changed")
 emit.object_code = broken

@@ -51,10 +51,10 @@ def said(tiny: Any, ahead: Path, missing: str, **environment: str) -> list[str]:
 def test_library_gives_the_bits_of_compiling_for_its_processor_without_numba(
     tiny: Any, tmp_path: Path
 ) -> None:
-    from ftqp.kernel.compiled.build import BASELINES, build_library
-    from ftqp.kernel.compiled.emit import object_code
     from ftqp.kernel.compiled.machine_code import linked_function
-    from ftqp.kernel.compiled.target import baseline
+    from ftqp.kernel.compiled.making.emit import object_code
+    from ftqp.kernel.compiled.making.library import BASELINES, build_library
+    from ftqp.kernel.compiled.making.processor import baseline
 
     ahead = tmp_path / "ahead"
     build_library(ahead, [(tiny.summed, 8), (tiny.entry("taken", "oii"), 8)], tiny.source)

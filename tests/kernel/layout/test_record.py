@@ -9,7 +9,7 @@ import pytest
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session, rooms
 from ftqp.kernel.jit import COMPILED, jit
-from ftqp.kernel.layout.alone import alone_dtype
+from ftqp.kernel.layout.lone_memory import alone_dtype
 from ftqp.kernel.layout.record import (
     CAPACITIES,
     ROOMS,

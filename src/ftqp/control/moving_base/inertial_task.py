@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.moving_base.base_gain import Observer, checked_gain
-from ftqp.control.planner.inputs import not_a_target
+from ftqp.control.planner.given_arrays import not_a_target
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets

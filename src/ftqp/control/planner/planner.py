@@ -6,12 +6,12 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from ftqp.control.planner.blocks import Blocks
 from ftqp.control.planner.braking_reserve import braking_reserve
+from ftqp.control.planner.closed_loop import Blocks
 from ftqp.control.planner.filling import LEVELS, filled
-from ftqp.control.planner.inputs import not_a_target, sized, vector
+from ftqp.control.planner.given_arrays import not_a_target, sized, vector
 from ftqp.control.planner.lead import Lead
-from ftqp.control.planner.solving import IN_KERNEL, NETWORK, Solver
+from ftqp.control.planner.solver.qp_solver import IN_KERNEL, NETWORK, Solver
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.task import bounds as bound_conversions

@@ -8,8 +8,8 @@ is RELAXED. When that QP cannot be solved, the ladder goes on (``ftqp.kernel.jud
 from typing import Any
 
 from ftqp.kernel.closed_forms.approximate_inverse import approximate_inverse, wrist_jacobian
+from ftqp.kernel.closed_forms.gathering import gather
 from ftqp.kernel.closed_forms.pseudoinverses import closed_form
-from ftqp.kernel.closed_forms.reduced_problem import gather
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.ladder import climb
 from ftqp.kernel.layout.enums import (

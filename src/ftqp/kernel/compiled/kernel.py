@@ -105,13 +105,13 @@ class Kernel:
         return None if code is None else linked_function(code, entry.symbol(capacity))
 
     def _compiled(self, entry: EntryPoint, capacity: int) -> Callable[..., int]:
-        from ftqp.kernel.compiled.guard import lean_is_possible, plainly_compiled
         from ftqp.kernel.compiled.machine_code import linked_function
+        from ftqp.kernel.compiled.making.guard import lean_is_possible, plainly_compiled
 
         if not lean_is_possible():
             return plainly_compiled(entry, capacity)
-        from ftqp.kernel.compiled.emit import object_code
-        from ftqp.kernel.compiled.target import this_machine
+        from ftqp.kernel.compiled.making.emit import object_code
+        from ftqp.kernel.compiled.making.processor import this_machine
 
         code = object_code(
             entry.function(capacity),
@@ -159,7 +159,7 @@ class Kernel:
 
     def _facts(self, entry: EntryPoint, capacity: int) -> dict[str, Any]:
         """What the code of an entry point is made from and for."""
-        from ftqp.kernel.compiled.target import this_machine
+        from ftqp.kernel.compiled.making.processor import this_machine
 
         target = this_machine()
         return {

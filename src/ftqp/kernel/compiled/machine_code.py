@@ -50,7 +50,7 @@ def linked_function(code: bytes, symbol: str) -> Callable[..., int] | None:
     """
     import llvmlite.binding as llvm
 
-    from ftqp.kernel.compiled.target import this_machine
+    from ftqp.kernel.compiled.making.processor import this_machine
 
     try:
         symbols = symbols_of(code)

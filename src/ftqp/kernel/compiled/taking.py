@@ -49,7 +49,7 @@ if COMPILED:
     from numba.core import cgutils
     from numba.extending import intrinsic
 
-    from ftqp.kernel.compiled.lean import helper
+    from ftqp.kernel.compiled.making.lean import helper
 
     _LONG, _BYTE = ir.IntType(64), ir.IntType(8)
     _OBJECT = _BYTE.as_pointer()

@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.entry.tick import accept_state
 from ftqp.kernel.jit import carray, pointer
 from ftqp.kernel.judge.verdict import joint_torques
 from ftqp.kernel.layout.record import arm_dtype, record_dtype
+from ftqp.kernel.ticks.tick import accept_state
 
 
 def kinematics(capacity: int) -> Callable[..., int]:

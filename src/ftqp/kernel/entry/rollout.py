@@ -4,12 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ftqp.kernel.entry.steps import FLOAT
-from ftqp.kernel.entry.tick import accept_state, prepare_plain
 from ftqp.kernel.jit import carray, pointer
 from ftqp.kernel.judge.ladder import climb
 from ftqp.kernel.layout.enums import SOLVED, TARGET_SIZE, Status
 from ftqp.kernel.layout.record import record_dtype
+from ftqp.kernel.ticks.steps import FLOAT
+from ftqp.kernel.ticks.tick import accept_state, prepare_plain
 
 WHOLE = np.dtype(np.int64)
 STATUSES = len(Status)

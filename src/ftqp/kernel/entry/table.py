@@ -11,9 +11,9 @@ def _entry(name: str, module: str, signature: str, nogil: bool = False) -> Entry
     return EntryPoint(name=name, module=module, factory=name, signature=signature, nogil=nogil)
 
 
-_STEPS, _EXTERNAL = "ftqp.kernel.entry.steps", "ftqp.kernel.entry.external_steps"
-_NETWORK, _CLOSED = "ftqp.kernel.entry.network_steps", "ftqp.kernel.entry.closed_form_steps"
-_ARM, _ALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.alone"
+_STEPS, _EXTERNAL = "ftqp.kernel.ticks.steps", "ftqp.kernel.ticks.external_steps"
+_NETWORK, _CLOSED = "ftqp.kernel.ticks.network_steps", "ftqp.kernel.ticks.closed_form_steps"
+_ARM, _ALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.lone_entries"
 
 ENTRIES: Final = {
     entry.name: entry
@@ -38,7 +38,7 @@ ENTRIES: Final = {
         _entry("kinematics", _ARM, "ii"),
         _entry("inverse_dynamics", _ARM, "ii"),
         _entry("torques", _ARM, "i"),
-        _entry("block", "ftqp.kernel.entry.blocks", "iooooiiiiiii"),
+        _entry("block", "ftqp.kernel.ticks.block_of_ticks", "iooooiiiiiii"),
         _entry("rollout", "ftqp.kernel.entry.rollout", "i" * 12, nogil=True),
         _entry("solve_qp", _ALONE, "i"),
         _entry("kkt", _ALONE, "iiiiii"),

@@ -11,7 +11,7 @@ from ftqp.kernel.entry.compile import load
 from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
 from ftqp.kernel.entry.threads import thread_count
-from ftqp.kernel.layout.alone import CONSTRAINTS, ROWS, VARIABLES, alone_dtype
+from ftqp.kernel.layout.lone_memory import CONSTRAINTS, ROWS, VARIABLES, alone_dtype
 from ftqp.kernel.layout.network_memory import alone_memory_size
 
 TOLERANCE = 1e-10
@@ -89,7 +89,7 @@ class NetworkMemory:
     def solve(
         self, flat: FloatArray, solution: FloatArray, numbers: FloatArray, trace: FloatArray, warm: bool
     ) -> int:
-        """The claim of the network; see ``ftqp.kernel.entry.alone.solve_network``.
+        """The claim of the network; see ``ftqp.kernel.entry.lone_entries.solve_network``.
 
         Args:
             flat: The whole QP, as in ``ftqp.qp.QPBuffers``.

@@ -28,7 +28,7 @@ def lean_is_possible() -> bool:
         problem = f"{type(error).__name__}: {error}"
     if not problem:
         return True
-    from ftqp.kernel.compiled.lean import use_plain_numba
+    from ftqp.kernel.compiled.making.lean import use_plain_numba
 
     use_plain_numba()
     _LOG.warning("the kernel compiles slowly, and anew in every process, with this numba (%s)", problem)
@@ -36,10 +36,10 @@ def lean_is_possible() -> bool:
 
 
 def _probe() -> int:
-    from ftqp.kernel.compiled.emit import object_code
-    from ftqp.kernel.compiled.lean import helper
     from ftqp.kernel.compiled.machine_code import linked_function
-    from ftqp.kernel.compiled.target import this_machine
+    from ftqp.kernel.compiled.making.emit import object_code
+    from ftqp.kernel.compiled.making.lean import helper
+    from ftqp.kernel.compiled.making.processor import this_machine
 
     @helper
     def _twice(value: int) -> int:
@@ -57,7 +57,7 @@ def plainly_compiled(entry: EntryPoint, capacity: int) -> Callable[..., int]:
     """An entry point compiled in numba's own way, for this process alone."""
     import numba
 
-    from ftqp.kernel.compiled.lean import FAST
+    from ftqp.kernel.compiled.making.lean import FAST
 
     signature = numba.int64(*(numba.int64,) * len(entry.signature))
     compiled: Any = numba.njit(signature, error_model="numpy", fastmath=FAST, nogil=entry.nogil)(

@@ -6,15 +6,15 @@ from typing import Any
 from ftqp.kernel.closed_forms.approximate_inverse import approximate_inverse
 from ftqp.kernel.closed_forms.closed_form_tick import resolve
 from ftqp.kernel.closed_forms.damping_factor import damping_factor
+from ftqp.kernel.closed_forms.gathering import gather
 from ftqp.kernel.closed_forms.pseudoinverses import closed_form
-from ftqp.kernel.closed_forms.reduced_problem import gather
-from ftqp.kernel.entry.steps import accept, settle_on_base
-from ftqp.kernel.entry.tick import prepare_on_base, prepare_plain
 from ftqp.kernel.jit import carray, pointer
 from ftqp.kernel.layout.enums import APPROXIMATE
 from ftqp.kernel.layout.record import base_dtype, record_dtype
 from ftqp.kernel.layout.reduced_problem import reduced_dtype
 from ftqp.kernel.maths.svd import svd
+from ftqp.kernel.ticks.steps import accept, settle_on_base
+from ftqp.kernel.ticks.tick import prepare_on_base, prepare_plain
 
 
 def closed_form_clock(capacity: int) -> Callable[..., int]:

@@ -11,8 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.kernel.entry.inputs import accept_arrays, accept_target
-from ftqp.kernel.entry.tick import accept_state, prepare_on_base, prepare_on_path, prepare_plain, prepare_rich
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.ladder import climb
 from ftqp.kernel.layout.enums import SOLVED, TARGET_SIZE
@@ -22,6 +20,8 @@ from ftqp.kernel.rows.inertial_target import base_verdict
 from ftqp.kernel.rows.path_rows import advance
 from ftqp.kernel.rows.path_sample import look_up
 from ftqp.kernel.rows.turned_rows import turn_back
+from ftqp.kernel.ticks.accepted_inputs import accept_arrays, accept_target
+from ftqp.kernel.ticks.tick import accept_state, prepare_on_base, prepare_on_path, prepare_plain, prepare_rich
 
 FLOAT = np.dtype(np.float64)
 

@@ -6,8 +6,8 @@ from typing import Any, Final, final
 import numpy as np
 
 from ftqp.control.first_use import warm_up
-from ftqp.control.planner.closed_form_memory import closed_form_memory
-from ftqp.control.planner.network_memory import network_memory
+from ftqp.control.planner.solver.closed_form_memory import closed_form_memory
+from ftqp.control.planner.solver.dtrnn_memory import network_memory
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.active_set.standalone import solve_standalone
-from ftqp.kernel.dtrnn.alone import solve_alone
-from ftqp.kernel.entry.steps import FLOAT
+from ftqp.kernel.dtrnn.lone_qp import solve_alone
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.kkt import kkt_residuals
-from ftqp.kernel.layout.alone import alone_dtype
+from ftqp.kernel.layout.lone_memory import alone_dtype
 from ftqp.kernel.layout.network_memory import OPTIONS
 from ftqp.kernel.maths.matrix_view import matrix_view
+from ftqp.kernel.ticks.steps import FLOAT
 
 WHOLE = np.dtype(np.int64)
 

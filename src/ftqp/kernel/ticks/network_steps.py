@@ -9,8 +9,6 @@ from collections.abc import Callable
 from typing import Any
 
 from ftqp.kernel.dtrnn.planner_qp import solve_planner_qp
-from ftqp.kernel.entry.steps import FLOAT, accept, accept_on_path, settle_on_base
-from ftqp.kernel.entry.tick import prepare_on_base, prepare_on_path, prepare_rich
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.ladder import climb
 from ftqp.kernel.layout.enums import ANSWERED, MAIN_STAGE, READY, SOLVED
@@ -19,6 +17,8 @@ from ftqp.kernel.layout.path_table import COLUMNS
 from ftqp.kernel.layout.record import base_dtype, path_dtype, record_dtype
 from ftqp.kernel.rows.path_rows import advance
 from ftqp.kernel.rows.turned_rows import turn_back
+from ftqp.kernel.ticks.steps import FLOAT, accept, accept_on_path, settle_on_base
+from ftqp.kernel.ticks.tick import prepare_on_base, prepare_on_path, prepare_rich
 
 
 @jit

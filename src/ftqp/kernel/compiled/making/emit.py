@@ -16,8 +16,8 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from ftqp.kernel.compiled.facts import RUNTIME_ERROR, SIZE, SYMBOL, TABLE, TYPE_ERROR
-from ftqp.kernel.compiled.lean import linked, typed
-from ftqp.kernel.compiled.target import Target
+from ftqp.kernel.compiled.making.lean import linked, typed
+from ftqp.kernel.compiled.making.processor import Target
 
 _ADDRESS = "numba.dynamic.globals"  # how numba begins the names of addresses in constants
 

@@ -7,10 +7,10 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from ftqp.kernel.compiled.emit import object_code
 from ftqp.kernel.compiled.entry_point import EntryPoint
+from ftqp.kernel.compiled.making.emit import object_code
+from ftqp.kernel.compiled.making.processor import baseline
 from ftqp.kernel.compiled.mode import source_key
-from ftqp.kernel.compiled.target import baseline
 from ftqp.kernel.compiled.wheel import FITS, LIBRARY, MANIFEST, platform_facts
 
 BASELINES = {

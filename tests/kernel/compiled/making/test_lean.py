@@ -10,11 +10,11 @@ if not COMPILED:
 
 import numba
 
-from ftqp.kernel.compiled.emit import object_code
-from ftqp.kernel.compiled.lean import helper, plain_numba
 from ftqp.kernel.compiled.machine_code import linked_function
+from ftqp.kernel.compiled.making.emit import object_code
+from ftqp.kernel.compiled.making.lean import helper, plain_numba
+from ftqp.kernel.compiled.making.processor import this_machine
 from ftqp.kernel.compiled.symbols import symbols_of
-from ftqp.kernel.compiled.target import this_machine
 
 
 @helper

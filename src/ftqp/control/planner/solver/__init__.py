@@ -1,0 +1,1 @@
+"""Who solves a planner's QPs."""

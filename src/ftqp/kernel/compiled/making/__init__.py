@@ -1,0 +1,1 @@
+"""From Python source to machine code, by numba and LLVM."""
