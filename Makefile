@@ -5,6 +5,10 @@ BIN    := $(VENV)/bin
 PIP     = $(BIN)/python -m pip install --disable-pip-version-check --quiet
 PYTEST ?= $(BIN)/python -m pytest
 JOBS   ?= 2
+# The rest (papers, random episodes, the bench, every compiled part) is for make test.
+QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/nasty tests/qp/judge tests/qp/recording tests/app/scenario \
+          tests/app/replay tests/kernel/rows tests/kernel/arm tests/kernel/judge tests/kernel/maths tests/laws/test_laws.py tests/laws/test_faults.py \
+          tests/test_package.py tests/test_texts.py
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test quick campaign bench bench-first-use wheel clean
@@ -12,7 +16,7 @@ JOBS   ?= 2
 help:
 	@echo "make demo       an arm loses a joint on its way and finishes; writes pictures"
 	@echo "make test       every check: ruff, mypy, import layers, all tests"
-	@echo "make quick      what to run before a commit: all but mypy and the slow tests"
+	@echo "make quick      what to run before a commit: lint, layers, and the tests that are quick"
 	@echo "make campaign   2000 random episodes (robot, path, fault, level, backend)"
 	@echo "make bench      the whole user step against every native backend"
 	@echo "make bench-first-use   seconds until ftqp is ready, against the first release"
@@ -33,7 +37,7 @@ quick: $(VENV)/.has-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
-	$(PYTEST) -n $(JOBS) --dist loadfile -m "not slow"
+	$(PYTEST) -n $(JOBS) --dist loadfile $(QUICK)
 
 campaign: $(VENV)/.has-dev
 	FTQP_EPISODES=2000 $(PYTEST) tests/laws -k episode
