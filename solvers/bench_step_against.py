@@ -1,0 +1,152 @@
+"""The whole user step of this checkout against that of an earlier commit, in the same run.
+
+    python solvers/bench_step_against.py                   against the first release
+    python solvers/bench_step_against.py --against HEAD~1  against another commit
+    python solvers/bench_step_against.py --json            one JSON object on stdout, nothing else
+
+A Panda and a 30-joint chain go round a circle in closed loop at both levels, called in two ways: ``best``
+hands the planner's own arrays back and takes ``targets.at(k)``; ``readme`` makes fresh arrays every tick and
+rewrites one target. The processes of both checkouts take turns; the figures are medians of the p50 of a step,
+in microseconds.
+"""
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from time import perf_counter_ns
+from typing import Any
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[1]
+FIRST_RELEASE = "9250cf8"
+LEVELS = ("velocity", "acceleration")
+WAYS = ("best", "readme")
+RADIUS = 0.05
+"""Of the circle [m]."""
+
+
+def measured(steps: int) -> dict[str, float]:
+    """p50 of a step of whatever ``ftqp`` this process imports [us], by robot, level and way."""
+    from bench.cases import chain30
+    from bench.urdf import TIP, text
+
+    import ftqp
+
+    arm = chain30()
+    panda = ftqp.robots.load("panda")
+    chain = ftqp.Robot.from_urdf(text("chain30", arm), tip=TIP, acceleration=arm.a_max)
+    result = {}
+    for name, robot, q in (("panda", panda, panda.neutral), ("chain30", chain, arm.neutral)):
+        for level in LEVELS:
+            for way in WAYS:
+                result[f"{name} {level} {way}"] = _timed(robot, q, level, way, steps)
+    return result
+
+
+def _timed(robot: Any, q: Any, level: str, way: str, steps: int) -> float:
+    """p50 of a step [us]."""
+    import ftqp
+
+    planner = ftqp.Planner(robot, dt=0.001, level=level, emergency=None)
+    q, v = q.copy(), 0.0 * q
+    planner.reset(q, v)
+    path = ftqp.paths.Circle(robot.pose(q), radius=RADIUS, duration=0.001 * steps)
+    sample = path.sample(0.001 * np.arange(steps))
+    took = np.empty(steps)
+    if way == "best":
+        targets = ftqp.Targets(sample.pose, sample.twist, sample.acceleration)
+        step = planner.step(q, v, targets.at(0))
+        for k in range(steps):
+            began = perf_counter_ns()
+            step = planner.step(step.q, step.v, targets.at(k))
+            took[k] = perf_counter_ns() - began
+    else:
+        target = ftqp.Target(pose=path.start)
+        for k in range(steps):
+            began = perf_counter_ns()
+            target.pose[:], target.twist[:] = sample.pose[k], sample.twist[k]
+            target.acceleration[:] = sample.acceleration[k]
+            step = planner.step(q, v, target)
+            took[k] = perf_counter_ns() - began
+            q, v = step.q.copy(), step.v.copy()
+    return float(np.median(took)) * 1e-3
+
+
+def main() -> int:
+    """Measures both checkouts in turns and shows the ratios; 0 when both could be measured."""
+    options = _options()
+    if options.child:
+        print(json.dumps(measured(options.steps)))
+        return 0
+    with tempfile.TemporaryDirectory() as folder:
+        other = Path(folder) / "other"
+        made = subprocess.run(
+            ["git", "worktree", "add", "--detach", "--quiet", str(other), options.against],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+        )
+        if made.returncode != 0:
+            print(
+                f"{options.against!r} is no commit of this repository: {made.stderr.strip()}", file=sys.stderr
+            )
+            return 2
+        try:
+            rounds = [
+                (_child(other, options.steps), _child(ROOT, options.steps)) for _ in range(options.runs)
+            ]
+        finally:
+            subprocess.run(["git", "worktree", "remove", "--force", str(other)], cwd=ROOT, check=False)
+    figures = {
+        name: {
+            "then": statistics.median(then[name] for then, _ in rounds),
+            "now": statistics.median(now[name] for _, now in rounds),
+            "ratio": statistics.median(now[name] / then[name] for then, now in rounds),
+        }
+        for name in rounds[0][0]
+    }
+    if options.json:
+        print(json.dumps({"against": options.against, "runs": options.runs, "p50_us": figures}))
+        return 0
+    print(f"{'p50 of a step [us]':32}{options.against:>10}{'now':>8}{'ratio':>8}")
+    for name, figure in figures.items():
+        print(f"{name:32}{figure['then']:10.2f}{figure['now']:8.2f}{figure['ratio']:8.2f}")
+    return 0
+
+
+def _options() -> argparse.Namespace:
+    summary, usage = (__doc__ or "").split("\n\n", 1)
+    parser = argparse.ArgumentParser(
+        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--against", default=FIRST_RELEASE, metavar="COMMIT", help="default %(default)s")
+    parser.add_argument("--runs", type=int, default=3, metavar="N", help="rounds (default %(default)s)")
+    parser.add_argument(
+        "--steps", type=int, default=12_000, metavar="N", help="of a loop (default %(default)s)"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
+    return parser.parse_args()
+
+
+def _child(tree: Path, steps: int) -> dict[str, float]:
+    """What a process with the source of ``tree`` measures."""
+    done = subprocess.run(
+        [sys.executable, __file__, "--child", "--steps", str(steps)],
+        env=os.environ | {"PYTHONPATH": str(tree / "src")},
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    )
+    found: dict[str, float] = json.loads(done.stdout)
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(main())
