@@ -24,8 +24,9 @@ VALUES = {
 
 def broken(chosen):
     """The sentences of all rules that a combination breaks."""
+    given = {name: VALUES[name][chosen[name]] for name in ("scheme", "backend")}
     return [
-        rule.sentence(chosen[rule.excludes[0]])
+        rule.sentence(chosen[rule.excludes[0]], given)
         for rule in RULES
         if chosen[rule.of[0]] == rule.of[1] and chosen[rule.excludes[0]] in rule.excludes[1]
     ]

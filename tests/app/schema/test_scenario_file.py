@@ -145,11 +145,11 @@ def test_a_scenario_may_name_a_closed_form() -> None:
     [
         (
             {"scheme": "pseudoinverse"},
-            "planner: scheme 'closed form' does not go with level 'acceleration'",
+            "planner: scheme 'pseudoinverse' does not go with level 'acceleration'",
         ),
         (
             {"scheme": "pseudoinverse", "level": "velocity", "backend": "daqp"},
-            "planner: scheme 'closed form' does not go with backend 'external': a closed form solves no QP",
+            "planner: scheme 'pseudoinverse' does not go with backend 'daqp': a closed form solves no QP",
         ),
         (
             {"scheme": {"name": "singularity_robust", "rule": "tigth"}, "level": "velocity"},

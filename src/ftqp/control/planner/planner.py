@@ -96,6 +96,7 @@ class Planner:
         solver = None if isinstance(backend, str) and backend == IN_KERNEL else make_backend(backend)
         self._name = IN_KERNEL if solver is None else solver.name
         refuse(
+            {"scheme": self.scheme.name, "backend": self._name},
             level=level,
             scheme="closed form" if isinstance(self.scheme, Resolver) else "criterion",
             backend=self._name if self._name in (IN_KERNEL, NETWORK) else "external",

@@ -4,6 +4,7 @@ Errors are made from it, the page docs/compatibility.md is, and a test runs the 
 against it: what no rule refuses has to work.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -37,11 +38,18 @@ class Rule:
     reason: str
     remedy: str
 
-    def sentence(self, value: str) -> str:
-        """The error when the excluded choice has this value."""
+    def sentence(self, value: str, given: Mapping[str, str] | None = None) -> str:
+        """The error when the excluded choice has a value.
+
+        Args:
+            value: The value.
+            given: What the user wrote for a choice, such as the name of a scheme, where it says more.
+        """
+        said = given or {}
         choice, own = self.of
         other, _ = self.excludes
-        return f"{choice} {own!r} does not go with {other} {value!r}: {self.reason}; {self.remedy}"
+        first, second = said.get(choice, own), said.get(other, value)
+        return f"{choice} {first!r} does not go with {other} {second!r}: {self.reason}; {self.remedy}"
 
 
 RULES: Final = (
@@ -118,8 +126,12 @@ def broken_rule(**chosen: str) -> tuple[Rule, str] | None:
     return None
 
 
-def refuse(**chosen: str) -> None:
+def refuse(given: Mapping[str, str] | None = None, /, **chosen: str) -> None:
     """Raise when choices exclude each other.
+
+    Args:
+        given: What the user wrote for a choice, where it says more than the table's value.
+        chosen: Values of the table by choice; a choice that is left out breaks no rule.
 
     Raises:
         InputError: one sentence from the table.
@@ -127,7 +139,7 @@ def refuse(**chosen: str) -> None:
     found = broken_rule(**chosen)
     if found is not None:
         rule, value = found
-        raise InputError(rule.sentence(value))
+        raise InputError(rule.sentence(value, given))
 
 
 def table() -> str:
