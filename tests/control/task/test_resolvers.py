@@ -265,7 +265,7 @@ def test_wrong_parameters_are_refused_with_one_sentence(given, sentence):
         (
             "pseudoinverse",
             {"task": ftqp.Task(mode="scaled")},
-            "scheme 'pseudoinverse' does not go with mode 'scaled': .* has no task mode; leave mode at 'slack'",
+            "scheme 'pseudoinverse' does not go with mode 'scaled': .* no task mode; leave mode at 'slack'",
         ),
         ({"name": "weighted_pseudoinverse", "weights": [1.0]}, {}, "has 1 weights, expected one a joint: 7"),
         ("approximate_pseudoinverse", {}, "needs a spherical wrist"),
