@@ -131,45 +131,20 @@ class ClockTargets:
         self._acceleration = mean_acceleration(self._path, t, self._dt) if self._mean else sample.acceleration
 
 
-@final
-class ClockLeader(Leader):
-    """The clock: tick k aims at the path at k dt, whatever the arm does.
+class ClockedLeader(Leader):
+    """What goes by the clock: the path is at k dt at tick k, whatever the arm does.
 
     Args:
-        planner: gives the commands.
         targets: of its path.
     """
 
-    def __init__(self, planner: Planner, targets: ClockTargets) -> None:
-        self._planner, self._targets = planner, targets
-        self._arm = Arm(planner.robot)
-
-    @property
-    def targets(self) -> ClockTargets:
-        """What the clock aims at."""
-        return self._targets
-
-    def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
-        """Begin a run of so many ticks at (q, v), each (nv,)."""
-        self._planner.reset(q, v)
-        self._targets.reset(ticks)
-
-    def aim(self, k: int, q: FloatArray) -> None:
-        """Find the target of tick k."""
-        self._targets.aim(k)
-
-    def step(self, q: FloatArray, v: FloatArray) -> Step:
-        """The planner's command at the measured state (q, v), each (nv,)."""
-        return self._planner.step(q, v, self._targets.target)
+    def __init__(self, targets: ClockTargets) -> None:
+        self._targets = targets
 
     @property
     def target(self) -> Target:
-        """What the last step aimed at, in W."""
+        """What the last step aimed at, in the frame of the path."""
         return self._targets.target
-
-    def tip(self, q: FloatArray) -> FloatArray:
-        """Pose of the tip in W at q, (4, 4)."""
-        return self._arm.tip(q)
 
     @property
     def progress(self) -> float:
@@ -200,6 +175,43 @@ class ClockLeader(Leader):
     def blocked(self) -> None:
         """Nothing blocks a clock."""
         return None
+
+
+@final
+class ClockLeader(ClockedLeader):
+    """The clock: tick k aims at the path at k dt, whatever the arm does.
+
+    Args:
+        planner: gives the commands.
+        targets: of its path.
+    """
+
+    def __init__(self, planner: Planner, targets: ClockTargets) -> None:
+        super().__init__(targets)
+        self._planner = planner
+        self._arm = Arm(planner.robot)
+
+    @property
+    def targets(self) -> ClockTargets:
+        """What the clock aims at."""
+        return self._targets
+
+    def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
+        """Begin a run of so many ticks at (q, v), each (nv,)."""
+        self._planner.reset(q, v)
+        self._targets.reset(ticks)
+
+    def aim(self, k: int, q: FloatArray) -> None:
+        """Find the target of tick k."""
+        self._targets.aim(k)
+
+    def step(self, q: FloatArray, v: FloatArray) -> Step:
+        """The planner's command at the measured state (q, v), each (nv,)."""
+        return self._planner.step(q, v, self._targets.target)
+
+    def tip(self, q: FloatArray) -> FloatArray:
+        """Pose of the tip in W at q, (4, 4)."""
+        return self._arm.tip(q)
 
     @property
     def world(self) -> None:
@@ -283,7 +295,7 @@ class ProgressLeader(Leader):
 
 
 @final
-class InertialLeader(Leader):
+class InertialLeader(ClockedLeader):
     """A task in inertial space, by the clock, on a base that moves.
 
     Args:
@@ -292,7 +304,8 @@ class InertialLeader(Leader):
     """
 
     def __init__(self, world: MovingWorld, targets: ClockTargets) -> None:
-        self._world, self._targets = world, targets
+        super().__init__(targets)
+        self._world = world
 
     def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
         """Begin a run of so many ticks at (q, v), each (nv,)."""
@@ -308,44 +321,9 @@ class InertialLeader(Leader):
         """The inertial task's command at the measured state (q, v), each (nv,)."""
         return self._world.step(q, v, self._targets.target)
 
-    @property
-    def target(self) -> Target:
-        """What the last step aimed at, in I."""
-        return self._targets.target
-
     def tip(self, q: FloatArray) -> FloatArray:
         """True pose of the tip in I at the tick of the last measurements, (4, 4)."""
         return self._world.tip_pose
-
-    @property
-    def progress(self) -> float:
-        """Path time of the target [s]."""
-        return self._targets.progress
-
-    @property
-    def reached(self) -> float:
-        """Path time that the clock has reached [s]."""
-        return self._targets.progress
-
-    @property
-    def path_status(self) -> None:
-        """The path has no progress of its own."""
-        return None
-
-    @property
-    def over(self) -> bool:
-        """Never before the time is up."""
-        return False
-
-    @property
-    def finished(self) -> bool:
-        """Always, once all ticks are done."""
-        return True
-
-    @property
-    def blocked(self) -> None:
-        """Nothing blocks a clock."""
-        return None
 
     @property
     def world(self) -> MovingWorld:
