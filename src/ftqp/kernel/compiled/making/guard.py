@@ -22,9 +22,16 @@ def lean_is_possible() -> bool:
     try:
         answer = _probe()
         problem = "" if answer == 44 else f"the probe gave {answer}"
-    except (AttributeError, ImportError, LookupError, TypeError, ValueError, RuntimeError) as error:
-        problem = f"{type(error).__name__}: {error}"
-    except (AssertionError, NotImplementedError, NumbaError) as error:
+    except (
+        AssertionError,
+        AttributeError,
+        ImportError,
+        LookupError,
+        NumbaError,
+        RuntimeError,
+        TypeError,
+        ValueError,
+    ) as error:
         problem = f"{type(error).__name__}: {error}"
     if not problem:
         return True
