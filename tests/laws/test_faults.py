@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from tests.every_fault import FAULTS
+from tests.witness import Witness
 
 import ftqp
 from ftqp.app.output.words import fault_sentence
@@ -16,33 +17,6 @@ JOINT = 3
 DRAWN = {kind: draw for kind, draw in FAULTS}
 
 
-class Witness(ftqp.Plant):
-    """A kinematic plant that keeps by how much each joint differs from its command at most."""
-
-    def __init__(self, robot, level):
-        self._plant = ftqp.KinematicPlant(robot, DT, level)
-        self.differs = np.zeros(robot.nv)
-
-    @property
-    def q(self):
-        return self._plant.q
-
-    @property
-    def v(self):
-        return self._plant.v
-
-    def reset(self, q, v):
-        self._plant.reset(q, v)
-
-    def fail(self, fault):
-        self._plant.fail(fault)
-
-    def advance(self, command):
-        q, v = command.q.copy(), command.v.copy()
-        self._plant.advance(command)
-        np.maximum(self.differs, np.abs(self.q - q) + np.abs(self.v - v), out=self.differs)
-
-
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("kind", KINDS.values(), ids=str)
 @pytest.mark.parametrize("announced", [None, "never"])
@@ -50,7 +24,7 @@ def test_a_run_with_a_fault_is_told_in_full_and_the_other_joints_obey(kind, leve
     robot = ftqp.robots.load("panda")
     fault = DRAWN[kind](np.random.default_rng(1), JOINT)
     path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.05, duration=0.4)
-    plant = Witness(robot, level)
+    plant = Witness(robot, DT, level)
     run = ftqp.Simulation(
         ftqp.Planner(robot, DT, level=level, emergency=None), path, q=robot.neutral, plant=plant,
         schedule=ftqp.Schedule([ftqp.FaultEvent(fault, AT, announced)]), log="memory",
