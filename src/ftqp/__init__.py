@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from ftqp.kernel.layout.criteria import Criterion as Criterion
     from ftqp.model import catalog as robots  # noqa: F401  its home has another name
     from ftqp.model.limits import JointLimits as JointLimits
+    from ftqp.model.payload import Payload as Payload
     from ftqp.model.robot import Robot as Robot
     from ftqp.qp.adapters.backend import Backend as Backend
     from ftqp.qp.problem import QP as QP
@@ -81,6 +82,7 @@ _HOME = {
     "Observer": "ftqp.control.moving_base.base_gain",
     "PathFollower": "ftqp.control.following.path_follower",
     "PathStatus": "ftqp.control.following.path_follower",
+    "Payload": "ftqp.model.payload",
     "Plant": "ftqp.sim.plants.plant",
     "Planner": "ftqp.control.planner.planner",
     "QP": "ftqp.qp.problem",

@@ -112,9 +112,9 @@ class FreeSwinging:
 
     Args:
         joint: The joint's name or its 0-based index.
-        damping: Viscous friction, >= 0 [N m s/rad or N s/m]: tau = -damping v. The more friction, the sooner
-            the joint that is believed to swing comes to rest; an estimate that is too high promises too calm
-            a joint.
+        damping: Viscous friction beside the robot's own, >= 0 [N m s/rad or N s/m]: tau = -damping v. The
+            more friction, the sooner the joint that is believed to swing comes to rest; an estimate that is
+            too high promises too calm a joint.
     """
 
     kind: ClassVar[str] = "free_swinging"

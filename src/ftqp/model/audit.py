@@ -34,7 +34,7 @@ class Finding:
     Attributes:
         severity: How bad it is.
         sentence: What, got, expected, remedy.
-        about: What it is about: ``masses``, ``limits``, or nothing in particular.
+        about: What it is about: ``masses``, ``limits``, ``friction``, or nothing in particular.
     """
 
     severity: Severity

@@ -15,6 +15,7 @@ from ftqp.model.chain import chain_of
 from ftqp.model.limits import RISE_TIME, JointLimits
 from ftqp.model.reading.source import Source, follower_findings
 from ftqp.model.reduction import reduced, tip_of
+from ftqp.model.refitting import friction_findings, has_masses, write_friction
 from ftqp.model.shape import dynamics_findings, neutral_of, reach_of
 
 ROWS = ("x", "y", "z", "rx", "ry", "rz")
@@ -61,6 +62,8 @@ def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
         for i in range(arm.njoints):
             arm.inertias[i] = pin.Inertia.Zero()
         arm.armature = np.zeros(arm.nv)
+    if not has_masses(arm):
+        write_friction(arm, 0.0, 0.0)
     findings += [f for f in source.findings if not (wishes.kinematics_only and f.about == "masses")]
     findings += dynamics_findings(arm)
     try:
@@ -71,6 +74,7 @@ def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
     findings += follower_findings(source.followers, chain.names, wishes.locked)
     bounds = _limits([source.limits[name] for name in chain.names], wishes, findings)
     findings += audit.limit_findings(chain.names, bounds, chain.continuous)
+    findings += friction_findings(arm, bounds)
     audit.refuse_unsafe(arm.name, findings)
     write_limits(arm, bounds)
     return {

@@ -37,6 +37,9 @@ class Chain:
         com: Its centre of mass in the joint's frame, (nv, 3) [m].
         inertia: Its inertia about the centre of mass, axes of the joint's frame, (nv, 3, 3) [kg m2].
         armature: Rotor inertia seen at the joint, on the diagonal of M, (nv,) [kg m2 or kg].
+        viscous: Viscous friction, a part of h, (nv,) [N m s/rad or N s/m].
+        coulomb: Coulomb friction, (nv,) [N m or N]. The planner's torques leave it out: to feed forward a
+            friction whose sign flips at rest makes an arm hunt.
         tip_rotation: Orientation of the tip in the last joint's frame, (3, 3).
         tip_translation: Origin of the tip in the last joint's frame, (3,) [m].
         gravity: Gravity in the base frame, (3,) [m/s2].
@@ -51,6 +54,8 @@ class Chain:
     com: FloatArray
     inertia: FloatArray
     armature: FloatArray
+    viscous: FloatArray
+    coulomb: FloatArray
     tip_rotation: FloatArray
     tip_translation: FloatArray
     gravity: FloatArray
@@ -108,6 +113,8 @@ def chain_of(model: Any, tip: str) -> Chain:
         com=np.array([b.lever for b in bodies]),
         inertia=np.array([b.inertia for b in bodies]),
         armature=np.array([model.armature[model.idx_vs[i]] for i in ids]),
+        viscous=np.array([model.damping[model.idx_vs[i]] for i in ids]),
+        coulomb=np.array([model.friction[model.idx_vs[i]] for i in ids]),
         tip_rotation=np.array(end.rotation),
         tip_translation=np.array(end.translation),
         gravity=np.array(model.gravity.linear),

@@ -38,7 +38,7 @@ class JointLimits:
     def __post_init__(self) -> None:
         count = np.size(self.q_min)
         for field in fields(self):
-            value = _vector(field.name, getattr(self, field.name), count)
+            value = one_each(field.name, getattr(self, field.name), count)
             object.__setattr__(self, field.name, frozen(value))
 
     @classmethod
@@ -66,17 +66,17 @@ class JointLimits:
         Raises:
             InputError: These are no numbers, or as many as neither one nor nv.
         """
-        speed = _vector("v_max", v_max, count)
+        speed = one_each("v_max", v_max, count)
         if a_max is None:
             acceleration = np.where(speed > 0.0, speed / RISE_TIME, np.inf)
         else:
-            acceleration = _vector("a_max", a_max, count)
+            acceleration = one_each("a_max", a_max, count)
         return cls(
-            q_min=_vector("q_min", q_min, count),
-            q_max=_vector("q_max", q_max, count),
+            q_min=one_each("q_min", q_min, count),
+            q_max=one_each("q_max", q_max, count),
             v_max=speed,
             a_max=acceleration,
-            tau_max=_vector("tau_max", tau_max, count),
+            tau_max=one_each("tau_max", tau_max, count),
         )
 
     def __len__(self) -> int:
@@ -86,23 +86,32 @@ class JointLimits:
     def replaced(self, changes: Mapping[str, Any]) -> Self:
         """These limits with some of them replaced.
 
+        A new v_max brings the acceleration limit ``v_max / RISE_TIME`` to joints that have none.
+
         Args:
             changes: New limits by name, each an array (nv,) or one number for all joints.
 
         Raises:
             InputError: A limit is unknown, or its value is not one number or nv of them.
         """
+        if "v_max" in changes and "a_max" not in changes and np.isinf(self.a_max).any():
+            speed = one_each("v_max", changes["v_max"], len(self))
+            changes = {**changes, "a_max": np.where(np.isinf(self.a_max), speed / RISE_TIME, self.a_max)}
         names = [field.name for field in fields(self)]
         for name in changes:
             if name not in names:
                 raise unknown("limit", name, "a robot", names)
         return type(self)(
-            **{name: _vector(name, changes.get(name, getattr(self, name)), len(self)) for name in names}
+            **{name: one_each(name, changes.get(name, getattr(self, name)), len(self)) for name in names}
         )
 
 
-def _vector(name: str, value: Any, count: int) -> FloatArray:
-    """``value`` as a fresh array (count,); NaN passes, the audit names the joint."""
+def one_each(name: str, value: Any, count: int) -> FloatArray:
+    """``value``, one number or one a joint, as a fresh array (count,); NaN passes, the audit names the joint.
+
+    Raises:
+        InputError: These are no numbers, or as many as neither one nor nv.
+    """
     try:
         result = np.array(value, dtype=np.float64)
     except (TypeError, ValueError) as error:

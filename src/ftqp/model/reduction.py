@@ -24,7 +24,7 @@ def reduced(
     """The model with every joint held that is ``locked`` or not between the base and ``tip``.
 
     Held joints stand at ``q_locked`` or, without an entry, at neutral; their bodies' inertia is lumped into
-    the body that carries them. Their rotor inertias are dropped, for these rotors stand still.
+    the body that carries them. Their rotor inertias and friction are dropped, for they stand still.
 
     Args:
         model: a pinocchio model.
@@ -86,7 +86,7 @@ def _plain(model: Any) -> Any:
         if f.type != pin.FrameType.JOINT and i > 0:
             name = f"{i}{MARK}{f.name}"
             plain.addFrame(pin.Frame(name, f.parentJoint, at[f.parentJoint], f.placement, f.type), False)
-    plain.armature = model.armature
+    plain.armature, plain.damping, plain.friction = model.armature, model.damping, model.friction
     return plain
 
 

@@ -7,15 +7,19 @@ from typing import Any, Self, final
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.checks import BoolArray, FloatArray, array, frozen
+from ftqp.core.checks import BoolArray, FloatArray, frozen
+from ftqp.core.errors import InputError
 from ftqp.model import audit
 from ftqp.model.audit import Finding
 from ftqp.model.build import ROWS, Wishes, robot_fields, write_limits
-from ftqp.model.chain import Chain, frame_id
-from ftqp.model.limits import JointLimits
+from ftqp.model.chain import Chain, chain_of, frame_id
+from ftqp.model.coordinates import configuration_of, positions_of
+from ftqp.model.limits import JointLimits, one_each
+from ftqp.model.payload import Payload
 from ftqp.model.reading import dh, mjcf, urdf
 from ftqp.model.reading.source import source_of
 from ftqp.model.reduction import joint_index
+from ftqp.model.refitting import friction_findings, loaded, rubbed, tipped
 from ftqp.model.serial import Inertial
 from ftqp.model.shape import neutral_of
 
@@ -73,6 +77,16 @@ class Robot:
         return self.chain.continuous
 
     @property
+    def viscous(self) -> FloatArray:
+        """Viscous friction of the joints, (nv,) [N m s/rad or N s/m]; all torques count it."""
+        return self.chain.viscous
+
+    @property
+    def coulomb(self) -> FloatArray:
+        """Coulomb friction of the joints, (nv,) [N m or N]: data for simulations, in no planner's torque."""
+        return self.chain.coulomb
+
+    @property
     def has_inertia(self) -> bool:
         """Whether masses are known, so that torques can be limited and minimised."""
         return bool(self.chain.mass.any() or self.chain.inertia.any())
@@ -97,16 +111,7 @@ class Robot:
         Raises:
             InputError: The shape is another one, or a number is NaN or infinite.
         """
-        if self.nq == self.nv or np.shape(q) == (self.nv,):
-            return array("q", q, (self.nv,), "(nv,)")
-        configuration = array("q", q, (self.nq,), "(nv,) or (nq,)")
-        result = np.empty(self.nv)
-        for i, at in enumerate(self.model.idx_qs[1:]):
-            if self.continuous[i]:
-                result[i] = np.arctan2(configuration[at + 1], configuration[at])
-            else:
-                result[i] = configuration[at]
-        return result
+        return positions_of(self.model, self.continuous, q)
 
     def configuration(self, q: Any) -> FloatArray:
         """pinocchio's configuration (nq,) from (nv,) positions or (nq,) itself [rad or m].
@@ -117,14 +122,7 @@ class Robot:
         Raises:
             InputError: The shape is another one, or a number is NaN or infinite.
         """
-        positions = self.angles(q)
-        result = np.empty(self.nq)
-        for i, at in enumerate(self.model.idx_qs[1:]):
-            if self.continuous[i]:
-                result[at : at + 2] = np.cos(positions[i]), np.sin(positions[i])
-            else:
-                result[at] = positions[i]
-        return result
+        return configuration_of(self.model, self.continuous, self.angles(q))
 
     def pose(self, q: Any) -> FloatArray:
         """Pose T_WE of the tip, (4, 4) [m].
@@ -148,6 +146,8 @@ class Robot:
     ) -> Self:
         """This robot with some limits replaced, each (nv,) or one number for all; None keeps what there is.
 
+        A new ``v_max`` brings the acceleration limit ``v_max / RISE_TIME`` to joints that have none.
+
         Args:
             q_min: The lowest position [rad or m].
             q_max: The highest position [rad or m].
@@ -161,13 +161,63 @@ class Robot:
         """
         given = {"q_min": q_min, "q_max": q_max, "v_max": v_max, "a_max": a_max, "tau_max": tau_max}
         limits = self.limits.replaced({name: value for name, value in given.items() if value is not None})
-        found = [f for f in self.findings if f.about != "limits"]
-        found += audit.limit_findings(self.joints, limits, self.continuous)
-        audit.refuse_unsafe(self.name, found)
         model = self.model.copy()
         write_limits(model, limits)
+        found = [f for f in self.findings if f.about not in ("limits", "friction")]
+        found += audit.limit_findings(self.joints, limits, self.continuous)
+        found += friction_findings(model, limits)
+        audit.refuse_unsafe(self.name, found)
         start = frozen(neutral_of(limits, self.neutral))
         return replace(self, limits=limits, model=model, neutral=start, findings=tuple(found))
+
+    def with_friction(self, *, viscous: Any = None, coulomb: Any = None) -> Self:
+        """This robot with other joint friction, each (nv,) or one number for all; None keeps what there is.
+
+        Args:
+            viscous: Viscous friction, >= 0 [N m s/rad or N s/m]. It is a part of every torque: of
+                ``step.tau``, of the torque limits, and of the motion of a free-swinging joint.
+            coulomb: Coulomb friction, >= 0 [N m or N]: for simulated arms, detectors and rollouts of a free
+                joint. The planner does not feed it forward, for near rest its sign flips and the arm hunts.
+
+        Raises:
+            InputError: A wrong shape, or a robot without masses.
+            ModelError: A friction is negative or not finite.
+        """
+        if not self.has_inertia:
+            raise InputError(f"{self.name} has no masses, so no torques; give the model its masses first")
+        rub = [
+            now if given is None else one_each(name, given, self.nv)
+            for name, given, now in (("viscous", viscous, self.viscous), ("coulomb", coulomb, self.coulomb))
+        ]
+        model = rubbed(self.model, *rub)
+        found = [f for f in self.findings if f.about != "friction"] + friction_findings(model, self.limits)
+        audit.refuse_unsafe(self.name, found)
+        return replace(self, model=model, chain=chain_of(model, self.tip), findings=tuple(found))
+
+    def with_payload(self, payload: Payload) -> Self:
+        """This robot with a load at its tip, beside any that it carries already.
+
+        Args:
+            payload: The load, in the frame of the tip.
+
+        Raises:
+            InputError: This is no payload, or a robot without masses.
+        """
+        model = loaded(self.model, self.tip, payload)
+        return replace(self, model=model, chain=chain_of(model, self.tip))
+
+    def with_tip(self, T: Any, name: str = "tool") -> Self:
+        """This robot with another controlled frame; masses and the characteristic length stay.
+
+        Args:
+            T: Pose of the new tip in the frame of the present one, (4, 4) [m].
+            name: The name of the new frame.
+
+        Raises:
+            InputError: T is no pose, or the name is taken.
+        """
+        model = tipped(self.model, self.tip, T, name)
+        return replace(self, model=model, chain=chain_of(model, name), tip=name)
 
     @classmethod
     def from_pinocchio(
@@ -253,22 +303,15 @@ class Robot:
             source: The path of a file, or the XML itself.
             tip: The name of the controlled frame; None takes the only end of the model.
             locked: Joints to hold, by name or 0-based index; joints off the chain are held anyway.
-            q_locked: Positions of held joints by name [rad or m]; a joint without an entry is held at
-                neutral.
-            limits: Limits that replace the model's, all or some (``{"v_max": 1.0}``), each (nv,) or one
-                number.
-            acceleration: The acceleration limit a_max, (nv,) or one number, > 0 [rad/s2 or m/s2]. A larger
-                one lets the arm brake later and harder. None takes ``v_max / RISE_TIME``, and a finding says
-                so.
+            q_locked: Positions of held joints by name as in ``from_pinocchio`` [rad or m].
+            limits: Limits that replace the model's, as in ``from_pinocchio``.
+            acceleration: The acceleration limit as in ``from_pinocchio``.
             name: The robot's name; None takes the model's.
-            neutral: A configuration inside the limits, (nv,) [rad or m]; None takes zero, or the middle of
-                the range.
+            neutral: A configuration inside the limits as in ``from_pinocchio``.
             default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
-            length: The characteristic length, > 0 [m]. A larger one makes rotation count more beside
-                position. None takes a sixth of the reach.
+            length: The characteristic length as in ``from_pinocchio``, > 0 [m].
             gravity: Gravity in the base frame, (3,) [m/s2]; None takes the model's.
-            kinematics_only: Whether masses and rotor inertias are dropped; torques are then neither limited
-                nor minimised.
+            kinematics_only: Whether masses are dropped as in ``from_pinocchio``.
 
         Raises:
             InputError: The file cannot be read, a tip or joint is unknown, or a shape is wrong.
@@ -314,22 +357,15 @@ class Robot:
             source: The path of a file, or the XML itself.
             tip: The name of the controlled frame; None takes the only end of the model.
             locked: Joints to hold, by name or 0-based index; joints off the chain are held anyway.
-            q_locked: Positions of held joints by name [rad or m]; a joint without an entry is held at
-                neutral.
-            limits: Limits that replace the model's, all or some (``{"v_max": 1.0}``), each (nv,) or one
-                number.
-            acceleration: The acceleration limit a_max, (nv,) or one number, > 0 [rad/s2 or m/s2]. A larger
-                one lets the arm brake later and harder. None takes ``v_max / RISE_TIME``, and a finding says
-                so.
+            q_locked: Positions of held joints by name as in ``from_pinocchio`` [rad or m].
+            limits: Limits that replace the model's, as in ``from_pinocchio``.
+            acceleration: The acceleration limit as in ``from_pinocchio``.
             name: The robot's name; None takes the model's.
-            neutral: A configuration inside the limits, (nv,) [rad or m]; None takes zero, or the middle of
-                the range.
+            neutral: A configuration inside the limits as in ``from_pinocchio``.
             default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
-            length: The characteristic length, > 0 [m]. A larger one makes rotation count more beside
-                position. None takes a sixth of the reach.
+            length: The characteristic length as in ``from_pinocchio``, > 0 [m].
             gravity: Gravity in the base frame, (3,) [m/s2]; None takes the model's.
-            kinematics_only: Whether masses and rotor inertias are dropped; torques are then neither limited
-                nor minimised.
+            kinematics_only: Whether masses are dropped as in ``from_pinocchio``.
 
         Raises:
             InputError: The file cannot be read, a tip or joint is unknown, or a shape is wrong.

@@ -112,3 +112,16 @@ def test_vertical_planar_arm_has_the_published_static_torque():
     arm.dynamics(np.full(6, np.pi / 12), np.zeros(6))
     expected = (29.41547, 15.58233, 6.54527, 2.35244, 0.45641, 0.0)
     assert np.abs(arm.K.kinematics.h[:6] - expected).max() < 1e-5
+
+
+def test_viscous_friction_is_a_part_of_the_bias_and_coulomb_friction_is_not():
+    rng = np.random.default_rng(14)
+    robot, viscous = load("panda"), rng.uniform(0.1, 2.0, 7)
+    rough = robot.with_friction(viscous=viscous, coulomb=5.0)
+    q, v = rng.uniform(-1.0, 1.0, 7), rng.uniform(-1.0, 1.0, 7)
+    smooth_arm, rough_arm = arm_of(robot), arm_of(rough)
+    for one in (smooth_arm, rough_arm):
+        one.dynamics(q, v)
+    more = rough_arm.K.kinematics.h[:7] - smooth_arm.K.kinematics.h[:7]
+    assert np.abs(more - viscous * v).max() < 1e-12
+    assert np.array_equal(rough_arm.K.kinematics.M, smooth_arm.K.kinematics.M)

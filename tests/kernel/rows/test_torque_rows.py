@@ -70,3 +70,42 @@ def test_brake_of_a_locked_joint_carries_what_its_motor_does_not(level):
         assert step.tau[1] == 0.0
         assert abs(step.tau_brake[1] - tau[1]) < 1e-9 and abs(tau[1]) > 1.0
         assert np.count_nonzero(step.tau_brake) == 1
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("own", [0.4, 50.0])
+def test_free_swinging_joint_keeps_its_own_friction_beside_that_of_the_fault(level, own):
+    """At the velocity after the step, so that no friction is too strong; that of the others before it."""
+    bare = ftqp.robots.load("panda").with_limits(tau_max=np.inf)
+    robot = bare.with_friction(viscous=own)
+    planner = ftqp.Planner(robot, 0.002, level=level, emergency=None, task=ftqp.Task(rows="position"))
+    planner.report(ftqp.FreeSwinging(6, damping=0.1))
+    arm, q, v = ArmSession(bare.chain.constants()), Q.copy(), np.zeros(7)
+    planner.reset(q, v)
+    p = robot.pose(q)[:3, 3]
+    for k in range(200):
+        aim = ftqp.Target(position=p + np.array([0.0, 0.15, 0.15]) * np.sin(np.array([0.0, 0.01, 0.006]) * k))
+        step = planner.step(q, v, aim)
+        tau = torque(arm, q, v, step.a)
+        assert abs(tau[6] + (0.1 + own) * step.v[6]) < 1e-8
+        assert np.abs(step.tau[:6] - tau[:6] - own * v[:6]).max() < 1e-8
+        q, v = step.q.copy(), step.v.copy()
+    assert np.abs(v).max() > 0.05
+
+
+def test_motors_that_turn_against_friction_keep_their_limits():
+    robot = ftqp.robots.load("panda").with_limits(tau_max=[10.0, 40.0, 10.0, 24.0, 4.0, 4.0, 2.0])
+    rough, arm = robot.with_friction(viscous=2.0), ArmSession(robot.chain.constants())
+    planner = ftqp.Planner(rough, 0.002, emergency=None, task=ftqp.Task(rows="position"))
+    q, v, binding = Q.copy(), np.zeros(7), 0
+    planner.reset(q, v)
+    p = robot.pose(q)[:3, 3]
+    for k in range(600):
+        aim = ftqp.Target(position=p + np.array([0.0, 0.15, 0.15]) * np.sin(np.array([0.0, 0.01, 0.006]) * k))
+        step = planner.step(q, v, aim)
+        motor = torque(arm, q, v, step.a) + 2.0 * v
+        assert step.torque_excess == 0.0
+        assert np.all(np.abs(motor) <= robot.limits.tau_max + 1e-6)
+        binding += bool(np.any(np.abs(motor) > robot.limits.tau_max - 1e-6))
+        q, v = step.q.copy(), step.v.copy()
+    assert binding > 10

@@ -80,3 +80,18 @@ def test_unsafe_files_are_refused(text: str, message: str) -> None:
 def test_what_pinocchio_refuses_is_an_input_error() -> None:
     with pytest.raises(InputError, match=r"was refused by pinocchio: .*body"):
         Robot.from_mjcf("<mujoco/>")
+
+
+def test_damping_and_frictionloss_are_read_with_the_defaults_of_their_class() -> None:
+    text = arm().replace(
+        "<worldbody>", '<default><joint damping="2" frictionloss="0.4"/></default><worldbody>'
+    )
+    robot = Robot.from_mjcf(text.replace('axis="1 1 0"', 'axis="1 1 0" damping="3"'), limits={"v_max": 1.0})
+    assert robot.viscous.tolist() == [2.0, 3.0]
+    assert robot.coulomb.tolist() == [0.4, 0.4]
+
+
+@pytest.mark.parametrize("figure", ["much", "1 2 3", "inf"])
+def test_damping_that_pinocchio_would_take_for_none_is_refused(figure: str) -> None:
+    with pytest.raises(ModelError, match=f"joint 'a' has damping '{figure}', expected a finite number"):
+        Robot.from_mjcf(arm(armature=f'0" damping="{figure}'))

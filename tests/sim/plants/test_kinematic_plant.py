@@ -100,6 +100,19 @@ def test_free_swinging_joint_has_no_motor_torque_but_friction(plant, panda):
     np.testing.assert_allclose(plant.q, q + DT * v + 0.5 * DT**2 * a, atol=1e-12)
 
 
+def test_free_swinging_joint_keeps_its_own_friction(panda):
+    """As strong as none could be that was taken at the velocity before the step."""
+    arm = KinematicPlant(panda.with_friction(viscous=400.0), DT)
+    arm.reset(panda.neutral, np.linspace(-0.5, 0.5, 7))
+    arm.fail(FreeSwinging(5, damping=0.2))
+    q, v = arm.q.copy(), arm.v.copy()
+    arm.advance(command(arm, np.linspace(0.5, -0.5, 7)))
+    a = (arm.v - v) / DT
+    tau = pin.rnea(panda.model, panda.model.createData(), q, v, a)
+    np.testing.assert_allclose(tau[5], -400.2 * arm.v[5], atol=1e-8)
+    assert abs(arm.v[5]) < abs(v[5])
+
+
 def test_pendulum_without_friction_keeps_its_energy(panda):
     plant = KinematicPlant(panda, 1e-4)
     plant.reset(panda.neutral, np.zeros(7))

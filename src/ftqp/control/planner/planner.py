@@ -6,9 +6,11 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from ftqp.control.planner.accepted_robot import accepted
 from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.closed_loop import Blocks
 from ftqp.control.planner.filling import LEVELS, filled
+from ftqp.control.planner.fitting import Fitting, warn_of_weight
 from ftqp.control.planner.given_arrays import not_a_target, sized, vector
 from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.solver.qp_solver import IN_KERNEL, NETWORK, Solver
@@ -24,13 +26,15 @@ from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
 from ftqp.core.checks import array, positive
 from ftqp.core.clock import now
-from ftqp.core.errors import InputError, ModelError, nearest
+from ftqp.core.errors import InputError, nearest
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import BaseMemory, PathMemory, Session
-from ftqp.kernel.layout.enums import JOINTS, Mistake
+from ftqp.kernel.layout.enums import Mistake
+from ftqp.kernel.layout.record import load_chain
 from ftqp.kernel.layout.rows import COMPONENTS, has_rows_beside_torque
 from ftqp.model.branch import within_branch
+from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.registry import backend as make_backend
@@ -83,8 +87,9 @@ class Planner:
             raise InputError(
                 f"level is {level!r}{nearest(str(level), LEVELS)}, expected one of {', '.join(LEVELS)}"
             )
-        _refuse_robot(robot)
+        robot = accepted(robot)
         robot = robot if branch_limits is None else within_branch(robot, branch_limits)
+        self._fitting = Fitting(robot)
         self.robot = robot
         self.dt = positive("dt", dt, "s")
         self.level = level
@@ -125,6 +130,7 @@ class Planner:
         self._belief = Belief(
             robot, self._session.K.limits, self._session.K.faults, torque_limits=limits_torque
         )
+        self._limits_torque = limits_torque
         self._reserve = braking_reserve(robot) if limits_torque else None
         self._adopt_belief()
         self._out = Step(self._session, robot.joints)
@@ -310,19 +316,69 @@ class Planner:
         self._belief.withdraw(joint)
         self._adopt_belief()
 
+    @property
+    def payload(self) -> Payload | None:
+        """The load that is carried beside the robot's own bodies; None is none."""
+        return self._fitting.payload
+
+    def carry(self, payload: Payload | None) -> None:
+        """Count on this load at the tip from the next step on, in the place of the last one.
+
+        State, faults and the solver's memory stay; ``planner.robot`` is then the loaded arm, which brakes
+        earlier. A load that it cannot hold where it is gets one warning on the logger ``ftqp``. This takes
+        milliseconds: call it while the arm rests.
+
+        Args:
+            payload: The load, in the frame of the robot's own tip, whatever the tool is; None is none.
+
+        Raises:
+            InputError: This is no payload, or a robot without masses.
+        """
+        self._fit(self._fitting.carrying(payload))
+        limits, n = self._session.K.limits, self.robot.nv
+        if self._limits_torque:
+            self._reserve = braking_reserve(self.robot)
+            self._adopt_reserve()
+        if payload is not None:
+            state = self._session.K.state
+            warn_of_weight(self.robot, state.q_command[:n] if state.is_reset else None, limits.tau_max[:n])
+
+    def tool(self, T: Any) -> None:
+        """Control another point from the next step on; targets are then poses of that point.
+
+        State, faults and the solver's memory stay, and so do masses: a tool that weighs something is a
+        payload, too. A target that is not moved along with the point is somewhere else for the arm.
+
+        Args:
+            T: Pose of the point in the frame of the robot's own tip, (4, 4) [m]; None is that tip.
+
+        Raises:
+            InputError: T is no pose.
+        """
+        self._fit(self._fitting.holding(T))
+
+    def _fit(self, robot: Robot) -> None:
+        """Let the kernel see another arm of the same joints."""
+        self.robot = robot
+        load_chain(self._session.K, **robot.chain.constants())
+
     def _adopt_belief(self) -> None:
         """What follows from the belief: need of dynamics, braking reserve, a cold start."""
-        K, n = self._session.K, self.robot.nv
-        limits = K.limits
-        limits.dynamic = self._rows_every_tick or self._needs_inertia or self._belief.needs_dynamics
+        K = self._session.K
+        K.limits.dynamic = self._rows_every_tick or self._needs_inertia or self._belief.needs_dynamics
+        self._adopt_reserve()
+        K.qp.warm = 0
+        self._solver.forget()
+
+    def _adopt_reserve(self) -> None:
+        """The deceleration that viability counts on, and where torque limits need no check."""
+        limits, n = self._session.K.limits, self.robot.nv
         a_max, tau_max = limits.a_max[:n], limits.tau_max[:n]
         share = 1.0 if self._reserve is None else self._reserve.share(a_max, tau_max)
         limits.a_brake[:n] = share * a_max
         limits.guard = 0.0
         if self._reserve is not None and self._guarded and not self._belief.needs_dynamics:
             limits.guard = self._reserve.guard(a_max, tau_max)
-        K.qp.warm = 0
-        self._solver.forget()
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(
@@ -337,17 +393,3 @@ def _converted_tick(tick: Any, q: Any, v: Any, target: tuple[Any, ...]) -> int:
     if code == Mistake.NOT_READ:
         code = tick(vector("q", q), vector("v", v), *target)
     return code
-
-
-def _refuse_robot(robot: Robot) -> None:
-    """Refuse an arm with too many joints, or without acceleration limits."""
-    if robot.nv > JOINTS:
-        raise ModelError(
-            f"{robot.name} has {robot.nv} joints between base and tip; ftqp drives at most {JOINTS}"
-        )
-    endless = [j for j, a in zip(robot.joints, robot.limits.a_max, strict=True) if not np.isfinite(a)]
-    if endless:
-        raise ModelError(
-            f"{robot.name} has no acceleration limit on {', '.join(endless)}; braking needs one: "
-            "robot.with_limits(a_max=...)"
-        )

@@ -10,10 +10,11 @@ from ftqp.kernel.maths.vectors import cross
 def dynamics(K: Any) -> None:
     """M by the composite-rigid-body algorithm and h by the recursive Newton-Euler algorithm at a = 0.
 
-    Needs ``forward_kinematics`` and ``motion``. h holds Coriolis, centrifugal and gravity torques [N m or N].
+    Needs ``forward_kinematics`` and ``motion``. h holds Coriolis, centrifugal and gravity torques and viscous
+    friction d_i v_i [N m or N]; Coulomb friction, whose sign a joint near rest does not have, is left out.
     Source: Featherstone 2008, chapters 5 and 6; here in world coordinates.
     """
-    chain, kinematics = K.chain, K.kinematics
+    chain, state, kinematics = K.chain, K.state, K.kinematics
     n = chain.n
     f0 = f1 = f2 = 0.0  # force and moment about the origin that the bodies from here to the tip need
     n0 = n1 = n2 = 0.0
@@ -103,3 +104,5 @@ def dynamics(K: Any) -> None:
             kinematics.M[j, i] = x
             kinematics.M[i, j] = x
         kinematics.M[i, i] += chain.armature[i]
+    for i in range(n):  # apart from the loop above, whose rounding it leaves as it is
+        kinematics.h[i] += chain.viscous[i] * state.v[i]

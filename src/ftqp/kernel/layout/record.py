@@ -73,7 +73,7 @@ def record(capacity: int) -> Any:
 
 def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, inertia: Any, prismatic: Any,
                continuous: Any, tip_rotation: Any, tip_translation: Any, gravity: Any,
-               armature: Any = 0.0) -> None:  # fmt: skip
+               armature: Any = 0.0, viscous: Any = 0.0, coulomb: Any = 0.0) -> None:  # fmt: skip
     """Write the constants of a serial chain into a record.
 
     Args:
@@ -89,6 +89,8 @@ def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, 
         tip_translation: Of the tip's frame in that of the last joint, (3,) [m].
         gravity: Along W, (3,) [m/s2].
         armature: Rotor inertia at the joint, (n,) [kg m2 or kg].
+        viscous: Viscous friction at the joint, (n,) [N m s/rad or N s/m].
+        coulomb: Coulomb friction at the joint, (n,) [N m or N].
     """
     chain, n = K.chain, len(mass)
     chain.n = n
@@ -101,6 +103,8 @@ def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, 
     upper = np.triu_indices(3)
     chain.inertia[:n] = np.asarray(inertia)[:, upper[0], upper[1]]
     chain.armature[:n] = armature
+    chain.viscous[:n] = viscous
+    chain.coulomb[:n] = coulomb
     chain.prismatic[:n] = prismatic
     chain.continuous[:n] = continuous
     chain.tip_rotation[:] = np.ravel(tip_rotation)

@@ -132,7 +132,8 @@ def _chain(N: int) -> Fields:
     """Constants of the arm; every joint moves along or about the z axis of its frame.
 
     ``rotation`` and ``translation`` place a joint's frame in its predecessor's at q = 0. ``inertia`` is about
-    the com: xx xy xz yy yz zz. ``armature`` is the rotor inertia seen at the joint.
+    the com: xx xy xz yy yz zz. ``armature`` is the rotor inertia seen at the joint. ``viscous`` is a part of
+    h; ``coulomb`` is data for rollouts, no formula of a planner's tick feeds it forward.
     """
     return [
         *_scalars("i8", "n nq has_inertia"),
@@ -148,6 +149,8 @@ def _chain(N: int) -> Fields:
                 "com": (N, 3),
                 "inertia": (N, 6),
                 "armature": (N,),
+                "viscous": (N,),
+                "coulomb": (N,),
             }
         ),
     ]

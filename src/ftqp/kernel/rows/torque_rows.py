@@ -12,8 +12,9 @@ def fill(K: Any, at: int) -> int:
     """l <= M x <= u, one row a joint from row ``at`` of C on; the next free row.
 
     tau_min - h <= M a <= tau_max - h, times dt at the velocity level. A free-swinging joint's row is the
-    equality tau = -friction v, with the velocity after the step: taken before it, strong friction on a light
-    joint would be unstable. The row of a joint that is held is open: its brake carries whatever is needed.
+    equality tau = -(friction + viscous) v, with the velocity after the step: taken before it, where h has the
+    joint's own viscous friction, strong friction on a light joint would be unstable. The row of a joint that
+    is held is open: its brake carries whatever is needed.
     Source: docs/theory/joint-failures.md, "Free-swinging".
     """
     chain, limits, faults, state, kinematics, qp = K.chain, K.limits, K.faults, K.state, K.kinematics, K.qp
@@ -29,10 +30,11 @@ def fill(K: Any, at: int) -> int:
         row[n] = 0.0
         fault = faults.code[i]
         if fault == FREE:
-            friction = faults.friction[i] * state.dt
-            row[i] += friction
-            qp.l[at + i] = qp.u[at + i] = shift - (
-                0.0 if state.level == VELOCITY else faults.friction[i] * state.v[i]
+            own = chain.viscous[i]
+            friction = faults.friction[i] + own
+            row[i] += friction * state.dt
+            qp.l[at + i] = qp.u[at + i] = shift + (
+                scale * own * state.v[i] if state.level == VELOCITY else -faults.friction[i] * state.v[i]
             )
         elif fault == HEALTHY:
             qp.l[at + i], qp.u[at + i] = shift - scale * limits.tau_max[i], shift + scale * limits.tau_max[i]

@@ -18,7 +18,15 @@ PROBE = """<mujoco><worldbody><body name="b"><inertial pos="0 0 0" mass="1" diag
 <joint name="j" type="slide" range="0 1"/></body></worldbody></mujoco>"""
 """One joint that slides from 0 m to 1 m; pinocchio 4.1 takes metres for degrees, as angles are by default."""
 
-NUMBERS = {"axis": 3, "pos": 3, "range": 2, "actuatorfrcrange": 2, "armature": 1}
+NUMBERS = {
+    "axis": 3,
+    "pos": 3,
+    "range": 2,
+    "actuatorfrcrange": 2,
+    "armature": 1,
+    "damping": 1,
+    "frictionloss": 1,
+}
 """Attributes of a joint that are finite numbers, and how many."""
 
 

@@ -135,6 +135,8 @@ def _audit_joints(tree: Tree, chain: Sequence[str], locked: Sequence[str | int])
             tree.findings.append(unsafe(f"joint {name!r} has an origin that is not finite numbers"))
         if name not in chain or name in locked or joint.get("type") not in MOVING:
             continue
+        if not np.isfinite(_friction(joint)).all():
+            tree.findings.append(unsafe(f"joint {name!r} has damping or friction that is no finite number"))
         axis = _axis(joint)
         if not np.isfinite(axis).all():
             tree.findings.append(unsafe(f"joint {name!r} has an axis that is not three finite numbers"))
@@ -144,6 +146,11 @@ def _audit_joints(tree: Tree, chain: Sequence[str], locked: Sequence[str | int])
 
 def _axis(joint: Element) -> FloatArray:
     return _numbers(_attribute(joint, "axis", "xyz") or "1 0 0", 3)
+
+
+def _friction(joint: Element) -> FloatArray:
+    """Viscous [N m s/rad or N s/m] and Coulomb friction [N m or N], (2,); 0 where none is written."""
+    return np.array([_number(_attribute(joint, "dynamics", key) or "0") for key in ("damping", "friction")])
 
 
 def _origin(element: Element) -> FloatArray:
@@ -214,6 +221,8 @@ def _cleaned(tree: Tree) -> Element:
         sound = np.isfinite(axis).all() and axis.any()
         SubElement(copy, "axis", xyz=_words(axis if sound else np.array([1.0, 0.0, 0.0])))
         SubElement(copy, "limit", lower="-1", upper="1", velocity="1", effort="1")
+        rub = np.nan_to_num(_friction(joint), posinf=0.0, neginf=0.0)
+        SubElement(copy, "dynamics", damping=repr(float(rub[0])), friction=repr(float(rub[1])))
     return root
 
 

@@ -36,7 +36,8 @@ class KinematicPlant(Plant):
     * locked, instant: v = 0 at once. With the resets ``momentum`` and ``task`` the joint keeps its velocity
       until the command of that tick has been given: the planner derives the jump of the others from it.
     * free-swinging: its torque is that of friction at the velocity after the step, as in the planner's row:
-      (M_FF + dt D) a_F = -(M_FH a_H + h_F) - D v_F with the damping D. It has no end stop.
+      (M_FF + dt D) a_F = -(M_FH a_H + h_F) - D v_F with the damping D, that of the fault and the joint's own.
+      Coulomb friction is not simulated, and there is no end stop.
     * degraded: its velocity and acceleration saturate at what is left of the limits, and it stops at the ends
       of what is left of its range. What is left of its torque does not matter here: this arm has no motors.
 
@@ -190,7 +191,7 @@ class KinematicPlant(Plant):
         a = (after - self._v) / self._dt
         a[free] = 0.0
         damping = np.array([getattr(self._faults[i], "damping", 0.0) for i in free])
-        right = -(M[free] @ a + h[free]) - damping * self._v[free]
-        left = M[np.ix_(free, free)] + self._dt * np.diag(damping)
+        right = -(M[free] @ a + h[free]) - damping * self._v[free]  # h has the joints' own friction
+        left = M[np.ix_(free, free)] + self._dt * np.diag(damping + self._robot.viscous[free])
         swung: FloatArray = self._v[free] + self._dt * np.linalg.solve(left, right)
         return swung

@@ -1,0 +1,80 @@
+"""The arm as it is fitted now, with a load and a tool, and whether its motors can hold that."""
+
+import logging
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.pose import pose
+from ftqp.model.payload import Payload
+from ftqp.model.posture import gravity_torques
+from ftqp.model.robot import Robot
+
+_LOG = logging.getLogger("ftqp")
+
+
+class Fitting:
+    """A bare robot and what is mounted on it.
+
+    Args:
+        robot: The bare robot; loads and tools are in the frame of its tip.
+
+    Attributes:
+        payload: The load; None is none.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._bare = robot
+        self.payload: Payload | None = None
+        self._place: FloatArray | None = None
+
+    def carrying(self, payload: Payload | None) -> Robot:
+        """The robot with another load.
+
+        Raises:
+            InputError: This is no payload, or a robot without masses.
+        """
+        robot = self._fitted(payload, self._place)
+        self.payload = payload
+        return robot
+
+    def holding(self, T: Any) -> Robot:
+        """The robot with another controlled point, (4, 4) in the frame of the bare robot's tip.
+
+        Raises:
+            InputError: T is no pose.
+        """
+        place = None if T is None else pose(T, "T")
+        robot = self._fitted(self.payload, place)
+        self._place = place
+        return robot
+
+    def _fitted(self, payload: Payload | None, place: FloatArray | None) -> Robot:
+        robot = self._bare if payload is None else self._bare.with_payload(payload)
+        return robot if place is None else robot.with_tip(place, f"{robot.tip} tool")
+
+
+def weight_sentence(robot: Robot, q: FloatArray, tau_max: FloatArray) -> str:
+    """What is to be said where a motor cannot hold the arm at rest at q; empty where all can.
+
+    Args:
+        robot: The arm with its load.
+        q: Joint positions, (nv,) [rad or m].
+        tau_max: Torque limits believed now, (nv,) [N m or N].
+    """
+    tau = np.abs(gravity_torques(robot, q))
+    worst = int(np.argmax(tau / tau_max))
+    if not tau[worst] > tau_max[worst]:
+        return ""
+    return (
+        f"{robot.joints[worst]} needs {tau[worst]:.3g} N m to hold the arm at rest here, beyond its limit of "
+        f"{tau_max[worst]:.3g} N m, so the arm may sink; choose another posture, or correct the payload, the "
+        "masses or robot.with_limits(tau_max=...)"
+    )
+
+
+def warn_of_weight(robot: Robot, q: FloatArray | None, tau_max: FloatArray) -> None:
+    """One warning on the logger ``ftqp`` where a motor cannot hold the arm at rest at q, or at neutral."""
+    if sentence := weight_sentence(robot, robot.neutral if q is None else q, tau_max):
+        _LOG.warning("%s: %s", robot.name, sentence)

@@ -1,0 +1,52 @@
+"""Payload: a rigid body that is carried at the tip."""
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, array, frozen, positive
+from ftqp.core.errors import InputError
+
+SHAPE_TOLERANCE = 1e-9
+"""Largest asymmetry, and largest violation of what a rigid body can have, relative to the inertia."""
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Payload:
+    """A load at the tip, for ``robot.with_payload`` and ``planner.carry``.
+
+    Attributes:
+        mass: The mass, > 0 [kg]. A heavier load leaves less torque to accelerate and brake with.
+        com: The centre of mass in the frame of the robot's tip, (3,) [m].
+        inertia: The inertia about the centre of mass, along the axes of the tip's frame, (3, 3) [kg m2]; None
+            is a point mass.
+
+    Raises:
+        InputError: The mass is not above zero, a number is not finite, or no rigid body has that inertia.
+    """
+
+    mass: float
+    com: Any = (0.0, 0.0, 0.0)
+    inertia: Any = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", positive("mass", self.mass, "kg"))
+        object.__setattr__(self, "com", frozen(array("com", self.com, (3,))))
+        moments = np.zeros((3, 3)) if self.inertia is None else array("inertia", self.inertia, (3, 3))
+        _refuse_unreal(moments)
+        object.__setattr__(self, "inertia", frozen(moments))
+
+
+def _refuse_unreal(inertia: FloatArray) -> None:
+    """Refuses an inertia that is not symmetric, or whose principal moments no rigid body has."""
+    slack = SHAPE_TOLERANCE * float(np.abs(inertia).max())
+    if np.abs(inertia - inertia.T).max() > slack:
+        raise InputError("inertia is not symmetric; expected xx xy xz, xy yy yz, xz yz zz [kg m2]")
+    least, middle, most = np.linalg.eigvalsh(inertia)
+    if least < -slack or least + middle < most - slack:
+        raise InputError(
+            f"inertia has the principal moments {least:.3g}, {middle:.3g}, {most:.3g} kg m2, which no rigid "
+            "body has; expected all >= 0 and none above the sum of the others"
+        )

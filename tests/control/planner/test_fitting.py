@@ -1,0 +1,137 @@
+"""Loads and tools that are changed while the planner drives the arm."""
+
+import logging
+
+import numpy as np
+import pytest
+from tests.arm_at import arm_at
+
+import ftqp
+from ftqp.core.errors import InputError
+from ftqp.core.pose import rotation_x, transform
+
+LOAD = ftqp.Payload(1.5, com=(0.0, 0.02, 0.08), inertia=np.diag([0.01, 0.01, 0.005]))
+PLACE = transform(rotation_x(0.3), np.array([0.0, 0.05, 0.1]))
+DT = 2e-3
+
+
+def started(robot, **settings):
+    planner = ftqp.Planner(robot, DT, **settings)
+    planner.reset(robot.neutral)
+    return planner
+
+
+def moved(planner, ticks, q=None, v=None):
+    """A closed loop towards a point 10 cm aside of neutral, under way already: q, v and every step."""
+    robot = planner.robot
+    goal = np.array(robot.pose(robot.neutral))
+    goal[1, 3] += 0.1
+    q = robot.neutral.copy() if q is None else q
+    v, steps = np.zeros(robot.nv) if v is None else v, []
+    for _ in range(ticks):
+        steps.append(planner.step(q, v, ftqp.Target(pose=goal)).copy())
+        q, v = steps[-1].q, steps[-1].v
+    return q, v, steps
+
+
+def test_load_taken_up_is_the_load_that_the_robot_was_made_with(panda):
+    taken, made = started(panda), started(panda.with_payload(LOAD))
+    taken.carry(LOAD)
+    for one, other in zip(moved(taken, 60)[2], moved(made, 60)[2], strict=True):
+        np.testing.assert_array_equal(one.q, other.q)
+        np.testing.assert_array_equal(one.tau, other.tau)
+    assert taken.payload is LOAD
+    assert taken.robot.chain.mass.sum() == pytest.approx(panda.chain.mass.sum() + 1.5)
+
+
+def test_torque_counts_the_load_from_the_next_step_on_and_not_after_it(panda):
+    planner = started(panda)
+    q, v, _ = moved(planner, 40)
+    planner.carry(LOAD)
+    at, (_, _, (step,)) = arm_at(panda.with_payload(LOAD), q, v), moved(planner, 1, q, v)
+    np.testing.assert_allclose(step.tau, at.M @ step.a + at.h, atol=1e-9)
+    planner.carry(None)
+    at, q, v = arm_at(panda, step.q, step.v), step.q, step.v
+    _, _, (step,) = moved(planner, 1, q, v)
+    np.testing.assert_allclose(step.tau, at.M @ step.a + at.h, atol=1e-9)
+    assert planner.payload is None
+
+
+def test_state_faults_and_count_of_steps_are_kept(panda):
+    planner = started(panda)
+    planner.report(ftqp.Locked("panda_joint3"))
+    q, v, _ = moved(planner, 40)
+    before, warm = planner.faults, int(planner.session().K.qp.warm)
+    planner.carry(LOAD)
+    planner.tool(PLACE)
+    planner.tool(None)
+    assert planner.faults == before
+    assert planner.tick == 39
+    assert int(planner.session().K.qp.warm) == warm
+    _, _, (step,) = moved(planner, 1, q, v)
+    assert step.v[2] == 0.0 or abs(step.v[2]) < abs(v[2])
+
+
+def test_heavier_arm_counts_on_less_braking(panda):
+    planner = started(panda)
+    empty = planner.session().K.limits.a_brake[:7].copy()
+    planner.carry(ftqp.Payload(3.0, com=(0.0, 0.0, 0.1)))
+    assert (planner.session().K.limits.a_brake[:7] < empty).all()
+    planner.carry(None)
+    np.testing.assert_array_equal(planner.session().K.limits.a_brake[:7], empty)
+
+
+def test_tool_is_the_point_that_is_led_and_the_load_stays_where_it_is(panda):
+    planner = started(panda)
+    planner.carry(LOAD)
+    planner.tool(PLACE)
+    np.testing.assert_allclose(
+        planner.robot.pose(panda.neutral), panda.pose(panda.neutral) @ PLACE, atol=1e-12
+    )
+    np.testing.assert_allclose(
+        arm_at(planner.robot, panda.neutral).M, arm_at(panda.with_payload(LOAD), panda.neutral).M, atol=1e-12
+    )
+    step = planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=panda.pose(panda.neutral) @ PLACE))
+    assert step.position_error < 1e-12
+    planner.tool(None)
+    step = planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=panda.pose(panda.neutral)))
+    assert step.position_error < 1e-12
+
+
+def test_load_that_is_too_heavy_is_said_once_and_the_arm_goes_on_within_its_limits(panda, caplog):
+    planner = started(panda, emergency=None)
+    with caplog.at_level(logging.WARNING, "ftqp"):
+        planner.carry(ftqp.Payload(30.0, com=(0.0, 0.0, 0.1)))
+    (record,) = caplog.records
+    assert record.getMessage() == (
+        "panda: panda_joint6 needs 28.2 N m to hold the arm at rest here, beyond its limit of 12 N m, so the "
+        "arm may sink; choose another posture, or correct the payload, the masses or "
+        "robot.with_limits(tau_max=...)"
+    )
+    _, _, steps = moved(planner, 300)
+    assert all(step.status is not ftqp.StepStatus.OK for step in steps)
+    for step in steps:
+        assert np.isfinite(step.q).all()
+        assert np.all(np.abs(step.v) <= panda.limits.v_max + 1e-9)
+        assert np.all(np.abs(step.a) <= panda.limits.a_max + 1e-9)
+
+
+@pytest.mark.parametrize("load", [0.5, "brick", ftqp.Payload])
+def test_what_is_no_load_is_refused_and_the_last_one_stays(panda, load):
+    planner = started(panda)
+    planner.carry(LOAD)
+    with pytest.raises(InputError, match=r"expected an ftqp\.Payload"):
+        planner.carry(load)
+    assert planner.payload is LOAD
+
+
+def test_tool_without_a_pose_is_refused(panda):
+    planner = started(panda)
+    with pytest.raises(InputError, match=r"T has shape \(3,\), expected \(4, 4\)"):
+        planner.tool([0.0, 0.0, 0.1])
+
+
+def test_arm_without_masses_carries_nothing(srs7):
+    planner = ftqp.Planner(srs7, DT)
+    with pytest.raises(InputError, match="srs7 has no masses, so a payload means nothing to it"):
+        planner.carry(LOAD)

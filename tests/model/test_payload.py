@@ -1,0 +1,77 @@
+"""A payload is a rigid body at the tip, and no other thing."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.arm_at import arm_at
+
+import ftqp
+from ftqp.core.errors import InputError
+
+LOAD = ftqp.Payload(1.5, com=(0.02, -0.03, 0.1), inertia=np.diag([0.01, 0.02, 0.015]))
+Q = [0.3, -0.5, 0.4, -1.9, 0.2, 1.6, 0.5]
+V = [0.4, -0.3, 0.5, 0.2, -0.6, 0.7, -0.8]
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"mass": 0.0}, "mass is 0, expected a finite number > 0 kg"),
+        ({"mass": -1.0}, "mass is -1, expected a finite number > 0 kg"),
+        ({"mass": np.nan}, "mass is nan, expected"),
+        ({"mass": np.inf}, "mass is inf, expected"),
+        ({"mass": "heavy"}, "mass is 'heavy', expected a number in kg"),
+        ({"mass": 1.0, "com": (0.0, 1.0)}, r"com has shape \(2,\), expected \(3,\)"),
+        ({"mass": 1.0, "com": (0.0, np.nan, 0.0)}, "com contains NaN at index 1"),
+        ({"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}, r"inertia has shape \(3,\), expected \(3, 3\)"),
+        ({"mass": 1.0, "inertia": np.diag([1.0, 1.0, -0.1])}, "principal moments -0.1, 1, 1 kg m2, which no"),
+        ({"mass": 1.0, "inertia": np.diag([1.0, 1.0, 3.0])}, "principal moments 1, 1, 3 kg m2, which no"),
+        ({"mass": 1.0, "inertia": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]}, "inertia is not symmetric"),
+    ],
+)
+def test_what_no_rigid_body_is_is_refused(given, sentence):
+    with pytest.raises(InputError, match=sentence):
+        ftqp.Payload(**given)
+
+
+def test_loaded_arm_has_the_dynamics_that_pinocchio_gives_its_model():
+    robot = ftqp.robots.load("panda").with_payload(LOAD)
+    at, model = arm_at(robot, Q, V), robot.model
+    upper = np.triu(pin.crba(model, model.createData(), np.array(Q)))
+    np.testing.assert_allclose(at.M, upper + np.triu(upper, 1).T, atol=1e-12)
+    bias = pin.rnea(model, model.createData(), np.array(Q), np.array(V), np.zeros(7))
+    np.testing.assert_allclose(at.h, bias, atol=1e-11)
+
+
+def test_load_adds_its_own_kinetic_energy_and_weight():
+    """By the bare arm's Jacobian: 1/2 m v_com' v_com + 1/2 w' R I R' w, and m g times the height's slope."""
+    bare = ftqp.robots.load("panda")
+    empty, full = arm_at(bare, Q, V), arm_at(bare.with_payload(LOAD), Q, V)
+    T = bare.pose(Q)
+    lever = T[:3, :3] @ LOAD.com
+    twist = empty.J @ V
+    speed = twist[:3] + np.cross(twist[3:], lever)
+    turn = T[:3, :3].T @ twist[3:]
+    energy = 0.5 * LOAD.mass * speed @ speed + 0.5 * turn @ LOAD.inertia @ turn
+    assert 0.5 * np.array(V) @ (full.M - empty.M) @ V == pytest.approx(energy, rel=1e-10)
+    rest_empty, rest_full = arm_at(bare, Q), arm_at(bare.with_payload(LOAD), Q)
+    slope = np.array([0.0, 0.0, 9.81 * LOAD.mass])
+    pull = empty.J[:3].T @ slope + empty.J[3:].T @ np.cross(lever, slope)
+    np.testing.assert_allclose(rest_full.h - rest_empty.h, pull, atol=1e-11)
+
+
+def test_loads_add_up_and_leave_the_robot_as_it_was():
+    bare = ftqp.robots.load("panda")
+    before = bare.chain.mass.copy()
+    twice = bare.with_payload(LOAD).with_payload(ftqp.Payload(0.5))
+    assert twice.chain.mass.sum() == pytest.approx(before.sum() + 2.0)
+    assert (bare.chain.mass == before).all()
+
+
+def test_robot_without_masses_and_what_is_no_payload_are_refused():
+    with pytest.raises(InputError, match="puma560 has no masses, so a payload means nothing to it"):
+        ftqp.robots.load("puma560").with_payload(LOAD)
+    with pytest.raises(
+        InputError, match=r"payload is 0.5, expected an ftqp.Payload, ftqp.Payload\(mass=0.5\)"
+    ):
+        ftqp.robots.load("panda").with_payload(0.5)
