@@ -21,6 +21,18 @@ class Witness(Plant):
     def v(self):
         return self._plant.v
 
+    @property
+    def drive(self):
+        return None
+
+    @property
+    def tolerance(self):
+        return 0.0
+
+    @property
+    def failure(self):
+        return None
+
     def reset(self, q, v):
         self._plant.reset(q, v)
 

@@ -54,10 +54,14 @@ if TYPE_CHECKING:
     from ftqp.qp.problem import QP as QP
     from ftqp.sim.log.log_file import load_log as load_log
     from ftqp.sim.loop import Simulation as Simulation
+    from ftqp.sim.plants.joint_servo import JointServo as JointServo
     from ftqp.sim.plants.kinematic_plant import KinematicPlant as KinematicPlant
+    from ftqp.sim.plants.mujoco_plant import MujocoPlant as MujocoPlant
     from ftqp.sim.plants.plant import Plant as Plant
+    from ftqp.sim.plants.true_arm import TrueArm as TrueArm
     from ftqp.sim.schedule import FaultEvent as FaultEvent
     from ftqp.sim.schedule import Schedule as Schedule
+    from ftqp.sim.sensors.joint_sensors import JointSensors as JointSensors
 
 __version__ = "0.1.0"
 
@@ -75,10 +79,13 @@ _HOME = {
     "InertialTask": "ftqp.control.moving_base.inertial_task",
     "Jin": "ftqp.control.task.bounds",
     "JointLimits": "ftqp.model.limits",
+    "JointSensors": "ftqp.sim.sensors.joint_sensors",
+    "JointServo": "ftqp.sim.plants.joint_servo",
     "KinematicPlant": "ftqp.sim.plants.kinematic_plant",
     "Locked": "ftqp.faults.kinds",
     "OneStep": "ftqp.control.task.bounds",
     "MovingBase": "ftqp.control.moving_base.inertial_task",
+    "MujocoPlant": "ftqp.sim.plants.mujoco_plant",
     "Observer": "ftqp.control.moving_base.base_gain",
     "PathFollower": "ftqp.control.following.path_follower",
     "PathStatus": "ftqp.control.following.path_follower",
@@ -93,6 +100,7 @@ _HOME = {
     "StallEscape": "ftqp.control.following.stall",
     "Step": "ftqp.control.planner.step",
     "StepStatus": "ftqp.control.planner.status",
+    "TrueArm": "ftqp.sim.plants.true_arm",
     "Target": "ftqp.control.planner.target",
     "Targets": "ftqp.control.planner.target",
     "Task": "ftqp.control.task.task",

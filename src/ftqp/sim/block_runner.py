@@ -17,10 +17,11 @@ from ftqp.sim.plants.plant import Plant
 
 @dataclass(frozen=True, slots=True)
 class _Ended:
-    """Where a block left the arm; each (nv,)."""
+    """Where a block left the arm; each (nv,). It says no torques: the arm that it moves has no motors."""
 
     q: FloatArray
     v: FloatArray
+    tau: FloatArray
 
 
 @final
@@ -32,14 +33,25 @@ class BlockRunner:
         leader: what leads it.
         plant: the arm.
         recorder: keeps the rows; None keeps none.
+        measured: whether there are sensors between arm and planner, which take part in every tick.
     """
 
-    def __init__(self, planner: Planner, leader: Leader, plant: Plant, recorder: TickRecorder | None) -> None:
+    def __init__(
+        self,
+        planner: Planner,
+        leader: Leader,
+        plant: Plant,
+        recorder: TickRecorder | None,
+        *,
+        measured: bool = False,
+    ) -> None:
         self._planner, self._plant, self._recorder = planner, plant, recorder
         self._leader = leader if isinstance(leader, ClockLeader) else None
         # A planner of another class may do something in every step.
         possible = type(planner) is Planner and self._leader is not None and isinstance(plant, KinematicPlant)
+        possible = possible and not measured
         self._blocks = planner.blocks() if possible else None
+        self._torques = np.full(planner.robot.nv, np.nan)
         layout = RawLayout(planner.robot.nv) if recorder is None else recorder.layout
         self._fields, self._places = layout.fields, layout.places()
         self._rows = len(planner.task_rows) if possible else 0
@@ -70,7 +82,7 @@ class BlockRunner:
         kept[:, f["progress"]] = times[:done, None]
         kept[:, f["path_status"]] = PATH_CODES[None]
         codes: IntArray = kept[:, f["status"]][:, 0].astype(np.int64)
-        plant.advance(_Ended(blocks.q, blocks.v))
+        plant.advance(_Ended(blocks.q, blocks.v, self._torques))
         leader.aim(k + done - 1, plant.q)
         if recorder is not None:
             recorder.keep(done, self._rows)

@@ -24,17 +24,21 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_writer import LogWriter
 from ftqp.sim.log.metrics import STOP_CODES
 from ftqp.sim.log.row_sink import MemoryRows, RowSink
-from ftqp.sim.log.signals import base_columns, columns
+from ftqp.sim.log.signals import base_columns, columns, sensed_columns
 from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import Schedule
+from ftqp.sim.sensors.joint_sensors import JointSensors
 
 FEED_FORWARDS = ("sampled", "mean")
 MEMORY = "memory"
 """In place of a file: the log is kept in memory."""
 PROGRESS_PERIOD = 100_000_000
 """Progress is told at most this often [ns of wall time]."""
+DRIVE = "torque"
+"""What goes with a planner that is fed with the measured state."""
+_INTERFACES = {"position": "positions", "velocity": "velocities", "torque": "torques"}
 LONGEST = 3.0
 """A path that is followed by its progress may take so many times its duration."""
 
@@ -55,6 +59,7 @@ class Result:
         v: its velocity there, (nv,) [rad/s or m/s].
         progress: path time reached [s].
         blocked: why the path did not go on, or ``None``.
+        broken: why the simulation of the arm could not go on, or ``None``.
         log: the log, where it was kept in memory.
     """
 
@@ -68,6 +73,7 @@ class Result:
     v: FloatArray
     progress: float
     blocked: str | None
+    broken: str | None = None
     log: Log | None = None
 
 
@@ -75,8 +81,8 @@ class Result:
 class Simulation:
     """A planner leads an arm along a path while joints fail.
 
-    At every tick k = 0 ... N, in this order: faults happen and are announced, target at t_k = k dt, planner's
-    step, row of the log, plant moves on.
+    At every tick k = 0 ... N, in this order: faults happen and are announced, target at t_k = k dt, sensors,
+    planner's step, row of the log, plant moves on.
 
     Args:
         planner: the planner; it is reset to the start, and what it believes failed before stays believed.
@@ -85,6 +91,7 @@ class Simulation:
         v: its start velocity, (nv,) [rad/s or m/s]; at rest without it.
         schedule: what fails when; nothing without it.
         plant: the arm; without it a `KinematicPlant` of the planner's robot.
+        sensors: what is measured of the arm; without them the planner is given the truth.
         follower: leads the planner along the path by its progress, in place of the clock; the run then ends
             with the path, or soon after it was blocked.
         duration: simulated time, the longest with a follower [s]; without it the path's duration, three
@@ -109,6 +116,7 @@ class Simulation:
         v: Any = None,
         schedule: Schedule | None = None,
         plant: Plant | None = None,
+        sensors: JointSensors | None = None,
         follower: PathFollower | None = None,
         duration: float | None = None,
         feed_forward: str = "sampled",
@@ -125,6 +133,13 @@ class Simulation:
         for event in self._schedule:
             robot.joint(event.fault.joint)
         self._plant = KinematicPlant(robot, planner.dt, planner.level) if plant is None else plant
+        if self._plant.drive not in (None, DRIVE):
+            raise InputError(
+                f"the plant takes {_INTERFACES[str(self._plant.drive)]}, but the planner is fed with the "
+                "measured state: a servo would turn every step into a push, and the arm would run away; "
+                f"take a plant with drive {DRIVE!r}"
+            )
+        self._sensors = sensors
         if follower is not None and (follower.planner is not planner or follower.path is not path):
             raise InputError("follower leads another planner or another path than the simulation's")
         if world is not None and world.follower.planner is not planner:
@@ -148,9 +163,15 @@ class Simulation:
         self._signals = (
             *columns(robot.joints, robot.chain.prismatic, planner.level),
             *(() if world is None else base_columns(world.base.coordinates)),
+            *(sensed_columns(robot.joints, robot.chain.prismatic) if self._is_sensed else ()),
         )
         self._metadata = dict(metadata or {})
         self._progress = progress
+
+    @property
+    def _is_sensed(self) -> bool:
+        """Whether what is sent, what is measured and what is true may be three."""
+        return self._sensors is not None or self._plant.drive is not None
 
     def run(self) -> Result:
         """Simulate to the end, or until Ctrl-C, which leaves complete files and a result that says so.
@@ -161,10 +182,13 @@ class Simulation:
         self._forget_faults()
         self._leader.reset(self._q, self._v, self._last + 1)
         self._plant.reset(self._q, self._v)
+        if self._sensors is not None:
+            self._sensors.reset()
         if self._log is None:
             return self._ticks(None)
         reference = "time" if self._leader.path_status is None else "progress"
         about = description(self._planner, self._schedule, self._path, self._last, reference)
+        about |= {"drive": self._plant.drive, "plant_tolerance": self._plant.tolerance}
         about |= self._metadata | {"state": "running"}
         memory = MemoryRows(self._signals, about) if self._log == MEMORY else None
         sink = LogWriter(self._log, self._signals, about) if memory is None else memory
@@ -176,7 +200,7 @@ class Simulation:
 
     def _recorded(self, sink: RowSink) -> Result:
         """All ticks and their rows; the state of the log says how it ended once every row is kept."""
-        recorder = TickRecorder(sink, self._planner, self._leader)
+        recorder = TickRecorder(sink, self._planner, self._leader, sensed=self._is_sensed)
         try:
             result = self._ticks(recorder)
             recorder.flush()
@@ -186,7 +210,8 @@ class Simulation:
             raise
         sink.annotate(
             {
-                "state": "interrupted" if result.interrupted else "finished",
+                "state": _state(result),
+                "broken": result.broken,
                 "path_finished": self._leader.finished,
                 "blocked": result.blocked,
             }
@@ -203,13 +228,17 @@ class Simulation:
 
     def _tick(self, k: int, recorder: TickRecorder | None) -> int:
         """One tick, and the arm moves on; the code of its status."""
-        leader, plant = self._leader, self._plant
+        leader, plant, sensors = self._leader, self._plant, self._sensors
         leader.aim(k, plant.q)
+        q, v = plant.q, plant.v
+        if sensors is not None:
+            sensors.measure(q, v)
+            q, v = sensors.q, sensors.v
         before = clock.now()
-        step = leader.step(plant.q, plant.v)
+        step = leader.step(q, v)
         elapsed = clock.now() - before
         if recorder is not None:
-            recorder.write(k * self._planner.dt, plant.q, plant.v, step, elapsed)
+            recorder.write(k * self._planner.dt, plant.q, plant.v, step, elapsed, (q, v))
         code = step.code
         plant.advance(step)
         return code
@@ -222,7 +251,7 @@ class Simulation:
         done, stopped_at, code = 0, None, None
         told = clock.now()
         interrupted = False
-        runner = BlockRunner(planner, leader, plant, recorder)
+        runner = BlockRunner(planner, leader, plant, recorder, measured=self._sensors is not None)
         events = sorted({*failing, *announced, self._last + 1})
         try:
             while done <= self._last:
@@ -245,7 +274,7 @@ class Simulation:
                 if self._progress is not None and clock.now() - told > PROGRESS_PERIOD:
                     told = clock.now()
                     self._progress(done, self._last + 1)
-                if leader.over:
+                if leader.over or plant.failure is not None:
                     break
         except KeyboardInterrupt:
             interrupted = True
@@ -254,7 +283,7 @@ class Simulation:
         statuses = list(StepStatus)
         return Result(
             steps=done,
-            completed=stopped_at is None and not interrupted and leader.finished,
+            completed=stopped_at is None and not interrupted and plant.failure is None and leader.finished,
             interrupted=interrupted,
             final_status=None if code is None else statuses[code],
             stopped_at=stopped_at,
@@ -265,7 +294,15 @@ class Simulation:
             v=plant.v.copy(),
             progress=leader.reached,
             blocked=leader.blocked,
+            broken=plant.failure,
         )
+
+
+def _state(result: Result) -> str:
+    """How a run ended, for its log."""
+    if result.broken is not None:
+        return "broken"
+    return "interrupted" if result.interrupted else "finished"
 
 
 def _leader(

@@ -5,8 +5,9 @@ import pytest
 
 from ftqp.control.paths import Circle
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
-from ftqp.sim.log.metrics import STATUSES, STOP_CODES, summary
+from ftqp.sim.log.metrics import STATUSES, STOP_CODES, failed_joint_motion, following_error, summary
 from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 
@@ -59,6 +60,29 @@ def test_errors_counts_and_qp_figures(summarised):
     assert result["qp"] == {"iterations_median": 3, "iterations_max": 3, "residual_max": 1e-12, "failures": 0}
     assert result["step_time_us"]["p50"] <= result["step_time_us"]["max"]
     assert result["max_limit_violation"] == {"q": 0.0, "v": 0.0, "a": 0.0, "tau": 0.0}
+
+
+def test_following_error_compares_what_was_sent_for_a_tick_with_the_truth_then(panda):
+    joints, ticks = len(panda.joints), 4
+    signals = {f"q.{name}": np.arange(4.0) for name in panda.joints}
+    signals |= {f"q_command.{name}": np.arange(4.0) + 1.25 for name in panda.joints}
+    signals |= {f"truth.{name}": np.zeros(4) for name in panda.joints}
+    signals["truth.panda_joint2"] = np.array([0, 0, 1, 1])
+    log = Log(None, signals, {}, {}, {"joints": list(panda.joints)})
+    expected = np.full((ticks, joints), 0.25)
+    expected[0], expected[2:, 1] = 0.0, np.nan
+    np.testing.assert_array_equal(following_error(log), expected)
+
+
+def test_motion_of_a_joint_in_a_real_brake_counts_from_the_time_it_is_slow(panda):
+    signals = {f"{group}.{name}": np.zeros(4) for group in ("q", "v") for name in panda.joints}
+    signals |= {f"truth.{name}": np.zeros(4, dtype=int) for name in panda.joints} | {"t": np.arange(4.0)}
+    signals["truth.panda_joint2"] = np.ones(4, dtype=int)
+    signals["v.panda_joint2"] = np.array([0.5, 0.1, 1e-5, 1e-5])
+    signals["q.panda_joint2"] = np.array([0.0, 0.3, 0.4, 0.40001])
+    fault = {"kind": "locked", "joint": "panda_joint2", "index": 1, "at": 0.0, "announced": 0.0}
+    about = {"joints": list(panda.joints), "faults": [fault], "plant_tolerance": 1e-4}
+    assert failed_joint_motion(Log(None, signals, {}, {}, about)) == {"panda_joint2": pytest.approx(1e-5)}
 
 
 def test_stop_is_not_completion(summarised):

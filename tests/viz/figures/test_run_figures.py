@@ -14,6 +14,8 @@ from ftqp.sim.log.log_file import load_log
 from ftqp.sim.loop import Simulation
 from ftqp.sim.plants.arm_model import Arm
 from ftqp.sim.schedule import FaultEvent, Schedule
+from ftqp.sim.sensors.joint_sensors import JointSensors
+from ftqp.sim.sensors.sensor_faults import Offset
 
 pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
 
@@ -58,6 +60,14 @@ def stopped_log(folder):
     return load_log(file)
 
 
+@pytest.fixture(scope="module")
+def measured_log():
+    panda = catalog.load("panda")
+    path = Circle(Arm(panda).tip(panda.neutral).copy(), 0.05, duration=1.0)
+    sensors = JointSensors(panda, 0.01, faults=[Offset(joint=1, at=0.5, samples=1, size=0.01)])
+    return Simulation(Planner(panda, dt=0.01), path, q=panda.neutral, sensors=sensors, log="memory").run().log
+
+
 @pytest.fixture
 def drawn(monkeypatch):
     """The figures that are saved, to look inside."""
@@ -89,11 +99,23 @@ def texts(figure):
 @pytest.mark.parametrize("name", ["panda_log", "stopped_log"])
 def test_four_pictures_are_written(request, tmp_path, name):
     files = save_figures(request.getfixturevalue(name), tmp_path / "figures")
-    assert [file.name for file in files] == [name for name in DRAWINGS if name != "base.png"]
+    left_out = ("base.png", "following.png")
+    assert [file.name for file in files] == [name for name in DRAWINGS if name not in left_out]
     for file in files:
         content = file.read_bytes()
         assert content.startswith(PNG)
         assert len(content) > 10_000
+
+
+def test_run_with_sensors_has_a_picture_of_what_was_sent_and_measured(measured_log, drawn, tmp_path):
+    files = save_figures(measured_log, tmp_path / "figures")
+    assert "following.png" in [file.name for file in files]
+    joints.draw_following(measured_log, tmp_path / "a.png")
+    words = texts(drawn[-1])
+    for expected in ("distance [mrad]", "true position, working joint", "measured position"):
+        assert expected in words
+    joints.draw_positions(measured_log, tmp_path / "b.png")
+    assert "sent to the arm" in texts(drawn[-1])
 
 
 def test_path_figure_names_units_faults_and_errors(panda_log, drawn, tmp_path):

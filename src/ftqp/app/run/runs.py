@@ -103,6 +103,7 @@ def run(
             v=setup.v,
             schedule=setup.schedule,
             plant=setup.plant,
+            sensors=setup.sensors,
             world=setup.world,
             follower=setup.follower,
             duration=setup.duration,

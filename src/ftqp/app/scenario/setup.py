@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ftqp.app.scenario import base_composition, composition, document
+from ftqp.app.scenario import base_composition, composition, document, world_composition
 from ftqp.app.scenario.complaints import complaints
 from ftqp.app.schema import Scenario
 from ftqp.control.following.path_follower import PathFollower
@@ -21,10 +21,9 @@ from ftqp.model.robot import Robot
 from ftqp.qp import Recorder
 from ftqp.qp import backend as qp_backend
 from ftqp.sim.base.moving_world import MovingWorld
-from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
-from ftqp.sim.plants.servo_plant import ServoPlant
 from ftqp.sim.schedule import FaultEvent, Schedule
+from ftqp.sim.sensors.joint_sensors import JointSensors
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,6 +42,7 @@ class Setup:
         v: Joint velocities at t = 0, (nv,) [rad/s or m/s].
         duration: End of the run [s]; None where the path's progress ends it.
         plant: What stands for the arm.
+        sensors: What is measured of it, or None where the truth is.
         follower: Leads the planner by the path's progress, or None.
         world: The base, where it moves.
         recorder: The planner's backend when its QPs are recorded.
@@ -59,6 +59,7 @@ class Setup:
     v: FloatArray
     duration: float | None
     plant: Plant
+    sensors: JointSensors | None = None
     follower: PathFollower | None = None
     world: MovingWorld | None = None
     recorder: Recorder | None = None
@@ -157,12 +158,19 @@ def resolve(found: document.Document, tables: Scenario, *, record: bool = False)
         with errors.at("recording"):
             recorder = composition.recorder(settings["backend"], tables.recording, tables.planner.dt)
             settings["backend"] = recorder
+    plant: Plant | None = None
+    sensors: JointSensors | None = None
+    if arm is not None:
+        with errors.at("simulation"):
+            plant = world_composition.plant(tables, arm)
+        with errors.at("sensors"):
+            sensors = world_composition.sensors(tables, arm)
     events: list[FaultEvent] = []
     for index, table in enumerate(tables.faults):
         with errors.at(f"faults[{index}]"):
             event = composition.fault(table)
-            if arm is not None:
-                _plant(tables, arm).fail(event.fault)
+            if plant is not None:
+                plant.fail(event.fault)
             events.append(event)
     if arm is None:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
@@ -193,7 +201,7 @@ def resolve(found: document.Document, tables: Scenario, *, record: bool = False)
     if planner is not None and way is not None:
         with errors.at("path.reference"):
             leader = composition.follower(tables.path, tables.planner.stall, planner, way)
-    if planner is None or way is None or start is None or errors.found:
+    if planner is None or way is None or start is None or plant is None or errors.found:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
     return Setup(
         name=found.name,
@@ -206,19 +214,12 @@ def resolve(found: document.Document, tables: Scenario, *, record: bool = False)
         q=start[0],
         v=start[1],
         duration=tables.simulation.duration or (way.duration if leader is None else None),
-        plant=_plant(tables, arm),
+        plant=plant,
+        sensors=sensors,
         follower=leader,
         world=world,
         recorder=recorder,
     )
-
-
-def _plant(tables: Scenario, arm: Robot) -> Plant:
-    """The arm that is simulated."""
-    if tables.simulation.plant == "servo":
-        servo = tables.simulation.servo
-        return ServoPlant(arm, tables.planner.dt, time_constant=servo.time_constant, substeps=servo.substeps)
-    return KinematicPlant(arm, tables.planner.dt, tables.planner.level)
 
 
 def _planner_settings(tables: Scenario, folder: File, errors: _Errors) -> dict[str, Any]:

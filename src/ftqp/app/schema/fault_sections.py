@@ -27,7 +27,7 @@ class AnyFaultTable(Table):
         return self
 
 
-def _key(setting: "Setting[Any]", hint: Any) -> tuple[Any, Any]:
+def key(setting: "Setting[Any]", hint: Any) -> tuple[Any, Any]:
     """The type and the description of a scenario's key, from a setting of a fault."""
     about = setting.metadata
     literal: Any = Literal
@@ -43,7 +43,7 @@ def _table(kind: type[Fault]) -> type[AnyFaultTable]:
     """The table of a kind of fault, with a key for each of its settings."""
     literal: Any = Literal
     hints = get_type_hints(kind)
-    keys = {field.name: _key(field, hints[field.name]) for field in fields(kind) if field.metadata}
+    keys = {field.name: key(field, hints[field.name]) for field in fields(kind) if field.metadata}
     made: type[AnyFaultTable] = create_model(
         f"{kind.__name__}Table",
         __base__=AnyFaultTable,

@@ -1,7 +1,5 @@
 """A whole scenario file: every key with its type, default, unit, range and meaning."""
 
-from typing import Literal
-
 from pydantic import Field, model_validator
 
 from ftqp.app.schema.base_section import BaseTable
@@ -9,6 +7,8 @@ from ftqp.app.schema.fault_sections import FaultTable
 from ftqp.app.schema.path_section import PathTable
 from ftqp.app.schema.planner_section import PlannerTable
 from ftqp.app.schema.robot_section import RobotTable
+from ftqp.app.schema.sensor_section import SensorsTable
+from ftqp.app.schema.simulation_section import SimulationTable
 from ftqp.app.schema.strict import Finite, Table, unit
 
 
@@ -22,32 +22,6 @@ class StartTable(Table):
     )
     v: list[Finite] | None = Field(
         None, description="joint velocities; at rest if absent", json_schema_extra=unit("rad/s or m/s")
-    )
-
-
-class ServoTable(Table):
-    """First-order joint servos at the arm's speed limits, whose set points add up the commands."""
-
-    time_constant: Finite = Field(0.1, gt=0, description="time constant, > 0", json_schema_extra=unit("s"))
-    substeps: int = Field(10, ge=1, description="steps of the servos in a control period, >= 1")
-
-
-class SimulationTable(Table):
-    """What stands for the world."""
-
-    plant: Literal["kinematic", "servo"] = Field(
-        "kinematic", description="the arm follows every command exactly, or through joint servos that lag"
-    )
-    servo: ServoTable = Field(ServoTable(), description="the servos of plant = 'servo'")
-    seed: int = Field(0, ge=0, description="seed of everything random, >= 0")
-    feed_forward: Literal["sampled", "mean"] = Field(
-        "sampled", description="the path's acceleration at a tick, or its mean until the next one"
-    )
-    duration: Finite | None = Field(
-        None,
-        gt=0,
-        description="end of the run, > 0; the path's duration if absent",
-        json_schema_extra=unit("s"),
     )
 
 
@@ -81,4 +55,7 @@ class Scenario(Table):
     base: BaseTable | None = Field(None, description="what carries the arm; it stands if absent")
     faults: list[FaultTable] = Field([], description="what fails, and when the planner is told")
     simulation: SimulationTable = Field(SimulationTable(), description="what stands for the world")
+    sensors: SensorsTable | None = Field(
+        None, description="what is measured of the joints; the planner is given the truth if absent"
+    )
     recording: RecordingTable = Field(RecordingTable(), description="which QPs --record-qps keeps")

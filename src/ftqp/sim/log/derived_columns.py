@@ -41,6 +41,8 @@ def table(raw: FloatArray, layout: RawLayout) -> FloatArray:
         turns = target[:, :, :3] @ np.swapaxes(tip[:, :, :3], 1, 2)
         parts += [base[:, :, 3], quaternions(base[:, :, :3]), raw[:, f["eta"]]]
         parts += [error, rotation_vectors(turns), raw[:, f["base_status"]]]
+    if layout.sensed:
+        parts.append(raw[:, f["q_measured"].start : f["v_command"].stop])
     return np.concatenate(parts, axis=1)
 
 

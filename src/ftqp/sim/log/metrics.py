@@ -18,6 +18,10 @@ STOP_CODES = (STATUSES.index(StepStatus.STOPPING.name), STATUSES.index(StepStatu
 """Codes of a run that has given up its task."""
 
 
+BRAKED = 1e-3
+"""Speed below which a joint that a real brake holds counts as at rest [rad/s or m/s]: brakes creep."""
+
+
 def summary(log: Log) -> dict[str, Any]:
     """What happened in a run, ready for ``summary.json``; SI units, ``None`` where there is nothing to tell.
 
@@ -48,6 +52,7 @@ def summary(log: Log) -> dict[str, Any]:
         **path_facts(log),
         "max_limit_violation": limit_violations(log),
         "max_failed_joint_motion": failed_joint_motion(log),
+        **(_sensed(log) if is_sensed(log) else {}),
         "min_sigma_min": _smallest(log["sigma_min"]),
         "qp": {
             "iterations_median": _percentile(log["qp_iterations"], 50.0),
@@ -64,6 +69,35 @@ def summary(log: Log) -> dict[str, Any]:
         "faults": list(about.get("faults", [])),
         **(_inertial(log) if "base_status" in log else {}),
     }
+
+
+def _sensed(log: Log) -> dict[str, Any]:
+    """How far working joints were from what had been sent, and what is to be known of the plant."""
+    return {
+        "drive": log.metadata.get("drive"),
+        "plant_tolerance": log.metadata.get("plant_tolerance"),
+        "broken": log.metadata.get("broken"),
+        "max_following_error": {
+            joint: _largest(np.abs(error))
+            for joint, error in zip(log.metadata["joints"], following_error(log).T, strict=True)
+        },
+    }
+
+
+def is_sensed(log: Log) -> bool:
+    """Whether the log keeps what was sent and what was measured beside what was true."""
+    return f"q_command.{log.metadata['joints'][0]}" in log
+
+
+def following_error(log: Log) -> FloatArray:
+    """What was sent for a tick minus where the joint truly was then, (K, nv) [rad or m].
+
+    It is 0 at the first tick, before anything was sent, and NaN for a joint that does not work.
+    """
+    error = np.zeros(log["q"].shape)
+    error[1:] = log["q_command"][:-1] - log["q"][1:]
+    idle = np.isin(log["truth"], [kind.number for kind in KINDS.values() if not kind.works])
+    return np.where(idle, np.nan, error)
 
 
 def _inertial(log: Log) -> dict[str, Any]:
@@ -155,7 +189,8 @@ def failed_joint_motion(log: Log) -> dict[str, float]:
         failed = log["truth"][:, i] == KINDS[fault["kind"]].number
         failed &= log["t"] >= fault["at"] - TIME_SLACK
         if fault["kind"] == "locked":
-            failed &= np.logical_or.accumulate(failed & (log["v"][:, i] == 0.0))
+            rest = BRAKED if log.metadata.get("plant_tolerance") else 0.0
+            failed &= np.logical_or.accumulate(failed & (np.abs(log["v"][:, i]) <= rest))
         q = log["q"][failed, i]
         if len(q):
             motion[fault["joint"]] = float(np.abs(q - q[0]).max())

@@ -7,7 +7,7 @@ with n joints the sizes are
 field                 size  meaning
 ====================  ===== ===============================================================================
 t                     1     time [s]
-q, v                  n     measured state at the start of the step
+q, v                  n     true state at the start of the step
 a, tau, tau_brake     n     command: acceleration, motor torque, torque carried by a brake
 lower, upper          n     interval of the decision variable
 belief, truth         n     condition of each joint, `ftqp.sim.log.signals.CONDITIONS`
@@ -23,6 +23,7 @@ so that the width is 48 + 15 n. The measures of singularity are filled in from `
 handed on. Blocks of ticks from compiled code follow `ftqp.kernel.layout.block_row`.
 On a moving base (k coordinates) target and tip are in the inertial frame, and 13 + k more numbers follow:
 ``base_pose`` (12, first three rows of its pose), ``eta`` (k) and ``base_status`` (1).
+Of an arm with a drive or sensors of its own 4 n more follow: `SENSED`, what was measured and what was sent.
 """
 
 from collections.abc import Mapping
@@ -38,6 +39,7 @@ BLOCK = 2048
 """Ticks of one block, and rows of one chunk of a log, at most."""
 PER_JOINT = ("q", "v", "a", "tau", "tau_brake", "lower", "upper", "belief", "truth")
 GEOMETRY = (("target", 12), ("velocity", 3), ("tip", 12), ("slack", 6))
+SENSED = ("q_measured", "v_measured", "q_command", "v_command")
 TASK_ROWS = 6
 MEASURES = ("sigma_min", "manipulability", "condition")
 SCALARS = (*BLOCK_SCALARS, *MEASURES, "progress", "path_status")
@@ -51,6 +53,7 @@ class RawLayout:
     Args:
         nv: joints.
         coordinates: of the base that moves, or None where it stands.
+        sensed: whether what is measured and what is sent are kept, too.
 
     Attributes:
         fields: columns of each field by name, in their order.
@@ -58,16 +61,18 @@ class RawLayout:
         scalars: columns of all `SCALARS` together.
     """
 
-    def __init__(self, nv: int, coordinates: int | None = None) -> None:
+    def __init__(self, nv: int, coordinates: int | None = None, *, sensed: bool = False) -> None:
         sizes = [("t", 1), *((name, nv) for name in PER_JOINT), *GEOMETRY, ("jacobian", TASK_ROWS * nv)]
         sizes += [(name, 1) for name in SCALARS]
         if coordinates is not None:
             sizes += [("base_pose", 12), ("eta", coordinates), ("base_status", 1)]
+        if sensed:
+            sizes += [(name, nv) for name in SENSED]
         fields, at = {}, 0
         for name, size in sizes:
             fields[name] = slice(at, at + size)
             at += size
-        self.nv, self.coordinates, self.width = nv, coordinates, at
+        self.nv, self.coordinates, self.width, self.sensed = nv, coordinates, at, sensed
         self.fields: Mapping[str, slice] = MappingProxyType(fields)
         self.scalars = slice(fields[SCALARS[0]].start, fields[SCALARS[-1]].stop)
 

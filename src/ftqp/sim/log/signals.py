@@ -100,6 +100,26 @@ def base_columns(coordinates: Sequence[str]) -> tuple[Column, ...]:
     return (*result, Column("base_status", "-", f"status of the inertial task: {codes}", True))
 
 
+def sensed_columns(joints: Sequence[str], prismatic: BoolArray) -> tuple[Column, ...]:
+    """The columns that an arm with a drive or sensors of its own adds, in their order.
+
+    Args:
+        joints: names, base to tip.
+        prismatic: which joints slide, (nv,).
+    """
+    groups = (
+        ("q_measured", 0, "joint position that the planner was given"),
+        ("v_measured", 1, "joint velocity that the planner was given"),
+        ("q_command", 0, "joint position that was sent to the arm, for the end of the step"),
+        ("v_command", 1, "joint velocity that was sent to the arm, for the end of the step"),
+    )
+    return tuple(
+        Column(f"{group}.{joint}", _unit(derivative, bool(slides)), about)
+        for group, derivative, about in groups
+        for joint, slides in zip(joints, prismatic, strict=True)
+    )
+
+
 def columns(joints: Sequence[str], prismatic: BoolArray, level: str) -> tuple[Column, ...]:
     """All columns of the log of one robot, in their order.
 

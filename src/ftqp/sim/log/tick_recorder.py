@@ -12,7 +12,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Fault
 from ftqp.sim.leader import Leader
 from ftqp.sim.log.derived_columns import table
-from ftqp.sim.log.raw_rows import BLOCK, MEASURES, TASK_ROWS, RawLayout
+from ftqp.sim.log.raw_rows import BLOCK, MEASURES, SENSED, TASK_ROWS, RawLayout
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, QP_CODES
 
@@ -29,13 +29,14 @@ class TickRecorder:
         sink: where the rows go.
         planner: whose steps they hold.
         leader: what leads it.
+        sensed: whether what is measured and what is sent are kept beside what is true.
     """
 
-    def __init__(self, sink: RowSink, planner: Planner, leader: Leader) -> None:
+    def __init__(self, sink: RowSink, planner: Planner, leader: Leader, *, sensed: bool = False) -> None:
         self._sink, self._planner, self._leader = sink, planner, leader
         world = leader.world
         nv = planner.robot.nv
-        self._layout = RawLayout(nv, None if world is None else len(world.base.coordinates))
+        self._layout = RawLayout(nv, None if world is None else len(world.base.coordinates), sensed=sensed)
         self._block = self._layout.block()
         self._first, self._filled = 0, 0
         self._handed_on = clock.now()
@@ -57,19 +58,30 @@ class TickRecorder:
             self._base_pose = self._layout.poses(self._block, "base_pose")
             self._eta, self._base_status = view["eta"], view["base_status"][:, 0]
 
+        self._sensed = tuple(view[name] for name in SENSED) if sensed else None
+
     def fail(self, fault: Fault) -> None:
         """From this row on the joint has really failed."""
         self._truth[self._planner.robot.joint(fault.joint)] = fault.number
 
-    def write(self, t: float, q: FloatArray, v: FloatArray, step: Step, elapsed: int) -> None:
+    def write(
+        self,
+        t: float,
+        q: FloatArray,
+        v: FloatArray,
+        step: Step,
+        elapsed: int,
+        measured: tuple[FloatArray, FloatArray] | None = None,
+    ) -> None:
         """Keep one tick.
 
         Args:
             t: time [s].
-            q: measured positions, (nv,) [rad or m].
-            v: measured velocities, (nv,) [rad/s or m/s].
+            q: true positions, (nv,) [rad or m].
+            v: true velocities, (nv,) [rad/s or m/s].
             step: the planner's step.
             elapsed: wall time of the step [ns].
+            measured: positions and velocities that the planner was given; None is the truth.
         """
         k, leader = self._filled, self._leader
         self._t[k] = t
@@ -102,6 +114,9 @@ class TickRecorder:
             leader.progress,
             PATH_CODES[leader.path_status],
         )
+        if self._sensed is not None:
+            for kept, value in zip(self._sensed, (*(measured or (q, v)), step.q, step.v), strict=True):
+                kept[k] = value
         world = leader.world
         if world is not None:
             self._base_pose[k], self._eta[k] = world.base_pose[:3], world.eta

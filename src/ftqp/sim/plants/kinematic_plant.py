@@ -75,6 +75,21 @@ class KinematicPlant(Plant):
         """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
         return self._v
 
+    @property
+    def drive(self) -> None:
+        """The arm does what it is told, whatever that is."""
+        return None
+
+    @property
+    def tolerance(self) -> float:
+        """A joint that a brake holds does not move at all."""
+        return 0.0
+
+    @property
+    def failure(self) -> None:
+        """Nothing breaks this simulation."""
+        return None
+
     def reset(self, q: FloatArray, v: FloatArray) -> None:
         """Put the healthy arm at (q, v).
 

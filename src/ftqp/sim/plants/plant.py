@@ -6,6 +6,9 @@ from typing import Protocol
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Fault
 
+DRIVES = ("position", "velocity", "torque")
+"""What an arm takes."""
+
 
 class Command(Protocol):
     """The part of a planner's step that moves an arm; each (nv,)."""
@@ -14,6 +17,8 @@ class Command(Protocol):
     def q(self) -> FloatArray: ...
     @property
     def v(self) -> FloatArray: ...
+    @property
+    def tau(self) -> FloatArray: ...
 
 
 class Plant(ABC):
@@ -28,6 +33,21 @@ class Plant(ABC):
     @abstractmethod
     def v(self) -> FloatArray:
         """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
+
+    @property
+    @abstractmethod
+    def drive(self) -> str | None:
+        """What the arm takes, one of `DRIVES`; None for an arm that does exactly what it is told."""
+
+    @property
+    @abstractmethod
+    def tolerance(self) -> float:
+        """How far a joint that a brake holds may creep in a run [rad or m]."""
+
+    @property
+    @abstractmethod
+    def failure(self) -> str | None:
+        """Why the simulation of the arm cannot go on, or None."""
 
     @abstractmethod
     def reset(self, q: FloatArray, v: FloatArray) -> None:

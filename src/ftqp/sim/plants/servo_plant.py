@@ -57,6 +57,21 @@ class ServoPlant(Plant):
         """Where the servos want the joints, (nv,) [rad or m]; belongs to the plant."""
         return self._set
 
+    @property
+    def drive(self) -> None:
+        """The servos add up velocities and keep the sum as a position: any planner fits."""
+        return None
+
+    @property
+    def tolerance(self) -> float:
+        """A joint that a brake holds does not move at all."""
+        return 0.0
+
+    @property
+    def failure(self) -> None:
+        """Nothing breaks this simulation."""
+        return None
+
     def reset(self, q: FloatArray, v: FloatArray) -> None:
         """Put the healthy arm at (q, v), each (nv,), its set point there too."""
         self._works[:] = True

@@ -1,4 +1,4 @@
-"""Positions and torques of every joint with their limits."""
+"""Positions and torques of every joint with their limits, and how far it is from what was sent to it."""
 
 from math import ceil
 from pathlib import Path
@@ -9,12 +9,14 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import KINDS
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.metrics import is_sensed
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
     BLUE,
     FORBIDDEN,
     GREY,
+    ORANGE,
     RED,
     TINT,
     Axes,
@@ -51,6 +53,9 @@ def draw_positions(log: Log, path: str | Path) -> Path:
         slides = log.metadata["prismatic"][i]
         factor = 1e3 if slides else 180.0 / np.pi
         q = factor * log["q"][:, i]
+        if is_sensed(log):
+            curve(axes, log["t"], factor * log["q_measured"][:, i], color=ORANGE, linewidth=0.8)
+            curve(axes, log["t"], factor * log["q_command"][:, i], color="black", linewidth=0.8)
         _curve(axes, log, i, q, BLUE)
         shade_beyond(axes, _scaled(limits["q_min"][i], factor), _scaled(limits["q_max"][i], factor), q)
         for fault in _degradations(log, i):
@@ -61,8 +66,45 @@ def draw_positions(log: Log, path: str | Path) -> Path:
         Line2D([], [], color=RED, linewidth=2.2, label="after it failed"),
         Patch(color=FORBIDDEN, label="beyond the limit"),
     ]
+    if is_sensed(log):
+        handles.insert(2, Line2D([], [], color="black", linewidth=0.8, label="sent to the arm"))
+        handles.insert(3, Line2D([], [], color=ORANGE, linewidth=0.8, label="measured"))
     arrange(figure, [*handles, *events.handles(log)], left=0.95, top=0.85, gap=GAP)
     return save(figure, path)
+
+
+def draw_following(log: Log, path: str | Path) -> Path:
+    """Draw how far every joint is, in truth and as measured, from what was sent to it, to a PNG file.
+
+    Args:
+        log: a loaded log that keeps what was sent and what was measured.
+        path: the file to write.
+    """
+    figure, panels = _panels(log, f"Position of every joint minus that sent to it: {events.heading(log)}")
+    sent = np.vstack([log["q"][:1], log["q_command"][:-1]])
+    for i, axes in enumerate(panels):
+        slides = log.metadata["prismatic"][i]
+        true, measured = (1e3 * (log[name][:, i] - sent[:, i]) for name in ("q", "q_measured"))
+        curve(axes, log["t"], measured, color=ORANGE, linewidth=0.8)
+        _curve(axes, log, i, true, BLUE)
+        axes.set_ylim(*_room(true, measured))
+        _finish(axes, log, i, "distance [mm]" if slides else "distance [mrad]")
+    handles: list[Any] = [
+        Line2D([], [], color=BLUE, label="true position, working joint"),
+        Line2D([], [], color=RED, linewidth=2.2, label="after it failed"),
+        Line2D([], [], color=ORANGE, linewidth=0.8, label="measured position"),
+    ]
+    arrange(figure, [*handles, *events.handles(log)], left=0.95, top=0.85, gap=GAP)
+    return save(figure, path)
+
+
+def _room(true: FloatArray, measured: FloatArray) -> tuple[float, float]:
+    """Ends of an axis that shows all of the truth and the usual part of what was measured of it."""
+    seen = measured[np.isfinite(measured)]
+    shown = np.concatenate([true, np.percentile(seen, [1.0, 99.0])]) if len(seen) else true
+    low, high = float(shown.min()), float(shown.max())
+    room = max(0.15 * (high - low), 1e-3)
+    return low - room, high + room
 
 
 def draw_torques(log: Log, path: str | Path) -> Path:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ftqp.core.errors import InputError
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.metrics import is_sensed
 from ftqp.viz.figures import base_errors as base
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import status_ribbon as ribbon
@@ -14,6 +15,7 @@ from ftqp.viz.figures import tracking
 DRAWINGS = {
     "path.png": tracking.draw,
     "joints.png": joints.draw_positions,
+    "following.png": joints.draw_following,
     "torques.png": joints.draw_torques,
     "status.png": ribbon.draw,
     "base.png": base.draw,
@@ -29,8 +31,8 @@ def save_figures(log: Log, folder: str | Path) -> list[Path]:
         folder: where to put them; existing files of the same names are replaced.
 
     Returns:
-        The files, in the order path, joints, torques (left out where the arm has no inertia), status,
-        base (of a run on a moving base).
+        The files, in the order path, joints, following (of an arm with a drive or sensors), torques (left out
+        where the arm has no inertia), status, base (of a run on a moving base).
 
     Raises:
         InputError: an empty log, or a folder that cannot be written.
@@ -44,6 +46,8 @@ def save_figures(log: Log, folder: str | Path) -> list[Path]:
     files = []
     for name, draw in DRAWINGS.items():
         if name == "torques.png" and not np.isfinite(log["tau"]).any():
+            continue
+        if name == "following.png" and not is_sensed(log):
             continue
         if name == "base.png" and "base_status" not in log:
             continue

@@ -1,0 +1,80 @@
+"""The torques by which the servos of a real arm follow positions, velocities or torques."""
+
+from math import pi
+from typing import final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, positive
+from ftqp.core.errors import InputError, unknown
+from ftqp.model.robot import Robot
+from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.plants.plant import DRIVES, Command
+
+
+@final
+class JointServo:
+    """Servos of one arm, which compute torques by a model of the arm as its maker knows it.
+
+    With the command (q_c, v_c) held for a tick, the true state (q, v) and wn = 2 pi bandwidth:
+
+    * position: tau = M (wn^2 (q_c - q) + 2 wn (v_c - v)) + h; without a commanded velocity v_c = 0
+    * velocity: tau = M wn (v_c - v) + h
+    * torque: tau = that of the command
+
+    M and h are those of the arm's model, so that a load it does not know is a disturbance to the servo. A law
+    with M has the same bandwidth in every posture; gains fixed at one posture have not.
+
+    Args:
+        robot: the arm as its maker knows it.
+        drive: ``"position"``, ``"velocity"`` or ``"torque"``, what the arm takes.
+        bandwidth: of the servo, > 0 [Hz]; a stiffer servo follows closer, and needs shorter time steps.
+        takes_velocity: whether a position servo is given velocities, too; without it the arm follows late by
+            2/wn.
+
+    Source: Luh, Walker and Paul 1980, the computed torque, with a double pole at wn.
+    """
+
+    def __init__(
+        self, robot: Robot, drive: str = "position", *, bandwidth: float = 15.0, takes_velocity: bool = True
+    ) -> None:
+        if drive not in DRIVES:
+            raise unknown("drive", drive, "an arm", DRIVES)
+        if not takes_velocity and drive != "position":
+            raise InputError(
+                f"takes_velocity = False is for drive 'position', but the drive is {drive!r}; leave it out"
+            )
+        self.drive = drive
+        self._wn = 2.0 * pi * positive("bandwidth of the servo", bandwidth, "Hz")
+        self._takes_velocity = takes_velocity
+        self._arm = Arm(robot)
+        n = robot.nv
+        self._q, self._v, self._tau = np.zeros(n), np.zeros(n), np.zeros(n)
+        self._a, self._part = np.zeros(n), np.zeros(n)
+
+    def take(self, command: Command) -> None:
+        """Hold the command from now on."""
+        if self.drive == "torque":
+            self._tau[:] = command.tau
+            return
+        self._q[:] = command.q
+        if self._takes_velocity:
+            self._v[:] = command.v
+
+    def torques(self, q: FloatArray, v: FloatArray, tau: FloatArray) -> None:
+        """Put the motor torques at the true state (q, v) into ``tau``, each (nv,)."""
+        if self.drive == "torque":
+            tau[:] = self._tau
+            return
+        a, part, wn = self._a, self._part, self._wn
+        np.subtract(self._v, v, out=a)
+        if self.drive == "position":
+            a *= 2.0 * wn
+            np.subtract(self._q, q, out=part)
+            part *= wn * wn
+            a += part
+        else:
+            a *= wn
+        M, h = self._arm.dynamics(q, v)
+        np.dot(M, a, out=tau)
+        tau += h

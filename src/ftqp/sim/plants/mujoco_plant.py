@@ -1,0 +1,174 @@
+"""An arm in the physics of MuJoCo: motors behind servos, brakes, free joints, end stops, friction, load."""
+
+from typing import final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, array, positive
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
+from ftqp.model.robot import Robot
+from ftqp.sim.plants.joint_servo import JointServo
+from ftqp.sim.plants.physics import Physics
+from ftqp.sim.plants.plant import Command, Plant
+from ftqp.sim.plants.true_arm import TrueArm
+
+CREEP = 1e-4
+"""How far a closed brake creeps in 10 s under the largest load, at most [rad or m]."""
+
+
+@final
+class MujocoPlant(Plant):
+    """The arm as rigid bodies with motors: it obeys torques, and only through them commands.
+
+    What a fault does:
+
+    * locked: the motor is off. ``ramp`` closes a brake, which is dry friction of its own torque: the joint
+      stops within some ms, whatever deceleration the fault names, and slips where the brake is too weak.
+      ``instant`` stops the joint by an impulse, which the other joints feel, and fixes it.
+    * free-swinging: the motor is off; the friction of the fault is added to the joint's own, and its end
+      stops remain.
+    * degraded: the motor has what is left of its torque, and the end stops move in to what is left of the
+      range. Speed and acceleration are a servo's and not reduced.
+
+    Args:
+        robot: the arm as its planner and its servos know it.
+        dt: sampling period of the commands [s].
+        servo: what the arm takes and how it follows; None is a position servo of 15 Hz.
+        true: how the true arm differs; None: not at all, but for end stops a little beyond the limits.
+        substeps: time steps of the physics in ``dt``, >= 1; stiff servos and friction need more.
+
+    Raises:
+        InputError: a robot without inertia, an unknown joint, a value out of its range.
+        MissingPackage: MuJoCo is not installed.
+
+    Source: docs/mujoco-plant.md.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        dt: float,
+        servo: JointServo | None = None,
+        true: TrueArm | None = None,
+        *,
+        substeps: int = 4,
+    ) -> None:
+        if not robot.has_inertia:
+            raise InputError(
+                f"{robot.name} has no inertia, so torques do not move it; give the model its masses or take "
+                "plant 'kinematic'"
+            )
+        if not isinstance(substeps, int) or isinstance(substeps, bool) or substeps < 1:
+            raise InputError(f"substeps is {substeps!r}, expected a whole number >= 1")
+        self._robot = robot
+        self._servo = JointServo(robot) if servo is None else servo
+        true = TrueArm() if true is None else true
+        self._substeps = substeps
+        self._physics = Physics(true.chain(robot), positive("dt", dt, "s") / substeps)
+        self._coulomb, self._viscous = true.friction(robot)
+        self._low, self._high = true.stops(robot)
+        self._brakes = true.brakes(robot, np.diag(self._physics.mass_matrix()))
+        self._limit = robot.limits.tau_max.copy()
+        self.reset(robot.neutral, np.zeros(robot.nv))
+
+    @property
+    def q(self) -> FloatArray:
+        """True joint positions, (nv,) [rad or m]; belongs to the plant."""
+        return self._physics.q
+
+    @property
+    def v(self) -> FloatArray:
+        """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
+        return self._physics.v
+
+    @property
+    def tau(self) -> FloatArray:
+        """Torques of the motors in the last time step, (nv,) [N m or N]; belongs to the plant."""
+        return self._physics.tau
+
+    @property
+    def carried(self) -> FloatArray:
+        """Torques of brakes, end stops and dry friction in the last step, (nv,); belongs to the plant."""
+        return self._physics.carried
+
+    @property
+    def drive(self) -> str:
+        """What the arm takes."""
+        return self._servo.drive
+
+    @property
+    def tolerance(self) -> float:
+        """How far a closed brake creeps in 10 s under the largest load, at most [rad or m]."""
+        return CREEP
+
+    @property
+    def failure(self) -> str | None:
+        """What MuJoCo has to say against its own motion, with time and joint, or None."""
+        return self._physics.failure
+
+    def reset(self, q: FloatArray, v: FloatArray) -> None:
+        """Put the healthy arm at (q, v).
+
+        Args:
+            q: Joint positions, (nv,) or (nq,) [rad or m].
+            v: Joint velocities, (nv,) [rad/s or m/s].
+        """
+        q = self._robot.angles(q)
+        self._physics.reset(q, array("v", v, (self._robot.nv,), "(nv,)"))
+        self._limit[:] = self._robot.limits.tau_max
+        for i in range(self._robot.nv):
+            self._work(i)
+
+    def fail(self, fault: Fault) -> None:
+        """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said.
+
+        Args:
+            fault: What happens, and to which joint.
+
+        Raises:
+            InputError: unknown joint.
+        """
+        i = self._robot.joint(fault.joint)
+        self._work(i)
+        match fault:
+            case Locked(mode="instant"):
+                self._limit[i] = 0.0
+                self._physics.fix(i)
+            case Locked():
+                self.brake(i)
+            case FreeSwinging():
+                self._limit[i] = 0.0
+                self._physics.resist(i, self._coulomb[i], self._viscous[i] + fault.damping)
+            case Degraded():
+                self._limit[i] *= fault.torque
+                low = self._low[i] if fault.q_min is None else max(fault.q_min, self._low[i])
+                high = self._high[i] if fault.q_max is None else min(fault.q_max, self._high[i])
+                self._physics.stop_at(i, low, high)
+
+    def brake(self, i: int) -> None:
+        """Close the brake of joint i and switch its motor off."""
+        self._limit[i] = 0.0
+        self._physics.resist(i, self._coulomb[i] + self._brakes[i], self._viscous[i])
+
+    def _work(self, i: int) -> None:
+        """Let joint i be healthy."""
+        self._limit[i] = self._robot.limits.tau_max[i]
+        self._physics.release(i)
+        self._physics.resist(i, self._coulomb[i], self._viscous[i])
+        self._physics.stop_at(i, self._low[i], self._high[i])
+
+    def advance(self, command: Command) -> None:
+        """Move on by dt.
+
+        Args:
+            command: the planner's step for this tick; the arm takes of it what its drive says.
+        """
+        servo, physics, limit = self._servo, self._physics, self._limit
+        servo.take(command)
+        tau, q, v = physics.tau, physics.q, physics.v
+        for _ in range(self._substeps):
+            servo.torques(q, v, tau)
+            np.minimum(tau, limit, out=tau)
+            np.maximum(tau, -limit, out=tau)
+            physics.step()

@@ -1,0 +1,105 @@
+"""What is measured of the joints: late, in steps, biased, noisy, and at times plainly wrong."""
+
+from collections.abc import Iterable
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, array, non_negative
+from ftqp.core.errors import InputError
+from ftqp.model.robot import Robot
+from ftqp.sim.schedule import first_tick
+from ftqp.sim.sensors.sensor_faults import Reading, SensorFault
+
+
+@final
+class JointSensors:
+    """Encoders between the true arm and its planner.
+
+    In this order: the truth of ``latency`` ticks ago, rounded to whole ``quantum``, plus ``bias``, plus white
+    noise, and then what faults make of it. Without any of them the truth is handed on bit by bit.
+
+    Args:
+        robot: whose joints are measured.
+        dt: sampling period [s].
+        latency: ticks of delay, >= 0; until so many are over the first sample is repeated.
+        quantum: smallest step of a position, >= 0 [rad or m]; 0 is none. Velocities are not rounded.
+        bias: constant error of every position, one number or (nv,) [rad or m].
+        position_noise: standard deviation of every position, >= 0 [rad or m].
+        velocity_noise: standard deviation of every velocity, >= 0 [rad/s or m/s].
+        faults: what goes wrong, applied in the order given.
+        seed: of everything random.
+
+    Attributes:
+        q: what was measured last, (nv,) [rad or m]; belongs to the sensors.
+        v: the velocities of that measurement, (nv,) [rad/s or m/s]; belongs to the sensors.
+
+    Raises:
+        InputError: a value out of its range, or an unknown joint.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        dt: float,
+        *,
+        latency: int = 0,
+        quantum: float = 0.0,
+        bias: Any = 0.0,
+        position_noise: float = 0.0,
+        velocity_noise: float = 0.0,
+        faults: Iterable[SensorFault] = (),
+        seed: int = 0,
+    ) -> None:
+        if type(latency) is not int or latency < 0:
+            raise InputError(f"latency of the sensors is {latency!r}, expected a whole number of ticks >= 0")
+        n = robot.nv
+        self._dt, self._latency, self._seed = dt, latency, seed
+        self._quantum = non_negative("quantum of the sensors", quantum, "rad")
+        self._bias = array("bias of the sensors", np.full(n, bias) if np.ndim(bias) == 0 else bias, (n,))
+        self._noise_q = non_negative("position noise", position_noise, "rad")
+        self._noise_v = non_negative("velocity noise", velocity_noise, "rad/s")
+        self._faults = [(_joints(fault, robot), first_tick(fault.at, dt), fault) for fault in faults]
+        self._ring = np.zeros((latency + 1, 2, n))
+        self._last = np.zeros((2, n))
+        self.q, self.v = np.zeros(n), np.zeros(n)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what has been measured; the same noise comes again."""
+        self._samples = 0
+        self._generator = np.random.default_rng(self._seed)
+
+    def measure(self, q: FloatArray, v: FloatArray) -> None:
+        """Take the next sample of the true state (q, v), each (nv,), into ``q`` and ``v`` of the sensors."""
+        k, ring = self._samples, self._ring
+        if k == 0:
+            ring[:, 0], ring[:, 1] = q, v
+            self.q[:], self.v[:] = q, v
+        self._last[0], self._last[1] = self.q, self.v
+        ring[k % len(ring), 0], ring[k % len(ring), 1] = q, v
+        seen = ring[(k - self._latency) % len(ring)]
+        self.q[:], self.v[:] = seen[0], seen[1]
+        if self._quantum > 0.0:
+            self.q[:] = self._quantum * np.round(self.q / self._quantum)
+        if self._bias.any():
+            self.q += self._bias
+        if self._noise_q > 0.0:
+            self.q += self._noise_q * self._generator.standard_normal(len(self.q))
+        if self._noise_v > 0.0:
+            self.v += self._noise_v * self._generator.standard_normal(len(self.v))
+        if self._faults:
+            reading = Reading(self.q, self.v, self._last[0], self._last[1])
+            for joints, first, fault in self._faults:
+                number = k - first
+                if number >= 0 and (fault.samples is None or number < fault.samples):
+                    fault.spoil(reading, joints, number, self._dt, self._generator)
+        self._samples = k + 1
+
+
+def _joints(fault: SensorFault, robot: Robot) -> slice:
+    """Whose reading the fault changes."""
+    if fault.joint is None:
+        return slice(0, robot.nv)
+    i = robot.joint(fault.joint)
+    return slice(i, i + 1)

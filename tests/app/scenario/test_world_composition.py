@@ -1,0 +1,121 @@
+"""The plant and the sensors that a scenario describes, and what it is told of wrong ones."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ftqp.app.scenario.document import Document
+from ftqp.app.scenario.setup import Setup, resolve, validated
+from ftqp.core.errors import ScenarioError
+
+pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
+
+from ftqp.sim.plants.mujoco_plant import MujocoPlant
+
+
+def setup(**tables: Any) -> Setup:
+    """What a scenario with these tables stands for."""
+    content: dict[str, Any] = {
+        "robot": {"name": "panda"},
+        "path": {"kind": "line", "displacement": [0.1, 0.0, 0.0], "duration": 1.0},
+    }
+    found = Document(name="test", origin="test", folder=Path.cwd(), content=content | tables)
+    return resolve(found, validated(found))
+
+
+def test_mujoco_plant_is_made_as_the_scenario_says() -> None:
+    mujoco = {
+        "substeps": 2,
+        "payload": {"mass": 0.5, "com": [0.0, 0.0, 0.05]},
+        "mass_scale": 1.1,
+        "coulomb": 0.3,
+        "viscous": {"panda_joint1": 2.0},
+        "brake": {"panda_joint2": 5.0},
+        "end_stops": 0.01,
+    }
+    plant = setup(simulation={"plant": "mujoco", "mujoco": mujoco}).plant
+    assert isinstance(plant, MujocoPlant)
+
+
+def test_sensors_are_made_as_the_scenario_says() -> None:
+    table = {
+        "latency": 1,
+        "quantum": 0.5,
+        "bias": 0.25,
+        "faults": [{"kind": "dropped", "joint": 0, "at": 0.0}],
+    }
+    sensors = setup(sensors=table).sensors
+    assert sensors is not None
+    sensors.measure(np.full(7, 0.6), np.zeros(7))
+    assert np.isnan(sensors.q[0])
+    np.testing.assert_array_equal(sensors.q[1:], np.full(6, 0.75))
+    assert setup().sensors is None
+
+
+@pytest.mark.parametrize(
+    ("tables", "sentence"),
+    [
+        (
+            {"simulation": {"plant": "mujocco"}},
+            "simulation.plant is 'mujocco', expected one of kinematic, servo",
+        ),
+        ({"simulation": {"mujoco": {"substep": 2}}}, "simulation.mujoco.substep is not a key"),
+        ({"simulation": {"mujoco": {"substeps": 0}}}, "simulation.mujoco.substeps is 0, expected"),
+        (
+            {"simulation": {"mujoco": {"payload": {"mass": -1.0}}}},
+            "simulation.mujoco.payload.mass is -1.0, expected",
+        ),
+        (
+            {"simulation": {"mujoco": {"payload": {"mass": 1.0, "com": [0.0]}}}},
+            "payload.com has 1 entries, expected",
+        ),
+        ({"simulation": {"mujoco": {"mass_scale": 0.0}}}, "simulation.mujoco.mass_scale is 0.0, expected"),
+        ({"simulation": {"mujoco": {"coulomb": -1.0}}}, "simulation.mujoco.coulomb"),
+        ({"simulation": {"mujoco": {"viscous": {"panda_joint1": -1.0}}}}, "simulation.mujoco.viscous"),
+        ({"simulation": {"mujoco": {"brake": {"panda_joint1": 0.0}}}}, "simulation.mujoco.brake"),
+        ({"simulation": {"mujoco": {"end_stops": -0.1}}}, "simulation.mujoco.end_stops is -0.1, expected"),
+        (
+            {"simulation": {"plant": "mujoco", "mujoco": {"brake": {"j9": 1.0}}}},
+            "simulation: 'j9' is not a joint of panda",
+        ),
+        (
+            {"robot": {"name": "puma560"}, "simulation": {"plant": "mujoco"}},
+            "simulation: puma560 has no inertia",
+        ),
+        ({"sensors": {"latency": -1}}, "sensors.latency is -1, expected a number at least 0"),
+        ({"sensors": {"latency": 0.5}}, "sensors.latency is 0.5, expected a whole number"),
+        ({"sensors": {"delay": 1}}, "sensors.delay is not a key of [sensors]"),
+        ({"sensors": {"quantum": -1.0}}, "sensors.quantum is -1.0, expected"),
+        ({"sensors": {"bias": [0.1, 0.2]}}, "sensors: bias of the sensors has shape (2,), expected (7,)"),
+        ({"sensors": {"position_noise": -1.0}}, "sensors.position_noise is -1.0, expected"),
+        ({"sensors": {"velocity_noise": float("inf")}}, "sensors.velocity_noise is inf, expected a finite"),
+        (
+            {"sensors": {"faults": [{"kind": "frosen", "at": 1.0}]}},
+            "has kind 'frosen', expected one of frozen",
+        ),
+        ({"sensors": {"faults": [{"kind": "frozen"}]}}, "sensors.faults[0].at is missing"),
+        ({"sensors": {"faults": [{"kind": "frozen", "at": -1.0}]}}, "sensors.faults[0].at is -1.0, expected"),
+        (
+            {"sensors": {"faults": [{"kind": "offset", "at": 1.0, "samples": 0}]}},
+            "sensors.faults[0].samples",
+        ),
+        (
+            {"sensors": {"faults": [{"kind": "drifting", "at": 1.0, "size": 1.0}]}},
+            "sensors.faults[0].size is not a key",
+        ),
+        (
+            {"sensors": {"faults": [{"kind": "scattered", "at": 1.0, "share": 2.0}]}},
+            "sensors.faults[0].share is 2.0, expected",
+        ),
+        (
+            {"sensors": {"faults": [{"kind": "frozen", "at": 1.0, "joint": "j9"}]}},
+            "sensors: 'j9' is not a joint of panda",
+        ),
+    ],
+)
+def test_every_wrong_key_is_told_with_its_place(tables: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        setup(**tables)
+    assert sentence in str(caught.value)

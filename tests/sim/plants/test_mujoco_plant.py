@@ -1,0 +1,294 @@
+"""What faults, servos, friction and loads do to an arm in physics."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ftqp.control.paths import Circle
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.target import Target
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.model import catalog
+from ftqp.sim.loop import Simulation
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.plants.plant import Plant
+from ftqp.sim.schedule import FaultEvent, Schedule
+
+pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
+
+from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.plants.joint_servo import JointServo
+from ftqp.sim.plants.mujoco_plant import MujocoPlant
+from ftqp.sim.plants.true_arm import TrueArm
+
+DT = 1e-3
+START = np.array([0.0, -0.785398, 0.0, -2.356194, 0.0, 1.570796, 0.785398])
+UNLIMITED = TrueArm(end_stops=10.0)
+"""An arm whose end stops are too far to be met, as in the kinematic plant."""
+
+
+def command(q, v=None, tau=None):
+    zero = np.zeros(len(q))
+    return SimpleNamespace(q=q, v=zero if v is None else v, tau=zero if tau is None else tau)
+
+
+def held(plant, q, seconds):
+    """Where the arm is every tick while it is told to stay at q, (K, nv)."""
+    told = command(q)
+    places = []
+    for _ in range(round(seconds / DT)):
+        plant.advance(told)
+        places.append(plant.q.copy())
+    return np.array(places)
+
+
+def worst_posture(robot, i):
+    """A posture of about the largest static load of joint i."""
+    rng, arm = np.random.default_rng(i), Arm(robot)
+    low, high = np.maximum(robot.limits.q_min, -3.0), np.minimum(robot.limits.q_max, 3.0)
+    postures = rng.uniform(low, high, (500, robot.nv))
+    return postures[np.argmax([abs(arm.dynamics(q, np.zeros(robot.nv))[1][i]) for q in postures])]
+
+
+def circle(panda, plant, events=(), seconds=3.0, **settings):
+    path = Circle(panda.pose(START), 0.1, axes=("x", "y"), duration=seconds)
+    planner = Planner(panda, DT)
+    schedule = Schedule(events)
+    return Simulation(planner, path, q=START, plant=plant, schedule=schedule, log="memory", **settings).run()
+
+
+def torque_arm(panda, true=None):
+    return MujocoPlant(panda, DT, JointServo(panda, "torque"), true)
+
+
+def reference_error(panda, plant, seconds):
+    """Largest distance of the true tip from a circle [m] that a planner follows at its own last command."""
+    path = Circle(panda.pose(START), 0.1, axes=("x", "y"), duration=seconds)
+    planner, arm = Planner(panda, DT), Arm(panda)
+    planner.reset(START)
+    plant.reset(START, np.zeros(7))
+    times = np.arange(round(seconds / DT)) * DT
+    sample = path.sample(times)
+    q, v, worst = START.copy(), np.zeros(7), 0.0
+    for k in range(len(times)):
+        target = Target(pose=sample.pose[k], twist=sample.twist[k], acceleration=sample.acceleration[k])
+        step = planner.step(q, v, target)
+        worst = max(worst, float(np.linalg.norm(arm.tip(plant.q)[:3, 3] - sample.pose[k][:3, 3])))
+        q[:], v[:] = step.q, step.v
+        plant.advance(step)
+    return worst
+
+
+def test_position_servo_follows_a_healthy_circle(panda):
+    assert reference_error(panda, MujocoPlant(panda, DT), seconds=8.0) < 1e-4
+
+
+def test_servo_without_commanded_velocity_is_late_by_twice_its_time_constant(panda):
+    servo = JointServo(panda, bandwidth=15.0, takes_velocity=False)
+    plant = MujocoPlant(panda, DT, servo)
+    plant.reset(START, np.zeros(7))
+    speed, q = 0.2, START.copy()
+    for _ in range(500):
+        q[6] += speed * DT
+        plant.advance(command(q, np.full(7, 5.0)))
+    lag = 2.0 / (2.0 * np.pi * 15.0)
+    assert lag - DT < (q[6] - plant.q[6]) / speed < lag  # a command is meant for the end of its tick
+
+
+def test_velocity_servo_reaches_its_velocity_within_its_bandwidth(panda):
+    plant = MujocoPlant(panda, DT, JointServo(panda, "velocity", bandwidth=15.0))
+    plant.reset(START, np.zeros(7))
+    v = np.zeros(7)
+    v[6] = 0.3
+    for _ in range(11):
+        plant.advance(command(START, v))
+    assert plant.v[6] == pytest.approx(0.3 * (1.0 - np.exp(-2.0 * np.pi * 15.0 * 11 * DT)), rel=0.03)
+
+
+def test_motors_give_no_more_than_their_limits(panda):
+    plant = torque_arm(panda)
+    plant.reset(START, np.zeros(7))
+    plant.advance(command(START, tau=np.full(7, 1e4)))
+    np.testing.assert_array_equal(plant.tau, panda.limits.tau_max)
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14", "xarm7"])
+@pytest.mark.parametrize("mode", ["ramp", "instant"])
+def test_no_brake_creeps_under_the_largest_load_of_its_joint(name, mode):
+    robot = catalog.load(name)
+    plant = MujocoPlant(robot, DT)
+    for i in range(1, robot.nv, 2):
+        q = worst_posture(robot, i)
+        plant.reset(q, np.zeros(robot.nv))
+        plant.fail(Locked(i, mode=mode))
+        creep = abs(held(plant, q, 1.0)[-1, i] - q[i])
+        assert creep < 0.1 * plant.tolerance
+
+
+def test_brake_stops_a_moving_joint_within_milliseconds_and_holds_it(panda):
+    plant = MujocoPlant(panda, DT)
+    v = np.zeros(7)
+    v[1] = 0.95
+    plant.reset(START, v)
+    plant.fail(Locked(1))
+    places = held(plant, START, 1.0)[:, 1]
+    assert 1e-3 < places[20] - START[1] < 6e-3
+    assert np.ptp(places[20:]) < 1e-5
+
+
+def test_slipping_brake_lets_its_joint_creep(panda):
+    q = worst_posture(panda, 1)
+    load = abs(Arm(panda).dynamics(q, np.zeros(7))[1][1])
+    for holds, slips in ((1.1 * load, False), (0.9 * load, True)):
+        plant = MujocoPlant(panda, DT, true=TrueArm(brake={"panda_joint2": holds}))
+        plant.reset(q, np.zeros(7))
+        plant.fail(Locked(1))
+        assert (abs(held(plant, q, 0.3)[-1, 1] - q[1]) > 0.02) == slips
+
+
+def test_sticking_joint_stays_under_a_torque_below_its_dry_friction(panda):
+    plant = MujocoPlant(panda, DT, JointServo(panda, "torque"), TrueArm(coulomb={"panda_joint7": 1.0}))
+    plant.reset(START, np.zeros(7))
+    gravity = Arm(panda).dynamics(START, np.zeros(7))[1].copy()
+    for extra, moves in ((0.9, False), (1.1, True)):
+        tau = gravity.copy()
+        tau[6] += extra
+        for _ in range(50):
+            plant.advance(command(START, tau=tau))
+        assert (abs(plant.v[6]) > 0.05) == moves
+
+
+def test_free_joint_with_friction_loses_its_speed_as_its_damping_says(panda):
+    plant = MujocoPlant(panda, DT, JointServo(panda, "torque"))
+    v = np.zeros(7)
+    v[0] = 1.0
+    plant.reset(START, v)
+    plant.fail(FreeSwinging(0, damping=2.0))
+    arm = Arm(panda)
+    for i in range(1, 7):
+        plant.fail(Locked(i))
+    M = arm.dynamics(START, np.zeros(7))[0][0, 0]
+    held(plant, START, 0.3)
+    assert plant.v[0] == pytest.approx(np.exp(-2.0 / M * 0.3), rel=0.02)
+
+
+def test_degraded_joint_has_what_is_left_of_torque_and_range(panda):
+    plant = torque_arm(panda)
+    plant.reset(START, np.zeros(7))
+    plant.fail(Degraded(6, torque=0.5, q_max=0.8))
+    for _ in range(300):
+        plant.advance(command(START, tau=np.full(7, 100.0)))
+    assert plant.tau[6] == pytest.approx(0.5 * panda.limits.tau_max[6])
+    assert plant.q[6] < 0.81
+
+
+def test_end_stops_lie_a_little_beyond_the_limits_and_can_be_put_at_them(panda):
+    for true, low, high in ((TrueArm(), 0.04, 0.06), (TrueArm(end_stops=0.0), -0.001, 0.01)):
+        plant = torque_arm(panda, true)
+        plant.reset(START, np.zeros(7))
+        for _ in range(400):
+            tau = np.zeros(7)
+            tau[6] = 5.0
+            plant.advance(command(START, tau=tau))
+        assert low < plant.q[6] - panda.limits.q_max[6] < high
+
+
+def test_repaired_arm_is_healthy_after_a_reset(panda):
+    plant = MujocoPlant(panda, DT)
+    plant.reset(START, np.zeros(7))
+    fresh = held(plant, START + 0.01, 0.1)
+    for fault in (Locked(1, mode="instant"), Locked(2), FreeSwinging(3), Degraded(4, torque=0.1)):
+        plant.fail(fault)
+    held(plant, START + 0.01, 0.1)
+    plant.reset(START, np.zeros(7))
+    np.testing.assert_allclose(held(plant, START + 0.01, 0.1), fresh, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("fault", "until"), [(FreeSwinging(0), 3.0), (FreeSwinging(2), 1.9), (FreeSwinging(4), 1.85)]
+)
+def test_both_plants_agree_on_a_free_joint(panda, fault, until):
+    events = [FaultEvent(fault, at=1.5)]
+    one = circle(panda, KinematicPlant(panda, DT), events, duration=until)
+    other = circle(panda, torque_arm(panda, UNLIMITED), events, duration=until)
+    assert (one.log["status"] != other.log["status"]).sum() <= 2
+    error, expected = other.log["position_error"], one.log["position_error"]
+    assert np.abs(error - expected).max() < max(0.01 * expected.max(), 1e-4)
+
+
+def test_both_plants_agree_on_a_joint_that_locks_at_once(panda):
+    events = [FaultEvent(Locked(2, mode="instant", reset="momentum"), at=1.5)]
+    one = circle(panda, KinematicPlant(panda, DT), events)
+    other = circle(panda, torque_arm(panda), events)
+    assert one.completed and other.completed
+    assert abs(other.log["position_error"].max() - one.log["position_error"].max()) < 1e-4
+    np.testing.assert_allclose(other.q, one.q, atol=1e-3)
+
+
+class Poisoned(Plant):
+    """A torque arm whose sixth motor is asked for what is not a number in tick 100."""
+
+    def __init__(self, plant):
+        self._plant, self._ticks = plant, 0
+
+    q = property(lambda self: self._plant.q)
+    v = property(lambda self: self._plant.v)
+    drive = property(lambda self: self._plant.drive)
+    tolerance = property(lambda self: self._plant.tolerance)
+    failure = property(lambda self: self._plant.failure)
+
+    def reset(self, q, v):
+        self._plant.reset(q, v)
+
+    def fail(self, fault):
+        self._plant.fail(fault)
+
+    def advance(self, step):
+        tau = step.tau.copy()
+        tau[5] = np.nan if self._ticks == 100 else tau[5]
+        self._ticks += 1
+        self._plant.advance(command(step.q, step.v, tau))
+
+
+def test_run_ends_with_a_sentence_when_the_physics_breaks_down(panda):
+    result = circle(panda, Poisoned(torque_arm(panda)))
+    assert result.steps == 101
+    assert not result.completed
+    assert "panda_joint6" in result.broken
+    assert result.log.metadata["state"] == "broken"
+
+
+def test_robot_without_inertia_is_refused():
+    with pytest.raises(InputError, match=r"puma560 has no inertia.*take plant 'kinematic'"):
+        MujocoPlant(catalog.load("puma560"), DT)
+
+
+def test_servo_with_measured_feedback_is_refused(panda):
+    with pytest.raises(InputError, match="takes positions, but the planner is fed with the measured state"):
+        circle(panda, MujocoPlant(panda, DT))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda r: MujocoPlant(r, DT, substeps=0), "substeps is 0, expected a whole number >= 1"),
+        (lambda r: MujocoPlant(r, 0.0), "dt is 0, expected a finite number > 0"),
+        (lambda r: JointServo(r, "force"), "'force' is not a drive of an arm"),
+        (lambda r: JointServo(r, bandwidth=-1.0), "bandwidth of the servo is -1"),
+        (lambda r: JointServo(r, "torque", takes_velocity=False), "is for drive 'position'"),
+        (lambda r: TrueArm(mass_scale=0.0), "mass_scale is 0"),
+        (lambda r: TrueArm(end_stops=-0.1), "end_stops is -0.1"),
+        (lambda r: MujocoPlant(r, DT, true=TrueArm(coulomb={"j9": 1.0})), "'j9' is not a joint of panda"),
+        (lambda r: MujocoPlant(r, DT, true=TrueArm(coulomb={0: -1.0})), "coulomb of 0 is -1"),
+        (lambda r: MujocoPlant(r, DT, true=TrueArm(viscous="much")), "viscous is 'much'"),
+        (
+            lambda r: MujocoPlant(r, DT, true=TrueArm(brake={"panda_joint1": 0.0})),
+            "brake of panda_joint1 is 0",
+        ),
+    ],
+)
+def test_wrong_values_are_refused_with_a_sentence(panda, make, message):
+    with pytest.raises(InputError, match=message):
+        make(panda)
