@@ -13,9 +13,13 @@ if TYPE_CHECKING:
     from ftqp import qp as qp
     from ftqp.app.scenario.setup import load as load_scenario  # noqa: F401  its home has another name
     from ftqp.control import paths as paths
+    from ftqp.control.following.goto import GoTo as GoTo
+    from ftqp.control.following.goto import GoToStatus as GoToStatus
     from ftqp.control.following.path_follower import PathFollower as PathFollower
     from ftqp.control.following.path_follower import PathStatus as PathStatus
     from ftqp.control.following.stall import StallEscape as StallEscape
+    from ftqp.control.following.target_follower import TargetFollower as TargetFollower
+    from ftqp.control.following.target_follower import TargetStatus as TargetStatus
     from ftqp.control.moving_base.base_gain import Observer as Observer
     from ftqp.control.moving_base.base_gain import best_gain as best_gain
     from ftqp.control.moving_base.base_gain import gain_limit as gain_limit
@@ -32,6 +36,7 @@ if TYPE_CHECKING:
     from ftqp.control.rates import approximate_pinv as approximate_pinv
     from ftqp.control.rates import damping_factor as damping_factor
     from ftqp.control.rates import resolve_rates as resolve_rates
+    from ftqp.control.references.tip_limits import TipLimits as TipLimits
     from ftqp.control.task import bounds as bounds
     from ftqp.control.task import schemes as schemes
     from ftqp.control.task.bounds import Jin as Jin
@@ -76,6 +81,8 @@ _HOME = {
     "EmergencyStop": "ftqp.control.task.emergency",
     "FaultEvent": "ftqp.sim.schedule",
     "FreeSwinging": "ftqp.faults.kinds",
+    "GoTo": "ftqp.control.following.goto",
+    "GoToStatus": "ftqp.control.following.goto",
     "InertialTask": "ftqp.control.moving_base.inertial_task",
     "Jin": "ftqp.control.task.bounds",
     "JointLimits": "ftqp.model.limits",
@@ -102,8 +109,11 @@ _HOME = {
     "StepStatus": "ftqp.control.planner.status",
     "TrueArm": "ftqp.sim.plants.true_arm",
     "Target": "ftqp.control.planner.target",
+    "TargetFollower": "ftqp.control.following.target_follower",
+    "TargetStatus": "ftqp.control.following.target_follower",
     "Targets": "ftqp.control.planner.target",
     "Task": "ftqp.control.task.task",
+    "TipLimits": "ftqp.control.references.tip_limits",
     "Viability": "ftqp.control.task.bounds",
     "approximate_pinv": "ftqp.control.rates",
     "best_gain": "ftqp.control.moving_base.base_gain",

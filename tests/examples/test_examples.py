@@ -97,3 +97,9 @@ def test_tool_on_a_moving_base_stays_where_it_is(printed):
 def test_path_that_waits_goes_through_a_singularity_on_its_line(printed):
     waiting, by_the_clock, time = (number(line) for line in printed["08_through_a_singularity.py"])
     assert waiting < 1.27 < 5.0 < by_the_clock and 20.0 < time < 21.0
+
+
+def test_arm_that_loses_a_joint_under_the_joystick_goes_home_with_the_others(printed):
+    stale, miss, distance = (number(line) for line in printed["09_ways_to_a_goal.py"])
+    assert stale == pytest.approx(1.18) and miss <= 1e-6 and 10.0 < distance < 200.0
+    assert "panda_joint4 (locked) by" in printed["09_ways_to_a_goal.py"][2]

@@ -136,3 +136,26 @@ def test_assigning_a_pose_writes_into_the_buffer():
     np.testing.assert_array_equal(target.packed[:16], T.ravel())
     with pytest.raises(AttributeError, match="not 'packed'"):
         target.packed = np.zeros(29)
+
+
+def test_twist_alone_needs_a_stamp_and_a_stamp_a_twist_alone():
+    target = Target(twist=np.arange(6), stamp=3)
+    np.testing.assert_array_equal(target.twist, np.arange(6))
+    assert target.packed[TARGET_HAS_ROTATION] == -1.0 and target.stamp == 3.0
+    for wrong in ({"twist": np.zeros(6)}, {"pose": T, "stamp": 1}, {"stamp": 1}):
+        with pytest.raises(InputError, match="needs a stamp"):
+            Target(**wrong)
+    for wrong in ("now", None, [1.0, 2.0]):
+        with pytest.raises(InputError):
+            target.stamp = wrong
+    with pytest.raises(AttributeError):
+        Target(pose=T).stamp = 1.0
+
+
+def test_twist_alone_need_not_be_finite_and_is_kept_with_its_stamp():
+    target = Target(twist=np.full(6, np.nan), stamp=1)
+    target.twist, target.stamp = np.arange(6), 2
+    for kept in (pickle.loads(pickle.dumps(target)), copy(target), deepcopy(target)):
+        assert kept.stamp == 2.0
+        np.testing.assert_array_equal(kept.packed, target.packed)
+    assert "stamp=2" in repr(target)

@@ -16,6 +16,7 @@ from ftqp.kernel.layout.record import (
     arm_dtype,
     base_dtype,
     capacity_for,
+    joints_dtype,
     path_dtype,
     record,
     record_dtype,
@@ -27,6 +28,7 @@ LAYOUTS = {
     "arm": arm_dtype(8),
     "path": path_dtype(8),
     "base": base_dtype(8),
+    "joints": joints_dtype(8),
     "reduced problem": reduced_dtype(8),
     "QP alone": alone_dtype(),
 }

@@ -6,6 +6,19 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
+from ftqp.kernel.layout.enums import Mistake
+
+_MISTAKES: dict[int, str] = {
+    Mistake.NOT_RESET: "the planner has no start; call planner.reset(q) before the first step",
+    Mistake.NO_ROTATION: (
+        "the task has rotation rows but the target has a position only; give Target(pose=...)"
+    ),
+    Mistake.TWIST_ALONE: (
+        "the target has a twist alone and no place to be at; lead the planner by an "
+        "ftqp.TargetFollower(planner), which keeps one"
+    ),
+    Mistake.NOT_READ: "target.packed is no longer an array of (29,) float64 numbers; make a new Target",
+}
 
 
 def not_a_target(given: Any) -> InputError:
@@ -49,3 +62,21 @@ def sized(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
     if result.shape != shape:
         raise InputError(f"{name} has shape {result.shape}, expected {shape}")
     return result
+
+
+def mistake(code: int, q: Any, v: Any, nv: int, nq: int) -> InputError:
+    """The error for a mistake that the kernel has found in what a step was given.
+
+    Args:
+        code: The mistake.
+        q: What was given as the configuration.
+        v: What was given as the velocity.
+        nv: Number of joints.
+        nq: Size of pinocchio's configuration.
+    """
+    if code in _MISTAKES:
+        return InputError(_MISTAKES[code])
+    expected = f"(nv,) = ({nv},)" if nq == nv else f"(nv,) = ({nv},) or (nq,) = ({nq},)"
+    if np.shape(q) not in ((nv,), (nq,)):
+        return InputError(f"q has shape {np.shape(q)}, expected {expected}")
+    return InputError(f"v has shape {np.shape(v)}, expected (nv,) = ({nv},)")

@@ -5,7 +5,7 @@ from typing import Any, final
 
 from ftqp.control.planner.step import Step
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
-from ftqp.kernel.entry.session import BaseMemory, PathMemory, Session
+from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import HEALTHY
 
 
@@ -22,7 +22,7 @@ class Lead:
         self,
         step: Callable[[Any, Any, tuple[Any, ...], Any, Any], Step],
         session: Session,
-        memory: PathMemory | BaseMemory,
+        memory: PathMemory | BaseMemory | JointsMemory,
     ) -> None:
         self.step = step
         self.memory = memory

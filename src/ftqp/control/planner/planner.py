@@ -11,8 +11,9 @@ from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.closed_loop import Blocks
 from ftqp.control.planner.filling import LEVELS, filled
 from ftqp.control.planner.fitting import Fitting, warn_of_weight
-from ftqp.control.planner.given_arrays import not_a_target, sized, vector
+from ftqp.control.planner.given_arrays import mistake, not_a_target, sized, vector
 from ftqp.control.planner.lead import Lead
+from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.solver.qp_solver import IN_KERNEL, NETWORK, Solver
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
@@ -29,7 +30,7 @@ from ftqp.core.clock import now
 from ftqp.core.errors import InputError, nearest
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
-from ftqp.kernel.entry.session import BaseMemory, PathMemory, Session
+from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import Mistake
 from ftqp.kernel.layout.record import load_chain
 from ftqp.kernel.layout.rows import COMPONENTS, has_rows_beside_torque
@@ -218,13 +219,13 @@ class Planner:
         """A copy of all that the planner knows, for studies that drive many arms through the kernel."""
         return self._session.copy()
 
-    def lead(self, leader: PathMemory | BaseMemory) -> Lead:
-        """The planner's ticks led by a path's progress or an inertial target: for what is built around it.
+    def lead(self, leader: PathMemory | BaseMemory | JointsMemory) -> Lead:
+        """The planner's ticks led by a path's progress, an inertial target or a motion of the joints.
 
         Args:
-            leader: The memory of the path or of the base; it stays the leader's own.
+            leader: The memory of the path, the base or the motion; it stays the leader's own.
         """
-        kind = "path" if isinstance(leader, PathMemory) else "base"
+        kind = {PathMemory: "path", BaseMemory: "base", JointsMemory: "joints"}[type(leader)]
         refuse(
             leader=kind,
             level=self.level,
@@ -236,6 +237,10 @@ class Planner:
             return self._led(tick, q, v, target, tau, tip)
 
         return Lead(step, self._session, leader)
+
+    def view(self) -> PlannerView:
+        """The planner's own state and belief, to be read: for what is built around it."""
+        return PlannerView(self._session, self.robot)
 
     def blocks(self) -> Blocks | None:
         """The planner's ticks in closed loop without Python between them, for simulations.
@@ -254,7 +259,7 @@ class Planner:
         else:
             code = self._measured(tick, q, v, target, tau, tip)
         if code < 0:
-            self._mistake(code, q, v)
+            raise mistake(code, q, v, self.robot.nv, self.robot.nq)
         out = self._out
         out.code = code
         if self._timing:
@@ -274,23 +279,6 @@ class Planner:
             return _converted_tick(tick, q, v, target)
         finally:
             task.has_tip_measured = state.unusable = 0
-
-    def _mistake(self, code: int, q: Any, v: Any) -> NoReturn:
-        if code == Mistake.NOT_RESET:
-            raise InputError("the planner has no start; call planner.reset(q) before the first step")
-        if code == Mistake.NO_ROTATION:
-            raise InputError(
-                "the task has rotation rows but the target has a position only; give Target(pose=...)"
-            )
-        if code == Mistake.NOT_READ:
-            raise InputError(
-                "target.packed is no longer an array of (29,) float64 numbers; make a new Target"
-            )
-        nv, nq = self.robot.nv, self.robot.nq
-        expected = f"(nv,) = ({nv},)" if nq == nv else f"(nv,) = ({nv},) or (nq,) = ({nq},)"
-        if np.shape(q) not in ((nv,), (nq,)):
-            raise InputError(f"q has shape {np.shape(q)}, expected {expected}")
-        raise InputError(f"v has shape {np.shape(v)}, expected (nv,) = ({nv},)")
 
     def report(self, fault: Fault) -> None:
         """Believe ``fault`` from the next step on, of any kind in ``ftqp.faults.kinds.KINDS``.

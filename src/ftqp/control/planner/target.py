@@ -1,9 +1,11 @@
 """Target: where the tip should be, packed as the kernel reads it."""
 
+from math import nan
 from typing import Any
 
 import numpy as np
 
+from ftqp.control.planner.given_arrays import sized
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
@@ -17,16 +19,22 @@ from ftqp.kernel.layout.enums import (
 
 
 class Target:
-    """Pose (or position), twist and acceleration that the tip should have now.
+    """Pose (or position), twist and acceleration that the tip should have now; or a twist alone.
 
     The arrays are views of one buffer: write into them between steps (``target.pose[:] = T``) instead of
     making a new target every tick. What is written there is not checked; NaN gives INVALID_INPUT.
+
+    A twist alone, as a joystick gives it, says where the tip should go and not where it should be: an
+    ``ftqp.TargetFollower`` takes it. It needs the stamp of the message that it came from, as only a new stamp
+    tells a fresh twist from one that nobody has renewed. It need not be finite: what is not counts as not
+    renewed.
 
     Args:
         pose: (4, 4) homogeneous transform, or anything with ``.homogeneous``; tip in the base frame W.
         position: (3,) [m], instead of a pose, for tasks without rotation rows.
         twist: (6,) linear [m/s] then angular [rad/s] along W; (3,) with a position; None is zero.
         acceleration: as the twist, [m/s2], [rad/s2].
+        stamp: time or number of the message of a twist alone, any number that grows with every message.
 
     Attributes:
         pose: Where the tip should be, (4, 4).
@@ -34,19 +42,22 @@ class Target:
         twist: (6,) [m/s], [rad/s].
         acceleration: (6,) [m/s2], [rad/s2].
         packed: The one buffer with all of them, (29,).
+        stamp: That of a twist alone, else NaN; to be written together with the twist.
         row: The row of ``packed`` that a step takes, always 0.
 
     Raises:
-        InputError: neither or both of pose and position, a wrong shape, or not finite.
+        InputError: neither or both of pose and position, a wrong shape, not finite, or a stamp without a
+            twist alone or the other way round.
     """
 
-    __slots__ = ("acceleration", "packed", "pose", "position", "twist")
+    __slots__ = ("acceleration", "packed", "pose", "position", "stamp", "twist")
     row = 0
     pose: FloatArray
     position: FloatArray
     twist: FloatArray
     acceleration: FloatArray
     packed: FloatArray
+    stamp: float
 
     def __init__(
         self,
@@ -54,7 +65,22 @@ class Target:
         position: Any = None,
         twist: Any = None,
         acceleration: Any = None,
+        *,
+        stamp: float | None = None,
     ) -> None:
+        alone = pose is None and position is None and twist is not None
+        if alone != (stamp is not None):
+            raise InputError(
+                "a twist alone needs a stamp, the time or number of the message that it came from, so that a "
+                "twist that nobody renews is not followed for ever; a target with a pose or position has none"
+            )
+        if stamp is not None:
+            self._own(np.zeros(TARGET_SIZE))
+            self.packed[TARGET_HAS_ROTATION] = -1.0
+            self.pose[:] = np.eye(4)
+            self.twist[:] = sized("twist", twist, (6,))
+            self.stamp = stamp
+            return
         if (pose is None) == (position is None):
             raise InputError(
                 "a target needs exactly one of pose and position; a pose gives both position and rotation"
@@ -86,9 +112,16 @@ class Target:
         }
         for name, view in views.items():
             object.__setattr__(self, name, view)
+        object.__setattr__(self, "stamp", nan)
 
     def __setattr__(self, name: str, value: Any) -> None:
         """``target.pose = T`` writes into the buffer, as ``target.pose[:] = T`` does."""
+        if name == "stamp" and self.packed[TARGET_HAS_ROTATION] < 0.0:
+            try:
+                object.__setattr__(self, name, float(value))
+            except (TypeError, ValueError) as error:
+                raise InputError(f"stamp is {value!r:.60}, expected a number") from error
+            return
         if name not in ("pose", "position", "twist", "acceleration"):
             raise AttributeError(
                 f"a target has pose, position, twist and acceleration to be written, not {name!r}"
@@ -96,12 +129,14 @@ class Target:
         getattr(self, name)[...] = value
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (self.packed.copy(),)
+        return _restored, (self.packed.copy(), self.stamp)
 
     def __copy__(self) -> "Target":
-        return _restored(self.packed.copy())
+        return _restored(self.packed.copy(), self.stamp)
 
     def __repr__(self) -> str:
+        if self.packed[TARGET_HAS_ROTATION] < 0.0:
+            return f"Target(twist={np.array2string(self.twist, precision=4)}, stamp={self.stamp:g})"
         what = "pose" if self.packed[TARGET_HAS_ROTATION] else "position"
         return f"Target({what} at {np.array2string(self.position, precision=4)})"
 
@@ -111,9 +146,10 @@ def target_on(packed: FloatArray) -> Target:
     return _restored(packed)
 
 
-def _restored(packed: FloatArray) -> Target:
+def _restored(packed: FloatArray, stamp: float = nan) -> Target:
     target = Target.__new__(Target)
     target._own(packed)
+    object.__setattr__(target, "stamp", stamp)
     return target
 
 

@@ -13,7 +13,15 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.compile import load
 from ftqp.kernel.entry.table import ENTRIES
-from ftqp.kernel.layout.record import arm_dtype, base_dtype, capacity_for, load_chain, path_dtype, record
+from ftqp.kernel.layout.record import (
+    arm_dtype,
+    base_dtype,
+    capacity_for,
+    joints_dtype,
+    load_chain,
+    path_dtype,
+    record,
+)
 from ftqp.kernel.layout.reduced_problem import memory
 
 Call = Callable[..., int]
@@ -128,6 +136,10 @@ class ArmSession:
         self._kinematics: Call | None = None
         self._dynamics: Call | None = None
 
+    def adopt(self, session: Session) -> None:
+        """Be the arm of a planner as it is fitted now, with its tool and its load; of the same size."""
+        self._memory["chain"] = session._memory["chain"]
+
     def kinematics(self, q: FloatArray, v: FloatArray | None = None) -> None:
         """Tip pose, J and drift at (q, v) into the room ``kinematics``; v None is rest."""
         if self._kinematics is None:
@@ -185,6 +197,23 @@ class BaseMemory:
     def __init__(self, capacity: int) -> None:
         self.memory = np.zeros(1, base_dtype(capacity))
         self.base: Any = rooms(self.memory)
+
+    def arguments(self) -> tuple[Any, ...]:
+        """What the entry points take for it."""
+        return (self.memory,)
+
+
+class JointsMemory:
+    """The record of a motion of the joints.
+
+    Attributes:
+        memory: The record, (1,).
+        joints: Its fields, by attribute.
+    """
+
+    def __init__(self, capacity: int) -> None:
+        self.memory = np.zeros(1, joints_dtype(capacity))
+        self.joints: Any = rooms(self.memory)
 
     def arguments(self) -> tuple[Any, ...]:
         """What the entry points take for it."""

@@ -22,6 +22,7 @@ ENTRIES: Final = {
         _entry("step_rich", _STEPS, "ioooi"),
         _entry("step_path", _STEPS, "iiiioo"),
         _entry("step_base", _STEPS, "iioooi"),
+        _entry("step_joints", _STEPS, "iioo"),
         _entry("prepare_clock", _EXTERNAL, "iioooi"),
         _entry("finish_clock", _EXTERNAL, "iiii"),
         _entry("prepare_path", _EXTERNAL, "iiiiioo"),

@@ -122,9 +122,11 @@ class Mistake(IntEnum):
     """No state is known yet."""
     NOT_READ = -4
     """q, v or the target is no buffer of contiguous numbers of this machine."""
+    TWIST_ALONE = -5
+    """The target says how fast the tip should move, but not where it should be."""
 
 
-WRONG_SHAPE, NO_ROTATION, NOT_RESET, NOT_READ = map(int, Mistake)
+WRONG_SHAPE, NO_ROTATION, NOT_RESET, NOT_READ, TWIST_ALONE = map(int, Mistake)
 
 
 class Stage(IntEnum):
@@ -226,6 +228,7 @@ TARGET_POSE: Final = 0
 TARGET_TWIST: Final = 16
 TARGET_ACCELERATION: Final = 22
 TARGET_HAS_ROTATION: Final = 28
+"""1 with a pose, 0 with a position, -1 with a twist alone."""
 TARGET_SIZE: Final = 29
 
 DELAYS: Final = 64

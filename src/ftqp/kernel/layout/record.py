@@ -12,7 +12,7 @@ import numpy as np
 
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import JOINTS
-from ftqp.kernel.layout.rooms import ROOMS, base_fields, path_fields
+from ftqp.kernel.layout.rooms import ROOMS, base_fields, joints_fields, path_fields
 
 CAPACITIES = (8, 16, JOINTS)
 """Classes of records, by the most joints that they hold; each is compiled when an arm first needs it."""
@@ -62,6 +62,12 @@ def path_dtype(capacity: int) -> np.dtype[Any]:
 def base_dtype(capacity: int) -> np.dtype[Any]:
     """The type of the record of a base that moves."""
     return np.dtype(base_fields(capacity), align=True)
+
+
+@cache
+def joints_dtype(capacity: int) -> np.dtype[Any]:
+    """The type of the record of a motion of the joints."""
+    return np.dtype(joints_fields(capacity), align=True)
 
 
 def record(capacity: int) -> Any:

@@ -324,6 +324,15 @@ def base_fields(N: int) -> Fields:
     ]
 
 
+def joints_fields(N: int) -> Fields:
+    """A motion of the joints that is followed, see ``ftqp.kernel.rows.joint_reference``.
+
+    ``q`` and ``v``: where each joint should be now; ``x``: its mean acceleration, or velocity, until the next
+    tick; ``demand``: what the QP is asked for; ``kp`` and ``kv``: gains on the error.
+    """
+    return [*_scalars("f8", "kp kv"), *_floats(dict.fromkeys(("q", "v", "x", "demand"), (N,)))]
+
+
 def _scratch(N: int) -> Fields:
     """Memory of the parts of a tick; nothing in it but ``wide`` outlives the part that fills it."""
     return [

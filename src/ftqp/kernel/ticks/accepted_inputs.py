@@ -10,6 +10,7 @@ from ftqp.kernel.layout.enums import (
     NOT_RESET,
     TARGET_HAS_ROTATION,
     TARGET_SIZE,
+    TWIST_ALONE,
     WRONG_SHAPE,
 )
 
@@ -46,6 +47,9 @@ def accept_target(K: Any, target: Any, row: int) -> int:
         return NOT_READ
     if take(target, row * TARGET_SIZE, task.target.ctypes.data, TARGET_SIZE, 0) < TARGET_SIZE:
         return NOT_READ
-    if task.uses_rotation and task.target[TARGET_HAS_ROTATION] == 0.0:
-        return NO_ROTATION
+    if task.target[TARGET_HAS_ROTATION] <= 0.0:
+        if task.target[TARGET_HAS_ROTATION] < 0.0:
+            return TWIST_ALONE
+        if task.uses_rotation:
+            return NO_ROTATION
     return 0

@@ -12,16 +12,23 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.jit import carray, jit, pointer
-from ftqp.kernel.judge.ladder import climb
-from ftqp.kernel.layout.enums import SOLVED, TARGET_SIZE
+from ftqp.kernel.judge.ladder import RELAXED_FROM, TASK_FLOOR, climb
+from ftqp.kernel.layout.enums import HEALTHY, OK, RELAXED, SLACK, SOLVED, TARGET_SIZE
 from ftqp.kernel.layout.path_table import COLUMNS
-from ftqp.kernel.layout.record import base_dtype, path_dtype, record_dtype
+from ftqp.kernel.layout.record import base_dtype, joints_dtype, path_dtype, record_dtype
 from ftqp.kernel.rows.inertial_target import base_verdict
 from ftqp.kernel.rows.path_rows import advance
 from ftqp.kernel.rows.path_sample import look_up
 from ftqp.kernel.rows.turned_rows import turn_back
 from ftqp.kernel.ticks.accepted_inputs import accept_arrays, accept_target
-from ftqp.kernel.ticks.tick import accept_state, prepare_on_base, prepare_on_path, prepare_plain, prepare_rich
+from ftqp.kernel.ticks.tick import (
+    accept_state,
+    prepare_on_base,
+    prepare_on_joints,
+    prepare_on_path,
+    prepare_plain,
+    prepare_rich,
+)
 
 FLOAT = np.dtype(np.float64)
 
@@ -58,6 +65,38 @@ def settle_on_base(K: Any, base: Any) -> None:
     if K.turned.on:
         turn_back(K)
     base.code = base_verdict(K, base)
+
+
+@jit
+def accept_on_joints(K: Any, q: Any, v: Any) -> int:
+    """Copy the state, which is all that a motion of the joints is given: 0, or a mistake."""
+    nq = accept_arrays(K, q, v)
+    if nq < 0:
+        return nq
+    for k in range(TARGET_SIZE):
+        K.task.target[k] = 0.0
+    accept_state(K, nq)
+    return 0
+
+
+@jit
+def step_on_joints(K: Any, joints: Any) -> int:
+    """The tick, solved in the kernel whatever the planner's mode and solver, which are put back."""
+    task, ladder, qp = K.task, K.ladder, K.qp
+    mode, external = task.mode, ladder.external
+    task.mode, ladder.external = SLACK, 0
+    code = climb(K, prepare_on_joints(K, joints), SOLVED)
+    task.mode, ladder.external = mode, external
+    qp.warm = 0
+    if code == OK:
+        size = worst = 0.0
+        for i in range(K.chain.n):
+            if K.faults.code[i] == HEALTHY:
+                size = max(size, abs(joints.demand[i]))
+                worst = max(worst, abs(qp.x[i] - joints.demand[i]))
+        if worst > RELAXED_FROM * size + TASK_FLOOR:
+            ladder.status = code = RELAXED
+    return code
 
 
 def step(capacity: int) -> Callable[..., int]:
@@ -123,3 +162,18 @@ def step_base(capacity: int) -> Callable[..., int]:
         return code
 
     return step_base
+
+
+def step_joints(capacity: int) -> Callable[..., int]:
+    """A tick led by a motion of the joints."""
+    dtype, lead = record_dtype(capacity), joints_dtype(capacity)
+
+    def step_joints(address: int, joints_at: int, q: Any, v: Any) -> int:
+        K = carray(pointer(address), 1, dtype)[0]
+        joints = carray(pointer(joints_at), 1, lead)[0]
+        code = accept_on_joints(K, q, v)
+        if code < 0:
+            return code
+        return step_on_joints(K, joints)
+
+    return step_joints

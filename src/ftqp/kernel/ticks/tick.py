@@ -29,6 +29,7 @@ from ftqp.kernel.rows.drive import add_drive
 from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, prescribed_motion, sort_joints
 from ftqp.kernel.rows.inertial_target import follow_base, reduce_by_lead
 from ftqp.kernel.rows.joint_intervals import intervals
+from ftqp.kernel.rows.joint_reference import aim_at_reference, joint_objective
 from ftqp.kernel.rows.manipulability import add_manipulability
 from ftqp.kernel.rows.objective import objective
 from ftqp.kernel.rows.path_rows import STIFFNESS, begin_on_path, path_rows, rate_variable
@@ -267,3 +268,19 @@ def prepare_on_base(K: Any, base: Any) -> int:
     task_rows(K, base.gain / K.state.dt)
     _turn(K)
     return _ask(K)
+
+
+@jit
+def prepare_on_joints(K: Any, joints: Any) -> int:
+    """A tick led by a motion of the joints: no task rows, the tip's target is where the motion puts it."""
+    valid = _see(K)
+    aim_at_reference(K, joints)
+    _bound(K)
+    _limit(K)
+    if not _may_go_on(K, valid):
+        return SOLVE
+    task_rows(K, K.task.kp)
+    joint_objective(K, joints)
+    K.turned.on = 0
+    K.ladder.stage = MAIN_STAGE
+    return READY

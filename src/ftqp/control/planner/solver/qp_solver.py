@@ -81,17 +81,20 @@ class Solver:
         return None if self._family == "external" else self.tick(leader)
 
     def tick(self, leader: str, *memory: Any) -> Tick:
-        """A tick led by ``clock``, ``path`` or ``base``: from q, v and the target to a status or a mistake.
+        """A tick led by ``clock``, ``path``, ``base`` or ``joints``: from its inputs to a status or mistake.
+
+        A motion of the joints has a QP of its own, without rows of the task, which the kernel always solves.
 
         Args:
             leader: Who leads.
             memory: The leader's own, as the entry points take it.
         """
         session, family = self._session, self._family
-        if family != "external":
+        if family != "external" or leader == "joints":
             name = self._entry(leader)
             warm_up((name,), session.capacity)
-            return session.bind(name, *self._memory, *memory)
+            own = () if leader == "joints" else self._memory
+            return session.bind(name, *own, *memory)
         warm_up((f"prepare_{leader}", f"finish_{leader}"), session.capacity)
         prepare = session.bind(f"prepare_{leader}", self._buffers.flat, *memory)
         finish = session.bind(f"finish_{leader}", *memory[:1], self._buffers.solution)
@@ -103,7 +106,7 @@ class Solver:
         return tick
 
     def _entry(self, leader: str) -> str:
-        if self._family != "step":
+        if self._family != "step" and leader != "joints":
             return f"{self._family}_{leader}"
         if leader != "clock":
             return f"step_{leader}"

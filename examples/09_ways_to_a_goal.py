@@ -1,0 +1,43 @@
+"""An arm loses a joint while an operator drives it, and goes home all the same.
+
+You will see the tip follow a joystick until its messages end, come to rest by itself, and the arm then go
+to its home posture with six of seven joints, and say what it misses.
+"""
+
+import argparse
+
+import numpy as np
+
+import ftqp
+
+argparse.ArgumentParser(description=__doc__).add_argument(
+    "--headless", action="store_true", help="no windows"
+)
+
+robot = ftqp.robots.load("panda")
+home = robot.neutral
+planner = ftqp.Planner(robot, dt=1e-3)
+operator = ftqp.TargetFollower(planner, ftqp.TipLimits(speed=0.25), dead_man=0.2)
+q, v = home.copy(), np.zeros(robot.nv)
+planner.reset(q)
+
+message = ftqp.Target(twist=[0.0, 0.2, 0.1, 0.0, 0.0, 0.3], stamp=0)
+lost = None
+for k in range(2000):
+    if k < 1000 and k % 20 == 0:  # the joystick sends at 50 Hz, and no more after a second
+        message.stamp = k * planner.dt
+    if k == 500:
+        planner.report(ftqp.Locked("panda_joint4"))
+    step = operator.step(q, v, message)
+    q, v = step.q.copy(), step.v.copy()
+    if lost is None and operator.status is ftqp.TargetStatus.STALE:
+        lost = k * planner.dt
+print(f"messages end at 0.98 s, the twist is stale at: {lost:.2f} s")
+
+goto = ftqp.GoTo(planner, q=home)
+while not goto.done:
+    step = goto.step(q, v)
+    q, v = step.q.copy(), step.v.copy()
+six = np.delete(np.abs(q - home), robot.joint("panda_joint4"))
+print(f"largest miss of the six joints that work: {six.max():.1e} rad")
+print(f"what it says: {goto.sentence}")

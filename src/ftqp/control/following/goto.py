@@ -1,0 +1,260 @@
+"""Going to a pose or a posture and resting there, whatever fails on the way."""
+
+from enum import Enum
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.following.led_joints import LedJoints
+from ftqp.control.following.led_tip import LedTip
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.planner_view import JointState
+from ftqp.control.planner.step import Step
+from ftqp.control.references.jerk_limit import RISE_TIME
+from ftqp.control.references.tip_limits import TipLimits
+from ftqp.core.checks import FloatArray, positive
+from ftqp.core.errors import InputError
+from ftqp.core.pose import pose as checked_pose
+from ftqp.core.pose import rotation_vectors
+from ftqp.kernel.layout.enums import STOPPED, STOPPING
+
+EXACT = 1e-6
+"""A command so near to the goal has arrived [m, rad]."""
+PATIENCE = 1.0
+"""A slow arm that comes no nearer for so long rests as near as it gets [s]."""
+RESTLESS_PATIENCE = 5.0
+"""The same for an arm that still moves [s]."""
+NEARER = 0.02
+"""Share of the distance, and of the tolerance, that counts as coming nearer."""
+SLOW = 0.02
+"""An arm whose joints are all slower than this share of their limit is slow."""
+AT_REST = 1e-3
+"""And at rest below this share."""
+
+
+class GoToStatus(Enum):
+    """Where the arm stands on its way; the value is the sentence for the operator."""
+
+    MOVING = "the arm is on its way"
+    REACHED = "the arm rests at its goal"
+    UNREACHABLE = "the arm rests as near to its goal as it gets"
+    HALTED = "the planner brakes or has stopped the arm; the step's status says why"
+
+
+@final
+class GoTo:
+    """Leads a planner to a pose of the tip or to a posture of all joints, and lets the arm rest there.
+
+    A posture is neared by a motion of the joints, as fast as the limits that are believed allow, a pose by a
+    straight motion of the tip; both with limited jerk, and both within every limit of the planner. When a
+    joint fails, the way is planned anew at the same tick from the position and velocity of the command: the
+    others go to their places, or the tip as near as it gets. A goal that moves no more is told as
+    ``UNREACHABLE`` together with the distance.
+
+    Args:
+        planner: The planner that is led; with any scheme, task and backend.
+        pose: Where the tip shall rest, (4, 4), for tasks with or without rotation rows.
+        q: Where the joints shall rest, (nv,) or (nq,) [rad or m], inside their limits.
+        limits: How fast the tip moves to a pose; None is ``TipLimits()``. The joints' own limits set the
+            pace to a posture.
+        rise_time: How long the joints' accelerations take to reach their limits on the way to a posture, > 0
+            [s]. A longer one is softer and later.
+        tolerance: How near the tip, or every joint, has to be to its goal, > 0 [m or rad].
+        rotation_tolerance: How near the attitude of the tip has to be to its goal, > 0 [rad].
+
+    Raises:
+        InputError: Neither or both of pose and q, a wrong shape, a pose that is none, or a posture outside
+            the limits.
+
+    Source: docs/theory/ways-to-a-goal.md.
+    """
+
+    def __init__(
+        self,
+        planner: Planner,
+        *,
+        pose: Any = None,
+        q: Any = None,
+        limits: TipLimits | None = None,
+        rise_time: float = RISE_TIME,
+        tolerance: float = 1e-3,
+        rotation_tolerance: float = 5e-3,
+    ) -> None:
+        if (pose is None) == (q is None):
+            raise InputError("a GoTo needs exactly one of pose and q; pose is of the tip, q of all joints")
+        self.planner = planner
+        self._tolerance = positive("tolerance", tolerance, "m or rad")
+        self._rotation_tolerance = positive("rotation_tolerance", rotation_tolerance, "rad")
+        rise_time = positive("rise_time", rise_time, "s")
+        self._tip: LedTip | None = None
+        self._joints: LedJoints | None = None
+        if pose is not None:
+            self.pose = checked_pose(pose, "pose")
+            self._tip = LedTip(planner, TipLimits() if limits is None else limits)
+            self._view = self._tip.view
+        else:
+            if limits is not None:
+                raise InputError("limits are those of the tip's way to a pose; for a posture leave them out")
+            goal = _inside(planner, q)
+            self._joints = LedJoints(planner, goal, rise_time)
+            self._view = self._joints.view
+            rest = np.zeros(len(goal))
+            self.pose = self._view.tip_at(JointState(goal, rest, rest)).pose
+        self._begin()
+
+    def _begin(self) -> None:
+        self._status = GoToStatus.MOVING
+        self._belief = self._view.belief
+        self._ticks = -1
+        self._best, self._since = np.inf, 0
+
+    def reset(self, q: Any, v: Any = None) -> None:
+        """Begin anew at (q, v), see ``Planner.reset``.
+
+        Args:
+            q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
+            v: The measured velocity, (nv,) [rad/s or m/s]; None is rest.
+        """
+        self.planner.reset(q, v)
+        self._begin()
+
+    def step(self, q: Any, v: Any, *, tau: Any = None, tip: Any = None) -> Step:
+        """The command for the next ``dt``; see ``Planner.step``.
+
+        Args:
+            q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
+            v: The measured velocity, (nv,) [rad/s or m/s].
+            tau: The measured torque, (nv,) [N m or N], or None.
+            tip: The measured pose of the tip, (4, 4), or None to take that of the model.
+        """
+        view = self._view
+        if self._ticks != view.ticks or self._belief != view.belief:
+            self._begin()  # a joint has failed or works again, or somebody else has led the planner
+        if self._tip is not None:
+            goal = self.pose if self._status is GoToStatus.MOVING else None
+            step = self._tip.step(q, v, pose=goal, twist=np.zeros(6), tau=tau, tip=tip)
+        else:
+            assert self._joints is not None
+            step = self._joints.step(q, v, tau, tip)
+        self._ticks = view.ticks
+        self._judge(step)
+        return step
+
+    @property
+    def status(self) -> GoToStatus:
+        """Where the arm stands on its way."""
+        return self._status
+
+    @property
+    def done(self) -> bool:
+        """Whether nothing more will happen: reached, as near as it gets, or stopped by the planner."""
+        if self._status is GoToStatus.HALTED:
+            return self._stopped
+        return self._status is not GoToStatus.MOVING
+
+    @property
+    def joint_error(self) -> FloatArray | None:
+        """From the commanded joints to the goal, (nv,) [rad or m]; None on the way to a pose."""
+        return None if self._joints is None else self._joints.way
+
+    @property
+    def position_error(self) -> float:
+        """Distance of the commanded tip from its goal, which for a posture is where that puts the tip [m]."""
+        return float(np.linalg.norm(self.pose[:3, 3] - self._view.tip.pose[:3, 3]))
+
+    @property
+    def rotation_error(self) -> float:
+        """Angle of the commanded tip from its goal [rad]."""
+        turn = self.pose[:3, :3] @ self._view.tip.pose[:3, :3].T
+        return float(np.linalg.norm(rotation_vectors(turn[None])[0]))
+
+    @property
+    def sentence(self) -> str:
+        """Where the arm stands, by how much it misses its goal, and which joints miss theirs."""
+        text = self._status.value
+        if self._status is GoToStatus.REACHED:
+            return text
+        text += f": the tip is {1e3 * self.position_error:.3g} mm and {self.rotation_error:.3g} rad from it"
+        if self._joints is None:
+            return text
+        robot, faults = self.planner.robot, self.planner.faults
+        missing = [
+            f"{joint}{_failed(faults.get(joint))} by {abs(way):.3g} {'m' if slides else 'rad'}"
+            for joint, way, slides in zip(robot.joints, self._joints.way, robot.chain.prismatic, strict=True)
+            if abs(way) > self._tolerance
+        ]
+        return f"{text}; off their goal are {', '.join(missing)}" if missing else text
+
+    def _judge(self, step: Step) -> None:
+        """Reached, no nearer any more, stopped, or still on the way."""
+        if step.code in (STOPPING, STOPPED):
+            self._status = GoToStatus.HALTED
+            self._stopped = step.code == STOPPED
+            return
+        if self._status is GoToStatus.HALTED:
+            self._begin()
+            self._ticks = self._view.ticks
+        if self._status is not GoToStatus.MOVING:
+            return
+        commanded, measured = self._distances(step)
+        speed = self._speed()
+        if commanded <= EXACT and speed < AT_REST and (measured <= 1.0 or self._failed_are_off):
+            self._status = GoToStatus.REACHED if measured <= 1.0 else GoToStatus.UNREACHABLE
+            return
+        distance = max(commanded / self._tolerance, measured)
+        if distance < self._best - NEARER * min(self._best, 1.0 + distance) or self._best == np.inf:
+            self._best, self._since = distance, 0
+            return
+        self._since += 1
+        waited = self._since * self.planner.dt
+        if waited > RESTLESS_PATIENCE or (waited > PATIENCE and speed < SLOW):
+            near = measured <= 1.0
+            self._status = GoToStatus.REACHED if near else GoToStatus.UNREACHABLE
+
+    def _distances(self, step: Step) -> tuple[float, float]:
+        """The command's distance from the goal, and the arm's over the tolerances."""
+        if self._joints is not None:
+            commanded = float(np.abs(self._joints.way[self._view.working]).max(initial=0.0))
+            arm = float(np.abs(self._joints.way_from(self._view.measured)).max())
+            return commanded, arm / self._tolerance
+        assert self._tip is not None
+        reference = self._tip.reference
+        left = float(np.linalg.norm(self.pose[:3, 3] - reference.p))
+        turn = float(np.linalg.norm(rotation_vectors((self.pose[:3, :3] @ reference.R.T)[None])[0]))
+        position, rotation = left + step.position_error, turn + step.rotation_error
+        return max(position, rotation), max(position / self._tolerance, rotation / self._rotation_tolerance)
+
+    @property
+    def _failed_are_off(self) -> bool:
+        """Whether it is failed joints alone that keep the posture from being met."""
+        if self._joints is None:
+            return False
+        off = np.abs(self._joints.way_from(self._view.measured)) > self._tolerance
+        return bool(off.any() and not off[self._view.working].any())
+
+    def _speed(self) -> float:
+        """Largest speed of a joint as a share of its limit."""
+        top = np.minimum(self._view.limits.v, 1.0 / AT_REST)
+        return float((np.abs(self._view.command.v) / top).max())
+
+    def __repr__(self) -> str:
+        return f"GoTo({self.planner.robot.name}, {self._status.name})"
+
+
+def _inside(planner: Planner, q: Any) -> FloatArray:
+    """The posture, if it is within the limits of every joint."""
+    robot = planner.robot
+    goal = robot.angles(q)
+    limits = robot.limits
+    for i, joint in enumerate(robot.joints):
+        low, high = float(limits.q_min[i]), float(limits.q_max[i])
+        if not low <= goal[i] <= high and not robot.continuous[i]:
+            raise InputError(
+                f"q puts {joint} at {goal[i]:.6g}, outside its limits {low:.6g} to {high:.6g}; "
+                "choose a posture inside them"
+            )
+    return goal
+
+
+def _failed(fault: Any) -> str:
+    return "" if fault is None else f" ({fault.kind.replace('_', '-')})"

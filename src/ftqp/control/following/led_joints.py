@@ -1,0 +1,126 @@
+"""A planner led by a motion of the joints to a posture."""
+
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.planner_view import JointState, PlannerView
+from ftqp.control.planner.step import Step
+from ftqp.control.references.jerk_limit import ENDLESS, Motion, State
+from ftqp.core.checks import FloatArray
+from ftqp.kernel.entry.session import JointsMemory
+from ftqp.kernel.layout.enums import INVALID_INPUT, STOPPED, STOPPING
+from ftqp.kernel.layout.record import capacity_for
+
+BANDWIDTH = 10.0
+"""How fast an error to the motion decays, at most [1/s]."""
+BANDWIDTH_STEPS = 0.2
+"""The same times dt, at most."""
+DEVIATION = 0.01
+"""A command so far from the motion begins it anew [rad or m]: limits have held the arm back."""
+SPEED_DEVIATION = 0.05
+"""The same for its speed, as a share of v_max."""
+LEAST_ACCELERATION = 0.05
+"""Share of a_max that the motion uses even where gravity leaves less."""
+OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT)
+"""Codes of steps that are no part of the motion, which begins anew after them."""
+
+
+@final
+class LedJoints:
+    """The planner's steps along a jerk-limited motion of the joints that work.
+
+    It is planned from the last command, anew at the very tick at which the belief in a joint or a limit
+    changes, so that position and velocity go on without a jump.
+
+    Args:
+        planner: The planner that is led.
+        goal: The posture to go to, (nv,) [rad or m].
+        rise_time: How long an acceleration takes to reach its limit, > 0 [s].
+    """
+
+    def __init__(self, planner: Planner, goal: FloatArray, rise_time: float) -> None:
+        n = planner.robot.nv
+        memory = JointsMemory(capacity_for(n))
+        self._lead = planner.lead(memory)
+        self._joints = memory.joints
+        bandwidth = min(BANDWIDTH, BANDWIDTH_STEPS / planner.dt)
+        self._accelerates = planner.level == "acceleration"
+        memory.joints.kp = bandwidth**2 if self._accelerates else bandwidth
+        memory.joints.kv = 2.0 * bandwidth if self._accelerates else 0.0
+        self.planner = planner
+        self.view: PlannerView = planner.view()
+        self.goal = goal
+        self._rise_time = rise_time
+        self._motion: Motion | None = None
+        self._working = np.zeros(0, dtype=np.int64)
+        self._t = 0.0
+        self._begun, self._belief = -1, b""
+
+    def begin(self) -> None:
+        """Let the next step begin at the arm."""
+        self._begun = -1
+
+    @property
+    def way(self) -> FloatArray:
+        """What is left of the way of every joint as commanded, (nv,) [rad or m]; the short way round."""
+        return self.way_from(self.view.command.q)
+
+    def way_from(self, q: FloatArray) -> FloatArray:
+        """From joint positions to the goal, (nv,) [rad or m]; for a continuous joint the short way round.
+
+        Args:
+            q: Joint positions, (nv,) [rad or m].
+        """
+        way = self.goal - q
+        turns = self.planner.robot.continuous
+        return np.where(turns, np.remainder(way + np.pi, 2.0 * np.pi) - np.pi, way)
+
+    def step(self, q: Any, v: Any, tau: Any, tip: Any) -> Step:
+        """A step on the way; see ``Planner.step``."""
+        view = self.view
+        if view.is_reset:
+            belief = view.belief
+            if self._begun != view.ticks or self._belief != belief:
+                self._plan()
+                self._belief = belief
+            self._write()
+        step = self._lead.step(q, v, (), tau, tip)
+        self._t += self.planner.dt
+        off = step.code in OFF_TASK or self._has_left()
+        self._begun = -1 if off else view.ticks
+        return step
+
+    def _plan(self) -> None:
+        command, limits, robot = self.view.command, self.view.limits, self.planner.robot
+        working = np.flatnonzero(self.view.working)
+        if self._motion is None or len(working) != len(self._working):
+            self._motion = Motion(len(working)) if len(working) else None
+        self._working, self._t = working, 0.0
+        if self._motion is None:
+            return
+        goal = command.q + self.way_from(command.q)
+        goal = np.clip(goal, limits.q_min, limits.q_max)[working]
+        a_max = np.maximum(limits.a, LEAST_ACCELERATION * robot.limits.a_max)[working]
+        start = State(*(part[working] for part in command))
+        self._motion.plan(start, goal, limits.v[working], a_max, a_max / self._rise_time)
+
+    def _write(self) -> None:
+        """The motion at this tick and what it asks until the next."""
+        if self._motion is None:
+            return
+        joints, at, dt = self._joints, self._working, self.planner.dt
+        now, then = self._motion.at(self._t), self._motion.at(self._t + dt)
+        joints.q[at], joints.v[at] = now.q, now.v
+        joints.x[at] = (then.v - now.v) / dt if self._accelerates else (then.q - now.q) / dt
+
+    def _has_left(self) -> bool:
+        """Whether the command is not where the motion is."""
+        if self._motion is None:
+            return False
+        command: JointState = self.view.command
+        now, at = self._motion.at(self._t), self._working
+        slow = SPEED_DEVIATION * np.minimum(self.view.limits.v[at], ENDLESS)
+        far = np.abs(command.q[at] - now.q) > DEVIATION
+        return bool((far | (np.abs(command.v[at] - now.v) > slow)).any())

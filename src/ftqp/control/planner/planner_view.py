@@ -1,0 +1,119 @@
+"""PlannerView: what a planner starts its next step from, to be read by what is built around it."""
+
+from typing import NamedTuple, final
+
+import numpy as np
+
+from ftqp.control.first_use import warm_up
+from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.pose import transform
+from ftqp.kernel.entry.session import ArmSession, Session
+from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.model.robot import Robot
+
+
+class TipState(NamedTuple):
+    """Pose (4, 4), twist (6,) and acceleration (6,) of the tip along W."""
+
+    pose: FloatArray
+    twist: FloatArray
+    acceleration: FloatArray
+
+
+class JointState(NamedTuple):
+    """Positions, velocities and accelerations of the joints, (nv,) each [rad or m, per s, per s2]."""
+
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+
+
+class BelievedLimits(NamedTuple):
+    """Limits as believed now, (nv,) each; ``a`` is the deceleration that braking may count on."""
+
+    q_min: FloatArray
+    q_max: FloatArray
+    v: FloatArray
+    a: FloatArray
+
+
+@final
+class PlannerView:
+    """The planner's last command and what it believes; nothing is written through it.
+
+    Args:
+        session: The planner's.
+        robot: The arm.
+    """
+
+    def __init__(self, session: Session, robot: Robot) -> None:
+        self._session = session
+        self._n = robot.nv
+        warm_up(("kinematics",), session.capacity)
+        self._arm = ArmSession(robot.chain.constants())
+
+    @property
+    def is_reset(self) -> bool:
+        """Whether a state is known."""
+        return bool(self._session.K.state.is_reset)
+
+    @property
+    def ticks(self) -> int:
+        """Number of steps since the last reset."""
+        return int(self._session.K.state.ticks)
+
+    @property
+    def command(self) -> JointState:
+        """The last command, or the state of the last reset; copies."""
+        state, n = self._session.K.state, self._n
+        return JointState(state.q_command[:n].copy(), state.v_command[:n].copy(), state.a_command[:n].copy())
+
+    @property
+    def measured(self) -> FloatArray:
+        """The joint positions as the last step took them, (nv,) [rad or m]; a copy."""
+        result: FloatArray = self._session.K.state.q[: self._n].copy()
+        return result
+
+    @property
+    def working(self) -> BoolArray:
+        """Which joints work, as believed, (nv,)."""
+        result: BoolArray = self._session.K.faults.code[: self._n] == HEALTHY
+        return result
+
+    @property
+    def limits(self) -> BelievedLimits:
+        """Limits as believed now; copies."""
+        limits, n = self._session.K.limits, self._n
+        return BelievedLimits(
+            limits.q_min[:n].copy(),
+            limits.q_max[:n].copy(),
+            limits.v_max[:n].copy(),
+            limits.a_brake[:n].copy(),
+        )
+
+    @property
+    def belief(self) -> bytes:
+        """Something that changes whenever the belief in a joint or its limits does."""
+        K, n = self._session.K, self._n
+        limits = K.limits
+        parts = (K.faults.code, limits.q_min, limits.q_max, limits.v_max, limits.a_brake)
+        return b"".join(part[:n].tobytes() for part in parts)
+
+    @property
+    def tip(self) -> TipState:
+        """The tip's motion in the last command."""
+        return self.tip_at(self.command)
+
+    def tip_at(self, joints: JointState) -> TipState:
+        """The tip's motion with a motion of the joints.
+
+        Args:
+            joints: Positions, velocities and accelerations.
+        """
+        arm, n = self._arm, self._n
+        arm.adopt(self._session)
+        arm.kinematics(joints.q, joints.v)
+        found = arm.K.kinematics
+        J = np.array(found.J[:, :n])
+        pose = transform(np.array(found.R_tip).reshape(3, 3), np.array(found.o_tip))
+        return TipState(pose, J @ joints.v, J @ joints.a + found.drift)

@@ -1,0 +1,64 @@
+"""A motion of the joints in the place of the task: the QP is as near to it as box and torque rows allow.
+
+    1/2 |x - d|^2 over the joints that work,   d = x_r + kv (v_r - v) + kp (q_r - q)
+
+x_r is the mean acceleration of the motion until the next tick, or at the velocity level its mean velocity,
+with kv = 0. Source: docs/theory/ways-to-a-goal.md.
+"""
+
+from typing import Any
+
+from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import (
+    FREE,
+    HEALTHY,
+    TARGET_ACCELERATION,
+    TARGET_HAS_ROTATION,
+    TARGET_POSE,
+    TARGET_TWIST,
+)
+
+FREE_WEIGHT = 1e-6
+"""Weight of a free-swinging joint, which others are not to hold still; H stays positive definite."""
+
+
+@jit
+def aim_at_reference(K: Any, joints: Any) -> None:
+    """The target of the tip: where it would be if every joint that works were on the motion.
+
+    The kinematics of the tick's own state are there again afterwards.
+    """
+    chain, faults, state, kinematics, target = K.chain, K.faults, K.state, K.kinematics, K.task.target
+    kept = K.scratch.impulse
+    for i in range(chain.n):
+        kept[i] = state.q[i]
+        if faults.code[i] == HEALTHY:
+            state.q[i] = joints.q[i]
+    forward_kinematics(K)
+    for r in range(3):
+        for c in range(3):
+            target[TARGET_POSE + 4 * r + c] = kinematics.R_tip[3 * r + c]
+        target[TARGET_POSE + 4 * r + 3] = kinematics.o_tip[r]
+    for k in range(TARGET_TWIST, TARGET_ACCELERATION + 6):
+        target[k] = 0.0
+    target[TARGET_HAS_ROTATION] = 1.0
+    for i in range(chain.n):
+        state.q[i] = kept[i]
+    forward_kinematics(K)
+
+
+@jit
+def joint_objective(K: Any, joints: Any) -> None:
+    """H and g of the joints, no rows of the task."""
+    chain, faults, state, task, qp = K.chain, K.faults, K.state, K.task, K.qp
+    for i in range(chain.n):
+        demand = joints.x[i] + joints.kv * (joints.v[i] - state.v[i]) + joints.kp * (joints.q[i] - state.q[i])
+        joints.demand[i] = demand if faults.code[i] == HEALTHY else 0.0
+        qp.H_diagonal[i] = FREE_WEIGHT if faults.code[i] == FREE else 1.0
+        qp.g[i] = -joints.demand[i]
+    for k in range(task.m):
+        task.slack[k] = task.asked[k] = 0.0
+    qp.nx, qp.meq, qp.dense, qp.warm = chain.n, 0, 0, 0
+    qp.soft[0] = 1.0
+    task.beyond = 0.0

@@ -1,0 +1,325 @@
+"""Going to postures and poses: what holds on the way, where the arm rests, and what is said."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.core.pose import rotation_x
+
+PANDA = ftqp.robots.load("panda")
+HOME = PANDA.neutral
+AWAY = HOME + np.array([0.5, -0.3, 0.4, 0.3, -0.5, 0.6, 0.3])
+LEVELS = ["acceleration", "velocity"]
+DT = 2e-3
+
+
+def planner_at(q, level="acceleration", robot=PANDA, v=None, **settings):
+    planner = ftqp.Planner(robot, DT, level=level, **settings)
+    planner.reset(q, v)
+    return planner
+
+
+def go(goto, q, v=None, longest=12.0, each=lambda k: None, given=lambda k, q, v: (q, v)):
+    """Steps copied until the arm is done; every one keeps the limits of speed and acceleration."""
+    robot = goto.planner.robot
+    v = np.zeros(robot.nv) if v is None else v.copy()
+    steps = []
+    for k in range(round(longest / DT)):
+        each(k)
+        step = goto.step(*given(k, q, v)).copy()
+        healthy = [joint not in goto.planner.faults for joint in robot.joints]
+        assert (np.abs(step.v) <= robot.limits.v_max * (1.0 + 1e-9)).all()
+        assert (np.abs(step.v - v)[healthy] <= DT * robot.limits.a_max[healthy] * (1.0 + 1e-6)).all()
+        q, v = step.q.copy(), step.v.copy()
+        steps.append(step)
+        if goto.done:
+            break
+    return steps
+
+
+def within_limits(steps, robot=PANDA):
+    q = np.array([step.q for step in steps])
+    return (q >= robot.limits.q_min - 1e-9).all() and (q <= robot.limits.q_max + 1e-9).all()
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_posture_is_met_to_a_microradian_with_limited_jerk(level):
+    goto = ftqp.GoTo(planner_at(AWAY, level), q=HOME)
+    steps = go(goto, AWAY)
+    assert goto.status is ftqp.GoToStatus.REACHED and goto.sentence == goto.status.value
+    assert np.abs(steps[-1].q - HOME).max() <= 1e-6
+    assert {step.status for step in steps} == {ftqp.StepStatus.OK}
+    v = np.array([step.v for step in steps])
+    jerk = np.abs(np.diff(v, n=2, axis=0)) / DT**2
+    assert (jerk <= 1.05 * PANDA.limits.a_max / 0.05).all()
+
+
+def test_way_to_a_posture_is_as_fast_as_the_slowest_joint_allows():
+    """A joint that goes 2 rad at v_max = 2.175 rad/s and a_max in 50 ms."""
+    start = HOME.copy()
+    start[0] = 2.0
+    goto = ftqp.GoTo(planner_at(start), q=HOME)
+    steps = go(goto, start)
+    v_max, a_max = PANDA.limits.v_max[0], PANDA.limits.a_max[0]
+    least = 2.0 / v_max + v_max / a_max + 0.05
+    assert least <= len(steps) * DT <= least + 0.15
+
+
+@pytest.mark.parametrize("settings", [
+    {"scheme": "mtn"}, {"scheme": "pseudoinverse", "level": "velocity"}, {"backend": "osqp"},
+    {"task": ftqp.Task(mode="scaled")}, {"task": ftqp.Task(mode="lexicographic")},
+    {"task": ftqp.Task(mode="hard")},
+])  # fmt: skip
+def test_every_planner_goes_to_a_posture_and_steps_on_as_before(settings):
+    planner = planner_at(AWAY, **settings)
+    goto = ftqp.GoTo(planner, q=HOME)
+    steps = go(goto, AWAY)
+    assert goto.status is ftqp.GoToStatus.REACHED
+    target = ftqp.Target(pose=PANDA.pose(HOME))
+    after = planner.step(steps[-1].q, steps[-1].v, target).copy()
+    fresh = planner_at(HOME, **settings)
+    fresh.reset(steps[-1].q, steps[-1].v)
+    assert np.abs(after.q - fresh.step(steps[-1].q, steps[-1].v, target).q).max() < 1e-8
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("at", [0, 1, 20, 60, 120, 200, 260, 290])
+@pytest.mark.parametrize("fault", [ftqp.Locked("panda_joint4"), ftqp.Locked("panda_joint1", mode="instant")])
+def test_joint_that_fails_at_any_phase_leaves_the_others_to_reach_their_place(level, at, fault):
+    goto = ftqp.GoTo(planner_at(AWAY, level), q=HOME)
+    steps = go(goto, AWAY, each=lambda k: k == at and goto.planner.report(fault))
+    failed = PANDA.joint(fault.joint)
+    others = [i for i in range(7) if i != failed]
+    assert np.abs(steps[-1].q - HOME)[others].max() <= 1e-6
+    assert (np.abs(steps[-1].v) < 1e-3 * PANDA.limits.v_max).all()
+    missed = abs(steps[-1].q[failed] - HOME[failed])
+    if missed > 1e-3:
+        assert goto.status is ftqp.GoToStatus.UNREACHABLE
+        assert f"{fault.joint} (locked) by {missed:.3g} rad" in goto.sentence
+        assert goto.joint_error[failed] == pytest.approx(HOME[failed] - steps[-1].q[failed], abs=1e-9)
+        assert f"{1e3 * goto.position_error:.3g} mm" in goto.sentence
+    else:
+        assert goto.status is ftqp.GoToStatus.REACHED
+
+
+def test_joint_that_has_failed_before_the_start_stays_where_it_is():
+    planner = planner_at(AWAY)
+    planner.report(ftqp.Locked(1, mode="instant"))
+    goto = ftqp.GoTo(planner, q=HOME)
+    steps = go(goto, AWAY)
+    assert steps[-1].q[1] == AWAY[1] and goto.status is ftqp.GoToStatus.UNREACHABLE
+    assert goto.joint_error[1] == HOME[1] - AWAY[1]
+
+
+def test_degraded_joint_keeps_its_lower_limits_on_the_way():
+    planner = planner_at(AWAY)
+    goto = ftqp.GoTo(planner, q=HOME)
+    slow = ftqp.Degraded(5, velocity=0.3, acceleration=0.3)
+    steps = go(goto, AWAY, each=lambda k: k == 100 and planner.report(slow))
+    assert goto.status is ftqp.GoToStatus.REACHED
+    v = np.array([step.v[5] for step in steps[250:]])
+    assert np.abs(v).max() <= 0.3 * PANDA.limits.v_max[5] * (1.0 + 1e-9)
+
+
+def test_arm_without_working_joints_says_so_and_rests():
+    planner = planner_at(AWAY)
+    for joint in range(7):
+        planner.report(ftqp.Locked(joint, mode="instant"))
+    goto = ftqp.GoTo(planner, q=HOME)
+    steps = go(goto, AWAY)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE and not steps[-1].v.any()
+
+
+def test_repaired_joint_goes_on_to_its_place():
+    planner = planner_at(AWAY)
+    planner.report(ftqp.Locked(3, mode="instant"))
+    goto = ftqp.GoTo(planner, q=HOME)
+    steps = go(goto, AWAY)
+    planner.withdraw(3)
+    steps = go(goto, steps[-1].q)
+    assert goto.status is ftqp.GoToStatus.REACHED and np.abs(steps[-1].q - HOME).max() <= 1e-6
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_moving_arm_begins_without_a_jump(level):
+    v = np.array([0.8, -0.5, 0.3, 1.0, -0.6, 0.4, 1.0])
+    goto = ftqp.GoTo(planner_at(AWAY, level, v=v), q=HOME)
+    steps = go(goto, AWAY, v)
+    assert goto.status is ftqp.GoToStatus.REACHED and within_limits(steps)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("of", ["posture", "pose"])
+def test_goal_where_the_arm_is_is_reached_at_once(level, of):
+    goal = {"q": HOME} if of == "posture" else {"pose": PANDA.pose(HOME)}
+    goto = ftqp.GoTo(planner_at(HOME, level), **goal)
+    steps = go(goto, HOME)
+    assert goto.status is ftqp.GoToStatus.REACHED and len(steps) == 1
+    assert np.abs(steps[-1].q - HOME).max() < 1e-9
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_start_outside_the_limits_comes_inside_and_goes_to_the_goal(level):
+    start = HOME.copy()
+    start[3], start[1] = PANDA.limits.q_max[3] + 0.05, PANDA.limits.q_min[1] - 0.03
+    goto = ftqp.GoTo(planner_at(start, level), q=HOME)
+    steps = go(goto, start)
+    assert goto.status is ftqp.GoToStatus.REACHED
+    assert (np.diff([step.q[3] for step in steps]) <= 1e-12).all()
+
+
+def test_goal_at_a_limit_is_reached():
+    goal = HOME.copy()
+    goal[3], goal[5] = PANDA.limits.q_max[3], PANDA.limits.q_min[5]
+    goto = ftqp.GoTo(planner_at(HOME), q=goal)
+    steps = go(goto, HOME)
+    assert goto.status is ftqp.GoToStatus.REACHED and within_limits(steps)
+
+
+def test_continuous_joint_goes_the_short_way_round():
+    joints = "".join(
+        f'<link name="{after}"/><joint name="to_{after}" type="continuous"><parent link="{before}"/>'
+        f'<child link="{after}"/><origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>'
+        '<limit velocity="2" effort="9"/></joint>'
+        for before, after in (("base", "l1"), ("l1", "l2"), ("l2", "tip"))
+    )
+    robot = ftqp.Robot.from_urdf(
+        f'<robot name="turner"><link name="base"/>{joints}</robot>', acceleration=10.0, kinematics_only=True
+    )
+    assert robot.continuous.all()
+    start, goal = np.array([3.0, 0.0, 0.5]), np.array([-3.0, 0.2, 0.5])
+    planner = planner_at(start, robot=robot)
+    goto = ftqp.GoTo(planner, q=goal)
+    steps = go(goto, start)
+    assert goto.status is ftqp.GoToStatus.REACHED
+    assert steps[-1].q[0] == pytest.approx(2.0 * np.pi - 3.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("shift, turn", [((0.1, 0.1, -0.1), 0.0), ((-0.15, 0.2, 0.1), 0.6)])
+def test_pose_is_reached(level, shift, turn):
+    goal = PANDA.pose(HOME) @ rotation_of(turn)
+    goal[:3, 3] += shift
+    goto = ftqp.GoTo(planner_at(HOME, level), pose=goal)
+    steps = go(goto, HOME)
+    assert goto.status is ftqp.GoToStatus.REACHED and within_limits(steps)
+    assert goto.position_error < 1e-5 and goto.rotation_error < 1e-5
+    assert goto.joint_error is None
+
+
+def rotation_of(angle):
+    result = np.eye(4)
+    result[:3, :3] = rotation_x(angle)
+    return result
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("at", [0, 100, 250, 400])
+def test_joint_that_fails_on_the_way_to_a_pose_does_not_keep_a_redundant_arm_from_it(level, at):
+    goal = PANDA.pose(HOME)
+    goal[:3, 3] += [0.05, 0.15, -0.1]
+    goto = ftqp.GoTo(planner_at(HOME, level), pose=goal)
+    steps = go(goto, HOME, each=lambda k: k == at and goto.planner.report(ftqp.Locked("panda_joint3")))
+    assert goto.status is ftqp.GoToStatus.REACHED and within_limits(steps)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_pose_out_of_reach_is_neared_and_the_arm_rests_and_says_by_how_much(level):
+    """The emergency stop of 5 cm is on: the reference waits for the arm on its leash."""
+    goal = PANDA.pose(HOME)
+    goal[:3, 3] += [0.8, 0.0, 0.0]
+    planner = planner_at(HOME, level, task=ftqp.Task(rows="position"))
+    goto = ftqp.GoTo(planner, pose=goal)
+    steps = go(goto, HOME, longest=20.0)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE
+    assert f"{1e3 * goto.position_error:.3g} mm" in goto.sentence
+    assert goto.position_error < 0.45
+    q, v = steps[-1].q, steps[-1].v
+    for _ in range(1000):
+        step = goto.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+    assert (np.abs(v) < 0.01 * PANDA.limits.v_max).all()
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE
+
+
+@pytest.mark.parametrize("of", ["posture", "pose"])
+@pytest.mark.parametrize("level", LEVELS)
+def test_measurements_that_are_not_finite_do_not_keep_the_arm_from_its_goal(of, level):
+    goal = {"q": AWAY} if of == "posture" else {"pose": PANDA.pose(AWAY)}
+    goto = ftqp.GoTo(planner_at(HOME, level), **goal)
+    bad = np.full(7, np.nan)
+
+    def given(k, q, v):
+        return (bad, v) if k in range(60, 63) else (q, bad) if k == 120 else (q, v)
+
+    steps = go(goto, HOME, given=given)
+    assert goto.status is ftqp.GoToStatus.REACHED
+    assert [step.status for step in steps].count(ftqp.StepStatus.INVALID_INPUT) == 4
+    assert within_limits(steps)
+
+
+def test_stopped_planner_halts_the_way_and_ends_it():
+    """An emergency stop that goes off at the first error."""
+    stop = ftqp.EmergencyStop(position=1e-12, samples=1)
+    planner = planner_at(HOME, task=ftqp.Task(), emergency=stop)
+    goto = ftqp.GoTo(planner, pose=PANDA.pose(AWAY))
+    steps = go(goto, HOME)
+    assert goto.status is ftqp.GoToStatus.HALTED and goto.done
+    assert steps[-1].status is ftqp.StepStatus.STOPPED
+
+
+def test_way_begins_anew_after_somebody_else_has_led_the_planner():
+    planner = planner_at(AWAY)
+    goto = ftqp.GoTo(planner, q=HOME)
+    steps = go(goto, AWAY, longest=0.04)
+    q, v = steps[-1].q.copy(), steps[-1].v.copy()
+    target = ftqp.Target(pose=PANDA.pose(q))
+    for _ in range(300):
+        step = planner.step(q, v, target)
+        q, v = step.q.copy(), step.v.copy()
+    steps = go(goto, q, v)
+    assert goto.status is ftqp.GoToStatus.REACHED
+
+
+def test_reset_begins_anew():
+    goto = ftqp.GoTo(planner_at(AWAY), q=HOME)
+    go(goto, AWAY)
+    start = HOME + 0.2
+    goto.reset(start)
+    assert goto.status is ftqp.GoToStatus.MOVING and not goto.done
+    go(goto, start)
+    assert goto.status is ftqp.GoToStatus.REACHED
+
+
+def test_same_input_gives_the_same_way():
+    ways = [
+        [step.q for step in go(ftqp.GoTo(planner_at(AWAY), **goal), AWAY)]
+        for goal in ({"q": HOME}, {"q": HOME}, {"pose": PANDA.pose(HOME)}, {"pose": PANDA.pose(HOME)})
+    ]
+    assert np.array_equal(ways[0], ways[1]) and np.array_equal(ways[2], ways[3])
+
+
+def test_wrong_goals_are_refused_in_a_sentence():
+    planner = planner_at(HOME)
+    outside = HOME.copy()
+    outside[3] = 1.0
+    for wrong, says in (
+        ({}, "exactly one"),
+        ({"q": HOME, "pose": np.eye(4)}, "exactly one"),
+        ({"q": HOME[:3]}, "q has shape"),
+        ({"q": np.full(7, np.nan)}, "NaN"),
+        ({"q": outside}, "panda_joint4 at 1, outside its limits"),
+        ({"pose": np.zeros((4, 4))}, "not a rotation"),
+        ({"q": HOME, "rise_time": 0.0}, "rise_time"),
+        ({"q": HOME, "limits": ftqp.TipLimits()}, "leave them out"),
+        ({"pose": np.eye(4), "tolerance": -1.0}, "tolerance"),
+    ):
+        with pytest.raises(ftqp.InputError, match=says):
+            ftqp.GoTo(planner, **wrong)
+
+
+def test_planner_without_a_start_is_refused_at_the_first_step():
+    for goal in ({"q": HOME}, {"pose": np.eye(4)}):
+        goto = ftqp.GoTo(ftqp.Planner(PANDA), **goal)
+        with pytest.raises(ftqp.InputError, match="reset"):
+            goto.step(HOME, np.zeros(7))

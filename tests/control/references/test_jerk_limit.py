@@ -1,0 +1,74 @@
+"""Motions with limited speed, acceleration and jerk."""
+
+import numpy as np
+import pytest
+
+from ftqp.control.references.jerk_limit import Motion, State
+
+DT = 1e-3
+V, A, J = np.array([1.0, 0.5]), np.array([4.0, 2.0]), np.array([40.0, 30.0])
+REST = State(np.zeros(2), np.zeros(2), np.zeros(2))
+
+
+def samples(motion, longest=None):
+    times = np.arange(0.0, (motion.duration if longest is None else longest) + DT, DT)
+    return [np.array(part) for part in zip(*(motion.at(t) for t in times), strict=True)]
+
+
+def test_motion_arrives_and_keeps_every_limit():
+    motion = Motion(2)
+    assert motion.plan(REST, np.array([1.0, -0.7]), V, A, J)
+    q, v, a = samples(motion)
+    assert np.abs(q[-1] - [1.0, -0.7]).max() < 1e-9 and np.abs(v[-1]).max() < 1e-9
+    assert (np.abs(v) <= V + 1e-9).all() and (np.abs(a) <= A + 1e-9).all()
+    assert (np.abs(np.diff(a, axis=0)) <= J * DT + 1e-9).all()
+
+
+def test_velocity_and_acceleration_are_derivatives():
+    """The jerk jumps between samples, which is worth a quarter of J dt at most."""
+    motion = Motion(2)
+    motion.plan(State(np.zeros(2), np.array([0.3, -0.2]), np.array([1.0, 0.0])), np.ones(2), V, A, J)
+    q, v, a = samples(motion)
+    assert np.abs(np.diff(q, axis=0) / DT - 0.5 * (v[1:] + v[:-1])).max() < 1e-5
+    assert np.abs(np.diff(v, axis=0) / DT - 0.5 * (a[1:] + a[:-1])).max() <= 0.25 * J.max() * DT
+
+
+def test_motion_from_rest_is_straight():
+    motion = Motion(2)
+    motion.plan(REST, np.array([1.0, 0.25]), V, A, J)
+    q, _, _ = samples(motion)
+    assert np.abs(q[:, 1] - 0.25 * q[:, 0]).max() < 1e-9
+
+
+def test_motion_to_where_it_is_takes_no_time():
+    motion = Motion(2)
+    assert motion.plan(REST, np.zeros(2), V, A, J)
+    assert motion.duration == 0.0 and not motion.at(1.0).q.any()
+
+
+def test_infinite_speed_limit_is_none():
+    motion = Motion(2)
+    assert motion.plan(REST, np.ones(2), np.full(2, np.inf), A, J)
+    assert np.abs(motion.at(motion.duration).q - 1.0).max() < 1e-9
+
+
+def test_brake_comes_to_rest_within_jerk():
+    motion = Motion(2)
+    motion.brake(State(np.zeros(2), np.array([1.0, -0.5]), np.zeros(2)), A, J)
+    _, v, a = samples(motion)
+    assert np.abs(v[-1]).max() < 1e-9
+    assert (np.abs(np.diff(a, axis=0)) <= J * DT + 1e-9).all()
+
+
+@pytest.mark.parametrize("goal", [np.nan, np.inf, 1e300])
+def test_goal_that_is_no_place_brakes_the_motion(goal):
+    motion = Motion(2)
+    assert not motion.plan(State(np.zeros(2), V, np.zeros(2)), np.array([goal, 0.0]), V, A, J)
+    q, v, _ = samples(motion, 2.0)
+    assert np.isfinite(q).all() and np.abs(v[-1]).max() < 1e-9
+
+
+def test_state_that_is_no_number_stands_still():
+    motion = Motion(2)
+    assert not motion.plan(State(np.zeros(2), np.array([np.nan, 0.0]), np.zeros(2)), np.ones(2), V, A, J)
+    assert not motion.at(1.0).v.any()

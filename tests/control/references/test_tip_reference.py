@@ -1,0 +1,128 @@
+"""A reference of the tip: limits of the norms, derivatives, and where it ends."""
+
+import numpy as np
+import pytest
+
+from ftqp.control.references.tip_limits import TipLimits
+from ftqp.control.references.tip_reference import TipReference
+from ftqp.core.pose import rotation_exp, rotation_vectors, transform
+
+DT = 1e-3
+LIMITS = TipLimits(speed=0.4, acceleration=1.5, turn=1.2, turn_acceleration=5.0, rise_time=0.05)
+START = transform(rotation_exp(np.array([0.3, -0.2, 0.5])), np.array([0.4, 0.1, 0.6]))
+
+
+def moved(shift, turn):
+    return transform(rotation_exp(np.array(turn, dtype=float)) @ START[:3, :3], START[:3, 3] + shift)
+
+
+def motion(each, ticks):
+    """Poses, twists and accelerations of a reference that begins at rest; each(reference, k) moves it."""
+    reference = TipReference(LIMITS, DT)
+    reference.begin(START, np.zeros(6))
+    found = []
+    for k in range(ticks):
+        each(reference, k)
+        pose = transform(reference.R, reference.p)
+        found.append((pose, reference.twist.copy(), reference.acceleration.copy()))
+    return [np.array(part) for part in zip(*found, strict=True)]
+
+
+def jumping(seed, every):
+    rng = np.random.default_rng(seed)
+    goals = [moved(rng.uniform(-0.5, 0.5, 3), rng.uniform(-1.5, 1.5, 3)) for _ in range(20)]
+    return lambda reference, k: reference.towards(goals[k // every % 20], np.zeros(6))
+
+
+def norms(array):
+    return np.linalg.norm(array[:, :3], axis=1).max(), np.linalg.norm(array[:, 3:], axis=1).max()
+
+
+def test_one_jump_is_straight_and_as_fast_as_the_limits_allow():
+    goal = moved([0.3, -0.2, 0.1], [0.0, 0.0, 0.9])
+    poses, twists, accelerations = motion(lambda r, k: r.towards(goal, np.zeros(6)), 2500)
+    assert np.abs(poses[-1] - goal).max() < 1e-9 and not twists[-1].any()
+    way = poses[:, :3, 3] - START[:3, 3]
+    along = np.array([0.3, -0.2, 0.1]) / np.linalg.norm([0.3, -0.2, 0.1])
+    assert np.abs(way - np.outer(way @ along, along)).max() < 1e-9
+    assert norms(twists) == pytest.approx((0.4, 1.2), rel=1e-3) or norms(twists)[0] == pytest.approx(0.4)
+    assert norms(accelerations)[0] == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_limits_hold_for_the_norms_when_goals_jump_at_rest(seed):
+    """A turn about a moving axis adds its own acceleration, so its bound is that of a fixed axis."""
+    _, twists, accelerations = motion(jumping(seed, 4000), 8000)
+    assert norms(twists)[0] <= 0.4 + 1e-9 and norms(twists)[1] <= 1.2 + 1e-9
+    assert norms(accelerations)[0] <= 1.5 + 1e-9 and norms(accelerations)[1] <= 5.0 + 1e-9
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_norms_stay_below_root_two_times_the_limits_when_goals_jump_on_the_way(seed):
+    """The old velocity is braked along its axes beside the new one."""
+    _, twists, accelerations = motion(jumping(seed, 300), 3000)
+    assert norms(twists)[0] <= 2.0**0.5 * 0.4 and norms(twists)[1] <= 2.0**0.5 * 1.2
+    assert norms(accelerations)[0] <= 2.0**0.5 * 1.5
+    jerk = np.diff(accelerations, axis=0) / DT
+    assert norms(jerk)[0] <= 1.01 * 1.5 / 0.05
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_twist_and_acceleration_are_derivatives_of_the_pose(seed):
+    """The jerk of up to 100 rad/s3 jumps between samples."""
+    poses, twists, accelerations = motion(jumping(seed, 250), 1500)
+    turns = rotation_vectors(poses[1:, :3, :3] @ np.swapaxes(poses[:-1, :3, :3], 1, 2)) / DT
+    assert np.abs(turns - 0.5 * (twists[1:, 3:] + twists[:-1, 3:])).max() < 1e-4
+    linear = np.diff(poses[:, :3, 3], axis=0) / DT
+    assert np.abs(linear - 0.5 * (twists[1:, :3] + twists[:-1, :3])).max() < 1e-5
+    change = np.diff(twists, axis=0) / DT
+    assert np.abs(change - 0.5 * (accelerations[1:] + accelerations[:-1])).max() <= 0.25 * 100.0 * DT + 1e-3
+
+
+def test_half_a_turn_is_made_to_the_end():
+    goal = moved([0.0, 0.0, 0.0], [np.pi, 0.0, 0.0])
+    poses, _, _ = motion(lambda r, k: r.towards(goal, np.zeros(6)), 4000)
+    assert np.abs(poses[-1] - goal).max() < 1e-9
+
+
+def test_goal_that_moves_is_caught_up_with():
+    def each(reference, k):
+        shift = 0.1 * np.sin(0.8 * (k + 1) * DT)
+        twist = np.array([0.08 * np.cos(0.8 * (k + 1) * DT), 0, 0, 0, 0, 0])
+        reference.towards(moved([shift + 0.05, 0.0, 0.0], [0, 0, 0]), twist)
+
+    poses, _, _ = motion(each, 2500)
+    truth = START[0, 3] + 0.05 + 0.1 * np.sin(0.8 * 2500 * DT)
+    assert abs(poses[-1, 0, 3] - truth) < 1e-3
+
+
+def test_twist_is_reached_and_kept_and_a_huge_one_cut():
+    wanted = np.array([1e12, 0.0, 0.0, 0.0, 0.0, 0.5])
+    poses, twists, _ = motion(lambda r, k: r.along(wanted), 2000)
+    assert np.abs(twists[-1] - [0.4, 0, 0, 0, 0, 0.5]).max() < 1e-9
+    R = poses[:, :3, :3]
+    assert np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max() < 1e-12
+
+
+def test_twist_that_ends_is_braked_to_rest_with_limited_jerk():
+    wanted = np.array([0.2, -0.3, 0.1, 0.8, 0.0, -0.5])
+    _, twists, accelerations = motion(lambda r, k: r.along(wanted if k < 500 else np.zeros(6)), 1500)
+    assert not twists[-1].any()
+    assert norms(np.diff(accelerations, axis=0) / DT)[0] <= 1.01 * 1.5 / 0.05
+
+
+def test_goal_far_beyond_any_reach_is_neared():
+    poses, twists, _ = motion(lambda r, k: r.towards(moved([1e15, 0.0, 0.0], [0, 0, 0]), np.zeros(6)), 2000)
+    assert twists[-1, 0] == pytest.approx(0.4) and np.isfinite(poses).all()
+
+
+def test_pulled_reference_goes_on_from_there():
+    goal = moved([0.3, 0.0, 0.0], [0.0, 0.0, 0.0])
+
+    def each(reference, k):
+        if k == 400:
+            reference.pull(np.array([0.0, 0.05, 0.0]), np.array([0.0, 0.0, 0.1]), np.zeros(6))
+        reference.towards(goal, np.zeros(6))
+
+    poses, _, _ = motion(each, 4000)
+    assert np.abs(poses[-1] - goal).max() < 1e-9
