@@ -7,16 +7,17 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.checks import FloatArray, array, frozen, positive
+from ftqp.core.checks import array, frozen, positive
 from ftqp.core.errors import InputError, ModelError
 from ftqp.model import audit
 from ftqp.model.audit import Finding
 from ftqp.model.chain import chain_of
 from ftqp.model.limits import RISE_TIME, JointLimits
+from ftqp.model.neutral import Arm, neutral_posture
 from ftqp.model.reading.source import Source, follower_findings
 from ftqp.model.reduction import reduced, tip_of
 from ftqp.model.refitting import friction_findings, has_masses, write_friction
-from ftqp.model.shape import dynamics_findings, neutral_of, reach_of
+from ftqp.model.shape import dynamics_findings, reach_of
 
 ROWS = ("x", "y", "z", "rx", "ry", "rz")
 """Names of the task rows: linear then angular, along the axes of W."""
@@ -77,32 +78,21 @@ def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
     findings += friction_findings(arm, bounds)
     audit.refuse_unsafe(arm.name, findings)
     write_limits(arm, bounds)
+    rows = _rows(wishes.default_rows)
+    length = _length(wishes.length, LENGTH_FRACTION * reach_of(chain, bounds))
+    shape = Arm(arm, tip, chain, bounds, rows, length)
+    start, said = neutral_posture(shape, wishes.neutral, source.postures)
     return {
         "name": arm.name,
         "model": arm,
         "tip": tip,
         "chain": chain,
         "limits": bounds,
-        "neutral": frozen(_start(bounds, wishes.neutral)),
-        "default_rows": _rows(wishes.default_rows),
-        "length": _length(wishes.length, LENGTH_FRACTION * reach_of(chain, bounds)),
-        "findings": tuple(findings),
+        "neutral": frozen(start),
+        "default_rows": rows,
+        "length": length,
+        "findings": (*findings, *said),
     }
-
-
-def _start(limits: JointLimits, wanted: Any) -> FloatArray:
-    """The neutral configuration, which must lie inside the limits when the user gives one."""
-    if wanted is None:
-        return neutral_of(limits, None)
-    start = array("neutral", wanted, (len(limits),), "(nv,)")
-    outside = np.flatnonzero((start < limits.q_min) | (start > limits.q_max))
-    if outside.size:
-        i = int(outside[0])
-        raise InputError(
-            f"neutral[{i}] is {start[i]:g}, expected a position from {limits.q_min[i]:g} to "
-            f"{limits.q_max[i]:g}"
-        )
-    return start
 
 
 def _length(given: float | None, default: float) -> float:

@@ -8,36 +8,53 @@ import pinocchio as pin
 
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.rows import COMPONENTS
-from ftqp.model.chain import frame_id
-from ftqp.model.robot import Robot
+
+NEAR_SINGULAR = 0.02
+"""A posture is near a singularity where sigma_min is below this share of the characteristic length."""
 
 
-def jacobian(robot: Robot, q: Any, rows: Sequence[str], tool_axes: FloatArray | None = None) -> FloatArray:
+def scaled_jacobian(
+    model: Any,
+    data: Any,
+    tip: int,
+    configuration: FloatArray,
+    rows: Sequence[str],
+    length: float,
+    tool_axes: FloatArray | None = None,
+) -> FloatArray:
     """The task's Jacobian, its angular rows times the characteristic length, (m, nv) [m].
 
     Args:
-        robot: The arm.
-        q: The configuration, (nv,) or (nq,) [rad or m].
+        model: A pinocchio model of a chain.
+        data: Its data, in which the frames are placed.
+        tip: The index of the controlled frame.
+        configuration: pinocchio's configuration, (nq,).
         rows: Rows of the task, of x, y, z, rx, ry, rz.
+        length: The characteristic length [m].
         tool_axes: Rotation from the tip frame to axes that the angular rows go along, (3, 3); None is W.
     """
-    data = robot.model.createData()
-    frame = frame_id(robot.model, robot.tip)
-    J = pin.computeFrameJacobian(
-        robot.model, data, robot.configuration(q), frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    )
+    J = pin.computeFrameJacobian(model, data, configuration, tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+    J = J.reshape(6, -1)  # pinocchio gives one joint's as a vector
     if tool_axes is not None:
-        J[3:] = (data.oMf[frame].rotation @ tool_axes).T @ J[3:]
-    J[3:] *= robot.length
+        pin.updateFramePlacement(model, data, tip)
+        J[3:] = (data.oMf[tip].rotation @ tool_axes).T @ J[3:]
+    J[3:] *= length
     return np.array(J[[COMPONENTS.index(row) for row in rows]])
 
 
-def gravity_torques(robot: Robot, q: Any) -> FloatArray:
-    """The torques that hold the arm at rest at q, (nv,) [N m or N]; zeros without masses.
+def least_singular_value(J: FloatArray) -> float:
+    """The smallest of the min(m, n) singular values of J, (m, n); 0 where J is not finite."""
+    if not (J.size and np.isfinite(J).all()):
+        return 0.0
+    return float(np.linalg.svd(J, compute_uv=False)[-1])
+
+
+def gravity_torques(model: Any, data: Any, configuration: FloatArray) -> FloatArray:
+    """The torques that hold an arm at rest, (nv,) [N m or N]; zeros without masses.
 
     Args:
-        robot: The arm.
-        q: The configuration, (nv,) or (nq,) [rad or m].
+        model: A pinocchio model of a chain.
+        data: Its data, in which the joints are placed.
+        configuration: pinocchio's configuration, (nq,).
     """
-    model = robot.model
-    return np.array(pin.computeGeneralizedGravity(model, model.createData(), robot.configuration(q)))
+    return np.array(pin.computeGeneralizedGravity(model, data, configuration))

@@ -35,7 +35,7 @@ class Robot:
         tip: The name of the controlled frame.
         chain: Everything that the kernel knows of the robot.
         limits: The limits of its joints.
-        neutral: A sensible configuration inside the limits, (nv,) [rad or m].
+        neutral: A regular configuration well inside the limits, (nv,) [rad or m].
         default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
         length: The characteristic length, > 0 [m], by default a sixth of the reach. A larger one makes
             rotation count more beside position wherever a norm mixes them.
@@ -250,8 +250,9 @@ class Robot:
                 one lets the arm brake later and harder. None takes ``v_max / RISE_TIME``, and a finding says
                 so.
             name: The robot's name; None takes the model's.
-            neutral: A configuration inside the limits, (nv,) [rad or m]; None takes zero, or the middle of
-                the range.
+            neutral: A configuration inside the limits, (nv,) [rad or m], or the name of one that the model
+                keeps. None takes a posture that the model names, or a regular one in the middle of the range,
+                see ``ftqp.model.neutral.neutral_posture``.
             default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
             length: The characteristic length, > 0 [m]. A larger one makes rotation count more beside
                 position. None takes a sixth of the reach.

@@ -63,7 +63,7 @@ def weight_sentence(robot: Robot, q: FloatArray, tau_max: FloatArray) -> str:
         q: Joint positions, (nv,) [rad or m].
         tau_max: Torque limits believed now, (nv,) [N m or N].
     """
-    tau = np.abs(gravity_torques(robot, q))
+    tau = np.abs(gravity_torques(robot.model, robot.model.createData(), robot.configuration(q)))
     worst = int(np.argmax(tau / tau_max))
     if not tau[worst] > tau_max[worst]:
         return ""

@@ -15,6 +15,7 @@ from ftqp.control.planner.given_arrays import mistake, not_a_target, sized, vect
 from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.solver.qp_solver import IN_KERNEL, NETWORK, Solver
+from ftqp.control.planner.start import StartWatch
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.task import bounds as bound_conversions
@@ -90,7 +91,7 @@ class Planner:
             )
         robot = accepted(robot)
         robot = robot if branch_limits is None else within_branch(robot, branch_limits)
-        self._fitting = Fitting(robot)
+        self._fitting, self._start = Fitting(robot), StartWatch()
         self.robot = robot
         self.dt = positive("dt", dt, "s")
         self.level = level
@@ -163,6 +164,9 @@ class Planner:
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin at (q, v): the latch of a stop, warm starts and the last command are forgotten, not faults.
 
+        A start that is near a singularity of the task, that a motor cannot hold, or that leaves no redundancy
+        gets one warning on the logger ``ftqp``.
+
         Args:
             q: Measured configuration, (nv,) joint values or (nq,) [rad or m].
             v: Measured velocity, (nv,) [rad/s or m/s]; None is rest.
@@ -183,6 +187,7 @@ class Planner:
         K.qp.warm = state.ticks = 0
         state.is_reset = 1
         self._solver.forget()
+        self._start.look(self.robot, K, q)
 
     def step(self, q: Any, v: Any, target: Target | Targets, *, tau: Any = None, tip: Any = None) -> Step:
         """The command for the next ``dt``.

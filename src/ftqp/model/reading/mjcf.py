@@ -50,7 +50,13 @@ def read(source: Any) -> Source:
         if joint.get("active", "true") == "true"
     }
     read_model = source_of(model)
-    return Source(model=model, limits=read_model.limits, followers=followers, findings=findings)
+    return Source(
+        model=model,
+        limits=read_model.limits,
+        followers=followers,
+        findings=findings,
+        postures=read_model.postures,
+    )
 
 
 def _model(text: str, path: Path | None) -> Any:

@@ -21,12 +21,14 @@ class Source:
         limits: Limits by joint name.
         followers: Joints that cannot move on their own, with the joint that drives them.
         findings: What the reader has to say.
+        postures: Postures that the model names, positions by joint [rad or m].
     """
 
     model: Any
     limits: Mapping[str, Written]
     followers: Mapping[str, str] = field(default_factory=dict)
     findings: Sequence[Finding] = ()
+    postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 def source_of(model: Any) -> Source:
@@ -42,7 +44,24 @@ def source_of(model: Any) -> Source:
             "v_max": _unlimited(model.velocityLimit[at]),
             "tau_max": _unlimited(model.effortLimit[at]),
         }
-    return Source(model=model, limits=limits)
+    return Source(model=model, limits=limits, postures=_postures(model))
+
+
+def _postures(model: Any) -> dict[str, dict[str, float]]:
+    """The reference configurations that pinocchio keeps with a model."""
+    found: dict[str, dict[str, float]] = {}
+    for entry in model.referenceConfigurations:
+        name, q = entry.key(), np.asarray(entry.data(), dtype=np.float64)
+        if q.shape != (model.nq,) or not np.isfinite(q).all():
+            continue
+        found[str(name)] = {}
+        for i in range(1, model.njoints):
+            at = model.idx_qs[i]
+            if (model.nqs[i], model.nvs[i]) == (1, 1):
+                found[str(name)][str(model.names[i])] = float(q[at])
+            elif (model.nqs[i], model.nvs[i]) == (2, 1):
+                found[str(name)][str(model.names[i])] = float(np.arctan2(q[at + 1], q[at]))
+    return found
 
 
 def _unlimited(value: float) -> float:

@@ -11,6 +11,7 @@ import pinocchio as pin
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, ModelError
 from ftqp.model.audit import Finding, body_findings, unsafe
+from ftqp.model.reading import srdf
 from ftqp.model.reading.safe_xml import xml_of
 from ftqp.model.reading.source import Source
 
@@ -54,7 +55,7 @@ def read(source: Any, tip: str | None, locked: Sequence[str | int]) -> Source:
         InputError: The file cannot be read.
         ModelError: The links and joints do not make a tree; carries every finding so far.
     """
-    _, root, _ = xml_of(source, "URDF", "robot")
+    _, root, path = xml_of(source, "URDF", "robot")
     tree = _tree(root)
     is_tree = not tree.findings
     known = is_tree and tip is not None and (tip in tree.links or tip in tree.joints)
@@ -77,6 +78,7 @@ def read(source: Any, tip: str | None, locked: Sequence[str | int]) -> Source:
             if joint.find("mimic") is not None
         },
         findings=tree.findings,
+        postures={} if path is None else srdf.postures_beside(path),
     )
 
 

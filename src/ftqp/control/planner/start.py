@@ -1,0 +1,64 @@
+"""What is to be said of the posture from which a planner begins: singular, too heavy, not redundant."""
+
+import logging
+from typing import Any
+
+import numpy as np
+
+from ftqp.control.planner.fitting import weight_sentence
+from ftqp.core.checks import FloatArray
+from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.model.chain import frame_id
+from ftqp.model.posture import NEAR_SINGULAR, least_singular_value, scaled_jacobian
+from ftqp.model.robot import Robot
+
+_LOG = logging.getLogger("ftqp")
+
+
+class StartWatch:
+    """Says once of a start what is wrong with it, as one warning on the logger ``ftqp``."""
+
+    def __init__(self) -> None:
+        self._said = ""
+
+    def look(self, robot: Robot, K: Any, q: FloatArray) -> None:
+        """Warn of a start that is not what it seems; the warning of the start before is not repeated.
+
+        Args:
+            robot: The arm as it is fitted.
+            K: The planner's rooms: its task, and what it believes of the joints.
+            q: Joint positions, (nv,) [rad or m].
+        """
+        sentence = "; ".join(_sentences(robot, K, q))
+        if sentence and sentence != self._said:
+            _LOG.warning("%s: %s", robot.name, sentence)
+        self._said = sentence
+
+
+def _sentences(robot: Robot, K: Any, q: FloatArray) -> list[str]:
+    n, task = robot.nv, K.task
+    rows = [COMPONENTS[c] for c in task.rows[: int(task.m)]]
+    works = K.faults.code[:n] == HEALTHY
+    axes = task.axis.reshape(3, 3) if task.tool_rows else None
+    model = robot.model
+    J = scaled_jacobian(
+        model, model.createData(), frame_id(model, robot.tip), robot.configuration(q), rows, task.length, axes
+    )
+    share = least_singular_value(J[:, works]) / task.length
+    found = []
+    if share < NEAR_SINGULAR:
+        found.append(
+            f"the start is near a singularity of the task (sigma_min is {share:.2g} of the characteristic "
+            f"length, expected {NEAR_SINGULAR:g} or more), so directions of it may give way; start from "
+            "another posture, such as robot.neutral"
+        )
+    if weight := weight_sentence(robot, q, K.limits.tau_max[:n]):
+        found.append(weight)
+    count = int(np.count_nonzero(works))
+    if count <= len(rows):
+        found.append(
+            f"{count} joints that work for {len(rows)} task rows leave no redundancy, so a joint that fails "
+            "costs a direction; follow fewer rows, Task(rows=...), if the work allows it"
+        )
+    return found

@@ -1,0 +1,195 @@
+"""Where an arm starts when nobody says so: a posture that the model names, or a regular one in mid-range."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, array
+from ftqp.core.errors import InputError, unknown
+from ftqp.model.audit import Finding, note
+from ftqp.model.chain import Chain, frame_id
+from ftqp.model.coordinates import configuration_of
+from ftqp.model.limits import JointLimits
+from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, scaled_jacobian
+from ftqp.model.shape import neutral_of
+
+NAMES = ("home", "neutral", "ready", "default", "half_sitting")
+"""Names under which models keep the posture to start from, the most telling first."""
+
+GOOD = 0.15
+"""A simple posture is kept when its sigma_min is at least this share of the characteristic length."""
+
+CANDIDATES = 300
+SPREAD = 0.35
+"""Candidates lie within this share of the range on either side of its middle."""
+FARTHEST = 2.0
+"""Largest distance of a candidate from the middle [rad]."""
+SLIDE = 0.5
+"""Largest distance of a candidate from the middle of an endless slide [m]."""
+ROUND = 0.05
+"""Candidates are multiples of this [rad or m]."""
+WORTH = 0.85
+"""A joint goes back to its simple position when that keeps this share of the merit."""
+HANDICAP = 0.5
+"""Merit of a posture that a motor cannot hold, or that reaches below the base, beside one that is neither."""
+
+
+class Arm:
+    """What the search needs of an arm.
+
+    Args:
+        model: A pinocchio model whose joints all lie on the chain.
+        tip: The controlled frame.
+        chain: Its constants.
+        limits: Its limits.
+        rows: The task rows.
+        length: The characteristic length [m].
+    """
+
+    def __init__(
+        self, model: Any, tip: str, chain: Chain, limits: JointLimits, rows: Sequence[str], length: float
+    ) -> None:
+        self.model, self.chain, self.limits = model, chain, limits
+        self._rows, self._length = rows, length
+        self._data, self._tip = model.createData(), frame_id(model, tip)
+        self._bounded = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
+
+    def regularity(self, q: FloatArray) -> float:
+        """sigma_min of the task's Jacobian over the characteristic length; 0 is singular."""
+        q = configuration_of(self.model, self.chain.continuous, q)
+        J = scaled_jacobian(self.model, self._data, self._tip, q, self._rows, self._length)
+        return least_singular_value(J) / self._length
+
+    def merit(self, q: FloatArray) -> float:
+        """The regularity, less where a limit is near, a motor too weak or the arm below its base.
+
+        Nearness counts in the outer quarters of a range only.
+        """
+        worth = self.regularity(q) * self._room(q)
+        return worth if self.holds(q) and not self._is_low() else worth * HANDICAP
+
+    def holds(self, q: FloatArray) -> bool:
+        """Whether every motor can hold the arm at rest at q."""
+        configuration = configuration_of(self.model, self.chain.continuous, q)
+        tau = gravity_torques(self.model, self._data, configuration)
+        return bool((np.abs(tau) <= self.limits.tau_max).all())
+
+    def _room(self, q: FloatArray) -> float:
+        low, high, bounded = self.limits.q_min, self.limits.q_max, self._bounded
+        if not bounded.any():
+            return 1.0
+        nearest = np.minimum(q - low, high - q)[bounded] / (high - low)[bounded]
+        return float(np.clip(4.0 * nearest.min(), 0.0, 1.0))
+
+    def _is_low(self) -> bool:
+        """Whether a joint behind the second, or the tip, is below the first joint."""
+        pull, data = self.chain.gravity, self._data
+        frame = self.model.frames[self._tip]
+        end = data.oMi[frame.parentJoint] * frame.placement
+        places = [data.oMi[i].translation for i in range(3, self.model.njoints)] + [end.translation]
+        first = data.oMi[1].translation
+        return any(float(pull @ (place - first)) > 1e-9 for place in places)
+
+
+def neutral_posture(
+    arm: Arm, wanted: Any, named: Mapping[str, Mapping[str, float]]
+) -> tuple[FloatArray, list[Finding]]:
+    """The neutral configuration, (nv,) [rad or m], and what there is to say about it.
+
+    In this order: what the user gives; a posture of the model by one of ``NAMES``, unless it is singular;
+    zero, or the middle of the range where zero is not well inside, if that is regular and can be held; the
+    best of ``CANDIDATES`` postures round the middle, by ``Arm.merit``, with every joint back at its simple
+    position that may be. The candidates are a fixed sequence: the same arm starts at the same posture.
+
+    Args:
+        arm: The arm.
+        wanted: What the user gives: (nv,) positions, the name of a posture, or None.
+        named: Postures of the model by name, positions by joint.
+
+    Raises:
+        InputError: What the user gives is no posture inside the limits.
+    """
+    if isinstance(wanted, str):
+        if not named:
+            raise InputError(f"{arm.model.name} names no posture, got {wanted!r}; give (nv,) positions")
+        if wanted not in named:
+            raise unknown("posture", wanted, arm.model.name, list(named))
+        q = _posture(arm, named[wanted])
+        if q is None:
+            raise InputError(
+                f"the posture {wanted!r} does not place every joint of {arm.model.name}; give neutral=[...], "
+                "(nv,) positions"
+            )
+        wanted = q
+    if wanted is not None:
+        return _inside(arm, wanted), []
+    simple = neutral_of(arm.limits, None)
+    lower = {name.lower(): name for name in named}
+    for name in (lower[name] for name in NAMES if name in lower):
+        q = _posture(arm, named[name])
+        if q is None or ((q < arm.limits.q_min) | (q > arm.limits.q_max)).any():
+            continue
+        if arm.regularity(q) >= NEAR_SINGULAR:
+            return q, [note(f"neutral is the posture {name!r} of the model")]
+    if arm.regularity(simple) >= GOOD and arm.holds(simple):
+        return simple, []
+    return _searched(arm, simple), []
+
+
+def _searched(arm: Arm, simple: FloatArray) -> FloatArray:
+    """The best of the candidates, or ``simple`` where none is better."""
+    best, most = simple, arm.merit(simple)
+    for q in _candidates(arm, simple):
+        worth = arm.merit(q)
+        if worth > most:
+            best, most = q, worth
+    enough = WORTH * most
+    for i in range(len(best)):
+        tried = best.copy()
+        tried[i] = simple[i]
+        if arm.merit(tried) >= enough:
+            best = tried
+    return best
+
+
+def _candidates(arm: Arm, simple: FloatArray) -> FloatArray:
+    """Postures round the middle of the range, (CANDIDATES, nv): a Kronecker sequence fills a box evenly.
+
+    Source: additive recurrence with the powers of 1/phi, phi^(n + 1) = phi + 1.
+    """
+    n, limits = len(simple), arm.limits
+    phi = 2.0
+    for _ in range(60):
+        phi = (1.0 + phi) ** (1.0 / (n + 1))
+    steps = phi ** -np.arange(1.0, n + 1)
+    unit = (0.5 + np.arange(1, CANDIDATES + 1)[:, None] * steps) % 1.0
+    bounded = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
+    with np.errstate(invalid="ignore"):
+        middle = np.where(bounded, 0.5 * (limits.q_min + limits.q_max), simple)
+        span = np.where(bounded, SPREAD * (limits.q_max - limits.q_min), np.inf)
+    span = np.minimum(span, np.where(arm.chain.prismatic & ~bounded, SLIDE, FARTHEST))
+    q = middle + span * (2.0 * unit - 1.0)
+    result: FloatArray = np.clip(ROUND * np.round(q / ROUND), limits.q_min, limits.q_max)
+    return result
+
+
+def _posture(arm: Arm, positions: Mapping[str, float]) -> FloatArray | None:
+    """A named posture as (nv,) positions; None where it leaves a joint out."""
+    if not set(arm.chain.names) <= set(positions):
+        return None
+    return np.array([positions[name] for name in arm.chain.names])
+
+
+def _inside(arm: Arm, wanted: Any) -> FloatArray:
+    """What the user gives, which must lie inside the limits."""
+    limits = arm.limits
+    start = array("neutral", wanted, (len(limits),), "(nv,)")
+    outside = np.flatnonzero((start < limits.q_min) | (start > limits.q_max))
+    if outside.size:
+        i = int(outside[0])
+        raise InputError(
+            f"neutral[{i}] is {start[i]:g}, expected a position from {limits.q_min[i]:g} to "
+            f"{limits.q_max[i]:g}"
+        )
+    return start
