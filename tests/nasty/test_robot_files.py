@@ -46,7 +46,7 @@ def test_file_that_is_no_urdf_is_one_clear_sentence(tmp_path: Path, content: byt
 
 
 def test_missing_file_folder_and_wrong_types_are_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"'nowhere.urdf' does not exist; expected a file or XML text"):
+    with pytest.raises(InputError, match=r"^URDF 'nowhere.urdf' does not exist; expected a file or XML text"):
         Robot.from_urdf("nowhere.urdf")
     with pytest.raises(InputError, match="is a folder, expected a file"):
         Robot.from_urdf(tmp_path)

@@ -58,3 +58,21 @@ def gravity_torques(model: Any, data: Any, configuration: FloatArray) -> FloatAr
         configuration: pinocchio's configuration, (nq,).
     """
     return np.array(pin.computeGeneralizedGravity(model, data, configuration))
+
+
+def places(model: Any, tip: int, configuration: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where the joints and the tip are in the base, (nv + 1, 3) [m], and the axes of the joints, (nv, 3).
+
+    Args:
+        model: A pinocchio model of a chain.
+        tip: The index of the controlled frame.
+        configuration: pinocchio's configuration, (nq,).
+    """
+    data = model.createData()
+    pin.computeJointJacobians(model, data, configuration)
+    frame = model.frames[tip]
+    end = data.oMi[frame.parentJoint] * frame.placement
+    origins = [data.oMi[i].translation for i in range(1, model.njoints)]
+    twists = data.J.reshape(6, -1)
+    axes = np.where(np.abs(twists[3:]).any(axis=0), twists[3:], twists[:3]).T
+    return np.array([*origins, end.translation]), axes

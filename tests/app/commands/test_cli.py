@@ -18,7 +18,7 @@ from ftqp.control import first_use
 from ftqp.kernel.compiled.kernel import kept_in
 from ftqp.kernel.jit import COMPILED
 
-COMMANDS = ("demo", "run", "compare", "replay", "check", "robots", "backends", "schemes", "warmup")
+COMMANDS = ("demo", "run", "compare", "replay", "check", "inspect", "robots", "backends", "schemes", "warmup")
 
 
 def invoke(*arguments: object) -> Any:

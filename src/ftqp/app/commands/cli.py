@@ -1,4 +1,4 @@
-"""The command line: ``ftqp demo, run, replay, compare, check, robots, backends, schemes, warmup``."""
+"""The command line: ``ftqp demo, run, replay, compare, check, inspect``, tables and ``warmup``."""
 
 import sys
 from pathlib import Path
@@ -217,6 +217,34 @@ def check(
         say(f"note: {setup.robot.name}: {finding}")
     say(f"{setup.name} is valid")
     return ExitCode.DONE
+
+
+@app.command(epilog="Example: ftqp inspect arm.urdf --tip tool0")
+@command
+def inspect(
+    source: Annotated[
+        str, typer.Argument(metavar="FILE|ROBOT", help="A URDF or MJCF file, or a robot of the catalog.")
+    ],
+    tip: Annotated[
+        str | None, typer.Option(metavar="FRAME", help="The controlled frame; the only end if left out.")
+    ] = None,
+    locked: Annotated[
+        str | None,
+        typer.Option(metavar="A,B,...", help="Joints to hold; those off the chain are held anyway."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder to make; runs/inspect-<name>-<time> if left out."),
+    ] = None,
+    as_json: Json = False,
+) -> ExitCode:
+    """Say what was read of an arm: limits, findings, margins, which joints it can lose; draws it."""
+    from ftqp.app.commands import inspection
+    from ftqp.app.run.runs import free_folder
+
+    held = [] if locked is None else [name.strip() for name in locked.split(",") if name.strip()]
+    folder = free_folder(out, f"inspect-{Path(source).stem}")
+    return inspection.inspect(source, tip, held, folder, as_json=as_json)
 
 
 @app.command(epilog="Example: ftqp robots --json")

@@ -61,6 +61,8 @@ def _text_of(source: Any, kind: str) -> tuple[str, Path | None]:
                 f"{kind} {str(path)!r} has {size:.0f} MB, expected at most {LARGEST // 2**20} MB"
             )
         data = path.read_bytes()
+    except InputError:
+        raise
     except (OSError, ValueError) as error:
         raise InputError(f"{kind} {str(path)!r:.300} cannot be read: {error!s:.200}") from error
     try:

@@ -1,0 +1,236 @@
+"""``ftqp inspect``: what was read of an arm, what it can do, and which joints it can lose."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ftqp.app.output.console import ExitCode, say, tell, tell_json, tell_table
+from ftqp.core.errors import InputError, MissingPackage, unknown
+from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.model import catalog
+from ftqp.model.chain import frame_id
+from ftqp.model.limits import RISE_TIME
+from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, places, scaled_jacobian
+from ftqp.model.robot import Robot
+from ftqp.model.structure import Locks, locks
+
+TASKS = {"pose": COMPONENTS, "position": COMPONENTS[:3]}
+"""Tasks whose locks are looked at, by name."""
+PICTURE = Path("figures") / "arm.png"
+NUMBERS = ("q_min", "q_max", "v_max", "a_max", "tau_max", "neutral", "gravity", "of tau_max")
+
+
+def robot_of(source: str, tip: str | None, locked: list[str]) -> Robot:
+    """The robot of the catalog, or that of a URDF or MJCF file.
+
+    Raises:
+        InputError: There is neither such a robot nor such a file.
+        ModelError: The robot is unsafe; the error carries every finding.
+    """
+    file = Path(source)
+    if not file.exists() and file.suffix.lower() not in (".urdf", ".xml", ".mjcf"):
+        if source.partition("(")[0] not in catalog.names():
+            raise unknown("robot or file", source, "ftqp", catalog.names())
+        if tip is not None or locked:
+            raise InputError(
+                f"{source} is a robot of the catalog, which has its tip; leave --tip, --locked out"
+            )
+        return catalog.load(source)
+    head = file.read_bytes()[:4096].decode("utf-8", "replace") if file.is_file() else ""
+    read = Robot.from_mjcf if "<mujoco" in head else Robot.from_urdf
+    return read(file, tip, locked)
+
+
+def inspect(source: str, tip: str | None, locked: list[str], folder: Path, *, as_json: bool) -> ExitCode:
+    """Say what an arm is and draw it into ``folder``.
+
+    Raises:
+        InputError: An unknown robot, file, tip or joint.
+        ModelError: The robot is unsafe; the error carries every finding.
+    """
+    robot = robot_of(source, tip, locked)
+    found = facts(robot, "file" if Path(source).is_file() else "catalog")
+    found["figure"] = _picture(robot, folder)
+    if as_json:
+        tell_json(found)
+    else:
+        _tell(found)
+    return ExitCode.DONE
+
+
+def facts(robot: Robot, source: str) -> dict[str, Any]:
+    """What ``ftqp inspect --json`` prints, but for the picture.
+
+    Args:
+        robot: The arm.
+        source: Where it was read, ``catalog`` or ``file``.
+    """
+    model, q = robot.model, robot.neutral
+    configuration = robot.configuration(q)
+    data, frame = model.createData(), frame_id(model, robot.tip)
+    J = scaled_jacobian(model, data, frame, configuration, robot.default_rows, robot.length)
+    tau = (
+        np.abs(gravity_torques(model, data, configuration))
+        if robot.has_inertia
+        else np.full(robot.nv, np.nan)
+    )
+    share = tau / robot.limits.tau_max
+    tasks = _tasks(robot)
+    by_task = {name: locks(robot, rows) for name, rows in tasks.items()}
+    return {
+        "robot": robot.name,
+        "tip": robot.tip,
+        "base_to_tip": robot.nv,
+        "rows": list(robot.default_rows),
+        "has_inertia": robot.has_inertia,
+        "length": robot.length,
+        "mass": float(robot.chain.mass.sum()) if robot.has_inertia else None,
+        "joints": [_joint(robot, i, tau[i], share[i], by_task) for i in range(robot.nv)],
+        "limits_from": _origin(robot, source),
+        "friction": bool(robot.viscous.any() or robot.coulomb.any()),
+        "sigma_min": least_singular_value(J),
+        "sigma_min_share": least_singular_value(J) / robot.length,
+        "gravity_margin": float(1.0 - share.max()) if robot.has_inertia else None,
+        "redundancy": {name: robot.nv - len(rows) for name, rows in tasks.items()},
+        "possible": {name: result.possible for name, result in by_task.items()},
+        "structural": {
+            name: list(result.fatal) if result.possible else [] for name, result in by_task.items()
+        },
+        "findings": [
+            {"severity": finding.severity.name.lower(), "sentence": str(finding)}
+            for finding in robot.findings
+        ],
+    }
+
+
+def _tasks(robot: Robot) -> dict[str, tuple[str, ...]]:
+    """Pose and position, and the robot's own rows where they are others."""
+    own = robot.default_rows
+    return TASKS if own in TASKS.values() else {", ".join(own): own, **TASKS}
+
+
+def _joint(robot: Robot, i: int, tau: float, share: float, by_task: dict[str, Locks]) -> dict[str, Any]:
+    limits, chain, name = robot.limits, robot.chain, robot.joints[i]
+    kind = "prismatic" if chain.prismatic[i] else "continuous" if chain.continuous[i] else "revolute"
+    return {
+        "name": name,
+        "kind": kind,
+        **{key: float(getattr(limits, key)[i]) for key in ("q_min", "q_max", "v_max", "a_max", "tau_max")},
+        "neutral": float(robot.neutral[i]),
+        "gravity": float(tau),
+        "gravity_share": float(share),
+        "viscous": float(chain.viscous[i]),
+        "coulomb": float(chain.coulomb[i]),
+        "rotor_inertia": float(chain.armature[i]),
+        "left_when_locked": {task: result.left[name] for task, result in by_task.items()},
+    }
+
+
+def _origin(robot: Robot, source: str) -> dict[str, str]:
+    """Where each kind of limit comes from."""
+    ruled = any(str(finding).startswith("no acceleration limit is known") for finding in robot.findings)
+    return {
+        **dict.fromkeys(("q_min", "q_max", "v_max", "tau_max"), source),
+        "a_max": f"rule v_max / {RISE_TIME:g} s" if ruled else source,
+    }
+
+
+def _picture(robot: Robot, folder: Path) -> str | None:
+    """The picture's file; None, said in words, where nothing can draw."""
+    try:
+        from ftqp.viz.figures.arm_picture import draw_arm
+    except MissingPackage as error:
+        say(f"no picture: {error}")
+        return None
+    points, axes = places(robot.model, frame_id(robot.model, robot.tip), robot.configuration(robot.neutral))
+    pull = np.array(robot.chain.gravity)
+    up = -pull / np.linalg.norm(pull) if pull.any() else np.array([0.0, 0.0, 1.0])
+    ranges = np.column_stack([robot.limits.q_min, robot.limits.q_max])
+    file = folder / PICTURE
+    try:
+        file.parent.mkdir(parents=True)
+    except OSError as error:
+        raise InputError(f"folder {file.parent} cannot be made: {error.strerror}") from error
+    title = f"{robot.name} at its neutral posture, tip {robot.tip}"
+    return str(draw_arm(file, title, robot.joints, points, axes, up, ranges, robot.neutral))
+
+
+def _tell(found: dict[str, Any]) -> None:
+    """The facts as tables and sentences."""
+    rows = [
+        (
+            str(k),
+            joint["name"],
+            joint["kind"],
+            *(
+                _figure(joint[key])
+                for key in ("q_min", "q_max", "v_max", "a_max", "tau_max", "neutral", "gravity")
+            ),
+            _percent(joint["gravity_share"]),
+            f"{_figure(joint['viscous'])}, {_figure(joint['coulomb'])}"
+            if found["friction"]
+            else "none known",
+            _figure(joint["rotor_inertia"]),
+            *map(_percent, joint["left_when_locked"].values()),
+        )
+        for k, joint in enumerate(found["joints"], 1)
+    ]
+    left = [f"{task} left" for task in found["redundancy"]]
+    heads = ("", "joint", "kind", *NUMBERS, "friction", "rotor", *left)
+    title = (
+        f"{found['robot']}: {found['base_to_tip']} joints from base to {found['tip']} [rad, m, s, N m, kg m2]"
+    )
+    tell_table(title, heads, rows, numbers=(*NUMBERS, "rotor", *left))
+    tell("")
+    for line in _sentences(found):
+        tell(line)
+    for finding in found["findings"]:
+        tell(f"{finding['severity']}: {finding['sentence']}")
+    if found["figure"] is not None:
+        tell(f"Picture: {found['figure']}")
+
+
+def _sentences(found: dict[str, Any]) -> list[str]:
+    near = " (near a singularity)" if found["sigma_min_share"] < NEAR_SINGULAR else ""
+    lines = [
+        f"Limits are those of the {found['limits_from']['q_min']}, accelerations of the "
+        f"{found['limits_from']['a_max']}.",
+        f"At neutral the task's sigma_min is {found['sigma_min']:.3g} m, {found['sigma_min_share']:.2f} of "
+        f"the characteristic length {found['length']:.3g} m{near}.",
+    ]
+    if found["gravity_margin"] is None:
+        lines.append("No masses are known, so torques are neither limited nor computed.")
+    else:
+        lines.append(
+            f"To hold the arm's {found['mass']:.3g} kg there takes at most "
+            f"{_percent(1.0 - found['gravity_margin'])} of a joint's torque limit."
+        )
+    for task in found["redundancy"]:
+        lines.append(f"Task {task}: {_redundancy(found, task)}")
+    lines.append(
+        "'left' is the share of 400 random postures at which a lock of the joint leaves the task regular."
+    )
+    return lines
+
+
+def _redundancy(found: dict[str, Any], task: str) -> str:
+    extra, fatal = found["redundancy"][task], found["structural"][task]
+    if not found["possible"][task]:
+        return "this arm cannot do it, whatever its posture."
+    if extra <= 0:
+        return "no redundancy, so a locked joint costs a direction."
+    spare = f"{extra} joint{'s' if extra > 1 else ''} more than rows"
+    if fatal:
+        return f"{spare}; no posture survives a lock of {', '.join(fatal)}."
+    return f"{spare}; a lock of any one joint can be survived."
+
+
+def _figure(value: float) -> str:
+    if np.isnan(value):
+        return "-"
+    return "none" if np.isinf(value) else f"{round(value, 6):.4g}"
+
+
+def _percent(share: float) -> str:
+    return "-" if np.isnan(share) else f"{100.0 * share:.0f} %"

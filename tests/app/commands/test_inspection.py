@@ -1,0 +1,121 @@
+"""ftqp inspect: what it says of an arm, in which form, and what it draws."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.arm_at import arm_at
+from typer.testing import CliRunner
+
+import ftqp
+from ftqp.app.commands.cli import app
+
+URDF = """<robot name="crane"><link name="base"/>
+<link name="one"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
+<inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="two"><inertial><origin xyz="0.2 0 0"/><mass value="1"/>
+<inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="hand"/>
+<joint name="a" type="revolute"><origin xyz="0 0 0.5"/>
+<parent link="base"/><child link="one"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="2" velocity="1.5" effort="40"/><dynamics damping="0.5" friction="0.2"/></joint>
+<joint name="b" type="revolute"><origin xyz="0.4 0 0"/>
+<parent link="one"/><child link="two"/><axis xyz="0 1 0"/>
+<limit lower="-2" upper="2" velocity="2" effort="10"/></joint>
+<joint name="c" type="fixed"><origin xyz="0.4 0 0"/>
+<parent link="two"/><child link="hand"/></joint></robot>"""
+
+
+def invoke(*arguments: object) -> Any:
+    return CliRunner().invoke(app, ["inspect", *map(str, arguments)])
+
+
+def facts(tmp_path: Path, *arguments: object) -> dict[str, Any]:
+    result = invoke(*arguments, "--json", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    found: dict[str, Any] = json.loads(result.stdout)
+    return found
+
+
+def test_json_of_a_catalog_robot_agrees_with_the_kernel(tmp_path: Path) -> None:
+    found, robot = facts(tmp_path, "panda"), ftqp.robots.load("panda")
+    at = arm_at(robot, robot.neutral)
+    scale = np.array([1.0] * 3 + [robot.length] * 3)[:, None]
+    assert found["sigma_min"] == pytest.approx(np.linalg.svd(scale * at.J, compute_uv=False)[-1], rel=1e-9)
+    assert [joint["gravity"] for joint in found["joints"]] == pytest.approx(np.abs(at.h), abs=1e-9)
+    assert found["gravity_margin"] == pytest.approx(1.0 - np.max(np.abs(at.h) / robot.limits.tau_max))
+    assert found["redundancy"] == {"pose": 1, "position": 4}
+    assert found["structural"] == {"pose": [], "position": []}
+    assert found["limits_from"]["a_max"] == "catalog"
+    assert Path(found["figure"]).read_bytes().startswith(b"\x89PNG")
+
+
+def test_file_is_read_with_its_friction_and_the_rule_for_accelerations_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "crane.urdf"
+    file.write_text(URDF, encoding="utf-8")
+    found = facts(tmp_path, file, "--tip", "hand")
+    assert found["limits_from"] == {
+        "q_min": "file", "q_max": "file", "v_max": "file", "tau_max": "file", "a_max": "rule v_max / 0.2 s",
+    }  # fmt: skip
+    assert [joint["viscous"] for joint in found["joints"]] == [0.5, 0.0]
+    assert found["friction"] is True
+    assert any(finding["sentence"].startswith("joint friction is known") for finding in found["findings"])
+    assert found["possible"] == {"pose": False, "position": False}
+
+
+def test_mjcf_is_told_from_urdf_by_its_content(tmp_path: Path) -> None:
+    file = tmp_path / "arm.xml"
+    file.write_text(
+        '<mujoco model="m"><worldbody><body name="b"><inertial pos="0.1 0 0" mass="1" diaginertia="1 1 1"/>'
+        '<joint name="j" type="hinge" axis="0 0 1" range="-90 90"/><site name="tcp" pos="0.5 0 0"/></body>'
+        "</worldbody></mujoco>",
+        encoding="utf-8",
+    )
+    found = facts(tmp_path, file)
+    assert found["robot"] == "m"
+    assert found["joints"][0]["v_max"] is None
+
+
+def test_elbow_of_an_arm_with_spherical_shoulder_and_wrist_is_named(tmp_path: Path) -> None:
+    result = invoke("srs7", "--out", tmp_path / "out")
+    assert result.exit_code == 0
+    assert "Task pose: 1 joint more than rows; no posture survives a lock of j4." in result.stdout
+    assert "Task position: 4 joints more than rows; a lock of any one joint can be survived." in result.stdout
+    assert "No masses are known" in result.stdout
+    assert f"Picture: {tmp_path / 'out' / 'figures' / 'arm.png'}" in result.stdout.replace("\n", "")
+
+
+def test_arm_without_redundancy_and_one_with_rows_of_its_own_are_told_so(tmp_path: Path) -> None:
+    assert facts(tmp_path / "a", "puma560")["redundancy"]["pose"] == 0
+    found = facts(tmp_path / "b", "planar(4)")
+    assert found["redundancy"] == {"x, y": 2, "pose": -2, "position": 1}
+    assert found["possible"] == {"x, y": True, "pose": False, "position": False}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("pandaa",), "'pandaa' is not a robot or file of ftqp (did you mean 'panda'?)"),
+        (("nowhere.urdf",), "URDF 'nowhere.urdf' does not exist"),
+        (
+            ("panda", "--tip", "hand"),
+            "panda is a robot of the catalog, which has its tip; leave",
+        ),
+        (("panda", "--out", __file__ + "/x"), "is not a folder"),
+    ],
+)
+def test_bad_input_exits_2_with_one_sentence(arguments: tuple[str, ...], sentence: str) -> None:
+    result = invoke(*arguments)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert result.stdout == ""
+
+
+def test_unsafe_robot_exits_2_with_every_finding(tmp_path: Path) -> None:
+    file = tmp_path / "crane.urdf"
+    file.write_text(URDF.replace('damping="0.5"', 'damping="-1"').replace('velocity="2"', 'velocity="0"'))
+    result = invoke(file, "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "viscous friction (damping) of -1" in result.stderr and "zero velocity limit" in result.stderr
+    assert not (tmp_path / "out").exists()
