@@ -259,7 +259,7 @@ RECIPES = (
     Recipe(
         name="xarm7-iiwt",
         what="least inertia-inverse-weighted torque",
-        robot=partial(load, "xarm7"),
+        robot=partial(load, "xarm7", rotors=False),
         path=partial(Circle, radius=0.05, axes=("x", "y"), duration=3.0),
         planner={"scheme": "iiwt", "task": POSITION},
         begin=1.0,

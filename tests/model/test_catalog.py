@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from tests.arm_at import arm_at
 
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
@@ -205,7 +206,7 @@ def test_xarm7_equals_its_urdf_with_exact_right_angles() -> None:
     path = ROBOT_DATA / "xarm_description/urdf/xarm7.urdf"
     exact = path.read_text(encoding="utf-8").replace("1.5708 ", f"{np.pi / 2!r} ")
     robot, urdf, rounded = (
-        catalog.load("xarm7"),
+        catalog.load("xarm7", rotors=False),
         Robot.from_urdf(exact, "link7"),
         Robot.from_urdf(path, "link7"),
     )
@@ -238,3 +239,10 @@ def test_unknown_option_names_the_valid_ones() -> None:
         catalog.load("panda", tool=False)
     with pytest.raises(InputError, match="'hand' is not an option of the robot iiwa14; it has no options"):
         catalog.load("iiwa14", hand=True)
+
+
+def test_xarm7_has_the_rotor_inertia_that_its_text_states_and_without_it_a_light_wrist() -> None:
+    with_rotors, without = catalog.load("xarm7"), catalog.load("xarm7", rotors=False)
+    assert with_rotors.chain.armature.tolist() == [0.1] * 7
+    assert arm_at(without, without.neutral).M[6, 6] == pytest.approx(1.4e-4, rel=0.1)
+    assert arm_at(with_rotors, without.neutral).M[6, 6] == pytest.approx(0.1, rel=0.01)

@@ -26,6 +26,7 @@ def arm(
     default_rows: Sequence[str] = ROWS,
     length: float | None = None,
     gravity: Sequence[float] = EARTH,
+    rotors: float = 0.0,
 ) -> Robot:
     """A robot of revolute joints about their z axes.
 
@@ -43,6 +44,7 @@ def arm(
         default_rows: Task rows the robot is meant for.
         length: Characteristic length [m]; None: a sixth of the reach.
         gravity: Gravity in the base frame, (3,) [m/s2].
+        rotors: Rotor inertia seen at every joint [kg m2].
     """
     bodies = []
     for i, (joint, place) in enumerate(zip(joints, placements, strict=True)):
@@ -51,6 +53,7 @@ def arm(
         bodies.append(Body(name=joint, placement=place, parts=parts))
     written = JointLimits.of(len(joints), **limits)
     model = serial_model(name, bodies, written, frames=[(tip, tip_pose)], gravity=gravity)
+    model.armature = np.full(model.nv, rotors)
     return Robot.from_pinocchio(
         model, tip, limits=limits, neutral=neutral, default_rows=default_rows, length=length
     )

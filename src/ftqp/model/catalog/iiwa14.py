@@ -40,7 +40,7 @@ def iiwa14() -> Robot:
     MRI-based autonomous robotic US acquisitions", IEEE TMI 36(2), 2017), whose masses are rounded estimates.
     Limits of position, velocity and torque: KUKA data sheet "LBR iiwa 14 R820", axis data: 170, 120, 170,
     120, 170, 120, 175 deg; 85, 85, 100, 75, 130, 135, 135 deg/s; 320, 320, 176, 176, 110, 40, 40 N m. KUKA
-    publishes no acceleration limit: ``v_max / RISE_TIME``.
+    publishes no acceleration limit: ``v_max / RISE_TIME``. Nor is a rotor inertia published; none is counted.
     """
     limits = dict(
         q_min=-np.deg2rad([170.0, 120.0, 170.0, 120.0, 170.0, 120.0, 175.0]),

@@ -65,7 +65,8 @@ def panda(*, hand: bool = True) -> Robot:
     as the URDF of franka_ros writes them) and limits of the Panda. Masses: C. Gaz, M. Cognetti, A. Oliva, P.
     Robuffo Giordano, A. De Luca, "Dynamic identification of the Franka Emika Panda robot with retrieval of
     feasible parameters using penalty-based optimization", IEEE RA-L 4(4), 2019. Hand and fingers:
-    franka_description (the maker's figures). The limit of joint 4 leaves zero out: the arm cannot stretch.
+    franka_description (the maker's figures). The limit of joint 4 leaves zero out: the arm cannot stretch. No
+    rotor inertia is published; none is counted.
 
     Args:
         hand: Whether the hand is mounted.

@@ -51,12 +51,25 @@ INERTIALS = (
 """Mass [kg], centre of mass [m] and inertia about it xx, xy, xz, yy, yz, zz [kg m2] of links 1 to 7."""
 
 
-def xarm7() -> Robot:
+ROTORS = 0.1
+"""Rotor inertia seen at every joint [kg m2], stated, not published by the maker; see ``xarm7``."""
+
+
+def xarm7(*, rotors: bool = True) -> Robot:
     """UFACTORY xArm 7: 7 joints, masses, tip at the flange ``link7``.
 
     Source: xarm_description of UFACTORY's xarm_ros (kinematics, masses, limits of position, velocity and
     torque); its right angles, rounded there to 1.5708 rad, are exact here. Acceleration: xArm user manual,
     1145 deg/s2 (20 rad/s2) for every joint.
+
+    Rotor inertia: UFACTORY publishes none. 0.1 kg m2 at every joint is what the xArm 7 of MuJoCo Menagerie
+    has (google-deepmind/mujoco_menagerie, ufactory_xarm7/xarm7.xml, ``armature``), a choice for simulation,
+    not an identification; a rotor of 1e-5 kg m2 behind a gear of 100 makes the same. Without it joint 7 has
+    1.4e-4 kg m2, and under torque control a friction of 0.5 N m makes such a wrist lag or hunt. That model's
+    friction (1 N m, 2 to 10 N m s/rad), as little identified, is left out.
+
+    Args:
+        rotors: Whether the motors' rotors count; without them this is the maker's URDF.
     """
     turn = 2.0 * pi
     limits = dict(
@@ -75,4 +88,5 @@ def xarm7() -> Robot:
         tip="link7",
         tip_pose=np.eye(4),
         neutral=[0.0, -pi / 4, 0.0, pi / 3, 0.0, 7 * pi / 12, 0.0],
+        rotors=ROTORS if rotors else 0.0,
     )
