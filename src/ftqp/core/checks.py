@@ -1,6 +1,7 @@
 """Checks of arrays and numbers at construction time, each with one clear sentence."""
 
 from math import isfinite
+from types import UnionType
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,24 @@ def frozen(value: NDArray[Any]) -> NDArray[Any]:
     """``value``, made read-only."""
     value.setflags(write=False)
     return value
+
+
+def instance(name: str, value: Any, kind: type | UnionType, expected: str) -> None:
+    """Refuses a ``value`` that is not of a ``kind``.
+
+    Args:
+        name: How the user knows the value.
+        value: Anything.
+        kind: The class expected.
+        expected: What to give, in words, for the message.
+
+    Raises:
+        InputError: The value is of another kind.
+    """
+    if not isinstance(value, kind):
+        short = isinstance(value, str | int | float | type) or value is None
+        what = f"{value!r:.60}" if short else f"of type {type(value).__name__}"
+        raise InputError(f"{name} is {what}, expected {expected}")
 
 
 def positive(name: str, value: Any, unit: str = "") -> float:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.core.checks import instance
 from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
 
@@ -23,6 +24,7 @@ def within_branch(robot: Robot, limits: Mapping[str | int, Any]) -> Robot:
     Raises:
         InputError: An unknown joint, not two numbers, or a range that leaves nothing of the joint's own.
     """
+    instance("branch_limits", limits, Mapping, "joints with their (low, high), {joint: (low, high)}")
     low, high = robot.limits.q_min.copy(), robot.limits.q_max.copy()
     for joint, ends in limits.items():
         i = robot.joint(joint)

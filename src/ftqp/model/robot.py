@@ -7,7 +7,7 @@ from typing import Any, Self, final
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.checks import BoolArray, FloatArray, frozen
+from ftqp.core.checks import BoolArray, FloatArray, frozen, instance
 from ftqp.core.errors import InputError
 from ftqp.model import audit
 from ftqp.model.audit import Finding
@@ -277,6 +277,7 @@ class Robot:
             gravity=gravity,
             kinematics_only=kinematics_only,
         )
+        instance("model", model, pin.Model, "a pinocchio.Model; files are read by from_urdf and from_mjcf")
         return cls(**robot_fields(source_of(model), wishes))
 
     @classmethod

@@ -14,7 +14,7 @@ from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
 from ftqp.core import clock
-from ftqp.core.checks import FloatArray, positive
+from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import FtqpError, InputError, unknown
 from ftqp.sim.base.moving_world import MovingWorld
 from ftqp.sim.block_runner import BlockRunner
@@ -125,6 +125,7 @@ class Simulation:
         progress: Callable[[int, int], None] | None = None,
         world: MovingWorld | None = None,
     ) -> None:
+        instance("path", path, Path, "a path of ftqp.paths, for example ftqp.paths.Circle(pose, 0.1)")
         robot = planner.robot
         if feed_forward not in FEED_FORWARDS:
             raise unknown("feed-forward", feed_forward, "a simulation", FEED_FORWARDS)

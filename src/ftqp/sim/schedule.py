@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Any, Literal, final
 
-from ftqp.core.checks import non_negative, positive
+from ftqp.core.checks import instance, non_negative, positive
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
 
@@ -70,6 +70,10 @@ class Schedule:
     """
 
     def __init__(self, events: Iterable[FaultEvent] = ()) -> None:
+        instance("events", events, Iterable, "a list of ftqp.FaultEvent")
+        events = list(events)
+        for event in events:
+            instance("an event", event, FaultEvent, "an ftqp.FaultEvent, ftqp.FaultEvent(fault, at=1.0)")
         self.events: tuple[FaultEvent, ...] = tuple(sorted(events, key=lambda event: event.at))
 
     def __iter__(self) -> Iterator[FaultEvent]:

@@ -361,3 +361,14 @@ def test_demo_tells_the_story(tmp_path: Path) -> None:
         str(tmp_path / "out"),
     ):
         assert words in result.stdout
+
+
+@pytest.mark.parametrize("name", ["panda-circle", "puma-step-10"])
+def test_checked_scenario_is_the_start_of_an_own_one(name: str, tmp_path: Path) -> None:
+    """``ftqp check NAME > my.toml`` is a scenario that resolves to itself and runs."""
+    mine, checked = tmp_path / "my.toml", invoke("check", name)
+    assert checked.exit_code == 0
+    mine.write_text(checked.stdout, encoding="utf-8")
+    assert invoke("check", mine).stdout == checked.stdout
+    ran = invoke("run", mine, "--set", "simulation.duration=0.3", "--out", tmp_path / "out", "--json")
+    assert json.loads(ran.stdout)["steps"] > 1

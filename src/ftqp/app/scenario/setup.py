@@ -15,7 +15,7 @@ from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.task import bounds, schemes
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, instance
 from ftqp.core.errors import InputError, MissingPackage, ModelError, ScenarioError
 from ftqp.model.robot import Robot
 from ftqp.qp import Recorder
@@ -102,6 +102,7 @@ def load(
     Raises:
         ScenarioError: The scenario is wrong; carries every error.
     """
+    instance("source", source, str | File, "the path of a scenario or the name of a bundled one")
     choices = list(overrides)
     if backend is not None and backend.endswith(".toml"):
         choices += ["planner.backend=", f"planner.profile={File(backend).resolve()}"]

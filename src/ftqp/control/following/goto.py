@@ -12,7 +12,7 @@ from ftqp.control.planner.planner_view import JointState
 from ftqp.control.planner.step import Step
 from ftqp.control.references.jerk_limit import RISE_TIME
 from ftqp.control.references.tip_limits import TipLimits
-from ftqp.core.checks import FloatArray, positive
+from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import rotation_vectors
@@ -80,6 +80,7 @@ class GoTo:
         tolerance: float = 1e-3,
         rotation_tolerance: float = 5e-3,
     ) -> None:
+        instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
         if (pose is None) == (q is None):
             raise InputError("a GoTo needs exactly one of pose and q; pose is of the tip, q of all joints")
         self.planner = planner

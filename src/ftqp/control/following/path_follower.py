@@ -12,6 +12,7 @@ from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, target_on
+from ftqp.core.checks import instance
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import PathMemory
 from ftqp.kernel.layout.enums import OK, RELAXED, SCALED
@@ -62,6 +63,8 @@ class PathFollower:
         *,
         stall: StallEscape | None = StallEscape(),  # noqa: B008  frozen
     ) -> None:
+        instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot, task=...)")
+        instance("path", path, Path, "a path of ftqp.paths, for example ftqp.paths.Circle(pose, 0.1)")
         if stall is not None and not isinstance(stall, StallEscape):
             raise InputError(f"stall is {stall!r:.60}, expected an ftqp.StallEscape or None")
         self.planner = planner

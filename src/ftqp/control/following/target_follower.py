@@ -12,7 +12,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.references.tip_limits import TipLimits
-from ftqp.core.checks import FloatArray, positive
+from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import ORTHONORMAL_TOLERANCE
 from ftqp.kernel.layout.enums import (
@@ -60,6 +60,7 @@ class TargetFollower:
     """
 
     def __init__(self, planner: Planner, limits: TipLimits | None = None, *, dead_man: float = 0.2) -> None:
+        instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
         if not isinstance(limits, TipLimits | None):
             raise InputError(f"limits are {limits!r:.60}, expected ftqp.TipLimits(...) or None")
         self.planner = planner

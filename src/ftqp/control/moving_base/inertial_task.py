@@ -12,7 +12,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.task.compatibility import refuse
-from ftqp.core.checks import FloatArray, non_negative, positive
+from ftqp.core.checks import FloatArray, instance, non_negative, positive
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.pose import pose as checked_pose
 from ftqp.kernel.entry.session import BaseMemory
@@ -150,7 +150,9 @@ class InertialTask:
         gain: float = 1.0,
         tolerance: float = TOLERANCE,
     ) -> None:
+        instance("planner", planner, Planner, 'an ftqp.Planner, ftqp.Planner(robot, level="velocity")')
         self.base = MovingBase() if base is None else base
+        instance("base", self.base, MovingBase, "an ftqp.MovingBase or None")
         self.gain = checked_gain(gain)
         refuse(leader="base", level=planner.level, mode=planner.task.mode)
         if planner.task.kp is not None:

@@ -1,28 +1,23 @@
 """Which arms a planner takes."""
 
-from typing import Any
-
 import numpy as np
 
-from ftqp.core.errors import InputError, ModelError
+from ftqp.core.checks import instance
+from ftqp.core.errors import ModelError
 from ftqp.kernel.layout.enums import JOINTS
 from ftqp.model.robot import Robot
 
+EXAMPLE = 'ftqp.robots.load("panda")'
 
-def accepted(robot: Any) -> Robot:
+
+def accepted(robot: Robot) -> Robot:
     """The robot, if a planner can drive it.
 
     Raises:
         InputError: This is no robot.
         ModelError: It has too many joints, or no acceleration limits.
     """
-    if not isinstance(robot, Robot):
-        name = robot if isinstance(robot, str) else "panda"
-        what = repr(robot) if isinstance(robot, str) else f"of type {type(robot).__name__}"
-        raise InputError(
-            f"robot is {what:.60}, expected an ftqp.Robot, for example ftqp.robots.load({name!r:.60}) or "
-            "ftqp.Robot.from_urdf(file)"
-        )
+    instance("robot", robot, Robot, f"an ftqp.Robot, for example {EXAMPLE} or ftqp.Robot.from_urdf(file)")
     if robot.nv > JOINTS:
         raise ModelError(
             f"{robot.name} has {robot.nv} joints between base and tip; ftqp drives at most {JOINTS}"

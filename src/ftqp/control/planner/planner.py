@@ -26,7 +26,7 @@ from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
-from ftqp.core.checks import array, positive
+from ftqp.core.checks import array, instance, positive
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError, nearest
 from ftqp.faults.belief import Belief
@@ -96,9 +96,11 @@ class Planner:
         self.dt = positive("dt", dt, "s")
         self.level = level
         self.task = Task() if task is None else task
+        instance("task", self.task, Task, 'an ftqp.Task or None, ftqp.Task(rows="position")')
         self.scheme = schemes.by_name(scheme)
         self.bounds = bound_conversions.by_name(bounds)
         self.emergency = emergency
+        instance("emergency", emergency, EmergencyStop | None, "an ftqp.EmergencyStop or None")
         self.posture = None if posture is None else array("posture", posture, (robot.nv,), "(nv,)")
         solver = None if isinstance(backend, str) and backend == IN_KERNEL else make_backend(backend)
         self._name = IN_KERNEL if solver is None else solver.name

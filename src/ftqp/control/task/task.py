@@ -1,5 +1,6 @@
 """Task: which rows of the pose are followed, with which gains, and what gives way when they cannot be."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
@@ -8,7 +9,7 @@ import numpy as np
 
 from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.directional_damping import DirectionalDamping
-from ftqp.core.checks import FloatArray, array, non_negative, positive
+from ftqp.core.checks import FloatArray, array, instance, non_negative, positive
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.layout.enums import Mode
 from ftqp.kernel.layout.rows import COMPONENTS
@@ -121,6 +122,7 @@ def row_indices(rows: Any) -> tuple[int, ...]:
     Raises:
         InputError: Unknown or repeated name, or none.
     """
+    instance("rows", rows, str | Iterable, "pose, position, position_axis or names of rows")
     names = ROW_SETS.get(rows) if isinstance(rows, str) else tuple(rows)
     if names is None:
         valid = (*ROW_SETS, *COMPONENTS)

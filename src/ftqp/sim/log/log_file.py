@@ -10,7 +10,7 @@ from zlib import crc32
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, instance
 from ftqp.core.errors import InputError
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_writer import FORMAT, TABLES
@@ -42,6 +42,7 @@ def load_log(path: str | Path) -> Log:
     Raises:
         InputError: no such file, not a log of ftqp, or a damaged one.
     """
+    instance("path", path, str | Path, "the path of a log or of the folder of a run")
     file = Path(path)
     file = file / FILE_NAME if file.is_dir() else file
     if not file.is_file():

@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, positive
+from ftqp.core.checks import FloatArray, array, instance, positive
 from ftqp.core.errors import InputError, unknown
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.model.robot import Robot
@@ -57,6 +57,7 @@ class KinematicPlant(Plant):
     ) -> None:
         if level not in LEVELS:
             raise unknown("level", level, "a plant", LEVELS)
+        instance("robot", robot, Robot, "an ftqp.Robot, for example planner.robot")
         self._robot = robot
         self._arm = Arm(robot)
         self._dt = positive("dt", dt, "s")

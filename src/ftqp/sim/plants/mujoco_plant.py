@@ -4,7 +4,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, positive
+from ftqp.core.checks import FloatArray, array, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.model.robot import Robot
@@ -54,6 +54,7 @@ class MujocoPlant(Plant):
         *,
         substeps: int = 4,
     ) -> None:
+        instance("robot", robot, Robot, "an ftqp.Robot, for example planner.robot")
         if not robot.has_inertia:
             raise InputError(
                 f"{robot.name} has no inertia, so torques do not move it; give the model its masses or take "
