@@ -321,7 +321,7 @@ class Planner:
 
         State, faults and the solver's memory stay; ``planner.robot`` is then the loaded arm, which brakes
         earlier. A load that it cannot hold where it is gets one warning on the logger ``ftqp``. This takes
-        milliseconds: call it while the arm rests.
+        some ten milliseconds: call it while the arm rests.
 
         Args:
             payload: The load, in the frame of the robot's own tip, whatever the tool is; None is none.
