@@ -125,7 +125,7 @@ def test_every_name_of_ftqp_in_a_text_exists():
 def test_a_wrong_name_is_found():
     text = "`ftqp.qp.dtrnn.solve(...)`, `ftqp.Planner(robot).step`, `ftqp.Step.status`, see `ftqp run`."
     assert wrong_names(text) == []
-    wrong = "`ftqp.qp.dtrn.solve`, ftqp.Plan(1), `ftqp.Planner.stop`, `step.stat`, ``ftqp.kernel.rows.none``"
+    wrong = "`ftqp.qp.dtrn.solve`, ftqp.Plan(1), `ftqp.Planner.halt`, `step.stat`, ``ftqp.kernel.rows.none``"
     assert len(wrong_names(wrong)) == 5
 
 

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from ftqp import qp as qp
     from ftqp.app.scenario.setup import load as load_scenario  # noqa: F401  its home has another name
     from ftqp.control import paths as paths
+    from ftqp.control.drive.drive import Drive as Drive
+    from ftqp.control.drive.noise import Noise as Noise
     from ftqp.control.following.goto import GoTo as GoTo
     from ftqp.control.following.goto import GoToStatus as GoToStatus
     from ftqp.control.following.path_follower import PathFollower as PathFollower
@@ -77,6 +79,7 @@ _HOME = {
     "Criterion": "ftqp.kernel.layout.criteria",
     "Damping": "ftqp.control.task.resolvers",
     "Degraded": "ftqp.faults.kinds",
+    "Drive": "ftqp.control.drive.drive",
     "DirectionalDamping": "ftqp.control.task.directional_damping",
     "EmergencyStop": "ftqp.control.task.emergency",
     "FaultEvent": "ftqp.sim.schedule",
@@ -90,6 +93,7 @@ _HOME = {
     "JointServo": "ftqp.sim.plants.joint_servo",
     "KinematicPlant": "ftqp.sim.plants.kinematic_plant",
     "Locked": "ftqp.faults.kinds",
+    "Noise": "ftqp.control.drive.noise",
     "OneStep": "ftqp.control.task.bounds",
     "MovingBase": "ftqp.control.moving_base.inertial_task",
     "MujocoPlant": "ftqp.sim.plants.mujoco_plant",

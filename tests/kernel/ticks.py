@@ -71,6 +71,7 @@ class Ticks:
         state.v_command[:n] = state.v[:n] = np.zeros(n) if v is None else v
         K.criteria.posture[:n] = q if self.posture is None else self.posture
         K.qp.warm, state.ticks, state.is_reset = 0, 0, 1
+        K.feedback.fresh = 1
 
     def tick(self, q: Any, v: Any, target: Any) -> int:
         """One tick from (q, v): the status."""

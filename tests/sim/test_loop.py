@@ -7,6 +7,7 @@ from ftqp.control.paths import Circle, Line
 from ftqp.control.planner.status import StepStatus
 from ftqp.core.errors import FtqpError, InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.kernel.layout.enums import OK, STOPPED, STOPPING
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.loop import Simulation
@@ -108,7 +109,7 @@ def test_mean_feed_forward_reaches_the_target(fake, panda, start):
 
 
 def test_stop_is_seen_in_the_result(fake, panda, path):
-    planner = fake(panda, code=lambda k: 0 if k < 20 else 4 if k < 25 else 5)
+    planner = fake(panda, code=lambda k: OK if k < 20 else STOPPING if k < 25 else STOPPED)
     result = Simulation(planner, path, q=panda.neutral).run()
     assert not result.completed
     assert result.stopped_at == pytest.approx(0.2)

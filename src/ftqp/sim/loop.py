@@ -36,8 +36,6 @@ MEMORY = "memory"
 """In place of a file: the log is kept in memory."""
 PROGRESS_PERIOD = 100_000_000
 """Progress is told at most this often [ns of wall time]."""
-DRIVE = "torque"
-"""What goes with a planner that is fed with the measured state."""
 _INTERFACES = {"position": "positions", "velocity": "velocities", "torque": "torques"}
 LONGEST = 3.0
 """A path that is followed by its progress may take so many times its duration."""
@@ -134,11 +132,11 @@ class Simulation:
         for event in self._schedule:
             robot.joint(event.fault.joint)
         self._plant = KinematicPlant(robot, planner.dt, planner.level) if plant is None else plant
-        if self._plant.drive not in (None, DRIVE):
+        if self._plant.drive is not None and self._plant.drive != planner.drive.kind:
             raise InputError(
-                f"the plant takes {_INTERFACES[str(self._plant.drive)]}, but the planner is fed with the "
-                "measured state: a servo would turn every step into a push, and the arm would run away; "
-                f"take a plant with drive {DRIVE!r}"
+                f"the plant takes {_INTERFACES[self._plant.drive]}, but the planner was made for an arm that "
+                f"takes {_INTERFACES[planner.drive.kind]} and would close another loop; make it with "
+                f"drive={self._plant.drive!r}"
             )
         self._sensors = sensors
         if follower is not None and (follower.planner is not planner or follower.path is not path):

@@ -7,6 +7,7 @@ import ftqp
 from ftqp.control.planner.filling import filled
 from ftqp.control.planner.solver.dtrnn_memory import network_memory
 from ftqp.control.task.bounds import Viability
+from ftqp.qp.problem import SolveStatus
 
 DT = 1e-3
 
@@ -97,9 +98,17 @@ class TestWarmStart:
         planner.reset(self.q)
         return planner
 
+    def put_back(self, planner):
+        """The arm is where it was, and nothing else is forgotten."""
+        K = planner._session.K
+        K.state.q_command[:7], K.state.v_command[:7] = self.q, self.v
+        K.feedback.fresh = 1
+
     def step(self, planner):
+        """The same problem again."""
+        self.put_back(planner)
         step = planner.step(self.q, self.v, self.target)
-        assert step.status is ftqp.StepStatus.OK
+        assert step.status is ftqp.StepStatus.LAGGING and step.qp.status is SolveStatus.SOLVED
         return step.qp.iterations
 
     def test_it_is_carried(self, panda, home):
@@ -128,7 +137,10 @@ class TestWarmStart:
     def test_it_is_dropped_by_a_tick_without_a_solved_task(self, panda, home):
         planner = self.planner(panda, home, mode="paper", scaling=True)
         cold, warm = self.step(planner), self.step(planner)
-        bad = planner.step(np.full(7, np.nan), self.v, self.target)
+        broken = self.target.packed.copy()
+        self.target.twist[0] = np.nan
+        bad = planner.step(self.q, self.v, self.target)
+        self.target.packed[:] = broken
         assert bad.status is ftqp.StepStatus.INVALID_INPUT
         assert self.step(planner) == cold > warm
         assert self.step(planner) == warm
@@ -137,6 +149,7 @@ class TestWarmStart:
         warm, cold = self.planner(panda, home), self.planner(panda, home)
         self.step(warm)
         for planner in (warm, cold):
+            self.put_back(planner)
             planner.report(ftqp.Locked(2))
         a, b = (planner.step(self.q, self.v, self.target).a.copy() for planner in (warm, cold))
         np.testing.assert_array_equal(a, b)

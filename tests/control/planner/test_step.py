@@ -127,7 +127,9 @@ def test_report_of_the_qp_is_solved_with_small_residuals(planner, panda, home):
 
 
 def test_step_without_a_task_has_no_report_of_a_qp(planner, panda, home):
-    step = planner.step(np.full(7, np.nan), np.zeros(7), moving(home))
+    target = moving(home)
+    target.twist[0] = np.nan
+    step = planner.step(panda.neutral, np.zeros(7), target)
     assert step.qp.status is None and step.certificate is None and not step.slack.any()
 
 

@@ -54,7 +54,7 @@ def worst_posture(robot, i):
 
 def circle(panda, plant, events=(), seconds=3.0, **settings):
     path = Circle(panda.pose(START), 0.1, axes=("x", "y"), duration=seconds)
-    planner = Planner(panda, DT)
+    planner = Planner(panda, DT, drive=plant.drive or "position")
     schedule = Schedule(events)
     return Simulation(planner, path, q=START, plant=plant, schedule=schedule, log="memory", **settings).run()
 
@@ -265,9 +265,11 @@ def test_robot_without_inertia_is_refused():
         MujocoPlant(catalog.load("puma560"), DT)
 
 
-def test_servo_with_measured_feedback_is_refused(panda):
-    with pytest.raises(InputError, match="takes positions, but the planner is fed with the measured state"):
-        circle(panda, MujocoPlant(panda, DT))
+def test_a_plant_with_another_drive_than_the_planners_is_refused(panda):
+    path = Circle(panda.pose(START), 0.1, duration=1.0)
+    planner = Planner(panda, DT, drive="torque")
+    with pytest.raises(InputError, match="takes positions, but the planner was made for an arm that takes tor"):
+        Simulation(planner, path, q=START, plant=MujocoPlant(panda, DT))
 
 
 @pytest.mark.parametrize(

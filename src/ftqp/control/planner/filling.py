@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from ftqp.control.drive.drive import KINDS, Drive
+from ftqp.control.drive.noise import Noise
 from ftqp.control.task.bounds import Bounds, Jin
 from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.task import MODES, PRIORITIES, Task, axis_frame, checked_gains, row_indices
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
-from ftqp.kernel.layout.enums import Level
+from ftqp.kernel.layout.enums import HISTORY, Level
 from ftqp.kernel.layout.record import load_chain
 from ftqp.kernel.layout.rows import constraint_count
 from ftqp.model.robot import Robot
@@ -15,6 +17,10 @@ from ftqp.model.robot import Robot
 LEVELS = {level.name.lower(): level for level in Level}
 PATIENCE = 0.1
 """Time [s] of fallback commands in a row after which the arm is stopped."""
+STOP_RISE = 0.05
+"""A stop brings the deceleration up to the acceleration limit within this time [s]."""
+REMEMBERED = 1.05
+"""How long given targets are kept [s]."""
 TOLERANCE = 1e-10
 """Largest violation of a bound that the active set counts as none."""
 ACCEPT = 1e-6
@@ -30,11 +36,13 @@ def filled(
     *,
     level: str,
     dt: float,
+    drive: Drive = Drive(),  # noqa: B008  frozen
+    noise: Noise = Noise(),  # noqa: B008  frozen
 ) -> Session:
     """The session of a healthy robot; what is believed of its joints is another's to write.
 
     Raises:
-        InputError: unknown rows, or gains too high for dt.
+        InputError: unknown rows, gains too high for dt, or a latency that is too long.
     """
     session = Session(robot.nv)
     K = session.K
@@ -66,8 +74,17 @@ def filled(
     if emergency is not None:
         watch.stop_position, watch.stop_rotation = emergency.position, emergency.rotation
         watch.stop_samples = emergency.samples
+    watch.rise = STOP_RISE
     watch.fallback_limit = max(1, round(PATIENCE / dt))
     K.qp.tolerance, K.qp.max_iterations = TOLERANCE, 50 * (robot.nv + 10)
     K.ladder.accept = ACCEPT
+    feedback = K.feedback
+    feedback.kind, feedback.latency = KINDS[drive.kind], drive.ticks(dt)
+    feedback.size = feedback.latency + 2
+    feedback.stride = int(REMEMBERED / ((HISTORY - 2) * dt)) + 1
+    feedback.speed = 1.0
+    feedback.tolerance, feedback.rotation_tolerance = task.tolerance, task.rotation_tolerance
+    for name, value in drive.gains(dt, noise, 6.0 * robot.length).items():
+        setattr(feedback, name, value)
     K.ladder.p = constraint_count(robot.nv, robot.has_inertia)
     return session

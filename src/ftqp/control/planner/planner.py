@@ -6,7 +6,10 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from ftqp.control.drive.drive import Drive
+from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.accepted_robot import accepted
+from ftqp.control.planner.arm_loop import ArmLoop, accepted_drive
 from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.closed_loop import Blocks
 from ftqp.control.planner.filling import LEVELS, filled
@@ -26,7 +29,7 @@ from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
-from ftqp.core.checks import array, instance, positive
+from ftqp.core.checks import FloatArray, array, instance, positive
 from ftqp.core.clock import now
 from ftqp.core.errors import InputError, nearest
 from ftqp.faults.belief import Belief
@@ -59,10 +62,14 @@ class Planner:
         posture: The posture that ``rmp`` and ``dlsm`` return to, (nv,) [rad or m]; None is that given to
             ``reset``.
         torque_limits: Whether torque limits are rows of the QP. It has no effect without inertia or limits.
-        emergency: When the planner stops the arm of its own accord; None never does.
+        emergency: When the planner stops the arm of its own accord; None never does, unless a sensor is lost
+            or no usable command is found.
         timing: Whether every step is timed (``step.qp.time``), which costs two readings of the clock.
         branch_limits: A range (low, high) [rad or m] for some joints, inside their own, that keeps the arm
             on one side of a singularity.
+        drive: What the arm takes: ``position``, ``velocity`` or ``torque``, or an ``ftqp.Drive`` or table
+            that says more. On an arm that follows exactly all three give the same motion.
+        noise: How noisy the measurements are; None is unknown.
 
     Raises:
         InputError: A parameter is wrong, or two of them exclude each other.
@@ -84,6 +91,8 @@ class Planner:
         emergency: EmergencyStop | None = EmergencyStop(),  # noqa: B008  frozen
         timing: bool = False,
         branch_limits: Mapping[str | int, Any] | None = None,
+        drive: Drive | str | Mapping[str, Any] = "position",
+        noise: Noise | None = None,
     ) -> None:
         if level not in LEVELS:
             raise InputError(
@@ -101,6 +110,8 @@ class Planner:
         self.bounds = bound_conversions.by_name(bounds)
         self.emergency = emergency
         instance("emergency", emergency, EmergencyStop | None, "an ftqp.EmergencyStop or None")
+        self.drive, self.noise = accepted_drive(robot, drive, noise)
+        torque_drive = self.drive.kind == "torque"
         self.posture = None if posture is None else array("posture", posture, (robot.nv,), "(nv,)")
         solver = None if isinstance(backend, str) and backend == IN_KERNEL else make_backend(backend)
         self._name = IN_KERNEL if solver is None else solver.name
@@ -121,15 +132,19 @@ class Planner:
         limited = bool(np.isfinite(robot.limits.tau_max).any())
         limits_torque = torque_limits and robot.has_inertia and limited
         other_rows = has_rows_beside_torque(robot.has_inertia)
-        self._rows_every_tick = limits_torque or other_rows
+        self._rows_every_tick = limits_torque or other_rows or torque_drive
         self._guarded = (
             self._name == IN_KERNEL
             and level == "velocity"
             and not criterion.needs_inertia
             and self.task.mode != "lexicographic"
             and not other_rows
+            and not torque_drive
         )
-        self._session = filled(robot, self.task, criterion, self.bounds, emergency, level=level, dt=self.dt)
+        self._session = filled(
+            robot, self.task, criterion, self.bounds, emergency,
+            level=level, dt=self.dt, drive=self.drive, noise=self.noise,
+        )  # fmt: skip
         self._solver = Solver(self._session, robot, self.task, self.scheme, solver)
         self._belief = Belief(
             robot, self._session.K.limits, self._session.K.faults, torque_limits=limits_torque
@@ -138,7 +153,9 @@ class Planner:
         self._reserve = braking_reserve(robot) if limits_torque else None
         self._adopt_belief()
         self._out = Step(self._session, robot.joints)
+        self._loop = ArmLoop(self._session, robot.joints)
         self._timing = timing
+        self._at_rest = np.zeros(robot.nv)
         self._tick = self._solver.tick("clock")
         self._begin = None if timing else self._solver.direct("clock")
 
@@ -179,25 +196,65 @@ class Planner:
         K, n = self._session.K, self.robot.nv
         q = self.robot.angles(q)
         v = np.zeros(n) if v is None else array("v", v, (n,), "(nv,)")
-        state, watch = K.state, K.watch
+        state = K.state
         state.q_command[:n] = state.q[:n] = q
         state.v_command[:n] = state.v[:n] = v
         state.a_command[:n] = 0.0
         K.criteria.posture[:n] = q if self.posture is None else self.posture
-        watch.latched = watch.rising = watch.fallbacks = 0
-        watch.last_position_error = watch.last_rotation_error = np.inf
+        self._loop.forget()
         K.qp.warm = state.ticks = 0
         state.is_reset = 1
         self._solver.forget()
         self._start.look(self.robot, K, q)
 
-    def step(self, q: Any, v: Any, target: Target | Targets, *, tau: Any = None, tip: Any = None) -> Step:
+    def stop(self) -> None:
+        """Brake every healthy joint from the next step on and hold it, until ``resume`` or ``reset``."""
+        self._loop.stop()
+
+    def resume(self) -> bool:
+        """Go on from where the arm is after a stop, with the task as it is now.
+
+        Returns:
+            Whether the planner goes on; it does not while a lost sensor forbids it, and needs ``reset``.
+        """
+        return self._loop.resume()
+
+    @property
+    def stopped_because(self) -> str | None:
+        """Why a stop is latched, in a sentence that names the joint; None while none is."""
+        return self._loop.stopped_because
+
+    @property
+    def speed(self) -> float:
+        """How fast a path that is followed by its progress may run, in (0, 1] of its own speed.
+
+        A smaller number slows a ``PathFollower`` down; targets that the user's own clock gives are not
+        changed by it.
+        """
+        return float(self._session.K.feedback.speed)
+
+    @speed.setter
+    def speed(self, share: float) -> None:
+        if not 0.0 < positive("speed", share) <= 1.0:
+            raise InputError(f"speed is {share:g}, expected a share of the path's own speed in (0, 1]")
+        self._session.K.feedback.speed = float(share)
+
+    @property
+    def disturbance(self) -> FloatArray:
+        """Torque that acts on the joints beside the model, as observed, (nv,) [N m or N]; a copy.
+
+        It is known of a torque arm only, 0 for failed joints, and NaN with another drive.
+        """
+        return self._loop.disturbance
+
+    def step(self, q: Any, v: Any = None, target: Any = None, *, tau: Any = None, tip: Any = None) -> Step:
         """The command for the next ``dt``.
 
         Args:
             q: Measured configuration, (nv,) joint values or (nq,) [rad or m]. Arrays are copied, and nothing
                 of them is remembered.
-            v: Measured velocity, (nv,) [rad/s or m/s].
+            v: Measured velocity, (nv,) [rad/s or m/s], or None: the planner observes it from q, and looks at
+                a given one only to see whether it is finite.
             target: Where the tip should be now; or ``targets.at(k)`` of a whole trajectory.
             tau: Measured torque, (nv,) [N m or N]; it is checked to be finite.
             tip: Measured pose of the tip, (4, 4), in place of the one of forward kinematics.
@@ -212,7 +269,7 @@ class Planner:
         """
         if tau is None and tip is None and self._begin is not None:
             try:
-                code = self._begin(q, v, target.packed, target.row)
+                code = self._begin(q, self._at_rest if v is None else v, target.packed, target.row)
             except AttributeError as error:
                 raise not_a_target(target) from error
             if code >= 0:
@@ -261,6 +318,7 @@ class Planner:
     def _led(self, tick: Any, q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
         """A step of any leader, with measured torques or tip, converted arrays and the clock."""
         began = now() if self._timing else 0
+        v = self._at_rest if v is None else v
         if tau is None and tip is None:
             code = _converted_tick(tick, q, v, target)
         else:

@@ -1,8 +1,9 @@
 """What a step says to the operator."""
 
 from enum import Enum
+from typing import Final
 
-from ftqp.kernel.layout.enums import Status
+from ftqp.kernel.layout.enums import Status, StopReason
 
 
 class StepStatus(Enum):
@@ -13,11 +14,31 @@ class StepStatus(Enum):
         "the task cannot be followed exactly within the limits; the arm does the nearest feasible motion"
     )
     SCALED = "the task is followed more slowly, because its full speed would break a limit"
+    LAGGING = (
+        "the arm is farther from its task, or a joint from its command, than the tolerance; "
+        "the path waits for it"
+    )
     FALLBACK = "the solver gave no usable answer; a safe substitute command was used for this step"
-    STOPPING = "emergency stop: every healthy joint is braking; call reset() to go on"
-    STOPPED = "emergency stop: the arm is at rest; call reset() to go on"
-    INVALID_INPUT = "the measured state or the target is not finite; the arm brakes until valid values arrive"
+    STOPPING = "stop: every healthy joint is braking; call resume() or reset() to go on"
+    STOPPED = "stop: the arm is at rest and holds its place; call resume() or reset() to go on"
+    INVALID_INPUT = (
+        "a measurement or the target cannot be true and is not used; the arm goes on without the one for a "
+        "moment, and waits for the other at rest"
+    )
 
 
 STATUSES = tuple(StepStatus[status.name] for status in Status)
 """The statuses in the order of the kernel's codes."""
+
+STOP_REASONS: Final[dict[StopReason, str | None]] = {
+    StopReason.NONE: None,
+    StopReason.ASKED: "stop() was called",
+    StopReason.ERROR: "the task error was beyond its threshold and rose",
+    StopReason.FALLBACKS: "no usable command was found for too long",
+    StopReason.SENSOR: (
+        "what the sensor of {joint} says has been impossible for too long; call reset() once it is mended"
+    ),
+    StopReason.DEVIATION: "the tip is too far from where it was sent; {joint} is farthest from its command",
+    StopReason.LAG: "the arm does not follow: {joint} is farthest from its command",
+}
+"""Why a stop is latched; ``{joint}`` is the joint that is meant."""

@@ -1,7 +1,7 @@
 """Step: what one tick gives back, read from the planner's record when it is asked for."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,9 +9,9 @@ from ftqp.control.first_use import warm_up
 from ftqp.control.planner.certificate import Certificate, Obstacle, Unreached
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.control.planner.step_facts import Measures, QPReport, measures_of
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, LOCKED, Claim, Limit, Mode
+from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, LOCKED, Claim, DriveKind, Limit, Mode
 from ftqp.kernel.layout.rows import COMPONENTS, TORQUE, constraint_owner
 from ftqp.qp.problem import SolveStatus
 
@@ -19,14 +19,18 @@ _LIMIT_NAMES = {limit: limit.name.lower() for limit in (Limit.ACCELERATION, Limi
 ACTIVE = 1e-9
 """A multiplier above this share of the largest counts as active."""
 _PLACES = {
-    "q": ("state", "q_command"),
-    "v": ("state", "v_command"),
+    "q": ("feedback", "q_sent"),
+    "v": ("feedback", "v_sent"),
     "a": ("state", "a_command"),
+    "q_reference": ("state", "q_command"),
+    "v_reference": ("state", "v_command"),
+    "tau_sent": ("feedback", "tau_sent"),
+    "lost": ("feedback", "lost"),
     "tau": ("state", "tau"),
     "tau_brake": ("state", "tau_brake"),
     "q_measured": ("state", "q"),
     "v_measured": ("state", "v"),
-    "error": ("task", "error"),
+    "error": ("task", "seen"),
     "slack": ("task", "slack"),
     "position_error": ("task", "position_error"),
     "rotation_error": ("task", "rotation_error"),
@@ -49,8 +53,9 @@ _PLACES = {
     "kappa": ("ladder", "kappa"),
 }
 """Where each part of a step stands in the record."""
-_JOINTS_ONLY = ("q", "v", "a", "tau", "tau_brake", "q_measured", "v_measured", "code", "lower", "upper",
-                "z_box", "lower_by", "upper_by")  # fmt: skip
+_JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "tau", "tau_brake",
+                "q_measured", "v_measured", "code", "lower", "upper", "z_box", "lower_by",
+                "upper_by")  # fmt: skip
 
 
 class _Kept:
@@ -66,6 +71,20 @@ class _Kept:
         return self._numbers[begin:end]
 
 
+class Reference(NamedTuple):
+    """A state of the arm that the planner commands.
+
+    Attributes:
+        q: Joint positions, (nv,) [rad or m].
+        v: Joint velocities, (nv,) [rad/s or m/s].
+        a: Joint accelerations of the step, (nv,) [rad/s2 or m/s2].
+    """
+
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+
+
 class Step:
     """One command and what there is to know of it.
 
@@ -77,10 +96,10 @@ class Step:
         joints: Names of the joints, (nv,).
 
     Attributes:
-        q: The commanded joint positions at the end of the step, (nv,) [rad or m].
-        v: The commanded joint velocities, (nv,) [rad/s or m/s]; exactly 0.0 for a locked joint.
+        q: The joint positions to be sent, for the end of the step, (nv,) [rad or m].
+        v: The joint velocities to be sent, (nv,) [rad/s or m/s]; exactly 0.0 for a locked joint.
         a: The joint accelerations of the command, (nv,) [rad/s2 or m/s2]; exactly 0.0 for a locked joint.
-        task_error: From tip to target before the step, along W, (6,): position [m], rotation vector [rad].
+        task_error: From the measured tip to the target, along W, (6,): position [m], rotation vector [rad].
         code: The status as a number, the position of ``status`` in ``StepStatus``.
         duration: How long the step took [s]; None unless the planner was made with ``timing=True``.
     """
@@ -124,8 +143,27 @@ class Step:
         """Torque that the brake of a locked joint carries, (nv,) [N m or N]; 0.0 for every other joint."""
         return self._torques("tau_brake")
 
+    @property
+    def reference(self) -> "Reference":
+        """The planner's own state at the end of the step, which the loops of the drive hold the arm to."""
+        return Reference(self._parts["q_reference"], self._parts["v_reference"], self.a)
+
+    @property
+    def brakes(self) -> BoolArray:
+        """Which joints ask for their brakes, (nv,).
+
+        A torque arm cannot hold a joint that it no longer sees; an arm that takes positions or velocities
+        holds it by its own servo.
+        """
+        torque = self._session.K.feedback.kind == DriveKind.TORQUE
+        asks: BoolArray = (self._parts["lost"] != 0) & bool(torque)
+        return asks
+
     def _torques(self, name: str) -> FloatArray:
         parts = self._parts
+        if name == "tau" and self._session.K.feedback.kind == DriveKind.TORQUE:
+            sent: FloatArray = parts["tau_sent"]
+            return sent
         if not parts["has_dynamics"][0]:
             session = self._session
             n = len(self._joints)

@@ -57,6 +57,10 @@ class Task:
             does. It goes neither with ``scaled``, whose path waits at a singularity instead, nor with
             ``position_first``.
 
+        tolerance: The largest error of the measured tip's position that still counts as following the task,
+            > 0 [m]. A larger one says OK and goes on at full speed where the arm lags farther behind.
+        rotation_tolerance: The same of its rotation, > 0 [rad].
+
     Raises:
         InputError: A name is unknown, a number is out of its range, or two settings exclude each other.
     """
@@ -70,6 +74,8 @@ class Task:
     slack: float = 1e-6
     priority: str = "weighted"
     damping: DirectionalDamping | None = None
+    tolerance: float = 0.01
+    rotation_tolerance: float = 0.05
 
     def __post_init__(self) -> None:
         if self.rows is not None:
@@ -96,6 +102,8 @@ class Task:
                 non_negative(name, getattr(self, name))
         if self.length is not None:
             positive("length", self.length, "m")
+        positive("tolerance", self.tolerance, "m")
+        positive("rotation_tolerance", self.rotation_tolerance, "rad")
         if not 1e-12 <= positive("slack", self.slack) <= 1.0:
             raise InputError(f"slack is {self.slack:g}, expected a share in [1e-12, 1]")
         if not np.linalg.norm(array("axis", self.axis, (3,))) > 0.0:

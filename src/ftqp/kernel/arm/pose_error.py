@@ -1,6 +1,6 @@
-"""The error between the tip and its target."""
+"""The error between the tip and its target, and rotation vectors."""
 
-from math import atan2, sqrt
+from math import atan2, cos, sin, sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
@@ -30,6 +30,18 @@ def rotation_vector(
     s = sqrt(x * x + y * y + z * z)
     f = 2.0 * atan2(s, w) / s if s > 0.0 else 0.0
     return f * x, f * y, f * z
+
+
+@jit
+def exponential(x: float, y: float, z: float, R: Any) -> None:
+    """R <- cos 1 + sin/angle [w]x + (1 - cos)/angle^2 w w', (9,) by rows, w a rotation vector [rad]."""
+    angle = sqrt(x * x + y * y + z * z)
+    c = cos(angle)
+    s = sin(angle) / angle if angle > 1e-8 else 1.0
+    u = 2.0 * (sin(0.5 * angle) / angle) ** 2 if angle > 1e-8 else 0.5
+    R[0], R[1], R[2] = c + u * x * x, u * x * y - s * z, u * x * z + s * y
+    R[3], R[4], R[5] = u * x * y + s * z, c + u * y * y, u * y * z - s * x
+    R[6], R[7], R[8] = u * x * z - s * y, u * y * z + s * x, c + u * z * z
 
 
 @jit

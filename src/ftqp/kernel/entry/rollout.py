@@ -61,6 +61,7 @@ def rollout(capacity: int) -> Callable[..., int]:
                 copy[w] = model[w]
             for i in range(n):
                 state.q_command[i], state.v_command[i] = q[r, i], v[r, i]
+            K.feedback.fresh = 1
             for k in range(ticks):
                 if events[r, 0] >= 0 and events[r, 1] == k:
                     joint = events[r, 0]

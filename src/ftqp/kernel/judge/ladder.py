@@ -8,10 +8,12 @@ The box and the failed joints are never relaxed. A stop enters at "towards rest"
 call of the solver, whatever happens; an external solver takes the place of the first one for the QP itself.
 """
 
-from math import inf
+from math import inf, sqrt
 from typing import Any
 
 from ftqp.kernel.active_set.active_set import active_set
+from ftqp.kernel.feedback.sent import send
+from ftqp.kernel.feedback.spoken import spoken
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.verdict import command, judge
 from ftqp.kernel.layout.enums import (
@@ -35,6 +37,7 @@ from ftqp.kernel.layout.enums import (
     SOLVE,
     SOLVED,
     STOPPED,
+    STOPPED_BY_FALLBACKS,
     STOPPING,
 )
 from ftqp.kernel.layout.thresholds import SCALED_FROM
@@ -100,11 +103,29 @@ def _begin_second_stage(K: Any, claim: int) -> None:
 
 
 @jit
-def begin_rest(K: Any, time: float) -> None:
+def deceleration(v: float, last: float, a_max: float, time: float, rise: float, dt: float) -> float:
+    """The acceleration that brings v to zero within ``time``, at most a_max, and none of it suddenly.
+
+    With a jerk limit j = a_max/rise, a^2/(2 j) + a dt/2 <= |v|, the speed that falling by j dt a tick takes,
+    so that it ends at rest with a = 0; and a differs from the last one by j dt at most. An acceleration that
+    still speeds the joint up ends at once.
+    """
+    a = min(abs(v) / time, a_max)
+    if rise > dt:
+        jerk = a_max / rise
+        half = 0.5 * jerk * dt
+        a = min(a, sqrt(half * half + 2.0 * jerk * abs(v)) - half)
+        braked = max(-last if v > 0.0 else last, 0.0)
+        a = min(max(a, braked - jerk * dt), braked + jerk * dt, abs(v) / dt)
+    return -a if v > 0.0 else a
+
+
+@jit
+def begin_rest(K: Any, time: float, rise: float) -> None:
     """Without a task: x as near to v -> 0 within ``time`` as box, torque rows and failed joints allow.
 
-    A joint outside its position limits is not pushed back during a stop: its interval is opened just enough
-    to come to rest.
+    The deceleration comes up within ``rise``, 0 at once. A joint outside its position limits is not pushed
+    back during a stop: its interval is opened just enough to come to rest.
     """
     limits, faults, state, task, qp = K.limits, K.faults, K.state, K.task, K.qp
     n = K.chain.n
@@ -114,12 +135,8 @@ def begin_rest(K: Any, time: float) -> None:
         qp.g[i] = 0.0 if state.level == ACCELERATION else -state.v[i]
     for k in range(faults.working):
         i = faults.order[k]
-        if state.level == ACCELERATION:
-            wanted = min(max(-state.v[i] / time, -limits.a_max[i]), limits.a_max[i])
-        else:
-            change = state.v[i] * min(1.0, state.dt / time)
-            most = limits.a_max[i] * state.dt
-            wanted = state.v[i] - min(max(change, -most), most)
+        a = deceleration(state.v[i], state.a_command[i], limits.a_max[i], time, rise, state.dt)
+        wanted = a if state.level == ACCELERATION else state.v[i] + state.dt * a
         if state.q[i] < limits.q_min[i] or state.q[i] > limits.q_max[i]:
             qp.lb[i], qp.ub[i] = min(qp.lb[i], wanted), max(qp.ub[i], wanted)
         qp.g[i] = -wanted
@@ -131,15 +148,17 @@ def begin_rest(K: Any, time: float) -> None:
 
 @jit
 def begin_stop(K: Any) -> None:
-    """Brake every healthy joint within its limits: STOPPING, or STOPPED once all are at rest."""
-    limits, faults, state, ladder = K.limits, K.faults, K.state, K.ladder
+    """Brake every healthy joint within its limits: STOPPING, then STOPPED for good once all are at rest."""
+    limits, faults, state, watch, ladder = K.limits, K.faults, K.state, K.watch, K.ladder
     ladder.verdict = STOPPED
     for k in range(faults.working):
         i = faults.order[k]
         top = limits.v_max[i] if limits.v_max[i] < inf else 1.0
-        if abs(state.v[i]) > AT_REST * top:
+        if watch.stopped == 0 and abs(state.v[i]) > AT_REST * top:
             ladder.verdict = STOPPING
-    begin_rest(K, state.dt)
+    if watch.latched and ladder.verdict == STOPPED:
+        watch.stopped = 1
+    begin_rest(K, state.dt, watch.rise)
 
 
 @jit
@@ -160,10 +179,12 @@ def _finish(K: Any) -> int:
     """Write the command and settle the status; too many in a row without the task latch the stop."""
     task, watch, ladder, qp = K.task, K.watch, K.ladder, K.qp
     command(K)
+    send(K)
     without_task = ladder.stage == REST_STAGE or ladder.stage == REST_ELASTIC_STAGE
     watch.fallbacks = watch.fallbacks + 1 if ladder.verdict == FALLBACK and without_task else 0
-    if watch.fallbacks > watch.fallback_limit:
+    if watch.fallbacks > watch.fallback_limit and watch.latched == 0:
         watch.latched = 1
+        watch.reason = STOPPED_BY_FALLBACKS
     qp.soft_rows = 0.0
     if ladder.stage != MAIN_STAGE:
         qp.warm = 0
@@ -172,7 +193,7 @@ def _finish(K: Any) -> int:
             qp.z_box[i] = ladder.z_box_first[i]
         for j in range(qp.nc):
             qp.z[j] = ladder.z_first[j]
-    ladder.status = ladder.verdict
+    ladder.status = spoken(K, ladder.verdict)
     return ladder.status
 
 
@@ -221,7 +242,7 @@ def _advance(K: Any, claim: int) -> int:
     elif stage == ELASTIC_STAGE:
         qp.soft_rows = 0.0
         ladder.verdict = FALLBACK
-        begin_rest(K, max(DECAY_TIME, K.state.dt))
+        begin_rest(K, max(DECAY_TIME, K.state.dt), 0.0)
     elif stage == REST_STAGE:
         qp.soft_rows = REST_ELASTIC
         ladder.stage = REST_ELASTIC_STAGE

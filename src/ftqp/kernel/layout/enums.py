@@ -88,13 +88,48 @@ class Status(IntEnum):
     OK = 0
     RELAXED = 1
     SCALED = 2
-    FALLBACK = 3
-    STOPPING = 4
-    STOPPED = 5
-    INVALID_INPUT = 6
+    LAGGING = 3
+    FALLBACK = 4
+    STOPPING = 5
+    STOPPED = 6
+    INVALID_INPUT = 7
 
 
-OK, RELAXED, SCALED, FALLBACK, STOPPING, STOPPED, INVALID_INPUT = map(int, Status)
+OK, RELAXED, SCALED, LAGGING, FALLBACK, STOPPING, STOPPED, INVALID_INPUT = map(int, Status)
+
+
+class DriveKind(IntEnum):
+    """What the arm takes."""
+
+    POSITION = 0
+    VELOCITY = 1
+    TORQUE = 2
+
+
+POSITION_DRIVE, VELOCITY_DRIVE, TORQUE_DRIVE = map(int, DriveKind)
+
+
+class StopReason(IntEnum):
+    """Why a stop is latched; the sentences are those of ``ftqp.Planner.stopped_because``."""
+
+    NONE = 0
+    ASKED = 1
+    ERROR = 2
+    FALLBACKS = 3
+    SENSOR = 4
+    DEVIATION = 5
+    LAG = 6
+
+
+(
+    NOT_STOPPED,
+    STOPPED_AS_ASKED,
+    STOPPED_BY_ERROR,
+    STOPPED_BY_FALLBACKS,
+    STOPPED_BY_SENSOR,
+    STOPPED_BY_DEVIATION,
+    STOPPED_BY_LAG,
+) = map(int, StopReason)
 
 
 class Turn(IntEnum):
@@ -232,7 +267,9 @@ TARGET_HAS_ROTATION: Final = 28
 TARGET_SIZE: Final = 29
 
 DELAYS: Final = 64
-"""Capacity: samples by which a measurement of a moving base may be late, plus one."""
+"""Capacity: samples by which a measurement may be late, plus one."""
+HISTORY: Final = 64
+"""Capacity: given targets that are kept."""
 
 HAS_TIP: Final = 1
 """What is measured at a tick of a moving base, bit by bit."""

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.layout.criteria import COEFFICIENTS
-from ftqp.kernel.layout.enums import DELAYS, TARGET_SIZE, TASK_ROWS
+from ftqp.kernel.layout.enums import DELAYS, HISTORY, TARGET_SIZE, TASK_ROWS
 from ftqp.kernel.layout.rows import constraint_capacity
 
 Fields = list[Any]
@@ -74,7 +74,8 @@ def _task(N: int) -> Fields:
     is the tool axis, in the tip frame. ``error``: position and rotation vector from the tip to the target,
     along W. ``slack`` is A x - asked, ``asked`` what the task asks for (b differs in lexicographic mode),
     ``beyond`` what it asks beside b. ``yielding``: compliance of each component beside that of the task as a
-    whole.
+    whole. ``seen``: the error of the measured tip, of which ``position_error`` and ``rotation_error`` are the
+    norms.
     """
     return [
         *_scalars("i8", "m mode uses_rotation tool_rows has_tip_measured"),
@@ -85,6 +86,7 @@ def _task(N: int) -> Fields:
                 "row_scale": (6,),
                 "target": (TARGET_SIZE,),
                 "error": (6,),
+                "seen": (6,),
                 "slack": (6,),
                 "asked": (6,),
                 "yielding": (6,),
@@ -157,10 +159,60 @@ def _chain(N: int) -> Fields:
 
 
 def _watch(N: int) -> Fields:
-    """What may stop the arm: thresholds, and what has been seen of them."""
+    """What may stop the arm: thresholds, and what has been seen of them.
+
+    ``stopped``: the stop has come to rest; ``rise``: time in which a stop brings the deceleration up [s].
+    """
     return [
-        *_scalars("i8", "stop_samples rising latched fallbacks fallback_limit"),
-        *_scalars("f8", "stop_position stop_rotation last_position_error last_rotation_error"),
+        *_scalars("i8", "stop_samples rising latched stopped reason fallbacks fallback_limit"),
+        *_scalars("f8", "stop_position stop_rotation last_position_error last_rotation_error rise"),
+    ]
+
+
+def _feedback(N: int) -> Fields:
+    """The loop between the reference and the arm, see ``ftqp.kernel.feedback``.
+
+    ``active``: this tick is posed at the reference; ``kind``: what the arm takes; ``latency``: ticks by which
+    samples are late; ``size``, ``now``: of the ring ``past``; ``refused``: samples refused at this tick;
+    ``stride``: ticks between kept targets; ``culprit``: the joint that is farthest from its command, -1
+    none; ``kappa``, ``hold``, ``stiffness``: bandwidth of the tip's, a velocity arm's and a torque arm's
+    loop [1/s]; ``pole``, ``pole_failed``, ``slowness``: of the observer; ``sigma``: noise of the samples;
+    ``c``: displacement of the target; ``off``: measured tip less that of the reference; ``left``: their sum;
+    ``push``: what the displacement feeds forward; ``seen``: samples as believed; ``good``: last good ones,
+    ``age`` ticks old, ``offset`` from the reference; ``spent``: patience that bad ones have cost [s].
+    """
+    names = ("seen", "good", "raw", "offset", "spent", "q_hat", "v_hat", "d_hat", "d_slow", "q_now", "v_now",
+             "q_sent", "v_sent", "tau_sent", "h")  # fmt: skip
+    return [
+        *_scalars("i8", "active fresh kind latency size now refused exact displaced has_tip"),
+        *_scalars("i8", "lagging out settled far stored until_stored stride culprit"),
+        *_scalars("f8", "kappa hold lead stiffness pole pole_failed slowness failed_noise sigma patience"),
+        *_scalars(
+            "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"
+        ),
+        *_scalars("f8", "waited spent_elsewhere"),
+        *_floats(dict.fromkeys(("c", "c_rate", "push", "off", "left"), (6,))),
+        *_floats(dict.fromkeys(names, (N,))),
+        *_integers(dict.fromkeys(("age", "same", "lost", "bad", "still", "known_failed"), (N,))),
+        *_floats({"tip": (12,), "M": (N, N)}),
+    ]
+
+
+def _past(N: int) -> Fields:
+    """The last ticks in a ring: reference, acceleration that was sent, tip of the reference and its error."""
+    return [
+        *_integers({"known": (DELAYS,)}),
+        *_floats({"q": (DELAYS, N), "v": (DELAYS, N), "a": (DELAYS, N)}),
+        *_floats({"tip": (DELAYS, 12), "error": (DELAYS, 6)}),
+    ]
+
+
+def _history(N: int) -> Fields:
+    """Given targets of the last second, every few ticks; ``age`` of the newest [s]."""
+    return [
+        *_scalars("i8", "newest"),
+        *_scalars("f8", "age"),
+        *_floats({"given": (TARGET_SIZE,), "turn": (9,), "target": (HISTORY, TARGET_SIZE)}),
     ]
 
 
@@ -354,6 +406,7 @@ ROOMS = {
     "limits": _limits,
     "task": _task,
     "criteria": _criteria,
+    "feedback": _feedback,
     "watch": _watch,
     "ladder": _ladder,
     "kinematics": _kinematics,
@@ -361,5 +414,7 @@ ROOMS = {
     "qp": _qp,
     "scratch": _scratch,
     "turned": _turned,
+    "past": _past,
+    "history": _history,
 }
 """Each room with the fields that it has for N joints; those that every tick touches come first."""

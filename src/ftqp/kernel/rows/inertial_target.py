@@ -6,10 +6,9 @@ Source: Holt and Desrochers 1994, eq. 19 with R = R_b(eta_o) ("nominal"); the es
 observer and the feed-forward are additions, derived in docs/theory/moving-base.md.
 """
 
-from math import cos, sin, sqrt
 from typing import Any
 
-from ftqp.kernel.arm.pose_error import rotation_vector
+from ftqp.kernel.arm.pose_error import exponential, rotation_vector
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import (
     BASE_HALTED,
@@ -43,18 +42,6 @@ STANDING = 1e-3
 """An arm whose commands all stay below this share of the velocity limits stands still."""
 PATIENCE = 5
 """Samples in a row of standing, or of leaning on a position limit, after which a target is out of reach."""
-
-
-@jit
-def exponential(x: float, y: float, z: float, R: Any) -> None:
-    """R <- cos 1 + sin/angle [w]x + (1 - cos)/angle^2 w w', (9,) by rows, w a rotation vector [rad]."""
-    angle = sqrt(x * x + y * y + z * z)
-    c = cos(angle)
-    s = sin(angle) / angle if angle > 1e-8 else 1.0
-    u = 2.0 * (sin(0.5 * angle) / angle) ** 2 if angle > 1e-8 else 0.5
-    R[0], R[1], R[2] = c + u * x * x, u * x * y - s * z, u * x * z + s * y
-    R[3], R[4], R[5] = u * x * y + s * z, c + u * y * y, u * y * z - s * x
-    R[6], R[7], R[8] = u * x * z - s * y, u * y * z + s * x, c + u * z * z
 
 
 @jit

@@ -65,6 +65,7 @@ def path_rows(K: Any, path: Any) -> None:
             qp.A[k, n] = -rate
             qp.b[k] = task.kp * e
             task.beyond = max(task.beyond, abs(rate))
+        qp.b[k] += w * component_of(K, c, 0, K.feedback.push)
         path.feedback[k] = task.kp * e if path.limit > 0.0 else qp.b[k] + task.kv * moving
         own = max(path.rate, LEAST_RATE)
         path.bend[k] = change - drift / (own * own)
@@ -154,9 +155,10 @@ def rate_variable(K: Any, path: Any) -> None:
     path.ahead = _limit_before_jump(K, path, brake)
     slowest = path.rate - brake * state.dt if brake < inf else 0.0
     in_bend = max(_limit_in_bend(K, path), slowest)
+    allowed = K.feedback.rate * K.feedback.speed  # the path waits for an arm that lags
     qp.H[n, n] = qp.H_diagonal[n] = weight
     qp.g[n] = -weight * wanted
-    qp.lb[n], qp.ub[n] = 0.0, min(path.limit, path.left, path.ahead, in_bend)
+    qp.lb[n], qp.ub[n] = 0.0, min(path.limit, path.left, path.ahead, in_bend, max(allowed, slowest))
     qp.nx = n + 1
 
 

@@ -1,6 +1,5 @@
 """The task as equality rows A x = b: which rows of the pose, in which units, with which feedback."""
 
-from math import sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
@@ -91,6 +90,7 @@ def task_rows(K: Any, kp: float) -> None:
         else:
             b = rate + kp * e
             rest = 0.0
+        b += w * component_of(K, c, 0, K.feedback.push)
         qp.b[k] = b
         if task.mode == SCALE:
             row[n] = rest - b
@@ -137,18 +137,3 @@ def path_scale(K: Any) -> None:
     qp.g[n] = -weight
     qp.lb[n], qp.ub[n] = 0.0, 1.0
     qp.nx = n + 1
-
-
-@jit
-def error_norms(K: Any) -> None:
-    """Position error [m] and rotation error [rad] over the rows of the task."""
-    task = K.task
-    linear = angular = 0.0
-    for k in range(task.m):
-        e = component_of(K, task.rows[k], 0, task.error)
-        if task.rows[k] < 3:
-            linear += e * e
-        else:
-            angular += e * e
-    task.position_error = sqrt(linear)
-    task.rotation_error = sqrt(angular)

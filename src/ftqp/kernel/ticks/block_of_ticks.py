@@ -115,7 +115,7 @@ def block(capacity: int) -> Callable[..., int]:
             keep(K, places, rows[k])
             rows[k, places[10] + 7] = elapsed
             for i in range(n):
-                state[i], state[n + i] = K.state.q_command[i], K.state.v_command[i]
+                state[i], state[n + i] = K.feedback.q_sent[i], K.feedback.v_sent[i]
         return count
 
     return block

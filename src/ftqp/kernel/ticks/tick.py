@@ -10,6 +10,13 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.arm.pose_error import pose_error
+from ftqp.kernel.feedback.gap import measure_gap, norms, wait
+from ftqp.kernel.feedback.late_targets import play_back
+from ftqp.kernel.feedback.observer import feel, observe
+from ftqp.kernel.feedback.reference import refer, take_jump
+from ftqp.kernel.feedback.samples import believe
+from ftqp.kernel.feedback.spoken import see_error
+from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.ladder import begin_first_stage, begin_stop
 from ftqp.kernel.layout.enums import (
@@ -21,7 +28,9 @@ from ftqp.kernel.layout.enums import (
     READY,
     SCALE,
     SOLVE,
+    STOPPED_BY_ERROR,
     TARGET_HAS_ROTATION,
+    TORQUE_DRIVE,
 )
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.constraint_rows import add_constraints
@@ -33,7 +42,7 @@ from ftqp.kernel.rows.joint_reference import aim_at_reference, joint_objective
 from ftqp.kernel.rows.manipulability import add_manipulability
 from ftqp.kernel.rows.objective import objective
 from ftqp.kernel.rows.path_rows import STIFFNESS, begin_on_path, path_rows, rate_variable
-from ftqp.kernel.rows.task_rows import compliance, error_norms, path_scale, task_rows
+from ftqp.kernel.rows.task_rows import compliance, path_scale, task_rows
 from ftqp.kernel.rows.turned_rows import fade_feedback, turn_rows
 
 SCALE_STAGE_RATIO = 1e-7
@@ -70,12 +79,21 @@ def accept_state(K: Any, nq: int) -> None:
 
 
 @jit
-def _inputs_are_finite(K: Any) -> bool:
-    """Whether all inputs are finite; a q or v that is not gives way to the last command.
+def _target_is_finite(K: Any) -> bool:
+    """Whether the target is finite.
 
     Number by number: fast math may fold a sum of x - x into zero, NaN or not.
     """
-    state, task = K.state, K.task
+    good = True
+    for k in range(TARGET_HAS_ROTATION):
+        good = good and is_finite(K.task.target[k])
+    return good
+
+
+@jit
+def _state_is_finite(K: Any) -> bool:
+    """Whether the measured state is finite; a q or v that is not gives way to the last command."""
+    state = K.state
     n, good = K.chain.n, state.unusable == 0
     for i in range(n):
         good = good and is_finite(state.q[i]) and is_finite(state.v[i])
@@ -83,42 +101,67 @@ def _inputs_are_finite(K: Any) -> bool:
         for i in range(n):
             state.q[i] = state.q_command[i]
             state.v[i] = state.v_command[i]
-    for k in range(TARGET_HAS_ROTATION):
-        good = good and is_finite(task.target[k])
-    if task.has_tip_measured:
-        for r in range(4):
-            for c in range(4):
-                good = good and is_finite(task.tip_measured[r, c])
     return good
 
 
 @jit
 def _emergency(K: Any) -> bool:
-    """Latch when the task error is beyond its threshold and has risen on ``stop_samples`` samples."""
-    task, watch = K.task, K.watch
-    e, r = task.position_error, task.rotation_error
+    """Latch when the reference's error is beyond its threshold and has risen on ``stop_samples`` ticks."""
+    watch = K.watch
+    e, r = norms(K, K.task.error)
     beyond = (e > watch.stop_position and e > watch.last_position_error) or (
         r > watch.stop_rotation and r > watch.last_rotation_error
     )
     watch.rising = watch.rising + 1 if beyond else 0
     watch.last_position_error, watch.last_rotation_error = e, r
-    if watch.stop_samples > 0 and watch.rising >= watch.stop_samples:
+    if watch.stop_samples > 0 and watch.rising >= watch.stop_samples and watch.latched == 0:
         watch.latched = 1
+        watch.reason = STOPPED_BY_ERROR
     return watch.latched != 0
 
 
 @jit
-def _see(K: Any) -> bool:
-    """Begin a tick: forget the last one's QP, check the inputs, sort the joints; whether all is finite."""
+def _begin(K: Any) -> None:
+    """Forget the last tick's QP and sort the joints."""
     ladder = K.ladder
     K.state.ticks += 1
     K.qp.soft_rows = 0.0
     ladder.claim = -1
     ladder.qp_iterations = 0
     ladder.torque_excess = 0.0
-    valid = _inputs_are_finite(K)
     sort_joints(K)
+
+
+@jit
+def _see_as_measured(K: Any) -> bool:
+    """Begin a tick at the measured state: whether all inputs are finite."""
+    _begin(K)
+    K.feedback.active = 0
+    valid = _state_is_finite(K) and _target_is_finite(K)
     forward_kinematics(K)
+    return valid
+
+
+@jit
+def _see(K: Any) -> bool:
+    """Begin a tick at the reference: what is believed of the arm, and how far the target is displaced.
+
+    Whether the target is finite.
+    """
+    feedback = K.feedback
+    _begin(K)
+    feedback.active = 1
+    first = feedback.fresh != 0
+    valid = _target_is_finite(K)
+    believe(K)
+    observe(K, first)
+    if feedback.kind == TORQUE_DRIVE:
+        feel(K)
+    refer(K)
+    look_at_tip(K)
+    correct(K)
+    measure_gap(K)
+    wait(K)
     return valid
 
 
@@ -129,6 +172,7 @@ def _bound(K: Any) -> None:
         motion(K)
         dynamics(K)
         lock_instantly(K)
+        take_jump(K)
     prescribed_motion(K)
     if K.state.level == ACCELERATION:
         motion(K)
@@ -145,23 +189,60 @@ def _limit(K: Any) -> None:
 
 
 @jit
-def _may_go_on(K: Any, valid: bool) -> bool:
-    """The task's error and the stop test; False when the arm is to be brought to rest.
+def _stop(K: Any) -> bool:
+    """The rows of the task are there to be looked at, but the arm is brought to rest."""
+    task_rows(K, K.task.kp)
+    begin_stop(K)
+    return False
 
-    Then, too, the rows of the task are there to be looked at.
-    """
-    if not valid:
-        task_rows(K, K.task.kp)
-        begin_stop(K)
+
+@jit
+def _refuse_target(K: Any) -> bool:
+    """A target that cannot be used: the arm is brought to rest until one can."""
+    _stop(K)
+    if K.watch.latched == 0:
         K.ladder.verdict = INVALID_INPUT
-        return False
+    return False
+
+
+@jit
+def _may_go_on(K: Any, valid: bool) -> bool:
+    """The task's error and the stop test; False when the arm is to be brought to rest."""
+    if not valid:
+        return _refuse_target(K)
+    K.task.has_tip_measured = 0  # it is in the displacement
     pose_error(K)
-    error_norms(K)
-    if _emergency(K):
-        task_rows(K, K.task.kp)
-        begin_stop(K)
-        return False
-    return True
+    see_error(K)
+    displace(K)
+    return not _emergency(K) or _stop(K)
+
+
+@jit
+def _may_go_on_by_the_clock(K: Any, valid: bool) -> bool:
+    """The same, with the target played back late while the arm cannot follow."""
+    if valid:
+        K.task.has_tip_measured = 0
+        pose_error(K)
+        see_error(K)
+        play_back(K)
+        if K.feedback.late > 0.0:
+            pose_error(K)
+    else:
+        return _refuse_target(K)
+    displace(K)
+    return not _emergency(K) or _stop(K)
+
+
+@jit
+def _may_go_on_as_measured(K: Any, valid: bool) -> bool:
+    """The same above a moving base, where the measured state itself is led."""
+    if not valid:
+        return _refuse_target(K)
+    pose_error(K)
+    for k in range(6):
+        K.task.seen[k] = K.task.error[k]
+    K.task.position_error, K.task.rotation_error = norms(K, K.task.error)
+    return not _emergency(K) or _stop(K)
 
 
 @jit
@@ -204,7 +285,7 @@ def prepare_plain(K: Any) -> int:
     valid = _see(K)
     _bound(K)
     _limit(K)
-    if not _may_go_on(K, valid):
+    if not _may_go_on_by_the_clock(K, valid):
         return SOLVE
     objective(K)
     task_rows(K, K.task.kp)
@@ -217,7 +298,7 @@ def prepare_rich(K: Any) -> int:
     valid = _see(K)
     _bound(K)
     _limit(K)
-    if not _may_go_on(K, valid):
+    if not _may_go_on_by_the_clock(K, valid):
         return SOLVE
     objective(K)
     task_rows(K, K.task.kp)
@@ -255,14 +336,14 @@ def prepare_on_path(K: Any, path: Any) -> int:
 @jit
 def prepare_on_base(K: Any, base: Any) -> int:
     """A tick led by an inertial target above a base that moves."""
-    valid = _see(K)
+    valid = _see_as_measured(K)
     if not follow_base(K, base):
         valid = False
     _bound(K)
     if base.anti_windup:
         reduce_by_lead(K, base)
     _limit(K)
-    if not _may_go_on(K, valid):
+    if not _may_go_on_as_measured(K, valid):
         return SOLVE
     objective(K)
     task_rows(K, base.gain / K.state.dt)

@@ -1,0 +1,167 @@
+"""What the arm takes, and with it who closes which loop."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import exp, isfinite, sqrt
+from typing import Any
+
+from ftqp.control.drive.noise import Noise
+from ftqp.core.checks import non_negative, positive
+from ftqp.core.errors import InputError, nearest
+from ftqp.kernel.layout.enums import DELAYS, DriveKind
+
+KINDS = {kind.name.lower(): kind for kind in DriveKind}
+KAPPA_UNKNOWN = 10.0
+"""Bandwidth of the tip's loop [1/s] where the servo's is not known."""
+KAPPA_MOST = 25.0
+KAPPA_DELAY = 0.25
+"""The tip's loop times the delay is at most this."""
+KAPPA_RATTLE = 0.05
+"""Acceleration [m/s2] that the noise of the tip may cause."""
+HOLD_UNKNOWN, HOLD_MOST, HOLD_DELAY = 10.0, 50.0, 0.3
+"""Position loop around a velocity arm [1/s]."""
+STIFFNESS_MOST, STIFFNESS_DELAY = 80.0, 0.24
+"""Loop around a torque arm [1/s]."""
+OBSERVER = 200.0
+"""Bandwidth of the observer of position and velocity arms [1/s]."""
+OBSERVER_SHARE = 5.0
+"""Bandwidth of the observer of a torque arm beside its stiffness."""
+OBSERVER_FAILED = 300.0
+"""Bandwidth of the observer of a failed joint [1/s]."""
+FEED_FORWARD_SHARE = 0.5
+"""Bandwidth of the disturbance that is fed forward beside the stiffness."""
+PATIENCE = 0.02
+"""How long a sensor may be refused before the arm is stopped [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drive:
+    """What the arm takes, and what is known of the loop inside it.
+
+    Attributes:
+        kind: ``position``: send ``step.q``, and ``step.v`` where the arm takes it as well. ``velocity``: send
+            ``step.v``. ``torque``: send ``step.tau``.
+        bandwidth: Of the arm's own servo, > 0 [rad/s]; None is unknown. A larger one lets the tip's error be
+            taken back faster; stating more than the servo has makes the loop ring.
+        takes_velocity: Whether the servo of a position arm is fed ``step.v``, too. One that is not lags by
+            2/bandwidth, which ``lead`` makes up for.
+        lead: How far ahead of the reference positions are sent, >= 0 [s]; None is 2/bandwidth for a servo on
+            positions only whose bandwidth is known, else 0.
+        latency: How late samples are when ``step`` gets them, >= 0 [s]; it is rounded to whole ticks. A
+            larger one lowers every loop's bandwidth.
+        stiffness: Bandwidth of the loop around the reference of a torque arm, > 0 [1/s]; None is
+            min(80, 0.24/(latency + dt)). A larger one holds better against friction and loads, and less well
+            against a wrong model.
+
+    Raises:
+        InputError: An unknown kind, a number out of its range, or one that this kind has no use for.
+
+    Source: docs/theory/feedback.md.
+    """
+
+    kind: str = "position"
+    bandwidth: float | None = None
+    takes_velocity: bool = True
+    lead: float | None = None
+    latency: float = 0.0
+    stiffness: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise InputError(
+                f"drive is {self.kind!r}{nearest(str(self.kind), KINDS)}, expected one of {', '.join(KINDS)}"
+            )
+        if self.bandwidth is not None:
+            positive("bandwidth of the drive", self.bandwidth, "rad/s")
+        non_negative("latency of the drive", self.latency, "s")
+        for name in ("lead", "stiffness"):
+            owner = "position" if name == "lead" else "torque"
+            if getattr(self, name) is not None and self.kind != owner:
+                raise InputError(
+                    f"{name} is for drive {owner!r}, but the drive is {self.kind!r}; leave it out"
+                )
+        if self.lead is not None:
+            non_negative("lead of the drive", self.lead, "s")
+        if self.stiffness is not None:
+            positive("stiffness of the drive", self.stiffness, "1/s")
+        if not self.takes_velocity and self.kind != "position":
+            raise InputError(
+                f"takes_velocity=False is for drive 'position', but the drive is {self.kind!r}; leave it out"
+            )
+
+    def ticks(self, dt: float) -> int:
+        """The latency in whole ticks.
+
+        Args:
+            dt: The sampling period [s].
+
+        Raises:
+            InputError: The latency is longer than can be kept.
+        """
+        ticks = round(self.latency / dt)
+        if ticks > DELAYS - 2:
+            raise InputError(
+                f"latency of the drive is {self.latency:g} s, expected at most {(DELAYS - 2) * dt:g} s, "
+                f"{DELAYS - 2} samples"
+            )
+        return ticks
+
+    def gains(self, dt: float, noise: Noise, reach: float) -> dict[str, float]:
+        """Bandwidths of every loop, by their names in the record's room ``feedback``.
+
+        Args:
+            dt: The sampling period [s].
+            noise: What is measured, how noisily.
+            reach: The arm's reach [m].
+        """
+        delay = (self.ticks(dt) + 1) * dt
+        w = min(STIFFNESS_MOST, STIFFNESS_DELAY / delay) if self.stiffness is None else self.stiffness
+        if self.kind == "torque":
+            own = 0.5 * w
+        elif self.bandwidth is None:
+            own = KAPPA_UNKNOWN
+        else:
+            own = self.bandwidth / (2.0 if self.takes_velocity else 4.0)
+        rattles = sqrt(KAPPA_RATTLE / (noise.q * reach)) if noise.q > 0.0 else float("inf")
+        hold = HOLD_UNKNOWN if self.bandwidth is None else self.bandwidth / 4.0
+        lead = self.lead
+        if lead is None:
+            lead = 2.0 / self.bandwidth if self.bandwidth is not None and not self.takes_velocity else 0.0
+        observer = OBSERVER_SHARE * w if self.kind == "torque" else OBSERVER
+        return {
+            "kappa": min(own, KAPPA_DELAY / delay, KAPPA_MOST, rattles),
+            "hold": min(hold, HOLD_DELAY / delay, HOLD_MOST),
+            "lead": lead,
+            "stiffness": w,
+            "pole": exp(-observer * dt),
+            "pole_failed": exp(-OBSERVER_FAILED * dt),
+            "failed_noise": OBSERVER_FAILED * sqrt(OBSERVER_FAILED * dt),
+            "slowness": 1.0 - exp(-FEED_FORWARD_SHARE * w * dt),
+            "sigma": noise.q,
+            "patience": PATIENCE,
+        }
+
+
+def by_name(drive: Drive | str | Mapping[str, Any]) -> Drive:
+    """The drive of that name or table.
+
+    Raises:
+        InputError: An unknown name or key, or a number out of its range.
+    """
+    if isinstance(drive, Drive):
+        return drive
+    if isinstance(drive, str):
+        return Drive(kind=drive)
+    if not isinstance(drive, Mapping):
+        raise InputError(
+            f"drive is {drive!r:.60}, expected one of {', '.join(KINDS)}, a table, or an ftqp.Drive"
+        )
+    keys = tuple(Drive.__dataclass_fields__)
+    for key, value in drive.items():
+        if key not in keys:
+            raise InputError(
+                f"{key!r} is not a key of a drive{nearest(str(key), keys)}; it has {', '.join(keys)}"
+            )
+        if isinstance(value, float) and not isfinite(value):
+            raise InputError(f"{key} of the drive is {value}, expected a finite number")
+    return Drive(**drive)

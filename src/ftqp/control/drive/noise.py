@@ -1,0 +1,27 @@
+"""How noisy the measurements are."""
+
+from dataclasses import dataclass
+
+from ftqp.core.checks import non_negative
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """Standard deviations of what is measured; zero says that nothing is known.
+
+    Attributes:
+        q: Of joint positions, >= 0 [rad or m]. A larger one lets samples differ more from what is expected
+            and corrects the tip more slowly; where it is stated, a sensor that repeats its number while the
+            joint moves counts as frozen.
+        tau: Of joint torques, >= 0 [N m or N].
+
+    Raises:
+        InputError: A number is negative or not finite.
+    """
+
+    q: float = 0.0
+    tau: float = 0.0
+
+    def __post_init__(self) -> None:
+        non_negative("q of the noise", self.q, "rad or m")
+        non_negative("tau of the noise", self.tau, "N m or N")

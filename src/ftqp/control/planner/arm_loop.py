@@ -1,0 +1,98 @@
+"""The loop between a planner and its arm, as its user sees it: stops, their reasons, and the disturbance."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.drive.drive import Drive, by_name
+from ftqp.control.drive.noise import Noise
+from ftqp.control.planner.status import STOP_REASONS
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.enums import DriveKind, StopReason
+from ftqp.model.robot import Robot
+
+
+@final
+class ArmLoop:
+    """Stops and what is observed of the arm.
+
+    Args:
+        session: The planner's.
+        joints: Names of the joints, (nv,).
+    """
+
+    def __init__(self, session: Session, joints: Sequence[str]) -> None:
+        self._session = session
+        self._joints = tuple(joints)
+
+    def forget(self) -> None:
+        """After a reset no stop is latched and nothing is known of the arm but the given state."""
+        self._release()
+        self._session.K.feedback.fresh = 1
+
+    def _release(self) -> None:
+        watch = self._session.K.watch
+        watch.latched = watch.stopped = watch.reason = watch.rising = watch.fallbacks = 0
+        watch.last_position_error = watch.last_rotation_error = np.inf
+
+    def stop(self) -> None:
+        """Latch a stop."""
+        watch = self._session.K.watch
+        if not watch.latched:
+            watch.latched, watch.reason = 1, StopReason.ASKED
+
+    def resume(self) -> bool:
+        """Release a stop; False while a lost sensor forbids it."""
+        feedback = self._session.K.feedback
+        if feedback.lost.any():
+            return False
+        self._release()
+        feedback.waited = feedback.late = feedback.up = feedback.spent_elsewhere = 0.0
+        feedback.far = feedback.stored = feedback.until_stored = 0
+        feedback.spent[:] = 0.0
+        return True
+
+    @property
+    def stopped_because(self) -> str | None:
+        """Why a stop is latched; None while none is."""
+        K = self._session.K
+        reason = StopReason(int(K.watch.reason)) if K.watch.latched else StopReason.NONE
+        sentence = STOP_REASONS[reason]
+        if sentence is None:
+            return None
+        named = self._joints[max(int(K.feedback.culprit), 0)]
+        if reason is StopReason.SENSOR:
+            lost = np.flatnonzero(K.feedback.lost[: len(self._joints)])
+            named = ", ".join(self._joints[i] for i in lost) or "v, tau or the tip"
+        return sentence.format(joint=named)
+
+    @property
+    def disturbance(self) -> FloatArray:
+        """Torque beside the model, (nv,) [N m or N]; NaN where it is not observed."""
+        feedback, n = self._session.K.feedback, len(self._joints)
+        if feedback.kind != DriveKind.TORQUE:
+            return np.full(n, np.nan)
+        result: FloatArray = feedback.M[:n, :n] @ feedback.d_slow[:n]
+        return result
+
+
+def accepted_drive(
+    robot: Robot, drive: Drive | str | Mapping[str, Any], noise: Noise | None
+) -> tuple[Drive, Noise]:
+    """What the arm takes and how noisy it is, if that can be driven.
+
+    Raises:
+        InputError: A wrong drive or noise, or torques for a robot without inertia.
+    """
+    if noise is not None and not isinstance(noise, Noise):
+        raise InputError(f"noise is {noise!r:.60}, expected an ftqp.Noise or None")
+    found = by_name(drive)
+    if found.kind == "torque" and not robot.has_inertia:
+        raise InputError(
+            f"drive 'torque' needs inertia, which {robot.name} has not; give the model its masses, or "
+            "take drive 'position' or 'velocity'"
+        )
+    return found, Noise() if noise is None else noise

@@ -1,0 +1,118 @@
+"""How far the arm is from its command, and how fast the path may therefore go on."""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
+from ftqp.kernel.rows.task_rows import component_of
+
+TUBE = 0.02
+"""A joint may always be this far [rad or m] from its command ..."""
+TUBE_TIME = 0.1
+"""... and farther by what its command moves in this time [s]."""
+TUBE_SIGMAS = 6.0
+FILTER = 0.01
+"""Time constant of the gap's low-pass filter [s]."""
+FULL_SPEED_TO = 0.6
+"""Up to this gap the path runs at full speed; it stands at a gap of 1."""
+RATE_TIME = 0.05
+"""The rate approaches what is wanted with this time constant [s] ..."""
+FASTEST_FALL = 5.0
+FASTEST_RISE = 2.0
+"""... but falls and rises by no more than these a second."""
+FULL = 1e-6
+"""A rate nearer to 1 than this is 1."""
+DEVIATION_SAMPLES = 4
+"""The arm is stopped when it is beyond the emergency thresholds on so many samples in a row."""
+WAITING = 0.05
+"""A rate below this is waiting ..."""
+PATIENCE = 1.0
+"""... which is given up after this time [s]."""
+
+
+@jit
+def norms(K: Any, error: Any) -> tuple[float, float]:
+    """Norms of a six-vector along W over the task's rows: position [m], rotation [rad]."""
+    task = K.task
+    linear = angular = 0.0
+    for k in range(task.m):
+        e = component_of(K, task.rows[k], 0, error)
+        if task.rows[k] < 3:
+            linear += e * e
+        else:
+            angular += e * e
+    return sqrt(linear), sqrt(angular)
+
+
+@jit
+def _joint_gap(K: Any) -> float:
+    """max |q_u - q_r| / tube over healthy joints, tube = 0.02 + 6 sigma + 0.1 s |v_r|; who is farthest."""
+    feedback, past, faults = K.feedback, K.past, K.faults
+    then = slot(feedback, feedback.latency)
+    gap = 0.0
+    for i in range(K.chain.n):
+        if faults.code[i] == HEALTHY:
+            tube = TUBE + TUBE_SIGMAS * feedback.sigma + TUBE_TIME * abs(past.v[then, i])
+            g = abs(feedback.seen[i] - past.q[then, i]) / tube
+            if g > gap:
+                gap = g
+                feedback.culprit = i
+    feedback.out = feedback.out + 1 if gap > 1.0 else 0
+    return gap
+
+
+@jit
+def measure_gap(K: Any) -> None:
+    """g, what the arm leaves uncorrected, in units of what is tolerated: of d + c, and of every joint.
+
+    It decides what is done; what is said is decided by the true error. An arm farther away than the emergency
+    thresholds on four samples is stopped.
+    Source: docs/theory/feedback.md, "The gap".
+    """
+    feedback, watch = K.feedback, K.watch
+    feedback.gap = 0.0
+    if not feedback.displaced and feedback.exact:
+        feedback.far = feedback.out = 0
+        return
+    for k in range(6):
+        feedback.left[k] = feedback.off[k] + feedback.c[k]
+    position, rotation = norms(K, feedback.left)
+    gap = max(position / feedback.tolerance, rotation / feedback.rotation_tolerance)
+    feedback.tip_gap = gap
+    feedback.gap = max(gap, _joint_gap(K))
+    beyond = position > watch.stop_position or rotation > watch.stop_rotation
+    feedback.far = feedback.far + 1 if beyond else 0
+    if feedback.far >= DEVIATION_SAMPLES and watch.latched == 0:
+        watch.latched = 1
+        watch.reason = STOPPED_BY_DEVIATION
+
+
+@jit
+def wait(K: Any) -> None:
+    """The rate of the path: 1 up to a gap of 0.6, 0 at a gap of 1, changing smoothly.
+
+    g_f' = (g - g_f)/10 ms; rate' = clip((clip((1 - g_f)/0.4, 0, 1) - rate)/0.05 s, -5, 2). During a stop it
+    rests. Waiting for a second in vain stops the arm, unless the planner never stops of its own accord.
+    Source: docs/theory/feedback.md, "The gap".
+    """
+    feedback, watch, dt = K.feedback, K.watch, K.state.dt
+    feedback.rate_change = 0.0
+    if watch.latched:
+        return
+    feedback.gap_filtered += min(1.0, dt / FILTER) * (feedback.gap - feedback.gap_filtered)
+    wanted = min(max((1.0 - feedback.gap_filtered) / (1.0 - FULL_SPEED_TO), 0.0), 1.0)
+    if wanted == 1.0 and feedback.rate == 1.0:
+        feedback.waited = 0.0
+        return
+    change = min(max((wanted - feedback.rate) / max(RATE_TIME, dt), -FASTEST_FALL), FASTEST_RISE)
+    rate = feedback.rate + dt * change
+    if rate > 1.0 - FULL:
+        rate = 1.0
+    feedback.rate_change = change
+    feedback.rate = max(rate, 0.0)
+    feedback.waited = feedback.waited + dt if feedback.rate < WAITING else 0.0
+    if feedback.waited > PATIENCE and watch.stop_samples > 0:
+        watch.latched = 1
+        watch.reason = STOPPED_BY_LAG

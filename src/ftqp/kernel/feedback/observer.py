@@ -1,0 +1,75 @@
+"""Where each joint is, how fast it moves, and what acceleration disturbs it: three states a joint."""
+
+from typing import Any
+
+from ftqp.kernel.arm.dynamics import dynamics
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, TORQUE_DRIVE
+
+
+@jit
+def _advanced(K: Any, q: float, v: float, a: float) -> tuple[float, float]:
+    """(q, v) after dt at the acceleration a, by the planner's own formula of its level."""
+    dt = K.state.dt
+    after = v + dt * a
+    return (q + dt * (v + 0.5 * dt * a) if K.state.level == ACCELERATION else q + dt * after), after
+
+
+@jit
+def observe(K: Any, first: bool) -> None:
+    """(q^, v^, d^) of the samples' time, and (q^, v^) predicted over the latency to now.
+
+    q- = q^ + dt v^ + dt^2/2 (a + d^),  v- = v^ + dt (a + d^),  e = q_u - q-
+    q^ = q- + (1 - z^3) e,  v^ = v- + 3/2 (1 - z)^2 (1 + z)/dt e,  d^ += (1 - z)^3/dt^2 e
+
+    a is the acceleration that was sent then. A joint whose sample was refused is put on the reference, so
+    that its feedback is off.
+    Source: docs/theory/feedback.md, "The observer".
+    """
+    feedback, past, faults, dt = K.feedback, K.past, K.faults, K.state.dt
+    then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
+    for i in range(K.chain.n):
+        healthy = faults.code[i] == HEALTHY
+        if healthy:
+            feedback.known_failed[i] = 0
+        elif not feedback.known_failed[i]:
+            feedback.known_failed[i] = 1
+            feedback.d_hat[i] = feedback.d_slow[i] = 0.0
+            feedback.still[i] = 0
+        z = feedback.pole if healthy else feedback.pole_failed
+        if feedback.bad[i]:
+            feedback.q_hat[i], feedback.v_hat[i] = feedback.seen[i], past.v[then, i]
+        elif not first:
+            q, v = _advanced(K, feedback.q_hat[i], feedback.v_hat[i], past.a[before, i] + feedback.d_hat[i])
+            e = feedback.seen[i] - q
+            s = 1.0 - z
+            feedback.q_hat[i] = q + (1.0 - z * z * z) * e
+            feedback.v_hat[i] = v + 1.5 * s * s * (1.0 + z) / dt * e
+            feedback.d_hat[i] += s * s * s / (dt * dt) * e
+        q, v = feedback.q_hat[i], feedback.v_hat[i]
+        if not healthy or feedback.kind == TORQUE_DRIVE:
+            for ago in range(feedback.latency, 0, -1):
+                q, v = _advanced(K, q, v, past.a[slot(feedback, ago), i] + feedback.d_hat[i])
+        feedback.q_now[i], feedback.v_now[i] = q, v
+        if healthy:
+            feedback.d_slow[i] += feedback.slowness * (feedback.d_hat[i] - feedback.d_slow[i])
+        else:
+            feedback.d_slow[i] = 0.0
+
+
+@jit
+def feel(K: Any) -> None:
+    """M and h at the observed state, kept aside for the torque law."""
+    feedback, state, kinematics = K.feedback, K.state, K.kinematics
+    n = K.chain.n
+    for i in range(n):
+        state.q[i], state.v[i] = feedback.q_now[i], feedback.v_now[i]
+    forward_kinematics(K)
+    motion(K)
+    dynamics(K)
+    for i in range(n):
+        feedback.h[i] = kinematics.h[i]
+        for j in range(n):
+            feedback.M[i, j] = kinematics.M[i, j]

@@ -1,0 +1,63 @@
+"""The state at which the QP is posed: the planner's own last command, and what failed joints really do."""
+
+from typing import Any
+
+from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import HEALTHY, LOCKED
+
+STILL = 0.01
+"""A locked joint that is observed to be slower than this [rad/s or m/s], beside noise, rests ..."""
+STILL_SAMPLES = 8
+"""... after so many samples."""
+FOLLOW = 0.05
+"""A resting joint's place in the reference takes this share of what the sensor says each tick."""
+
+
+@jit
+def refer(K: Any) -> None:
+    """(q_r, v_r) into ``state``: the last command; of failed joints the observed state.
+
+    A joint that brakes or swings counts as it is observed now. A locked joint at rest has velocity zero, and
+    its place follows the sensor slowly, so that its noise does not shake the others.
+    Source: docs/theory/feedback.md, "The reference".
+    """
+    feedback, past, state, faults = K.feedback, K.past, K.state, K.faults
+    now = feedback.now
+    rest = STILL + 6.0 * feedback.sigma * feedback.failed_noise
+    for i in range(K.chain.n):
+        q, v = state.q_command[i], state.v_command[i]
+        if faults.code[i] != HEALTHY:
+            if faults.code[i] == LOCKED:
+                feedback.still[i] = feedback.still[i] + 1 if abs(feedback.v_hat[i]) < rest else 0
+                if feedback.still[i] < STILL_SAMPLES:
+                    q = feedback.q_now[i]
+                else:
+                    q += FOLLOW * (feedback.seen[i] - q)
+                v = 0.0
+            else:
+                q, v = feedback.q_now[i], feedback.v_now[i]
+            past.q[now, i], past.v[now, i] = q, v
+        state.q[i], state.v[i] = q, v
+
+
+@jit
+def take_jump(K: Any) -> None:
+    """After a joint was locked at once: the observer takes the jump of the velocities that is believed."""
+    feedback, past, state = K.feedback, K.past, K.state
+    if feedback.active and feedback.latency == 0:
+        for i in range(K.chain.n):
+            jump = state.v[i] - past.v[feedback.now, i]
+            feedback.v_hat[i] += jump
+            feedback.v_now[i] += jump
+
+
+@jit
+def follows(K: Any) -> bool:
+    """Whether every sample is the reference of its time to the last bit, as on an arm that obeys exactly."""
+    feedback, past = K.feedback, K.past
+    then = slot(feedback, feedback.latency)
+    for i in range(K.chain.n):
+        if feedback.seen[i] != past.q[then, i]:
+            return False
+    return True

@@ -1,0 +1,159 @@
+"""Each joint's measured position is accepted, or gives way to what is expected."""
+
+from math import inf
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import FREE, HEALTHY, STOPPED_BY_SENSOR
+from ftqp.kernel.maths.finite import is_finite
+
+SPEED_SHARE = 1.3
+"""A joint may be this much faster than its velocity limit for one sample."""
+SIGMAS = 8.5
+"""6 sqrt(2) standard deviations: the test looks at the difference of two samples."""
+ROOM = 1e-4
+"""Room [rad or m] that is left whatever else is known."""
+FREE_SPEED = 15.0
+"""A free-swinging joint may be this fast [rad/s] although its own limit is lower."""
+FROZEN_SAMPLES = 5
+"""A noisy sensor whose number stays the same for so many samples may be frozen ..."""
+FROZEN_SIGMAS = 6.0
+"""... and is, when the joint should have moved by so many standard deviations meanwhile."""
+RECOVERY = 0.2
+"""A good sample takes back this share of what a bad one costs."""
+
+
+@jit
+def slot(feedback: Any, ago: int) -> int:
+    """Where the ring keeps the tick that was ``ago`` ticks before this one."""
+    index = feedback.now - ago
+    return index if index >= 0 else index + feedback.size
+
+
+@jit
+def begin(K: Any) -> None:
+    """After a reset: the arm is where it was said to be, and nothing is known of what came before."""
+    feedback, past, state = K.feedback, K.past, K.state
+    n = K.chain.n
+    feedback.fresh = 0
+    feedback.now = 0
+    feedback.refused = feedback.lagging = feedback.out = feedback.settled = feedback.far = 0
+    feedback.gap = feedback.rate_change = feedback.late = feedback.up = 0.0
+    feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
+    feedback.rate = 1.0
+    feedback.stored = feedback.until_stored = 0
+    feedback.culprit = -1
+    for k in range(6):
+        feedback.c[k] = feedback.c_rate[k] = feedback.push[k] = feedback.off[k] = 0.0
+    for i in range(n):
+        q, v = state.q_command[i], state.v_command[i]
+        feedback.seen[i] = feedback.good[i] = feedback.raw[i] = feedback.q_hat[i] = feedback.q_now[i] = q
+        feedback.v_hat[i] = feedback.v_now[i] = v
+        feedback.d_hat[i] = feedback.d_slow[i] = feedback.offset[i] = feedback.spent[i] = 0.0
+        feedback.age[i] = feedback.same[i] = feedback.lost[i] = feedback.still[i] = feedback.bad[i] = 0
+        feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 1
+        for s in range(feedback.size):
+            past.q[s, i], past.v[s, i], past.a[s, i] = q, v, 0.0
+    for s in range(feedback.size):
+        past.known[s] = 0
+
+
+@jit
+def _is_possible(K: Any, i: int, sample: float, v: float) -> bool:
+    """|q_m - q_good - t v_r| <= 1.3 v_max dt + a_max t^2 + 8.5 sigma + 1e-4, t the time since q_good."""
+    feedback, limits, dt = K.feedback, K.limits, K.state.dt
+    if not is_finite(sample):
+        return False
+    t = feedback.age[i] * dt
+    top = limits.v_max[i]
+    if K.faults.code[i] == FREE:
+        top = max(top, FREE_SPEED)
+    if not top < inf:
+        return True
+    room = SPEED_SHARE * top * dt + limits.a_max[i] * t * t + SIGMAS * feedback.sigma + ROOM
+    return abs(sample - feedback.good[i] - t * v) <= room
+
+
+@jit
+def _is_frozen(K: Any, i: int, sample: float, v: float) -> bool:
+    """Whether a sensor whose noise is known repeats its number although the joint moves."""
+    feedback = K.feedback
+    if sample == feedback.raw[i]:
+        feedback.same[i] += 1
+    else:
+        feedback.same[i] = 0
+        feedback.raw[i] = sample
+    if feedback.sigma == 0.0 or feedback.same[i] < FROZEN_SAMPLES:
+        return False
+    return abs(v) * feedback.same[i] * K.state.dt > FROZEN_SIGMAS * feedback.sigma
+
+
+@jit
+def _spend(K: Any, spent: float, bad: bool) -> float:
+    """The leaky count of bad samples as time [s]; the arm is stopped when patience is at an end."""
+    dt = K.state.dt
+    if not bad:
+        return max(0.0, spent - RECOVERY * dt)
+    spent += dt
+    if spent > K.feedback.patience + 0.5 * dt and K.watch.latched == 0:
+        K.watch.latched = 1
+        K.watch.reason = STOPPED_BY_SENSOR
+    return spent
+
+
+@jit
+def _drop_broken_tip(K: Any) -> bool:
+    """Whether a tip was measured that is not finite; it then counts as not measured."""
+    task = K.task
+    if not task.has_tip_measured:
+        return False
+    for r in range(4):
+        for c in range(4):
+            if not is_finite(task.tip_measured[r, c]):
+                task.has_tip_measured = 0
+                return True
+    return False
+
+
+@jit
+def believe(K: Any) -> None:
+    """q_u: each joint's sample where it is possible, else the reference plus the last good following error.
+
+    The sample is that in ``state.q``. A sample that is not finite, farther away than physics allows, or
+    frozen is refused; so is every sample of a sensor that counts as lost.
+    Source: docs/theory/feedback.md, "Samples".
+    """
+    feedback, past, state, faults = K.feedback, K.past, K.state, K.faults
+    n = K.chain.n
+    if feedback.fresh:
+        begin(K)
+    else:
+        feedback.now = feedback.now + 1 if feedback.now + 1 < feedback.size else 0
+    now = feedback.now
+    for i in range(n):
+        past.q[now, i], past.v[now, i] = state.q_command[i], state.v_command[i]
+    then = slot(feedback, feedback.latency)
+    feedback.refused = 0
+    elsewhere = _drop_broken_tip(K) or state.unusable != 0
+    for i in range(n):
+        elsewhere = elsewhere or not is_finite(state.v[i])
+        sample = state.q[i]
+        v = past.v[then, i] if faults.code[i] != FREE else feedback.v_hat[i]
+        feedback.age[i] += 1
+        bad = feedback.lost[i] != 0 or not _is_possible(K, i, sample, v)
+        if _is_frozen(K, i, sample, v):
+            bad = True
+        feedback.bad[i] = 1 if bad else 0
+        feedback.spent[i] = _spend(K, feedback.spent[i], bad)
+        if bad:
+            feedback.refused += 1
+            feedback.seen[i] = past.q[then, i] + feedback.offset[i]
+            if feedback.spent[i] > feedback.patience + 0.5 * state.dt:
+                feedback.lost[i] = 1
+        else:
+            feedback.seen[i] = feedback.good[i] = sample
+            feedback.offset[i] = sample - past.q[then, i]
+            feedback.age[i] = 0
+    feedback.spent_elsewhere = _spend(K, feedback.spent_elsewhere, elsewhere)
+    if elsewhere:
+        feedback.refused += 1

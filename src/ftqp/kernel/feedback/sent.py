@@ -1,0 +1,91 @@
+"""What is sent to the arm, by what it takes: positions, velocities or torques."""
+
+from typing import Any
+
+from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import HEALTHY, TORQUE_DRIVE, VELOCITY_DRIVE
+from ftqp.kernel.maths.cholesky import factor, solve_factored
+
+FEED_FORWARD_SHARE = 0.3
+"""The disturbance is fed forward up to this share of a joint's torque limit."""
+
+
+@jit
+def _torques(K: Any) -> None:
+    """tau = M (a_r + w^2 (q_r - q^) + 2 w (v_r - v^)) + h + tau_ff, clipped; 0 for a failed joint.
+
+    tau_ff = clip(-M d, +-0.3 tau_max) of the observed disturbance. What was sent is told to the observer as
+    the acceleration that the model makes of it, so that it knows saturation and its own feed-forward.
+    Source: docs/theory/feedback.md, "The torque drive".
+    """
+    feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
+    M, wanted, extra = feedback.M, K.scratch.joints, K.scratch.impulse
+    n, w, now = K.chain.n, feedback.stiffness, feedback.now
+    for i in range(n):
+        wanted[i] = state.a_command[i]
+        if faults.code[i] == HEALTHY and not feedback.bad[i]:
+            wanted[i] += w * w * (state.q[i] - feedback.q_now[i]) + 2.0 * w * (state.v[i] - feedback.v_now[i])
+    changed = False
+    for k in range(faults.working):
+        i = faults.order[k]
+        tau, forward = feedback.h[i], 0.0
+        for j in range(n):
+            tau += M[i, j] * wanted[j]
+            forward -= M[i, j] * feedback.d_slow[j]
+        most = FEED_FORWARD_SHARE * limits.tau_max[i]
+        forward = min(max(forward, -most), most)
+        sent = min(max(tau + forward, -limits.tau_max[i]), limits.tau_max[i])
+        extra[k] = sent - tau
+        changed = changed or extra[k] != 0.0
+        feedback.tau_sent[i] = sent
+    for k in range(faults.working, n):
+        feedback.tau_sent[faults.order[k]] = 0.0
+    for i in range(n):
+        past.a[now, i] = wanted[i]
+    if changed:
+        S = K.scratch.square
+        for a in range(faults.working):
+            for b in range(faults.working):
+                S[a, b] = M[faults.order[a], faults.order[b]]
+        if factor(S, faults.working):
+            solve_factored(S, faults.working, extra)
+            for k in range(faults.working):
+                past.a[now, faults.order[k]] += extra[k]
+
+
+@jit
+def send(K: Any) -> None:
+    """q, v and tau for the arm's interface, from the reference that the planner has just commanded.
+
+    position:  q_r + lead v_r,  v_r + lead a_r
+    velocity:  v_r + k_q (q_r - q^), both of the samples' time, within the velocity limit
+    torque:    see ``_torques``
+
+    A joint that has failed, or whose sample was refused, gets no feedback.
+    """
+    feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
+    n = K.chain.n
+    lead = feedback.lead
+    for i in range(n):
+        feedback.q_sent[i], feedback.v_sent[i] = state.q_command[i], state.v_command[i]
+    if not feedback.active:
+        return
+    now = feedback.now
+    if feedback.kind == TORQUE_DRIVE:
+        _torques(K)
+        return
+    for i in range(n):
+        past.a[now, i] = state.a_command[i]
+    if feedback.kind == VELOCITY_DRIVE:
+        then = slot(feedback, feedback.latency)
+        for k in range(faults.working):
+            i = faults.order[k]
+            if not feedback.bad[i]:
+                v = state.v_command[i] + feedback.hold * (past.q[then, i] - feedback.q_hat[i])
+                feedback.v_sent[i] = min(max(v, -limits.v_max[i]), limits.v_max[i])
+    elif lead != 0.0:
+        for k in range(faults.working):
+            i = faults.order[k]
+            feedback.q_sent[i] += lead * state.v_command[i]
+            feedback.v_sent[i] += lead * state.a_command[i]

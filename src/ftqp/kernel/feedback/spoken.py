@@ -1,0 +1,62 @@
+"""What the operator is told of the arm, beside what the QP says of itself."""
+
+from typing import Any
+
+from ftqp.kernel.feedback.gap import norms
+from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import INVALID_INPUT, LAGGING, OK, RELAXED, SCALED
+
+OUT_TIME = 0.02
+"""A joint outside its tube for this long [s] is a lag."""
+BACK = 0.5
+"""The lag is over when every error is below this share of its tolerance ..."""
+BACK_TIME = 0.05
+"""... for this long [s]."""
+
+
+@jit
+def see_error(K: Any) -> None:
+    """e: from the measured tip to the target of the same time, (6,), and its norms.
+
+    That is the reference's error to the given target at that time, less d.
+    """
+    feedback, past, task = K.feedback, K.past, K.task
+    if feedback.latency == 0:
+        for k in range(6):
+            task.seen[k] = task.error[k] - feedback.off[k]
+    else:
+        then = slot(feedback, feedback.latency)
+        for k in range(6):
+            past.error[feedback.now, k] = task.error[k]
+        source = then if past.known[then] else feedback.now
+        for k in range(6):
+            task.seen[k] = past.error[source, k] - feedback.off[k]
+    task.position_error, task.rotation_error = norms(K, task.seen)
+
+
+@jit
+def spoken(K: Any, verdict: int) -> int:
+    """The status: INVALID_INPUT of a refused sample, LAGGING with hysteresis, else the QP's own verdict.
+
+    It is LAGGING when the measured tip is beyond the task's tolerance, or a joint has been outside its tube
+    for 20 ms, until everything is within half of that for 50 ms. Where the QP itself says that the task is
+    relaxed or scaled, and the arm follows the command, that goes first.
+    """
+    feedback, task, dt = K.feedback, K.task, K.state.dt
+    if not feedback.active:
+        return verdict
+    e = max(task.position_error / feedback.tolerance, task.rotation_error / feedback.rotation_tolerance)
+    if e > 1.0 or feedback.out * dt > OUT_TIME - 0.5 * dt:
+        feedback.lagging, feedback.settled = 1, 0
+    elif feedback.lagging:
+        feedback.settled = feedback.settled + 1 if max(e, feedback.gap) < BACK else 0
+        if feedback.settled * dt > BACK_TIME - 0.5 * dt:
+            feedback.lagging = 0
+    if verdict != OK and verdict != RELAXED and verdict != SCALED:
+        return verdict
+    if feedback.refused:
+        return INVALID_INPUT
+    if feedback.lagging and (verdict == OK or feedback.gap >= 1.0):
+        return LAGGING
+    return verdict

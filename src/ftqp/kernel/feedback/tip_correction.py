@@ -1,0 +1,129 @@
+"""The outer loop of the tip: the target is displaced by what the arm leaves of the reference."""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.arm.pose_error import rotation_vector
+from ftqp.kernel.feedback.reference import follows
+from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import ACCELERATION
+
+FARTHEST = 0.03
+"""Largest displacement of the target [m] for an error that forward kinematics tells."""
+LARGEST_TURN = 0.15
+"""Largest turn of the target [rad] for the same."""
+
+
+@jit
+def _keep_tip(K: Any, place: Any) -> None:
+    """The tip of the present kinematics, rotation by rows and origin, into (12,)."""
+    for k in range(9):
+        place[k] = K.kinematics.R_tip[k]
+    for k in range(3):
+        place[9 + k] = K.kinematics.o_tip[k]
+
+
+@jit
+def _difference(seen: Any, reference: Any, off: Any) -> None:
+    """d = seen (-) reference: difference of the origins, rotation vector of R_seen R_ref', along W."""
+    for k in range(3):
+        off[k] = seen[9 + k] - reference[9 + k]
+    S, R = seen, reference
+    off[3], off[4], off[5] = rotation_vector(
+        S[0] * R[0] + S[1] * R[1] + S[2] * R[2],
+        S[0] * R[3] + S[1] * R[4] + S[2] * R[5],
+        S[0] * R[6] + S[1] * R[7] + S[2] * R[8],
+        S[3] * R[0] + S[4] * R[1] + S[5] * R[2],
+        S[3] * R[3] + S[4] * R[4] + S[5] * R[5],
+        S[3] * R[6] + S[4] * R[7] + S[5] * R[8],
+        S[6] * R[0] + S[7] * R[1] + S[8] * R[2],
+        S[6] * R[3] + S[7] * R[4] + S[8] * R[5],
+        S[6] * R[6] + S[7] * R[7] + S[8] * R[8],
+    )
+
+
+@jit
+def look_at_tip(K: Any) -> None:
+    """Kinematics of the reference, and d: the measured tip beside that of the reference of the same time."""
+    feedback, past, state, task = K.feedback, K.past, K.state, K.task
+    n, now = K.chain.n, feedback.now
+    exact = follows(K)
+    feedback.exact = exact
+    if not (exact or task.has_tip_measured):
+        for i in range(n):
+            state.q[i] = feedback.seen[i]
+        forward_kinematics(K)
+        _keep_tip(K, feedback.tip)
+        for i in range(n):
+            state.q[i] = past.q[now, i]
+    forward_kinematics(K)
+    if exact and not task.has_tip_measured and feedback.latency == 0:
+        for k in range(6):
+            feedback.off[k] = 0.0
+        return
+    _keep_tip(K, past.tip[now])
+    past.known[now] = 1
+    then = slot(feedback, feedback.latency)
+    if task.has_tip_measured:
+        for r in range(3):
+            for c in range(3):
+                feedback.tip[3 * r + c] = task.tip_measured[r, c]
+            feedback.tip[9 + r] = task.tip_measured[r, 3]
+        feedback.has_tip = 1
+    else:
+        feedback.has_tip = 0
+        if exact:
+            for k in range(6):
+                feedback.off[k] = 0.0
+            return
+    if past.known[then]:
+        _difference(feedback.tip, past.tip[then], feedback.off)
+
+
+@jit
+def _bounded(c: Any, rate: Any, at: int, most: float) -> None:
+    """Three components kept below a norm; at the bound they rest."""
+    norm = sqrt(c[at] * c[at] + c[at + 1] * c[at + 1] + c[at + 2] * c[at + 2])
+    if norm > most:
+        for k in range(at, at + 3):
+            c[k] *= most / norm
+            rate[k] = 0.0
+
+
+@jit
+def correct(K: Any) -> None:
+    """c'' = -kappa^2 (c + d) - 2 kappa c', and what it adds to the task: c to its error, the rest to b.
+
+    It rests while a sample is refused and during a stop. The task's own gains do not see c: its velocity and
+    acceleration are fed forward, so that kappa alone decides how fast the arm's error is taken back.
+    Source: docs/theory/feedback.md, "The tip".
+    """
+    feedback, state, task = K.feedback, K.state, K.task
+    c, rate, kappa, dt = feedback.c, feedback.c_rate, feedback.kappa, state.dt
+    feedback.displaced = 0
+    for k in range(6):
+        if c[k] != 0.0 or rate[k] != 0.0 or feedback.off[k] != 0.0:
+            feedback.displaced = 1
+    if not feedback.displaced:
+        return
+    frozen = feedback.refused > 0 or K.watch.latched != 0
+    for k in range(6):
+        if frozen:
+            rate[k] = feedback.push[k] = 0.0
+            continue
+        change = -kappa * kappa * (c[k] + feedback.off[k]) - 2.0 * kappa * rate[k]
+        rate[k] += dt * change
+        c[k] += dt * rate[k]
+        feedback.push[k] = change + task.kv * rate[k] if state.level == ACCELERATION else rate[k]
+    if not feedback.has_tip:
+        _bounded(c, rate, 0, FARTHEST)
+        _bounded(c, rate, 3, LARGEST_TURN)
+
+
+@jit
+def displace(K: Any) -> None:
+    """The task's error becomes that to the displaced target."""
+    for k in range(6):
+        K.task.error[k] += K.feedback.c[k]

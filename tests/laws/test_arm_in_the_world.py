@@ -1,0 +1,114 @@
+"""What must hold of a planner and an arm that does not do exactly what it is told."""
+
+import numpy as np
+import pytest
+from tests.ride import DRIVES, DT, START, Ride, circle, lock, target_at, wired
+
+import ftqp
+
+STOPS = ("STOPPING", "STOPPED")
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_a_healthy_arm_keeps_to_its_circle_and_is_ok(drive):
+    robot = ftqp.robots.load("panda")
+    planner, arm = wired(robot, drive)
+    ride = Ride(robot, planner, arm, circle(robot, START, duration=3.0), 3.0)
+    assert ride.error.max() < 1.5e-3 and set(ride.status) == {"OK"}
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
+def test_a_brake_told_at_once_costs_millimetres(drive):
+    robot = ftqp.robots.load("panda")
+    planner, arm = wired(robot, drive)
+    ride = Ride(robot, planner, arm, circle(robot, START), 6.0, lock(2, 3.25))
+    assert ride.error.max() < 5e-3 and ride.after(3.55) < 2e-3
+    assert set(ride.status) <= {"OK", "RELAXED"}
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_noise_delay_load_and_friction_are_lived_with(drive, seed):
+    robot = ftqp.robots.load("panda")
+    friction = np.array([0.5, 0.5, 0.5, 0.5, 0.17, 0.17, 0.17])
+    planner, arm = wired(robot, drive, latency=2, sigma=1e-4, mass=0.5, friction=friction, seed=seed)
+    ride = Ride(robot, planner, arm, circle(robot, START), 5.0, lock(2, 3.25))
+    assert ride.error.max() < 6e-3 and ride.after(3.6) < 3e-3 and ride.turn.max() < 0.035
+    assert set(ride.status) <= {"OK", "RELAXED"}
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
+@pytest.mark.parametrize("joint", [1, 2, 3, 5])
+def test_a_brake_that_nobody_told_is_seen_and_ends_at_rest(drive, joint):
+    robot = ftqp.robots.load("panda")
+    planner, arm = wired(robot, drive)
+    ride = Ride(robot, planner, arm, circle(robot, START, duration=4.0), 5.0, lock(joint, 2.0, told=None))
+    assert ride.off_path.max() < 0.06
+    beyond = np.flatnonzero(ride.error > 0.01)
+    if len(beyond):
+        soon = ride.status[beyond[0] : beyond[0] + 50]
+        assert any(s in ("LAGGING", *STOPS) for s in soon)
+        false = (ride.error > 0.01) & (np.array(ride.status) == "OK")
+        assert false.sum() * DT < 0.1
+    assert ride.rest < 1e-2
+
+
+def test_a_torque_arm_withstands_a_push():
+    robot = ftqp.robots.load("panda")
+    planner, arm = wired(robot, "torque")
+    push = {
+        1000: [lambda planner, arm: arm.push.__setitem__(1, 25.0)],
+        1200: [lambda planner, arm: arm.push.__setitem__(1, 0.0)],
+    }
+    ride = Ride(robot, planner, arm, circle(robot, START, 0.1, 4.0), 2.0, push)
+    assert set(ride.status) == {"OK"} and ride.error.max() < 1.5e-3
+
+
+@pytest.mark.parametrize("drive", ["position"])
+def test_a_push_makes_the_user_s_targets_late_and_the_time_is_made_up(drive):
+    robot = ftqp.robots.load("panda")
+    planner, arm = wired(robot, drive)
+    path = circle(robot, START, 0.1, 4.0)
+    push = {
+        1500: [lambda planner, arm: arm.push.__setitem__(1, 500.0)],
+        1700: [lambda planner, arm: arm.push.__setitem__(1, 0.0)],
+    }
+    ride = Ride(robot, planner, arm, path, 6.5, push)
+    assert "LAGGING" in ride.status and not set(ride.status) & set(STOPS)
+    assert ride.status[-1] == "OK" and ride.error[-1] < 1e-3
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
+def test_a_stop_holds_its_place_and_goes_on_when_asked(drive):
+    robot = ftqp.robots.load("panda")
+    planner, arm = wired(robot, drive, sigma=1e-4, mass=2.0, friction=np.full(7, 0.1))
+    path = circle(robot, START, 0.1, 6.0)
+    stop = {1500: [lambda planner, arm: planner.stop()]}
+    ride = Ride(robot, planner, arm, path, 3.5, stop)
+    first = ride.status.index("STOPPED")
+    assert first < 2000 and set(ride.status[first:]) == {"STOPPED"}
+    assert planner.stopped_because == "stop() was called"
+    held = robot.pose(arm.q)[:3, 3]
+    assert np.linalg.norm(held - robot.pose(ride.sent[-1])[:3, 3]) < 2e-3
+    assert planner.resume() and planner.stopped_because is None
+    target = ftqp.Target(pose=target_at(path, 1.5).pose)
+    for _ in range(3000):
+        step = planner.step(arm.measured(), None, target)
+        arm.command(step)
+    assert step.status.name == "OK" and np.linalg.norm(robot.pose(arm.q)[:3, 3] - target.position) < 2e-3
+
+
+@pytest.mark.parametrize("drive", ["position", "torque"])
+def test_a_follower_s_path_waits_for_an_arm_that_is_held(drive):
+    robot = ftqp.robots.load("panda")
+    planner, arm = wired(robot, drive, task=ftqp.Task(mode="scaled"))
+    follower = ftqp.PathFollower(planner, circle(robot, START, 0.1, 4.0))
+    follower.reset(START)
+    arm.braked[3] = False
+    for k in range(2600):
+        if k == 1000:
+            arm.braked[3] = True
+        step = follower.step(arm.measured(), None)
+        arm.command(step)
+    assert step.status.name == "STOPPED" and follower.progress < 2.5
+    assert planner.stopped_because is not None
