@@ -268,7 +268,7 @@ def test_robot_without_inertia_is_refused():
 def test_a_plant_with_another_drive_than_the_planners_is_refused(panda):
     path = Circle(panda.pose(START), 0.1, duration=1.0)
     planner = Planner(panda, DT, drive="torque")
-    with pytest.raises(InputError, match="takes positions, but the planner was made for an arm that takes tor"):
+    with pytest.raises(InputError, match="takes positions, but the planner was made for an arm"):
         Simulation(planner, path, q=START, plant=MujocoPlant(panda, DT))
 
 
