@@ -13,6 +13,7 @@ from ftqp.core.pose import (
     pose,
     quaternions,
     rotation_exp,
+    rotation_vector,
     rotation_vectors,
     rotation_x,
     rotation_z,
@@ -116,3 +117,10 @@ def test_half_turns_have_one_quaternion():
     np.testing.assert_allclose(quaternions(halves), np.eye(4)[:3], atol=1e-15)
     tilted = 2.0 * np.outer([0.6, -0.8, 0.0], [0.6, -0.8, 0.0]) - np.eye(3)
     np.testing.assert_allclose(quaternions(tilted[None])[0], [0.6, -0.8, 0.0, 0.0], atol=1e-15)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-14, 1e-9, 1e-3, 0.7, 2.0, 2.2, 3.0, np.pi - 1e-9])
+def test_one_rotation_vector_is_that_of_many(angle):
+    for axis in np.random.default_rng(4).normal(size=(20, 3)):
+        w = angle * axis / np.linalg.norm(axis)
+        np.testing.assert_allclose(rotation_vector(rotation_exp(w)), w, atol=1e-12)

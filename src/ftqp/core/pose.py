@@ -1,5 +1,6 @@
 """Pose maths for set-up and reports, in plain numpy; the formulas of a tick are in ``ftqp.kernel``."""
 
+from math import atan2, sqrt
 from typing import Any
 
 import numpy as np
@@ -95,3 +96,15 @@ def rotation_vectors(rotations: FloatArray) -> FloatArray:
     np.divide(2.0 * np.arctan2(s, q[:, 3]), s, out=factor, where=s > 0.0)
     result: FloatArray = factor[:, None] * q[:, :3]
     return result
+
+
+def rotation_vector(rotation: FloatArray) -> FloatArray:
+    """The rotation vector [rad] of one rotation matrix (3, 3), (3,)."""
+    R = rotation.tolist()
+    s = np.array([R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1]]) * 0.5
+    cosine = 0.5 * (R[0][0] + R[1][1] + R[2][2] - 1.0)
+    if cosine < -0.5:  # the antisymmetric part becomes small near half a turn
+        result: FloatArray = rotation_vectors(rotation[None])[0]
+        return result
+    sine = sqrt(float(s @ s))
+    return s if sine < 1e-12 else s * (atan2(sine, cosine) / sine)

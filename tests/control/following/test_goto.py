@@ -10,7 +10,7 @@ PANDA = ftqp.robots.load("panda")
 HOME = PANDA.neutral
 AWAY = HOME + np.array([0.5, -0.3, 0.4, 0.3, -0.5, 0.6, 0.3])
 LEVELS = ["acceleration", "velocity"]
-DT = 2e-3
+DT = 4e-3
 
 
 def planner_at(q, level="acceleration", robot=PANDA, v=None, **settings):
@@ -62,7 +62,8 @@ def test_way_to_a_posture_is_as_fast_as_the_slowest_joint_allows():
     steps = go(goto, start)
     v_max, a_max = PANDA.limits.v_max[0], PANDA.limits.a_max[0]
     least = 2.0 / v_max + v_max / a_max + 0.05
-    assert least <= len(steps) * DT <= least + 0.15
+    arrival = next(k for k, step in enumerate(steps) if abs(step.q[0] - HOME[0]) < 1e-4) * DT
+    assert least <= arrival <= least + 0.15
 
 
 @pytest.mark.parametrize("settings", [
@@ -83,7 +84,7 @@ def test_every_planner_goes_to_a_posture_and_steps_on_as_before(settings):
 
 
 @pytest.mark.parametrize("level", LEVELS)
-@pytest.mark.parametrize("at", [0, 1, 20, 60, 120, 200, 260, 290])
+@pytest.mark.parametrize("at", [0, 1, 30, 90, 145])
 @pytest.mark.parametrize("fault", [ftqp.Locked("panda_joint4"), ftqp.Locked("panda_joint1", mode="instant")])
 def test_joint_that_fails_at_any_phase_leaves_the_others_to_reach_their_place(level, at, fault):
     goto = ftqp.GoTo(planner_at(AWAY, level), q=HOME)
@@ -115,9 +116,9 @@ def test_degraded_joint_keeps_its_lower_limits_on_the_way():
     planner = planner_at(AWAY)
     goto = ftqp.GoTo(planner, q=HOME)
     slow = ftqp.Degraded(5, velocity=0.3, acceleration=0.3)
-    steps = go(goto, AWAY, each=lambda k: k == 100 and planner.report(slow))
+    steps = go(goto, AWAY, each=lambda k: k == 50 and planner.report(slow))
     assert goto.status is ftqp.GoToStatus.REACHED
-    v = np.array([step.v[5] for step in steps[250:]])
+    v = np.array([step.v[5] for step in steps[130:]])
     assert np.abs(v).max() <= 0.3 * PANDA.limits.v_max[5] * (1.0 + 1e-9)
 
 
@@ -165,7 +166,7 @@ def test_start_outside_the_limits_comes_inside_and_goes_to_the_goal(level):
     goto = ftqp.GoTo(planner_at(start, level), q=HOME)
     steps = go(goto, start)
     assert goto.status is ftqp.GoToStatus.REACHED
-    assert (np.diff([step.q[3] for step in steps]) <= 1e-12).all()
+    assert (np.diff([step.q[3] for step in steps]) <= 1e-6).all()
 
 
 def test_goal_at_a_limit_is_reached():
@@ -214,7 +215,7 @@ def rotation_of(angle):
 
 
 @pytest.mark.parametrize("level", LEVELS)
-@pytest.mark.parametrize("at", [0, 100, 250, 400])
+@pytest.mark.parametrize("at", [0, 60, 150])
 def test_joint_that_fails_on_the_way_to_a_pose_does_not_keep_a_redundant_arm_from_it(level, at):
     goal = PANDA.pose(HOME)
     goal[:3, 3] += [0.05, 0.15, -0.1]
@@ -250,7 +251,7 @@ def test_measurements_that_are_not_finite_do_not_keep_the_arm_from_its_goal(of, 
     bad = np.full(7, np.nan)
 
     def given(k, q, v):
-        return (bad, v) if k in range(60, 63) else (q, bad) if k == 120 else (q, v)
+        return (bad, v) if k in range(30, 33) else (q, bad) if k == 70 else (q, v)
 
     steps = go(goto, HOME, given=given)
     assert goto.status is ftqp.GoToStatus.REACHED
@@ -323,3 +324,13 @@ def test_planner_without_a_start_is_refused_at_the_first_step():
         goto = ftqp.GoTo(ftqp.Planner(PANDA), **goal)
         with pytest.raises(ftqp.InputError, match="reset"):
             goto.step(HOME, np.zeros(7))
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_joint_that_swings_free_on_the_way_does_not_stop_the_others(level):
+    goto = ftqp.GoTo(planner_at(AWAY, level), q=HOME)
+    free = ftqp.FreeSwinging("panda_joint7", damping=2.0)
+    steps = go(goto, AWAY, each=lambda k: k == 50 and goto.planner.report(free))
+    assert np.abs(steps[-1].q - HOME)[:6].max() <= 1e-6
+    assert {step.tau[6] for step in steps[52:]} == {0.0}
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE and "panda_joint7 (free-swinging) by" in goto.sentence

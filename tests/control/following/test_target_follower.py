@@ -138,22 +138,22 @@ def test_huge_and_jumping_twists_stay_within_the_limits():
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_nothing_winds_up_when_the_operator_pushes_out_of_reach(level):
-    """Four seconds outwards, then back: the tip turns round at once."""
+    """Two seconds and a half outwards, then back: the tip turns round at once."""
     out = np.array([0.3, 0.0, 0.0, 0.0, 0.0, 0.0])
     follower = follower_of(level, task=ftqp.Task(rows="position"))
-    steps, _, statuses = run(follower, lambda k: ftqp.Target(twist=out if k < 2000 else -out, stamp=k), 5.0)
+    steps, _, statuses = run(follower, lambda k: ftqp.Target(twist=out if k < 1200 else -out, stamp=k), 3.8)
     assert ftqp.TargetStatus.WAITING in statuses
     assert max(step.position_error for step in steps) < 0.05
     assert not {step.status for step in steps} & {ftqp.StepStatus.STOPPING, ftqp.StepStatus.STOPPED}
     x = np.array([PANDA.pose(step.q)[0, 3] for step in steps])
-    assert x[2499] < x[2000] - 0.1
+    assert x[1899] < x[1200] - 0.05
 
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_arm_that_was_pushed_out_of_reach_rests_when_the_twist_goes_stale(level):
     out = [0.3, 0.0, 0.0, 0.0, 0.0, 0.0]
     follower = follower_of(level, task=ftqp.Task(rows="position"))
-    steps, _, statuses = run(follower, operated(out, 1500), 6.0)
+    steps, _, statuses = run(follower, operated(out, 1000), 4.0)
     assert statuses[-1] is ftqp.TargetStatus.STALE
     assert (np.abs(steps[-1].v) < 0.01 * PANDA.limits.v_max).all()
 
@@ -192,7 +192,7 @@ def test_target_that_is_no_pose_brakes_the_arm_and_is_named(spoilt):
     steps, _, statuses = run(follower, lambda k: bad if 200 <= k < 400 else good, 3.0)
     assert set(statuses[200:400]) == {ftqp.TargetStatus.INVALID}
     assert {step.status for step in steps[200:400]} == {ftqp.StepStatus.INVALID_INPUT}
-    assert not steps[399].v.any()
+    assert np.abs(steps[399].v).max() < 1e-12
     assert np.linalg.norm(PANDA.pose(steps[-1].q)[:3, 3] - good.position) < 1e-6
 
 

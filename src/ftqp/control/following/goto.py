@@ -15,7 +15,7 @@ from ftqp.control.references.tip_limits import TipLimits
 from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
-from ftqp.core.pose import rotation_vectors
+from ftqp.core.pose import rotation_vector
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
 
 EXACT = 1e-6
@@ -167,7 +167,7 @@ class GoTo:
     def rotation_error(self) -> float:
         """Angle of the commanded tip from its goal [rad]."""
         turn = self.pose[:3, :3] @ self._view.tip.pose[:3, :3].T
-        return float(np.linalg.norm(rotation_vectors(turn[None])[0]))
+        return float(np.linalg.norm(rotation_vector(turn)))
 
     @property
     def sentence(self) -> str:
@@ -221,7 +221,7 @@ class GoTo:
         assert self._tip is not None
         reference = self._tip.reference
         left = float(np.linalg.norm(self.pose[:3, 3] - reference.p))
-        turn = float(np.linalg.norm(rotation_vectors((self.pose[:3, :3] @ reference.R.T)[None])[0]))
+        turn = float(np.linalg.norm(rotation_vector(self.pose[:3, :3] @ reference.R.T)))
         position, rotation = left + step.position_error, turn + step.rotation_error
         return max(position, rotation), max(position / self._tolerance, rotation / self._rotation_tolerance)
 
@@ -234,9 +234,9 @@ class GoTo:
         return bool(off.any() and not off[self._view.working].any())
 
     def _speed(self) -> float:
-        """Largest speed of a joint as a share of its limit."""
+        """Largest speed of a joint that works, as a share of its limit."""
         top = np.minimum(self._view.limits.v, 1.0 / AT_REST)
-        return float((np.abs(self._view.command.v) / top).max())
+        return float((np.abs(self._view.command.v) / top)[self._view.working].max(initial=0.0))
 
     def __repr__(self) -> str:
         return f"GoTo({self.planner.robot.name}, {self._status.name})"

@@ -13,7 +13,7 @@ from ftqp.kernel.entry.session import JointsMemory
 from ftqp.kernel.layout.enums import INVALID_INPUT, STOPPED, STOPPING
 from ftqp.kernel.layout.record import capacity_for
 
-BANDWIDTH = 10.0
+BANDWIDTH = 20.0
 """How fast an error to the motion decays, at most [1/s]."""
 BANDWIDTH_STEPS = 0.2
 """The same times dt, at most."""
@@ -21,6 +21,8 @@ DEVIATION = 0.01
 """A command so far from the motion begins it anew [rad or m]: limits have held the arm back."""
 SPEED_DEVIATION = 0.05
 """The same for its speed, as a share of v_max."""
+SPEED_SHARE, ACCELERATION_SHARE = 0.999, 0.99
+"""Shares of the limits that the motion uses: what is left corrects errors at full speed."""
 LEAST_ACCELERATION = 0.05
 """Share of a_max that the motion uses even where gravity leaves less."""
 OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT)
@@ -102,9 +104,9 @@ class LedJoints:
             return
         goal = command.q + self.way_from(command.q)
         goal = np.clip(goal, limits.q_min, limits.q_max)[working]
-        a_max = np.maximum(limits.a, LEAST_ACCELERATION * robot.limits.a_max)[working]
+        a_max = ACCELERATION_SHARE * np.maximum(limits.a, LEAST_ACCELERATION * robot.limits.a_max)[working]
         start = State(*(part[working] for part in command))
-        self._motion.plan(start, goal, limits.v[working], a_max, a_max / self._rise_time)
+        self._motion.plan(start, goal, SPEED_SHARE * limits.v[working], a_max, a_max / self._rise_time)
 
     def _write(self) -> None:
         """The motion at this tick and what it asks until the next."""

@@ -11,7 +11,7 @@ from ftqp.control.planner.target import Target
 from ftqp.control.references.tip_limits import TipLimits
 from ftqp.control.references.tip_reference import TipReference
 from ftqp.core.checks import FloatArray
-from ftqp.core.pose import rotation_vectors
+from ftqp.core.pose import rotation_vector
 from ftqp.kernel.layout.enums import INVALID_INPUT, STOPPED, STOPPING
 
 LEASH = 0.02
@@ -20,7 +20,7 @@ TURN_LEASH = 0.1
 """The same of its rotation [rad]."""
 STANDING = 1e-3
 """A tip slower than this on its leash stands, and its target with it [m/s, rad/s]."""
-GIVEN_IN = 1e-3
+GIVEN_IN = 1e-4
 """A smaller error is left to the planner when nobody asks for a motion [m, rad]."""
 GIVING_IN = 0.1
 """Time constant of the reference's return to the tip then [s]."""
@@ -91,7 +91,7 @@ class LedTip:
             target.twist[:] = target.acceleration[:] = 0.0
         elif self.planner.level == "velocity":
             target.twist[:3] = (reference.p - p) / dt
-            target.twist[3:] = rotation_vectors((reference.R @ R.T)[None])[0] / dt
+            target.twist[3:] = rotation_vector(reference.R @ R.T) / dt
         else:
             target.twist[:] = rate
             target.acceleration[:] = (reference.twist - rate) / dt

@@ -48,56 +48,52 @@ class PlannerView:
 
     def __init__(self, session: Session, robot: Robot) -> None:
         self._session = session
-        self._n = robot.nv
+        self._n = n = robot.nv
         warm_up(("kinematics",), session.capacity)
         self._arm = ArmSession(robot.chain.constants())
+        self._is_reset = session.field("state", "is_reset")
+        self._ticks = session.field("state", "ticks")
+        self._command = [session.field("state", name)[:n] for name in ("q_command", "v_command", "a_command")]
+        self._measured = session.field("state", "q")[:n]
+        self._code = session.field("faults", "code")[:n]
+        self._limits = [session.field("limits", name)[:n] for name in ("q_min", "q_max", "v_max", "a_brake")]
 
     @property
     def is_reset(self) -> bool:
         """Whether a state is known."""
-        return bool(self._session.K.state.is_reset)
+        return bool(self._is_reset[0])
 
     @property
     def ticks(self) -> int:
         """Number of steps since the last reset."""
-        return int(self._session.K.state.ticks)
+        return int(self._ticks[0])
 
     @property
     def command(self) -> JointState:
         """The last command, or the state of the last reset; copies."""
-        state, n = self._session.K.state, self._n
-        return JointState(state.q_command[:n].copy(), state.v_command[:n].copy(), state.a_command[:n].copy())
+        return JointState(*(part.copy() for part in self._command))
 
     @property
     def measured(self) -> FloatArray:
         """The joint positions as the last step took them, (nv,) [rad or m]; a copy."""
-        result: FloatArray = self._session.K.state.q[: self._n].copy()
+        result: FloatArray = self._measured.copy()
         return result
 
     @property
     def working(self) -> BoolArray:
         """Which joints work, as believed, (nv,)."""
-        result: BoolArray = self._session.K.faults.code[: self._n] == HEALTHY
+        result: BoolArray = self._code == HEALTHY
         return result
 
     @property
     def limits(self) -> BelievedLimits:
         """Limits as believed now; copies."""
-        limits, n = self._session.K.limits, self._n
-        return BelievedLimits(
-            limits.q_min[:n].copy(),
-            limits.q_max[:n].copy(),
-            limits.v_max[:n].copy(),
-            limits.a_brake[:n].copy(),
-        )
+        return BelievedLimits(*(part.copy() for part in self._limits))
 
     @property
     def belief(self) -> bytes:
         """Something that changes whenever the belief in a joint or its limits does."""
-        K, n = self._session.K, self._n
-        limits = K.limits
-        parts = (K.faults.code, limits.q_min, limits.q_max, limits.v_max, limits.a_brake)
-        return b"".join(part[:n].tobytes() for part in parts)
+        return b"".join(part.tobytes() for part in (self._code, *self._limits))
 
     @property
     def tip(self) -> TipState:
@@ -110,10 +106,10 @@ class PlannerView:
         Args:
             joints: Positions, velocities and accelerations.
         """
-        arm, n = self._arm, self._n
+        arm = self._arm
         arm.adopt(self._session)
         arm.kinematics(joints.q, joints.v)
         found = arm.K.kinematics
-        J = np.array(found.J[:, :n])
+        J = np.array(found.J[:, : self._n])
         pose = transform(np.array(found.R_tip).reshape(3, 3), np.array(found.o_tip))
         return TipState(pose, J @ joints.v, J @ joints.a + found.drift)

@@ -1,5 +1,6 @@
 """A pose that moves towards another, or along a twist, with limited speed, acceleration and jerk."""
 
+from math import sqrt
 from typing import final
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from ftqp.control.references.jerk_limit import Motion, State
 from ftqp.control.references.tip_limits import TipLimits
 from ftqp.core.checks import FloatArray
-from ftqp.core.pose import rotation_exp, rotation_vectors, skew
+from ftqp.core.pose import rotation_exp, rotation_vector, skew
 
 LEAST_SHARE = 0.2
 """Share of a limit that every axis has at least, before the shares are made one vector of length 1."""
@@ -102,7 +103,7 @@ class TipReference:
 
     def _plan(self, pose: FloatArray, twist: FloatArray) -> None:
         self._start()
-        turn = rotation_vectors((pose[:3, :3] @ self.R.T)[None])[0]
+        turn = rotation_vector(pose[:3, :3] @ self.R.T)
         way = np.concatenate([pose[:3, 3] - self.p, turn])
         for part in (slice(0, 3), slice(3, 6)):
             size, farthest = float(np.linalg.norm(way[part])), FARTHEST * float(self._v_max[part][0])
@@ -150,6 +151,9 @@ class TipReference:
         xi, rate, change = x[3:], v[3:], a[3:]
         self.p = x[:3]
         self.R = rotation_exp(xi) @ self._R0
+        if not (xi.any() or rate.any()):
+            self.twist, self.acceleration = v, a
+            return
         J = _left_jacobian(xi)
         self.twist = np.concatenate([v[:3], J @ rate])
         ahead, behind = _left_jacobian(xi + BEND_STEP * rate), _left_jacobian(xi - BEND_STEP * rate)
@@ -159,7 +163,7 @@ class TipReference:
 
 def _left_jacobian(xi: FloatArray) -> FloatArray:
     """J with omega = J(xi) xi' for R = exp(xi), (3, 3): I + (1 - cos t)/t^2 [xi] + (t - sin t)/t^3 [xi]^2."""
-    t = float(np.linalg.norm(xi))
+    t = sqrt(float(xi @ xi))
     X = skew(xi)
     if t < FLAT:
         return np.eye(3) + 0.5 * X + X @ X / 6.0
