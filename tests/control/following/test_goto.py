@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.servo_arm import ServoArm
 
 import ftqp
 from ftqp.core.pose import rotation_x
@@ -204,7 +205,7 @@ def test_pose_is_reached(level, shift, turn):
     goto = ftqp.GoTo(planner_at(HOME, level), pose=goal)
     steps = go(goto, HOME)
     assert goto.status is ftqp.GoToStatus.REACHED and within_limits(steps)
-    assert goto.position_error < 1e-5 and goto.rotation_error < 1e-5
+    assert goto.position_error < 1e-4 and goto.rotation_error < 5e-4
     assert goto.joint_error is None
 
 
@@ -334,3 +335,32 @@ def test_joint_that_swings_free_on_the_way_does_not_stop_the_others(level):
     assert np.abs(steps[-1].q - HOME)[:6].max() <= 1e-6
     assert {step.tau[6] for step in steps[52:]} == {0.0}
     assert goto.status is ftqp.GoToStatus.UNREACHABLE and "panda_joint7 (free-swinging) by" in goto.sentence
+
+
+@pytest.mark.parametrize("of", ["posture", "pose", "posture with a lock"])
+@pytest.mark.parametrize("drive, takes", [
+    ("position", "position"), ("position", "position only"), ("velocity", "velocity"),
+])  # fmt: skip
+def test_arm_behind_a_servo_of_15_hz_goes_to_its_goal(drive, takes, of):
+    goal = {"pose": PANDA.pose(HOME)} if of == "pose" else {"q": HOME}
+    planner = planner_at(AWAY, drive=drive)
+    goto = ftqp.GoTo(planner, **goal)
+    arm = ServoArm(AWAY, DT, takes=takes)
+    for k in range(1500):
+        if "lock" in of and k == 60:
+            planner.report(ftqp.Locked(3))
+            arm.braked[3] = True
+        step = goto.step(arm.measured(), None)
+        assert step.status not in (ftqp.StepStatus.STOPPING, ftqp.StepStatus.STOPPED)
+        arm.command(step)
+        if goto.done:
+            break
+    for _ in range(100):
+        arm.command(goto.step(arm.measured(), None))
+    if of == "pose":
+        assert goto.status is ftqp.GoToStatus.REACHED
+        assert np.abs(PANDA.pose(arm.q) - PANDA.pose(HOME)).max() < 1e-3
+    else:
+        locked = "lock" in of
+        assert goto.status is (ftqp.GoToStatus.UNREACHABLE if locked else ftqp.GoToStatus.REACHED)
+        assert np.abs(np.delete(arm.q - HOME, 3)).max() < 1e-3

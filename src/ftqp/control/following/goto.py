@@ -20,6 +20,8 @@ from ftqp.kernel.layout.enums import STOPPED, STOPPING
 
 EXACT = 1e-6
 """A command so near to the goal has arrived [m, rad]."""
+SETTLED = 0.1
+"""Share of the tolerances within which an arm at its pose is not waited for any longer."""
 PATIENCE = 1.0
 """A slow arm that comes no nearer for so long rests as near as it gets [s]."""
 RESTLESS_PATIENCE = 5.0
@@ -223,7 +225,8 @@ class GoTo:
         left = float(np.linalg.norm(self.pose[:3, 3] - reference.p))
         turn = float(np.linalg.norm(rotation_vector(self.pose[:3, :3] @ reference.R.T)))
         position, rotation = left + step.position_error, turn + step.rotation_error
-        return max(position, rotation), max(position / self._tolerance, rotation / self._rotation_tolerance)
+        far = max(position / self._tolerance, rotation / self._rotation_tolerance)
+        return max(left, turn) if far <= SETTLED else max(position, rotation), far
 
     @property
     def _failed_are_off(self) -> bool:

@@ -54,7 +54,7 @@ class PlannerView:
         self._is_reset = session.field("state", "is_reset")
         self._ticks = session.field("state", "ticks")
         self._command = [session.field("state", name)[:n] for name in ("q_command", "v_command", "a_command")]
-        self._measured = session.field("state", "q")[:n]
+        self._measured = session.field("feedback", "seen")[:n]
         self._code = session.field("faults", "code")[:n]
         self._limits = [session.field("limits", name)[:n] for name in ("q_min", "q_max", "v_max", "a_brake")]
 
@@ -75,7 +75,7 @@ class PlannerView:
 
     @property
     def measured(self) -> FloatArray:
-        """The joint positions as the last step took them, (nv,) [rad or m]; a copy."""
+        """The measured joint positions as the last step believed them, (nv,) [rad or m]; a copy."""
         result: FloatArray = self._measured.copy()
         return result
 
