@@ -11,7 +11,8 @@ class StepStatus(Enum):
 
     OK = "the task is followed and every limit is kept"
     RELAXED = (
-        "the task cannot be followed exactly within the limits; the arm does the nearest feasible motion"
+        "the task cannot be followed exactly within the limits, or a joint is outside them; the arm does the "
+        "nearest feasible motion"
     )
     SCALED = "the task is followed more slowly, because its full speed would break a limit"
     LAGGING = (

@@ -22,7 +22,8 @@ class Target:
     """Pose (or position), twist and acceleration that the tip should have now; or a twist alone.
 
     The arrays are views of one buffer: write into them between steps (``target.pose[:] = T``) instead of
-    making a new target every tick. What is written there is not checked; NaN gives INVALID_INPUT.
+    making a new target every tick. A target that is not finite, or whose rotation part is none by the time of
+    the step, is the world's doing: the step's status is INVALID_INPUT.
 
     A twist alone, as a joystick gives it, says where the tip should go and not where it should be: an
     ``ftqp.TargetFollower`` takes it. It needs the stamp of the message that it came from, as only a new stamp
@@ -46,8 +47,8 @@ class Target:
         row: The row of ``packed`` that a step takes, always 0.
 
     Raises:
-        InputError: neither or both of pose and position, a wrong shape, not finite, or a stamp without a
-            twist alone or the other way round.
+        InputError: neither or both of pose and position, no numbers, a wrong shape, a finite pose whose
+            rotation part is none, or a stamp without a twist alone or the other way round.
     """
 
     __slots__ = ("acceleration", "packed", "pose", "position", "stamp", "twist")
@@ -87,18 +88,19 @@ class Target:
             )
         self._own(np.zeros(TARGET_SIZE))
         if position is None:
-            self.pose[:] = checked_pose(pose, "pose")
+            matrix = sized("pose", getattr(pose, "homogeneous", pose), (4, 4))
+            self.pose[:] = checked_pose(matrix) if np.isfinite(matrix).all() else matrix
             self.packed[TARGET_HAS_ROTATION] = 1.0
         else:
             self.pose[:] = np.eye(4)
-            self.position[:] = array("position", position, (3,))
+            self.position[:] = sized("position", position, (3,))
         for name, value, view in (
             ("twist", twist, self.twist),
             ("acceleration", acceleration, self.acceleration),
         ):
             if value is not None:
                 short = position is not None and np.shape(value) == (3,)
-                view[: 3 if short else 6] = array(name, value, (3,) if short else (6,))
+                view[: 3 if short else 6] = sized(name, value, (3,) if short else (6,))
 
     def _own(self, packed: FloatArray) -> None:
         """Take ``packed``, (29,), as the one buffer."""
@@ -115,7 +117,7 @@ class Target:
         object.__setattr__(self, "stamp", nan)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """``target.pose = T`` writes into the buffer, as ``target.pose[:] = T`` does."""
+        """Write into the buffer: ``target.pose = T`` is ``target.pose[:] = T`` with the shape checked."""
         if name == "stamp" and self.packed[TARGET_HAS_ROTATION] < 0.0:
             try:
                 object.__setattr__(self, name, float(value))
@@ -126,7 +128,8 @@ class Target:
             raise AttributeError(
                 f"a target has pose, position, twist and acceleration to be written, not {name!r}"
             )
-        getattr(self, name)[...] = value
+        view = getattr(self, name)
+        view[...] = sized(name, getattr(value, "homogeneous", value), view.shape)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self.packed.copy(), self.stamp)

@@ -4,3 +4,7 @@ from typing import Final
 
 SCALED_FROM: Final = 0.999
 """A path scale or a path rate below this counts as scaled."""
+OUTSIDE_FROM: Final = 1e-6
+"""A joint beyond its range by more than this [rad or m], or faster by more than this share, is outside."""
+ORTHONORMAL_TOLERANCE: Final = 1e-6
+"""Largest entry of |R'R - I| that still counts as a rotation, as in ``ftqp.core.pose``."""

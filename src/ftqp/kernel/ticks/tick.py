@@ -33,6 +33,7 @@ from ftqp.kernel.layout.enums import (
     TORQUE_DRIVE,
 )
 from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.rotation import is_rotation
 from ftqp.kernel.rows.constraint_rows import add_constraints
 from ftqp.kernel.rows.drive import add_drive
 from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, prescribed_motion, sort_joints
@@ -79,14 +80,16 @@ def accept_state(K: Any, nq: int) -> None:
 
 
 @jit
-def _target_is_finite(K: Any) -> bool:
-    """Whether the target is finite.
+def _target_is_usable(K: Any) -> bool:
+    """Whether the target is finite and the rotation of its pose, if it has one, is one.
 
     Number by number: fast math may fold a sum of x - x into zero, NaN or not.
     """
     good = True
     for k in range(TARGET_HAS_ROTATION):
         good = good and is_finite(K.task.target[k])
+    if good and K.task.target[TARGET_HAS_ROTATION] > 0.0:
+        return is_rotation(K.task.target)
     return good
 
 
@@ -134,10 +137,10 @@ def _begin(K: Any) -> None:
 
 @jit
 def _see_as_measured(K: Any) -> bool:
-    """Begin a tick at the measured state: whether all inputs are finite."""
+    """Begin a tick at the measured state: whether all inputs are usable."""
     _begin(K)
     K.feedback.active = 0
-    valid = _state_is_finite(K) and _target_is_finite(K)
+    valid = _state_is_finite(K) and _target_is_usable(K)
     forward_kinematics(K)
     return valid
 
@@ -146,13 +149,13 @@ def _see_as_measured(K: Any) -> bool:
 def _see(K: Any) -> bool:
     """Begin a tick at the reference: what is believed of the arm, and how far the target is displaced.
 
-    Whether the target is finite.
+    Whether the target is usable.
     """
     feedback = K.feedback
     _begin(K)
     feedback.active = 1
     first = feedback.fresh != 0
-    valid = _target_is_finite(K)
+    valid = _target_is_usable(K)
     believe(K)
     observe(K, first)
     if feedback.kind == TORQUE_DRIVE:

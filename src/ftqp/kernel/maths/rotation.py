@@ -1,0 +1,24 @@
+"""Whether nine numbers of a pose are a rotation."""
+
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.thresholds import ORTHONORMAL_TOLERANCE
+
+
+@jit
+def is_rotation(pose: Any) -> bool:
+    """|R'R - I| <= ORTHONORMAL_TOLERANCE entry by entry and det R > 0, for the R of a packed pose, (12+,).
+
+    det R is r0 . (r1 x r2) of its columns, which is 1 or -1 where R'R = I.
+    """
+    a0, a1, a2 = pose[0], pose[4], pose[8]
+    b0, b1, b2 = pose[1], pose[5], pose[9]
+    c0, c1, c2 = pose[2], pose[6], pose[10]
+    off = max(
+        max(abs(a0 * a0 + a1 * a1 + a2 * a2 - 1.0), abs(b0 * b0 + b1 * b1 + b2 * b2 - 1.0)),
+        max(abs(c0 * c0 + c1 * c1 + c2 * c2 - 1.0), abs(a0 * b0 + a1 * b1 + a2 * b2)),
+    )
+    off = max(off, max(abs(a0 * c0 + a1 * c1 + a2 * c2), abs(b0 * c0 + b1 * c1 + b2 * c2)))
+    volume = a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)
+    return bool(off <= ORTHONORMAL_TOLERANCE and volume > 0.0)
