@@ -8,11 +8,12 @@ from ticks import Ticks, hessian
 import ftqp
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED, JointCode
-from ftqp.kernel.rows.failed_joints import any_instant_lock, sort_joints
+from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_rate, sort_joints
 
 DT = 0.002
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
 V = np.array([0.3, -0.2, 0.1, 0.25, -0.4, 0.2, 0.35])
+OK = ftqp.StepStatus.OK
 OPEN = {"q_min": -np.inf, "q_max": np.inf, "v_max": 1e3, "a_max": 1e5, "tau_max": np.inf}
 TASK = ftqp.Task(rows="position", mode="hard")
 
@@ -130,7 +131,7 @@ def test_braking_joint_is_compensated_like_removal_with_its_motion_on_the_right(
     assert np.abs(a[H] - expected).max() < 1e-9
 
 
-def instantly_locked(reset, rows):
+def instantly_locked(reset, rows, V=V):
     """Velocities after an instant lock of joint 3 of a moving Panda, with J and M at that configuration."""
     robot = ftqp.robots.load("panda")
     fault = ftqp.Locked(3, mode="instant", reset=reset)
@@ -162,12 +163,75 @@ def test_momentum_reset_is_a_free_impulse():
 
 @pytest.mark.parametrize("rows", ["pose", "position", ("x", "z")])
 def test_task_reset_keeps_the_velocity_of_the_tip(rows):
-    v, J, _ = instantly_locked("task", rows)
+    slow = 0.1 * V  # so that the whole jump is within the speed limits
+    v, J, _ = instantly_locked("task", rows, slow)
     J = J[{"pose": slice(0, 6), "position": slice(0, 3)}.get(rows, [0, 2])]
     assert v[3] == 0.0
-    assert np.abs(J @ (v - V)).max() < 1e-7  # regularised by 1e-12 of its trace
-    expected = V[H] - np.linalg.pinv(J[:, H]) @ (J[:, 3] * -V[3])
+    assert np.abs(J @ (v - slow)).max() < 1e-7  # regularised by 1e-12 of its trace
+    expected = slow[H] - np.linalg.pinv(J[:, H]) @ (J[:, 3] * -slow[3])
     assert np.abs(v[H] - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("reset", ["momentum", "task"])
+@pytest.mark.parametrize("name", ["panda", "iiwa14", "planar6"])
+def test_an_instant_lock_never_throws_the_others_over_their_speed_limits(name, reset, level):
+    """Fast arms, each joint locked in its turn; all others make the same share of the jump."""
+    robot = ftqp.robots.load(name)
+    limits, n = robot.limits, robot.nv
+    rng, shortened = np.random.default_rng(11), 0
+    for _ in range(40):
+        q = rng.uniform(limits.q_min, limits.q_max)
+        room = np.minimum(limits.q_max - q, q - limits.q_min)
+        v = rng.choice([-1.0, 1.0], n) * 0.95 * np.minimum(limits.v_max, np.sqrt(0.1 * limits.a_max * room))
+        joint = int(rng.integers(n))
+        planner = ftqp.Planner(robot, DT, level=level, emergency=None)
+        planner.reset(q, v)
+        planner.report(ftqp.Locked(joint, mode="instant", reset=reset))
+        step = planner.step(q, v, ftqp.Target(pose=robot.pose(q)))
+        after, others = planner.session().K.state.v[:n], np.arange(n) != joint
+        assert np.all(np.abs(after) <= limits.v_max * (1.0 + 1e-9)) and after[joint] == 0.0
+        assert np.all(np.abs(step.v) <= limits.v_max * (1.0 + 1e-9))
+        assert step.outside == ()
+        if step.certificate is not None and step.certificate.jump < 1.0:
+            shortened += 1
+            assert step.status is not OK
+            assert f"{step.certificate.jump:.0%} of the jump" in str(step.certificate)
+            most = np.where(after > 0.0, limits.q_max - q, q - limits.q_min)
+            reserve = planner.session().K.limits.a_brake[:n]
+            full = np.minimum(limits.v_max, np.sqrt(2.0 * reserve * most))
+            assert np.any(np.abs(after[others]) >= full[others] * (1.0 - 1e-9))
+    assert shortened >= 3
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("room", [0.3, 0.05, 0.01])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_lock_ramp_stops_within_the_range_where_the_acceleration_limit_can(side, room, level):
+    robot = ftqp.robots.load("panda")
+    limits = robot.limits
+    planner = ftqp.Planner(robot, DT, level=level, emergency=None)
+    q, v = Q.copy(), np.zeros(7)
+    v[4] = side * 0.98 * np.sqrt(2.0 * limits.a_max[4] * room) if room < 0.3 else side * 2.0
+    q[4] = side * (limits.q_max[4] if side > 0.0 else -limits.q_min[4]) - side * room
+    planner.reset(q, v)
+    planner.report(ftqp.Locked(4))
+    target = ftqp.Target(pose=robot.pose(q))
+    for _ in range(600):
+        before = v[4]
+        step = planner.step(q, v, target)
+        q, v = step.q.copy(), step.v.copy()
+        assert abs(before - v[4]) <= limits.a_max[4] * DT * (1.0 + 1e-9)
+        assert limits.q_min[4] - 1e-9 <= q[4] <= limits.q_max[4] + 1e-9
+    assert v[4] == 0.0 and step.outside == ()
+
+
+def test_a_lock_ramp_is_as_asked_where_there_is_room():
+    assert lock_rate(0.5, 1.0, 2.0, 8.0, DT) == 2.0
+    assert lock_rate(-0.5, np.inf, 0.3, 8.0, DT) == 0.3
+    assert lock_rate(2.0, 0.5, 1.0, 8.0, 1e-9) == pytest.approx(4.0)
+    assert lock_rate(2.0, 0.01, 1.0, 8.0, DT) == 8.0 == lock_rate(2.0, -0.1, 1.0, 8.0, DT)
+    assert lock_rate(2.0, 0.01, 9.0, 8.0, DT) == 9.0
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])

@@ -4,6 +4,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.target import Target
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
@@ -183,3 +185,25 @@ def test_unknown_joint_and_missing_inertia_are_clear_sentences(plant, panda):
         KinematicPlant(bare, DT).fail(FreeSwinging(0))
     with pytest.raises(InputError, match="'torque' is not a level of a plant"):
         KinematicPlant(panda, DT, "torque")
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize("speed", [1.0, -1.0, 0.2])
+def test_joint_that_locks_before_its_limit_brakes_as_an_informed_planner_believes(panda, level, speed):
+    """Bit by bit: the ramp that the room asks for is the same on both sides."""
+    limits = panda.limits
+    q, v = panda.neutral.copy(), np.zeros(7)
+    v[2] = speed
+    q[2] = (limits.q_max[2] - 0.06) if speed > 0.0 else limits.q_min[2] + 0.06
+    plant, planner = KinematicPlant(panda, DT, level), Planner(panda, DT, level=level, emergency=None)
+    plant.reset(q, v)
+    planner.reset(q, v)
+    plant.fail(Locked(2))
+    planner.report(Locked(2))
+    target = Target(pose=panda.pose(q))
+    for _ in range(200):
+        step = planner.step(plant.q, plant.v, target)
+        plant.advance(step)
+        assert plant.q[2] == step.q[2] and plant.v[2] == step.v[2]
+        assert limits.q_min[2] <= plant.q[2] <= limits.q_max[2]
+    assert plant.v[2] == 0.0

@@ -1,5 +1,6 @@
 """What a failed joint does: its motion while it is braked, and the velocity jump of an instant lock."""
 
+from math import inf, sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
@@ -44,15 +45,28 @@ def sort_joints(K: Any) -> None:
 
 
 @jit
+def lock_rate(v: float, room: float, asked: float, a_max: float, dt: float) -> float:
+    """Deceleration of a joint that is being locked: max(asked, min(v^2/(2 room - |v| dt), a_max)).
+
+    ``room`` is the distance to the limit that it moves towards. |v| dt is what whole ticks cost beyond
+    v^2/2a: with it the joint never comes to rest behind its limit by the length of the last tick.
+    Source: docs/theory/joint-failures.md, "Locked".
+    """
+    way = 2.0 * room - abs(v) * dt
+    needed = v * v / way if way > 0.0 else inf
+    return max(asked, min(needed, a_max))
+
+
+@jit
 def prescribed_motion(K: Any) -> None:
     """x_F of every locked or braking joint, as the degenerate interval lb = ub.
 
     While it brakes, x_F = -sign(v_F) min(rate, |v_F|/dt) until v_F is exactly zero, the last step partial;
-    then it is locked for ever. v_F follows that model, or the measured velocity where the joint stops sooner,
-    so that noise cannot keep it braking.
+    then it is locked for ever. The rate is that of ``lock_rate``. v_F follows that model, or the measured
+    velocity where the joint stops sooner, so that noise cannot keep it braking.
     Source: docs/theory/joint-failures.md, "Locked".
     """
-    faults, state, qp = K.faults, K.state, K.qp
+    limits, faults, state, qp = K.limits, K.faults, K.state, K.qp
     dt = state.dt
     for k in range(faults.movable, K.chain.n):
         i = faults.order[k]
@@ -63,7 +77,8 @@ def prescribed_motion(K: Any) -> None:
             if vf == 0.0:
                 faults.code[i] = LOCKED
             else:
-                step = faults.lock_rate[i] * dt
+                room = limits.q_max[i] - state.q[i] if vf > 0.0 else state.q[i] - limits.q_min[i]
+                step = lock_rate(vf, room, faults.lock_rate[i], limits.a_max[i], dt) * dt
                 after = 0.0 if abs(vf) <= step else (vf - step if vf > 0.0 else vf + step)
                 x = after if state.level == VELOCITY else (after - vf) / dt
                 state.v[i] = vf
@@ -88,7 +103,7 @@ def any_instant_lock(K: Any) -> bool:
 @jit
 def _momentum_jump(K: Any) -> None:
     """Delta_H = -M_HH^-1 M_HF Delta_F, the free impulse, over the joints that can move."""
-    faults, state, M = K.faults, K.state, K.kinematics.M
+    faults, M = K.faults, K.kinematics.M
     n, movable = K.chain.n, faults.movable
     S, jump, delta = K.scratch.square, K.scratch.impulse, K.scratch.joints
     for a in range(movable):
@@ -102,13 +117,13 @@ def _momentum_jump(K: Any) -> None:
     if factor(S, movable):
         solve_factored(S, movable, jump)
         for a in range(movable):
-            state.v[faults.order[a]] += jump[a]
+            delta[faults.order[a]] = jump[a]
 
 
 @jit
 def _task_jump(K: Any) -> None:
     """Delta_H = -J_H^+ J_F Delta_F over the joints that work: the tip goes on as it was."""
-    faults, state, task, J = K.faults, K.state, K.task, K.kinematics.J
+    faults, task, J = K.faults, K.task, K.kinematics.J
     m = task.m
     S, jump, delta = K.scratch.square, K.scratch.impulse, K.scratch.joints
     trace = 0.0
@@ -133,7 +148,25 @@ def _task_jump(K: Any) -> None:
             s = 0.0
             for a in range(m):
                 s += J[task.rows[a], j] * jump[a]
-            state.v[j] += s
+            delta[j] = s
+
+
+@jit
+def _share_of_jump(K: Any) -> float:
+    """The largest share of the jump that leaves every working joint its speed limit and room to stop."""
+    limits, faults, state, delta = K.limits, K.faults, K.state, K.scratch.joints
+    share = 1.0
+    for k in range(faults.working):
+        i = faults.order[k]
+        if delta[i] > 0.0:
+            v, room = state.v[i], limits.q_max[i] - state.q[i]
+        else:
+            v, room = -state.v[i], state.q[i] - limits.q_min[i]
+        most = min(limits.v_max[i], sqrt(2.0 * limits.a_brake[i] * max(room, 0.0)))
+        free = max(most - v, 0.0)
+        if abs(delta[i]) > free:
+            share = min(share, free / abs(delta[i]))
+    return share
 
 
 @jit
@@ -144,7 +177,9 @@ def lock_instantly(K: Any) -> None:
     momentum:   Delta_H = -M_HH^-1 M_HF Delta_F, a free impulse, which moves free-swinging joints, too
     task:       Delta_H = -J_H^+ J_F Delta_F, so that the task's velocity goes on
 
-    It needs J, and M for ``momentum``.
+    Where a working joint would break its speed limit, or could no longer stop in its range, all make the same
+    share of Delta_H, ``K.ladder.jump``; the rest is left to the task's feedback. It needs J, and M for
+    ``momentum``.
     Source: docs/theory/joint-failures.md, "Instant locks".
     """
     faults, state = K.faults, K.state
@@ -155,6 +190,10 @@ def lock_instantly(K: Any) -> None:
         _momentum_jump(K)
     if faults.reset_mode == RESET_TASK:
         _task_jump(K)
+    share = K.ladder.jump = _share_of_jump(K)
+    for k in range(faults.movable):
+        i = faults.order[k]
+        state.v[i] += share * delta[i]
     for i in range(n):
         if faults.code[i] == INSTANT:
             state.v[i] = 0.0

@@ -31,8 +31,9 @@ class KinematicPlant(Plant):
     command held for dt: q + dt v + dt^2 a/2 and v + dt a, at the velocity level q + dt v. A failed joint does
     what its fault says:
 
-    * locked, ramp: brakes at the deceleration of the fault, or of the brake where the fault names none, the
-      last step partial; then q is bitwise fixed.
+    * locked, ramp: brakes at the deceleration of the fault, or of the brake where the fault names none, and
+      harder, up to its acceleration limit, where it would run out of its range; the last step is partial,
+      then q is bitwise fixed.
     * locked, instant: v = 0 at once. With the resets ``momentum`` and ``task`` the joint keeps its velocity
       until the command of that tick has been given: the planner derives the jump of the others from it.
     * free-swinging: its torque is that of friction at the velocity after the step, as in the planner's row:
@@ -174,10 +175,16 @@ class KinematicPlant(Plant):
         return float(self._q[i] + self._dt * mean)
 
     def _braked(self, i: int, fault: Locked) -> float:
-        """v - sign(v) min(rate dt, |v|): the next velocity of a joint whose brake has closed."""
-        v = float(self._v[i])
+        """v - sign(v) min(rate dt, |v|), with rate = max(asked, min(v^2/(2 room - |v| dt), a_max)).
+
+        The next velocity of a joint whose brake has closed; room is what is left of its healthy range.
+        """
+        v, limits = float(self._v[i]), self._robot.limits
         rate = self._brake[i] if fault.deceleration is None else fault.deceleration
-        step = rate * self._dt
+        room = float(limits.q_max[i] - self._q[i] if v > 0.0 else self._q[i] - limits.q_min[i])
+        way = 2.0 * room - abs(v) * self._dt
+        needed = v * v / way if way > 0.0 else np.inf
+        step = max(rate, min(needed, limits.a_max[i])) * self._dt
         if fault.mode == "instant" or abs(v) <= step:
             return 0.0
         return float(v - np.sign(v) * step)
