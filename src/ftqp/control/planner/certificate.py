@@ -34,6 +34,22 @@ class Obstacle:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Outside:
+    """A limit that a joint does not keep as it is measured or believed.
+
+    Attributes:
+        joint: The joint's name.
+        limit: Which limit it is: ``upper position``, ``lower position``, ``upper velocity`` or
+            ``lower velocity``; of a failed joint the ends of its healthy range.
+        amount: By how much the joint is beyond it, > 0 [rad or m; rad/s or m/s].
+    """
+
+    joint: str
+    limit: str
+    amount: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Certificate:
     """Which task directions cannot be kept, by how much, and which bounds stand in the way.
 
@@ -43,10 +59,15 @@ class Certificate:
     Attributes:
         unreached: The directions with their missing amounts, largest first.
         obstacles: The active bounds, heaviest first.
+        outside: The limits that joints do not keep, in the order of the joints.
+        jump: The share of an instant lock's velocity jump that the other joints have made, 0 to 1; less than
+            1 where the whole of it would break a speed limit or leave no room to stop.
     """
 
     unreached: tuple[Unreached, ...]
     obstacles: tuple[Obstacle, ...]
+    outside: tuple[Outside, ...] = ()
+    jump: float = 1.0
 
     def __str__(self) -> str:
         missing = ", ".join(f"{u.direction} by {u.amount:+.3g}" for u in self.unreached) or "nothing"
@@ -54,4 +75,8 @@ class Certificate:
             ", ".join(f"{o.joint} at {o.limit}" for o in self.obstacles)
             or "the arm cannot move that way (singular)"
         )
-        return f"the task misses {missing}; in the way: {because}"
+        beyond = ", ".join(f"{o.joint} beyond {o.limit} by {o.amount:.3g}" for o in self.outside)
+        said = [f"the task misses {missing}; in the way: {because}"] if self.unreached or not beyond else []
+        said += [f"outside: {beyond}"] if beyond else []
+        said += [f"{self.jump:.0%} of the jump at the lock was made"] if self.jump < 1.0 else []
+        return "; ".join(said)

@@ -6,18 +6,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ftqp.control.first_use import warm_up
-from ftqp.control.planner.certificate import Certificate, Obstacle, Unreached
+from ftqp.control.planner.certificate import Certificate, Obstacle, Outside, Unreached
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.control.planner.step_facts import Measures, QPReport, measures_of
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, LOCKED, Claim, DriveKind, Limit, Mode
+from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, LOCKED, VELOCITY, Claim, DriveKind, Limit, Mode
 from ftqp.kernel.layout.rows import COMPONENTS, TORQUE, constraint_owner
+from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
 from ftqp.qp.problem import SolveStatus
 
 _LIMIT_NAMES = {limit: limit.name.lower() for limit in (Limit.ACCELERATION, Limit.VELOCITY, Limit.POSITION)}
 ACTIVE = 1e-9
 """A multiplier above this share of the largest counts as active."""
+ROUNDING = 10.0
+"""A torque excess below so many tolerances of the solver is rounding."""
 _PLACES = {
     "q": ("feedback", "q_sent"),
     "v": ("feedback", "v_sent"),
@@ -42,6 +45,9 @@ _PLACES = {
     "z_box": ("qp", "z_box"),
     "z": ("qp", "z"),
     "nc": ("qp", "nc"),
+    "q_min": ("limits", "q_min"),
+    "q_max": ("limits", "q_max"),
+    "v_max": ("limits", "v_max"),
     "lower_by": ("limits", "lower_by"),
     "upper_by": ("limits", "upper_by"),
     "claim": ("ladder", "claim"),
@@ -51,11 +57,13 @@ _PLACES = {
     "residual_dual": ("ladder", "residual_dual"),
     "torque_excess": ("ladder", "torque_excess"),
     "kappa": ("ladder", "kappa"),
+    "missed": ("ladder", "missed"),
+    "jump": ("ladder", "jump"),
 }
 """Where each part of a step stands in the record."""
 _JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "tau", "tau_brake",
-                "q_measured", "v_measured", "code", "lower", "upper", "z_box", "lower_by",
-                "upper_by")  # fmt: skip
+                "q_measured", "v_measured", "code", "lower", "upper", "z_box", "q_min", "q_max", "v_max",
+                "lower_by", "upper_by")  # fmt: skip
 
 
 class _Kept:
@@ -275,9 +283,40 @@ class Step:
 
     @property
     def torque_excess(self) -> float:
-        """Excess over torque rows [N m; N m s at the velocity level]; 0 unless no motion could keep them."""
-        excess = self._number("torque_excess")
-        return excess if excess > float(self._session.K.qp.tolerance) * 10.0 else 0.0
+        """By how much the command breaks torque limits [N m or N]; 0 unless no motion could keep them.
+
+        It is the largest over the motors that work and, as a whole, what a free-swinging joint would need.
+        """
+        excess, K = self._number("torque_excess"), self._session.K
+        rounding = ROUNDING * float(K.qp.tolerance)
+        return (
+            excess
+            if excess > (rounding / float(K.state.dt) if K.state.level == VELOCITY else rounding)
+            else 0.0
+        )
+
+    @property
+    def outside(self) -> tuple[str, ...]:
+        """The joints that were beyond their limits before the step, in their order; then it is never OK.
+
+        Beyond its range, a failed joint beyond its healthy one; or working, and faster than its limit.
+        """
+        names = dict.fromkeys(found.joint for found in self._outside())
+        return tuple(joint for joint in self._joints if joint in names)
+
+    def _outside(self) -> list[Outside]:
+        parts, found = self._parts, []
+        for i, joint in enumerate(self._joints):
+            q, v, v_max = (float(parts[name][i]) for name in ("q_measured", "v_measured", "v_max"))
+            over = {
+                "upper position": q - float(parts["q_max"][i]),
+                "lower position": float(parts["q_min"][i]) - q,
+            }
+            found += [Outside(joint=joint, limit=k, amount=d) for k, d in over.items() if d > OUTSIDE_FROM]
+            if int(parts["code"][i]) == HEALTHY and abs(v) > v_max * (1.0 + OUTSIDE_FROM):
+                side = "upper" if v > 0.0 else "lower"
+                found.append(Outside(joint=joint, limit=f"{side} velocity", amount=abs(v) - v_max))
+        return found
 
     @property
     def limits_active(self) -> tuple[str, ...]:
@@ -322,6 +361,8 @@ class Step:
         task = self._session.K.task
         names = [COMPONENTS[c] for c in task.rows[: int(task.m)]]
         slack = self.slack
+        if not self._parts["missed"][0] and self.status is StepStatus.RELAXED:
+            slack = np.zeros_like(slack)
         largest = float(np.abs(slack).max())
         unreached = [
             Unreached(direction=name, amount=float(s))
@@ -331,6 +372,8 @@ class Step:
         return Certificate(
             unreached=tuple(sorted(unreached, key=lambda u: -abs(u.amount))),
             obstacles=tuple(self._obstacles()),
+            outside=tuple(self._outside()),
+            jump=self._number("jump"),
         )
 
     @property
@@ -339,9 +382,11 @@ class Step:
         claim = int(self._number("claim"))
         parts = [self._number(name) for name in ("residual_task", "residual_bounds", "residual_dual")]
         status = None if claim < 0 else SolveStatus[Claim(claim).name]
-        refuted = self.status is StepStatus.FALLBACK
-        refuted = refuted or (self._session.K.task.mode == Mode.HARD and self.status is StepStatus.RELAXED)
-        if status is SolveStatus.SOLVED and refuted:
+        fell_back = self.status is StepStatus.FALLBACK
+        hard = self._session.K.task.mode == Mode.HARD and self.status is StepStatus.RELAXED
+        if (status is SolveStatus.SOLVED and (fell_back or (hard and self._parts["missed"][0]))) or (
+            status is SolveStatus.INFEASIBLE and fell_back
+        ):
             status = SolveStatus.FAILED
         return QPReport(
             status=status,

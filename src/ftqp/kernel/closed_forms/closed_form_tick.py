@@ -213,5 +213,6 @@ def resolve(K: Any, P: Any, prepared: int) -> int:
             ladder.claim = -1
         elif _has_moved(K, P) and (code == OK or code == RELAXED):
             _task_slack(K)
+            ladder.missed = 1
             ladder.status = code = RELAXED
     return code

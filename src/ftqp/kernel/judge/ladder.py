@@ -1,31 +1,44 @@
 """The ladder: which QP comes next when an answer is bad.
 
-    first stage (lexicographic mode) -> the QP -> best feasible: task relaxed -> torque limits elastic too
-                                              -> decay towards rest -> the same with elastic torque limits ->
-                                              plain clip
+    first stage (lexicographic mode) -> the QP -> best feasible: task relaxed
+        -> what torque limits lack at least -> the task with torque limits that give so much
+        -> the same without the scheme's criterion
+        -> decay towards rest -> the same with elastic torque limits -> plain clip
 
 The box and the failed joints are never relaxed. A stop enters at "towards rest". There is one loop and one
 call of the solver, whatever happens; an external solver takes the place of the first one for the QP itself.
+No foreign solver's claim that a QP has no solution is believed: RELAXED is said where the least excess proves
+it, or what is left of a hard task, and FALLBACK otherwise.
 """
 
-from math import inf, sqrt
+from math import inf
 from typing import Any
 
 from ftqp.kernel.active_set.active_set import active_set
 from ftqp.kernel.feedback.sent import send
 from ftqp.kernel.feedback.spoken import spoken
 from ftqp.kernel.jit import jit
+from ftqp.kernel.judge.coming_to_rest import draw_to_rest
+from ftqp.kernel.judge.kept_limits import joints_outside
+from ftqp.kernel.judge.least_excess import (
+    begin_least_excess,
+    begin_plain,
+    box_excludes_rows,
+    keep_free_rows,
+    make_room,
+)
 from ftqp.kernel.judge.verdict import command, judge
 from ftqp.kernel.layout.enums import (
-    ACCELERATION,
     ELASTIC_STAGE,
     FALLBACK,
     FIRST_STAGE,
     HARD,
     INFEASIBLE,
+    LEAST_EXCESS_STAGE,
     LEXICOGRAPHIC,
     MAIN_STAGE,
     OK,
+    PLAIN_STAGE,
     READY,
     RELAX_STAGE,
     RELAXED,
@@ -51,8 +64,6 @@ SECOND_STAGE_RATIO = 1e-9
 """Compliance of the task rows in the second lexicographic stage."""
 ELASTIC_TASK_RATIO = 1e-6
 """Compliance of the task rows when torque limits have to give way too."""
-ELASTIC_RATIO = 1e-4
-"""Compliance of torque rows, relative to that of the task rows: torque limits go before the task."""
 REST_ELASTIC = 1e-12
 """Compliance of torque rows beside |x - x_rest|^2 when the arm is brought to rest."""
 RELAXED_FROM = 1e-3
@@ -103,24 +114,6 @@ def _begin_second_stage(K: Any, claim: int) -> None:
 
 
 @jit
-def deceleration(v: float, last: float, a_max: float, time: float, rise: float, dt: float) -> float:
-    """The acceleration that brings v to zero within ``time``, at most a_max, and none of it suddenly.
-
-    With a jerk limit j = a_max/rise, a^2/(2 j) + a dt/2 <= |v|, the speed that falling by j dt a tick takes,
-    so that it ends at rest with a = 0; and a differs from the last one by j dt at most. An acceleration that
-    still speeds the joint up ends at once.
-    """
-    a = min(abs(v) / time, a_max)
-    if rise > dt:
-        jerk = a_max / rise
-        half = 0.5 * jerk * dt
-        a = min(a, sqrt(half * half + 2.0 * jerk * abs(v)) - half)
-        braked = max(-last if v > 0.0 else last, 0.0)
-        a = min(max(a, braked - jerk * dt), braked + jerk * dt, abs(v) / dt)
-    return -a if v > 0.0 else a
-
-
-@jit
 def begin_rest(K: Any, time: float, rise: float) -> None:
     """Without a task: x as near to v -> 0 within ``time`` as box, torque rows and failed joints allow.
 
@@ -128,18 +121,13 @@ def begin_rest(K: Any, time: float, rise: float) -> None:
     back during a stop: its interval is opened just enough to come to rest.
     """
     limits, faults, state, task, qp = K.limits, K.faults, K.state, K.task, K.qp
-    n = K.chain.n
-    qp.nx, qp.meq, qp.dense, qp.warm = n, 0, 0, 0
-    for i in range(n):
-        qp.H_diagonal[i] = 1.0
-        qp.g[i] = 0.0 if state.level == ACCELERATION else -state.v[i]
+    qp.nx, qp.meq, qp.warm = K.chain.n, 0, 0
+    draw_to_rest(K, time, rise, 1.0)
     for k in range(faults.working):
         i = faults.order[k]
-        a = deceleration(state.v[i], state.a_command[i], limits.a_max[i], time, rise, state.dt)
-        wanted = a if state.level == ACCELERATION else state.v[i] + state.dt * a
+        wanted = -qp.g[i]
         if state.q[i] < limits.q_min[i] or state.q[i] > limits.q_max[i]:
             qp.lb[i], qp.ub[i] = min(qp.lb[i], wanted), max(qp.ub[i], wanted)
-        qp.g[i] = -wanted
     for k in range(task.m):
         task.slack[k] = 0.0
     task.scale = 0.0
@@ -162,16 +150,23 @@ def begin_stop(K: Any) -> None:
 
 
 @jit
-def _verdict_on_task(K: Any) -> int:
-    """OK, SCALED or RELAXED, by what the solved QP leaves of the task."""
+def _misses_task(K: Any) -> bool:
+    """Whether the solved QP leaves more of the task than counts as none."""
     task = K.task
     size, residual = task.beyond, 0.0
     for k in range(task.m):
         size = max(size, abs(task.asked[k]))
         residual = max(residual, abs(task.slack[k]))
-    if residual > RELAXED_FROM * size + TASK_FLOOR:
+    return bool(residual > RELAXED_FROM * size + TASK_FLOOR)
+
+
+@jit
+def _verdict_on_solved(K: Any) -> int:
+    """OK, SCALED or RELAXED, by what the solved QP leaves of the task and by limits that are not kept."""
+    ladder = K.ladder
+    if ladder.missed or ladder.outside > 0 or ladder.jump < 1.0:
         return RELAXED
-    return SCALED if task.scale < SCALED_FROM else OK
+    return SCALED if K.task.scale < SCALED_FROM else OK
 
 
 @jit
@@ -200,10 +195,21 @@ def _finish(K: Any) -> int:
 @jit
 def _begin_elastic(K: Any) -> None:
     """Let torque limits give way as little as can be, where they and the box exclude each other."""
-    ladder, qp = K.ladder, K.qp
+    if box_excludes_rows(K):
+        K.ladder.verdict = RELAXED
+    make_room(K)
     compliance(K, ELASTIC_TASK_RATIO)
-    qp.soft_rows = ELASTIC_RATIO * qp.soft[0]
-    ladder.stage = ELASTIC_STAGE
+    K.ladder.stage = ELASTIC_STAGE
+
+
+@jit
+def _clip(K: Any) -> None:
+    """The last resort: x_rest within the box, and what free-swinging joints then do."""
+    qp = K.qp
+    for i in range(K.chain.n):
+        x = min(max(-qp.g[i], qp.lb[i]), qp.ub[i])
+        qp.x[i] = x if is_finite(x) else 0.0
+    keep_free_rows(K)
 
 
 @jit
@@ -211,6 +217,7 @@ def _advance(K: Any, claim: int) -> int:
     """Climb one rung: the status when a command is found, SOLVE when the solver has to run again."""
     task, ladder, qp = K.task, K.ladder, K.qp
     n, stage = K.chain.n, ladder.stage
+    follows = stage == MAIN_STAGE or stage == RELAX_STAGE or stage == ELASTIC_STAGE or stage == PLAIN_STAGE
     if stage == FIRST_STAGE:
         _begin_second_stage(K, claim)
         return READY
@@ -220,26 +227,34 @@ def _advance(K: Any, claim: int) -> int:
         return SOLVE
     if stage == MAIN_STAGE:
         ladder.claim = claim
+    if good and stage == LEAST_EXCESS_STAGE:
+        _begin_elastic(K)
+        return SOLVE
     if good:
-        if stage == MAIN_STAGE or stage == RELAX_STAGE or stage == ELASTIC_STAGE:
+        if follows:
             task.scale = qp.x[n] if task.mode == SCALE else 1.0
+            ladder.missed = _misses_task(K)
+            ladder.outside = joints_outside(K)
         if stage == MAIN_STAGE:
-            ladder.verdict = _verdict_on_task(K)
-        elif task.mode == HARD and _verdict_on_task(K) == RELAXED:
-            ladder.verdict = RELAXED  # what compliance cannot close proves that the hard QP has no solution
+            ladder.verdict = _verdict_on_solved(K)
+        elif follows and ladder.missed and (task.mode == HARD or not ladder.external):
+            ladder.verdict = RELAXED  # what compliance cannot close proves that no motion follows the task
         return _finish(K)
     qp.warm = 0
     if stage == MAIN_STAGE:
-        ladder.verdict = RELAXED if claim == INFEASIBLE else FALLBACK
+        own_proof = claim == INFEASIBLE and task.mode == HARD and not ladder.external
+        ladder.verdict = RELAXED if own_proof else FALLBACK
         if task.mode == SLACK and not ladder.external:
-            _begin_elastic(K)  # compliant already: only torque limits can exclude each other
+            begin_least_excess(K)  # compliant already: only torque limits and box can exclude each other
         else:
             if task.mode != SLACK:  # else the very QP that the external solver could not solve
                 compliance(K, RELAXED_RATIO)
             ladder.stage = RELAX_STAGE
     elif stage == RELAX_STAGE:
-        _begin_elastic(K)
+        begin_least_excess(K)
     elif stage == ELASTIC_STAGE:
+        begin_plain(K)
+    elif stage == LEAST_EXCESS_STAGE or stage == PLAIN_STAGE:
         qp.soft_rows = 0.0
         ladder.verdict = FALLBACK
         begin_rest(K, max(DECAY_TIME, K.state.dt), 0.0)
@@ -247,9 +262,7 @@ def _advance(K: Any, claim: int) -> int:
         qp.soft_rows = REST_ELASTIC
         ladder.stage = REST_ELASTIC_STAGE
     else:
-        for i in range(n):
-            x = min(max(-qp.g[i], qp.lb[i]), qp.ub[i])
-            qp.x[i] = x if is_finite(x) else 0.0
+        _clip(K)
         return _finish(K)
     return SOLVE
 

@@ -4,6 +4,7 @@ from math import inf, sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
+from ftqp.kernel.judge.kept_limits import torque_excess
 from ftqp.kernel.layout.enums import ACCELERATION, BRAKING, HEALTHY, LOCKED
 from ftqp.kernel.maths.finite import is_finite
 
@@ -35,19 +36,15 @@ def judge(K: Any) -> bool:
         worst = max(worst, abs(s - qp.soft[k] * qp.y[k]))
         task.slack[k] = s + qp.b[k] - task.asked[k]
     ladder.residual_task = worst / (1.0 + size)
-    worst, excess = 0.0, 0.0
-    torques = K.chain.n if K.chain.has_inertia else 0  # torque rows are the first of C
+    worst = 0.0
     for j in range(qp.nc):
         s = 0.0
         for i in range(n):
             s += qp.C[j, i] * qp.x[i]
         over = max(qp.l[j] - s, s - qp.u[j])
-        if j < torques and over > excess:
-            excess = over
         if qp.soft_rows > 0.0 and qp.l[j] < qp.u[j]:
             over = 0.0
         worst = max(worst, over)
-    ladder.torque_excess = excess
     ladder.residual_bounds = worst / (1.0 + size_x)
     r = scratch.joints
     size = 0.0
@@ -125,6 +122,7 @@ def command(K: Any) -> None:
         state.a_command[i], state.v_command[i], state.q_command[i] = a, v, q
     if kinematics.has_dynamics:
         joint_torques(K)
+        K.ladder.torque_excess = torque_excess(K)
 
 
 @jit

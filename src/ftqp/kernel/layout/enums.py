@@ -173,9 +173,20 @@ class Stage(IntEnum):
     ELASTIC = 3
     REST = 4
     REST_ELASTIC = 5
+    LEAST_EXCESS = 6
+    PLAIN = 7
 
 
-FIRST_STAGE, MAIN_STAGE, RELAX_STAGE, ELASTIC_STAGE, REST_STAGE, REST_ELASTIC_STAGE = map(int, Stage)
+(
+    FIRST_STAGE,
+    MAIN_STAGE,
+    RELAX_STAGE,
+    ELASTIC_STAGE,
+    REST_STAGE,
+    REST_ELASTIC_STAGE,
+    LEAST_EXCESS_STAGE,
+    PLAIN_STAGE,
+) = map(int, Stage)
 
 
 class Limit(IntEnum):

@@ -222,11 +222,14 @@ def _ladder(N: int) -> Fields:
     ``external``: another solver takes the QP. ``accept``: largest scaled residual that counts as solved.
     ``g_task``, ``d_task``: the objective kept aside during the first stage of lexicographic mode;
     ``z_first``, ``z_box_first``: multipliers of that stage, which say what keeps the task from being
-    followed.
+    followed. ``missed``: the command leaves more of the task than counts as none; ``outside``: how many
+    joints are beyond what is believed of their limits; ``jump``: share of an instant lock's jump that the
+    other joints' velocities have made; ``torque_excess``: of the command over what is believed of a motor
+    [N m].
     """
     return [
-        *_scalars("i8", "status verdict stage external claim qp_iterations dense_task p"),
-        *_scalars("f8", "accept residual_task residual_bounds residual_dual torque_excess kappa"),
+        *_scalars("i8", "status verdict stage external claim qp_iterations dense_task p missed outside"),
+        *_scalars("f8", "accept residual_task residual_bounds residual_dual torque_excess kappa jump"),
         *_floats(
             {
                 "g_task": (N + 1,),
@@ -303,6 +306,14 @@ def qp_fields(variables: int, rows: int, constraints: int) -> Fields:
 
 def _qp(N: int) -> Fields:
     return qp_fields(N + 1, TASK_ROWS, constraint_capacity(N))
+
+
+def _aside(N: int) -> Fields:
+    """The task's QP while another one asks what its torque rows lack: sizes, objective and box."""
+    return [
+        *_scalars("i8", "nx meq dense"),
+        *_floats(dict.fromkeys(("g", "H_diagonal", "lb", "ub"), (N,))),
+    ]
 
 
 def _turned(N: int) -> Fields:
@@ -416,5 +427,6 @@ ROOMS = {
     "turned": _turned,
     "past": _past,
     "history": _history,
+    "aside": _aside,
 }
 """Each room with the fields that it has for N joints; those that every tick touches come first."""

@@ -36,17 +36,24 @@ def return_velocity(d: float, v_max: float) -> float:
 
 
 @jit
+def return_deceleration(v: float, a_max: float, a_brake: float) -> float:
+    """How hard a joint outside its limit is pushed back: what is sure to be there, more while it leaves."""
+    return a_max if v > 0.0 else a_brake
+
+
+@jit
 def viability(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: float) -> tuple[float, int]:
     """Largest acceleration after which the joint still keeps its limits for ever, braking at ``a_brake``.
 
     It is the least of a_max, of (v_max - v)/dt, of what keeps the position over the whole step, and of
     (v' - v)/dt, whose v' makes the next state viable:
-    v' = max(0, -a_brake dt/2 + sqrt((a_brake dt/2)^2 + a_brake (2 d - v dt))).
+    v' = max(0, -a_brake dt/2 + sqrt((a_brake dt/2)^2 + a_brake (2 d - v dt))). Outside its limit the joint is
+    led back, with no more than a_brake once it no longer leaves.
     Source: Del Prete 2018, solved for v' rather than a (division by dt, not dt^2), then clipped to +-a_max.
     """
     if d < 0.0:
         a = (return_velocity(d, v_max) - v) / dt
-        return min(max(a, -a_max), a_max), BY_POSITION
+        return min(max(a, -return_deceleration(v, a_max, a_brake)), a_max), BY_POSITION
     bound, by = a_max, BY_ACCELERATION
     a = (v_max - v) / dt
     if a < bound:
@@ -126,7 +133,11 @@ def braking(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: 
         bound, by = v_max, BY_VELOCITY
     if bound >= 0.0 and bound * bound <= 2.0 * a_brake * (d - 1.5 * bound * dt):
         return max(bound, v - a_max * dt), by  # far from the limit: braking_velocity(d) >= bound
-    a = braking_velocity(d, a_brake, dt) if d >= 0.0 else return_velocity(d, v_max)
+    if d < 0.0:
+        return max(min(bound, return_velocity(d, v_max)), v - return_deceleration(v, a_max, a_brake) * dt), (
+            BY_POSITION
+        )
+    a = braking_velocity(d, a_brake, dt)
     if a < bound:
         bound, by = a, BY_POSITION
     return max(bound, v - a_max * dt), by

@@ -11,7 +11,7 @@ from ftqp.kernel.compiled.calling import nanoseconds, tick_of
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.verdict import joint_torques
 from ftqp.kernel.layout.block_row import PLACES
-from ftqp.kernel.layout.enums import FAILED, FALLBACK, HARD, RELAXED, SOLVED
+from ftqp.kernel.layout.enums import FAILED, FALLBACK, HARD, INFEASIBLE, RELAXED, SOLVED
 from ftqp.kernel.layout.record import record_dtype
 
 FLOAT, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
@@ -21,7 +21,10 @@ FLOAT, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 def qp_outcome(K: Any) -> int:
     """What the residuals made of the solver's claim, -1 when the tick needed no task QP."""
     claim, status = K.ladder.claim, K.ladder.status
-    if claim == SOLVED and (status == FALLBACK or (status == RELAXED and K.task.mode == HARD)):
+    if claim == INFEASIBLE and status == FALLBACK:
+        return FAILED
+    hard_missed = status == RELAXED and K.task.mode == HARD and K.ladder.missed
+    if claim == SOLVED and (status == FALLBACK or hard_missed):
         return FAILED
     return int(claim)
 

@@ -132,6 +132,8 @@ def _begin(K: Any) -> None:
     ladder.claim = -1
     ladder.qp_iterations = 0
     ladder.torque_excess = 0.0
+    ladder.missed = ladder.outside = 0
+    ladder.jump = 1.0
     sort_joints(K)
 
 

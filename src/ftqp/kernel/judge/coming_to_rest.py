@@ -1,0 +1,39 @@
+"""How every joint that works comes to rest: the motion that QPs without a task are drawn to."""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import ACCELERATION
+
+
+@jit
+def deceleration(v: float, last: float, a_max: float, time: float, rise: float, dt: float) -> float:
+    """The acceleration that brings v to zero within ``time``, at most a_max, and none of it suddenly.
+
+    With a jerk limit j = a_max/rise, a^2/(2 j) + a dt/2 <= |v|, the speed that falling by j dt a tick takes,
+    so that it ends at rest with a = 0; and a differs from the last one by j dt at most. An acceleration that
+    still speeds the joint up ends at once.
+    """
+    a = min(abs(v) / time, a_max)
+    if rise > dt:
+        jerk = a_max / rise
+        half = 0.5 * jerk * dt
+        a = min(a, sqrt(half * half + 2.0 * jerk * abs(v)) - half)
+        braked = max(-last if v > 0.0 else last, 0.0)
+        a = min(max(a, braked - jerk * dt), braked + jerk * dt, abs(v) / dt)
+    return -a if v > 0.0 else a
+
+
+@jit
+def draw_to_rest(K: Any, time: float, rise: float, weight: float) -> None:
+    """Objective weight |x - x_rest|^2/2; x_rest brings the joints that work to rest by ``deceleration``."""
+    limits, faults, state, qp = K.limits, K.faults, K.state, K.qp
+    qp.dense = 0
+    for i in range(K.chain.n):
+        qp.H_diagonal[i] = weight
+        qp.g[i] = 0.0 if state.level == ACCELERATION else -weight * state.v[i]
+    for k in range(faults.working):
+        i = faults.order[k]
+        a = deceleration(state.v[i], state.a_command[i], limits.a_max[i], time, rise, state.dt)
+        qp.g[i] = -weight * (a if state.level == ACCELERATION else state.v[i] + state.dt * a)

@@ -1,0 +1,175 @@
+"""Torque limits and box that exclude each other: what the torque limits have to give, and the proof.
+
+The least excess is found by a QP of its own, whose objective is well scaled whatever the planner's scheme
+is. Then the rows are widened by it, so that the task's QP has a solution, with rows as hard as ever. To weigh
+torque rows against the task in one QP takes multipliers that drown in rounding where a criterion such as
+|tau|^2 is nearly singular.
+Source: docs/theory/joint-limits.md, "Torque limits and box".
+"""
+
+from math import inf
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.judge.coming_to_rest import draw_to_rest
+from ftqp.kernel.judge.kept_limits import is_beyond_range, is_too_fast
+from ftqp.kernel.layout.enums import ACCELERATION, LEAST_EXCESS_STAGE, PLAIN_STAGE
+from ftqp.kernel.maths.cholesky import factor, solve_factored
+
+SOFTNESS = 1e-10
+"""Compliance of torque rows beside |x - x_rest|^2: what bias it leaves is below any torque that matters."""
+ROOM = 1e-8
+"""What a widened row is given beyond its least excess, as a share of 1 + |C x|, against rounding."""
+ROUNDING = 1e-9
+"""What a proof of infeasibility must exceed, as a share of the sum of its terms."""
+RAY = 1e-9
+"""Largest share of its terms that C'z may keep along a variable without a bound on that side."""
+
+
+@jit
+def _open_forced_return(K: Any, i: int) -> None:
+    """Draw a joint beyond its limits back in place of forcing it: its interval ends where others end."""
+    limits, state, qp = K.limits, K.state, K.qp
+    v, v_max, a_max, dt = state.v[i], limits.v_max[i], limits.a_max[i], state.dt
+    if state.level == ACCELERATION:
+        low, high = max(-a_max, min((-v_max - v) / dt, 0.0)), min(a_max, max((v_max - v) / dt, 0.0))
+    else:
+        low, high = max(v - a_max * dt, min(-v_max, v)), min(v + a_max * dt, max(v_max, v))
+    qp.g[i] = -min(max(-qp.g[i], qp.lb[i]), qp.ub[i])
+    qp.lb[i], qp.ub[i] = min(qp.lb[i], low), max(qp.ub[i], high)
+
+
+@jit
+def begin_least_excess(K: Any) -> None:
+    """min |x - x_rest|^2/2 + sum excess_j^2/(2 SOFTNESS) within the box, the task's QP kept aside.
+
+    A joint beyond its limits is not forced back here: it returns as its torque allows.
+    """
+    faults, qp, aside = K.faults, K.qp, K.aside
+    n = K.chain.n
+    aside.nx, aside.meq, aside.dense = qp.nx, qp.meq, qp.dense
+    for i in range(n):
+        aside.g[i], aside.H_diagonal[i] = qp.g[i], qp.H_diagonal[i]
+        aside.lb[i], aside.ub[i] = qp.lb[i], qp.ub[i]
+    draw_to_rest(K, K.state.dt, 0.0, 1.0)
+    for k in range(faults.working):
+        i = faults.order[k]
+        if is_beyond_range(K, i) or is_too_fast(K, i):
+            _open_forced_return(K, i)
+    qp.nx, qp.meq, qp.warm = n, 0, 0
+    qp.soft_rows = SOFTNESS
+    K.ladder.stage = LEAST_EXCESS_STAGE
+
+
+@jit
+def _without_push_on_free(K: Any) -> None:
+    """Correct the multipliers of the free-swinging joints' rows until C'z vanishes along those joints."""
+    faults, qp = K.faults, K.qp
+    S, r = K.scratch.square, K.scratch.impulse
+    working, count = faults.working, faults.movable - faults.working
+    for a in range(count):
+        i = faults.order[working + a]
+        s = 0.0
+        for j in range(qp.nc):
+            s -= qp.C[j, i] * qp.z[j]
+        r[a] = s
+        for b in range(count):
+            S[a, b] = qp.C[i, faults.order[working + b]]
+    if count > 0 and factor(S, count):
+        solve_factored(S, count, r)
+        for a in range(count):
+            qp.z[faults.order[working + a]] += r[a]
+
+
+@jit
+def box_excludes_rows(K: Any) -> bool:
+    """Whether the multipliers of the least excess prove that no x in the box keeps all rows (Farkas).
+
+    For every x that does, (C'z)'x = z'Cx <= sum z+ u - z- l. So there is none where the least (C'z)'x of the
+    box, sum t+ lb - t- ub with t = C'z, is larger. The box is the task's own.
+    """
+    qp, aside = K.qp, K.aside
+    _without_push_on_free(K)
+    most, size = 0.0, 0.0
+    for j in range(qp.nc):
+        z = qp.z[j]
+        if z != 0.0:
+            bound = qp.u[j] if z > 0.0 else qp.l[j]
+            if bound == inf or bound == -inf:
+                return False
+            most += z * bound
+            size += abs(z * bound)
+    least = 0.0
+    for i in range(K.chain.n):
+        t, terms = 0.0, 0.0
+        for j in range(qp.nc):
+            if qp.z[j] != 0.0:
+                term = qp.C[j, i] * qp.z[j]
+                t += term
+                terms += abs(term)
+        bound = aside.lb[i] if t > 0.0 else aside.ub[i]
+        if bound == inf or bound == -inf:
+            if abs(t) > RAY * terms:
+                return False
+        else:
+            least += t * bound
+            size += terms * abs(bound)
+    return bool(least - most > ROUNDING * size)
+
+
+@jit
+def make_room(K: Any) -> None:
+    """Take the task's QP up again, its rows widened by the least excess, its box by what did not return."""
+    qp, aside = K.qp, K.aside
+    n = K.chain.n
+    for j in range(qp.nc):
+        if qp.l[j] < qp.u[j]:
+            s = 0.0
+            for i in range(n):
+                s += qp.C[j, i] * qp.x[i]
+            room = ROOM * (1.0 + abs(s))
+            if s > qp.u[j]:
+                qp.u[j] = s + room
+            elif s < qp.l[j]:
+                qp.l[j] = s - room
+    for i in range(n):
+        qp.g[i], qp.H_diagonal[i] = aside.g[i], aside.H_diagonal[i]
+        qp.lb[i], qp.ub[i] = min(aside.lb[i], qp.x[i]), max(aside.ub[i], qp.x[i])
+    qp.nx, qp.meq, qp.dense = aside.nx, aside.meq, aside.dense
+    qp.soft_rows, qp.warm = 0.0, 0
+
+
+@jit
+def begin_plain(K: Any) -> None:
+    """The same QP with |x - x_rest|^2 in the place of the scheme's criterion, of the same mean size."""
+    n, qp = K.chain.n, K.qp
+    mean = 0.0
+    for i in range(n):
+        mean += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
+    draw_to_rest(K, K.state.dt, 0.0, mean / n)
+    qp.warm = 0
+    K.ladder.stage = PLAIN_STAGE
+
+
+@jit
+def keep_free_rows(K: Any) -> None:
+    """Put into x what the free-swinging joints do when all others move as x says: their rows as equations."""
+    faults, qp = K.faults, K.qp
+    n, S, r = K.chain.n, K.scratch.square, K.scratch.impulse
+    working, count = faults.working, faults.movable - faults.working
+    if count == 0 or qp.nc == 0:
+        return
+    for a in range(count):
+        i = faults.order[working + a]
+        s = qp.l[i]
+        for j in range(n):
+            s -= qp.C[i, j] * qp.x[j]
+        for b in range(count):
+            k = faults.order[working + b]
+            s += qp.C[i, k] * qp.x[k]
+            S[a, b] = qp.C[i, k]
+        r[a] = s
+    if factor(S, count):
+        solve_factored(S, count, r)
+        for a in range(count):
+            qp.x[faults.order[working + a]] = r[a]

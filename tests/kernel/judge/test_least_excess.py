@@ -1,0 +1,146 @@
+"""What torque limits give way by, and the proof that they have to."""
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+from tests.arm_at import arm_at
+
+import ftqp
+from ftqp.qp.adapters.backend import Backend, Claim
+from ftqp.qp.problem import SolveStatus
+
+PANDA = ftqp.robots.load("panda")
+Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
+DT = 2e-3
+LEVELS = ["acceleration", "velocity"]
+WEAK = tuple(ftqp.Degraded(j, torque=0.2, acceleration=0.05) for j in range(7))
+"""An arm that can neither carry itself nor fall: the motors are too weak, and so are the accelerations."""
+
+
+class Refuser(Backend):
+    """A backend that calls every QP infeasible."""
+
+    package = "none"
+
+    def __init__(self):
+        super().__init__("refuser")
+
+    def _prepare(self, qp):
+        """Nothing to prepare."""
+
+    def _run(self, qp, cold):
+        return Claim.INFEASIBLE
+
+
+def planner_of(level, *faults, backend="active_set", scheme="mvn", mode="slack"):
+    planner = ftqp.Planner(
+        PANDA, DT, level=level, backend=backend, scheme=scheme, emergency=None, task=ftqp.Task(mode=mode)
+    )
+    for fault in faults:
+        planner.report(fault)
+    return planner
+
+
+def torques_of(step, q, v, faults=None):
+    arm = arm_at(PANDA, q, v)
+    return arm.M @ step.a + arm.h
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("scheme", ["mvn", "mtn", "iiwt"])
+def test_torque_limits_give_way_by_the_least_that_the_box_allows(level, scheme):
+    """Against bounded least squares: min |M a + h - tau|^2 over the box and |tau| <= tau_max."""
+    planner = planner_of(level, *WEAK, scheme=scheme)
+    tau_max = 0.2 * PANDA.limits.tau_max
+    rng, met = np.random.default_rng(3), 0
+    for _ in range(60):
+        q, v = Q + rng.uniform(-0.3, 0.3, 7), rng.uniform(-0.5, 0.5, 7)
+        planner.reset(q, v)
+        step = planner.step(q, v, ftqp.Target(pose=PANDA.pose(Q)))
+        if step.torque_excess == 0.0:
+            continue
+        met += 1
+        arm = arm_at(PANDA, q, v)
+        box = (step.lower, step.upper) if level == "acceleration" else (
+            (step.lower - v) / DT, (step.upper - v) / DT)  # fmt: skip
+        best = lsq_linear(
+            np.hstack([arm.M, -np.eye(7)]),
+            -arm.h,
+            (np.concatenate([box[0] - 1e-9, -tau_max]), np.concatenate([box[1] + 1e-9, tau_max])),
+            method="bvls",
+            tol=1e-14,
+        )
+        over = np.maximum(np.abs(torques_of(step, q, v)) - tau_max, 0.0)
+        assert np.linalg.norm(over) <= np.sqrt(2.0 * best.cost) + 1e-4
+        assert abs(step.torque_excess - over.max()) < 1e-9
+        assert step.status is ftqp.StepStatus.RELAXED
+    assert met >= 10
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("mode", ["hard", "slack", "scaled", "lexicographic"])
+def test_a_false_claim_of_infeasibility_is_a_fallback(level, mode):
+    planner = planner_of(level, backend=Refuser(), mode=mode)
+    planner.reset(Q)
+    step = planner.step(Q, np.zeros(7), ftqp.Target(pose=PANDA.pose(Q)))
+    assert step.status is ftqp.StepStatus.FALLBACK
+    assert step.qp.status is SolveStatus.FAILED
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("mode", ["hard", "slack", "scaled"])
+@pytest.mark.parametrize("free", [(), (ftqp.FreeSwinging(6, damping=0.5),)])
+def test_a_true_claim_of_infeasibility_is_proved(level, mode, free):
+    weak = WEAK[:6] if free else WEAK
+    planner = planner_of(level, *weak, *free, backend=Refuser(), mode=mode)
+    planner.reset(Q)
+    step = planner.step(Q, np.zeros(7), ftqp.Target(pose=PANDA.pose(Q)))
+    assert step.torque_excess > 1.0
+    assert step.status is ftqp.StepStatus.RELAXED
+    assert step.qp.status is SolveStatus.INFEASIBLE
+
+
+class Liar(Refuser):
+    """A backend that calls nonsense solved."""
+
+    def _run(self, qp, cold):
+        qp.solution[:] = 7.0
+        return Claim.SOLVED
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("backend", [Refuser, Liar])
+@pytest.mark.parametrize("mode", ["hard", "slack"])
+def test_fallback_commands_keep_the_row_of_a_free_joint_and_tell_the_true_excess(level, backend, mode):
+    rng = np.random.default_rng(4)
+    planner = planner_of(level, ftqp.FreeSwinging(3, damping=0.4), ftqp.Degraded(1, torque=0.2),
+                         backend=backend(), mode=mode)  # fmt: skip
+    tau_max = PANDA.limits.tau_max * np.array([1.0, 0.2, 1.0, 1.0, 1.0, 1.0, 1.0])
+    for _ in range(20):
+        q, v = Q + rng.uniform(-0.3, 0.3, 7), rng.uniform(-0.5, 0.5, 7)
+        planner.reset(q, v)
+        step = planner.step(q, v, ftqp.Target(pose=PANDA.pose(Q)))
+        tau = torques_of(step, q, v)
+        assert abs(tau[3] + 0.4 * step.v[3]) < 1e-5 * (1.0 + np.abs(tau).max())
+        worst = np.delete(np.abs(tau) - tau_max, 3).max()
+        assert step.torque_excess == pytest.approx(max(worst, 0.0), abs=1e-5)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("torque", [1.0, 0.45])
+def test_a_joint_found_outside_its_range_returns_as_its_torque_allows(level, torque):
+    """Back it comes, steadily, and no torque limit is broken for it that the arm could have kept."""
+    planner = planner_of(level, ftqp.Degraded(1, torque=torque))
+    q, v = Q.copy(), np.zeros(7)
+    q[1] = PANDA.limits.q_min[1] - 0.1
+    home, outside = PANDA.pose(q), []
+    planner.reset(q, v)
+    for _ in range(1500):
+        step = planner.step(q, v, ftqp.Target(pose=home))
+        assert step.torque_excess == 0.0
+        assert step.status is not ftqp.StepStatus.FALLBACK
+        outside.append(PANDA.limits.q_min[1] - q[1])
+        assert (step.status is ftqp.StepStatus.RELAXED) or outside[-1] <= 1e-6
+        assert step.outside == (("panda_joint2",) if outside[-1] > 1e-6 else ())
+        q, v = step.q.copy(), step.v.copy()
+    assert outside[-1] < 0.01 and np.max(np.diff(outside)) < 1e-7
