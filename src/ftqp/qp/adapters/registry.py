@@ -1,17 +1,20 @@
 """Backends by name: what there is, what is missing and how to install it."""
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from ftqp.core.errors import InputError, MissingPackage, unknown
 from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.profile import profile
 from ftqp.qp.adapters.settings import settings
+from ftqp.qp.adapters.steady_rounding import PACKAGE, steady_rounding
 
 INSTALL = 'pip install "ftqp[solvers]"'
 PREFIX = "qpsolvers:"
@@ -131,7 +134,7 @@ def backends() -> list[BackendInfo]:
     adapter = _info(f"{PREFIX}<name>", _QPSOLVERS)
     if not adapter.available:
         return [*rows, adapter]
-    names = import_module(f"ftqp.qp.adapters.{_QPSOLVERS.module}").solver_names()
+    names = _module(_QPSOLVERS).solver_names()
     return rows + [_info(f"{PREFIX}{name}", _QPSOLVERS) for name in names]
 
 
@@ -151,9 +154,18 @@ def _made(name: str, given: Mapping[str, Any]) -> Backend:
     return made
 
 
+def _module(entry: _Entry) -> ModuleType:
+    """The adapter's module; what it needs of others is loaded with it."""
+    name = f"ftqp.qp.adapters.{entry.module}"
+    if name in sys.modules or entry.imports not in (PACKAGE, _QPSOLVERS.imports):
+        return import_module(name)
+    with steady_rounding():
+        return import_module(name)
+
+
 def _class(name: str, entry: _Entry) -> Any:
     try:
-        module = import_module(f"ftqp.qp.adapters.{entry.module}")
+        module = _module(entry)
     except ModuleNotFoundError as error:
         if error.name is None or error.name.split(".")[0] == "ftqp":
             raise
