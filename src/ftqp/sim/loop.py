@@ -37,6 +37,8 @@ MEMORY = "memory"
 PROGRESS_PERIOD = 100_000_000
 """Progress is told at most this often [ns of wall time]."""
 _INTERFACES = {"position": "positions", "velocity": "velocities", "torque": "torques"}
+_STOPS = np.isin(np.arange(len(StepStatus)), STOP_CODES)
+"""Whether the status of each code gives up the task."""
 LONGEST = 3.0
 """A path that is followed by its progress may take so many times its duration."""
 
@@ -266,9 +268,8 @@ class Simulation:
                     codes = np.array([self._tick(k, recorder)])
                 code = int(codes[-1])
                 counts += np.bincount(codes, minlength=len(counts))
-                stops = np.flatnonzero(np.isin(codes, STOP_CODES))
-                if stopped_at is None and len(stops):
-                    stopped_at = (k + int(stops[0])) * dt
+                if stopped_at is None and _STOPS[codes].any():
+                    stopped_at = (k + int(np.argmax(_STOPS[codes]))) * dt
                 done = k + len(codes)
                 if self._progress is not None and clock.now() - told > PROGRESS_PERIOD:
                     told = clock.now()

@@ -86,25 +86,25 @@ def test_position_servo_follows_a_healthy_circle(panda):
 
 
 def test_servo_without_commanded_velocity_is_late_by_twice_its_time_constant(panda):
-    servo = JointServo(panda, bandwidth=15.0, takes_velocity=False)
+    servo = JointServo(panda, bandwidth=94.0, takes_velocity=False)
     plant = MujocoPlant(panda, DT, servo)
     plant.reset(START, np.zeros(7))
     speed, q = 0.2, START.copy()
     for _ in range(500):
         q[6] += speed * DT
         plant.advance(command(q, np.full(7, 5.0)))
-    lag = 2.0 / (2.0 * np.pi * 15.0)
+    lag = 2.0 / 94.0
     assert lag - DT < (q[6] - plant.q[6]) / speed < lag  # a command is meant for the end of its tick
 
 
 def test_velocity_servo_reaches_its_velocity_within_its_bandwidth(panda):
-    plant = MujocoPlant(panda, DT, JointServo(panda, "velocity", bandwidth=15.0))
+    plant = MujocoPlant(panda, DT, JointServo(panda, "velocity", bandwidth=94.0))
     plant.reset(START, np.zeros(7))
     v = np.zeros(7)
     v[6] = 0.3
     for _ in range(11):
         plant.advance(command(START, v))
-    assert plant.v[6] == pytest.approx(0.3 * (1.0 - np.exp(-2.0 * np.pi * 15.0 * 11 * DT)), rel=0.03)
+    assert plant.v[6] == pytest.approx(0.3 * (1.0 - np.exp(-94.0 * 11 * DT)), rel=0.03)
 
 
 def test_motors_give_no_more_than_their_limits(panda):

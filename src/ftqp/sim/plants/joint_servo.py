@@ -1,6 +1,5 @@
 """The torques by which the servos of a real arm follow positions, velocities or torques."""
 
-from math import pi
 from typing import final
 
 import numpy as np
@@ -11,12 +10,15 @@ from ftqp.model.robot import Robot
 from ftqp.sim.plants.arm_model import Arm
 from ftqp.sim.plants.plant import DRIVES, Command
 
+BANDWIDTH = 94.0
+"""Of the servos of an arm of which nothing else is said [rad/s], 15 Hz."""
+
 
 @final
 class JointServo:
     """Servos of one arm, which compute torques by a model of the arm as its maker knows it.
 
-    With the command (q_c, v_c) held for a tick, the true state (q, v) and wn = 2 pi bandwidth:
+    With the command (q_c, v_c) held for a tick, the true state (q, v) and the bandwidth wn:
 
     * position: tau = M (wn^2 (q_c - q) + 2 wn (v_c - v)) + h; without a commanded velocity v_c = 0
     * velocity: tau = M wn (v_c - v) + h
@@ -28,7 +30,7 @@ class JointServo:
     Args:
         robot: the arm as its maker knows it.
         drive: ``"position"``, ``"velocity"`` or ``"torque"``, what the arm takes.
-        bandwidth: of the servo, > 0 [Hz]; a stiffer servo follows closer, and needs shorter time steps.
+        bandwidth: wn of the servo, > 0 [rad/s]; a stiffer servo follows closer, and needs shorter time steps.
         takes_velocity: whether a position servo is given velocities, too; without it the arm follows late by
             2/wn.
 
@@ -36,7 +38,12 @@ class JointServo:
     """
 
     def __init__(
-        self, robot: Robot, drive: str = "position", *, bandwidth: float = 15.0, takes_velocity: bool = True
+        self,
+        robot: Robot,
+        drive: str = "position",
+        *,
+        bandwidth: float = BANDWIDTH,
+        takes_velocity: bool = True,
     ) -> None:
         if drive not in DRIVES:
             raise unknown("drive", drive, "an arm", DRIVES)
@@ -45,7 +52,7 @@ class JointServo:
                 f"takes_velocity = False is for drive 'position', but the drive is {drive!r}; leave it out"
             )
         self.drive = drive
-        self._wn = 2.0 * pi * positive("bandwidth of the servo", bandwidth, "Hz")
+        self._wn = positive("bandwidth of the servo", bandwidth, "rad/s")
         self._takes_velocity = takes_velocity
         self._arm = Arm(robot)
         n = robot.nv

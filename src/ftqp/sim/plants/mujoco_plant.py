@@ -34,7 +34,7 @@ class MujocoPlant(Plant):
     Args:
         robot: the arm as its planner and its servos know it.
         dt: sampling period of the commands [s].
-        servo: what the arm takes and how it follows; None is a position servo of 15 Hz.
+        servo: what the arm takes and how it follows; None is a position servo.
         true: how the true arm differs; None: not at all, but for end stops a little beyond the limits.
         substeps: time steps of the physics in ``dt``, >= 1; stiff servos and friction need more.
 

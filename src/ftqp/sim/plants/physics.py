@@ -58,6 +58,7 @@ class Physics:
         self.tau: FloatArray = data.qfrc_applied
         self.carried: FloatArray = data.qfrc_constraint
         self.bias: FloatArray = data.qfrc_bias
+        self._warnings = data.warning.number
         self._tip = model.site("tip").id
         self._advance = mujoco.mj_step
 
@@ -133,10 +134,9 @@ class Physics:
     @property
     def failure(self) -> str | None:
         """Why what happens since the reset cannot be true any more, or None."""
-        data = self._data
-        if not any(warning.number for warning in data.warning):
+        if not self._warnings.any():
             return None
-        first = next(kind for kind, warning in enumerate(data.warning) if warning.number)
+        data, first = self._data, int(np.argmax(self._warnings > 0))
         said = mujoco.mju_warningText(first, int(data.warning[first].lastinfo))
         joint = self._names[self._culprit()]
         return f"the physics broke down at joint {joint} at t = {data.time:.4g} s: {said}"

@@ -91,9 +91,10 @@ def draw_following(log: Log, path: str | Path) -> Path:
         _finish(axes, log, i, "distance [mm]" if slides else "distance [mrad]")
     handles: list[Any] = [
         Line2D([], [], color=BLUE, label="true position, working joint"),
-        Line2D([], [], color=RED, linewidth=2.2, label="after it failed"),
         Line2D([], [], color=ORANGE, linewidth=0.8, label="measured position"),
     ]
+    if (log["truth"] != HEALTHY).any():
+        handles.insert(1, Line2D([], [], color=RED, linewidth=2.2, label="after it failed"))
     arrange(figure, [*handles, *events.handles(log)], left=0.95, top=0.85, gap=GAP)
     return save(figure, path)
 
