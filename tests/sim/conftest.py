@@ -20,6 +20,7 @@ class FakePlanner:
         self.faults = {}
         self.scheme, self.task = SimpleNamespace(name="fake"), SimpleNamespace(mode="slack")
         self.backend, self.emergency = "none", None
+        self.drive = SimpleNamespace(kind="position")
         self.calls = []
         self._a = np.zeros(robot.nv) if a is None else np.asarray(a, dtype=float)
         self._code, self._before = code, before

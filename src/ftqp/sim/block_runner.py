@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from ftqp.control.planner.planner import Planner
-from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.sim.leader import ClockLeader, Leader
 from ftqp.sim.log.raw_rows import BLOCK, RawLayout
 from ftqp.sim.log.signals import PATH_CODES
@@ -17,11 +17,12 @@ from ftqp.sim.plants.plant import Plant
 
 @dataclass(frozen=True, slots=True)
 class _Ended:
-    """Where a block left the arm; each (nv,). It says no torques: the arm that it moves has no motors."""
+    """Where a block left the arm, each (nv,); that arm has neither motors nor brakes."""
 
     q: FloatArray
     v: FloatArray
     tau: FloatArray
+    brakes: BoolArray
 
 
 @final
@@ -52,6 +53,7 @@ class BlockRunner:
         possible = possible and not measured
         self._blocks = planner.blocks() if possible else None
         self._torques = np.full(planner.robot.nv, np.nan)
+        self._brakes = np.zeros(planner.robot.nv, dtype=np.bool_)
         layout = RawLayout(planner.robot.nv) if recorder is None else recorder.layout
         self._fields, self._places = layout.fields, layout.places()
         self._rows = len(planner.task_rows) if possible else 0
@@ -82,7 +84,7 @@ class BlockRunner:
         kept[:, f["progress"]] = times[:done, None]
         kept[:, f["path_status"]] = PATH_CODES[None]
         codes: IntArray = kept[:, f["status"]][:, 0].astype(np.int64)
-        plant.advance(_Ended(blocks.q, blocks.v, self._torques))
+        plant.advance(_Ended(blocks.q, blocks.v, self._torques, self._brakes))
         leader.aim(k + done - 1, plant.q)
         if recorder is not None:
             recorder.keep(done, self._rows)

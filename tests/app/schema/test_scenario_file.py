@@ -15,11 +15,16 @@ from ftqp.control import paths
 ENDINGS = {
     "iiwa-line": (True, 5e-6),
     "iiwa-moving-base-locked": (True, 1e-5),
+    "iiwa-out-of-reach": (True, 0.03),
     "modular11-locked": (True, 2e-4),
     "modular11-singular": (True, 2e-3),
     "panda-circle": (True, 2e-6),
     "panda-degraded": (True, 3e-3),
     "panda-free-swinging": (True, 2e-6),
+    "panda-glitches": (True, 1e-3),
+    "panda-mujoco-brake": (True, 2e-3),
+    "panda-mujoco-free": (False, 0.6),
+    "panda-mujoco-payload": (True, 3e-3),
     "planar6-square": (True, 4e-6),
     "planar6-stop": (False, 0.039),
     "puma-step-10": (True, 0.128),
@@ -48,11 +53,18 @@ def test_bundled_scenario_ends_as_it_tells(name: str, tmp_path: Path) -> None:
     summary = runs.run(load(name), tmp_path / "out").summary
     assert summary["completed"] is completed
     assert summary["max_position_error"] <= error
-    assert max(summary["max_limit_violation"].values()) <= 1e-9
+    excess = dict(summary["max_limit_violation"])
+    if summary.get("drive") is not None:  # what an arm in physics does may exceed its command a little
+        assert excess.pop("v") <= 0.02
+    assert max(excess.values()) <= 1e-9
     expected = {"OK"} if completed else {"OK", "RELAXED", "STOPPING", "STOPPED"}
     if name.startswith("puma-step"):  # the platform turns as fast as the arm's joints
         expected = {"OK", "RELAXED"}
         assert summary["inertial"]["final_position_error"] < 1e-9
+    if name == "iiwa-out-of-reach":
+        expected = {"OK", "RELAXED"}
+    if name == "panda-glitches":
+        expected = {"OK", "INVALID_INPUT"}
     if name.startswith("modular11"):
         expected = set(summary["status_counts"]) & {"OK", "SCALED", "RELAXED"}
     assert set(summary["status_counts"]) == expected

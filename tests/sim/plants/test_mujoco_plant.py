@@ -7,7 +7,6 @@ import pytest
 
 from ftqp.control.paths import Circle
 from ftqp.control.planner.planner import Planner
-from ftqp.control.planner.target import Target
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.model import catalog
@@ -31,7 +30,8 @@ UNLIMITED = TrueArm(end_stops=10.0)
 
 def command(q, v=None, tau=None):
     zero = np.zeros(len(q))
-    return SimpleNamespace(q=q, v=zero if v is None else v, tau=zero if tau is None else tau)
+    still = np.zeros(len(q), dtype=bool)
+    return SimpleNamespace(q=q, v=zero if v is None else v, tau=zero if tau is None else tau, brakes=still)
 
 
 def held(plant, q, seconds):
@@ -63,26 +63,13 @@ def torque_arm(panda, true=None):
     return MujocoPlant(panda, DT, JointServo(panda, "torque"), true)
 
 
-def reference_error(panda, plant, seconds):
-    """Largest distance of the true tip from a circle [m] that a planner follows at its own last command."""
-    path = Circle(panda.pose(START), 0.1, axes=("x", "y"), duration=seconds)
-    planner, arm = Planner(panda, DT), Arm(panda)
-    planner.reset(START)
-    plant.reset(START, np.zeros(7))
-    times = np.arange(round(seconds / DT)) * DT
-    sample = path.sample(times)
-    q, v, worst = START.copy(), np.zeros(7), 0.0
-    for k in range(len(times)):
-        target = Target(pose=sample.pose[k], twist=sample.twist[k], acceleration=sample.acceleration[k])
-        step = planner.step(q, v, target)
-        worst = max(worst, float(np.linalg.norm(arm.tip(plant.q)[:3, 3] - sample.pose[k][:3, 3])))
-        q[:], v[:] = step.q, step.v
-        plant.advance(step)
-    return worst
-
-
-def test_position_servo_follows_a_healthy_circle(panda):
-    assert reference_error(panda, MujocoPlant(panda, DT), seconds=8.0) < 1e-4
+@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
+def test_healthy_circle_is_followed_within_a_tenth_of_a_millimetre(panda, drive):
+    plant = MujocoPlant(panda, DT, JointServo(panda, drive))
+    path = Circle(panda.pose(START), 0.1, axes=("x", "y"), duration=6.0)
+    planner = Planner(panda, DT, drive={"kind": drive} | ({} if drive == "torque" else {"bandwidth": 94.0}))
+    log = Simulation(planner, path, q=START, plant=plant, log="memory").run().log
+    assert np.linalg.norm(log["tip"][:, :3] - log["target"][:, :3], axis=1).max() < 1e-4
 
 
 def test_servo_without_commanded_velocity_is_late_by_twice_its_time_constant(panda):
@@ -223,7 +210,8 @@ def test_both_plants_agree_on_a_joint_that_locks_at_once(panda):
     one = circle(panda, KinematicPlant(panda, DT), events)
     other = circle(panda, torque_arm(panda), events)
     assert one.completed and other.completed
-    assert abs(other.log["position_error"].max() - one.log["position_error"].max()) < 1e-4
+    expected = one.log["position_error"].max()  # the torque loop takes some ticks to answer the impulse
+    assert other.log["position_error"].max() == pytest.approx(expected, rel=0.02)
     np.testing.assert_allclose(other.q, one.q, atol=1e-3)
 
 
@@ -265,11 +253,31 @@ def test_robot_without_inertia_is_refused():
         MujocoPlant(catalog.load("puma560"), DT)
 
 
-def test_a_plant_with_another_drive_than_the_planners_is_refused(panda):
+@pytest.mark.parametrize(
+    ("takes", "made_for", "words"),
+    [("torque", "position", "plant takes torques"), ("position", "torque", "plant takes positions"),
+     ("velocity", "position", "plant takes velocities")],
+)  # fmt: skip
+def test_arm_that_takes_something_else_than_its_planner_sends_is_refused(panda, takes, made_for, words):
     path = Circle(panda.pose(START), 0.1, duration=1.0)
-    planner = Planner(panda, DT, drive="torque")
-    with pytest.raises(InputError, match="takes positions, but the planner was made for an arm"):
-        Simulation(planner, path, q=START, plant=MujocoPlant(panda, DT))
+    with pytest.raises(InputError, match=rf"{words}, but .*drive='{takes}'"):
+        Simulation(
+            Planner(panda, DT, drive=made_for),
+            path,
+            q=START,
+            plant=MujocoPlant(panda, DT, JointServo(panda, takes)),
+        )
+
+
+def test_torque_arm_closes_the_brakes_that_are_asked_for(panda):
+    plant = torque_arm(panda)
+    plant.reset(START, np.zeros(7))
+    told = command(START)
+    told.brakes = np.arange(7) == 3
+    for _ in range(100):
+        plant.advance(told)
+    assert abs(plant.q[3] - START[3]) < 1e-5
+    assert abs(plant.q[1] - START[1]) > 1e-3
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,8 @@ from pydantic import ValidationError
 from ftqp.app.scenario import base_composition, composition, document, world_composition
 from ftqp.app.scenario.complaints import complaints
 from ftqp.app.schema import Scenario
+from ftqp.control.drive.drive import Drive
+from ftqp.control.drive.noise import Noise
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
@@ -228,6 +230,7 @@ def _planner_settings(tables: Scenario, folder: File, errors: _Errors) -> dict[s
     table = tables.planner
     settings: dict[str, Any] = {
         "dt": table.dt,
+        "noise": Noise(**table.noise.model_dump()),
         "level": table.level,
         "posture": table.posture,
         "torque_limits": table.torque_limits,
@@ -235,6 +238,8 @@ def _planner_settings(tables: Scenario, folder: File, errors: _Errors) -> dict[s
     }
     with errors.at("planner.scheme"):
         settings["scheme"] = schemes.by_name(table.scheme)
+    with errors.at("planner.drive"):
+        settings["drive"] = Drive(**table.drive.model_dump())
     with errors.at("planner.task"):
         settings["task"] = composition.task(table.task)
     with errors.at("planner.bounds"):

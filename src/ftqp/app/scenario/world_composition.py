@@ -3,6 +3,7 @@
 from typing import Any
 
 from ftqp.app.schema import Scenario
+from ftqp.app.schema.planner_section import PlannerTable
 from ftqp.app.schema.simulation_section import MujocoTable
 from ftqp.app.schema.strict import Table
 from ftqp.model.payload import Payload
@@ -26,12 +27,12 @@ def plant(tables: Scenario, arm: Robot) -> Plant:
         servo = table.servo
         return ServoPlant(arm, tables.planner.dt, time_constant=servo.time_constant, substeps=servo.substeps)
     if table.plant == "mujoco":
-        return _mujoco(table.mujoco, arm, tables.planner.dt)
+        return _mujoco(table.mujoco, arm, tables.planner)
     return KinematicPlant(arm, tables.planner.dt, tables.planner.level)
 
 
-def _mujoco(table: MujocoTable, arm: Robot, dt: float) -> Plant:
-    """The arm in physics; MuJoCo is loaded here and not before."""
+def _mujoco(table: MujocoTable, arm: Robot, planner: PlannerTable) -> Plant:
+    """The arm in physics, with the planner's drive; MuJoCo is loaded here and not before."""
     from ftqp.sim.plants.joint_servo import JointServo
     from ftqp.sim.plants.mujoco_plant import MujocoPlant
     from ftqp.sim.plants.true_arm import TrueArm
@@ -44,7 +45,9 @@ def _mujoco(table: MujocoTable, arm: Robot, dt: float) -> Plant:
         brake=table.brake,
         end_stops=table.end_stops,
     )
-    return MujocoPlant(arm, dt, JointServo(arm, "torque"), true, substeps=table.substeps)
+    drive = planner.drive.kind
+    servo = JointServo(arm, drive, bandwidth=table.bandwidth, takes_velocity=table.takes_velocity)
+    return MujocoPlant(arm, planner.dt, servo, true, substeps=table.substeps)
 
 
 def sensors(tables: Scenario, arm: Robot) -> JointSensors | None:

@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, field_serializer, model_validator
 
+from ftqp.app.schema.drive_section import AnyDrive, DriveTable, MeasurementNoiseTable
 from ftqp.app.schema.strict import Finite, Limit, Named, Table, Vector, unit
 from ftqp.control.following.stall import PATTERNS, StallEscape
 from ftqp.control.task.directional_damping import DirectionalDamping
@@ -111,6 +112,10 @@ class PlannerTable(Table):
         1e-3, gt=0, le=1, description="control period, 0 < dt <= 1", json_schema_extra=unit("s")
     )
     level: Literal["acceleration", "velocity"] = Field("acceleration", description="what is decided")
+    drive: AnyDrive = Field(DriveTable(), description="what the arm takes, or a table that says more")
+    noise: MeasurementNoiseTable = Field(
+        MeasurementNoiseTable(), description="how noisy measurements are believed to be"
+    )
     scheme: Named = Field(
         {"name": "mvn"}, description="a scheme or a table with its gains, see `ftqp schemes`"
     )

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from ftqp.app.schema.strict import Finite, Table, Vector, unit
+from ftqp.sim.plants.joint_servo import BANDWIDTH
 
 Friction = Annotated[Finite, Field(ge=0)] | dict[str, Annotated[Finite, Field(ge=0)]]
 """One number for all joints, or a table by joint name."""
@@ -29,6 +30,10 @@ class PayloadTable(Table):
 class MujocoTable(Table):
     """The arm in physics, and what is true of it and unknown to its planner."""
 
+    bandwidth: Finite = Field(
+        BANDWIDTH, gt=0, description="of the joint servos, > 0", json_schema_extra=unit("rad/s")
+    )
+    takes_velocity: bool = Field(True, description="whether position servos are given velocities, too")
     substeps: int = Field(4, ge=1, description="time steps of the physics in a control period, >= 1")
     payload: PayloadTable | None = Field(None, description="a load at the tip; none if absent")
     mass_scale: Finite = Field(1.0, gt=0, description="true masses by those of the model, > 0")

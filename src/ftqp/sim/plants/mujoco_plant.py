@@ -31,6 +31,8 @@ class MujocoPlant(Plant):
     * degraded: the motor has what is left of its torque, and the end stops move in to what is left of the
       range. Speed and acceleration are a servo's and not reduced.
 
+    A torque arm closes the brakes that the planner asks for; a servo holds its joints by itself.
+
     Args:
         robot: the arm as its planner and its servos know it.
         dt: sampling period of the commands [s].
@@ -137,7 +139,7 @@ class MujocoPlant(Plant):
                 self._limit[i] = 0.0
                 self._physics.fix(i)
             case Locked():
-                self.brake(i)
+                self._brake(i)
             case FreeSwinging():
                 self._limit[i] = 0.0
                 self._physics.resist(i, self._coulomb[i], self._viscous[i] + fault.damping)
@@ -147,7 +149,7 @@ class MujocoPlant(Plant):
                 high = self._high[i] if fault.q_max is None else min(fault.q_max, self._high[i])
                 self._physics.stop_at(i, low, high)
 
-    def brake(self, i: int) -> None:
+    def _brake(self, i: int) -> None:
         """Close the brake of joint i and switch its motor off."""
         self._limit[i] = 0.0
         self._physics.resist(i, self._coulomb[i] + self._brakes[i], self._viscous[i])
@@ -167,6 +169,9 @@ class MujocoPlant(Plant):
         """
         servo, physics, limit = self._servo, self._physics, self._limit
         servo.take(command)
+        if servo.drive == "torque":
+            for i in np.flatnonzero(command.brakes & (limit > 0.0)):
+                self._brake(int(i))
         tau, q, v = physics.tau, physics.q, physics.v
         for _ in range(self._substeps):
             servo.torques(q, v, tau)

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from typing import Protocol
 
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.faults.kinds import Fault
 
 DRIVES = ("position", "velocity", "torque")
@@ -11,7 +11,7 @@ DRIVES = ("position", "velocity", "torque")
 
 
 class Command(Protocol):
-    """The part of a planner's step that moves an arm; each (nv,)."""
+    """The part of a planner's step that an arm obeys, each (nv,): motions, torques, brakes to close."""
 
     @property
     def q(self) -> FloatArray: ...
@@ -19,6 +19,8 @@ class Command(Protocol):
     def v(self) -> FloatArray: ...
     @property
     def tau(self) -> FloatArray: ...
+    @property
+    def brakes(self) -> BoolArray: ...
 
 
 class Plant(ABC):
