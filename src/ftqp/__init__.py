@@ -13,7 +13,10 @@ if TYPE_CHECKING:
     from ftqp import qp as qp
     from ftqp.app.scenario.setup import load as load_scenario  # noqa: F401  its home has another name
     from ftqp.control import paths as paths
+    from ftqp.control.drive.computed_torque import ComputedTorque as ComputedTorque
     from ftqp.control.drive.drive import Drive as Drive
+    from ftqp.control.drive.identification import ServoLag as ServoLag
+    from ftqp.control.drive.identification import servo_lag as servo_lag
     from ftqp.control.drive.noise import Noise as Noise
     from ftqp.control.following.goto import GoTo as GoTo
     from ftqp.control.following.goto import GoToStatus as GoToStatus
@@ -76,6 +79,7 @@ _HOME = {
     "Backend": "ftqp.qp.adapters.backend",
     "BaseStatus": "ftqp.control.moving_base.inertial_task",
     "Certificate": "ftqp.control.planner.certificate",
+    "ComputedTorque": "ftqp.control.drive.computed_torque",
     "Criterion": "ftqp.kernel.layout.criteria",
     "Damping": "ftqp.control.task.resolvers",
     "Degraded": "ftqp.faults.kinds",
@@ -107,6 +111,7 @@ _HOME = {
     "Robot": "ftqp.model.robot",
     "Schedule": "ftqp.sim.schedule",
     "Scheme": "ftqp.control.task.scheme",
+    "ServoLag": "ftqp.control.drive.identification",
     "Simulation": "ftqp.sim.loop",
     "StallEscape": "ftqp.control.following.stall",
     "Step": "ftqp.control.planner.step",
@@ -127,6 +132,7 @@ _HOME = {
     "load_scenario": "ftqp.app.scenario.setup:load",
     "resolve_rates": "ftqp.control.rates",
     "sensitivity": "ftqp.control.moving_base.base_gain",
+    "servo_lag": "ftqp.control.drive.identification",
 }
 _MODULES = {
     "bounds": "ftqp.control.task.bounds",
