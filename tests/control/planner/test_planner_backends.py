@@ -157,7 +157,7 @@ ANSWERS = {
 @pytest.mark.parametrize("answer", ANSWERS.values(), ids=ANSWERS)
 def test_no_answer_of_a_solver_leads_to_an_unsafe_command(panda, home, level, follow, answer, mode):
     target = ftqp.Target(pose=home, twist=[0.1, 0.1, 0.0, 0.0, 0.0, 0.0])
-    task = ftqp.Task(mode=mode)
+    task = ftqp.Task(mode=mode, calm=False)  # in calm the solver would not be asked
     planner = ftqp.Planner(panda, DT, level=level, backend=Puppet(answer), task=task, emergency=None)
     limits = panda.limits
     for step in follow(planner, target, 30, events={10: lambda p: p.report(ftqp.Locked(3))}):

@@ -94,7 +94,9 @@ class TestWarmStart:
         self.target = ftqp.Target(pose=home)
         self.target.position[0] += 0.02
         self.q, self.v = panda.neutral.copy(), np.zeros(7)
-        planner = ftqp.Planner(panda, DT, scheme="dlsm", backend={"name": "dtrnn", **settings})
+        task = ftqp.Task(calm=False)  # in calm the network would not be asked
+        network = {"name": "dtrnn", **settings}
+        planner = ftqp.Planner(panda, DT, scheme="dlsm", task=task, backend=network)
         planner.reset(self.q)
         return planner
 

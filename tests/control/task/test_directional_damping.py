@@ -12,12 +12,12 @@ DT = 2e-3
 LEVELS = ["acceleration", "velocity"]
 
 
-def swing(level, damping=None, scaled=False, seconds=9.0):
+def swing(level, damping=None, scaled=False, seconds=9.0, calm=False):
     """Share of ticks in which a joint accelerates at its limit, last speed, and the follower if there is one.
 
     An iiwa with its second joint locked near zero, on a line with its attitude kept, which it cannot follow.
     """
-    task = ftqp.Task(mode="scaled" if scaled else "slack", damping=damping)
+    task = ftqp.Task(mode="scaled" if scaled else "slack", damping=damping, calm=calm)
     planner = ftqp.Planner(IIWA, DT, level=level, task=task, emergency=None)
     planner.report(ftqp.Locked(1, mode="instant"))
     path = ftqp.paths.Line(IIWA.pose(START), (0.0, 0.25, 0.1), duration=4.0)
@@ -43,8 +43,9 @@ def test_greedy_motion_swings_and_damping_calms_it(level):
 
 
 @pytest.mark.parametrize("level", LEVELS)
-def test_path_that_waits_does_not_leave_the_line_and_comes_to_rest(level):
-    saturated, speed, step, follower = swing(level, scaled=True)
+@pytest.mark.parametrize("calm", [True, False])
+def test_path_that_waits_does_not_leave_the_line_and_comes_to_rest(level, calm):
+    saturated, speed, step, follower = swing(level, scaled=True, calm=calm)
     assert saturated < 0.05 and speed < 1e-3
     assert step.position_error < 2e-3
     assert follower.status is ftqp.PathStatus.BLOCKED and "iiwa_joint_2 (locked)" in follower.blocked

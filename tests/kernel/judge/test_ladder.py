@@ -76,7 +76,7 @@ def test_no_answer_of_a_lying_solver_reaches_the_command(value, claim, level, mo
 @pytest.mark.parametrize("level", NAMES)
 @pytest.mark.parametrize("mode", ["hard", "slack", "scaled", "lexicographic"])
 def test_an_unreachable_task_gives_the_nearest_motion_within_the_box(level, mode):
-    planner = planner_of(level=level, task=ftqp.Task(mode=mode))
+    planner = planner_of(level=level, task=ftqp.Task(mode=mode, calm=False))
     pose = planner.robot.pose(Q)
     pose[:3, 3] += [0.5, 0.2, -0.2]
     step = planner.step(Q, np.zeros(7), ftqp.Target(pose=pose))
@@ -87,7 +87,7 @@ def test_an_unreachable_task_gives_the_nearest_motion_within_the_box(level, mode
         assert 0.0 < step.scale < 1.0
     else:
         assert np.abs(step.slack).max() > 1e-3
-    ticks = same_tick(pose, level=level, task=ftqp.Task(mode=mode))
+    ticks = same_tick(pose, level=level, task=ftqp.Task(mode=mode, calm=False))
     assert np.abs(ticks.K.state.v_command[:7] - step.v).max() < 1e-9
     x, lb, ub = (ticks.K.qp[name][:7] for name in ("x", "lb", "ub"))
     assert np.all(x >= lb) and np.all(x <= ub)
@@ -98,7 +98,7 @@ def test_the_relaxed_motion_is_the_least_squares_one():
     """Hard mode, infeasible: no x of the box leaves a smaller task residual."""
     pose = ftqp.robots.load("panda").pose(Q)
     pose[:3, 3] += [0.5, 0.2, -0.2]
-    K = same_tick(pose, task=ftqp.Task(mode="hard")).K
+    K = same_tick(pose, task=ftqp.Task(mode="hard", calm=False)).K
     assert K.ladder.status == codes.RELAXED
     A, b, x = K.qp.A[:6, :7], K.task.asked[:6], K.qp.x[:7]
     best = lsq_linear(A, b, (K.qp.lb[:7], K.qp.ub[:7]), tol=1e-14)

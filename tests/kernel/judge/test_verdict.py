@@ -14,7 +14,7 @@ Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
 def solved(**options):
     """The record of a tick whose QP is solved, some bound active."""
     robot = ftqp.robots.load("panda")
-    ticks = Ticks(robot, 0.002, **options)
+    ticks = Ticks(robot, 0.002, task=ftqp.Task(calm=False), **options)
     ticks.reset(Q)
     pose = robot.pose(Q)
     pose[:3, 3] += 0.1

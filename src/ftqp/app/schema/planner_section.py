@@ -60,6 +60,7 @@ class TaskTable(Table):
     damping: DampingTable | None = Field(
         None, description="directional damping near singularities; none if absent"
     )
+    calm: bool = Field(True, description="whether the arm comes to rest where its target stands")
 
 
 class EmergencyTable(Table):

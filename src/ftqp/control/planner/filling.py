@@ -60,6 +60,7 @@ def filled(
     t.uses_rotation = rows[-1] >= 3
     t.tool_rows = task.rows == "position_axis"
     t.axis[:] = axis_frame(task.axis).ravel()
+    K.calm.on = task.calm
     if task.damping is not None:
         K.turned.threshold, K.turned.factor = task.damping.threshold, task.damping.factor
     for name in COEFFICIENTS:

@@ -17,6 +17,7 @@ from ftqp.control.planner.fitting import Fitting, warn_of_weight
 from ftqp.control.planner.given_arrays import mistake, not_a_target, sized, vector
 from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner_view import PlannerView
+from ftqp.control.planner.rest_log import Rest
 from ftqp.control.planner.solver.qp_solver import IN_KERNEL, NETWORK, Solver
 from ftqp.control.planner.start import StartWatch
 from ftqp.control.planner.step import Step
@@ -35,7 +36,7 @@ from ftqp.core.errors import InputError, nearest
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory, Session
-from ftqp.kernel.layout.enums import Mistake
+from ftqp.kernel.layout.enums import RELAXED, Mistake
 from ftqp.kernel.layout.record import load_chain
 from ftqp.kernel.layout.rows import COMPONENTS, has_rows_beside_torque
 from ftqp.model.branch import within_branch
@@ -154,6 +155,7 @@ class Planner:
         self._adopt_belief()
         self._out = Step(self._session, robot.joints)
         self._loop = ArmLoop(self._session, robot.joints)
+        self._rest = Rest(self._session)
         self._timing = timing
         self._at_rest = np.zeros(robot.nv)
         self._tick = self._solver.tick("clock")
@@ -202,6 +204,7 @@ class Planner:
         state.a_command[:n] = 0.0
         K.criteria.posture[:n] = q if self.posture is None else self.posture
         self._loop.forget()
+        K.calm.holding = K.calm.stood = K.calm.sure = 0
         K.qp.warm = state.ticks = 0
         state.is_reset = 1
         self._solver.forget()
@@ -274,6 +277,8 @@ class Planner:
                 raise not_a_target(target) from error
             if code >= 0:
                 self._out.code = code
+                if code == RELAXED or self._rest.held:
+                    self._rest.tell(self._out)
                 return self._out
         if not isinstance(target, Target | Targets):
             raise not_a_target(target)
@@ -327,6 +332,8 @@ class Planner:
             raise mistake(code, q, v, self.robot.nv, self.robot.nq)
         out = self._out
         out.code = code
+        if code == RELAXED or self._rest.held:
+            self._rest.tell(out)
         if self._timing:
             out.duration = (now() - began) * 1e-9
         return out

@@ -59,6 +59,7 @@ _PLACES = {
     "kappa": ("ladder", "kappa"),
     "missed": ("ladder", "missed"),
     "jump": ("ladder", "jump"),
+    "holding": ("calm", "holding"),
 }
 """Where each part of a step stands in the record."""
 _JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "tau", "tau_brake",
@@ -205,6 +206,14 @@ class Step:
     def rotation_error(self) -> float:
         """Norm of the rotation error over the task's rows [rad]."""
         return self._number("rotation_error")
+
+    @property
+    def holding(self) -> bool:
+        """Whether the arm rests although its error is left, because hardly anything of it can be removed.
+
+        It goes on as soon as the target moves, or another set of joints works.
+        """
+        return bool(self._number("holding"))
 
     @property
     def slack(self) -> FloatArray:

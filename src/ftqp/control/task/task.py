@@ -56,6 +56,9 @@ class Task:
         damping: Lets the task give way along singular directions, see ``DirectionalDamping``; None never
             does. It goes neither with ``scaled``, whose path waits at a singularity instead, nor with
             ``position_first``.
+        calm: Whether the arm comes to rest where the target stands, also out of reach, at a singularity or
+            with a failed joint, see ``docs/theory/calm.md``. False leaves the feedback as it is, which swings
+            there without end.
 
         tolerance: The largest error of the measured tip's position that still counts as following the task,
             > 0 [m]. A larger one says OK and goes on at full speed where the arm lags farther behind.
@@ -76,6 +79,7 @@ class Task:
     damping: DirectionalDamping | None = None
     tolerance: float = 0.01
     rotation_tolerance: float = 0.05
+    calm: bool = True
 
     def __post_init__(self) -> None:
         if self.rows is not None:
@@ -92,6 +96,8 @@ class Task:
             )
         if self.damping is not None and not isinstance(self.damping, DirectionalDamping):
             raise InputError(f"damping is {self.damping!r:.60}, expected an ftqp.DirectionalDamping or None")
+        if not isinstance(self.calm, bool):
+            raise InputError(f"calm is {self.calm!r:.60}, expected True or False")
         refuse(
             mode=self.mode,
             priority=self.priority,

@@ -1,5 +1,6 @@
 """The ladder: which QP comes next when an answer is bad.
 
+    calm, where the error bends more than the rows can hold -> best feasible: task relaxed
     first stage (lexicographic mode) -> the QP -> best feasible: task relaxed
         -> what torque limits lack at least -> the task with torque limits that give so much
         -> the same without the scheme's criterion
@@ -29,6 +30,7 @@ from ftqp.kernel.judge.least_excess import (
 )
 from ftqp.kernel.judge.verdict import command, judge
 from ftqp.kernel.layout.enums import (
+    CALM_STAGE,
     ELASTIC_STAGE,
     FALLBACK,
     FIRST_STAGE,
@@ -56,6 +58,7 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.layout.thresholds import SCALED_FROM
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.constraint_rows import add_constraints, within_guard
+from ftqp.kernel.rows.objective import objective
 from ftqp.kernel.rows.task_rows import compliance
 
 RELAXED_RATIO = 1e-8
@@ -66,6 +69,8 @@ ELASTIC_TASK_RATIO = 1e-6
 """Compliance of the task rows when torque limits have to give way too."""
 REST_ELASTIC = 1e-12
 """Compliance of torque rows beside |x - x_rest|^2 when the arm is brought to rest."""
+CALM_ELASTIC = 1e-4
+"""Compliance of torque rows in calm, beside that of the task, which is 1 there."""
 RELAXED_FROM = 1e-3
 """A task residual above this share of the task's right side, plus TASK_FLOOR, counts as relaxed."""
 TASK_FLOOR = 1e-4
@@ -181,7 +186,10 @@ def _finish(K: Any) -> int:
         watch.latched = 1
         watch.reason = STOPPED_BY_FALLBACKS
     qp.soft_rows = 0.0
-    if ladder.stage != MAIN_STAGE:
+    if ladder.stage == CALM_STAGE:
+        if ladder.external:
+            qp.warm = 0
+    elif ladder.stage != MAIN_STAGE:
         qp.warm = 0
     elif task.mode == LEXICOGRAPHIC and ladder.verdict == RELAXED:
         for i in range(K.chain.n):  # the second stage keeps the residual: only the first knows what causes it
@@ -213,11 +221,54 @@ def _clip(K: Any) -> None:
 
 
 @jit
+def _advance_in_calm(K: Any, claim: int) -> int:
+    """The answer to the QP of calm is the command, whatever the task's mode and the solver of other ticks.
+
+    Where torque limits and the box exclude each other, torque limits give way; where that does not help, the
+    task is relaxed as without calm.
+    """
+    task, ladder, qp = K.task, K.ladder, K.qp
+    good = claim == SOLVED and judge(K)
+    if K.limits.guard > 0.0 and not K.kinematics.has_dynamics and not (good and within_guard(K)):
+        add_constraints(K)
+        return SOLVE
+    if qp.soft_rows == 0.0:
+        ladder.claim = claim
+        ladder.verdict = RELAXED if claim == INFEASIBLE else FALLBACK
+    if good:
+        for k in range(task.m):
+            s = -task.asked[k]
+            for i in range(K.chain.n):
+                s += qp.A[k, i] * qp.x[i]
+            task.slack[k] = s
+        task.scale = 1.0
+        ladder.missed = _misses_task(K)
+        ladder.outside = joints_outside(K)
+        if qp.soft_rows == 0.0:
+            ladder.verdict = _verdict_on_solved(K)
+        return _finish(K)
+    qp.warm = 0
+    if qp.soft_rows == 0.0 and qp.nc > 0:
+        qp.soft_rows = CALM_ELASTIC
+        return SOLVE
+    qp.soft_rows = 0.0
+    objective(K)
+    for k in range(task.m):
+        qp.b[k] = task.asked[k]
+    qp.meq = task.m
+    compliance(K, RELAXED_RATIO)
+    ladder.stage = RELAX_STAGE
+    return SOLVE
+
+
+@jit
 def _advance(K: Any, claim: int) -> int:
     """Climb one rung: the status when a command is found, SOLVE when the solver has to run again."""
     task, ladder, qp = K.task, K.ladder, K.qp
     n, stage = K.chain.n, ladder.stage
     follows = stage == MAIN_STAGE or stage == RELAX_STAGE or stage == ELASTIC_STAGE or stage == PLAIN_STAGE
+    if stage == CALM_STAGE:
+        return _advance_in_calm(K, claim)
     if stage == FIRST_STAGE:
         _begin_second_stage(K, claim)
         return READY
@@ -283,7 +334,7 @@ def climb(K: Any, code: int, claim: int) -> int:
             return READY
         if code == READY or code == SOLVE:
             claim = active_set(qp)
-            if ladder.stage == MAIN_STAGE:
+            if ladder.stage == MAIN_STAGE or ladder.stage == CALM_STAGE:
                 ladder.qp_iterations = qp.iterations
         code = _advance(K, claim)
         if code != READY and code != SOLVE:

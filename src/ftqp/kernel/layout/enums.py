@@ -175,6 +175,7 @@ class Stage(IntEnum):
     REST_ELASTIC = 5
     LEAST_EXCESS = 6
     PLAIN = 7
+    CALM = 8
 
 
 (
@@ -186,6 +187,7 @@ class Stage(IntEnum):
     REST_ELASTIC_STAGE,
     LEAST_EXCESS_STAGE,
     PLAIN_STAGE,
+    CALM_STAGE,
 ) = map(int, Stage)
 
 

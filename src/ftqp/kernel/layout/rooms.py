@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ftqp.kernel.layout.calm_room import calm_fields
 from ftqp.kernel.layout.criteria import COEFFICIENTS
 from ftqp.kernel.layout.enums import DELAYS, HISTORY, TARGET_SIZE, TASK_ROWS
 from ftqp.kernel.layout.rows import constraint_capacity
@@ -428,5 +429,6 @@ ROOMS = {
     "past": _past,
     "history": _history,
     "aside": _aside,
+    "calm": calm_fields,
 }
 """Each room with the fields that it has for N joints; those that every tick touches come first."""

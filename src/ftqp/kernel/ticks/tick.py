@@ -10,6 +10,7 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.arm.pose_error import pose_error
+from ftqp.kernel.calm.calm_qp import begin_calm, calms
 from ftqp.kernel.feedback.gap import measure_gap, norms, wait
 from ftqp.kernel.feedback.late_targets import play_back
 from ftqp.kernel.feedback.observer import feel, observe
@@ -255,6 +256,8 @@ def _ask(K: Any) -> int:
     """How firmly the task is asked for, by its mode: READY, or SOLVE when another QP comes first."""
     task, turned, qp = K.task, K.turned, K.qp
     K.ladder.stage = MAIN_STAGE
+    if K.calm.entered:
+        K.calm.entered, qp.warm = 0, 0  # the codes of a working set depend on how many rows there are
     for k in range(task.m):
         task.asked[k] = qp.b[k]
     if task.mode == HARD:
@@ -275,12 +278,12 @@ def _ask(K: Any) -> int:
 
 
 @jit
-def _turn(K: Any) -> None:
-    """Posture criterion and directional damping, where the planner has them."""
+def _turn(K: Any, calm: bool) -> None:
+    """Posture criterion and directional damping, where the planner has them; calm does without the latter."""
     if K.criteria.manipulability != 0.0:
         add_manipulability(K)
     K.turned.on = 0
-    if K.turned.factor > 0.0:
+    if K.turned.factor > 0.0 and not calm:
         turn_rows(K)
 
 
@@ -294,6 +297,9 @@ def prepare_plain(K: Any) -> int:
         return SOLVE
     objective(K)
     task_rows(K, K.task.kp)
+    if calms(K, K.task.kp):
+        begin_calm(K, K.task.kp)
+        return SOLVE
     return _ask(K)
 
 
@@ -307,7 +313,11 @@ def prepare_rich(K: Any) -> int:
         return SOLVE
     objective(K)
     task_rows(K, K.task.kp)
-    _turn(K)
+    calm = calms(K, K.task.kp)
+    _turn(K, calm)
+    if calm:
+        begin_calm(K, K.task.kp)
+        return SOLVE
     return _ask(K)
 
 
@@ -351,8 +361,13 @@ def prepare_on_base(K: Any, base: Any) -> int:
     if not _may_go_on_as_measured(K, valid):
         return SOLVE
     objective(K)
-    task_rows(K, base.gain / K.state.dt)
-    _turn(K)
+    kp = base.gain / K.state.dt
+    task_rows(K, kp)
+    calm = calms(K, kp)
+    _turn(K, calm)
+    if calm:
+        begin_calm(K, kp)
+        return SOLVE
     return _ask(K)
 
 
@@ -367,6 +382,6 @@ def prepare_on_joints(K: Any, joints: Any) -> int:
         return SOLVE
     task_rows(K, K.task.kp)
     joint_objective(K, joints)
-    K.turned.on = 0
+    K.turned.on = K.calm.holding = 0
     K.ladder.stage = MAIN_STAGE
     return READY

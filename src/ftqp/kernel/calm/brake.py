@@ -1,0 +1,71 @@
+"""The displacement that is left to go, what of the error it can remove, and how fast it may be asked for."""
+
+from math import inf, sqrt
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import ACCELERATION
+from ftqp.kernel.maths.cholesky import factor, solve_factored
+
+SHARE = 0.3
+"""Share of the braking deceleration that the way to the goal counts on."""
+FASTEST = 0.8
+"""Share of the velocity limit that the feedback asks for at most."""
+
+
+@jit
+def way_to_go(K: Any, count: int, soft: float) -> float:
+    """Delta over the free joints and the share of the error that it can remove.
+
+    Delta = (A'A + D + soft 1)^-1 (A'e + kick),  rho = (A'e + kick)'Delta/(e'e)
+    """
+    task, calm = K.task, K.calm
+    W, delta = calm.work, calm.delta
+    square = 0.0
+    for k in range(task.m):
+        square += calm.e[k] * calm.e[k]
+    for a in range(count):
+        i = calm.free[a]
+        delta[a] = calm.gradient[i] + calm.kick[i]
+        for b in range(a + 1):
+            j = calm.free[b]
+            s = calm.D[i, j]
+            for k in range(task.m):
+                s += calm.A[k, i] * calm.A[k, j]
+            W[a, b] = s
+        W[a, a] += soft
+    if not factor(W, count):
+        return 1.0
+    solve_factored(W, count, delta)
+    rho = 0.0
+    for a in range(count):
+        i = calm.free[a]
+        rho += (calm.gradient[i] + calm.kick[i]) * delta[a]
+    return rho / square if square > 0.0 else 1.0
+
+
+@jit
+def braked(K: Any, count: int, rate: float) -> float:
+    """beta = min_i min(FASTEST v_max_i, sqrt(2 SHARE a_brake_i |Delta_i|)) / (rate |Delta_i|), at most 1.
+
+    It is the share of the error that feedback may ask for: never a speed from which the arm cannot brake
+    before the point it goes to. ``rate`` is that of the feedback [1/s].
+    """
+    limits, calm = K.limits, K.calm
+    beta = 1.0
+    for a in range(count):
+        i = calm.free[a]
+        size = abs(calm.delta[a])
+        top = FASTEST * limits.v_max[i] if limits.v_max[i] < inf else inf
+        top = min(top, sqrt(2.0 * SHARE * limits.a_brake[i] * size))
+        if rate * size * beta > top:
+            beta = top / (rate * size)
+    return beta
+
+
+@jit
+def feedback_rate(K: Any, kp: float) -> float:
+    """How fast the feedback alone brings the error down [1/s]: kp/kv, or kp at the velocity level."""
+    if K.state.level == ACCELERATION:
+        return kp / K.task.kv if K.task.kv > 0.0 else 0.0
+    return kp

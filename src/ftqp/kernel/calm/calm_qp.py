@@ -1,0 +1,130 @@
+"""A tick in calm: whether the error bends more than the rows can hold, and the QP that then takes over."""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.calm.brake import braked, feedback_rate, way_to_go
+from ftqp.kernel.calm.curvature import curvature, weigh_rows
+from ftqp.kernel.calm.metric import find_metric
+from ftqp.kernel.calm.rest import decide, watch_target
+from ftqp.kernel.calm.trigger import is_regular
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import ACCELERATION, CALM_STAGE, SCALE
+
+
+@jit
+def softness(K: Any, ratio: float) -> float:
+    """ratio |A|_F^2/(m tr H), the task's compliance as ``compliance`` gives it to the rows."""
+    chain, task, qp = K.chain, K.task, K.qp
+    trace = norm = 0.0
+    for i in range(chain.n):
+        trace += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
+        for k in range(task.m):
+            norm += qp.A[k, i] * qp.A[k, i]
+    return ratio * norm / (task.m * trace) + 1e-300
+
+
+@jit
+def calms(K: Any, kp: float) -> bool:
+    """Whether the curvature of the error takes part in this tick: D, the kick, beta and the hold.
+
+    It needs ``objective`` and ``task_rows``; kp is their gain on the error.
+    """
+    calm = K.calm
+    if not calm.on:
+        return False
+    watch_target(K)
+    if not calm.holding and is_regular(K):
+        calm.sure = 0.0
+        return False
+    square = weigh_rows(K)
+    s = curvature(K)
+    calm.soft = softness(K, K.task.slack_ratio)
+    if not s > calm.soft:  # no direction is stiffer than the feedback then
+        calm.sure = 0.0
+        return False
+    count = find_metric(K, s, square)
+    if count < 0:
+        calm.sure = 0.0
+        calm.holding = 0
+        return False
+    calm.count = count
+    calm.rho = way_to_go(K, count, calm.soft)
+    decide(K, square)
+    calm.beta = 0.0 if calm.holding else braked(K, count, feedback_rate(K, kp))
+    return True
+
+
+@jit
+def _lean(K: Any, kp: float, kv: float) -> None:
+    """A joint that the gradient presses against its range goes to its limit at the pace of the feedback.
+
+    The full demand, which the range forbids, would make it hunt there at its acceleration limit. With
+    w = beta kp d - kv v over those joints, d the way to the limit, psi blends in
+
+        H_FB <- 0,  g_F <- g_F + H_FB w,  g_B <- - H_BB w,
+
+    so that x_B = w, and the free joints know of it.
+    """
+    limits, faults, state, calm, qp = K.limits, K.faults, K.state, K.calm, K.qp
+    psi = calm.psi
+    for a in range(calm.count, faults.working):
+        i = calm.free[a]
+        way = (limits.q_max[i] if calm.gradient[i] > 0.0 else limits.q_min[i]) - state.q[i]
+        calm.delta[a] = calm.beta * kp * way - kv * state.v[i]
+    for a in range(faults.working):
+        i = calm.free[a]
+        g = 0.0
+        for b in range(calm.count, faults.working):
+            j = calm.free[b]
+            g += qp.H[i, j] * calm.delta[b]
+            if a < calm.count:
+                qp.H[i, j] *= 1.0 - psi
+                qp.H[j, i] = qp.H[i, j]
+        qp.g[i] += psi * g if a < calm.count else -psi * (g + qp.g[i])
+
+
+@jit
+def begin_calm(K: Any, kp: float) -> None:
+    """The QP of calm, without rows of the task: they are in its objective.
+
+        acceleration   min soft f(x) + 1/2 |A x - b|^2 + 1/2 (x + kv v)' D (x + kv v)
+        velocity       min soft f(x) + 1/2 |A x - b|^2 + 1/2 x' D x
+
+    f is the scheme's objective, soft the compliance of the rows, b their right side with beta (e + kick) in
+    place of the error.
+    """
+    chain, state, task, calm, ladder, qp = K.chain, K.state, K.task, K.calm, K.ladder, K.qp
+    n, m = chain.n, task.m
+    kv = task.kv if state.level == ACCELERATION else 0.0
+    for k in range(m):
+        b = qp.b[k]
+        if task.mode == SCALE:
+            b -= qp.A[k, n]
+        task.asked[k] = b
+        w = 1.0 / sqrt(task.yielding[task.rows[k]])
+        calm.b[k] = w * b - (1.0 - calm.beta) * kp * calm.e[k]
+    if qp.dense == 0:
+        for i in range(n):
+            for j in range(n):
+                qp.H[i, j] = 0.0
+            qp.H[i, i] = qp.H_diagonal[i]
+    for i in range(n):
+        g = calm.soft * qp.g[i]
+        for k in range(m):
+            g -= calm.A[k, i] * calm.b[k]
+        for j in range(n):
+            g += kv * calm.D[i, j] * state.v[j]
+        qp.g[i] = g - calm.beta * kp * calm.kick[i]
+        for j in range(i + 1):
+            s = calm.soft * qp.H[i, j] + calm.D[i, j]
+            for k in range(m):
+                s += calm.A[k, i] * calm.A[k, j]
+            qp.H[i, j] = qp.H[j, i] = s
+    _lean(K, kp, kv)
+    qp.dense = 1
+    qp.meq, qp.nx = 0, n
+    if calm.entered == 0:
+        qp.warm = 0
+    calm.entered = 1
+    ladder.stage = CALM_STAGE

@@ -1,0 +1,228 @@
+"""The metric D: how firmly a motion is held back where the error bends more than the rows can hold."""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.calm.trigger import NEAR, exceeds, gram_of_rows, unit_of
+from ftqp.kernel.jit import jit
+from ftqp.kernel.maths.symmetric_eigen import eigensystem
+
+FLOOR = 0.1
+"""Least stiffness of a mode, as a share of what it would be were all signs the same (kappa)."""
+SWIVEL = 0.15
+"""Least stiffness of a mode that can hardly remove error, as a share of ||S|| (nu) ..."""
+LEAST_SWIVEL = 0.1
+"""... lowered to this share of that where the mode can remove REMOVABLE of the error or more."""
+REMOVABLE = 0.1
+SADDLE = 0.05
+"""A mode of less than -SADDLE ||S|| leads away from a saddle; there the kick is this displacement [rad]."""
+
+
+@jit
+def free_joints(K: Any) -> int:
+    """Which working joints can follow the gradient A'e, first in ``calm.free``; how many.
+
+    A joint within NEAR of a position limit into which the gradient points is not free; it stands behind the
+    free ones.
+    """
+    limits, faults, state, task, calm = K.limits, K.faults, K.state, K.task, K.calm
+    count, last = 0, faults.working
+    for k in range(faults.working):
+        i = faults.order[k]
+        s = 0.0
+        for r in range(task.m):
+            s += calm.A[r, i] * calm.e[r]
+        calm.gradient[i] = s
+        near = NEAR * unit_of(K, i)
+        q = state.q[i]
+        if (s > 0.0 and limits.q_max[i] - q < near) or (s < 0.0 and q - limits.q_min[i] < near):
+            last -= 1
+            calm.free[last] = i
+        else:
+            calm.free[count] = i
+            count += 1
+    return count
+
+
+@jit
+def _add_modulus(K: Any) -> None:
+    """D <- |S| over the joints that work, the matrix absolute value; no kick."""
+    faults, calm = K.faults, K.calm
+    w, W, Z, D = faults.working, calm.work, calm.modes, calm.D
+    for a in range(w):
+        i = faults.order[a]
+        for b in range(a + 1):
+            W[a, b] = calm.S[i, faults.order[b]]
+    eigensystem(W, w, calm.values, calm.beside, Z)
+    for i in range(K.chain.n):
+        calm.kick[i] = 0.0
+        for j in range(K.chain.n):
+            D[i, j] = 0.0
+    for a in range(w):
+        i = faults.order[a]
+        for b in range(a + 1):
+            j = faults.order[b]
+            s = 0.0
+            for k in range(w):
+                s += abs(calm.values[k]) * Z[k, a] * Z[k, b]
+            D[i, j] = D[j, i] = s
+
+
+@jit
+def _gain_of(K: Any, i: int, j: int) -> float:
+    """(A'A)_ij."""
+    A = K.calm.A
+    s = 0.0
+    for k in range(K.task.m):
+        s += A[k, i] * A[k, j]
+    return s
+
+
+@jit
+def _newton_metric(K: Any, count: int, s: float, square: float) -> None:
+    """D <- P - A'A from D = |S|, and the kick.
+
+        P_FF = Z diag(max(|mu_k|, FLOOR z_k'(A'A + |S|)z_k, nu_k s)) Z',  P_BB = (A'A + |S|)_BB,  P_FB = 0
+        nu_k = SWIVEL min(1, max(LEAST_SWIVEL, 1 - r_k/REMOVABLE)),  r_k = (z_k'A'e)^2/(|mu_k| e'e)
+
+    mu_k, z_k are the modes of (A'A + S)_FF. Where mu_k < -SADDLE s and |z_k'A'e| is below
+    SADDLE |mu_k|, the gradient along z_k becomes that, in its own direction.
+    """
+    faults, calm = K.faults, K.calm
+    D, W, Z, G = calm.D, calm.work, calm.modes, calm.gains
+    for a in range(count):
+        i = calm.free[a]
+        for b in range(a + 1):
+            j = calm.free[b]
+            gain = _gain_of(K, i, j)
+            G[a, b] = G[b, a] = gain
+            W[a, b] = gain + calm.S[i, j]
+    eigensystem(W, count, calm.values, calm.beside, Z)
+    for k in range(count):
+        mu, z = calm.values[k], Z[k]
+        along = stiff = 0.0
+        for a in range(count):
+            i = calm.free[a]
+            along += z[a] * calm.gradient[i]
+            t = 0.0
+            for b in range(count):
+                t += (G[a, b] + D[i, calm.free[b]]) * z[b]
+            stiff += z[a] * t
+        size = abs(mu)
+        removable = along * along / (size * square + 1e-300)
+        nu = SWIVEL * min(1.0, max(LEAST_SWIVEL, 1.0 - removable / REMOVABLE))
+        calm.beside[k] = max(size, FLOOR * stiff, nu * s)
+        if mu < -SADDLE * s and abs(along) < SADDLE * size:
+            _kick(K, count, k, along, SADDLE * size)
+    for a in range(count):
+        i = calm.free[a]
+        for b in range(a + 1):
+            j = calm.free[b]
+            t = -G[a, b]
+            for k in range(count):
+                t += calm.beside[k] * Z[k, a] * Z[k, b]
+            D[i, j] = D[j, i] = t
+    for a in range(count):
+        i = calm.free[a]
+        for b in range(count, faults.working):
+            j = calm.free[b]
+            D[i, j] = D[j, i] = -_gain_of(K, i, j)
+
+
+@jit
+def _kick(K: Any, count: int, mode: int, along: float, size: float) -> None:
+    """Add to the kick what makes the gradient along a mode as large as ``size``."""
+    calm = K.calm
+    z = calm.modes[mode]
+    sign = 1.0 if along > 0.0 else -1.0
+    if along == 0.0:
+        largest = 0.0
+        for a in range(count):
+            if abs(z[a]) > abs(largest) + 1e-9:
+                largest = z[a]
+        sign = 1.0 if largest > 0.0 else -1.0
+    for a in range(count):
+        calm.kick[calm.free[a]] += (sign * size - along) * z[a]
+
+
+@jit
+def _fade(K: Any, count: int, s: float) -> None:
+    """D <- psi T D T and kick <- psi T kick: the metric is there only where it is needed.
+
+        T = 1 - sum_k (1 - sqrt(phi_k)) v_k v_k',  phi_k = max(0, 1 - sigma_k^2/s),
+        psi = max(0, 1 - sigma_min^2/s)
+
+    sigma_k and v_k are those of A over the free joints.
+    """
+    faults, task, calm = K.faults, K.task, K.calm
+    m, w, D, U = task.m, faults.working, calm.D, calm.U
+    gram_of_rows(K, count)
+    eigensystem(calm.G, m, calm.values, calm.beside, U)
+    least = calm.values[0]
+    for k in range(m):
+        square = max(calm.values[k], 0.0)
+        least = min(least, square)
+        phi = max(0.0, 1.0 - square / s)
+        t = 1.0 - sqrt(phi)
+        if t <= 0.0 or square <= 0.0:
+            continue
+        v, inverse = calm.direction, 1.0 / sqrt(square)
+        for a in range(w):
+            v[faults.order[a]] = 0.0
+        for a in range(count):
+            i = calm.free[a]
+            x = 0.0
+            for r in range(m):
+                x += U[k, r] * calm.A[r, i]
+            v[i] = x * inverse
+        _project(K, t)
+    psi = max(0.0, 1.0 - max(least, 0.0) / s)
+    calm.psi = psi
+    for a in range(w):
+        i = faults.order[a]
+        calm.kick[i] *= psi
+        for b in range(w):
+            D[i, faults.order[b]] *= psi
+
+
+@jit
+def _project(K: Any, t: float) -> None:
+    """D <- (1 - t v v') D (1 - t v v') and kick <- (1 - t v v') kick with the unit vector ``direction``."""
+    faults, calm = K.faults, K.calm
+    w, D, v, y = faults.working, calm.D, calm.direction, calm.beside
+    twice = kicked = 0.0
+    for a in range(w):
+        i = faults.order[a]
+        x = 0.0
+        for b in range(w):
+            j = faults.order[b]
+            x += D[i, j] * v[j]
+        y[i] = x
+        twice += v[i] * x
+        kicked += v[i] * calm.kick[i]
+    for a in range(w):
+        i = faults.order[a]
+        calm.kick[i] -= t * kicked * v[i]
+        for b in range(w):
+            j = faults.order[b]
+            D[i, j] += t * (t * twice * v[i] * v[j] - y[i] * v[j] - v[i] * y[j])
+
+
+@jit
+def find_metric(K: Any, s: float, square: float) -> int:
+    """D and the kick for a curvature of norm s and an error of ``square`` e'e: how many joints are free.
+
+    -1 when D = 0, because sigma_min^2 >= s over the free joints.
+    Source: docs/theory/calm.md, "The metric".
+    """
+    count = free_joints(K)
+    if count >= K.task.m:
+        gram_of_rows(K, count)
+        if exceeds(K, s):
+            return -1
+    _add_modulus(K)
+    K.calm.psi = 1.0
+    if count > 0:
+        _newton_metric(K, count, s, square)
+        _fade(K, count, s)
+    return count

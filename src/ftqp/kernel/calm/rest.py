@@ -1,0 +1,106 @@
+"""When the target stands, and when to stop trying: rest is a decision, kept until something changes."""
+
+from math import inf, sqrt
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import TARGET_TWIST
+
+STANDS_WITHIN = 5e-4
+"""A target that stays within this of where it came to stand, does stand [m; rotations times the length]."""
+STANDS_BELOW = 2e-3
+"""... if it is not said to move faster than this [m/s; rotations times the length]."""
+STOOD = 0.5
+"""How long the target stands before the arm may hold [s]."""
+SURE = 0.1
+"""How long it must be clear that hardly anything can be gained [s]."""
+GAIN = 0.02
+"""Share of the error below which what can be removed counts as hardly anything (rho)."""
+SLOW = 0.2
+"""Share of the velocity limits below which the arm may hold at first ..."""
+IMPATIENT = 1.4
+"""... until the target has stood so long [s]: from then on at any speed."""
+LEAST = 1e-6
+"""An error e'e below this, a millimetre, is never held: a target in reach is not given up so near [m2]."""
+DISTURBED = 1.5
+"""An error that has grown by this factor since the arm held, beside PUSHED, ends the hold: it was pushed."""
+PUSHED = 0.01
+"""[m]"""
+
+
+@jit
+def target_stands(K: Any) -> bool:
+    """Whether the target is where it was, and is not said to move; else it is remembered anew."""
+    task, calm = K.task, K.calm
+    T, anchor = task.target, calm.anchor
+    way = speed = 0.0
+    for r in range(3):
+        d = T[4 * r + 3] - anchor[4 * r + 3]
+        way += d * d
+        speed += T[TARGET_TWIST + r] * T[TARGET_TWIST + r]
+    if task.uses_rotation:
+        L2 = task.length * task.length
+        for r in range(3):
+            for c in range(3):
+                d = T[4 * r + c] - anchor[4 * r + c]
+                way += 0.5 * L2 * d * d
+            speed += L2 * T[TARGET_TWIST + 3 + r] * T[TARGET_TWIST + 3 + r]
+    if way <= STANDS_WITHIN * STANDS_WITHIN and speed <= STANDS_BELOW * STANDS_BELOW:
+        return True
+    for r in range(12):
+        anchor[r] = T[r]
+    return False
+
+
+@jit
+def _beliefs_changed(K: Any) -> bool:
+    """Whether another set of joints works than at the last tick."""
+    faults, calm = K.faults, K.calm
+    changed = calm.known_working != faults.working
+    calm.known_working = faults.working
+    for k in range(faults.working):
+        if calm.known[k] != faults.order[k]:
+            changed = True
+            calm.known[k] = faults.order[k]
+    return changed
+
+
+@jit
+def watch_target(K: Any) -> None:
+    """How long the target has stood and beliefs have not changed [s]; else the arm no longer holds."""
+    calm = K.calm
+    stands, same = target_stands(K), not _beliefs_changed(K)
+    if stands and same and K.state.ticks > 1:
+        calm.stood += K.state.dt
+    else:
+        calm.stood = calm.sure = 0.0
+        calm.holding = 0
+
+
+@jit
+def _is_slow(K: Any) -> bool:
+    """Whether every working joint is below SLOW of its velocity limit."""
+    limits, faults, state = K.limits, K.faults, K.state
+    for k in range(faults.working):
+        i = faults.order[k]
+        top = limits.v_max[i] if limits.v_max[i] < inf else 1.0
+        if abs(state.v[i]) >= SLOW * top:
+            return False
+    return True
+
+
+@jit
+def decide(K: Any, square: float) -> None:
+    """Hold when hardly anything of the error e'e can be removed, go on when the arm was pushed away."""
+    calm = K.calm
+    if calm.holding:
+        if sqrt(square) > DISTURBED * calm.held + PUSHED:
+            calm.holding = 0
+            calm.stood = calm.sure = 0.0
+        return
+    hopeless = calm.stood >= STOOD - SURE and calm.rho < GAIN and square > LEAST
+    hopeless = hopeless and (calm.stood >= IMPATIENT or _is_slow(K))
+    calm.sure = calm.sure + K.state.dt if hopeless else 0.0
+    if calm.sure >= SURE:
+        calm.holding = 1
+        calm.held = sqrt(square)

@@ -1,0 +1,140 @@
+"""Whether the error left can matter beside the singular values: what a regular tick pays for calm."""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.calm.curvature import weigh_rows
+from ftqp.kernel.jit import jit
+from ftqp.kernel.maths.cholesky import factor
+from ftqp.kernel.maths.eigenvalues import extreme_eigenvalues
+
+NEAR = 0.01
+"""A joint so near to its position limit [rad; times the characteristic length m] may be pressed on it."""
+STEP = 0.05
+"""How far each joint may go before the smallest singular value is looked at anew, in the same units."""
+WORN = 0.9
+"""It is looked at anew only where the bound has fallen below this share of what was seen."""
+
+
+@jit
+def unit_of(K: Any, i: int) -> float:
+    """What counts as one radian: the characteristic length of a joint that slides."""
+    length: float = K.task.length
+    return length if K.chain.prismatic[i] else 1.0
+
+
+@jit
+def room_to_limit(K: Any, i: int) -> float:
+    """Distance to the nearer position limit [rad; sliding joints in characteristic lengths]."""
+    limits, q = K.limits, K.state.q[i]
+    return min(limits.q_max[i] - q, q - limits.q_min[i]) / unit_of(K, i)
+
+
+@jit
+def gram_of_rows(K: Any, count: int) -> None:
+    """G <- A A' of the weighted rows over the columns ``calm.free[:count]``, its lower part."""
+    task, calm = K.task, K.calm
+    A, G = calm.A, calm.G
+    for a in range(task.m):
+        for b in range(a + 1):
+            s = 0.0
+            for c in range(count):
+                i = calm.free[c]
+                s += A[a, i] * A[b, i]
+            G[a, b] = s
+
+
+@jit
+def exceeds(K: Any, s: float) -> bool:
+    """Whether sigma_min^2 >= s, exactly when A A' - s 1 has a Cholesky factor; it takes ``gram_of_rows``."""
+    calm = K.calm
+    for k in range(K.task.m):
+        calm.G[k, k] -= s
+    return factor(calm.G, K.task.m)
+
+
+@jit
+def _largest_curvature(K: Any) -> float:
+    """n (reach |e_p| + L^2 |e_r|), no less than ||S||_F, at no cross product."""
+    task = K.task
+    linear = K.calm.reach * task.position_error / task.yielding[0]
+    angular = task.length * task.length * task.rotation_error / task.yielding[3]
+    return K.faults.working * (linear + angular)
+
+
+@jit
+def _still_seen(K: Any) -> float:
+    """A lower bound on sigma_min now, from where it was last looked at; negative when that is too long ago.
+
+    A column changes by at most sqrt(reach^2 + L^2) times the sum of what the joints have moved.
+    """
+    faults, state, calm = K.faults, K.state, K.calm
+    if calm.seen_working != faults.working:
+        return -1.0
+    moved = 0.0
+    for k in range(faults.working):
+        i = faults.order[k]
+        step = abs(state.q[i] - calm.q_seen[i]) / unit_of(K, i)
+        if not step < STEP:
+            return -1.0
+        moved += step
+    return calm.sigma_seen - calm.lipschitz * moved
+
+
+@jit
+def _measure_arm(K: Any) -> None:
+    """The largest distance from a joint to the tip, and how fast the rows change with the joints."""
+    chain, limits, task, calm = K.chain, K.limits, K.task, K.calm
+    reach = _norm(chain.tip_translation[0], chain.tip_translation[1], chain.tip_translation[2])
+    least = 0.0
+    for i in range(chain.n):
+        reach += _norm(chain.translation[i, 0], chain.translation[i, 1], chain.translation[i, 2])
+        if chain.prismatic[i]:
+            reach += max(abs(limits.q_min[i]), abs(limits.q_max[i]))
+            least = 1.0  # the column of a joint that slides
+    calm.reach = max(reach, least)
+    weight = min(task.yielding[0], task.yielding[3])
+    calm.lipschitz = sqrt(chain.n * (calm.reach * calm.reach + task.length * task.length) / weight)
+
+
+@jit
+def _norm(x: float, y: float, z: float) -> float:
+    return sqrt(x * x + y * y + z * z)
+
+
+@jit
+def _look(K: Any) -> float:
+    """sigma_min over the joints that stay away from their limits while none moves by more than STEP."""
+    faults, state, calm = K.faults, K.state, K.calm
+    _measure_arm(K)
+    count = 0
+    for k in range(faults.working):
+        i = faults.order[k]
+        calm.q_seen[i] = state.q[i]
+        if room_to_limit(K, i) > NEAR + STEP:
+            calm.free[count] = i
+            count += 1
+    calm.seen_working = faults.working
+    calm.sigma_seen = 0.0
+    if count >= K.task.m:
+        weigh_rows(K)
+        gram_of_rows(K, count)
+        least, _ = extreme_eigenvalues(calm.G, K.task.m, calm.values, calm.beside)
+        calm.sigma_seen = sqrt(max(least, 0.0))
+    return calm.sigma_seen
+
+
+@jit
+def is_regular(K: Any) -> bool:
+    """Whether the error is surely too small for its curvature to matter: then D = 0.
+
+    It is where n (reach |e_p| + L^2 |e_r|) < sigma_min^2. sigma_min is computed only now and then; between,
+    it is known to have changed by no more than the joints have moved.
+    """
+    least = _still_seen(K)
+    if least > 0.0 and _largest_curvature(K) < least * least:
+        return True
+    if least > WORN * K.calm.sigma_seen:
+        return False
+    least = _look(K)
+    return _largest_curvature(K) < least * least

@@ -1,0 +1,99 @@
+"""All eigenvalues and eigenvectors of a symmetric matrix of any size that the kernel has."""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.maths.eigenvalues import tridiagonal
+
+SWEEPS = 40
+"""Implicit QL steps for one eigenvalue at most; two or three are usual."""
+NEGLIGIBLE = 1e-16
+"""An entry beside the diagonal below this share of its neighbours counts as zero."""
+
+
+@jit
+def _basis(S: Any, n: int, Z: Any) -> None:
+    """Z <- H_(n-3) ... H_0, the reflections whose vectors ``tridiagonal`` has left below the diagonal."""
+    for i in range(n):
+        for j in range(n):
+            Z[i, j] = 1.0 if i == j else 0.0
+    for k in range(n - 3, -1, -1):
+        length = 0.0
+        for i in range(k + 1, n):
+            length += S[i, k] * S[i, k]
+        if not length > 0.0:
+            continue
+        beta = 2.0 / length
+        for r in range(k + 1, n):
+            s = 0.0
+            for i in range(k + 1, n):
+                s += Z[r, i] * S[i, k]
+            s *= beta
+            for i in range(k + 1, n):
+                Z[r, i] -= s * S[i, k]
+
+
+@jit
+def _ql(d: Any, e: Any, n: int, Z: Any) -> None:
+    """Implicit QL steps with Wilkinson's shift on the tridiagonal (d, e); the rows of Z take part."""
+    for low in range(n):
+        for _ in range(SWEEPS):
+            m = low
+            while m < n - 1 and abs(e[m]) > NEGLIGIBLE * (abs(d[m]) + abs(d[m + 1])):
+                m += 1
+            if m == low:
+                break
+            g = (d[low + 1] - d[low]) / (2.0 * e[low])
+            r = sqrt(g * g + 1.0)
+            g = d[m] - d[low] + e[low] / (g + (r if g >= 0.0 else -r))
+            s, c, p = 1.0, 1.0, 0.0
+            cut = False
+            for i in range(m - 1, low - 1, -1):
+                f, b = s * e[i], c * e[i]
+                r = sqrt(f * f + g * g)
+                e[i + 1] = r
+                if r == 0.0:
+                    d[i + 1] -= p
+                    e[m] = 0.0
+                    cut = True
+                    break
+                s, c = f / r, g / r
+                g = d[i + 1] - p
+                r = (d[i] - g) * s + 2.0 * c * b
+                p = s * r
+                d[i + 1] = g + p
+                g = c * r - b
+                for k in range(n):
+                    f = Z[i + 1, k]
+                    Z[i + 1, k] = s * Z[i, k] + c * f
+                    Z[i, k] = c * Z[i, k] - s * f
+            if not cut:
+                d[low] -= p
+                e[low] = g
+                e[m] = 0.0
+
+
+@jit
+def eigensystem(S: Any, n: int, d: Any, e: Any, Z: Any) -> None:
+    """S = Z' diag(d) Z with orthonormal rows of Z, in no order; of S the lower part is read and lost.
+
+    Householder's reflections make S tridiagonal, implicit QL steps make that diagonal. Eigenvalues are
+    accurate to rounding times the largest.
+    Source: Golub and Van Loan 2013, algorithms 8.3.1 and 8.3.3.
+
+    Args:
+        S: Symmetric matrix, of which the leading (n, n) counts.
+        n: Its size, >= 1.
+        d: Eigenvalues, (n,), filled.
+        e: Memory, (n,).
+        Z: Eigenvectors by rows, (n, n) or larger, filled.
+    """
+    tridiagonal(S, n, d, e)
+    for k in range(n - 2):
+        e[k] = -sqrt(e[k]) if S[k + 1, k] > 0.0 else sqrt(e[k])
+    if n > 1:
+        e[n - 2] = S[n - 1, n - 2]
+    e[n - 1] = 0.0
+    _basis(S, n, Z)
+    _ql(d, e, n, Z)

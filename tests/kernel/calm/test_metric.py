@@ -1,0 +1,116 @@
+"""The metric of calm: where it is zero, and what it is made of where it is not."""
+
+import numpy as np
+import pytest
+from ticks import Ticks
+
+import ftqp
+from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.arm.pose_error import pose_error
+from ftqp.kernel.calm.curvature import curvature, weigh_rows
+from ftqp.kernel.calm.metric import find_metric
+from ftqp.kernel.calm.trigger import is_regular
+from ftqp.kernel.rows.task_rows import error_norms, task_rows
+
+
+def record_of(name):
+    robot = ftqp.robots.load(name)
+    K = Ticks(robot, 0.002, torque_limits=False).K
+    n = robot.nv
+    K.faults.order[:n], K.faults.working, K.faults.movable = np.arange(n), n, n
+    return robot, K
+
+
+def look(K, robot, q, pose):
+    """Kinematics, error and rows at q."""
+    K.state.q[: robot.nv] = q
+    K.task.target[:] = ftqp.Target(pose=pose).packed
+    forward_kinematics(K)
+    pose_error(K)
+    error_norms(K)
+    task_rows(K, 1.0)
+
+
+def near(robot, rng, size):
+    """A posture and a target beside its tip."""
+    q = np.clip(
+        robot.neutral + rng.uniform(-0.6, 0.6, robot.nv), robot.limits.q_min + 0.2, robot.limits.q_max - 0.2
+    )
+    pose = robot.pose(q)
+    pose[:3, 3] += rng.normal(size=3) * size
+    return q, pose
+
+
+def test_an_error_called_harmless_is():
+    robot, K = record_of("panda")
+    rng, regular = np.random.default_rng(1), 0
+    q, pose = near(robot, rng, 1e-3)
+    for _ in range(300):
+        q = q + rng.uniform(-0.01, 0.01, 7)  # as a motion goes on, so that what was seen is used again
+        if rng.random() < 0.05:
+            q, _ = near(robot, rng, 1e-3)
+        pose = robot.pose(q)
+        pose[:3, 3] += rng.normal(size=3) * 10.0 ** rng.uniform(-5.0, -1.5)
+        look(K, robot, q, pose)
+        harmless = is_regular(K)
+        regular += harmless
+        weigh_rows(K)
+        if harmless:
+            assert curvature(K) < np.linalg.svd(K.calm.A[:6, :7], compute_uv=False)[-1] ** 2
+    assert 50 < regular < 290
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14", "planar(4)"])
+def test_rows_and_metric_together_are_convex_and_the_metric_is_zero_where_no_direction_is_lost(name):
+    robot, K = record_of(name)
+    n, m, rng = robot.nv, int(K.task.m), np.random.default_rng(2)
+    kinds = set()
+    for size in (1e-4, 3e-3, 0.03, 0.3, 1.0):
+        for _ in range(20):
+            q, pose = near(robot, rng, size)
+            look(K, robot, q, pose)
+            square, s = weigh_rows(K), curvature(K)
+            count = find_metric(K, s, square)
+            A, D = K.calm.A[:m, :n], K.calm.D[:n, :n]
+            sigma = np.linalg.svd(A[:, K.calm.free[: abs(count)]], compute_uv=False)[-1]
+            kinds.add(count >= 0)
+            if count < 0:
+                assert np.linalg.svd(A, compute_uv=False)[-1] ** 2 >= s * (1.0 - 1e-9)
+                continue
+            assert sigma**2 < s * (1.0 + 1e-9)
+            np.testing.assert_allclose(D, D.T, atol=1e-12 * s)
+            assert np.linalg.eigvalsh(A.T @ A + D)[0] > -1e-9 * s
+    assert kinds == {True, False}
+
+
+def test_at_an_exact_singularity_the_modes_are_those_of_the_modulus_with_its_floor():
+    robot, K = record_of("planar(4)")
+    q = np.zeros(4)
+    pose = robot.pose(q)
+    pose[0, 3] += 0.2
+    look(K, robot, q, pose)
+    square, s = weigh_rows(K), curvature(K)
+    assert find_metric(K, s, square) == 4
+    A, S = K.calm.A[:2, :4], K.calm.S[:4, :4]
+    mu, Z = np.linalg.eigh(A.T @ A + S)
+    modulus = A.T @ A + S  # S > 0 there: the target is beyond the stretched arm
+    floors = [max(abs(x), 0.1 * z @ modulus @ z, 0.15 * s) for x, z in zip(mu, Z.T, strict=True)]
+    v = A[1] / np.linalg.norm(A[1])
+    phi = max(0.0, 1.0 - A[1] @ A[1] / s)
+    T = np.eye(4) - (1.0 - np.sqrt(phi)) * np.outer(v, v)
+    expected = T @ (Z @ np.diag(floors) @ Z.T - A.T @ A) @ T
+    np.testing.assert_allclose(K.calm.D[:4, :4], expected, atol=1e-12)
+    assert not K.calm.kick[:4].any()
+
+
+def test_a_saddle_is_left_by_a_kick():
+    robot, K = record_of("planar(4)")
+    q = np.zeros(4)
+    pose = robot.pose(q)
+    pose[0, 3] -= 0.2
+    look(K, robot, q, pose)
+    square, s = weigh_rows(K), curvature(K)
+    assert find_metric(K, s, square) == 4
+    kick = K.calm.kick[:4]
+    assert np.linalg.norm(kick) > 1e-3
+    assert np.abs(K.calm.A[:2, :4].T @ K.calm.e[:2]).max() < 1e-15

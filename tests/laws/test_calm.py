@@ -1,0 +1,217 @@
+"""The arm comes to rest where its target stands; regular motion does not notice that it would."""
+
+import logging
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.sim.log.raw_rows import RawLayout
+
+DT = 0.002
+LEVELS = ["acceleration", "velocity"]
+MODES = ["slack", "hard", "scaled", "lexicographic"]
+UP = (0.0, 0.0, 1.0)
+
+
+class Run:
+    """Blocks of one planner in closed loop, everything of which is kept."""
+
+    def __init__(self, robot, start, level="acceleration", dt=DT, **task):
+        self.planner = ftqp.Planner(robot, dt, level=level, task=ftqp.Task(**task), emergency=None)
+        self.robot, self.dt, self.layout = robot, dt, RawLayout(robot.nv)
+        self.q, self.v = np.array(start, dtype=float), np.zeros(robot.nv)
+        self.rows = np.zeros((0, self.layout.width))
+        self.planner.reset(self.q)
+        self.blocks = self.planner.blocks()
+
+    def along(self, sample):
+        """Follow the samples of a path."""
+        targets = ftqp.Targets(sample.pose, sample.twist, sample.acceleration).packed
+        rows = np.zeros((len(targets), self.layout.width))
+        assert self.blocks.run(self.q, self.v, targets, rows, self.layout.places()) == len(targets)
+        self.q, self.v = self.blocks.q.copy(), self.blocks.v.copy()
+        self.rows = np.concatenate([self.rows, rows])
+        return self
+
+    def to(self, pose, seconds, moves=2.0):
+        """Straight to a pose within ``moves``, where the target then stands."""
+        path = ftqp.paths.PointToPoint(self.robot.pose(self.q), pose, duration=moves)
+        return self.along(path.sample(self.dt * np.arange(round(seconds / self.dt))))
+
+    def of(self, name, since=0.0):
+        """A field of the rows, from a time on."""
+        return self.rows[round(since / self.dt) :, self.layout.fields[name]]
+
+    def rests(self, since):
+        """Whether from that time on every joint is slow, and none at its acceleration limit."""
+        speed = np.abs(self.of("v", since)) / self.robot.limits.v_max
+        effort = (np.abs(self.of("a", since)) / self.robot.limits.a_max).max(axis=1)
+        return speed.max() < 0.01 and np.count_nonzero(effort >= 0.95) * self.dt <= 0.2
+
+    @property
+    def holding(self):
+        return bool(self.planner.session().K.calm.holding)
+
+    @property
+    def error(self):
+        return float(self.of("position_error")[-1, 0])
+
+
+def moved(robot, q, way=(0.0, 0.0, 0.0), place=None):
+    pose = robot.pose(q).copy()
+    pose[:3, 3] = pose[:3, 3] + way if place is None else place
+    return pose
+
+
+STRAIGHT = {"iiwa14": np.zeros(7), "planar(4)": np.zeros(4)}
+CASES = {
+    "panda out": ("panda", None, (0.9, 0.0, 0.0), None),
+    "panda out, joint 2 locked": ("panda", None, (0.9, 0.0, 0.0), 1),
+    "iiwa out": ("iiwa14", None, (0.6, 0.3, 0.3), None),
+    "iiwa out, joint 4 locked": ("iiwa14", None, (0.6, 0.3, 0.3), 3),
+    "iiwa straight, 30 cm out": ("iiwa14", STRAIGHT["iiwa14"], (0.0, 0.0, 0.3), None),
+    "planar straight, 2 cm out": ("planar(4)", STRAIGHT["planar(4)"], (0.02, 0.0, 0.0), None),
+    "planar out, joint 2 locked": ("planar(4)", None, (1.0, 0.5, 0.0), 1),
+}
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+def test_an_arm_whose_target_is_out_of_reach_rests_two_seconds_after_it_stands(case, level):
+    name, start, way, locked = case
+    robot = ftqp.robots.load(name)
+    run = Run(robot, robot.neutral if start is None else start, level)
+    if locked is not None:
+        run.planner.report(ftqp.Locked(locked))
+    run.to(moved(robot, run.q, way), 6.0)
+    assert run.rests(4.0) and run.holding
+    assert run.error > 1e-3
+
+
+@pytest.mark.parametrize("mode", MODES[1:])
+@pytest.mark.parametrize("level", LEVELS)
+def test_it_rests_in_every_mode(mode, level):
+    robot = ftqp.robots.load("panda")
+    run = Run(robot, robot.neutral, level, mode=mode).to(moved(robot, robot.neutral, (0.9, 0.2, 0.0)), 6.0)
+    assert run.rests(4.0) and run.holding
+
+
+@pytest.mark.parametrize("dt", [0.001, 0.005, 0.01])
+@pytest.mark.parametrize("level", LEVELS)
+def test_it_rests_at_every_sampling_period(dt, level):
+    robot = ftqp.robots.load("iiwa14")
+    run = Run(robot, robot.neutral, level, dt=dt).to(moved(robot, robot.neutral, (0.6, 0.3, 0.3)), 6.0)
+    assert run.rests(4.0) and run.holding
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_without_calm_it_swings(level):
+    robot = ftqp.robots.load("iiwa14")
+    run = Run(robot, robot.neutral, level, calm=False).to(moved(robot, robot.neutral, (0.6, 0.3, 0.3)), 6.0)
+    assert not run.rests(4.0) and not run.holding
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize(("name", "way"), [("iiwa14", (0.0, 0.0, -0.15)), ("planar(4)", (-0.15, 0.0, 0.0))])
+def test_a_start_that_is_exactly_singular_is_left(name, way, level):
+    robot = ftqp.robots.load(name)
+    run = Run(robot, STRAIGHT[name], level, rows=None if name != "iiwa14" else "position")
+    run.to(moved(robot, run.q, way), 7.0)
+    assert run.error < 1e-3 and not run.holding and run.rests(5.0)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("name", ["iiwa14", "srs7"])
+def test_a_joint_pressed_against_its_range_does_not_keep_the_arm_from_resting(name, level):
+    robot = ftqp.robots.load(name)
+    top = robot.pose(np.zeros(7))[2, 3]
+    run = Run(robot, robot.neutral, level).to(moved(robot, robot.neutral, place=(0.0, 0.0, top - 0.05)), 6.0)
+    assert run.rests(4.0)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("name", ["panda", "iiwa14"])
+def test_a_regular_path_does_not_change_by_a_bit(name, level):
+    robot = ftqp.robots.load(name)
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.08, duration=3.0)
+    calm, plain = (
+        Run(robot, robot.neutral, level, calm=on).along(path.sample(DT * np.arange(1800)))
+        for on in (True, False)
+    )
+    for name in ("q", "v", "a", "slack", "status"):
+        np.testing.assert_array_equal(calm.of(name), plain.of(name))
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_a_path_by_a_wrist_alignment_is_followed_as_well_but_for_three_tenths(level):
+    robot = ftqp.robots.load("iiwa14")
+    start = np.array([0.0, 0.6, 0.0, -1.4, 0.0, 0.12, 0.0])
+    path = ftqp.paths.Circle(robot.pose(start), radius=0.08, duration=4.0)
+    calm, plain = (
+        Run(robot, start, level, calm=on).along(path.sample(DT * np.arange(2000))) for on in (True, False)
+    )
+    assert calm.of("position_error").max() <= 1.3 * plain.of("position_error").max()
+
+
+def stands(planner, pose, q, v, ticks):
+    """The last step towards a target that stands."""
+    target = ftqp.Target(pose=pose)
+    for _ in range(ticks):
+        step = planner.step(q, v, target)
+        q, v = step.q.copy(), step.v.copy()
+    return step.copy()
+
+
+def test_a_hold_is_said_once_and_ends_when_the_target_moves(caplog):
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, DT, emergency=None)
+    planner.reset(robot.neutral)
+    far = moved(robot, robot.neutral, (0.9, 0.0, 0.0))
+    with caplog.at_level(logging.INFO, logger="ftqp"):
+        step = stands(planner, far, robot.neutral, np.zeros(7), 1500)
+        assert step.holding and step.status is ftqp.StepStatus.RELAXED
+        assert [r.message.startswith("holding, out of reach by") for r in caplog.records] == [True]
+        step = stands(planner, robot.pose(robot.neutral), step.q, step.v, 1500)
+    assert not step.holding and step.status is ftqp.StepStatus.OK and step.position_error < 1e-4
+    assert len(caplog.records) == 2 and "no longer holding" in caplog.records[1].message
+
+
+def test_a_hold_ends_when_another_joint_fails_and_the_arm_rests_again():
+    robot = ftqp.robots.load("panda")
+    run = Run(robot, robot.neutral).to(moved(robot, robot.neutral, (0.9, 0.0, 0.0)), 4.0)
+    assert run.holding
+    run.planner.report(ftqp.Locked(1))
+    still = ftqp.paths.Hold(moved(robot, robot.neutral, (0.9, 0.0, 0.0)), duration=5.0)
+    run.along(still.sample(DT * np.arange(50)))
+    assert not run.holding
+    run.along(still.sample(DT * np.arange(1500)))
+    assert run.holding
+
+
+@pytest.mark.parametrize("backend", ["dtrnn", "daqp"])
+def test_every_backend_rests_as_the_kernel_does(backend):
+    robot = ftqp.robots.load("planar(4)")
+    steps = []
+    for name in ("active_set", backend):
+        planner = ftqp.Planner(robot, 0.01, backend=name, emergency=None)
+        planner.reset(robot.neutral)
+        far = moved(robot, robot.neutral, (1.0, 0.5, 0.0))
+        steps.append(stands(planner, far, robot.neutral, np.zeros(4), 500))
+    assert steps[0].holding and steps[1].holding
+    np.testing.assert_allclose(steps[1].q, steps[0].q, atol=1e-6)
+
+
+def test_noise_does_not_wake_an_arm_that_holds():
+    robot, rng = ftqp.robots.load("iiwa14"), np.random.default_rng(0)
+    planner = ftqp.Planner(robot, DT, emergency=None)
+    planner.reset(robot.neutral)
+    target = ftqp.Target(pose=moved(robot, robot.neutral, (0.6, 0.3, 0.3)))
+    q, v = robot.neutral.copy(), np.zeros(7)
+    held = []
+    for _ in range(2500):
+        step = planner.step(q + rng.normal(0.0, 1e-4, 7), v + rng.normal(0.0, 1e-3, 7), target)
+        q, v = q + DT * v + 0.5 * DT * DT * step.a, v + DT * step.a
+        held.append(step.holding)
+    assert all(held[-1000:])
+    assert np.abs(v).max() < 0.01

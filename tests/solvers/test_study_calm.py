@@ -1,0 +1,30 @@
+"""The study of rest: what it draws, and what it counts."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+SCRIPT = Path(__file__).parents[2] / "solvers" / "study_calm.py"
+
+
+def told(*arguments):
+    done = subprocess.run(
+        [sys.executable, str(SCRIPT), *arguments], capture_output=True, text=True, timeout=600, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_arms_rest_with_calm_and_the_report_lists_what_does_not(tmp_path: Path) -> None:
+    result = json.loads(told("--quick", "--json", "--out", str(tmp_path)))
+    rows = result["rows"]
+    assert len(rows) == 60 and {row["mode"] for row in rows} == {"slack", "hard", "scaled", "lexicographic"}
+    assert sum(bool(row["broken"]) for row in rows) <= 1
+    text = (tmp_path / "study_calm-quick.md").read_text(encoding="utf-8")
+    assert "exceptions in 60 runs" in text and "## Limitations" in text
+
+
+def test_the_same_draw_without_calm_swings() -> None:
+    broken = [json.loads(told("--only", str(number), "--off"))["broken"] for number in (5, 14)]
+    assert any(broken)
