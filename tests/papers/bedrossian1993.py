@@ -71,7 +71,12 @@ def run(
     """Follow a constant twist from q; the target moves along the line in time, ``gain`` 0 is open loop."""
     robot = arm() if robot is None else robot
     planner = ftqp.Planner(
-        robot, dt, level="velocity", scheme=scheme, task=ftqp.Task(kp=gain, rows="pose"), emergency=None
+        robot,
+        dt,
+        level="velocity",
+        scheme=scheme,
+        task=ftqp.Task(kp=gain, rows="pose", calm=False),
+        emergency=None,
     )
     for joint in locks:
         planner.report(ftqp.Locked(joint))

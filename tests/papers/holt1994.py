@@ -31,7 +31,8 @@ def arm7(**limits):
 
 def planner(robot, dt, *, rows=None, priority="weighted", scheme=None, slack=None, bounds=None, branch=None):
     """A velocity-level planner bounded by the rate limit and by half the way to a position limit."""
-    task = ftqp.Task(rows=rows, priority=priority, **({} if slack is None else {"slack": slack}))
+    given = {} if slack is None else {"slack": slack}
+    task = ftqp.Task(rows=rows, priority=priority, calm=False, **given)  # the paper has none
     return ftqp.Planner(
         robot,
         dt,

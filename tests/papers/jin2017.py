@@ -69,7 +69,7 @@ def run(
         DT,
         level=level,
         scheme=ftqp.schemes.dlsm() if scheme is None else scheme,
-        task=ftqp.Task(mode=mode, kp=10.0, kv=10.0 if level == "acceleration" else None),
+        task=ftqp.Task(mode=mode, calm=False, kp=10.0, kv=10.0 if level == "acceleration" else None),
         bounds=bounds,
         emergency=emergency,
         backend=backend,
