@@ -110,6 +110,7 @@ class GoTo:
         self._belief = self._view.belief
         self._ticks = -1
         self._best, self._since = np.inf, 0
+        self._settling = False
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin anew at (q, v), see ``Planner.reset``.
@@ -134,8 +135,9 @@ class GoTo:
         if self._ticks != view.ticks or self._belief != view.belief:
             self._begin()  # a joint has failed or works again, or somebody else has led the planner
         if self._tip is not None:
-            goal = self.pose if self._status is GoToStatus.MOVING else None
-            step = self._tip.step(q, v, pose=goal, twist=np.zeros(6), tau=tau, tip=tip)
+            step = self._tip.step(
+                q, v, pose=self.pose, twist=np.zeros(6), tau=tau, tip=tip, waits=not self._settling
+            )
         else:
             assert self._joints is not None
             step = self._joints.step(q, v, tau, tip)
@@ -205,14 +207,17 @@ class GoTo:
             self._status = GoToStatus.REACHED if measured <= 1.0 else GoToStatus.UNREACHABLE
             return
         distance = max(commanded / self._tolerance, measured)
-        if distance < self._best - NEARER * min(self._best, 1.0 + distance) or self._best == np.inf:
+        nearer = distance < self._best - NEARER * min(self._best, 1.0 + distance) or self._best == np.inf
+        if nearer:
             self._best, self._since = distance, 0
             return
         self._since += 1
         waited = self._since * self.planner.dt
-        if waited > RESTLESS_PATIENCE or (waited > PATIENCE and speed < SLOW):
-            near = measured <= 1.0
-            self._status = GoToStatus.REACHED if near else GoToStatus.UNREACHABLE
+        if self._tip is not None and not self._settling:
+            if waited > PATIENCE or step.holding:
+                self._settling, self._since = True, 0  # the reference goes on and stands
+        elif step.holding or waited > RESTLESS_PATIENCE or (waited > PATIENCE and speed < SLOW):
+            self._status = GoToStatus.REACHED if measured <= 1.0 else GoToStatus.UNREACHABLE
 
     def _distances(self, step: Step) -> tuple[float, float]:
         """The command's distance from the goal, and the arm's over the tolerances."""

@@ -20,10 +20,6 @@ TURN_LEASH = 0.1
 """The same of its rotation [rad]."""
 STANDING = 1e-3
 """A tip slower than this on its leash stands, and its target with it [m/s, rad/s]."""
-GIVEN_IN = 1e-4
-"""A smaller error is left to the planner when nobody asks for a motion [m, rad]."""
-GIVING_IN = 0.1
-"""Time constant of the reference's return to the tip then [s]."""
 OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT)
 """Codes of steps that do not attempt the task: the reference begins anew at the arm after them."""
 
@@ -33,7 +29,7 @@ class LedTip:
     """The planner's steps along a reference of the tip.
 
     The reference begins where the command is and as fast. Where the tip stays behind by more than a leash,
-    it is drawn back to the leash and goes on with the tip's own twist, so that nothing winds up.
+    it is drawn back to the leash and is no faster than the tip, so that nothing winds up.
 
     Args:
         planner: The planner that is led.
@@ -52,17 +48,29 @@ class LedTip:
         """Let the next step begin at the arm."""
         self._begun = -1
 
-    def step(self, q: Any, v: Any, *, pose: FloatArray | None, twist: FloatArray, tau: Any, tip: Any) -> Step:
+    def step(
+        self,
+        q: Any,
+        v: Any,
+        *,
+        pose: FloatArray | None,
+        twist: FloatArray,
+        tau: Any,
+        tip: Any,
+        waits: bool = True,
+    ) -> Step:
         """A step with the reference on its way.
 
         Args:
             q: The measured configuration.
             v: The measured velocity.
             pose: Where the reference goes, (4, 4); None goes along the twist.
-            twist: How fast the goal moves, or the reference, (6,); zero without a pose lets the arm rest
-                where it is.
+            twist: How fast the goal moves, or the reference, (6,); zero without a pose lets the reference
+                come to rest and stand, so that the arm does, too.
             tau: The measured torque, or None.
             tip: The measured pose of the tip, or None.
+            waits: Whether the reference waits for the arm on its leash; else it goes on without it, and that
+                is no emergency.
         """
         planner, view, reference = self.planner, self.view, self.reference
         if self._begun != view.ticks and view.is_reset:
@@ -75,11 +83,13 @@ class LedTip:
         else:
             reference.along(twist)
         self._aim(p, R, rate)
+        if not waits:
+            view.expect_error()
         step = planner.step(q, v, self.target, tau=tau, tip=tip)
         self._begun = -1 if step.code in OFF_TASK else view.ticks
-        self._draw_back(step)
-        if pose is None and not twist.any() and not reference.twist.any():
-            self._give_in(step)
+        self.on_leash = False
+        if waits and (pose is not None or twist.any() or reference.twist.any()):
+            self._draw_back(step)
         return step
 
     def _aim(self, p: FloatArray, R: FloatArray, rate: FloatArray) -> None:
@@ -101,17 +111,12 @@ class LedTip:
         self.on_leash = far > 1.0
         if self.on_leash:
             error = step.task_error
-            twist = self.view.tip.twist
-            if float(np.abs(twist).max()) < STANDING:
-                twist = np.zeros(6)
+            now, twist = self.view.tip.twist, self.reference.twist.copy()
+            for part in (slice(0, 3), slice(3, 6)):
+                own, arm = float(np.linalg.norm(twist[part])), float(np.linalg.norm(now[part]))
+                twist[part] *= 0.0 if arm < STANDING else min(1.0, arm / max(own, STANDING))
             self.reference.pull(
                 -max(0.0, 1.0 - LEASH / max(step.position_error, LEASH)) * error[:3],
                 -max(0.0, 1.0 - TURN_LEASH / max(step.rotation_error, TURN_LEASH)) * error[3:],
                 twist,
             )
-
-    def _give_in(self, step: Step) -> None:
-        """Nobody asks for a motion: where the arm has not followed, the reference comes to the tip."""
-        if step.position_error > GIVEN_IN or step.rotation_error > GIVEN_IN:
-            share = min(1.0, self.planner.dt / GIVING_IN)
-            self.reference.pull(-share * step.task_error[:3], -share * step.task_error[3:], np.zeros(6))
