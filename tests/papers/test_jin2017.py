@@ -219,6 +219,7 @@ def test_e9_bounds_are_never_empty_and_never_broken(level: str) -> None:
         q, v = START.copy(), np.zeros(6)
         planner.reset(q)
         for _ in range(6000):
+            planner.reset(q, v)
             step = planner.step(q, v, target)
             lower, upper = intervals_at(session, q, v)
             assert (lower == step.lower).all() and (upper == step.upper).all()

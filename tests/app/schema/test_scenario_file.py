@@ -61,7 +61,7 @@ def test_bundled_scenario_ends_as_it_tells(name: str, tmp_path: Path) -> None:
     if name.startswith("puma-step"):  # the platform turns as fast as the arm's joints
         expected = {"OK", "RELAXED"}
         assert summary["inertial"]["final_position_error"] < 1e-9
-    if name == "iiwa-out-of-reach":
+    if name in ("iiwa-out-of-reach", "panda-degraded"):  # the degraded joint is too fast when it is told
         expected = {"OK", "RELAXED"}
     if name == "panda-glitches":
         expected = {"OK", "INVALID_INPUT"}

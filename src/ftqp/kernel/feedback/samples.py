@@ -65,7 +65,7 @@ def _is_possible(K: Any, i: int, sample: float, v: float) -> bool:
     if not is_finite(sample):
         return False
     t = feedback.age[i] * dt
-    top = limits.v_max[i]
+    top = max(limits.v_max[i], abs(v), abs(feedback.v_hat[i]))  # a limit that has just been lowered
     if K.faults.code[i] == FREE:
         top = max(top, FREE_SPEED)
     if not top < inf:

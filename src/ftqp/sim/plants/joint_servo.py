@@ -60,7 +60,11 @@ class JointServo:
         self._a, self._part = np.zeros(n), np.zeros(n)
 
     def take(self, command: Command) -> None:
-        """Hold the command from now on."""
+        """Hold the command from now on.
+
+        Args:
+            command: the planner's step for this tick.
+        """
         if self.drive == "torque":
             self._tau[:] = command.tau
             return
@@ -69,7 +73,13 @@ class JointServo:
             self._v[:] = command.v
 
     def torques(self, q: FloatArray, v: FloatArray, tau: FloatArray) -> None:
-        """Put the motor torques at the true state (q, v) into ``tau``, each (nv,)."""
+        """Put the motor torques at the true state into ``tau``.
+
+        Args:
+            q: True joint positions, (nv,) [rad or m].
+            v: True joint velocities, (nv,) [rad/s or m/s].
+            tau: Motor torques, (nv,) [N m or N]; overwritten.
+        """
         if self.drive == "torque":
             tau[:] = self._tau
             return

@@ -158,7 +158,10 @@ class KinematicPlant(Plant):
         for i in self._faults:
             if self._v[i] == 0.0 and after[i] == 0.0:
                 q[i] = self._q[i]
-            elif abs(after[i] - command.v[i]) <= AGREEMENT:
+            elif (
+                abs(after[i] - command.v[i]) <= AGREEMENT
+                and abs(self._integrated(i, after[i]) - command.q[i]) <= AGREEMENT
+            ):
                 after[i] = command.v[i] if after[i] != 0.0 else 0.0
             else:
                 q[i] = self._integrated(i, after[i])

@@ -54,7 +54,11 @@ class TrueArm:
             non_negative("end_stops", self.end_stops, "rad")
 
     def chain(self, robot: Robot) -> Chain:
-        """The robot's chain with the true masses and the load at its tip."""
+        """The robot's chain with the true masses and the load at its tip.
+
+        Args:
+            robot: the arm as the planner knows it.
+        """
         scale, load = self.mass_scale, self.payload
         if load is not None:
             robot = robot.with_payload(Payload(load.mass / scale, load.com, load.inertia / scale))
@@ -62,7 +66,11 @@ class TrueArm:
         return replace(chain, mass=scale * chain.mass, inertia=scale * chain.inertia)
 
     def friction(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
-        """Dry and viscous friction of every joint, each (nv,) [N m, N m s/rad]."""
+        """Dry and viscous friction of every joint, each (nv,) [N m, N m s/rad].
+
+        Args:
+            robot: the arm as the planner knows it.
+        """
         dry, viscous = _per_joint("coulomb", self.coulomb, robot), _per_joint("viscous", self.viscous, robot)
         return robot.coulomb + dry, robot.viscous + viscous
 
@@ -80,7 +88,11 @@ class TrueArm:
         return torques
 
     def stops(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper end stops, each (nv,) [rad or m]; infinite where there is none."""
+        """Lower and upper end stops, each (nv,) [rad or m]; infinite where there is none.
+
+        Args:
+            robot: the arm as the planner knows it.
+        """
         low, high = robot.limits.q_min, robot.limits.q_max
         spread = np.where(np.isfinite(low) & np.isfinite(high), high - low, np.inf)
         room = np.minimum(CLEARANCE, CLEARANCE_SHARE * spread) if self.end_stops is None else self.end_stops

@@ -71,7 +71,12 @@ class JointSensors:
         self._generator = np.random.default_rng(self._seed)
 
     def measure(self, q: FloatArray, v: FloatArray) -> None:
-        """Take the next sample of the true state (q, v), each (nv,), into ``q`` and ``v`` of the sensors."""
+        """Take the next sample of the true state into ``q`` and ``v`` of the sensors.
+
+        Args:
+            q: True joint positions, (nv,) [rad or m].
+            v: True joint velocities, (nv,) [rad/s or m/s].
+        """
         k, ring = self._samples, self._ring
         if k == 0:
             ring[:, 0], ring[:, 1] = q, v
