@@ -1,6 +1,7 @@
-"""A joint without motor and brake swings under gravity: the others hold the tip's position meanwhile.
+"""A joint without motor and brake swings under gravity: the others lead the arm to where it can rest.
 
-You will see that the tip stays, that no torque is asked of the failed joint, and how far it has swung.
+You will see how far the tip strays meanwhile, that no torque is asked of the failed joint, and how far that
+swings.
 """
 
 import argparse

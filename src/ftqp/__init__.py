@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ftqp.core.errors import FtqpError, InputError, MissingPackage, ModelError, ScenarioError
 
 if TYPE_CHECKING:
+    from ftqp import analysis as analysis
     from ftqp import qp as qp
     from ftqp.app.scenario.setup import load as load_scenario  # noqa: F401  its home has another name
     from ftqp.control import paths as paths
@@ -135,6 +136,7 @@ _HOME = {
     "servo_lag": "ftqp.control.drive.identification",
 }
 _MODULES = {
+    "analysis": "ftqp.analysis",
     "bounds": "ftqp.control.task.bounds",
     "paths": "ftqp.control.paths",
     "qp": "ftqp.qp",

@@ -139,6 +139,8 @@ def test_arm_that_is_repaired_is_a_healthy_arm(level, fault):
     for _ in range(10):
         repaired.step(PANDA.neutral, np.zeros(7), target)
     repaired.withdraw(fault.joint)
+    for planner in (repaired, healthy):  # what the fault has made of the arm's motion is another matter
+        planner.reset(PANDA.neutral)
     for _ in range(50):
         q, v = PANDA.neutral + generator.uniform(-0.2, 0.2, 7), generator.uniform(-0.2, 0.2, 7)
         target.pose[:] = PANDA.pose(q + generator.uniform(-0.02, 0.02, 7))

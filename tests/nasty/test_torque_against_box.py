@@ -24,8 +24,8 @@ def statuses_from_wild_states(planner, episodes, ticks):
         planner.report(ftqp.Degraded(weak, torque=rng.uniform(0.1, 0.8)))
         if rng.random() < 0.3:
             planner.report(ftqp.Locked(second))
-        elif rng.random() < 0.3:
-            planner.report(ftqp.FreeSwinging(second, damping=0.5))
+        elif rng.random() < 0.3 and weak != 0:
+            planner.report(ftqp.FreeSwinging(0, damping=0.5))  # it swings and leaves the task alone
         planner.reset(q, v)
         near = np.clip(q + rng.uniform(-0.2, 0.2, n), limits.q_min, limits.q_max)
         target = ftqp.Target(pose=PANDA.pose(near))

@@ -75,6 +75,7 @@ class Belief:
         elif isinstance(fault, FreeSwinging):
             code[i] = FREE
             self._codes.friction[i] = fault.damping
+            self._codes.coulomb[i] = fault.friction + self._robot.coulomb[i]
         else:
             code[i] = HEALTHY
             self._lower(i, fault)
@@ -107,7 +108,7 @@ class Belief:
         for name in ("q_min", "q_max", "v_max", "a_max"):
             getattr(self._limits, name)[i] = getattr(limits, name)[i]
         self._limits.tau_max[i] = self._tau_max[i]
-        self._codes.friction[i] = 0.0
+        self._codes.friction[i] = self._codes.coulomb[i] = 0.0
 
     def _lock(self, i: int, fault: Locked, code: int) -> None:
         """Lock joint i of this ``code``: locked it stays so, braking it goes on from where it is."""

@@ -108,13 +108,15 @@ class Locked:
 
 @dataclass(frozen=True, slots=True)
 class FreeSwinging:
-    """The joint has lost its motor and its brake: its torque is that of friction alone.
+    """The joint has lost its motor and its brake: friction and its end stops are all that is left.
 
     Args:
         joint: The joint's name or its 0-based index.
         damping: Viscous friction beside the robot's own, >= 0 [N m s/rad or N s/m]: tau = -damping v. The
             more friction, the sooner the joint that is believed to swing comes to rest; an estimate that is
             too high promises too calm a joint.
+        friction: Coulomb friction beside the robot's own, >= 0 [N m or N]. The more of it, the farther from
+            the posture in which it hangs the joint can rest; an estimate that is too high leaves it falling.
     """
 
     kind: ClassVar[str] = "free_swinging"
@@ -125,9 +127,11 @@ class FreeSwinging:
 
     joint: str | int
     damping: float = setting(0.0, "viscous friction, >= 0", unit="N m s/rad", least=0.0)
+    friction: float = setting(0.0, "Coulomb friction, >= 0", unit="N m", least=0.0)
 
     def __post_init__(self) -> None:
         non_negative("damping", self.damping, "N m s/rad")
+        non_negative("friction", self.friction, "N m")
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ import numpy as np
 
 from ftqp.control.planner.planner import Planner
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
+from ftqp.faults.kinds import FreeSwinging
 from ftqp.sim.leader import ClockLeader, Leader
 from ftqp.sim.log.raw_rows import BLOCK, RawLayout
 from ftqp.sim.log.signals import PATH_CODES
@@ -70,7 +71,8 @@ class BlockRunner:
         none = np.zeros(0, dtype=np.int64)
         if leader is None or blocks is None or not isinstance(plant, KinematicPlant):
             return none
-        if not plant.obeys(self._planner.faults):
+        believed = self._planner.faults
+        if not plant.obeys(believed) or any(isinstance(f, FreeSwinging) for f in believed.values()):
             return none
         rows = recorder.free if recorder is not None else self._scratch
         assert rows is not None

@@ -127,10 +127,38 @@ def test_pendulum_without_friction_keeps_its_energy(panda):
         )
 
     first = energy()
-    for _ in range(3000):
+    for _ in range(1800):  # not as far as its end stop
         plant.advance(SimpleNamespace(q=plant.q.copy(), v=np.zeros(7)))
     assert pin.computeKineticEnergy(panda.model, data, plant.q, plant.v) > 1.0
     assert energy() == pytest.approx(first, abs=1e-2)
+
+
+def fallen(panda, **settings):
+    """A plant whose fourth joint has fallen for a second, the others held."""
+    plant = KinematicPlant(panda, DT, **settings)
+    plant.reset(panda.neutral, np.zeros(7))
+    plant.fail(FreeSwinging(3))
+    for _ in range(round(1.0 / DT)):
+        plant.advance(SimpleNamespace(q=plant.q.copy(), v=np.zeros(7)))
+    return plant
+
+
+@pytest.mark.parametrize("distance", [0.0, 0.01])
+def test_free_swinging_joint_stays_at_the_stop_that_it_meets_once(panda, distance):
+    plant = fallen(panda, stop_distance=distance)
+    assert plant.q[3] == panda.limits.q_min[3] - distance and plant.v[3] == 0.0
+    (hit,) = plant.impacts
+    assert hit.joint == "panda_joint4" and 0.1 < hit.time < 1.0 and hit.speed > 1.0
+    plant.reset(panda.neutral, np.zeros(7))
+    assert plant.impacts == ()
+
+
+def test_coulomb_friction_holds_a_free_swinging_joint(panda):
+    plant = KinematicPlant(panda, DT)
+    plant.reset(panda.neutral, np.zeros(7))
+    plant.fail(FreeSwinging(3, friction=100.0))
+    plant.advance(SimpleNamespace(q=plant.q.copy(), v=np.zeros(7)))
+    assert plant.v[3] == 0.0 and plant.q[3] == panda.neutral[3]
 
 
 def test_degraded_joint_saturates_at_what_is_left(plant, panda):

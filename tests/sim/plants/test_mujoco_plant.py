@@ -194,7 +194,7 @@ def test_repaired_arm_is_healthy_after_a_reset(panda):
 
 
 @pytest.mark.parametrize(
-    ("fault", "until"), [(FreeSwinging(0), 3.0), (FreeSwinging(2), 1.9), (FreeSwinging(4), 1.85)]
+    ("fault", "until"), [(FreeSwinging(0), 3.0), (FreeSwinging(2), 1.7), (FreeSwinging(4), 1.85)]
 )
 def test_both_plants_agree_on_a_free_joint(panda, fault, until):
     events = [FaultEvent(fault, at=1.5)]

@@ -12,8 +12,10 @@ from ftqp.control.planner.accepted_robot import accepted
 from ftqp.control.planner.arm_loop import ArmLoop, accepted_drive
 from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.closed_loop import Blocks
+from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.filling import LEVELS, filled
 from ftqp.control.planner.fitting import Fitting, warn_of_weight
+from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import mistake, not_a_target, sized, vector
 from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner_view import PlannerView
@@ -152,14 +154,19 @@ class Planner:
         )
         self._limits_torque = limits_torque
         self._reserve = braking_reserve(robot) if limits_torque else None
-        self._adopt_belief()
         self._out = Step(self._session, robot.joints)
         self._loop = ArmLoop(self._session, robot.joints)
         self._rest = Rest(self._session)
         self._timing = timing
         self._at_rest = np.zeros(robot.nv)
-        self._tick = self._solver.tick("clock")
-        self._begin = None if timing else self._solver.direct("clock")
+        self._ordinary = self._solver.tick("clock"), None if timing else self._solver.direct("clock")
+        self._free: FreeJoint | None = None
+        self._degrading: Degrading | None = None
+        if self.task.degrade is not None and self._solver.sizes_may_change:
+            self._degrading = Degrading(self._session, self.task.kept_sets)
+            tick = self._degrading.watched(self._ordinary[0])
+            self._ordinary = tick, None if timing else tick
+        self._adopt_belief()
 
     @property
     def backend(self) -> str:
@@ -208,6 +215,10 @@ class Planner:
         K.qp.warm = state.ticks = 0
         state.is_reset = 1
         self._solver.forget()
+        if self._degrading is not None:
+            self._degrading.restore()
+        if self._free is not None:
+            self._free.restore()
         self._start.look(self.robot, K, q)
 
     def stop(self) -> None:
@@ -303,6 +314,10 @@ class Planner:
         tick = self._solver.tick(kind, *leader.arguments())
 
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
+            if self._free is not None and self._free.leads and isinstance(leader, PathMemory):
+                held = self._free.held_target(leader)
+                if held is not None:
+                    return self._led(self._free.tick, q, v, (held, 0), tau, tip)
             return self._led(tick, q, v, target, tau, tip)
 
         return Lead(step, self._session, leader)
@@ -429,6 +444,15 @@ class Planner:
         self._adopt_reserve()
         K.qp.warm = 0
         self._solver.forget()
+        self._tick, self._begin = self._ordinary
+        if self._belief.needs_dynamics and self._solver.has_qp:
+            if self._free is None:
+                self._free = FreeJoint(self._session, self.robot, self.task.kept_sets)
+            self._free.begin()
+            self._tick = self._free.tick
+            self._begin = None if self._timing else self._tick
+        elif self._free is not None:
+            self._free.end()
 
     def _adopt_reserve(self) -> None:
         """The deceleration that viability counts on, and where torque limits need no check."""

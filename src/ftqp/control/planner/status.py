@@ -41,5 +41,6 @@ STOP_REASONS: Final[dict[StopReason, str | None]] = {
     ),
     StopReason.DEVIATION: "the tip is too far from where it was sent; {joint} is farthest from its command",
     StopReason.LAG: "the arm does not follow: {joint} is farthest from its command",
+    StopReason.FREE_JOINT: "a joint swings freely, and nothing of the task can be kept",
 }
 """Why a stop is latched; ``{joint}`` is the joint that is meant."""

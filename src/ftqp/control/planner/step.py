@@ -7,16 +7,32 @@ import numpy as np
 
 from ftqp.control.first_use import warm_up
 from ftqp.control.planner.certificate import Certificate, Obstacle, Outside, Unreached
+from ftqp.control.planner.free_joint import PLACES, Impact, impact, notice
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.control.planner.step_facts import Measures, QPReport, measures_of
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, LOCKED, VELOCITY, Claim, DriveKind, Limit, Mode
+from ftqp.kernel.layout.enums import (
+    BRAKING,
+    FOLLOW,
+    FREE,
+    HEALTHY,
+    LOCKED,
+    VELOCITY,
+    Claim,
+    DriveKind,
+    Kept,
+    Limit,
+    Mode,
+)
 from ftqp.kernel.layout.rows import COMPONENTS, TORQUE, constraint_owner
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
 from ftqp.qp.problem import SolveStatus
 
 _LIMIT_NAMES = {limit: limit.name.lower() for limit in (Limit.ACCELERATION, Limit.VELOCITY, Limit.POSITION)}
+_ON_TASK = (StepStatus.OK, StepStatus.RELAXED, StepStatus.SCALED)
+_ROWS_OF = {Kept.NOTHING: 0, Kept.POSITION: 3, Kept.POSITION_AXIS: 5, Kept.POSE: 6}
+"""How many rows of a pose each set has; a task of fewer rows has fewer."""
 ACTIVE = 1e-9
 """A multiplier above this share of the largest counts as active."""
 ROUNDING = 10.0
@@ -60,11 +76,14 @@ _PLACES = {
     "missed": ("ladder", "missed"),
     "jump": ("ladder", "jump"),
     "holding": ("calm", "holding"),
+    "m": ("task", "m"),
+    "components": ("task", "rows"),
+    **PLACES,
 }
 """Where each part of a step stands in the record."""
 _JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "tau", "tau_brake",
                 "q_measured", "v_measured", "code", "lower", "upper", "z_box", "q_min", "q_max", "v_max",
-                "lower_by", "upper_by")  # fmt: skip
+                "lower_by", "upper_by", "tau_stop", "contact", "viscous", "coulomb")  # fmt: skip
 
 
 class _Kept:
@@ -167,6 +186,33 @@ class Step:
         torque = self._session.K.feedback.kind == DriveKind.TORQUE
         asks: BoolArray = (self._parts["lost"] != 0) & bool(torque)
         return asks
+
+    @property
+    def tau_stop(self) -> FloatArray:
+        """Torque of the end stop that a free-swinging joint rests on, (nv,) [N m or N]; 0.0 elsewhere."""
+        result: FloatArray = self._parts["tau_stop"]
+        return result
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The rows of the task that are kept: less than all while a joint swings freely, none in a stop."""
+        parts = self._parts
+        if self.status not in _ON_TASK:
+            return ()
+        own = tuple(COMPONENTS[int(c)] for c in parts["components"][: int(parts["m"][0])])
+        if parts["free_joint"][0] < 0 or parts["free_mode"][0] == FOLLOW:
+            return own
+        return own[: _ROWS_OF[Kept(int(parts["free_rows"][0]))]]
+
+    @property
+    def impact(self) -> Impact | None:
+        """The impact of a free-swinging joint on its end stop that is ahead; None where none is seen."""
+        return impact(self._parts)
+
+    @property
+    def notice(self) -> str | None:
+        """What the operator should know of a free-swinging joint now, in a sentence; None without one."""
+        return notice(self._parts, self._joints)
 
     def _torques(self, name: str) -> FloatArray:
         parts = self._parts

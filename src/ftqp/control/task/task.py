@@ -59,7 +59,11 @@ class Task:
         calm: Whether the arm comes to rest where the target stands, also out of reach, at a singularity or
             with a failed joint, see ``docs/theory/calm.md``. False leaves the feedback as it is, which swings
             there without end.
-
+        degrade: Which sets of rows may be kept in place of ``rows``, of ``pose``, ``position_axis`` and
+            ``position``, the largest first: when a joint swings freely, the largest that can be kept, and
+            when the task stays infeasible for longer than 0.2 s, with the kernel's solver and no other
+            leader than the clock, one after the other until ``reset``. None allows all that are part of
+            ``rows`` while a joint swings freely, and gives up none otherwise.
         tolerance: The largest error of the measured tip's position that still counts as following the task,
             > 0 [m]. A larger one says OK and goes on at full speed where the arm lags farther behind.
         rotation_tolerance: The same of its rotation, > 0 [rad].
@@ -80,6 +84,7 @@ class Task:
     tolerance: float = 0.01
     rotation_tolerance: float = 0.05
     calm: bool = True
+    degrade: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         if self.rows is not None:
@@ -112,8 +117,26 @@ class Task:
         positive("rotation_tolerance", self.rotation_tolerance, "rad")
         if not 1e-12 <= positive("slack", self.slack) <= 1.0:
             raise InputError(f"slack is {self.slack:g}, expected a share in [1e-12, 1]")
+        for name in self.degrade or ():
+            if name not in ROW_SETS:
+                raise InputError(
+                    f"degrade has {name!r}{nearest(str(name), ROW_SETS)}, "
+                    f"expected names among {', '.join(ROW_SETS)}"
+                )
         if not np.linalg.norm(array("axis", self.axis, (3,))) > 0.0:
             raise InputError("axis is zero, expected the direction of the tool in the tip frame")
+
+    @property
+    def kept_sets(self) -> tuple[str, ...]:
+        """The sets of rows that may be kept of the task when a joint swings freely."""
+        indices = row_indices("pose" if self.rows is None else self.rows)
+        if indices[-1] < 3:
+            possible: tuple[str, ...] = ("position",)
+        elif self.rows == "position_axis":
+            possible = ("position_axis", "position")
+        else:
+            possible = ("pose", "position_axis", "position")
+        return possible if self.degrade is None else tuple(name for name in self.degrade if name in possible)
 
     def gains(self, level: str) -> tuple[float, float]:
         """The gains kp and kv that the task has at a level.

@@ -13,6 +13,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.compile import load
 from ftqp.kernel.entry.table import ENTRIES
+from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.record import (
     arm_dtype,
     base_dtype,
@@ -184,6 +185,19 @@ class PathMemory:
     def arguments(self) -> tuple[Any, ...]:
         """What the entry points take for it."""
         return self.memory, self.table, len(self.table)
+
+
+class FreeMemory:
+    """Work memory of a planner one of whose joints swings freely.
+
+    Attributes:
+        memory: The record, (1,).
+        F: Its fields, by attribute.
+    """
+
+    def __init__(self, capacity: int) -> None:
+        self.memory = np.zeros(1, free_dtype(capacity))
+        self.F: Any = rooms(self.memory)
 
 
 class BaseMemory:

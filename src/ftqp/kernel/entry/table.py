@@ -20,6 +20,7 @@ ENTRIES: Final = {
     for entry in (
         _entry("step", _STEPS, "ioooi"),
         _entry("step_rich", _STEPS, "ioooi"),
+        _entry("step_free", _STEPS, "iioooi"),
         _entry("step_path", _STEPS, "iiiioo"),
         _entry("step_base", _STEPS, "iioooi"),
         _entry("step_joints", _STEPS, "iioo"),
@@ -52,7 +53,16 @@ ENTRIES: Final = {
 ANY_SIZE: Final = 0
 """The capacity of entries that know no robot."""
 
-COMMON: Final = ("step", "block", "kinematics", "inverse_dynamics", "torques", "step_rich", "step_path")
+COMMON: Final = (
+    "step",
+    "block",
+    "kinematics",
+    "inverse_dynamics",
+    "torques",
+    "step_rich",
+    "step_path",
+    "step_free",
+)
 """The entry points of common planners and of their simulation: given targets or led along a path."""
 AHEAD: Final = (
     *(

@@ -12,6 +12,31 @@ FEED_FORWARD_SHARE = 0.3
 
 
 @jit
+def _swing(K: Any, i: int, wanted: Any) -> None:
+    """What a free-swinging joint does when the others do what is wanted, feedback included.
+
+    (M_ii + dt d) a_i = -h_i - M_ih a_h - d v_i, 0 on its stop. With the acceleration that it had without the
+    feedback, the others' loop would be as much too stiff as their inertia beside a free joint is smaller, and
+    so would what is fed forward: no disturbance of the others acts on it, so that M_i: d = 0.
+    """
+    chain, faults, feedback, M = K.chain, K.faults, K.feedback, K.feedback.M
+    feedback.d_slow[i] = 0.0
+    if K.free.contact[i]:
+        wanted[i] = 0.0
+        return
+    disturbed = 0.0
+    for k in range(faults.working):
+        j = faults.order[k]
+        disturbed -= M[i, j] * feedback.d_slow[j]
+    feedback.d_slow[i] = disturbed / M[i, i]
+    total = -feedback.h[i] - faults.friction[i] * feedback.v_now[i]
+    for j in range(chain.n):
+        if j != i:
+            total -= M[i, j] * wanted[j]
+    wanted[i] = total / (M[i, i] + K.state.dt * (faults.friction[i] + chain.viscous[i]))
+
+
+@jit
 def _torques(K: Any) -> None:
     """tau = M (a_r + w^2 (q_r - q^) + 2 w (v_r - v^)) + h + tau_ff, clipped; 0 for a failed joint.
 
@@ -26,6 +51,8 @@ def _torques(K: Any) -> None:
         wanted[i] = state.a_command[i]
         if faults.code[i] == HEALTHY and not feedback.bad[i]:
             wanted[i] += w * w * (state.q[i] - feedback.q_now[i]) + 2.0 * w * (state.v[i] - feedback.v_now[i])
+    for k in range(faults.working, faults.movable):
+        _swing(K, faults.order[k], wanted)
     changed = False
     for k in range(faults.working):
         i = faults.order[k]

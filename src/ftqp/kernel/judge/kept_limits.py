@@ -36,16 +36,17 @@ def torque_excess(K: Any) -> float:
 
     max(|tau_i| - tau_max_i, 0) of a motor that works; |tau_i + friction_i v_i| of a joint that swings freely,
     all friction with v after the step as in its row: whatever it is, no motor gives it.
+    Coulomb friction may carry some of it, an end stop everything.
     """
     chain, faults, limits, state, kinematics = K.chain, K.faults, K.limits, K.state, K.kinematics
     worst = 0.0
     for i in range(chain.n):
         if faults.code[i] == HEALTHY:
             worst = max(worst, abs(state.tau[i]) - limits.tau_max[i])
-        elif faults.code[i] == FREE:
+        elif faults.code[i] == FREE and not K.free.contact[i]:
             v = state.v_command[i]
             tau = kinematics.h[i] + faults.friction[i] * v + chain.viscous[i] * (v - state.v[i])
             for j in range(chain.n):
                 tau += kinematics.M[i, j] * state.a_command[j]
-            worst = max(worst, abs(tau))
+            worst = max(worst, abs(tau) - faults.coulomb[i])
     return worst

@@ -161,7 +161,7 @@ def keep_free_rows(K: Any) -> None:
         return
     for a in range(count):
         i = faults.order[working + a]
-        s = qp.l[i]
+        s = qp.l[i] if qp.l[i] > -inf else qp.u[i]  # one side is open where an end stop carries the joint
         for j in range(n):
             s -= qp.C[i, j] * qp.x[j]
         for b in range(count):
@@ -172,4 +172,5 @@ def keep_free_rows(K: Any) -> None:
     if factor(S, count):
         solve_factored(S, count, r)
         for a in range(count):
-            qp.x[faults.order[working + a]] = r[a]
+            i = faults.order[working + a]
+            qp.x[i] = r[a] if qp.lb[i] < qp.ub[i] else qp.lb[i]

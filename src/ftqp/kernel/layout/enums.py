@@ -119,6 +119,7 @@ class StopReason(IntEnum):
     SENSOR = 4
     DEVIATION = 5
     LAG = 6
+    FREE_JOINT = 7
 
 
 (
@@ -129,6 +130,7 @@ class StopReason(IntEnum):
     STOPPED_BY_SENSOR,
     STOPPED_BY_DEVIATION,
     STOPPED_BY_LAG,
+    STOPPED_BY_FREE_JOINT,
 ) = map(int, StopReason)
 
 
@@ -234,6 +236,49 @@ class BaseCode(IntEnum):
     BASE_STALE,
     BASE_HALTED,
 ) = map(int, BaseCode)
+
+
+class FreeMode(IntEnum):
+    """What the healthy joints do while one swings freely."""
+
+    DECIDE = 0
+    """They brake while it is decided what can be kept of the task."""
+    HOLD = 1
+    """They lead the arm to a posture in which it can rest with the tip at its place."""
+    ARREST = 2
+    """They swing so that the free joint meets its stop softly, or never."""
+    STILL = 3
+    """They hold still."""
+    FOLLOW = 4
+    """They follow the task: gravity does not move the free joint."""
+
+
+DECIDE, HOLD, ARREST, STILL, FOLLOW = map(int, FreeMode)
+
+
+class Kept(IntEnum):
+    """What is kept of a pose while a joint swings freely."""
+
+    NOTHING = 0
+    POSITION = 1
+    POSITION_AXIS = 2
+    POSE = 3
+
+
+class Refusal(IntEnum):
+    """Why a set of rows cannot be kept while a joint swings freely."""
+
+    NONE = 0
+    NO_POSTURE = 1
+    NO_GAIN = 2
+    OFF_THE_WAY = 3
+    STOP_TOUCHED = 4
+    TORQUE = 5
+    OFF_IN_THE_END = 6
+
+
+NOT_REFUSED, NO_POSTURE, NO_GAIN, OFF_THE_WAY, STOP_TOUCHED, TOO_WEAK, OFF_IN_THE_END = map(int, Refusal)
+NOTHING_KEPT, POSITION_KEPT, AXIS_KEPT, POSE_KEPT = map(int, Kept)
 
 
 class ClosedForm(IntEnum):

@@ -71,9 +71,10 @@ def joints_dtype(capacity: int) -> np.dtype[Any]:
 
 
 def record(capacity: int) -> Any:
-    """One planner's record, (1,), zero but for ``yielding``."""
+    """One planner's record, (1,), zero but for ``yielding``; no joint swings freely."""
     W = np.zeros(1, record_dtype(capacity))
     W["task"]["yielding"] = 1.0
+    W["free"]["joint"] = -1
     return W
 
 

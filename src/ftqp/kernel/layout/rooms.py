@@ -42,13 +42,13 @@ def _faults(N: int) -> Fields:
     """What is believed of the joints.
 
     ``order`` lists the ``working`` ones, then the free-swinging ones, then those that are held.
-    ``friction`` is that of a free-swinging joint [N m s/rad]; ``lock_rate`` and ``lock_velocity`` are the
-    deceleration and, by that model, the velocity of a joint that is being locked.
+    ``friction`` and ``coulomb`` are those of a free-swinging joint [N m s/rad] and [N m]; ``lock_rate`` and
+    ``lock_velocity`` are the deceleration and, by that model, the velocity of a joint that is being locked.
     """
     return [
         *_scalars("i8", "reset_mode working movable"),
         *_integers({"code": (N,), "order": (N,)}),
-        *_floats(dict.fromkeys(("lock_rate", "lock_velocity", "friction"), (N,))),
+        *_floats(dict.fromkeys(("lock_rate", "lock_velocity", "friction", "coulomb"), (N,))),
     ]
 
 
@@ -397,6 +397,23 @@ def joints_fields(N: int) -> Fields:
     return [*_scalars("f8", "kp kv"), *_floats(dict.fromkeys(("q", "v", "x", "demand"), (N,)))]
 
 
+def _free(N: int) -> Fields:
+    """What is told of a free-swinging joint; the memory behind it is ``ftqp.kernel.layout.free_memory``.
+
+    ``allowed``: which sets of rows may be kept, one bit for each of ``Kept``; ``rows``: what is kept now.
+    ``impact_side``: -1 or 1 for the stop that will be met, 0 for none; ``swing``: half the way of the joint,
+    ``reach``: how far the tip goes, both in the next 0.8 s. ``drift``: speed of a joint that gravity does not
+    move, once the others rest, ``drift_time``: until its stop. ``contact``: 1 at the lower stop, -1 at the
+    upper one; ``tau_stop``: torque of the stop.
+    """
+    return [
+        *_scalars("i8", "mode joint rows allowed impact_side"),
+        *_scalars("f8", "impact_time impact_speed impact_energy swing reach drift drift_time"),
+        *_integers({"contact": (N,)}),
+        *_floats({"tau_stop": (N,)}),
+    ]
+
+
 def _scratch(N: int) -> Fields:
     """Memory of the parts of a tick; nothing in it but ``wide`` outlives the part that fills it."""
     return [
@@ -430,5 +447,6 @@ ROOMS = {
     "history": _history,
     "aside": _aside,
     "calm": calm_fields,
+    "free": _free,
 }
 """Each room with the fields that it has for N joints; those that every tick touches come first."""

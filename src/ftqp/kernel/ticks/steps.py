@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.ladder import RELAXED_FROM, TASK_FLOOR, climb
 from ftqp.kernel.layout.enums import HEALTHY, OK, RELAXED, SLACK, SOLVED, TARGET_SIZE
+from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.path_table import COLUMNS
 from ftqp.kernel.layout.record import base_dtype, joints_dtype, path_dtype, record_dtype
 from ftqp.kernel.rows.inertial_target import base_verdict
@@ -23,6 +25,7 @@ from ftqp.kernel.rows.turned_rows import turn_back
 from ftqp.kernel.ticks.accepted_inputs import accept_arrays, accept_target
 from ftqp.kernel.ticks.tick import (
     accept_state,
+    prepare_free,
     prepare_on_base,
     prepare_on_joints,
     prepare_on_path,
@@ -128,6 +131,25 @@ def step_rich(capacity: int) -> Callable[..., int]:
         return code
 
     return step_rich
+
+
+def step_free(capacity: int) -> Callable[..., int]:
+    """A tick of an arm with a free-swinging joint, whoever led it before."""
+    dtype, work = record_dtype(capacity), free_dtype(capacity)
+
+    def step_free(address: int, free_at: int, q: Any, v: Any, target: Any, row: int) -> int:
+        K = carray(pointer(address), 1, dtype)[0]
+        F = carray(pointer(free_at), 1, work)[0]
+        code = accept(K, q, v, target, row)
+        if code < 0:
+            return code
+        code = climb(K, prepare_free(K, F), SOLVED)
+        if K.turned.on:
+            turn_back(K)
+        stop_torques(K)
+        return code
+
+    return step_free
 
 
 def step_path(capacity: int) -> Callable[..., int]:

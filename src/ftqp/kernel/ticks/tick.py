@@ -18,10 +18,14 @@ from ftqp.kernel.feedback.reference import refer, take_jump
 from ftqp.kernel.feedback.samples import believe
 from ftqp.kernel.feedback.spoken import see_error
 from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
+from ftqp.kernel.free.decision import think
+from ftqp.kernel.free.end_stop import end_stops
+from ftqp.kernel.free.free_command import ask_for_motion, verdict_on_free
 from ftqp.kernel.jit import jit
-from ftqp.kernel.judge.ladder import begin_first_stage, begin_stop
+from ftqp.kernel.judge.ladder import begin_first_stage, begin_rest, begin_stop
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
+    FOLLOW,
     HARD,
     INVALID_INPUT,
     LEXICOGRAPHIC,
@@ -369,6 +373,36 @@ def prepare_on_base(K: Any, base: Any) -> int:
         begin_calm(K, kp)
         return SOLVE
     return _ask(K)
+
+
+@jit
+def prepare_free(K: Any, F: Any) -> int:
+    """A tick of an arm with a free-swinging joint: its policy in the place of the task.
+
+    Where gravity does not move the joint, the task is followed, with the joint's row and its end stop.
+    """
+    valid = _see(K)
+    think(K, F)
+    forward_kinematics(K)
+    _bound(K)
+    _limit(K)
+    if K.free.mode == FOLLOW:
+        end_stops(K, K.state.a_command if K.state.level == ACCELERATION else K.state.v_command)
+        if not _may_go_on_by_the_clock(K, valid):
+            return SOLVE
+        objective(K)
+        task_rows(K, K.task.kp)
+        _turn(K, False)
+        return _ask(K)
+    K.task.has_tip_measured = 0
+    pose_error(K)
+    see_error(K)
+    task_rows(K, K.task.kp)
+    K.turned.on = K.calm.holding = 0
+    begin_rest(K, K.state.dt, 0.0)
+    ask_for_motion(K, F)
+    K.ladder.verdict = verdict_on_free(K) if valid else INVALID_INPUT
+    return SOLVE
 
 
 @jit

@@ -1,17 +1,20 @@
 """The arm that is commanded: what really happens to each joint between two ticks."""
 
+import logging
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, instance, positive
+from ftqp.core.checks import FloatArray, array, instance, non_negative, positive
 from ftqp.core.errors import InputError, unknown
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.arm_model import Arm
 from ftqp.sim.plants.plant import Command, Plant
 
+_LOG = logging.getLogger("ftqp")
 LEVELS = ("acceleration", "velocity")
 BRAKE_SHARE = 0.25
 """How hard the brake of a joint holds back when it closes, as a share of the joint's acceleration limit.
@@ -21,6 +24,21 @@ another deceleration of the same fault is wrong about this arm.
 """
 AGREEMENT = 1e-9
 """A failed joint follows its command bit by bit when that is so near to what it truly does [rad/s or m/s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class StopImpact:
+    """A free-swinging joint has met its end stop.
+
+    Attributes:
+        joint: Its name.
+        time: When, since the plant was reset [s].
+        speed: How fast it was [rad/s or m/s].
+    """
+
+    joint: str
+    time: float
+    speed: float
 
 
 @final
@@ -37,8 +55,9 @@ class KinematicPlant(Plant):
     * locked, instant: v = 0 at once. With the resets ``momentum`` and ``task`` the joint keeps its velocity
       until the command of that tick has been given: the planner derives the jump of the others from it.
     * free-swinging: its torque is that of friction at the velocity after the step, as in the planner's row:
-      (M_FF + dt D) a_F = -(M_FH a_H + h_F) - D v_F with the damping D, that of the fault and the joint's own.
-      Coulomb friction is not simulated, and there is no end stop.
+      (M_FF + dt D) a_F = -(M_FH a_H + h_F) - D v_F with the damping D, that of the fault and the joint's own;
+      Coulomb friction then takes what it can of that velocity. An end stop takes all of it, and the healthy
+      joints do not feel the impact.
     * degraded: its velocity and acceleration saturate at what is left of the limits, and it stops at the ends
       of what is left of its range. What is left of its torque does not matter here: this arm has no motors.
 
@@ -49,12 +68,20 @@ class KinematicPlant(Plant):
         robot: the arm.
         dt: sampling period [s].
         level: ``"acceleration"`` or ``"velocity"``, as of the planner.
+        stop_distance: how far beyond its range a free-swinging joint meets its end stops, >= 0 [rad or m];
+            the planner expects them at the range.
         brake: deceleration of a closing brake as a share of the joint's acceleration limit, > 0; with more
             the joint stops sooner. A fault with a deceleration of its own has that one.
     """
 
     def __init__(
-        self, robot: Robot, dt: float, level: str = "acceleration", *, brake: float = BRAKE_SHARE
+        self,
+        robot: Robot,
+        dt: float,
+        level: str = "acceleration",
+        *,
+        brake: float = BRAKE_SHARE,
+        stop_distance: float = 0.0,
     ) -> None:
         if level not in LEVELS:
             raise unknown("level", level, "a plant", LEVELS)
@@ -63,6 +90,10 @@ class KinematicPlant(Plant):
         self._arm = Arm(robot)
         self._dt = positive("dt", dt, "s")
         self._brake = positive("brake", brake) * robot.limits.a_max
+        distance = non_negative("stop_distance", stop_distance, "rad or m")
+        self._stops = robot.limits.q_min - distance, robot.limits.q_max + distance
+        self._impacts: list[StopImpact] = []
+        self._ticks = 0
         self._holds_acceleration = level == "acceleration"
         self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
         self._faults: dict[int, Fault] = {}
@@ -92,6 +123,11 @@ class KinematicPlant(Plant):
         """Nothing breaks this simulation."""
         return None
 
+    @property
+    def impacts(self) -> tuple[StopImpact, ...]:
+        """The impacts of free-swinging joints on their end stops since the last reset."""
+        return tuple(self._impacts)
+
     def reset(self, q: FloatArray, v: FloatArray) -> None:
         """Put the healthy arm at (q, v).
 
@@ -100,6 +136,8 @@ class KinematicPlant(Plant):
             v: Joint velocities, (nv,) [rad/s or m/s].
         """
         self._faults.clear()
+        self._impacts.clear()
+        self._ticks = 0
         self._q[:] = self._robot.angles(q)
         self._v[:] = array("v", v, (self._robot.nv,), "(nv,)")
 
@@ -141,6 +179,7 @@ class KinematicPlant(Plant):
         Args:
             command: the planner's step for this tick.
         """
+        self._ticks += 1
         if not self._faults:
             self._q[:] = command.q
             self._v[:] = command.v
@@ -170,6 +209,8 @@ class KinematicPlant(Plant):
                 q[i] = self._q[i]
             if isinstance(fault, Degraded):
                 q[i], after[i] = self._stopped(i, fault, q[i], after[i])
+            if isinstance(fault, FreeSwinging):
+                q[i], after[i] = self._struck(i, q[i], after[i])
         self._q[:], self._v[:] = q, after
 
     def _integrated(self, i: int, after: float) -> float:
@@ -211,6 +252,17 @@ class KinematicPlant(Plant):
             return float(high), min(v, 0.0)
         return q, v
 
+    def _struck(self, i: int, q: float, v: float) -> tuple[float, float]:
+        """Position and velocity of a free-swinging joint between its end stops, which are plastic."""
+        low, high = min(self._stops[0][i], self._q[i]), max(self._stops[1][i], self._q[i])
+        if low <= q <= high:
+            return q, v
+        if abs(self._v[i]) > 0.0:
+            hit = StopImpact(self._robot.joints[i], self._ticks * self._dt, abs(v))
+            self._impacts.append(hit)
+            _LOG.info("%s meets its end stop at %.2f rad/s", hit.joint, hit.speed)
+        return (low if q < low else high), 0.0
+
     def _swung(self, free: list[int], after: FloatArray) -> FloatArray:
         """The next velocities of the free-swinging joints, given those of all others."""
         M, h = self._arm.dynamics(self._q, self._v)
@@ -220,4 +272,7 @@ class KinematicPlant(Plant):
         right = -(M[free] @ a + h[free]) - damping * self._v[free]  # h has the joints' own friction
         left = M[np.ix_(free, free)] + self._dt * np.diag(damping + self._robot.viscous[free])
         swung: FloatArray = self._v[free] + self._dt * np.linalg.solve(left, right)
-        return swung
+        coulomb = np.array([getattr(self._faults[i], "friction", 0.0) for i in free])
+        coulomb += self._robot.coulomb[free]
+        slowed = self._dt * coulomb / np.diag(left)
+        return np.sign(swung) * np.maximum(np.abs(swung) - slowed, 0.0) if coulomb.any() else swung

@@ -142,7 +142,7 @@ class MujocoPlant(Plant):
                 self._brake(i)
             case FreeSwinging():
                 self._limit[i] = 0.0
-                self._physics.resist(i, self._coulomb[i], self._viscous[i] + fault.damping)
+                self._physics.resist(i, self._coulomb[i] + fault.friction, self._viscous[i] + fault.damping)
             case Degraded():
                 self._limit[i] *= fault.torque
                 low = self._low[i] if fault.q_min is None else max(fault.q_min, self._low[i])

@@ -73,6 +73,16 @@ class Solver:
         self._backend = backend
         K.ladder.external = 1
 
+    @property
+    def has_qp(self) -> bool:
+        """Whether there is a QP, with rows and limits, and not a closed form."""
+        return self._family != "closed_form"
+
+    @property
+    def sizes_may_change(self) -> bool:
+        """Whether rows may be left out from one tick to the next: no foreign memory is laid out for them."""
+        return self._family == "step"
+
     def forget(self) -> None:
         """The next solve begins cold."""
         self._cold = True

@@ -1,0 +1,189 @@
+"""FreeJoint: the ticks of a planner one of whose joints swings freely, and what is said of it."""
+
+import logging
+from collections.abc import Callable
+from math import isfinite
+from typing import Any, NamedTuple, final
+
+from ftqp.control.first_use import warm_up
+from ftqp.control.planner.degrading import Degrading
+from ftqp.kernel.entry.session import FreeMemory, PathMemory, Session
+from ftqp.kernel.layout.enums import ARREST, DECIDE, FOLLOW, HOLD, STOPPED, TARGET_HAS_ROTATION, Kept
+from ftqp.model.robot import Robot
+
+_LOG = logging.getLogger("ftqp")
+KEPT_OF = {"pose": Kept.POSE, "position_axis": Kept.POSITION_AXIS, "position": Kept.POSITION}
+"""The sets of rows by their names."""
+PLACES = {
+    "free_joint": ("free", "joint"),
+    "free_mode": ("free", "mode"),
+    "free_rows": ("free", "rows"),
+    "impact_side": ("free", "impact_side"),
+    "impact_time": ("free", "impact_time"),
+    "impact_speed": ("free", "impact_speed"),
+    "impact_energy": ("free", "impact_energy"),
+    "swing": ("free", "swing"),
+    "reach": ("free", "reach"),
+    "drift": ("free", "drift"),
+    "drift_time": ("free", "drift_time"),
+    "contact": ("free", "contact"),
+    "tau_stop": ("free", "tau_stop"),
+    "viscous": ("faults", "friction"),
+    "coulomb": ("faults", "coulomb"),
+}
+"""What a step can say of a free-swinging joint, and where it stands in the record."""
+STILL_SWING = 0.01
+"""A joint that swings no farther than this hangs at rest [rad or m]."""
+STILL_DRIFT = 1e-3
+"""A joint that drifts no faster than this rests [rad/s or m/s]."""
+HELD = {
+    Kept.NOTHING: "the task is given up, the others lead it to where it can rest",
+    Kept.POSE: "tip held at its pose",
+    Kept.POSITION_AXIS: "tip held at its position and axis, rotation about it given up",
+    Kept.POSITION: "tip held at its position, attitude given up",
+}
+
+
+class Impact(NamedTuple):
+    """The impact of a free-swinging joint on its end stop, as it is expected.
+
+    Attributes:
+        time: When, from now on [s].
+        speed: How fast [rad/s or m/s].
+        energy: The joint's kinetic energy then, 1/2 M_ii v_i^2 [J].
+        side: Which stop, ``lower`` or ``upper``.
+    """
+
+    time: float
+    speed: float
+    energy: float
+    side: str
+
+
+@final
+class FreeJoint:
+    """The compiled tick for an arm with a free-swinging joint.
+
+    Args:
+        session: The planner's.
+        robot: The arm.
+        allowed: Which sets of rows may be kept.
+    """
+
+    def __init__(self, session: Session, robot: Robot, allowed: tuple[str, ...]) -> None:
+        warm_up(("step_free",), session.capacity)
+        self._session, self._joints = session, robot.joints
+        self._parts = {name: session.field(*place) for name, place in PLACES.items()}
+        self._memory = FreeMemory(session.capacity)
+        self._tick: Callable[..., int] = session.bind("step_free", self._memory.memory)
+        self._bits = sum(1 << KEPT_OF[name] for name in allowed)
+        self._external = int(session.K.ladder.external)
+        self._degrading = Degrading(session, allowed)
+        self._said: Any = None
+        self._on = False
+
+    @property
+    def leads(self) -> bool:
+        """Whether a free-swinging joint, and not the task, leads the arm, or that is yet to be seen."""
+        free = self._session.K.free
+        return self._on and not (free.joint >= 0 and free.mode == FOLLOW)
+
+    def held_target(self, leader: PathMemory) -> Any:
+        """The packed target at which a path stops; None where it has not begun.
+
+        Args:
+            leader: The memory of the path, whose progress stands from now on.
+        """
+        task, target = self._session.K.task, leader.path.target
+        leader.path.rate = 0.0
+        return None if task.uses_rotation and not target[TARGET_HAS_ROTATION] else target
+
+    def begin(self) -> None:
+        """From the next tick on the arm has a free-swinging joint, or another one than before."""
+        K = self._session.K
+        K.free.joint, K.free.allowed = -1, self._bits
+        K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
+        K.ladder.external = 0
+        self._on, self._said = True, None
+
+    def end(self) -> None:
+        """From the next tick on it has none."""
+        K = self._session.K
+        K.free.joint, K.free.impact_side = -1, 0
+        K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
+        K.ladder.external = self._external
+        self._degrading.restore()
+        self._on = False
+
+    def restore(self) -> None:
+        """The whole task again, where rows have been given up."""
+        self._degrading.restore()
+
+    def tick(self, q: Any, v: Any, packed: Any, row: int) -> int:
+        """A tick; a change of what the operator should know is logged."""
+        code = self._tick(q, v, packed, row)
+        parts = self._parts
+        if parts["free_mode"][0] == FOLLOW:
+            self._degrading.see(code)
+        key = (*(int(parts[name][0]) for name in ("free_mode", "free_rows", "impact_side")), code == STOPPED)
+        if key != self._said and code >= 0:
+            self._said = key
+            sentence = notice(parts, self._joints)
+            if sentence is not None:
+                _LOG.warning(sentence)
+        return code
+
+
+def impact(parts: Any) -> Impact | None:
+    """The expected impact, or None.
+
+    Args:
+        parts: The parts of a step, by the names of ``PLACES``.
+    """
+    side = int(parts["impact_side"][0])
+    if parts["free_joint"][0] < 0 or side == 0:
+        return None
+    time, speed, energy = (float(parts[name][0]) for name in ("impact_time", "impact_speed", "impact_energy"))
+    return Impact(time, speed, energy, "lower" if side < 0 else "upper")
+
+
+def notice(parts: Any, joints: tuple[str, ...]) -> str | None:
+    """What the operator should know of a free-swinging joint now; None without one.
+
+    Args:
+        parts: The parts of a step, by the names of ``PLACES``.
+        joints: Names of the joints.
+    """
+    i = int(parts["free_joint"][0])
+    if i < 0:
+        return None
+    joint, mode, hit = joints[i], int(parts["free_mode"][0]), impact(parts)
+    clear = f"keep clear {float(parts['reach'][0]):.1f} m"
+    if mode == DECIDE:
+        return f"{joint} swings freely: the others brake while it is decided what can be kept"
+    if mode == HOLD:
+        return f"{joint} swings freely: {HELD[Kept(int(parts['free_rows'][0]))]}"
+    if mode == FOLLOW:
+        return _drifting(joint, float(parts["drift"][0]), float(parts["drift_time"][0]))
+    if mode == ARREST and hit is not None:
+        return (
+            f"{joint} swings freely and will hit its {hit.side} stop in {hit.time:.2f} s at {hit.speed:.1f} "
+            f"rad/s ({hit.energy:.0f} J): others move to soften it; {clear}"
+        )
+    if mode == ARREST:
+        return f"{joint} swings freely: others move to catch it; {clear}"
+    if parts["contact"][i]:
+        return f"{joint} is at rest on its {'lower' if parts['contact'][i] > 0 else 'upper'} stop"
+    swing = float(parts["swing"][0])
+    if swing > STILL_SWING:
+        undamped = parts["viscous"][i] == 0.0 and parts["coulomb"][i] == 0.0
+        end = ", no friction: will not come to rest" if undamped else ""
+        return f"{joint} is still swinging, +-{swing:.1g} rad{end}"
+    return f"{joint} hangs at rest"
+
+
+def _drifting(joint: str, drift: float, time: float) -> str:
+    if abs(drift) < STILL_DRIFT:
+        return f"{joint} has no gravity and rests: the others keep the task"
+    until = f": {time:.0f} s to its stop" if isfinite(time) else " and does not reach its stop"
+    return f"{joint} has no gravity and drifts at {abs(drift):.1g} rad/s{until}"

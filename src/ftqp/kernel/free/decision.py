@@ -1,0 +1,325 @@
+"""What to do about a free-swinging joint: a share of the search each tick.
+
+    brake -> pose, position + axis, position: rest posture, gain, rollout; the first that passes is held
+          -> else the look-ahead, until the joint is calm or its time is over -> hold still
+
+Source: docs/theory/free-swinging.md, "Decision".
+"""
+
+from math import inf
+from typing import Any
+
+from ftqp.kernel.arm.gravity import knows_no_gravity
+from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.free.holding import (
+    LENIENCE,
+    ROLLOUT_STEPS,
+    SETTLED,
+    begin_gain,
+    begin_rollout,
+    finish_gain,
+    go_on_doubling,
+    roll_on,
+)
+from ftqp.kernel.free.look_ahead import BOUNDARY, ROLLOUTS, begin_plan, braking_is_safe, search
+from ftqp.kernel.free.rest_posture import begin_start, seek, take_nearest
+from ftqp.kernel.free.swinging import viscous_friction
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import (
+    ARREST,
+    DECIDE,
+    FOLLOW,
+    HOLD,
+    NO_GAIN,
+    NO_POSTURE,
+    NOT_REFUSED,
+    NOTHING_KEPT,
+    POSE_KEPT,
+    STILL,
+    STOPPED_BY_FREE_JOINT,
+    TARGET_TWIST,
+)
+from ftqp.kernel.layout.free_memory import STARTS
+from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.rows.failed_joints import sort_joints
+
+SEEK, GAIN, DOUBLE, ROLL = 0, 1, 2, 3
+"""Items of the decision."""
+WORK = 160
+"""Work of a tick of the decision, in evaluations of the dynamics, 0.5 us each on a core of 2026, ..."""
+WATCH_WORK = 70
+"""... and of one tick in which the arm's way is rolled out again."""
+ITERATION_WORK, DOUBLING_WORK, MODEL_WORK = 1, 25, 25
+"""What an iteration of the rest posture, one of the Riccati equation, and the linear model count."""
+SLICE = 20
+BRAKING_TIME = 0.4
+"""The tip is to be held where it comes to rest after so much time [s]."""
+NEAR = 0.03
+"""A target that is nearer to the tip than this is what is to be held [m]."""
+SEARCH_TIME, SEARCH_TIME_UNDAMPED = 1.0, 3.5
+"""How long the look-ahead goes on, with friction and with little of it [s]."""
+DAMPED = 0.5
+"""Viscous friction from which a joint counts as damped [N m s/rad]."""
+REPEAT = 0.05
+"""The rollout of an arm that is led is repeated so often [s]."""
+CALM_SWING = 0.02
+"""A free joint that swings no farther than this is calm [rad or m]."""
+RETRY = 0.1
+"""A posture in which the free joint can rest is looked for so often [s] ..."""
+LONGER = 0.3
+"""... and for so long after the search [s]."""
+
+
+@jit
+def _next_rows(K: Any, F: Any, above: int) -> None:
+    """The next smaller set of rows that is allowed, from where the arm is now; none: the look-ahead."""
+    rows = above - 1
+    while rows > NOTHING_KEPT and not (int(K.free.allowed) >> rows) & 1:
+        rows -= 1
+    if rows == NOTHING_KEPT:
+        begin_arrest(K, F)
+        return
+    _begin_rows(K, F, rows)
+
+
+@jit
+def _begin_rows(K: Any, F: Any, rows: int) -> None:
+    """Begin the decision on a set of rows."""
+    F.rows, F.stage, F.starts, F.found = rows, SEEK, 0, 0
+    for j in range(K.chain.n):
+        F.start[j], F.start_v[j] = F.q[j], F.v[j]
+    begin_start(K, F, 0)
+
+
+@jit
+def _try_next(K: Any, F: Any, refusal: int) -> None:
+    """The next rest posture of these rows; none: the next rows."""
+    F.refused[F.rows] = refusal
+    if take_nearest(K, F):
+        F.stage = GAIN
+    elif F.calming:
+        F.calming, F.recheck = 0, RETRY
+    else:
+        _next_rows(K, F, F.rows)
+
+
+@jit
+def _latch(K: Any) -> None:
+    """The task is given up until somebody says that it goes on."""
+    if K.watch.latched == 0:
+        K.watch.latched = 1
+        K.watch.reason = STOPPED_BY_FREE_JOINT
+
+
+@jit
+def begin_arrest(K: Any, F: Any) -> None:
+    """Give the task up; the arm is latched."""
+    n = K.chain.n
+    K.free.mode, K.free.rows = ARREST, NOTHING_KEPT
+    _latch(K)
+    F.calming, F.recheck = 0, 0.0
+    F.left = SEARCH_TIME if viscous_friction(K, F.joint) >= DAMPED else SEARCH_TIME_UNDAMPED
+    begin_plan(F, n)
+
+
+@jit
+def _aim(K: Any, F: Any) -> None:
+    """Where the tip is to be held: where the target, or a tip far from it, comes to rest within 0.4 s."""
+    kinematics, task, state = K.kinematics, K.task, K.state
+    far = 0.0
+    for r in range(3):
+        d = task.target[4 * r + 3] - kinematics.o_tip[r]
+        far += d * d
+    near = far <= NEAR * NEAR  # not so if it is not finite
+    half = 0.5 * BRAKING_TIME
+    for r in range(3):
+        moving = 0.0
+        for j in range(K.chain.n):
+            moving += kinematics.J[r, j] * state.v[j]
+        F.goal[r] = kinematics.o_tip[r] + half * moving
+        if near and is_finite(task.target[TARGET_TWIST + r]):
+            F.goal[r] = task.target[4 * r + 3] + half * task.target[TARGET_TWIST + r]
+        for c in range(3):
+            F.goal_rotation[3 * r + c] = kinematics.R_tip[3 * r + c]
+            if near and task.uses_rotation:
+                F.goal_rotation[3 * r + c] = task.target[4 * r + c]
+
+
+@jit
+def begin(K: Any, F: Any) -> None:
+    """The first tick with this fault, or after a reset."""
+    free, faults, n = K.free, K.faults, K.chain.n
+    F.joint = faults.order[faults.working]
+    F.dt = K.state.dt
+    F.period = max(2, int(BOUNDARY / F.dt + 0.5))
+    free.joint, free.rows, free.impact_side = F.joint, NOTHING_KEPT, 0
+    free.swing = free.reach = free.drift = 0.0
+    free.drift_time = inf
+    begin_plan(F, n)
+    F.left = 0.0
+    F.calming = 0
+    for rows in range(len(F.refused)):
+        F.refused[rows] = NOT_REFUSED
+    forward_kinematics(K)
+    single = faults.movable == faults.working + 1
+    if single and knows_no_gravity(K, F.joint):
+        free.mode = FOLLOW
+    elif not single or faults.working == 0:
+        free.mode = STILL
+        _latch(K)
+    elif K.watch.latched:
+        begin_arrest(K, F)
+    else:
+        free.mode = DECIDE
+        _aim(K, F)
+        _next_rows(K, F, POSE_KEPT + 1)
+
+
+@jit
+def _decide(K: Any, F: Any) -> None:
+    """Some items of the decision, no more than a tick has time for."""
+    work = WORK
+    while work > 0 and (K.free.mode == DECIDE or F.calming):
+        if F.stage == SEEK:
+            before = F.iteration
+            done = seek(K, F, SLICE)
+            work -= ITERATION_WORK * (F.iteration - before + 1)
+            if done:
+                F.starts += 1
+                if F.starts < STARTS:
+                    begin_start(K, F, F.starts)
+                else:
+                    _try_next(K, F, NO_POSTURE)
+        elif F.stage == GAIN:
+            work -= MODEL_WORK
+            F.stage = DOUBLE
+            if not begin_gain(K, F):
+                _try_next(K, F, NO_GAIN)
+        elif F.stage == DOUBLE:
+            work -= DOUBLING_WORK
+            change = go_on_doubling(K, F)
+            if change < SETTLED:
+                finish_gain(K, F)
+                begin_rollout(K, F)
+                F.stage = ROLL
+            elif not change < inf:
+                _try_next(K, F, NO_GAIN)
+        else:
+            work -= SLICE
+            refusal = roll_on(K, F, SLICE, 1.0)
+            if refusal != NOT_REFUSED:
+                _try_next(K, F, refusal)
+            elif F.roll_step >= ROLLOUT_STEPS:
+                K.free.mode, K.free.rows = HOLD, F.rows
+                F.since, F.rolling, F.calming = 0.0, 0, 0
+
+
+@jit
+def _watch(K: Any, F: Any) -> None:
+    """While the arm is led: roll it out again every 50 ms, and give up where it would not get there."""
+    F.since += F.dt
+    if not F.rolling and F.since >= REPEAT:
+        F.since, F.rolling = 0.0, 1
+        begin_rollout(K, F)
+    if F.rolling:
+        refusal = roll_on(K, F, WATCH_WORK, LENIENCE)
+        if F.roll_step >= ROLLOUT_STEPS:
+            F.rolling = 0
+        if refusal != NOT_REFUSED:
+            F.refused[F.rows] = refusal
+            begin_arrest(K, F)
+
+
+@jit
+def _arrest(K: Any, F: Any) -> None:
+    """The look-ahead, until it is safe to hold still.
+
+    With little friction, or where a stop would still be met, a posture is looked for in which the free joint
+    can rest wherever the tip is, and the arm is led there.
+    """
+    damped = viscous_friction(K, F.joint) >= DAMPED
+    F.recheck -= F.dt
+    if F.calming:
+        _decide(K, F)
+        return
+    boundary = F.countdown <= 0
+    for _ in range(ROLLOUTS):
+        search(K, F)
+        if boundary and (F.quiet or F.left <= 0.0):
+            break
+    F.countdown -= 1
+    if not boundary or not (F.quiet or F.left <= 0.0):
+        return
+    if braking_is_safe(K, F) and (damped or F.highest - F.lowest < CALM_SWING):
+        hold_still(K, F)
+    elif F.recheck <= 0.0:
+        F.calming = 1
+        _begin_rows(K, F, NOTHING_KEPT)
+    elif F.left <= -LONGER:
+        hold_still(K, F)
+
+
+@jit
+def hold_still(K: Any, F: Any) -> None:
+    """The search is over; what lies ahead is looked at now and then, to be told."""
+    F.left = 0.0
+    K.free.mode = STILL
+    F.period = max(F.period, int(REPEAT / F.dt + 0.5))
+    F.countdown = 0
+
+
+@jit
+def _drift(K: Any, F: Any) -> None:
+    """A joint without gravity: its speed (M_i: v) / M_ii once the others rest, and when it meets its stop."""
+    # the last tick's M is one tick old, which is near enough for a message
+    free, limits, M, i = K.free, K.limits, K.kinematics.M, F.joint
+    if not M[i, i] > 0.0:
+        return
+    momentum = 0.0
+    for j in range(K.chain.n):
+        momentum += M[i, j] * F.v[j]
+    free.drift = momentum / M[i, i]
+    room = limits.q_max[i] - F.q[i] if free.drift > 0.0 else F.q[i] - limits.q_min[i]
+    free.drift_time = inf
+    if abs(free.drift) > 1e-4 and room < inf:
+        friction = viscous_friction(K, i)
+        way = inf if friction == 0.0 else abs(momentum) / friction
+        if way > room:
+            free.drift_time = room / abs(free.drift)
+
+
+@jit
+def think(K: Any, F: Any) -> None:
+    """This tick's share of the search, in the rooms for the state and its kinematics.
+
+    The state is put back; frames, M and h are for the tick to find again.
+    """
+    state, n = K.state, K.chain.n
+    for j in range(n):
+        if not (is_finite(state.q[j]) and is_finite(state.v[j])):
+            return
+        F.q[j], F.v[j] = state.q[j], state.v[j]
+    sort_joints(K)
+    for k in range(K.faults.working, K.faults.movable):
+        i = K.faults.order[k]
+        if K.free.contact[i]:
+            F.v[i] = 0.0  # an observer that knows no stop takes its time to see that
+    given_up = K.free.mode == ARREST or K.free.mode == STILL
+    if state.ticks == 1 or K.free.joint < 0 or (given_up and K.watch.latched == 0):
+        begin(K, F)
+    if K.free.mode == DECIDE and K.watch.latched:
+        begin_arrest(K, F)
+    mode = K.free.mode
+    if mode == FOLLOW:
+        _drift(K, F)
+    elif mode == DECIDE:
+        _decide(K, F)
+    elif mode == HOLD:
+        _watch(K, F)
+    elif mode == ARREST:
+        _arrest(K, F)
+    elif K.faults.movable == K.faults.working + 1 and K.faults.working > 0:
+        search(K, F)
+        F.countdown -= 1
+    for j in range(n):
+        state.q[j], state.v[j] = F.q[j], F.v[j]

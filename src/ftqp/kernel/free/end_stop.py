@@ -1,0 +1,108 @@
+"""The end stop of a free-swinging joint as a row: it pushes, and never pulls."""
+
+from math import inf
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import VELOCITY
+
+TOUCHES = 1e-3
+"""A joint so near to its stop may be in contact [rad or m] ..."""
+LEAVES = 5e-3
+"""... and one in contact loses it beyond this."""
+BOUNCE = 0.05
+"""A joint that leaves its stop faster than this is not in contact [rad/s or m/s]."""
+
+
+@jit
+def free_motion(K: Any, i: int, x: Any) -> float:
+    """x_i of the free joint by its row, given those of the others: (l_i - sum_j C_ij x_j) / C_ii."""
+    row, total = K.qp.C[i], K.qp.l[i]
+    for j in range(K.chain.n):
+        if j != i:
+            total -= row[j] * x[j]
+    return total / row[i]
+
+
+@jit
+def _stop_side(K: Any, i: int) -> int:
+    """1 at the lower stop, -1 at the upper one, 0 away from both."""
+    limits, state = K.limits, K.state
+    near = LEAVES if K.free.contact[i] else TOUCHES
+    if state.q[i] - limits.q_min[i] <= near:
+        return 1
+    if limits.q_max[i] - state.q[i] <= near:
+        return -1
+    return 0
+
+
+@jit
+def end_stops(K: Any, x: Any) -> None:
+    """Rows and columns of the free joints in contact; ``x``: what the others are expected to do.
+
+    Contact is near the stop, not leaving it, and pressed against it by what the others do:
+    s v_i <= 0.05 and s a_i(lambda = 0) < 0, s = 1 at the lower stop and -1 at the upper one. Then a_i = 0,
+    and the equality becomes s (h_i + M_ih a_h) >= 0, what the stop carries. The impact has been the stop's,
+    too: the joint's velocity counts as 0 at once, so that no motor is asked to carry it.
+    Source: docs/theory/free-swinging.md, "The end stop".
+    """
+    faults, state, free, qp = K.faults, K.state, K.free, K.qp
+    for k in range(faults.working, faults.movable):
+        i = faults.order[k]
+        if faults.coulomb[i] > 0.0:
+            _rub(K, i, x)
+        s = _stop_side(K, i)
+        if s != 0:
+            x_i = free_motion(K, i, x) if qp.lb[i] < qp.ub[i] else qp.lb[i]
+            leaving = x_i if state.level == VELOCITY else x_i + state.v[i] / state.dt
+            if s * state.v[i] > BOUNCE or s * leaving >= 0.0:
+                s = 0
+        free.contact[i], free.tau_stop[i] = s, 0.0
+        if s == 0:
+            continue
+        state.v[i] = 0.0
+        carried = _without_stop(K, i)
+        qp.lb[i] = qp.ub[i] = 0.0
+        qp.l[i], qp.u[i] = (carried, inf) if s > 0 else (-inf, carried)
+
+
+@jit
+def _rub(K: Any, i: int, x: Any) -> None:
+    """Coulomb friction in the row: -mu sgn v' where the joint slides, anything up to mu where it is stuck."""
+    state, qp = K.state, K.qp
+    x_i = free_motion(K, i, x)
+    after = x_i if state.level == VELOCITY else state.v[i] + state.dt * x_i
+    most = K.faults.coulomb[i] * (state.dt if state.level == VELOCITY else 1.0)
+    slowed = K.faults.coulomb[i] * state.dt / qp.C[i, i]
+    if after > slowed:
+        qp.l[i] = qp.u[i] = qp.l[i] - most
+    elif after < -slowed:
+        qp.l[i] = qp.u[i] = qp.l[i] + most
+    else:
+        qp.l[i], qp.u[i] = qp.l[i] - most, qp.u[i] + most
+        qp.lb[i] = qp.ub[i] = 0.0 if state.level == VELOCITY else -state.v[i] / state.dt
+
+
+@jit
+def _without_stop(K: Any, i: int) -> float:
+    """The row's value M_ih x_h at which the stop carries nothing, x_i = 0."""
+    state, kinematics = K.state, K.kinematics
+    if state.level != VELOCITY:
+        return -kinematics.h[i]
+    total = -state.dt * kinematics.h[i]
+    for j in range(K.chain.n):
+        total += kinematics.M[i, j] * state.v[j]
+    return total
+
+
+@jit
+def stop_torques(K: Any) -> None:
+    """What the stops carry, M_i x + h_i of the command."""
+    faults, state, kinematics, free = K.faults, K.state, K.kinematics, K.free
+    for k in range(faults.working, faults.movable):
+        i = faults.order[k]
+        if free.contact[i]:
+            total = kinematics.h[i]
+            for j in range(K.chain.n):
+                total += kinematics.M[i, j] * state.a_command[j]
+            free.tau_stop[i] = total

@@ -1,0 +1,89 @@
+"""What the healthy joints of an arm with a free-swinging joint do in this tick, and what is said of it."""
+
+from math import inf
+from typing import Any
+
+from ftqp.kernel.free.end_stop import end_stops, free_motion
+from ftqp.kernel.free.holding import led
+from ftqp.kernel.free.look_ahead import planned, shift_plan
+from ftqp.kernel.free.swinging import braked
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import (
+    ARREST,
+    HOLD,
+    OK,
+    POSE_KEPT,
+    POSITION_KEPT,
+    RELAXED,
+    STOPPED,
+    STOPPING,
+    VELOCITY,
+)
+
+REACHED, ATTAINED = 0.01, 0.05
+"""A tip that is nearer to its target than this counts as there [m] and [rad]."""
+AT_REST = 1e-3
+"""A joint that moves slower than this share of its velocity limit is at rest."""
+HANGS = 0.05
+"""A free joint that is led to rest and slower than this hangs [rad/s or m/s]."""
+FREE_WEIGHT = 1e-3
+"""Weight of the free joint beside the others; its own row decides what it does."""
+
+
+@jit
+def _wanted(K: Any, F: Any) -> None:
+    """The accelerations of the healthy joints into ``F.a``."""
+    faults, mode, dt = K.faults, K.free.mode, K.state.dt
+    if mode == HOLD:
+        led(K, F, dt)
+    for k in range(faults.working):
+        j = faults.order[k]
+        if mode == ARREST:
+            F.a[j] = planned(K, F, j, F.phase, F.left, dt)
+        elif mode != HOLD:
+            F.a[j] = braked(K, j, dt)
+
+
+@jit
+def ask_for_motion(K: Any, F: Any) -> None:
+    """1/2 |x - x_wanted|^2 over box, torque rows and end stop; needs ``begin_rest`` and the rows of C."""
+    faults, state, qp = K.faults, K.state, K.qp
+    _wanted(K, F)
+    for k in range(faults.working):
+        j = faults.order[k]
+        x = F.a[j] if state.level != VELOCITY else state.v[j] + state.dt * F.a[j]
+        F.x[j] = x
+        qp.g[j] = -x
+    for k in range(faults.working, K.chain.n):
+        j = faults.order[k]
+        F.x[j] = qp.lb[j] if k >= faults.movable else (state.v[j] if state.level == VELOCITY else 0.0)
+    end_stops(K, F.x)
+    for k in range(faults.working, faults.movable):
+        i = faults.order[k]
+        qp.H_diagonal[i] = FREE_WEIGHT
+        qp.g[i] = -FREE_WEIGHT * free_motion(K, i, F.x) if qp.lb[i] < qp.ub[i] else 0.0
+    if K.free.mode == ARREST:
+        F.left -= F.dt
+        shift_plan(F, K.chain.n)
+
+
+@jit
+def verdict_on_free(K: Any) -> int:
+    """STOPPING and STOPPED where the task is given up, OK where nothing of it is, else RELAXED."""
+    limits, faults, state, task, free = K.limits, K.faults, K.state, K.task, K.free
+    if K.watch.latched:
+        if K.watch.stopped:
+            return STOPPED
+        if free.mode == ARREST or (free.mode == HOLD and abs(state.v[free.joint]) > HANGS):
+            return STOPPING
+        for k in range(faults.working):
+            j = faults.order[k]
+            top = limits.v_max[j] if limits.v_max[j] < inf else 1.0
+            if abs(state.v[j]) > AT_REST * top:
+                return STOPPING
+        K.watch.stopped = 1
+        return STOPPED
+    whole = free.rows == POSE_KEPT or (free.rows == POSITION_KEPT and not task.uses_rotation)
+    whole = whole or (free.rows > POSITION_KEPT and task.tool_rows)
+    near = task.position_error <= REACHED and task.rotation_error <= ATTAINED
+    return OK if free.mode == HOLD and whole and near and not K.feedback.lagging else RELAXED

@@ -1,0 +1,184 @@
+"""Holding the tip: linear feedback to a rest posture, and the rollout that says whether it will get there.
+
+Source: docs/theory/free-swinging.md, "Keeping the task".
+"""
+
+from math import inf, sqrt
+from typing import Any
+
+from ftqp.kernel.arm.gravity import gravity_torque
+from ftqp.kernel.free.swinging import ROLLOUT_STEP, braked, see_arm, swing_on, viscous_friction, within_limits
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import (
+    NOT_REFUSED,
+    NOTHING_KEPT,
+    OFF_IN_THE_END,
+    OFF_THE_WAY,
+    STOP_TOUCHED,
+    TOO_WEAK,
+)
+from ftqp.kernel.maths.riccati import begin_doubling, double
+
+WEIGHT_Q, WEIGHT_Q_FREE = 4.0, 0.5
+WEIGHT_V, WEIGHT_V_FREE = 0.05, 0.3
+"""What distances and speeds of the healthy joints and of the free one cost."""
+WEIGHT_TIP = 400.0
+"""What a metre of the tip costs, squared."""
+EFFORT = 10.0
+"""What an acceleration of a_max costs."""
+POLE_SHIFT = 1e-3
+"""Taken from the diagonal of the positions [1/s]."""
+SPRING, DASHPOT = 1e-2, 1e-3
+"""Added to the free joint [N m/rad and N m s/rad]: the equation has a solution where gravity is weak, too."""
+RATE = 6.0
+"""Rate of the doubling, of the size of the closed loop's eigenvalues [1/s]."""
+SETTLED = 1e-9
+"""Relative change of P from which it counts as found."""
+DOUBLINGS = 25
+ROLLOUT_STEPS = 200
+"""Steps of the rollout: two seconds."""
+END_ERROR = 0.02
+"""Distance of the tip from its goal at the rollout's end up to which the task counts as kept [m] ..."""
+WAY_ERROR = 0.10
+"""... and by how much it may be farther on the way than at its begin [m]."""
+END_SPEED = 0.3
+"""Speed of the free joint at the rollout's end up to which it counts as led to rest [rad/s or m/s]."""
+STUCK, STICKS = 0.02, 0.9
+"""Coulomb friction holds a joint slower than this [rad/s] against this share of itself."""
+LENIENCE = 2.0
+"""While the arm is being led, both may be so much larger before it is given up."""
+
+
+@jit
+def begin_gain(K: Any, F: Any) -> bool:
+    """The arm's linear model about the rest posture, and the doubling's start; False where it has none.
+
+    x = (q - q*, v), u = a_h:  v_i' = -(grad g_i (q - q*) + d v_i + M_ih u) / M_ii.
+    """
+    faults, limits, state, kinematics = K.faults, K.limits, K.state, K.kinematics
+    i, w = F.joint, faults.working
+    n = w + 1
+    for j in range(K.chain.n):
+        state.q[j], state.v[j] = F.rest[j], 0.0
+    for k in range(w):
+        F.moving[k] = faults.order[k]
+    F.moving[w] = i
+    see_arm(K)
+    gravity_torque(K, i, F.slope)
+    A, G, H, J = F.A, F.G, F.H, kinematics.J
+    inertia = kinematics.M[i, i]
+    for a in range(2 * n):
+        for b in range(2 * n):
+            A[a, b] = G[a, b] = H[a, b] = 0.0
+    for a in range(n):
+        j = F.moving[a]
+        A[a, n + a] = 1.0
+        A[a, a] = -POLE_SHIFT
+        A[2 * n - 1, a] = -(F.slope[j] + (SPRING if a == w else 0.0)) / inertia
+        H[a, a] = WEIGHT_Q_FREE if a == w else WEIGHT_Q
+        H[n + a, n + a] = WEIGHT_V_FREE if a == w else WEIGHT_V
+        for b in range(n):
+            s = 0.0
+            for r in range(3):
+                s += J[r, j] * J[r, F.moving[b]]
+            H[a, b] += WEIGHT_TIP * s if F.rows != NOTHING_KEPT else 0.0
+    A[2 * n - 1, 2 * n - 1] = -(viscous_friction(K, i) + DASHPOT) / inertia
+    total = 0.0
+    for a in range(w):
+        j = F.moving[a]
+        F.column[a] = -kinematics.M[i, j] / inertia
+    for a in range(w):
+        cheap = limits.a_max[F.moving[a]] * limits.a_max[F.moving[a]] / EFFORT
+        G[n + a, n + a] = cheap
+        G[n + a, 2 * n - 1] = G[2 * n - 1, n + a] = cheap * F.column[a]
+        total += cheap * F.column[a] * F.column[a]
+    G[2 * n - 1, 2 * n - 1] = total
+    for a in range(w):
+        F.step[a] = F.column[a]  # the column of inputs of the free joint, kept for the gain
+    F.iteration = 0
+    return begin_doubling(A, G, H, F.W, F.S, F.T, 2 * n, RATE, F.pivots, F.column)
+
+
+@jit
+def go_on_doubling(K: Any, F: Any) -> float:
+    """One iteration of the Riccati equation: its relative change, inf where it has no solution."""
+    n = 2 * (K.faults.working + 1)
+    F.iteration += 1
+    if F.iteration > DOUBLINGS:
+        return inf
+    return double(F.A, F.G, F.H, F.W, F.S, F.T, n, F.pivots, F.column)
+
+
+@jit
+def finish_gain(K: Any, F: Any) -> None:
+    """K = R^-1 B' P."""
+    limits, w = K.limits, K.faults.working
+    n = w + 1
+    for a in range(w):
+        top = limits.a_max[F.moving[a]]
+        for b in range(2 * n):
+            F.gain[a, b] = top * top / EFFORT * (F.H[n + a, b] + F.step[a] * F.H[2 * n - 1, b])
+
+
+@jit
+def led(K: Any, F: Any, dt: float) -> None:
+    """u = clip(-K x) at the record's state: the accelerations of the healthy joints, into ``F.a``.
+
+    All brake where Coulomb friction holds a free joint that hardly moves: the feedback knows no stiction.
+    """
+    state, w, mu = K.state, K.faults.working, K.faults.coulomb[F.joint]
+    n = w + 1
+    if mu > 0.0 and abs(state.v[F.joint]) < STUCK and abs(K.kinematics.h[F.joint]) <= STICKS * mu:
+        for a in range(w):
+            F.a[F.moving[a]] = braked(K, F.moving[a], dt)
+        return
+    for a in range(w):
+        u = 0.0
+        for b in range(n):
+            j = F.moving[b]
+            u -= F.gain[a, b] * (state.q[j] - F.rest[j]) + F.gain[a, n + b] * state.v[j]
+        F.a[F.moving[a]] = within_limits(K, F.moving[a], u, dt)
+
+
+@jit
+def begin_rollout(K: Any, F: Any) -> None:
+    """From where the arm is now."""
+    for j in range(K.chain.n):
+        F.roll_q[j], F.roll_v[j] = F.q[j], F.v[j]
+    F.roll_step = 0
+
+
+@jit
+def roll_on(K: Any, F: Any, steps: int, lenience: float) -> int:
+    """So many more steps under the gain: the refusal when the task is not kept, 0 so far so good.
+
+    It is kept when no stop is touched, no torque limit is exceeded, the tip goes no farther from its goal
+    than it began by WAY_ERROR, in the end it is near and the free joint slow. Without rows the tip is free.
+    """
+    state, kinematics, n = K.state, K.kinematics, K.chain.n
+    for j in range(n):
+        state.q[j], state.v[j] = F.roll_q[j], F.roll_v[j]
+    for _ in range(steps):
+        led(K, F, ROLLOUT_STEP)
+        see_arm(K)
+        away = 0.0
+        for r in range(3):
+            d = kinematics.o_tip[r] - F.goal[r]
+            away += d * d
+        away = sqrt(away) if F.rows != NOTHING_KEPT else 0.0
+        if F.roll_step == 0:
+            F.way = away
+        if away > F.way + lenience * WAY_ERROR:
+            return OFF_THE_WAY
+        impact, share = swing_on(K, F, ROLLOUT_STEP)
+        if impact > 0.0:
+            return STOP_TOUCHED
+        if share > lenience:
+            return TOO_WEAK
+        F.roll_step += 1
+        if F.roll_step >= ROLLOUT_STEPS:
+            slow = abs(state.v[F.joint]) <= END_SPEED
+            return NOT_REFUSED if slow and away <= lenience * END_ERROR else OFF_IN_THE_END
+    for j in range(n):
+        F.roll_q[j], F.roll_v[j] = state.q[j], state.v[j]
+    return NOT_REFUSED

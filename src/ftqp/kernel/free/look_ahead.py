@@ -1,0 +1,178 @@
+"""The look-ahead: how the healthy joints are to swing so that the free one meets its stop softly, or never.
+
+The plan U says for each healthy joint and each of three segments of 0.2 s which share u of a_max it takes,
+u in {-1, 0, 1}, or that it brakes; after the segments all brake. One rollout a tick tries one other value.
+Source: docs/theory/free-swinging.md, "Look-ahead".
+"""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.arm.gravity import gravity_torque
+from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.free.swinging import ROLLOUT_STEP, braked, see_arm, swing_on, within_limits
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.free_memory import SEGMENTS
+
+LONG_STEPS = 200
+"""Steps of the rollout that says whether it is safe to hold still."""
+TOUCH_SPEED = 0.05
+"""A stop that is met no faster than this is touched [rad/s or m/s]."""
+SEGMENT = 0.2
+"""Length of a segment of the plan [s]."""
+HORIZON_STEPS = 80
+"""Steps of a look-ahead's rollout."""
+BRAKE = 2.0
+"""In the plan: the joint comes to rest."""
+ROLLOUTS = 3
+"""Rollouts in a tick of the search."""
+VALUES = 3
+"""Other values than the plan's own that a segment of a joint may have."""
+BOUNDARY = 0.005
+"""The present plan is rolled out from the present state so often [s]."""
+GAIN_NEEDED = 1e-3
+"""A trial is kept when it lowers the cost by that much."""
+CALM_COST = 0.02
+"""Nothing is tried while there is no impact ahead and the cost is no more than that."""
+FINAL_SPEED, TOP_SPEED, TRAVEL = 0.05, 0.02, 0.01
+"""Weights of the free joint's speed in the end, its largest speed, and the way of the healthy joints."""
+TORQUE_SHARE = 0.95
+"""Share of a torque limit beyond which torque costs."""
+
+
+@jit
+def begin_plan(F: Any, n: int) -> None:
+    """All joints brake."""
+    for s in range(SEGMENTS):
+        for j in range(n):
+            F.plan[s, j] = BRAKE
+    F.phase = 0.0
+    F.countdown = 0
+    F.candidate = 0
+    F.quiet = 0
+
+
+@jit
+def shift_plan(F: Any, n: int) -> None:
+    """Time goes on: a segment that is over makes room for a new one in which all joints brake."""
+    F.phase += F.dt
+    while F.phase >= SEGMENT - 1e-9:
+        F.phase -= SEGMENT
+        F.countdown = 0
+        for j in range(n):
+            for s in range(SEGMENTS - 1):
+                F.plan[s, j] = F.plan[s + 1, j]
+            F.plan[SEGMENTS - 1, j] = BRAKE
+
+
+@jit
+def planned(K: Any, F: Any, j: int, time: float, left: float, dt: float) -> float:
+    """The acceleration of joint j at a time since the first segment began; it brakes when none is left."""
+    segment = int(time / SEGMENT + 1e-9)
+    value = F.plan[segment, j] if segment < SEGMENTS and left > 0.0 else BRAKE
+    a = braked(K, j, dt) if value == BRAKE else value * K.limits.a_max[j]
+    return within_limits(K, j, a, dt)
+
+
+@jit
+def look_ahead(K: Any, F: Any, phase: float, left: float, give_up: float, steps: int) -> float:
+    """The cost J of the plan from ``base_q``, ``base_v`` on; it ends early once it exceeds ``give_up``.
+
+    ``left``: how long the plan counts; then all joints brake.
+
+    J = v_imp + 0.05 |v_i(H)| + 0.02 max |v_i| + max(0, max |tau_h|/tau_max - 0.95) + 0.01 sum |q(H) - q(0)|
+
+    The first impact's time, speed, energy and side, the free joint's swing and the tip's reach are kept.
+    """
+    chain, faults, state, kinematics = K.chain, K.faults, K.state, K.kinematics
+    n, i, dt = chain.n, F.joint, ROLLOUT_STEP
+    for j in range(n):
+        state.q[j], state.v[j] = F.base_q[j], F.base_v[j]
+    hit = top = torque = 0.0
+    F.impact_speed, F.reach = 0.0, 0.0
+    F.lowest = F.highest = state.q[i]
+    for k in range(steps):
+        for c in range(faults.working):
+            j = faults.order[c]
+            F.a[j] = planned(K, F, j, phase + k * dt, left - k * dt, dt)
+        see_arm(K)
+        away = 0.0
+        for r in range(3):
+            if k == 0:
+                F.now[r] = kinematics.o_tip[r]
+            d = kinematics.o_tip[r] - F.now[r]
+            away += d * d
+        F.reach = max(F.reach, away)
+        inertia = kinematics.M[i, i]
+        impact, share = swing_on(K, F, dt)
+        if impact > 0.0 and F.impact_speed == 0.0:
+            F.impact_speed, F.impact_time = impact, (k + 1) * dt
+            F.impact_energy = 0.5 * inertia * impact * impact
+            F.side = -1 if state.q[i] <= K.limits.q_min[i] else 1
+        hit = max(hit, impact)
+        top = max(top, abs(state.v[i]))
+        torque = max(torque, share - TORQUE_SHARE)
+        F.lowest, F.highest = min(F.lowest, state.q[i]), max(F.highest, state.q[i])
+        if hit + TOP_SPEED * top + torque > give_up:
+            return give_up + 1.0
+    F.reach = sqrt(F.reach)
+    way = 0.0
+    for c in range(faults.working):
+        j = faults.order[c]
+        way += abs(state.q[j] - F.base_q[j])
+    return hit + FINAL_SPEED * abs(state.v[i]) + TOP_SPEED * top + torque + TRAVEL * way
+
+
+@jit
+def braking_is_safe(K: Any, F: Any) -> bool:
+    """Whether no stop is met in two seconds when all joints brake from ``base_q``, ``base_v`` on, and later.
+
+    A joint that lingers near a posture from which gravity carries it away, d g_i/d q_i < 0, falls later.
+    """
+    i, state, limits = F.joint, K.state, K.limits
+    look_ahead(K, F, 0.0, 0.0, 1e300, LONG_STEPS)
+    if F.impact_speed > TOUCH_SPEED:
+        return False
+    forward_kinematics(K)
+    gravity_torque(K, i, F.slope)
+    return F.slope[i] > 0.0 or state.q[i] <= limits.q_min[i] or state.q[i] >= limits.q_max[i]
+
+
+@jit
+def try_another(K: Any, F: Any) -> None:
+    """Try the next other value of the plan, joint by joint, segment by segment; keep what is better."""
+    faults = K.faults
+    at = F.candidate
+    F.candidate = (at + 1) % (SEGMENTS * faults.working * VALUES)
+    value = at % VALUES
+    j = faults.order[(at // VALUES) % faults.working]
+    s = at // (VALUES * faults.working)
+    old = F.plan[s, j]
+    if value >= old + 1.0:
+        value += 1
+    F.plan[s, j] = value - 1.0  # the values -1, 0, 1, 2 in order, without its own
+    cost = look_ahead(K, F, F.base_phase, F.left, F.best - GAIN_NEEDED, HORIZON_STEPS)
+    if cost < F.best - GAIN_NEEDED:
+        F.best = cost
+    else:
+        F.plan[s, j] = old
+
+
+@jit
+def search(K: Any, F: Any) -> None:
+    """One rollout: of the present plan from the present state every 5 ms, else of another plan."""
+    n = K.chain.n
+    if F.countdown <= 0:
+        for j in range(n):
+            F.base_q[j], F.base_v[j] = F.q[j], F.v[j]
+        F.base_phase = F.phase
+        F.best = look_ahead(K, F, F.phase, F.left, 1e300, HORIZON_STEPS)
+        F.countdown = F.period
+        F.quiet = 1 if F.impact_speed == 0.0 and F.best <= CALM_COST else 0
+        free = K.free
+        free.impact_side = F.side if F.impact_speed > 0.0 else 0
+        free.impact_time, free.impact_speed = F.impact_time, F.impact_speed
+        free.impact_energy = F.impact_energy
+        free.swing, free.reach = 0.5 * (F.highest - F.lowest), F.reach
+    elif not F.quiet and F.left > 0.0:
+        try_another(K, F)

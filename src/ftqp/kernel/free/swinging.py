@@ -1,0 +1,112 @@
+"""The arm in a rollout: healthy joints accelerate as they are told, one swings freely between two stops."""
+
+from math import inf
+from typing import Any
+
+from ftqp.kernel.arm.dynamics import dynamics
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.jit import jit
+from ftqp.kernel.rows.joint_intervals import viability
+
+ROLLOUT_STEP = 0.01
+"""Step of a rollout [s]."""
+
+
+@jit
+def viscous_friction(K: Any, i: int) -> float:
+    """d of a free joint: what is believed of its fault, and the joint's own [N m s/rad or N s/m]."""
+    return K.faults.friction[i] + K.chain.viscous[i]
+
+
+@jit
+def free_velocity(inertia: float, drive: float, v: float, damping: float, coulomb: float, dt: float) -> float:
+    """The free joint's velocity after dt when ``drive``, its friction at v counted, is what moves it.
+
+    (M_ii + dt d) (v' - v) = dt (drive - mu sgn v'): viscous friction at the velocity after the step, and
+    v' = 0 where Coulomb friction can hold the joint.
+    """
+    left = inertia + dt * damping
+    after = v + dt * drive / left
+    slowed = dt * coulomb / left
+    if after > slowed:
+        return after - slowed
+    if after < -slowed:
+        return after + slowed
+    return 0.0
+
+
+@jit
+def within_limits(K: Any, i: int, a: float, dt: float) -> float:
+    """The acceleration nearest to ``a`` after which joint i still keeps its limits for ever."""
+    limits, state = K.limits, K.state
+    v, top, brake = state.v[i], limits.a_max[i], limits.a_brake[i]
+    hi, _ = viability(v, limits.q_max[i] - state.q[i], limits.v_max[i], top, brake, dt)
+    lo, _ = viability(-v, state.q[i] - limits.q_min[i], limits.v_max[i], top, brake, dt)
+    if -lo > hi:
+        return min(max(-v / dt, -top), top)
+    return min(max(a, -lo), hi)
+
+
+@jit
+def braked(K: Any, i: int, dt: float) -> float:
+    """The acceleration of a joint that comes to rest as fast as it can."""
+    top = K.limits.a_max[i]
+    return min(max(-K.state.v[i] / dt, -top), top)
+
+
+@jit
+def see_arm(K: Any) -> None:
+    """Frames, tip, M and h at the rollout's state."""
+    forward_kinematics(K)
+    motion(K)
+    dynamics(K)
+
+
+@jit
+def swing_on(K: Any, F: Any, dt: float) -> tuple[float, float]:
+    """Move the arm on by dt with the accelerations ``F.a`` of its healthy joints; needs ``see_arm``.
+
+    Semi-implicit: v' = v + dt a, q' = q + dt v'. A joint that is held slows down at its brake's rate. The
+    free joint stops where it meets its stop, and stays there as long as it is pressed against it.
+
+    Returns:
+        The speed at which the stop was met, 0 without impact, and the largest share of a torque limit.
+    """
+    chain, limits, faults, state, kinematics = K.chain, K.limits, K.faults, K.state, K.kinematics
+    n, i = chain.n, F.joint
+    for k in range(faults.movable, n):
+        j = faults.order[k]
+        most = faults.lock_rate[j]
+        F.a[j] = min(max(-state.v[j] / dt, -most), most)
+    drive = -kinematics.h[i]
+    for j in range(n):
+        if j != i:
+            drive -= kinematics.M[i, j] * F.a[j]
+    v = state.v[i]
+    drive -= faults.friction[i] * v  # the joint's own friction is a part of h
+    after = free_velocity(kinematics.M[i, i], drive, v, viscous_friction(K, i), faults.coulomb[i], dt)
+    impact = 0.0
+    q = state.q[i] + dt * after
+    low, high = limits.q_min[i], limits.q_max[i]
+    if q < low and after < 0.0:
+        q, impact, after = min(low, state.q[i]), -after, 0.0
+    elif q > high and after > 0.0:
+        q, impact, after = max(high, state.q[i]), after, 0.0
+    if impact > 0.0 and v == 0.0:
+        impact = 0.0  # it rests there
+    a = (after - v) / dt if impact == 0.0 else 0.0
+    F.a[i] = a
+    share = 0.0
+    for k in range(faults.working):
+        j = faults.order[k]
+        if limits.tau_max[j] < inf:
+            tau = kinematics.h[j]
+            for c in range(n):
+                tau += kinematics.M[j, c] * F.a[c]
+            share = max(share, abs(tau) / limits.tau_max[j])
+    for j in range(n):
+        if j != i:
+            state.v[j] += dt * F.a[j]
+            state.q[j] += dt * state.v[j]
+    state.v[i], state.q[i] = after, q
+    return impact, share

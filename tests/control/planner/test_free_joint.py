@@ -1,0 +1,205 @@
+"""What a planner does once it is told that a joint swings freely."""
+
+import logging
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.core.errors import InputError
+from ftqp.sim.plants.arm_model import Arm
+
+DT = 1e-3
+S = ftqp.StepStatus
+
+
+class Run:
+    """Ticks of a planner on an arm with a free-swinging joint that is announced at once."""
+
+    def __init__(self, joint, seconds, *, robot="panda", level="acceleration", q=None, task=None, **fault):
+        self.robot = robot = ftqp.robots.load(robot)
+        self.planner = ftqp.Planner(robot, DT, level=level, task=task)
+        self.plant = ftqp.KinematicPlant(robot, DT, level)
+        q = robot.neutral if q is None else np.asarray(q)
+        self.planner.reset(q)
+        self.plant.reset(q, np.zeros(robot.nv))
+        self.target = ftqp.Target(pose=robot.pose(q))
+        fault = ftqp.FreeSwinging(joint, **fault)
+        self.planner.report(fault)
+        self.plant.fail(fault)
+        self.steps = [self.tick() for _ in range(round(seconds / DT))]
+
+    def tick(self):
+        step = self.planner.step(self.plant.q, self.plant.v, self.target).copy()
+        self.plant.advance(step)
+        return step
+
+    @property
+    def last(self):
+        return self.steps[-1]
+
+
+@pytest.fixture(scope="module")
+def held():
+    """A wrist joint whose arm can be led to a posture in which it hangs."""
+    return Run(4, 3.0, damping=0.5)
+
+
+@pytest.fixture(scope="module")
+def fallen():
+    """A shoulder joint that falls whatever the others do."""
+    return Run(1, 2.0, damping=0.5, q=[0.3, 0.6, 0.2, -1.2, 0.3, 1.6, 0.4])
+
+
+def test_tip_is_held_at_its_position_and_the_attitude_given_up(held):
+    assert held.last.rows == ("x", "y", "z")
+    assert held.last.status is S.RELAXED
+    assert held.last.position_error < 1e-3 and np.abs(held.plant.v).max() < 1e-2
+    assert held.plant.impacts == ()
+    assert max(step.position_error for step in held.steps) < 0.1
+
+
+def test_others_brake_in_the_tick_of_the_report(held):
+    assert held.steps[0].rows == () and held.steps[0].status is S.RELAXED
+    assert np.abs(np.delete(held.steps[0].v, 4)).max() < 1e-6
+
+
+def test_free_joint_gets_no_torque_and_the_others_no_more_than_they_have(held, fallen):
+    for run in (held, fallen):
+        joint = int(np.flatnonzero(run.planner._session.K.faults.code[:7])[0])
+        tau_max = run.robot.limits.tau_max
+        assert all(step.tau[joint] == 0.0 for step in run.steps)
+        assert all((np.abs(step.tau) <= tau_max * (1 + 1e-9)).all() for step in run.steps)
+
+
+def test_others_keep_their_speed_before_an_impact(held, fallen):
+    for run in (held, fallen):
+        joint = int(np.flatnonzero(run.planner._session.K.faults.code[:7])[0])
+        v_max = np.delete(run.robot.limits.v_max, joint)
+        assert all((np.abs(np.delete(step.v, joint)) <= v_max * (1 + 1e-9)).all() for step in run.steps)
+
+
+def test_task_given_up_ends_stopped_on_the_stop_whose_torque_is_told(fallen):
+    stopped = [k for k, step in enumerate(fallen.steps) if step.status is S.STOPPED]
+    assert stopped and stopped[0] * DT < 1.5
+    assert all(step.status is S.STOPPED for step in fallen.steps[stopped[0] :])
+    assert fallen.last.rows == ()
+    assert len(fallen.plant.impacts) >= 1
+    pushed = fallen.last.tau_stop
+    assert np.count_nonzero(pushed) == 1 and abs(pushed[1]) > 1.0
+    at_lower = fallen.plant.q[1] < 0.0
+    assert (pushed[1] > 0.0) == at_lower
+
+
+def test_impact_is_told_before_it_happens(fallen):
+    hit = fallen.plant.impacts[0]
+    before = fallen.steps[round(hit.time / DT) - 60]
+    assert before.impact is not None and before.impact.side in ("lower", "upper")
+    assert abs(before.impact.time - 0.06) < 0.02
+    assert abs(before.impact.speed - hit.speed) < 0.5
+    assert before.impact.energy > 0.0
+    assert fallen.last.impact is None
+
+
+def test_impact_is_softer_than_that_of_braking_at_once(fallen):
+    plant = ftqp.KinematicPlant(fallen.robot, DT)
+    plant.reset([0.3, 0.6, 0.2, -1.2, 0.3, 1.6, 0.4], np.zeros(7))
+    plant.fail(ftqp.FreeSwinging(1, damping=0.5))
+    for _ in range(2000):
+        plant.advance(type("Still", (), {"q": plant.q.copy(), "v": np.zeros(7)}))
+    assert fallen.plant.impacts[0].speed < 0.85 * plant.impacts[0].speed
+
+
+def test_same_input_gives_the_same_plan(fallen):
+    again = Run(1, 0.4, damping=0.5, q=[0.3, 0.6, 0.2, -1.2, 0.3, 1.6, 0.4])
+    for one, other in zip(again.steps, fallen.steps, strict=False):
+        assert np.array_equal(one.q, other.q) and np.array_equal(one.v, other.v)
+
+
+def test_operator_is_told_of_every_change_once(caplog):
+    with caplog.at_level(logging.WARNING, "ftqp"):
+        Run(4, 0.5, damping=0.5)
+    assert caplog.messages == [
+        "panda_joint5 swings freely: the others brake while it is decided what can be kept",
+        "panda_joint5 swings freely: tip held at its position, attitude given up",
+    ]
+
+
+def test_velocity_level_holds_the_tip_too():
+    run = Run(4, 3.0, damping=0.5, level="velocity")
+    assert run.last.rows == ("x", "y", "z") and run.last.position_error < 2e-3
+
+
+@pytest.mark.parametrize("damping", [0.5, 3.0])
+def test_vertical_first_axis_ends_where_its_momentum_takes_it(damping):
+    robot = ftqp.robots.load("panda")
+    planner, plant = ftqp.Planner(robot, DT, emergency=None), ftqp.KinematicPlant(robot, DT)
+    q, v = robot.neutral, np.array([0.3, 0, 0, 0, 0, 0, 0])
+    planner.reset(q, v)
+    plant.reset(q, v)
+    fault = ftqp.FreeSwinging(0, damping=damping)
+    planner.report(fault)
+    plant.fail(fault)
+    M, _ = Arm(robot).dynamics(q, v)
+    end = q[0] + (M[0] @ v) / damping
+    target = ftqp.Target(pose=robot.pose(q))
+    for _ in range(6000):
+        plant.advance(planner.step(plant.q, plant.v, target))
+    assert abs(plant.q[0] - end) < 0.01 * abs(end - q[0])
+
+
+def test_drift_of_a_joint_without_gravity_or_friction_is_told():
+    robot = ftqp.robots.load("panda")
+    planner, plant = ftqp.Planner(robot, DT), ftqp.KinematicPlant(robot, DT)
+    q, v = robot.neutral, np.array([0.3, 0, 0, 0, 0, 0, 0])
+    planner.reset(q, v)
+    plant.reset(q, v)
+    planner.report(ftqp.FreeSwinging(0))
+    plant.fail(ftqp.FreeSwinging(0))
+    target = ftqp.Target(pose=robot.pose(q))
+    for _ in range(3):
+        step = planner.step(plant.q, plant.v, target)
+        plant.advance(step)
+    seconds = (robot.limits.q_max[0] - q[0]) / 0.3
+    assert step.notice == f"panda_joint1 has no gravity and drifts at 0.3 rad/s: {seconds:.0f} s to its stop"
+    assert step.rows == planner.task_rows
+
+
+def test_repaired_joint_lets_the_task_go_on():
+    run = Run(4, 1.0, damping=0.5)
+    run.planner.withdraw(4)
+    run.plant._faults.clear()
+    for _ in range(2500):
+        step = run.tick()
+    assert step.status is S.OK and step.rows == run.planner.task_rows and step.notice is None
+
+
+def test_reset_begins_the_decision_anew():
+    run = Run(1, 0.1, damping=0.5, q=[0.3, 0.6, 0.2, -1.2, 0.3, 1.6, 0.4])
+    assert run.last.status is S.STOPPING
+    run.planner.reset(run.plant.q, run.plant.v)
+    assert run.tick().status is S.RELAXED
+
+
+def test_two_free_joints_leave_the_others_only_to_brake():
+    run = Run(4, 0.3, damping=0.5)
+    run.planner.report(ftqp.FreeSwinging(1))
+    run.plant.fail(ftqp.FreeSwinging(1))
+    for _ in range(500):
+        step = run.tick()
+    assert step.status is S.STOPPED and np.abs(np.delete(run.plant.v, [1, 4])).max() < 1e-3
+
+
+def test_rows_that_may_be_kept_can_be_limited():
+    task = ftqp.Task(degrade=("pose",))
+    assert task.kept_sets == ("pose",) and ftqp.Task(rows="position").kept_sets == ("position",)
+    run = Run(4, 0.1, damping=0.5, task=task)
+    assert run.last.rows == () and run.last.status in (S.STOPPING, S.STOPPED)
+    with pytest.raises(InputError, match=r"degrade has 'poze' .*did you mean"):
+        ftqp.Task(degrade=("poze",))
+
+
+def test_a_stiff_joint_rests_where_its_friction_holds_it():
+    run = Run(4, 2.0, friction=20.0)
+    assert run.last.rows == run.planner.task_rows and run.last.status is S.OK
+    assert np.abs(run.plant.v).max() < 1e-6

@@ -1,0 +1,81 @@
+"""The look-ahead's plan: what is tried, when time goes on, and what a rollout says."""
+
+import numpy as np
+from records import believe, chain_record
+
+import ftqp
+from ftqp.kernel.entry.session import rooms
+from ftqp.kernel.free.look_ahead import (
+    BRAKE,
+    HORIZON_STEPS,
+    begin_plan,
+    look_ahead,
+    planned,
+    search,
+    shift_plan,
+    try_another,
+)
+from ftqp.kernel.layout.enums import FREE
+from ftqp.kernel.layout.free_memory import free_dtype
+
+
+def falling(joint=1):
+    """A Panda whose second joint has begun to fall; (K, F)."""
+    robot = ftqp.robots.load("panda")
+    K, F = chain_record(robot), rooms(np.zeros(1, free_dtype(8)))
+    for name in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
+        getattr(K.limits, name)[:7] = getattr(robot.limits, name)
+    K.limits.a_brake[:7] = robot.limits.a_max
+    believe(K, {joint: FREE})
+    F.joint, F.dt, F.period, F.left = joint, 1e-3, 5, 1.0
+    F.q[:7] = robot.neutral
+    F.q[1] = 0.4
+    begin_plan(F, 7)
+    return K, F
+
+
+def test_every_other_value_is_tried_once_in_a_round():
+    K, F = falling()
+    search(K, F)
+    seen = []
+    F.best = -1e9  # nothing is better
+    for _ in range(3 * 6 * 3):
+        before = F.plan[:, :7].copy()
+        at = int(F.candidate)
+        try_another(K, F)
+        assert np.array_equal(F.plan[:, :7], before)
+        seen.append(at)
+    assert sorted(seen) == list(range(54)) and F.candidate == 0
+
+
+def test_search_softens_the_impact_that_braking_would_have():
+    K, F = falling()
+    search(K, F)
+    first = float(F.best)
+    assert K.free.impact_speed > 2.0 and K.free.impact_side != 0
+    for _ in range(54):
+        search(K, F)
+    assert F.best < 0.8 * first
+
+
+def test_rollout_given_up_early_costs_more_than_what_it_had_to_beat():
+    K, F = falling()
+    F.base_q[:7] = F.q[:7]
+    whole = look_ahead(K, F, 0.0, 1.0, 1e300, HORIZON_STEPS)
+    assert look_ahead(K, F, 0.0, 1.0, 0.5 * whole, HORIZON_STEPS) > 0.5 * whole
+
+
+def test_segments_move_up_as_time_goes_on():
+    _, F = falling()
+    F.plan[:, 0] = [1.0, -1.0, 0.0]
+    for _ in range(200):
+        shift_plan(F, 7)
+    assert F.plan[:, 0].tolist() == [-1.0, 0.0, BRAKE] and abs(F.phase) < 1e-9
+
+
+def test_joint_near_its_limit_is_not_driven_further():
+    K, F = falling()
+    K.state.q[0], K.state.v[0] = K.limits.q_max[0] - 1e-3, 0.0
+    F.plan[0, 0] = 1.0
+    a = planned(K, F, 0, 0.0, 1.0, 0.01)
+    assert 0.0 <= a < K.limits.a_max[0] and 0.5 * a * 0.01**2 <= 1e-3
