@@ -136,7 +136,8 @@ def test_paper_mode_takes_the_iterations_of_the_scalar_network(mixed, method):
         assert code[k] == scalar.claim
         # Rounding alone moves the end of a run of hundreds of iterations by a few.
         assert abs(iterations[k] - scalar.iterations) <= max(1, scalar.iterations // 50)
-        assert x[k] == pytest.approx(scalar.x, abs=1e-6)
+        same = iterations[k] == scalar.iterations  # else one has gone on towards the solution for longer
+        assert x[k] == pytest.approx(scalar.x, abs=1e-6 if same else 1e-5)
         if iterations[k] == scalar.iterations < 200:
             assert residual[k] == pytest.approx(scalar.residual, rel=1e-3, abs=1e-9)
 

@@ -81,7 +81,7 @@ def filled(
     K.ladder.accept = ACCEPT
     feedback = K.feedback
     feedback.kind, feedback.latency = KINDS[drive.kind], drive.ticks(dt)
-    feedback.size = feedback.latency + 2
+    feedback.span = feedback.latency + 2
     feedback.stride = int(REMEMBERED / ((HISTORY - 2) * dt)) + 1
     feedback.speed = 1.0
     feedback.tolerance, feedback.rotation_tolerance = task.tolerance, task.rotation_tolerance

@@ -31,7 +31,7 @@ def calms(K: Any, kp: float) -> bool:
     It needs ``objective`` and ``task_rows``; kp is their gain on the error.
     """
     calm = K.calm
-    if not calm.on:
+    if not calm.on or kp == 0.0:  # without feedback the error asks for nothing
         return False
     watch_target(K)
     if not calm.holding and is_regular(K):

@@ -27,7 +27,7 @@ RECOVERY = 0.2
 def slot(feedback: Any, ago: int) -> int:
     """Where the ring keeps the tick that was ``ago`` ticks before this one."""
     index = feedback.now - ago
-    return index if index >= 0 else index + feedback.size
+    return index if index >= 0 else index + feedback.span
 
 
 @jit
@@ -52,9 +52,9 @@ def begin(K: Any) -> None:
         feedback.d_hat[i] = feedback.d_slow[i] = feedback.offset[i] = feedback.spent[i] = 0.0
         feedback.age[i] = feedback.same[i] = feedback.lost[i] = feedback.still[i] = feedback.bad[i] = 0
         feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 1
-        for s in range(feedback.size):
+        for s in range(feedback.span):
             past.q[s, i], past.v[s, i], past.a[s, i] = q, v, 0.0
-    for s in range(feedback.size):
+    for s in range(feedback.span):
         past.known[s] = 0
 
 
@@ -128,7 +128,7 @@ def believe(K: Any) -> None:
     if feedback.fresh:
         begin(K)
     else:
-        feedback.now = feedback.now + 1 if feedback.now + 1 < feedback.size else 0
+        feedback.now = feedback.now + 1 if feedback.now + 1 < feedback.span else 0
     now = feedback.now
     for i in range(n):
         past.q[now, i], past.v[now, i] = state.q_command[i], state.v_command[i]

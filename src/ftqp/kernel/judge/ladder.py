@@ -69,7 +69,7 @@ ELASTIC_TASK_RATIO = 1e-6
 """Compliance of the task rows when torque limits have to give way too."""
 REST_ELASTIC = 1e-12
 """Compliance of torque rows beside |x - x_rest|^2 when the arm is brought to rest."""
-CALM_ELASTIC = 1e-4
+CALM_ELASTIC = 1e-6
 """Compliance of torque rows in calm, beside that of the task, which is 1 there."""
 RELAXED_FROM = 1e-3
 """A task residual above this share of the task's right side, plus TASK_FLOOR, counts as relaxed."""

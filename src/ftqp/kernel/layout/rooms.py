@@ -174,7 +174,7 @@ def _feedback(N: int) -> Fields:
     """The loop between the reference and the arm, see ``ftqp.kernel.feedback``.
 
     ``active``: this tick is posed at the reference; ``kind``: what the arm takes; ``latency``: ticks by which
-    samples are late; ``size``, ``now``: of the ring ``past``; ``refused``: samples refused at this tick;
+    samples are late; ``span``, ``now``: length and place of the ring ``past``; ``refused``: samples refused now;
     ``stride``: ticks between kept targets; ``culprit``: the joint that is farthest from its command, -1
     none; ``kappa``, ``hold``, ``stiffness``: bandwidth of the tip's, a velocity arm's and a torque arm's
     loop [1/s]; ``pole``, ``pole_failed``, ``slowness``: of the observer; ``sigma``: noise of the samples;
@@ -185,7 +185,7 @@ def _feedback(N: int) -> Fields:
     names = ("seen", "good", "raw", "offset", "spent", "q_hat", "v_hat", "d_hat", "d_slow", "q_now", "v_now",
              "q_sent", "v_sent", "tau_sent", "h")  # fmt: skip
     return [
-        *_scalars("i8", "active fresh kind latency size now refused exact displaced has_tip"),
+        *_scalars("i8", "active fresh kind latency span now refused exact displaced has_tip"),
         *_scalars("i8", "lagging out settled far stored until_stored stride culprit"),
         *_scalars("f8", "kappa hold lead stiffness pole pole_failed slowness failed_noise sigma patience"),
         *_scalars(
@@ -435,9 +435,9 @@ ROOMS = {
     "limits": _limits,
     "task": _task,
     "criteria": _criteria,
-    "feedback": _feedback,
     "watch": _watch,
     "ladder": _ladder,
+    "feedback": _feedback,
     "kinematics": _kinematics,
     "chain": _chain,
     "qp": _qp,
