@@ -174,7 +174,7 @@ def _feedback(N: int) -> Fields:
     """The loop between the reference and the arm, see ``ftqp.kernel.feedback``.
 
     ``active``: this tick is posed at the reference; ``kind``: what the arm takes; ``latency``: ticks by which
-    samples are late; ``span``, ``now``: length and place of the ring ``past``; ``refused``: samples refused now;
+    samples are late; ``span``, ``now``: length and place of the ring ``past``; ``refused``: bad samples now;
     ``stride``: ticks between kept targets; ``culprit``: the joint that is farthest from its command, -1
     none; ``kappa``, ``hold``, ``stiffness``: bandwidth of the tip's, a velocity arm's and a torque arm's
     loop [1/s]; ``pole``, ``pole_failed``, ``slowness``: of the observer; ``sigma``: noise of the samples;
