@@ -29,9 +29,9 @@ CIRCLE = partial(Circle, radius=0.1, axes=("x", "y"), duration=4.0)
 POSITION = ftqp.Task(rows="position")
 
 
-def load(name: str) -> Robot:
+def load(name: str, **options: bool) -> Robot:
     """A robot of the catalog."""
-    return ftqp.robots.load(name)
+    return ftqp.robots.load(name, **options)
 
 
 def chain30() -> Robot:
@@ -189,7 +189,7 @@ RECIPES = (
         robot=partial(load, "puma560"),
         q=(0.0, 0.7854, -3.14159, 0.0, 0.0698, 0.0),
         path=partial(Line, displacement=(0.1, 0.05, 0.0), duration=1.0),
-        planner={"level": "velocity"},
+        planner={"level": "velocity", "task": ftqp.Task(calm=False)},  # calm solves a QP of its own there
         begin=0.55,
     ),
     Recipe(

@@ -10,7 +10,8 @@ from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.curvature import curvature, weigh_rows
 from ftqp.kernel.calm.metric import find_metric
 from ftqp.kernel.calm.trigger import is_regular
-from ftqp.kernel.rows.task_rows import error_norms, task_rows
+from ftqp.kernel.feedback.spoken import see_error
+from ftqp.kernel.rows.task_rows import task_rows
 
 
 def record_of(name):
@@ -27,7 +28,7 @@ def look(K, robot, q, pose):
     K.task.target[:] = ftqp.Target(pose=pose).packed
     forward_kinematics(K)
     pose_error(K)
-    error_norms(K)
+    see_error(K)
     task_rows(K, 1.0)
 
 

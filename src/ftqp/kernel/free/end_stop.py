@@ -43,7 +43,7 @@ def end_stops(K: Any, x: Any) -> None:
     Contact is near the stop, not leaving it, and pressed against it by what the others do:
     s v_i <= 0.05 and s a_i(lambda = 0) < 0, s = 1 at the lower stop and -1 at the upper one. Then a_i = 0,
     and the equality becomes s (h_i + M_ih a_h) >= 0, what the stop carries. The impact has been the stop's,
-    too: the joint's velocity counts as 0 at once, so that no motor is asked to carry it.
+    too, and comes first: what is not pressed once it has taken the joint's velocity is not in contact.
     Source: docs/theory/free-swinging.md, "The end stop".
     """
     faults, state, free, qp = K.faults, K.state, K.free, K.qp
@@ -57,13 +57,38 @@ def end_stops(K: Any, x: Any) -> None:
             leaving = x_i if state.level == VELOCITY else x_i + state.v[i] / state.dt
             if s * state.v[i] > BOUNCE or s * leaving >= 0.0:
                 s = 0
+            elif state.v[i] != 0.0:
+                _absorb(K, i)
+                if s * free_motion(K, i, x) >= 0.0:
+                    s = 0
         free.contact[i], free.tau_stop[i] = s, 0.0
         if s == 0:
             continue
-        state.v[i] = 0.0
         carried = _without_stop(K, i)
         qp.lb[i] = qp.ub[i] = 0.0
         qp.l[i], qp.u[i] = (carried, inf) if s > 0 else (-inf, carried)
+
+
+@jit
+def _absorb(K: Any, i: int) -> None:
+    """The stop takes the joint's velocity: it counts as 0 in every row, so that no motor carries the impact.
+
+    The observer is told, too, unless it looks at a time before the impact: it knows no stop, and would take
+    the impact for a disturbance that goes on.
+    """
+    state, faults, feedback, qp, M = K.state, K.faults, K.feedback, K.qp, K.kinematics.M
+    v = state.v[i]
+    state.v[i] = 0.0
+    if feedback.latency == 0:
+        feedback.v_hat[i] = feedback.d_hat[i] = 0.0
+    if state.level != VELOCITY:
+        shift = -faults.friction[i] * v
+        qp.l[i], qp.u[i] = qp.l[i] - shift, qp.u[i] - shift
+        return
+    own = state.dt * K.chain.viscous[i] * v
+    qp.l[i], qp.u[i] = qp.l[i] - own, qp.u[i] - own
+    for j in range(K.chain.n):
+        qp.l[j], qp.u[j] = qp.l[j] - M[j, i] * v, qp.u[j] - M[j, i] * v
 
 
 @jit
