@@ -7,6 +7,7 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pinocchio as pin
 import pytest
+from tests.arm_at import arm_at
 
 from ftqp.core.errors import InputError, ModelError
 from ftqp.model import catalog
@@ -175,3 +176,26 @@ def test_model_of_a_robot_is_an_oracle_of_its_chain() -> None:
     com = pin.centerOfMass(robot.model, data, robot.neutral)
     assert data.mass[0] == pytest.approx(robot.chain.mass.sum())
     assert np.isfinite(com).all()
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14", "xarm7", "planar6"])
+def test_jacobian_mass_matrix_and_bias_are_those_of_the_planner(name: str) -> None:
+    robot = catalog.load(name)
+    robot = robot.with_friction(viscous=0.4)
+    rng = np.random.default_rng(4)
+    q, v = robot.neutral + rng.uniform(-0.3, 0.3, robot.nv), rng.uniform(-1.0, 1.0, robot.nv)
+    arm = arm_at(robot, q, v)
+    np.testing.assert_allclose(robot.jacobian(q), arm.J, atol=1e-12)
+    np.testing.assert_allclose(robot.mass_matrix(q), arm.M, atol=1e-12)
+    np.testing.assert_allclose(robot.bias(q, v), arm.h, atol=1e-11)
+
+
+def test_a_robot_without_masses_has_no_mass_matrix() -> None:
+    robot = catalog.load("modular11")
+    assert robot.jacobian(robot.neutral).shape == (6, 11)
+    with pytest.raises(InputError, match="modular11 has no masses, so no mass matrix"):
+        robot.mass_matrix(robot.neutral)
+    with pytest.raises(InputError, match="so no bias"):
+        robot.bias(robot.neutral, np.zeros(11))
+    with pytest.raises(InputError, match=r"v has shape \(3,\), expected \(nv,\) = \(7,\)"):
+        catalog.load("panda").bias(np.zeros(7), np.zeros(3))

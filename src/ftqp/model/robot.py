@@ -1,32 +1,29 @@
 """A robot: chain, limits and tip of one arm, immutable and audited."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self, final
 
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.checks import BoolArray, FloatArray, frozen, instance
+from ftqp.core.checks import BoolArray, FloatArray, array, frozen
 from ftqp.core.errors import InputError
 from ftqp.model import audit
 from ftqp.model.audit import Finding
-from ftqp.model.build import ROWS, Wishes, robot_fields, write_limits
+from ftqp.model.build import write_limits
 from ftqp.model.chain import Chain, chain_of, frame_id
 from ftqp.model.coordinates import configuration_of, positions_of
 from ftqp.model.limits import JointLimits, one_each
 from ftqp.model.payload import Payload
-from ftqp.model.reading import dh, mjcf, urdf
-from ftqp.model.reading.source import source_of
+from ftqp.model.readers import Readers
 from ftqp.model.reduction import joint_index
 from ftqp.model.refitting import friction_findings, loaded, rubbed, tipped
-from ftqp.model.serial import Inertial
 from ftqp.model.shape import neutral_of
 
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False, weakref_slot=True)
-class Robot:
+class Robot(Readers):
     """An arm between its base and one tip; made by ``from_urdf``, ``from_mjcf``, ``from_dh`` and the like.
 
     Attributes:
@@ -135,6 +132,55 @@ class Robot:
         pin.updateFramePlacements(self.model, data)
         return np.array(data.oMf[frame_id(self.model, self.tip)].homogeneous)
 
+    def jacobian(self, q: Any) -> FloatArray:
+        """J of the tip with v_tip = J v, (6, nv): rows x, y, z and rx, ry, rz along the base's axes.
+
+        The angular rows are in rad: unlike the planner's rows they are not multiplied by ``length``.
+
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+
+        Raises:
+            InputError: The shape is another one, or a number is NaN or infinite.
+        """
+        data = self.model.createData()
+        tip = frame_id(self.model, self.tip)
+        J = pin.computeFrameJacobian(self.model, data, self.configuration(q), tip, pin.LOCAL_WORLD_ALIGNED)
+        return np.array(J)
+
+    def mass_matrix(self, q: Any) -> FloatArray:
+        """M, (nv, nv) [kg m2 or kg], rotor inertias included: tau = M a + h.
+
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+
+        Raises:
+            InputError: The shape is another one, a number is NaN or infinite, or the robot has no masses.
+        """
+        self._needs_masses("mass matrix")
+        M = np.array(pin.crba(self.model, self.model.createData(), self.configuration(q)))
+        return np.asarray(np.triu(M) + np.triu(M, 1).T)
+
+    def bias(self, q: Any, v: Any) -> FloatArray:
+        """h, (nv,) [N m or N]: gravity, Coriolis and centrifugal terms and viscous friction, tau = M a + h.
+
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+            v: The velocity, (nv,) [rad/s or m/s].
+
+        Raises:
+            InputError: A shape is another one, a number is NaN or infinite, or the robot has no masses.
+        """
+        self._needs_masses("bias")
+        speed = array("v", v, (self.nv,), "(nv,)")
+        data = self.model.createData()
+        h = pin.nonLinearEffects(self.model, data, self.configuration(q), speed)
+        return np.asarray(h + self.viscous * speed)
+
+    def _needs_masses(self, what: str) -> None:
+        if not self.has_inertia:
+            raise InputError(f"{self.name} has no masses, so no {what}; give the model its masses first")
+
     def with_limits(
         self,
         *,
@@ -218,237 +264,3 @@ class Robot:
         """
         model = tipped(self.model, self.tip, T, name)
         return replace(self, model=model, chain=chain_of(model, name), tip=name)
-
-    @classmethod
-    def from_pinocchio(
-        cls,
-        model: Any,
-        tip: str | None = None,
-        locked: Sequence[str | int] = (),
-        *,
-        q_locked: Mapping[str, float] | None = None,
-        limits: JointLimits | Mapping[str, Any] | None = None,
-        acceleration: Any = None,
-        name: str | None = None,
-        neutral: Any = None,
-        default_rows: Sequence[str] = ROWS,
-        length: float | None = None,
-        gravity: Any = None,
-        kinematics_only: bool = False,
-    ) -> Self:
-        """A robot from a pinocchio model, which is copied.
-
-        Args:
-            model: The pinocchio model.
-            tip: The name of the controlled frame; None takes the only end of the model.
-            locked: Joints to hold, by name or 0-based index; joints off the chain are held anyway.
-            q_locked: Positions of held joints by name [rad or m]; a joint without an entry is held at
-                neutral.
-            limits: Limits that replace the model's, all or some (``{"v_max": 1.0}``), each (nv,) or one
-                number.
-            acceleration: The acceleration limit a_max, (nv,) or one number, > 0 [rad/s2 or m/s2]. A larger
-                one lets the arm brake later and harder. None takes ``v_max / RISE_TIME``, and a finding says
-                so.
-            name: The robot's name; None takes the model's.
-            neutral: A configuration inside the limits, (nv,) [rad or m], or the name of one that the model
-                keeps. None takes a posture that the model names, or a regular one in the middle of the range,
-                see ``ftqp.model.neutral.neutral_posture``.
-            default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
-            length: The characteristic length, > 0 [m]. A larger one makes rotation count more beside
-                position. None takes a sixth of the reach.
-            gravity: Gravity in the base frame, (3,) [m/s2]; None takes the model's.
-            kinematics_only: Whether masses and rotor inertias are dropped; torques are then neither limited
-                nor minimised.
-
-        Raises:
-            InputError: A tip or joint is unknown, or a shape is wrong.
-            ModelError: The robot is unsafe or not a chain; the error carries every finding.
-        """
-        wishes = Wishes(
-            tip=tip,
-            locked=locked,
-            q_locked=q_locked,
-            limits=limits,
-            acceleration=acceleration,
-            name=name,
-            neutral=neutral,
-            default_rows=default_rows,
-            length=length,
-            gravity=gravity,
-            kinematics_only=kinematics_only,
-        )
-        instance("model", model, pin.Model, "a pinocchio.Model; files are read by from_urdf and from_mjcf")
-        return cls(**robot_fields(source_of(model), wishes))
-
-    @classmethod
-    def from_urdf(
-        cls,
-        source: Any,
-        tip: str | None = None,
-        locked: Sequence[str | int] = (),
-        *,
-        q_locked: Mapping[str, float] | None = None,
-        limits: JointLimits | Mapping[str, Any] | None = None,
-        acceleration: Any = None,
-        name: str | None = None,
-        neutral: Any = None,
-        default_rows: Sequence[str] = ROWS,
-        length: float | None = None,
-        gravity: Any = None,
-        kinematics_only: bool = False,
-    ) -> Self:
-        """A robot from a URDF; meshes are not loaded.
-
-        A URDF has no acceleration limit: give ``acceleration``, or ``v_max / RISE_TIME`` is taken.
-
-        Args:
-            source: The path of a file, or the XML itself.
-            tip: The name of the controlled frame; None takes the only end of the model.
-            locked: Joints to hold, by name or 0-based index; joints off the chain are held anyway.
-            q_locked: Positions of held joints by name as in ``from_pinocchio`` [rad or m].
-            limits: Limits that replace the model's, as in ``from_pinocchio``.
-            acceleration: The acceleration limit as in ``from_pinocchio``.
-            name: The robot's name; None takes the model's.
-            neutral: A configuration inside the limits as in ``from_pinocchio``.
-            default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
-            length: The characteristic length as in ``from_pinocchio``, > 0 [m].
-            gravity: Gravity in the base frame, (3,) [m/s2]; None takes the model's.
-            kinematics_only: Whether masses are dropped as in ``from_pinocchio``.
-
-        Raises:
-            InputError: The file cannot be read, a tip or joint is unknown, or a shape is wrong.
-            ModelError: The robot is unsafe or not a chain; the error carries every finding.
-        """
-        wishes = Wishes(
-            tip=tip,
-            locked=locked,
-            q_locked=q_locked,
-            limits=limits,
-            acceleration=acceleration,
-            name=name,
-            neutral=neutral,
-            default_rows=default_rows,
-            length=length,
-            gravity=gravity,
-            kinematics_only=kinematics_only,
-        )
-        return cls(**robot_fields(urdf.read(source, tip, locked), wishes))
-
-    @classmethod
-    def from_mjcf(
-        cls,
-        source: Any,
-        tip: str | None = None,
-        locked: Sequence[str | int] = (),
-        *,
-        q_locked: Mapping[str, float] | None = None,
-        limits: JointLimits | Mapping[str, Any] | None = None,
-        acceleration: Any = None,
-        name: str | None = None,
-        neutral: Any = None,
-        default_rows: Sequence[str] = ROWS,
-        length: float | None = None,
-        gravity: Any = None,
-        kinematics_only: bool = False,
-    ) -> Self:
-        """A robot from a MuJoCo model file; the tip may be a body or a site.
-
-        MJCF has no limits of velocity or acceleration: give ``limits={"v_max": ...}``.
-
-        Args:
-            source: The path of a file, or the XML itself.
-            tip: The name of the controlled frame; None takes the only end of the model.
-            locked: Joints to hold, by name or 0-based index; joints off the chain are held anyway.
-            q_locked: Positions of held joints by name as in ``from_pinocchio`` [rad or m].
-            limits: Limits that replace the model's, as in ``from_pinocchio``.
-            acceleration: The acceleration limit as in ``from_pinocchio``.
-            name: The robot's name; None takes the model's.
-            neutral: A configuration inside the limits as in ``from_pinocchio``.
-            default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
-            length: The characteristic length as in ``from_pinocchio``, > 0 [m].
-            gravity: Gravity in the base frame, (3,) [m/s2]; None takes the model's.
-            kinematics_only: Whether masses are dropped as in ``from_pinocchio``.
-
-        Raises:
-            InputError: The file cannot be read, a tip or joint is unknown, or a shape is wrong.
-            ModelError: The robot is unsafe or not a chain; the error carries every finding.
-        """
-        wishes = Wishes(
-            tip=tip,
-            locked=locked,
-            q_locked=q_locked,
-            limits=limits,
-            acceleration=acceleration,
-            name=name,
-            neutral=neutral,
-            default_rows=default_rows,
-            length=length,
-            gravity=gravity,
-            kinematics_only=kinematics_only,
-        )
-        return cls(**robot_fields(mjcf.read(source), wishes))
-
-    @classmethod
-    def from_dh(
-        cls,
-        table: Any,
-        convention: str = "standard",
-        *,
-        limits: JointLimits | Mapping[str, Any] | None = None,
-        acceleration: Any = None,
-        name: str = "dh_arm",
-        joints: Sequence[str] | None = None,
-        prismatic: Sequence[int] = (),
-        inertials: Sequence[Inertial | None] | None = None,
-        base: Any = None,
-        tool: Any = None,
-        neutral: Any = None,
-        default_rows: Sequence[str] = ROWS,
-        length: float | None = None,
-        gravity: Any = (0.0, 0.0, -9.81),
-    ) -> Self:
-        """A robot from a table of Denavit-Hartenberg parameters.
-
-        The formula is that of ``ftqp.model.reading.dh.model``.
-
-        Args:
-            table: Rows (theta, d, a, alpha), (n, 4) [rad, m, m, rad]; theta is the offset of the joint angle.
-            convention: ``standard`` or ``modified``.
-            limits: Limits as in ``from_pinocchio``; None is no limits.
-            acceleration: The acceleration limit as in ``from_pinocchio``.
-            name: The robot's name.
-            joints: Names of the joints; None is j1, j2, ...
-            prismatic: 0-based indices of the joints that slide.
-            inertials: The mass of every link in its DH frame i; None is unknown.
-            base: Pose of DH frame 0 in the robot's base, (4, 4); None is the base itself.
-            tool: Pose of the tip in the last DH frame, (4, 4); None is that frame.
-            neutral: A configuration inside the limits as in ``from_pinocchio``.
-            default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
-            length: The characteristic length as in ``from_pinocchio``, > 0 [m]; None takes a sixth of the
-                reach.
-            gravity: Gravity in the base frame, (3,) [m/s2].
-
-        Raises:
-            InputError: A shape is wrong or the convention unknown.
-            ModelError: The robot is unsafe; the error carries every finding.
-        """
-        model = dh.model(
-            table,
-            convention,
-            name=name,
-            joints=joints,
-            prismatic=prismatic,
-            inertials=inertials,
-            base=base,
-            tool=tool,
-            gravity=gravity,
-        )
-        return cls.from_pinocchio(
-            model,
-            dh.TIP,
-            limits=limits,
-            acceleration=acceleration,
-            neutral=neutral,
-            default_rows=default_rows,
-            length=length,
-        )
