@@ -371,3 +371,28 @@ def test_arm_behind_a_servo_of_15_hz_goes_to_its_goal(drive, takes, of):
         locked = "lock" in of
         assert goto.status is (ftqp.GoToStatus.UNREACHABLE if locked else ftqp.GoToStatus.REACHED)
         assert np.abs(np.delete(arm.q - HOME, 3)).max() < 1e-3
+
+
+def test_speed_slows_the_way_down_even_half_way_there():
+    goto = ftqp.GoTo(planner_at(AWAY), q=HOME)
+
+    def slower(k):
+        if k == round(0.2 / DT):
+            goto.planner.speed = 0.1
+
+    steps = go(goto, AWAY, longest=40.0, each=slower)
+    share = np.array([np.abs(step.v / PANDA.limits.v_max).max() for step in steps])
+    assert goto.status is ftqp.GoToStatus.REACHED and np.abs(steps[-1].q - HOME).max() <= 1e-6
+    assert share[: round(0.2 / DT)].max() > 0.5
+    assert 0.09 < share[round(0.6 / DT) :].max() <= 0.1
+
+
+def test_speed_slows_the_way_to_a_pose_down():
+    pose = PANDA.pose(HOME)
+    pose[1, 3] += 0.2
+    goto = ftqp.GoTo(planner_at(HOME), pose=pose)
+    goto.planner.speed = 0.2
+    steps = go(goto, HOME)
+    twists = [np.linalg.norm((PANDA.jacobian(step.q) @ step.v)[:3]) for step in steps]
+    assert goto.status is ftqp.GoToStatus.REACHED
+    assert max(twists) == pytest.approx(0.2 * 0.5, rel=0.02)

@@ -239,3 +239,10 @@ def test_planner_alone_refuses_a_twist_alone_and_names_the_follower():
     planner.reset(HOME)
     with pytest.raises(ftqp.InputError, match="TargetFollower"):
         planner.step(HOME, np.zeros(7), ftqp.Target(twist=REST, stamp=1))
+
+
+def test_speed_scales_the_twist_of_an_operator():
+    follower = follower_of()
+    follower.planner.speed = 0.5
+    _, twists, _ = run(follower, operated((0.0, 0.1, 0.0, 0.0, 0.0, 0.2), last=10**6), 0.6)
+    np.testing.assert_allclose(twists[-1], [0.0, 0.05, 0.0, 0.0, 0.0, 0.1], atol=1e-9)

@@ -34,7 +34,7 @@ class LedJoints:
     """The planner's steps along a jerk-limited motion of the joints that work.
 
     It is planned from the last command, anew at the very tick at which the belief in a joint or a limit
-    changes, so that position and velocity go on without a jump.
+    changes, or ``planner.speed``, so that position and velocity go on without a jump.
 
     Args:
         planner: The planner that is led.
@@ -58,7 +58,7 @@ class LedJoints:
         self._motion: Motion | None = None
         self._working = np.zeros(0, dtype=np.int64)
         self._t = 0.0
-        self._begun, self._belief = -1, b""
+        self._begun, self._belief, self._speed = -1, b"", 1.0
 
     def begin(self) -> None:
         """Let the next step begin at the arm."""
@@ -83,10 +83,10 @@ class LedJoints:
         """A step on the way; see ``Planner.step``."""
         view = self.view
         if view.is_reset:
-            belief = view.belief
-            if self._begun != view.ticks or self._belief != belief:
+            belief, speed = view.belief, self.planner.speed
+            if self._begun != view.ticks or self._belief != belief or self._speed != speed:
+                self._belief, self._speed = belief, speed
                 self._plan()
-                self._belief = belief
             self._write()
         step = self._lead.step(q, v, (), tau, tip)
         self._t += self.planner.dt
@@ -106,7 +106,8 @@ class LedJoints:
         goal = np.clip(goal, limits.q_min, limits.q_max)[working]
         a_max = ACCELERATION_SHARE * np.maximum(limits.a, LEAST_ACCELERATION * robot.limits.a_max)[working]
         start = State(*(part[working] for part in command))
-        self._motion.plan(start, goal, SPEED_SHARE * limits.v[working], a_max, a_max / self._rise_time)
+        v_max = self._speed * SPEED_SHARE * limits.v[working]
+        self._motion.plan(start, goal, v_max, a_max, a_max / self._rise_time)
 
     def _write(self) -> None:
         """The motion at this tick and what it asks until the next."""

@@ -240,17 +240,18 @@ class Planner:
 
     @property
     def speed(self) -> float:
-        """How fast a path that is followed by its progress may run, in (0, 1] of its own speed.
+        """How fast the arm is led, in (0, 1] of full speed; it may be changed at every step.
 
-        A smaller number slows a ``PathFollower`` down; targets that the user's own clock gives are not
-        changed by it.
+        A smaller number slows the path of a ``PathFollower`` down, and the way of a ``GoTo`` or a
+        ``TargetFollower`` by as much, an operator's twist included. Targets that the user's own clock gives
+        to ``step`` are not changed by it.
         """
         return float(self._session.K.feedback.speed)
 
     @speed.setter
     def speed(self, share: float) -> None:
         if not 0.0 < positive("speed", share) <= 1.0:
-            raise InputError(f"speed is {share:g}, expected a share of the path's own speed in (0, 1]")
+            raise InputError(f"speed is {share:g}, expected a share of full speed in (0, 1]")
         self._session.K.feedback.speed = float(share)
 
     @property

@@ -38,7 +38,8 @@ class TipReference:
     def __init__(self, limits: TipLimits, dt: float) -> None:
         self.limits = limits
         self._dt = dt
-        self._v_max = np.repeat([limits.speed, limits.turn], 3)
+        self._fastest = np.repeat([limits.speed, limits.turn], 3)
+        self._v_max, self._share = self._fastest, 1.0
         self._a_max = np.repeat([limits.acceleration, limits.turn_acceleration], 3)
         self._motion = Motion(6)
         self.begin(np.eye(4), np.zeros(6))
@@ -55,6 +56,15 @@ class TipReference:
         self.twist = twist.copy()
         self.acceleration = np.zeros(6) if acceleration is None else acceleration.copy()
         self._goal: FloatArray | None = None
+
+    def pace(self, share: float) -> None:
+        """Move at a share of the limits of speed from the next sample on, and of a twist alone.
+
+        Args:
+            share: In (0, 1].
+        """
+        if share != self._share:
+            self._share, self._v_max, self._goal = share, share * self._fastest, None
 
     def pull(self, shift: FloatArray, turn: FloatArray, twist: FloatArray) -> None:
         """Be displaced, and go on from there with another twist.
@@ -86,11 +96,11 @@ class TipReference:
         """Go one sample on, and become as fast as a twist.
 
         Args:
-            twist: (6,) [m/s, rad/s] along W; a longer one is cut to the limits.
+            twist: (6,) [m/s, rad/s] along W; ``pace`` slows it, and a longer one is cut to the limits.
         """
         if not (twist.any() or self.twist.any() or self.acceleration.any()):
             return
-        wanted = twist.copy()
+        wanted = self._share * twist
         for part in (slice(0, 3), slice(3, 6)):
             size, top = float(np.linalg.norm(wanted[part])), float(self._v_max[part][0])
             if size > top:
