@@ -6,97 +6,31 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ftqp.control.first_use import warm_up
-from ftqp.control.planner.certificate import Certificate, Obstacle, Outside, Unreached
-from ftqp.control.planner.free_joint import PLACES, Impact, impact, notice
+from ftqp.control.planner.causes import obstacles, outside
+from ftqp.control.planner.certificate import Certificate, Obstacle, Unreached
+from ftqp.control.planner.free_joint import Impact, impact, notice
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.control.planner.step_facts import Measures, QPReport, measures_of
+from ftqp.control.planner.step_parts import JOINTS_ONLY, PLACES_OF_A_STEP, KeptParts
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import (
-    BRAKING,
     FOLLOW,
-    FREE,
     HEALTHY,
-    LOCKED,
     VELOCITY,
     Claim,
     DriveKind,
     Kept,
-    Limit,
     Mode,
 )
-from ftqp.kernel.layout.rows import COMPONENTS, TORQUE, constraint_owner
-from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
+from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.qp.problem import SolveStatus
 
-_LIMIT_NAMES = {limit: limit.name.lower() for limit in (Limit.ACCELERATION, Limit.VELOCITY, Limit.POSITION)}
 _ON_TASK = (StepStatus.OK, StepStatus.RELAXED, StepStatus.SCALED)
 _ROWS_OF = {Kept.NOTHING: 0, Kept.POSITION: 3, Kept.POSITION_AXIS: 5, Kept.POSE: 6}
 """How many rows of a pose each set has; a task of fewer rows has fewer."""
-ACTIVE = 1e-9
-"""A multiplier above this share of the largest counts as active."""
 ROUNDING = 10.0
 """A torque excess below so many tolerances of the solver is rounding."""
-_PLACES = {
-    "q": ("feedback", "q_sent"),
-    "v": ("feedback", "v_sent"),
-    "a": ("state", "a_command"),
-    "q_reference": ("state", "q_command"),
-    "v_reference": ("state", "v_command"),
-    "tau_sent": ("feedback", "tau_sent"),
-    "lost": ("feedback", "lost"),
-    "tau": ("state", "tau"),
-    "tau_brake": ("state", "tau_brake"),
-    "q_measured": ("state", "q"),
-    "v_measured": ("state", "v"),
-    "error": ("task", "seen"),
-    "slack": ("task", "slack"),
-    "position_error": ("task", "position_error"),
-    "rotation_error": ("task", "rotation_error"),
-    "scale": ("task", "scale"),
-    "has_dynamics": ("kinematics", "has_dynamics"),
-    "code": ("faults", "code"),
-    "lower": ("qp", "lb"),
-    "upper": ("qp", "ub"),
-    "z_box": ("qp", "z_box"),
-    "z": ("qp", "z"),
-    "nc": ("qp", "nc"),
-    "q_min": ("limits", "q_min"),
-    "q_max": ("limits", "q_max"),
-    "v_max": ("limits", "v_max"),
-    "lower_by": ("limits", "lower_by"),
-    "upper_by": ("limits", "upper_by"),
-    "claim": ("ladder", "claim"),
-    "iterations": ("ladder", "qp_iterations"),
-    "residual_task": ("ladder", "residual_task"),
-    "residual_bounds": ("ladder", "residual_bounds"),
-    "residual_dual": ("ladder", "residual_dual"),
-    "torque_excess": ("ladder", "torque_excess"),
-    "kappa": ("ladder", "kappa"),
-    "missed": ("ladder", "missed"),
-    "jump": ("ladder", "jump"),
-    "holding": ("calm", "holding"),
-    "m": ("task", "m"),
-    "components": ("task", "rows"),
-    **PLACES,
-}
-"""Where each part of a step stands in the record."""
-_JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "tau", "tau_brake",
-                "q_measured", "v_measured", "code", "lower", "upper", "z_box", "q_min", "q_max", "v_max",
-                "lower_by", "upper_by", "tau_stop", "contact", "viscous", "coulomb")  # fmt: skip
-
-
-class _Kept:
-    """The parts of a step in one array of their own, in the layout that all steps of a planner share."""
-
-    __slots__ = ("_layout", "_numbers")
-
-    def __init__(self, layout: dict[str, tuple[int, int]], numbers: FloatArray) -> None:
-        self._layout, self._numbers = layout, numbers
-
-    def __getitem__(self, name: str) -> FloatArray:
-        begin, end = self._layout[name]
-        return self._numbers[begin:end]
 
 
 class Reference(NamedTuple):
@@ -138,8 +72,8 @@ class Step:
         self._session = session
         self._joints = tuple(joints)
         n, nc = len(self._joints), int(session.K.ladder.p)
-        parts = {name: session.field(*place) for name, place in _PLACES.items()}
-        for name in _JOINTS_ONLY:
+        parts = {name: session.field(*place) for name, place in PLACES_OF_A_STEP.items()}
+        for name in JOINTS_ONLY:
             parts[name] = parts[name][:n]
         parts["z"] = parts["z"][:nc]
         self.duration: float | None = None
@@ -225,7 +159,7 @@ class Step:
             if not session.K.chain.has_inertia:
                 return np.full(n, np.nan)
             warm_up(("torques",), session.capacity)
-            if isinstance(parts, _Kept):
+            if isinstance(parts, KeptParts):
                 session = self._replayed()
             session.torques()
             state = session.K.state
@@ -282,7 +216,7 @@ class Step:
         Jacobian.
         """
         parts, n = self._parts, len(self._joints)
-        if isinstance(parts, _Kept):
+        if isinstance(parts, KeptParts):
             result: FloatArray = parts["jacobian"].reshape(-1, n)
             return result
         K = self._session.K
@@ -356,22 +290,8 @@ class Step:
 
         Beyond its range, a failed joint beyond its healthy one; or working, and faster than its limit.
         """
-        names = dict.fromkeys(found.joint for found in self._outside())
+        names = dict.fromkeys(found.joint for found in outside(self._parts, self._joints))
         return tuple(joint for joint in self._joints if joint in names)
-
-    def _outside(self) -> list[Outside]:
-        parts, found = self._parts, []
-        for i, joint in enumerate(self._joints):
-            q, v, v_max = (float(parts[name][i]) for name in ("q_measured", "v_measured", "v_max"))
-            over = {
-                "upper position": q - float(parts["q_max"][i]),
-                "lower position": float(parts["q_min"][i]) - q,
-            }
-            found += [Outside(joint=joint, limit=k, amount=d) for k, d in over.items() if d > OUTSIDE_FROM]
-            if int(parts["code"][i]) == HEALTHY and abs(v) > v_max * (1.0 + OUTSIDE_FROM):
-                side = "upper" if v > 0.0 else "lower"
-                found.append(Outside(joint=joint, limit=f"{side} velocity", amount=abs(v) - v_max))
-        return found
 
     @property
     def limits_active(self) -> tuple[str, ...]:
@@ -383,30 +303,7 @@ class Step:
         )
 
     def _obstacles(self) -> list[Obstacle]:
-        parts, joints = self._parts, self._joints
-        found: list[tuple[str, str, float]] = []
-        for i, joint in enumerate(joints):
-            z = float(parts["z_box"][i])
-            if int(parts["code"][i]) in (LOCKED, BRAKING):
-                found.append((joint, "locked", abs(z)))
-            elif z != 0.0:
-                by = Limit(int(parts["upper_by"][i] if z > 0.0 else parts["lower_by"][i]))
-                side = "upper" if z > 0.0 else "lower"
-                found.append((joint, f"{side} {_LIMIT_NAMES.get(by, 'bound')}", abs(z)))
-        for row in range(int(parts["nc"][0])):
-            z = float(parts["z"][row])
-            if z != 0.0:
-                kind, i = constraint_owner(row, len(joints), bool(self._session.K.chain.has_inertia))
-                free = kind is TORQUE and int(parts["code"][i]) == FREE
-                name = "free-swinging" if free else f"{'upper' if z > 0.0 else 'lower'} {kind.name}"
-                found.append((joints[i], name, abs(z)))
-        largest = max((weight for _, _, weight in found), default=0.0)
-        if largest == 0.0:
-            return []
-        order = {joint: k for k, joint in enumerate(joints)}
-        found.sort(key=lambda entry: order[entry[0]])
-        kept = [Obstacle(joint=j, limit=l, weight=w / largest) for j, l, w in found if w > ACTIVE * largest]
-        return sorted(kept, key=lambda obstacle: -obstacle.weight)
+        return obstacles(self._parts, self._joints, bool(self._session.K.chain.has_inertia))
 
     @property
     def certificate(self) -> Certificate | None:
@@ -427,7 +324,7 @@ class Step:
         return Certificate(
             unreached=tuple(sorted(unreached, key=lambda u: -abs(u.amount))),
             obstacles=tuple(self._obstacles()),
-            outside=tuple(self._outside()),
+            outside=tuple(outside(self._parts, self._joints)),
             jump=self._number("jump"),
         )
 
@@ -457,7 +354,7 @@ class Step:
         """A step of its own, which later steps of the planner do not touch."""
         layout: dict[str, tuple[int, int]] = {}
         at = 0
-        for name in _PLACES:
+        for name in PLACES_OF_A_STEP:
             end = at + len(self._parts[name])
             layout[name] = (at, end)
             at = end
@@ -497,5 +394,5 @@ def _kept(
     step = Step.__new__(Step)
     step._session, step._joints = session, joints
     step.code, step.duration = code, duration
-    step._adopt(_Kept(layout, numbers))
+    step._adopt(KeptParts(layout, numbers))
     return step

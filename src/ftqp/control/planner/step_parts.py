@@ -1,0 +1,65 @@
+"""Where the parts of a step stand in the planner's record, and what keeps them beyond the next step."""
+
+from ftqp.control.planner.free_joint import PLACES
+from ftqp.core.checks import FloatArray
+
+PLACES_OF_A_STEP = {
+    "q": ("feedback", "q_sent"),
+    "v": ("feedback", "v_sent"),
+    "a": ("state", "a_command"),
+    "q_reference": ("state", "q_command"),
+    "v_reference": ("state", "v_command"),
+    "tau_sent": ("feedback", "tau_sent"),
+    "lost": ("feedback", "lost"),
+    "tau": ("state", "tau"),
+    "tau_brake": ("state", "tau_brake"),
+    "q_measured": ("state", "q"),
+    "v_measured": ("state", "v"),
+    "error": ("task", "seen"),
+    "slack": ("task", "slack"),
+    "position_error": ("task", "position_error"),
+    "rotation_error": ("task", "rotation_error"),
+    "scale": ("task", "scale"),
+    "has_dynamics": ("kinematics", "has_dynamics"),
+    "code": ("faults", "code"),
+    "lower": ("qp", "lb"),
+    "upper": ("qp", "ub"),
+    "z_box": ("qp", "z_box"),
+    "z": ("qp", "z"),
+    "nc": ("qp", "nc"),
+    "q_min": ("limits", "q_min"),
+    "q_max": ("limits", "q_max"),
+    "v_max": ("limits", "v_max"),
+    "lower_by": ("limits", "lower_by"),
+    "upper_by": ("limits", "upper_by"),
+    "claim": ("ladder", "claim"),
+    "iterations": ("ladder", "qp_iterations"),
+    "residual_task": ("ladder", "residual_task"),
+    "residual_bounds": ("ladder", "residual_bounds"),
+    "residual_dual": ("ladder", "residual_dual"),
+    "torque_excess": ("ladder", "torque_excess"),
+    "kappa": ("ladder", "kappa"),
+    "missed": ("ladder", "missed"),
+    "jump": ("ladder", "jump"),
+    "holding": ("calm", "holding"),
+    "m": ("task", "m"),
+    "components": ("task", "rows"),
+    **PLACES,
+}
+"""Where each part of a step stands in the record."""
+JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "tau", "tau_brake",
+                "q_measured", "v_measured", "code", "lower", "upper", "z_box", "q_min", "q_max", "v_max",
+                "lower_by", "upper_by", "tau_stop", "contact", "viscous", "coulomb")  # fmt: skip
+
+
+class KeptParts:
+    """The parts of a step in one array of their own, in the layout that all steps of a planner share."""
+
+    __slots__ = ("_layout", "_numbers")
+
+    def __init__(self, layout: dict[str, tuple[int, int]], numbers: FloatArray) -> None:
+        self._layout, self._numbers = layout, numbers
+
+    def __getitem__(self, name: str) -> FloatArray:
+        begin, end = self._layout[name]
+        return self._numbers[begin:end]
