@@ -28,3 +28,10 @@ def test_arms_rest_with_calm_and_the_report_lists_what_does_not(tmp_path: Path) 
 def test_the_same_draw_without_calm_swings() -> None:
     broken = [json.loads(told("--only", str(number), "--off"))["broken"] for number in (5, 14)]
     assert any(broken)
+
+
+def test_the_last_millimetre_at_a_wrist_alignment_is_approached_at_rest() -> None:
+    for number in (790, 1726):  # went on at 7 and 4 % of the velocity limit for seconds, for 0.3 mm
+        row = json.loads(told("--only", str(number), "--seed", "17"))
+        assert row["target"] == "wrist alignment" and not row["holding"]
+        assert row["kind"] == "rests" and row["error"] < 1e-3

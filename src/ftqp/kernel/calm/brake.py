@@ -3,14 +3,17 @@
 from math import inf, sqrt
 from typing import Any
 
+from ftqp.kernel.calm.rest import IMPATIENT, LEAST
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 SHARE = 0.3
 """Share of the braking deceleration that the way to the goal counts on."""
-FASTEST = 0.8
-"""Share of the velocity limit that the feedback asks for at most."""
+FASTEST = 0.95
+"""Share of the velocity limit that the feedback asks for at most ..."""
+FINE = 0.005
+"""... and for the last millimetre, once the target has stood for IMPATIENT: less than what counts as rest."""
 
 
 @jit
@@ -45,18 +48,19 @@ def way_to_go(K: Any, count: int, soft: float) -> float:
 
 
 @jit
-def braked(K: Any, count: int, rate: float) -> float:
-    """beta = min_i min(FASTEST v_max_i, sqrt(2 SHARE a_brake_i |Delta_i|)) / (rate |Delta_i|), at most 1.
+def braked(K: Any, count: int, rate: float, square: float) -> float:
+    """beta = min_i min(share v_max_i, sqrt(2 SHARE a_brake_i |Delta_i|)) / (rate |Delta_i|), at most 1.
 
     It is the share of the error that feedback may ask for: never a speed from which the arm cannot brake
-    before the point it goes to. ``rate`` is that of the feedback [1/s].
+    before the point it goes to. ``rate`` is that of the feedback [1/s], ``square`` e'e.
     """
     limits, calm = K.limits, K.calm
+    share = FINE if square < LEAST and calm.stood >= IMPATIENT else FASTEST
     beta = 1.0
     for a in range(count):
         i = calm.free[a]
         size = abs(calm.delta[a])
-        top = FASTEST * limits.v_max[i] if limits.v_max[i] < inf else inf
+        top = share * limits.v_max[i] if limits.v_max[i] < inf else inf
         top = min(top, sqrt(2.0 * SHARE * limits.a_brake[i] * size))
         if rate * size * beta > top:
             beta = top / (rate * size)

@@ -51,7 +51,7 @@ def calms(K: Any, kp: float) -> bool:
     calm.count = count
     calm.rho = way_to_go(K, count, calm.soft)
     decide(K, square)
-    calm.beta = 0.0 if calm.holding else braked(K, count, feedback_rate(K, kp))
+    calm.beta = 0.0 if calm.holding else braked(K, count, feedback_rate(K, kp), square)
     return True
 
 

@@ -3,6 +3,7 @@
 from math import sqrt
 from typing import Any
 
+from ftqp.kernel.calm.rest import LEAST
 from ftqp.kernel.calm.trigger import NEAR, exceeds, gram_of_rows, unit_of
 from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.symmetric_eigen import eigensystem
@@ -86,7 +87,7 @@ def _newton_metric(K: Any, count: int, s: float, square: float) -> None:
         nu_k = SWIVEL min(1, max(LEAST_SWIVEL, 1 - r_k/REMOVABLE)),  r_k = (z_k'A'e)^2/(|mu_k| e'e)
 
     mu_k, z_k are the modes of (A'A + S)_FF. Where mu_k < -SADDLE s and |z_k'A'e| is below
-    SADDLE |mu_k|, the gradient along z_k becomes that, in its own direction.
+    SADDLE |mu_k|, the gradient along z_k becomes that, in its own direction; not for a last millimetre.
     """
     faults, calm = K.faults, K.calm
     D, W, Z, G = calm.D, calm.work, calm.modes, calm.gains
@@ -112,7 +113,7 @@ def _newton_metric(K: Any, count: int, s: float, square: float) -> None:
         removable = along * along / (size * square + 1e-300)
         nu = SWIVEL * min(1.0, max(LEAST_SWIVEL, 1.0 - removable / REMOVABLE))
         calm.beside[k] = max(size, FLOOR * stiff, nu * s)
-        if mu < -SADDLE * s and abs(along) < SADDLE * size:
+        if square > LEAST and mu < -SADDLE * s and abs(along) < SADDLE * size:
             _kick(K, count, k, along, SADDLE * size)
     for a in range(count):
         i = calm.free[a]
