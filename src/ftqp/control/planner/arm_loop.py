@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.control.drive.drive import Drive, by_name
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.status import STOP_REASONS
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import DriveKind, StopReason
@@ -31,7 +31,9 @@ class ArmLoop:
     def forget(self) -> None:
         """After a reset no stop is latched and nothing is known of the arm but the given state."""
         self._release()
-        self._session.K.feedback.fresh = 1
+        K = self._session.K
+        K.feedback.fresh = 1
+        K.calm.holding = K.calm.stood = K.calm.sure = 0
 
     def _release(self) -> None:
         watch = self._session.K.watch
@@ -54,6 +56,17 @@ class ArmLoop:
         feedback.far = feedback.stored = feedback.until_stored = 0
         feedback.spent[:] = 0.0
         return True
+
+    @property
+    def speed(self) -> float:
+        """How fast the arm is led, in (0, 1] of full speed."""
+        return float(self._session.K.feedback.speed)
+
+    @speed.setter
+    def speed(self, share: float) -> None:
+        if not 0.0 < positive("speed", share) <= 1.0:
+            raise InputError(f"speed is {share:g}, expected a share of full speed in (0, 1]")
+        self._session.K.feedback.speed = float(share)
 
     @property
     def stopped_because(self) -> str | None:

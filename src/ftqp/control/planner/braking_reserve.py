@@ -1,5 +1,6 @@
 """How much deceleration the motors certainly have: what viability may count on under torque limits."""
 
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -73,3 +74,17 @@ def braking_reserve(robot: Robot) -> BrakingReserve:
     if robot not in _RESERVES:
         _RESERVES[robot] = BrakingReserve(robot)
     return _RESERVES[robot]
+
+
+def count_on(reserve: BrakingReserve | None, limits: Any, n: int, *, guarded: bool) -> None:
+    """Write the deceleration that viability counts on, and up to where torque limits need no check.
+
+    Args:
+        reserve: Of the robot; None where torque is not limited.
+        limits: The room of the record, whose limits are those believed now.
+        n: The number of joints.
+        guarded: Whether torque limits are left unchecked anywhere.
+    """
+    a_max, tau_max = limits.a_max[:n], limits.tau_max[:n]
+    limits.a_brake[:n] = a_max if reserve is None else reserve.share(a_max, tau_max) * a_max
+    limits.guard = reserve.guard(a_max, tau_max) if reserve is not None and guarded else 0.0

@@ -6,6 +6,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
+from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import Mistake
 
 _MISTAKES: dict[int, str] = {
@@ -80,3 +81,28 @@ def mistake(code: int, q: Any, v: Any, nv: int, nq: int) -> InputError:
     if np.shape(q) not in ((nv,), (nq,)):
         return InputError(f"q has shape {np.shape(q)}, expected {expected}")
     return InputError(f"v has shape {np.shape(v)}, expected (nv,) = ({nv},)")
+
+
+def converted_tick(tick: Any, q: Any, v: Any, target: tuple[Any, ...]) -> int:
+    """A tick; where q or v cannot be read as they are, with copies of them as vectors."""
+    code: int = tick(q, v, *target)
+    if code == Mistake.NOT_READ:
+        code = tick(vector("q", q), vector("v", v), *target)
+    return code
+
+
+def measured_tick(
+    session: Session, tick: Any, q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any
+) -> int:
+    """A tick with measured torques or a measured tip."""
+    state, task = session.K.state, session.K.task
+    finite = tau is None or bool(np.isfinite(sized("tau", tau, (int(session.K.chain.n),))).all())
+    pose = None if tip is None else sized("tip", getattr(tip, "homogeneous", tip), (4, 4))
+    try:
+        state.unusable = not finite
+        if pose is not None:
+            task.tip_measured[:] = pose
+            task.has_tip_measured = 1
+        return converted_tick(tick, q, v, target)
+    finally:
+        task.has_tip_measured = state.unusable = 0

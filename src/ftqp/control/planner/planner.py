@@ -8,44 +8,39 @@ import numpy as np
 
 from ftqp.control.drive.drive import Drive
 from ftqp.control.drive.noise import Noise
-from ftqp.control.planner.accepted_robot import accepted
-from ftqp.control.planner.arm_loop import ArmLoop, accepted_drive
-from ftqp.control.planner.braking_reserve import braking_reserve
+from ftqp.control.planner.arm_loop import ArmLoop
+from ftqp.control.planner.braking_reserve import braking_reserve, count_on
 from ftqp.control.planner.closed_loop import Blocks
 from ftqp.control.planner.degrading import Degrading
-from ftqp.control.planner.filling import LEVELS, filled
+from ftqp.control.planner.filling import filled
 from ftqp.control.planner.fitting import Fitting, warn_of_weight
 from ftqp.control.planner.free_joint import FreeJoint
-from ftqp.control.planner.given_arrays import mistake, not_a_target, sized, vector
+from ftqp.control.planner.given_arrays import converted_tick, measured_tick, mistake, not_a_target
 from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.rest_log import Rest
-from ftqp.control.planner.solver.qp_solver import IN_KERNEL, NETWORK, Solver
+from ftqp.control.planner.settings import settled
+from ftqp.control.planner.solver.qp_solver import IN_KERNEL, Solver
 from ftqp.control.planner.start import StartWatch
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
-from ftqp.control.task import bounds as bound_conversions
-from ftqp.control.task import schemes
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
-from ftqp.core.checks import FloatArray, array, instance, positive
+from ftqp.core.checks import FloatArray, array
 from ftqp.core.clock import now
-from ftqp.core.errors import InputError, nearest
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory, Session
-from ftqp.kernel.layout.enums import RELAXED, Mistake
+from ftqp.kernel.layout.enums import RELAXED
 from ftqp.kernel.layout.record import load_chain
-from ftqp.kernel.layout.rows import COMPONENTS, has_rows_beside_torque
-from ftqp.model.branch import within_branch
+from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
-from ftqp.qp.adapters.registry import backend as make_backend
 
 
 class Planner:
@@ -97,63 +92,25 @@ class Planner:
         drive: Drive | str | Mapping[str, Any] = "position",
         noise: Noise | None = None,
     ) -> None:
-        if level not in LEVELS:
-            raise InputError(
-                f"level is {level!r}{nearest(str(level), LEVELS)}, expected one of {', '.join(LEVELS)}"
-            )
-        robot = accepted(robot)
-        robot = robot if branch_limits is None else within_branch(robot, branch_limits)
+        given = self._given = settled(
+            robot, dt, level=level, scheme=scheme, task=task, bounds=bounds, backend=backend, posture=posture,
+            torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
+            noise=noise,
+        )  # fmt: skip
+        self.robot = robot = given.robot
+        self.dt, self.level, self.task, self.scheme = given.dt, given.level, given.task, given.scheme
+        self.bounds, self.emergency, self.posture = given.bounds, given.emergency, given.posture
+        self.drive, self.noise = given.drive, given.noise
         self._fitting, self._start = Fitting(robot), StartWatch()
-        self.robot = robot
-        self.dt = positive("dt", dt, "s")
-        self.level = level
-        self.task = Task() if task is None else task
-        instance("task", self.task, Task, 'an ftqp.Task or None, ftqp.Task(rows="position")')
-        self.scheme = schemes.by_name(scheme)
-        self.bounds = bound_conversions.by_name(bounds)
-        self.emergency = emergency
-        instance("emergency", emergency, EmergencyStop | None, "an ftqp.EmergencyStop or None")
-        self.drive, self.noise = accepted_drive(robot, drive, noise)
-        torque_drive = self.drive.kind == "torque"
-        self.posture = None if posture is None else array("posture", posture, (robot.nv,), "(nv,)")
-        solver = None if isinstance(backend, str) and backend == IN_KERNEL else make_backend(backend)
-        self._name = IN_KERNEL if solver is None else solver.name
-        refuse(
-            {"scheme": self.scheme.name, "backend": self._name},
-            level=level,
-            scheme="closed form" if isinstance(self.scheme, Resolver) else "criterion",
-            backend=self._name if self._name in (IN_KERNEL, NETWORK) else "external",
-            mode=self.task.mode,
-            damping="none" if self.task.damping is None else "directional",
-        )
-        criterion = self.scheme.at(level)
-        if criterion.needs_inertia and not robot.has_inertia:
-            raise InputError(
-                f"scheme {self.scheme.name!r} needs inertia, which {robot.name} has not; use mvn, man or rmp"
-            )
-        self._needs_inertia = criterion.needs_inertia
-        limited = bool(np.isfinite(robot.limits.tau_max).any())
-        limits_torque = torque_limits and robot.has_inertia and limited
-        other_rows = has_rows_beside_torque(robot.has_inertia)
-        self._rows_every_tick = limits_torque or other_rows or torque_drive
-        self._guarded = (
-            self._name == IN_KERNEL
-            and level == "velocity"
-            and not criterion.needs_inertia
-            and self.task.mode != "lexicographic"
-            and not other_rows
-            and not torque_drive
-        )
         self._session = filled(
-            robot, self.task, criterion, self.bounds, emergency,
+            robot, self.task, given.criterion, self.bounds, emergency,
             level=level, dt=self.dt, drive=self.drive, noise=self.noise,
         )  # fmt: skip
-        self._solver = Solver(self._session, robot, self.task, self.scheme, solver)
+        self._solver = Solver(self._session, robot, self.task, self.scheme, given.solver)
         self._belief = Belief(
-            robot, self._session.K.limits, self._session.K.faults, torque_limits=limits_torque
+            robot, self._session.K.limits, self._session.K.faults, torque_limits=given.limits_torque
         )
-        self._limits_torque = limits_torque
-        self._reserve = braking_reserve(robot) if limits_torque else None
+        self._reserve = braking_reserve(robot) if given.limits_torque else None
         self._out = Step(self._session, robot.joints)
         self._loop = ArmLoop(self._session, robot.joints)
         self._rest = Rest(self._session)
@@ -171,7 +128,7 @@ class Planner:
     @property
     def backend(self) -> str:
         """Name of the solver."""
-        return self._name
+        return self._given.backend
 
     @property
     def task_rows(self) -> tuple[str, ...]:
@@ -211,7 +168,6 @@ class Planner:
         state.a_command[:n] = 0.0
         K.criteria.posture[:n] = q if self.posture is None else self.posture
         self._loop.forget()
-        K.calm.holding = K.calm.stood = K.calm.sure = 0
         K.qp.warm = state.ticks = 0
         state.is_reset = 1
         self._solver.forget()
@@ -246,13 +202,11 @@ class Planner:
         ``TargetFollower`` by as much, an operator's twist included. Targets that the user's own clock gives
         to ``step`` are not changed by it.
         """
-        return float(self._session.K.feedback.speed)
+        return self._loop.speed
 
     @speed.setter
     def speed(self, share: float) -> None:
-        if not 0.0 < positive("speed", share) <= 1.0:
-            raise InputError(f"speed is {share:g}, expected a share of full speed in (0, 1]")
-        self._session.K.feedback.speed = float(share)
+        self._loop.speed = share
 
     @property
     def disturbance(self) -> FloatArray:
@@ -307,11 +261,7 @@ class Planner:
             leader: The memory of the path, the base or the motion; it stays the leader's own.
         """
         kind = {PathMemory: "path", BaseMemory: "base", JointsMemory: "joints"}[type(leader)]
-        refuse(
-            leader=kind,
-            level=self.level,
-            mode=self.task.mode,
-        )
+        refuse(leader=kind, level=self.level, mode=self.task.mode)
         tick = self._solver.tick(kind, *leader.arguments())
 
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
@@ -332,18 +282,16 @@ class Planner:
 
         None where a foreign solver or a clock takes part in every tick.
         """
-        if self._begin is None:
-            return None
-        return Blocks(self._session, self._begin, self.robot)
+        return None if self._begin is None else Blocks(self._session, self._begin, self.robot)
 
     def _led(self, tick: Any, q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
         """A step of any leader, with measured torques or tip, converted arrays and the clock."""
         began = now() if self._timing else 0
         v = self._at_rest if v is None else v
         if tau is None and tip is None:
-            code = _converted_tick(tick, q, v, target)
+            code = converted_tick(tick, q, v, target)
         else:
-            code = self._measured(tick, q, v, target, tau, tip)
+            code = measured_tick(self._session, tick, q, v, target, tau, tip)
         if code < 0:
             raise mistake(code, q, v, self.robot.nv, self.robot.nq)
         out = self._out
@@ -353,20 +301,6 @@ class Planner:
         if self._timing:
             out.duration = (now() - began) * 1e-9
         return out
-
-    def _measured(self, tick: Any, q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> int:
-        """A tick with measured torques or a measured tip."""
-        finite = tau is None or bool(np.isfinite(sized("tau", tau, (self.robot.nv,))).all())
-        pose = None if tip is None else sized("tip", getattr(tip, "homogeneous", tip), (4, 4))
-        state, task = self._session.K.state, self._session.K.task
-        try:
-            state.unusable = not finite
-            if pose is not None:
-                task.tip_measured[:] = pose
-                task.has_tip_measured = 1
-            return _converted_tick(tick, q, v, target)
-        finally:
-            task.has_tip_measured = state.unusable = 0
 
     def report(self, fault: Fault) -> None:
         """Believe ``fault`` from the next step on, of any kind in ``ftqp.faults.kinds.KINDS``.
@@ -412,7 +346,7 @@ class Planner:
         """
         self._fit(self._fitting.carrying(payload))
         limits, n = self._session.K.limits, self.robot.nv
-        if self._limits_torque:
+        if self._given.limits_torque:
             self._reserve = braking_reserve(self.robot)
             self._adopt_reserve()
         if payload is not None:
@@ -441,7 +375,7 @@ class Planner:
     def _adopt_belief(self) -> None:
         """What follows from the belief: need of dynamics, braking reserve, a cold start."""
         K = self._session.K
-        K.limits.dynamic = self._rows_every_tick or self._needs_inertia or self._belief.needs_dynamics
+        K.limits.dynamic = self._given.dynamic or self._belief.needs_dynamics
         self._adopt_reserve()
         K.qp.warm = 0
         self._solver.forget()
@@ -457,24 +391,11 @@ class Planner:
 
     def _adopt_reserve(self) -> None:
         """The deceleration that viability counts on, and where torque limits need no check."""
-        limits, n = self._session.K.limits, self.robot.nv
-        a_max, tau_max = limits.a_max[:n], limits.tau_max[:n]
-        share = 1.0 if self._reserve is None else self._reserve.share(a_max, tau_max)
-        limits.a_brake[:n] = share * a_max
-        limits.guard = 0.0
-        if self._reserve is not None and self._guarded and not self._belief.needs_dynamics:
-            limits.guard = self._reserve.guard(a_max, tau_max)
+        guarded = self._given.guarded and not self._belief.needs_dynamics
+        count_on(self._reserve, self._session.K.limits, self.robot.nv, guarded=guarded)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(
             "a Planner owns memory and perhaps a foreign solver, and is neither copied nor pickled; make "
             "another with the same arguments, and keep a step with step.copy()"
         )
-
-
-def _converted_tick(tick: Any, q: Any, v: Any, target: tuple[Any, ...]) -> int:
-    """A tick; where q or v cannot be read as they are, with copies of them as vectors."""
-    code: int = tick(q, v, *target)
-    if code == Mistake.NOT_READ:
-        code = tick(vector("q", q), vector("v", v), *target)
-    return code

@@ -1,0 +1,152 @@
+"""What a planner was asked for: every argument checked, named things made, and what follows from them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ftqp.control.drive.drive import Drive
+from ftqp.control.drive.noise import Noise
+from ftqp.control.planner.accepted_robot import accepted
+from ftqp.control.planner.arm_loop import accepted_drive
+from ftqp.control.planner.filling import LEVELS
+from ftqp.control.planner.solver.qp_solver import IN_KERNEL, NETWORK
+from ftqp.control.task import bounds as bound_conversions
+from ftqp.control.task import schemes
+from ftqp.control.task.bounds import Bounds
+from ftqp.control.task.compatibility import refuse
+from ftqp.control.task.emergency import EmergencyStop
+from ftqp.control.task.resolvers import Resolver
+from ftqp.control.task.scheme import Scheme
+from ftqp.control.task.task import Task
+from ftqp.core.checks import FloatArray, array, instance, positive
+from ftqp.core.errors import InputError, nearest
+from ftqp.kernel.layout.rows import has_rows_beside_torque
+from ftqp.model.branch import within_branch
+from ftqp.model.robot import Robot
+from ftqp.qp.adapters.backend import Backend
+from ftqp.qp.adapters.registry import backend as make_backend
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """The arguments of a ``Planner`` in force, and what follows from them.
+
+    Attributes:
+        robot: The arm, within its branch.
+        dt: The sampling period [s].
+        level: ``acceleration`` or ``velocity``.
+        task: What is followed, and how.
+        scheme: What the arm does with its redundancy.
+        criterion: The scheme's objective at this level.
+        bounds: How limits become intervals.
+        emergency: When the planner stops the arm of its own accord, or None.
+        drive: What the arm takes.
+        noise: How noisy the measurements are.
+        posture: Where ``rmp`` and ``dlsm`` return to, (nv,) [rad or m], or None.
+        solver: The foreign backend; None is the kernel's own.
+        backend: The name of either.
+        limits_torque: Whether torque limits are rows of the QP.
+        dynamic: Whether M and h are needed in every tick, whatever has failed.
+        guarded: Whether torque rows are left out where the acceleration is small enough.
+    """
+
+    robot: Robot
+    dt: float
+    level: str
+    task: Task
+    scheme: Scheme | Resolver
+    criterion: Any
+    bounds: Bounds
+    emergency: EmergencyStop | None
+    drive: Drive
+    noise: Noise
+    posture: FloatArray | None
+    solver: Backend | None
+    backend: str
+    limits_torque: bool
+    dynamic: bool
+    guarded: bool
+
+
+def settled(
+    robot: Robot,
+    dt: float,
+    *,
+    level: str,
+    scheme: Scheme | Resolver | str | Mapping[str, Any] | None,
+    task: Task | None,
+    bounds: Bounds | str | Mapping[str, Any],
+    backend: str | Path | Mapping[str, Any] | Backend,
+    posture: Any,
+    torque_limits: bool,
+    emergency: EmergencyStop | None,
+    branch_limits: Mapping[str | int, Any] | None,
+    drive: Drive | str | Mapping[str, Any],
+    noise: Noise | None,
+) -> Settings:
+    """The arguments of a ``Planner``, checked in their order; see there.
+
+    Raises:
+        InputError: A parameter is wrong, or two of them exclude each other.
+        ModelError: The robot cannot be driven safely.
+    """
+    if level not in LEVELS:
+        raise InputError(
+            f"level is {level!r}{nearest(str(level), LEVELS)}, expected one of {', '.join(LEVELS)}"
+        )
+    robot = accepted(robot)
+    robot = robot if branch_limits is None else within_branch(robot, branch_limits)
+    dt = positive("dt", dt, "s")
+    task = Task() if task is None else task
+    instance("task", task, Task, 'an ftqp.Task or None, ftqp.Task(rows="position")')
+    made = schemes.by_name(scheme)
+    intervals = bound_conversions.by_name(bounds)
+    instance("emergency", emergency, EmergencyStop | None, "an ftqp.EmergencyStop or None")
+    taken, noise = accepted_drive(robot, drive, noise)
+    torque_drive = taken.kind == "torque"
+    posture = None if posture is None else array("posture", posture, (robot.nv,), "(nv,)")
+    solver = None if isinstance(backend, str) and backend == IN_KERNEL else make_backend(backend)
+    name = IN_KERNEL if solver is None else solver.name
+    refuse(
+        {"scheme": made.name, "backend": name},
+        level=level,
+        scheme="closed form" if isinstance(made, Resolver) else "criterion",
+        backend=name if name in (IN_KERNEL, NETWORK) else "external",
+        mode=task.mode,
+        damping="none" if task.damping is None else "directional",
+    )
+    criterion = made.at(level)
+    if criterion.needs_inertia and not robot.has_inertia:
+        raise InputError(
+            f"scheme {made.name!r} needs inertia, which {robot.name} has not; use mvn, man or rmp"
+        )
+    limits_torque = torque_limits and robot.has_inertia and bool(np.isfinite(robot.limits.tau_max).any())
+    other_rows = has_rows_beside_torque(robot.has_inertia)
+    return Settings(
+        robot=robot,
+        dt=dt,
+        level=level,
+        task=task,
+        scheme=made,
+        criterion=criterion,
+        bounds=intervals,
+        emergency=emergency,
+        drive=taken,
+        noise=noise,
+        posture=posture,
+        solver=solver,
+        backend=name,
+        limits_torque=limits_torque,
+        dynamic=limits_torque or other_rows or torque_drive or criterion.needs_inertia,
+        guarded=(
+            name == IN_KERNEL
+            and level == "velocity"
+            and not criterion.needs_inertia
+            and task.mode != "lexicographic"
+            and not other_rows
+            and not torque_drive
+        ),
+    )
