@@ -11,6 +11,9 @@ from ftqp.app.run import runs
 from ftqp.app.scenario.document import Document, bundled
 from ftqp.app.scenario.setup import Setup, load, resolve, validated
 from ftqp.control import paths
+from ftqp.core.errors import InputError, ScenarioError
+from ftqp.model import catalog
+from ftqp.model.payload import Payload
 
 ENDINGS = {
     "iiwa-line": (True, 5e-6),
@@ -318,3 +321,37 @@ def test_wrong_path_settings_are_told_with_their_place() -> None:
         with pytest.raises(ftqp.ScenarioError) as caught:
             load("panda-circle", overrides)
         assert message in "\n".join([str(caught.value), *caught.value.errors])
+
+
+def test_load_tool_and_friction_of_the_robot_are_the_planner_s_own() -> None:
+    turned = [0.0, 0.0, 0.7071067811865476, 0.7071067811865476]
+    made = setup(
+        robot={
+            "name": "panda",
+            "payload": {"mass": 1.5, "com": [0.0, 0.0, 0.04]},
+            "tool": {"position": [0.0, 0.0, 0.1], "orientation": turned},
+            "viscous": 0.4,
+            "coulomb": [0.1] * 7,
+        }
+    )
+    bare = catalog.load("panda")
+    T = np.array([[0.0, -1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.1], [0.0, 0.0, 0.0, 1.0]])
+    loaded = bare.with_friction(viscous=0.4, coulomb=0.1).with_payload(Payload(1.5, (0.0, 0.0, 0.04)))
+    q, v = bare.neutral, np.full(7, 0.2)
+    np.testing.assert_allclose(made.robot.pose(q), bare.pose(q) @ T, atol=1e-12)
+    np.testing.assert_allclose(made.robot.bias(q, v), loaded.bias(q, v), atol=1e-12)
+    assert (made.planner.robot.coulomb == 0.1).all()
+
+
+@pytest.mark.parametrize(
+    ("robot", "sentence"),
+    [
+        ({"payload": {"mass": 0.0}}, "robot.payload.mass is 0.0, expected a number greater than 0 [kg]"),
+        ({"tool": {"orientation": [1.0, 1.0, 0.0, 0.0]}}, "orientation has the length 1.414"),
+        ({"viscous": [1.0, 2.0]}, "viscous has shape (2,), expected (nv,) = (7,)"),
+    ],
+)
+def test_a_load_tool_or_friction_that_cannot_be_is_named(robot: dict[str, Any], sentence: str) -> None:
+    with pytest.raises((ScenarioError, InputError)) as caught:
+        setup(robot={"name": "panda", **robot})
+    assert sentence in str(caught.value)

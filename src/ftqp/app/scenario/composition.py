@@ -18,7 +18,7 @@ from ftqp.app.schema.path_section import (
     WaypointsTable,
 )
 from ftqp.app.schema.planner_section import EmergencyTable, StallTable, TaskTable
-from ftqp.app.schema.robot_section import RobotTable
+from ftqp.app.schema.robot_section import PayloadTable, RobotTable
 from ftqp.app.schema.scenario_file import RecordingTable
 from ftqp.app.schema.strict import Table
 from ftqp.control.following.path_follower import PathFollower
@@ -33,6 +33,7 @@ from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
 from ftqp.faults.kinds import KINDS
 from ftqp.model import catalog
+from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
 from ftqp.model.shape import reach_of
 from ftqp.qp import Backend, Recorder
@@ -40,7 +41,9 @@ from ftqp.sim.schedule import TIME_SLACK, FaultEvent, first_tick
 from ftqp.sim.waypoint_file import waypoint_table
 
 _FITTING = {"name": (), "dh": ("convention",), "urdf": ("tip", "locked"), "mjcf": ("tip", "locked")}
-"""Keys of ``[robot]`` that fit each kind of source, besides limits."""
+"""Keys of ``[robot]`` that fit each kind of source ..."""
+_WITH_ANY = ("acceleration", "limits", "payload", "tool", "viscous", "coulomb")
+"""... and those that fit every one."""
 
 
 def robot(table: RobotTable, folder: File) -> Robot:
@@ -51,7 +54,7 @@ def robot(table: RobotTable, folder: File) -> Robot:
         ModelError: The robot is unsafe.
     """
     source = next(key for key in ("name", "urdf", "mjcf", "dh") if getattr(table, key) is not None)
-    fitting = (source, "acceleration", "limits", *_FITTING[source])
+    fitting = (source, *_WITH_ANY, *_FITTING[source])
     strange = set(RobotTable.model_fields) - set(fitting)
     if unfit := sorted(key for key in strange if getattr(table, key) is not None):
         raise InputError(
@@ -65,6 +68,11 @@ def robot(table: RobotTable, folder: File) -> Robot:
     limits = {
         key: value[0] if len(value) == 1 else value for key, value in changes.items() if value is not None
     }
+    return _fitted(_loaded(table, folder, limits), table)
+
+
+def _loaded(table: RobotTable, folder: File, limits: dict[str, Any]) -> Robot:
+    """The arm as its source has it, with other limits."""
     if table.name is not None:
         return catalog.load(table.name).with_limits(**limits)
     if table.dh is not None:
@@ -72,6 +80,27 @@ def robot(table: RobotTable, folder: File) -> Robot:
     if table.urdf is not None:
         return Robot.from_urdf(folder / table.urdf, table.tip, table.locked or (), limits=limits)
     return Robot.from_mjcf(folder / str(table.mjcf), table.tip, table.locked or (), limits=limits)
+
+
+def _fitted(arm: Robot, table: RobotTable) -> Robot:
+    """The arm with the friction, the load and the tool of its table."""
+    rub = {
+        key: value[0] if len(value) == 1 else value
+        for key in ("viscous", "coulomb")
+        if (value := getattr(table, key)) is not None
+    }
+    if rub:
+        arm = arm.with_friction(**rub)
+    if table.payload is not None:
+        arm = arm.with_payload(payload(table.payload))
+    if table.tool is not None:
+        arm = arm.with_tip(transform(_rotation(table.tool.orientation), np.array(table.tool.position)))
+    return arm
+
+
+def payload(table: PayloadTable) -> Payload:
+    """The load of a table."""
+    return Payload(table.mass, table.com)
 
 
 def _settings(table: Table, *without: str) -> dict[str, Any]:
@@ -140,16 +169,19 @@ def _goal(table: PointToPointTable, origin: FloatArray) -> FloatArray:
     if table.position is not None:
         position = np.array(table.position) + (position if table.relative else 0.0)
     if table.orientation is not None:
-        length = float(np.linalg.norm(table.orientation))
-        if abs(length - 1.0) > 1e-3:
-            raise InputError(
-                f"orientation has the length {length:.4g}, expected a unit quaternion x, y, z, w"
-            )
-        from scipy.spatial.transform import Rotation  # slow to load, needed with an orientation only
-
-        turn = Rotation.from_quat(table.orientation).as_matrix()
+        turn = _rotation(table.orientation)
         rotation = turn @ rotation if table.relative else turn
     return transform(rotation, position)
+
+
+def _rotation(quaternion: list[float]) -> FloatArray:
+    """R, (3, 3), of a unit quaternion x, y, z, w."""
+    length = float(np.linalg.norm(quaternion))
+    if abs(length - 1.0) > 1e-3:
+        raise InputError(f"orientation has the length {length:.4g}, expected a unit quaternion x, y, z, w")
+    from scipy.spatial.transform import Rotation  # slow to load, needed with an orientation only
+
+    return np.asarray(Rotation.from_quat(quaternion).as_matrix())
 
 
 def refuse_out_of_reach(arm: Robot, way: Path) -> None:

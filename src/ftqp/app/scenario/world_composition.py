@@ -2,11 +2,11 @@
 
 from typing import Any
 
+from ftqp.app.scenario.composition import payload
 from ftqp.app.schema import Scenario
 from ftqp.app.schema.planner_section import PlannerTable
 from ftqp.app.schema.simulation_section import MujocoTable
 from ftqp.app.schema.strict import Table
-from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
@@ -38,7 +38,7 @@ def _mujoco(table: MujocoTable, arm: Robot, planner: PlannerTable) -> Plant:
     from ftqp.sim.plants.true_arm import TrueArm
 
     true = TrueArm(
-        payload=None if table.payload is None else Payload(table.payload.mass, table.payload.com),
+        payload=None if table.payload is None else payload(table.payload),
         mass_scale=table.mass_scale,
         coulomb=table.coulomb,
         viscous=table.viscous,

@@ -4,11 +4,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ftqp.app.schema.strict import Finite, Named, Table, Vector, unit
+from ftqp.app.schema.strict import Finite, Named, Quaternion, Table, Vector, unit
 
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"] | list[Finite]
 Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
-Quaternion = Annotated[list[Finite], Field(min_length=4, max_length=4)]
 
 _LAW = "law of motion: quintic, cycloid, sine_squared, constant, trapezoid, or a table such as { name, ramp }"
 _AXES = "two perpendicular directions in W, each x, y, z, -x, -y, -z or a vector"

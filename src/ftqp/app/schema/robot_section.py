@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from ftqp.app.schema.strict import Finite, PerJoint, Table, unit
+from ftqp.app.schema.strict import Finite, PerJoint, Quaternion, Table, Vector, unit
 
 
 class LimitsTable(Table):
@@ -20,6 +20,26 @@ class LimitsTable(Table):
     )
     tau_max: PerJoint | None = Field(
         None, description="torque limits, > 0", json_schema_extra=unit("N m or N")
+    )
+
+
+class PayloadTable(Table):
+    """A load at the tip."""
+
+    mass: Finite = Field(gt=0, description="mass, > 0", json_schema_extra=unit("kg"))
+    com: Vector = Field(
+        [0.0, 0.0, 0.0], description="centre of mass in the tip frame", json_schema_extra=unit("m")
+    )
+
+
+class ToolTable(Table):
+    """Another controlled point, in the frame of the tip; it weighs nothing."""
+
+    position: Vector = Field(
+        [0.0, 0.0, 0.0], description="of the point in the tip frame", json_schema_extra=unit("m")
+    )
+    orientation: Quaternion = Field(
+        [0.0, 0.0, 0.0, 1.0], description="quaternion x, y, z, w of its axes in the tip frame"
     )
 
 
@@ -47,6 +67,16 @@ class RobotTable(Table):
         json_schema_extra=unit("rad/s2 or m/s2"),
     )
     limits: LimitsTable | None = Field(None, description="limits that replace those of the model")
+    payload: PayloadTable | None = Field(None, description="a load that the arm carries and knows of")
+    tool: ToolTable | None = Field(None, description="a point on the tool to control in place of the tip")
+    viscous: PerJoint | None = Field(
+        None,
+        description="viscous friction in place of the model's, >= 0",
+        json_schema_extra=unit("N m s/rad or N s/m"),
+    )
+    coulomb: PerJoint | None = Field(
+        None, description="Coulomb friction in place of the model's, >= 0", json_schema_extra=unit("N m or N")
+    )
 
     @model_validator(mode="after")
     def _one_source(self) -> "RobotTable":

@@ -4,7 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ftqp.app.schema.strict import Finite, Table, Vector, unit
+from ftqp.app.schema.robot_section import PayloadTable
+from ftqp.app.schema.strict import Finite, Table, unit
 from ftqp.sim.plants.joint_servo import BANDWIDTH
 
 Friction = Annotated[Finite, Field(ge=0)] | dict[str, Annotated[Finite, Field(ge=0)]]
@@ -18,15 +19,6 @@ class ServoTable(Table):
     substeps: int = Field(10, ge=1, description="steps of the servos in a control period, >= 1")
 
 
-class PayloadTable(Table):
-    """A load at the tip that the planner does not know of."""
-
-    mass: Finite = Field(gt=0, description="mass, > 0", json_schema_extra=unit("kg"))
-    com: Vector = Field(
-        [0.0, 0.0, 0.0], description="centre of mass in the tip frame", json_schema_extra=unit("m")
-    )
-
-
 class MujocoTable(Table):
     """The arm in physics, and what is true of it and unknown to its planner."""
 
@@ -35,7 +27,9 @@ class MujocoTable(Table):
     )
     takes_velocity: bool = Field(True, description="whether position servos are given velocities, too")
     substeps: int = Field(4, ge=1, description="time steps of the physics in a control period, >= 1")
-    payload: PayloadTable | None = Field(None, description="a load at the tip; none if absent")
+    payload: PayloadTable | None = Field(
+        None, description="a load at the tip that the planner does not know of"
+    )
     mass_scale: Finite = Field(1.0, gt=0, description="true masses by those of the model, > 0")
     coulomb: Friction = Field(
         0.0,

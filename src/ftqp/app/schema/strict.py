@@ -34,6 +34,9 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 Vector = Annotated[list[Finite], Field(min_length=3, max_length=3)]
 """Three numbers along x, y, z."""
 
+Quaternion = Annotated[list[Finite], Field(min_length=4, max_length=4)]
+"""x, y, z, w."""
+
 Limit = Annotated[float, AfterValidator(_not_nan)]
 """A limit; infinity means none."""
 
