@@ -203,3 +203,45 @@ def test_a_stiff_joint_rests_where_its_friction_holds_it():
     run = Run(4, 2.0, friction=20.0)
     assert run.last.rows == run.planner.task_rows and run.last.status is S.OK
     assert np.abs(run.plant.v).max() < 1e-6
+
+
+def test_a_joint_without_gravity_is_not_sped_up_to_keep_the_tip():
+    """A Panda that could hold its tip for 1.8 s, and would throw its first joint at its stop by that."""
+    robot = ftqp.robots.load("panda")
+    planner, plant = ftqp.Planner(robot, DT), ftqp.KinematicPlant(robot, DT)
+    q = np.array([-0.941, -1.124, -1.338, -0.713, 1.719, 1.343, 1.549])
+    v = np.array([-0.908, -0.059, 0.252, -1.080, 0.129, -0.033, -0.275])
+    planner.reset(q, v)
+    plant.reset(q, v)
+    fault = ftqp.FreeSwinging(0, damping=0.5)
+    planner.report(fault)
+    plant.fail(fault)
+    start, twist = robot.pose(q), robot.jacobian(q)[:3] @ v
+    target, statuses = ftqp.Target(pose=start, twist=np.zeros(6), acceleration=np.zeros(6)), []
+    for k in range(3500):
+        left = max(0.0, 1.0 - k * DT / 0.4)  # the tip comes to rest in 0.4 s
+        target.pose[:3, 3] = start[:3, 3] + twist * 0.2 * (1.0 - left**2)
+        target.twist[:3], target.acceleration[:3] = twist * left, -twist / 0.4 * (left > 0.0)
+        step = planner.step(plant.q, plant.v, target)
+        statuses.append(step.status)
+        plant.advance(step)
+    assert all(hit.speed < 0.2 for hit in plant.impacts)
+    assert statuses[-1] is S.STOPPED and statuses.index(S.STOPPED) * DT < 2.6
+    healthy = np.abs(plant.v[1:]) / robot.limits.v_max[1:]
+    assert healthy.max() < 0.01
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_others_brake_as_hard_beside_a_free_joint_when_they_are_stopped(level):
+    robot = ftqp.robots.load("panda")
+    planner, plant = ftqp.Planner(robot, DT, level=level), ftqp.KinematicPlant(robot, DT, level)
+    q, v = robot.neutral, np.array([0.2, 0.8, 0.6, 0.0, 0.0, 0.0, 0.0])
+    planner.reset(q, v)
+    plant.reset(q, v)
+    planner.report(ftqp.FreeSwinging(0, damping=0.5))
+    plant.fail(ftqp.FreeSwinging(0, damping=0.5))
+    planner.stop()
+    target = ftqp.Target(pose=robot.pose(q))
+    for _ in range(round(0.4 / DT)):  # 0.8 rad/s at 7.5 rad/s2, which takes 0.05 s to come up
+        plant.advance(planner.step(plant.q, plant.v, target))
+    assert np.abs(plant.v[1:]).max() < 1e-3

@@ -21,7 +21,15 @@ from ftqp.kernel.free.holding import (
     go_on_doubling,
     roll_on,
 )
-from ftqp.kernel.free.look_ahead import BOUNDARY, ROLLOUTS, begin_plan, braking_is_safe, search
+from ftqp.kernel.free.look_ahead import (
+    BOUNDARY,
+    LONG_STEPS,
+    ROLLOUTS,
+    begin_plan,
+    braking_is_safe,
+    look_ahead,
+    search,
+)
 from ftqp.kernel.free.rest_posture import begin_start, seek, take_nearest
 from ftqp.kernel.free.swinging import viscous_friction
 from ftqp.kernel.jit import jit
@@ -68,6 +76,8 @@ RETRY = 0.1
 """A posture in which the free joint can rest is looked for so often [s] ..."""
 LONGER = 0.3
 """... and for so long after the search [s]."""
+HARDER = 0.1
+"""Speed that following a task may add to an impact [rad/s or m/s]."""
 
 
 @jit
@@ -164,6 +174,7 @@ def begin(K: Any, F: Any) -> None:
     single = faults.movable == faults.working + 1
     if single and knows_no_gravity(K, F.joint):
         free.mode = FOLLOW
+        F.borne, F.since = -1.0, REPEAT
     elif not single or faults.working == 0:
         free.mode = STILL
         _latch(K)
@@ -289,6 +300,27 @@ def _drift(K: Any, F: Any) -> None:
 
 
 @jit
+def _go_on_following(K: Any, F: Any) -> None:
+    """A joint without gravity: what it does is told; the task is given up before it makes an impact harder.
+
+    Now and then it is looked at how the joint would meet its stop were all others to brake. Faster by HARDER
+    than it would have drifted when it failed means that the task is kept at the expense of that.
+    """
+    _drift(K, F)
+    F.since -= F.dt
+    if F.since > 0.0 or K.watch.latched:
+        return
+    for j in range(K.chain.n):
+        F.base_q[j], F.base_v[j] = F.q[j], F.v[j]
+    look_ahead(K, F, 0.0, 0.0, 1e300, LONG_STEPS)
+    if F.borne < 0.0:
+        F.borne = max(abs(K.free.drift), F.impact_speed)
+    F.since = REPEAT
+    if F.impact_speed > F.borne + HARDER:
+        begin_arrest(K, F)
+
+
+@jit
 def think(K: Any, F: Any) -> None:
     """This tick's share of the search, in the rooms for the state and its kinematics.
 
@@ -311,7 +343,7 @@ def think(K: Any, F: Any) -> None:
         begin_arrest(K, F)
     mode = K.free.mode
     if mode == FOLLOW:
-        _drift(K, F)
+        _go_on_following(K, F)
     elif mode == DECIDE:
         _decide(K, F)
     elif mode == HOLD:

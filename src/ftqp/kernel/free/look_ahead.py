@@ -16,6 +16,8 @@ from ftqp.kernel.layout.free_memory import SEGMENTS
 
 LONG_STEPS = 200
 """Steps of the rollout that says whether it is safe to hold still."""
+NO_SLOPE = 1e-9
+"""A change of gravity's torque below this is none [N m/rad]."""
 TOUCH_SPEED = 0.05
 """A stop that is met no faster than this is touched [rad/s or m/s]."""
 SEGMENT = 0.2
@@ -127,7 +129,8 @@ def look_ahead(K: Any, F: Any, phase: float, left: float, give_up: float, steps:
 def braking_is_safe(K: Any, F: Any) -> bool:
     """Whether no stop is met in two seconds when all joints brake from ``base_q``, ``base_v`` on, and later.
 
-    A joint that lingers near a posture from which gravity carries it away, d g_i/d q_i < 0, falls later.
+    A joint that lingers near a posture from which gravity carries it away, d g_i/d q_i < 0, falls later; one
+    without gravity does not.
     """
     i, state, limits = F.joint, K.state, K.limits
     look_ahead(K, F, 0.0, 0.0, 1e300, LONG_STEPS)
@@ -135,7 +138,7 @@ def braking_is_safe(K: Any, F: Any) -> bool:
         return False
     forward_kinematics(K)
     gravity_torque(K, i, F.slope)
-    return F.slope[i] > 0.0 or state.q[i] <= limits.q_min[i] or state.q[i] >= limits.q_max[i]
+    return F.slope[i] > -NO_SLOPE or state.q[i] <= limits.q_min[i] or state.q[i] >= limits.q_max[i]
 
 
 @jit

@@ -6,6 +6,9 @@ from typing import Any
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION
 
+FREE_SHARE = 1e-3
+"""Weight of a free-swinging joint beside the others."""
+
 
 @jit
 def deceleration(v: float, last: float, a_max: float, time: float, rise: float, dt: float) -> float:
@@ -27,12 +30,19 @@ def deceleration(v: float, last: float, a_max: float, time: float, rise: float, 
 
 @jit
 def draw_to_rest(K: Any, time: float, rise: float, weight: float) -> None:
-    """Objective weight |x - x_rest|^2/2; x_rest brings the joints that work to rest by ``deceleration``."""
+    """Objective weight |x - x_rest|^2/2; x_rest brings the joints that work to rest by ``deceleration``.
+
+    What a free-swinging joint does counts little: the others are not to brake late to spare it.
+    """
     limits, faults, state, qp = K.limits, K.faults, K.state, K.qp
     qp.dense = 0
     for i in range(K.chain.n):
         qp.H_diagonal[i] = weight
         qp.g[i] = 0.0 if state.level == ACCELERATION else -weight * state.v[i]
+    for k in range(faults.working, faults.movable):
+        i = faults.order[k]
+        qp.H_diagonal[i] *= FREE_SHARE
+        qp.g[i] *= FREE_SHARE
     for k in range(faults.working):
         i = faults.order[k]
         a = deceleration(state.v[i], state.a_command[i], limits.a_max[i], time, rise, state.dt)

@@ -308,11 +308,8 @@ def prepare_plain(K: Any) -> int:
 
 
 @jit
-def prepare_rich(K: Any) -> int:
-    """A tick led by the clock, with directional damping or a gradient of the manipulability."""
-    valid = _see(K)
-    _bound(K)
-    _limit(K)
+def _follow(K: Any, valid: bool) -> int:
+    """The task's QP, led by the clock, whatever terms the planner has; needs intervals and the rows of C."""
     if not _may_go_on_by_the_clock(K, valid):
         return SOLVE
     objective(K)
@@ -323,6 +320,15 @@ def prepare_rich(K: Any) -> int:
         begin_calm(K, K.task.kp)
         return SOLVE
     return _ask(K)
+
+
+@jit
+def prepare_rich(K: Any) -> int:
+    """A tick led by the clock, with directional damping or a gradient of the manipulability."""
+    valid = _see(K)
+    _bound(K)
+    _limit(K)
+    return _follow(K, valid)
 
 
 @jit
@@ -388,12 +394,7 @@ def prepare_free(K: Any, F: Any) -> int:
     _limit(K)
     if K.free.mode == FOLLOW:
         end_stops(K, K.state.a_command if K.state.level == ACCELERATION else K.state.v_command)
-        if not _may_go_on_by_the_clock(K, valid):
-            return SOLVE
-        objective(K)
-        task_rows(K, K.task.kp)
-        _turn(K, False)
-        return _ask(K)
+        return _follow(K, valid)
     K.task.has_tip_measured = 0
     pose_error(K)
     see_error(K)
