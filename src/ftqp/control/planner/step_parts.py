@@ -11,6 +11,7 @@ PLACES_OF_A_STEP = {
     "v_reference": ("state", "v_command"),
     "tau_sent": ("feedback", "tau_sent"),
     "lost": ("feedback", "lost"),
+    "asks": ("feedback", "asks"),
     "tau": ("state", "tau"),
     "tau_brake": ("state", "tau_brake"),
     "q_measured": ("state", "q"),
@@ -47,7 +48,7 @@ PLACES_OF_A_STEP = {
     **PLACES,
 }
 """Where each part of a step stands in the record."""
-JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "tau", "tau_brake",
+JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "asks", "tau", "tau_brake",
                 "q_measured", "v_measured", "code", "lower", "upper", "z_box", "q_min", "q_max", "v_max",
                 "lower_by", "upper_by", "tau_stop", "contact", "viscous", "coulomb")  # fmt: skip
 

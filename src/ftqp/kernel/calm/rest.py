@@ -20,6 +20,8 @@ SLOW = 0.2
 """Share of the velocity limits below which the arm may hold at first ..."""
 IMPATIENT = 1.4
 """... until the target has stood so long [s]: from then on at any speed."""
+NEAR_SHARE = 0.5
+"""Within this share of the task's tolerances no joint goes on faster than SLOW that long."""
 LEAST = 1e-6
 """An error e'e below this, a millimetre, is never held: a target in reach is not given up so near [m2]."""
 DISTURBED = 1.5
@@ -90,8 +92,16 @@ def _is_slow(K: Any) -> bool:
 
 
 @jit
+def _is_near(K: Any) -> bool:
+    """Whether what is left of the error is well within what the task tolerates."""
+    task, feedback = K.task, K.feedback
+    near: bool = task.position_error < NEAR_SHARE * feedback.tolerance
+    return near and task.rotation_error < NEAR_SHARE * feedback.rotation_tolerance
+
+
+@jit
 def decide(K: Any, square: float) -> None:
-    """Hold when hardly anything of the error e'e can be removed, go on when the arm was pushed away."""
+    """Hold when hardly anything of the error e'e is worth removing, go on when the arm was pushed away."""
     calm = K.calm
     if calm.holding:
         if sqrt(square) > DISTURBED * calm.held + PUSHED:
@@ -100,6 +110,8 @@ def decide(K: Any, square: float) -> None:
         return
     hopeless = calm.stood >= STOOD - SURE and calm.rho < GAIN and square > LEAST
     hopeless = hopeless and (calm.stood >= IMPATIENT or _is_slow(K))
+    if calm.stood >= IMPATIENT and _is_near(K) and not _is_slow(K):
+        hopeless = True
     calm.sure = calm.sure + K.state.dt if hopeless else 0.0
     if calm.sure >= SURE:
         calm.holding = 1

@@ -4,15 +4,11 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.feedback.stray import tube
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
 from ftqp.kernel.rows.task_rows import component_of
 
-TUBE = 0.02
-"""A joint may always be this far [rad or m] from its command ..."""
-TUBE_TIME = 0.1
-"""... and farther by what its command moves in this time [s]."""
-TUBE_SIGMAS = 6.0
 FILTER = 0.01
 """Time constant of the gap's low-pass filter [s]."""
 FULL_SPEED_TO = 0.6
@@ -48,14 +44,13 @@ def norms(K: Any, error: Any) -> tuple[float, float]:
 
 @jit
 def _joint_gap(K: Any) -> float:
-    """max |q_u - q_r| / tube over healthy joints, tube = 0.02 + 6 sigma + 0.1 s |v_r|; who is farthest."""
+    """max |q_u - q_r| / tube over healthy joints; who is farthest."""
     feedback, past, faults = K.feedback, K.past, K.faults
     then = slot(feedback, feedback.latency)
     gap = 0.0
     for i in range(K.chain.n):
         if faults.code[i] == HEALTHY:
-            tube = TUBE + TUBE_SIGMAS * feedback.sigma + TUBE_TIME * abs(past.v[then, i])
-            g = abs(feedback.seen[i] - past.q[then, i]) / tube
+            g = abs(feedback.seen[i] - past.q[then, i]) / tube(K, i)
             if g > gap:
                 gap = g
                 feedback.culprit = i

@@ -5,6 +5,7 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.feedback.stray import part_with
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, TORQUE_DRIVE
 
@@ -36,6 +37,10 @@ def observe(K: Any, first: bool) -> None:
             feedback.known_failed[i] = 0
         elif not feedback.known_failed[i]:
             feedback.known_failed[i] = 1
+            if feedback.kind == TORQUE_DRIVE:
+                part_with(K, i)
+            for ago in range(feedback.latency + 2):
+                past.a[slot(feedback, ago), i] += feedback.d_hat[i]
             feedback.d_hat[i] = feedback.d_slow[i] = 0.0
             feedback.still[i] = 0
         z = feedback.pole if healthy else feedback.pole_failed

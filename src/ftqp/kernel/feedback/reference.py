@@ -13,6 +13,13 @@ STILL_SAMPLES = 8
 FOLLOW = 0.05
 """A resting joint's place in the reference takes this share of what the sensor says each tick."""
 
+BESIDE = 1e-6
+"""A healthy joint farther than this from its command [rad or m] belongs to an arm with servos."""
+SPEED_MARGIN = 0.04
+"""Share of the speed limits that is left to servos ..."""
+SWINGING_MARGIN = 0.12
+"""... and while a joint swings freely, whose pull they do not know."""
+
 
 @jit
 def refer(K: Any) -> None:
@@ -50,6 +57,24 @@ def take_jump(K: Any) -> None:
             jump = state.v[i] - past.v[feedback.now, i]
             feedback.v_hat[i] += jump
             feedback.v_now[i] += jump
+
+
+@jit
+def leave_margin(K: Any) -> None:
+    """The reference keeps below the speed limits from when a healthy joint was first seen beside its command.
+
+    A servo answers the end of an acceleration with an overshoot, a_max/(e wn) at wn, and noise and loads add
+    theirs. An arm that follows exactly needs none.
+    Source: docs/theory/feedback.md, "The reference".
+    """
+    feedback, past, faults = K.feedback, K.past, K.faults
+    then = slot(feedback, feedback.latency)
+    if feedback.speed_margin == 0.0:
+        for i in range(K.chain.n):
+            if faults.code[i] == HEALTHY and abs(feedback.seen[i] - past.q[then, i]) > BESIDE:
+                feedback.speed_margin = SPEED_MARGIN
+    else:
+        feedback.speed_margin = SWINGING_MARGIN if faults.movable > faults.working else SPEED_MARGIN
 
 
 @jit

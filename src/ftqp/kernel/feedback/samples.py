@@ -41,6 +41,8 @@ def begin(K: Any) -> None:
     feedback.gap = feedback.rate_change = feedback.late = feedback.up = 0.0
     feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
     feedback.rate = 1.0
+    feedback.speed_margin = 0.0
+    feedback.quiet = 0
     feedback.stored = feedback.until_stored = 0
     feedback.culprit = -1
     for k in range(6):
@@ -51,6 +53,8 @@ def begin(K: Any) -> None:
         feedback.v_hat[i] = feedback.v_now[i] = v
         feedback.d_hat[i] = feedback.d_slow[i] = feedback.offset[i] = feedback.spent[i] = 0.0
         feedback.age[i] = feedback.same[i] = feedback.lost[i] = feedback.still[i] = feedback.bad[i] = 0
+        feedback.strayed[i] = feedback.hurried[i] = feedback.asks[i] = 0
+        feedback.wound[i] = 0.0
         feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 1
         for s in range(feedback.span):
             past.q[s, i], past.v[s, i], past.a[s, i] = q, v, 0.0

@@ -9,6 +9,10 @@ from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 FEED_FORWARD_SHARE = 0.3
 """The disturbance is fed forward up to this share of a joint's torque limit."""
+FEEDBACK_SHARE = 0.3
+"""The feedback of a joint asks its own inertia for up to this share of its torque limit."""
+SLIP_SHARE = 0.1
+"""The integral part of a velocity arm's hold is at most this share of the velocity limit."""
 
 
 @jit
@@ -37,11 +41,63 @@ def _swing(K: Any, i: int, wanted: Any) -> None:
 
 
 @jit
-def _torques(K: Any) -> None:
-    """tau = M (a_r + w^2 (q_r - q^) + 2 w (v_r - v^)) + h + tau_ff, clipped; 0 for a failed joint.
+def _model_torque(K: Any, i: int, wanted: Any) -> float:
+    """(M a + h)_i of the accelerations that are wanted."""
+    feedback = K.feedback
+    tau: float = feedback.h[i]
+    for j in range(K.chain.n):
+        tau += feedback.M[i, j] * wanted[j]
+    return tau
 
-    tau_ff = clip(-M d, +-0.3 tau_max) of the observed disturbance. What was sent is told to the observer as
-    the acceleration that the model makes of it, so that it knows saturation and its own feed-forward.
+
+@jit
+def _forward(K: Any, i: int) -> float:
+    """clip(-(M d)_i, +-0.3 tau_max) of the observed disturbance."""
+    feedback = K.feedback
+    most = FEED_FORWARD_SHARE * K.limits.tau_max[i]
+    forward = 0.0
+    for j in range(K.chain.n):
+        forward -= feedback.M[i, j] * feedback.d_slow[j]
+    return min(max(forward, -most), most)
+
+
+@jit
+def _share_limits(K: Any, wanted: Any) -> None:
+    """A joint S whose torque is at its limit gets less of what is wanted, and the others know of it.
+
+    M_SS Delta_S = clip(tau_S) - tau_S is added to its acceleration: else the others would answer one that it
+    does not have.
+    """
+    feedback, faults, tau_max = K.feedback, K.faults, K.limits.tau_max
+    M, S, missing = feedback.M, K.scratch.square, K.scratch.impulse
+    count = 0
+    for k in range(faults.working):
+        i = faults.order[k]
+        tau = _model_torque(K, i, wanted) + _forward(K, i)
+        left = min(max(tau, -tau_max[i]), tau_max[i]) - tau
+        if left != 0.0:
+            feedback.others[count] = i
+            missing[count] = left
+            count += 1
+    if count == 0:
+        return
+    for a in range(count):
+        for b in range(count):
+            S[a, b] = M[feedback.others[a], feedback.others[b]]
+    if factor(S, count):
+        solve_factored(S, count, missing)
+        for a in range(count):
+            wanted[feedback.others[a]] += missing[a]
+
+
+@jit
+def _torques(K: Any) -> None:
+    """tau = M (a_r + clip(w^2 (q_r - q^) + 2 w (v_r - v^))) + h + tau_ff, clipped; 0 for a failed joint.
+
+    Feedback is clipped to +-0.3 tau_max_i/M_ii, so that a joint that does not obey, and whose error grows,
+    does not throw the others about. tau_ff = clip(-M d, +-0.3 tau_max) of the observed disturbance. What was
+    sent is told to the observer as the acceleration that the model makes of it, so that it knows saturation
+    and its own feed-forward.
     Source: docs/theory/feedback.md, "The torque drive".
     """
     feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
@@ -50,19 +106,17 @@ def _torques(K: Any) -> None:
     for i in range(n):
         wanted[i] = state.a_command[i]
         if faults.code[i] == HEALTHY and not feedback.bad[i]:
-            wanted[i] += w * w * (state.q[i] - feedback.q_now[i]) + 2.0 * w * (state.v[i] - feedback.v_now[i])
+            back = w * w * (state.q[i] - feedback.q_now[i]) + 2.0 * w * (state.v[i] - feedback.v_now[i])
+            most = FEEDBACK_SHARE * limits.tau_max[i] / M[i, i]
+            wanted[i] += min(max(back, -most), most)
     for k in range(faults.working, faults.movable):
         _swing(K, faults.order[k], wanted)
+    _share_limits(K, wanted)
     changed = False
     for k in range(faults.working):
         i = faults.order[k]
-        tau, forward = feedback.h[i], 0.0
-        for j in range(n):
-            tau += M[i, j] * wanted[j]
-            forward -= M[i, j] * feedback.d_slow[j]
-        most = FEED_FORWARD_SHARE * limits.tau_max[i]
-        forward = min(max(forward, -most), most)
-        sent = min(max(tau + forward, -limits.tau_max[i]), limits.tau_max[i])
+        tau = _model_torque(K, i, wanted)
+        sent = min(max(tau + _forward(K, i), -limits.tau_max[i]), limits.tau_max[i])
         extra[k] = sent - tau
         changed = changed or extra[k] != 0.0
         feedback.tau_sent[i] = sent
@@ -82,16 +136,27 @@ def _torques(K: Any) -> None:
 
 
 @jit
+def _held(K: Any, i: int, off: float) -> float:
+    """v_r + k_q e + k_q^2/8 int e, within the velocity limit: a load unknown to a servo makes it slip."""
+    feedback, top = K.feedback, K.limits.v_max[i]
+    most = SLIP_SHARE * top
+    wound = feedback.wound[i] + 0.125 * feedback.hold * feedback.hold * K.state.dt * off
+    feedback.wound[i] = min(max(wound, -most), most)
+    v = K.state.v_command[i] + feedback.hold * off + feedback.wound[i]
+    return min(max(v, -top), top)
+
+
+@jit
 def send(K: Any) -> None:
     """q, v and tau for the arm's interface, from the reference that the planner has just commanded.
 
     position:  q_r + lead v_r,  v_r + lead a_r
-    velocity:  v_r + k_q (q_r - q^), both of the samples' time, within the velocity limit
+    velocity:  v_r + k_q e + k_q^2/8 int e, e = q_r - q^ at the samples' time, within the velocity limit
     torque:    see ``_torques``
 
     A joint that has failed, or whose sample was refused, gets no feedback.
     """
-    feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
+    feedback, past, state, faults = K.feedback, K.past, K.state, K.faults
     n = K.chain.n
     lead = feedback.lead
     for i in range(n):
@@ -109,8 +174,7 @@ def send(K: Any) -> None:
         for k in range(faults.working):
             i = faults.order[k]
             if not feedback.bad[i]:
-                v = state.v_command[i] + feedback.hold * (past.q[then, i] - feedback.q_hat[i])
-                feedback.v_sent[i] = min(max(v, -limits.v_max[i]), limits.v_max[i])
+                feedback.v_sent[i] = _held(K, i, past.q[then, i] - feedback.q_hat[i])
     elif lead != 0.0:
         for k in range(faults.working):
             i = faults.order[k]

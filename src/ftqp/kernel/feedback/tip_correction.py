@@ -14,6 +14,10 @@ FARTHEST = 0.03
 """Largest displacement of the target [m] for an error that forward kinematics tells."""
 LARGEST_TURN = 0.15
 """Largest turn of the target [rad] for the same."""
+STOOD = 0.3
+"""How long the target has stood [s] before the displacement may rest, ..."""
+QUIET, LOUD = 0.04, 0.1
+"""... when what is left of the error is below the first share of tolerance, until it is above the second."""
 
 
 @jit
@@ -93,11 +97,23 @@ def _bounded(c: Any, rate: Any, at: int, most: float) -> None:
 
 
 @jit
+def _rests(K: Any) -> bool:
+    """Whether the displacement rests: near a target that stands, where dry friction would make it hunt."""
+    feedback = K.feedback
+    if K.calm.stood < STOOD or feedback.tip_gap > LOUD:
+        feedback.quiet = 0
+    elif feedback.tip_gap < QUIET:
+        feedback.quiet = 1
+    return feedback.quiet != 0
+
+
+@jit
 def correct(K: Any) -> None:
     """c'' = -kappa^2 (c + d) - 2 kappa c', and what it adds to the task: c to its error, the rest to b.
 
-    It rests while a sample is refused and during a stop. The task's own gains do not see c: its velocity and
-    acceleration are fed forward, so that kappa alone decides how fast the arm's error is taken back.
+    It rests while a sample is refused, during a stop, and near a target that stands. The task's own gains do
+    not see c: its velocity and acceleration are fed forward, so that kappa alone decides how fast the arm's
+    error is taken back.
     Source: docs/theory/feedback.md, "The tip".
     """
     feedback, state, task = K.feedback, K.state, K.task
@@ -108,7 +124,7 @@ def correct(K: Any) -> None:
             feedback.displaced = 1
     if not feedback.displaced:
         return
-    frozen = feedback.refused > 0 or K.watch.latched != 0
+    frozen = feedback.refused > 0 or K.watch.latched != 0 or _rests(K)
     for k in range(6):
         if frozen:
             rate[k] = feedback.push[k] = 0.0

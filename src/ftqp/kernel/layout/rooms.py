@@ -180,21 +180,25 @@ def _feedback(N: int) -> Fields:
     loop [1/s]; ``pole``, ``pole_failed``, ``slowness``: of the observer; ``sigma``: noise of the samples;
     ``c``: displacement of the target; ``off``: measured tip less that of the reference; ``left``: their sum;
     ``push``: what the displacement feeds forward; ``seen``: samples as believed; ``good``: last good ones,
-    ``age`` ticks old, ``offset`` from the reference; ``spent``: patience that bad ones have cost [s].
+    ``age`` ticks old, ``offset`` from the reference; ``spent``: patience that bad ones have cost [s];
+    ``strayed``, ``hurried``: ticks that a joint was out of its tube in a stop, or too fast; ``asks``: for
+    its brake; ``others``: scratch; ``quiet``: the displacement rests; ``wound``: integral part of a velocity
+    arm's hold; ``speed_margin``: share of the speed limits that is left to servos.
     """
     names = ("seen", "good", "raw", "offset", "spent", "q_hat", "v_hat", "d_hat", "d_slow", "q_now", "v_now",
-             "q_sent", "v_sent", "tau_sent", "h")  # fmt: skip
+             "q_sent", "v_sent", "tau_sent", "h", "wound")  # fmt: skip
     return [
-        *_scalars("i8", "active fresh kind latency span now refused exact displaced has_tip"),
+        *_scalars("i8", "active fresh kind latency span now refused exact displaced has_tip quiet"),
         *_scalars("i8", "lagging out settled far stored until_stored stride culprit"),
         *_scalars("f8", "kappa hold lead stiffness pole pole_failed slowness failed_noise sigma patience"),
         *_scalars(
             "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"
         ),
-        *_scalars("f8", "waited spent_elsewhere"),
+        *_scalars("f8", "waited spent_elsewhere speed_margin"),
         *_floats(dict.fromkeys(("c", "c_rate", "push", "off", "left"), (6,))),
         *_floats(dict.fromkeys(names, (N,))),
         *_integers(dict.fromkeys(("age", "same", "lost", "bad", "still", "known_failed"), (N,))),
+        *_integers(dict.fromkeys(("strayed", "hurried", "asks", "others"), (N,))),
         *_floats({"tip": (12,), "M": (N, N)}),
     ]
 

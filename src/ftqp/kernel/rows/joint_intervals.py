@@ -147,19 +147,20 @@ def braking(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: 
 def _upper(K: Any, i: int, v: float, d: float) -> tuple[float, int]:
     """The upper end for joint i by the conversion that the planner was made with."""
     limits, state = K.limits, K.state
+    v_max = (1.0 - K.feedback.speed_margin) * limits.v_max[i]
     if state.level == ACCELERATION:
         if limits.conversion == JIN:
-            return jin(v, d, limits.v_max[i], limits.a_max[i], limits.jin_p, limits.jin_v, limits.jin_margin)
+            return jin(v, d, v_max, limits.a_max[i], limits.jin_p, limits.jin_v, limits.jin_margin)
         if limits.conversion == ONE_STEP:
-            return one_step(v, d, limits.v_max[i], limits.a_max[i], state.dt)
-        return viability(v, d, limits.v_max[i], limits.a_max[i], limits.a_brake[i], state.dt)
+            return one_step(v, d, v_max, limits.a_max[i], state.dt)
+        return viability(v, d, v_max, limits.a_max[i], limits.a_brake[i], state.dt)
     if limits.conversion == JIN:
         bound = limits.jin_upsilon * d
-        return (bound, BY_POSITION) if bound < limits.v_max[i] else (limits.v_max[i], BY_VELOCITY)
+        return (bound, BY_POSITION) if bound < v_max else (v_max, BY_VELOCITY)
     if limits.conversion == ONE_STEP:
         bound = d / state.dt
-        return (bound, BY_POSITION) if bound < limits.v_max[i] else (limits.v_max[i], BY_VELOCITY)
-    return braking(v, d, limits.v_max[i], limits.a_max[i], limits.a_brake[i], state.dt)
+        return (bound, BY_POSITION) if bound < v_max else (v_max, BY_VELOCITY)
+    return braking(v, d, v_max, limits.a_max[i], limits.a_brake[i], state.dt)
 
 
 @jit

@@ -14,9 +14,10 @@ from ftqp.kernel.calm.calm_qp import begin_calm, calms
 from ftqp.kernel.feedback.gap import measure_gap, norms, wait
 from ftqp.kernel.feedback.late_targets import play_back
 from ftqp.kernel.feedback.observer import feel, observe
-from ftqp.kernel.feedback.reference import refer, take_jump
+from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
 from ftqp.kernel.feedback.samples import believe
 from ftqp.kernel.feedback.spoken import see_error
+from ftqp.kernel.feedback.stray import look_for_strays
 from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
 from ftqp.kernel.free.decision import think
 from ftqp.kernel.free.end_stop import end_stops
@@ -167,6 +168,8 @@ def _see(K: Any) -> bool:
     observe(K, first)
     if feedback.kind == TORQUE_DRIVE:
         feel(K)
+    look_for_strays(K)
+    leave_margin(K)
     refer(K)
     look_at_tip(K)
     correct(K)

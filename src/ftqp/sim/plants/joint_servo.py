@@ -27,6 +27,10 @@ class JointServo:
     M and h are those of the arm's model, so that a load it does not know is a disturbance to the servo. A law
     with M has the same bandwidth in every posture; gains fixed at one posture have not.
 
+    A joint that does not obey is no reason to throw the others about, so that what M is multiplied by is zero
+    for a joint whose motor is off, and for motors S at their limits the acceleration that the limit leaves:
+    M_SS a_S = tau_S - h_S - M_SF a_F.
+
     Args:
         robot: the arm as its maker knows it.
         drive: ``"position"``, ``"velocity"`` or ``"torque"``, what the arm takes.
@@ -72,16 +76,17 @@ class JointServo:
         if self._takes_velocity:
             self._v[:] = command.v
 
-    def torques(self, q: FloatArray, v: FloatArray, tau: FloatArray) -> None:
+    def torques(self, q: FloatArray, v: FloatArray, limit: FloatArray, tau: FloatArray) -> None:
         """Put the motor torques at the true state into ``tau``.
 
         Args:
             q: True joint positions, (nv,) [rad or m].
             v: True joint velocities, (nv,) [rad/s or m/s].
+            limit: Largest torque of every motor, 0.0 where it is off, (nv,) [N m or N].
             tau: Motor torques, (nv,) [N m or N]; overwritten.
         """
         if self.drive == "torque":
-            tau[:] = self._tau
+            np.clip(self._tau, -limit, limit, out=tau)
             return
         a, part, wn = self._a, self._part, self._wn
         np.subtract(self._v, v, out=a)
@@ -92,6 +97,14 @@ class JointServo:
             a += part
         else:
             a *= wn
+        a *= limit > 0.0
         M, h = self._arm.dynamics(q, v)
         np.dot(M, a, out=tau)
         tau += h
+        full = np.flatnonzero((np.abs(tau) > limit) & (limit > 0.0))
+        if full.size:
+            left = np.clip(tau[full], -limit[full], limit[full]) - tau[full]
+            a[full] += np.linalg.solve(M[np.ix_(full, full)], left)
+            np.dot(M, a, out=tau)
+            tau += h
+        np.clip(tau, -limit, limit, out=tau)

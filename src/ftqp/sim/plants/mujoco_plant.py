@@ -31,7 +31,7 @@ class MujocoPlant(Plant):
     * degraded: the motor has what is left of its torque, and the end stops move in to what is left of the
       range. Speed and acceleration are a servo's and not reduced.
 
-    A torque arm closes the brakes that the planner asks for; a servo holds its joints by itself.
+    The arm closes the brakes that the planner asks for.
 
     Args:
         robot: the arm as its planner and its servos know it.
@@ -169,12 +169,9 @@ class MujocoPlant(Plant):
         """
         servo, physics, limit = self._servo, self._physics, self._limit
         servo.take(command)
-        if servo.drive == "torque":
-            for i in np.flatnonzero(command.brakes & (limit > 0.0)):
-                self._brake(int(i))
+        for i in np.flatnonzero(command.brakes & (limit > 0.0)):
+            self._brake(int(i))
         tau, q, v = physics.tau, physics.q, physics.v
         for _ in range(self._substeps):
-            servo.torques(q, v, tau)
-            np.minimum(tau, limit, out=tau)
-            np.maximum(tau, -limit, out=tau)
+            servo.torques(q, v, limit, tau)
             physics.step()

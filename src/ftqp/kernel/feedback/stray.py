@@ -1,0 +1,89 @@
+"""Joints that do not obey although nobody has said that they failed."""
+
+from typing import Any
+
+from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_LAG
+from ftqp.kernel.maths.cholesky import factor, solve_factored
+
+TUBE = 0.02
+"""A joint may always be this far [rad or m] from its command ..."""
+TUBE_TIME = 0.1
+"""... and farther by what its command moves in this time [s]."""
+TUBE_SIGMAS = 6.0
+OUT_TIME = 0.02
+"""Outside its tube for this long during a stop [s] a joint asks for its brake."""
+OVERSPEED = 0.2
+"""A joint that goes on faster than asked, and than its limit, by this share of the limit ..."""
+OVERSPEED_TIME = 0.01
+"""... for this long [s] is out of hand."""
+
+
+@jit
+def tube(K: Any, i: int) -> float:
+    """How far joint i may be from its command: 0.02 + 6 sigma + 0.1 s |v_r|."""
+    feedback, past = K.feedback, K.past
+    v: float = abs(past.v[slot(feedback, feedback.latency), i])
+    return TUBE + TUBE_SIGMAS * feedback.sigma + TUBE_TIME * v
+
+
+@jit
+def part_with(K: Any, f: int) -> None:
+    """Joint f is known to have failed: what it did not do is no disturbance of a torque arm any more.
+
+    Until then it was to have an acceleration that it had not, by d_f. The others answered for it and saw
+    M_HH d_H = -M_Hf d_f. So d_H += M_HH^-1 M_Hf d_f, and what was sent to them lately counts as so much less;
+    what f did counts as what it was to do.
+    """
+    feedback, past, faults = K.feedback, K.past, K.faults
+    M, S, column = feedback.M, K.scratch.square, K.scratch.impulse
+    count = 0
+    for k in range(faults.working):
+        i = faults.order[k]
+        if i != f:
+            feedback.others[count] = i
+            count += 1
+    for a in range(count):
+        i = feedback.others[a]
+        column[a] = M[i, f]
+        for b in range(a + 1):
+            S[a, b] = M[i, feedback.others[b]]
+    if not factor(S, count):
+        return
+    solve_factored(S, count, column)
+    for a in range(count):
+        i = feedback.others[a]
+        feedback.d_hat[i] += column[a] * feedback.d_hat[f]
+        feedback.d_slow[i] += column[a] * feedback.d_slow[f]
+        for ago in range(feedback.latency + 2):
+            past.a[slot(feedback, ago), i] -= column[a] * feedback.d_hat[f]
+
+
+@jit
+def look_for_strays(K: Any) -> None:
+    """Which joints are out of hand: whatever the drive, they ask for their brakes.
+
+    They are those outside their tube for 20 ms while the arm is stopped, and those that are 20 % of the limit
+    faster than both their command and their limit for 10 ms: that stops the arm, too.
+    Source: docs/theory/feedback.md, "Stops".
+    """
+    feedback, past, watch, dt = K.feedback, K.past, K.watch, K.state.dt
+    then = slot(feedback, feedback.latency)
+    for i in range(K.chain.n):
+        if K.faults.code[i] != HEALTHY:
+            feedback.strayed[i] = feedback.hurried[i] = 0
+            continue
+        out = watch.latched and abs(feedback.seen[i] - past.q[then, i]) > tube(K, i)
+        feedback.strayed[i] = feedback.strayed[i] + 1 if out else 0
+        top = K.limits.v_max[i]
+        fast = abs(feedback.v_hat[i]) > OVERSPEED * top + max(top, abs(past.v[then, i]))
+        feedback.hurried[i] = feedback.hurried[i] + 1 if fast else 0
+        if feedback.hurried[i] * dt > OVERSPEED_TIME - 0.5 * dt:
+            feedback.asks[i] = 1
+            if watch.latched == 0 and watch.stop_samples > 0:
+                watch.latched = 1
+                watch.reason = STOPPED_BY_LAG
+                feedback.culprit = i
+        if feedback.strayed[i] * dt > OUT_TIME - 0.5 * dt:
+            feedback.asks[i] = 1
