@@ -302,3 +302,47 @@ def test_torque_arm_closes_the_brakes_that_are_asked_for(panda):
 def test_wrong_values_are_refused_with_a_sentence(panda, make, message):
     with pytest.raises(InputError, match=message):
         make(panda)
+
+
+def servo_torques(robot, drive, q, limit):
+    """Of a servo that is told to go to q and to stand, at START at rest."""
+    servo, tau, zero = JointServo(robot, drive), np.zeros(robot.nv), np.zeros(robot.nv)
+    servo.take(command(q, v=q - START))
+    servo.torques(START, zero, limit, tau)
+    return tau
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity"])
+def test_error_of_a_joint_without_a_motor_throws_no_other(panda, drive):
+    limit, away = panda.limits.tau_max.copy(), START.copy()
+    limit[2], away[2] = 0.0, START[2] + 0.01
+    np.testing.assert_allclose(
+        servo_torques(panda, drive, away, limit), servo_torques(panda, drive, START, limit), atol=1e-12
+    )
+    assert servo_torques(panda, drive, away, limit)[2] == 0.0
+
+
+def test_motor_at_its_limit_leaves_the_others_the_motion_they_are_asked_for(panda):
+    limit, away = panda.limits.tau_max.copy(), START.copy()
+    away[1] += 0.05
+    tau = servo_torques(panda, "position", away, limit)
+    M, h = Arm(panda).dynamics(START, np.zeros(panda.nv))
+    a = np.linalg.solve(M, tau - h)
+    assert abs(tau[1]) == limit[1]
+    wanted = 94.0**2 * (away - START) + 2.0 * 94.0 * (away - START)
+    others = np.arange(panda.nv) != 1
+    np.testing.assert_allclose(a[others], wanted[others], atol=1e-9)
+    assert 0.0 < a[1] < 0.9 * wanted[1]
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity"])
+def test_brake_that_is_asked_for_closes_whatever_the_arm_takes(panda, drive):
+    plant = MujocoPlant(panda, DT, JointServo(panda, drive))
+    plant.reset(START, np.zeros(panda.nv))
+    told = command(START + 0.2, v=np.full(panda.nv, 0.2))
+    told.brakes[3] = True
+    for _ in range(200):
+        plant.advance(told)
+    assert abs(plant.q[3] - START[3]) < 1e-4
+    assert plant.tau[3] == 0.0
+    assert abs(plant.q[0] - START[0]) > 0.01

@@ -114,9 +114,9 @@ class Step:
     def brakes(self) -> BoolArray:
         """Which joints ask for their brakes, (nv,).
 
-        A joint that is out of hand asks for its brake, whatever the drive: one that a stop does not hold, or that
-        is far faster than its limit and its command. A torque arm cannot hold a joint that it no longer sees,
-        either; an arm that takes positions or velocities holds it by its own servo.
+        A joint that is out of hand asks for its brake, whatever the drive: one that a stop does not hold, or
+        that is far faster than its limit and its command. A torque arm cannot hold a joint that it no longer
+        sees, either; an arm that takes positions or velocities holds it by its own servo.
         """
         torque = self._session.K.feedback.kind == DriveKind.TORQUE
         asks: BoolArray = (self._parts["asks"] != 0) | (self._parts["lost"] != 0) & bool(torque)

@@ -62,32 +62,48 @@ def _forward(K: Any, i: int) -> float:
 
 
 @jit
-def _share_limits(K: Any, wanted: Any) -> None:
-    """A joint S whose torque is at its limit gets less of what is wanted, and the others know of it.
-
-    M_SS Delta_S = clip(tau_S) - tau_S is added to its acceleration: else the others would answer one that it
-    does not have.
-    """
+def _farthest_beyond(K: Any, count: int, wanted: Any) -> int:
+    """The joint farthest beyond its torque limit, the first ``others`` aside, or -1; ``bent``: its sign."""
     feedback, faults, tau_max = K.feedback, K.faults, K.limits.tau_max
-    M, S, missing = feedback.M, K.scratch.square, K.scratch.impulse
-    count = 0
+    worst, most = -1, 1.0
     for k in range(faults.working):
         i = faults.order[k]
+        known = False
+        for a in range(count):
+            known = known or feedback.others[a] == i
+        if known:
+            continue
         tau = _model_torque(K, i, wanted) + _forward(K, i)
-        left = min(max(tau, -tau_max[i]), tau_max[i]) - tau
-        if left != 0.0:
-            feedback.others[count] = i
-            missing[count] = left
-            count += 1
-    if count == 0:
-        return
-    for a in range(count):
-        for b in range(count):
-            S[a, b] = M[feedback.others[a], feedback.others[b]]
-    if factor(S, count):
+        if abs(tau) > most * tau_max[i]:
+            worst, most = i, abs(tau) / tau_max[i]
+            feedback.bent[i] = 1.0 if tau > 0.0 else -1.0
+    return worst
+
+
+@jit
+def _share_limits(K: Any, wanted: Any) -> None:
+    """Joints S whose torques are at their limits get less of what is wanted, and the others know of it.
+
+    M_SS Delta_S = +-tau_max_S - tau_S is added to their accelerations: else the others would answer ones that
+    they do not have. S grows by the joint that is farthest beyond its limit, until there is none.
+    """
+    feedback, tau_max = K.feedback, K.limits.tau_max
+    M, S, missing, full = feedback.M, K.scratch.square, K.scratch.impulse, K.feedback.others
+    for count in range(1, K.faults.working + 1):
+        worst = _farthest_beyond(K, count - 1, wanted)
+        if worst < 0:
+            return
+        full[count - 1] = worst
+        for a in range(count):
+            i = full[a]
+            missing[a] = feedback.bent[i] * tau_max[i] - _model_torque(K, i, wanted) - _forward(K, i)
+            for b in range(a + 1):
+                S[a, b] = M[i, full[b]]
+        if not factor(S, count):
+            return
         solve_factored(S, count, missing)
         for a in range(count):
-            wanted[feedback.others[a]] += missing[a]
+            wanted[full[a]] += missing[a]
 
 
 @jit

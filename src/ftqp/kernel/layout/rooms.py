@@ -182,11 +182,11 @@ def _feedback(N: int) -> Fields:
     ``push``: what the displacement feeds forward; ``seen``: samples as believed; ``good``: last good ones,
     ``age`` ticks old, ``offset`` from the reference; ``spent``: patience that bad ones have cost [s];
     ``strayed``, ``hurried``: ticks that a joint was out of its tube in a stop, or too fast; ``asks``: for
-    its brake; ``others``: scratch; ``quiet``: the displacement rests; ``wound``: integral part of a velocity
-    arm's hold; ``speed_margin``: share of the speed limits that is left to servos.
+    its brake; ``others``, ``bent``: scratch; ``quiet``: the displacement rests; ``wound``: integral part of a
+    velocity arm's hold; ``speed_margin``: share of the speed limits that is left to servos.
     """
     names = ("seen", "good", "raw", "offset", "spent", "q_hat", "v_hat", "d_hat", "d_slow", "q_now", "v_now",
-             "q_sent", "v_sent", "tau_sent", "h", "wound")  # fmt: skip
+             "q_sent", "v_sent", "tau_sent", "h", "wound", "bent")  # fmt: skip
     return [
         *_scalars("i8", "active fresh kind latency span now refused exact displaced has_tip quiet"),
         *_scalars("i8", "lagging out settled far stored until_stored stride culprit"),

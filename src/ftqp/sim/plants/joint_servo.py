@@ -101,10 +101,23 @@ class JointServo:
         M, h = self._arm.dynamics(q, v)
         np.dot(M, a, out=tau)
         tau += h
-        full = np.flatnonzero((np.abs(tau) > limit) & (limit > 0.0))
-        if full.size:
-            left = np.clip(tau[full], -limit[full], limit[full]) - tau[full]
-            a[full] += np.linalg.solve(M[np.ix_(full, full)], left)
+        if (np.abs(tau) > limit).any():
+            self._share_limits(M, h, limit, tau)
+        np.clip(tau, -limit, limit, out=tau)
+
+    def _share_limits(self, M: FloatArray, h: FloatArray, limit: FloatArray, tau: FloatArray) -> None:
+        """Put motors beyond their limits there, the farthest first, and ``tau`` to what that leaves."""
+        a, on = self._a, np.where(limit > 0.0, limit, np.inf)
+        full: list[int] = []
+        at: list[float] = []
+        for _ in range(len(tau)):
+            beyond = np.abs(tau) / on
+            beyond[full] = 0.0
+            worst = int(np.argmax(beyond))
+            if beyond[worst] <= 1.0:
+                return
+            full.append(worst)
+            at.append(float(np.copysign(limit[worst], tau[worst])))
+            a[full] += np.linalg.solve(M[np.ix_(full, full)], np.array(at) - tau[full])
             np.dot(M, a, out=tau)
             tau += h
-        np.clip(tau, -limit, limit, out=tau)
