@@ -9,7 +9,7 @@ from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 FEED_FORWARD_SHARE = 0.3
 """The disturbance is fed forward up to this share of a joint's torque limit."""
-FEEDBACK_SHARE = 0.3
+FEEDBACK_SHARE = 0.6
 """The feedback of a joint asks its own inertia for up to this share of its torque limit."""
 SLIP_SHARE = 0.1
 """The integral part of a velocity arm's hold is at most this share of the velocity limit."""
@@ -110,7 +110,7 @@ def _share_limits(K: Any, wanted: Any) -> None:
 def _torques(K: Any) -> None:
     """tau = M (a_r + clip(w^2 (q_r - q^) + 2 w (v_r - v^))) + h + tau_ff, clipped; 0 for a failed joint.
 
-    Feedback is clipped to +-0.3 tau_max_i/M_ii, so that a joint that does not obey, and whose error grows,
+    Feedback is clipped to +-0.6 tau_max_i/M_ii, so that a joint that does not obey, and whose error grows,
     does not throw the others about. tau_ff = clip(-M d, +-0.3 tau_max) of the observed disturbance. What was
     sent is told to the observer as the acceleration that the model makes of it, so that it knows saturation
     and its own feed-forward.

@@ -4,7 +4,7 @@ from typing import Any
 
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_LAG
+from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 TUBE = 0.02
@@ -17,7 +17,9 @@ OUT_TIME = 0.02
 OVERSPEED = 0.2
 """A joint that goes on faster than asked, and than its limit, by this share of the limit ..."""
 OVERSPEED_TIME = 0.01
-"""... for this long [s] is out of hand."""
+"""... for this long [s] is out of hand ..."""
+SERVO_TIME = 0.1
+"""... or for this long where a servo holds it, which comes back by itself when it was pushed."""
 
 
 @jit
@@ -65,11 +67,12 @@ def look_for_strays(K: Any) -> None:
     """Which joints are out of hand: whatever the drive, they ask for their brakes.
 
     They are those outside their tube for 20 ms while the arm is stopped, and those that are 20 % of the limit
-    faster than both their command and their limit for 10 ms: that stops the arm, too.
+    faster than both their command and their limit for 10 ms, 100 ms with servos: that stops the arm, too.
     Source: docs/theory/feedback.md, "Stops".
     """
     feedback, past, watch, dt = K.feedback, K.past, K.watch, K.state.dt
     then = slot(feedback, feedback.latency)
+    time = OVERSPEED_TIME if feedback.kind == TORQUE_DRIVE else SERVO_TIME
     for i in range(K.chain.n):
         if K.faults.code[i] != HEALTHY:
             feedback.strayed[i] = feedback.hurried[i] = 0
@@ -79,7 +82,7 @@ def look_for_strays(K: Any) -> None:
         top = K.limits.v_max[i]
         fast = abs(feedback.v_hat[i]) > OVERSPEED * top + max(top, abs(past.v[then, i]))
         feedback.hurried[i] = feedback.hurried[i] + 1 if fast else 0
-        if feedback.hurried[i] * dt > OVERSPEED_TIME - 0.5 * dt:
+        if feedback.hurried[i] * dt > time - 0.5 * dt:
             feedback.asks[i] = 1
             if watch.latched == 0 and watch.stop_samples > 0:
                 watch.latched = 1
