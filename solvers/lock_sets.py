@@ -34,7 +34,12 @@ NOMINAL = np.deg2rad([0.0, -50.0, 0.0, -30.0, 0.0, 70.0, 0.0, 30.0, 0.0, 0.0, 0.
 OFFSET = np.deg2rad([0.1, 0.0, 0.1, 0.0, -0.1, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0])
 STARTS = {"N": NOMINAL, "R": NOMINAL + OFFSET}
 """N: every roll at zero, exactly symmetric. R: four rolls off by 0.1 deg."""
-SETTINGS = {"default": ftqp.StallEscape(), "without escape": None}
+SETTINGS = {
+    "default": (ftqp.StallEscape(), True),
+    "without escape": (None, True),
+    "without calm": (ftqp.StallEscape(), False),
+}
+"""The escape, and whether paths wait in calm."""
 LIMITS = {"off_path": 0.5 * INCH, "turned": float(np.deg2rad(0.5))}
 PACKAGES = ("ftqp", "numpy", "numba", "pin")
 
@@ -45,10 +50,12 @@ def lock_sets(quick: bool) -> list[tuple[int, ...]]:
     return [chosen for k, chosen in enumerate(sets) if len(chosen) < 2 or k % 10 == 0] if quick else sets
 
 
-def follow(start: str, locks: tuple[int, ...], stall: Any, dt: float) -> dict[str, Any]:
+def follow(start: str, locks: tuple[int, ...], setting: str, dt: float) -> dict[str, Any]:
     """One run: how far it came, how far off the line, and why it ended."""
     robot = ftqp.robots.load("modular11")
-    planner = ftqp.Planner(robot, dt, level="velocity", task=ftqp.Task(mode="scaled", kp=2.0), emergency=None)
+    stall, calm = SETTINGS[setting]
+    task = ftqp.Task(mode="scaled", kp=2.0, calm=calm)
+    planner = ftqp.Planner(robot, dt, level="velocity", task=task, emergency=None)
     q, v = STARTS[start].copy(), np.zeros(robot.nv)
     path = ftqp.paths.Line(robot.pose(q), (-LENGTH, 0.0, 0.0), duration=DURATION, law="constant")
     follower = ftqp.PathFollower(planner, path, stall=stall)
@@ -86,7 +93,7 @@ def study(starts: list[str], settings: list[str], dt: float, quick: bool) -> dic
     sets, tables, runs = lock_sets(quick), [], {}
     for start in starts:
         for name in settings:
-            done = [follow(start, locks, SETTINGS[name], dt) for locks in sets]
+            done = [follow(start, locks, name, dt) for locks in sets]
             runs[f"{start}, {name}"] = [run for run in done if not run["complete"]]
             sizes = [[run for run in done if len(run["locked"]) == size] for size in range(4)]
             tables.append(

@@ -215,3 +215,111 @@ def test_noise_does_not_wake_an_arm_that_holds():
         held.append(step.holding)
     assert all(held[-1000:])
     assert np.abs(v).max() < 0.01
+
+
+PATHS = {
+    "panda out of reach": ("panda", (0.0, 0.0, 0.36), None),
+    "iiwa, joint 6 locked": ("iiwa14", (0.04, 0.08, 0.04), 5),
+    "xarm7, joint 4 locked": ("xarm7", (0.08, 0.16, 0.08), 3),
+    "planar out of reach": ("planar(4)", (0.35, 0.35, 0.0), None),
+}
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("case", PATHS.values(), ids=PATHS)
+def test_a_path_that_cannot_go_on_is_blocked_within_a_second_of_its_stall_and_the_arm_rests(case, level):
+    name, way, locked = case
+    robot = ftqp.robots.load(name)
+    planner = ftqp.Planner(robot, DT, level=level, task=ftqp.Task(mode="scaled"), emergency=None)
+    way = 2.0 * np.array(way) if locked is None else np.array(way)
+    follower = ftqp.PathFollower(planner, ftqp.paths.Line(robot.pose(robot.neutral), way, duration=3.0))
+    follower.reset(robot.neutral)
+    q, v = robot.neutral.copy(), np.zeros(robot.nv)
+    rates, efforts = [], []
+    while follower.status is not ftqp.PathStatus.BLOCKED:
+        if locked is not None and len(rates) == round(1.0 / DT):
+            planner.report(ftqp.Locked(locked))
+        step = follower.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+        rates.append(follower.rate)
+        efforts.append(np.abs(step.a / robot.limits.a_max).max())
+        assert len(rates) < 6.0 / DT
+    slow = np.array(rates) < 0.01
+    assert 0.3 < np.count_nonzero(slow) * DT < 1.0
+    assert np.count_nonzero(np.array(efforts)[slow] >= 0.95) * DT < 0.25
+    progress, speeds = [], []
+    for _ in range(round(2.0 / DT)):
+        step = follower.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+        progress.append(follower.progress)
+        speeds.append(np.abs(v / robot.limits.v_max).max())
+    assert follower.status is ftqp.PathStatus.BLOCKED and progress[0] == progress[-1]
+    assert max(speeds[round(1.0 / DT) :]) < 0.01 and step.position_error < 5e-3
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("start", [0.0, 0.1])
+def test_a_stall_that_a_self_motion_can_pass_is_passed(start, level):
+    """Bedrossian's third manoeuvre, with calm: the roll joints lead the arm past the singularity."""
+    robot = ftqp.robots.load("modular11").with_limits(v_max=np.deg2rad(50.0), a_max=np.deg2rad(250.0))
+    q = np.deg2rad([start, -50.0, start, -30.0, -start, 70.0, 0.0, 30.0, start, 0.0, 0.0])
+    planner = ftqp.Planner(robot, 0.01, level=level, task=ftqp.Task(mode="scaled"), emergency=None)
+    path = ftqp.paths.Line(robot.pose(q), (-2.54, 0.0, 0.0), duration=20.0, law="constant")
+    follower = ftqp.PathFollower(planner, path)
+    for joint in (1, 3, 6):
+        planner.report(ftqp.Locked(joint, mode="instant"))
+    follower.reset(q)
+    v = np.zeros(11)
+    for _ in range(2200):
+        step = follower.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+        assert step.status is not ftqp.StepStatus.FALLBACK and step.position_error < 2e-3
+    assert follower.status is ftqp.PathStatus.DONE
+
+
+def ended(robot, level, way, law):
+    """A line from neutral, followed until 2 s after its end or its verdict.
+
+    Returns the follower; statuses, largest speed (share of its limit) and largest distance from the end [m]
+    in the last second; how long the path stood, and how long of that at an acceleration limit [s].
+    """
+    planner = ftqp.Planner(robot, DT, level=level, task=ftqp.Task(mode="scaled"), emergency=None)
+    path = ftqp.paths.Line(robot.pose(robot.neutral), way, duration=3.0, law=law)
+    follower = ftqp.PathFollower(planner, path)
+    follower.reset(robot.neutral)
+    q, v = robot.neutral.copy(), np.zeros(robot.nv)
+    stood = strained = 0
+    while follower.status not in (ftqp.PathStatus.BLOCKED, ftqp.PathStatus.DONE):
+        step = follower.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+        stands = follower.rate < 0.01 and follower.progress > 0.0
+        stood += stands
+        strained += stands and np.abs(step.a / robot.limits.a_max).max() >= 0.95
+        assert follower.planner.dt * stood < 2.0
+    end, statuses, speeds, errors = path.sample([3.0]).pose[0], [], [], []
+    for tick in range(round(2.0 / DT)):
+        step = follower.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+        if tick * DT >= 1.0:
+            statuses.append(step.status)
+            speeds.append(np.abs(v / robot.limits.v_max).max())
+            errors.append(np.linalg.norm(robot.pose(q)[:3, 3] - end[:3, 3]))
+    return follower, set(statuses), max(speeds), max(errors), DT * stood, DT * strained
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("name, out", [("panda", (0.0, 0.0, 1.0)), ("planar(4)", (0.7, 0.7, 0.0))])
+def test_the_arm_rests_at_the_end_of_its_path_and_before_an_end_just_out_of_reach(name, out, level):
+    robot = ftqp.robots.load(name)
+    out = np.array(out) / np.linalg.norm(out)
+    far = 2.0 * robot.length
+    reach = far * ended(robot, level, far * out, "constant")[0].progress / 3.0
+    for law in ("quintic", "constant"):
+        follower, statuses, speed, error, _, _ = ended(robot, level, (reach - 1e-3) * out, law)
+        assert follower.status is ftqp.PathStatus.DONE and statuses == {ftqp.StepStatus.OK}
+        assert speed < 0.01 and error < 1e-5
+        for beyond in (5e-4, 2e-2):
+            follower, _, speed, error, stood, strained = ended(robot, level, (reach + beyond) * out, law)
+            assert follower.status is ftqp.PathStatus.BLOCKED
+            assert 0.3 < stood < 1.0 and strained < 0.25
+            assert speed < 0.01 and error < beyond + 2e-3

@@ -277,7 +277,8 @@ def test_blocked_path_is_told_and_ends_the_run(tmp_path: Path) -> None:
     ended = runs.run(resolve(found, validated(found)), tmp_path / "out")
     assert "cannot go on along -x" in ended.summary["blocked"]
     assert ended.summary["path_completed_at"] is None and ended.exit_code == 1
-    assert ended.summary["path_progress"] == pytest.approx(0.116, abs=0.002)
+    # So far joints 6, 8 and 10, which alone can move, reach the points of the line exactly.
+    assert ended.summary["path_progress"] == pytest.approx(0.1128, abs=2e-4)
 
 
 @pytest.mark.parametrize(

@@ -97,6 +97,12 @@ class StallTable(Table):
         description="stalled time after which the path is blocked, > 0",
         json_schema_extra=unit("s"),
     )
+    standing: Finite = Field(
+        DEFAULT_STALL.standing,
+        gt=0,
+        description="the same for a path that does not go on at all, > 0",
+        json_schema_extra=unit("s"),
+    )
     speed: Finite = Field(
         DEFAULT_STALL.speed, gt=0, description="speed of the joints, > 0", json_schema_extra=unit("rad/s")
     )

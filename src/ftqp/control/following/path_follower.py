@@ -1,6 +1,7 @@
 """Following a path by its progress: the path waits for the arm, and a stalled arm is led out of its trap."""
 
 from enum import Enum
+from math import inf
 from typing import Any, final
 
 import numpy as np
@@ -19,8 +20,12 @@ from ftqp.kernel.layout.enums import OK, RELAXED, SCALED
 from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.layout.thresholds import SCALED_FROM
 
+STANDS = 0.01
+"""A mean rate below this is none: the path stands."""
 LIMITED = 0.5
-"""A rate that the path's next jump holds below this is no stall."""
+"""A rate that the path's next jump holds below this is no stall, unless it is below this share of that."""
+FOUND = -1
+"""Stands for a pattern where the kernel has found a way past a singularity."""
 ON_TASK = (OK, RELAXED, SCALED)
 """Codes of steps that attempt the task: a stop is no stall."""
 
@@ -78,6 +83,7 @@ class PathFollower:
         self._rate = memory.memory["rate"]
         self._duration = path.duration
         self._below = -1.0 if stall is None else stall.below
+        self._standing = stall.standing if stall is not None and planner.task.calm else inf
         self._share = 0.0 if stall is None else min(1.0, planner.dt / stall.after)
         self._begin()
 
@@ -90,6 +96,7 @@ class PathFollower:
     def resume(self) -> None:
         """Go on after a blockage, for example because a joint has been repaired."""
         self._mean, self._stalled = 1.0, 0.0
+        self._stood, self._stood_at = 0.0, 0.0
         self._state.limit = 1.0
         self._rest()
 
@@ -152,33 +159,49 @@ class PathFollower:
 
     def _watch(self, stall: StallEscape, step: Step) -> None:
         """The mean rate is low, or was: begin, change or end an escape."""
-        if self._blockage is not None or step.code not in ON_TASK or self._state.ahead < LIMITED:
+        state = self._state
+        if self._blockage is not None or step.code not in ON_TASK:
             return
-        if self._mean > stall.until or self._state.progress >= self._duration:
-            self._stalled = 0.0
+        if state.ahead < LIMITED and self._rate[0] > LIMITED * state.ahead:
+            return
+        if self._mean > stall.until or state.progress >= self._duration:
+            self._stalled = self._stood = 0.0
             self._rest()
-        elif self._mean < stall.below:
-            pattern = int(self._stalled / stall.patience * len(stall.patterns))
+            return
+        self._stood += self.planner.dt
+        if state.found or state.progress > self._stood_at + STANDS * self._standing:
+            self._stood, self._stood_at = 0.0, state.progress
+        if self._mean < stall.below:
+            tried = max(self._stalled / stall.patience, self._stood / self._standing)
             self._stalled += self.planner.dt
-            if pattern >= len(stall.patterns):
-                self._rest()
-                self._state.limit = 0.0
-                self._blockage = Blockage(
-                    self.planner, self._lead, self._target, self.progress, self._duration, step
-                )
-            elif pattern != self._pattern:
-                self._pattern = pattern
-                self._begin_drive(stall, stall.patterns[pattern])
+            state.speed = stall.speed
+            if tried >= 1.0:
+                self._block(step)
+            elif state.found:
+                self._pattern = FOUND
+            else:
+                self._try(stall, int(tried * len(stall.patterns)))
 
-    def _begin_drive(self, stall: StallEscape, pattern: str) -> None:
+    def _block(self, step: Step) -> None:
+        """Nothing has helped: the path waits from now on."""
+        self._rest()
+        self._state.limit = 0.0
+        self._blockage = Blockage(self.planner, self._lead, self._target, self.progress, self._duration, step)
+
+    def _try(self, stall: StallEscape, pattern: int) -> None:
         """Draw the null space along a pattern."""
+        if pattern == self._pattern:
+            return
+        self._pattern = pattern
         robot = self.planner.robot
         unit = np.where(robot.chain.prismatic, self._lead.length, 1.0)
-        self._state.drive[: robot.nv] = stall.speed * unit * stall.drive(pattern, self._lead.working)
+        along = stall.drive(stall.patterns[pattern], self._lead.working)
+        self._state.drive[: robot.nv] = stall.speed * unit * along
         self._state.driven = 1
 
     def _rest(self) -> None:
         """End the escape, and the verdict with it."""
         self._pattern = None
         self._blockage = None
-        self._state.driven = 0
+        self._state.driven = self._state.found = 0
+        self._state.speed = 0.0

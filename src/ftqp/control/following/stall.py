@@ -28,7 +28,10 @@ class StallEscape:
         until: The escape ends when the mean rate exceeds this, in (below, 1), without unit. A larger one
             keeps the joints moving for longer.
         patience: How long a path may be stalled, all patterns together, before it counts as blocked, > 0 [s].
-            A shorter one gives the verdict sooner and gives up paths that would have gone on.
+            A shorter one gives the verdict sooner and gives up paths that would have gone on slowly.
+        standing: The same for a path that does not go on at all, its mean rate below 1 %, and past whose
+            singularity no self-motion leads, > 0 [s]. A longer one gives the patterns more time. It needs
+            ``Task(calm=True)``: without calm the arm swings instead of standing.
         speed: Speed of the pattern, > 0 [rad/s]; a prismatic joint gets it times the characteristic length
             [m/s]. A larger one leaves the trap sooner with more motion of the joints.
         patterns: Names among ``alternating``, ``single`` and ``random``, each tried for its share of
@@ -42,6 +45,7 @@ class StallEscape:
     after: float = 0.1
     until: float = 0.5
     patience: float = 3.0
+    standing: float = 0.6
     speed: float = float(np.deg2rad(3.0))
     patterns: tuple[str, ...] = PATTERNS
     seed: int = 0
@@ -52,6 +56,7 @@ class StallEscape:
             ("after", "s"),
             ("until", ""),
             ("patience", "s"),
+            ("standing", "s"),
             ("speed", "rad/s"),
         ):
             positive(name, getattr(self, name), unit)

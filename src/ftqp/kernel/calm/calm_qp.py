@@ -94,16 +94,22 @@ def begin_calm(K: Any, kp: float) -> None:
     f is the scheme's objective, soft the compliance of the rows, b their right side with beta (e + kick) in
     place of the error.
     """
+    task, qp = K.task, K.qp
+    for k in range(task.m):
+        task.asked[k] = qp.b[k] - (qp.A[k, K.chain.n] if task.mode == SCALE else 0.0)
+    qp.nx = K.chain.n
+    pose_calm(K, kp)
+
+
+@jit
+def pose_calm(K: Any, kp: float) -> None:
+    """The same over the joints, from what ``task.asked`` says of the rows."""
     chain, state, task, calm, ladder, qp = K.chain, K.state, K.task, K.calm, K.ladder, K.qp
     n, m = chain.n, task.m
     kv = task.kv if state.level == ACCELERATION else 0.0
     for k in range(m):
-        b = qp.b[k]
-        if task.mode == SCALE:
-            b -= qp.A[k, n]
-        task.asked[k] = b
         w = 1.0 / sqrt(task.yielding[task.rows[k]])
-        calm.b[k] = w * b - (1.0 - calm.beta) * kp * calm.e[k]
+        calm.b[k] = w * task.asked[k] - (1.0 - calm.beta) * kp * calm.e[k]
     if qp.dense == 0:
         for i in range(n):
             for j in range(n):
@@ -123,7 +129,7 @@ def begin_calm(K: Any, kp: float) -> None:
             qp.H[i, j] = qp.H[j, i] = s
     _lean(K, kp, kv)
     qp.dense = 1
-    qp.meq, qp.nx = 0, n
+    qp.meq = 0
     if calm.entered == 0:
         qp.warm = 0
     calm.entered = 1

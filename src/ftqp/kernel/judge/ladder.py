@@ -238,10 +238,10 @@ def _advance_in_calm(K: Any, claim: int) -> int:
     if good:
         for k in range(task.m):
             s = -task.asked[k]
-            for i in range(K.chain.n):
+            for i in range(qp.nx):
                 s += qp.A[k, i] * qp.x[i]
             task.slack[k] = s
-        task.scale = 1.0
+        task.scale = qp.x[K.chain.n] if qp.nx > K.chain.n else 1.0
         ladder.missed = _misses_task(K)
         ladder.outside = joints_outside(K)
         if qp.soft_rows == 0.0:
@@ -255,7 +255,7 @@ def _advance_in_calm(K: Any, claim: int) -> int:
     objective(K)
     for k in range(task.m):
         qp.b[k] = task.asked[k]
-    qp.meq = task.m
+    qp.meq, qp.nx = task.m, K.chain.n  # a path waits
     compliance(K, RELAXED_RATIO)
     ladder.stage = RELAX_STAGE
     return SOLVE

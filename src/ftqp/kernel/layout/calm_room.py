@@ -19,9 +19,10 @@ def calm_fields(N: int) -> list[Any]:
     ``reach`` and ``lipschitz`` bound the curvature and the change of the rows; ``sigma_seen`` is the smallest
     singular value when it was last looked at, at ``q_seen`` with ``seen_working`` joints.
 
-    ``A``, ``e``, ``b``: rows, error and right sides as the priority weighs them; ``S``: curvature; ``D``: the
-    metric; ``gradient``: A'e; ``kick``: what is added to it at a saddle; ``delta``: way to go of the free
-    joints. ``free``: working joints, those first that can follow the gradient. The rest is memory.
+    ``A``, ``e``, ``b``, ``rate``: rows, error, right sides and column of a path's rate as the priority weighs
+    them; ``S``: curvature; ``D``: the metric; ``gradient``: A'e; ``kick``: what is added to it at a saddle;
+    ``delta``: way to go of the free joints. ``free``: working joints, those first that can follow the
+    gradient. The rest is memory.
     """
     six, square = (TASK_ROWS, TASK_ROWS), (N, N)
     whole = ("on", "entered", "holding", "count", "seen_working", "known_working")
@@ -34,7 +35,7 @@ def calm_fields(N: int) -> list[Any]:
         *((name, "i8", (N,)) for name in ("free", "known")),
         *((name, "f8", (N,)) for name in ("q_seen", "gradient", "kick", "delta", "direction")),
         ("anchor", "f8", (12,)),
-        *((name, "f8", (TASK_ROWS,)) for name in ("weighted", "e", "b")),
+        *((name, "f8", (TASK_ROWS,)) for name in ("weighted", "e", "b", "rate")),
         ("A", "f8", (TASK_ROWS, N)),
         *((name, "f8", square) for name in ("S", "D", "work", "modes", "gains")),
         *((name, "f8", six) for name in ("U", "G")),

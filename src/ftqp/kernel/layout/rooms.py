@@ -343,12 +343,13 @@ def path_fields(N: int) -> Fields:
     that the feedback no longer corrects; ``feedback``: kp e of each row, where the path is blocked all but
     the velocity feedback; ``bend``: x'' - Jdot q' of each row; ``interval``: of the path's table;
     ``target``: the path's at the progress; ``drive``: velocity that the null space is drawn to where
-    ``driven``.
+    ``driven``; ``found``: whether it is a way past a singularity, looked for where ``speed`` is not 0;
+    ``kept``: the error, while it is looked for.
     """
     return [
-        *_scalars("i8", "interval driven"),
-        *_scalars("f8", "progress rate stop end limit ahead left"),
-        *_floats({"feedback": (6,), "bend": (6,), "target": (TARGET_SIZE,), "drive": (N,)}),
+        *_scalars("i8", "interval driven found"),
+        *_scalars("f8", "progress rate stop end limit ahead left speed"),
+        *_floats({"feedback": (6,), "bend": (6,), "kept": (6,), "target": (TARGET_SIZE,), "drive": (N,)}),
     ]
 
 

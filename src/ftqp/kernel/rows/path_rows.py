@@ -20,12 +20,18 @@ RISE = 0.1
 """Acceleration level: the rate approaches 1 with this time constant [s]."""
 STOP_SHARE = 0.5
 """Share of the acceleration limits that slowing down may use."""
+NEAR_SINGULAR = 0.2
+"""Where in calm a singular value is below this [characteristic lengths] ..."""
+STOP_SHARE_NEAR = 0.8
+"""... this is the share for coming down to the rate of a bend, what the bend itself takes included."""
 BEND_SHARE = 0.5
 """Share of the acceleration limits that the bend of the path may use."""
 SINGULAR_FROM = 0.02
 """Singular value (of the Jacobian in characteristic lengths) below which a direction counts as singular."""
 LEAST_RATE = 0.1
-"""Below this rate a joint's motion is not taken for that of the path alone."""
+"""Below this rate a joint's motion is not taken for that of the path alone ..."""
+LEAST_IN_CALM = 0.01
+"""... in calm, which leaves little other motion; so the bend is braked down to there."""
 ARRIVED = 1e-9
 """Path times nearer to each other than this are one [s]."""
 
@@ -67,7 +73,7 @@ def path_rows(K: Any, path: Any) -> None:
             task.beyond = max(task.beyond, abs(rate))
         qp.b[k] += w * component_of(K, c, 0, K.feedback.push)
         path.feedback[k] = task.kp * e if path.limit > 0.0 else qp.b[k] + task.kv * moving
-        own = max(path.rate, LEAST_RATE)
+        own = max(path.rate, LEAST_IN_CALM if K.calm.on else LEAST_RATE)
         path.bend[k] = change - drift / (own * own)
 
 
@@ -103,10 +109,13 @@ def _limit_in_bend(K: Any, path: Any) -> float:
     """The largest rate at which BEND_SHARE of the acceleration limits hold the arm on the path's bend.
 
     At a constant rate s the joints accelerate by s^2 c, c = J_f^+ (x'' - Jdot q'), q' = v/sigma', with the
-    damped inverse: sqrt(min BEND_SHARE a_max_i/|c_i|). The rest of the limits is left for slowing down. It
-    needs the singular directions of ``fade_feedback``, and diag(sigma) V' in ``scratch.wide``.
+    damped inverse: sqrt(min BEND_SHARE a_max_i/|c_i|). The rest of the limits is left for slowing down. The
+    rate comes down to that no faster than min_i STOP_SHARE a_max_i sigma'/|v_i|. In calm s^2 |c_i| adds to
+    the share where it is along v_i, as what speeds a joint up towards a singularity has to be braked, too;
+    near one the share may be STOP_SHARE_NEAR a_max_i + s^2 c_i sign(v_i). It needs the singular directions
+    of ``fade_feedback``, and diag(sigma) V' in ``scratch.wide``.
     """
-    limits, faults, task, turned, scratch = K.limits, K.faults, K.task, K.turned, K.scratch
+    limits, faults, task, turned, scratch, v = K.limits, K.faults, K.task, K.turned, K.scratch, K.state.v
     m = task.m
     floor = (task.length * SINGULAR_FROM) ** 2
     for k in range(m):
@@ -114,7 +123,11 @@ def _limit_in_bend(K: Any, path: Any) -> float:
         for j in range(m):
             s += turned.U[j, k] * path.bend[j]
         scratch.rows[k] = s / (turned.sigma[k] * turned.sigma[k] + floor)
-    limit = 1.0
+    limit, brake = 1.0, inf
+    own = max(path.rate, LEAST_IN_CALM if K.calm.on else LEAST_RATE)
+    least = inf
+    for k in range(m):
+        least = min(least, turned.sigma[k])
     for column in range(faults.working):
         i = faults.order[column]
         c = 0.0
@@ -122,7 +135,15 @@ def _limit_in_bend(K: Any, path: Any) -> float:
             c += scratch.wide[k, column] * scratch.rows[k]
         if limit * limit * abs(c) > BEND_SHARE * limits.a_max[i]:
             limit = sqrt(BEND_SHARE * limits.a_max[i] / abs(c))
-    return limit
+        if abs(v[i]) > 1e-9 * limits.a_max[i] * K.state.dt:
+            share = STOP_SHARE * limits.a_max[i]
+            if K.calm.on:
+                along = own * own * (c if v[i] > 0.0 else -c)
+                share += max(along, 0.0)
+                if least < NEAR_SINGULAR * task.length:
+                    share = max(share, STOP_SHARE_NEAR * limits.a_max[i] + along)
+            brake = min(brake, share * own / abs(v[i]))
+    return max(limit, path.rate - brake * K.state.dt) if brake < inf else limit
 
 
 @jit
@@ -154,7 +175,7 @@ def rate_variable(K: Any, path: Any) -> None:
     brake = _braking(K, path)
     path.ahead = _limit_before_jump(K, path, brake)
     slowest = path.rate - brake * state.dt if brake < inf else 0.0
-    in_bend = max(_limit_in_bend(K, path), slowest)
+    in_bend = _limit_in_bend(K, path)
     allowed = K.feedback.rate * K.feedback.speed  # the path waits for an arm that lags
     qp.H[n, n] = qp.H_diagonal[n] = weight
     qp.g[n] = -weight * wanted

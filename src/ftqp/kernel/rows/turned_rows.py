@@ -26,18 +26,18 @@ def _reduced_svd(K: Any) -> None:
 
 @jit
 def fade_feedback(K: Any, path: Any) -> None:
-    """Where a path is blocked, the task loses the share 1 - (sigma_k/sigma_0)^2 along singular directions.
+    """Where a path is blocked without calm, the task loses 1 - (sigma_k/sigma_0)^2 along singular directions.
 
     A path that waits at a singularity leaves an error that no motion reduces, and the full feedback would
-    swing the arm at its acceleration limits from one side of the singularity to the other. Until the verdict
-    that is welcome: it finds ways that slow motions do not. But then the path goes on no faster than the
+    swing the arm at its acceleration limits from one side of the singularity to the other. Calm brakes that;
+    without it the arm may swing until the verdict. With calm and without, the path goes on no faster than the
     share of PATIENT_WITH lengths that the error along these directions leaves, so that no swing carries it
     off. The velocity feedback of the acceleration level stays whole.
     """
     task, turned, qp = K.task, K.turned, K.qp
     m, U = task.m, turned.U
     _reduced_svd(K)
-    lost, blocked = 0.0, path.limit == 0.0
+    lost, blocked = 0.0, path.limit == 0.0 and not K.calm.on
     for k in range(m):
         share = turned.sigma[k] / (task.length * (CALM_FROM if blocked else SINGULAR_FROM))
         if share < 1.0:

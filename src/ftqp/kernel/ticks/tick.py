@@ -11,6 +11,8 @@ from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.calm_qp import begin_calm, calms
+from ftqp.kernel.calm.path_outlook import outlook
+from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
 from ftqp.kernel.feedback.gap import measure_gap, norms, wait
 from ftqp.kernel.feedback.late_targets import play_back
 from ftqp.kernel.feedback.observer import feel, observe
@@ -263,8 +265,7 @@ def _ask(K: Any) -> int:
     """How firmly the task is asked for, by its mode: READY, or SOLVE when another QP comes first."""
     task, turned, qp = K.task, K.turned, K.qp
     K.ladder.stage = MAIN_STAGE
-    if K.calm.entered:
-        K.calm.entered, qp.warm = 0, 0  # the codes of a working set depend on how many rows there are
+    leave_calm(K)
     for k in range(task.m):
         task.asked[k] = qp.b[k]
     if task.mode == HARD:
@@ -346,9 +347,12 @@ def prepare_on_path(K: Any, path: Any) -> int:
     motion(K)
     begin_on_path(K, path)
     objective(K)
+    blocked = stand_still(K, path)
+    task_rows(K, task.kp)
+    outlook(K, path)
     if path.driven:
         add_drive(K, path)
-    task_rows(K, task.kp)
+    calm = waits(K, path) and calms(K, task.kp)
     path_rows(K, path)
     if K.criteria.manipulability != 0.0:
         add_manipulability(K)
@@ -356,8 +360,12 @@ def prepare_on_path(K: Any, path: Any) -> int:
     K.ladder.stage = MAIN_STAGE
     for k in range(task.m):
         task.asked[k] = qp.b[k]
-    compliance(K, STIFFNESS)
+    compliance(K, task.slack_ratio if calm or blocked else STIFFNESS)
     rate_variable(K, path)
+    if calm:
+        begin_calm_on_path(K, path, task.kp)
+        return SOLVE
+    leave_calm(K)
     return READY
 
 

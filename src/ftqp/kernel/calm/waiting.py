@@ -1,0 +1,98 @@
+"""A path that waits, in calm: when its ticks are posed so, and the QP with its rate as one more variable."""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.calm.calm_qp import pose_calm
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import ACCELERATION, TARGET_HAS_ROTATION, TARGET_TWIST
+from ftqp.kernel.maths.cholesky import factor, solve_factored
+
+SLOW = 0.5
+"""Rate of a path below which its ticks may be posed in calm."""
+
+
+@jit
+def waits(K: Any, path: Any) -> bool:
+    """Whether the path is slow, blocked or at its end; the others never pay for calm."""
+    return bool(path.rate < SLOW or path.limit == 0.0 or path.progress >= path.end)
+
+
+@jit
+def stand_still(K: Any, path: Any) -> bool:
+    """The target of a blocked path stands where it is, without twist and acceleration; whether it does."""
+    if path.limit > 0.0 or not K.calm.on:
+        return False
+    for k in range(TARGET_TWIST, TARGET_HAS_ROTATION):
+        K.task.target[k] = 0.0
+    return True
+
+
+@jit
+def leave_calm(K: Any) -> None:
+    """The codes of a working set depend on how many rows there are: after a tick in calm it is of no use."""
+    if K.calm.entered:
+        K.calm.entered, K.qp.warm = 0, 0
+
+
+@jit
+def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
+    """The QP of calm with the path rate as the last variable: A x - x' s - b in place of A x - b.
+
+    Where the null space is drawn to a velocity, D acts on what differs from it. It needs ``rate_variable``,
+    with the compliance of calm.
+    Source: docs/theory/calm.md, "Paths that wait".
+    """
+    state, task, calm, qp = K.state, K.task, K.calm, K.qp
+    n = K.chain.n
+    weight = calm.soft * qp.H[n, n]
+    s, g = weight, calm.soft * qp.g[n]
+    for k in range(task.m):
+        task.asked[k] = qp.b[k]
+    pose_calm(K, kp)
+    for k in range(task.m):
+        calm.rate[k] = qp.A[k, n] / sqrt(task.yielding[task.rows[k]])
+        s += calm.rate[k] * calm.rate[k]
+        g -= calm.rate[k] * calm.b[k]
+    for i in range(n):
+        along = 0.0
+        for k in range(task.m):
+            along += calm.A[k, i] * calm.rate[k]
+        qp.H[i, n] = qp.H[n, i] = along
+    for a in range(calm.count, K.faults.working):  # pressed against their range, as in ``pose_calm``
+        i = calm.free[a]
+        g += calm.psi * qp.H[n, i] * calm.delta[a]
+        qp.H[i, n] = qp.H[n, i] = (1.0 - calm.psi) * qp.H[n, i]
+    qp.H[n, n] = qp.H_diagonal[n] = s
+    qp.g[n] = g
+    if path.driven:
+        kv = task.kv if state.level == ACCELERATION else 1.0
+        for i in range(n):
+            for j in range(n):
+                qp.g[i] -= kv * calm.D[i, j] * path.drive[j]
+    _hold_rate(K, path, weight)
+
+
+@jit
+def _hold_rate(K: Any, path: Any, weight: float) -> None:
+    """Where D < 0 along what s moves, add to 1/2 (s - sigma')^2 what keeps the QP convex.
+
+    What is left for s when the joints follow, H_ss - h'H^-1 h, becomes ``weight`` at least.
+    """
+    faults, calm, qp = K.faults, K.calm, K.qp
+    n, w, W, x = K.chain.n, faults.working, calm.work, calm.beside
+    for a in range(w):
+        i = faults.order[a]
+        x[a] = qp.H[i, n]
+        for b in range(a + 1):
+            W[a, b] = qp.H[i, faults.order[b]]
+    if w == 0 or not factor(W, w):
+        return
+    solve_factored(W, w, x)
+    lacking = weight - qp.H[n, n]
+    for a in range(w):
+        lacking += qp.H[faults.order[a], n] * x[a]
+    if lacking > 0.0:
+        qp.H[n, n] += lacking
+        qp.H_diagonal[n] = qp.H[n, n]
+        qp.g[n] -= lacking * path.rate
