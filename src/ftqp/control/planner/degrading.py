@@ -19,9 +19,9 @@ SENTENCES: Final = {
 
 @final
 class Degrading:
-    """Gives up the rotation about the tool axis, then the attitude, when a task stays RELAXED for 0.2 s.
+    """Gives up the rotation about the tool axis, then the attitude, when a task stays infeasible for 0.2 s.
 
-    What has been given up stays so until ``restore``.
+    What has been given up stays so until ``restore``; the status is RELAXED meanwhile.
 
     Args:
         session: The planner's, solved in the kernel.
@@ -30,11 +30,11 @@ class Degrading:
 
     def __init__(self, session: Session, sets: Sequence[str]) -> None:
         K = session.K
-        self._task = K.task
+        self._task, self._ladder = K.task, K.ladder
         self._whole = int(K.task.m), int(K.task.tool_rows)
         self._sets = tuple(name for name in sets if len(ROW_SETS[name]) < self._whole[0])
         self._most = round(PATIENCE / float(K.state.dt))
-        self._late = self._given_up = 0
+        self._late = 0
 
     def watched(self, tick: Callable[..., int]) -> Callable[..., int]:
         """A tick whose statuses are seen by ``see``."""
@@ -52,18 +52,19 @@ class Degrading:
         Args:
             code: The tick's status.
         """
-        if code == RELAXED:
+        task = self._task
+        if code == RELAXED and self._ladder.missed:
             self._late += 1
-            if self._late > self._most and self._given_up < len(self._sets):
-                name = self._sets[self._given_up]
-                self._given_up += 1
+            if self._late > self._most and task.given_up < len(self._sets):
+                name = self._sets[task.given_up]
+                task.given_up += 1
                 self._late = 0
-                self._task.m, self._task.tool_rows = len(ROW_SETS[name]), name == "position_axis"
+                task.m, task.tool_rows = len(ROW_SETS[name]), name == "position_axis"
                 _LOG.warning(SENTENCES[name])
-        elif code in (OK, SCALED):
+        elif code in (OK, RELAXED, SCALED):
             self._late = 0
 
     def restore(self) -> None:
         """The whole task again."""
         self._task.m, self._task.tool_rows = self._whole
-        self._late = self._given_up = 0
+        self._late = self._task.given_up = 0

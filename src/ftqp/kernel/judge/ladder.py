@@ -167,9 +167,9 @@ def _misses_task(K: Any) -> bool:
 
 @jit
 def _verdict_on_solved(K: Any) -> int:
-    """OK, SCALED or RELAXED, by what the solved QP leaves of the task and by limits that are not kept."""
+    """OK, SCALED or RELAXED, by what is left of the task, rows given up included, and by limits not kept."""
     ladder = K.ladder
-    if ladder.missed or ladder.outside > 0 or ladder.jump < 1.0:
+    if ladder.missed or ladder.outside > 0 or ladder.jump < 1.0 or K.task.given_up > 0:
         return RELAXED
     return SCALED if K.task.scale < SCALED_FROM else OK
 

@@ -76,10 +76,10 @@ def _task(N: int) -> Fields:
     along W. ``slack`` is A x - asked, ``asked`` what the task asks for (b differs in lexicographic mode),
     ``beyond`` what it asks beside b. ``yielding``: compliance of each component beside that of the task as a
     whole. ``seen``: the error of the measured tip, of which ``position_error`` and ``rotation_error`` are the
-    norms.
+    norms. ``given_up``: sets of rows that the task has been reduced by.
     """
     return [
-        *_scalars("i8", "m mode uses_rotation tool_rows has_tip_measured"),
+        *_scalars("i8", "m mode uses_rotation tool_rows has_tip_measured given_up"),
         *_scalars("f8", "kp kv length slack_ratio position_error rotation_error scale beyond"),
         *_integers({"rows": (6,)}),
         *_floats(
