@@ -62,8 +62,8 @@ class Task:
         degrade: Which sets of rows may be kept in place of ``rows``, of ``pose``, ``position_axis`` and
             ``position``, the largest first: when a joint swings freely, the largest that can be kept, and
             when the task stays infeasible for longer than 0.2 s, with the kernel's solver and no other
-            leader than the clock, one after the other until ``reset``; the status is then RELAXED. None allows all that are part of
-            ``rows`` while a joint swings freely, and gives up none otherwise.
+            leader than the clock, one after the other until ``reset``; the status is then RELAXED. None
+            allows all that are part of ``rows`` while a joint swings freely, and gives up none otherwise.
         tolerance: The largest error of the measured tip's position that still counts as following the task,
             > 0 [m]. A larger one says OK and goes on at full speed where the arm lags farther behind.
         rotation_tolerance: The same of its rotation, > 0 [rad].

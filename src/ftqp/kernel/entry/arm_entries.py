@@ -7,7 +7,7 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import carray, pointer
 from ftqp.kernel.judge.verdict import joint_torques
 from ftqp.kernel.layout.record import arm_dtype, record_dtype
-from ftqp.kernel.ticks.tick import accept_state
+from ftqp.kernel.ticks.accepted_inputs import accept_state
 
 
 def kinematics(capacity: int) -> Callable[..., int]:

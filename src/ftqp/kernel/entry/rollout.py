@@ -8,8 +8,9 @@ from ftqp.kernel.jit import carray, pointer
 from ftqp.kernel.judge.ladder import climb
 from ftqp.kernel.layout.enums import SOLVED, TARGET_SIZE, Status
 from ftqp.kernel.layout.record import record_dtype
+from ftqp.kernel.ticks.accepted_inputs import accept_state
 from ftqp.kernel.ticks.steps import FLOAT
-from ftqp.kernel.ticks.tick import accept_state, prepare_plain
+from ftqp.kernel.ticks.tick import prepare_plain
 
 WHOLE = np.dtype(np.int64)
 STATUSES = len(Status)

@@ -4,11 +4,10 @@ from typing import Any
 
 from ftqp.kernel.feedback.gap import norms
 from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.feedback.stray import OUT_TIME
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import INVALID_INPUT, LAGGING, OK, RELAXED, SCALED
 
-OUT_TIME = 0.02
-"""A joint outside its tube for this long [s] is a lag."""
 BACK = 0.5
 """The lag is over when every error is below this share of its tolerance ..."""
 BACK_TIME = 0.05

@@ -13,7 +13,7 @@ TUBE_TIME = 0.1
 """... and farther by what its command moves in this time [s]."""
 TUBE_SIGMAS = 6.0
 OUT_TIME = 0.02
-"""Outside its tube for this long during a stop [s] a joint asks for its brake."""
+"""Outside its tube for this long [s] a joint lags behind; during a stop it asks for its brake."""
 OVERSPEED = 0.2
 """A joint that goes on faster than asked, and than its limit, by this share of the limit ..."""
 OVERSPEED_TIME = 0.01

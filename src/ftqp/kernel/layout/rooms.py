@@ -1,26 +1,11 @@
 """The rooms of the record: the fields of each, for so many joints. SI units and ``f8`` unless named."""
 
-from typing import Any
-
 from ftqp.kernel.layout.calm_room import calm_fields
 from ftqp.kernel.layout.criteria import COEFFICIENTS
-from ftqp.kernel.layout.enums import DELAYS, HISTORY, TARGET_SIZE, TASK_ROWS
+from ftqp.kernel.layout.enums import DELAYS, TARGET_SIZE, TASK_ROWS
+from ftqp.kernel.layout.feedback_rooms import feedback_fields, history_fields, past_fields
+from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
 from ftqp.kernel.layout.rows import constraint_capacity
-
-Fields = list[Any]
-Shape = tuple[int, ...]
-
-
-def _floats(arrays: dict[str, Shape]) -> Fields:
-    return [(name, "f8", shape) for name, shape in arrays.items()]
-
-
-def _integers(arrays: dict[str, Shape]) -> Fields:
-    return [(name, "i8", shape) for name, shape in arrays.items()]
-
-
-def _scalars(kind: str, names: str) -> Fields:
-    return [(name, kind) for name in names.split()]
 
 
 def _state(N: int) -> Fields:
@@ -31,10 +16,10 @@ def _state(N: int) -> Fields:
     """
     names = ("q", "v", "q_command", "v_command", "a_command", "tau", "tau_brake", "given_v")
     return [
-        *_scalars("i8", "is_reset level ticks unusable"),
-        *_scalars("f8", "dt"),
-        *_floats(dict.fromkeys(names, (N,))),
-        *_floats({"given_q": (2 * N,)}),
+        *scalars("i8", "is_reset level ticks unusable"),
+        *scalars("f8", "dt"),
+        *floats(dict.fromkeys(names, (N,))),
+        *floats({"given_q": (2 * N,)}),
     ]
 
 
@@ -46,9 +31,9 @@ def _faults(N: int) -> Fields:
     ``lock_velocity`` are the deceleration and, by that model, the velocity of a joint that is being locked.
     """
     return [
-        *_scalars("i8", "reset_mode working movable"),
-        *_integers({"code": (N,), "order": (N,)}),
-        *_floats(dict.fromkeys(("lock_rate", "lock_velocity", "friction", "coulomb"), (N,))),
+        *scalars("i8", "reset_mode working movable"),
+        *integers({"code": (N,), "order": (N,)}),
+        *floats(dict.fromkeys(("lock_rate", "lock_velocity", "friction", "coulomb"), (N,))),
     ]
 
 
@@ -61,10 +46,10 @@ def _limits(N: int) -> Fields:
     """
     names = ("q_min", "q_max", "v_max", "a_max", "a_brake", "tau_max")
     return [
-        *_scalars("i8", "conversion dynamic empty_intervals"),
-        *_scalars("f8", "guard jin_p jin_v jin_margin jin_upsilon"),
-        *_floats(dict.fromkeys(names, (N,))),
-        *_integers({"lower_by": (N,), "upper_by": (N,)}),
+        *scalars("i8", "conversion dynamic empty_intervals"),
+        *scalars("f8", "guard jin_p jin_v jin_margin jin_upsilon"),
+        *floats(dict.fromkeys(names, (N,))),
+        *integers({"lower_by": (N,), "upper_by": (N,)}),
     ]
 
 
@@ -79,10 +64,10 @@ def _task(N: int) -> Fields:
     norms. ``given_up``: sets of rows that the task has been reduced by.
     """
     return [
-        *_scalars("i8", "m mode uses_rotation tool_rows has_tip_measured given_up"),
-        *_scalars("f8", "kp kv length slack_ratio position_error rotation_error scale beyond"),
-        *_integers({"rows": (6,)}),
-        *_floats(
+        *scalars("i8", "m mode uses_rotation tool_rows has_tip_measured given_up"),
+        *scalars("f8", "kp kv length slack_ratio position_error rotation_error scale beyond"),
+        *integers({"rows": (6,)}),
+        *floats(
             {
                 "row_scale": (6,),
                 "target": (TARGET_SIZE,),
@@ -101,16 +86,16 @@ def _task(N: int) -> Fields:
 def _criteria(N: int) -> Fields:
     """Coefficients of the objective, see ``ftqp.kernel.rows.objective``."""
     return [
-        *_scalars("f8", " ".join(COEFFICIENTS)),
-        *_floats({"weight": (N,), "posture": (N,)}),
+        *scalars("f8", " ".join(COEFFICIENTS)),
+        *floats({"weight": (N,), "posture": (N,)}),
     ]
 
 
 def _kinematics(N: int) -> Fields:
     """The one snapshot of a tick; ``acc`` is of the frame origins, minus gravity."""
     return [
-        *_scalars("i8", "has_dynamics"),
-        *_floats(
+        *scalars("i8", "has_dynamics"),
+        *floats(
             {
                 "sine": (N,),
                 "cosine": (N,),
@@ -139,9 +124,9 @@ def _chain(N: int) -> Fields:
     h; ``coulomb`` is data for rollouts, no formula of a planner's tick feeds it forward.
     """
     return [
-        *_scalars("i8", "n nq has_inertia"),
-        *_integers({"prismatic": (N,), "continuous": (N,)}),
-        *_floats(
+        *scalars("i8", "n nq has_inertia"),
+        *integers({"prismatic": (N,), "continuous": (N,)}),
+        *floats(
             {
                 "rotation": (N, 9),
                 "translation": (N, 3),
@@ -165,59 +150,8 @@ def _watch(N: int) -> Fields:
     ``stopped``: the stop has come to rest; ``rise``: time in which a stop brings the deceleration up [s].
     """
     return [
-        *_scalars("i8", "stop_samples rising latched stopped reason fallbacks fallback_limit"),
-        *_scalars("f8", "stop_position stop_rotation last_position_error last_rotation_error rise"),
-    ]
-
-
-def _feedback(N: int) -> Fields:
-    """The loop between the reference and the arm, see ``ftqp.kernel.feedback``.
-
-    ``active``: this tick is posed at the reference; ``kind``: what the arm takes; ``latency``: ticks by which
-    samples are late; ``span``, ``now``: length and place of the ring ``past``; ``refused``: bad samples now;
-    ``stride``: ticks between kept targets; ``culprit``: the joint that is farthest from its command, -1
-    none; ``kappa``, ``hold``, ``stiffness``: bandwidth of the tip's, a velocity arm's and a torque arm's
-    loop [1/s]; ``pole``, ``pole_failed``, ``slowness``: of the observer; ``sigma``: noise of the samples;
-    ``c``: displacement of the target; ``off``: measured tip less that of the reference; ``left``: their sum;
-    ``push``: what the displacement feeds forward; ``seen``: samples as believed; ``good``: last good ones,
-    ``age`` ticks old, ``offset`` from the reference; ``spent``: patience that bad ones have cost [s];
-    ``strayed``, ``hurried``: ticks that a joint was out of its tube in a stop, or too fast; ``asks``: for
-    its brake; ``others``, ``bent``: scratch; ``quiet``: the displacement rests; ``wound``: integral part of a
-    velocity arm's hold; ``speed_margin``: share of the speed limits that is left to servos.
-    """
-    names = ("seen", "good", "raw", "offset", "spent", "q_hat", "v_hat", "d_hat", "d_slow", "q_now", "v_now",
-             "q_sent", "v_sent", "tau_sent", "h", "wound", "bent")  # fmt: skip
-    return [
-        *_scalars("i8", "active fresh kind latency span now refused exact displaced has_tip quiet"),
-        *_scalars("i8", "lagging out settled far stored until_stored stride culprit"),
-        *_scalars("f8", "kappa hold lead stiffness pole pole_failed slowness failed_noise sigma patience"),
-        *_scalars(
-            "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"
-        ),
-        *_scalars("f8", "waited spent_elsewhere speed_margin"),
-        *_floats(dict.fromkeys(("c", "c_rate", "push", "off", "left"), (6,))),
-        *_floats(dict.fromkeys(names, (N,))),
-        *_integers(dict.fromkeys(("age", "same", "lost", "bad", "still", "known_failed"), (N,))),
-        *_integers(dict.fromkeys(("strayed", "hurried", "asks", "others"), (N,))),
-        *_floats({"tip": (12,), "M": (N, N)}),
-    ]
-
-
-def _past(N: int) -> Fields:
-    """The last ticks in a ring: reference, acceleration that was sent, tip of the reference and its error."""
-    return [
-        *_integers({"known": (DELAYS,)}),
-        *_floats({"q": (DELAYS, N), "v": (DELAYS, N), "a": (DELAYS, N)}),
-        *_floats({"tip": (DELAYS, 12), "error": (DELAYS, 6)}),
-    ]
-
-
-def _history(N: int) -> Fields:
-    """Given targets of the last second, every few ticks; ``age`` of the newest [s]."""
-    return [
-        *_scalars("i8", "newest"),
-        *_scalars("f8", "age"),
-        *_floats({"given": (TARGET_SIZE,), "turn": (9,), "target": (HISTORY, TARGET_SIZE)}),
+        *scalars("i8", "stop_samples rising latched stopped reason fallbacks fallback_limit"),
+        *scalars("f8", "stop_position stop_rotation last_position_error last_rotation_error rise"),
     ]
 
 
@@ -233,9 +167,9 @@ def _ladder(N: int) -> Fields:
     [N m].
     """
     return [
-        *_scalars("i8", "status verdict stage external claim qp_iterations dense_task p missed outside"),
-        *_scalars("f8", "accept residual_task residual_bounds residual_dual torque_excess kappa jump"),
-        *_floats(
+        *scalars("i8", "status verdict stage external claim qp_iterations dense_task p missed outside"),
+        *scalars("f8", "accept residual_task residual_bounds residual_dual torque_excess kappa jump"),
+        *floats(
             {
                 "g_task": (N + 1,),
                 "d_task": (N + 1,),
@@ -258,9 +192,9 @@ def qp_fields(variables: int, rows: int, constraints: int) -> Fields:
     """
     working = variables + rows + constraints
     return [
-        *_scalars("i8", "nx meq nc dense warm iterations max_iterations"),
-        *_scalars("f8", "soft_rows tolerance"),
-        *_floats(
+        *scalars("i8", "nx meq nc dense warm iterations max_iterations"),
+        *scalars("f8", "soft_rows tolerance"),
+        *floats(
             {
                 "lb": (variables,),
                 "ub": (variables,),
@@ -286,7 +220,7 @@ def qp_fields(variables: int, rows: int, constraints: int) -> Fields:
                 "u": (constraints,),
             }
         ),
-        *_integers(
+        *integers(
             {
                 "code": (working,),
                 "side": (working,),
@@ -295,7 +229,7 @@ def qp_fields(variables: int, rows: int, constraints: int) -> Fields:
                 "warm_side": (working,),
             }
         ),
-        *_floats(
+        *floats(
             {
                 "scratch": (variables,),
                 "V": (working, variables),
@@ -316,8 +250,8 @@ def _qp(N: int) -> Fields:
 def _aside(N: int) -> Fields:
     """The task's QP while another one asks what its torque rows lack: sizes, objective and box."""
     return [
-        *_scalars("i8", "nx meq dense"),
-        *_floats(dict.fromkeys(("g", "H_diagonal", "lb", "ub"), (N,))),
+        *scalars("i8", "nx meq dense"),
+        *floats(dict.fromkeys(("g", "H_diagonal", "lb", "ub"), (N,))),
     ]
 
 
@@ -328,9 +262,9 @@ def _turned(N: int) -> Fields:
     value falls below ``threshold`` and is ``factor`` at the singularity; factor 0: none.
     """
     return [
-        *_scalars("i8", "on"),
-        *_scalars("f8", "threshold factor"),
-        *_floats({"U": (6, 6), "sigma": (6,), "softness": (6,)}),
+        *scalars("i8", "on"),
+        *scalars("f8", "threshold factor"),
+        *floats({"U": (6, 6), "sigma": (6,), "softness": (6,)}),
     ]
 
 
@@ -347,9 +281,9 @@ def path_fields(N: int) -> Fields:
     ``kept``: the error, while it is looked for.
     """
     return [
-        *_scalars("i8", "interval driven found"),
-        *_scalars("f8", "progress rate stop end limit ahead left speed"),
-        *_floats({"feedback": (6,), "bend": (6,), "kept": (6,), "target": (TARGET_SIZE,), "drive": (N,)}),
+        *scalars("i8", "interval driven found"),
+        *scalars("f8", "progress rate stop end limit ahead left speed"),
+        *floats({"feedback": (6,), "bend": (6,), "kept": (6,), "target": (TARGET_SIZE,), "drive": (N,)}),
     ]
 
 
@@ -365,11 +299,11 @@ def base_fields(N: int) -> Fields:
     low-pass factor of the disturbance observer, 0: none.
     """
     return [
-        *_scalars(
+        *scalars(
             "i8", "code attitude has delay ticks seen rates ever stale freezes hold leaning anti_windup"
         ),
-        *_scalars("f8", "gain observer age patience rank tolerance"),
-        *_floats(
+        *scalars("f8", "gain observer age patience rank tolerance"),
+        *floats(
             {
                 "tip_world": (4, 4),
                 "given": (4, 4),
@@ -399,7 +333,7 @@ def joints_fields(N: int) -> Fields:
     ``q`` and ``v``: where each joint should be now; ``x``: its mean acceleration, or velocity, until the next
     tick; ``demand``: what the QP is asked for; ``kp`` and ``kv``: gains on the error.
     """
-    return [*_scalars("f8", "kp kv"), *_floats(dict.fromkeys(("q", "v", "x", "demand"), (N,)))]
+    return [*scalars("f8", "kp kv"), *floats(dict.fromkeys(("q", "v", "x", "demand"), (N,)))]
 
 
 def _free(N: int) -> Fields:
@@ -412,17 +346,17 @@ def _free(N: int) -> Fields:
     upper one; ``tau_stop``: torque of the stop.
     """
     return [
-        *_scalars("i8", "mode joint rows allowed impact_side"),
-        *_scalars("f8", "impact_time impact_speed impact_energy swing reach drift drift_time"),
-        *_integers({"contact": (N,)}),
-        *_floats({"tau_stop": (N,)}),
+        *scalars("i8", "mode joint rows allowed impact_side"),
+        *scalars("f8", "impact_time impact_speed impact_energy swing reach drift drift_time"),
+        *integers({"contact": (N,)}),
+        *floats({"tau_stop": (N,)}),
     ]
 
 
 def _scratch(N: int) -> Fields:
     """Memory of the parts of a tick; nothing in it but ``wide`` outlives the part that fills it."""
     return [
-        *_floats(
+        *floats(
             {
                 "joints": (N + 1,),
                 "impulse": (N + 1,),
@@ -442,14 +376,14 @@ ROOMS = {
     "criteria": _criteria,
     "watch": _watch,
     "ladder": _ladder,
-    "feedback": _feedback,
+    "feedback": feedback_fields,
     "kinematics": _kinematics,
     "chain": _chain,
     "qp": _qp,
     "scratch": _scratch,
     "turned": _turned,
-    "past": _past,
-    "history": _history,
+    "past": past_fields,
+    "history": history_fields,
     "aside": _aside,
     "calm": calm_fields,
     "free": _free,

@@ -1,5 +1,6 @@
-"""What a caller hands to a tick, copied into the record: nothing of it is remembered."""
+"""What a caller hands to a tick, copied into the record and looked at: nothing of it is remembered."""
 
+from math import atan2, pi
 from typing import Any
 
 from ftqp.kernel.compiled.taking import take
@@ -13,6 +14,8 @@ from ftqp.kernel.layout.enums import (
     TWIST_ALONE,
     WRONG_SHAPE,
 )
+from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.rotation import is_rotation
 
 MOST_ROWS = 1 << 40
 """More rows of targets than any memory holds, few enough that their numbers can be counted."""
@@ -53,3 +56,60 @@ def accept_target(K: Any, target: Any, row: int) -> int:
         if task.uses_rotation:
             return NO_ROTATION
     return 0
+
+
+@jit
+def accept_state(K: Any, nq: int) -> None:
+    """The given state as joint values: n of them, or nq with (cos, sin) for each continuous joint.
+
+    An angle given by cosine and sine is unwrapped to the turn of the last command.
+    """
+    chain, state = K.chain, K.state
+    n, given = chain.n, state.given_q
+    for i in range(n):
+        state.v[i] = state.given_v[i]
+    if nq == n:
+        for i in range(n):
+            state.q[i] = given[i]
+        return
+    k = 0
+    for i in range(n):
+        if chain.continuous[i]:
+            angle = atan2(given[k + 1], given[k]) - state.q_command[i]
+            turns = angle / (2.0 * pi)
+            whole = float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if is_finite(turns) else 0.0
+            state.q[i] = state.q_command[i] + angle - 2.0 * pi * whole
+            if not (is_finite(given[k]) and is_finite(given[k + 1])):
+                state.q[i] = given[k] + given[k + 1]
+            k += 2
+        else:
+            state.q[i] = given[k]
+            k += 1
+
+
+@jit
+def target_is_usable(K: Any) -> bool:
+    """Whether the target is finite and the rotation of its pose, if it has one, is one.
+
+    Number by number: fast math may fold a sum of x - x into zero, NaN or not.
+    """
+    good = True
+    for k in range(TARGET_HAS_ROTATION):
+        good = good and is_finite(K.task.target[k])
+    if good and K.task.target[TARGET_HAS_ROTATION] > 0.0:
+        return is_rotation(K.task.target)
+    return good
+
+
+@jit
+def state_is_finite(K: Any) -> bool:
+    """Whether the measured state is finite; a q or v that is not gives way to the last command."""
+    state = K.state
+    n, good = K.chain.n, state.unusable == 0
+    for i in range(n):
+        good = good and is_finite(state.q[i]) and is_finite(state.v[i])
+    if not good:
+        for i in range(n):
+            state.q[i] = state.q_command[i]
+            state.v[i] = state.v_command[i]
+    return good

@@ -22,9 +22,8 @@ from ftqp.kernel.rows.inertial_target import base_verdict
 from ftqp.kernel.rows.path_rows import advance
 from ftqp.kernel.rows.path_sample import look_up
 from ftqp.kernel.rows.turned_rows import turn_back
-from ftqp.kernel.ticks.accepted_inputs import accept_arrays, accept_target
+from ftqp.kernel.ticks.accepted_inputs import accept_arrays, accept_state, accept_target
 from ftqp.kernel.ticks.tick import (
-    accept_state,
     prepare_free,
     prepare_on_base,
     prepare_on_joints,

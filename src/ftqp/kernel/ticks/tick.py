@@ -4,7 +4,6 @@ Who leads the arm decides which parts there are: the clock, a path that is follo
 inertial target above a base that moves. What a planner does not use is not compiled for it.
 """
 
-from math import atan2, pi
 from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
@@ -37,11 +36,8 @@ from ftqp.kernel.layout.enums import (
     SCALE,
     SOLVE,
     STOPPED_BY_ERROR,
-    TARGET_HAS_ROTATION,
     TORQUE_DRIVE,
 )
-from ftqp.kernel.maths.finite import is_finite
-from ftqp.kernel.maths.rotation import is_rotation
 from ftqp.kernel.rows.constraint_rows import add_constraints
 from ftqp.kernel.rows.drive import add_drive
 from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, prescribed_motion, sort_joints
@@ -53,66 +49,10 @@ from ftqp.kernel.rows.objective import objective
 from ftqp.kernel.rows.path_rows import STIFFNESS, begin_on_path, path_rows, rate_variable
 from ftqp.kernel.rows.task_rows import compliance, path_scale, task_rows
 from ftqp.kernel.rows.turned_rows import fade_feedback, turn_rows
+from ftqp.kernel.ticks.accepted_inputs import state_is_finite, target_is_usable
 
 SCALE_STAGE_RATIO = 1e-7
 """Scaled mode: compliance of the rows that keep the direction."""
-
-
-@jit
-def accept_state(K: Any, nq: int) -> None:
-    """The given state as joint values: n of them, or nq with (cos, sin) for each continuous joint.
-
-    An angle given by cosine and sine is unwrapped to the turn of the last command.
-    """
-    chain, state = K.chain, K.state
-    n, given = chain.n, state.given_q
-    for i in range(n):
-        state.v[i] = state.given_v[i]
-    if nq == n:
-        for i in range(n):
-            state.q[i] = given[i]
-        return
-    k = 0
-    for i in range(n):
-        if chain.continuous[i]:
-            angle = atan2(given[k + 1], given[k]) - state.q_command[i]
-            turns = angle / (2.0 * pi)
-            whole = float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if is_finite(turns) else 0.0
-            state.q[i] = state.q_command[i] + angle - 2.0 * pi * whole
-            if not (is_finite(given[k]) and is_finite(given[k + 1])):
-                state.q[i] = given[k] + given[k + 1]
-            k += 2
-        else:
-            state.q[i] = given[k]
-            k += 1
-
-
-@jit
-def _target_is_usable(K: Any) -> bool:
-    """Whether the target is finite and the rotation of its pose, if it has one, is one.
-
-    Number by number: fast math may fold a sum of x - x into zero, NaN or not.
-    """
-    good = True
-    for k in range(TARGET_HAS_ROTATION):
-        good = good and is_finite(K.task.target[k])
-    if good and K.task.target[TARGET_HAS_ROTATION] > 0.0:
-        return is_rotation(K.task.target)
-    return good
-
-
-@jit
-def _state_is_finite(K: Any) -> bool:
-    """Whether the measured state is finite; a q or v that is not gives way to the last command."""
-    state = K.state
-    n, good = K.chain.n, state.unusable == 0
-    for i in range(n):
-        good = good and is_finite(state.q[i]) and is_finite(state.v[i])
-    if not good:
-        for i in range(n):
-            state.q[i] = state.q_command[i]
-            state.v[i] = state.v_command[i]
-    return good
 
 
 @jit
@@ -150,7 +90,7 @@ def _see_as_measured(K: Any) -> bool:
     """Begin a tick at the measured state: whether all inputs are usable."""
     _begin(K)
     K.feedback.active = 0
-    valid = _state_is_finite(K) and _target_is_usable(K)
+    valid = state_is_finite(K) and target_is_usable(K)
     forward_kinematics(K)
     return valid
 
@@ -165,7 +105,7 @@ def _see(K: Any) -> bool:
     _begin(K)
     feedback.active = 1
     first = feedback.fresh != 0
-    valid = _target_is_usable(K)
+    valid = target_is_usable(K)
     believe(K)
     observe(K, first)
     if feedback.kind == TORQUE_DRIVE:

@@ -1,0 +1,55 @@
+"""The rooms of the loop between the reference and the arm: its state, the last ticks, the last targets."""
+
+from ftqp.kernel.layout.enums import DELAYS, HISTORY, TARGET_SIZE
+from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
+
+
+def feedback_fields(N: int) -> Fields:
+    """The loop between the reference and the arm, see ``ftqp.kernel.feedback``.
+
+    ``active``: this tick is posed at the reference; ``kind``: what the arm takes; ``latency``: ticks by which
+    samples are late; ``span``, ``now``: length and place of the ring ``past``; ``refused``: bad samples now;
+    ``stride``: ticks between kept targets; ``culprit``: the joint that is farthest from its command, -1
+    none; ``kappa``, ``hold``, ``stiffness``: bandwidth of the tip's, a velocity arm's and a torque arm's
+    loop [1/s]; ``pole``, ``pole_failed``, ``slowness``: of the observer; ``sigma``: noise of the samples;
+    ``c``: displacement of the target; ``off``: measured tip less that of the reference; ``left``: their sum;
+    ``push``: what the displacement feeds forward; ``seen``: samples as believed; ``good``: last good ones,
+    ``age`` ticks old, ``offset`` from the reference; ``spent``: patience that bad ones have cost [s];
+    ``strayed``, ``hurried``: ticks that a joint was out of its tube in a stop, or too fast; ``asks``: for
+    its brake; ``others``, ``bent``: scratch; ``quiet``: the displacement rests; ``wound``: integral part of a
+    velocity arm's hold; ``speed_margin``: share of the speed limits that is left to servos.
+    """
+    names = ("seen", "good", "raw", "offset", "spent", "q_hat", "v_hat", "d_hat", "d_slow", "q_now", "v_now",
+             "q_sent", "v_sent", "tau_sent", "h", "wound", "bent")  # fmt: skip
+    return [
+        *scalars("i8", "active fresh kind latency span now refused exact displaced has_tip quiet"),
+        *scalars("i8", "lagging out settled far stored until_stored stride culprit"),
+        *scalars("f8", "kappa hold lead stiffness pole pole_failed slowness failed_noise sigma patience"),
+        *scalars(
+            "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"
+        ),
+        *scalars("f8", "waited spent_elsewhere speed_margin"),
+        *floats(dict.fromkeys(("c", "c_rate", "push", "off", "left"), (6,))),
+        *floats(dict.fromkeys(names, (N,))),
+        *integers(dict.fromkeys(("age", "same", "lost", "bad", "still", "known_failed"), (N,))),
+        *integers(dict.fromkeys(("strayed", "hurried", "asks", "others"), (N,))),
+        *floats({"tip": (12,), "M": (N, N)}),
+    ]
+
+
+def past_fields(N: int) -> Fields:
+    """The last ticks in a ring: reference, acceleration that was sent, tip of the reference and its error."""
+    return [
+        *integers({"known": (DELAYS,)}),
+        *floats({"q": (DELAYS, N), "v": (DELAYS, N), "a": (DELAYS, N)}),
+        *floats({"tip": (DELAYS, 12), "error": (DELAYS, 6)}),
+    ]
+
+
+def history_fields(N: int) -> Fields:
+    """Given targets of the last second, every few ticks; ``age`` of the newest [s]."""
+    return [
+        *scalars("i8", "newest"),
+        *scalars("f8", "age"),
+        *floats({"given": (TARGET_SIZE,), "turn": (9,), "target": (HISTORY, TARGET_SIZE)}),
+    ]
