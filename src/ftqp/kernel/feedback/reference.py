@@ -68,6 +68,8 @@ def leave_margin(K: Any) -> None:
     Source: docs/theory/feedback.md, "The reference".
     """
     feedback, past, faults = K.feedback, K.past, K.faults
+    if feedback.exact:
+        return
     then = slot(feedback, feedback.latency)
     if feedback.speed_margin == 0.0:
         for i in range(K.chain.n):

@@ -71,6 +71,9 @@ def look_for_strays(K: Any) -> None:
     Source: docs/theory/feedback.md, "Stops".
     """
     feedback, past, watch, dt = K.feedback, K.past, K.watch, K.state.dt
+    if feedback.exact and not feedback.straying:
+        return
+    feedback.straying = 0
     then = slot(feedback, feedback.latency)
     time = OVERSPEED_TIME if feedback.kind == TORQUE_DRIVE else SERVO_TIME
     for i in range(K.chain.n):
@@ -82,6 +85,8 @@ def look_for_strays(K: Any) -> None:
         top = K.limits.v_max[i]
         fast = abs(feedback.v_hat[i]) > OVERSPEED * top + max(top, abs(past.v[then, i]))
         feedback.hurried[i] = feedback.hurried[i] + 1 if fast else 0
+        if out or fast:
+            feedback.straying = 1
         if feedback.hurried[i] * dt > time - 0.5 * dt:
             feedback.asks[i] = 1
             if watch.latched == 0 and watch.stop_samples > 0:

@@ -15,15 +15,16 @@ def feedback_fields(N: int) -> Fields:
     ``c``: displacement of the target; ``off``: measured tip less that of the reference; ``left``: their sum;
     ``push``: what the displacement feeds forward; ``seen``: samples as believed; ``good``: last good ones,
     ``age`` ticks old, ``offset`` from the reference; ``spent``: patience that bad ones have cost [s];
-    ``strayed``, ``hurried``: ticks that a joint was out of its tube in a stop, or too fast; ``asks``: for
-    its brake; ``others``, ``bent``: scratch; ``quiet``: the displacement rests; ``wound``: integral part of a
-    velocity arm's hold; ``speed_margin``: share of the speed limits that is left to servos.
+    ``strayed``, ``hurried``: ticks that a joint was out of its tube in a stop, or too fast; ``straying``:
+    some are counted; ``asks``: for its brake; ``others``, ``bent``: scratch; ``quiet``: the displacement
+    rests; ``wound``: integral part of a velocity arm's hold; ``speed_margin``: share of the speed limits
+    that is left to servos.
     """
     names = ("seen", "good", "raw", "offset", "spent", "q_hat", "v_hat", "d_hat", "d_slow", "q_now", "v_now",
              "q_sent", "v_sent", "tau_sent", "h", "wound", "bent")  # fmt: skip
     return [
         *scalars("i8", "active fresh kind latency span now refused exact displaced has_tip quiet"),
-        *scalars("i8", "lagging out settled far stored until_stored stride culprit"),
+        *scalars("i8", "lagging out settled far stored until_stored stride culprit straying"),
         *scalars("f8", "kappa hold lead stiffness pole pole_failed slowness failed_noise sigma patience"),
         *scalars(
             "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"

@@ -110,10 +110,10 @@ def _see(K: Any) -> bool:
     observe(K, first)
     if feedback.kind == TORQUE_DRIVE:
         feel(K)
-    look_for_strays(K)
-    leave_margin(K)
     refer(K)
     look_at_tip(K)
+    look_for_strays(K)
+    leave_margin(K)
     correct(K)
     measure_gap(K)
     wait(K)
