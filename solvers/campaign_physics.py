@@ -1,12 +1,13 @@
 """Random episodes in physics: whatever fails, however badly it is measured, the arm ends safe.
 
-    python solvers/campaign_physics.py --episodes 2000 --out runs/campaign-physics.sqlite
+    python solvers/campaign_physics.py --first 200000 --episodes 2000   the table of docs/mujoco-plant.md
+    python solvers/campaign_physics.py --replay 200058
 
 An episode is an arm in MuJoCo (panda, iiwa14 or xarm7; drive, load, friction, noise, latency, fault and its
 time, told at once, late or never) that follows a circle and then stands for two seconds. It is drawn from its
-number alone. Episodes that the file has already are not run again. The tables say how often each law was
-broken, by arm, drive and fault, and how each exception came about; ``--replay K`` runs one of them and writes
-its figures.
+number alone. Episodes that ``--file`` has already are not run again. The tables say how often each law was
+broken, by arm, drive and fault, and how each exception came about; the report goes to ``--out``.
+``--replay K`` runs one of them and writes its figures.
 
 What no planner can help is not counted: healthy joints' speed within 0.1 s after a brake has closed, or after
 a joint without a motor that holds it has met its end stop.
@@ -16,18 +17,21 @@ import argparse
 import json
 import logging
 import sqlite3
-import time
+import sys
 from dataclasses import asdict, dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from bench import results
 from joblib import Parallel, delayed
 
 import ftqp
 from ftqp.control.drive.drive import Drive
 from ftqp.control.drive.noise import Noise
+from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.log.metrics import STATUSES
 from ftqp.sim.loop import Simulation
@@ -63,6 +67,12 @@ CLAIM = 0.1
 """How long OK may be said beyond the tolerance [s]."""
 Array = np.ndarray[Any, Any]
 LAWS = ("divergence", "speed", "torque", "end", "false OK")
+WHOLE = 2000
+"""A campaign of fewer episodes is a quick one."""
+LIMITATIONS = (
+    "Loads, friction and faults are drawn evenly from ranges of our own, not from records of real arms.",
+    "Sensors are late and noisy, but none breaks; one joint fails, of one arm, in one episode.",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -350,6 +360,12 @@ def tables(rows: list[Row]) -> str:
     return "\n".join(lines)
 
 
+def markdown(result: dict[str, Any]) -> str:
+    """The report, as one string."""
+    head, foot = results.preamble("Episodes in physics", result), results.appendix(result)
+    return "\n".join([*head, tables(result["rows"]), "", *foot])
+
+
 def _counts(name: str, rows: list[Row]) -> str:
     """A line of the first table."""
     broken = [sum(outcome[law] > 0.0 for _, _, outcome in rows) for law in LAWS]
@@ -383,33 +399,46 @@ def _cause(drawn: dict[str, Any], outcome: dict[str, Any]) -> str:
     return f"{'known' if since > known else 'unknown'} fault: {when}"
 
 
-def main() -> None:
-    """Runs what is missing and prints the table."""
+def main() -> int:
+    """Runs what is missing, prints and writes the tables; 0 when done, 2 for bad input."""
+    summary, usage = (__doc__ or "").split("\n\n", 1)
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--episodes", type=int, default=200)
     parser.add_argument("--first", type=int, default=0, help="number of the first episode")
-    parser.add_argument("--out", type=Path, default=Path("runs/campaign-physics.sqlite"))
+    parser.add_argument("--file", type=Path, default=Path("runs/campaign-physics.sqlite"), help="of episodes")
+    parser.add_argument("--out", type=Path, default=results.RESULTS, help="folder of the report")
     parser.add_argument("--jobs", type=int, default=1, help="how many processes run them")
     parser.add_argument("--replay", type=int, help="run this episode alone, with figures")
-    choices = parser.parse_args()
-    if choices.replay is not None:
-        replay(choices.replay)
-        return
-    connection = kept(choices.out)
-    wanted = range(choices.first, choices.first + choices.episodes)
+    given = parser.parse_args()
+    if given.replay is not None:
+        replay(given.replay)
+        return 0
+    connection = kept(given.file)
+    wanted = range(given.first, given.first + given.episodes)
     have = {seed for (seed,) in connection.execute("SELECT seed FROM episodes")}
     missing = [seed for seed in wanted if seed not in have]
-    began = time.perf_counter()
-    with Parallel(n_jobs=choices.jobs, return_as="generator_unordered") as parallel:
+    with Parallel(n_jobs=given.jobs, return_as="generator_unordered") as parallel:
         for row in parallel(delayed(_ran)(seed) for seed in missing):
             connection.execute("INSERT OR IGNORE INTO episodes VALUES (?, ?, ?)", row)
             connection.commit()
     stored = connection.execute("SELECT seed, drawn, outcome FROM episodes ORDER BY seed")
-    rows = [(seed, json.loads(drawn), json.loads(out)) for seed, drawn, out in stored if seed in wanted]
-    print(tables(rows))
-    print(f"{len(missing)} episodes in {time.perf_counter() - began:.0f} s")
+    settings = {"first": given.first, "episodes": given.episodes, "jobs": given.jobs}
+    result = results.circumstances("campaign_physics", (), settings) | {
+        "rows": [(seed, json.loads(drawn), json.loads(out)) for seed, drawn, out in stored if seed in wanted],
+        "left_out": {},
+        "limitations": list(LIMITATIONS),
+    }
+    result["versions"]["mujoco"] = version("mujoco")
+    sys.stdout.write(markdown(result) + "\n")
+    try:
+        name = results.stem("campaign_physics", name=None, quick=given.episodes < WHOLE)
+        results.written(result, markdown(result), given.out, name)
+    except InputError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    return 0
 
 
 def _ran(seed: int) -> tuple[int, str, str]:
@@ -433,4 +462,4 @@ def replay(seed: int) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
