@@ -76,6 +76,10 @@ RETRY = 0.1
 """A posture in which the free joint can rest is looked for so often [s] ..."""
 LONGER = 0.3
 """... and for so long after the search [s]."""
+HANGS = 0.05
+"""A free joint slower than this may be hanging where it can rest [rad/s or m/s]."""
+LED_FOR, LED_FOR_UNDAMPED = 1.2, 4.5
+"""So long after the task was given up the others rest wherever the free joint meets no stop [s]."""
 HARDER = 0.1
 """Speed that following a task may add to an impact [rad/s or m/s]."""
 
@@ -127,7 +131,7 @@ def begin_arrest(K: Any, F: Any) -> None:
     n = K.chain.n
     K.free.mode, K.free.rows = ARREST, NOTHING_KEPT
     _latch(K)
-    F.calming, F.recheck = 0, 0.0
+    F.calming, F.recheck, F.given_up = 0, 0.0, 0.0
     F.left = SEARCH_TIME if viscous_friction(K, F.joint) >= DAMPED else SEARCH_TIME_UNDAMPED
     begin_plan(F, n)
 
@@ -226,10 +230,37 @@ def _decide(K: Any, F: Any) -> None:
 
 
 @jit
+def hold_still(K: Any, F: Any) -> None:
+    """The search is over; what lies ahead is looked at now and then, to be told."""
+    F.left = 0.0
+    K.free.mode = STILL
+    F.period = max(F.period, int(REPEAT / F.dt + 0.5))
+    F.countdown = 0
+
+
+@jit
+def _may_rest(K: Any, F: Any) -> bool:
+    """Whether the others may rest: the free joint stays off its stops, and it hangs or its time is over."""
+    damped = viscous_friction(K, F.joint) >= DAMPED
+    over = F.given_up >= (LED_FOR if damped else LED_FOR_UNDAMPED)
+    if not over and abs(F.v[F.joint]) > HANGS:
+        return False
+    for j in range(K.chain.n):
+        F.base_q[j], F.base_v[j] = F.q[j], F.v[j]
+    return braking_is_safe(K, F) and (over or F.highest - F.lowest < CALM_SWING)
+
+
+@jit
 def _watch(K: Any, F: Any) -> None:
-    """While the arm is led: roll it out again every 50 ms, and give up where it would not get there."""
+    """While the arm is led: roll it out again every 50 ms, and give up where it would not get there.
+
+    Where the task has been given up, the others rest as soon as the free joint hangs, or its time is over.
+    """
     F.since += F.dt
     if not F.rolling and F.since >= REPEAT:
+        if K.watch.latched and _may_rest(K, F):
+            hold_still(K, F)
+            return
         F.since, F.rolling = 0.0, 1
         begin_rollout(K, F)
     if F.rolling:
@@ -268,15 +299,6 @@ def _arrest(K: Any, F: Any) -> None:
         _begin_rows(K, F, NOTHING_KEPT)
     elif F.left <= -LONGER:
         hold_still(K, F)
-
-
-@jit
-def hold_still(K: Any, F: Any) -> None:
-    """The search is over; what lies ahead is looked at now and then, to be told."""
-    F.left = 0.0
-    K.free.mode = STILL
-    F.period = max(F.period, int(REPEAT / F.dt + 0.5))
-    F.countdown = 0
 
 
 @jit
@@ -342,6 +364,7 @@ def think(K: Any, F: Any) -> None:
     if K.free.mode == DECIDE and K.watch.latched:
         begin_arrest(K, F)
     mode = K.free.mode
+    F.given_up += F.dt
     if mode == FOLLOW:
         _go_on_following(K, F)
     elif mode == DECIDE:

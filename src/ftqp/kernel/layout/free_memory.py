@@ -21,11 +21,11 @@ def free_dtype(capacity: int) -> np.dtype[Any]:
 
     ``plan`` holds a factor of a_max for each segment and joint, or BRAKE. ``base_q``, ``base_v`` are the
     state that trials begin from, ``phase`` the time into the first segment, ``left`` how long the search goes
-    on. ``borne`` is the speed of an impact up to which a task is followed. ``goal`` is where the tip is to be
-    held, ``rests`` are the postures found for it, ``rest`` the one that is tried or held; ``refused`` says
-    for each set of rows what spoke against it (``Refusal``). ``gain`` is the feedback, (n, 2n), over the
-    joints ``moving``; the matrices of the Riccati equation are (2n, 2n). A rollout under the gain is at step
-    ``roll_step`` from ``roll_q``, ``roll_v``.
+    on. ``borne`` is the speed of an impact up to which a task is followed, ``given_up`` how long ago one was
+    given up. ``goal`` is where the tip is to be held, ``rests`` are the postures found for it, ``rest`` the
+    one that is tried or held; ``refused`` says for each set of rows what spoke against it (``Refusal``).
+    ``gain`` is the feedback, (n, 2n), over the joints ``moving``; the matrices of the Riccati equation are
+    (2n, 2n). A rollout under the gain is at step ``roll_step`` from ``roll_q``, ``roll_v``.
     """
     N, D = capacity, 2 * capacity
     floats = {
@@ -77,6 +77,7 @@ def free_dtype(capacity: int) -> np.dtype[Any]:
         "way",
         "recheck",
         "borne",
+        "given_up",
     )
     whole = (
         "joint",
