@@ -89,7 +89,14 @@ def test_resolved_scenario_with_a_base_can_be_run_again(tmp_path: Path) -> None:
 
 def test_servo_is_made_of_its_table() -> None:
     found = setup(simulation={"plant": "servo", "servo": {"time_constant": 0.02}})
-    assert isinstance(found.plant, ServoPlant)
+    assert isinstance(found.plant, ServoPlant) and found.plant.drive is None
+
+
+def test_servos_take_what_the_drive_sends_and_add_up_velocities_above_a_moving_base() -> None:
+    servo: dict[str, Any] = {"simulation": {"plant": "servo"}, "base": None}
+    assert setup(**servo, planner={"drive": "velocity"}).plant.drive == "velocity"
+    assert "plant 'servo'" in refused(**servo, planner={"drive": "torque"})
+    assert load("puma-step-10").plant.drive is None
 
 
 def test_branch_limits_and_priority_reach_the_planner() -> None:

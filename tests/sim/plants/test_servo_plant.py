@@ -1,10 +1,11 @@
-"""Joint servos: first order, rate-limited, with set points that add up."""
+"""Joint servos: first order, rate-limited, and they take what their drive says."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+import ftqp
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import FreeSwinging, Locked
 from ftqp.model import catalog
@@ -54,10 +55,52 @@ def test_locked_joint_stands_and_its_set_point_waits(plant, puma):
     assert plant.q[0] > puma.neutral[0]
 
 
+def test_position_servo_that_is_given_velocities_follows_a_ramp_without_lag(puma):
+    made = ServoPlant(puma, 0.001, drive="position")
+    late = ServoPlant(puma, 0.001, drive="position", takes_velocity=False)
+    v = 0.1
+    for k in range(2000):
+        ramp = SimpleNamespace(q=puma.neutral + v * 0.001 * (k + 1), v=np.full(6, v))
+        made.advance(ramp)
+        late.advance(ramp)
+    np.testing.assert_allclose(ramp.q - made.q, 0.0, atol=2e-4)
+    np.testing.assert_allclose(ramp.q - late.q, v * 0.1, rtol=0.02)  # its time constant
+
+
+def test_velocity_servo_comes_to_its_velocity_in_first_order_and_keeps_its_limit(puma):
+    made = ServoPlant(puma, 0.001, drive="velocity", substeps=100)
+    for k in range(300):
+        made.advance(SimpleNamespace(q=np.full(6, np.nan), v=np.array([0.1, 10.0, 0, 0, 0, 0])))
+        if k == 99:
+            np.testing.assert_allclose(made.v[0], 0.1 * (1.0 - np.exp(-1.0)), rtol=1e-3)
+    assert made.v[1] == puma.limits.v_max[1]
+
+
+@pytest.mark.parametrize("level", ["velocity", "acceleration"])
+@pytest.mark.parametrize("drive", ["position", "velocity"])
+def test_planner_of_the_same_drive_brings_the_tip_round_a_circle(drive, level):
+    panda = catalog.load("panda")
+    planner = ftqp.Planner(panda, 0.002, drive=drive, level=level)
+    path = ftqp.paths.Circle(panda.pose(panda.neutral), 0.1, duration=3.0)
+    plant = ServoPlant(panda, 0.002, drive=drive, time_constant=0.03)
+    result = ftqp.Simulation(planner, path, q=panda.neutral, plant=plant, duration=4.0).run()
+    assert result.final_status is ftqp.StepStatus.OK and result.stopped_at is None
+    assert np.linalg.norm(panda.pose(plant.q)[:3, 3] - path.start[:3, 3]) < 1e-3
+    assert np.abs(plant.v).max() < 1e-2
+
+
+def test_planner_of_another_drive_is_refused(puma):
+    planner = ftqp.Planner(puma, 0.01, level="velocity", drive="position")
+    path = ftqp.paths.Hold(puma.pose(puma.neutral), duration=1.0)
+    with pytest.raises(InputError, match="the plant takes velocities"):
+        ftqp.Simulation(planner, path, q=puma.neutral, plant=ServoPlant(puma, 0.01, drive="velocity"))
+
+
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
         (lambda r: ServoPlant(r, DT, time_constant=0.0), "time constant of the servos is 0"),
+        (lambda r: ServoPlant(r, DT, drive="torque"), "torque"),
         (lambda r: ServoPlant(r, DT, substeps=0), "substeps is 0, expected a whole number >= 1"),
         (lambda r: ServoPlant(r, 1.0, time_constant=0.1, substeps=2), "2 substeps of 0.5 s are unstable"),
         (

@@ -24,8 +24,16 @@ def plant(tables: Scenario, arm: Robot) -> Plant:
     """
     table = tables.simulation
     if table.plant == "servo":
-        servo = table.servo
-        return ServoPlant(arm, tables.planner.dt, time_constant=servo.time_constant, substeps=servo.substeps)
+        servo, dt = table.servo, tables.planner.dt
+        drive = None if tables.base is not None else tables.planner.drive.kind
+        return ServoPlant(
+            arm,
+            dt,
+            drive=drive,
+            takes_velocity=servo.takes_velocity,
+            time_constant=servo.time_constant,
+            substeps=servo.substeps,
+        )
     if table.plant == "mujoco":
         return _mujoco(table.mujoco, arm, tables.planner)
     return KinematicPlant(arm, tables.planner.dt, tables.planner.level)

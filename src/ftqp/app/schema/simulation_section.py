@@ -13,9 +13,13 @@ Friction = Annotated[Finite, Field(ge=0)] | dict[str, Annotated[Finite, Field(ge
 
 
 class ServoTable(Table):
-    """First-order joint servos at the arm's speed limits, whose set points add up the commands."""
+    """First-order joint servos at the arm's speed limits, which take what the planner's drive sends.
+
+    Above a moving base the commanded velocities add up to the set points.
+    """
 
     time_constant: Finite = Field(0.1, gt=0, description="time constant, > 0", json_schema_extra=unit("s"))
+    takes_velocity: bool = Field(True, description="whether position servos are given velocities, too")
     substeps: int = Field(10, ge=1, description="steps of the servos in a control period, >= 1")
 
 

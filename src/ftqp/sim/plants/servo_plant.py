@@ -1,33 +1,57 @@
-"""An arm behind joint servos: the velocity commands add up to a set point that the joints follow late."""
+"""An arm behind joint servos, which follow what they take late, and no faster than they can."""
 
 from typing import final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, array, positive
-from ftqp.core.errors import InputError
+from ftqp.core.errors import InputError, unknown
 from ftqp.faults.kinds import Fault, Locked
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.plant import Command, Plant
 
+TAKES = ("position", "velocity")
+
 
 @final
 class ServoPlant(Plant):
-    """q' = clip((q_set - q)/tau, -v_max, v_max) in sub-steps, q_set += dt v of every command.
+    """Joint servos of first order at the arm's speed limits, without masses.
+
+    What they do with the command (q_c, v_c) of a tick, in sub-steps:
+
+    * ``"position"``: q' = clip(v_c + (q_c - q)/tau), and without ``takes_velocity`` q' = clip((q_c - q)/tau)
+    * ``"velocity"``: q'' = (v_c - q')/tau, q' = clip(q')
+    * None, increments: q' = clip((q_set - q)/tau), where q_set += dt v_c adds the commands up, so that any
+      planner fits, that of a moving base, too
 
     Ramp and instant locks both fix the joint where it is.
 
     Args:
         robot: the arm; its speed limits are those of the servos.
         dt: sampling period [s].
-        time_constant: tau [s].
+        drive: what the servos take, one of the above.
+        takes_velocity: whether position servos are given velocities, too; without it the arm follows late by
+            tau.
+        time_constant: tau [s]; a larger one makes the arm follow later.
         substeps: Euler steps in a sample, >= 1.
 
-    Source: a fit to the tables of Holt and Desrochers, NASA N94-26281.
+    Source: increments are a fit to the tables of Holt and Desrochers, NASA N94-26281.
     """
 
-    def __init__(self, robot: Robot, dt: float, *, time_constant: float = 0.1, substeps: int = 10) -> None:
-        self._robot = robot
+    def __init__(
+        self,
+        robot: Robot,
+        dt: float,
+        *,
+        drive: str | None = None,
+        takes_velocity: bool = True,
+        time_constant: float = 0.1,
+        substeps: int = 10,
+    ) -> None:
+        if drive is not None and drive not in TAKES:
+            raise unknown("drive", drive, "plant 'servo', which has no masses", TAKES)
+        self._robot, self._drive = robot, drive
+        self._leads = drive == "position" and takes_velocity
         self._dt = positive("dt", dt, "s")
         self._tau = positive("time constant of the servos", time_constant, "s")
         if not isinstance(substeps, int) or substeps < 1:
@@ -54,13 +78,13 @@ class ServoPlant(Plant):
 
     @property
     def setpoint(self) -> FloatArray:
-        """Where the servos want the joints, (nv,) [rad or m]; belongs to the plant."""
+        """Where the servos want the joints, (nv,) [rad or m], which velocity servos do not know."""
         return self._set
 
     @property
-    def drive(self) -> None:
-        """The servos add up velocities and keep the sum as a position: any planner fits."""
-        return None
+    def drive(self) -> str | None:
+        """What the servos take; None for increments, for which any planner fits."""
+        return self._drive
 
     @property
     def tolerance(self) -> float:
@@ -100,9 +124,18 @@ class ServoPlant(Plant):
         Args:
             command: the planner's step for this tick.
         """
-        self._set += self._dt * np.where(self._works, command.v, 0.0)
         h, top = self._dt / self._substeps, self._robot.limits.v_max
+        v = np.where(self._works, command.v, 0.0)
+        if self._drive is None:
+            self._set += self._dt * v
+        elif self._drive == "position":
+            self._set[self._works] = command.q[self._works]
         for _ in range(self._substeps):
-            rate = np.clip((self._set - self._q) / self._tau, -top, top)
-            self._v[:] = np.where(self._works, rate, 0.0)
+            if self._drive == "velocity":
+                rate = self._v + h / self._tau * (v - self._v)
+            else:
+                rate = (self._set - self._q) / self._tau
+                if self._leads:
+                    rate += v
+            self._v[:] = np.where(self._works, np.clip(rate, -top, top), 0.0)
             self._q += h * self._v
