@@ -125,6 +125,15 @@ def test_operator_is_told_of_every_change_once(caplog):
     ]
 
 
+def test_warning_of_a_fall_says_at_once_what_to_keep_clear_of(caplog):
+    with caplog.at_level(logging.WARNING, "ftqp"):
+        run = Run(1, 0.6, damping=0.5, q=[0.3, 0.6, 0.2, -1.2, 0.3, 1.6, 0.4])
+    tips = [run.robot.pose(step.q)[:3, 3] for step in run.steps]
+    way = max(np.linalg.norm(tip - tips[0]) for tip in tips)
+    told = float(caplog.messages[1].rsplit("keep clear ", 1)[1].removesuffix(" m"))
+    assert told >= 0.5 * way > 0.1  # the others soften what braking alone would do
+
+
 def test_velocity_level_holds_the_tip_too():
     run = Run(4, 3.0, damping=0.5, level="velocity")
     assert run.last.rows == ("x", "y", "z") and run.last.position_error < 2e-3

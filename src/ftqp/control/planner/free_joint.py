@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Callable
-from math import isfinite
+from math import ceil, isfinite
 from typing import Any, NamedTuple, final
 
 from ftqp.control.first_use import warm_up
@@ -158,7 +158,7 @@ def notice(parts: Any, joints: tuple[str, ...]) -> str | None:
     if i < 0:
         return None
     joint, mode, hit = joints[i], int(parts["free_mode"][0]), impact(parts)
-    clear = f"keep clear {float(parts['reach'][0]):.1f} m"
+    clear = f"keep clear {max(1, ceil(10.0 * float(parts['reach'][0]))) / 10.0:.1f} m"
     if mode == DECIDE:
         return f"{joint} swings freely: the others brake while it is decided what can be kept"
     if mode == HOLD:

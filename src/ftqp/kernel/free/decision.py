@@ -376,5 +376,7 @@ def think(K: Any, F: Any) -> None:
     elif K.faults.movable == K.faults.working + 1 and K.faults.working > 0:
         search(K, F)
         F.countdown -= 1
+    if K.free.mode == ARREST and mode != ARREST:
+        search(K, F)  # what lies ahead is told at once
     for j in range(n):
         state.q[j], state.v[j] = F.q[j], F.v[j]
