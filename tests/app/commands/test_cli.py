@@ -29,7 +29,7 @@ def invoke(*arguments: object) -> Any:
 def process(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
     """The command line in a process of its own."""
     return subprocess.run(
-        [sys.executable, "-m", "ftqp.app", *map(str, arguments)],
+        [sys.executable, "-m", "ftqp", *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=300,
@@ -283,7 +283,7 @@ def _started(short: Path, out: Path) -> subprocess.Popen[str]:
     """A run that lasts, once its log has rows."""
     run = subprocess.Popen(
         [
-            *(sys.executable, "-m", "ftqp.app", "run", str(short), "--json"),
+            *(sys.executable, "-m", "ftqp", "run", str(short), "--json"),
             *("--out", str(out), "--set", "simulation.duration=20000.0"),
         ],
         stdout=subprocess.PIPE,
@@ -338,7 +338,7 @@ def test_a_full_disk_is_said_and_the_run_is_not_finished(short: Path, tmp_path: 
         resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, hard))
 
     run = subprocess.run(
-        [sys.executable, "-m", "ftqp.app", "run", str(short), "--out", str(tmp_path / "out")],
+        [sys.executable, "-m", "ftqp", "run", str(short), "--out", str(tmp_path / "out")],
         capture_output=True,
         text=True,
         preexec_fn=small_files,

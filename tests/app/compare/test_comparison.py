@@ -146,7 +146,7 @@ def test_ctrl_c_keeps_finished_runs_and_shows_what_there_is(short: Path, tmp_pat
     long = tmp_path / "long.toml"
     long.write_text(short.read_text() + "\n[simulation]\nduration = 20000.0\n")
     process = subprocess.Popen(
-        [sys.executable, "-m", "ftqp.app", "compare", str(short), str(long), "--out", str(out)],
+        [sys.executable, "-m", "ftqp", "compare", str(short), str(long), "--out", str(out)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -11,6 +11,7 @@ from ftqp.app.output.words import ending, fault_sentence, length, limits_sentenc
         (1.5, "1.5 m"),
         (0.0388, "38.8 mm"),
         (1e-3, "1 mm"),
+        (6.6e-4, "0.66 mm"),
         (3.48e-6, "3.5 um"),
         (0.0, "0 um"),
         (None, "an unknown distance"),
@@ -43,6 +44,7 @@ def test_fault_tells_what_when_and_who_knows(kind: str, announced: float | None,
 
 def test_ending_tells_interruption_completion_and_stop_apart() -> None:
     facts = {
+        "status_counts": {"OK": 1, "STOPPED": 2},
         "steps": 3,
         "interrupted": False,
         "completed": False,
@@ -51,4 +53,6 @@ def test_ending_tells_interruption_completion_and_stop_apart() -> None:
     }
     assert ending(facts | {"interrupted": True}) == "interrupted after 3 steps"
     assert ending(facts | {"completed": True}) == "completed in 3 steps"
+    partly = {"completed": True, "status_counts": {"OK": 1, "RELAXED": 2}}
+    assert ending(facts | partly) == "completed in 3 steps, 2 of them RELAXED: the task was kept in part"
     assert ending(facts) == "stopped at 1.50 s: the task could not go on"

@@ -13,6 +13,7 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.loop import Simulation
 from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.plants.servo_plant import ServoPlant
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
 from ftqp.sim.sensors.sensor_faults import Offset
@@ -112,10 +113,19 @@ def test_run_with_sensors_has_a_picture_of_what_was_sent_and_measured(measured_l
     assert "following.png" in [file.name for file in files]
     joints.draw_following(measured_log, tmp_path / "a.png")
     words = texts(drawn[-1])
-    for expected in ("distance [mrad]", "true position, working joint", "measured position"):
+    for expected in ("distance [µrad]", "true position, working joint", "measured position"):
         assert expected in words
     joints.draw_positions(measured_log, tmp_path / "b.png")
     assert "sent to the arm" in texts(drawn[-1])
+
+
+def test_following_error_of_an_arm_with_servos_is_drawn_in_thousandths(drawn, tmp_path):
+    panda = catalog.load("panda")
+    path = Circle(panda.pose(panda.neutral), 0.05, duration=1.0)
+    plant = ServoPlant(panda, 0.01, drive="position", takes_velocity=False, time_constant=0.03)
+    log = Simulation(Planner(panda, dt=0.01), path, q=panda.neutral, plant=plant, log="memory").run().log
+    joints.draw_following(log, tmp_path / "a.png")
+    assert "distance [mrad]" in texts(drawn[-1])
 
 
 def test_path_figure_names_units_faults_and_errors(panda_log, drawn, tmp_path):

@@ -35,7 +35,9 @@ def ending(facts: Mapping[str, Any]) -> str:
     if facts["interrupted"]:
         return f"interrupted after {facts['steps']} steps"
     if facts["completed"]:
-        return f"completed in {facts['steps']} steps"
+        relaxed = facts["status_counts"].get("RELAXED", 0)
+        part = f", {relaxed} of them RELAXED: the task was kept in part" if relaxed else ""
+        return f"completed in {facts['steps']} steps{part}"
     if facts["stopped_at"] is not None:
         return f"stopped at {facts['stopped_at']:.2f} s: the task could not go on"
     if facts.get("blocked"):
@@ -79,7 +81,7 @@ def length(metres: float | None) -> str:
     """A length in the unit that reads best."""
     if metres is None:
         return "an unknown distance"
-    for factor, unit in ((1.0, "m"), (1e3, "mm")):
-        if metres * factor >= 1.0:
+    for factor, unit, least in ((1.0, "m", 1.0), (1e3, "mm", 0.1)):
+        if metres * factor >= least:
             return f"{metres * factor:.3g} {unit}"
     return f"{metres * 1e6:.2g} um"

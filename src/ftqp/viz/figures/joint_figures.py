@@ -36,6 +36,8 @@ from ftqp.viz.figures.canvas import (
 
 COLUMNS = 4
 """Most joints side by side."""
+TINY = 5e-5
+"""Following errors that stay below this [rad or m] are drawn in millionths."""
 GAP = (0.65, 0.4)
 """Between panels, beside and above each other [inches]."""
 
@@ -82,13 +84,15 @@ def draw_following(log: Log, path: str | Path) -> Path:
     """
     figure, panels = _panels(log, f"Position of every joint minus that sent to it: {events.heading(log)}")
     sent = np.vstack([log["q"][:1], log["q_command"][:-1]])
+    tiny = float(np.abs(log["q"] - sent).max()) < TINY
+    factor, unit = (1e6, "µ") if tiny else (1e3, "m")
     for i, axes in enumerate(panels):
         slides = log.metadata["prismatic"][i]
-        true, measured = (1e3 * (log[name][:, i] - sent[:, i]) for name in ("q", "q_measured"))
+        true, measured = (factor * (log[name][:, i] - sent[:, i]) for name in ("q", "q_measured"))
         curve(axes, log["t"], measured, color=ORANGE, linewidth=0.8)
         _curve(axes, log, i, true, BLUE)
         axes.set_ylim(*_room(true, measured))
-        _finish(axes, log, i, "distance [mm]" if slides else "distance [mrad]")
+        _finish(axes, log, i, f"distance [{unit}m]" if slides else f"distance [{unit}rad]")
     handles: list[Any] = [
         Line2D([], [], color=BLUE, label="true position, working joint"),
         Line2D([], [], color=ORANGE, linewidth=0.8, label="measured position"),
@@ -104,7 +108,7 @@ def _room(true: FloatArray, measured: FloatArray) -> tuple[float, float]:
     seen = measured[np.isfinite(measured)]
     shown = np.concatenate([true, np.percentile(seen, [1.0, 99.0])]) if len(seen) else true
     low, high = float(shown.min()), float(shown.max())
-    room = max(0.15 * (high - low), 1e-3)
+    room = max(0.15 * (high - low), 1e-3)  # in the unit of the axis
     return low - room, high + room
 
 
