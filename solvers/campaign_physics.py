@@ -40,7 +40,9 @@ from ftqp.sim.plants.plant import Command, Plant
 
 DT = 1e-3
 REST = 2.0
-"""How long the target stands at the end [s]."""
+"""How long the target stands at the end [s] ..."""
+SWINGS = 6.0
+"""... and at least after the fault where a joint swings freely: without friction it has 5 s to come to rest."""
 ARMS = ("panda", "iiwa14", "xarm7")
 DRIVES = ("position", "velocity", "torque")
 FAULTS = ("none", "locked", "locked at once", "free", "degraded", "slipping brake")
@@ -201,6 +203,12 @@ class World:
     tolerance: tuple[float, float]
 
 
+def length(episode: Episode) -> float:
+    """How long the episode lasts [s]."""
+    swings = episode.at + SWINGS if episode.fault == "free" else 0.0
+    return max(episode.duration + REST, swings)
+
+
 def world(episode: Episode, *, log: str | None = None) -> World:
     """The run that the episode describes."""
     robot = ftqp.robots.load(episode.arm)
@@ -227,7 +235,7 @@ def world(episode: Episode, *, log: str | None = None) -> World:
         robot.pose(q), episode.radius, axes=list(episode.plane), duration=episode.duration
     )
     arm = ftqp.MujocoPlant(robot, DT, ftqp.JointServo(robot, episode.drive), true)
-    plant = Watched(arm, round((episode.duration + REST) / DT) + 1, robot.nv)
+    plant = Watched(arm, round(length(episode) / DT) + 1, robot.nv)
     run = Simulation(
         planner,
         path,
@@ -235,7 +243,7 @@ def world(episode: Episode, *, log: str | None = None) -> World:
         plant=plant,
         sensors=sensors,
         schedule=ftqp.Schedule(_events(episode)),
-        duration=episode.duration + REST,
+        duration=length(episode),
         log=log,
     )
     return World(run, plant, path, robot, (planner.task.tolerance, planner.task.rotation_tolerance))

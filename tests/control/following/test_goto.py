@@ -1,6 +1,7 @@
 """Going to postures and poses: what holds on the way, where the arm rests, and what is said."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from tests.servo_arm import ServoArm
 
@@ -121,6 +122,46 @@ def test_degraded_joint_keeps_its_lower_limits_on_the_way():
     assert goto.status is ftqp.GoToStatus.REACHED
     v = np.array([step.v[5] for step in steps[130:]])
     assert np.abs(v).max() <= 0.3 * PANDA.limits.v_max[5] * (1.0 + 1e-9)
+
+
+def gravity_share(planner, steps):
+    """Largest share of a torque limit that the arm needs to be held at rest, by pinocchio, and that was sent."""
+    model, limit = planner.robot.model, PANDA.limits.tau_max
+    data = model.createData()
+    held = [np.abs(pin.computeGeneralizedGravity(model, data, step.q)) / limit for step in steps[::10]]
+    return np.max(held), max(float((np.abs(step.tau) / limit).max()) for step in steps)
+
+
+STRETCHED = np.array([0.0, 1.47, 0.0, -0.2, 0.0, 1.6, 0.8])
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_arm_with_a_load_goes_no_farther_than_its_motors_can_hold_it(level):
+    planner = planner_at(HOME, level)
+    planner.carry(ftqp.Payload(8.0))
+    goto = ftqp.GoTo(planner, q=STRETCHED)
+    steps = go(goto, HOME)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE
+    assert goto.sentence.endswith("panda_joint2 is too weak to hold the arm farther on")
+    held, sent = gravity_share(planner, steps)
+    assert 0.9 < held <= 0.985 and sent <= 1.0 + 1e-9
+
+
+def test_load_taken_up_on_the_way_shortens_it_and_laying_it_down_lets_it_go_on():
+    planner = planner_at(HOME)
+    goto = ftqp.GoTo(planner, q=STRETCHED)
+
+    def each(k):
+        if k == 20:
+            planner.carry(ftqp.Payload(8.0))
+
+    steps = go(goto, HOME, each=each)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE
+    held, sent = gravity_share(planner, steps[20:])
+    assert 0.9 < held <= 0.985 and sent <= 1.0 + 1e-9
+    planner.carry(None)
+    steps = go(goto, steps[-1].q, steps[-1].v)
+    assert goto.status is ftqp.GoToStatus.REACHED and np.abs(steps[-1].q - STRETCHED).max() <= 1e-6
 
 
 def test_arm_without_working_joints_says_so_and_rests():

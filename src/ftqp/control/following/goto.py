@@ -188,7 +188,10 @@ class GoTo:
             for joint, way, slides in zip(robot.joints, self._joints.way, robot.chain.prismatic, strict=True)
             if abs(way) > self._tolerance
         ]
-        return f"{text}; off their goal are {', '.join(missing)}" if missing else text
+        if missing:
+            text += f"; off their goal are {', '.join(missing)}"
+        heavy = self._joints.too_heavy
+        return text if heavy is None else f"{text}; {heavy} is too weak to hold the arm farther on"
 
     def _judge(self, step: Step) -> None:
         """Reached, no nearer any more, stopped, or still on the way."""

@@ -25,6 +25,12 @@ SPEED_SHARE, ACCELERATION_SHARE = 0.999, 0.99
 """Shares of the limits that the motion uses: what is left corrects errors at full speed."""
 LEAST_ACCELERATION = 0.05
 """Share of a_max that the motion uses even where gravity leaves less."""
+HELD = 0.98
+"""A motor may need this share of its torque limit to hold the arm at rest on the way ..."""
+PLACES = 33
+"""... at so many places of the motion."""
+NEARER_ENDS = 8
+"""So many nearer ends are tried before the arm is left where it stands."""
 OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT)
 """Codes of steps that are no part of the motion, which begins anew after them."""
 
@@ -59,6 +65,8 @@ class LedJoints:
         self._working = np.zeros(0, dtype=np.int64)
         self._t = 0.0
         self._begun, self._belief, self._speed = -1, b"", 1.0
+        self.too_heavy: str | None = None
+        """The joint whose motor cannot hold the arm farther on the way; None where all can."""
 
     def begin(self) -> None:
         """Let the next step begin at the arm."""
@@ -107,7 +115,37 @@ class LedJoints:
         a_max = ACCELERATION_SHARE * np.maximum(limits.a, LEAST_ACCELERATION * robot.limits.a_max)[working]
         start = State(*(part[working] for part in command))
         v_max = self._speed * SPEED_SHARE * limits.v[working]
-        self._motion.plan(start, goal, v_max, a_max, a_max / self._rise_time)
+        jerk = ACCELERATION_SHARE * robot.limits.a_max[working] / self._rise_time
+        self._motion.plan(start, goal, v_max, a_max, jerk)
+        self.too_heavy = None
+        if not np.isfinite(limits.tau[working]).any():
+            return
+        for _ in range(NEARER_ENDS):
+            end = self._last_held()
+            if end is None:
+                return
+            self._motion.plan(start, end, v_max, a_max, jerk)
+        self._motion.brake(start, a_max, jerk)
+
+    def _last_held(self) -> FloatArray | None:
+        """The last place of the motion up to which motors can hold the arm; None where they can all the way.
+
+        Motors that cannot hold it where the motion begins count as strong enough for what they need there.
+        """
+        assert self._motion is not None
+        q, at = self.view.command.q, self._working
+        last, least = q[at], HELD
+        for t in np.linspace(0.0, self._motion.duration, PLACES):
+            q[at] = self._motion.at(float(t)).q
+            share = np.abs(self.view.weight(q)) / self.view.limits.tau
+            worst = int(at[np.argmax(share[at])])
+            if t == 0.0:
+                least = max(HELD, float(share[worst]))
+            if share[worst] > least:
+                self.too_heavy = self.planner.robot.joints[worst]
+                return last
+            last = q[at]
+        return None
 
     def _write(self) -> None:
         """The motion at this tick and what it asks until the next."""

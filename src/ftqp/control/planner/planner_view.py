@@ -11,6 +11,9 @@ from ftqp.kernel.entry.session import ArmSession, Session
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.model.robot import Robot
 
+LIMITS = ("q_min", "q_max", "v_max", "a_brake", "tau_max")
+"""What the kernel calls the limits that are believed."""
+
 
 class TipState(NamedTuple):
     """Pose (4, 4), twist (6,) and acceleration (6,) of the tip along W."""
@@ -29,12 +32,16 @@ class JointState(NamedTuple):
 
 
 class BelievedLimits(NamedTuple):
-    """Limits as believed now, (nv,) each; ``a`` is the deceleration that braking may count on."""
+    """Limits as believed now, (nv,) each; ``a`` is the deceleration that braking may count on.
+
+    ``tau`` is that of the motors, infinite where the planner minds none.
+    """
 
     q_min: FloatArray
     q_max: FloatArray
     v: FloatArray
     a: FloatArray
+    tau: FloatArray
 
 
 @final
@@ -56,7 +63,8 @@ class PlannerView:
         self._command = [session.field("state", name)[:n] for name in ("q_command", "v_command", "a_command")]
         self._measured = session.field("feedback", "seen")[:n]
         self._code = session.field("faults", "code")[:n]
-        self._limits = [session.field("limits", name)[:n] for name in ("q_min", "q_max", "v_max", "a_brake")]
+        self._limits = [session.field("limits", name)[:n] for name in LIMITS]
+        self._loads = [session.field("chain", name)[:n] for name in ("mass", "com")]
 
     @property
     def is_reset(self) -> bool:
@@ -92,13 +100,24 @@ class PlannerView:
 
     @property
     def belief(self) -> bytes:
-        """Something that changes whenever the belief in a joint or its limits does."""
-        return b"".join(part.tobytes() for part in (self._code, *self._limits))
+        """Something that changes whenever the belief in a joint, its limits or the load does."""
+        return b"".join(part.tobytes() for part in (self._code, *self._limits, *self._loads))
 
     def expect_error(self) -> None:
         """Let the next step's error be no emergency: the target is led away from the arm on purpose."""
         watch = self._session.K.watch
         watch.last_position_error = watch.last_rotation_error = np.inf
+
+    def weight(self, q: FloatArray) -> FloatArray:
+        """The torques that hold the arm at rest with the load that is believed, (nv,) [N m or N].
+
+        Args:
+            q: Joint positions, (nv,) [rad or m].
+        """
+        arm = self._arm
+        arm.adopt(self._session)
+        arm.dynamics(q)
+        return np.array(arm.K.kinematics.h[: self._n])
 
     @property
     def tip(self) -> TipState:
