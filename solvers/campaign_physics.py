@@ -42,7 +42,7 @@ DT = 1e-3
 REST = 2.0
 """How long the target stands at the end [s] ..."""
 SWINGS = 6.0
-"""... and at least after the fault where a joint swings freely: without friction it has 5 s to come to rest."""
+"""... and after a joint began to swing freely, at least: without friction the arm has 5 s to come to rest."""
 ARMS = ("panda", "iiwa14", "xarm7")
 DRIVES = ("position", "velocity", "torque")
 FAULTS = ("none", "locked", "locked at once", "free", "degraded", "slipping brake")
