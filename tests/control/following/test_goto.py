@@ -125,7 +125,7 @@ def test_degraded_joint_keeps_its_lower_limits_on_the_way():
 
 
 def gravity_share(planner, steps):
-    """Largest share of a torque limit that it takes to hold the arm at rest, by pinocchio, and that was sent."""
+    """Largest shares of a torque limit: what holds the arm at rest, by pinocchio, and what was sent."""
     model, limit = planner.robot.model, PANDA.limits.tau_max
     data = model.createData()
     held = [np.abs(pin.computeGeneralizedGravity(model, data, step.q)) / limit for step in steps[::10]]
