@@ -2,9 +2,10 @@
 
 from typing import Any
 
+from ftqp.kernel.feedback.reference import STILL_SAMPLES
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import HEALTHY, TORQUE_DRIVE, VELOCITY_DRIVE
+from ftqp.kernel.layout.enums import HEALTHY, LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 FEED_FORWARD_SHARE = 0.3
@@ -38,6 +39,20 @@ def _swing(K: Any, i: int, wanted: Any) -> None:
         if j != i:
             total -= M[i, j] * wanted[j]
     wanted[i] = total / (M[i, i] + K.state.dt * (faults.friction[i] + chain.viscous[i]))
+
+
+@jit
+def _slip(K: Any, i: int, wanted: Any) -> None:
+    """What the others' feedback does to a joint whose brake slips: a_i = -M_ih (a_h - a_r,h)/M_ii.
+
+    As beside a free joint, their loop would be too stiff if they took it to stand.
+    """
+    faults, state, M = K.faults, K.state, K.feedback.M
+    total = 0.0
+    for k in range(faults.working):
+        j = faults.order[k]
+        total -= M[i, j] * (wanted[j] - state.a_command[j])
+    wanted[i] = total / M[i, i]
 
 
 @jit
@@ -127,6 +142,10 @@ def _torques(K: Any) -> None:
             wanted[i] += min(max(back, -most), most)
     for k in range(faults.working, faults.movable):
         _swing(K, faults.order[k], wanted)
+    for k in range(faults.movable, n):
+        i = faults.order[k]
+        if faults.code[i] == LOCKED and feedback.still[i] < STILL_SAMPLES:
+            _slip(K, i, wanted)
     _share_limits(K, wanted)
     changed = False
     for k in range(faults.working):
