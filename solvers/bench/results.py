@@ -17,6 +17,8 @@ from ftqp.core.errors import InputError
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
 README = ROOT / "README.md"
+PLACES = ("--out", "--file")
+"""Options that name a folder or a file."""
 ALWAYS = ("ftqp", "numpy", "numba", "scipy")
 """Packages whose versions matter whoever takes part."""
 DISTRIBUTIONS = {"proxqp": "proxsuite", "highs": "highspy", "jaxopt_osqp": "jaxopt"}
@@ -45,12 +47,12 @@ def circumstances(
 
 
 def command(benchmark: str, arguments: Sequence[str]) -> str:
-    """The line that makes the result again; folders, which differ from machine to machine, are left out."""
+    """The line that makes the result again; places, which differ from machine to machine, are left out."""
     kept, skip = [], False
     for argument in arguments:
-        if not skip and argument != "--out" and not argument.startswith("--out="):
+        if not skip and argument.split("=")[0] not in PLACES:
             kept.append(argument)
-        skip = argument == "--out"
+        skip = argument in PLACES
     return shlex.join(["python", f"solvers/{benchmark}.py", *kept])
 
 

@@ -52,6 +52,8 @@ ONCE_BROKEN = {
     50127: "torque: dry friction made the tip's correction hunt over a target at rest",
     50153: "velocity: a joint without a motor threw the others about after a stop",
     50201: "position: the same, for ever",
+    200058: "torque: a brake that slips, told of at once, let the others shake the arm",
+    201071: "torque: the same, told of 50 ms late",
     50191: "position: a servo overshot the speed limit",
 }
 
