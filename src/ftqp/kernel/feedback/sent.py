@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from ftqp.kernel.feedback.reference import STILL_SAMPLES
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE
@@ -12,6 +11,8 @@ FEED_FORWARD_SHARE = 0.3
 """The disturbance is fed forward up to this share of a joint's torque limit."""
 FEEDBACK_SHARE = 0.6
 """The feedback of a joint asks its own inertia for up to this share of its torque limit."""
+SLIPS, SLIP_SIGMAS = 0.1, 10.0
+"""A locked joint observed to be faster than this [rad/s or m/s], beside noise, has a brake that slips."""
 SLIP_SHARE = 0.1
 """The integral part of a velocity arm's hold is at most this share of the velocity limit."""
 
@@ -142,9 +143,10 @@ def _torques(K: Any) -> None:
             wanted[i] += min(max(back, -most), most)
     for k in range(faults.working, faults.movable):
         _swing(K, faults.order[k], wanted)
+    slips = SLIPS + SLIP_SIGMAS * feedback.sigma * feedback.failed_noise
     for k in range(faults.movable, n):
         i = faults.order[k]
-        if faults.code[i] == LOCKED and feedback.still[i] < STILL_SAMPLES:
+        if faults.code[i] == LOCKED and abs(feedback.v_hat[i]) > slips:
             _slip(K, i, wanted)
     _share_limits(K, wanted)
     changed = False
