@@ -54,6 +54,7 @@ ONCE_BROKEN = {
     50201: "position: the same, for ever",
     200058: "torque: a brake that slips, told of at once, let the others shake the arm",
     201071: "torque: the same, told of 50 ms late",
+    200433: "torque: a brake that holds was taken for one that slips",
     50191: "position: a servo overshot the speed limit",
 }
 
