@@ -111,6 +111,8 @@ class GoTo:
         self._ticks = -1
         self._best, self._since = np.inf, 0
         self._settling = False
+        if self._joints is not None:
+            self._joints.begin()
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin anew at (q, v), see ``Planner.reset``.

@@ -27,8 +27,10 @@ LEAST_ACCELERATION = 0.05
 """Share of a_max that the motion uses even where gravity leaves less."""
 HELD = 0.98
 """A motor may need this share of its torque limit to hold the arm at rest on the way ..."""
-PLACES = 33
-"""... at so many places of the motion."""
+PLACES = 17
+"""... at so many places of the motion, ..."""
+FINER = 10
+"""... and so many between the last at which it can and the next."""
 NEARER_ENDS = 8
 """So many nearer ends are tried before the arm is left where it stands."""
 OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT)
@@ -65,12 +67,13 @@ class LedJoints:
         self._working = np.zeros(0, dtype=np.int64)
         self._t = 0.0
         self._begun, self._belief, self._speed = -1, b"", 1.0
+        self._looked_at = b""
         self.too_heavy: str | None = None
         """The joint whose motor cannot hold the arm farther on the way; None where all can."""
 
     def begin(self) -> None:
         """Let the next step begin at the arm."""
-        self._begun = -1
+        self._begun, self._looked_at = -1, b""
 
     @property
     def way(self) -> FloatArray:
@@ -117,35 +120,48 @@ class LedJoints:
         v_max = self._speed * SPEED_SHARE * limits.v[working]
         jerk = ACCELERATION_SHARE * robot.limits.a_max[working] / self._rise_time
         self._motion.plan(start, goal, v_max, a_max, jerk)
-        self.too_heavy = None
-        if not np.isfinite(limits.tau[working]).any():
+        if not self._is_heavy(limits.tau[working]):
             return
         for _ in range(NEARER_ENDS):
-            end = self._last_held()
+            end = self._last_held(limits.tau[working])
             if end is None:
                 return
             self._motion.plan(start, end, v_max, a_max, jerk)
         self._motion.brake(start, a_max, jerk)
 
-    def _last_held(self) -> FloatArray | None:
+    def _is_heavy(self, tau_max: FloatArray) -> bool:
+        """Whether motors may be too weak on the way; no, where they were not and nothing new is believed."""
+        looked_at, self._looked_at = self._looked_at, self._belief
+        if looked_at == self._belief and self.too_heavy is None:
+            return False
+        self.too_heavy = None
+        return bool(np.isfinite(tau_max).any())
+
+    def _last_held(self, tau_max: FloatArray) -> FloatArray | None:
         """The last place of the motion up to which motors can hold the arm; None where they can all the way.
 
         Motors that cannot hold it where the motion begins count as strong enough for what they need there.
+
+        Args:
+            tau_max: Torque limits of the joints that work [N m or N].
         """
         assert self._motion is not None
-        q, at = self.view.command.q, self._working
-        last, least = q[at], HELD
-        for t in np.linspace(0.0, self._motion.duration, PLACES):
-            q[at] = self._motion.at(float(t)).q
-            share = np.abs(self.view.weight(q)) / self.view.limits.tau
-            worst = int(at[np.argmax(share[at])])
-            if t == 0.0:
-                least = max(HELD, float(share[worst]))
-            if share[worst] > least:
-                self.too_heavy = self.planner.robot.joints[worst]
-                return last
-            last = q[at]
-        return None
+        at = self._working
+        places = np.tile(self.view.command.q, (PLACES, 1))
+        for place, t in zip(places, np.linspace(0.0, self._motion.duration, PLACES), strict=True):
+            place[at] = self._motion.at(float(t)).q
+        share = np.abs(self.view.weights(places)[:, at]) / tau_max
+        least = max(HELD, float(share[0].max()))
+        beyond = np.flatnonzero(share.max(axis=1) > least)
+        if not len(beyond):
+            return None
+        first = int(beyond[0])
+        self.too_heavy = self.planner.robot.joints[int(at[np.argmax(share[first])])]
+        between = np.linspace(places[first - 1], places[first], FINER, endpoint=False)
+        share = np.abs(self.view.weights(between)[:, at]) / tau_max
+        held = np.logical_and.accumulate(share.max(axis=1) <= least)
+        last: FloatArray = between[max(0, int(held.sum()) - 1), at]
+        return last
 
     def _write(self) -> None:
         """The motion at this tick and what it asks until the next."""

@@ -108,16 +108,19 @@ class PlannerView:
         watch = self._session.K.watch
         watch.last_position_error = watch.last_rotation_error = np.inf
 
-    def weight(self, q: FloatArray) -> FloatArray:
-        """The torques that hold the arm at rest with the load that is believed, (nv,) [N m or N].
+    def weights(self, places: FloatArray) -> FloatArray:
+        """The torques that hold the arm at rest with the load that is believed, (k, nv) [N m or N].
 
         Args:
-            q: Joint positions, (nv,) [rad or m].
+            places: Joint positions, (k, nv) [rad or m].
         """
-        arm = self._arm
+        arm, held = self._arm, np.empty_like(places)
         arm.adopt(self._session)
-        arm.dynamics(q)
-        return np.array(arm.K.kinematics.h[: self._n])
+        h = arm.K.kinematics.h[: self._n]
+        for q, tau in zip(places, held, strict=True):
+            arm.dynamics(q)
+            tau[:] = h
+        return held
 
     @property
     def tip(self) -> TipState:
