@@ -147,6 +147,16 @@ def test_arm_with_a_load_goes_no_farther_than_its_motors_can_hold_it(level):
     assert 0.9 < held <= 0.985 and sent <= 1.0 + 1e-9
 
 
+@pytest.mark.parametrize("level", LEVELS)
+def test_way_to_a_pose_that_the_motors_cannot_hold_asks_no_more_of_them_than_they_have(level):
+    planner = planner_at(HOME, level)
+    planner.carry(ftqp.Payload(8.0))
+    goto = ftqp.GoTo(planner, pose=PANDA.pose(STRETCHED))
+    steps = go(goto, HOME)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE
+    assert gravity_share(planner, steps)[1] <= 1.0 + 1e-9
+
+
 def test_load_taken_up_on_the_way_shortens_it_and_laying_it_down_lets_it_go_on():
     planner = planner_at(HOME)
     goto = ftqp.GoTo(planner, q=STRETCHED)

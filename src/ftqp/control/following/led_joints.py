@@ -120,7 +120,7 @@ class LedJoints:
         v_max = self._speed * SPEED_SHARE * limits.v[working]
         jerk = ACCELERATION_SHARE * robot.limits.a_max[working] / self._rise_time
         self._motion.plan(start, goal, v_max, a_max, jerk)
-        if not self._is_heavy(limits.tau[working]):
+        if not self._may_be_too_heavy(limits.tau[working]):
             return
         for _ in range(NEARER_ENDS):
             end = self._last_held(limits.tau[working])
@@ -129,7 +129,7 @@ class LedJoints:
             self._motion.plan(start, end, v_max, a_max, jerk)
         self._motion.brake(start, a_max, jerk)
 
-    def _is_heavy(self, tau_max: FloatArray) -> bool:
+    def _may_be_too_heavy(self, tau_max: FloatArray) -> bool:
         """Whether motors may be too weak on the way; no, where they were not and nothing new is believed."""
         looked_at, self._looked_at = self._looked_at, self._belief
         if looked_at == self._belief and self.too_heavy is None:
@@ -150,7 +150,7 @@ class LedJoints:
         places = np.tile(self.view.command.q, (PLACES, 1))
         for place, t in zip(places, np.linspace(0.0, self._motion.duration, PLACES), strict=True):
             place[at] = self._motion.at(float(t)).q
-        share = np.abs(self.view.weights(places)[:, at]) / tau_max
+        share = np.abs(self.view.holding_torques(places)[:, at]) / tau_max
         least = max(HELD, float(share[0].max()))
         beyond = np.flatnonzero(share.max(axis=1) > least)
         if not len(beyond):
@@ -158,7 +158,7 @@ class LedJoints:
         first = int(beyond[0])
         self.too_heavy = self.planner.robot.joints[int(at[np.argmax(share[first])])]
         between = np.linspace(places[first - 1], places[first], FINER, endpoint=False)
-        share = np.abs(self.view.weights(between)[:, at]) / tau_max
+        share = np.abs(self.view.holding_torques(between)[:, at]) / tau_max
         held = np.logical_and.accumulate(share.max(axis=1) <= least)
         last: FloatArray = between[max(0, int(held.sum()) - 1), at]
         return last

@@ -108,7 +108,7 @@ class PlannerView:
         watch = self._session.K.watch
         watch.last_position_error = watch.last_rotation_error = np.inf
 
-    def weights(self, places: FloatArray) -> FloatArray:
+    def holding_torques(self, places: FloatArray) -> FloatArray:
         """The torques that hold the arm at rest with the load that is believed, (k, nv) [N m or N].
 
         Args:
