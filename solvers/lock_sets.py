@@ -75,7 +75,8 @@ def follow(start: str, locks: tuple[int, ...], setting: str, dt: float) -> dict[
         fastest = max(fastest, float((np.abs(v) / top).max()))
         if follower.status in (ftqp.PathStatus.DONE, ftqp.PathStatus.BLOCKED):
             break
-    complete = follower.progress > 0.995 * DURATION and off < LIMITS["off_path"] and turned < LIMITS["turned"]
+    ended = follower.progress > 0.995 * DURATION and follower.blocked is None
+    complete = ended and off < LIMITS["off_path"] and turned < LIMITS["turned"]
     return {
         "locked": [f"j{joint + 1}" for joint in locks],
         "complete": complete,
