@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench import command_line
 from rich.console import Console
 from rich.table import Table
 
@@ -187,10 +188,7 @@ def main() -> int:
 
 
 def _options() -> argparse.Namespace:
-    summary, usage = (__doc__ or "").split("\n\n", 1)
-    parser = argparse.ArgumentParser(
-        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line.parser(__doc__)
     parser.add_argument("--against", default=FIRST_RELEASE, metavar="COMMIT", help="default %(default)s")
     parser.add_argument("--runs", type=int, default=3, metavar="N", help="rounds, at least 1 (default 3)")
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bench import cases, environments, report, results
+from bench import cases, command_line, environments, report, results
 from bench.measure import Settings, Worker, measured
 from bench.urdf import TIP, Arm, Array
 from rich.console import Console
@@ -56,10 +56,7 @@ def main() -> int:
 
 
 def _options() -> argparse.Namespace:
-    summary, usage = (__doc__ or "").split("\n\n", 1)
-    parser = argparse.ArgumentParser(
-        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line.parser(__doc__)
     add = parser.add_argument
     add("--peers", action="store_true", help="measure placo, pink and mink too (installs them)")
     add("--json", action="store_true", help="print one JSON object and nothing else")

@@ -22,6 +22,7 @@ from time import perf_counter_ns
 from typing import Any
 
 import numpy as np
+from bench import command_line
 
 ROOT = Path(__file__).resolve().parents[1]
 FIRST_RELEASE = "9250cf8"
@@ -121,10 +122,7 @@ def main() -> int:
 
 
 def _options() -> argparse.Namespace:
-    summary, usage = (__doc__ or "").split("\n\n", 1)
-    parser = argparse.ArgumentParser(
-        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line.parser(__doc__)
     parser.add_argument("--against", default=FIRST_RELEASE, metavar="COMMIT", help="default %(default)s")
     parser.add_argument("--runs", type=int, default=3, metavar="N", help="rounds (default %(default)s)")
     parser.add_argument(

@@ -13,7 +13,6 @@ What no planner can help is not counted: healthy joints' speed within 0.1 s afte
 a joint without a motor that holds it has met its end stop.
 """
 
-import argparse
 import json
 import logging
 import sqlite3
@@ -25,13 +24,12 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from bench import results
+from bench import command_line, results
 from joblib import Parallel, delayed
 
 import ftqp
 from ftqp.control.drive.drive import Drive
 from ftqp.control.drive.noise import Noise
-from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.log.metrics import STATUSES
 from ftqp.sim.loop import Simulation
@@ -409,10 +407,7 @@ def _cause(drawn: dict[str, Any], outcome: dict[str, Any]) -> str:
 
 def main() -> int:
     """Runs what is missing, prints and writes the tables; 0 when done, 2 for bad input."""
-    summary, usage = (__doc__ or "").split("\n\n", 1)
-    parser = argparse.ArgumentParser(
-        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line.parser(__doc__)
     parser.add_argument("--episodes", type=int, default=200)
     parser.add_argument("--first", type=int, default=0, help="number of the first episode")
     parser.add_argument("--file", type=Path, default=Path("runs/campaign-physics.sqlite"), help="of episodes")
@@ -439,14 +434,8 @@ def main() -> int:
         "limitations": list(LIMITATIONS),
     }
     result["versions"]["mujoco"] = version("mujoco")
-    sys.stdout.write(markdown(result) + "\n")
-    try:
-        name = results.stem("campaign_physics", name=None, quick=given.episodes < WHOLE)
-        results.written(result, markdown(result), given.out, name)
-    except InputError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    return 0
+    name = results.stem("campaign_physics", name=None, quick=given.episodes < WHOLE)
+    return results.told(result, markdown(result), given.out, name)
 
 
 def _ran(seed: int) -> tuple[int, str, str]:

@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from bench import closed_loop_report, console
+from bench import closed_loop_report, command_line, console
 from bench.closed_loop import AGREEMENT, NUDGE, Case, measured
 from bench.contenders import REFERENCE, contenders, split
 from bench.results import RESULTS, circumstances
@@ -60,10 +60,7 @@ def main() -> int:
 
 def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """What the command line asks for."""
-    summary, usage = (__doc__ or "").split("\n\n", 1)
-    parser = argparse.ArgumentParser(
-        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line.parser(__doc__)
     add = parser.add_argument
     add("scenarios", nargs="*", metavar="SCENARIO", help="scenario files or bundled names")
     add("--schemes", type=_names, metavar="X,Y", help="schemes in place of the scenarios' own")

@@ -22,7 +22,6 @@ from 2 s of rest on while the error does not fall, and an arm that holds an erro
 2,000 runs take about four minutes on one core. Tables go to the screen; report and numbers to ``--out``.
 """
 
-import argparse
 import json
 import sys
 from collections.abc import Sequence
@@ -31,11 +30,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bench import results
+from bench import command_line, results
 from scipy.optimize import minimize
 
 import ftqp
-from ftqp.core.errors import InputError
 from ftqp.sim.log.raw_rows import RawLayout
 
 ROBOTS = ("iiwa14", "modular11", "panda", "planar(4)", "planar6", "puma560", "srs7", "xarm7", "zhang7")
@@ -316,10 +314,7 @@ def markdown(result: dict[str, Any]) -> str:
 
 def main() -> int:
     """Runs, prints, writes; 0 when done, 2 for bad input."""
-    summary, usage = (__doc__ or "").split("\n\n", 1)
-    parser = argparse.ArgumentParser(
-        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line.parser(__doc__)
     parser.add_argument("--runs", type=int, default=2000, help="how many are drawn")
     parser.add_argument("--seed", type=int, default=1, help="which draw")
     parser.add_argument("--only", type=int, help="one run by its number")
@@ -338,14 +333,8 @@ def main() -> int:
         "left_out": {},
         "limitations": list(LIMITATIONS),
     }
-    try:
-        name = results.stem("study_calm", name="off" if given.off else None, quick=given.quick)
-        results.written(result, markdown(result), given.out, name)
-    except InputError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    sys.stdout.write((json.dumps(result) if given.json else markdown(result)) + "\n")
-    return 0
+    name = results.stem("study_calm", name="off" if given.off else None, quick=given.quick)
+    return results.told(result, markdown(result), given.out, name, as_json=given.json)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from bench import console, dtrnn_study_charts, dtrnn_study_report
+from bench import command_line, console, dtrnn_study_charts, dtrnn_study_report
 from bench import dtrnn_study_parts as parts
 from bench.dtrnn_study import contenders
 from bench.results import RESULTS, circumstances, stem
@@ -37,10 +37,7 @@ def main() -> int:
 
 def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """What the command line asks for."""
-    summary, usage = (__doc__ or "").split("\n\n", 1)
-    parser = argparse.ArgumentParser(
-        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line.parser(__doc__)
     add = parser.add_argument
     add("--parts", default=",".join(PARTS), metavar="A,B", help=f"of {', '.join(PARTS)} (default: all)")
     add("--quick", action="store_true", help="fewer and easier QPs")

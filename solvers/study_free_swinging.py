@@ -11,8 +11,6 @@ kept: what the planner decided to keep was kept: no stop, no healthy joint more 
 within 5 mm of its place in the end. hits: the free joint met a stop. Report and numbers go to ``--out``.
 """
 
-import argparse
-import json
 import logging
 import sys
 import time
@@ -21,11 +19,10 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-from bench import results
+from bench import command_line, results
 from joblib import Parallel, delayed
 
 import ftqp
-from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import ARREST, FOLLOW, HOLD, STILL
 from ftqp.sim.plants.arm_model import Arm
 
@@ -301,10 +298,7 @@ def joint_runs(name, joint, seed, postures, dampings, seconds, physics):
 
 def main() -> int:
     """Runs, prints, writes; 0 when done, 2 for bad input."""
-    summary, usage = (__doc__ or "").split("\n\n", 1)
-    parser = argparse.ArgumentParser(
-        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line.parser(__doc__)
     parser.add_argument("--robots", nargs="+", default=list(ROBOTS))
     parser.add_argument("--joints", nargs="+", type=int, default=list(range(1, 8)), help="from 1")
     parser.add_argument("--dampings", nargs="+", type=float, default=list(DAMPINGS))
@@ -337,13 +331,7 @@ def main() -> int:
         name=given.physics if given.physics != "kinematic" else None,
         quick=given.quick,
     )
-    try:
-        results.written(result, markdown(result), given.out, name)
-    except InputError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    sys.stdout.write((json.dumps(result) if given.json else markdown(result)) + "\n")
-    return 0
+    return results.told(result, markdown(result), given.out, name, as_json=given.json)
 
 
 if __name__ == "__main__":

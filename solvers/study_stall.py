@@ -16,17 +16,14 @@ is watched for 2 s after the verdict.
 The whole study takes half a minute. Tables go to the screen; report and numbers to ``--out``.
 """
 
-import argparse
-import json
 import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bench import results
+from bench import command_line, results
 
 import ftqp
-from ftqp.core.errors import InputError
 
 ARMS = ("planar(3)", "planar(4)", "planar(6)")
 LEVELS = ("velocity", "acceleration")
@@ -226,10 +223,7 @@ def _words(run: dict[str, Any]) -> str:
 
 def main() -> int:
     """Measures, prints, writes; 0 when done, 2 for bad input."""
-    summary, usage = (__doc__ or "").split("\n\n", 1)
-    parser = argparse.ArgumentParser(
-        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line.parser(__doc__)
     parser.add_argument("--quick", action="store_true", help="one arm")
     parser.add_argument("--out", type=Path, default=results.RESULTS, help="folder of the results")
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
@@ -241,14 +235,8 @@ def main() -> int:
         "left_out": {},
         "limitations": list(LIMITATIONS),
     }
-    try:
-        name = results.stem("study_stall", name=None, quick=given.quick)
-        results.written(result, markdown(result), given.out, name)
-    except InputError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    sys.stdout.write((json.dumps(result) if given.json else markdown(result)) + "\n")
-    return 0
+    name = results.stem("study_stall", name=None, quick=given.quick)
+    return results.told(result, markdown(result), given.out, name, as_json=given.json)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from typing import Any
 
 from rich.console import Console
 
+from bench import command_line
 from bench.results import README, RESULTS, put_into_readme, stem, written
 from bench.tables import Table
 from ftqp import FtqpError
@@ -21,10 +22,7 @@ Comparison = Callable[[argparse.Namespace, Console], dict[str, Any]]
 
 def options(document: str, arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """The options that every comparison has; ``document`` is the script's docstring."""
-    summary, usage = document.split("\n\n", 1)
-    parser = argparse.ArgumentParser(
-        description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line.parser(document)
     add = parser.add_argument
     add("--backends", type=_names, metavar="A,B", help="profiles or backends (default: every profile)")
     add("--sequences", type=_names, metavar="A,B", help="recorded sequences (default: all)")

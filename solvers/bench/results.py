@@ -118,6 +118,25 @@ def written(
     return [*files, *pictures]
 
 
+def told(result: dict[str, Any], markdown: str, out: Path, name: str, *, as_json: bool = False) -> int:
+    """Write a study's report and numbers, and print one of them: 0, or 2 where they cannot be written.
+
+    Args:
+        result: The result.
+        markdown: The report.
+        out: The folder, which is made if need be.
+        name: What the files are called.
+        as_json: Whether the result is printed as one JSON object, and not the report.
+    """
+    try:
+        written(result, markdown, out, name)
+    except InputError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    sys.stdout.write((json.dumps(result) if as_json else markdown) + "\n")
+    return 0
+
+
 def _caption(picture: str, name: str) -> str:
     return picture.removeprefix(name).removesuffix(".png").strip("-").replace("-", " ") or "figure"
 
