@@ -4,7 +4,7 @@ import sys
 import numpy as np
 import pytest
 
-from ftqp.control.paths import Circle, Square
+from ftqp.control.paths import Circle, Line, Square
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
@@ -140,6 +140,16 @@ def test_path_figure_names_units_faults_and_errors(panda_log, drawn, tmp_path):
 def test_errors_are_drawn_on_a_logarithmic_axis(panda_log, drawn, tmp_path):
     tracking.draw(panda_log, tmp_path / "a.png")
     assert [axes.get_yscale() for axes in drawn[0].axes[1:]] == ["log", "log"]
+
+
+def test_line_that_the_tip_leaves_is_drawn_in_the_plane_of_both(drawn, tmp_path):
+    panda = catalog.load("panda")
+    line = Line(panda.pose(panda.neutral), (0.05, 0.0, 0.0), duration=1.0)
+    run = Simulation(Planner(panda, dt=0.01), line, q=panda.neutral, log="memory").run().log
+    bent = {name: np.array(run[name]) for name in run.names}
+    bent["tip.z"] = bent["tip.z"] - np.linspace(0.0, 0.01, len(run))
+    tracking.draw(Log(run.path, bent, run.units, run.descriptions, run.metadata), tmp_path / "a.png")
+    assert "Path in the x-z plane" in texts(drawn[0])
 
 
 def test_flat_path_is_drawn_in_its_plane(stopped_log, drawn, tmp_path):

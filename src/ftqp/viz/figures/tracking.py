@@ -79,13 +79,13 @@ def _draw_error(axes: Axes, log: Log, signal: str, unit: str, threshold: float |
 
 
 def _draw_path(figure: Figure, place: Any, log: Log) -> bool:
-    """In the plane of the path where it is flat, else in space, in millimetres; whether it is flat."""
+    """In the plane of what was asked and done where that is flat, else in space [mm]; whether it is flat."""
     origin = log["target"][0, :3]
     desired = MILLIMETRES * (log["target"][:, :3] - origin)
     actual = MILLIMETRES * (log["tip"][:, :3] - origin)
-    spread = np.ptp(desired, axis=0)
+    spread = np.ptp(np.vstack([desired, actual]), axis=0)
     order = np.argsort(-spread, kind="stable")
-    flat = bool(np.ptp(np.vstack([desired, actual])[:, order[2]]) <= FLAT * spread[order[0]])
+    flat = bool(spread[order[2]] <= FLAT * spread[order[0]])
     if flat:
         _draw_flat(figure.add_subplot(place), log, desired, actual, sorted(int(i) for i in order[:2]))
     else:
