@@ -80,6 +80,17 @@ def test_viability_has_the_published_check_values():
     assert lb[0] == -2.0 and ub[0] == 2.0
 
 
+@pytest.mark.parametrize("level", [codes.ACCELERATION, codes.VELOCITY])
+@pytest.mark.parametrize("beyond", [0.0, 1e-16, 5e-13])
+@pytest.mark.parametrize("v", [0.0, 1e-14, 5e-9])
+def test_rounding_at_a_position_limit_asks_for_no_jolt(level, beyond, v):
+    K = joints({"q_min": -1.0, "q_max": 0.0, "v_max": 2.0, "a_max": 10.0}, 0.002, level)
+    lb, ub = interval(K, beyond, v)
+    assert np.all(lb <= ub)
+    assert abs(ub[0]) < 1e-4, "the joint stands; before, it left its limit at a_max"
+    assert abs(interval(K, -1.0 - beyond, -v)[0][0]) < 1e-4
+
+
 def test_jin_has_the_published_check_value_and_its_formula():
     K = joints(PLANAR6, 0.01, conversion=codes.JIN)
     lb, ub = interval(K, 0.40, 0.1)

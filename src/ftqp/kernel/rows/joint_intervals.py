@@ -20,6 +20,8 @@ from ftqp.kernel.layout.enums import (
     ONE_STEP,
 )
 
+AT_LIMIT = 1e-12
+"""A joint this near its position limit [rad or m], on either side, stands at it: rounding does no more."""
 RETURN_GAIN = 4.0
 """A joint outside its position limit is led back at RETURN_GAIN times its distance [1/s] ..."""
 RETURN_SLOWEST = 0.01
@@ -48,12 +50,14 @@ def viability(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt
     It is the least of a_max, of (v_max - v)/dt, of what keeps the position over the whole step, and of
     (v' - v)/dt, whose v' makes the next state viable:
     v' = max(0, -a_brake dt/2 + sqrt((a_brake dt/2)^2 + a_brake (2 d - v dt))). Outside its limit the joint is
-    led back, with no more than a_brake once it no longer leaves.
+    led back, with no more than a_brake once it no longer leaves. At its limit, to AT_LIMIT, it need not turn
+    round sooner than AT_LIMIT beyond: else what rounding leaves of its velocity would ask for a_max.
     Source: Del Prete 2018, solved for v' rather than a (division by dt, not dt^2), then clipped to +-a_max.
     """
-    if d < 0.0:
+    if d < -AT_LIMIT:
         a = (return_velocity(d, v_max) - v) / dt
         return min(max(a, -return_deceleration(v, a_max, a_brake)), a_max), BY_POSITION
+    d = max(d, 0.0)
     bound, by = a_max, BY_ACCELERATION
     a = (v_max - v) / dt
     if a < bound:
@@ -65,7 +69,7 @@ def viability(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt
     if d < inf:
         a = 2.0 * (d - v * dt) / (dt * dt)
         if v > 0.0 and a <= -v / dt:  # the turning point lies inside the step
-            a = -v * v / (2.0 * d) if d > 0.0 else -a_max
+            a = -v * v / (2.0 * max(d, AT_LIMIT))
         if a < bound:
             bound, by = a, BY_POSITION
         half = 0.5 * a_brake * dt
@@ -133,11 +137,11 @@ def braking(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: 
         bound, by = v_max, BY_VELOCITY
     if bound >= 0.0 and bound * bound <= 2.0 * a_brake * (d - 1.5 * bound * dt):
         return max(bound, v - a_max * dt), by  # far from the limit: braking_velocity(d) >= bound
-    if d < 0.0:
+    if d < -AT_LIMIT:
         return max(min(bound, return_velocity(d, v_max)), v - return_deceleration(v, a_max, a_brake) * dt), (
             BY_POSITION
         )
-    a = braking_velocity(d, a_brake, dt)
+    a = braking_velocity(max(d, 0.0), a_brake, dt)
     if a < bound:
         bound, by = a, BY_POSITION
     return max(bound, v - a_max * dt), by
