@@ -35,3 +35,9 @@ def test_the_last_millimetre_at_a_wrist_alignment_is_approached_at_rest() -> Non
         row = json.loads(told("--only", str(number), "--seed", "17"))
         assert row["target"] == "wrist alignment" and not row["holding"]
         assert row["kind"] == "rests" and row["error"] < 1e-3
+
+
+def test_a_joint_at_its_velocity_limit_does_not_slow_the_others_on_a_detour() -> None:
+    row = json.loads(told("--only", "636", "--seed", "17"))  # slow planar6: on the way for 8.2 s, and 3.5 now
+    assert row["robot"] == "planar6" and row["holding"]
+    assert row["last"] < 4.0 and not row["broken"]

@@ -1,6 +1,6 @@
 """The displacement that is left to go, what of the error it can remove, and how fast it may be asked for."""
 
-from math import inf, sqrt
+from math import sqrt
 from typing import Any
 
 from ftqp.kernel.calm.rest import IMPATIENT, LEAST
@@ -8,12 +8,11 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
-SHARE = 0.3
+SHARE = 0.45
 """Share of the braking deceleration that the way to the goal counts on."""
-FASTEST = 0.95
-"""Share of the velocity limit that the feedback asks for at most ..."""
 FINE = 0.005
-"""... and for the last millimetre, once the target has stood for IMPATIENT: less than what counts as rest."""
+"""Share of the velocity limits that feedback asks for in the last millimetre of a target that has stood for
+IMPATIENT: less than what counts as rest."""
 
 
 @jit
@@ -49,19 +48,21 @@ def way_to_go(K: Any, count: int, soft: float) -> float:
 
 @jit
 def braked(K: Any, count: int, rate: float, square: float) -> float:
-    """beta = min_i min(share v_max_i, sqrt(2 SHARE a_brake_i |Delta_i|)) / (rate |Delta_i|), at most 1.
+    """beta = min_i sqrt(2 SHARE a_brake_i |Delta_i|) / (rate |Delta_i|), at most 1.
 
     It is the share of the error that feedback may ask for: never a speed from which the arm cannot brake
-    before the point it goes to. ``rate`` is that of the feedback [1/s], ``square`` e'e.
+    before the point it goes to. Velocity limits do not count here, they are bounds of the QP: a joint that
+    runs at its limit does not slow the others. ``rate`` is that of the feedback [1/s], ``square`` e'e.
     """
     limits, calm = K.limits, K.calm
-    share = FINE if square < LEAST and calm.stood >= IMPATIENT else FASTEST
+    fine = square < LEAST and calm.stood >= IMPATIENT
     beta = 1.0
     for a in range(count):
         i = calm.free[a]
         size = abs(calm.delta[a])
-        top = share * limits.v_max[i] if limits.v_max[i] < inf else inf
-        top = min(top, sqrt(2.0 * SHARE * limits.a_brake[i] * size))
+        top = sqrt(2.0 * SHARE * limits.a_brake[i] * size)
+        if fine:
+            top = min(top, FINE * limits.v_max[i])
         if rate * size * beta > top:
             beta = top / (rate * size)
     return beta
