@@ -9,24 +9,29 @@ import ftqp
 STOPS = ("STOPPING", "STOPPED")
 
 
+ROBOTS = ("iiwa14", "modular11", "panda", "planar6", "puma560", "srs7", "xarm7", "zhang7")
+LATE = 3
+"""Samples are so many ticks late."""
+
+
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
-@pytest.mark.parametrize("mode", ["none", "ramp", "instant"])
-@pytest.mark.parametrize("name", ["panda", "iiwa14"])
-def test_on_an_arm_that_follows_exactly_all_drives_move_alike(name, mode, level):
+@pytest.mark.parametrize(("mode", "late"), [("none", 0), ("instant", 0), ("ramp", LATE)])
+@pytest.mark.parametrize("name", ROBOTS)
+def test_on_an_arm_that_follows_exactly_all_drives_move_alike(name, mode, late, level):
     robot = ftqp.robots.load(name)
     q0 = START if name == "panda" else robot.neutral
+    path = circle(robot, q0, 0.05, 0.6)
+    targets = [target_at(path, k * DT) for k in range(500)]
     ways = []
-    for drive in ("position", "velocity", "torque"):
+    for kind in ("position", "velocity", *(("torque",) if robot.has_inertia else ())):
+        drive = ftqp.Drive(kind=kind, latency=late * DT)
         planner = ftqp.Planner(robot, DT, drive=drive, level=level, noise=ftqp.Noise(q=1e-5))
         planner.reset(q0)
-        path = circle(robot, q0, 0.05, 0.6)
-        q, way = q0, []
-        for k in range(500):
+        way = [q0] * (late + 1)
+        for k, target in enumerate(targets):
             if k == 250 and mode != "none":
                 planner.report(ftqp.Locked(2, mode=mode))
-            step = planner.step(q, None, target_at(path, k * DT))
-            q = step.reference.q.copy()
-            way.append(q)
+            way.append(planner.step(way[k], None, target).reference.q.copy())
         ways.append(np.array(way))
     assert np.abs(np.diff(ways[0], axis=0)).max() > 1e-5
     for way in ways[1:]:
