@@ -87,6 +87,21 @@ def test_arm_stops_at_the_end_of_a_path_that_ends_at_full_speed(level):
 
 
 @pytest.mark.parametrize("level", LEVELS)
+def test_a_path_that_is_done_is_slowed_down_no_more(level):
+    path = ftqp.paths.Line(PANDA.pose(PANDA.neutral), (0.1, 0.05, 0.0), duration=1.0)
+    follower = follower_of(path=path, level=level)
+    steps, _ = run(follower)
+    q, v = steps[-1].q, steps[-1].v
+    status = []
+    for _ in range(200):
+        step = follower.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+        status.append(step.status.name)
+    assert set(status[1:]) == {"OK"}, "for 0.3 s an arm at rest said SCALED"
+    assert follower.rate > 0.9999
+
+
+@pytest.mark.parametrize("level", LEVELS)
 def test_joint_that_locks_on_the_way_does_not_throw_the_tip_off(level):
     follower = follower_of(level=level)
     steps, _ = run(follower, each=lambda k: k == 400 and follower.planner.report(ftqp.Locked("panda_joint3")))

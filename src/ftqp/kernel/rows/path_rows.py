@@ -152,7 +152,7 @@ def rate_variable(K: Any, path: Any) -> None:
 
     1/2 w (1 - s)^2 with w = SCALE_WEIGHT times the objective's largest value, or |x'|^2/(SEPARATION soft) if
     that is less: on a slow path a residual of the path's own speed must not come cheaper than waiting.
-    Acceleration level: s is drawn to sigma' + (1 - sigma') dt/RISE.
+    Acceleration level: s is drawn to sigma' + (1 - sigma') dt/RISE; at the end, where nothing waits, to 1.
     """
     limits, state, qp = K.limits, K.state, K.qp
     n = K.chain.n
@@ -168,7 +168,7 @@ def rate_variable(K: Any, path: Any) -> None:
     if speed > 0.0:
         weight = max(min(weight, speed / (SEPARATION * qp.soft[0])), LEAST_WEIGHT * size)
     wanted = 1.0
-    if state.level == ACCELERATION:
+    if state.level == ACCELERATION and path.progress < path.end:
         wanted = path.rate + (1.0 - path.rate) * min(1.0, state.dt / RISE)
     for i in range(n):
         qp.H[i, n] = qp.H[n, i] = 0.0
