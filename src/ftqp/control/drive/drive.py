@@ -26,6 +26,8 @@ OBSERVER = 200.0
 """Bandwidth of the observer of position and velocity arms [1/s]."""
 OBSERVER_SHARE = 5.0
 """Bandwidth of the observer of a torque arm beside its stiffness."""
+FELT_NOISE = sqrt(3.0) / 4.0
+"""Noise of the observed disturbance beside sigma w_o^2 sqrt(w_o dt): that of s^2 w_o^3/(s + w_o)^3."""
 OBSERVER_FAILED = 300.0
 """Bandwidth of the observer of a failed joint [1/s]."""
 FEED_FORWARD_SHARE = 0.5
@@ -136,6 +138,7 @@ class Drive:
             "pole": exp(-observer * dt),
             "pole_failed": exp(-OBSERVER_FAILED * dt),
             "failed_noise": OBSERVER_FAILED * sqrt(OBSERVER_FAILED * dt),
+            "felt_noise": FELT_NOISE * noise.q * observer**2 * sqrt(observer * dt),
             "slowness": 1.0 - exp(-FEED_FORWARD_SHARE * w * dt),
             "sigma": noise.q,
             "patience": PATIENCE,

@@ -11,7 +11,7 @@ from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, TORQUE_DRIVE
 
 
 @jit
-def _advanced(K: Any, q: float, v: float, a: float) -> tuple[float, float]:
+def advanced(K: Any, q: float, v: float, a: float) -> tuple[float, float]:
     """(q, v) after dt at the acceleration a, by the planner's own formula of its level."""
     dt = K.state.dt
     after = v + dt * a
@@ -37,7 +37,7 @@ def observe(K: Any, first: bool) -> None:
             feedback.known_failed[i] = 0
         elif not feedback.known_failed[i]:
             feedback.known_failed[i] = 1
-            if feedback.kind == TORQUE_DRIVE:
+            if feedback.kind == TORQUE_DRIVE and not feedback.deserts[i]:
                 part_with(K, i)
             for ago in range(feedback.latency + 2):
                 past.a[slot(feedback, ago), i] += feedback.d_hat[i]
@@ -47,8 +47,8 @@ def observe(K: Any, first: bool) -> None:
         if feedback.bad[i]:
             feedback.q_hat[i], feedback.v_hat[i] = feedback.seen[i], past.v[then, i]
         elif not first:
-            q, v = _advanced(K, feedback.q_hat[i], feedback.v_hat[i], past.a[before, i] + feedback.d_hat[i])
-            e = feedback.seen[i] - q
+            q, v = advanced(K, feedback.q_hat[i], feedback.v_hat[i], past.a[before, i] + feedback.d_hat[i])
+            e = feedback.innovation[i] = feedback.seen[i] - q
             s = 1.0 - z
             feedback.q_hat[i] = q + (1.0 - z * z * z) * e
             feedback.v_hat[i] = v + 1.5 * s * s * (1.0 + z) / dt * e
@@ -56,9 +56,9 @@ def observe(K: Any, first: bool) -> None:
         q, v = feedback.q_hat[i], feedback.v_hat[i]
         if not healthy or feedback.kind == TORQUE_DRIVE:
             for ago in range(feedback.latency, 0, -1):
-                q, v = _advanced(K, q, v, past.a[slot(feedback, ago), i] + feedback.d_hat[i])
+                q, v = advanced(K, q, v, past.a[slot(feedback, ago), i] + feedback.d_hat[i])
         feedback.q_now[i], feedback.v_now[i] = q, v
-        if healthy:
+        if healthy and not feedback.deserts[i]:
             feedback.d_slow[i] += feedback.slowness * (feedback.d_hat[i] - feedback.d_slow[i])
         else:
             feedback.d_slow[i] = 0.0

@@ -42,7 +42,7 @@ def begin(K: Any) -> None:
     feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
-    feedback.quiet = 0
+    feedback.quiet = feedback.deserters = feedback.heard = 0
     feedback.stored = feedback.until_stored = 0
     feedback.culprit = -1
     for k in range(6):
@@ -54,7 +54,8 @@ def begin(K: Any) -> None:
         feedback.d_hat[i] = feedback.d_slow[i] = feedback.offset[i] = feedback.spent[i] = 0.0
         feedback.age[i] = feedback.same[i] = feedback.lost[i] = feedback.still[i] = feedback.bad[i] = 0
         feedback.strayed[i] = feedback.hurried[i] = feedback.asks[i] = 0
-        feedback.wound[i] = 0.0
+        feedback.deserts[i] = feedback.doubted[i] = feedback.heeded[i] = 0
+        feedback.wound[i] = feedback.usual[i] = 0.0
         feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 1
         for s in range(feedback.span):
             past.q[s, i], past.v[s, i], past.a[s, i] = q, v, 0.0

@@ -1,7 +1,9 @@
 """What is sent to the arm, by what it takes: positions, velocities or torques."""
 
+from math import inf
 from typing import Any
 
+from ftqp.kernel.feedback.deserters import reckon_with_deserters, tell_of_deserters
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE
@@ -11,6 +13,8 @@ FEED_FORWARD_SHARE = 0.3
 """The disturbance is fed forward up to this share of a joint's torque limit."""
 FEEDBACK_SHARE = 0.6
 """The feedback of a joint asks its own inertia for up to this share of its torque limit."""
+TOP_SHARE = 0.5
+"""The feedback of a torque arm may use this share of what its reference leaves of a joint's speed limit."""
 SLIPS, SLIP_SIGMAS = 0.1, 10.0
 """A locked joint observed to be faster than this [rad/s or m/s], beside noise, has a brake that slips."""
 SLIP_SHARE = 0.1
@@ -84,7 +88,7 @@ def _farthest_beyond(K: Any, count: int, wanted: Any) -> int:
     worst, most = -1, 1.0
     for k in range(faults.working):
         i = faults.order[k]
-        known = False
+        known = feedback.deserts[i] != 0
         for a in range(count):
             known = known or feedback.others[a] == i
         if known:
@@ -123,6 +127,36 @@ def _share_limits(K: Any, wanted: Any) -> None:
 
 
 @jit
+def _bounded_by_speed(K: Any, i: int, back: float) -> float:
+    """The feedback takes no joint beyond ``top``: a_r + b <= max(a_r, 0) + 2 w (top - v^), along v^.
+
+    ``top`` is in the middle of what is left to servos, or the reference's own speed. A joint that stuck, or
+    was thrown back, would else be too fast when it catches up. An arm that follows exactly needs no bound.
+    """
+    feedback, state, limit = K.feedback, K.state, K.limits.v_max[i]
+    if feedback.speed_margin == 0.0 or limit == inf:
+        return back
+    sign = 1.0 if feedback.v_now[i] > 0.0 else -1.0
+    v, a = sign * state.v[i], sign * state.a_command[i]
+    top = max((1.0 - TOP_SHARE * feedback.speed_margin) * limit, v)
+    room = 2.0 * feedback.stiffness * (top - sign * feedback.v_now[i])
+    return sign * min(sign * back, max(a, 0.0) - a + room)
+
+
+@jit
+def _send_to_deserter(K: Any, i: int, wanted: Any) -> None:
+    """The torque with which a joint does what it should, if it obeys, and what it does in that case."""
+    feedback, top = K.feedback, K.limits.tau_max[i]
+    inertia = feedback.alone[i]
+    most = FEED_FORWARD_SHARE * top
+    tau = _model_torque(K, i, wanted) + inertia * (feedback.asked[i] - wanted[i])
+    forward = min(max(-inertia * feedback.own_slow[i], -most), most)
+    sent = min(max(tau + forward, -top), top)
+    feedback.tau_sent[i] = sent
+    K.past.own[feedback.now, i] = feedback.asked[i] + (sent - tau) / inertia
+
+
+@jit
 def _torques(K: Any) -> None:
     """tau = M (a_r + clip(w^2 (q_r - q^) + 2 w (v_r - v^))) + h + tau_ff, clipped; 0 for a failed joint.
 
@@ -140,7 +174,7 @@ def _torques(K: Any) -> None:
         if faults.code[i] == HEALTHY and not feedback.bad[i]:
             back = w * w * (state.q[i] - feedback.q_now[i]) + 2.0 * w * (state.v[i] - feedback.v_now[i])
             most = FEEDBACK_SHARE * limits.tau_max[i] / M[i, i]
-            wanted[i] += min(max(back, -most), most)
+            wanted[i] += _bounded_by_speed(K, i, min(max(back, -most), most))
     for k in range(faults.working, faults.movable):
         _swing(K, faults.order[k], wanted)
     slips = SLIPS + SLIP_SIGMAS * feedback.sigma * feedback.failed_noise
@@ -148,28 +182,38 @@ def _torques(K: Any) -> None:
         i = faults.order[k]
         if faults.code[i] == LOCKED and abs(feedback.v_hat[i]) > slips:
             _slip(K, i, wanted)
+    if feedback.deserters:
+        reckon_with_deserters(K, wanted, FEEDBACK_SHARE)
     _share_limits(K, wanted)
     changed = False
+    count = 0
     for k in range(faults.working):
         i = faults.order[k]
+        if feedback.deserts[i]:
+            _send_to_deserter(K, i, wanted)
+            continue
         tau = _model_torque(K, i, wanted)
         sent = min(max(tau + _forward(K, i), -limits.tau_max[i]), limits.tau_max[i])
-        extra[k] = sent - tau
-        changed = changed or extra[k] != 0.0
+        extra[count] = sent - tau
+        changed = changed or extra[count] != 0.0
         feedback.tau_sent[i] = sent
+        feedback.others[count] = i
+        count += 1
     for k in range(faults.working, n):
         feedback.tau_sent[faults.order[k]] = 0.0
     for i in range(n):
         past.a[now, i] = wanted[i]
     if changed:
-        S = K.scratch.square
-        for a in range(faults.working):
-            for b in range(faults.working):
-                S[a, b] = M[faults.order[a], faults.order[b]]
-        if factor(S, faults.working):
-            solve_factored(S, faults.working, extra)
-            for k in range(faults.working):
-                past.a[now, faults.order[k]] += extra[k]
+        S, moving = K.scratch.square, feedback.others
+        for a in range(count):
+            for b in range(count):
+                S[a, b] = M[moving[a], moving[b]]
+        if factor(S, count):
+            solve_factored(S, count, extra)
+            for k in range(count):
+                past.a[now, moving[k]] += extra[k]
+    if feedback.deserters:
+        tell_of_deserters(K)
 
 
 @jit

@@ -17,15 +17,23 @@ def feedback_fields(N: int) -> Fields:
     ``age`` ticks old, ``offset`` from the reference; ``spent``: patience that bad ones have cost [s];
     ``strayed``, ``hurried``: ticks that a joint was out of its tube in a stop, or too fast; ``straying``:
     some are counted; ``asks``: for its brake; ``others``, ``bent``: scratch; ``quiet``: the displacement
-    rests; ``wound``: integral part of a velocity arm's hold; ``speed_margin``: share of the speed limits
-    that is left to servos.
+    rests; ``deserts``: joints that do not obey, ``deserters`` of them; ``doubted``, ``heeded``: ticks that a
+    joint seems not to, and to obey again; ``heard``: ticks of observation; ``usual``: torques that disturb
+    for long; ``asked``: accelerations that those joints should have; ``own_``: their observer if they obey,
+    ``alone``: their inertia then;
+    ``felt_noise``: of d_hat; ``wound``: integral part of a velocity arm's hold; ``speed_margin``: share of
+    the speed limits that is left to servos.
     """
     names = ("seen", "good", "raw", "offset", "spent", "q_hat", "v_hat", "d_hat", "d_slow", "q_now", "v_now",
-             "q_sent", "v_sent", "tau_sent", "h", "wound", "bent")  # fmt: skip
+             "q_sent", "v_sent", "tau_sent", "h", "wound", "bent", "usual", "asked",
+             "own_q", "own_v", "own_d", "own_slow", "alone",
+             "innovation", "own_missed", "dead_missed")  # fmt: skip
     return [
         *scalars("i8", "active fresh kind latency span now refused exact displaced has_tip quiet"),
-        *scalars("i8", "lagging out settled far stored until_stored stride culprit straying"),
-        *scalars("f8", "kappa hold lead stiffness pole pole_failed slowness failed_noise sigma patience"),
+        *scalars("i8", "lagging out settled far stored until_stored stride culprit straying deserters heard"),
+        *scalars(
+            "f8", "kappa hold lead stiffness pole pole_failed slowness failed_noise felt_noise sigma patience"
+        ),
         *scalars(
             "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"
         ),
@@ -34,15 +42,19 @@ def feedback_fields(N: int) -> Fields:
         *floats(dict.fromkeys(names, (N,))),
         *integers(dict.fromkeys(("age", "same", "lost", "bad", "still", "known_failed"), (N,))),
         *integers(dict.fromkeys(("strayed", "hurried", "asks", "others"), (N,))),
+        *integers(dict.fromkeys(("deserts", "doubted", "heeded", "clearer"), (N,))),
         *floats({"tip": (12,), "M": (N, N)}),
     ]
 
 
 def past_fields(N: int) -> Fields:
-    """The last ticks in a ring: reference, acceleration that was sent, tip of the reference and its error."""
+    """The last ticks in a ring: reference, acceleration that was sent, tip of the reference and its error.
+
+    ``own``: what a joint that does not obey was sent.
+    """
     return [
         *integers({"known": (DELAYS,)}),
-        *floats({"q": (DELAYS, N), "v": (DELAYS, N), "a": (DELAYS, N)}),
+        *floats({"q": (DELAYS, N), "v": (DELAYS, N), "a": (DELAYS, N), "own": (DELAYS, N)}),
         *floats({"tip": (DELAYS, 12), "error": (DELAYS, 6)}),
     ]
 

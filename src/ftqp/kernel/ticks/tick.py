@@ -12,6 +12,7 @@ from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.calm_qp import begin_calm, calms
 from ftqp.kernel.calm.path_outlook import outlook
 from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
+from ftqp.kernel.feedback.deserters import look_for_deserters
 from ftqp.kernel.feedback.gap import measure_gap, norms, wait
 from ftqp.kernel.feedback.late_targets import play_back
 from ftqp.kernel.feedback.observer import feel, observe
@@ -110,6 +111,7 @@ def _see(K: Any) -> bool:
     observe(K, first)
     if feedback.kind == TORQUE_DRIVE:
         feel(K)
+        look_for_deserters(K)
     refer(K)
     look_at_tip(K)
     look_for_strays(K)

@@ -1,0 +1,301 @@
+"""Joints of a torque arm whose motors do not give what is sent to them, although nobody has said so."""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.feedback.observer import advanced
+from ftqp.kernel.feedback.reference import STILL_SAMPLES
+from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.feedback.stray import part_with, tube
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.maths.cholesky import factor, solve_factored
+
+USUAL_TIME = 0.1
+"""What has disturbed a joint for so long [s] is a load, not a fault."""
+MISSING_SHARE = 0.03
+"""A joint is suspected when it lacks this share of its torque limit, beside noise ..."""
+NOISE_LEVELS = 4.0
+ALONE = 0.8
+"""... and when this share of all that is unusual is its own ..."""
+MISSING_TIME = 0.003
+"""... for so long [s]."""
+DESERTER_STILL = 0.03
+"""Slower than this [rad/s or m/s], beside noise, it rests."""
+FOLLOWS_POSITION, FOLLOWS_SPEED = 0.3, 0.05
+"""It obeys again when its error is below these shares of its tube and of its speed limit, beside noise ..."""
+CLEARER, COMPARED_TIME, CLEARER_TIME = 4.0, 0.015, 0.005
+"""It also obeys again when it moves as predicted, so much better (squared), for such times [s] ..."""
+MOVES = 0.1
+"""... and by at least this speed [rad/s or m/s], beside noise."""
+SMALL = 1e-6
+"""Predictions as good as this [rad or m] are not compared."""
+CLEARED_TIME, FOLLOWS_TIME = 0.05, 0.2
+"""... for so long [s]; the first is enough where another joint is suspected."""
+
+
+@jit
+def stands(K: Any, j: int) -> bool:
+    """Whether a joint that does not obey is at rest."""
+    still: bool = K.feedback.still[j] >= STILL_SAMPLES
+    return still
+
+
+@jit
+def answer(K: Any, j: int, a: Any) -> float:
+    """-M_jh a_h/M_jj: what the accelerations of the others do to joint j."""
+    M = K.feedback.M
+    total = 0.0
+    for i in range(K.chain.n):
+        if i != j:
+            total -= M[j, i] * a[i]
+    return total / M[j, j]
+
+
+@jit
+def _retell(K: Any, j: int) -> None:
+    """What joint j was to do lately: nothing where it stands, else -M_jh a_h/M_jj; d_j is all the rest."""
+    feedback, past = K.feedback, K.past
+    before = slot(feedback, feedback.latency + 1)
+    feedback.d_hat[j] += past.a[before, j]
+    for ago in range(feedback.latency + 2):
+        then = slot(feedback, ago)
+        past.a[then, j] = 0.0 if stands(K, j) else answer(K, j, past.a[then])
+    feedback.d_hat[j] -= past.a[before, j]
+
+
+@jit
+def _leave_out(K: Any, j: int) -> None:
+    """From now on joint j is taken to do what acts on it, a_j = d_j - M_jh a_h/M_jj; d_j is observed.
+
+    What is believed of it if it obeys goes on beside that.
+    """
+    feedback, past = K.feedback, K.past
+    feedback.deserts[j] = 1
+    feedback.doubted[j] = feedback.heeded[j] = feedback.still[j] = 0
+    feedback.own_q[j], feedback.own_v[j] = feedback.q_hat[j], feedback.v_hat[j]
+    feedback.own_d[j], feedback.own_slow[j] = feedback.d_hat[j], feedback.d_slow[j]
+    feedback.own_missed[j] = feedback.dead_missed[j] = 0.0
+    feedback.clearer[j] = 0
+    part_with(K, j)
+    for ago in range(feedback.latency + 2):
+        then = slot(feedback, ago)
+        past.own[then, j] = past.a[then, j]
+    _retell(K, j)
+
+
+@jit
+def _take_back(K: Any, j: int) -> None:
+    """Joint j obeys again: what was believed of it in that case counts, and the others' share of it."""
+    feedback, past = K.feedback, K.past
+    feedback.deserts[j] = feedback.doubted[j] = 0
+    feedback.d_hat[j], feedback.d_slow[j] = -feedback.own_d[j], -feedback.own_slow[j]
+    part_with(K, j)
+    feedback.q_hat[j], feedback.v_hat[j] = feedback.own_q[j], feedback.own_v[j]
+    feedback.d_hat[j], feedback.d_slow[j] = feedback.own_d[j], feedback.own_slow[j]
+    for ago in range(feedback.latency + 2):
+        then = slot(feedback, ago)
+        past.a[then, j] = past.own[then, j]
+    feedback.usual[j] = 0.0
+    for i in range(K.chain.n):
+        feedback.usual[j] += feedback.M[j, i] * feedback.d_hat[i]
+
+
+@jit
+def _observe_own(K: Any, j: int) -> None:
+    """The observer of joint j as if it obeyed, see ``ftqp.kernel.feedback.observer``."""
+    feedback, past, dt = K.feedback, K.past, K.state.dt
+    then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
+    if feedback.bad[j]:
+        feedback.own_q[j], feedback.own_v[j] = feedback.seen[j], past.v[then, j]
+    else:
+        q, v = advanced(K, feedback.own_q[j], feedback.own_v[j], past.own[before, j] + feedback.own_d[j])
+        z = feedback.pole
+        e, s = feedback.seen[j] - q, 1.0 - z
+        feedback.own_q[j] = q + (1.0 - z * z * z) * e
+        feedback.own_v[j] = v + 1.5 * s * s * (1.0 + z) / dt * e
+        feedback.own_d[j] += s * s * s / (dt * dt) * e
+        other, share = feedback.innovation[j], min(1.0, dt / COMPARED_TIME)
+        feedback.own_missed[j] += share * (e * e - feedback.own_missed[j])
+        feedback.dead_missed[j] += share * (other * other - feedback.dead_missed[j])
+    feedback.own_slow[j] += feedback.slowness * (feedback.own_d[j] - feedback.own_slow[j])
+    q, v = feedback.own_q[j], feedback.own_v[j]
+    for ago in range(feedback.latency, 0, -1):
+        q, v = advanced(K, q, v, past.own[slot(feedback, ago), j] + feedback.own_d[j])
+    feedback.q_now[j], feedback.v_now[j] = q, v
+
+
+@jit
+def _unusual(K: Any) -> int:
+    """The joint whose motor alone explains what is unusual, (M d)_i less what is usual there, or -1.
+
+    rho_j^2/M_jj >= 0.8 sum_i rho_i^2/M_ii and |rho_j| >= 0.03 tau_max and 4 standard deviations of its noise.
+    """
+    feedback, faults, n = K.feedback, K.faults, K.chain.n
+    M, d, usual, deserts = feedback.M, feedback.d_hat, feedback.usual, feedback.deserts
+    worst, most, total, found = -1, 0.0, 0.0, 0.0
+    feedback.heard += 1
+    share = min(1.0, max(K.state.dt / USUAL_TIME, 1.0 / feedback.heard))
+    for i in range(n):
+        if faults.code[i] != HEALTHY or deserts[i]:
+            continue
+        rho = -usual[i]
+        for j in range(n):
+            rho += M[i, j] * d[j]
+        if feedback.deserters:
+            for j in range(n):
+                if deserts[j]:
+                    rho -= M[i, j] * d[j]
+        usual[i] += share * rho
+        energy = rho * rho / M[i, i]
+        total += energy
+        if energy > most:
+            worst, most, found = i, energy, rho
+    if worst < 0 or most < ALONE * total or abs(found) < MISSING_SHARE * K.limits.tau_max[worst]:
+        return -1
+    noise = 0.0
+    for j in range(n):
+        noise += feedback.M[worst, j] * feedback.M[worst, j]
+    return worst if abs(found) > NOISE_LEVELS * feedback.felt_noise * sqrt(noise) else -1
+
+
+@jit
+def _heeds(K: Any, j: int) -> bool:
+    """Whether joint j is where its command is, and as fast."""
+    feedback, state = K.feedback, K.state
+    off = abs(feedback.q_now[j] - state.q_command[j])
+    slower = abs(feedback.v_now[j] - state.v_command[j])
+    noise = NOISE_LEVELS * feedback.sigma * feedback.failed_noise
+    near: bool = off < FOLLOWS_POSITION * tube(K, j)
+    return near and slower < FOLLOWS_SPEED * K.limits.v_max[j] + noise
+
+
+@jit
+def _suspected(K: Any, suspect: int) -> int:
+    """Only one joint is suspected at a time: the earlier one is taken back if it obeys, else it remains.
+
+    The suspect, or -1. While a joint is known to have failed none is suspected.
+    """
+    feedback = K.feedback
+    if suspect < 0 or K.faults.working < K.chain.n:
+        return -1
+    for j in range(K.chain.n):
+        cleared = feedback.asks[j] or feedback.heeded[j] * K.state.dt > CLEARED_TIME
+        if feedback.deserts[j] and not cleared:
+            return -1
+    return suspect
+
+
+@jit
+def _is_clearer(K: Any, j: int) -> bool:
+    """Whether that joint j obeys predicts its samples much better than that it does not."""
+    feedback = K.feedback
+    noise = NOISE_LEVELS * feedback.sigma + SMALL
+    clearer = feedback.dead_missed[j] > max(CLEARER * feedback.own_missed[j], noise * noise)
+    slow = MOVES + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
+    moves = abs(feedback.own_v[j]) > slow and abs(feedback.v_hat[j]) > slow
+    feedback.clearer[j] = feedback.clearer[j] + 1 if clearer and moves else 0
+    over: bool = feedback.clearer[j] * K.state.dt > CLEARER_TIME
+    return over
+
+
+@jit
+def _watch(K: Any, j: int, replaced: bool) -> None:
+    """A joint that was left out: whether it stands, and whether it obeys again."""
+    feedback = K.feedback
+    _observe_own(K, j)
+    stood = stands(K, j)
+    rest = DESERTER_STILL + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
+    feedback.still[j] = feedback.still[j] + 1 if abs(feedback.v_hat[j]) < rest else 0
+    if stands(K, j) != stood:
+        _retell(K, j)
+    if not feedback.asks[j]:
+        feedback.heeded[j] = feedback.heeded[j] + 1 if _heeds(K, j) else 0
+        if _is_clearer(K, j) or replaced or feedback.heeded[j] * K.state.dt > FOLLOWS_TIME:
+            _take_back(K, j)
+
+
+@jit
+def look_for_deserters(K: Any) -> None:
+    """Which joints do not obey, so that the others reckon with what they do and not with what they should.
+
+    They are those that ask for their brakes, and one whose motor alone explains what is suddenly unusual.
+    Source: docs/theory/feedback.md, "The torque drive".
+    """
+    feedback, dt = K.feedback, K.state.dt
+    if feedback.exact:
+        return
+    suspect = _suspected(K, _unusual(K))
+    feedback.deserters, found = 0, -1
+    for j in range(K.chain.n):
+        if K.faults.code[j] != HEALTHY:
+            feedback.deserts[j] = feedback.doubted[j] = 0
+        elif not feedback.deserts[j]:
+            feedback.doubted[j] = feedback.doubted[j] + 1 if j == suspect else 0
+            if feedback.doubted[j] * dt > MISSING_TIME - 0.5 * dt:
+                found = j
+    for j in range(K.chain.n):
+        if feedback.deserts[j]:
+            _watch(K, j, found >= 0)
+        elif j == found or (feedback.asks[j] and K.faults.code[j] == HEALTHY):
+            _leave_out(K, j)
+        feedback.deserters += feedback.deserts[j]
+
+
+@jit
+def _inertia_alone(K: Any, j: int) -> float:
+    """M_jj - M_jh M_hh^-1 M_hj: the inertia of joint j while the others do not answer what it does."""
+    feedback, faults, M = K.feedback, K.faults, K.feedback.M
+    S, column, others = K.scratch.square, K.scratch.impulse, feedback.others
+    count = 0
+    for k in range(faults.working):
+        i = faults.order[k]
+        if not feedback.deserts[i]:
+            others[count] = i
+            count += 1
+    for a in range(count):
+        column[a] = M[others[a], j]
+        for b in range(a + 1):
+            S[a, b] = M[others[a], others[b]]
+    inertia: float = M[j, j]
+    if factor(S, count):
+        solve_factored(S, count, column)
+        for a in range(count):
+            inertia -= M[j, others[a]] * column[a]
+    return inertia
+
+
+@jit
+def reckon_with_deserters(K: Any, wanted: Any, most: float) -> None:
+    """What joints that do not obey do when the others do what is wanted; ``asked``: what they should do.
+
+    a_j = 0 at rest, else d_j - M_jh a_h/M_jj, bounded as the feedback is: what acts on the joint besides the
+    others, whether its own weight, its friction or a brake that slips, goes on as it was observed.
+    Source: docs/theory/feedback.md, "The torque drive".
+    """
+    feedback, faults = K.feedback, K.faults
+    for k in range(faults.working):
+        j = faults.order[k]
+        feedback.asked[j] = wanted[j]
+        if feedback.deserts[j]:
+            feedback.alone[j] = _inertia_alone(K, j)
+            wanted[j] = 0.0
+    for k in range(faults.working):
+        j = faults.order[k]
+        if feedback.deserts[j]:
+            feedback.d_slow[j] = 0.0
+    for k in range(faults.working):
+        j = faults.order[k]
+        if feedback.deserts[j] and not stands(K, j):
+            feedback.d_slow[j] = answer(K, j, feedback.d_slow)
+            bound = most * K.limits.tau_max[j] / feedback.M[j, j]
+            wanted[j] = min(max(feedback.d_hat[j] + answer(K, j, wanted), -bound), bound)
+
+
+@jit
+def tell_of_deserters(K: Any) -> None:
+    """The observer of a joint that does not obey is told what the others do to it."""
+    feedback, a = K.feedback, K.past.a[K.feedback.now]
+    for j in range(K.chain.n):
+        if feedback.deserts[j]:
+            a[j] = 0.0 if stands(K, j) else answer(K, j, a)
