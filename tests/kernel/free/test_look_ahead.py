@@ -1,6 +1,7 @@
 """The look-ahead's plan: what is tried, when time goes on, and what a rollout says."""
 
 import numpy as np
+import pytest
 from records import believe, chain_record
 
 import ftqp
@@ -8,6 +9,7 @@ from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.free.look_ahead import (
     BRAKE,
     HORIZON_STEPS,
+    _later_impact,
     begin_plan,
     look_ahead,
     planned,
@@ -15,6 +17,7 @@ from ftqp.kernel.free.look_ahead import (
     shift_plan,
     try_another,
 )
+from ftqp.kernel.free.swinging import see_arm
 from ftqp.kernel.layout.enums import FREE
 from ftqp.kernel.layout.free_memory import free_dtype
 
@@ -79,3 +82,29 @@ def test_joint_near_its_limit_is_not_driven_further():
     F.plan[0, 0] = 1.0
     a = planned(K, F, 0, 0.0, 1.0, 0.01)
     assert 0.0 <= a < K.limits.a_max[0] and 0.5 * a * 0.01**2 <= 1e-3
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_what_comes_later_is_what_a_rollout_of_the_whole_arm_says(seed):
+    rng = np.random.default_rng(seed)
+    joint = int(rng.integers(1, 6))
+    K, F = falling(joint)
+    K.faults.friction[joint] = rng.uniform(0.5, 5.0)
+    q = rng.uniform(0.8 * K.limits.q_min[:7], 0.8 * K.limits.q_max[:7])
+    F.base_q[:7], F.base_v[:7] = q, 0.0
+    look_ahead(K, F, 0.0, 0.0, 1e300, 2000)  # 20 s; all others stand
+    whole = float(F.impact_speed)
+    K.state.q[:7], K.state.v[:7] = q, 0.0
+    see_arm(K)
+    later = _later_impact(K, F)
+    assert (whole > 0.0) == (later > 0.0)
+    assert later == pytest.approx(whole, rel=0.05, abs=0.02)
+
+
+def test_a_joint_that_stands_upright_falls_later_unless_friction_holds_it():
+    K, F = falling(1)
+    K.state.q[:7], K.state.v[:7] = 0.0, 0.0
+    see_arm(K)
+    assert _later_impact(K, F) > 1.0
+    K.faults.coulomb[1] = 100.0
+    assert _later_impact(K, F) == 0.0, "friction holds it"

@@ -79,9 +79,9 @@ LONGER = 0.3
 HANGS = 0.05
 """A free joint slower than this may be hanging where it can rest [rad/s or m/s]."""
 LED_FOR, LED_FOR_UNDAMPED = 1.2, 4.5
-"""So long after the task was given up the others rest where the free joint still swings [s], ..."""
+"""So long after the task was given up the others rest where the free joint still swings [s] ..."""
 LEFT_SWING = 0.2
-"""... but no farther than this [rad or m]; one that swings farther may fall."""
+"""... and, with little friction, no farther than this [rad or m]: it would swing so for long."""
 HARDER = 0.1
 """Speed that following a task may add to an impact [rad/s or m/s]."""
 
@@ -249,7 +249,9 @@ def _may_rest(K: Any, F: Any) -> bool:
         return False
     for j in range(K.chain.n):
         F.base_q[j], F.base_v[j] = F.q[j], F.v[j]
-    return braking_is_safe(K, F) and F.highest - F.lowest < (LEFT_SWING if over else CALM_SWING)
+    if not braking_is_safe(K, F):
+        return False
+    return (damped and over) or F.highest - F.lowest < (LEFT_SWING if over else CALM_SWING)
 
 
 @jit

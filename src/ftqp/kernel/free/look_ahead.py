@@ -5,17 +5,31 @@ u in {-1, 0, 1}, or that it brakes; after the segments all brake. One rollout a 
 Source: docs/theory/free-swinging.md, "Look-ahead".
 """
 
-from math import sqrt
+from math import cos, inf, sin, sqrt
 from typing import Any
 
 from ftqp.kernel.arm.gravity import gravity_torque
 from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.free.swinging import ROLLOUT_STEP, braked, see_arm, swing_on, within_limits
+from ftqp.kernel.free.swinging import (
+    ROLLOUT_STEP,
+    braked,
+    free_velocity,
+    see_arm,
+    swing_on,
+    viscous_friction,
+    within_limits,
+)
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.free_memory import SEGMENTS
 
 LONG_STEPS = 200
-"""Steps of the rollout that says whether it is safe to hold still."""
+"""Steps of the rollout that says whether it is safe to hold still ..."""
+LATER_STEP, LATER_STEPS = 0.02, 1000
+"""... and of what becomes of the free joint after that [s]."""
+SOFTLY = 0.3
+"""A stop that is met later, no faster than this, is not worth moving the others for [rad/s or m/s]."""
+HANGING = 1e-3
+"""A joint slower than this hangs where gravity draws it [rad/s or m/s]."""
 NO_SLOPE = 1e-9
 """A change of gravity's torque below this is none [N m/rad]."""
 TOUCH_SPEED = 0.05
@@ -126,19 +140,44 @@ def look_ahead(K: Any, F: Any, phase: float, left: float, give_up: float, steps:
 
 
 @jit
-def braking_is_safe(K: Any, F: Any) -> bool:
-    """Whether no stop is met in two seconds when all joints brake from ``base_q``, ``base_v`` on, and later.
+def _later_impact(K: Any, F: Any) -> float:
+    """How fast the free joint meets a stop later, all others at rest; 0 where it comes to hang before.
 
-    A joint that lingers near a posture from which gravity carries it away, d g_i/d q_i < 0, falls later; one
-    without gravity does not.
+    Others at rest make it a pendulum: M_ii is constant, and of a revolute joint gravity's torque is
+    g cos d + g' sin d, d the way it has gone. It is followed for LATER. One that still lingers near a posture
+    from which gravity carries it away, g' < 0, falls later: inf.
+    """
+    i, state, limits, coulomb = F.joint, K.state, K.limits, K.faults.coulomb[F.joint]
+    inertia, turns = K.kinematics.M[i, i], K.chain.prismatic[i] == 0
+    forward_kinematics(K)
+    torque = gravity_torque(K, i, F.slope)
+    slope = steep = F.slope[i]
+    friction, begun, q, v = viscous_friction(K, i), state.q[i], state.q[i], state.v[i]
+    for _ in range(LATER_STEPS):
+        g = torque
+        if turns:
+            s, c = sin(q - begun), cos(q - begun)
+            g, steep = torque * c + slope * s, slope * c - torque * s
+        v = free_velocity(inertia, -g - friction * v, v, friction, coulomb, LATER_STEP)
+        q += LATER_STEP * v
+        if (q <= limits.q_min[i] and v <= 0.0) or (q >= limits.q_max[i] and v >= 0.0):
+            return abs(v)
+        if (abs(v) < HANGING and steep > NO_SLOPE) or (v == 0.0 and abs(g) < coulomb):
+            return 0.0
+    return 0.0 if steep > -NO_SLOPE else inf
+
+
+@jit
+def braking_is_safe(K: Any, F: Any) -> bool:
+    """Whether no stop is met in two seconds when all joints brake from ``base_q``, ``base_v`` on, and none
+    faster than SOFTLY later.
     """
     i, state, limits = F.joint, K.state, K.limits
     look_ahead(K, F, 0.0, 0.0, 1e300, LONG_STEPS)
     if F.impact_speed > TOUCH_SPEED:
         return False
-    forward_kinematics(K)
-    gravity_torque(K, i, F.slope)
-    return F.slope[i] > -NO_SLOPE or state.q[i] <= limits.q_min[i] or state.q[i] >= limits.q_max[i]
+    stands = state.q[i] <= limits.q_min[i] or state.q[i] >= limits.q_max[i]
+    return stands or _later_impact(K, F) <= SOFTLY
 
 
 @jit
