@@ -28,6 +28,8 @@ CLEARER, COMPARED_TIME, CLEARER_TIME = 4.0, 0.015, 0.005
 """It also obeys again when it moves as predicted, so much better (squared), for such times [s] ..."""
 MOVES = 0.1
 """... and by at least this speed [rad/s or m/s], beside noise."""
+PARALLEL = 0.7
+"""A joint whose axis is so near to that of another, M_ij^2/(M_ii M_jj), is not left out ..."""
 SMALL = 1e-6
 """Predictions as good as this [rad or m] are not compared."""
 CLEARED_TIME, FOLLOWS_TIME = 0.05, 0.2
@@ -126,6 +128,20 @@ def _observe_own(K: Any, j: int) -> None:
 
 
 @jit
+def _is_paired(K: Any, j: int) -> bool:
+    """Whether another joint does almost the same as joint j.
+
+    Beside a joint that gives way the inertia of the other is M_ii (1 - M_ij^2/(M_ii M_jj)): too little for a
+    loop with delay.
+    """
+    M = K.feedback.M
+    for i in range(K.chain.n):
+        if i != j and M[i, j] * M[i, j] > PARALLEL * M[i, i] * M[j, j]:
+            return True
+    return False
+
+
+@jit
 def _unusual(K: Any) -> int:
     """The joint whose motor alone explains what is unusual, (M d)_i less what is usual there, or -1.
 
@@ -151,7 +167,9 @@ def _unusual(K: Any) -> int:
         total += energy
         if energy > most:
             worst, most, found = i, energy, rho
-    if worst < 0 or most < ALONE * total or abs(found) < MISSING_SHARE * K.limits.tau_max[worst]:
+    if worst < 0 or _is_paired(K, worst):
+        return -1
+    if most < ALONE * total or abs(found) < MISSING_SHARE * K.limits.tau_max[worst]:
         return -1
     noise = 0.0
     for j in range(n):
@@ -211,7 +229,8 @@ def _watch(K: Any, j: int, replaced: bool) -> None:
         _retell(K, j)
     if not feedback.asks[j]:
         feedback.heeded[j] = feedback.heeded[j] + 1 if _heeds(K, j) else 0
-        if _is_clearer(K, j) or replaced or feedback.heeded[j] * K.state.dt > FOLLOWS_TIME:
+        heeds = feedback.heeded[j] * K.state.dt > FOLLOWS_TIME
+        if _is_paired(K, j) or _is_clearer(K, j) or replaced or heeds:
             _take_back(K, j)
 
 

@@ -1,6 +1,5 @@
 """What is sent to the arm, by what it takes: positions, velocities or torques."""
 
-from math import inf
 from typing import Any
 
 from ftqp.kernel.feedback.deserters import reckon_with_deserters, tell_of_deserters
@@ -13,8 +12,6 @@ FEED_FORWARD_SHARE = 0.3
 """The disturbance is fed forward up to this share of a joint's torque limit."""
 FEEDBACK_SHARE = 0.6
 """The feedback of a joint asks its own inertia for up to this share of its torque limit."""
-TOP_SHARE = 0.5
-"""The feedback of a torque arm may use this share of what its reference leaves of a joint's speed limit."""
 SLIPS, SLIP_SIGMAS = 0.1, 10.0
 """A locked joint observed to be faster than this [rad/s or m/s], beside noise, has a brake that slips."""
 SLIP_SHARE = 0.1
@@ -127,23 +124,6 @@ def _share_limits(K: Any, wanted: Any) -> None:
 
 
 @jit
-def _bounded_by_speed(K: Any, i: int, back: float) -> float:
-    """The feedback takes no joint beyond ``top``: a_r + b <= max(a_r, 0) + 2 w (top - v^), along v^.
-
-    ``top`` is in the middle of what is left to servos, or the reference's own speed. A joint that stuck, or
-    was thrown back, would else be too fast when it catches up. An arm that follows exactly needs no bound.
-    """
-    feedback, state, limit = K.feedback, K.state, K.limits.v_max[i]
-    if feedback.speed_margin == 0.0 or limit == inf:
-        return back
-    sign = 1.0 if feedback.v_now[i] > 0.0 else -1.0
-    v, a = sign * state.v[i], sign * state.a_command[i]
-    top = max((1.0 - TOP_SHARE * feedback.speed_margin) * limit, v)
-    room = 2.0 * feedback.stiffness * (top - sign * feedback.v_now[i])
-    return sign * min(sign * back, max(a, 0.0) - a + room)
-
-
-@jit
 def _send_to_deserter(K: Any, i: int, wanted: Any) -> None:
     """The torque with which a joint does what it should, if it obeys, and what it does in that case."""
     feedback, top = K.feedback, K.limits.tau_max[i]
@@ -174,7 +154,7 @@ def _torques(K: Any) -> None:
         if faults.code[i] == HEALTHY and not feedback.bad[i]:
             back = w * w * (state.q[i] - feedback.q_now[i]) + 2.0 * w * (state.v[i] - feedback.v_now[i])
             most = FEEDBACK_SHARE * limits.tau_max[i] / M[i, i]
-            wanted[i] += _bounded_by_speed(K, i, min(max(back, -most), most))
+            wanted[i] += min(max(back, -most), most)
     for k in range(faults.working, faults.movable):
         _swing(K, faults.order[k], wanted)
     slips = SLIPS + SLIP_SIGMAS * feedback.sigma * feedback.failed_noise
