@@ -145,13 +145,16 @@ def _later_impact(K: Any, F: Any) -> float:
 
     Others at rest make it a pendulum: M_ii is constant, and of a revolute joint gravity's torque is
     g cos d + g' sin d, d the way it has gone. It is followed for LATER. One that still lingers near a posture
-    from which gravity carries it away, g' < 0, falls later: inf.
+    from which gravity carries it away, g' < 0, falls later: inf. One without gravity drifts, whatever the
+    others do: 0.
     """
     i, state, limits, coulomb = F.joint, K.state, K.limits, K.faults.coulomb[F.joint]
     inertia, turns = K.kinematics.M[i, i], K.chain.prismatic[i] == 0
     forward_kinematics(K)
     torque = gravity_torque(K, i, F.slope)
     slope = steep = F.slope[i]
+    if abs(torque) < NO_SLOPE and abs(slope) < NO_SLOPE:
+        return 0.0
     friction, begun, q, v = viscous_friction(K, i), state.q[i], state.q[i], state.v[i]
     for _ in range(LATER_STEPS):
         g = torque
