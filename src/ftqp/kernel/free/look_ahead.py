@@ -172,8 +172,9 @@ def _later_impact(K: Any, F: Any) -> float:
 
 @jit
 def braking_is_safe(K: Any, F: Any) -> bool:
-    """Whether no stop is met in two seconds when all joints brake from ``base_q``, ``base_v`` on, and none
-    faster than SOFTLY later.
+    """Whether all joints may brake from ``base_q``, ``base_v`` on.
+
+    No stop is met in two seconds, and none faster than SOFTLY later.
     """
     i, state, limits = F.joint, K.state, K.limits
     look_ahead(K, F, 0.0, 0.0, 1e300, LONG_STEPS)
