@@ -80,9 +80,12 @@ def _leave_out(K: Any, j: int) -> None:
     feedback.own_missed[j] = feedback.dead_missed[j] = 0.0
     feedback.clearer[j] = 0
     part_with(K, j)
-    for ago in range(feedback.latency + 2):
-        then = slot(feedback, ago)
-        past.own[then, j] = past.a[then, j]
+    if not feedback.asks[j]:  # a suspect; the one before it may be taken back in this very tick
+        feedback.place_taken = 1 - feedback.place_taken
+        feedback.place[j] = feedback.place_taken
+        for ago in range(feedback.latency + 2):
+            then = slot(feedback, ago)
+            past.own[then, feedback.place[j]] = past.a[then, j]
     _retell(K, j)
 
 
@@ -97,7 +100,7 @@ def _take_back(K: Any, j: int) -> None:
     feedback.d_hat[j], feedback.d_slow[j] = feedback.own_d[j], feedback.own_slow[j]
     for ago in range(feedback.latency + 2):
         then = slot(feedback, ago)
-        past.a[then, j] = past.own[then, j]
+        past.a[then, j] = past.own[then, feedback.place[j]]
     feedback.usual[j] = 0.0
     for i in range(K.chain.n):
         feedback.usual[j] += feedback.M[j, i] * feedback.d_hat[i]
@@ -108,10 +111,11 @@ def _observe_own(K: Any, j: int) -> None:
     """The observer of joint j as if it obeyed, see ``ftqp.kernel.feedback.observer``."""
     feedback, past, dt = K.feedback, K.past, K.state.dt
     then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
+    place = feedback.place[j]
     if feedback.bad[j]:
         feedback.own_q[j], feedback.own_v[j] = feedback.seen[j], past.v[then, j]
     else:
-        q, v = advanced(K, feedback.own_q[j], feedback.own_v[j], past.own[before, j] + feedback.own_d[j])
+        q, v = advanced(K, feedback.own_q[j], feedback.own_v[j], past.own[before, place] + feedback.own_d[j])
         z = feedback.pole
         e, s = feedback.seen[j] - q, 1.0 - z
         feedback.own_q[j] = q + (1.0 - z * z * z) * e
@@ -123,7 +127,7 @@ def _observe_own(K: Any, j: int) -> None:
     feedback.own_slow[j] += feedback.slowness * (feedback.own_d[j] - feedback.own_slow[j])
     q, v = feedback.own_q[j], feedback.own_v[j]
     for ago in range(feedback.latency, 0, -1):
-        q, v = advanced(K, q, v, past.own[slot(feedback, ago), j] + feedback.own_d[j])
+        q, v = advanced(K, q, v, past.own[slot(feedback, ago), place] + feedback.own_d[j])
     feedback.q_now[j], feedback.v_now[j] = q, v
 
 
@@ -221,7 +225,8 @@ def _is_clearer(K: Any, j: int) -> bool:
 def _watch(K: Any, j: int, replaced: bool) -> None:
     """A joint that was left out: whether it stands, and whether it obeys again."""
     feedback = K.feedback
-    _observe_own(K, j)
+    if not feedback.asks[j]:
+        _observe_own(K, j)
     stood = stands(K, j)
     rest = DESERTER_STILL + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
     feedback.still[j] = feedback.still[j] + 1 if abs(feedback.v_hat[j]) < rest else 0

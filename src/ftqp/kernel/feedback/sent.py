@@ -133,7 +133,8 @@ def _send_to_deserter(K: Any, i: int, wanted: Any) -> None:
     forward = min(max(-inertia * feedback.own_slow[i], -most), most)
     sent = min(max(tau + forward, -top), top)
     feedback.tau_sent[i] = sent
-    K.past.own[feedback.now, i] = feedback.asked[i] + (sent - tau) / inertia
+    if not feedback.asks[i]:
+        K.past.own[feedback.now, feedback.place[i]] = feedback.asked[i] + (sent - tau) / inertia
 
 
 @jit

@@ -20,7 +20,7 @@ def feedback_fields(N: int) -> Fields:
     rests; ``deserts``: joints that do not obey, ``deserters`` of them; ``doubted``, ``heeded``: ticks that a
     joint seems not to, and to obey again; ``heard``: ticks of observation; ``usual``: torques that disturb
     for long; ``asked``: accelerations that those joints should have; ``own_``: their observer if they obey,
-    ``alone``: their inertia then;
+    ``alone``: their inertia then; ``place``: the suspect's column of ``past.own``;
     ``felt_noise``: of d_hat; ``wound``: integral part of a velocity arm's hold; ``speed_margin``: share of
     the speed limits that is left to servos.
     """
@@ -30,7 +30,8 @@ def feedback_fields(N: int) -> Fields:
              "innovation", "own_missed", "dead_missed")  # fmt: skip
     return [
         *scalars("i8", "active fresh kind latency span now refused exact displaced has_tip quiet"),
-        *scalars("i8", "lagging out settled far stored until_stored stride culprit straying deserters heard"),
+        *scalars("i8", "lagging out settled far stored until_stored stride culprit straying"),
+        *scalars("i8", "deserters heard place_taken"),
         *scalars(
             "f8", "kappa hold lead stiffness pole pole_failed slowness failed_noise felt_noise sigma patience"
         ),
@@ -42,7 +43,7 @@ def feedback_fields(N: int) -> Fields:
         *floats(dict.fromkeys(names, (N,))),
         *integers(dict.fromkeys(("age", "same", "lost", "bad", "still", "known_failed"), (N,))),
         *integers(dict.fromkeys(("strayed", "hurried", "asks", "others"), (N,))),
-        *integers(dict.fromkeys(("deserts", "doubted", "heeded", "clearer"), (N,))),
+        *integers(dict.fromkeys(("deserts", "doubted", "heeded", "clearer", "place"), (N,))),
         *floats({"tip": (12,), "M": (N, N)}),
     ]
 
@@ -50,11 +51,11 @@ def feedback_fields(N: int) -> Fields:
 def past_fields(N: int) -> Fields:
     """The last ticks in a ring: reference, acceleration that was sent, tip of the reference and its error.
 
-    ``own``: what a joint that does not obey was sent.
+    ``own``: what a suspect, and the one before it, was sent.
     """
     return [
         *integers({"known": (DELAYS,)}),
-        *floats({"q": (DELAYS, N), "v": (DELAYS, N), "a": (DELAYS, N), "own": (DELAYS, N)}),
+        *floats({"q": (DELAYS, N), "v": (DELAYS, N), "a": (DELAYS, N), "own": (DELAYS, 2)}),
         *floats({"tip": (DELAYS, 12), "error": (DELAYS, 6)}),
     ]
 
