@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.feedback.observer import advanced
+from ftqp.kernel.feedback.observer import advanced, corrected, predicted
 from ftqp.kernel.feedback.reference import STILL_SAMPLES
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.stray import part_with, tube
@@ -109,25 +109,21 @@ def _take_back(K: Any, j: int) -> None:
 @jit
 def _observe_own(K: Any, j: int) -> None:
     """The observer of joint j as if it obeyed, see ``ftqp.kernel.feedback.observer``."""
-    feedback, past, dt = K.feedback, K.past, K.state.dt
+    feedback, past = K.feedback, K.past
     then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
     place = feedback.place[j]
     if feedback.bad[j]:
         feedback.own_q[j], feedback.own_v[j] = feedback.seen[j], past.v[then, j]
     else:
         q, v = advanced(K, feedback.own_q[j], feedback.own_v[j], past.own[before, place] + feedback.own_d[j])
-        z = feedback.pole
-        e, s = feedback.seen[j] - q, 1.0 - z
-        feedback.own_q[j] = q + (1.0 - z * z * z) * e
-        feedback.own_v[j] = v + 1.5 * s * s * (1.0 + z) / dt * e
-        feedback.own_d[j] += s * s * s / (dt * dt) * e
-        other, share = feedback.innovation[j], min(1.0, dt / COMPARED_TIME)
+        e = feedback.seen[j] - q
+        feedback.own_q[j], feedback.own_v[j], change = corrected(K, feedback.pole, q, v, e)
+        feedback.own_d[j] += change
+        other, share = feedback.innovation[j], min(1.0, K.state.dt / COMPARED_TIME)
         feedback.own_missed[j] += share * (e * e - feedback.own_missed[j])
         feedback.dead_missed[j] += share * (other * other - feedback.dead_missed[j])
     feedback.own_slow[j] += feedback.slowness * (feedback.own_d[j] - feedback.own_slow[j])
-    q, v = feedback.own_q[j], feedback.own_v[j]
-    for ago in range(feedback.latency, 0, -1):
-        q, v = advanced(K, q, v, past.own[slot(feedback, ago), place] + feedback.own_d[j])
+    q, v = predicted(K, feedback.own_q[j], feedback.own_v[j], past.own, place, feedback.own_d[j])
     feedback.q_now[j], feedback.v_now[j] = q, v
 
 
@@ -303,11 +299,7 @@ def reckon_with_deserters(K: Any, wanted: Any, most: float) -> None:
         feedback.asked[j] = wanted[j]
         if feedback.deserts[j]:
             feedback.alone[j] = _inertia_alone(K, j)
-            wanted[j] = 0.0
-    for k in range(faults.working):
-        j = faults.order[k]
-        if feedback.deserts[j]:
-            feedback.d_slow[j] = 0.0
+            wanted[j] = feedback.d_slow[j] = 0.0
     for k in range(faults.working):
         j = faults.order[k]
         if feedback.deserts[j] and not stands(K, j):

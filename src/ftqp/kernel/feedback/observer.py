@@ -19,6 +19,22 @@ def advanced(K: Any, q: float, v: float, a: float) -> tuple[float, float]:
 
 
 @jit
+def corrected(K: Any, z: float, q: float, v: float, e: float) -> tuple[float, float, float]:
+    """(q^, v^) from the predicted (q, v) and the innovation e, and the change of d^; z is the pole."""
+    dt, s = K.state.dt, 1.0 - z
+    return q + (1.0 - z * z * z) * e, v + 1.5 * s * s * (1.0 + z) / dt * e, s * s * s / (dt * dt) * e
+
+
+@jit
+def predicted(K: Any, q: float, v: float, a: Any, i: int, d: float) -> tuple[float, float]:
+    """(q, v) of the samples' time brought to now by what was sent since, column i of the ring a, and d."""
+    feedback = K.feedback
+    for ago in range(feedback.latency, 0, -1):
+        q, v = advanced(K, q, v, a[slot(feedback, ago), i] + d)
+    return q, v
+
+
+@jit
 def observe(K: Any, first: bool) -> None:
     """(q^, v^, d^) of the samples' time, and (q^, v^) predicted over the latency to now.
 
@@ -29,7 +45,7 @@ def observe(K: Any, first: bool) -> None:
     that its feedback is off.
     Source: docs/theory/feedback.md, "The observer".
     """
-    feedback, past, faults, dt = K.feedback, K.past, K.faults, K.state.dt
+    feedback, past, faults = K.feedback, K.past, K.faults
     then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
     for i in range(K.chain.n):
         healthy = faults.code[i] == HEALTHY
@@ -49,14 +65,11 @@ def observe(K: Any, first: bool) -> None:
         elif not first:
             q, v = advanced(K, feedback.q_hat[i], feedback.v_hat[i], past.a[before, i] + feedback.d_hat[i])
             e = feedback.innovation[i] = feedback.seen[i] - q
-            s = 1.0 - z
-            feedback.q_hat[i] = q + (1.0 - z * z * z) * e
-            feedback.v_hat[i] = v + 1.5 * s * s * (1.0 + z) / dt * e
-            feedback.d_hat[i] += s * s * s / (dt * dt) * e
+            feedback.q_hat[i], feedback.v_hat[i], change = corrected(K, z, q, v, e)
+            feedback.d_hat[i] += change
         q, v = feedback.q_hat[i], feedback.v_hat[i]
         if not healthy or feedback.kind == TORQUE_DRIVE:
-            for ago in range(feedback.latency, 0, -1):
-                q, v = advanced(K, q, v, past.a[slot(feedback, ago), i] + feedback.d_hat[i])
+            q, v = predicted(K, q, v, past.a, i, feedback.d_hat[i])
         feedback.q_now[i], feedback.v_now[i] = q, v
         if healthy and not feedback.deserts[i]:
             feedback.d_slow[i] += feedback.slowness * (feedback.d_hat[i] - feedback.d_slow[i])
