@@ -25,7 +25,7 @@ from ftqp.kernel.layout.free_memory import SEGMENTS
 LONG_STEPS = 200
 """Steps of the rollout that says whether it is safe to hold still ..."""
 LATER_STEP, LATER_STEPS = 0.02, 1000
-"""... and of what becomes of the free joint after that [s]."""
+"""... and length [s] and number of those that follow the free joint alone after that."""
 SOFTLY = 0.3
 """A stop that is met later, no faster than this, is not worth moving the others for [rad/s or m/s]."""
 HANGING = 1e-3
@@ -144,7 +144,7 @@ def _later_impact(K: Any, F: Any) -> float:
     """How fast the free joint meets a stop later, all others at rest; 0 where it comes to hang before.
 
     Others at rest make it a pendulum: M_ii is constant, and of a revolute joint gravity's torque is
-    g cos d + g' sin d, d the way it has gone. It is followed for LATER. One that still lingers near a posture
+    g cos d + g' sin d, d the way it has gone. It is followed for 20 s. One that still lingers near a posture
     from which gravity carries it away, g' < 0, falls later: inf. One without gravity drifts, whatever the
     others do: 0.
     """
