@@ -4,10 +4,10 @@
     python solvers/bench_step_against.py --against HEAD~1  against another commit
     python solvers/bench_step_against.py --json            one JSON object on stdout, nothing else
 
-A Panda and a 30-joint chain go round a circle in closed loop at both levels, called in two ways: ``best``
+A Panda and a 30-joint chain go round a circle in closed loop at both levels, called in three ways: ``best``
 hands the planner's own arrays back and takes ``targets.at(k)``; ``readme`` makes fresh arrays every tick and
-rewrites one target. The processes of both checkouts take turns; the figures are medians of the p50 of a step,
-in microseconds.
+rewrites one target; ``paced`` is ``readme`` once a millisecond, asleep between ticks. The processes of both
+checkouts take turns; the figures are medians of the p50 of a step, in microseconds.
 """
 
 import argparse
@@ -17,22 +17,24 @@ import statistics
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
-from time import perf_counter_ns
 from typing import Any
 
 import numpy as np
 from bench import command_line
+from bench.ways import WAYS, took
 
 ROOT = Path(__file__).resolve().parents[1]
 FIRST_RELEASE = "9250cf8"
 LEVELS = ("velocity", "acceleration")
-WAYS = ("best", "readme")
 RADIUS = 0.05
 """Of the circle [m]."""
+PACED_STEPS = 2_000
+"""Most paced steps of a loop; they take a millisecond each."""
 
 
-def measured(steps: int) -> dict[str, float]:
+def measured(steps: int, ways: Sequence[str] = WAYS) -> dict[str, float]:
     """p50 of a step of whatever ``ftqp`` this process imports [us], by robot, level and way."""
     from bench.cases import chain30
     from bench.urdf import TIP, text
@@ -45,45 +47,32 @@ def measured(steps: int) -> dict[str, float]:
     result = {}
     for name, robot, q in (("panda", panda, panda.neutral), ("chain30", chain, arm.neutral)):
         for level in LEVELS:
-            for way in WAYS:
-                result[f"{name} {level} {way}"] = _timed(robot, q, level, way, steps)
+            for way in ways:
+                result[f"{name} {level} {way}"] = _timed(
+                    robot, q, level, way, min(steps, PACED_STEPS) if way == "paced" else steps
+                )
     return result
 
 
 def _timed(robot: Any, q: Any, level: str, way: str, steps: int) -> float:
     """p50 of a step [us]."""
+    from bench.own import driven
+
     import ftqp
 
     planner = ftqp.Planner(robot, dt=0.001, level=level, emergency=None)
-    q, v = q.copy(), 0.0 * q
-    planner.reset(q, v)
+    planner.reset(q)
     path = ftqp.paths.Circle(robot.pose(q), radius=RADIUS, duration=0.001 * steps)
     sample = path.sample(0.001 * np.arange(steps))
-    took = np.empty(steps)
-    if way == "best":
-        targets = ftqp.Targets(sample.pose, sample.twist, sample.acceleration)
-        step = planner.step(q, v, targets.at(0))
-        for k in range(steps):
-            began = perf_counter_ns()
-            step = planner.step(step.q, step.v, targets.at(k))
-            took[k] = perf_counter_ns() - began
-    else:
-        target = ftqp.Target(pose=path.start)
-        for k in range(steps):
-            began = perf_counter_ns()
-            target.pose[:], target.twist[:] = sample.pose[k], sample.twist[k]
-            target.acceleration[:] = sample.acceleration[k]
-            step = planner.step(q, v, target)
-            took[k] = perf_counter_ns() - began
-            q, v = step.q.copy(), step.v.copy()
-    return float(np.median(took)) * 1e-3
+    arm = driven(planner, way, q, sample.pose, sample.twist, sample.acceleration)
+    return float(np.median(took(way, arm.step, arm.between, range(steps)))) * 1e-3
 
 
 def main() -> int:
     """Measures both checkouts in turns and shows the ratios; 0 when both could be measured."""
     options = _options()
     if options.child:
-        print(json.dumps(measured(options.steps)))
+        print(json.dumps(measured(options.steps, options.ways)))
         return 0
     with tempfile.TemporaryDirectory() as folder:
         other = Path(folder) / "other"
@@ -99,9 +88,7 @@ def main() -> int:
             )
             return 2
         try:
-            rounds = [
-                (_child(other, options.steps), _child(ROOT, options.steps)) for _ in range(options.runs)
-            ]
+            rounds = [(_child(other, options), _child(ROOT, options)) for _ in range(options.runs)]
         finally:
             subprocess.run(["git", "worktree", "remove", "--force", str(other)], cwd=ROOT, check=False)
     figures = {
@@ -128,15 +115,24 @@ def _options() -> argparse.Namespace:
     parser.add_argument(
         "--steps", type=int, default=12_000, metavar="N", help="of a loop (default %(default)s)"
     )
+    command_line.add_ways(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     return parser.parse_args()
 
 
-def _child(tree: Path, steps: int) -> dict[str, float]:
+def _child(tree: Path, options: argparse.Namespace) -> dict[str, float]:
     """What a process with the source of ``tree`` measures."""
     done = subprocess.run(
-        [sys.executable, __file__, "--child", "--steps", str(steps)],
+        [
+            sys.executable,
+            __file__,
+            "--child",
+            "--steps",
+            str(options.steps),
+            "--ways",
+            ",".join(options.ways),
+        ],
         env=os.environ | {"PYTHONPATH": str(tree / "src")},
         stdout=subprocess.PIPE,
         text=True,

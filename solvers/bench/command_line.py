@@ -2,6 +2,8 @@
 
 import argparse
 
+from bench.ways import WAYS
+
 
 def parser(document: str | None) -> argparse.ArgumentParser:
     """A parser without options; the first paragraph of ``document`` is its summary, the rest its epilogue."""
@@ -9,3 +11,18 @@ def parser(document: str | None) -> argparse.ArgumentParser:
     return argparse.ArgumentParser(
         description=summary, epilog=usage, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+
+
+def add_ways(parser: argparse.ArgumentParser) -> None:
+    """Add the choice of ways in which a step is called."""
+    told = f"ways of calling (default {','.join(WAYS)})"
+    parser.add_argument("--ways", type=_ways, default=WAYS, metavar="A,B", help=told)
+
+
+def _ways(text: str) -> tuple[str, ...]:
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if not names or not set(names) <= set(WAYS):
+        raise argparse.ArgumentTypeError(
+            f"is {text!r}, expected some of {', '.join(WAYS)}, commas between them"
+        )
+    return tuple(way for way in WAYS if way in names)

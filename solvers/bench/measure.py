@@ -5,6 +5,7 @@ import os
 import select
 import subprocess
 import sys
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,9 +17,6 @@ from bench.worker import Case
 
 ANSWER_SECONDS = 600
 """Longest wait for one answer of a worker; a peer that hangs is left out [s]."""
-
-DISCARD = 20
-"""Steps at the head of each chunk that bring the program back into the caches, not counted."""
 
 LIBRARIES = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "NUMBA", "VECLIB_MAXIMUM")
 ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in LIBRARIES}
@@ -95,14 +93,18 @@ class Settings:
     """How much is measured.
 
     Attributes:
-        steps: Timed steps a variant.
-        chunk: Timed steps before the next variant has its turn.
-        warm: Untimed steps before the first chunk.
+        steps: Timed steps of a leading variant.
+        chunk: Its timed steps before the next variant has its turn.
+        warm: Untimed steps of every variant before the first chunk.
+        discard: Steps at the head of each chunk that bring the program back, not counted.
+        share: The other variants make one step where the leading ones make so many.
     """
 
     steps: int
     chunk: int
     warm: int
+    discard: int = 20
+    share: int = 1
 
 
 @dataclass(slots=True)
@@ -140,12 +142,27 @@ class Reading:
 
 
 def measured(
-    task: TaskPath, case: Case, file: Path, workers: list[Worker], settings: Settings
+    task: TaskPath,
+    case: Case,
+    way: str,
+    file: Path,
+    workers: list[Worker],
+    settings: Settings,
+    leading: Collection[str] = (),
 ) -> tuple[dict[str, dict[str, Any]], dict[str, str], dict[str, dict[str, Any]]]:
-    """One case over all workers, their variants interleaved.
+    """One case called in one way over all workers, their variants interleaved.
+
+    Args:
+        task: The robot and its targets, which judge what was reached.
+        case: The task at a level.
+        way: One of ``bench.ways.WAYS``.
+        file: Where workers read the case.
+        workers: Those who take part; one that dies is taken out.
+        settings: How much is measured.
+        leading: The variants that make all steps.
 
     Returns:
-        rows by variant, what was left out and why, and what each program says of itself.
+        Rows by variant, what was left out and why, and what each program says of itself.
     """
     case.save(file)
     readings: dict[str, Reading] = {}
@@ -153,7 +170,7 @@ def measured(
     left_out: dict[str, str] = {}
     said: dict[str, dict[str, Any]] = {}
     for worker in list(workers):
-        answer = _asked(worker, workers, left_out, worker.name, open=str(file))
+        answer = _asked(worker, workers, left_out, worker.name, open=str(file), way=way)
         left_out.update(answer.get("declined", {}))
         if "versions" in answer:
             said[worker.name] = {"versions": answer["versions"], "settled": answer["settled"]}
@@ -169,7 +186,8 @@ def measured(
         for worker, name in turns[first:] + turns[:first]:
             if name in left_out or worker not in workers:
                 continue
-            request = {"chunk": name, "steps": settings.chunk, "discard": DISCARD}
+            steps = settings.chunk if name in leading else max(1, settings.chunk // settings.share)
+            request = {"chunk": name, "steps": steps, "discard": settings.discard}
             answer = _asked(worker, workers, left_out, name, **request)
             if "ns" in answer:
                 readings[name].ns += answer["ns"]

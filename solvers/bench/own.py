@@ -5,10 +5,8 @@ from functools import partial
 from importlib.metadata import version
 from typing import Any
 
-import numpy as np
-
 import ftqp
-from bench.worker import Case, Variant, serve
+from bench.worker import Array, Case, Variant, serve
 
 BACKENDS = ("active_set", "daqp", "proxqp", "osqp", "quadprog")
 """The backends that are set up once and updated."""
@@ -17,15 +15,16 @@ LEVELS = {"velocity": "velocity", "torque": "acceleration"}
 """The planner's name for each level of the benchmark."""
 
 
-def variants(case: Case) -> dict[str, Callable[[], Variant]]:
+def variants(case: Case, way: str) -> dict[str, Callable[[], Variant]]:
     """``ftqp active_set`` is what the ratios are about; ``empty`` reads what the harness itself costs."""
     makers: dict[str, Callable[[], Variant]] = {"empty": partial(_empty, case)}
     for name in BACKENDS:
-        makers[f"ftqp {name}"] = partial(_planner, case, name, twist=False)
-    makers["ftqp active_set + twist"] = partial(_planner, case, "active_set", twist=True)
+        makers[f"ftqp {name}"] = partial(_planner, case, way, name, twist=False)
+    makers["ftqp active_set + twist"] = partial(_planner, case, way, "active_set", twist=True)
+    makers["ftqp active_set, not calm"] = partial(_planner, case, way, "active_set", twist=False, calm=False)
     if case.level == "velocity":
         makers["ftqp active_set, no torque rows"] = partial(
-            _planner, case, "active_set", twist=False, torque_limits=False
+            _planner, case, way, "active_set", twist=False, torque_limits=False
         )
     return makers
 
@@ -37,7 +36,9 @@ def _empty(case: Case) -> Variant:
     return Variant(step=step, q=lambda: case.q, status=lambda: "")
 
 
-def _planner(case: Case, backend: str, *, twist: bool, torque_limits: bool = True) -> Variant:
+def _planner(
+    case: Case, way: str, backend: str, *, twist: bool, torque_limits: bool = True, calm: bool = True
+) -> Variant:
     robot = ftqp.Robot.from_urdf(case.urdf, tip=case.tip, acceleration=case.a_max, neutral=case.q)
     gains: dict[str, Any] = {"kp": case.gain} if case.level == "velocity" else {"kp": case.kp, "kv": case.kv}
     planner = ftqp.Planner(
@@ -45,21 +46,71 @@ def _planner(case: Case, backend: str, *, twist: bool, torque_limits: bool = Tru
         dt=case.dt,
         level=LEVELS[case.level],
         scheme=ftqp.schemes.mvn(),
-        task=ftqp.Task(rows="pose", **gains),
+        task=ftqp.Task(rows="pose", calm=calm, **gains),
         backend=backend,
         torque_limits=torque_limits,
     )
     planner.reset(case.q)
     if case.locked is not None:
         planner.report(ftqp.Locked(case.joints[case.locked]))
-    targets = ftqp.Targets(np.array(case.pose_list()), np.array(case.twists) if twist else None)
-    out = planner.step(case.q, 0.0 * case.q, targets.at(0))
+    twists = case.twists if twist else None
+    return driven(planner, way, case.q, case.poses, twists, None if twists is None else 0.0 * twists)
 
-    def step(k: int) -> None:
+
+def driven(
+    planner: Any,
+    way: str,
+    q: Array,
+    poses: Array,
+    twists: Array | None = None,
+    accelerations: Array | None = None,
+) -> Variant:
+    """A planner that leads an arm which obeys exactly, called in one of the ways of ``bench.ways``.
+
+    Args:
+        planner: It has been reset to q, at rest.
+        way: ``best`` gives its own arrays back to it and takes targets that were made ahead. Otherwise every
+            step gets fresh arrays, made when the one before is over, and rewrites its one target.
+        q: Start, (nv,) [rad].
+        poses: Targets, (N, 4, 4).
+        twists: Their velocities, (N, 6); None leaves them zero and unwritten.
+        accelerations: The same, (N, 6); given where twists are.
+    """
+    given_q, given_v = q.copy(), 0.0 * q
+    if way == "best":
+        targets = ftqp.Targets(poses, twists, accelerations)
+        out = planner.step(given_q, given_v, targets.at(0))
+
+        def step(k: int) -> None:
+            nonlocal out
+            out = planner.step(out.q, out.v, targets.at(k))
+
+        return Variant(step=step, q=lambda: out.q, status=lambda: out.status.name)
+    target = ftqp.Target(pose=poses[0])
+    out = planner.step(given_q, given_v, target)
+
+    def step_to_pose(k: int) -> None:
         nonlocal out
-        out = planner.step(out.q, out.v, targets.at(k))
+        target.pose[:] = poses[k]
+        out = planner.step(given_q, given_v, target)
 
-    return Variant(step=step, q=lambda: out.q, status=lambda: out.status.name)
+    def step_along(k: int) -> None:
+        nonlocal out
+        target.pose[:] = poses[k]
+        target.twist[:] = twists[k]
+        target.acceleration[:] = accelerations[k]
+        out = planner.step(given_q, given_v, target)
+
+    def measure() -> None:
+        nonlocal given_q, given_v
+        given_q, given_v = out.q.copy(), out.v.copy()
+
+    return Variant(
+        step=step_to_pose if twists is None else step_along,
+        q=lambda: out.q,
+        status=lambda: out.status.name,
+        between=measure,
+    )
 
 
 def versions() -> dict[str, str]:

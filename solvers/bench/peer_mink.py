@@ -13,14 +13,14 @@ COMPILER = '<mujoco><compiler fusestatic="false" balanceinertia="true"/></mujoco
 """Keeps the tip as a body of its own; masses play no part at velocity level."""
 
 
-def variants(case: Case) -> dict[str, Callable[[], Variant]]:
+def variants(case: Case, way: str) -> dict[str, Callable[[], Variant]]:
     """mink with each of two solvers of qpsolvers, its documentation's first; nothing at torque level."""
     if case.level != "velocity":
         return {}
-    return {f"mink {solver}": partial(_velocity, case, solver) for solver in ("daqp", "quadprog")}
+    return {f"mink {solver}": partial(_velocity, case, way, solver) for solver in ("daqp", "quadprog")}
 
 
-def _velocity(case: Case, solver: str) -> Variant:
+def _velocity(case: Case, way: str, solver: str) -> Variant:
     head, body = case.urdf.split(">", 1)
     model = mujoco.MjModel.from_xml_string(f"{head}>{COMPILER}{body}")
     configuration = mink.Configuration(model, case.q.copy())
@@ -29,7 +29,7 @@ def _velocity(case: Case, solver: str) -> Variant:
     speeds = {name: float(v) for name, v in zip(case.joints, case.v_max, strict=True)}
     limits = [mink.ConfigurationLimit(model), mink.VelocityLimit(model, speeds)]
     constraints = None if case.locked is None else [mink.DofFreezingTask(model, [case.locked])]
-    poses = case.pose_list()
+    poses = case.targets(way)
     dt = case.dt
 
     def step(k: int) -> None:

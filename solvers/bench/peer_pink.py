@@ -15,14 +15,14 @@ SOLVERS = ("daqp", "proxqp", "quadprog")
 """Solvers of qpsolvers that its documentation uses."""
 
 
-def variants(case: Case) -> dict[str, Callable[[], Variant]]:
+def variants(case: Case, way: str) -> dict[str, Callable[[], Variant]]:
     """pink with each of the solvers its documentation uses; nothing at torque level."""
     if case.level != "velocity":
         return {}
-    return {f"pink {solver}": partial(_velocity, case, solver) for solver in SOLVERS}
+    return {f"pink {solver}": partial(_velocity, case, way, solver) for solver in SOLVERS}
 
 
-def _velocity(case: Case, solver: str) -> Variant:
+def _velocity(case: Case, way: str, solver: str) -> Variant:
     model = pin.buildModelFromXML(case.urdf)
     configuration = pink.Configuration(model, model.createData(), case.q.copy())
     task = FrameTask(case.tip, position_cost=1.0, orientation_cost=1.0)
@@ -32,7 +32,7 @@ def _velocity(case: Case, solver: str) -> Variant:
         row = np.zeros((1, model.nv))
         row[0, case.locked] = 1.0
         constraints = [LinearHolonomicTask(row, np.zeros(1), case.q.copy(), cost=1.0)]
-    poses = case.pose_list()
+    poses = case.targets(way)
     dt = case.dt
 
     def step(k: int) -> None:

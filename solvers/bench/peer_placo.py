@@ -13,17 +13,17 @@ import placo
 from bench.worker import Case, Variant, serve
 
 
-def variants(case: Case) -> dict[str, Callable[[], Variant]]:
+def variants(case: Case, way: str) -> dict[str, Callable[[], Variant]]:
     """``placo soft`` is the reference; in the others the task is hard, or knows the target's velocity."""
     if case.level == "velocity":
         return {
-            "placo soft": partial(_velocity, case, "soft"),
-            "placo hard": partial(_velocity, case, "hard"),
+            "placo soft": partial(_velocity, case, way, "soft"),
+            "placo hard": partial(_velocity, case, way, "hard"),
         }
     return {
-        "placo soft": partial(_torque, case, "soft", twist=False),
-        "placo soft + twist": partial(_torque, case, "soft", twist=True),
-        "placo hard": partial(_torque, case, "hard", twist=False),
+        "placo soft": partial(_torque, case, way, "soft", twist=False),
+        "placo soft + twist": partial(_torque, case, way, "soft", twist=True),
+        "placo hard": partial(_torque, case, way, "hard", twist=False),
     }
 
 
@@ -35,7 +35,7 @@ def _robot(case: Case) -> Any:
     return robot
 
 
-def _velocity(case: Case, priority: str) -> Variant:
+def _velocity(case: Case, way: str, priority: str) -> Variant:
     robot = _robot(case)
     solver = placo.KinematicsSolver(robot)
     solver.mask_fbase(True)
@@ -46,7 +46,7 @@ def _velocity(case: Case, priority: str) -> Variant:
     task.configure(case.tip, priority, 1.0, 1.0)
     if case.locked is not None:
         solver.mask_dof(case.joints[case.locked])
-    poses = case.pose_list()
+    poses = case.targets(way)
 
     def step(k: int) -> None:
         task.T_world_frame = poses[k]
@@ -56,7 +56,7 @@ def _velocity(case: Case, priority: str) -> Variant:
     return Variant(step=step, q=lambda: [robot.get_joint(name) for name in case.joints])
 
 
-def _torque(case: Case, priority: str, *, twist: bool) -> Variant:
+def _torque(case: Case, way: str, priority: str, *, twist: bool) -> Variant:
     robot = _robot(case)
     solver = placo.DynamicsSolver(robot)
     solver.mask_fbase(True)
@@ -75,9 +75,10 @@ def _torque(case: Case, priority: str, *, twist: bool) -> Variant:
         still.configure("locked", "hard", 1.0)
     solver.set_kp(case.kp)
     solver.set_kd(case.kv)
-    poses = case.pose_list()
-    linear = [twist[:3].copy() for twist in case.twists]
-    angular = [twist[3:].copy() for twist in case.twists]
+    poses = case.targets(way)
+    linear, angular = case.twists[:, :3].copy(), case.twists[:, 3:].copy()
+    if way == "best":
+        linear, angular = list(linear), list(angular)
     position, orientation = task.position(), task.orientation()
     success = True
 

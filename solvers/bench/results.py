@@ -178,7 +178,7 @@ def inserted(text: str, benchmark: str, lines: Sequence[str]) -> str:
     before, found, rest = text.partition(begin)
     _, closed, after = rest.partition(end)
     if not found or not closed:
-        raise InputError(f"README.md has no lines {begin} and {end}; put them where the table belongs")
+        raise InputError(f"the text has no lines {begin} and {end}; put them where the table belongs")
     return f"{before}{begin}\n" + "\n".join(lines).strip() + f"\n{end}{after}"
 
 

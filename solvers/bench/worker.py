@@ -3,10 +3,12 @@
 Needs numpy and the standard library only, so that it runs in each peer's own environment. One JSON object
 a line:
 
-    {"open": FILE}                     -> {"variants": [...], "declined": {name: why}, "versions": {...}}
+    {"open": FILE, "way": WAY}         -> {"variants": [...], "declined": {name: why}, "versions": {...}}
     {"warm": NAME, "steps": n}         -> {"k": [...], "q": [[...]], "counts": {...}}
     {"chunk": NAME, "steps": n, ...}   -> {"ns": [...], "k": last, "q": [...]}
     {"close": true}                    ends
+
+A way is one of ``bench.ways.WAYS``; every program gets its targets and is timed accordingly.
 """
 
 import json
@@ -16,11 +18,12 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from time import perf_counter_ns
 from typing import Any, Self, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
+
+from bench.ways import nothing, took
 
 Array = NDArray[np.float64]
 
@@ -88,9 +91,9 @@ class Case:
         plain["joints"] = tuple(plain["joints"])
         return cls(**plain, **arrays)
 
-    def pose_list(self) -> list[Array]:
-        """The targets as separate arrays, so that no program pays for slicing them."""
-        return [np.ascontiguousarray(pose) for pose in self.poses]
+    def targets(self, way: str) -> list[Array] | Array:
+        """Target k is the k-th of these: arrays made ahead, or rows taken anew in every tick."""
+        return [np.ascontiguousarray(pose) for pose in self.poses] if way == "best" else self.poses
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,22 +104,25 @@ class Variant:
         step: Takes target k, solves and moves on; this call is what is timed.
         q: The configuration reached, (nv,) in the case's joint order.
         status: What the program says of the last step, read outside the timed call.
+        between: What follows each step untimed.
     """
 
     step: Callable[[int], None]
     q: Callable[[], Any]
     status: Callable[[], str] = lambda: "done"
+    between: Callable[[], None] = nothing
 
 
-Builder = Callable[[Case], dict[str, Callable[[], Variant]]]
-"""From a case to the variants' makers by name; a maker that cannot raises with the reason."""
+Builder = Callable[[Case, str], dict[str, Callable[[], Variant]]]
+"""From a case and a way to the variants' makers by name; a maker that cannot raises with the reason."""
 
 
 class _Run:
     """A variant and how far along the targets it is."""
 
-    def __init__(self, variant: Variant, period: int) -> None:
+    def __init__(self, variant: Variant, period: int, way: str) -> None:
         self._variant = variant
+        self._way = way
         self._period = period
         self._k = 0
 
@@ -128,6 +134,7 @@ class _Run:
             k = (self._k + i) % self._period
             self._variant.step(k)
             counts[self._variant.status()] += 1
+            self._variant.between()
             if i % SAMPLE == SAMPLE - 1:
                 samples.append((k, _listed(self._variant.q())))
         self._k = (self._k + steps) % self._period
@@ -135,16 +142,11 @@ class _Run:
 
     def chunk(self, steps: int, discard: int) -> dict[str, Any]:
         """Timed steps; the first ``discard`` bring the program back into the caches and are left out."""
-        step, period, start = self._variant.step, self._period, self._k
-        ns = []
-        for i in range(discard + steps):
-            k = (start + i) % period
-            before = perf_counter_ns()
-            step(k)
-            after = perf_counter_ns()
-            ns.append(after - before)
-        self._k = (start + discard + steps) % period
-        return {"ns": ns[discard:], "k": (self._k - 1) % period, "q": _listed(self._variant.q())}
+        variant, period, start = self._variant, self._period, self._k
+        ticks = [(start + i) % period for i in range(discard + steps)]
+        ns = took(self._way, variant.step, variant.between, ticks)
+        self._k = (ticks[-1] + 1) % period
+        return {"ns": ns[discard:], "k": ticks[-1], "q": _listed(variant.q())}
 
 
 def _listed(q: Any) -> list[float]:
@@ -161,7 +163,7 @@ def serve(build: Builder, versions: Callable[[], dict[str, str]]) -> None:
         if "close" in request:
             return
         if "open" in request:
-            runs, answer = _opened(build, Case.load(request["open"]), request.get("only"))
+            runs, answer = _opened(build, Case.load(request["open"]), request["way"])
             answer |= {"versions": versions(), "settled": settled}
         else:
             answer = _answer(runs, request)
@@ -169,14 +171,12 @@ def serve(build: Builder, versions: Callable[[], dict[str, str]]) -> None:
         answers.flush()
 
 
-def _opened(build: Builder, case: Case, only: list[str] | None) -> tuple[dict[str, _Run], dict[str, Any]]:
+def _opened(build: Builder, case: Case, way: str) -> tuple[dict[str, _Run], dict[str, Any]]:
     runs: dict[str, _Run] = {}
     declined: dict[str, str] = {}
-    for name, make in build(case).items():
-        if only is not None and name not in only:
-            continue
+    for name, make in build(case, way).items():
         try:
-            runs[name] = _Run(make(), len(case.poses))
+            runs[name] = _Run(make(), len(case.poses), way)
         except Exception as error:
             # A foreign program may fail in any way; the run goes on without it and says why.
             declined[name] = f"{type(error).__name__}: {error}"

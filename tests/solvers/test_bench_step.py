@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ import pytest
 SCRIPT = Path(__file__).resolve().parents[2] / "solvers" / "bench_step.py"
 TASKS = ["panda_velocity", "panda_torque", "chain30_velocity", "chain30_torque"]
 OURS = "ftqp active_set"
+WAYS = ("best", "readme", "paced")
+SUFFIXES = ("", "_readme", "_paced")
 
 
 @pytest.fixture(scope="module")
@@ -25,43 +28,51 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]
 
 def test_stdout_is_one_object_with_a_ratio_for_each_task(run: tuple[dict[str, Any], Path]) -> None:
     result, _ = run
-    assert list(result["ratios_to_placo"]) == TASKS
-    assert list(result["ratios_to_placo_locked"]) == TASKS
+    for suffix in SUFFIXES:
+        assert list(result[f"ratios_to_placo{suffix}"]) == TASKS
+        assert list(result[f"ratios_to_placo{suffix}_locked"]) == TASKS
+        assert list(result[f"p999_ratios_to_placo{suffix}"]) == TASKS
 
 
 def test_ratios_are_none_without_peers(run: tuple[dict[str, Any], Path]) -> None:
     result, _ = run
-    assert set(result["ratios_to_placo"].values()) == {None}
-    assert set(result["placo"].values()) == {None}
+    for suffix in SUFFIXES:
+        assert set(result[f"ratios_to_placo{suffix}"].values()) == {None}
+        assert set(result[f"placo{suffix}"].values()) == {None}
 
 
 def test_our_own_times_are_there_for_each_task(run: tuple[dict[str, Any], Path]) -> None:
     result, _ = run
-    for task in TASKS:
-        ours = result["us"][task]
+    for task, suffix in product(TASKS, SUFFIXES):
+        ours = result[f"us{suffix}"][task]
         assert 0.0 < ours["p50"] <= ours["p999"]
 
 
-def test_every_case_has_both_levels_healthy_and_locked(run: tuple[dict[str, Any], Path]) -> None:
+def test_every_case_has_both_levels_healthy_and_locked_in_every_way(run: tuple[dict[str, Any], Path]) -> None:
     result, _ = run
-    cases = {(case["robot"], case["level"], case["locked"] is not None) for case in result["cases"]}
+    cases = {
+        (case["robot"], case["level"], case["locked"] is not None, case["way"]) for case in result["cases"]
+    }
     assert cases == {
-        (robot, level, locked)
+        (robot, level, locked, way)
         for robot in ("panda", "chain30")
         for level in ("velocity", "torque")
         for locked in (False, True)
+        for way in WAYS
     }
 
 
 def test_every_variant_has_ordered_quantiles(run: tuple[dict[str, Any], Path]) -> None:
     result, _ = run
     for case in result["cases"]:
-        for row in case["variants"].values():
+        for name, row in case["variants"].items():
             assert row["p50"] <= row["p99"] <= row["p999"] <= row["max"]
-            assert row["steps"] == result["settings"]["steps"]
+            assert row["steps"] == result["steps"][case["way"]] // (1 if name == OURS else 5)
 
 
-@pytest.mark.parametrize("name", ["empty", OURS, "ftqp daqp", "ftqp proxqp", "ftqp osqp"])
+@pytest.mark.parametrize(
+    "name", ["empty", OURS, f"{OURS}, not calm", "ftqp daqp", "ftqp proxqp", "ftqp osqp"]
+)
 def test_every_case_has_the_variant(run: tuple[dict[str, Any], Path], name: str) -> None:
     result, _ = run
     assert all(name in case["variants"] for case in result["cases"]), result["left_out"]
@@ -90,11 +101,21 @@ def test_results_are_written_as_json_and_markdown(run: tuple[dict[str, Any], Pat
     stem = "bench_step-quick"
     assert json.loads((out / f"{stem}.json").read_text()) == result
     text = (out / f"{stem}.md").read_text()
-    assert all(part in text for part in ("## Limitations", "## Versions", "chain30_torque", OURS))
+    assert all(
+        part in text for part in ("## Limitations", "## Versions", "30 joints, acceleration level", OURS)
+    )
 
 
-def test_steps_below_one_are_refused() -> None:
-    command = [sys.executable, str(SCRIPT), "--steps", "0"]
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--steps", "0"), "expected at least 1"),
+        (("--ways", "paced,brisk"), "expected some of best, readme, paced"),
+        (("--update-docs",), "needs a full run with --peers"),
+        (("--update-docs", "--peers", "--ways", "paced"), "in every way"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_a_sentence(arguments: tuple[str, ...], said: str) -> None:
+    command = [sys.executable, str(SCRIPT), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 2
-    assert "expected at least 1" in done.stderr
+    assert done.returncode == 2 and said in done.stderr

@@ -24,9 +24,17 @@ def test_every_case_has_a_ratio_against_this_very_commit() -> None:
         f"{robot} {level} {way}"
         for robot in ("panda", "chain30")
         for level in ("velocity", "acceleration")
-        for way in ("best", "readme")
+        for way in ("best", "readme", "paced")
     }
     assert all(figure["then"] > 0.0 and figure["ratio"] > 0.0 for figure in figures.values())
+
+
+@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="needs the repository's history")
+def test_one_way_alone_can_be_compared() -> None:
+    done = run("--against", "HEAD", "--runs", "1", "--steps", "20", "--ways", "paced", "--json")
+    assert done.returncode == 0, done.stderr
+    figures = json.loads(done.stdout)["p50_us"]
+    assert len(figures) == 4 and all(name.endswith(" paced") for name in figures)
 
 
 @pytest.mark.skipif(not (ROOT / ".git").exists(), reason="needs the repository's history")

@@ -1,6 +1,7 @@
 """Variants take turns, and one that fails is left out while the others go on."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from bench.worker import SAMPLE, Variant, _Run
 
 ARM = cases.chain30()
 SETTINGS = Settings(steps=30, chunk=10, warm=SAMPLE)
+WAY = "readme"
 
 
 class Scripted(Worker):
@@ -55,7 +57,7 @@ def test_variants_take_turns_and_each_goes_first(task: cases.Path, tmp_path: Pat
     asked: list[str] = []
     workers: list[Worker] = [Scripted("one", ["a", "b"], asked), Scripted("two", ["c"], asked)]
     rows, left_out, said = measured(
-        task, task.case("velocity", locked=False), tmp_path / "c.npz", workers, SETTINGS
+        task, task.case("velocity", locked=False), WAY, tmp_path / "c.npz", workers, SETTINGS
     )
     assert asked == ["a", "b", "c", "b", "c", "a", "c", "a", "b"]
     assert {name: row["steps"] for name, row in rows.items()} == {"a": 30, "b": 30, "c": 30}
@@ -64,10 +66,17 @@ def test_variants_take_turns_and_each_goes_first(task: cases.Path, tmp_path: Pat
     assert set(said) == {"one", "two"}
 
 
+def test_only_leading_variants_make_all_steps(task: cases.Path, tmp_path: Path) -> None:
+    workers: list[Worker] = [Scripted("one", ["a", "b"], [])]
+    case, settings = task.case("velocity", locked=False), replace(SETTINGS, share=5)
+    rows, _, _ = measured(task, case, WAY, tmp_path / "c.npz", workers, settings, {"a"})
+    assert {name: row["steps"] for name, row in rows.items()} == {"a": 30, "b": 6}
+
+
 def test_a_variant_that_raises_is_left_out_with_its_reason(task: cases.Path, tmp_path: Path) -> None:
     workers: list[Worker] = [Scripted("one", ["a", "b"], [], fails="a")]
     case = task.case("velocity", locked=False)
-    rows, left_out, _ = measured(task, case, tmp_path / "c.npz", workers, SETTINGS)
+    rows, left_out, _ = measured(task, case, WAY, tmp_path / "c.npz", workers, SETTINGS)
     assert set(rows) == {"b"}
     assert left_out == {"a": "RuntimeError: infeasible"}
 
@@ -76,7 +85,7 @@ def test_a_worker_that_dies_is_left_out_and_the_others_go_on(task: cases.Path, t
     dying = Scripted("one", ["a"], [], dies="a")
     workers: list[Worker] = [dying, Scripted("two", ["b"], [])]
     case = task.case("velocity", locked=False)
-    rows, left_out, _ = measured(task, case, tmp_path / "c.npz", workers, SETTINGS)
+    rows, left_out, _ = measured(task, case, WAY, tmp_path / "c.npz", workers, SETTINGS)
     assert set(rows) == {"b"}
     assert left_out == {"a": "one ended: segmentation fault"}
     assert dying.closed
@@ -94,7 +103,7 @@ def test_a_process_that_ends_says_its_last_words(tmp_path: Path) -> None:
 
 def test_chunks_go_on_along_the_targets_and_leave_out_the_first_steps() -> None:
     seen: list[int] = []
-    run = _Run(Variant(step=seen.append, q=lambda: [0.0]), period=7)
+    run = _Run(Variant(step=seen.append, q=lambda: [0.0]), period=7, way="best")
     assert run.warm(3)["counts"] == {"done": 3}
     answer = run.chunk(4, 2)
     assert len(answer["ns"]) == 4

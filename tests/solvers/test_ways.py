@@ -1,0 +1,72 @@
+"""Ways of calling: what is timed, what is not, and that a paced step comes out of sleep."""
+
+from time import perf_counter
+
+import pytest
+from bench import ways
+from bench.ways import PERIOD, WAYS, Metronome, took
+
+
+class Clock:
+    """A clock that moves when it is told to, and notes how long it was asked to sleep."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.slept: list[float] = []
+
+    def now(self) -> float:
+        return self.time
+
+    def wait(self, seconds: float) -> None:
+        self.slept.append(seconds)
+        self.time += seconds
+
+
+def test_ticks_come_at_fixed_times_whatever_the_steps_take() -> None:
+    clock = Clock()
+    tick = Metronome(1.0, clock.now, clock.wait)
+    times = []
+    for busy in (0.25, 0.5, 0.0):
+        tick()
+        times.append(clock.time)
+        clock.time += busy
+    assert times == [1.0, 2.0, 3.0]
+    assert clock.slept == [1.0, 0.75, 0.5]
+
+
+def test_a_tick_that_is_missed_is_left_out_so_that_every_step_comes_out_of_sleep() -> None:
+    clock = Clock()
+    tick = Metronome(1.0, clock.now, clock.wait)
+    tick()
+    clock.time += 2.25  # the step misses the ticks at 2 and 3
+    tick()
+    assert clock.time == 4.0
+    assert clock.slept == [1.0, 0.75]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_only_the_step_is_timed_and_the_arm_is_measured_after_each(
+    way: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[int | str] = []
+    time = 0
+    monkeypatch.setattr(ways, "perf_counter_ns", lambda: time)
+
+    def step(k: int) -> None:
+        nonlocal time
+        time += k
+        done.append(k)
+
+    def between() -> None:
+        nonlocal time
+        time += 1000
+        done.append("measured")
+
+    assert took(way, step, between, (7, 8)) == [7, 8]
+    assert done == [7, "measured", 8, "measured"]
+
+
+def test_paced_steps_are_a_period_apart() -> None:
+    times: list[float] = []
+    took("paced", lambda k: times.append(perf_counter()), lambda: None, range(6))
+    assert times[-1] - times[0] > 4.5 * PERIOD
