@@ -18,7 +18,7 @@ help:
 	@echo "make test       every check: ruff, mypy, import layers, all tests"
 	@echo "make quick      what to run before a commit: lint, layers, and the tests that are quick"
 	@echo "make campaign   2000 random episodes (robot, path, fault, level, backend)"
-	@echo "make bench      the whole user step against every native backend"
+	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/speed.md"
 	@echo "make bench-first-use   seconds until ftqp is ready, against the first release"
 	@echo "make wheel      a wheel with the kernel compiled ahead, into dist/"
 	@echo "make clean      removes the environment, caches and runs"
@@ -43,7 +43,10 @@ campaign: $(VENV)/.has-dev
 	FTQP_EPISODES=2000 $(PYTEST) tests/laws -k episode
 
 bench: $(VENV)/.has-dev
-	$(BIN)/python solvers/bench_step.py
+	$(BIN)/python solvers/bench_step.py --peers --update-docs
+	$(BIN)/python solvers/bench_batch.py --update-docs
+	$(BIN)/python solvers/bench_memory.py --update-docs
+	$(BIN)/python solvers/bench_first_use.py --runs 1 --update-docs
 
 bench-first-use: $(VENV)/.has-viz
 	$(BIN)/python solvers/bench_first_use.py

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from bench.results import RESULTS, stem, written
 
+ROOT = RESULTS.parents[1]
 README = (RESULTS.parent / "README.md").read_text(encoding="utf-8")
 
 
@@ -20,6 +21,29 @@ def test_the_readme_shows_the_tables_of_the_report_on_record(benchmark: str) -> 
     assert len(lines) > 5 and not [line for line in lines if line not in held]
     said = re.fullmatch(r"From \[(\S+)\]\((\S+)\), (\S+), .* Made by `(.*)`\.", last)
     assert said is not None and said[1] == f"{benchmark}.md" and said[2] == f"results/{benchmark}.md"
+    assert said[3] in report and f"    {said[4]}" in report.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("text", "benchmark"),
+    [
+        ("README.md", "bench_step"),
+        ("docs/speed.md", "bench_step"),
+        ("docs/speed.md", "bench_memory"),
+        ("docs/speed.md", "bench_first_use"),
+        ("docs/speed.md", "bench_batch"),
+    ],
+)
+def test_texts_show_the_figures_of_the_report_on_record(text: str, benchmark: str) -> None:
+    report = (RESULTS / f"{benchmark}.md").read_text(encoding="utf-8")
+    whole = (ROOT / text).read_text(encoding="utf-8")
+    part = whole.split(f"<!-- begin {benchmark} -->")[1].split(f"<!-- end {benchmark} -->")[0]
+    *lines, last = [line.lstrip("# ") for line in part.splitlines() if line]
+    held = {line.lstrip("# ") for line in report.splitlines()}
+    assert len(lines) > 4 and not [line for line in lines if line not in held]
+    said = re.fullmatch(r"From \[(\S+)\]\((\S+)\), (\S+), .* Made by `(.*)`\.", last)
+    assert said is not None and said[1] == f"{benchmark}.md"
+    assert ((ROOT / text).parent / said[2]).resolve() == RESULTS / f"{benchmark}.md"
     assert said[3] in report and f"    {said[4]}" in report.splitlines()
 
 
