@@ -10,33 +10,30 @@ one joint locked, called in three ways: ``best`` with recurring arrays and targe
 fresh arrays and one target that is rewritten every tick, ``paced`` as ``readme`` but once a millisecond with
 the process asleep between. All variants follow the same recorded targets in closed loop and take turns, a
 chunk at a time, in one run. Tables and the JSON object are also written to ``--out`` (default
-``solvers/results``). No figure is a pass or a fail.
+``solvers/results``), as ``bench_step-part`` unless everybody was measured. No figure is a pass or a fail.
 """
 
 import argparse
 import json
-import os
 import sys
 import tempfile
-from collections.abc import Callable
 from dataclasses import asdict, replace
 from datetime import datetime
 from itertools import product
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from bench import cases, command_line, docs, environments, report, results
-from bench.measure import Settings, Worker, measured
-from bench.urdf import TIP, Arm, Array
+from bench.measure import Settings, Worker, last_core, measured
+from bench.own import tasks
 from bench.ways import PERIOD, WAYS
 from rich.console import Console
 
-import ftqp
-
+WIDTH = 150
+"""Columns of a table that does not go to a terminal."""
 RESULTS = Path(__file__).resolve().parent / "results"
 HOT = Settings(steps=20_000, chunk=500, warm=cases.PERIOD, share=5)
-PACED = Settings(steps=8_000, chunk=200, warm=cases.PERIOD, discard=5, share=5)
+PACED = Settings(steps=8_000, chunk=100, warm=cases.PERIOD, discard=5, share=5)
 """Its steps take a millisecond each, whoever makes them."""
 QUICK = Settings(steps=200, chunk=100, warm=100, share=5)
 PACED_QUICK = Settings(steps=20, chunk=10, warm=20, discard=1, share=5)
@@ -62,19 +59,27 @@ def main() -> int:
     if options.json:
         sys.stdout.write(json.dumps(result) + "\n")
     else:
-        report.show(result, Console(highlight=False))
-    name = results.stem("bench_step", name=None, quick=options.quick)
+        report.show(result, Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH))
+    name = results.stem("bench_step", name=suffix(options, result), quick=options.quick)
     files = results.written(result, report.markdown(result), options.out, name)
     if options.update_docs and report.complete(result):
         tables = [report.reached(result), report.missed(result), *report.contenders(result)]
         files += docs.shown(result, files[0], {docs.README: [report.short(result)], docs.SPEED: tables})
     elif options.update_docs:
         messages.print(
-            "a ratio is missing, so README.md and docs/speed.md were left as they are", style="yellow"
+            "a ratio is missing, so the result on record, README.md and docs/speed.md were left as they are",
+            style="yellow",
+            soft_wrap=True,
         )
     for file in files:
         messages.print(f"wrote {file}", soft_wrap=True)
     return 0 if any(any(result[f"us{suffix}"].values()) for suffix in report.SUFFIXES.values()) else 1
+
+
+def suffix(options: argparse.Namespace, result: dict[str, Any]) -> str | None:
+    """What the names of the files end with: a run that is not full replaces no result on record."""
+    full = options.peers and options.ways == WAYS and not options.steps and report.complete(result)
+    return None if full or options.quick else "part"
 
 
 def settings_of(way: str, options: argparse.Namespace) -> Settings:
@@ -121,12 +126,12 @@ def _measured(options: argparse.Namespace, messages: Console) -> dict[str, Any]:
     left_out: dict[str, list[tuple[str, str]]] = {}
     programs: dict[str, Any] = {}
     rows = []
+    machine = report.machine()
     settings = {way: settings_of(way, options) for way in options.ways}
     with tempfile.TemporaryDirectory() as folder:
         workers = _workers(options, Path(folder), left_out, messages)
         try:
-            for name, arm in (("panda", Arm.of(ftqp.robots.load("panda"))), ("chain30", cases.chain30())):
-                path = cases.path(name, arm, _pose)
+            for path in tasks():
                 for level, locked, way in product(cases.LEVELS, (False, True), options.ways):
                     case = path.case(level, locked=locked)
                     joint = None if case.locked is None else case.joints[case.locked]
@@ -155,7 +160,7 @@ def _measured(options: argparse.Namespace, messages: Console) -> dict[str, Any]:
             "period": PERIOD,
         },
         "steps": {way: settings[way].steps for way in options.ways},
-        "machine": report.machine(),
+        "machine": machine,
         "programs": programs,
         "cases": rows,
         "left_out": {name: _reasons(places) for name, places in left_out.items()},
@@ -177,7 +182,7 @@ def _workers(
                 raise
             left_out[peer.name] = [("all cases", str(error))]
             messages.print(str(error), style="yellow")
-    core = _core(options.core)
+    core = last_core() if options.core is None else options.core
     return [
         Worker(name, python, module, log=folder / f"{name}.log", core=core, realtime=options.realtime)
         for name, (python, module) in pythons.items()
@@ -194,17 +199,6 @@ def _reasons(places: list[tuple[str, str]]) -> str:
 
 def _where(found: list[str]) -> str:
     return found[0] if len(found) == 1 else f"{len(found)} cases"
-
-
-def _core(wanted: int | None) -> int | None:
-    if wanted is not None or not hasattr(os, "sched_getaffinity"):
-        return wanted
-    return max(os.sched_getaffinity(0))
-
-
-def _pose(urdf: str, a_max: Array) -> Callable[[Array], Array]:
-    robot = ftqp.Robot.from_urdf(urdf, tip=TIP, acceleration=a_max)
-    return lambda q: np.array(robot.pose(q))
 
 
 if __name__ == "__main__":

@@ -4,76 +4,96 @@
     python solvers/bench_step_against.py --against HEAD~1  against another commit
     python solvers/bench_step_against.py --json            one JSON object on stdout, nothing else
 
-A Panda and a 30-joint chain go round a circle in closed loop at both levels, called in three ways: ``best``
-hands the planner's own arrays back and takes ``targets.at(k)``; ``readme`` makes fresh arrays every tick and
-rewrites one target; ``paced`` is ``readme`` once a millisecond, asleep between ticks. The processes of both
-checkouts take turns; the figures are medians of the p50 of a step, in microseconds.
+A Panda and a 30-joint chain follow the targets of ``bench_step.py`` in closed loop at both levels, called in
+three ways: ``best`` hands the planner's own arrays back and takes ``targets.at(k)``; ``readme`` makes fresh
+arrays every tick and rewrites one target; ``paced`` is ``readme`` once a millisecond, asleep between ticks.
+Two processes, one a checkout, take turns on one core, a chunk of steps at a time. The figures are medians
+over chunks: of their p50 in microseconds, and of the ratio of neighbours.
 """
 
 import argparse
 import json
-import os
 import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-from bench import command_line
-from bench.ways import WAYS, took
+from bench import cases, command_line
+from bench.measure import Settings, Worker, WorkerFailed, last_core
+from bench.own import ALONG, tasks
 
 ROOT = Path(__file__).resolve().parents[1]
 FIRST_RELEASE = "9250cf8"
-LEVELS = ("velocity", "acceleration")
-RADIUS = 0.05
-"""Of the circle [m]."""
-PACED_STEPS = 2_000
-"""Most paced steps of a loop; they take a millisecond each."""
+LEVELS = {"velocity": "velocity", "torque": "acceleration"}
+"""What the levels of a case are called."""
+HOT = Settings(steps=12_000, chunk=500, warm=cases.PERIOD)
+PACED = Settings(steps=3_000, chunk=100, warm=cases.PERIOD, discard=5)
+"""Its steps take a millisecond each."""
+
+Times = dict[str, tuple[list[float], list[float]]]
+"""Medians of the chunks of both checkouts [us], by robot, level and way."""
 
 
-def measured(steps: int, ways: Sequence[str] = WAYS) -> dict[str, float]:
-    """p50 of a step of whatever ``ftqp`` this process imports [us], by robot, level and way."""
-    from bench.cases import chain30
-    from bench.urdf import TIP, text
+def measured(trees: tuple[Path, Path], options: argparse.Namespace) -> Times:
+    """What new processes with the sources of two checkouts measure.
 
-    import ftqp
+    Raises:
+        SystemExit: One of them cannot make its steps; the message says why.
+    """
+    found: Times = {}
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        workers = [
+            Worker(
+                str(tree),
+                Path(sys.executable),
+                "bench.own",
+                log=place / f"{k}.log",
+                core=last_core(),
+                source=tree / "src",
+            )
+            for k, tree in enumerate(trees)
+        ]
+        try:
+            for path in tasks():
+                for level, name in LEVELS.items():
+                    path.case(level, locked=False).save(place / "case.npz")
+                    for way in options.ways:
+                        settings = PACED if way == "paced" else HOT
+                        found[f"{path.name} {name} {way}"] = _alternated(
+                            workers, place / "case.npz", way, settings, options.steps
+                        )
+        finally:
+            for worker in workers:
+                worker.close()
+    return found
 
-    arm = chain30()
-    panda = ftqp.robots.load("panda")
-    chain = ftqp.Robot.from_urdf(text("chain30", arm), tip=TIP, acceleration=arm.a_max)
-    result = {}
-    for name, robot, q in (("panda", panda, panda.neutral), ("chain30", chain, arm.neutral)):
-        for level in LEVELS:
-            for way in ways:
-                result[f"{name} {level} {way}"] = _timed(
-                    robot, q, level, way, min(steps, PACED_STEPS) if way == "paced" else steps
-                )
-    return result
 
-
-def _timed(robot: Any, q: Any, level: str, way: str, steps: int) -> float:
-    """p50 of a step [us]."""
-    from bench.own import driven
-
-    import ftqp
-
-    planner = ftqp.Planner(robot, dt=0.001, level=level, emergency=None)
-    planner.reset(q)
-    path = ftqp.paths.Circle(robot.pose(q), radius=RADIUS, duration=0.001 * steps)
-    sample = path.sample(0.001 * np.arange(steps))
-    arm = driven(planner, way, q, sample.pose, sample.twist, sample.acceleration)
-    return float(np.median(took(way, arm.step, arm.between, range(steps)))) * 1e-3
+def _alternated(
+    workers: list[Worker], case: Path, way: str, settings: Settings, steps: int
+) -> tuple[list[float], list[float]]:
+    """Medians of the chunks of both workers in one case [us]."""
+    for worker in workers:
+        opened = worker.ask(open=str(case), way=way, only=[ALONG])
+        if opened["declined"]:
+            raise SystemExit(f"{worker.name} cannot make the steps: {opened['declined'][ALONG]}")
+        worker.ask(warm=ALONG, steps=min(settings.warm, steps))
+    medians: tuple[list[float], list[float]] = ([], [])
+    steps = min(steps, settings.steps)
+    chunk = min(steps, settings.chunk)
+    for turn in range(-(-steps // chunk)):
+        for k in (0, 1) if turn % 2 == 0 else (1, 0):
+            answer = workers[k].ask(chunk=ALONG, steps=chunk, discard=settings.discard)
+            if "error" in answer:
+                raise SystemExit(f"{workers[k].name} cannot make the steps: {answer['error']}")
+            medians[k].append(statistics.median(answer["ns"]) * 1e-3)
+    return medians
 
 
 def main() -> int:
-    """Measures both checkouts in turns and shows the ratios; 0 when both could be measured."""
+    """Measures both checkouts in turns and shows the ratios: 0 when both could be measured, else 1 or 2."""
     options = _options()
-    if options.child:
-        print(json.dumps(measured(options.steps, options.ways)))
-        return 0
     with tempfile.TemporaryDirectory() as folder:
         other = Path(folder) / "other"
         made = subprocess.run(
@@ -88,17 +108,13 @@ def main() -> int:
             )
             return 2
         try:
-            rounds = [(_child(other, options), _child(ROOT, options)) for _ in range(options.runs)]
+            rounds = [measured((other, ROOT), options) for _ in range(options.runs)]
+        except WorkerFailed as error:
+            print(f"no step could be measured: {error}", file=sys.stderr)
+            return 1
         finally:
             subprocess.run(["git", "worktree", "remove", "--force", str(other)], cwd=ROOT, check=False)
-    figures = {
-        name: {
-            "then": statistics.median(then[name] for then, _ in rounds),
-            "now": statistics.median(now[name] for _, now in rounds),
-            "ratio": statistics.median(now[name] / then[name] for then, now in rounds),
-        }
-        for name in rounds[0][0]
-    }
+    figures = {name: _figures([one[name] for one in rounds]) for name in rounds[0]}
     if options.json:
         print(json.dumps({"against": options.against, "runs": options.runs, "p50_us": figures}))
         return 0
@@ -113,33 +129,21 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--against", default=FIRST_RELEASE, metavar="COMMIT", help="default %(default)s")
     parser.add_argument("--runs", type=int, default=3, metavar="N", help="rounds (default %(default)s)")
     parser.add_argument(
-        "--steps", type=int, default=12_000, metavar="N", help="of a loop (default %(default)s)"
+        "--steps", type=int, default=HOT.steps, metavar="N", help="at most so many a case and run"
     )
     command_line.add_ways(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
-    parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     return parser.parse_args()
 
 
-def _child(tree: Path, options: argparse.Namespace) -> dict[str, float]:
-    """What a process with the source of ``tree`` measures."""
-    done = subprocess.run(
-        [
-            sys.executable,
-            __file__,
-            "--child",
-            "--steps",
-            str(options.steps),
-            "--ways",
-            ",".join(options.ways),
-        ],
-        env=os.environ | {"PYTHONPATH": str(tree / "src")},
-        stdout=subprocess.PIPE,
-        text=True,
-        check=True,
-    )
-    found: dict[str, float] = json.loads(done.stdout)
-    return found
+def _figures(rounds: list[tuple[list[float], list[float]]]) -> dict[str, float]:
+    """Medians over everything that was measured in a case, and of the ratios of neighbouring chunks."""
+    pairs = [(then, now) for thens, nows in rounds for then, now in zip(thens, nows, strict=True)]
+    return {
+        "then": statistics.median(then for then, _ in pairs),
+        "now": statistics.median(now for _, now in pairs),
+        "ratio": statistics.median(now / then for then, now in pairs),
+    }
 
 
 if __name__ == "__main__":

@@ -27,10 +27,28 @@ class WorkerFailed(Exception):
 
 
 class Worker:
-    """A program in a process of its own, asked over a pipe."""
+    """A program in a process of its own, asked over a pipe.
+
+    Args:
+        name: What it is called in messages.
+        python: The interpreter.
+        module: The worker's module.
+        log: Where its last words go.
+        core: The core that it runs on; None is any.
+        realtime: Whether it asks for real-time priority.
+        source: A folder that packages are looked for in first.
+    """
 
     def __init__(
-        self, name: str, python: Path, module: str, *, log: Path, core: int | None, realtime: bool
+        self,
+        name: str,
+        python: Path,
+        module: str,
+        *,
+        log: Path,
+        core: int | None,
+        realtime: bool = False,
+        source: Path | None = None,
     ) -> None:
         self.name = name
         self._log = log
@@ -39,6 +57,8 @@ class Worker:
         environment = {**os.environ, **ONE_THREAD}
         if python != Path(sys.executable):
             environment.pop("PYTHONPATH", None)
+        if source is not None:
+            environment["PYTHONPATH"] = str(source)
         with log.open("w") as errors:
             self._process = subprocess.Popen(
                 [str(python), "-m", module, *arguments],
@@ -86,6 +106,11 @@ class Worker:
     def _last_words(self) -> str:
         lines = self._log.read_text(errors="replace").strip().splitlines()
         return lines[-1] if lines else "it said nothing"
+
+
+def last_core() -> int | None:
+    """The last core that this process may run on; None where the system does not say."""
+    return max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -181,6 +206,7 @@ def measured(
                 for k, q in zip(warm["k"], warm["q"], strict=True):
                     readings[name].judge(task, case, k, q)
                 turns.append((worker, name))
+    turns.sort(key=lambda turn: turn[1] not in leading)  # whose ratio counts go one right after the other
     for turn in range(-(-settings.steps // settings.chunk)):
         first = turn % max(len(turns), 1)
         for worker, name in turns[first:] + turns[:first]:

@@ -5,14 +5,32 @@ from functools import partial
 from importlib.metadata import version
 from typing import Any
 
+import numpy as np
+
 import ftqp
+from bench import cases
+from bench.urdf import TIP, Arm
 from bench.worker import Array, Case, Variant, serve
 
 BACKENDS = ("active_set", "daqp", "proxqp", "osqp", "quadprog")
 """The backends that are set up once and updated."""
 
+ALONG = "ftqp active_set + twist"
+"""The variant that is told all of its targets, as a loop after the README's does."""
+
 LEVELS = {"velocity": "velocity", "torque": "acceleration"}
 """The planner's name for each level of the benchmark."""
+
+
+def tasks() -> list[cases.Path]:
+    """The Panda and the chain of 30 joints, each with its targets."""
+
+    def pose_of(urdf: str, a_max: Array) -> Callable[[Array], Array]:
+        robot = ftqp.Robot.from_urdf(urdf, tip=TIP, acceleration=a_max)
+        return lambda q: np.array(robot.pose(q))
+
+    arms = (("panda", Arm.of(ftqp.robots.load("panda"))), ("chain30", cases.chain30()))
+    return [cases.path(name, arm, pose_of) for name, arm in arms]
 
 
 def variants(case: Case, way: str) -> dict[str, Callable[[], Variant]]:
@@ -20,7 +38,7 @@ def variants(case: Case, way: str) -> dict[str, Callable[[], Variant]]:
     makers: dict[str, Callable[[], Variant]] = {"empty": partial(_empty, case)}
     for name in BACKENDS:
         makers[f"ftqp {name}"] = partial(_planner, case, way, name, twist=False)
-    makers["ftqp active_set + twist"] = partial(_planner, case, way, "active_set", twist=True)
+    makers[ALONG] = partial(_planner, case, way, "active_set", twist=True)
     makers["ftqp active_set, not calm"] = partial(_planner, case, way, "active_set", twist=False, calm=False)
     if case.level == "velocity":
         makers["ftqp active_set, no torque rows"] = partial(
@@ -41,12 +59,14 @@ def _planner(
 ) -> Variant:
     robot = ftqp.Robot.from_urdf(case.urdf, tip=case.tip, acceleration=case.a_max, neutral=case.q)
     gains: dict[str, Any] = {"kp": case.gain} if case.level == "velocity" else {"kp": case.kp, "kv": case.kv}
+    if not calm:
+        gains["calm"] = False
     planner = ftqp.Planner(
         robot,
         dt=case.dt,
         level=LEVELS[case.level],
         scheme=ftqp.schemes.mvn(),
-        task=ftqp.Task(rows="pose", calm=calm, **gains),
+        task=ftqp.Task(rows="pose", **gains),
         backend=backend,
         torque_limits=torque_limits,
     )

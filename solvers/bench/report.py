@@ -166,7 +166,10 @@ def reached(result: dict[str, Any]) -> Table:
             "p99.9 / p50", "placo's",
         ),
         rows=rows,
-        notes=("mark: what the ratio shall be at most; goal: where it shall come to in the end.",),
+        notes=(
+            "mark: what the ratio shall be at most; goal: where it shall come to in the end; "
+            "a joint locked: the ratio of p50 there.",
+        ),
     )  # fmt: skip
 
 

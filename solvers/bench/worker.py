@@ -4,6 +4,7 @@ Needs numpy and the standard library only, so that it runs in each peer's own en
 a line:
 
     {"open": FILE, "way": WAY}         -> {"variants": [...], "declined": {name: why}, "versions": {...}}
+    {..., "only": [NAME, ...]}         the same with these variants alone
     {"warm": NAME, "steps": n}         -> {"k": [...], "q": [[...]], "counts": {...}}
     {"chunk": NAME, "steps": n, ...}   -> {"ns": [...], "k": last, "q": [...]}
     {"close": true}                    ends
@@ -163,7 +164,7 @@ def serve(build: Builder, versions: Callable[[], dict[str, str]]) -> None:
         if "close" in request:
             return
         if "open" in request:
-            runs, answer = _opened(build, Case.load(request["open"]), request["way"])
+            runs, answer = _opened(build, request)
             answer |= {"versions": versions(), "settled": settled}
         else:
             answer = _answer(runs, request)
@@ -171,10 +172,13 @@ def serve(build: Builder, versions: Callable[[], dict[str, str]]) -> None:
         answers.flush()
 
 
-def _opened(build: Builder, case: Case, way: str) -> tuple[dict[str, _Run], dict[str, Any]]:
+def _opened(build: Builder, request: dict[str, Any]) -> tuple[dict[str, _Run], dict[str, Any]]:
     runs: dict[str, _Run] = {}
     declined: dict[str, str] = {}
+    case, way, only = Case.load(request["open"]), request["way"], request.get("only")
     for name, make in build(case, way).items():
+        if only is not None and name not in only:
+            continue
         try:
             runs[name] = _Run(make(), len(case.poses), way)
         except Exception as error:

@@ -3,10 +3,12 @@
 import json
 import subprocess
 import sys
+from argparse import Namespace
 from itertools import product
 from pathlib import Path
 from typing import Any
 
+import bench_step
 import pytest
 
 SCRIPT = Path(__file__).resolve().parents[2] / "solvers" / "bench_step.py"
@@ -119,3 +121,17 @@ def test_what_makes_no_sense_is_refused_in_a_sentence(arguments: tuple[str, ...]
     command = [sys.executable, str(SCRIPT), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 2 and said in done.stderr
+
+
+def test_only_a_full_run_replaces_the_result_on_record() -> None:
+    full = {"ratios_to_placo": {"panda_velocity": 0.5}}
+    lacking = {"ratios_to_placo": {"panda_velocity": None}}
+    for result, peers, ways, steps, suffix in (
+        (full, True, WAYS, None, None),
+        (lacking, True, WAYS, None, "part"),
+        (full, False, WAYS, None, "part"),
+        (full, True, ("paced",), None, "part"),
+        (full, True, WAYS, 100, "part"),
+    ):
+        options = Namespace(peers=peers, ways=ways, steps=steps, quick=False)
+        assert bench_step.suffix(options, result) == suffix
