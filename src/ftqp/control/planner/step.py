@@ -1,6 +1,6 @@
 """Step: what one tick gives back, read from the planner's record when it is asked for."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,17 +11,19 @@ from ftqp.control.planner.certificate import Certificate, Obstacle, Unreached
 from ftqp.control.planner.free_joint import Impact, impact, notice
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.control.planner.step_facts import Measures, QPReport, measures_of
-from ftqp.control.planner.step_parts import JOINTS_ONLY, PLACES_OF_A_STEP, KeptParts
+from ftqp.control.planner.step_parts import JOINTS_ONLY, PLACES_OF_A_STEP, RESIDUALS, KeptParts
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import (
+    FALLBACK,
     FOLLOW,
+    HARD,
     HEALTHY,
+    RELAXED,
+    TORQUE_DRIVE,
     VELOCITY,
     Claim,
-    DriveKind,
     Kept,
-    Mode,
 )
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.qp.problem import SolveStatus
@@ -29,6 +31,8 @@ from ftqp.qp.problem import SolveStatus
 _ON_TASK = (StepStatus.OK, StepStatus.RELAXED, StepStatus.SCALED)
 _ROWS_OF = {Kept.NOTHING: 0, Kept.POSITION: 3, Kept.POSITION_AXIS: 5, Kept.POSE: 6}
 """How many rows of a pose each set has; a task of fewer rows has fewer."""
+_SOLVE_STATUSES = tuple(SolveStatus[claim.name] for claim in Claim)
+"""What the residuals made of an answer, in the order of the kernel's claims."""
 ROUNDING = 10.0
 """A torque excess below so many tolerances of the solver is rounding."""
 
@@ -66,7 +70,7 @@ class Step:
         duration: How long the step took [s]; None unless the planner was made with ``timing=True``.
     """
 
-    __slots__ = ("_joints", "_parts", "_session", "a", "code", "duration", "q", "task_error", "v")
+    __slots__ = ("_fill_in", "_joints", "_parts", "_session", "a", "code", "duration", "q", "task_error", "v")
 
     def __init__(self, session: Session, joints: Sequence[str]) -> None:
         self._session = session
@@ -82,6 +86,7 @@ class Step:
 
     def _adopt(self, parts: Any) -> None:
         self._parts = parts
+        self._fill_in: Callable[[], Any] | None = None
         self.q: FloatArray = parts["q"]
         self.v: FloatArray = parts["v"]
         self.a: FloatArray = parts["a"]
@@ -118,9 +123,8 @@ class Step:
         that is far faster than its limit and its command. A torque arm cannot hold a joint that it no longer
         sees, either; an arm that takes positions or velocities holds it by its own servo.
         """
-        torque = self._session.K.feedback.kind == DriveKind.TORQUE
-        asks: BoolArray = (self._parts["asks"] != 0) | (self._parts["lost"] != 0) & bool(torque)
-        return asks
+        asks: BoolArray = self._parts["asks"] != 0
+        return asks | (self._parts["lost"] != 0) if self._takes_torques() else asks
 
     @property
     def tau_stop(self) -> FloatArray:
@@ -151,32 +155,35 @@ class Step:
 
     def _torques(self, name: str) -> FloatArray:
         parts = self._parts
-        if name == "tau" and self._session.K.feedback.kind == DriveKind.TORQUE:
+        if name == "tau" and self._takes_torques():
             sent: FloatArray = parts["tau_sent"]
             return sent
         if not parts["has_dynamics"][0]:
-            session = self._session
-            n = len(self._joints)
-            if not session.K.chain.has_inertia:
-                return np.full(n, np.nan)
-            warm_up(("torques",), session.capacity)
-            if isinstance(parts, KeptParts):
-                session = self._replayed()
-            session.torques()
-            state = session.K.state
-            parts["tau"][:], parts["tau_brake"][:] = state.tau[:n], state.tau_brake[:n]
+            if not parts["has_inertia"][0]:
+                return np.full(len(self._joints), np.nan)
+            if self._fill_in is None:
+                warm_up(("torques",), self._session.capacity)
+                self._fill_in = (
+                    self._torques_of_copy if isinstance(parts, KeptParts) else self._session.torques()
+                )
+            self._fill_in()
             parts["has_dynamics"][0] = 1
         result: FloatArray = parts[name]
         return result
 
-    def _replayed(self) -> Session:
-        """A session of its own in the state of this step."""
+    def _takes_torques(self) -> bool:
+        """Whether torques are what is sent to the arm."""
+        return bool(self._parts["kind"][0] == TORQUE_DRIVE)
+
+    def _torques_of_copy(self) -> None:
+        """Fill in the torques of a step that is kept, by a session of its own in the state of this step."""
         session, n = self._session.copy(), len(self._joints)
         state = session.K.state
         state.q[:n], state.v[:n] = self._parts["q_measured"], self._parts["v_measured"]
         state.a_command[:n] = self.a
         session.K.faults.code[:n] = self._parts["code"]
-        return session
+        session.torques()()
+        self._parts["tau"][:], self._parts["tau_brake"][:] = state.tau[:n], state.tau_brake[:n]
 
     @property
     def position_error(self) -> float:
@@ -199,9 +206,9 @@ class Step:
     @property
     def slack(self) -> FloatArray:
         """A x - b of the task rows, (m,) [m/s2 and rad/s2; m/s and rad/s at the velocity level]."""
-        task = self._session.K.task
-        m = int(task.m)
-        result: FloatArray = self._parts["slack"][:m] / task.row_scale[task.rows[:m]]
+        parts = self._parts
+        m = int(parts["m"][0])
+        result: FloatArray = parts["slack"][:m] / parts["row_scale"][parts["components"][:m].astype(np.intp)]
         return result
 
     @property
@@ -332,23 +339,18 @@ class Step:
     @property
     def qp(self) -> QPReport:
         """How the QP went."""
-        claim = int(self._number("claim"))
-        parts = [self._number(name) for name in ("residual_task", "residual_bounds", "residual_dual")]
-        status = None if claim < 0 else SolveStatus[Claim(claim).name]
-        fell_back = self.status is StepStatus.FALLBACK
-        hard = self._session.K.task.mode == Mode.HARD and self.status is StepStatus.RELAXED
-        if (status is SolveStatus.SOLVED and (fell_back or (hard and self._parts["missed"][0]))) or (
+        parts = self._parts
+        claim = int(parts["claim"][0])
+        status = None if claim < 0 else _SOLVE_STATUSES[claim]
+        fell_back = self.code == FALLBACK
+        missed = self.code == RELAXED and parts["mode"][0] == HARD and parts["missed"][0]
+        if (status is SolveStatus.SOLVED and (fell_back or missed)) or (
             status is SolveStatus.INFEASIBLE and fell_back
         ):
             status = SolveStatus.FAILED
+        task, bounds, dual = (float(parts[name][0]) for name in RESIDUALS)
         return QPReport(
-            status=status,
-            iterations=int(self._number("iterations")),
-            residual=max(parts),
-            residual_task=parts[0],
-            residual_bounds=parts[1],
-            residual_dual=parts[2],
-            time=self.duration,
+            status, int(parts["iterations"][0]), max(task, bounds, dual), task, bounds, dual, self.duration
         )
 
     def copy(self) -> "Step":

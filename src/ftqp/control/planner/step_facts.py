@@ -1,6 +1,5 @@
 """What a step can be asked for beside its command: how the QP went, and how near a singularity is."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -9,8 +8,7 @@ from ftqp.core.checks import FloatArray, IntArray
 from ftqp.qp.problem import SolveStatus
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class QPReport:
+class QPReport(NamedTuple):
     """How the QP of a step went.
 
     Attributes:

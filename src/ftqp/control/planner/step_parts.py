@@ -9,6 +9,7 @@ PLACES_OF_A_STEP = {
     "a": ("state", "a_command"),
     "q_reference": ("state", "q_command"),
     "v_reference": ("state", "v_command"),
+    "kind": ("feedback", "kind"),
     "tau_sent": ("feedback", "tau_sent"),
     "lost": ("feedback", "lost"),
     "asks": ("feedback", "asks"),
@@ -18,9 +19,12 @@ PLACES_OF_A_STEP = {
     "v_measured": ("state", "v"),
     "error": ("task", "seen"),
     "slack": ("task", "slack"),
+    "row_scale": ("task", "row_scale"),
+    "mode": ("task", "mode"),
     "position_error": ("task", "position_error"),
     "rotation_error": ("task", "rotation_error"),
     "scale": ("task", "scale"),
+    "has_inertia": ("chain", "has_inertia"),
     "has_dynamics": ("kinematics", "has_dynamics"),
     "code": ("faults", "code"),
     "lower": ("qp", "lb"),
@@ -51,6 +55,7 @@ PLACES_OF_A_STEP = {
 JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "asks", "tau", "tau_brake",
                 "q_measured", "v_measured", "code", "lower", "upper", "z_box", "q_min", "q_max", "v_max",
                 "lower_by", "upper_by", "tau_stop", "contact", "viscous", "coulomb")  # fmt: skip
+RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
 
 
 class KeptParts:

@@ -75,9 +75,9 @@ class Session:
         other._begin()
         return other
 
-    def torques(self) -> None:
-        """Fill in the torques of the last command, where the tick did without them."""
-        self.bind("torques")()
+    def torques(self) -> Call:
+        """What fills in the torques of the last command, where the tick did without them."""
+        return self.bind("torques")
 
     def __getstate__(self) -> dict[str, Any]:
         return {"capacity": self.capacity, "memory": self._memory}
