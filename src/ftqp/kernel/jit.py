@@ -32,6 +32,10 @@ if COMPILED:
         """Compile a helper of the kernel; it becomes part of the entry points that call it."""
         return helper(function)
 
+    def rare_jit(function: F) -> F:
+        """Compile a helper that most ticks do without: its code lies apart, so that theirs lies together."""
+        return helper(function, rare=True)
+
     def exact_jit(function: F) -> F:
         """Compile a helper whose rounding must stay as written: no fast math."""
         return helper(function, fast=False)
@@ -53,6 +57,6 @@ else:
         """The function as it is."""
         return function
 
-    exact_jit = jit
+    exact_jit = rare_jit = jit
 
-__all__ = ["COMPILED", "carray", "exact_jit", "jit", "pointer"]
+__all__ = ["COMPILED", "carray", "exact_jit", "jit", "pointer", "rare_jit"]

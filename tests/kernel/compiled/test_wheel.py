@@ -62,7 +62,12 @@ def test_library_gives_the_bits_of_compiling_for_its_processor_without_numba(
     cpu, _ = BASELINES[manifest["machine"]]
     assert manifest["cpu"] == cpu
     code = object_code(
-        tiny.summed.function(8), symbol="summed", signature="ii", nogil=False, target=baseline(cpu)
+        tiny.summed.function(8),
+        symbol="summed",
+        signature="ii",
+        nogil=False,
+        target=baseline(cpu),
+        capacity=8,
     )
     record = np.append(np.linspace(-2.0, 3.0, 8), 0.0)
     function = linked_function(code, "summed")

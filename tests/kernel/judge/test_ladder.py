@@ -91,7 +91,8 @@ def test_an_unreachable_task_gives_the_nearest_motion_within_the_box(level, mode
     assert np.abs(ticks.K.state.v_command[:7] - step.v).max() < 1e-9
     x, lb, ub = (ticks.K.qp[name][:7] for name in ("x", "lb", "ub"))
     assert np.all(x >= lb) and np.all(x <= ub)
-    assert mode == "scaled" or np.any((x == lb) | (x == ub))
+    at_bound = np.minimum(x - lb, ub - x) < 1e-9  # the second stage restates the first one's A x, rounded
+    assert mode == "scaled" or np.any(at_bound)
 
 
 def test_the_relaxed_motion_is_the_least_squares_one():

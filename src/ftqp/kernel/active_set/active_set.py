@@ -30,7 +30,7 @@ from ftqp.kernel.active_set.working_set import (
     refine,
     solve_dual,
 )
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, MAX_ITERATIONS, SOLVED
 
 REFINEMENTS = 3
@@ -62,7 +62,7 @@ def _worst_violation(Q: Any) -> tuple[int, int, float]:
     return code, side, worst
 
 
-@jit
+@rare_jit
 def _is_rounding(Q: Any, q: int, violation: float) -> bool:
     """Whether errors of ``tolerance`` in the q rows that a row depends on explain its violation.
 
@@ -106,7 +106,7 @@ def _start(Q: Any, warm: int) -> tuple[int, int]:
     return q, equalities
 
 
-@jit
+@rare_jit
 def _trade_places(Q: Any, q: int, equalities: int, side: int, lam: float) -> tuple[int, float, bool]:
     """The entering row q depends on the others: move along the null direction until a multiplier vanishes.
 

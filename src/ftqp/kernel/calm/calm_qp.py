@@ -8,7 +8,7 @@ from ftqp.kernel.calm.curvature import curvature, weigh_rows
 from ftqp.kernel.calm.metric import find_metric
 from ftqp.kernel.calm.rest import decide, watch_target
 from ftqp.kernel.calm.trigger import is_regular
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, CALM_STAGE, SCALE
 
 
@@ -37,6 +37,13 @@ def calms(K: Any, kp: float) -> bool:
     if not calm.holding and is_regular(K):
         calm.sure = 0.0
         return False
+    return _takes_part(K, kp)
+
+
+@rare_jit
+def _takes_part(K: Any, kp: float) -> bool:
+    """The same where the curvature may matter: the metric, the way to go and the pace of the feedback."""
+    calm = K.calm
     square = weigh_rows(K)
     s = curvature(K)
     calm.soft = softness(K, K.task.slack_ratio)
@@ -84,7 +91,7 @@ def _lean(K: Any, kp: float, kv: float) -> None:
         qp.g[i] += psi * g if a < calm.count else -psi * (g + qp.g[i])
 
 
-@jit
+@rare_jit
 def begin_calm(K: Any, kp: float) -> None:
     """The QP of calm, without rows of the task: they are in its objective.
 

@@ -4,7 +4,7 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.calm.curvature import weigh_rows
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.maths.cholesky import factor
 from ftqp.kernel.maths.eigenvalues import extreme_eigenvalues
 
@@ -81,7 +81,7 @@ def _still_seen(K: Any) -> float:
     return calm.sigma_seen - calm.lipschitz * moved
 
 
-@jit
+@rare_jit
 def _measure_arm(K: Any) -> None:
     """The largest distance from a joint to the tip, and how fast the rows change with the joints."""
     chain, limits, task, calm = K.chain, K.limits, K.task, K.calm
@@ -102,7 +102,7 @@ def _norm(x: float, y: float, z: float) -> float:
     return sqrt(x * x + y * y + z * z)
 
 
-@jit
+@rare_jit
 def _look(K: Any) -> float:
     """sigma_min over the joints that stay away from their limits while none moves by more than STEP."""
     faults, state, calm = K.faults, K.state, K.calm

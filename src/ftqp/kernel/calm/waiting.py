@@ -4,7 +4,7 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.calm.calm_qp import pose_calm
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, TARGET_HAS_ROTATION, TARGET_TWIST
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
@@ -35,7 +35,7 @@ def leave_calm(K: Any) -> None:
         K.calm.entered, K.qp.warm = 0, 0
 
 
-@jit
+@rare_jit
 def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
     """The QP of calm with the path rate as the last variable: A x - x' s - b in place of A x - b.
 

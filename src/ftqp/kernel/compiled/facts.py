@@ -22,6 +22,8 @@ NDARRAY = 2
 """``numpy.ndarray``, or 0 where arrays are laid out otherwise than expected."""
 FLOAT64 = 3
 """The data type object of float64."""
+LAST_CALL = 4
+"""When the entry was last called, by the processor's counter; 0 before."""
 
 DATA_AT, NDIM_AT, SHAPE_AT, DTYPE_AT, FLAGS_AT = 16, 24, 32, 56, 64
 """Offsets of an array's fields [bytes]."""

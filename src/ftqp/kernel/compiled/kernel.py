@@ -119,6 +119,7 @@ class Kernel:
             signature=entry.signature,
             nogil=entry.nogil,
             target=this_machine(),
+            capacity=capacity,
         )
         function = linked_function(code, entry.symbol(capacity))
         if function is None:

@@ -7,7 +7,7 @@ from ftqp.kernel.feedback.observer import advanced, corrected, predicted
 from ftqp.kernel.feedback.reference import STILL_SAMPLES
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.stray import part_with, tube
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
@@ -235,7 +235,7 @@ def _watch(K: Any, j: int, replaced: bool) -> None:
             _take_back(K, j)
 
 
-@jit
+@rare_jit
 def look_for_deserters(K: Any) -> None:
     """Which joints do not obey, so that the others reckon with what they do and not with what they should.
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.arm.pose_error import exponential, rotation_vector
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import (
     HISTORY,
     STOPPED_BY_LAG,
@@ -75,7 +75,7 @@ def _between(A: Any, B: Any, s: float, h: float, history: Any, out: Any) -> None
     out[TARGET_HAS_ROTATION] = B[TARGET_HAS_ROTATION]
 
 
-@jit
+@rare_jit
 def _look_up(K: Any, late: float) -> None:
     """The target that was given ``late`` seconds ago, into the task."""
     feedback, history, task = K.feedback, K.history, K.task
@@ -98,7 +98,7 @@ def _look_up(K: Any, late: float) -> None:
     )
 
 
-@jit
+@rare_jit
 def _catch_up(K: Any) -> float:
     """How the speed of the playback changes to make up for lost time [1/s]."""
     feedback, dt = K.feedback, K.state.dt

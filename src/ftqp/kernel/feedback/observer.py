@@ -6,7 +6,7 @@ from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.stray import part_with
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, TORQUE_DRIVE
 
 
@@ -77,7 +77,7 @@ def observe(K: Any, first: bool) -> None:
             feedback.d_slow[i] = 0.0
 
 
-@jit
+@rare_jit
 def feel(K: Any) -> None:
     """M and h at the observed state, kept aside for the torque law."""
     feedback, state, kinematics = K.feedback, K.state, K.kinematics

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED
 
 STILL = 0.01
@@ -48,7 +48,7 @@ def refer(K: Any) -> None:
         state.q[i], state.v[i] = q, v
 
 
-@jit
+@rare_jit
 def take_jump(K: Any) -> None:
     """After a joint was locked at once: the observer takes the jump of the velocities that is believed."""
     feedback, past, state = K.feedback, K.past, K.state

@@ -3,7 +3,7 @@
 from math import inf
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY, STOPPED_BY_SENSOR
 from ftqp.kernel.maths.finite import is_finite
 
@@ -30,7 +30,7 @@ def slot(feedback: Any, ago: int) -> int:
     return index if index >= 0 else index + feedback.span
 
 
-@jit
+@rare_jit
 def begin(K: Any) -> None:
     """After a reset: the arm is where it was said to be, and nothing is known of what came before."""
     feedback, past, state = K.feedback, K.past, K.state

@@ -4,7 +4,7 @@ from typing import Any
 
 from ftqp.kernel.feedback.deserters import reckon_with_deserters, tell_of_deserters
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
@@ -137,7 +137,7 @@ def _send_to_deserter(K: Any, i: int, wanted: Any) -> None:
         K.past.own[feedback.now, feedback.place[i]] = feedback.asked[i] + (sent - tau) / inertia
 
 
-@jit
+@rare_jit
 def _torques(K: Any) -> None:
     """tau = M (a_r + clip(w^2 (q_r - q^) + 2 w (v_r - v^))) + h + tau_ff, clipped; 0 for a failed joint.
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
@@ -30,7 +30,7 @@ def tube(K: Any, i: int) -> float:
     return TUBE + TUBE_SIGMAS * feedback.sigma + TUBE_TIME * v
 
 
-@jit
+@rare_jit
 def part_with(K: Any, f: int) -> None:
     """Joint f is known to have failed: what it did not do is no disturbance of a torque arm any more.
 

@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION
 
 FREE_SHARE = 1e-3
@@ -28,7 +28,7 @@ def deceleration(v: float, last: float, a_max: float, time: float, rise: float, 
     return -a if v > 0.0 else a
 
 
-@jit
+@rare_jit
 def draw_to_rest(K: Any, time: float, rise: float, weight: float) -> None:
     """Objective weight |x - x_rest|^2/2; x_rest brings the joints that work to rest by ``deceleration``.
 

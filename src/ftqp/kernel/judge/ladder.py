@@ -18,7 +18,7 @@ from typing import Any
 from ftqp.kernel.active_set.active_set import active_set
 from ftqp.kernel.feedback.sent import send
 from ftqp.kernel.feedback.spoken import spoken
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.judge.coming_to_rest import draw_to_rest
 from ftqp.kernel.judge.kept_limits import joints_outside
 from ftqp.kernel.judge.least_excess import (
@@ -80,7 +80,7 @@ DECAY_TIME = 0.05
 """Time constant [s] of the fallback command."""
 
 
-@jit
+@rare_jit
 def begin_first_stage(K: Any) -> None:
     """Lexicographic mode: x1 = argmin |Ax - b|^2 + eps |x|^2 over box and torque rows, no objective."""
     chain, ladder, qp = K.chain, K.ladder, K.qp
@@ -94,7 +94,7 @@ def begin_first_stage(K: Any) -> None:
     ladder.stage = FIRST_STAGE
 
 
-@jit
+@rare_jit
 def _begin_second_stage(K: Any, claim: int) -> None:
     """Lexicographic mode: minimise the objective over those x with A x = A x1."""
     chain, task, turned, ladder, qp = K.chain, K.task, K.turned, K.ladder, K.qp
@@ -118,7 +118,7 @@ def _begin_second_stage(K: Any, claim: int) -> None:
     ladder.stage = MAIN_STAGE
 
 
-@jit
+@rare_jit
 def begin_rest(K: Any, time: float, rise: float) -> None:
     """Without a task: x as near to v -> 0 within ``time`` as box, torque rows and failed joints allow.
 
@@ -139,7 +139,7 @@ def begin_rest(K: Any, time: float, rise: float) -> None:
     K.ladder.stage = REST_STAGE
 
 
-@jit
+@rare_jit
 def begin_stop(K: Any) -> None:
     """Brake every healthy joint within its limits: STOPPING, then STOPPED for good once all are at rest."""
     limits, faults, state, watch, ladder = K.limits, K.faults, K.state, K.watch, K.ladder
@@ -200,7 +200,7 @@ def _finish(K: Any) -> int:
     return ladder.status
 
 
-@jit
+@rare_jit
 def _begin_elastic(K: Any) -> None:
     """Let torque limits give way as little as can be, where they and the box exclude each other."""
     if box_excludes_rows(K):
@@ -210,7 +210,7 @@ def _begin_elastic(K: Any) -> None:
     K.ladder.stage = ELASTIC_STAGE
 
 
-@jit
+@rare_jit
 def _clip(K: Any) -> None:
     """The last resort: x_rest within the box, and what free-swinging joints then do."""
     qp = K.qp
@@ -220,7 +220,7 @@ def _clip(K: Any) -> None:
     keep_free_rows(K)
 
 
-@jit
+@rare_jit
 def _advance_in_calm(K: Any, claim: int) -> int:
     """The answer to the QP of calm is the command, whatever the task's mode and the solver of other ticks.
 

@@ -10,7 +10,7 @@ Source: docs/theory/joint-limits.md, "Torque limits and box".
 from math import inf
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.judge.coming_to_rest import draw_to_rest
 from ftqp.kernel.judge.kept_limits import is_beyond_range, is_too_fast
 from ftqp.kernel.layout.enums import ACCELERATION, LEAST_EXCESS_STAGE, PLAIN_STAGE
@@ -39,7 +39,7 @@ def _open_forced_return(K: Any, i: int) -> None:
     qp.lb[i], qp.ub[i] = min(qp.lb[i], low), max(qp.ub[i], high)
 
 
-@jit
+@rare_jit
 def begin_least_excess(K: Any) -> None:
     """min |x - x_rest|^2/2 + sum excess_j^2/(2 SOFTNESS) within the box, the task's QP kept aside.
 
@@ -139,7 +139,7 @@ def make_room(K: Any) -> None:
     qp.soft_rows, qp.warm = 0.0, 0
 
 
-@jit
+@rare_jit
 def begin_plain(K: Any) -> None:
     """The same QP with |x - x_rest|^2 in the place of the scheme's criterion, of the same mean size."""
     n, qp = K.chain.n, K.qp

@@ -6,7 +6,7 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import motion
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import VELOCITY
 from ftqp.kernel.layout.rows import ROW_KINDS, RowKind
 
@@ -35,7 +35,7 @@ fill_all: Any = reduce(_then, ROW_KINDS, _nothing)
 """All rows of C, kind by kind."""
 
 
-@jit
+@rare_jit
 def add_constraints(K: Any) -> None:
     """All rows of C, and M and h of an arm that has them."""
     if K.state.level == VELOCITY:

@@ -3,7 +3,7 @@
 from math import inf, sqrt
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import (
     BRAKING,
     FREE,
@@ -169,7 +169,7 @@ def _share_of_jump(K: Any) -> float:
     return share
 
 
-@jit
+@rare_jit
 def lock_instantly(K: Any) -> None:
     """v_F := 0 and the velocities of the others by the reset rule; Delta is the change of v.
 

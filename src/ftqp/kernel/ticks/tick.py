@@ -24,7 +24,7 @@ from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
 from ftqp.kernel.free.decision import think
 from ftqp.kernel.free.end_stop import end_stops
 from ftqp.kernel.free.free_command import ask_for_motion, verdict_on_free
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.judge.ladder import begin_first_stage, begin_rest, begin_stop
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
@@ -145,7 +145,7 @@ def _limit(K: Any) -> None:
         add_constraints(K)
 
 
-@jit
+@rare_jit
 def _stop(K: Any) -> bool:
     """The rows of the task are there to be looked at, but the arm is brought to rest."""
     task_rows(K, K.task.kp)
@@ -153,7 +153,7 @@ def _stop(K: Any) -> bool:
     return False
 
 
-@jit
+@rare_jit
 def _refuse_target(K: Any) -> bool:
     """A target that cannot be used: the arm is brought to rest until one can."""
     _stop(K)

@@ -15,18 +15,34 @@ from numba.core import cgutils
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
-from ftqp.kernel.compiled.facts import RUNTIME_ERROR, SIZE, SYMBOL, TABLE, TYPE_ERROR
+from ftqp.kernel.compiled.facts import LAST_CALL, RUNTIME_ERROR, SIZE, SYMBOL, TABLE, TYPE_ERROR
 from ftqp.kernel.compiled.making.lean import linked, typed
 from ftqp.kernel.compiled.making.processor import Target
 
 _ADDRESS = "numba.dynamic.globals"  # how numba begins the names of addresses in constants
+
+SHORT = 8
+"""Loops over so many joints end before vectors pay; left as they are, the code is a third as long."""
+
+LONG_AGO = 1 << 17
+"""Time after which code is taken to be no longer in the caches [cycles of the processor's counter]."""
+MOST_CODE = 1 << 16
+"""How much code is asked for at most [bytes]."""
+LINE = 64
+"""Of a cache [bytes]."""
 
 LONG = ir.IntType(64)
 OBJECT = ir.IntType(8).as_pointer()
 
 
 def object_code(
-    function: Callable[..., int], *, symbol: str, signature: str, nogil: bool, target: Target
+    function: Callable[..., int],
+    *,
+    symbol: str,
+    signature: str,
+    nogil: bool,
+    target: Target,
+    capacity: int = 0,
 ) -> bytes:
     """The machine code of an entry point as an object file.
 
@@ -36,13 +52,14 @@ def object_code(
         signature: a letter an argument: ``i`` an integer, ``o`` the address of a Python object.
         nogil: whether other Python threads run while it does; it must not touch a Python object then.
         target: the processor that the code is for.
+        capacity: how many joints its records have room for; 0 is any number.
 
     Raises:
         TypeError: if the code allocates memory or contains an address of this process.
     """
     with global_compiler_lock, _no_garbage_collection():
         result = typed(function, len(signature))
-        wrapper = _python_function(result.fndesc, symbol, signature, nogil)
+        wrapper = _python_function(result.fndesc, symbol, signature, nogil, target.triple)
         module = linked(result.library, runtime=False)
     module.link_in(llvm.parse_assembly(cgutils.normalize_ir_text(str(wrapper))))
     module.link_in(llvm.parse_assembly(str(_no_memory_runtime(module))))
@@ -55,14 +72,14 @@ def object_code(
     module.triple = target.triple
     module.verify()
     machine = target.machine()
-    _optimise(module, machine)
+    _optimise(module, machine, long_loops=not 0 < capacity <= SHORT)
     _check(module, symbol)
     return bytes(machine.emit_object(module))
 
 
-def _optimise(module: Any, machine: Any) -> None:
+def _optimise(module: Any, machine: Any, *, long_loops: bool) -> None:
     options = llvm.create_pipeline_tuning_options(speed_level=3)
-    options.loop_vectorization = True
+    options.loop_vectorization = options.loop_unrolling = long_loops
     options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
@@ -100,7 +117,32 @@ def _no_memory_runtime(module: Any) -> ir.Module:
     return runtime
 
 
-def _python_function(fndesc: Any, symbol: str, signature: str, nogil: bool) -> Any:
+def _fetch_code(builder: Any, facts: Any, first: Any, last: Any) -> None:
+    """Ask for all code from one function to another at once, where the last call is long ago.
+
+    A loop that slept between two ticks may find the code of a tick in the caches no longer, and would wait
+    for memory line after line. It is asked for into the second level, as the first holds data only.
+    """
+    number, nothing = ir.IntType(32), ir.VoidType()
+
+    def intrinsic(name: str, result: Any, *arguments: Any) -> Any:
+        return cgutils.get_or_insert_function(builder.module, ir.FunctionType(result, arguments), name)
+
+    fetch = intrinsic("llvm.prefetch.p0", nothing, OBJECT, number, number, number)
+    place = builder.gep(facts, [LONG(0), LONG(LAST_CALL)])
+    now = builder.call(intrinsic("llvm.readcyclecounter", LONG), [])
+    past = builder.sub(now, builder.load(place))
+    builder.store(now, place)
+    with builder.if_then(builder.icmp_unsigned(">", past, LONG(LONG_AGO)), likely=False):
+        begin = builder.ptrtoint(first, LONG)
+        length = builder.sub(builder.ptrtoint(last, LONG), begin)
+        length = builder.select(builder.icmp_signed("<", length, LONG(MOST_CODE)), length, LONG(MOST_CODE))
+        with cgutils.for_range_slice(builder, LONG(0), length, LONG(LINE), LONG) as (at, _):
+            line = builder.inttoptr(builder.add(begin, at), OBJECT)
+            builder.call(fetch, [line, number(0), number(2), number(1)])
+
+
+def _python_function(fndesc: Any, symbol: str, signature: str, nogil: bool, triple: str) -> Any:
     """The module with ``PyObject *symbol(PyObject *self, PyObject **arguments, Py_ssize_t count)``."""
     context = cpu_target.target_context
     module = context.create_module(f"python {symbol}")
@@ -112,6 +154,8 @@ def _python_function(fndesc: Any, symbol: str, signature: str, nogil: bool) -> A
     facts.initializer = ir.Constant(facts.value_type, None)
     _, arguments, count = function.args
     builder = ir.IRBuilder(function.append_basic_block("entry"))
+    if triple.startswith("x86_64"):  # elsewhere a program may not read the counter
+        _fetch_code(builder, facts, callee, function)
     python = _PythonCalls(builder, facts)
     with builder.if_then(builder.icmp_signed("!=", count, LONG(len(signature))), likely=False):
         python.fail(TYPE_ERROR, f"{symbol} takes {len(signature)} arguments")

@@ -24,6 +24,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 FAST = {"nsz", "contract", "arcp", "reassoc", "afn"}
 """LLVM's fast-math flags that the kernel allows; never nnan or ninf, as an infinite bound is no limit."""
 
+_APART = ("noinline", "cold")
+"""LLVM's attributes of a function that lies apart; branches that call it are taken to be unlikely."""
+
 
 class _Way:
     """How helpers are compiled from now on."""
@@ -116,8 +119,9 @@ class _LinkedCompiler(numba_dispatcher._FunctionCompiler):  # type: ignore[misc,
 class Helper(CPUDispatcher):  # type: ignore[misc]
     """A function that compiled code calls; called from Python, it is compiled for itself on demand."""
 
-    def __init__(self, function: Any, options: dict[str, Any]) -> None:
+    def __init__(self, function: Any, options: dict[str, Any], rare: bool = False) -> None:
         super().__init__(function, {}, {"nopython": True, **options})
+        self._rare = rare
         self._options = options
         self._alone: Any = None
         self._compiler = _LinkedCompiler(
@@ -129,6 +133,10 @@ class Helper(CPUDispatcher):  # type: ignore[misc]
         if not isinstance(cres.library, LinkedLibrary):
             super().add_overload(cres)
             return
+        if self._rare:
+            code = cres.library._final_module.get_function(cres.fndesc.llvm_func_name)
+            for attribute in _APART:
+                code.add_function_attribute(attribute)
         key = object()
         self.targetctx.insert_user_function(key, cres.fndesc, [cres.library])
         self.overloads[tuple(cres.signature.args)] = cres._replace(entry_point=key)
@@ -141,17 +149,18 @@ class Helper(CPUDispatcher):  # type: ignore[misc]
         return self._alone
 
 
-def helper(function: F, *, fast: bool = True) -> F:
+def helper(function: F, *, fast: bool = True, rare: bool = False) -> F:
     """Compile a helper of the kernel as a part of the entry points that call it.
 
     Args:
         function: with arguments that numba can type.
         fast: whether the fast-math flags ``FAST`` hold; without them its rounding stays as written.
+        rare: whether most ticks do without it; its code then lies apart from that of its callers.
     """
     options: dict[str, Any] = {"error_model": "numpy"}
     if fast:
         options["fastmath"] = FAST
-    compiled: Any = Helper(function, options)
+    compiled: Any = Helper(function, options, rare)
     return compiled
 
 

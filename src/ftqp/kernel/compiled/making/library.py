@@ -56,6 +56,7 @@ def build_library(folder: Path, wanted: Iterable[tuple[EntryPoint, int]], source
                     signature=entry.signature,
                     nogil=entry.nogil,
                     target=target,
+                    capacity=capacity,
                 )
             )
         undefined = ["-undefined", "dynamic_lookup"] if platform.system() == "Darwin" else []
