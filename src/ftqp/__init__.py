@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from ftqp import analysis as analysis
     from ftqp import qp as qp
     from ftqp.app.scenario.setup import load as load_scenario  # noqa: F401  its home has another name
+    from ftqp.control import batch as batch
     from ftqp.control import paths as paths
     from ftqp.control.drive.computed_torque import ComputedTorque as ComputedTorque
     from ftqp.control.drive.drive import Drive as Drive
@@ -137,6 +138,7 @@ _HOME = {
 }
 _MODULES = {
     "analysis": "ftqp.analysis",
+    "batch": "ftqp.control.batch",
     "bounds": "ftqp.control.task.bounds",
     "paths": "ftqp.control.paths",
     "qp": "ftqp.qp",

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.kernel.jit import COMPILED
+from ftqp.kernel.jit import COMPILED, exact_jit, jit
 
 SOURCE = Path(ftqp.__file__).parent.parent
 compiled_only = pytest.mark.skipif(not COMPILED, reason="this run is without compilation")
@@ -44,7 +44,7 @@ print(json.dumps(result))
 
 TICKS = """
 import json, numpy as np, ftqp
-from ftqp.kernel.jit import COMPILED
+from ftqp.kernel.jit import COMPILED, exact_jit, jit
 result = {"compiled": COMPILED}
 for level in ("acceleration", "velocity"):
     robot = ftqp.robots.load("panda")
@@ -100,3 +100,23 @@ def test_without_numba_the_kernel_is_plain_python():
     assert plain.pop("compiled") is False
     expected = run(TICKS, NUMBA_DISABLE_JIT="1")
     assert all(plain[level] == expected[level] for level in plain)
+
+
+@exact_jit
+def rounded(x):
+    """x to the whole number nearest to it, by its rounding beside a large one."""
+    return (x + 6755399441055744.0) - 6755399441055744.0
+
+
+@jit
+def rounded_by_a_fast_caller(x):
+    """The same in a function that may reorder sums."""
+    return 3.0 * rounded(x)
+
+
+@compiled_only
+def test_rounding_stays_as_written_whoever_calls():
+    import numba
+
+    called = numba.njit(lambda x: rounded_by_a_fast_caller(x), error_model="numpy")
+    assert called(2.3) == 6.0, "reordered, the large numbers would cancel and 6.9 be left"

@@ -19,5 +19,5 @@ def test_every_row_is_measured_and_healthy_arms_keep_to_the_path():
     assert [(row["level"], row["fault"]) for row in rows] == [
         ("velocity", False), ("velocity", True), ("acceleration", False), ("acceleration", True),
     ]  # fmt: skip
-    assert all(row["steps_per_second_and_thread"] > 0.0 for row in rows)
+    assert all(row["steps_per_second"] > 0.0 for row in rows)
     assert all(row["max_position_error"] < 1e-4 for row in rows if not row["fault"])

@@ -19,6 +19,7 @@ if COMPILED:
     from numba.core import cgutils
     from numba.extending import intrinsic
 
+    from ftqp.kernel.compiled.making.lane_records import as_mask, bits, lane_of, lane_record, put_lane
     from ftqp.kernel.compiled.making.lean import helper
 
     @intrinsic  # type: ignore[untyped-decorator]
@@ -49,6 +50,12 @@ else:
         array = np.frombuffer(buffer, dtype=dtype).reshape(shape)
         return array.view(np.recarray) if dtype.names else array
 
+    as_mask = bits = lane_of = put_lane = None
+
+    def lane_record(width: int, dtype: Any) -> Any:
+        """No lanes in plain Python: every arm is driven in its own record."""
+        return lambda address, shared: None
+
     def pointer(address: int) -> int:
         """The address itself; plain Python's ``carray`` takes it as it is."""
         return address
@@ -59,4 +66,16 @@ else:
 
     exact_jit = rare_jit = jit
 
-__all__ = ["COMPILED", "carray", "exact_jit", "jit", "pointer", "rare_jit"]
+__all__ = [
+    "COMPILED",
+    "as_mask",
+    "bits",
+    "carray",
+    "exact_jit",
+    "jit",
+    "lane_of",
+    "lane_record",
+    "pointer",
+    "put_lane",
+    "rare_jit",
+]

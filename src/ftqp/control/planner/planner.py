@@ -24,6 +24,7 @@ from ftqp.control.planner.solver.qp_solver import IN_KERNEL, Solver
 from ftqp.control.planner.start import StartWatch
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
+from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.emergency import EmergencyStop
@@ -251,8 +252,16 @@ class Planner:
         return self._led(self._tick, q, v, (target.packed, target.row), tau, tip)
 
     def session(self) -> Session:
-        """A copy of all that the planner knows, for studies that drive many arms through the kernel."""
+        """A copy of all that the planner knows, for studies of what is in it."""
         return self._session.copy()
+
+    def what_ifs(self) -> WhatIfs:
+        """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
+
+        Raises:
+            InputError: A foreign solver, or a task that gives rows up.
+        """
+        return WhatIfs(self._session, self.robot, self._given, self._solver, self._reserve, self.faults)
 
     def lead(self, leader: PathMemory | BaseMemory | JointsMemory) -> Lead:
         """The planner's ticks led by a path's progress, an inertial target or a motion of the joints.

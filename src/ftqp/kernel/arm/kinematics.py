@@ -13,9 +13,15 @@ def forward_kinematics(K: Any) -> None:
 
     Column i of J: (z_i x (o_tip - o_i); z_i) for a revolute joint, (z_i; 0) for a prismatic one.
     """
+    joint_sines(K)
+    frames(K)
+
+
+@jit
+def frames(K: Any) -> None:
+    """The same from the sines and cosines of the joints."""
     chain, state, kinematics = K.chain, K.state, K.kinematics
     n = chain.n
-    joint_sines(K)
     for i in range(n):
         P = chain.rotation[i]
         s, c = kinematics.sine[i], kinematics.cosine[i]

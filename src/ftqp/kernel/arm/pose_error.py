@@ -4,6 +4,10 @@ from math import atan2, cos, sin, sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
+from ftqp.kernel.maths.elementary import select
+
+NEAR = 0.19140625
+"""Up to this square, (7/16)^2, the arc tangent is one polynomial."""
 
 
 @jit
@@ -45,11 +49,84 @@ def exponential(x: float, y: float, z: float, R: Any) -> None:
 
 
 @jit
+def arc_tangent_over(square: Any) -> Any:
+    """arctan(x)/x from x^2 <= NEAR, a minimax polynomial.
+
+    Source: FreeBSD's s_atan.c (Sun Microsystems, 1993) for the coefficients.
+    """
+    z, w = square, square * square
+    even = 4.97687799461593236017e-02 + w * 1.62858201153657823623e-02
+    even = 6.66107313738753120669e-02 + w * even
+    even = 9.09088713343650656196e-02 + w * even
+    even = 1.42857142725034663711e-01 + w * even
+    even = 3.33333333333329318027e-01 + w * even
+    odd = -5.83357013379057348645e-02 + w * -3.65315727442169155270e-02
+    odd = -7.69187620504482999495e-02 + w * odd
+    odd = -1.11111104054623557880e-01 + w * odd
+    odd = -1.99999999998764832476e-01 + w * odd
+    return 1.0 - (z * even + w * odd)
+
+
+@jit
+def near_pose_error(K: Any) -> Any:
+    """The error of a tip that is turned little from its target, and a measure of how much.
+
+    The error is right where the measure, tan^2 of half the angle, in axis mode of the angle, is at most
+    ``NEAR``.
+    """
+    kinematics, task = K.kinematics, K.task
+    T, R, P = task.target, kinematics.R_tip, task.tip_measured
+    measured = task.has_tip_measured
+    for r in range(3):
+        task.error[r] = T[4 * r + 3] - (P[r, 3] if measured else kinematics.o_tip[r])
+    if not task.uses_rotation:
+        task.error[3], task.error[4], task.error[5] = 0.0, 0.0, 0.0
+        return 0.0 * kinematics.o_tip[0]
+    if measured:
+        R0, R1, R2, R3, R4 = P[0, 0], P[0, 1], P[0, 2], P[1, 0], P[1, 1]
+        R5, R6, R7, R8 = P[1, 2], P[2, 0], P[2, 1], P[2, 2]
+    else:
+        R0, R1, R2, R3, R4, R5, R6, R7, R8 = R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8]
+    if task.tool_rows:
+        axis = task.axis
+        a0 = R0 * axis[2] + R1 * axis[5] + R2 * axis[8]
+        a1 = R3 * axis[2] + R4 * axis[5] + R5 * axis[8]
+        a2 = R6 * axis[2] + R7 * axis[5] + R8 * axis[8]
+        d0 = T[0] * axis[2] + T[1] * axis[5] + T[2] * axis[8]
+        d1 = T[4] * axis[2] + T[5] * axis[5] + T[6] * axis[8]
+        d2 = T[8] * axis[2] + T[9] * axis[5] + T[10] * axis[8]
+        x, y, z = a1 * d2 - a2 * d1, a2 * d0 - a0 * d2, a0 * d1 - a1 * d0
+        w = a0 * d0 + a1 * d1 + a2 * d2
+        sides = 1.0
+    else:
+        r00, r11 = T[0] * R0 + T[1] * R1 + T[2] * R2, T[4] * R3 + T[5] * R4 + T[6] * R5
+        r22 = T[8] * R6 + T[9] * R7 + T[10] * R8
+        x = T[8] * R3 + T[9] * R4 + T[10] * R5 - (T[4] * R6 + T[5] * R7 + T[6] * R8)
+        y = T[0] * R6 + T[1] * R7 + T[2] * R8 - (T[8] * R0 + T[9] * R1 + T[10] * R2)
+        z = T[4] * R0 + T[5] * R1 + T[6] * R2 - (T[0] * R3 + T[1] * R4 + T[2] * R5)
+        w = 1.0 + r00 + r11 + r22
+        sides = 2.0
+    near = w > 0.5
+    inverse = 1.0 / select(near, w, 1.0)
+    square = (x * x + y * y + z * z) * inverse * inverse
+    f = sides * inverse * arc_tangent_over(square)
+    task.error[3], task.error[4], task.error[5] = f * x, f * y, f * z
+    return select(near, square, 1.0)
+
+
+@jit
 def pose_error(K: Any) -> None:
     """e = (p_d - p; rotation vector of R_d R') along W; in axis mode the shortest turn of the tool axis.
 
     The tip's pose is the measured one when there is one, else that of forward kinematics.
     """
+    if not near_pose_error(K) <= NEAR:
+        _any_pose_error(K)
+
+
+@jit
+def _any_pose_error(K: Any) -> None:
+    """The same for every angle."""
     kinematics, task = K.kinematics, K.task
     T = task.target
     if task.has_tip_measured:

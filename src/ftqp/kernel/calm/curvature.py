@@ -4,6 +4,7 @@ from math import cos, sin, sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit
+from ftqp.kernel.maths.vectors import cross
 from ftqp.kernel.rows.task_rows import component_of
 
 STRAIGHT = 1e-4
@@ -33,7 +34,7 @@ def weigh_rows(K: Any) -> float:
 
 
 @jit
-def _weighted_error(K: Any) -> None:
+def weighted_error(K: Any) -> None:
     """The error vector along W with only the rows of the task, weighted twice: what S is linear in."""
     task, v = K.task, K.calm.weighted
     for c in range(6):
@@ -113,17 +114,15 @@ def curvature(K: Any) -> float:
     """
     chain, faults, kinematics, task, calm = K.chain, K.faults, K.kinematics, K.task, K.calm
     S, J, v = calm.S, kinematics.J, calm.weighted
-    _weighted_error(K)
+    weighted_error(K)
     for i in range(chain.n):
         for j in range(i + 1):
             S[i, j] = 0.0
     for a in range(faults.working):
         j = faults.order[a]
-        x, y, z = J[0, j], J[1, j], J[2, j]
         # (z_i x p_j) . e = z_i . (p_j x e)
-        c0, c1, c2 = y * v[2] - z * v[1], z * v[0] - x * v[2], x * v[1] - y * v[0]
-        x, y, z = J[3, j], J[4, j], J[5, j]
-        r0, r1, r2 = y * v[5] - z * v[4], z * v[3] - x * v[5], x * v[4] - y * v[3]
+        c0, c1, c2 = cross(J[0, j], J[1, j], J[2, j], v[0], v[1], v[2])
+        r0, r1, r2 = cross(J[3, j], J[4, j], J[5, j], v[3], v[4], v[5])
         for b in range(a + 1):
             i = faults.order[b]
             s = J[3, i] * c0 + J[4, i] * c1 + J[5, i] * c2

@@ -1,12 +1,13 @@
 """Whether the error left can matter beside the singular values: what a regular tick pays for calm."""
 
-from math import sqrt
+from math import inf
 from typing import Any
 
 from ftqp.kernel.calm.curvature import weigh_rows
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.maths.cholesky import factor
 from ftqp.kernel.maths.eigenvalues import extreme_eigenvalues
+from ftqp.kernel.maths.elementary import smaller, sqrt
 
 NEAR = 0.01
 """A joint so near to its position limit [rad; times the characteristic length m] may be pressed on it."""
@@ -24,10 +25,10 @@ def unit_of(K: Any, i: int) -> float:
 
 
 @jit
-def room_to_limit(K: Any, i: int) -> float:
+def room_to_limit(K: Any, i: int) -> Any:
     """Distance to the nearer position limit [rad; sliding joints in characteristic lengths]."""
     limits, q = K.limits, K.state.q[i]
-    return min(limits.q_max[i] - q, q - limits.q_min[i]) / unit_of(K, i)
+    return smaller(limits.q_max[i] - q, q - limits.q_min[i]) / unit_of(K, i)
 
 
 @jit
@@ -54,35 +55,41 @@ def exceeds(K: Any, s: float) -> bool:
 
 
 @jit
-def _largest_curvature(K: Any) -> float:
-    """n (reach |e_p| + L^2 |e_r|), no less than ||S||_F, at no cross product."""
-    task = K.task
-    linear = K.calm.reach * task.position_error / task.yielding[0]
-    angular = task.length * task.length * task.rotation_error / task.yielding[3]
-    return K.faults.working * (linear + angular)
+def largest_curvature(K: Any) -> Any:
+    """No less than ||S||_F, at no cross product of two joints; it needs the Jacobian.
+
+    |S_ij| <= |p_j| |e_p| + L^2/2 |e_r| for i <= j, p_j the linear column of joint j, so that
+    ||S|| <= sqrt 2 (|e_p| sqrt(sum_j j |p_j|^2) + L^2/2 |e_r| sqrt(n (n + 1)/2)), and how the rotation's own
+    measure bends: n L^2 |e_r|^2/8 at most, of the tool axis n L^2 |e_r| (1 + |e_r|).
+    """
+    task, J, n = K.task, K.kinematics.J, K.chain.n
+    way = J[0, 0] * J[0, 0] + J[1, 0] * J[1, 0] + J[2, 0] * J[2, 0]
+    for j in range(1, n):
+        way = way + (j + 1) * (J[0, j] * J[0, j] + J[1, j] * J[1, j] + J[2, j] * J[2, j])
+    linear = task.position_error / task.yielding[0] * sqrt(2.0 * way)
+    weight, angle = task.length * task.length / task.yielding[3], task.rotation_error
+    own = angle * (1.0 + angle) if task.tool_rows else 0.125 * angle * angle
+    return linear + weight * (0.5 * angle * sqrt(1.0 * n * (n + 1)) + n * own)
 
 
 @jit
-def _still_seen(K: Any) -> float:
-    """A lower bound on sigma_min now, from where it was last looked at; negative when that is too long ago.
-
-    A column changes by at most sqrt(reach^2 + L^2) times the sum of what the joints have moved.
-    """
+def _moved(K: Any) -> float:
+    """How far the joints have moved in sum since sigma_min was looked at; inf when that is too long ago."""
     faults, state, calm = K.faults, K.state, K.calm
     if calm.seen_working != faults.working:
-        return -1.0
+        return inf
     moved = 0.0
     for k in range(faults.working):
         i = faults.order[k]
         step = abs(state.q[i] - calm.q_seen[i]) / unit_of(K, i)
         if not step < STEP:
-            return -1.0
+            return inf
         moved += step
-    return calm.sigma_seen - calm.lipschitz * moved
+    return moved
 
 
 @rare_jit
-def _measure_arm(K: Any) -> None:
+def measure_arm(K: Any) -> None:
     """The largest distance from a joint to the tip, and how fast the rows change with the joints."""
     chain, limits, task, calm = K.chain, K.limits, K.task, K.calm
     reach = _norm(chain.tip_translation[0], chain.tip_translation[1], chain.tip_translation[2])
@@ -106,7 +113,7 @@ def _norm(x: float, y: float, z: float) -> float:
 def _look(K: Any) -> float:
     """sigma_min over the joints that stay away from their limits while none moves by more than STEP."""
     faults, state, calm = K.faults, K.state, K.calm
-    _measure_arm(K)
+    measure_arm(K)
     count = 0
     for k in range(faults.working):
         i = faults.order[k]
@@ -128,13 +135,16 @@ def _look(K: Any) -> float:
 def is_regular(K: Any) -> bool:
     """Whether the error is surely too small for its curvature to matter: then D = 0.
 
-    It is where n (reach |e_p| + L^2 |e_r|) < sigma_min^2. sigma_min is computed only now and then; between,
-    it is known to have changed by no more than the joints have moved.
+    It is where ``largest_curvature`` < sigma_min^2. sigma_min is computed only now and then; between,
+    it is known to have changed by no more than sqrt(reach^2 + L^2) times what the joints have moved.
     """
-    least = _still_seen(K)
-    if least > 0.0 and _largest_curvature(K) < least * least:
-        return True
-    if least > WORN * K.calm.sigma_seen:
-        return False
+    bend, moved, seen = largest_curvature(K), _moved(K), K.calm.sigma_seen
+    if moved < inf:
+        change = K.calm.lipschitz * moved
+        least, most = seen - change, seen + change
+        if least > 0.0 and bend < least * least:
+            return True
+        if least > WORN * seen or most * most <= bend:
+            return False
     least = _look(K)
-    return _largest_curvature(K) < least * least
+    return bend < least * least

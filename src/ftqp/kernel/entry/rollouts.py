@@ -1,107 +1,164 @@
 """Many arms through one trajectory in closed loop, shared out among threads."""
 
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from typing import Any
+from queue import SimpleQueue
+from typing import Any, final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, IntArray, array
-from ftqp.core.errors import InputError
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.kernel.compiled import mode
 from ftqp.kernel.entry.compile import load
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.entry.table import ENTRIES
-from ftqp.kernel.entry.threads import thread_count
-from ftqp.kernel.layout.enums import TARGET_SIZE, JointCode, Status
-from ftqp.kernel.layout.record import record
+from ftqp.kernel.layout.enums import Status
+from ftqp.kernel.layout.free_memory import free_dtype
+from ftqp.kernel.layout.lane_rooms import LANES, lanes_memory
+from ftqp.kernel.layout.record import BELIEF_ROOMS, belief_dtype, record_dtype
 
-PARTS_PER_THREAD = 8
-"""Portions that the arms are shared out in, for each thread."""
+PORTION_TICKS = 200_000
+"""About so many ticks are done between two looks at whether to go on."""
+POLL = 0.1
+"""How often an interrupt of the user is looked for [s]."""
+
+Progress = Callable[[int, int], None]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Rollout:
-    """What became of B arms.
+@dataclass(slots=True, kw_only=True)
+class Batch:
+    """Arms to be driven, and what becomes of them.
 
     Attributes:
-        q: Final positions, (B, n) [rad or m].
-        v: Final velocities, (B, n).
+        q: Start positions, then the final ones, (B, n) [rad or m].
+        v: Start velocities, then the final ones, (B, n).
+        targets: Packed targets, one a tick, (T, 29).
+        events: Tick, index of what is then believed, and joint of each fault, (E, 3), by arm, then by tick.
+        starts: Where the events of each arm begin, (B + 1,).
+        every: After how many ticks q is kept; 0 keeps none.
         worst: Largest position error [m] and rotation error [rad] on the way, (B, 2).
         counts: Ticks that ended in each status, (B, number of statuses).
+        trace: The q that are kept, (B, T // every, n).
     """
 
     q: FloatArray
     v: FloatArray
+    targets: FloatArray
+    events: IntArray
+    starts: IntArray
+    every: int
     worst: FloatArray
     counts: IntArray
+    trace: FloatArray
+
+    @classmethod
+    def of(cls, q: FloatArray, v: FloatArray, targets: FloatArray, events: IntArray, starts: IntArray,
+           every: int) -> "Batch":  # fmt: skip
+        """A batch that is still to be driven; q and v are its own from now on."""
+        arms, n = q.shape
+        kept = len(targets) // every if every else 0
+        return cls(
+            q=q, v=v, targets=targets, events=events, starts=starts, every=every, worst=np.zeros((arms, 2)),
+            counts=np.zeros((arms, len(Status)), dtype=np.int64), trace=np.zeros((arms, kept, n)),
+        )  # fmt: skip
+
+    def arguments(self, beliefs: Any) -> tuple[Any, ...]:
+        """What the entry points take behind the range of arms."""
+        return (
+            len(self.targets), self.q, self.v, self.targets, beliefs, len(beliefs), self.events, self.starts,
+            self.worst, self.counts, self.trace, self.every,
+        )  # fmt: skip
 
 
-def rollout(
+def beliefs_of(capacity: int, rooms: list[Any]) -> Any:
+    """What is believed after each event, in one array.
+
+    Args:
+        capacity: The class of the record.
+        rooms: Records by attribute, of which the rooms of limits and faults count.
+    """
+    beliefs = np.zeros(max(len(rooms), 1), belief_dtype(capacity))
+    for k, K in enumerate(rooms):
+        for room in BELIEF_ROOMS:
+            beliefs[room][k] = K[room]
+    return beliefs
+
+
+def lane_width() -> int:
+    """How many arms go side by side on this machine."""
+    if not mode.COMPILED:
+        return LANES[0]
+    from ftqp.kernel.compiled.making.processor import this_machine
+
+    return LANES[1] if "+avx512f" in this_machine().features else LANES[0]
+
+
+@final
+class _Workshop:
+    """Memory in which one thread drives arms."""
+
+    def __init__(self, session: Session, width: int) -> None:
+        capacity = session.capacity
+        self.records = np.zeros(width + 1, record_dtype(capacity))
+        self.free = np.zeros(1, free_dtype(capacity))
+        self.work = np.zeros((width, 2), dtype=np.int64)
+        self.memory, self.lanes = lanes_memory(capacity, width)
+
+
+def drive(
     session: Session,
-    q: Any,
-    v: Any,
-    targets: Any,
-    events: Any = None,
-    rates: Any = None,
-    threads: int | None = None,
-) -> Rollout:
-    """Drive B arms with their own commands, each from a start and with a fault of its own.
+    batch: Batch,
+    beliefs: Any,
+    *,
+    threads: int,
+    side_by_side: bool,
+    progress: Progress | None = None,
+) -> None:
+    """Drive the arms of a batch with their own commands, each from its start and with its own faults.
+
+    An arm whose start is not finite stays where it is, and all its ticks count as INVALID_INPUT. Ctrl-C stops
+    all threads within a moment, and is raised.
 
     Args:
         session: What every arm begins with: robot, task, beliefs. It is only read.
-        q: Start positions, (B, n) [rad or m].
-        v: Start velocities, (B, n).
-        targets: Packed targets, one a tick, (T, 29).
-        events: Joint, tick and code (``JointCode``) of each arm's fault, (B, 3) whole numbers; joint -1 is
-            none. None spares every arm.
-        rates: Deceleration of a joint that locks, (B,) > 0 [rad/s2 or m/s2]; needed with ``events``.
-        threads: How many threads share the arms out, >= 1; None is ``thread_count()``. The result is the same
-            with any number.
-
-    Raises:
-        InputError: A wrong shape, a number that is not finite, or an event of no joint or kind.
+        batch: The arms; it is filled in.
+        beliefs: Those that its events name, by ``beliefs_of``.
+        threads: How many threads share the arms out, >= 1.
+        side_by_side: Whether arms may go side by side; otherwise one after the other, whatever the planner's
+            terms and with joints that swing freely.
+        progress: Called with the number of arms that are done and of all.
     """
-    n = int(session.K.chain.n)
-    arms = len(q)
-    q, v = array("q", q, (arms, n), "(B, n)"), array("v", v, (arms, n), "(B, n)")
-    targets = array("targets", targets, (len(targets), TARGET_SIZE), "(T, 29)")
-    faults = _events(events, arms, n)
-    if rates is None and events is not None:
-        raise InputError("events without rates; give the deceleration of each arm's locking joint, (B,)")
-    slow = array("rates", np.ones(arms) if rates is None else rates, (arms,), "(B,)")
-    if arms and slow.min() <= 0.0:
-        raise InputError(f"the least rate is {slow.min():g}, expected more than 0")
-    worst, counts = np.zeros((arms, 2)), np.zeros((arms, len(Status)), dtype=np.int64)
-    threads = thread_count() if threads is None else threads
-    if threads < 1:
-        raise InputError(f"threads is {threads}, expected a whole number from 1")
-    load(ENTRIES["rollout"], session.capacity)
-    portions = max(1, min(arms, PARTS_PER_THREAD * threads))
+    width = lane_width() if side_by_side else 1
+    name = f"rollout_{width}" if side_by_side else "rollout_any"
+    load(ENTRIES[name], session.capacity)
+    arms, ticks = len(batch.q), max(len(batch.targets), 1)
+    size = width * max(1, min(PORTION_TICKS // ticks, arms // (2 * threads)) // width)
+    stop = np.zeros(1, dtype=np.int64)
+    shops: SimpleQueue[_Workshop] = SimpleQueue()
+    for _ in range(min(threads, max(1, -(-arms // size)))):
+        shops.put(_Workshop(session, width))
 
-    def work(portion: int) -> None:
-        first, last = portion * arms // portions, (portion + 1) * arms // portions
-        own = record(session.capacity)
-        given = (q, v, targets, faults, slow, worst, counts)
-        session.bind("rollout", own, first, last, len(targets), *given)()
+    def work(first: int) -> int:
+        last, shop = min(first + size, arms), shops.get()
+        try:
+            own = (shop.records, shop.lanes, shop.work) if side_by_side else (shop.records, shop.free)
+            done: int = session.bind(name, *own, first, last, *batch.arguments(beliefs), stop)()
+            return done
+        finally:
+            shops.put(shop)
 
-    with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(work, range(portions)))
-    return Rollout(q=q, v=v, worst=worst, counts=counts)
-
-
-def _events(events: Any, arms: int, joints: int) -> IntArray:
-    """The events as the kernel reads them, every joint and code checked."""
-    if events is None:
-        return np.full((arms, 3), -1, dtype=np.int64)
-    given = np.asarray(events)
-    if given.shape != (arms, 3) or not np.issubdtype(given.dtype, np.integer):
-        raise InputError(
-            f"events have shape {given.shape} of {given.dtype}, expected (B, 3) = ({arms}, 3) whole numbers"
-        )
-    faults = np.ascontiguousarray(given, dtype=np.int64)
-    for joint, _, code in faults[faults[:, 0] != -1]:
-        if not 0 <= joint < joints:
-            raise InputError(f"an event names joint {joint}, expected 0 to {joints - 1}, or -1 for none")
-        if code not in list(JointCode):
-            raise InputError(f"an event has code {code}, expected one of JointCode")
-    return faults
+    pool = ThreadPoolExecutor(threads)
+    try:
+        waiting = {pool.submit(work, first) for first in range(0, arms, size)}
+        count = 0
+        while waiting:
+            finished, waiting = wait(waiting, timeout=POLL, return_when=FIRST_COMPLETED)
+            count += sum(one.result() for one in finished)
+            if progress is not None and finished:
+                progress(count, arms)
+    except BaseException:
+        stop[0] = 1
+        raise
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)

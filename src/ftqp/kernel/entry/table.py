@@ -13,6 +13,7 @@ def _entry(name: str, module: str, signature: str, nogil: bool = False) -> Entry
 
 _STEPS, _EXTERNAL = "ftqp.kernel.ticks.steps", "ftqp.kernel.ticks.external_steps"
 _NETWORK, _CLOSED = "ftqp.kernel.ticks.network_steps", "ftqp.kernel.ticks.closed_form_steps"
+_ROLLOUT = "ftqp.kernel.entry.rollout"
 _ARM, _ALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.lone_entries"
 
 ENTRIES: Final = {
@@ -41,7 +42,9 @@ ENTRIES: Final = {
         _entry("inverse_dynamics", _ARM, "ii"),
         _entry("torques", _ARM, "i"),
         _entry("block", "ftqp.kernel.ticks.block_of_ticks", "iooooiiiiiii"),
-        _entry("rollout", "ftqp.kernel.entry.rollout", "i" * 12, nogil=True),
+        _entry("rollout_4", _ROLLOUT, "i" * 19, nogil=True),
+        _entry("rollout_8", _ROLLOUT, "i" * 19, nogil=True),
+        _entry("rollout_any", _ROLLOUT, "i" * 18, nogil=True),
         _entry("solve_qp", _ALONE, "i"),
         _entry("kkt", _ALONE, "iiiiii"),
         _entry("solve_network", _ALONE, "i" * 11),
@@ -68,7 +71,7 @@ AHEAD: Final = (
     *(
         (ENTRIES[name], capacity)
         for capacity in CAPACITIES
-        for name in (*COMMON, "step_base", "prepare_clock", "finish_clock", "rollout")
+        for name in (*COMMON, "step_base", "prepare_clock", "finish_clock", "rollout_4")
     ),
     *((ENTRIES[name], ANY_SIZE) for name in ("solve_qp", "kkt")),
 )

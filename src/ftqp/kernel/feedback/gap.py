@@ -1,12 +1,12 @@
 """How far the arm is from its command, and how fast the path may therefore go on."""
 
-from math import sqrt
 from typing import Any
 
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.stray import tube
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
+from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.rows.task_rows import component_of
 
 FILTER = 0.01
@@ -29,7 +29,7 @@ PATIENCE = 1.0
 
 
 @jit
-def norms(K: Any, error: Any) -> tuple[float, float]:
+def norms(K: Any, error: Any) -> tuple[Any, Any]:
     """Norms of a six-vector along W over the task's rows: position [m], rotation [rad]."""
     task = K.task
     linear = angular = 0.0

@@ -34,6 +34,10 @@ ARM_ROOMS = ("state", "kinematics", "chain")
 """The rooms of an arm without a planner: what kinematics and dynamics need."""
 
 
+BELIEF_ROOMS = ("faults", "limits")
+"""The rooms that faults are written into."""
+
+
 def _nested(rooms: dict[str, Any], capacity: int) -> np.dtype[Any]:
     return np.dtype(
         [(name, np.dtype(fields(capacity), align=True)) for name, fields in rooms.items()], align=True
@@ -50,6 +54,12 @@ def record_dtype(capacity: int) -> np.dtype[Any]:
 def arm_dtype(capacity: int) -> np.dtype[Any]:
     """The type of the record of an arm alone."""
     return _nested({name: ROOMS[name] for name in ARM_ROOMS}, capacity)
+
+
+@cache
+def belief_dtype(capacity: int) -> np.dtype[Any]:
+    """The type of what is believed of an arm's joints: its rooms of limits and of faults."""
+    return _nested({name: ROOMS[name] for name in BELIEF_ROOMS}, capacity)
 
 
 @cache

@@ -4,6 +4,7 @@ from math import cos, sin
 from typing import Any
 
 from ftqp.kernel.jit import exact_jit, jit
+from ftqp.kernel.maths.elementary import floor, select
 
 PI_2_HIGH = 1.5707963267341256
 """pi/2 in three parts (Cody and Waite 1980); the first has 33 bits, so that k PI_2_HIGH is exact ..."""
@@ -14,31 +15,33 @@ REDUCED = 1e5
 
 
 @exact_jit
-def _sin_cos(x: float) -> tuple[float, float]:
+def sin_cos(x: Any) -> tuple[Any, Any]:
     """sin x and cos x for |x| <= REDUCED: x = k pi/2 + r, |r| <= pi/4, minimax polynomials in r.
 
     Source: FreeBSD's k_sin.c and k_cos.c (Sun Microsystems, 1993) for the coefficients.
     """
-    k = int(x * 0.6366197723675814 + (0.5 if x >= 0.0 else -0.5))
+    k = floor(x * 0.6366197723675814 + 0.5)
     r = ((x - k * PI_2_HIGH) - k * PI_2_MIDDLE) - k * PI_2_LOW
     z = r * r
-    s = 1.58969099521155010221e-10
-    s = -2.50507602534068634195e-08 + z * s
+    s = -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10
     s = 2.75573137070700676789e-06 + z * s
     s = -1.98412698298579493134e-04 + z * s
     s = 8.33333333332248946124e-03 + z * s
     s = -1.66666666666666324348e-01 + z * s
     s = r + r * z * s
-    c = -1.13596475577881948265e-11
-    c = 2.08757232129817482790e-09 + z * c
+    c = 2.08757232129817482790e-09 + z * -1.13596475577881948265e-11
     c = -2.75573143513906633035e-07 + z * c
     c = 2.48015872894767294178e-05 + z * c
     c = -1.38888888888741095749e-03 + z * c
     c = 4.16666666666666019037e-02 + z * c
     c = (1.0 - 0.5 * z) + z * z * c
-    odd = k & 1
-    sine, cosine = (c, s) if odd else (s, c)
-    return (-sine if k & 2 else sine), (-cosine if (k + 1) & 2 else cosine)
+    quarter = k - 4.0 * floor(0.25 * k)
+    odd = k - 2.0 * floor(0.5 * k) > 0.5
+    sine, cosine = select(odd, c, s), select(odd, s, c)
+    return (
+        select(quarter > 1.5, -sine, sine),
+        select((quarter - 1.0) * (quarter - 2.0) < 0.5, -cosine, cosine),
+    )
 
 
 @jit
@@ -51,7 +54,7 @@ def joint_sines(K: Any) -> None:
         far += 0 if abs(state.q[i]) <= REDUCED else 1
     if far == 0:
         for i in range(n):
-            kinematics.sine[i], kinematics.cosine[i] = _sin_cos(state.q[i])
+            kinematics.sine[i], kinematics.cosine[i] = sin_cos(state.q[i])
     else:
         for i in range(n):
             kinematics.sine[i], kinematics.cosine[i] = sin(state.q[i]), cos(state.q[i])

@@ -15,6 +15,7 @@ from ftqp.kernel.layout.enums import (
     VELOCITY,
 )
 from ftqp.kernel.maths.cholesky import factor, solve_factored
+from ftqp.kernel.maths.elementary import larger, select, smaller
 
 
 @jit
@@ -45,7 +46,7 @@ def sort_joints(K: Any) -> None:
 
 
 @jit
-def lock_rate(v: float, room: float, asked: float, a_max: float, dt: float) -> float:
+def lock_rate(v: Any, room: Any, asked: Any, a_max: Any, dt: float) -> Any:
     """Deceleration of a joint that is being locked: max(asked, min(v^2/(2 room - |v| dt), a_max)).
 
     ``room`` is the distance to the limit that it moves towards. |v| dt is what whole ticks cost beyond
@@ -53,8 +54,16 @@ def lock_rate(v: float, room: float, asked: float, a_max: float, dt: float) -> f
     Source: docs/theory/joint-failures.md, "Locked".
     """
     way = 2.0 * room - abs(v) * dt
-    needed = v * v / way if way > 0.0 else inf
-    return max(asked, min(needed, a_max))
+    is_left = way > 0.0
+    needed = select(is_left, v * v / select(is_left, way, 1.0), inf)
+    return larger(asked, smaller(needed, a_max))
+
+
+@jit
+def braked_velocity(v: Any, rate: Any, dt: float) -> Any:
+    """v after dt at that deceleration, the last step partial."""
+    step = rate * dt
+    return select(abs(v) <= step, 0.0, select(v > 0.0, v - step, v + step))
 
 
 @jit
@@ -78,8 +87,8 @@ def prescribed_motion(K: Any) -> None:
                 faults.code[i] = LOCKED
             else:
                 room = limits.q_max[i] - state.q[i] if vf > 0.0 else state.q[i] - limits.q_min[i]
-                step = lock_rate(vf, room, faults.lock_rate[i], limits.a_max[i], dt) * dt
-                after = 0.0 if abs(vf) <= step else (vf - step if vf > 0.0 else vf + step)
+                rate = lock_rate(vf, room, faults.lock_rate[i], limits.a_max[i], dt)
+                after = braked_velocity(vf, rate, dt)
                 x = after if state.level == VELOCITY else (after - vf) / dt
                 state.v[i] = vf
                 faults.lock_velocity[i] = after

@@ -11,22 +11,34 @@ work, and to keep its torque in the objective would change the motion of the oth
 Source: docs/theory/schemes.md, which derives the coefficients of every recipe.
 """
 
-from math import cos, sin
 from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY, VELOCITY
+from ftqp.kernel.maths.elementary import select
+from ftqp.kernel.maths.trigonometry import sin_cos
 
 
 @jit
-def posture_error(K: Any, i: int) -> float:
+def posture_error(K: Any, i: int) -> Any:
     """q_i - posture_i; for a continuous joint the short way round, smooth: 2 sin(d/2) sign(cos(d/2))."""
     chain, state, criteria = K.chain, K.state, K.criteria
     d = state.q[i] - criteria.posture[i]
     if chain.continuous[i]:
-        half = 0.5 * d
-        return 2.0 * sin(half) * (1.0 if cos(half) >= 0.0 else -1.0)
+        sine, cosine = sin_cos(0.5 * d)
+        return 2.0 * sine * select(cosine >= 0.0, 1.0, -1.0)
     return d
+
+
+@jit
+def uncoupled_objective(K: Any) -> None:
+    """H_diagonal, and g as far as no criterion couples joints."""
+    state, criteria, qp = K.state, K.criteria, K.qp
+    for i in range(K.chain.n):
+        qp.H_diagonal[i] = criteria.norm * criteria.weight[i]
+        qp.g[i] = criteria.weight[i] * criteria.norm_v * state.v[i]
+        if criteria.norm_q != 0.0:
+            qp.g[i] += criteria.weight[i] * criteria.norm_q * posture_error(K, i)
 
 
 @jit
@@ -42,11 +54,7 @@ def objective(K: Any) -> None:
         K.scratch,
     )
     n = chain.n
-    for i in range(n):
-        qp.H_diagonal[i] = criteria.norm * criteria.weight[i]
-        qp.g[i] = criteria.weight[i] * criteria.norm_v * state.v[i]
-        if criteria.norm_q != 0.0:
-            qp.g[i] += criteria.weight[i] * criteria.norm_q * posture_error(K, i)
+    uncoupled_objective(K)
     if (
         criteria.inertia == 0.0
         and criteria.inertia_v == 0.0

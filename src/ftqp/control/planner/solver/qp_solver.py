@@ -34,6 +34,9 @@ class Solver:
         task: The task.
         scheme: Criteria, or a closed form.
         backend: The solver; None is the kernel's active set.
+
+    Attributes:
+        rich: Whether a tick has directional damping or a gradient of the manipulability.
     """
 
     def __init__(
@@ -41,7 +44,7 @@ class Solver:
     ) -> None:
         self._session = session
         K = session.K
-        self._rich = bool(K.criteria.manipulability != 0.0 or K.turned.factor > 0.0)
+        self.rich = bool(K.criteria.manipulability != 0.0 or K.turned.factor > 0.0)
         self._cold = True
         self._backend: Backend | None = None
         self._memory: tuple[Any, ...] = ()
@@ -121,7 +124,7 @@ class Solver:
             return f"{self._family}_{leader}"
         if leader != "clock":
             return f"step_{leader}"
-        return "step_rich" if self._rich else "step"
+        return "step_rich" if self.rich else "step"
 
     def _solved(self, finish: Tick) -> int:
         """The second half of a tick: the external solver runs, its answer becomes the command."""

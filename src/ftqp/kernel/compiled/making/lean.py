@@ -157,9 +157,8 @@ def helper(function: F, *, fast: bool = True, rare: bool = False) -> F:
         fast: whether the fast-math flags ``FAST`` hold; without them its rounding stays as written.
         rare: whether most ticks do without it; its code then lies apart from that of its callers.
     """
-    options: dict[str, Any] = {"error_model": "numpy"}
-    if fast:
-        options["fastmath"] = FAST
+    # said either way: what is not said, numba takes from the function that calls the helper first
+    options: dict[str, Any] = {"error_model": "numpy", "fastmath": FAST if fast else False}
     compiled: Any = Helper(function, options, rare)
     return compiled
 

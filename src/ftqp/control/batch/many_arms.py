@@ -1,0 +1,225 @@
+"""Rollouts of many arms: what ``planner.step`` does in closed loop, compiled, on all cores."""
+
+import logging
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ftqp.control.batch.own_faults import OwnFaults
+from ftqp.control.first_use import warm_up
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.status import StepStatus
+from ftqp.control.planner.target import Targets
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.errors import InputError
+from ftqp.kernel.entry.rollouts import Batch, drive, lane_width
+from ftqp.kernel.entry.threads import thread_count
+
+_LOG = logging.getLogger("ftqp")
+WORTH_SAYING = 500e6
+"""A batch that takes more memory than this says so [bytes]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rollout:
+    """What became of B arms in T ticks.
+
+    Attributes:
+        q: Final positions, (B, nv) [rad or m]; NaN for an arm whose start was not finite.
+        v: Final velocities, (B, nv).
+        position_error: Largest position error on the way, (B,) [m].
+        rotation_error: Largest rotation error on the way, (B,) [rad].
+        counts: Ticks that ended in each status, (B, number of statuses), in the order of ``ftqp.StepStatus``.
+        trace: q after every ``every`` ticks, (B, T // every, nv); of length 0 where none was asked for.
+    """
+
+    q: FloatArray
+    v: FloatArray
+    position_error: FloatArray
+    rotation_error: FloatArray
+    counts: IntArray
+    trace: FloatArray
+
+    def share(self, status: StepStatus) -> FloatArray:
+        """The share of its ticks that each arm ended in a status, (B,).
+
+        Args:
+            status: Which, for example ``ftqp.StepStatus.OK``.
+        """
+        total = np.maximum(self.counts.sum(axis=1), 1)
+        result: FloatArray = self.counts[:, list(StepStatus).index(status)] / total
+        return result
+
+
+def memory(planner: Planner, arms: int, ticks: int = 0, every: int | None = None) -> int:
+    """What a rollout takes beside its faults [bytes]; nothing is allocated.
+
+    Args:
+        planner: As for ``rollout``.
+        arms: How many.
+        ticks: How many.
+        every: As for ``rollout``.
+    """
+    n = planner.robot.nv
+    kept = ticks // every if every else 0
+    return 8 * arms * (2 * n + 2 + len(StepStatus) + 1 + kept * n)
+
+
+def rollout(
+    planner: Planner,
+    q: Any,
+    v: Any = None,
+    targets: Targets | None = None,
+    *,
+    faults: Any = None,
+    every: int | None = None,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Rollout:
+    """Drive many arms like this one through a trajectory, each from its start and with faults of its own.
+
+    Each arm does exactly what it is told, as on ``ftqp.KinematicPlant``: its command is its next state. The
+    commands are those of ``planner.step`` to rounding, from a ``reset`` at the start on; every arm has the
+    task, scheme, bounds, posture and believed faults of the planner, which does not change. Most ticks are
+    computed for several arms side by side; an arm at a limit or near a singularity is stepped alone, which
+    takes ten times as long and more.
+
+    Ctrl-C stops all threads within a moment and raises ``KeyboardInterrupt``; nothing is returned then.
+
+    Args:
+        planner: An ``ftqp.Planner`` with the backend ``active_set``.
+        q: Starts, (B, nv) [rad or m], or one for all arms, (nv,). An arm whose start is not finite is left
+            where it is, all its ticks count as INVALID_INPUT, and the other arms are driven all the same.
+        v: Start velocities, (B, nv) or (nv,); None is rest.
+        targets: Where the tip should be at each tick, the same for every arm.
+        faults: What each arm is told, one entry an arm: ``None``, a fault (at tick 0), ``(fault, tick)``, or
+            a list of those. A tick after the end is never reached. None spares every arm. With one start for
+            all arms there are as many arms as entries.
+        every: After how many ticks q is kept in ``trace``; None keeps none.
+        threads: How many threads share the arms out, >= 1; None is all cores. The result is the same with
+            any number.
+        progress: Called in this thread with the number of arms that are done and of all, now and then.
+
+    Returns:
+        What became of the arms, in their order.
+
+    Raises:
+        InputError: A wrong shape, entry or number, a planner of another backend, or not memory enough.
+
+    Example:
+        >>> import numpy as np, ftqp
+        >>> robot = ftqp.robots.load("panda")
+        >>> planner = ftqp.Planner(robot, level="velocity")
+        >>> path = ftqp.paths.Circle(robot.pose(robot.neutral), radius=0.05, duration=1.0)
+        >>> samples = path.sample(np.arange(1000) * planner.dt)
+        >>> targets = ftqp.Targets(samples.pose, samples.twist)
+        >>> faults = [(ftqp.Locked(joint), 200) for joint in robot.joints]
+        >>> done = ftqp.batch.rollout(planner, robot.neutral, targets=targets, faults=faults)
+        >>> survived = done.position_error < 1e-3
+    """
+    if not isinstance(planner, Planner):
+        raise InputError(f"planner is of type {type(planner).__name__}, expected an ftqp.Planner")
+    if not isinstance(targets, Targets):
+        raise InputError(f"targets is of type {type(targets).__name__}, expected ftqp.Targets(poses, twists)")
+    what_ifs = planner.what_ifs()
+    starts, speeds = _starts(planner, q, v, faults)
+    arms, ticks = len(starts), len(targets)
+    step = _whole("every", every) if every is not None else 0
+    _look_at_memory(planner, arms, ticks, step)
+    own = OwnFaults(faults, arms, planner.robot, what_ifs)
+    workers = thread_count() if threads is None else _whole("threads", threads)
+    alone = own.free if not (what_ifs.rich or what_ifs.frees) else np.ones(arms, dtype=bool)
+    result = _empty(starts, speeds, ticks, step)
+    done = 0
+    for apart in (False, True):
+        chosen = np.flatnonzero(alone == apart)
+        if not len(chosen):
+            continue
+        batch = Batch.of(starts[chosen], speeds[chosen], targets.packed, *own.of(chosen), step)
+        warm_up(("rollout_any",) if apart else (f"rollout_{lane_width()}",), what_ifs.session.capacity)
+        say = None if progress is None else _shifted(progress, done, arms)
+        drive(what_ifs.session, batch, own.beliefs, threads=workers, side_by_side=not apart, progress=say)
+        done += len(chosen)
+        for name, value in _parts(batch).items():
+            getattr(result, name)[chosen] = value
+    for name in ("q", "v"):
+        getattr(result, name)[~np.isfinite(starts).all(axis=1) | ~np.isfinite(speeds).all(axis=1)] = np.nan
+    return result
+
+
+def _parts(batch: Batch) -> dict[str, Any]:
+    """The parts of a ``Rollout`` by name."""
+    return {
+        "q": batch.q,
+        "v": batch.v,
+        "position_error": batch.worst[:, 0],
+        "rotation_error": batch.worst[:, 1],
+        "counts": batch.counts,
+        "trace": batch.trace,
+    }
+
+
+def _empty(q: FloatArray, v: FloatArray, ticks: int, every: int) -> Rollout:
+    arms, n = q.shape
+    return Rollout(
+        q=q.copy(), v=v.copy(), position_error=np.zeros(arms), rotation_error=np.zeros(arms),
+        counts=np.zeros((arms, len(StepStatus)), dtype=np.int64),
+        trace=np.zeros((arms, ticks // every if every else 0, n)),
+    )  # fmt: skip
+
+
+def _shifted(progress: Callable[[int, int], None], done: int, total: int) -> Callable[[int, int], None]:
+    return lambda count, _: progress(done + count, total)
+
+
+def _starts(planner: Planner, q: Any, v: Any, faults: Any) -> tuple[FloatArray, FloatArray]:
+    """q and v of every arm, (B, nv), finite or not."""
+    n = planner.robot.nv
+    q = _numbers("q", q)
+    if q.ndim == 1:
+        q = np.broadcast_to(q, (len(faults) if isinstance(faults, list | tuple) else 1, len(q)))
+    if q.ndim != 2 or q.shape[1] != n:
+        raise InputError(f"q has shape {q.shape}, expected (B, nv) = (B, {n}), or (nv,) for all arms alike")
+    v = np.zeros(n) if v is None else _numbers("v", v)
+    if v.shape not in ((n,), q.shape):
+        raise InputError(f"v has shape {v.shape}, expected {q.shape} as q, or ({n},) for all arms alike")
+    return np.ascontiguousarray(q), np.ascontiguousarray(np.broadcast_to(v, q.shape))
+
+
+def _numbers(name: str, value: Any) -> FloatArray:
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"{name} is no array of numbers ({error}), expected (B, nv), every arm of the same size"
+        ) from error
+
+
+def _whole(name: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise InputError(f"{name} is {value!r:.40}, expected a whole number from 1")
+    return int(value)
+
+
+def _look_at_memory(planner: Planner, arms: int, ticks: int, every: int) -> None:
+    """Say how much memory a large batch takes before it is taken; refuse more than there is."""
+    needed = 2 * memory(planner, arms, ticks, every)
+    there = _memory_there()
+    if there is not None and needed > there:
+        raise InputError(
+            f"{arms} arms take {needed / 1e9:.3g} GB, this machine has {there / 1e9:.3g} GB; roll out fewer "
+            "arms at a time, or keep q after more ticks"
+        )
+    if needed > WORTH_SAYING:
+        _LOG.warning("a batch of %d arms takes %.2g GB", arms, needed / 1e9)
+
+
+def _memory_there() -> int | None:
+    """Memory of this machine [bytes]; None where the system does not say."""
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return None

@@ -1,0 +1,117 @@
+"""The faults of each arm of a batch: who believes what from which tick on."""
+
+from collections.abc import Sequence
+from operator import index
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.planner.what_ifs import WhatIfs
+from ftqp.core.checks import IntArray
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import KINDS, Fault, FreeSwinging
+from ftqp.kernel.entry.rollouts import beliefs_of
+from ftqp.model.robot import Robot
+
+EXPECTED = "None, a fault, (fault, tick), or a list of those"
+
+
+@final
+class OwnFaults:
+    """Faults by arm, in the form that compiled code takes.
+
+    Args:
+        faults: One entry an arm: ``None``, a fault (told at tick 0), ``(fault, tick)``, or a list of those.
+            None spares every arm.
+        arms: How many arms there are.
+        robot: Theirs.
+        what_ifs: Who knows what follows from a fault.
+
+    Attributes:
+        events: Tick, index of what is then believed, and joint, (E, 3), by arm, then by tick.
+        starts: Where the events of each arm begin, (B + 1,).
+        beliefs: What is believed after each event.
+        free: Arms one of whose joints is to swing freely, (B,) truth values.
+
+    Raises:
+        InputError: Not one entry an arm, an entry of another kind, or a tick that is no whole number from 0.
+    """
+
+    def __init__(self, faults: Any, arms: int, robot: Robot, what_ifs: WhatIfs) -> None:
+        self._robot, self._what_ifs = robot, what_ifs
+        self._rooms: list[Any] = []
+        self._known: dict[tuple[Fault, ...], int] = {}
+        self.free = np.zeros(arms, dtype=bool)
+        events: list[tuple[int, int, int]] = []
+        starts = [0]
+        known: dict[int, tuple[list[tuple[int, int, int]], bool]] = {}
+        for arm, entry in enumerate(_entries(faults, arms)):
+            own = known.get(id(entry))  # many arms may be given the very same entry, which lives on
+            if own is None:
+                own = known[id(entry)] = self._events_of(entry, arm)
+            events += own[0]
+            self.free[arm] = own[1]
+            starts.append(len(events))
+        self.events: IntArray = np.array(events or [(0, 0, 0)], dtype=np.int64)
+        self.starts: IntArray = np.array(starts, dtype=np.int64)
+        self.beliefs = beliefs_of(what_ifs.session.capacity, self._rooms)
+
+    def of(self, arms: Any) -> tuple[IntArray, IntArray]:
+        """The events and starts of some of the arms.
+
+        Args:
+            arms: Their indices.
+        """
+        if len(arms) == len(self.free):
+            return self.events, self.starts
+        own = [self.events[self.starts[arm] : self.starts[arm + 1]] for arm in arms]
+        starts = np.cumsum([0, *map(len, own)], dtype=np.int64)
+        return np.concatenate([*own, self.events[:1]]), starts
+
+    def _events_of(self, entry: Any, arm: int) -> tuple[list[tuple[int, int, int]], bool]:
+        """The events of one arm, and whether a joint of it is to swing freely."""
+        told: tuple[Fault, ...] = ()
+        events = []
+        for fault, tick in sorted(_told(entry, arm), key=lambda pair: pair[1]):
+            told = (*told, fault)
+            events.append((tick, self._believed(told), self._robot.joint(fault.joint)))
+        return events, any(isinstance(fault, FreeSwinging) for fault in told)
+
+    def _believed(self, told: tuple[Fault, ...]) -> int:
+        """The index of what is believed by an arm that was told of these faults."""
+        if told not in self._known:
+            self._known[told] = len(self._rooms)
+            self._rooms.append(self._what_ifs.believing(told))
+        return self._known[told]
+
+
+def _entries(faults: Any, arms: int) -> Sequence[Any]:
+    if faults is None:
+        return [None] * arms
+    if isinstance(faults, tuple(KINDS.values())) or not isinstance(faults, Sequence):
+        raise InputError(f"faults is {faults!r:.60}, expected a list with one entry an arm: {EXPECTED}")
+    if len(faults) != arms:
+        raise InputError(f"faults has {len(faults)} entries, expected one for each of {arms} arms")
+    return faults
+
+
+def _told(entry: Any, arm: int) -> list[tuple[Fault, int]]:
+    """The faults of one arm with their ticks."""
+    kinds = tuple(KINDS.values())
+    if entry is None:
+        return []
+    if isinstance(entry, kinds):
+        return [(entry, 0)]
+    if isinstance(entry, tuple) and len(entry) == 2 and isinstance(entry[0], kinds):
+        try:
+            tick = index(entry[1])
+        except TypeError:
+            tick = -1
+        if tick < 0:
+            raise InputError(
+                f"the fault of arm {arm} is at tick {entry[1]!r:.40}, expected a whole number from 0"
+            )
+        return [(entry[0], tick)]
+    if isinstance(entry, list):
+        return [pair for one in entry for pair in _told(one, arm)]
+    raise InputError(f"faults[{arm}] is {entry!r:.60}, expected {EXPECTED}")

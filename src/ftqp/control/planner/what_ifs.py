@@ -1,0 +1,90 @@
+"""What a planner would know of other arms like its own: copies that believe in faults of their own."""
+
+from typing import Any, final
+
+from ftqp.control.planner.arm_loop import ArmLoop
+from ftqp.control.planner.braking_reserve import BrakingReserve, count_on
+from ftqp.control.planner.free_joint import KEPT_OF
+from ftqp.control.planner.settings import Settings
+from ftqp.control.planner.solver.qp_solver import Solver
+from ftqp.core.errors import InputError
+from ftqp.faults.belief import Belief
+from ftqp.faults.kinds import Fault, FreeSwinging
+from ftqp.kernel.entry.session import Session
+from ftqp.model.robot import Robot
+
+
+@final
+class WhatIfs:
+    """A copy of what a planner knows, as after a reset, and what becomes of its beliefs.
+
+    Args:
+        session: The planner's, which is copied.
+        robot: The arm.
+        given: What the planner was made with.
+        solver: Who solves its QPs.
+        reserve: Of the robot; None where torque is not limited.
+        faults: Those that the planner believes in.
+
+    Attributes:
+        session: What every arm begins with.
+        rich: Whether a tick has directional damping or a gradient of the manipulability.
+        frees: Whether the planner believes that a joint swings freely.
+
+    Raises:
+        InputError: A foreign solver, a network, a closed form, or a task that may give rows up.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        robot: Robot,
+        given: Settings,
+        solver: Solver,
+        reserve: BrakingReserve | None,
+        faults: dict[str, Fault],
+    ) -> None:
+        _refuse_foreign(given, solver)
+        session = session.copy()
+        self.session, self.rich = session, solver.rich
+        self._robot, self._given, self._reserve, self._told = robot, given, reserve, tuple(faults.values())
+        self.frees = any(isinstance(fault, FreeSwinging) for fault in self._told)
+        K = session.K
+        ArmLoop(session, robot.joints).forget()
+        K.qp.warm = K.state.ticks = 0
+        K.state.is_reset = 1
+        K.ladder.external = 0
+        K.free.joint, K.free.allowed = -1, sum(1 << KEPT_OF[name] for name in given.task.kept_sets)
+        K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
+
+    def believing(self, faults: tuple[Fault, ...]) -> Any:
+        """The rooms of limits and faults of a planner that was told of these, one after the other.
+
+        Args:
+            faults: Beside those that the planner believes in.
+
+        Raises:
+            InputError: An unknown joint, no fault, or one that the robot's model has too little for.
+        """
+        K = self.session.copy().K
+        belief = Belief(self._robot, K.limits, K.faults, torque_limits=self._given.limits_torque)
+        for fault in (*self._told, *faults):
+            belief.report(fault)
+        K.limits.dynamic = self._given.dynamic or belief.needs_dynamics
+        guarded = self._given.guarded and not belief.needs_dynamics
+        count_on(self._reserve, K.limits, self._robot.nv, guarded=guarded)
+        return K
+
+
+def _refuse_foreign(given: Settings, solver: Solver) -> None:
+    """Refuse a planner whose ticks are not compiled as a whole."""
+    if not solver.sizes_may_change:
+        raise InputError(
+            f"this planner is solved by {given.backend!r}, expected the backend 'active_set' and a scheme "
+            "with a QP: a batch is compiled as a whole; make a planner with backend='active_set'"
+        )
+    if given.task.degrade is not None:
+        raise InputError(
+            "the task has degrade, which leaves rows out between ticks; a batch keeps its rows, give a Task "
+            "without degrade"
+        )

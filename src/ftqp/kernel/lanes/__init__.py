@@ -1,0 +1,1 @@
+"""Several arms side by side: the tick that most of them have in common."""

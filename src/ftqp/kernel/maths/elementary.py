@@ -1,0 +1,45 @@
+"""Elementary functions of formulas that serve one arm and several side by side.
+
+In compiled code they take a float64 or several in a vector register, in plain Python a number.
+"""
+
+import math
+from typing import Any
+
+from ftqp.kernel.jit import COMPILED
+
+
+def sqrt(x: Any) -> Any:
+    """The square root."""
+    return math.sqrt(x)
+
+
+def floor(x: Any) -> Any:
+    """The largest whole number <= x, as a float."""
+    return float(math.floor(x)) if math.isfinite(x) else x
+
+
+def larger(x: Any, y: Any) -> Any:
+    """The larger of two numbers; of those that do not compare, the first."""
+    return select(y > x, y, x)
+
+
+def smaller(x: Any, y: Any) -> Any:
+    """The smaller of two numbers; of those that do not compare, the first."""
+    return select(y < x, y, x)
+
+
+def select(condition: Any, x: Any, y: Any) -> Any:
+    """x where the condition holds, else y; both are computed."""
+    return x if condition else y
+
+
+def any_of(condition: Any) -> Any:
+    """Whether a condition holds for one of the arms."""
+    return bool(condition)
+
+
+if COMPILED:
+    from ftqp.kernel.compiled.making.lane_numbers import register_elementary
+
+    register_elementary(sqrt=sqrt, floor=floor, larger=larger, smaller=smaller, select=select, any_of=any_of)

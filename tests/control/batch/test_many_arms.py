@@ -1,0 +1,311 @@
+"""Many arms at once do what each does alone with ``planner.step``, whatever befalls the arms beside it."""
+
+import _thread
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.control.batch import many_arms
+from ftqp.core.errors import InputError
+from ftqp.kernel.entry import rollouts
+from ftqp.kernel.entry.threads import thread_count
+
+DT, TICKS, ARMS = 2e-3, 300, 11
+OFF_Q, OFF_V = 1e-11, 1e-10
+"""Rounding, grown over the ticks; a wrong tick shows at 1e-7."""
+STATUSES = list(ftqp.StepStatus)
+
+
+def circle(robot, radius=0.03):
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), radius, duration=3.0)
+    samples = path.sample(np.arange(TICKS) * DT)
+    return ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
+
+
+def starts(robot, spread=1e-3):
+    return robot.neutral + spread * np.random.default_rng(5).normal(size=(ARMS, robot.nv))
+
+
+def faults_of(robot):
+    """A fault an arm, of every kind but a free joint: none, late, two, after the end, at once ..."""
+    n = robot.nv
+    return [
+        None,
+        ftqp.Locked(0),
+        (ftqp.Locked(2 % n, deceleration=1.0), 40),
+        [(ftqp.Locked(1), 60), (ftqp.Locked(n - 1), 61)],
+        (ftqp.Locked(n - 2, mode="instant"), 100),
+        (ftqp.Degraded(1, velocity=0.2), 50),
+        (ftqp.Degraded(2 % n, torque=0.6), 50),
+        (ftqp.Locked(1), TICKS + 5),
+        [(ftqp.Locked(n - 1), 200), (ftqp.Degraded(0, acceleration=0.3), 20)],
+        (ftqp.Locked(robot.joints[n - 1], mode="instant"), 0),
+        (ftqp.Locked(2 % n), TICKS - 1),
+    ]
+
+
+def alone(planner_of, robot, q, entry, targets):
+    """The same arm tick by tick: final q, v, largest errors, and ticks per status."""
+    planner, v = planner_of(), np.zeros(robot.nv)
+    entry = [] if entry is None else entry if isinstance(entry, list) else [entry]
+    told = [one if isinstance(one, tuple) else (one, 0) for one in entry]
+    planner.reset(q)
+    counts, worst = np.zeros(len(STATUSES), dtype=int), np.zeros(2)
+    for k in range(len(targets)):
+        for fault, at in told:
+            if at == k:
+                planner.report(fault)
+        step = planner.step(q, v, targets.at(k))
+        q, v = step.q.copy(), step.v.copy()
+        counts[STATUSES.index(step.status)] += 1
+        worst = np.maximum(worst, (step.position_error, step.rotation_error))
+    return q, v, worst, counts
+
+
+def assert_same(done, planner_of, robot, q, faults, targets):
+    for arm in range(len(q)):
+        own = alone(planner_of, robot, q[arm], faults[arm], targets)
+        np.testing.assert_allclose(done.q[arm], own[0], rtol=0.0, atol=OFF_Q, err_msg=f"q of arm {arm}")
+        np.testing.assert_allclose(done.v[arm], own[1], rtol=0.0, atol=OFF_V, err_msg=f"v of arm {arm}")
+        found = done.position_error[arm], done.rotation_error[arm]
+        np.testing.assert_allclose(found, own[2], rtol=0.0, atol=1e-10)
+        np.testing.assert_array_equal(done.counts[arm], own[3], err_msg=f"statuses of arm {arm}")
+
+
+@pytest.mark.parametrize("width", [4, 8])
+@pytest.mark.parametrize("level", ["velocity", "acceleration"])
+def test_every_arm_moves_as_a_planner_moves_it(monkeypatch, level, width):
+    monkeypatch.setattr(rollouts, "lane_width", lambda: width)
+    monkeypatch.setattr(many_arms, "lane_width", lambda: width)
+    robot = ftqp.robots.load("panda")
+
+    def planner_of():
+        return ftqp.Planner(robot, DT, level=level)
+
+    q, faults, targets = starts(robot), faults_of(robot), circle(robot)
+    done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=faults)
+    assert_same(done, planner_of, robot, q, faults, targets)
+    assert (done.counts.sum(axis=1) == TICKS).all()
+    assert done.share(ftqp.StepStatus.OK)[0] > 0.9, "an arm without a fault keeps its task"
+    assert done.v[2, 2] == 0.0, "a locked joint rests"
+
+
+@pytest.mark.parametrize(
+    ("name", "level", "settings"),
+    [
+        ("iiwa14", "velocity", {"task": ftqp.Task(mode="hard")}),
+        ("iiwa14", "acceleration", {"scheme": "rmp"}),
+        ("planar6", "velocity", {}),
+        ("puma560", "acceleration", {"task": ftqp.Task(rows="position"), "torque_limits": False}),
+        ("panda", "velocity", {"task": ftqp.Task(rows="position_axis")}),
+        ("panda", "velocity", {"task": ftqp.Task(mode="scaled")}),
+        ("panda", "velocity", {"task": ftqp.Task(mode="lexicographic")}),
+        ("panda", "acceleration", {"scheme": "dlsm"}),
+        ("panda", "acceleration", {"bounds": "one_step"}),
+        ("panda", "velocity", {"task": ftqp.Task(calm=False), "emergency": None}),
+    ],
+)
+def test_law_holds_for_other_robots_tasks_and_schemes(name, level, settings):
+    robot = ftqp.robots.load(name)
+    q = starts(robot, 1e-2)[:6]
+
+    def planner_of():
+        planner = ftqp.Planner(robot, DT, level=level, posture=robot.neutral, **settings)
+        planner.reset(robot.neutral)
+        return planner
+
+    faults, targets = faults_of(robot)[:6], circle(robot, 0.02)
+    done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=faults)
+    assert_same(done, planner_of, robot, q, faults, targets)
+
+
+def test_joints_that_swing_freely_and_damped_directions_go_one_by_one():
+    robot = ftqp.robots.load("panda")
+    q, targets = starts(robot)[:3], circle(robot)
+    faults = [
+        None,
+        (ftqp.FreeSwinging(5, damping=0.5), 30),
+        [(ftqp.Locked(0), 10), (ftqp.FreeSwinging(3), 90)],
+    ]
+    for settings in ({}, {"task": ftqp.Task(damping=ftqp.DirectionalDamping())}):
+
+        def planner_of(settings=settings):
+            return ftqp.Planner(robot, DT, **settings)
+
+        done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=faults)
+        assert_same(done, planner_of, robot, q, faults, targets)
+
+
+@pytest.fixture(scope="module")
+def study():
+    """A Panda's planner, targets and starts."""
+    robot = ftqp.robots.load("panda")
+    return ftqp.Planner(robot, DT, level="velocity"), circle(robot), starts(robot)
+
+
+def test_threads_neighbours_and_order_change_nothing(study):
+    planner, targets, q = study
+    faults = faults_of(planner.robot)
+    one = ftqp.batch.rollout(planner, q, targets=targets, faults=faults, threads=1)
+    three = ftqp.batch.rollout(planner, q, targets=targets, faults=faults, threads=3)
+    back = ftqp.batch.rollout(planner, q[::-1], targets=targets, faults=faults[::-1])
+    single = ftqp.batch.rollout(planner, q[4], targets=targets, faults=faults[4:5])
+    np.testing.assert_array_equal(one.q, three.q)
+    np.testing.assert_array_equal(one.q, back.q[::-1])
+    np.testing.assert_array_equal(one.q[4], single.q[0])
+
+
+def test_nan_in_one_lane_harms_no_other(study):
+    planner, targets, q = study
+    faults = faults_of(planner.robot)
+    good = ftqp.batch.rollout(planner, q, targets=targets, faults=faults)
+    broken, v = q.copy(), np.zeros_like(q)
+    broken[3, 2], v[6, 0] = np.nan, np.inf
+    done = ftqp.batch.rollout(planner, broken, v, targets, faults=faults)
+    others = [arm for arm in range(ARMS) if arm not in (3, 6)]
+    np.testing.assert_array_equal(done.q[others], good.q[others])
+    assert np.isnan(done.q[[3, 6]]).all()
+    assert (done.counts[[3, 6], STATUSES.index(ftqp.StepStatus.INVALID_INPUT)] == TICKS).all()
+
+
+def test_planner_and_arrays_are_only_read(study):
+    planner, targets, q = study
+    before, faults = q.copy(), planner.faults
+    ftqp.batch.rollout(planner, q, targets=targets, faults=[(ftqp.Locked(1), 5)] * ARMS)
+    np.testing.assert_array_equal(q, before)
+    assert planner.faults == faults == {} and planner.tick == -1
+
+
+def test_beliefs_of_the_planner_hold_for_every_arm(study):
+    planner, targets, q = study
+    told = ftqp.Planner(planner.robot, DT, level="velocity")
+    told.report(ftqp.Locked(3))
+    by_planner = ftqp.batch.rollout(told, q[:2], targets=targets)
+    by_fault = ftqp.batch.rollout(planner, q[:2], targets=targets, faults=[ftqp.Locked(3)] * 2)
+    np.testing.assert_allclose(by_planner.q, by_fault.q, rtol=0.0, atol=1e-12)
+
+
+def test_target_that_is_no_number_stops_all_arms(study):
+    planner, targets, q = study
+    broken = ftqp.Targets(np.repeat(np.eye(4)[None], TICKS, axis=0))
+    broken.packed[:] = targets.packed
+    broken.packed[150:, 3] = np.nan
+    done = ftqp.batch.rollout(planner, q[:2], targets=broken)
+    assert np.isfinite(done.q).all() and (done.counts[:, -1] > 0).all()
+
+
+def test_kept_positions_are_those_on_the_way(study):
+    planner, targets, q = study
+    faults = faults_of(planner.robot)
+    done = ftqp.batch.rollout(planner, q, targets=targets, faults=faults, every=7)
+    assert done.trace.shape == (ARMS, TICKS // 7, 7)
+    short = ftqp.Targets(targets.packed[:70, :16].reshape(-1, 4, 4))
+    short.packed[:] = targets.packed[:70]
+    part = ftqp.batch.rollout(planner, q, targets=short, faults=faults)
+    np.testing.assert_allclose(done.trace[:, 9], part.q, rtol=0.0, atol=1e-13)
+
+
+def test_progress_ends_with_all_arms(study):
+    planner, targets, q = study
+    seen = []
+    many = np.repeat(q, 30, axis=0)
+    mixed = [ftqp.FreeSwinging(6, damping=1.0) if arm == 5 else None for arm in range(len(many))]
+    short = ftqp.Targets(targets.packed[:3, :16].reshape(-1, 4, 4))
+    ftqp.batch.rollout(planner, many, targets=short, faults=mixed, progress=lambda *pair: seen.append(pair))
+    assert seen[-1] == (330, 330) and seen == sorted(seen)
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_batch_of_none_and_of_one(study, count):
+    planner, targets, q = study
+    done = ftqp.batch.rollout(planner, q[:count], targets=targets, faults=[None] * count)
+    assert done.q.shape == (count, 7) and done.counts.sum() == count * TICKS
+
+
+def test_interrupt_stops_all_threads_within_a_moment(study):
+    planner, _, q = study
+    still = ftqp.Targets(np.repeat(planner.robot.pose(planner.robot.neutral)[None], 500_000, axis=0))
+    ftqp.batch.rollout(planner, q, targets=ftqp.Targets(still.packed[:2, :16].reshape(-1, 4, 4)))
+    before = threading.active_count()
+    threading.Timer(0.5, _thread.interrupt_main).start()
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        ftqp.batch.rollout(planner, np.repeat(q, 500, axis=0), targets=still)
+    assert time.monotonic() - begin < 20.0, "2.75e9 ticks would take minutes"
+    assert threading.active_count() <= before + 1
+
+
+def test_memory_of_a_million_arms_is_said_before_it_is_taken(study, caplog, monkeypatch):
+    planner, targets, q = study
+    needed = ftqp.batch.memory(planner, 1_000_000, TICKS)
+    assert 100e6 < needed < 1e9
+    monkeypatch.setattr(many_arms, "_memory_there", lambda: 10_000_000)
+    with pytest.raises(
+        InputError, match=r"1000000 arms take .* GB, this machine has 0.01 GB; roll out fewer"
+    ):
+        ftqp.batch.rollout(planner, np.broadcast_to(q[0], (1_000_000, 7)), targets=targets)
+    monkeypatch.setattr(many_arms, "_memory_there", lambda: None)
+    monkeypatch.setattr(many_arms, "WORTH_SAYING", 1.0)
+    ftqp.batch.rollout(planner, q[:1], targets=targets)
+    assert "a batch of 1 arms takes" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"q": np.zeros((3, 6))}, r"q has shape \(3, 6\), expected \(B, nv\) = \(B, 7\)"),
+        ({"q": [[0.0] * 7, [0.0] * 6]}, r"q is no array of numbers .* every arm of the same size"),
+        ({"q": "home"}, "q is no array of numbers"),
+        ({"v": np.zeros((2, 7))}, r"v has shape \(2, 7\), expected \(11, 7\) as q"),
+        (
+            {"targets": np.zeros((4, 4))},
+            r"targets is of type ndarray, expected ftqp.Targets\(poses, twists\)",
+        ),
+        ({"faults": [None]}, "faults has 1 entries, expected one for each of 11 arms"),
+        ({"faults": ftqp.Locked(0)}, "expected a list with one entry an arm"),
+        ({"faults": ["lock"] + [None] * 10}, r"faults\[0\] is 'lock', expected None, a fault"),
+        (
+            {"faults": [(ftqp.Locked(0), -1)] + [None] * 10},
+            "fault of arm 0 is at tick -1, expected a whole number",
+        ),
+        (
+            {"faults": [(ftqp.Locked(0), 1.5)] + [None] * 10},
+            "fault of arm 0 is at tick 1.5, expected a whole number",
+        ),
+        ({"faults": [ftqp.Locked(9)] + [None] * 10}, "9"),
+        ({"every": 0}, "every is 0, expected a whole number from 1"),
+        ({"threads": 0}, "threads is 0, expected a whole number from 1"),
+        ({"planner": None}, "planner is of type NoneType, expected an ftqp.Planner"),
+    ],
+)
+def test_wrong_input_is_refused_with_one_sentence(study, given, sentence):
+    planner, targets, q = study
+    with pytest.raises(InputError, match=sentence):
+        ftqp.batch.rollout(**({"planner": planner, "q": q, "targets": targets} | given))
+
+
+def test_planners_that_are_not_compiled_as_a_whole_are_refused(study):
+    planner, targets, q = study
+    for settings, sentence in (
+        ({"backend": "osqp"}, "solved by 'osqp', expected the backend 'active_set'"),
+        ({"backend": "dtrnn"}, "solved by 'dtrnn'"),
+        ({"task": ftqp.Task(degrade=("position",))}, "the task has degrade"),
+    ):
+        other = ftqp.Planner(planner.robot, DT, level="velocity", **settings)
+        with pytest.raises(InputError, match=sentence):
+            ftqp.batch.rollout(other, q, targets=targets)
+
+
+@pytest.mark.parametrize(("given", "count"), [("3", 3), ("1", 1)])
+def test_threads_are_limited_by_the_environment(monkeypatch, given, count):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", given)
+    assert thread_count() == count
+
+
+@pytest.mark.parametrize("given", ["", "0", "-2", "many"])
+def test_senseless_limit_of_threads_is_none(monkeypatch, given):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", given)
+    assert thread_count() >= 1
