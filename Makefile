@@ -44,7 +44,7 @@ campaign: $(VENV)/.has-dev
 
 bench: $(VENV)/.has-dev
 	$(BIN)/python solvers/bench_step.py --peers --update-docs
-	$(BIN)/python solvers/bench_batch.py --update-docs
+	$(BIN)/python solvers/bench_batch.py --million --update-docs
 	$(BIN)/python solvers/bench_memory.py --update-docs
 	$(BIN)/python solvers/bench_first_use.py --runs 1 --update-docs
 
