@@ -261,6 +261,7 @@ def _rollout(capacity: int, width: int) -> Callable[..., int]:
                     counts[r, RELAXED] += relaxed
         return last - first
 
+    rollout.__name__ = f"rollout_{width}"
     return rollout
 
 
