@@ -179,6 +179,29 @@ def test_planner_and_arrays_are_only_read(study):
     assert planner.faults == faults == {} and planner.tick == -1
 
 
+@pytest.mark.parametrize("level", ["velocity", "acceleration"])
+def test_what_the_planner_went_through_before_changes_nothing(study, level):
+    planner, targets, q = study
+    used = ftqp.Planner(planner.robot, DT, level=level, emergency=None)
+    used.reset(q[0])
+    far, at = ftqp.Target(pose=planner.robot.pose(q[0])), q[0].copy()
+    far.position[:] = 0.6, 0.0, 1.2
+    left = np.zeros(2, dtype=bool)
+    for k in range(3000):
+        tip = planner.robot.pose(at)
+        tip[0, 3] += 5e-3 * np.sin(0.05 * k)  # measured elsewhere: the target is displaced
+        step = used.step(at, None, far, tip=tip)
+        at = step.q.copy()
+        K = used.session().K
+        left = np.array([K.qp.dense != 0, np.any(K.feedback.push != 0.0)])
+        if left.all():
+            break
+    assert left.all(), "the last tick has left something behind"
+    fresh = ftqp.Planner(planner.robot, DT, level=level, emergency=None)
+    first, second = (ftqp.batch.rollout(one, q, targets=targets) for one in (used, fresh))
+    np.testing.assert_array_equal(first.q, second.q)
+
+
 def test_beliefs_of_the_planner_hold_for_every_arm(study):
     planner, targets, q = study
     told = ftqp.Planner(planner.robot, DT, level="velocity")

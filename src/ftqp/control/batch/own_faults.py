@@ -39,7 +39,7 @@ class OwnFaults:
 
     def __init__(self, faults: Any, arms: int, robot: Robot, what_ifs: WhatIfs) -> None:
         self._robot, self._what_ifs = robot, what_ifs
-        self._rooms: list[Any] = []
+        self._rooms: list[dict[str, Any]] = []
         self._known: dict[tuple[Fault, ...], int] = {}
         self.free = np.zeros(arms, dtype=bool)
         events: list[tuple[int, int, int]] = []

@@ -11,6 +11,7 @@ from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, FreeSwinging
 from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.record import BELIEF_ROOMS
 from ftqp.model.robot import Robot
 
 
@@ -57,8 +58,8 @@ class WhatIfs:
         K.free.joint, K.free.allowed = -1, sum(1 << KEPT_OF[name] for name in given.task.kept_sets)
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
 
-    def believing(self, faults: tuple[Fault, ...]) -> Any:
-        """The rooms of limits and faults of a planner that was told of these, one after the other.
+    def believing(self, faults: tuple[Fault, ...]) -> dict[str, Any]:
+        """The rooms of limits and faults, by name, of a planner that was told of these, one after the other.
 
         Args:
             faults: Beside those that the planner believes in.
@@ -73,7 +74,7 @@ class WhatIfs:
         K.limits.dynamic = self._given.dynamic or belief.needs_dynamics
         guarded = self._given.guarded and not belief.needs_dynamics
         count_on(self._reserve, K.limits, self._robot.nv, guarded=guarded)
-        return K
+        return {room: K[room].copy() for room in BELIEF_ROOMS}
 
 
 def _refuse_foreign(given: Settings, solver: Solver) -> None:

@@ -186,6 +186,8 @@ def _rollout(capacity: int, width: int) -> Callable[..., int]:
                 copies[width, w] = model[w]
             common = COMPILED and have_lanes(S)
             measure_arm(S)
+            for i in range(6):
+                S.feedback.push[i] = 0.0  # what the planner's own arm was displaced by
             inside = 0
             if common:
                 L.lane.worst[0], L.lane.worst[1] = 0.0, 0.0

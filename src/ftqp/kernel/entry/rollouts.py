@@ -16,7 +16,7 @@ from ftqp.kernel.entry.table import ENTRIES
 from ftqp.kernel.layout.enums import Status
 from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.lane_rooms import LANES, lanes_memory
-from ftqp.kernel.layout.record import BELIEF_ROOMS, belief_dtype, record_dtype
+from ftqp.kernel.layout.record import belief_dtype, record_dtype
 
 PORTION_TICKS = 200_000
 """About so many ticks are done between two looks at whether to go on."""
@@ -71,17 +71,17 @@ class Batch:
         )  # fmt: skip
 
 
-def beliefs_of(capacity: int, rooms: list[Any]) -> Any:
+def beliefs_of(capacity: int, rooms: list[dict[str, Any]]) -> Any:
     """What is believed after each event, in one array.
 
     Args:
         capacity: The class of the record.
-        rooms: Records by attribute, of which the rooms of limits and faults count.
+        rooms: The rooms of limits and faults of each, by name.
     """
     beliefs = np.zeros(max(len(rooms), 1), belief_dtype(capacity))
-    for k, K in enumerate(rooms):
-        for room in BELIEF_ROOMS:
-            beliefs[room][k] = K[room]
+    for k, believed in enumerate(rooms):
+        for room, value in believed.items():
+            beliefs[room][k] = value
     return beliefs
 
 

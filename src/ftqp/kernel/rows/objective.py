@@ -32,8 +32,9 @@ def posture_error(K: Any, i: int) -> Any:
 
 @jit
 def uncoupled_objective(K: Any) -> None:
-    """H_diagonal, and g as far as no criterion couples joints."""
+    """H_diagonal, and g as far as no criterion couples joints; H itself counts no more."""
     state, criteria, qp = K.state, K.criteria, K.qp
+    qp.dense = 0
     for i in range(K.chain.n):
         qp.H_diagonal[i] = criteria.norm * criteria.weight[i]
         qp.g[i] = criteria.weight[i] * criteria.norm_v * state.v[i]
@@ -61,7 +62,6 @@ def objective(K: Any) -> None:
         and criteria.inertia_h == 0.0
         and criteria.torque == 0.0
     ):
-        qp.dense = 0
         return
     qp.dense = 1
     h_scale = state.dt if state.level == VELOCITY else 1.0
