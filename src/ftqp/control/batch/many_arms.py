@@ -65,7 +65,8 @@ def memory(planner: Planner, arms: int, ticks: int = 0, every: int | None = None
     """
     n = planner.robot.nv
     kept = ticks // every if every else 0
-    return 8 * arms * (2 * n + 2 + len(StepStatus) + 1 + kept * n)
+    once = 2 * n + 2 + len(StepStatus) + kept * n  # of the result, and again of what is driven
+    return 8 * arms * (2 * once + 2 * n + 1)
 
 
 def rollout(
@@ -206,7 +207,7 @@ def _whole(name: str, value: Any) -> int:
 
 def _look_at_memory(planner: Planner, arms: int, ticks: int, every: int) -> None:
     """Say how much memory a large batch takes before it is taken; refuse more than there is."""
-    needed = 2 * memory(planner, arms, ticks, every)
+    needed = memory(planner, arms, ticks, every)
     there = _memory_there()
     if there is not None and needed > there:
         raise InputError(
