@@ -124,6 +124,35 @@ def test_law_holds_for_other_robots_tasks_and_schemes(name, level, settings):
     assert_same(done, planner_of, robot, q, faults, targets)
 
 
+@pytest.mark.parametrize(
+    ("level", "weak"),
+    [
+        ("velocity", [2.0, 87.0, 3.0, 87.0, 1.0, 12.0, 0.2]),
+        ("acceleration", [0.15, 87, 0.6, 87, 0.72, 12, 0.2]),
+    ],
+)
+def test_torque_limits_that_bind_now_and_then_bind_every_arm_alike(level, weak):
+    robot = ftqp.robots.load("panda").with_limits(tau_max=np.array(weak))
+    binding = []
+
+    def planner_of():
+        planner = ftqp.Planner(robot, DT, level=level)
+        step = planner.step
+
+        def watched(*given):
+            taken = step(*given)
+            binding.append(bool((np.abs(taken.tau) > 0.999 * robot.limits.tau_max).any()))
+            return taken
+
+        planner.step = watched
+        return planner
+
+    q, faults, targets = starts(robot, 3e-3)[:6], faults_of(robot)[:6], circle(robot, 0.05)
+    done = ftqp.batch.rollout(ftqp.Planner(robot, DT, level=level), q, targets=targets, faults=faults)
+    assert_same(done, planner_of, robot, q, faults, targets)
+    assert 5 < sum(binding) < 0.9 * len(binding)
+
+
 def test_joints_that_swing_freely_and_damped_directions_go_one_by_one():
     robot = ftqp.robots.load("panda")
     q, targets = starts(robot)[:3], circle(robot)

@@ -76,15 +76,18 @@ def braking_reserve(robot: Robot) -> BrakingReserve:
     return _RESERVES[robot]
 
 
-def count_on(reserve: BrakingReserve | None, limits: Any, n: int, *, guarded: bool) -> None:
-    """Write the deceleration that viability counts on, and up to where torque limits need no check.
+def count_on(reserve: BrakingReserve | None, limits: Any, n: int, *, level: str, on_demand: bool) -> None:
+    """Write the deceleration that viability counts on, and when torque limits are looked at.
 
     Args:
         reserve: Of the robot; None where torque is not limited.
         limits: The room of the record, whose limits are those believed now.
         n: The number of joints.
-        guarded: Whether torque limits are left unchecked anywhere.
+        level: ``acceleration``, where torque limits are looked at every tick, or ``velocity``.
+        on_demand: Whether torque rows are there only where a command breaks a torque limit without them.
     """
     a_max, tau_max = limits.a_max[:n], limits.tau_max[:n]
     limits.a_brake[:n] = a_max if reserve is None else reserve.share(a_max, tau_max) * a_max
+    limits.on_demand = int(reserve is not None and on_demand)
+    guarded = reserve is not None and on_demand and level == "velocity"
     limits.guard = reserve.guard(a_max, tau_max) if reserve is not None and guarded else 0.0

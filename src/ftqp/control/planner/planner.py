@@ -399,9 +399,10 @@ class Planner:
             self._free.end()
 
     def _adopt_reserve(self) -> None:
-        """The deceleration that viability counts on, and where torque limits need no check."""
-        guarded = self._given.guarded and not self._belief.needs_dynamics
-        count_on(self._reserve, self._session.K.limits, self.robot.nv, guarded=guarded)
+        """The deceleration that viability counts on, and when torque limits are looked at."""
+        given, K = self._given, self._session.K
+        on_demand = given.on_demand and not self._belief.needs_dynamics
+        count_on(self._reserve, K.limits, self.robot.nv, level=given.level, on_demand=on_demand)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(

@@ -50,7 +50,7 @@ class Settings:
         backend: The name of either.
         limits_torque: Whether torque limits are rows of the QP.
         dynamic: Whether M and h are needed in every tick, whatever has failed.
-        guarded: Whether torque rows are left out where the acceleration is small enough.
+        on_demand: Whether torque rows are left out where the command keeps torque limits without them.
     """
 
     robot: Robot
@@ -68,7 +68,7 @@ class Settings:
     backend: str
     limits_torque: bool
     dynamic: bool
-    guarded: bool
+    on_demand: bool
 
 
 def settled(
@@ -141,9 +141,8 @@ def settled(
         backend=name,
         limits_torque=limits_torque,
         dynamic=limits_torque or other_rows or torque_drive or criterion.needs_inertia,
-        guarded=(
+        on_demand=(
             name == IN_KERNEL
-            and level == "velocity"
             and not criterion.needs_inertia
             and task.mode != "lexicographic"
             and not other_rows

@@ -72,8 +72,8 @@ class WhatIfs:
         for fault in (*self._told, *faults):
             belief.report(fault)
         K.limits.dynamic = self._given.dynamic or belief.needs_dynamics
-        guarded = self._given.guarded and not belief.needs_dynamics
-        count_on(self._reserve, K.limits, self._robot.nv, guarded=guarded)
+        on_demand = self._given.on_demand and not belief.needs_dynamics
+        count_on(self._reserve, K.limits, self._robot.nv, level=self._given.level, on_demand=on_demand)
         return {room: K[room].copy() for room in BELIEF_ROOMS}
 
 

@@ -23,7 +23,7 @@ from ftqp.kernel.layout.enums import (
     SOLVE,
     SOLVED,
 )
-from ftqp.kernel.rows.constraint_rows import add_constraints, within_guard
+from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
 
 INSIDE = 1e-9
 """A bound exceeded by less than this share of 1 + its size is met: rounding of a rate exactly at a limit."""
@@ -162,7 +162,7 @@ def _is_allowed(K: Any) -> bool:
         x, lo, hi = qp.x[i], qp.lb[i], qp.ub[i]
         if not (x >= lo - INSIDE * (1.0 + abs(lo)) and x <= hi + INSIDE * (1.0 + abs(hi))):
             return False
-    if limits.guard > 0.0 and not within_guard(K):
+    if limits.on_demand and not K.kinematics.has_dynamics and not keeps_torque(K):
         add_constraints(K)
     for j in range(qp.nc):
         s = 0.0

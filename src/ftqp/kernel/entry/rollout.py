@@ -40,7 +40,7 @@ def believe_event(K: Any, B: Any, joint: int) -> None:
         limits.q_min[i], limits.q_max[i] = other.q_min[i], other.q_max[i]
         limits.v_max[i], limits.a_max[i] = other.v_max[i], other.a_max[i]
         limits.a_brake[i], limits.tau_max[i] = other.a_brake[i], other.tau_max[i]
-    limits.dynamic, limits.guard = other.dynamic, other.guard
+    limits.dynamic, limits.on_demand, limits.guard = other.dynamic, other.on_demand, other.guard
     faults, theirs = K.faults, B.faults
     faults.reset_mode = theirs.reset_mode
     faults.code[joint], faults.lock_rate[joint] = theirs.code[joint], theirs.lock_rate[joint]

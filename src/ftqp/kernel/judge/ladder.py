@@ -57,7 +57,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.layout.thresholds import SCALED_FROM
 from ftqp.kernel.maths.finite import is_finite
-from ftqp.kernel.rows.constraint_rows import add_constraints, within_guard
+from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
 from ftqp.kernel.rows.objective import objective
 from ftqp.kernel.rows.task_rows import compliance
 
@@ -229,7 +229,7 @@ def _advance_in_calm(K: Any, claim: int) -> int:
     """
     task, ladder, qp = K.task, K.ladder, K.qp
     good = claim == SOLVED and judge(K)
-    if K.limits.guard > 0.0 and not K.kinematics.has_dynamics and not (good and within_guard(K)):
+    if K.limits.on_demand and not K.kinematics.has_dynamics and not (good and keeps_torque(K)):
         add_constraints(K)
         return SOLVE
     if qp.soft_rows == 0.0:
@@ -273,7 +273,7 @@ def _advance(K: Any, claim: int) -> int:
         _begin_second_stage(K, claim)
         return READY
     good = claim == SOLVED and judge(K)
-    if K.limits.guard > 0.0 and not K.kinematics.has_dynamics and not (good and within_guard(K)):
+    if K.limits.on_demand and not K.kinematics.has_dynamics and not (good and keeps_torque(K)):
         add_constraints(K)  # the same QP again, now with torque rows
         return SOLVE
     if stage == MAIN_STAGE:

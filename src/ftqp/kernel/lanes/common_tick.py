@@ -10,9 +10,10 @@ from typing import Any
 
 from ftqp.kernel.active_set.active_set import REFINEMENTS
 from ftqp.kernel.active_set.working_set import DEPENDENT, REFINE_FROM
-from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import frames, motion
+from ftqp.kernel.arm.newton_euler import torques_of
 from ftqp.kernel.arm.pose_error import NEAR, near_pose_error
+from ftqp.kernel.arm.torque_bound import torque_bound
 from ftqp.kernel.feedback.gap import norms
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.ladder import RELAXED_FROM, TASK_FLOOR
@@ -200,19 +201,25 @@ def _accelerations(L: Any) -> Any:
 
 
 @jit
-def _keeps_torque(L: Any) -> Any:
-    """Where M a + h is within the torque limits of the joints that work."""
-    lane, kinematics, works = L.lane, L.kinematics, L.faults.works
-    n = L.chain.n
-    if L.state.level != ACCELERATION:
-        motion(L)
-    dynamics(L)
+def _is_within_torque(L: Any) -> Any:
+    """Where ``kinematics.tau`` is within the torque limits of the joints that work."""
+    tau, works = L.kinematics.tau, L.faults.works
     good = works[0] >= 0.0
-    for i in range(n):
-        tau = kinematics.h[i]
-        for j in range(n):
-            tau = tau + kinematics.M[i, j] * lane.a[j]
-        good = good & ((abs(tau) <= L.limits.tau_max[i]) | (works[i] <= 0.0))
+    for i in range(L.chain.n):
+        good = good & ((abs(tau[i]) <= L.limits.tau_max[i]) | (works[i] <= 0.0))
+    return good
+
+
+@jit
+def _keeps_torque(L: Any, wanted: Any) -> Any:
+    """Where M a + h is within the torque limits, as far as that is wanted: by a bound, then by itself."""
+    torque_bound(L, L.lane.a)
+    good = _is_within_torque(L)
+    if any_of(wanted & ~good):
+        if L.state.level != ACCELERATION:
+            motion(L)
+        torques_of(L, L.lane.a)
+        good = good | _is_within_torque(L)
     return good
 
 
@@ -249,7 +256,7 @@ def common_tick(L: Any, inside: Any) -> Any:
     good = good & _resolve(L) & _is_inside(L)
     unguarded = good & ~_accelerations(L)
     if L.limits.dynamic and any_of(unguarded):
-        good = good & (_keeps_torque(L) | ~unguarded)
+        good = good & (_keeps_torque(L, unguarded) | ~unguarded)
     return good
 
 

@@ -45,8 +45,9 @@ def _rooms(N: int) -> dict[str, dict[str, tuple[int, ...]]]:
             "w": (N, 3),
             "alpha": (N, 3),
             "acc": (N, 3),
-            "h": (N,),
-            "M": (N, N),
+            "tau": (N,),
+            "effort": (N, 2),
+            "wrench": (N, 6),
         },
         "qp": {"A": (TASK_ROWS, N), "b": (TASK_ROWS,), "soft": (TASK_ROWS,), "g": (N,), "x": (N,)},
         "lane": {

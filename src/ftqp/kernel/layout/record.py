@@ -119,6 +119,9 @@ def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, 
     chain.com[:n] = com
     upper = np.triu_indices(3)
     chain.inertia[:n] = np.asarray(inertia)[:, upper[0], upper[1]]
+    chain.span[:n] = np.linalg.norm(translation, axis=1)
+    chain.lever[:n] = np.linalg.norm(com, axis=1)
+    chain.stoutness[:n] = np.abs(np.linalg.eigvalsh(inertia)).max(axis=1)
     chain.armature[:n] = armature
     chain.viscous[:n] = viscous
     chain.coulomb[:n] = coulomb

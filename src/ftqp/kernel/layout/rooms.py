@@ -41,12 +41,12 @@ def _limits(N: int) -> Fields:
     """Limits as believed now, and which of them set each end of an interval.
 
     ``a_brake`` is the deceleration that viability may count on. ``dynamic``: rows of C, or an objective
-    with inertia. ``guard``: share of a_max up to which torque limits hold without being checked; 0: torque
-    rows every tick.
+    with inertia. ``on_demand``: the rows of C are there only where a command would break a torque limit
+    without them. ``guard``: share of a_max up to which torque limits are then not looked at; 0: none.
     """
     names = ("q_min", "q_max", "v_max", "a_max", "a_brake", "tau_max")
     return [
-        *scalars("i8", "conversion dynamic empty_intervals"),
+        *scalars("i8", "conversion dynamic on_demand empty_intervals"),
         *scalars("f8", "guard jin_p jin_v jin_margin jin_upsilon"),
         *floats(dict.fromkeys(names, (N,))),
         *integers({"lower_by": (N,), "upper_by": (N,)}),
@@ -92,7 +92,10 @@ def _criteria(N: int) -> Fields:
 
 
 def _kinematics(N: int) -> Fields:
-    """The one snapshot of a tick; ``acc`` is of the frame origins, minus gravity."""
+    """The one snapshot of a tick; ``acc`` is of the frame origins, minus gravity.
+
+    ``tau`` holds torques of a command, or bounds on them; ``effort`` and ``wrench`` are memory of both.
+    """
     return [
         *scalars("i8", "has_dynamics"),
         *floats(
@@ -110,6 +113,9 @@ def _kinematics(N: int) -> Fields:
                 "alpha": (N, 3),
                 "acc": (N, 3),
                 "h": (N,),
+                "tau": (N,),
+                "effort": (N, 2),
+                "wrench": (N, 6),
                 "M": (N, N),
             }
         ),
@@ -121,7 +127,8 @@ def _chain(N: int) -> Fields:
 
     ``rotation`` and ``translation`` place a joint's frame in its predecessor's at q = 0. ``inertia`` is about
     the com: xx xy xz yy yz zz. ``armature`` is the rotor inertia seen at the joint. ``viscous`` is a part of
-    h; ``coulomb`` is data for rollouts, no formula of a planner's tick feeds it forward.
+    h; ``coulomb`` is data for rollouts, no formula of a planner's tick feeds it forward. ``span``, ``lever``
+    and ``stoutness`` are sizes: |translation|, |com| and the largest principal moment of ``inertia``.
     """
     return [
         *scalars("i8", "n nq has_inertia"),
@@ -139,6 +146,9 @@ def _chain(N: int) -> Fields:
                 "armature": (N,),
                 "viscous": (N,),
                 "coulomb": (N,),
+                "span": (N,),
+                "lever": (N,),
+                "stoutness": (N,),
             }
         ),
     ]

@@ -6,6 +6,8 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import motion
+from ftqp.kernel.arm.newton_euler import torques_of
+from ftqp.kernel.arm.torque_bound import torque_bound
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import VELOCITY
 from ftqp.kernel.layout.rows import ROW_KINDS, RowKind
@@ -47,15 +49,58 @@ def add_constraints(K: Any) -> None:
 
 
 @jit
-def within_guard(K: Any) -> bool:
-    """Whether x asks for so little acceleration that every torque limit holds without being looked at.
+def stood_at_torque_limit(Q: Any) -> bool:
+    """Whether rows of C are in the working set from which the next solve starts; Q is as the last left it."""
+    for k in range(Q.warm):
+        if Q.warm_code[k] >= Q.meq + Q.nx:
+            return True
+    return False
 
-    It does when max_i |a_i| / a_max_i <= guard, where the planner has made sure that |h| + guard |M| a_max
-    stays below the torque limits.
-    """
-    chain, limits, state, qp = K.chain, K.limits, K.state, K.qp
-    for i in range(chain.n):
-        a = qp.x[i] if state.level != VELOCITY else (qp.x[i] - state.v[i]) / state.dt
-        if not abs(a) <= limits.guard * limits.a_max[i]:
+
+@jit
+def _is_within_guard(K: Any, a: Any) -> bool:
+    """Whether max_i |a_i| / a_max_i <= guard: so little that torque limits hold, as samples have shown."""
+    limits = K.limits
+    if limits.guard == 0.0:
+        return False
+    for i in range(K.chain.n):
+        if not abs(a[i]) <= limits.guard * limits.a_max[i]:
             return False
     return True
+
+
+@jit
+def _is_within_torque(K: Any) -> bool:
+    """Whether ``kinematics.tau`` is within the limits of every joint that works."""
+    limits, faults, tau = K.limits, K.faults, K.kinematics.tau
+    for k in range(faults.working):
+        i = faults.order[k]
+        if not abs(tau[i]) <= limits.tau_max[i]:
+            return False
+    return True
+
+
+@rare_jit
+def _torques_hold(K: Any, a: Any) -> bool:
+    """Whether the torques themselves are within their limits."""
+    if K.state.level == VELOCITY:
+        motion(K)
+    torques_of(K, a)
+    return _is_within_torque(K)
+
+
+@jit
+def keeps_torque(K: Any) -> bool:
+    """Whether x, found without rows of C, keeps every torque limit: then it solves the QP with them, too.
+
+    First a bound in any posture is looked at, at the velocity level behind that of the planner's samples; and
+    only where it does not do, the torques M a + h of x.
+    Source: docs/theory/joint-limits.md, "Torque rows on demand".
+    """
+    state, qp, a = K.state, K.qp, K.scratch.impulse
+    for i in range(K.chain.n):
+        a[i] = qp.x[i] if state.level != VELOCITY else (qp.x[i] - state.v[i]) / state.dt
+    if _is_within_guard(K, a):
+        return True
+    torque_bound(K, a)
+    return _is_within_torque(K) or _torques_hold(K, a)

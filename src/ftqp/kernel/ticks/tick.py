@@ -39,7 +39,7 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_ERROR,
     TORQUE_DRIVE,
 )
-from ftqp.kernel.rows.constraint_rows import add_constraints
+from ftqp.kernel.rows.constraint_rows import add_constraints, stood_at_torque_limit
 from ftqp.kernel.rows.drive import add_drive
 from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, prescribed_motion, sort_joints
 from ftqp.kernel.rows.inertial_target import follow_base, reduce_by_lead
@@ -138,10 +138,10 @@ def _bound(K: Any) -> None:
 
 @jit
 def _limit(K: Any) -> None:
-    """The rows of C, where every tick needs them."""
+    """The rows of C, where every tick needs them, or where the last command stood at one."""
     K.qp.nc = 0
     K.kinematics.has_dynamics = 0
-    if K.limits.dynamic and K.limits.guard == 0.0:
+    if K.limits.dynamic and (not K.limits.on_demand or stood_at_torque_limit(K.qp)):
         add_constraints(K)
 
 
