@@ -12,9 +12,10 @@ from ftqp.kernel.jit import COMPILED, as_mask, bits, carray, jit, lane_of, lane_
 from ftqp.kernel.judge.ladder import climb
 from ftqp.kernel.lanes.common_tick import common_tick, settle
 from ftqp.kernel.lanes.moving_over import have_lanes, may_move_in, move_in, move_out
+from ftqp.kernel.lanes.seats import leave_seat, take_seat
 from ftqp.kernel.layout.enums import FREE, INVALID_INPUT, OK, RELAXED, SOLVED, TARGET_SIZE, Status
 from ftqp.kernel.layout.free_memory import free_dtype
-from ftqp.kernel.layout.lane_rooms import lanes_dtype
+from ftqp.kernel.layout.lane_rooms import lanes_dtype, seats_dtype
 from ftqp.kernel.layout.record import belief_dtype, record_dtype
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.turned_rows import turn_back
@@ -271,7 +272,7 @@ def rollout_any(capacity: int) -> Callable[..., int]:
     """Arms one after the other, with directional damping, gradients, and joints that swing freely."""
     dtype, beliefs_are = record_dtype(capacity), belief_dtype(capacity)
     words = dtype.itemsize // 8
-    free = free_dtype(capacity)
+    free, seats_are = free_dtype(capacity), seats_dtype(capacity)
 
     def rollout_any(
         model_at: int,
@@ -291,42 +292,67 @@ def rollout_any(capacity: int) -> Callable[..., int]:
         counts_at: int,
         trace_at: int,
         every: int,
+        arms: int,
+        who_at: int,
+        seats_at: int,
+        chunk: int,
         stop_at: int,
     ) -> int:
-        """As ``rollout``; ``own_at``: one record that is worked in, ``free_at``: memory for a free joint."""
+        """As ``rollout``; ``own_at``: one record that is worked in, ``free_at``: memory for a free joint.
+
+        The arms are ``who[first]`` to ``who[last - 1]`` of ``arms``. With a ``chunk`` of 0 each goes from its
+        start to the end. Else it goes on from its seat, whose tick is 0 at its start, until its next tick is
+        1 + a multiple of ``chunk`` and likely to be a common one, or to the end, and takes its seat anew.
+        """
         model, own = carray(pointer(model_at), (words,), WHOLE), carray(pointer(own_at), (words,), WHOLE)
         beliefs = carray(pointer(beliefs_at), believed, beliefs_are)
         K, F = carray(pointer(own_at), 1, dtype)[0], carray(pointer(free_at), 1, free)[0]
         stop = carray(pointer(stop_at), 1, WHOLE)
         n = carray(pointer(model_at), 1, dtype)[0].chain.n
         kept = ticks // every if every > 0 else 0
-        q, v = carray(pointer(q_at), (last, n), FLOAT), carray(pointer(v_at), (last, n), FLOAT)
+        q, v = carray(pointer(q_at), (arms, n), FLOAT), carray(pointer(v_at), (arms, n), FLOAT)
         targets = carray(pointer(targets_at), (ticks, TARGET_SIZE), FLOAT)
-        starts = carray(pointer(starts_at), (last + 1,), WHOLE)
-        events = carray(pointer(events_at), (starts[last], 3), WHOLE)
-        worst = carray(pointer(worst_at), (last, 2), FLOAT)
-        counts = carray(pointer(counts_at), (last, STATUSES), WHOLE)
-        trace = carray(pointer(trace_at), (last, kept, n), FLOAT)
-        for r in range(first, last):
+        starts = carray(pointer(starts_at), (arms + 1,), WHOLE)
+        events = carray(pointer(events_at), (starts[arms], 3), WHOLE)
+        worst = carray(pointer(worst_at), (arms, 2), FLOAT)
+        counts = carray(pointer(counts_at), (arms, STATUSES), WHOLE)
+        trace = carray(pointer(trace_at), (arms, kept, n), FLOAT)
+        who = carray(pointer(who_at), (last,), WHOLE)
+        seats = carray(pointer(seats_at), (arms if chunk > 0 else 1,), seats_are)
+        for a in range(first, last):
+            r = who[a]
+            seat = seats[r if chunk > 0 else 0]
             for w in range(words):
                 own[w] = model[w]
-            present = _begin(K, q[r], v[r])
-            at = starts[r]
-            for k in range(ticks):
+            common = chunk > 0 and have_lanes(K)
+            at, k, present = starts[r], 0, True
+            if chunk > 0 and seat.tick > 0:
+                k = seat.tick
+                while at < starts[r + 1] and events[at, 0] < k:
+                    believe_event(K, beliefs[events[at, 1]], events[at, 2])
+                    at += 1
+                leave_seat(K, seat)
+            else:
+                present = _begin(K, q[r], v[r])
+            while k < ticks:
                 if stop[0] != 0:
-                    return r - first
+                    return a - first
                 while at < starts[r + 1] and events[at, 0] <= k:
                     believe_event(K, beliefs[events[at, 1]], events[at, 2])
                     at += 1
+                code = INVALID_INPUT
                 if present:
                     code = any_tick_alone(K, F, targets[k])
                     _see(K, worst[r])
-                    counts[r, code] += 1
-                else:
-                    counts[r, INVALID_INPUT] += 1
+                counts[r, code] += 1
                 if kept > 0 and (k + 1) % every == 0 and k // every < kept:
                     for i in range(n):
                         trace[r, k // every, i] = K.state.q_command[i]
+                k += 1
+                if common and (k - 1) % chunk == 0 and present and may_move_in(K, code):
+                    break
+            if chunk > 0:
+                take_seat(K, seat, k, events[at, 0] if at < starts[r + 1] else ticks)
             for i in range(n):
                 q[r, i], v[r, i] = K.state.q_command[i], K.state.v_command[i]
         return last - first

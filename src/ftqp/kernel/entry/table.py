@@ -44,7 +44,7 @@ ENTRIES: Final = {
         _entry("block", "ftqp.kernel.ticks.block_of_ticks", "iooooiiiiiii"),
         _entry("rollout_4", _ROLLOUT, "i" * 19, nogil=True),
         _entry("rollout_8", _ROLLOUT, "i" * 19, nogil=True),
-        _entry("rollout_any", _ROLLOUT, "i" * 18, nogil=True),
+        _entry("rollout_any", _ROLLOUT, "i" * 22, nogil=True),
         _entry("solve_qp", _ALONE, "i"),
         _entry("kkt", _ALONE, "iiiiii"),
         _entry("solve_network", _ALONE, "i" * 11),
