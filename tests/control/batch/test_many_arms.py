@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from batch_cases import ARMS, DT, STATUSES, TICKS, circle, faults_of, starts
 
 import ftqp
 from ftqp.control.batch import many_arms
@@ -15,38 +16,8 @@ from ftqp.core.errors import InputError
 from ftqp.kernel.entry import rollouts
 from ftqp.kernel.entry.threads import thread_count
 
-DT, TICKS, ARMS = 2e-3, 300, 11
 OFF_Q, OFF_V = 1e-11, 1e-10
 """Rounding, grown over the ticks; a wrong tick shows at 1e-7."""
-STATUSES = list(ftqp.StepStatus)
-
-
-def circle(robot, radius=0.03):
-    path = ftqp.paths.Circle(robot.pose(robot.neutral), radius, duration=3.0)
-    samples = path.sample(np.arange(TICKS) * DT)
-    return ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
-
-
-def starts(robot, spread=1e-3):
-    return robot.neutral + spread * np.random.default_rng(5).normal(size=(ARMS, robot.nv))
-
-
-def faults_of(robot):
-    """A fault an arm, of every kind but a free joint: none, late, two, after the end, at once ..."""
-    n = robot.nv
-    return [
-        None,
-        ftqp.Locked(0),
-        (ftqp.Locked(2 % n, deceleration=1.0), 40),
-        [(ftqp.Locked(1), 60), (ftqp.Locked(n - 1), 61)],
-        (ftqp.Locked(n - 2, mode="instant"), 100),
-        (ftqp.Degraded(1, velocity=0.2), 50),
-        (ftqp.Degraded(2 % n, torque=0.6), 50),
-        (ftqp.Locked(1), TICKS + 5),
-        [(ftqp.Locked(n - 1), 200), (ftqp.Degraded(0, acceleration=0.3), 20)],
-        (ftqp.Locked(robot.joints[n - 1], mode="instant"), 0),
-        (ftqp.Locked(2 % n), TICKS - 1),
-    ]
 
 
 def alone(planner_of, robot, q, entry, targets):

@@ -4,6 +4,7 @@ import logging
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,14 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
 from ftqp.control.planner.target import Targets
 from ftqp.core.checks import FloatArray, IntArray
-from ftqp.core.errors import InputError
+from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.rollouts import Batch, drive, lane_width
 from ftqp.kernel.entry.threads import thread_count
+from ftqp.kernel.layout.lane_rooms import seats_dtype
+from ftqp.kernel.layout.record import capacity_for
 
 _LOG = logging.getLogger("ftqp")
+ENGINES = ("numba", "jax")
 WORTH_SAYING = 500e6
 """A batch that takes more memory than this says so [bytes]."""
 
@@ -54,19 +58,25 @@ class Rollout:
         return result
 
 
-def memory(planner: Planner, arms: int, ticks: int = 0, every: int | None = None) -> int:
+def memory(
+    planner: Planner, arms: int, ticks: int = 0, every: int | None = None, *, engine: str = "numba"
+) -> int:
     """What a rollout takes beside its faults [bytes]; nothing is allocated.
+
+    What ``jax`` takes on its device is not counted.
 
     Args:
         planner: As for ``rollout``.
         arms: How many.
         ticks: How many.
         every: As for ``rollout``.
+        engine: As for ``rollout``.
     """
     n = planner.robot.nv
+    seat = seats_dtype(capacity_for(n)).itemsize if _known(engine) == "jax" else 0
     kept = ticks // every if every else 0
     once = 2 * n + 2 + len(StepStatus) + kept * n  # of the result, and again of what is driven
-    return 8 * arms * (2 * once + 2 * n + 1)
+    return arms * (8 * (2 * once + 2 * n + 1) + seat)
 
 
 def rollout(
@@ -77,6 +87,7 @@ def rollout(
     *,
     faults: Any = None,
     every: int | None = None,
+    engine: str = "numba",
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Rollout:
@@ -87,6 +98,11 @@ def rollout(
     task, scheme, bounds, posture and believed faults of the planner, which does not change. Most ticks are
     computed for several arms side by side; an arm at a limit or near a singularity is stepped alone, which
     takes ten times as long and more.
+
+    With ``engine="jax"`` the ticks of many arms side by side are array code on JAX's device; it is for many
+    thousands of arms and a GPU. The other ticks, and whole arms whose planner has none of them (a scheme that
+    couples joints, damped directions, a scaled or lexicographic task, a joint that swings freely), are
+    computed on the CPU as without it, and the result is the same to rounding.
 
     Ctrl-C stops all threads within a moment and raises ``KeyboardInterrupt``; nothing is returned then.
 
@@ -100,15 +116,19 @@ def rollout(
             a list of those. A tick after the end is never reached. None spares every arm. With one start for
             all arms there are as many arms as entries.
         every: After how many ticks q is kept in ``trace``; None keeps none.
-        threads: How many threads share the arms out, >= 1; None is all cores. The result is the same with
-            any number.
+        engine: ``numba`` computes everything on the CPU; ``jax`` what it can on JAX's default device, in
+            float64, and needs ``pip install "ftqp[gpu]"``.
+        threads: How many threads of the CPU share the arms out, >= 1; None is all cores. The result is the
+            same with any number.
         progress: Called in this thread with the number of arms that are done and of all, now and then.
 
     Returns:
         What became of the arms, in their order.
 
     Raises:
-        InputError: A wrong shape, entry or number, a planner of another backend, or not memory enough.
+        InputError: A wrong shape, entry or number, a planner of another backend, an unknown engine, or not
+            memory enough.
+        MissingPackage: The engine is ``jax`` and JAX is not installed.
 
     Example:
         >>> import numpy as np, ftqp
@@ -125,11 +145,12 @@ def rollout(
         raise InputError(f"planner is of type {type(planner).__name__}, expected an ftqp.Planner")
     if not isinstance(targets, Targets):
         raise InputError(f"targets is of type {type(targets).__name__}, expected ftqp.Targets(poses, twists)")
+    drive_common, drive_alone = _driver(engine), partial(drive, side_by_side=False)
     what_ifs = planner.what_ifs()
     starts, speeds = _starts(planner, q, v, faults)
     arms, ticks = len(starts), len(targets)
     step = _whole("every", every) if every is not None else 0
-    _look_at_memory(planner, arms, ticks, step)
+    _look_at_memory(memory(planner, arms, ticks, step, engine=engine), arms)
     own = OwnFaults(faults, arms, planner.robot, what_ifs)
     workers = thread_count() if threads is None else _whole("threads", threads)
     alone = own.free if not (what_ifs.rich or what_ifs.frees) else np.ones(arms, dtype=bool)
@@ -140,15 +161,35 @@ def rollout(
         if not len(chosen):
             continue
         batch = Batch.of(starts[chosen], speeds[chosen], targets.packed, *own.of(chosen), step)
-        warm_up(("rollout_any",) if apart else (f"rollout_{lane_width()}",), what_ifs.session.capacity)
+        name = "rollout_any" if apart or engine == "jax" else f"rollout_{lane_width()}"
+        warm_up((name,), what_ifs.session.capacity)
         say = None if progress is None else _shifted(progress, done, arms)
-        drive(what_ifs.session, batch, own.beliefs, threads=workers, side_by_side=not apart, progress=say)
+        drive_them = drive_alone if apart else drive_common
+        drive_them(what_ifs.session, batch, own.beliefs, threads=workers, progress=say)
         done += len(chosen)
         for name, value in _parts(batch).items():
             getattr(result, name)[chosen] = value
     for name in ("q", "v"):
         getattr(result, name)[~np.isfinite(starts).all(axis=1) | ~np.isfinite(speeds).all(axis=1)] = np.nan
     return result
+
+
+def _known(engine: str) -> str:
+    if engine not in ENGINES:
+        raise InputError(
+            f"engine is {engine!r}{nearest(str(engine), ENGINES)}, expected one of {', '.join(ENGINES)}"
+        )
+    return engine
+
+
+def _driver(engine: str) -> Callable[..., None]:
+    """What drives arms that may go side by side."""
+    if _known(engine) == "jax":
+        # Here and not above: an optional package.
+        from ftqp.control.batch.jax import drive_arrays
+
+        return drive_arrays
+    return partial(drive, side_by_side=True)
 
 
 def _parts(batch: Batch) -> dict[str, Any]:
@@ -205,9 +246,8 @@ def _whole(name: str, value: Any) -> int:
     return int(value)
 
 
-def _look_at_memory(planner: Planner, arms: int, ticks: int, every: int) -> None:
+def _look_at_memory(needed: int, arms: int) -> None:
     """Say how much memory a large batch takes before it is taken; refuse more than there is."""
-    needed = memory(planner, arms, ticks, every)
     there = _memory_there()
     if there is not None and needed > there:
         raise InputError(
