@@ -8,10 +8,12 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.stray import part_with
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, TORQUE_DRIVE
+from ftqp.kernel.maths.elementary import any_of, select
+from ftqp.kernel.maths.side_by_side import WIDTH, is_set, put, several
 
 
 @jit
-def advanced(K: Any, q: float, v: float, a: float) -> tuple[float, float]:
+def advanced(K: Any, q: Any, v: Any, a: Any) -> tuple[Any, Any]:
     """(q, v) after dt at the acceleration a, by the planner's own formula of its level."""
     dt = K.state.dt
     after = v + dt * a
@@ -19,7 +21,7 @@ def advanced(K: Any, q: float, v: float, a: float) -> tuple[float, float]:
 
 
 @jit
-def corrected(K: Any, z: float, q: float, v: float, e: float) -> tuple[float, float, float]:
+def corrected(K: Any, z: Any, q: Any, v: Any, e: Any) -> tuple[Any, Any, Any]:
     """(q^, v^) from the predicted (q, v) and the innovation e, and the change of d^; z is the pole."""
     dt, s = K.state.dt, 1.0 - z
     return q + (1.0 - z * z * z) * e, v + 1.5 * s * s * (1.0 + z) / dt * e, s * s * s / (dt * dt) * e
@@ -35,6 +37,67 @@ def predicted(K: Any, q: float, v: float, a: Any, i: int, d: float) -> tuple[flo
 
 
 @jit
+def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
+    """The observer of joint i, whatever becomes of it."""
+    feedback, past, faults = K.feedback, K.past, K.faults
+    healthy = faults.code[i] == HEALTHY
+    if healthy:
+        feedback.known_failed[i] = 0
+    elif not feedback.known_failed[i]:
+        feedback.known_failed[i] = 1
+        if feedback.kind == TORQUE_DRIVE and not feedback.deserts[i]:
+            part_with(K, i)
+        for ago in range(feedback.latency + 2):
+            past.a[slot(feedback, ago), i] += feedback.d_hat[i]
+        feedback.d_hat[i] = feedback.d_slow[i] = 0.0
+        feedback.still[i] = 0
+    z = feedback.pole if healthy else feedback.pole_failed
+    if feedback.bad[i]:
+        feedback.q_hat[i], feedback.v_hat[i] = feedback.seen[i], past.v[then, i]
+    elif not first:
+        q, v = advanced(K, feedback.q_hat[i], feedback.v_hat[i], past.a[before, i] + feedback.d_hat[i])
+        e = feedback.innovation[i] = feedback.seen[i] - q
+        feedback.q_hat[i], feedback.v_hat[i], change = corrected(K, z, q, v, e)
+        feedback.d_hat[i] += change
+    q, v = feedback.q_hat[i], feedback.v_hat[i]
+    if not healthy or feedback.kind == TORQUE_DRIVE:
+        q, v = predicted(K, q, v, past.a, i, feedback.d_hat[i])
+    feedback.q_now[i], feedback.v_now[i] = q, v
+    if healthy and not feedback.deserts[i]:
+        feedback.d_slow[i] += feedback.slowness * (feedback.d_hat[i] - feedback.d_slow[i])
+    else:
+        feedback.d_slow[i] = 0.0
+
+
+@jit
+def _observe_block(K: Any, at: int, before: int) -> bool:
+    """The observers of the joints from ``at`` on; False where one of them is in no regular state.
+
+    It is regular where its sample is good and its failure, if it has failed, was known a tick ago.
+    """
+    feedback, failed = K.feedback, is_set(K.faults.code, at)
+    known = is_set(feedback.known_failed, at)
+    odd = is_set(feedback.bad, at) | is_set(feedback.deserts, at) | (failed & ~known) | (known & ~failed)
+    if any_of(odd):
+        return False
+    d, d_slow = several(feedback.d_hat, at), several(feedback.d_slow, at)
+    q, v = advanced(
+        K, several(feedback.q_hat, at), several(feedback.v_hat, at), several(K.past.a[before], at) + d
+    )
+    e = several(feedback.seen, at) - q
+    q, v, change = corrected(K, select(failed, feedback.pole_failed, feedback.pole), q, v, e)
+    d = d + change
+    put(feedback.innovation, at, e)
+    put(feedback.q_hat, at, q)
+    put(feedback.v_hat, at, v)
+    put(feedback.d_hat, at, d)
+    put(feedback.q_now, at, q)
+    put(feedback.v_now, at, v)
+    put(feedback.d_slow, at, select(failed, 0.0, d_slow + feedback.slowness * (d - d_slow)))
+    return True
+
+
+@jit
 def observe(K: Any, first: bool) -> None:
     """(q^, v^, d^) of the samples' time, and (q^, v^) predicted over the latency to now.
 
@@ -45,36 +108,13 @@ def observe(K: Any, first: bool) -> None:
     that its feedback is off.
     Source: docs/theory/feedback.md, "The observer".
     """
-    feedback, past, faults = K.feedback, K.past, K.faults
+    feedback = K.feedback
     then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
-    for i in range(K.chain.n):
-        healthy = faults.code[i] == HEALTHY
-        if healthy:
-            feedback.known_failed[i] = 0
-        elif not feedback.known_failed[i]:
-            feedback.known_failed[i] = 1
-            if feedback.kind == TORQUE_DRIVE and not feedback.deserts[i]:
-                part_with(K, i)
-            for ago in range(feedback.latency + 2):
-                past.a[slot(feedback, ago), i] += feedback.d_hat[i]
-            feedback.d_hat[i] = feedback.d_slow[i] = 0.0
-            feedback.still[i] = 0
-        z = feedback.pole if healthy else feedback.pole_failed
-        if feedback.bad[i]:
-            feedback.q_hat[i], feedback.v_hat[i] = feedback.seen[i], past.v[then, i]
-        elif not first:
-            q, v = advanced(K, feedback.q_hat[i], feedback.v_hat[i], past.a[before, i] + feedback.d_hat[i])
-            e = feedback.innovation[i] = feedback.seen[i] - q
-            feedback.q_hat[i], feedback.v_hat[i], change = corrected(K, z, q, v, e)
-            feedback.d_hat[i] += change
-        q, v = feedback.q_hat[i], feedback.v_hat[i]
-        if not healthy or feedback.kind == TORQUE_DRIVE:
-            q, v = predicted(K, q, v, past.a, i, feedback.d_hat[i])
-        feedback.q_now[i], feedback.v_now[i] = q, v
-        if healthy and not feedback.deserts[i]:
-            feedback.d_slow[i] += feedback.slowness * (feedback.d_hat[i] - feedback.d_slow[i])
-        else:
-            feedback.d_slow[i] = 0.0
+    together = feedback.latency == 0 and not first
+    for at in range(0, len(feedback.seen), WIDTH):
+        if not together or not _observe_block(K, at, before):
+            for i in range(at, min(at + WIDTH, K.chain.n)):
+                _observe_joint(K, i, then, before, first)
 
 
 @rare_jit

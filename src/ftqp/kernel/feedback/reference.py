@@ -5,6 +5,8 @@ from typing import Any
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED
+from ftqp.kernel.maths.elementary import any_of
+from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 STILL = 0.01
 """A locked joint that is observed to be slower than this [rad/s or m/s], beside noise, rests ..."""
@@ -32,19 +34,19 @@ def refer(K: Any) -> None:
     feedback, past, state, faults = K.feedback, K.past, K.state, K.faults
     now = feedback.now
     rest = STILL + 6.0 * feedback.sigma * feedback.failed_noise
-    for i in range(K.chain.n):
-        q, v = state.q_command[i], state.v_command[i]
-        if faults.code[i] != HEALTHY:
-            if faults.code[i] == LOCKED:
-                feedback.still[i] = feedback.still[i] + 1 if abs(feedback.v_hat[i]) < rest else 0
-                if feedback.still[i] < STILL_SAMPLES:
-                    q = feedback.q_now[i]
-                else:
-                    q += FOLLOW * (feedback.seen[i] - q)
-                v = 0.0
-            else:
-                q, v = feedback.q_now[i], feedback.v_now[i]
-            past.q[now, i], past.v[now, i] = q, v
+    for at in range(0, len(state.q), WIDTH):
+        put(state.q, at, several(state.q_command, at))
+        put(state.v, at, several(state.v_command, at))
+    for k in range(faults.working, K.chain.n):
+        i = faults.order[k]
+        q, v = feedback.q_now[i], feedback.v_now[i]
+        if faults.code[i] == LOCKED:
+            feedback.still[i] = feedback.still[i] + 1 if abs(feedback.v_hat[i]) < rest else 0
+            if feedback.still[i] >= STILL_SAMPLES:
+                held = state.q_command[i]
+                q = held + FOLLOW * (feedback.seen[i] - held)
+            v = 0.0
+        past.q[now, i], past.v[now, i] = q, v
         state.q[i], state.v[i] = q, v
 
 
@@ -84,7 +86,7 @@ def follows(K: Any) -> bool:
     """Whether every sample is the reference of its time to the last bit, as on an arm that obeys exactly."""
     feedback, past = K.feedback, K.past
     then = slot(feedback, feedback.latency)
-    for i in range(K.chain.n):
-        if feedback.seen[i] != past.q[then, i]:
+    for at in range(0, len(feedback.seen), WIDTH):
+        if any_of(abs(several(feedback.seen, at) - several(past.q[then], at)) > 0.0):
             return False
     return True

@@ -5,7 +5,9 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY, STOPPED_BY_SENSOR
+from ftqp.kernel.maths.elementary import any_of, larger
 from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
 
 SPEED_SHARE = 1.3
 """A joint may be this much faster than its velocity limit for one sample."""
@@ -121,6 +123,54 @@ def _drop_broken_tip(K: Any) -> bool:
 
 
 @jit
+def _believe_joint(K: Any, i: int, then: int) -> None:
+    """The sample of joint i, looked at closely."""
+    feedback, past, state = K.feedback, K.past, K.state
+    sample = state.q[i]
+    v = past.v[then, i] if K.faults.code[i] != FREE else feedback.v_hat[i]
+    feedback.age[i] += 1
+    bad = feedback.lost[i] != 0 or not _is_possible(K, i, sample, v)
+    if _is_frozen(K, i, sample, v):
+        bad = True
+    feedback.bad[i] = 1 if bad else 0
+    feedback.spent[i] = _spend(K, feedback.spent[i], bad)
+    if bad:
+        feedback.refused += 1
+        feedback.seen[i] = past.q[then, i] + feedback.offset[i]
+        if feedback.spent[i] > feedback.patience + 0.5 * state.dt:
+            feedback.lost[i] = 1
+    else:
+        feedback.seen[i] = feedback.good[i] = sample
+        feedback.offset[i] = sample - past.q[then, i]
+        feedback.age[i] = 0
+
+
+@jit
+def _believe_block(K: Any, at: int, then: int) -> bool:
+    """The samples of the joints from ``at`` on, taken as they are; False where one needs a closer look.
+
+    They are taken where all were good a tick ago and all are possible now, as ``_is_possible`` has it.
+    """
+    feedback, past, limits, state = K.feedback, K.past, K.limits, K.state
+    odd = is_set(feedback.age, at) | is_set(feedback.lost, at) | is_set(feedback.bad, at)
+    if any_of(odd):
+        return False
+    dt = state.dt
+    sample, v, q = several(state.q, at), several(past.v[then], at), several(past.q[then], at)
+    top = larger(larger(several(limits.v_max, at), abs(v)), abs(several(feedback.v_hat, at)))
+    fixed = SIGMAS * feedback.sigma + ROOM
+    room = SPEED_SHARE * dt * top + dt * dt * several(limits.a_max, at) + fixed
+    off = abs(sample - several(feedback.good, at) - dt * v)
+    if not all_of((off <= room) & (abs(sample) < inf)):
+        return False
+    put(feedback.seen, at, sample)
+    put(feedback.good, at, sample)
+    put(feedback.offset, at, sample - q)
+    put(feedback.spent, at, larger(several(feedback.spent, at) - RECOVERY * dt, 0.0))
+    return True
+
+
+@jit
 def believe(K: Any) -> None:
     """q_u: each joint's sample where it is possible, else the reference plus the last good following error.
 
@@ -135,30 +185,18 @@ def believe(K: Any) -> None:
     else:
         feedback.now = feedback.now + 1 if feedback.now + 1 < feedback.span else 0
     now = feedback.now
-    for i in range(n):
-        past.q[now, i], past.v[now, i] = state.q_command[i], state.v_command[i]
     then = slot(feedback, feedback.latency)
     feedback.refused = 0
     elsewhere = _drop_broken_tip(K) or state.unusable != 0
-    for i in range(n):
-        elsewhere = elsewhere or not is_finite(state.v[i])
-        sample = state.q[i]
-        v = past.v[then, i] if faults.code[i] != FREE else feedback.v_hat[i]
-        feedback.age[i] += 1
-        bad = feedback.lost[i] != 0 or not _is_possible(K, i, sample, v)
-        if _is_frozen(K, i, sample, v):
-            bad = True
-        feedback.bad[i] = 1 if bad else 0
-        feedback.spent[i] = _spend(K, feedback.spent[i], bad)
-        if bad:
-            feedback.refused += 1
-            feedback.seen[i] = past.q[then, i] + feedback.offset[i]
-            if feedback.spent[i] > feedback.patience + 0.5 * state.dt:
-                feedback.lost[i] = 1
-        else:
-            feedback.seen[i] = feedback.good[i] = sample
-            feedback.offset[i] = sample - past.q[then, i]
-            feedback.age[i] = 0
+    together = feedback.sigma == 0.0 and faults.movable == faults.working  # noise: frozen sensors are counted
+    for at in range(0, len(state.q), WIDTH):
+        put(past.q[now], at, several(state.q_command, at))
+        put(past.v[now], at, several(state.v_command, at))
+    for at in range(0, len(state.q), WIDTH):
+        elsewhere = elsewhere or not all_of(abs(several(state.v, at)) < inf)
+        if not together or not _believe_block(K, at, then):
+            for i in range(at, min(at + WIDTH, n)):
+                _believe_joint(K, i, then)
     feedback.spent_elsewhere = _spend(K, feedback.spent_elsewhere, elsewhere)
     if elsewhere:
         feedback.refused += 1

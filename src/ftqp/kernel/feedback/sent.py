@@ -7,6 +7,7 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
+from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 FEED_FORWARD_SHARE = 0.3
 """The disturbance is fed forward up to this share of a joint's torque limit."""
@@ -219,18 +220,18 @@ def send(K: Any) -> None:
     A joint that has failed, or whose sample was refused, gets no feedback.
     """
     feedback, past, state, faults = K.feedback, K.past, K.state, K.faults
-    n = K.chain.n
     lead = feedback.lead
-    for i in range(n):
-        feedback.q_sent[i], feedback.v_sent[i] = state.q_command[i], state.v_command[i]
+    for at in range(0, len(state.q), WIDTH):
+        put(feedback.q_sent, at, several(state.q_command, at))
+        put(feedback.v_sent, at, several(state.v_command, at))
     if not feedback.active:
         return
     now = feedback.now
     if feedback.kind == TORQUE_DRIVE:
         _torques(K)
         return
-    for i in range(n):
-        past.a[now, i] = state.a_command[i]
+    for at in range(0, len(state.q), WIDTH):
+        put(past.a[now], at, several(state.a_command, at))
     if feedback.kind == VELOCITY_DRIVE:
         then = slot(feedback, feedback.latency)
         for k in range(faults.working):

@@ -5,6 +5,8 @@ from typing import Any
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
+from ftqp.kernel.maths.elementary import any_of
+from ftqp.kernel.maths.side_by_side import WIDTH, is_set, several
 
 
 @jit
@@ -23,10 +25,18 @@ def is_too_fast(K: Any, i: int) -> bool:
 @jit
 def joints_outside(K: Any) -> int:
     """How many joints are beyond their range, or work and are faster than their limit."""
-    faults, count = K.faults, 0
-    for i in range(K.chain.n):
-        if is_beyond_range(K, i) or (faults.code[i] == HEALTHY and is_too_fast(K, i)):
-            count += 1
+    limits, faults, state = K.limits, K.faults, K.state
+    count = 0
+    for at in range(0, len(state.q), WIDTH):
+        q, v = several(state.q, at), several(state.v, at)
+        beyond = (q < several(limits.q_min, at) - OUTSIDE_FROM) | (
+            q > several(limits.q_max, at) + OUTSIDE_FROM
+        )
+        fast = abs(v) > several(limits.v_max, at) * (1.0 + OUTSIDE_FROM)
+        if any_of(beyond | (fast & ~is_set(faults.code, at))):
+            for i in range(at, min(at + WIDTH, K.chain.n)):
+                if is_beyond_range(K, i) or (faults.code[i] == HEALTHY and is_too_fast(K, i)):
+                    count += 1
     return count
 
 

@@ -28,6 +28,7 @@ from ftqp.kernel.judge.least_excess import (
     keep_free_rows,
     make_room,
 )
+from ftqp.kernel.judge.straight import straight
 from ftqp.kernel.judge.verdict import command, judge
 from ftqp.kernel.layout.enums import (
     CALM_STAGE,
@@ -272,7 +273,7 @@ def _advance(K: Any, claim: int) -> int:
     if stage == FIRST_STAGE:
         _begin_second_stage(K, claim)
         return READY
-    good = claim == SOLVED and judge(K)
+    good = claim == SOLVED and (ladder.judged != 0 or judge(K))
     if K.limits.on_demand and not K.kinematics.has_dynamics and not (good and keeps_torque(K)):
         add_constraints(K)  # the same QP again, now with torque rows
         return SOLVE
@@ -329,11 +330,15 @@ def climb(K: Any, code: int, claim: int) -> int:
         claim: the answer of an external solver.
     """
     ladder, qp = K.ladder, K.qp
+    ladder.judged = 0
     while True:
         if code == READY and ladder.external:
             return READY
         if code == READY or code == SOLVE:
-            claim = active_set(qp)
+            if ladder.stage == MAIN_STAGE and straight(K):
+                ladder.judged, claim = 1, SOLVED
+            else:
+                ladder.judged, claim = 0, active_set(qp)
             if ladder.stage == MAIN_STAGE or ladder.stage == CALM_STAGE:
                 ladder.qp_iterations = qp.iterations
         code = _advance(K, claim)

@@ -6,7 +6,9 @@ from typing import Any
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.kept_limits import torque_excess
 from ftqp.kernel.layout.enums import ACCELERATION, BRAKING, HEALTHY, LOCKED
+from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.finite import is_finite
+from ftqp.kernel.maths.side_by_side import WIDTH, below, put, several
 
 
 @jit
@@ -104,22 +106,19 @@ def command(K: Any) -> None:
     """
     chain, faults, state, kinematics, qp = K.chain, K.faults, K.state, K.kinematics, K.qp
     dt = state.dt
-    for i in range(chain.n):
-        x = qp.x[i]
-        if state.level == ACCELERATION:
-            a = x
-            v = state.v[i] + dt * x
-            q = state.q[i] + dt * (state.v[i] + 0.5 * dt * x)
-        else:
-            a = (x - state.v[i]) / dt
-            v = x
-            q = state.q[i] + dt * x
-        fault = faults.code[i]
-        if fault == LOCKED:
-            a, v, q = 0.0, 0.0, state.q[i]
-        elif fault == BRAKING:
-            v = faults.lock_velocity[i]
-        state.a_command[i], state.v_command[i], state.q_command[i] = a, v, q
+    for at in range(0, len(state.q), WIDTH):
+        x, q, v = several(qp.x, at), several(state.q, at), several(state.v, at)
+        x = select(below(chain.n, at), x, 0.0)
+        is_acceleration = state.level == ACCELERATION
+        put(state.a_command, at, x if is_acceleration else (x - v) / dt)
+        put(state.v_command, at, v + dt * x if is_acceleration else x)
+        put(state.q_command, at, q + dt * (v + 0.5 * dt * x) if is_acceleration else q + dt * x)
+    for k in range(faults.movable, chain.n):
+        i = faults.order[k]
+        if faults.code[i] == LOCKED:
+            state.a_command[i], state.v_command[i], state.q_command[i] = 0.0, 0.0, state.q[i]
+        elif faults.code[i] == BRAKING:
+            state.v_command[i] = faults.lock_velocity[i]
     if kinematics.has_dynamics:
         joint_torques(K)
         K.ladder.torque_excess = torque_excess(K)

@@ -172,12 +172,14 @@ def _ladder(N: int) -> Fields:
     ``g_task``, ``d_task``: the objective kept aside during the first stage of lexicographic mode;
     ``z_first``, ``z_box_first``: multipliers of that stage, which say what keeps the task from being
     followed. ``missed``: the command leaves more of the task than counts as none; ``outside``: how many
-    joints are beyond what is believed of their limits; ``jump``: share of an instant lock's jump that the
-    other joints' velocities have made; ``torque_excess``: of the command over what is believed of a motor
-    [N m].
+    joints are beyond what is believed of their limits; ``judged``: the answer is known to be good;
+    ``jump``: share of an instant lock's jump that the other joints' velocities have made;
+    ``torque_excess``: of the command over what is believed of a motor [N m].
     """
     return [
-        *scalars("i8", "status verdict stage external claim qp_iterations dense_task p missed outside"),
+        *scalars(
+            "i8", "status verdict stage external claim qp_iterations dense_task p missed outside judged"
+        ),
         *scalars("f8", "accept residual_task residual_bounds residual_dual torque_excess kappa jump"),
         *floats(
             {

@@ -1,21 +1,25 @@
 """Elementary functions of formulas that serve one arm and several side by side.
 
-In compiled code they take a float64 or several in a vector register, in plain Python a number.
+In compiled code they take a float64 or several in a vector register, in plain Python a number or an array.
 """
 
 import math
 from typing import Any
+
+import numpy as np
 
 from ftqp.kernel.jit import COMPILED
 
 
 def sqrt(x: Any) -> Any:
     """The square root."""
-    return math.sqrt(x)
+    return np.sqrt(x) if isinstance(x, np.ndarray) else math.sqrt(x)
 
 
 def floor(x: Any) -> Any:
     """The largest whole number <= x, as a float."""
+    if isinstance(x, np.ndarray):
+        return np.floor(x)
     return float(math.floor(x)) if math.isfinite(x) else x
 
 
@@ -31,12 +35,12 @@ def smaller(x: Any, y: Any) -> Any:
 
 def select(condition: Any, x: Any, y: Any) -> Any:
     """x where the condition holds, else y; both are computed."""
-    return x if condition else y
+    return np.where(condition, x, y) if isinstance(condition, np.ndarray) else x if condition else y
 
 
 def any_of(condition: Any) -> Any:
-    """Whether a condition holds for one of the arms."""
-    return bool(condition)
+    """Whether a condition holds for one of the arms, or of the joints."""
+    return bool(np.any(condition))
 
 
 if COMPILED:

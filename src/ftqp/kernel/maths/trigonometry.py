@@ -1,10 +1,11 @@
-"""Sine and cosine of every joint at once, in a loop that becomes vector instructions."""
+"""Sine and cosine of every joint, eight at once."""
 
 from math import cos, sin
 from typing import Any
 
 from ftqp.kernel.jit import exact_jit, jit
 from ftqp.kernel.maths.elementary import floor, select
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
 
 PI_2_HIGH = 1.5707963267341256
 """pi/2 in three parts (Cody and Waite 1980); the first has 33 bits, so that k PI_2_HIGH is exact ..."""
@@ -48,16 +49,14 @@ def sin_cos(x: Any) -> tuple[Any, Any]:
 def joint_sines(K: Any) -> None:
     """sin q_i and cos q_i of every joint; 0 and 1 for a prismatic one, which does not turn."""
     chain, state, kinematics = K.chain, K.state, K.kinematics
-    n = chain.n
-    far = 0
-    for i in range(n):
-        far += 0 if abs(state.q[i]) <= REDUCED else 1
-    if far == 0:
-        for i in range(n):
-            kinematics.sine[i], kinematics.cosine[i] = sin_cos(state.q[i])
-    else:
-        for i in range(n):
-            kinematics.sine[i], kinematics.cosine[i] = sin(state.q[i]), cos(state.q[i])
-    for i in range(n):
-        if chain.prismatic[i]:
-            kinematics.sine[i], kinematics.cosine[i] = 0.0, 1.0
+    for at in range(0, len(state.q), WIDTH):
+        q, slides = several(state.q, at), is_set(chain.prismatic, at)
+        if all_of(abs(q) <= REDUCED):
+            sine, cosine = sin_cos(q)
+            put(kinematics.sine, at, select(slides, 0.0, sine))
+            put(kinematics.cosine, at, select(slides, 1.0, cosine))
+        else:
+            for i in range(at, min(at + WIDTH, chain.n)):
+                turns = not chain.prismatic[i]
+                kinematics.sine[i] = sin(state.q[i]) if turns else 0.0
+                kinematics.cosine[i] = cos(state.q[i]) if turns else 1.0

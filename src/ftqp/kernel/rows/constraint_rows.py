@@ -11,6 +11,8 @@ from ftqp.kernel.arm.torque_bound import torque_bound
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import VELOCITY
 from ftqp.kernel.layout.rows import ROW_KINDS, RowKind
+from ftqp.kernel.maths.elementary import any_of, select
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, put, several
 
 
 @jit
@@ -63,8 +65,8 @@ def _is_within_guard(K: Any, a: Any) -> bool:
     limits = K.limits
     if limits.guard == 0.0:
         return False
-    for i in range(K.chain.n):
-        if not abs(a[i]) <= limits.guard * limits.a_max[i]:
+    for at in range(0, len(limits.a_max), WIDTH):
+        if not all_of(abs(several(a, at)) <= limits.guard * several(limits.a_max, at)):
             return False
     return True
 
@@ -72,10 +74,10 @@ def _is_within_guard(K: Any, a: Any) -> bool:
 @jit
 def _is_within_torque(K: Any) -> bool:
     """Whether ``kinematics.tau`` is within the limits of every joint that works."""
-    limits, faults, tau = K.limits, K.faults, K.kinematics.tau
-    for k in range(faults.working):
-        i = faults.order[k]
-        if not abs(tau[i]) <= limits.tau_max[i]:
+    limits, tau = K.limits, K.kinematics.tau
+    for at in range(0, len(limits.tau_max), WIDTH):
+        works = below(K.chain.n, at) & ~is_set(K.faults.code, at)
+        if any_of(works & ~(abs(several(tau, at)) <= several(limits.tau_max, at))):
             return False
     return True
 
@@ -98,8 +100,9 @@ def keeps_torque(K: Any) -> bool:
     Source: docs/theory/joint-limits.md, "Torque rows on demand".
     """
     state, qp, a = K.state, K.qp, K.scratch.impulse
-    for i in range(K.chain.n):
-        a[i] = qp.x[i] if state.level != VELOCITY else (qp.x[i] - state.v[i]) / state.dt
+    for at in range(0, len(state.v), WIDTH):
+        x = select(below(K.chain.n, at), several(qp.x, at), 0.0)
+        put(a, at, x if state.level != VELOCITY else (x - several(state.v, at)) / state.dt)
     if _is_within_guard(K, a):
         return True
     torque_bound(K, a)

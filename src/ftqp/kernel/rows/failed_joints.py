@@ -15,7 +15,8 @@ from ftqp.kernel.layout.enums import (
     VELOCITY,
 )
 from ftqp.kernel.maths.cholesky import factor, solve_factored
-from ftqp.kernel.maths.elementary import larger, select, smaller
+from ftqp.kernel.maths.elementary import any_of, larger, select, smaller
+from ftqp.kernel.maths.side_by_side import WIDTH, is_set
 
 
 @jit
@@ -25,6 +26,13 @@ def sort_joints(K: Any) -> None:
     ``order[:working]`` have a motor that obeys, ``order[:movable]`` can move at all; each part rises.
     """
     faults, n = K.faults, K.chain.n
+    if faults.working == n:
+        failed = is_set(faults.code, 0)
+        for at in range(WIDTH, len(faults.code), WIDTH):
+            failed = failed | is_set(faults.code, at)
+        if not any_of(failed):
+            faults.movable = n  # all work, as a tick ago
+            return
     count = 0
     for i in range(n):
         if faults.code[i] == HEALTHY:

@@ -15,10 +15,14 @@ from ftqp.kernel.layout.enums import (
     BY_FAULT,
     BY_POSITION,
     BY_VELOCITY,
+    HEALTHY,
     JIN,
     NO_LIMIT,
     ONE_STEP,
+    VIABILITY,
 )
+from ftqp.kernel.maths.elementary import larger, select, smaller
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, put_either, several
 
 AT_LIMIT = 1e-12
 """A joint this near its position limit [rad or m], on either side, stands at it: rounding does no more."""
@@ -191,18 +195,12 @@ def _jin_leaving(
 
 
 @jit
-def intervals(K: Any) -> None:
-    """lb <= x <= ub of every joint, and which limit set each end; a failed joint has no limits of its own."""
-    chain, limits, faults, state, qp = K.chain, K.limits, K.faults, K.state, K.qp
-    for k in range(faults.movable, chain.n):  # x_F is written by prescribed_motion
-        i = faults.order[k]
-        limits.lower_by[i] = limits.upper_by[i] = BY_FAULT
-    for k in range(faults.working, faults.movable):
-        i = faults.order[k]
-        qp.lb[i], qp.ub[i] = -inf, inf
-        limits.lower_by[i] = limits.upper_by[i] = NO_LIMIT
-    for k in range(faults.working):
-        i = faults.order[k]
+def _one_by_one(K: Any, first: int, last: int) -> None:
+    """The intervals of the joints that work among ``first`` .. ``last`` - 1, each looked at by itself."""
+    limits, state, qp = K.limits, K.state, K.qp
+    for i in range(first, last):
+        if K.faults.code[i] != HEALTHY:
+            continue
         v = state.v[i]
         hi, upper_by = _upper(K, i, v, limits.q_max[i] - state.q[i])
         lo, lower_by = _upper(K, i, -v, state.q[i] - limits.q_min[i])
@@ -215,3 +213,62 @@ def intervals(K: Any) -> None:
                 lo = hi = _least_bad(K, i, lo, hi)
         qp.lb[i], qp.ub[i] = lo, hi
         limits.lower_by[i], limits.upper_by[i] = lower_by, upper_by
+
+
+@jit
+def _far_accelerations(v: Any, d: Any, v_max: Any, a_max: Any, a_brake: Any, dt: float) -> Any:
+    """``viability`` of joints far from their position limits: bounds, where velocity sets them, where far."""
+    fast = (v_max - v) / dt
+    bound = smaller(a_max, fast)
+    after = v + dt * bound
+    far = (d >= 0.0) & (after >= 0.0) & (after * after <= 2.0 * a_brake * (d - 0.5 * dt * (v + after)))
+    return larger(bound, -a_max), fast < a_max, far
+
+
+@jit
+def _far_velocities(v: Any, d: Any, v_max: Any, a_max: Any, a_brake: Any, dt: float) -> Any:
+    """``braking`` of joints far from their position limits, likewise."""
+    most = v + dt * a_max
+    bound = smaller(most, v_max)
+    far = (bound >= 0.0) & (bound * bound <= 2.0 * a_brake * (d - 1.5 * dt * bound))
+    return larger(bound, v - dt * a_max), v_max < most, far
+
+
+@jit
+def _together(K: Any, at: int) -> bool:
+    """The intervals of the joints from ``at`` on, where all are far from position limits; else False."""
+    limits, state, qp = K.limits, K.state, K.qp
+    q, v, dt = several(state.q, at), several(state.v, at), state.dt
+    v_max = (1.0 - K.feedback.speed_margin) * several(limits.v_max, at)
+    a_max, a_brake = several(limits.a_max, at), several(limits.a_brake, at)
+    above, below_it = several(limits.q_max, at) - q, q - several(limits.q_min, at)
+    if state.level == ACCELERATION:
+        hi, fast, far = _far_accelerations(v, above, v_max, a_max, a_brake, dt)
+        lo, fast_back, far_back = _far_accelerations(-v, below_it, v_max, a_max, a_brake, dt)
+    else:
+        hi, fast, far = _far_velocities(v, above, v_max, a_max, a_brake, dt)
+        lo, fast_back, far_back = _far_velocities(-v, below_it, v_max, a_max, a_brake, dt)
+    held = is_set(K.faults.code, at)
+    if not all_of((far & far_back & (-lo <= hi)) | held):
+        return False
+    put(qp.lb, at, select(held, several(qp.lb, at), -lo))
+    put(qp.ub, at, select(held, several(qp.ub, at), hi))
+    put_either(limits.upper_by, at, fast, BY_VELOCITY, BY_ACCELERATION)
+    put_either(limits.lower_by, at, fast_back, BY_VELOCITY, BY_ACCELERATION)
+    return True
+
+
+@jit
+def intervals(K: Any) -> None:
+    """lb <= x <= ub of every joint, and which limit set each end; a failed joint has no limits of its own."""
+    chain, limits, faults, qp = K.chain, K.limits, K.faults, K.qp
+    for at in range(0, len(limits.q_max), WIDTH):
+        if limits.conversion != VIABILITY or not _together(K, at):
+            _one_by_one(K, at, min(at + WIDTH, chain.n))
+    for k in range(faults.movable, chain.n):  # x_F is written by prescribed_motion
+        i = faults.order[k]
+        limits.lower_by[i] = limits.upper_by[i] = BY_FAULT
+    for k in range(faults.working, faults.movable):
+        i = faults.order[k]
+        qp.lb[i], qp.ub[i] = -inf, inf
+        limits.lower_by[i] = limits.upper_by[i] = NO_LIMIT

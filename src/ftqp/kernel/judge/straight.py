@@ -1,0 +1,183 @@
+"""The QP of most ticks, where no limit holds: solved and judged in one pass, eight joints at once.
+
+    S lam = b - A x_free,  S = A H^-1 A' + diag(soft),  x = x_free + H^-1 A' lam,  x_free = -H^-1 g
+
+with H diagonal and joints that have failed fixed at their prescribed x. It is what the active set comes to
+when no bound enters; where one would, or a row depends on the others, the active set takes over.
+"""
+
+from math import inf, sqrt
+from typing import Any
+
+from ftqp.kernel.active_set.active_set import REFINEMENTS
+from ftqp.kernel.active_set.working_set import DEPENDENT, REFINE_FROM
+from ftqp.kernel.jit import jit
+from ftqp.kernel.maths.elementary import any_of, larger, select
+from ftqp.kernel.maths.side_by_side import WIDTH, below, is_set, largest_of, put, several, sum_of
+
+
+@jit
+def _minimise_free(K: Any) -> bool:
+    """H^-1, zero for a joint that has failed, and x_free; whether H > 0."""
+    qp, n = K.qp, K.chain.n
+    for at in range(0, len(K.state.q), WIDTH):
+        inside = below(n, at)
+        held = is_set(K.faults.code, at) | ~inside
+        H = select(held, 1.0, several(qp.H_diagonal, at))
+        if any_of(~(H > 0.0)):
+            return False
+        inverse = select(held, 0.0, 1.0 / H)
+        fixed = select(inside, several(qp.lb, at), 0.0)
+        put(qp.inverse, at, inverse)
+        put(qp.x_free, at, select(held, fixed, -several(qp.g, at) * inverse))
+    return True
+
+
+@jit
+def _pose_dual(K: Any) -> None:
+    """V = A H^-1, S and t = b - A x_free."""
+    qp, width = K.qp, len(K.state.q)
+    for k in range(qp.meq):
+        row, V, G = qp.A[k], qp.V[k], qp.G[k]
+        t = several(row, 0) * 0.0
+        for at in range(0, width, WIDTH):
+            a = several(row, at)
+            put(V, at, a * several(qp.inverse, at))
+            t = t + a * several(qp.x_free, at)
+        qp.t[k] = qp.b[k] - sum_of(t)
+        for j in range(k + 1):
+            other = qp.A[j]
+            s = several(V, 0) * several(other, 0)
+            for at in range(WIDTH, width, WIDTH):
+                s = s + several(V, at) * several(other, at)
+            G[j] = sum_of(s)
+        G[k] += qp.soft[k]
+
+
+@jit
+def _factor(qp: Any) -> bool:
+    """S = L D L', L with D^-1 on its diagonal; False where a row depends on those before it."""
+    for k in range(qp.meq):
+        G, L = qp.G[k], qp.L[k]
+        pivot = G[k]
+        for j in range(k):
+            s = G[j]
+            for i in range(j):
+                s -= G[i] * qp.L[j, i]
+            G[j] = s
+            L[j] = s * qp.L[j, j]
+            pivot -= s * L[j]
+        if not pivot > DEPENDENT * G[k]:
+            return False
+        L[k] = 1.0 / pivot
+    return True
+
+
+@jit
+def _solve(qp: Any, x: Any) -> None:
+    """x <- S^-1 x."""
+    m, L = qp.meq, qp.L
+    for k in range(1, m):
+        s = x[k]
+        for j in range(k):
+            s -= L[k, j] * x[j]
+        x[k] = s
+    for k in range(m - 1, -1, -1):
+        s = x[k] * L[k, k]
+        for j in range(k + 1, m):
+            s -= L[j, k] * x[j]
+        x[k] = s
+
+
+@jit
+def _add(K: Any, x: Any, lam: Any) -> None:
+    """qp.x <- x + H^-1 A' lam."""
+    qp = K.qp
+    for at in range(0, len(K.state.q), WIDTH):
+        s = several(x, at)
+        for k in range(qp.meq):
+            s = s + lam[k] * several(qp.V[k], at)
+        put(qp.x, at, s)
+
+
+@jit
+def _left(K: Any) -> float:
+    """What is left of A x + soft lam = b into ``lam_new``, the slack, and the largest of what is left."""
+    task, qp = K.task, K.qp
+    worst = size = 0.0
+    for k in range(qp.meq):
+        row = qp.A[k]
+        t = several(row, 0) * several(qp.x, 0)
+        for at in range(WIDTH, len(K.state.q), WIDTH):
+            t = t + several(row, at) * several(qp.x, at)
+        s = sum_of(t)
+        task.slack[k] = s - task.asked[k]
+        r = qp.b[k] - s - qp.soft[k] * qp.lam[k]
+        qp.lam_new[k] = r
+        worst, size = max(worst, abs(r)), max(size, abs(qp.b[k]))
+    K.ladder.residual_task = worst / (1.0 + size)
+    return worst
+
+
+@jit
+def _is_optimal(K: Any) -> bool:
+    """Whether x is within its bounds and every residual small; multipliers of the joints that are held."""
+    faults, ladder, qp = K.faults, K.ladder, K.qp
+    worst = size = several(qp.x, 0) * 0.0
+    for at in range(0, len(K.state.q), WIDTH):
+        inside, failed = below(K.chain.n, at), is_set(faults.code, at)
+        x, g = several(qp.x, at), several(qp.g, at)
+        fits = (several(qp.lb, at) <= x) & (x <= several(qp.ub, at)) & (abs(x) < inf)
+        if any_of(inside & ~fits):
+            return False
+        s = several(qp.H_diagonal, at) * x
+        r, squares = g + s, g * g + s * s
+        for k in range(qp.meq):
+            s = qp.lam[k] * several(qp.A[k], at)
+            r, squares = r - s, squares + s * s
+        worst = larger(worst, select(inside & ~failed, abs(r), 0.0))
+        size = size + select(inside, squares, 0.0)
+        put(qp.z_box, at, select(inside & failed, -r, 0.0))
+    total = sum_of(size)
+    ladder.residual_bounds = 0.0
+    ladder.residual_dual = largest_of(worst) / (1.0 + sqrt(total))
+    return bool(
+        total < inf and ladder.residual_task <= ladder.accept and ladder.residual_dual <= ladder.accept
+    )
+
+
+@jit
+def straight(K: Any) -> bool:
+    """Whether the QP is solved without a limit: x, multipliers, residuals and slack are then there.
+
+    It takes a QP whose last answer had no limit either, without rows of C, criteria that couple joints, or
+    variables beside the joints. Else, and where it is False, nothing but scratch memory has changed.
+    """
+    ladder, qp = K.ladder, K.qp
+    if qp.warm > 0 or qp.dense or qp.nc > 0 or qp.nx != K.chain.n or qp.meq == 0 or ladder.external:
+        return False
+    if K.faults.movable > K.faults.working or not _minimise_free(K):
+        return False
+    _pose_dual(K)
+    if not _factor(qp):
+        return False
+    m = qp.meq
+    for k in range(m):
+        qp.lam[k] = qp.t[k]
+    _solve(qp, qp.lam)
+    _add(K, qp.x_free, qp.lam)
+    worst = _left(K)
+    for _ in range(REFINEMENTS):
+        if not worst > REFINE_FROM:
+            break
+        _solve(qp, qp.lam_new)
+        for k in range(m):
+            qp.lam[k] += qp.lam_new[k]
+        _add(K, qp.x, qp.lam_new)
+        worst = _left(K)
+    if not _is_optimal(K):
+        return False
+    for k in range(m):
+        qp.y[k] = -qp.lam[k]
+    qp.iterations = 1
+    return True

@@ -1,0 +1,137 @@
+"""The QP without limits, solved in one pass: the active set's answer, or none."""
+
+import numpy as np
+import pytest
+from records import believe, empty_record
+
+from ftqp.kernel.active_set.active_set import active_set
+from ftqp.kernel.judge.straight import straight
+from ftqp.kernel.judge.verdict import judge
+from ftqp.kernel.layout import enums as codes
+from ftqp.kernel.layout.enums import JOINTS
+
+SIZES = ((2, 2, 8), (7, 6, 8), (8, 5, 8), (12, 6, JOINTS), (30, 6, JOINTS), (32, 3, JOINTS))
+
+
+def posed(seed=0, n=7, m=6, capacity=8, held=(), soft=1e-7, wide=1e3):
+    """A record whose QP has a diagonal H and bounds far away; joints ``held`` are fixed at their x."""
+    rng = np.random.default_rng(seed)
+    K = empty_record(capacity)
+    K.chain.n, K.ladder.accept, K.qp.tolerance, K.qp.max_iterations = n, 1e-6, 1e-9, 100
+    K.qp.nx, K.qp.meq, K.task.m, K.ladder.stage = n, m, m, codes.MAIN_STAGE
+    believe(K, dict.fromkeys(held, codes.LOCKED))
+    qp = K.qp
+    qp.H_diagonal[:n], qp.g[:n] = rng.uniform(0.1, 10.0, n), rng.normal(size=n)
+    qp.A[:m, :n], qp.b[:m], qp.soft[:m] = rng.normal(size=(m, n)), rng.normal(size=m), soft
+    qp.lb[:n], qp.ub[:n] = -wide, wide
+    for i in held:
+        qp.lb[i] = qp.ub[i] = rng.normal()
+    K.task.asked[:m] = qp.b[:m] + 0.25
+    # what an earlier tick of another task may have left behind the last joint
+    if n < len(qp.g):
+        qp.g[n], qp.H_diagonal[n], qp.lb[n], qp.ub[n], qp.A[:m, n] = -7.0, 5.0, 2.0, 3.0, 4.0
+    return K
+
+
+def answer(K):
+    n, m = K.chain.n, K.task.m
+    return {name: getattr(K.qp, name)[:size].copy() for name, size in (("x", n), ("y", m), ("z_box", n))}
+
+
+@pytest.mark.parametrize(("n", "m", "capacity"), SIZES)
+@pytest.mark.parametrize("soft", [0.0, 1e-8, 1e-2])
+@pytest.mark.parametrize("failed", [0, 1])
+def test_it_is_the_active_sets_answer(n, m, capacity, soft, failed):
+    held = (n // 2,) if failed and n > m else ()
+    ours, theirs = (posed(n, n, m, capacity, held, soft) for _ in range(2))
+    assert straight(ours)
+    assert active_set(theirs.qp) == codes.SOLVED and judge(theirs)
+    for name, value in answer(ours).items():
+        expected = answer(theirs)[name]
+        assert value == pytest.approx(expected, rel=1e-9, abs=1e-9 * (1.0 + np.abs(expected).max())), name
+    assert ours.task.slack[:m] == pytest.approx(theirs.task.slack[:m], abs=1e-10)
+    assert ours.ladder.residual_task < 1e-10 and ours.ladder.residual_dual < 1e-10
+    assert ours.qp.iterations == 1 and ours.qp.warm == 0
+
+
+@pytest.mark.parametrize("held", [(), (3,), (0, 6)])
+def test_it_meets_the_conditions_of_optimality(held):
+    K = posed(5, held=held, soft=1e-6)
+    assert straight(K)
+    n, m, qp = 7, 6, K.qp
+    A, x, y = qp.A[:m, :n], qp.x[:n], qp.y[:m]
+    assert A @ x - qp.soft[:m] * y == pytest.approx(qp.b[:m], abs=1e-11)
+    left = qp.H_diagonal[:n] * x + qp.g[:n] + A.T @ y + qp.z_box[:n]
+    assert np.abs(left).max() < 1e-9 * (1.0 + np.abs(A.T @ y).max())
+    assert set(np.flatnonzero(qp.z_box[:n])) == set(held)
+    assert np.all(x[list(held)] == qp.lb[list(held)])
+
+
+@pytest.mark.parametrize("side", ["lb", "ub"])
+@pytest.mark.parametrize("joint", [0, 6])
+def test_a_bound_that_would_hold_is_left_to_the_active_set(side, joint):
+    K = posed(1)
+    assert straight(K)
+    x = K.qp.x[joint]
+    getattr(K.qp, side)[joint] = x + (1e-3 if side == "lb" else -1e-3)
+    untouched = posed(1)
+    getattr(untouched.qp, side)[joint] = getattr(K.qp, side)[joint]
+    assert not straight(K)
+    assert active_set(K.qp) == codes.SOLVED and active_set(untouched.qp) == codes.SOLVED
+    for name, value in answer(K).items():
+        assert np.array_equal(value, answer(untouched)[name]), name
+    assert K.qp.warm > 0 and not straight(K), "a limit that held is looked at first"
+
+
+@pytest.mark.parametrize(
+    ("field", "index", "value"),
+    [
+        ("b", 2, np.nan),
+        ("b", 2, np.inf),
+        ("A", (1, 3), np.nan),
+        ("g", 4, np.nan),
+        ("g", 4, -np.inf),
+        ("H_diagonal", 1, 0.0),
+        ("H_diagonal", 1, -1.0),
+        ("H_diagonal", 1, np.nan),
+        ("lb", 5, np.nan),
+        ("ub", 5, np.nan),
+        ("ub", 0, -2e3),
+        ("soft", 0, np.nan),
+    ],
+)
+def test_what_has_no_answer_gets_none(field, index, value):
+    K = posed(2)
+    getattr(K.qp, field)[index] = value
+    assert not straight(K)
+
+
+def test_hard_rows_that_depend_on_each_other_are_left_to_the_active_set():
+    K = posed(3, m=3, soft=0.0)
+    K.qp.A[2] = K.qp.A[0] + K.qp.A[1]
+    assert not straight(K)
+
+
+@pytest.mark.parametrize(
+    ("room", "field", "value"),
+    [
+        ("qp", "dense", 1),
+        ("qp", "nc", 1),
+        ("qp", "nx", 8),
+        ("qp", "warm", 1),
+        ("qp", "meq", 0),
+        ("ladder", "external", 1),
+        ("faults", "movable", 8),
+    ],
+)
+def test_other_qps_are_not_taken(room, field, value):
+    K = posed(4)
+    setattr(getattr(K, room), field, value)
+    assert not straight(K)
+
+
+def test_an_answer_that_is_not_good_enough_is_not_taken():
+    K = posed(6)
+    assert straight(K)
+    K.ladder.accept = 0.0
+    assert not straight(K)
