@@ -22,6 +22,9 @@ def frames(K: Any) -> None:
     """The same from the sines and cosines of the joints."""
     chain, state, kinematics = K.chain, K.state, K.kinematics
     n = chain.n
+    # the frame before, in registers; at first that of the base
+    x0 = y1 = z2 = 1.0
+    x1 = x2 = y0 = y2 = z0 = z1 = o0 = o1 = o2 = 0.0
     for i in range(n):
         P = chain.rotation[i]
         s, c = kinematics.sine[i], kinematics.cosine[i]
@@ -29,45 +32,40 @@ def frames(K: Any) -> None:
         L0, L1, L3, L4 = c * P[0] + s * P[1], c * P[1] - s * P[0], c * P[3] + s * P[4], c * P[4] - s * P[3]
         L6, L7 = c * P[6] + s * P[7], c * P[7] - s * P[6]
         L2, L5, L8 = P[2], P[5], P[8]
-        R = kinematics.R[i]
-        if i == 0:
-            R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8] = L0, L1, L2, L3, L4, L5, L6, L7, L8
-            for r in range(3):
-                kinematics.o[0, r] = chain.translation[0, r]
-        else:
-            B = kinematics.R[i - 1]
-            t0, t1, t2 = chain.translation[i, 0], chain.translation[i, 1], chain.translation[i, 2]
-            for r in range(3):
-                x, y, z = B[3 * r], B[3 * r + 1], B[3 * r + 2]
-                R[3 * r] = x * L0 + y * L3 + z * L6
-                R[3 * r + 1] = x * L1 + y * L4 + z * L7
-                R[3 * r + 2] = x * L2 + y * L5 + z * L8
-                kinematics.o[i, r] = kinematics.o[i - 1, r] + x * t0 + y * t1 + z * t2
-        for r in range(3):
-            kinematics.axis_w[i, r] = R[3 * r + 2]
+        t0, t1, t2 = chain.translation[i, 0], chain.translation[i, 1], chain.translation[i, 2]
+        o0 = o0 + x0 * t0 + x1 * t1 + x2 * t2
+        o1 = o1 + y0 * t0 + y1 * t1 + y2 * t2
+        o2 = o2 + z0 * t0 + z1 * t1 + z2 * t2
+        x0, x1, x2 = x0 * L0 + x1 * L3 + x2 * L6, x0 * L1 + x1 * L4 + x2 * L7, x0 * L2 + x1 * L5 + x2 * L8
+        y0, y1, y2 = y0 * L0 + y1 * L3 + y2 * L6, y0 * L1 + y1 * L4 + y2 * L7, y0 * L2 + y1 * L5 + y2 * L8
+        z0, z1, z2 = z0 * L0 + z1 * L3 + z2 * L6, z0 * L1 + z1 * L4 + z2 * L7, z0 * L2 + z1 * L5 + z2 * L8
         if chain.prismatic[i]:
-            for r in range(3):
-                kinematics.o[i, r] += state.q[i] * R[3 * r + 2]
-    B = kinematics.R[n - 1]
-    P = chain.tip_rotation
+            o0, o1, o2 = o0 + state.q[i] * x2, o1 + state.q[i] * y2, o2 + state.q[i] * z2
+        R, o, axis = kinematics.R[i], kinematics.o[i], kinematics.axis_w[i]
+        R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8] = x0, x1, x2, y0, y1, y2, z0, z1, z2
+        o[0], o[1], o[2] = o0, o1, o2
+        axis[0], axis[1], axis[2] = x2, y2, z2
+    P, R = chain.tip_rotation, kinematics.R_tip
     t0, t1, t2 = chain.tip_translation[0], chain.tip_translation[1], chain.tip_translation[2]
-    for r in range(3):
-        a, b, c = B[3 * r], B[3 * r + 1], B[3 * r + 2]
-        for j in range(3):
-            kinematics.R_tip[3 * r + j] = a * P[j] + b * P[3 + j] + c * P[6 + j]
-        kinematics.o_tip[r] = kinematics.o[n - 1, r] + a * t0 + b * t1 + c * t2
-    p0, p1, p2 = kinematics.o_tip[0], kinematics.o_tip[1], kinematics.o_tip[2]
+    for k in range(3):
+        R[k] = x0 * P[k] + x1 * P[3 + k] + x2 * P[6 + k]
+        R[3 + k] = y0 * P[k] + y1 * P[3 + k] + y2 * P[6 + k]
+        R[6 + k] = z0 * P[k] + z1 * P[3 + k] + z2 * P[6 + k]
+    p0 = o0 + x0 * t0 + x1 * t1 + x2 * t2
+    p1 = o1 + y0 * t0 + y1 * t1 + y2 * t2
+    p2 = o2 + z0 * t0 + z1 * t1 + z2 * t2
+    kinematics.o_tip[0], kinematics.o_tip[1], kinematics.o_tip[2] = p0, p1, p2
     J = kinematics.J
     for i in range(n):
-        z0, z1, z2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
+        a0, a1, a2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
         if chain.prismatic[i]:
-            J[0, i], J[1, i], J[2, i] = z0, z1, z2
+            J[0, i], J[1, i], J[2, i] = a0, a1, a2
             J[3, i], J[4, i], J[5, i] = 0.0, 0.0, 0.0
         else:
             J[0, i], J[1, i], J[2, i] = cross(
-                z0, z1, z2, p0 - kinematics.o[i, 0], p1 - kinematics.o[i, 1], p2 - kinematics.o[i, 2]
+                a0, a1, a2, p0 - kinematics.o[i, 0], p1 - kinematics.o[i, 1], p2 - kinematics.o[i, 2]
             )
-            J[3, i], J[4, i], J[5, i] = z0, z1, z2
+            J[3, i], J[4, i], J[5, i] = a0, a1, a2
 
 
 @jit

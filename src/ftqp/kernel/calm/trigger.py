@@ -7,7 +7,18 @@ from ftqp.kernel.calm.curvature import weigh_rows
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.maths.cholesky import factor
 from ftqp.kernel.maths.eigenvalues import extreme_eigenvalues
-from ftqp.kernel.maths.elementary import smaller, sqrt
+from ftqp.kernel.maths.elementary import select, smaller, sqrt
+from ftqp.kernel.maths.side_by_side import (
+    WIDTH,
+    all_of,
+    below,
+    block,
+    is_set,
+    numbers,
+    several,
+    sum_of,
+    total,
+)
 
 NEAR = 0.01
 """A joint so near to its position limit [rad; times the characteristic length m] may be pressed on it."""
@@ -63,10 +74,11 @@ def largest_curvature(K: Any) -> Any:
     measure bends: n L^2 |e_r|^2/8 at most, of the tool axis n L^2 |e_r| (1 + |e_r|).
     """
     task, J, n = K.task, K.kinematics.J, K.chain.n
-    way = J[0, 0] * J[0, 0] + J[1, 0] * J[1, 0] + J[2, 0] * J[2, 0]
-    for j in range(1, n):
-        way = way + (j + 1) * (J[0, j] * J[0, j] + J[1, j] * J[1, j] + J[2, j] * J[2, j])
-    linear = task.position_error / task.yielding[0] * sqrt(2.0 * way)
+    ways = 0.0
+    for at in range(0, n, block(J[0])):
+        x, y, z = several(J[0], at), several(J[1], at), several(J[2], at)
+        ways = ways + (1.0 + numbers(J[0], at)) * (x * x + y * y + z * z)
+    linear = task.position_error / task.yielding[0] * sqrt(2.0 * total(J[0], ways))
     weight, angle = task.length * task.length / task.yielding[3], task.rotation_error
     own = angle * (1.0 + angle) if task.tool_rows else 0.125 * angle * angle
     return linear + weight * (0.5 * angle * sqrt(1.0 * n * (n + 1)) + n * own)
@@ -79,12 +91,13 @@ def _moved(K: Any) -> float:
     if calm.seen_working != faults.working:
         return inf
     moved = 0.0
-    for k in range(faults.working):
-        i = faults.order[k]
-        step = abs(state.q[i] - calm.q_seen[i]) / unit_of(K, i)
-        if not step < STEP:
+    for at in range(0, len(state.q), WIDTH):
+        unit = select(is_set(K.chain.prismatic, at), K.task.length, 1.0)
+        step = abs(several(state.q, at) - several(calm.q_seen, at)) / unit
+        step = select(below(K.chain.n, at) & ~is_set(faults.code, at), step, 0.0)
+        if not all_of(step < STEP):
             return inf
-        moved += step
+        moved += sum_of(step)
     return moved
 
 

@@ -141,5 +141,7 @@ def correct(K: Any) -> None:
 @jit
 def displace(K: Any) -> None:
     """The task's error becomes that to the displaced target."""
+    if not K.feedback.displaced:
+        return
     for k in range(6):
         K.task.error[k] += K.feedback.c[k]

@@ -9,6 +9,8 @@ from ftqp.kernel.layout.enums import (
     TARGET_ACCELERATION,
     TARGET_TWIST,
 )
+from ftqp.kernel.maths.elementary import select
+from ftqp.kernel.maths.side_by_side import WIDTH, below, block, put, several, sum_of, total, within
 
 TIP_BRAKE_STEPS = 20.0
 """Scaled mode: scale 0 brakes the tip along its own direction with the time constant TIP_BRAKE_STEPS dt."""
@@ -52,8 +54,8 @@ def task_rows(K: Any, kp: float) -> None:
         row = qp.A[k]
         if c < 3 or not task.tool_rows:
             J = kinematics.J[c]
-            for i in range(n):
-                row[i] = w * J[i]
+            for at in range(0, n, block(row)):
+                put(row, at, w * several(J, at))
         else:
             a = c - 3
             t0 = (
@@ -71,14 +73,18 @@ def task_rows(K: Any, kp: float) -> None:
                 + kinematics.R_tip[7] * task.axis[3 + a]
                 + kinematics.R_tip[8] * task.axis[6 + a]
             )
-            for i in range(n):
-                row[i] = w * (t0 * kinematics.J[3, i] + t1 * kinematics.J[4, i] + t2 * kinematics.J[5, i])
+            J = kinematics.J
+            for at in range(0, n, block(row)):
+                s = t0 * several(J[3], at) + t1 * several(J[4], at) + t2 * several(J[5], at)
+                put(row, at, w * s)
         e = w * component_of(K, c, 0, task.error)
         rate = w * component_of(K, c, TARGET_TWIST, task.target)
         moving = drift = 0.0
         if state.level == ACCELERATION:
-            for i in range(n):
-                moving += row[i] * state.v[i]
+            moves = 0.0
+            for at in range(0, n, block(row)):
+                moves = moves + several(row, at) * several(state.v, at)
+            moving = total(row, moves)
             drift = w * component_of(K, c, 0, kinematics.drift)
             b = (
                 w * component_of(K, c, TARGET_ACCELERATION, task.target)
@@ -108,13 +114,19 @@ def compliance(K: Any, ratio: float) -> None:
     """
     chain, task, turned, qp = K.chain, K.task, K.turned, K.qp
     trace = 0.0
-    for i in range(chain.n):
-        trace += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
-    norm = 0.0
-    for k in range(qp.meq):
+    if qp.dense:
         for i in range(chain.n):
-            norm += qp.A[k, i] * qp.A[k, i]
-    soft = ratio * norm / (max(qp.meq, 1) * trace) + 1e-300
+            trace += qp.H[i, i]
+    else:
+        for at in range(0, chain.n, WIDTH):
+            trace += sum_of(select(below(chain.n, at), several(qp.H_diagonal, at), 0.0))
+    squares = 0.0
+    for at in range(0, chain.n, block(qp.g)):
+        inside = within(qp.g, chain.n, at)
+        for k in range(qp.meq):
+            a = select(inside, several(qp.A[k], at), 0.0)
+            squares = squares + a * a
+    soft = ratio * total(qp.g, squares) / (max(qp.meq, 1) * trace) + 1e-300
     for k in range(qp.meq):
         qp.soft[k] = (
             soft + turned.softness[k] * chain.n / trace if turned.on else soft * task.yielding[task.rows[k]]

@@ -1,6 +1,6 @@
 """What a caller hands to a tick, copied into the record and looked at: nothing of it is remembered."""
 
-from math import atan2, pi
+from math import atan2, inf, pi
 from typing import Any
 
 from ftqp.kernel.compiled.taking import take
@@ -16,6 +16,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.rotation import is_rotation
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, several
 
 MOST_ROWS = 1 << 40
 """More rows of targets than any memory holds, few enough that their numbers can be counted."""
@@ -91,11 +92,13 @@ def accept_state(K: Any, nq: int) -> None:
 def target_is_usable(K: Any) -> bool:
     """Whether the target is finite and the rotation of its pose, if it has one, is one.
 
-    Number by number: fast math may fold a sum of x - x into zero, NaN or not.
+    |x| < inf of each: fast math may fold a sum of x - x into zero, NaN or not.
     """
+    target = K.task.target
     good = True
-    for k in range(TARGET_HAS_ROTATION):
-        good = good and is_finite(K.task.target[k])
+    for at in range(0, TARGET_HAS_ROTATION, WIDTH):
+        here = several(target, min(at, TARGET_HAS_ROTATION - WIDTH))
+        good = good and all_of(abs(here) < inf)
     if good and K.task.target[TARGET_HAS_ROTATION] > 0.0:
         return is_rotation(K.task.target)
     return good
@@ -105,11 +108,12 @@ def target_is_usable(K: Any) -> bool:
 def state_is_finite(K: Any) -> bool:
     """Whether the measured state is finite; a q or v that is not gives way to the last command."""
     state = K.state
-    n, good = K.chain.n, state.unusable == 0
-    for i in range(n):
-        good = good and is_finite(state.q[i]) and is_finite(state.v[i])
+    good = state.unusable == 0
+    for at in range(0, len(state.q), WIDTH):
+        finite = (abs(several(state.q, at)) < inf) & (abs(several(state.v, at)) < inf)
+        good = good and all_of(finite)
     if not good:
-        for i in range(n):
+        for i in range(K.chain.n):
             state.q[i] = state.q_command[i]
             state.v[i] = state.v_command[i]
     return good

@@ -59,8 +59,10 @@ SCALE_STAGE_RATIO = 1e-7
 @jit
 def _emergency(K: Any) -> bool:
     """Latch when the reference's error is beyond its threshold and has risen on ``stop_samples`` ticks."""
-    watch = K.watch
-    e, r = norms(K, K.task.error)
+    watch, feedback, task = K.watch, K.feedback, K.task
+    e, r = task.position_error, task.rotation_error
+    if feedback.displaced or feedback.late > 0.0 or feedback.latency > 0:
+        e, r = norms(K, task.error)
     beyond = (e > watch.stop_position and e > watch.last_position_error) or (
         r > watch.stop_rotation and r > watch.last_rotation_error
     )

@@ -1,4 +1,7 @@
-"""Eight neighbours of an array of a record as ``Lanes``: what one arm's joints have in common, at once."""
+"""Eight neighbours of an array of a record as ``Lanes``: what one arm's joints have in common, at once.
+
+An array of a lane record has eight arms a joint already: there the same functions take one joint at a time.
+"""
 
 from typing import Any
 
@@ -9,6 +12,7 @@ from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from ftqp.kernel.compiled.making.lane_numbers import BIT, DOUBLE, LONG, LanesType, MaskType
+from ftqp.kernel.compiled.making.lane_records import LaneArrayType, load_lanes, store_lanes
 
 WIDTH = 8
 """Joints side by side: a vector register of AVX-512; of smaller ones the compiler takes several."""
@@ -28,9 +32,44 @@ def _is_row(kind: Any, dtype: Any) -> bool:
     return isinstance(kind, types.Array) and kind.ndim == 1 and kind.layout == "C" and kind.dtype == dtype
 
 
+def _is_row_of_lanes(kind: Any) -> bool:
+    return isinstance(kind, LaneArrayType) and len(kind.shape) == 1
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def block(context: Any, array: Any) -> Any:
+    """How many joints a block of an array holds: eight, or one of eight arms."""
+    width = 1 if _is_row_of_lanes(array) else WIDTH
+    return types.intp(array), lambda _context, _builder, _signature, _arguments: LONG(width)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def within(context: Any, array: Any, count: Any, at: Any) -> Any:
+    """Which joints of a block of an array are below a count; a block of lanes is one joint, and is."""
+    if _is_row_of_lanes(array):
+        return types.boolean(array, types.int64, types.int64), lambda *_: ir.IntType(1)(1)
+    return MaskType(WIDTH)(array, types.int64, types.int64), lambda context, builder, _sig, given: _below(
+        builder, *given[1:]
+    )
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def total(context: Any, array: Any, lanes: Any) -> Any:
+    """The sum over the joints of sums over blocks of an array: a number, of lanes one an arm."""
+    if _is_row_of_lanes(array):
+        return lanes(array, lanes), lambda _context, _builder, _signature, arguments: arguments[1]
+
+    def code(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return _folded(builder, arguments[1], builder.fadd)
+
+    return types.float64(array, lanes), code
+
+
 @intrinsic  # type: ignore[untyped-decorator]
 def several(context: Any, array: Any, at: Any) -> Any:
-    """Eight numbers of a one-dimensional array of float64, from ``at`` on."""
+    """Eight numbers of a one-dimensional array of float64, from ``at`` on; of lanes, those at ``at``."""
+    if _is_row_of_lanes(array):
+        return LanesType(array.width)(array, types.intp), load_lanes
     if not _is_row(array, types.float64):
         return None
 
@@ -42,7 +81,9 @@ def several(context: Any, array: Any, at: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def put(context: Any, array: Any, at: Any, lanes: Any) -> Any:
-    """Write eight numbers into a one-dimensional array of float64, from ``at`` on."""
+    """Write eight numbers into a one-dimensional array of float64, from ``at`` on; of lanes, at ``at``."""
+    if _is_row_of_lanes(array):
+        return types.none(array, types.intp, LanesType(array.width)), store_lanes
     if not _is_row(array, types.float64):
         return None
 
@@ -94,21 +135,31 @@ def below(context: Any, count: Any, at: Any) -> Any:
     """Which of the indices at .. at + 7 are below a count."""
 
     def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        left = _everywhere(builder, builder.sub(*arguments), _LONGS)
-        return builder.icmp_signed("<", ir.Constant(_LONGS, _PLACES), left)
+        return _below(builder, *arguments)
 
     return MaskType(WIDTH)(types.int64, types.int64), code
 
 
+def _numbered(builder: Any, at: Any) -> Any:
+    first = _everywhere(builder, builder.sitofp(at, DOUBLE), _DOUBLES)
+    return builder.fadd(first, ir.Constant(_DOUBLES, [DOUBLE(float(k)) for k in range(WIDTH)]))
+
+
 @intrinsic  # type: ignore[untyped-decorator]
-def places(context: Any, at: Any) -> Any:
-    """The indices at .. at + 7 as numbers."""
+def numbers(context: Any, array: Any, at: Any) -> Any:
+    """The indices of the joints of a block of an array."""
+    if _is_row_of_lanes(array):
+        return types.float64(array, types.int64), lambda _context, builder, _signature, given: builder.sitofp(
+            given[1], DOUBLE
+        )
+    return LanesType(WIDTH)(array, types.int64), lambda _context, builder, _signature, given: _numbered(
+        builder, given[1]
+    )
 
-    def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        first = _everywhere(builder, builder.sitofp(arguments[0], DOUBLE), _DOUBLES)
-        return builder.fadd(first, ir.Constant(_DOUBLES, [DOUBLE(float(k)) for k in range(WIDTH)]))
 
-    return LanesType(WIDTH)(types.int64), code
+def _below(builder: Any, count: Any, at: Any) -> Any:
+    left = _everywhere(builder, builder.sub(count, at), _LONGS)
+    return builder.icmp_signed("<", ir.Constant(_LONGS, _PLACES), left)
 
 
 def _folded(builder: Any, value: Any, fold: Any) -> Any:

@@ -146,6 +146,17 @@ def _set_item(context: Any, builder: Any, sig: Any, values: Any) -> Any:
     return context.get_dummy_value()
 
 
+def load_lanes(context: Any, builder: Any, sig: Any, values: Any) -> Any:
+    """Code of an intrinsic of an array of lanes and an index: the lanes there."""
+    return _load(builder, _address(context, builder, *sig.args[:2], *values[:2]), sig.args[0].width)
+
+
+def store_lanes(context: Any, builder: Any, sig: Any, values: Any) -> Any:
+    """Code of an intrinsic of an array of lanes, an index and lanes, which go there."""
+    _store(builder, values[2], _address(context, builder, *sig.args[:2], *values[:2]), sig.args[0].width)
+    return context.get_dummy_value()
+
+
 for _index in (types.Integer, types.BaseTuple):
     lower_builtin(operator.getitem, LaneArrayType, _index)(_get_item)
     lower_builtin(operator.setitem, LaneArrayType, _index, LanesType)(_set_item)
