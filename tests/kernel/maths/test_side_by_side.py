@@ -12,7 +12,7 @@ from ftqp.kernel.maths.side_by_side import (
     below,
     is_set,
     largest_of,
-    places,
+    numbers,
     put,
     put_either,
     several,
@@ -31,7 +31,7 @@ def write(array, at, source, first):
 @jit
 def arithmetic(array, at, out):
     x = several(array, at)
-    put(out, 0, select(x > 0.0, larger(x, 3.0), smaller(-x, 1.0)) + places(at) * sqrt(abs(x)))
+    put(out, 0, select(x > 0.0, larger(x, 3.0), smaller(-x, 1.0)) + numbers(array, at) * sqrt(abs(x)))
 
 
 @jit
@@ -112,5 +112,5 @@ def test_plain_python_has_the_same_functions():
     side._put_either(whole, 0, side._is_set(CODES, 0), 1, 2)
     assert out[0] == 99.0 and list(whole) == [2, 1, 2, 1, 2, 2, 1, 2]
     assert list(side._below(10, 8)) == [True] * 2 + [False] * 6
-    assert list(side._places(8)) == list(range(8, 16))
+    assert list(side._numbers(VALUES, 8)) == list(range(8, 16))
     assert side._sum_of(np.ones(WIDTH)) == WIDTH and side._largest_of(VALUES[:8]) == 1e300
