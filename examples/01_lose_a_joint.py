@@ -26,9 +26,7 @@ worst = moved = 0.0
 for k, t in enumerate(times):
     if k == len(times) // 2:
         planner.report(ftqp.Locked("panda_joint3"))
-    target.pose[:], target.twist[:] = sample.pose[k], sample.twist[k]
-    target.acceleration[:] = sample.acceleration[k]
-    step = planner.step(q, v, target)
+    step = planner.step(q, v, target.at(sample.pose[k], sample.twist[k], sample.acceleration[k]))
     worst = max(worst, step.position_error)
     if t > 3.0:
         moved = max(moved, abs(step.v[2]))

@@ -28,9 +28,7 @@ def final_configuration(backend):
     for k in range(len(times)):
         if k == len(times) // 2:
             planner.report(ftqp.Locked("panda_joint3"))
-        target.pose[:], target.twist[:] = sample.pose[k], sample.twist[k]
-        target.acceleration[:] = sample.acceleration[k]
-        step = planner.step(q, v, target)
+        step = planner.step(q, v, target.at(sample.pose[k], sample.twist[k], sample.acceleration[k]))
         q, v = step.q.copy(), step.v.copy()
     return q
 

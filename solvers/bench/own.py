@@ -111,15 +111,11 @@ def driven(
 
     def step_to_pose(k: int) -> None:
         nonlocal out
-        target.pose[:] = poses[k]
-        out = planner.step(given_q, given_v, target)
+        out = planner.step(given_q, given_v, target.at(poses[k]))
 
     def step_along(k: int) -> None:
         nonlocal out
-        target.pose[:] = poses[k]
-        target.twist[:] = twists[k]
-        target.acceleration[:] = accelerations[k]
-        out = planner.step(given_q, given_v, target)
+        out = planner.step(given_q, given_v, target.at(poses[k], twists[k], accelerations[k]))
 
     def measure() -> None:
         nonlocal given_q, given_v

@@ -64,8 +64,9 @@ def testnotice_names_the_remedy():
 )
 def test_planner_compiles_the_step_that_it_uses_and_no_other(panda, asked, options, entries):
     ftqp.Planner(panda, level="velocity", **options)
-    steps = {name for names, _, _ in asked for name in names} - {"inverse_dynamics"}
-    assert steps == set(entries) and {capacity for _, capacity, _ in asked} == {8}
+    found = {(name, capacity) for names, capacity, _ in asked for name in names}
+    always = {("inverse_dynamics", 8), ("write_target", ANY_SIZE)}
+    assert found - always == {(name, 8) for name in entries}
 
 
 def test_step_compiles_torques_when_they_are_read_and_measures_need_nothing(panda, asked):
@@ -82,9 +83,9 @@ class TestAhead:
 
     @pytest.mark.parametrize(("joints", "capacity"), [(1, 8), (7, 8), (8, 8), (9, 16), (17, 32), (32, 32)])
     def test_common_planners_of_one_class_of_arms(self, joints, capacity):
-        wanted = first_use.ahead(joints)
-        assert {name for name, _ in wanted} == set(first_use.COMMON) <= set(ENTRIES)
-        assert {size for _, size in wanted} == {capacity}
+        wanted = set(first_use.ahead(joints))
+        of_arms = {(name, capacity) for name in first_use.COMMON}
+        assert wanted == {("write_target", ANY_SIZE), *of_arms} and set(first_use.COMMON) <= set(ENTRIES)
 
     def test_everything_is_every_entry_once_a_class(self):
         wanted = first_use.ahead(None)
@@ -93,7 +94,10 @@ class TestAhead:
         for name in ENTRIES:
             sizes = {size for other, size in wanted if other == name}
             assert sizes == ({ANY_SIZE} if name in first_use.ALONE else set(CAPACITIES))
-        assert set(first_use.ALONE) == {"solve_qp", "kkt", "solve_network", "solve_network_batch"}
+        assert set(first_use.ALONE) == {
+            *("solve_qp", "kkt", "solve_network", "solve_network_batch"),
+            "write_target",
+        }
 
     @pytest.mark.parametrize(
         ("joints", "sentence"),

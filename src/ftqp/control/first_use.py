@@ -13,7 +13,10 @@ from ftqp.kernel.layout.record import CAPACITIES, capacity_for
 NOTICE = "ftqp: compiling its kernel for this machine, once (20 to 60 s; `ftqp warmup` does it ahead) ..."
 """One planner's entry points take about 20 s of CPU on a core of 2026, more where other work shares it."""
 
-ALONE: Final = tuple(name for name, entry in ENTRIES.items() if entry.module == ENTRIES["kkt"].module)
+ALONE: Final = (
+    "write_target",
+    *(name for name, entry in ENTRIES.items() if entry.module == ENTRIES["kkt"].module),
+)
 """The entry points that know no robot."""
 
 
@@ -54,7 +57,7 @@ def ahead(joints: int | None) -> list[tuple[str, int]]:
     if joints is not None:
         if joints < 1:
             raise InputError(f"joints is {joints}, expected a whole number from 1")
-        return [(name, capacity_for(joints)) for name in COMMON]
+        return [("write_target", ANY_SIZE), *((name, capacity_for(joints)) for name in COMMON)]
     robots = [(name, capacity) for capacity in CAPACITIES for name in ENTRIES if name not in ALONE]
     return robots + [(name, ANY_SIZE) for name in ALONE]
 

@@ -107,10 +107,8 @@ class ClockTargets:
         """Make ``target`` that of tick k."""
         if not self._first <= k < self._first + SAMPLED:
             self._sample(k)
-        at, target = k - self._first, self.target
-        target.pose[:] = self._pose[at]
-        target.twist[:] = self._twist[at]
-        target.acceleration[:] = self._acceleration[at]
+        at = k - self._first
+        self.target.at(self._pose[at], self._twist[at], self._acceleration[at])
         self.progress = min(k * self._dt, self._path.duration)
 
     def packed(self, k: int, count: int) -> tuple[FloatArray, FloatArray]:

@@ -77,6 +77,93 @@ def test_wrong_target_is_refused_with_one_sentence(given, sentence):
         Target(**given)
 
 
+class TestMoved:
+    """``target.at``: one target rewritten in a loop."""
+
+    TWIST, MORE = np.arange(6.0) + 1.0, np.arange(6.0) - 9.0
+
+    @pytest.mark.parametrize(
+        "as_given",
+        [
+            lambda values: values,
+            lambda values: values.tolist(),
+            lambda values: values.astype(np.float32).astype(">f8"),
+            lambda values: np.asfortranarray(values),
+            lambda values: memoryview(values),
+        ],
+        ids=["array", "list", "other bytes", "other order", "buffer"],
+    )
+    def test_it_is_what_a_new_target_would_be(self, as_given):
+        T = transform(np.eye(3), np.array([0.25, -0.5, 2.0]))
+        target = Target(pose=np.eye(4), twist=np.ones(6), acceleration=np.ones(6))
+        assert target.at(as_given(T), as_given(self.TWIST), as_given(self.MORE)) is target
+        assert np.array_equal(target.packed, Target(pose=T, twist=self.TWIST, acceleration=self.MORE).packed)
+
+    def test_what_is_not_given_is_zero(self):
+        target = Target(pose=np.eye(4), twist=np.ones(6), acceleration=np.ones(6))
+        assert np.array_equal(target.at(T).packed, Target(pose=T).packed)
+        assert np.array_equal(target.at(T, acceleration=self.MORE).acceleration, self.MORE)
+        assert not target.twist.any()
+
+    def test_nothing_is_remembered_of_the_arrays(self):
+        pose, twist = T.copy(), self.TWIST.copy()
+        target = Target(pose=np.eye(4)).at(pose, twist)
+        pose[:] = twist[:] = 7.0
+        assert np.array_equal(target.pose, T) and np.array_equal(target.twist, self.TWIST)
+
+    def test_position_target_is_moved_by_positions(self):
+        target = Target(position=[1.0, 2.0, 3.0])
+        moved = target.at(np.array([4.0, 5.0, 6.0]), [0.1, 0.2, 0.3])
+        again = Target(position=[4.0, 5.0, 6.0], twist=[0.1, 0.2, 0.3])
+        assert np.array_equal(moved.packed, again.packed)
+        with pytest.raises(InputError, match=r"position has shape \(4, 4\), expected \(3,\)"):
+            target.at(T)
+
+    def test_pose_of_another_library_is_taken(self):
+        assert np.array_equal(Target(pose=np.eye(4)).at(SimpleNamespace(homogeneous=T)).pose, T)
+
+    @pytest.mark.parametrize("bad", [np.nan, np.inf])
+    def test_what_is_not_finite_is_the_step_to_say(self, bad, panda):
+        planner = Planner(panda, level="velocity")
+        planner.reset(panda.neutral)
+        pose = panda.pose(panda.neutral)
+        target = Target(pose=pose)
+        pose[0, 3] = bad
+        step = planner.step(panda.neutral, np.zeros(7), target.at(pose))
+        assert step.status is StepStatus.INVALID_INPUT
+
+    @pytest.mark.parametrize(
+        ("given", "sentence"),
+        [
+            ((np.eye(3),), r"pose has shape \(3, 3\), expected \(4, 4\)"),
+            ((np.zeros(16),), r"pose has shape \(16,\), expected \(4, 4\)"),
+            ((np.eye(4), np.zeros(3)), r"twist has shape \(3,\), expected \(6,\)"),
+            ((np.eye(4), np.zeros((6, 1))), r"twist has shape \(6, 1\), expected \(6,\)"),
+            ((np.eye(4), None, np.zeros(7)), r"acceleration has shape \(7,\), expected \(6,\)"),
+            ((None,), r"pose has shape \(\), expected \(4, 4\)"),
+            (("home",), "pose is not an array of numbers: 'home'"),
+            ((np.eye(4), "fast"), "twist is not an array of numbers: 'fast'"),
+        ],
+    )
+    def test_bad_input_is_one_sentence_and_writes_nothing(self, given, sentence):
+        target = Target(pose=T, twist=self.TWIST, acceleration=self.MORE)
+        before = target.packed.copy()
+        with pytest.raises(InputError, match=sentence):
+            target.at(*given)
+        assert np.array_equal(target.packed, before)
+
+    def test_twist_alone_has_no_pose_to_be_moved_to(self):
+        with pytest.raises(InputError, match=r"write target\.twist and target\.stamp"):
+            Target(twist=np.zeros(6), stamp=1.0).at(T)
+
+    @pytest.mark.parametrize("again", [copy, deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+    def test_copy_is_moved_by_itself(self, again):
+        target = Target(pose=np.eye(4)).at(T)
+        other = again(target)
+        other.at(np.eye(4))
+        assert np.array_equal(target.pose, T) and np.array_equal(other.pose, np.eye(4))
+
+
 def test_target_says_what_and_where_it_is():
     assert repr(Target(pose=T)) == "Target(pose at [0.1 0.2 0.3])"
     assert repr(Target(position=T[:3, 3])) == "Target(position at [0.1 0.2 0.3])"

@@ -9,9 +9,9 @@ from records import SMALL
 from ftqp.kernel.entry.compile import load
 from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
 
-ANY = {"solve_qp", "kkt", "solve_network", "solve_network_batch"}
+ANY = {"solve_qp", "kkt", "solve_network", "solve_network_batch", "write_target"}
 """Those that know no robot."""
-OBJECTS = {"q", "v", "target", "targets", "tick"}
+OBJECTS = {"q", "v", "target", "targets", "tick", "pose", "twist", "acceleration"}
 """What compiled code takes as Python objects: what a caller hands to a step, and the step itself."""
 
 

@@ -1,7 +1,8 @@
 """Target: where the tip should be, packed as the kernel reads it."""
 
+from collections.abc import Callable
 from math import nan
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from ftqp.control.planner.given_arrays import sized
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
+from ftqp.kernel.entry.session import writer_of
 from ftqp.kernel.layout.enums import (
     TARGET_ACCELERATION,
     TARGET_HAS_ROTATION,
@@ -17,13 +19,16 @@ from ftqp.kernel.layout.enums import (
     TARGET_TWIST,
 )
 
+_STILL: Final = np.zeros(6)
+
 
 class Target:
     """Pose (or position), twist and acceleration that the tip should have now; or a twist alone.
 
-    The arrays are views of one buffer: write into them between steps (``target.pose[:] = T``) instead of
-    making a new target every tick. A target that is not finite, or whose rotation part is none by the time of
-    the step, is the world's doing: the step's status is INVALID_INPUT.
+    In a loop that makes its targets as it goes, ``planner.step(q, v, target.at(T, twist))`` rewrites one
+    target instead of making a new one every tick. The arrays are views of one buffer, so that single numbers
+    can be written, too (``target.pose[2, 3] += 0.001``). A target that is not finite, or whose rotation part
+    is none by the time of the step, is the world's doing: the step's status is INVALID_INPUT.
 
     A twist alone, as a joystick gives it, says where the tip should go and not where it should be: an
     ``ftqp.TargetFollower`` takes it. It needs the stamp of the message that it came from, as only a new stamp
@@ -51,7 +56,7 @@ class Target:
             rotation part is none, or a stamp without a twist alone or the other way round.
     """
 
-    __slots__ = ("acceleration", "packed", "pose", "position", "stamp", "twist")
+    __slots__ = ("_write", "acceleration", "packed", "pose", "position", "stamp", "twist")
     row = 0
     pose: FloatArray
     position: FloatArray
@@ -99,8 +104,7 @@ class Target:
             ("acceleration", acceleration, self.acceleration),
         ):
             if value is not None:
-                short = position is not None and np.shape(value) == (3,)
-                view[: 3 if short else 6] = sized(name, value, (3,) if short else (6,))
+                view[:] = _six(name, value, position is None)
 
     def _own(self, packed: FloatArray) -> None:
         """Take ``packed``, (29,), as the one buffer."""
@@ -115,6 +119,61 @@ class Target:
         for name, view in views.items():
             object.__setattr__(self, name, view)
         object.__setattr__(self, "stamp", nan)
+        object.__setattr__(self, "_write", None)
+
+    def at(self, pose: Any, twist: Any = None, acceleration: Any = None) -> "Target":
+        """This target, moved: what ``planner.step`` takes in a loop that makes its targets as it goes.
+
+        Arrays of float64 are copied in one compiled call; anything else that Target takes is converted. NaN,
+        infinities and a rotation part that is none are taken, too: they are the world's doing, and the step's
+        status says so.
+
+        Args:
+            pose: Where the tip should be, as for Target: (4, 4); of a target with a position only, (3,) [m].
+            twist: (6,) linear [m/s] then angular [rad/s] along W; None is zero.
+            acceleration: (6,), [m/s2], [rad/s2]; None is zero.
+
+        Returns:
+            The target itself.
+
+        Raises:
+            InputError: A wrong shape or no numbers, or a target with a twist alone; nothing is written then.
+        """
+        write = self._write
+        if write is None:
+            write = self._made_ready()
+        if (
+            write(pose, _STILL if twist is None else twist, _STILL if acceleration is None else acceleration)
+            < 0
+        ):
+            self._write_converted(pose, twist, acceleration)
+        return self
+
+    def _made_ready(self) -> Callable[..., int]:
+        """What writes the arrays of a pose; where there is none, what leaves it to ``_write_converted``."""
+        if self.packed[TARGET_HAS_ROTATION] > 0.0 and self.packed.flags.writeable:
+            write: Callable[..., int] = writer_of(self.packed)
+        else:
+            write = _not_written
+        object.__setattr__(self, "_write", write)
+        return write
+
+    def _write_converted(self, pose: Any, twist: Any, acceleration: Any) -> None:
+        """As ``at``, of anything that is taken for such arrays."""
+        if self.packed[TARGET_HAS_ROTATION] < 0.0:
+            raise InputError(
+                "a target with a twist alone is at no pose; write target.twist and target.stamp, or make a "
+                "Target(pose=...)"
+            )
+        has_pose = self.packed[TARGET_HAS_ROTATION] > 0.0
+        name, place = ("pose", self.pose) if has_pose else ("position", self.position)
+        given = sized(name, getattr(pose, "homogeneous", pose), place.shape)
+        moving = [
+            np.zeros(6) if value is None else _six(name, value, has_pose)
+            for name, value in (("twist", twist), ("acceleration", acceleration))
+        ]
+        place[...] = given
+        self.twist[:], self.acceleration[:] = moving
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Write into the buffer: ``target.pose = T`` is ``target.pose[:] = T`` with the shape checked."""
@@ -142,6 +201,18 @@ class Target:
             return f"Target(twist={np.array2string(self.twist, precision=4)}, stamp={self.stamp:g})"
         what = "pose" if self.packed[TARGET_HAS_ROTATION] else "position"
         return f"Target({what} at {np.array2string(self.position, precision=4)})"
+
+
+def _not_written(*_: Any) -> int:
+    """What no compiled code writes."""
+    return -1
+
+
+def _six(name: str, value: Any, has_rotation: bool) -> FloatArray:
+    """Six numbers; of a target without rotation, three are enough."""
+    if has_rotation or np.shape(value) != (3,):
+        return sized(name, value, (6,))
+    return np.concatenate([sized(name, value, (3,)), np.zeros(3)])
 
 
 def target_on(packed: FloatArray) -> Target:

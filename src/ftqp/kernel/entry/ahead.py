@@ -6,7 +6,7 @@ The Makefile runs it beside the installation of everything else, so that nobody 
 import sys
 
 from ftqp.kernel.entry.compile import compile_entries
-from ftqp.kernel.entry.table import COMMON, ENTRIES
+from ftqp.kernel.entry.table import ANY_SIZE, COMMON, ENTRIES
 from ftqp.kernel.layout.record import CAPACITIES
 
 DEMO = COMMON[:5]
@@ -15,6 +15,7 @@ DEMO = COMMON[:5]
 
 def main(names: list[str]) -> None:
     """Compile entry points for small arms; those of the demo where none are named."""
+    compile_entries([ENTRIES["write_target"]], ANY_SIZE)
     compile_entries([ENTRIES[name] for name in names or DEMO], CAPACITIES[0])
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.compile import load
-from ftqp.kernel.entry.table import ENTRIES
+from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
 from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.record import (
     arm_dtype,
@@ -40,6 +40,14 @@ def bound(name: str, capacity: int, *things: Any) -> Call:
     """
     given = [thing if isinstance(thing, int) else int(thing.ctypes.data) for thing in things]
     return partial(load(ENTRIES[name], capacity), *given)
+
+
+def writer_of(target: FloatArray) -> Call:
+    """What writes (pose, twist, acceleration) into a packed target, (29,): 0, or a mistake.
+
+    The caller keeps the target alive as long as it may call.
+    """
+    return bound("write_target", ANY_SIZE, target)
 
 
 class Session:

@@ -45,6 +45,7 @@ ENTRIES: Final = {
         _entry("rollout_4", _ROLLOUT, "i" * 19, nogil=True),
         _entry("rollout_8", _ROLLOUT, "i" * 19, nogil=True),
         _entry("rollout_any", _ROLLOUT, "i" * 22, nogil=True),
+        _entry("write_target", "ftqp.kernel.entry.target_entry", "iooo"),
         _entry("solve_qp", _ALONE, "i"),
         _entry("kkt", _ALONE, "iiiiii"),
         _entry("solve_network", _ALONE, "i" * 11),
@@ -73,6 +74,6 @@ AHEAD: Final = (
         for capacity in CAPACITIES
         for name in (*COMMON, "step_base", "prepare_clock", "finish_clock", "rollout_4")
     ),
-    *((ENTRIES[name], ANY_SIZE) for name in ("solve_qp", "kkt")),
+    *((ENTRIES[name], ANY_SIZE) for name in ("write_target", "solve_qp", "kkt")),
 )
 """What a wheel carries compiled ahead: entry points and classes of records."""

@@ -12,6 +12,7 @@ from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
 from ftqp.kernel.entry.session import Session
+from ftqp.kernel.entry.table import ANY_SIZE
 from ftqp.kernel.layout.criteria import Criterion
 from ftqp.kernel.layout.enums import SOLVED, Level, Turn
 from ftqp.model.robot import Robot
@@ -104,6 +105,8 @@ class Solver:
             memory: The leader's own, as the entry points take it.
         """
         session, family = self._session, self._family
+        if leader == "clock":
+            warm_up(("write_target",), ANY_SIZE)  # what a loop's ``target.at`` calls
         if family != "external" or leader == "joints":
             name = self._entry(leader)
             warm_up((name,), session.capacity)
