@@ -64,6 +64,7 @@ class Target:
     acceleration: FloatArray
     packed: FloatArray
     stamp: float
+    _write: Callable[..., int] | None
 
     def __init__(
         self,
