@@ -7,9 +7,9 @@ from ticks import Ticks
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.arm.pose_error import pose_error
-from ftqp.kernel.calm.curvature import curvature, weigh_rows
+from ftqp.kernel.calm.curvature import curvature, spread, weigh_rows
 from ftqp.kernel.calm.metric import find_metric
-from ftqp.kernel.calm.trigger import is_regular
+from ftqp.kernel.calm.trigger import curvature_bound, is_regular, largest_curvature
 from ftqp.kernel.feedback.spoken import see_error
 from ftqp.kernel.rows.task_rows import task_rows
 
@@ -61,6 +61,19 @@ def test_an_error_called_harmless_is():
     assert 50 < regular < 290
 
 
+@pytest.mark.parametrize("name", ["panda", "iiwa14", "planar(4)", "modular11"])
+def test_bounds_on_the_curvature_hold_and_the_closer_one_is_close(name):
+    robot, K = record_of(name)
+    rng, ratios = np.random.default_rng(4), []
+    for _ in range(100):
+        q, pose = near(robot, rng, 10.0 ** rng.uniform(-4.0, -1.0))
+        look(K, robot, q, pose)
+        s, close, wide = curvature(K), curvature_bound(K), largest_curvature(K)
+        assert s <= close * (1.0 + 1e-12) and s <= wide * (1.0 + 1e-12)
+        ratios.append(close / s)
+    assert np.median(ratios) < 1.01
+
+
 @pytest.mark.parametrize("name", ["panda", "iiwa14", "planar(4)"])
 def test_rows_and_metric_together_are_convex_and_the_metric_is_zero_where_no_direction_is_lost(name):
     robot, K = record_of(name)
@@ -75,10 +88,12 @@ def test_rows_and_metric_together_are_convex_and_the_metric_is_zero_where_no_dir
             A, D = K.calm.A[:m, :n], K.calm.D[:n, :n]
             sigma = np.linalg.svd(A[:, K.calm.free[: abs(count)]], compute_uv=False)[-1]
             kinds.add(count >= 0)
+            largest = np.abs(np.linalg.eigvalsh(K.calm.S[:n, :n])).max()
+            assert largest * (1.0 - 1e-9) <= spread(K) <= s * (1.0 + 1e-9)
             if count < 0:
-                assert np.linalg.svd(A, compute_uv=False)[-1] ** 2 >= s * (1.0 - 1e-9)
+                assert np.linalg.svd(A, compute_uv=False)[-1] ** 2 >= largest * (1.0 - 1e-9)
                 continue
-            assert sigma**2 < s * (1.0 + 1e-9)
+            assert sigma**2 < spread(K) * (1.0 + 1e-9)
             np.testing.assert_allclose(D, D.T, atol=1e-12 * s)
             assert np.linalg.eigvalsh(A.T @ A + D)[0] > -1e-9 * s
     assert kinds == {True, False}
@@ -115,3 +130,24 @@ def test_a_saddle_is_left_by_a_kick():
     kick = K.calm.kick[:4]
     assert np.linalg.norm(kick) > 1e-3
     assert np.abs(K.calm.A[:2, :4].T @ K.calm.e[:2]).max() < 1e-15
+
+
+def test_there_is_no_kick_while_the_rows_can_remove_most_of_the_error():
+    """Self-motions of a redundant arm bend the error both ways, and are no saddles."""
+    robot, K = record_of("modular11")
+    rng, seen = np.random.default_rng(3), 0
+    for _ in range(60):
+        q, pose = near(robot, rng, 0.03)
+        look(K, robot, q, pose)
+        square, s = weigh_rows(K), curvature(K)
+        count = find_metric(K, s, square)
+        if count < 0:
+            continue
+        A, e = K.calm.A[:6, K.calm.free[:count]], K.calm.e[:6]
+        U, sigma, _ = np.linalg.svd(A)
+        lost = np.maximum(0.0, 1.0 - sigma**2 / s) @ (U.T @ e) ** 2
+        modes = np.linalg.eigvalsh(A.T @ A + K.calm.S[np.ix_(K.calm.free[:count], K.calm.free[:count])])
+        if lost < 0.49 * square and modes[0] < -0.05 * s:
+            seen += 1
+            assert not K.calm.kick[: robot.nv].any()
+    assert seen > 5

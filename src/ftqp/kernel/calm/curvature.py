@@ -50,6 +50,26 @@ def weighted_error(K: Any) -> None:
 
 
 @jit
+def spread(K: Any) -> float:
+    """(tr S^4)^(1/4), no less than the largest |eigenvalue| of S and no more than ||S||_F."""
+    S, n = K.calm.S, K.chain.n
+    total = 0.0
+    for i in range(n):
+        row = S[i]
+        for j in range(i):
+            other = S[j]
+            s = 0.0
+            for k in range(n):
+                s += row[k] * other[k]
+            total += 2.0 * s * s
+        s = 0.0
+        for k in range(n):
+            s += row[k] * row[k]
+        total += s * s
+    return sqrt(sqrt(total))
+
+
+@jit
 def _add_bend_of_rotation(K: Any, S: Any) -> None:
     """- L^2 (1 - g)(W'W), W = (1 - uu') J_r, g = (|e|/2) cot(|e|/2): how the rotation vector itself bends."""
     faults, kinematics, task = K.faults, K.kinematics, K.task

@@ -3,6 +3,7 @@
 from math import sqrt
 from typing import Any
 
+from ftqp.kernel.calm.curvature import spread
 from ftqp.kernel.calm.rest import LEAST
 from ftqp.kernel.calm.trigger import NEAR, exceeds, gram_of_rows, unit_of
 from ftqp.kernel.jit import jit
@@ -17,6 +18,8 @@ LEAST_SWIVEL = 0.1
 REMOVABLE = 0.1
 SADDLE = 0.05
 """A mode of less than -SADDLE ||S|| leads away from a saddle; there the kick is this displacement [rad]."""
+LOST = 0.5
+"""There is a kick only where at least this share of e'e is lost to the rows."""
 
 
 @jit
@@ -80,6 +83,29 @@ def _gain_of(K: Any, i: int, j: int) -> float:
 
 
 @jit
+def _see_singular_directions(K: Any, count: int) -> None:
+    """The squares sigma_k^2 and the left singular vectors, rows of U, of A over the free joints."""
+    calm = K.calm
+    gram_of_rows(K, count)
+    eigensystem(calm.G, K.task.m, calm.squares, calm.beside, calm.U)
+
+
+@jit
+def _lost(K: Any, s: float) -> float:
+    """sum_k phi_k (u_k'e)^2: what of e'e lies where the curvature outweighs the rows, see ``_fade``."""
+    m, calm = K.task.m, K.calm
+    lost = 0.0
+    for k in range(m):
+        phi = 1.0 - max(calm.squares[k], 0.0) / s
+        if phi > 0.0:
+            x = 0.0
+            for r in range(m):
+                x += calm.U[k, r] * calm.e[r]
+            lost += phi * x * x
+    return lost
+
+
+@jit
 def _newton_metric(K: Any, count: int, s: float, square: float) -> None:
     """D <- P - A'A from D = |S|, and the kick.
 
@@ -87,7 +113,8 @@ def _newton_metric(K: Any, count: int, s: float, square: float) -> None:
         nu_k = SWIVEL min(1, max(LEAST_SWIVEL, 1 - r_k/REMOVABLE)),  r_k = (z_k'A'e)^2/(|mu_k| e'e)
 
     mu_k, z_k are the modes of (A'A + S)_FF. Where mu_k < -SADDLE s and |z_k'A'e| is below
-    SADDLE |mu_k|, the gradient along z_k becomes that, in its own direction; not for a last millimetre.
+    SADDLE |mu_k|, the gradient along z_k becomes that, in its own direction; not for a last millimetre, nor
+    while the rows can remove most of the error themselves. It needs ``_see_singular_directions``.
     """
     faults, calm = K.faults, K.calm
     D, W, Z, G = calm.D, calm.work, calm.modes, calm.gains
@@ -99,6 +126,7 @@ def _newton_metric(K: Any, count: int, s: float, square: float) -> None:
             G[a, b] = G[b, a] = gain
             W[a, b] = gain + calm.S[i, j]
     eigensystem(W, count, calm.values, calm.beside, Z)
+    stuck = square > LEAST and _lost(K, s) >= LOST * square
     for k in range(count):
         mu, z = calm.values[k], Z[k]
         along = stiff = 0.0
@@ -113,7 +141,7 @@ def _newton_metric(K: Any, count: int, s: float, square: float) -> None:
         removable = along * along / (size * square + 1e-300)
         nu = SWIVEL * min(1.0, max(LEAST_SWIVEL, 1.0 - removable / REMOVABLE))
         calm.beside[k] = max(size, FLOOR * stiff, nu * s)
-        if square > LEAST and mu < -SADDLE * s and abs(along) < SADDLE * size:
+        if stuck and mu < -SADDLE * s and abs(along) < SADDLE * size:
             _kick(K, count, k, along, SADDLE * size)
     for a in range(count):
         i = calm.free[a]
@@ -157,11 +185,9 @@ def _fade(K: Any, count: int, s: float) -> None:
     """
     faults, task, calm = K.faults, K.task, K.calm
     m, w, D, U = task.m, faults.working, calm.D, calm.U
-    gram_of_rows(K, count)
-    eigensystem(calm.G, m, calm.values, calm.beside, U)
-    least = calm.values[0]
+    least = calm.squares[0]
     for k in range(m):
-        square = max(calm.values[k], 0.0)
+        square = max(calm.squares[k], 0.0)
         least = min(least, square)
         phi = max(0.0, 1.0 - square / s)
         t = 1.0 - sqrt(phi)
@@ -213,7 +239,7 @@ def _project(K: Any, t: float) -> None:
 def find_metric(K: Any, s: float, square: float) -> int:
     """D and the kick for a curvature of norm s and an error of ``square`` e'e: how many joints are free.
 
-    -1 when D = 0, because sigma_min^2 >= s over the free joints.
+    -1 when D = 0, because no eigenvalue of S is larger than sigma_min^2 over the free joints: first by s.
     Source: docs/theory/calm.md, "The metric".
     """
     count = free_joints(K)
@@ -221,9 +247,13 @@ def find_metric(K: Any, s: float, square: float) -> int:
         gram_of_rows(K, count)
         if exceeds(K, s):
             return -1
+        gram_of_rows(K, count)
+        if exceeds(K, spread(K)):
+            return -1
     _add_modulus(K)
     K.calm.psi = 1.0
     if count > 0:
+        _see_singular_directions(K, count)
         _newton_metric(K, count, s, square)
         _fade(K, count, s)
     return count

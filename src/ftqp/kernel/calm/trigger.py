@@ -3,7 +3,7 @@
 from math import inf
 from typing import Any
 
-from ftqp.kernel.calm.curvature import weigh_rows
+from ftqp.kernel.calm.curvature import weigh_rows, weighted_error
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.maths.cholesky import factor
 from ftqp.kernel.maths.eigenvalues import extreme_eigenvalues
@@ -19,6 +19,7 @@ from ftqp.kernel.maths.side_by_side import (
     sum_of,
     total,
 )
+from ftqp.kernel.maths.vectors import cross
 
 NEAR = 0.01
 """A joint so near to its position limit [rad; times the characteristic length m] may be pressed on it."""
@@ -85,6 +86,36 @@ def largest_curvature(K: Any) -> Any:
 
 
 @jit
+def curvature_bound(K: Any) -> float:
+    """No less than ||S||_F and hardly more, in a number of operations that grows with n; needs the Jacobian.
+
+    With c_j = p_j x v_p and g_j = c_j + z_j x v_r/2, v the error weighted twice, S_jj = -z_j . c_j, and
+    S_ij = -z_i . g_j for i < j, so that the squares of column j sum up to g_j'(sum_(i<j) z_i z_i')g_j. How
+    the rotation's own measure bends is bounded as in ``largest_curvature``.
+    """
+    task, J, v, n = K.task, K.kinematics.J, K.calm.weighted, K.chain.n
+    weighted_error(K)
+    v0, v1, v2, v3, v4, v5 = v[0], v[1], v[2], v[3], v[4], v[5]
+    Z0 = Z1 = Z2 = Z3 = Z4 = Z5 = 0.0  # xx xy xz yy yz zz
+    beside = diagonal = 0.0
+    for j in range(n):
+        x, y, z = J[3, j], J[4, j], J[5, j]
+        c0, c1, c2 = cross(J[0, j], J[1, j], J[2, j], v0, v1, v2)
+        r0, r1, r2 = cross(x, y, z, v3, v4, v5)
+        along = x * c0 + y * c1 + z * c2
+        diagonal += along * along
+        c0, c1, c2 = c0 + 0.5 * r0, c1 + 0.5 * r1, c2 + 0.5 * r2
+        beside += c0 * (Z0 * c0 + 2.0 * (Z1 * c1 + Z2 * c2)) + c1 * (Z3 * c1 + 2.0 * Z4 * c2) + Z5 * c2 * c2
+        Z0, Z1, Z2 = Z0 + x * x, Z1 + x * y, Z2 + x * z
+        Z3, Z4, Z5 = Z3 + y * y, Z4 + y * z, Z5 + z * z
+    e = task.error
+    angle = sqrt(e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
+    own = angle * (1.0 + angle) if task.tool_rows else 0.125 * angle * angle
+    weight: float = task.length * task.length / task.yielding[3]
+    return sqrt(diagonal + 2.0 * max(beside, 0.0)) + weight * n * own
+
+
+@jit
 def _moved(K: Any) -> float:
     """How far the joints have moved in sum since sigma_min was looked at; inf when that is too long ago."""
     faults, state, calm = K.faults, K.state, K.calm
@@ -148,13 +179,19 @@ def _look(K: Any) -> float:
 def is_regular(K: Any) -> bool:
     """Whether the error is surely too small for its curvature to matter: then D = 0.
 
-    It is where ``largest_curvature`` < sigma_min^2. sigma_min is computed only now and then; between,
-    it is known to have changed by no more than sqrt(reach^2 + L^2) times what the joints have moved.
+    It is where ``largest_curvature`` or ``curvature_bound`` < sigma_min^2. sigma_min is computed only now and
+    then; between, it is known to have changed by no more than sqrt(reach^2 + L^2) times what the joints have
+    moved.
     """
-    bend, moved, seen = largest_curvature(K), _moved(K), K.calm.sigma_seen
+    moved, seen = _moved(K), K.calm.sigma_seen
+    least = most = inf
     if moved < inf:
         change = K.calm.lipschitz * moved
         least, most = seen - change, seen + change
+        if least > 0.0 and largest_curvature(K) < least * least:
+            return True
+    bend = curvature_bound(K)
+    if moved < inf:
         if least > 0.0 and bend < least * least:
             return True
         if least > WORN * seen or most * most <= bend:

@@ -35,7 +35,7 @@ def calm_fields(N: int) -> list[Any]:
         *((name, "i8", (N,)) for name in ("free", "known")),
         *((name, "f8", (N,)) for name in ("q_seen", "gradient", "kick", "delta", "direction")),
         ("anchor", "f8", (12,)),
-        *((name, "f8", (TASK_ROWS,)) for name in ("weighted", "e", "b", "rate")),
+        *((name, "f8", (TASK_ROWS,)) for name in ("weighted", "e", "b", "rate", "squares")),
         ("A", "f8", (TASK_ROWS, N)),
         *((name, "f8", square) for name in ("S", "D", "work", "modes", "gains")),
         *((name, "f8", six) for name in ("U", "G")),
