@@ -5,7 +5,7 @@ from collections.abc import Callable
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.jit import carray, pointer
-from ftqp.kernel.judge.verdict import joint_torques
+from ftqp.kernel.judge.verdict import torques_without_inertia
 from ftqp.kernel.layout.record import arm_dtype, record_dtype
 from ftqp.kernel.ticks.accepted_inputs import accept_state
 
@@ -40,16 +40,14 @@ def inverse_dynamics(capacity: int) -> Callable[..., int]:
 
 
 def torques(capacity: int) -> Callable[..., int]:
-    """M, h and the torques of the command in the record, when the tick itself did without them."""
+    """The torques of the command in the record, when the tick itself did without M and h."""
     dtype = record_dtype(capacity)
 
     def torques(address: int) -> int:
         K = carray(pointer(address), 1, dtype)[0]
         forward_kinematics(K)  # the record may hold a kept step's state
         motion(K)
-        dynamics(K)
-        joint_torques(K)
-        K.kinematics.has_dynamics = 1
+        torques_without_inertia(K)
         return 0
 
     return torques

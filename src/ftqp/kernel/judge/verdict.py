@@ -3,6 +3,7 @@
 from math import inf, sqrt
 from typing import Any
 
+from ftqp.kernel.arm.newton_euler import torques_of
 from ftqp.kernel.jit import jit
 from ftqp.kernel.judge.kept_limits import torque_excess
 from ftqp.kernel.layout.enums import ACCELERATION, BRAKING, HEALTHY, LOCKED
@@ -127,11 +128,26 @@ def command(K: Any) -> None:
 @jit
 def joint_torques(K: Any) -> None:
     """tau = M a + h of the command: of the motor for a joint that works, of the brake for a locked one."""
-    chain, faults, state, kinematics = K.chain, K.faults, K.state, K.kinematics
+    chain, state, kinematics = K.chain, K.state, K.kinematics
     for i in range(chain.n):
         tau = kinematics.h[i]
         for j in range(chain.n):
             tau += kinematics.M[i, j] * state.a_command[j]
-        fault = faults.code[i]
-        state.tau[i] = tau if fault == HEALTHY else 0.0
-        state.tau_brake[i] = tau if fault == LOCKED or fault == BRAKING else 0.0
+        _carry(K, i, tau)
+
+
+@jit
+def _carry(K: Any, i: int, tau: float) -> None:
+    """Give the torque of a joint to its motor, or to its brake; a free-swinging joint has neither."""
+    state, fault = K.state, K.faults.code[i]
+    state.tau[i] = tau if fault == HEALTHY else 0.0
+    state.tau_brake[i] = tau if fault == LOCKED or fault == BRAKING else 0.0
+
+
+@jit
+def torques_without_inertia(K: Any) -> None:
+    """The same of a tick that did without M and h; needs ``motion``."""
+    torques_of(K, K.state.a_command)
+    for i in range(K.chain.n):
+        _carry(K, i, K.kinematics.tau[i])
+    K.kinematics.has_dynamics = 1  # as far as torques are concerned

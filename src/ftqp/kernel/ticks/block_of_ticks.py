@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import motion
 from ftqp.kernel.compiled.calling import nanoseconds, tick_of
 from ftqp.kernel.jit import carray, jit, pointer
-from ftqp.kernel.judge.verdict import joint_torques
+from ftqp.kernel.judge.verdict import torques_without_inertia
 from ftqp.kernel.layout.block_row import PLACES
-from ftqp.kernel.layout.enums import FAILED, FALLBACK, HARD, INFEASIBLE, RELAXED, SOLVED
+from ftqp.kernel.layout.enums import FAILED, FALLBACK, HARD, INFEASIBLE, RELAXED, SOLVED, VELOCITY
 from ftqp.kernel.layout.record import record_dtype
 
 FLOAT, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
@@ -34,10 +33,9 @@ def complete_torques(K: Any, has_inertia: int) -> None:
     """The torques of the command, also where the tick did without them; NaN without inertia."""
     if has_inertia:
         if not K.kinematics.has_dynamics:
-            motion(K)
-            dynamics(K)
-            K.kinematics.has_dynamics = 1
-            joint_torques(K)
+            if K.state.level == VELOCITY:
+                motion(K)
+            torques_without_inertia(K)
     else:
         for i in range(K.chain.n):
             K.state.tau[i] = K.state.tau_brake[i] = np.nan
