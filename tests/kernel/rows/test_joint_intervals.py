@@ -274,3 +274,50 @@ def test_each_end_names_the_limit_that_set_it():
     assert K.limits.upper_by[0] == codes.BY_POSITION
     interval(K, 0.0091, 0.0)
     assert K.limits.lower_by[0] == codes.BY_POSITION
+
+
+def by_formula(level, v, d, v_max, a_max, dt):
+    """The upper end within the limits as its docstring has it, with no way around the root, (32,)."""
+    if level == codes.VELOCITY:
+        steps = np.maximum(1.0, np.ceil(0.5 * (np.sqrt(1.0 + 8.0 * d / (a_max * dt * dt)) - 1.0)))
+        braking = d / (steps * dt) + 0.5 * a_max * dt * (steps - 1.0)
+        return np.maximum(np.minimum(np.minimum(v_max, braking), v + a_max * dt), v - a_max * dt)
+    keeps = 2.0 * (d - v * dt) / (dt * dt)
+    keeps = np.where((v > 0.0) & (keeps <= -v / dt), -v * v / (2.0 * np.maximum(d, 1e-300)), keeps)
+    half = 0.5 * a_max * dt
+    after = np.maximum(0.0, np.sqrt(np.maximum(0.0, half * half + a_max * (2.0 * d - v * dt))) - half)
+    bound = np.minimum(np.minimum(a_max, (v_max - v) / dt), np.minimum(keeps, (after - v) / dt))
+    return np.maximum(bound, -a_max)
+
+
+@pytest.mark.parametrize("level", [codes.VELOCITY, codes.ACCELERATION])
+@pytest.mark.parametrize("place", ["anywhere", "at a limit", "in the middle"])
+@pytest.mark.parametrize("speed", [1.0, 0.01])
+@pytest.mark.parametrize("dt", DTS)
+def test_each_end_is_its_formula_for_one_joint_and_for_eight_at_once(level, place, speed, dt):
+    rng = np.random.default_rng(11)
+    taken = 0
+    for _ in range(40):
+        limits = random_limits(rng, dt)
+        K = joints(limits, dt, level)
+        where = {"anywhere": (0.0, 1.0), "at a limit": (0.0, 0.02), "in the middle": (0.4, 0.6)}[place]
+        share = rng.uniform(*where, JOINTS)
+        share = np.where(rng.random(JOINTS) < 0.5, share, 1.0 - share)
+        q = limits["q_min"] + share * (limits["q_max"] - limits["q_min"])
+        v = speed * rng.uniform(-1.0, 1.0, JOINTS) * limits["v_max"]
+        K.state.q[:], K.state.v[:] = q, v
+        above, below = limits["q_max"] - q, q - limits["q_min"]
+        hi = by_formula(level, v, above, limits["v_max"], limits["a_max"], dt)
+        lo = -by_formula(level, -v, below, limits["v_max"], limits["a_max"], dt)
+        whole = lo <= hi  # else the joint cannot stop in time
+        size = 1.0 + np.abs(hi) + np.abs(lo)
+        for together in (True, False):
+            K.qp.lb[:] = K.qp.ub[:] = np.nan
+            bounds.intervals(K) if together else bounds._one_by_one(K, 0, JOINTS)
+            assert np.all(np.abs(K.qp.lb[:JOINTS] - lo)[whole] <= 1e-9 * size[whole])
+            assert np.all(np.abs(K.qp.ub[:JOINTS] - hi)[whole] <= 1e-9 * size[whole])
+        taken += sum(bool(bounds._together(K, at)) for at in range(0, JOINTS, 8))
+    if place == "in the middle" and speed < 1.0:
+        assert taken == 160, "far from all limits eight are always taken at once"
+    if place == "at a limit":
+        assert taken < 160

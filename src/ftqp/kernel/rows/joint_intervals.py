@@ -70,6 +70,8 @@ def viability(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt
     travelled = 0.5 * dt * (v + after)
     if after >= 0.0 and after * after <= 2.0 * a_brake * (d - travelled):
         return max(bound, -a_max), by  # far from the limit: that state is viable, so position does not bind
+    if after < 0.0:
+        return max(bound, -a_max), by  # v < 0, away from it: position allows every v' <= 0
     if d < inf:
         a = 2.0 * (d - v * dt) / (dt * dt)
         if v > 0.0 and a <= -v / dt:  # the turning point lies inside the step
@@ -141,6 +143,8 @@ def braking(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: 
         bound, by = v_max, BY_VELOCITY
     if bound >= 0.0 and bound * bound <= 2.0 * a_brake * (d - 1.5 * bound * dt):
         return max(bound, v - a_max * dt), by  # far from the limit: braking_velocity(d) >= bound
+    if bound < 0.0 and d >= 0.0:
+        return max(bound, v - a_max * dt), by  # away from it: braking_velocity(d) >= 0
     if d < -AT_LIMIT:
         return max(min(bound, return_velocity(d, v_max)), v - return_deceleration(v, a_max, a_brake) * dt), (
             BY_POSITION
@@ -217,21 +221,21 @@ def _one_by_one(K: Any, first: int, last: int) -> None:
 
 @jit
 def _far_accelerations(v: Any, d: Any, v_max: Any, a_max: Any, a_brake: Any, dt: float) -> Any:
-    """``viability`` of joints far from their position limits: bounds, where velocity sets them, where far."""
+    """``viability`` far from a limit, or moving away from it: bounds, where v_max sets them, where so."""
     fast = (v_max - v) / dt
     bound = smaller(a_max, fast)
     after = v + dt * bound
-    far = (d >= 0.0) & (after >= 0.0) & (after * after <= 2.0 * a_brake * (d - 0.5 * dt * (v + after)))
-    return larger(bound, -a_max), fast < a_max, far
+    far = after * after <= 2.0 * a_brake * (d - 0.5 * dt * (v + after))
+    return larger(bound, -a_max), fast < a_max, (d >= 0.0) & ((after < 0.0) | far)
 
 
 @jit
 def _far_velocities(v: Any, d: Any, v_max: Any, a_max: Any, a_brake: Any, dt: float) -> Any:
-    """``braking`` of joints far from their position limits, likewise."""
+    """``braking`` far from a limit, or moving away from it, likewise."""
     most = v + dt * a_max
     bound = smaller(most, v_max)
-    far = (bound >= 0.0) & (bound * bound <= 2.0 * a_brake * (d - 1.5 * dt * bound))
-    return larger(bound, v - dt * a_max), v_max < most, far
+    far = (bound < 0.0) | (bound * bound <= 2.0 * a_brake * (d - 1.5 * dt * bound))
+    return larger(bound, v - dt * a_max), v_max < most, (d >= 0.0) & far
 
 
 @jit
