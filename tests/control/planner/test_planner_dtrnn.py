@@ -42,7 +42,7 @@ def test_the_network_runs_in_the_kernel(panda, monkeypatch):
     )
     assert ftqp.Planner(panda, backend="dtrnn").backend == "dtrnn"
     ftqp.Planner(panda)
-    assert set(asked) == {("network_clock",), ("step",)}
+    assert set(asked) == {("network_clock",), ("step",), ("write_target",)}
 
 
 def test_a_lost_joint_on_a_circle_makes_the_motion_of_the_active_set(panda, home, level):
