@@ -49,6 +49,7 @@ def assert_same(one, other):
         off = OFF / DT if name == "v" else OFF
         np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=0.0, atol=off, err_msg=name)
     np.testing.assert_array_equal(one.counts, other.counts)
+    np.testing.assert_array_equal(one.first_bad, other.first_bad)
 
 
 def both(planner, q, targets, **given):

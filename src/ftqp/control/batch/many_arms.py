@@ -37,6 +37,7 @@ class Rollout:
         position_error: Largest position error on the way, (B,) [m].
         rotation_error: Largest rotation error on the way, (B,) [rad].
         counts: Ticks that ended in each status, (B, number of statuses), in the order of ``ftqp.StepStatus``.
+        first_bad: The first tick that did not end in ``OK``, (B,); -1 for an arm all of whose ticks did.
         trace: q after every ``every`` ticks, (B, T // every, nv); of length 0 where none was asked for.
     """
 
@@ -45,6 +46,7 @@ class Rollout:
     position_error: FloatArray
     rotation_error: FloatArray
     counts: IntArray
+    first_bad: IntArray
     trace: FloatArray
 
     def share(self, status: StepStatus) -> FloatArray:
@@ -75,7 +77,7 @@ def memory(
     n = planner.robot.nv
     seat = seats_dtype(capacity_for(n)).itemsize if _known(engine) == "jax" else 0
     kept = ticks // every if every else 0
-    once = 2 * n + 2 + len(StepStatus) + kept * n  # of the result, and again of what is driven
+    once = 2 * n + 3 + len(StepStatus) + kept * n  # of the result, and again of what is driven
     return arms * (8 * (2 * once + 2 * n + 1) + seat)
 
 
@@ -200,6 +202,7 @@ def _parts(batch: Batch) -> dict[str, Any]:
         "position_error": batch.worst[:, 0],
         "rotation_error": batch.worst[:, 1],
         "counts": batch.counts,
+        "first_bad": batch.first_bad,
         "trace": batch.trace,
     }
 
@@ -209,6 +212,7 @@ def _empty(q: FloatArray, v: FloatArray, ticks: int, every: int) -> Rollout:
     return Rollout(
         q=q.copy(), v=v.copy(), position_error=np.zeros(arms), rotation_error=np.zeros(arms),
         counts=np.zeros((arms, len(StepStatus)), dtype=np.int64),
+        first_bad=np.full(arms, -1, dtype=np.int64),
         trace=np.zeros((arms, ticks // every if every else 0, n)),
     )  # fmt: skip
 

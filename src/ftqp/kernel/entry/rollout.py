@@ -112,6 +112,14 @@ def _see(K: Any, worst: Any) -> None:
     worst[1] = max(worst[1], K.task.rotation_error)
 
 
+@jit
+def _count(counts: Any, first_bad: Any, r: int, code: int, tick: int) -> None:
+    """Count a tick of arm r by its status."""
+    counts[code] += 1
+    if code != OK and first_bad[r] < 0:
+        first_bad[r] = tick
+
+
 def _worked_in(capacity: int) -> tuple[int, int]:
     """The words of a record from ``begin`` to ``end`` that every tick fills anew, or that are constants.
 
@@ -152,6 +160,7 @@ def _rollout(capacity: int, width: int) -> Callable[..., int]:
         starts_at: int,
         worst_at: int,
         counts_at: int,
+        first_bad_at: int,
         trace_at: int,
         every: int,
         stop_at: int,
@@ -162,7 +171,8 @@ def _rollout(capacity: int, width: int) -> Callable[..., int]:
         worked in, the last one shared; ``lanes``: lane memory; ``work_at``: (width, 2). q and v are (B, n),
         the final state on return; targets (ticks, 29); events (E, 3) tick, index of what is then believed,
         joint, those of arm r from ``starts[r]`` to ``starts[r + 1]``, by tick; worst (B, 2) largest position
-        [m] and rotation error [rad]; counts (B, number of statuses) ticks per status; trace
+        [m] and rotation error [rad]; counts (B, number of statuses) ticks per status; first_bad
+        (B,) the first tick that was not OK, given as -1; trace
         (B, ticks // every, n) q after every so many ticks, none where ``every`` is 0.
         """
         own = carray(pointer(own_at), width + 1, dtype)
@@ -180,6 +190,7 @@ def _rollout(capacity: int, width: int) -> Callable[..., int]:
         events = carray(pointer(events_at), (starts[last], 3), WHOLE)
         worst = carray(pointer(worst_at), (last, 2), FLOAT)
         counts = carray(pointer(counts_at), (last, STATUSES), WHOLE)
+        first_bad = carray(pointer(first_bad_at), (last,), WHOLE)
         trace = carray(pointer(trace_at), (last, kept, n), FLOAT)
         for base in range(first, last, width):
             count = min(width, last - base)
@@ -193,6 +204,7 @@ def _rollout(capacity: int, width: int) -> Callable[..., int]:
             if common:
                 L.lane.worst[0], L.lane.worst[1] = 0.0, 0.0
                 L.lane.done[0], L.lane.relaxed[0] = 0.0, 0.0
+                L.lane.first_bad[0] = -1.0
             for l in range(count):
                 r = base + l
                 work[l, NEXT], work[l, PLACE] = starts[r], AWAY
@@ -225,13 +237,13 @@ def _rollout(capacity: int, width: int) -> Callable[..., int]:
                             continue
                         r, K = base + l, own[l]
                         if work[l, PLACE] == ABSENT:
-                            counts[r, INVALID_INPUT] += 1
+                            _count(counts[r], first_bad, r, INVALID_INPUT, k)
                             continue
                         if work[l, PLACE] == INSIDE:
                             move_out(K, L, l, S, k)
                         code = tick_alone(K, S.task.target)
                         _see(K, worst[r])
-                        counts[r, code] += 1
+                        _count(counts[r], first_bad, r, code, k)
                         if common and may_move_in(K, code):
                             move_in(K, L, l)
                             work[l, PLACE], inside = INSIDE, inside | (1 << l)
@@ -239,7 +251,7 @@ def _rollout(capacity: int, width: int) -> Callable[..., int]:
                             work[l, PLACE], inside = AWAY, inside & ~(1 << l)
                 stands = 1.0 if target_stands(S) else 0.0
                 if stay != 0:
-                    settle(L, as_mask(L, stay), stands)
+                    settle(L, as_mask(L, stay), stands, k)
                 if kept > 0 and (k + 1) % every == 0 and k // every < kept:
                     for l in range(count):
                         for i in range(n):
@@ -262,6 +274,9 @@ def _rollout(capacity: int, width: int) -> Callable[..., int]:
                     relaxed = int(lane_of(L.lane.relaxed, 0, l))
                     counts[r, OK] += int(lane_of(L.lane.done, 0, l)) - relaxed
                     counts[r, RELAXED] += relaxed
+                    bad = int(lane_of(L.lane.first_bad, 0, l))
+                    if bad >= 0 and (first_bad[r] < 0 or bad < first_bad[r]):
+                        first_bad[r] = bad
         return last - first
 
     rollout.__name__ = f"rollout_{width}"
@@ -290,6 +305,7 @@ def rollout_any(capacity: int) -> Callable[..., int]:
         starts_at: int,
         worst_at: int,
         counts_at: int,
+        first_bad_at: int,
         trace_at: int,
         every: int,
         arms: int,
@@ -316,6 +332,7 @@ def rollout_any(capacity: int) -> Callable[..., int]:
         events = carray(pointer(events_at), (starts[arms], 3), WHOLE)
         worst = carray(pointer(worst_at), (arms, 2), FLOAT)
         counts = carray(pointer(counts_at), (arms, STATUSES), WHOLE)
+        first_bad = carray(pointer(first_bad_at), (arms,), WHOLE)
         trace = carray(pointer(trace_at), (arms, kept, n), FLOAT)
         who = carray(pointer(who_at), (last,), WHOLE)
         seats = carray(pointer(seats_at), (arms if chunk > 0 else 1,), seats_are)
@@ -344,7 +361,7 @@ def rollout_any(capacity: int) -> Callable[..., int]:
                 if present:
                     code = any_tick_alone(K, F, targets[k])
                     _see(K, worst[r])
-                counts[r, code] += 1
+                _count(counts[r], first_bad, r, code, k)
                 if kept > 0 and (k + 1) % every == 0 and k // every < kept:
                     for i in range(n):
                         trace[r, k // every, i] = K.state.q_command[i]

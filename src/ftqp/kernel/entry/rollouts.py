@@ -39,6 +39,7 @@ class Batch:
         every: After how many ticks q is kept; 0 keeps none.
         worst: Largest position error [m] and rotation error [rad] on the way, (B, 2).
         counts: Ticks that ended in each status, (B, number of statuses).
+        first_bad: The first tick that did not end in OK, (B,); -1 while there is none.
         trace: The q that are kept, (B, T // every, n).
     """
 
@@ -50,6 +51,7 @@ class Batch:
     every: int
     worst: FloatArray
     counts: IntArray
+    first_bad: IntArray
     trace: FloatArray
 
     @classmethod
@@ -60,14 +62,15 @@ class Batch:
         kept = len(targets) // every if every else 0
         return cls(
             q=q, v=v, targets=targets, events=events, starts=starts, every=every, worst=np.zeros((arms, 2)),
-            counts=np.zeros((arms, len(Status)), dtype=np.int64), trace=np.zeros((arms, kept, n)),
+            counts=np.zeros((arms, len(Status)), dtype=np.int64),
+            first_bad=np.full(arms, -1, dtype=np.int64), trace=np.zeros((arms, kept, n)),
         )  # fmt: skip
 
     def arguments(self, beliefs: Any) -> tuple[Any, ...]:
         """What the entry points take behind the range of arms."""
         return (
             len(self.targets), self.q, self.v, self.targets, beliefs, len(beliefs), self.events, self.starts,
-            self.worst, self.counts, self.trace, self.every,
+            self.worst, self.counts, self.first_bad, self.trace, self.every,
         )  # fmt: skip
 
 

@@ -261,13 +261,14 @@ def common_tick(L: Any, inside: Any) -> Any:
 
 
 @jit
-def settle(L: Any, good: Any, stands: Any) -> None:
+def settle(L: Any, good: Any, stands: Any, tick: int) -> None:
     """Write the command of those lanes as their next state, and what is remembered of the tick.
 
     Args:
         L: the lanes.
         good: where ``common_tick`` holds.
         stands: 1 where the target is where it was, else 0.
+        tick: its number.
     """
     state, task, watch, calm, lane = L.state, L.task, L.watch, L.calm, L.lane
     dt, works = state.dt, L.faults.works
@@ -291,6 +292,9 @@ def settle(L: Any, good: Any, stands: Any) -> None:
     lane.worst[0] = select(good, larger(lane.worst[0], e), lane.worst[0])
     lane.worst[1] = select(good, larger(lane.worst[1], r), lane.worst[1])
     lane.done[0] = lane.done[0] + select(good, 1.0, 0.0)
-    lane.relaxed[0] = lane.relaxed[0] + select(good, lane.missed[0], 0.0)
+    missed = select(good, lane.missed[0], 0.0)
+    lane.relaxed[0] = lane.relaxed[0] + missed
+    begins = (missed > 0.0) & (lane.first_bad[0] < 0.0)
+    lane.first_bad[0] = select(begins, 1.0 * tick, lane.first_bad[0])
     stood = calm.stood[0]
     calm.stood[0] = select(good, stands * (stood + dt), stood)

@@ -20,7 +20,7 @@ def _rooms(N: int) -> dict[str, dict[str, tuple[int, ...]]]:
     ``G``, ``L``: a Gram matrix, and Cholesky factors with inverse diagonal; ``lam``: multipliers; ``left``:
     what a step leaves of the rows; ``a``: accelerations of this tick, ``a_last`` of the last one;
     ``worst``: largest position and rotation error; ``done``: ticks, ``relaxed``: those that left some of the
-    task, as ``missed`` says of this one.
+    task, as ``missed`` says of this one, ``first_bad``: the first of them, -1 while there is none.
     """
     return {
         "state": {"q": (N,), "v": (N,)},
@@ -65,6 +65,7 @@ def _rooms(N: int) -> dict[str, dict[str, tuple[int, ...]]]:
             "worst": (2,),
             "done": (1,),
             "relaxed": (1,),
+            "first_bad": (1,),
             "missed": (1,),
         },
     }

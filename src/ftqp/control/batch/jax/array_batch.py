@@ -112,7 +112,8 @@ class _Stretches:
         zero, none = jnp.zeros(self._size), jnp.zeros(self._size, dtype=int)
         state = State(
             **{name: seen(name) for name in kept}, worst_position=zero, worst_rotation=zero,
-            done=none, relaxed=none, tick=none + first, inside=jnp.arange(self._size) < count,
+            done=none, relaxed=none, first_bad=none - 1, tick=none + first,
+            inside=jnp.arange(self._size) < count,
         )  # fmt: skip
         end, way = ticks(self._arm, limits, state, ahead, after, self._kind)
         found = {name: np.asarray(part)[:count] for name, part in end._asdict().items()}
@@ -127,6 +128,8 @@ class _Stretches:
             batch.worst[who, column] = np.maximum(batch.worst[who, column], found[name])
         batch.counts[who, OK] += found["done"] - found["relaxed"]
         batch.counts[who, RELAXED] += found["relaxed"]
+        earlier = batch.first_bad[who]  # than any of this stretch
+        batch.first_bad[who] = np.where(earlier >= 0, earlier, found["first_bad"])
         self._keep(who, np.asarray(way), first, found["tick"])
         return int(found["done"].sum())
 

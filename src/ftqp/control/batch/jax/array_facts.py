@@ -184,6 +184,7 @@ class State(NamedTuple):
         worst_position, worst_rotation: The largest so far, (B,) [m], [rad].
         done: Ticks that were common ones, (B,).
         relaxed: Those of them that left some of the task, (B,).
+        first_bad: The first of those, (B,); -1 while there is none.
         tick: The arm's next tick, (B,).
         inside: Whether all its ticks so far were common ones, (B,).
     """
@@ -199,5 +200,6 @@ class State(NamedTuple):
     worst_rotation: Array
     done: Array
     relaxed: Array
+    first_bad: Array
     tick: Array
     inside: Array

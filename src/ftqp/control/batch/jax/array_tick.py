@@ -120,6 +120,7 @@ def settled(
         worst_rotation=jnp.where(good, jnp.maximum(state.worst_rotation, r), state.worst_rotation),
         done=state.done + good,
         relaxed=state.relaxed + (good & done.missed),
+        first_bad=jnp.where(good & done.missed & (state.first_bad < 0), state.tick, state.first_bad),
         tick=state.tick + good,
         inside=state.inside,
     )
