@@ -57,7 +57,7 @@ def ahead(joints: int | None) -> list[tuple[str, int]]:
     if joints is not None:
         if joints < 1:
             raise InputError(f"joints is {joints}, expected a whole number from 1")
-        return [("write_target", ANY_SIZE), *((name, capacity_for(joints)) for name in COMMON)]
+        return [*((name, capacity_for(joints)) for name in COMMON), ("write_target", ANY_SIZE)]
     robots = [(name, capacity) for capacity in CAPACITIES for name in ENTRIES if name not in ALONE]
     return robots + [(name, ANY_SIZE) for name in ALONE]
 

@@ -140,7 +140,7 @@ class TestWarmup:
         result = invoke("warmup", "--joints", 9)
         assert compiled == first_use.ahead(9) and result.exit_code == 0
         lines = result.stderr.splitlines()
-        assert len(lines) == len(compiled) and lines[0].startswith("1/8 step, arms of up to 16 joints: ")
+        assert len(lines) == len(compiled) and lines[0].startswith("1/9 step, arms of up to 16 joints: ")
         assert str(kept_in()) in result.stdout
 
     def test_everything_takes_every_entry(self, compiled: Any) -> None:

@@ -92,7 +92,7 @@ def test_active_set_runs_in_the_kernel_however_it_is_asked_for(panda, backend, m
         "ftqp.control.planner.solver.qp_solver.warm_up", lambda names, capacity: asked.append(names)
     )
     planner = ftqp.Planner(panda, backend=backend)
-    assert planner.backend == "active_set" and set(asked) == {("step",)}
+    assert planner.backend == "active_set" and set(asked) == {("step",), ("write_target",)}
 
 
 @pytest.mark.parametrize(("q", "v", "sentence"), [

@@ -62,7 +62,7 @@ def inside(planner, step, v):
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e300, 0.0, 7.0])
 @pytest.mark.parametrize("claim", list(Claim))
 def test_no_answer_of_a_lying_solver_reaches_the_command(value, claim, level, mode):
-    planner = planner_of(Liar(value, claim), level=level, task=ftqp.Task(mode=mode))
+    planner = planner_of(Liar(value, claim), level=level, task=ftqp.Task(mode=mode, calm=False))
     pose = planner.robot.pose(Q)
     pose[:3, 3] += [0.01, 0.0, -0.01]
     q, v = Q.copy(), np.zeros(7)
@@ -71,6 +71,21 @@ def test_no_answer_of_a_lying_solver_reaches_the_command(value, claim, level, mo
         inside(planner, step, v)
         assert step.status in (ftqp.StepStatus.FALLBACK, ftqp.StepStatus.RELAXED)
         q, v = step.q.copy(), step.v.copy()
+
+
+@pytest.mark.parametrize("level", NAMES)
+@pytest.mark.parametrize("mode", ["hard", "slack"])
+def test_in_calm_a_lying_solver_is_not_asked(level, mode):
+    planners = [
+        planner_of(backend, level=level, task=ftqp.Task(mode=mode))
+        for backend in ("active_set", Liar(7.0, Claim.SOLVED))
+    ]
+    pose = planners[0].robot.pose(Q)
+    pose[:3, 3] += [0.01, 0.0, -0.01]
+    honest, lied = (planner.step(Q, np.zeros(7), ftqp.Target(pose=pose)) for planner in planners)
+    assert planners[0].session().K.calm.entered, "the error bends more than the rows can hold"
+    assert lied.status is honest.status
+    assert np.abs(lied.v - honest.v).max() < 1e-9
 
 
 @pytest.mark.parametrize("level", NAMES)

@@ -296,7 +296,7 @@ def warmup(
         first_use.compile_one(name, capacity)
         row = {"entry": name, "joints": capacity or None, "seconds": (now() - began) / 1e9}
         rows.append(row)
-        size = f"arms of up to {capacity} joints" if capacity else "QPs alone"
+        size = f"arms of up to {capacity} joints" if capacity else "arms of any size"
         say(f"{len(rows)}/{len(wanted)} {name}, {size}: {row['seconds']:.1f} s")
     seconds = (now() - begin) / 1e9
     folder = kept_in() if COMPILED else None
