@@ -120,6 +120,29 @@ def _count(counts: Any, first_bad: Any, r: int, code: int, tick: int) -> None:
         first_bad[r] = tick
 
 
+@jit
+def _given(arms: int, n: int, ticks: int, q_at: int, v_at: int, targets_at: int) -> Any:
+    """q and v of every arm, and the targets."""
+    q, v = carray(pointer(q_at), (arms, n), FLOAT), carray(pointer(v_at), (arms, n), FLOAT)
+    return q, v, carray(pointer(targets_at), (ticks, TARGET_SIZE), FLOAT)
+
+
+@jit
+def _told(arms: int, starts_at: int, events_at: int) -> Any:
+    """Where the events of each arm begin, and the events."""
+    starts = carray(pointer(starts_at), (arms + 1,), WHOLE)
+    return starts, carray(pointer(events_at), (starts[arms], 3), WHOLE)
+
+
+@jit
+def _found(arms: int, n: int, kept: int, worst_at: int, counts_at: int, bad_at: int, trace_at: int) -> Any:
+    """Largest errors, ticks per status, first bad ticks and kept q of every arm."""
+    worst = carray(pointer(worst_at), (arms, 2), FLOAT)
+    counts = carray(pointer(counts_at), (arms, STATUSES), WHOLE)
+    first_bad = carray(pointer(bad_at), (arms,), WHOLE)
+    return worst, counts, first_bad, carray(pointer(trace_at), (arms, kept, n), FLOAT)
+
+
 def _worked_in(capacity: int) -> tuple[int, int]:
     """The words of a record from ``begin`` to ``end`` that every tick fills anew, or that are constants.
 
@@ -184,14 +207,9 @@ def _rollout(capacity: int, width: int) -> Callable[..., int]:
         work, stop = carray(pointer(work_at), (width, 2), WHOLE), carray(pointer(stop_at), 1, WHOLE)
         n = carray(pointer(model_at), 1, dtype)[0].chain.n
         kept = ticks // every if every > 0 else 0
-        q, v = carray(pointer(q_at), (last, n), FLOAT), carray(pointer(v_at), (last, n), FLOAT)
-        targets = carray(pointer(targets_at), (ticks, TARGET_SIZE), FLOAT)
-        starts = carray(pointer(starts_at), (last + 1,), WHOLE)
-        events = carray(pointer(events_at), (starts[last], 3), WHOLE)
-        worst = carray(pointer(worst_at), (last, 2), FLOAT)
-        counts = carray(pointer(counts_at), (last, STATUSES), WHOLE)
-        first_bad = carray(pointer(first_bad_at), (last,), WHOLE)
-        trace = carray(pointer(trace_at), (last, kept, n), FLOAT)
+        q, v, targets = _given(last, n, ticks, q_at, v_at, targets_at)
+        starts, events = _told(last, starts_at, events_at)
+        worst, counts, first_bad, trace = _found(last, n, kept, worst_at, counts_at, first_bad_at, trace_at)
         for base in range(first, last, width):
             count = min(width, last - base)
             for w in range(words):
@@ -326,14 +344,9 @@ def rollout_any(capacity: int) -> Callable[..., int]:
         stop = carray(pointer(stop_at), 1, WHOLE)
         n = carray(pointer(model_at), 1, dtype)[0].chain.n
         kept = ticks // every if every > 0 else 0
-        q, v = carray(pointer(q_at), (arms, n), FLOAT), carray(pointer(v_at), (arms, n), FLOAT)
-        targets = carray(pointer(targets_at), (ticks, TARGET_SIZE), FLOAT)
-        starts = carray(pointer(starts_at), (arms + 1,), WHOLE)
-        events = carray(pointer(events_at), (starts[arms], 3), WHOLE)
-        worst = carray(pointer(worst_at), (arms, 2), FLOAT)
-        counts = carray(pointer(counts_at), (arms, STATUSES), WHOLE)
-        first_bad = carray(pointer(first_bad_at), (arms,), WHOLE)
-        trace = carray(pointer(trace_at), (arms, kept, n), FLOAT)
+        q, v, targets = _given(arms, n, ticks, q_at, v_at, targets_at)
+        starts, events = _told(arms, starts_at, events_at)
+        worst, counts, first_bad, trace = _found(arms, n, kept, worst_at, counts_at, first_bad_at, trace_at)
         who = carray(pointer(who_at), (last,), WHOLE)
         seats = carray(pointer(seats_at), (arms if chunk > 0 else 1,), seats_are)
         for a in range(first, last):
