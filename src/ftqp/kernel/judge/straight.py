@@ -75,37 +75,41 @@ def _factor(qp: Any) -> bool:
 
 @jit
 def _factor_six(qp: Any) -> bool:
-    """The same of six rows, the numbers of one after the other kept in registers."""
+    """The same of six rows, in registers.
+
+    Pivots p_k with reciprocals r_k; the rows b to f of L are b0; c0, c1; and so on. t, u, v and w are what
+    the first, second, third and fourth pivot leave of the columns of S behind them.
+    """
     L, a, b, c, d, e, f = qp.L, qp.G[0], qp.G[1], qp.G[2], qp.G[3], qp.G[4], qp.G[5]
-    d0 = a[0]
-    r0 = 1.0 / d0
-    b0, c0, d_0, e0, f0 = b[0] * r0, c[0] * r0, d[0] * r0, e[0] * r0, f[0] * r0
-    d1 = b[1] - b[0] * b0
-    r1 = 1.0 / d1
+    p0 = a[0]
+    r0 = 1.0 / p0
+    b0, c0, d0, e0, f0 = b[0] * r0, c[0] * r0, d[0] * r0, e[0] * r0, f[0] * r0
+    p1 = b[1] - b[0] * b0
+    r1 = 1.0 / p1
     t2, t3, t4, t5 = c[1] - c[0] * b0, d[1] - d[0] * b0, e[1] - e[0] * b0, f[1] - f[0] * b0
-    c1, d_1, e1, f1 = t2 * r1, t3 * r1, t4 * r1, t5 * r1
-    d2 = c[2] - c[0] * c0 - t2 * c1
-    r2 = 1.0 / d2
+    c1, d1, e1, f1 = t2 * r1, t3 * r1, t4 * r1, t5 * r1
+    p2 = c[2] - c[0] * c0 - t2 * c1
+    r2 = 1.0 / p2
     u3, u4 = d[2] - d[0] * c0 - t3 * c1, e[2] - e[0] * c0 - t4 * c1
     u5 = f[2] - f[0] * c0 - t5 * c1
-    d_2, e2, f2 = u3 * r2, u4 * r2, u5 * r2
-    d3 = d[3] - d[0] * d_0 - t3 * d_1 - u3 * d_2
-    r3 = 1.0 / d3
-    v4 = e[3] - e[0] * d_0 - t4 * d_1 - u4 * d_2
-    v5 = f[3] - f[0] * d_0 - t5 * d_1 - u5 * d_2
+    d2, e2, f2 = u3 * r2, u4 * r2, u5 * r2
+    p3 = d[3] - d[0] * d0 - t3 * d1 - u3 * d2
+    r3 = 1.0 / p3
+    v4 = e[3] - e[0] * d0 - t4 * d1 - u4 * d2
+    v5 = f[3] - f[0] * d0 - t5 * d1 - u5 * d2
     e3, f3 = v4 * r3, v5 * r3
-    d4 = e[4] - e[0] * e0 - t4 * e1 - u4 * e2 - v4 * e3
-    r4 = 1.0 / d4
+    p4 = e[4] - e[0] * e0 - t4 * e1 - u4 * e2 - v4 * e3
+    r4 = 1.0 / p4
     w5 = f[4] - f[0] * e0 - t5 * e1 - u5 * e2 - v5 * e3
     f4 = w5 * r4
-    d5 = f[5] - f[0] * f0 - t5 * f1 - u5 * f2 - v5 * f3 - w5 * f4
-    L[0, 0], L[1, 1], L[2, 2], L[3, 3], L[4, 4], L[5, 5] = r0, r1, r2, r3, r4, 1.0 / d5
-    L[1, 0], L[2, 0], L[3, 0], L[4, 0], L[5, 0] = b0, c0, d_0, e0, f0
-    L[2, 1], L[3, 1], L[4, 1], L[5, 1] = c1, d_1, e1, f1
-    L[3, 2], L[4, 2], L[5, 2] = d_2, e2, f2
+    p5 = f[5] - f[0] * f0 - t5 * f1 - u5 * f2 - v5 * f3 - w5 * f4
+    L[0, 0], L[1, 1], L[2, 2], L[3, 3], L[4, 4], L[5, 5] = r0, r1, r2, r3, r4, 1.0 / p5
+    L[1, 0], L[2, 0], L[3, 0], L[4, 0], L[5, 0] = b0, c0, d0, e0, f0
+    L[2, 1], L[3, 1], L[4, 1], L[5, 1] = c1, d1, e1, f1
+    L[3, 2], L[4, 2], L[5, 2] = d2, e2, f2
     L[4, 3], L[5, 3], L[5, 4] = e3, f3, f4
-    first = d0 > 0.0 and d1 > DEPENDENT * b[1] and d2 > DEPENDENT * c[2]
-    return bool(first and d3 > DEPENDENT * d[3] and d4 > DEPENDENT * e[4] and d5 > DEPENDENT * f[5])
+    first = p0 > 0.0 and p1 > DEPENDENT * b[1] and p2 > DEPENDENT * c[2]
+    return bool(first and p3 > DEPENDENT * d[3] and p4 > DEPENDENT * e[4] and p5 > DEPENDENT * f[5])
 
 
 @jit

@@ -7,7 +7,6 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core.imputils import impl_ret_untracked
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
@@ -180,9 +179,7 @@ def sum_of(context: Any, lanes: Any) -> Any:
     """The sum of all lanes."""
 
     def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        return impl_ret_untracked(
-            context, builder, sig.return_type, _folded(builder, arguments[0], builder.fadd)
-        )
+        return _folded(builder, arguments[0], builder.fadd)
 
     return types.float64(lanes), code
 
