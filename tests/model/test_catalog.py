@@ -93,6 +93,41 @@ def test_planar_arm_of_a_silly_number_of_links_is_refused(count: object) -> None
         catalog.load("planar", count=count)
 
 
+def test_planar_arm_has_the_links_that_were_asked_for() -> None:
+    robot = catalog.load("planar", lengths=(1, 1, 0.5))
+    assert robot.chain.translation[:, 0].tolist() == [0.0, 1.0, 1.0]
+    assert robot.pose(np.zeros(3))[:3, 3] == pytest.approx([2.5, 0.0, 0.0])
+    assert robot.chain.mass == pytest.approx([4.0, 4.0, 2.0])
+    assert not robot.continuous.any()
+    assert robot.limits.q_max == pytest.approx(np.deg2rad(150.0))
+
+
+def test_continuous_planar_arm_turns_without_end() -> None:
+    robot = catalog.load("planar", lengths=(1, 1, 0.5), continuous=True)
+    limited = catalog.load("planar", lengths=(1, 1, 0.5))
+    assert robot.continuous.all()
+    assert (robot.nq, robot.nv) == (6, 3)
+    assert np.isinf(robot.limits.q_min).all()
+    assert np.isinf(robot.limits.q_max).all()
+    assert robot.limits.v_max.tolist() == limited.limits.v_max.tolist()
+    assert robot.limits.a_max.tolist() == limited.limits.a_max.tolist()
+    for q in np.random.default_rng(5).uniform(-2.0, 2.0, (5, 3)):
+        turned = q + 2.0 * np.pi * np.array([1.0, -2.0, 1.0])
+        assert np.abs(robot.pose(turned) - limited.pose(q)).max() < 1e-12
+        assert np.abs(mass_matrix(robot, robot.configuration(q)) - mass_matrix(limited, q)).max() < 1e-12
+
+
+@pytest.mark.parametrize("lengths", [(), (1.0, 0.0), (1.0, -1.0), (1.0, np.nan), [1.0] * 33])
+def test_planar_arm_of_silly_links_is_refused(lengths: object) -> None:
+    with pytest.raises(InputError, match="expected 1 to 32 positive numbers"):
+        catalog.load("planar", lengths=lengths)
+
+
+def test_planar_arm_takes_a_number_of_links_or_their_lengths() -> None:
+    with pytest.raises(InputError, match="leave one of them out"):
+        catalog.load("planar", count=3, lengths=(1, 1, 1))
+
+
 @pytest.mark.parametrize(
     ("degrees", "tip", "singular"),
     [

@@ -53,12 +53,14 @@ class Body:
         name: The joint's name.
         placement: Joint frame in the previous joint's frame (the base for the first) at q = 0, (4, 4).
         prismatic: Whether the joint slides.
+        continuous: Whether the joint turns without end, so that pinocchio keeps its cosine and sine.
         parts: Rigid bodies carried behind the joint, each with its frame's pose (4, 4) in the joint's frame.
     """
 
     name: str
     placement: FloatArray
     prismatic: bool = False
+    continuous: bool = False
     parts: Sequence[tuple[FloatArray, Inertial]] = field(default=())
 
 
@@ -80,14 +82,20 @@ def serial_model(
         gravity: Gravity in the base frame, (3,) [m/s2].
 
     Returns:
-        pinocchio.Model with nq = nv = number of bodies.
+        pinocchio.Model with nv the number of bodies, and one more nq for each joint that turns without end.
     """
     model = pin.Model()
     model.name = name
     model.gravity = pin.Motion(np.array([*gravity, 0.0, 0.0, 0.0]))
     parent = 0
     for i, body in enumerate(bodies):
-        joint = pin.JointModelPZ() if body.prismatic else pin.JointModelRZ()
+        turning = pin.JointModelRUBZ() if body.continuous else pin.JointModelRZ()
+        joint = pin.JointModelPZ() if body.prismatic else turning
+        ends = (
+            (np.full(2, -1.0), np.full(2, 1.0))
+            if body.continuous
+            else (limits.q_min[i : i + 1], limits.q_max[i : i + 1])
+        )
         parent = model.addJoint(
             parent,
             joint,
@@ -95,8 +103,7 @@ def serial_model(
             body.name,
             limits.tau_max[i : i + 1],
             limits.v_max[i : i + 1],
-            limits.q_min[i : i + 1],
-            limits.q_max[i : i + 1],
+            *ends,
         )
         model.addJointFrame(parent)
         for pose, part in body.parts:

@@ -27,6 +27,7 @@ def arm(
     length: float | None = None,
     gravity: Sequence[float] = EARTH,
     rotors: float = 0.0,
+    continuous: bool = False,
 ) -> Robot:
     """A robot of revolute joints about their z axes.
 
@@ -45,12 +46,13 @@ def arm(
         length: Characteristic length [m]; None: a sixth of the reach.
         gravity: Gravity in the base frame, (3,) [m/s2].
         rotors: Rotor inertia seen at every joint [kg m2].
+        continuous: Whether every joint turns without end; the limits then have no positions.
     """
     bodies = []
     for i, (joint, place) in enumerate(zip(joints, placements, strict=True)):
         parts = [] if inertials is None else [(np.eye(4), inertials[i])]
         parts += payload if i == len(joints) - 1 else []
-        bodies.append(Body(name=joint, placement=place, parts=parts))
+        bodies.append(Body(name=joint, placement=place, continuous=continuous, parts=parts))
     written = JointLimits.of(len(joints), **limits)
     model = serial_model(name, bodies, written, frames=[(tip, tip_pose)], gravity=gravity)
     model.armature = np.full(model.nv, rotors)

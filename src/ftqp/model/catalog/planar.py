@@ -22,25 +22,56 @@ DOWN = (0.0, -9.81, 0.0)
 """Gravity [m/s2] of an arm in a horizontal plane, and in a vertical one."""
 
 
-def planar(*, count: int = 4, vertical: bool = False) -> Robot:
-    """Planar arm of ``count`` equal slender links, 1.5 m long in all, moving in the x-y plane of the base.
+BEND = float(np.deg2rad(150.0))
+"""How far a joint with limits turns either way [rad]."""
+
+COUNT = 4
+"""Joints of an arm for which nothing is said."""
+
+
+def planar(
+    *,
+    count: int | None = None,
+    lengths: Sequence[float] | None = None,
+    continuous: bool = False,
+    vertical: bool = False,
+) -> Robot:
+    """Planar arm of slender links, moving in the x-y plane of the base.
 
     Source: none, a made-up arm for studies of redundancy: 4 kg/m, 150 degrees either way, 1 rad/s, 5 rad/s2.
 
     Args:
-        count: The number of joints, 1 to 32. More joints are shorter and leave more redundancy.
+        count: The number of joints, 1 to 32; without it and without lengths 4. The links are equal and 1.5 m
+            long in all: more joints are shorter and leave more redundancy.
+        lengths: The lengths of the links instead of their number, (n,), each > 0 [m]; longer is heavier.
+        continuous: Whether the joints turn without end; without it they turn 150 degrees either way.
         vertical: Whether gravity is (0, -9.81, 0) m/s2; without it the arm moves in a horizontal plane.
 
     Raises:
-        InputError: ``count`` is not a whole number from 1 to 32.
+        InputError: Both count and lengths are given, the count is not a whole number from 1 to 32, or the
+            lengths are not 1 to 32 positive numbers.
     """
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= JOINTS:
-        raise InputError(f"count is {count!r}, expected a number of joints from 1 to {JOINTS}")
-    bend = np.deg2rad(150.0)
-    limits = dict(q_min=-bend, q_max=bend, v_max=1.0)
-    start = np.full(count, np.pi / (2.0 * count))
-    lengths = [REACH / count] * count
-    return links(f"planar({count})", lengths, DENSITY, limits, neutral=start, vertical=vertical)
+    sizes = _lengths(count, lengths)
+    limits: dict[str, Any] = dict(v_max=1.0) if continuous else dict(q_min=-BEND, q_max=BEND, v_max=1.0)
+    start = np.full(len(sizes), np.pi / (2.0 * len(sizes)))
+    own = lengths is not None
+    name = f"planar({', '.join(f'{size:g}' for size in sizes)})" if own else f"planar({len(sizes)})"
+    return links(name, sizes, DENSITY, limits, neutral=start, vertical=vertical, continuous=bool(continuous))
+
+
+def _lengths(count: Any, lengths: Any) -> list[float]:
+    """The lengths of the links [m]."""
+    if lengths is None:
+        number = COUNT if count is None else count
+        if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= JOINTS:
+            raise InputError(f"count is {count!r}, expected a number of joints from 1 to {JOINTS}")
+        return [REACH / number] * number
+    if count is not None:
+        raise InputError(f"count is {count!r} beside lengths, which already say it; leave one of them out")
+    sizes = np.atleast_1d(np.asarray(lengths, dtype=np.float64))
+    if sizes.ndim != 1 or not 1 <= sizes.size <= JOINTS or not ((sizes > 0.0) & np.isfinite(sizes)).all():
+        raise InputError(f"lengths is {lengths!r:.80}, expected 1 to {JOINTS} positive numbers [m]")
+    return [float(size) for size in sizes]
 
 
 def links(
@@ -51,6 +82,7 @@ def links(
     *,
     neutral: Any,
     vertical: bool,
+    continuous: bool = False,
 ) -> Robot:
     """Planar arm of uniform slender links: m = density l, centre of mass at l/2, I_zz = m l^2 / 12.
 
@@ -61,6 +93,7 @@ def links(
         limits: Fields of ``JointLimits``, each (n,) or one number.
         neutral: a configuration inside the limits, (n,) [rad].
         vertical: Gravity (0, -9.81, 0) m/s2 instead of zero.
+        continuous: Whether the joints turn without end.
     """
     masses = [
         Inertial(
@@ -83,4 +116,5 @@ def links(
         neutral=neutral,
         default_rows=rows,
         gravity=DOWN if vertical else FLAT,
+        continuous=continuous,
     )
