@@ -131,6 +131,18 @@ def test_a_robot_may_be_a_table_of_denavit_and_hartenberg() -> None:
     assert np.abs(made.path.start[2, 3]) < 1e-12
 
 
+def test_a_robot_of_the_catalog_may_have_options() -> None:
+    robot = {"name": "planar", "options": {"lengths": [1.0, 0.8, 0.5], "continuous": True}}
+    line = {"kind": "line", "displacement": [0.0, 0.1, 0.0], "duration": 1.0}
+    made = setup(robot=robot, planner={"task": {"rows": ["x", "y"]}}, path=line)
+    assert made.robot.joints == ("j1", "j2", "j3")
+    assert made.robot.continuous.all()
+    with pytest.raises(ScenarioError, match="'color' is not an option of the robot planar"):
+        setup(robot={"name": "planar", "options": {"color": "red"}}, path=line)
+    with pytest.raises(ScenarioError, match="dh does not go with options"):
+        setup(robot={"dh": [[0.0, 0.0, 0.5, 0.0]], "options": {"lengths": [1.0]}}, path=line)
+
+
 def test_planner_is_made_as_the_scenario_says() -> None:
     made = setup(
         planner={

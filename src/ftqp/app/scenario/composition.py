@@ -40,7 +40,7 @@ from ftqp.qp import Backend, Recorder
 from ftqp.sim.schedule import TIME_SLACK, FaultEvent, first_tick
 from ftqp.sim.waypoint_file import waypoint_table
 
-_FITTING = {"name": (), "dh": ("convention",), "urdf": ("tip", "locked"), "mjcf": ("tip", "locked")}
+_FITTING = {"name": ("options",), "dh": ("convention",), "urdf": ("tip", "locked"), "mjcf": ("tip", "locked")}
 """Keys of ``[robot]`` that fit each kind of source ..."""
 _WITH_ANY = ("acceleration", "limits", "payload", "tool", "viscous", "coulomb")
 """... and those that fit every one."""
@@ -74,7 +74,7 @@ def robot(table: RobotTable, folder: File) -> Robot:
 def _loaded(table: RobotTable, folder: File, limits: dict[str, Any]) -> Robot:
     """The arm as its source has it, with other limits."""
     if table.name is not None:
-        return catalog.load(table.name).with_limits(**limits)
+        return catalog.load(table.name, **(table.options or {})).with_limits(**limits)
     if table.dh is not None:
         return Robot.from_dh(table.dh, table.convention or "standard", limits=limits)
     if table.urdf is not None:

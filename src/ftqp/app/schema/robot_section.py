@@ -1,6 +1,6 @@
 """The table ``[robot]``."""
 
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -47,6 +47,9 @@ class RobotTable(Table):
     """The arm: exactly one of ``name``, ``urdf``, ``mjcf`` and ``dh``."""
 
     name: str | None = Field(None, description="a robot of the catalog, see `ftqp robots`")
+    options: dict[str, Any] | None = Field(
+        None, description="of a robot of the catalog, for example { lengths = [1, 1, 1], continuous = true }"
+    )
     urdf: str | None = Field(None, description="a URDF file")
     mjcf: str | None = Field(None, description="an MJCF file")
     dh: list[list[Finite]] | None = Field(
