@@ -1,4 +1,4 @@
-"""A scenario's text: found by path or bundled name, read within limits, overridden, written back as TOML."""
+"""The text of a scenario or study: found by path or name, read within limits, overridden, written as TOML."""
 
 import json
 import stat
@@ -24,9 +24,13 @@ MAX_DOTS = 500
 """Most dots in a row of a key; more would keep the parser busy for minutes."""
 
 
+SHELVES = {"scenario": "scenarios", "study": "studies"}
+"""The folders of the bundled files, by what they are."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Document:
-    """A parsed scenario before validation.
+    """A parsed scenario or study before validation.
 
     Attributes:
         name: The file's stem, which names the run.
@@ -41,75 +45,84 @@ class Document:
     content: dict[str, Any]
 
 
-def bundled() -> dict[str, str]:
-    """The bundled scenarios: name to the first line of its comment."""
+def bundled(kind: str = "scenario") -> dict[str, str]:
+    """The bundled scenarios or studies: name to the first line of its comment.
+
+    Args:
+        kind: What is looked for, ``scenario`` or ``study``.
+    """
     found = {}
-    for entry in sorted(files("ftqp.app").joinpath("scenarios").iterdir(), key=lambda e: e.name):
+    for entry in sorted(files("ftqp.app").joinpath(SHELVES[kind]).iterdir(), key=lambda e: e.name):
         if entry.name.endswith(".toml"):
             first = entry.read_text(encoding="utf-8").partition("\n")[0]
             found[entry.name.removesuffix(".toml")] = first.lstrip("# ").rstrip()
     return found
 
 
-def read(source: str, overrides: Iterable[str] = ()) -> Document:
-    """The scenario ``source``, a path or a bundled name, with ``a.b=value`` overrides put in.
+def read(source: str, overrides: Iterable[str] = (), kind: str = "scenario") -> Document:
+    """The scenario or study ``source``, a path or a bundled name, with ``a.b=value`` overrides put in.
+
+    Args:
+        source: The path of a file, or a bundled name.
+        overrides: ``a.b=value`` each.
+        kind: What it is, ``scenario`` or ``study``.
 
     Raises:
         ScenarioError: Not found, not a small UTF-8 text file, not TOML, or a malformed override.
     """
     path = Path(source)
-    if source in bundled() and not path.is_file():
-        resource = files("ftqp.app").joinpath("scenarios", f"{source}.toml")
+    if source in bundled(kind) and not path.is_file():
+        resource = files("ftqp.app").joinpath(SHELVES[kind], f"{source}.toml")
         name, origin, folder, text = (
             source,
-            f"bundled scenario {source!r}",
+            f"bundled {kind} {source!r}",
             Path.cwd(),
             resource.read_text("utf-8"),
         )
     else:
-        name, origin, folder, text = path.stem, str(path), path.parent, _text(path)
+        name, origin, folder, text = path.stem, str(path), path.parent, _text(path, kind)
     content = _parsed(text, origin)
-    errors = [error for override in overrides if (error := _override(content, override))]
+    errors = [error for override in overrides if (error := _override(content, override, kind))]
     if _depth(content) > MAX_DEPTH:
-        errors.append(f"the tables are nested deeper than {MAX_DEPTH} levels, which no scenario needs")
+        errors.append(f"the tables are nested deeper than {MAX_DEPTH} levels, which no {kind} needs")
     if errors:
         raise ScenarioError(f"{origin} cannot be used:", errors)
     return Document(name=name, origin=origin, folder=folder, content=content)
 
 
-def _text(path: Path) -> str:
+def _text(path: Path, kind: str) -> str:
     try:
         facts = path.stat()
         if stat.S_ISDIR(facts.st_mode):
             raise ScenarioError(
-                f"{path} is a folder, expected a scenario file; name the .toml file inside it"
+                f"{path} is a folder, expected a {kind} file; name the .toml file inside it"
             )
         if not stat.S_ISREG(facts.st_mode):
-            raise ScenarioError(f"{path} is not a regular file, expected a scenario file")
+            raise ScenarioError(f"{path} is not a regular file, expected a {kind} file")
         if facts.st_size > MAX_BYTES:
             raise ScenarioError(
-                f"{path} has {facts.st_size / 1e6:.1f} MB, expected a scenario of at most "
+                f"{path} has {facts.st_size / 1e6:.1f} MB, expected a {kind} of at most "
                 f"{MAX_BYTES / 1e6:.0f} MB; put waypoints into a CSV or NPZ file and name it under [path]"
             )
         return path.read_text(encoding="utf-8")
     except FileNotFoundError as error:
-        raise ScenarioError(_not_found(path)) from error
+        raise ScenarioError(_not_found(path, kind)) from error
     except UnicodeDecodeError as error:
         raise ScenarioError(
-            f"{path} is not a text file (byte {error.start} is not UTF-8), expected a scenario in TOML"
+            f"{path} is not a text file (byte {error.start} is not UTF-8), expected a {kind} in TOML"
         ) from error
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise ScenarioError(f"{str(path)[:200]!r} cannot be read: {reason}") from error
 
 
-def _not_found(path: Path) -> str:
-    names = list(bundled())
+def _not_found(path: Path, kind: str) -> str:
+    names = list(bundled(kind))
     beside = [str(p) for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
     near = get_close_matches(str(path.with_suffix("")), names, n=1, cutoff=0.4)
     near = near or get_close_matches(str(path), beside, n=1, cutoff=0.6)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
-    return f"{path} is neither a file nor a bundled scenario{hint}; bundled are {', '.join(names)}"
+    return f"{path} is neither a file nor a bundled {kind}{hint}; bundled are {', '.join(names)}"
 
 
 def _parsed(text: str, origin: str) -> dict[str, Any]:
@@ -129,7 +142,7 @@ def _parsed(text: str, origin: str) -> dict[str, Any]:
         ) from error
 
 
-def _override(content: dict[str, Any], text: str) -> str | None:
+def _override(content: dict[str, Any], text: str, kind: str) -> str | None:
     """Puts ``a.b=value`` into ``content``, or takes out ``a.b=``; returns what is wrong with it."""
     key, equals, raw = text.partition("=")
     parts = [part.strip() for part in key.split(".")]
@@ -139,7 +152,7 @@ def _override(content: dict[str, Any], text: str) -> str | None:
     for part in parts[:-1]:
         table = _child(table, part)
         if table is None:
-            return f"--set {text!r}: {part!r} is not a table of this scenario"
+            return f"--set {text!r}: {part!r} is not a table of this {kind}"
     last, value = parts[-1], _value(raw)
     if isinstance(table, list):
         if not last.isdigit() or int(last) >= len(table):
