@@ -1,0 +1,96 @@
+"""A Dask cluster computes the chunks of a study."""
+
+from collections.abc import Sequence
+from concurrent.futures import Future
+from typing import Any, final
+
+from ftqp import __version__
+from ftqp.app.study.chunk import Done, Work, compute
+from ftqp.app.study.workers import Workers
+from ftqp.core.errors import InputError, MissingPackage
+
+TIMEOUT = 10.0
+"""A scheduler has so long to answer [s]."""
+
+
+def _version() -> str:
+    """The version of ftqp of a worker."""
+    from ftqp import __version__ as version
+
+    return version
+
+
+@final
+class DaskCluster(Workers):
+    """Computes chunks on the workers of a Dask scheduler, which have the same ftqp installed.
+
+    Args:
+        work: What computes the rows; it goes with every chunk, so it is small.
+        address: The scheduler's, for example ``tcp://10.0.0.5:8786``.
+
+    Raises:
+        MissingPackage: Dask is not installed here.
+        InputError: No scheduler answers at that address, it has no workers, or they have another ftqp.
+    """
+
+    chunk_seconds = 5.0
+
+    def __init__(self, work: Work, address: str) -> None:
+        try:
+            from distributed import Client, KilledWorker
+        except ImportError as error:
+            raise MissingPackage(
+                "--dask", "distributed", 'install it with: pip install "ftqp[distributed]"'
+            ) from error
+        self._killed = KilledWorker
+        try:
+            self._client = Client(address, timeout=TIMEOUT, set_as_default=False)
+        except (OSError, ValueError, TypeError, ImportError) as error:
+            raise InputError(
+                f"no Dask scheduler answers at {address!r:.100} ({str(error).partition(chr(10))[0]:.120}); "
+                "start one with: dask scheduler, and its workers with: dask worker ADDRESS"
+            ) from error
+        try:
+            self.count = self._threads(address)
+            self._executor = self._client.get_executor(pure=False)
+            self._work = work  # sent with every chunk: what is scattered is lost with its workers
+        except BaseException:
+            self._client.close()
+            raise
+
+    def _threads(self, address: str) -> int:
+        """How many chunks the cluster computes at a time.
+
+        Raises:
+            InputError: None, or workers with another ftqp.
+        """
+        threads = self._client.ncores()
+        if not threads:
+            raise InputError(
+                f"the Dask scheduler at {address} has no workers; start some: dask worker {address}"
+            )
+        versions: dict[str, Any] = self._client.run(_version, on_error="return")
+        for worker, version in versions.items():
+            if version != __version__:
+                raise InputError(
+                    f"the Dask worker {worker} has ftqp {version!s:.80}, this is {__version__}; install "
+                    "the same on all workers"
+                )
+        return int(sum(threads.values()))
+
+    def submit(self, items: Sequence[int]) -> "Future[Done]":
+        """Begin a chunk."""
+        future: Future[Done] = self._executor.submit(compute, self._work, tuple(items))
+        return future
+
+    def died(self, error: BaseException) -> bool:
+        """Whether so many workers died of a chunk that the scheduler gave it up."""
+        return isinstance(error, self._killed)
+
+    def renew(self) -> None:
+        """Nothing to be done: the scheduler has other workers."""
+
+    def close(self) -> None:
+        """Take leave of the scheduler."""
+        self._executor.shutdown(wait=False)
+        self._client.close()

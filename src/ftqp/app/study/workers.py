@@ -1,0 +1,139 @@
+"""Who computes the chunks of a study: this process, processes of this machine, or a Dask cluster."""
+
+import os
+import signal
+import threading
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait
+from typing import Any, final
+
+from ftqp.app.study.chunk import Done, Work, compute
+
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Every worker has a core of its own, so numerical libraries start no threads."""
+
+
+class Workers(ABC):
+    """Computes chunks.
+
+    Attributes:
+        count: How many chunks are computed at a time.
+        chunk_seconds: How long a chunk should take, so that what it costs to send it vanishes [s].
+        share_fate: Whether a worker that dies takes all chunks under way with it.
+    """
+
+    count: int
+    chunk_seconds: float
+    share_fate = False
+
+    @abstractmethod
+    def submit(self, items: Sequence[int]) -> "Future[Done]":
+        """Begin a chunk."""
+
+    @abstractmethod
+    def died(self, error: BaseException) -> bool:
+        """Whether an error says that the worker of a chunk died, rather than what the chunk raised."""
+
+    @abstractmethod
+    def renew(self) -> None:
+        """Be ready for more chunks after a worker died."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """End, without waiting for chunks that have not begun."""
+
+
+@final
+class ThisProcess(Workers):
+    """Computes every chunk at once when it is submitted."""
+
+    count = 1
+    chunk_seconds = 0.2
+
+    def __init__(self, work: Work) -> None:
+        self._work = work
+
+    def submit(self, items: Sequence[int]) -> "Future[Done]":
+        """Compute a chunk."""
+        future: Future[Done] = Future()
+        future.set_result(compute(self._work, items))
+        return future
+
+    def died(self, error: BaseException) -> bool:
+        """No: this process is the worker."""
+        return False
+
+    def renew(self) -> None:
+        """Nothing to be done."""
+
+    def close(self) -> None:
+        """Nothing to be done."""
+
+
+@final
+class LocalProcesses(Workers):
+    """Computes chunks in processes of this machine, which end when this process does, however that is.
+
+    Args:
+        work: What computes the rows.
+        count: How many processes.
+    """
+
+    chunk_seconds = 1.0
+    share_fate = True
+
+    def __init__(self, work: Work, count: int) -> None:
+        self.count = count
+        self._work = work
+        self._pool = self._started()
+
+    def _started(self) -> ProcessPoolExecutor:
+        for name in _THREADS:
+            os.environ.setdefault(name, "1")
+        return ProcessPoolExecutor(
+            self.count, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._work,)
+        )
+
+    def submit(self, items: Sequence[int]) -> "Future[Done]":
+        """Begin a chunk."""
+        return self._pool.submit(_compute_here, tuple(items))
+
+    def died(self, error: BaseException) -> bool:
+        """Whether a process was killed."""
+        return isinstance(error, BrokenProcessPool)
+
+    def renew(self) -> None:
+        """Start new processes in place of a pool with a dead one."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
+        self._pool = self._started()
+
+    def close(self) -> None:
+        """End the processes after what they are computing."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+_WORK: list[Any] = []
+"""What this worker process computes with."""
+
+
+def _begin(work: Work) -> None:
+    """Prepare a worker: Ctrl-C is its parent's, and it ends when that does."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _WORK[:] = [work]
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+
+def _compute_here(items: tuple[int, ...]) -> Done:
+    """A chunk in a worker process."""
+    return compute(_WORK[0], items)

@@ -1,0 +1,150 @@
+"""Studies are driven to their end in this process and by processes, killed, interrupted and continued."""
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from tests.app.study.jobs import COLUMNS, Squares, expected
+
+from ftqp.app.study.driving import drive
+from ftqp.app.study.results_file import FILE_NAME, ResultsFile
+
+
+def results_in(folder: Path) -> ResultsFile:
+    return ResultsFile(folder, kind="squares", key="k", columns=COLUMNS)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_every_item_gets_its_row(tmp_path: Path, jobs: int) -> None:
+    with results_in(tmp_path) as results:
+        driven = drive(Squares(), 37, results, what="squares", jobs=jobs)
+        assert results.table() == expected(37)
+    assert (driven.items, driven.computed, driven.crashed) == (37, 37, {})
+
+
+def test_only_what_is_missing_is_computed(tmp_path: Path) -> None:
+    with results_in(tmp_path) as results:
+        drive(Squares(), 10, results, what="squares")
+        driven = drive(Squares(fails=3), 20, results, what="squares")
+        assert driven.computed == 10
+        assert results.table() == expected(20)
+
+
+def test_an_item_that_always_kills_its_worker_is_noted_and_the_others_finish(tmp_path: Path) -> None:
+    with results_in(tmp_path) as results:
+        driven = drive(Squares(deadly=23), 40, results, what="squares", jobs=2)
+        assert driven.crashed == {23: "the worker died"}
+        assert results.done() == set(range(40)) - {23}
+
+
+def test_a_chunk_that_raises_ends_the_study_with_its_error_and_keeps_the_rest(tmp_path: Path) -> None:
+    with results_in(tmp_path) as results:
+        with pytest.raises(ArithmeticError, match="item 30"):
+            drive(Squares(fails=30), 40, results, what="squares", jobs=1)
+        assert results.done() >= set(range(6))
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from ftqp.app.study.driving import drive
+from ftqp.app.study.results_file import ResultsFile
+from tests.app.study.jobs import COLUMNS, Squares
+
+if __name__ == "__main__":
+    with ResultsFile(Path(sys.argv[1]), kind="squares", key="k", columns=COLUMNS) as results:
+        drive(Squares(seconds=0.02), 200, results, what="squares", jobs=2)
+"""
+
+
+def begun(folder: Path, rows: int) -> "subprocess.Popen[bytes]":
+    """A process that drives a study, as soon as it has some rows on file."""
+    script = folder / "script.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    root = Path(__file__).parents[3]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(root / "src"), str(root)])}
+    process = subprocess.Popen([sys.executable, str(script), str(folder / "out")], env=environment, cwd=root)
+    deadline = time.monotonic() + 60.0
+    while _rows(folder / "out") < rows and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return process
+
+
+def _rows(folder: Path) -> int:
+    if not (folder / FILE_NAME).is_file():
+        return 0
+    connection = sqlite3.connect((folder / FILE_NAME).absolute().as_uri() + "?mode=ro", uri=True)
+    try:
+        return int(connection.execute("SELECT count(*) FROM results").fetchone()[0])
+    except sqlite3.Error:
+        return 0
+    finally:
+        connection.close()
+
+
+def test_a_study_whose_process_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
+    process = begun(tmp_path, 30)
+    process.kill()
+    assert process.wait() == -signal.SIGKILL
+    with results_in(tmp_path / "out") as results:
+        before = len(results.done())
+        assert 30 <= before < 200
+        driven = drive(Squares(), 200, results, what="squares")
+        assert driven.computed == 200 - before
+        assert results.table() == expected(200)
+
+
+def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
+    process = begun(tmp_path, 30)
+    children = _children(process.pid)
+    assert len(children) >= 2
+    process.kill()
+    process.wait()
+    deadline = time.monotonic() + 10.0
+    while any(_is_alive(child) for child in children) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not any(_is_alive(child) for child in children)
+
+
+def _children(parent: int) -> list[int]:
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                fields = (entry / "stat").read_text().rpartition(")")[2].split()
+            except OSError:
+                continue
+            if int(fields[1]) == parent:
+                found.append(int(entry.name))
+    return found
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        return (Path("/proc") / str(process) / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_a_study_that_is_interrupted_leaves_a_file_that_goes_on(tmp_path: Path) -> None:
+    process = begun(tmp_path, 30)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=30) != 0
+    with results_in(tmp_path / "out") as results:
+        assert 30 <= len(results.done()) < 200
+        drive(Squares(), 200, results, what="squares")
+        assert results.table() == expected(200)
+
+
+def test_a_worker_that_is_killed_loses_nothing(tmp_path: Path) -> None:
+    process = begun(tmp_path, 20)
+    for child in _children(process.pid)[-1:]:
+        os.kill(child, signal.SIGKILL)
+    assert process.wait(timeout=60) == 0
+    with results_in(tmp_path / "out") as results:
+        assert results.table() == expected(200)
