@@ -94,9 +94,7 @@ def _text(path: Path, kind: str) -> str:
     try:
         facts = path.stat()
         if stat.S_ISDIR(facts.st_mode):
-            raise ScenarioError(
-                f"{path} is a folder, expected a {kind} file; name the .toml file inside it"
-            )
+            raise ScenarioError(f"{path} is a folder, expected a {kind} file; name the .toml file inside it")
         if not stat.S_ISREG(facts.st_mode):
             raise ScenarioError(f"{path} is not a regular file, expected a {kind} file")
         if facts.st_size > MAX_BYTES:
