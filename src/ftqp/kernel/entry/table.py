@@ -15,6 +15,7 @@ _STEPS, _EXTERNAL = "ftqp.kernel.ticks.steps", "ftqp.kernel.ticks.external_steps
 _NETWORK, _CLOSED = "ftqp.kernel.ticks.network_steps", "ftqp.kernel.ticks.closed_form_steps"
 _ROLLOUT = "ftqp.kernel.entry.rollout"
 _ARM, _ALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.lone_entries"
+_STUDY = "ftqp.kernel.entry.study_entries"
 
 ENTRIES: Final = {
     entry.name: entry
@@ -50,6 +51,10 @@ ENTRIES: Final = {
         _entry("kkt", _ALONE, "iiiiii"),
         _entry("solve_network", _ALONE, "i" * 11),
         _entry("solve_network_batch", _ALONE, "iiiiii", nogil=True),
+        _entry("study_values", _STUDY, "i" * 8, nogil=True),
+        _entry("study_solutions", _STUDY, "i" * 8, nogil=True),
+        _entry("study_curve", _STUDY, "i" * 5, nogil=True),
+        _entry("study_self_motions", _STUDY, "i" * 8, nogil=True),
     )
 }
 """By name."""

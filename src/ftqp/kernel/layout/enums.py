@@ -316,6 +316,17 @@ class Iteration(IntEnum):
 
 LVI94, E47, IMPLICIT = map(int, Iteration)
 
+
+class CurveEnd(IntEnum):
+    """How a traced curve ended."""
+
+    CUT = 0  # at a joint limit, or where it could not be followed
+    CLOSED = 1
+    UNFINISHED = 2  # its memory was full
+
+
+CUT, CLOSED, UNFINISHED = map(int, CurveEnd)
+
 TARGET_POSE: Final = 0
 """Offset of the pose, 16 numbers by rows, in a packed target."""
 TARGET_TWIST: Final = 16

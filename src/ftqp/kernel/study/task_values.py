@@ -1,0 +1,102 @@
+"""Error and Jacobian of a study's task rows, and their derivatives."""
+
+from math import cos, sin, sqrt
+from typing import Any
+
+from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.arm.pose_error import rotation_vector
+from ftqp.kernel.jit import jit
+from ftqp.kernel.maths.vectors import cross
+
+SMALL = 1e-3
+"""Angle [rad] below which the inverse right Jacobian is a series."""
+
+
+@jit
+def task_values(S: Any) -> float:
+    """e = (p_d - p; length rotvec(R_d R')) and A = dx/dq of the study's rows at ``state.q``; returns |e|.
+
+    Angular rows of both are multiplied by the characteristic length; columns of A of held joints are zero.
+    """
+    forward_kinematics(S)
+    kinematics, study = S.kinematics, S.study
+    T, R, full, J = study.goal, kinematics.R_tip, study.full, kinematics.J
+    for r in range(3):
+        full[r] = T[4 * r + 3] - kinematics.o_tip[r]
+    if study.turns:
+        full[3], full[4], full[5] = rotation_vector(
+            T[0] * R[0] + T[1] * R[1] + T[2] * R[2],
+            T[0] * R[3] + T[1] * R[4] + T[2] * R[5],
+            T[0] * R[6] + T[1] * R[7] + T[2] * R[8],
+            T[4] * R[0] + T[5] * R[1] + T[6] * R[2],
+            T[4] * R[3] + T[5] * R[4] + T[6] * R[5],
+            T[4] * R[6] + T[5] * R[7] + T[6] * R[8],
+            T[8] * R[0] + T[9] * R[1] + T[10] * R[2],
+            T[8] * R[3] + T[9] * R[4] + T[10] * R[5],
+            T[8] * R[6] + T[9] * R[7] + T[10] * R[8],
+        )
+    square = 0.0
+    for row in range(study.m):
+        k = study.rows[row]
+        scale = study.length if k > 2 else 1.0
+        study.e[row] = scale * full[k]
+        square += study.e[row] * study.e[row]
+        for i in range(S.chain.n):
+            study.A[row, i] = 0.0 if study.held[i] else scale * J[k, i]
+    return sqrt(square)
+
+
+@jit
+def _shrinking(S: Any, w0: float, w1: float, w2: float) -> tuple[float, float, float]:
+    """J_r^-1(phi) w: how fast the rotation vector phi of R_d R' shrinks while the tip turns with w.
+
+    J_r^-1 = 1 + [phi]/2 + (1/a^2 - (1 + cos a)/(2 a sin a)) [phi]^2, a = |phi|.
+    Source: docs/theory/unidentified-failures.md.
+    """
+    full = S.study.full
+    p0, p1, p2 = full[3], full[4], full[5]
+    square = p0 * p0 + p1 * p1 + p2 * p2
+    angle = sqrt(square)
+    c = 1.0 / 12.0 + square / 720.0
+    if angle > SMALL:
+        c = 1.0 / square - (1.0 + cos(angle)) / (2.0 * angle * sin(angle))
+    a0, a1, a2 = cross(p0, p1, p2, w0, w1, w2)
+    b0, b1, b2 = cross(p0, p1, p2, a0, a1, a2)
+    return w0 + 0.5 * a0 + c * b0, w1 + 0.5 * a1 + c * b1, w2 + 0.5 * a2 + c * b2
+
+
+@jit
+def error_rates(S: Any, D: Any) -> None:
+    """D = -de/dq, (m, n), at the values of ``task_values``: A where no rotation is left, exact everywhere."""
+    study, J = S.study, S.kinematics.J
+    for i in range(S.chain.n):
+        r0, r1, r2 = J[3, i], J[4, i], J[5, i]
+        if study.turns:
+            r0, r1, r2 = _shrinking(S, r0, r1, r2)
+        for row in range(study.m):
+            k = study.rows[row]
+            rate = J[k, i] if k < 3 else study.length * (r0 if k == 3 else r1 if k == 4 else r2)
+            D[row, i] = 0.0 if study.held[i] else rate
+
+
+@jit
+def jacobian_rates(S: Any, H: Any) -> None:
+    """H[l, :, k] = dA_k/dq_l, (n, m, n), at the values of ``task_values``, held joints as if they moved.
+
+    Linear rows: w_min x j_max, min and max of k and l, w_i the axis of a joint that turns, 0 of one that
+    slides; angular rows: w_l x w_k for l < k, else 0. Source: docs/theory/unidentified-failures.md.
+    """
+    study, J = S.study, S.kinematics.J
+    n = S.chain.n
+    for l in range(n):
+        for k in range(n):
+            low, high = min(k, l), max(k, l)
+            d0, d1, d2 = cross(J[3, low], J[4, low], J[5, low], J[0, high], J[1, high], J[2, high])
+            r0, r1, r2 = cross(J[3, l], J[4, l], J[5, l], J[3, k], J[4, k], J[5, k])
+            for row in range(study.m):
+                j = study.rows[row]
+                if j < 3:
+                    H[l, row, k] = d0 if j == 0 else d1 if j == 1 else d2
+                else:
+                    rate = r0 if j == 3 else r1 if j == 4 else r2
+                    H[l, row, k] = study.length * rate if l < k else 0.0
