@@ -59,6 +59,15 @@ ENTRIES: Final = {
 }
 """By name."""
 
+EXACT: Final = {
+    entry.name: entry
+    for entry in (
+        _entry("planar_runs", "ftqp.kernel.study.planar_runs", "iiii", nogil=True),
+        _entry("planar_lines", "ftqp.kernel.study.planar_lines", "iiii", nogil=True),
+    )
+}
+"""By name: entries whose capacity is the number of joints itself, compiled when a study begins."""
+
 ANY_SIZE: Final = 0
 """The capacity of entries that know no robot."""
 

@@ -1,0 +1,178 @@
+"""Where a task may begin: measures of a whole workspace for failures that nobody is told of."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any, Self, final
+
+import numpy as np
+
+from ftqp.analysis.map_chunks import (
+    COUNTS,
+    Box,
+    Length,
+    WorkspaceTask,
+    map_chunk,
+    points,
+    workspace_task,
+)
+from ftqp.analysis.measures import MEASURES
+from ftqp.core.checks import FloatArray, IntArray, frozen
+from ftqp.core.errors import InputError
+from ftqp.kernel.entry.threads import thread_count
+from ftqp.model.robot import Robot
+
+CHUNK = 16
+"""Points of a chunk: a few hundredths of a second of work."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class WorkspaceReport:
+    """The measures of a workspace in percent, (points, nv + 1); the last column is for any joint.
+
+    R is the share of the straight line to the goal on which the goal stays within reach when a joint locks, F
+    the share of that part from which the law brings the tip to the goal though it does not know, and C the
+    share of the whole line with both. 100: share of the configurations with all of it; avg: mean over the
+    configurations; sens: largest minus smallest.
+
+    Attributes:
+        joints: Names of the joints.
+        points: Where tasks begin, (P, 2) [m].
+        goal: Where they end, (2,) [m].
+        R100: Configurations with R = 1.
+        Ravg: Mean of R.
+        Rsens: Spread of R.
+        F100: Configurations with F = 1.
+        Favg: Mean of F.
+        Fsens: Spread of F.
+        C100: Configurations with C = 1.
+        Cavg: Mean of C.
+        configurations: How many there are at each point, (P,).
+        failed: Lines that ended at a singularity of the healthy arm; no measure counts them, (P,).
+        runs: Failures whose outcome was simulated, (P,).
+        unresolved: Those of them that came to no verdict, counted as not correct, (P,).
+    """
+
+    joints: tuple[str, ...]
+    points: FloatArray
+    goal: FloatArray
+    R100: FloatArray
+    Ravg: FloatArray
+    Rsens: FloatArray
+    F100: FloatArray
+    Favg: FloatArray
+    Fsens: FloatArray
+    C100: FloatArray
+    Cavg: FloatArray
+    configurations: IntArray
+    failed: IntArray
+    runs: IntArray
+    unresolved: IntArray
+
+    @classmethod
+    def of(cls, task: WorkspaceTask, some: FloatArray, found: dict[str, FloatArray]) -> Self:
+        """The report of a task.
+
+        Args:
+            task: What was asked.
+            some: The points, (P, 2) [m].
+            found: Their measures and counts as of ``map_chunk``.
+        """
+        counts = {name: frozen(np.asarray(found[name]).astype(np.int64)) for name in COUNTS}
+        measures = {name: frozen(np.asarray(found[name], dtype=np.float64)) for name in MEASURES}
+        return cls(joints=task.joints, points=frozen(some), goal=task.goal, **measures, **counts)
+
+    def means(self) -> dict[str, FloatArray]:
+        """The mean of each measure over the points that have it, (nv + 1,) [percent]."""
+        found = {}
+        for name in MEASURES:
+            value = getattr(self, name)
+            said = ~np.isnan(value)
+            total = np.where(said, value, 0.0).sum(axis=0)
+            found[name] = np.where(said.any(axis=0), total / np.maximum(said.sum(axis=0), 1), np.nan)
+        return found
+
+    def table(self) -> str:
+        """The means over the points as a text table, and what was counted."""
+        heads = [*self.joints, "any"]
+        width = max(7, *(len(head) for head in heads))
+        lines = ["mean [%]" + "".join(f"  {head:>{width}}" for head in heads)]
+        for name, mean in self.means().items():
+            lines.append(f"{name:<8}" + "".join(f"  {value:>{width}.2f}" for value in mean))
+        lines.append(
+            f"{len(self.points)} points, {self.configurations.sum()} configurations, "
+            f"{self.failed.sum()} lines failed, {self.runs.sum()} runs, {self.unresolved.sum()} unresolved"
+        )
+        return "\n".join(lines)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write everything to a compressed file of numpy's, one array for each attribute.
+
+        Args:
+            path: The file; ``.npz`` is added where it is missing.
+        """
+        arrays = {name: getattr(self, name) for name in ("points", "goal", *MEASURES, *COUNTS)}
+        np.savez_compressed(path, joints=np.array(self.joints), **arrays)
+
+
+def workspace(
+    robot: Robot,
+    goal: Any,
+    *,
+    grid: int = 52,
+    configurations: int = 90,
+    steps: int = 100,
+    screen: bool = True,
+    horizon: float | None = None,
+    length: Length = "cartesian",
+    box: Box = "product",
+    W: Any = None,
+    gain: float = 1.0,
+    v_max: float | None = None,
+    jobs: int | None = None,
+    seed: int = 0,
+) -> WorkspaceReport:
+    """From which points a straight line to a goal survives a lock that nobody is told of.
+
+    Every configuration at a point leads the tip straight to the goal; at every part of its line each joint is
+    taken to lock. Limits of the joints do not count: the law does not know them either.
+    Source: goel2005, section 4, and docs/theory/after-a-failure.md.
+
+    Args:
+        robot: A planar arm of revolute joints, made by ``ftqp.robots.load("planar", ...)``.
+        goal: Where the tip is to go, (2,) or (3,) [m].
+        grid: Nodes along each axis of a square as wide as the reach, >= 2; more is a finer map.
+        configurations: Of each component of a point's self-motion, >= 1; more is a smoother measure.
+        steps: Equal parts of a line, >= 1; more finds shorter stretches out of reach.
+        screen: Whether failures are taken as correct at locked values from which every one of 64 trials went
+            to the goal; without it all are simulated, which takes ten times as long.
+        horizon: |e| must fall below a hundredth of the mean link within this time [s]; None, the default,
+            asks where the motion ends.
+        length: Whether shares are of the way of the tip, or of that of the joints.
+        box: Whether joints may be in the ranges of different components of the goal's self-motion, or all in
+            those of one.
+        W: Weights of the joint rates, (nv, nv) or its diagonal (nv,), positive definite; None is the
+            identity.
+        gain: K_e of the law, > 0 [1/s]; it counts with a horizon only.
+        v_max: The largest commanded speed of the tip, > 0 [m/s]; it counts with a horizon only.
+        jobs: Threads; None takes one for each core. The result does not depend on it.
+        seed: Moves quasi-random configurations, of arms of more than three joints, and trials.
+
+    Raises:
+        InputError: The goal is out of reach, W is not positive definite, a number is not positive, or the arm
+            is not a planar one.
+    """
+    threads = thread_count() if jobs is None else jobs
+    if isinstance(threads, bool) or not isinstance(threads, int | np.integer) or threads < 1:
+        raise InputError(f"jobs is {jobs!r}, expected a whole number from 1")
+    task = workspace_task(
+        robot, goal, grid=grid, configurations=configurations, steps=steps, screen=screen, horizon=horizon,
+        length=length, box=box, W=W, gain=gain, v_max=v_max, seed=seed,
+    )  # fmt: skip
+    every = points(task)
+    chunks = [every[k : k + CHUNK] for k in range(0, len(every), CHUNK)]
+    with ThreadPoolExecutor(int(threads)) as pool:
+        parts = list(pool.map(lambda chunk: map_chunk(task, chunk), chunks))
+    found = {name: np.concatenate([part[name] for part in parts]) for name in (*MEASURES, *COUNTS)}
+    return WorkspaceReport.of(task, every, found)

@@ -1,0 +1,159 @@
+"""Maps of a workspace for failures that nobody is told of."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.analysis import map_chunk, points, workspace, workspace_task
+from ftqp.core.errors import InputError
+
+GOAL = (1.5, 1.5)
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return ftqp.robots.load("planar", lengths=(1, 1, 1), continuous=True)
+
+
+@pytest.fixture(scope="module")
+def task(arm):
+    return workspace_task(arm, GOAL, configurations=12, steps=20)
+
+
+def same(one, other):
+    return all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
+
+
+def test_result_does_not_depend_on_how_points_are_cut_into_chunks(arm):
+    task = workspace_task(arm, GOAL, configurations=7, steps=9, screen=False)
+    some = points(task)[700:704]
+    whole = map_chunk(task, some)
+    parts = [map_chunk(pickle.loads(pickle.dumps(task)), point) for point in some]
+    assert same(whole, {name: np.concatenate([part[name] for part in parts]) for name in whole})
+    assert whole["runs"].sum() > 300
+
+
+def test_one_thread_and_two_give_the_same(arm):
+    one, two = (workspace(arm, GOAL, grid=8, configurations=5, steps=8, jobs=jobs) for jobs in (1, 2))
+    assert np.array_equal(one.R100, two.R100) and np.array_equal(one.Cavg, two.Cavg)
+    assert one.points.shape == (32, 2)
+
+
+def test_share_with_all_is_at_most_the_mean_and_any_joint_at_most_each(task):
+    found = map_chunk(task, points(task)[::40])
+    assert (found["R100"] <= found["Ravg"] + 1e-9).all()
+    assert (found["Ravg"][:, 3:] <= found["Ravg"][:, :3].min(axis=1, keepdims=True) + 1e-9).all()
+    assert np.allclose(found["Cavg"], found["Ravg"])  # screened: every failure in range ends at the goal
+
+
+def test_measures_do_not_depend_on_the_size_of_the_arm(arm, task):
+    large = ftqp.robots.load("planar", lengths=(2.5, 2.5, 2.5), continuous=True)
+    other = workspace_task(large, (3.75, 3.75), configurations=12, steps=20)
+    some = points(task)[::97]
+    assert same(map_chunk(task, some), map_chunk(other, 2.5 * some))
+
+
+def test_measures_turn_with_the_goal(arm, task):
+    angle = 0.7
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    turned = workspace_task(arm, turn @ GOAL, configurations=12, steps=20)
+    some = points(task)[::97]
+    one, other = map_chunk(task, some), map_chunk(turned, some @ turn.T)
+    assert np.allclose(one["Ravg"], other["Ravg"], atol=1e-6)
+
+
+def test_ranges_agree_with_what_the_arm_reaches(arm):
+    """Every line ends at the goal, where each joint is in its range by definition."""
+    task = workspace_task(arm, (-0.8, 0.0), configurations=8, steps=6, screen=False)
+    study = task.study()
+    starts = np.concatenate(task.links.configurations(task.links.local((2.0, -1.4)), 8, 0))
+    inside, failed, q, within = study.lines(starts, 6, task.boxes, by_joints=False, keep=True)
+    assert not failed.any() and within[:, -1].all() and (inside > 0.0).all()
+    tip = np.exp(1j * np.cumsum(q, axis=2)).sum(axis=2)
+    line = np.linspace(2.0 - 1.4j, -0.8, 7)
+    assert np.abs(tip - line).max() < 1e-9
+
+
+def test_lines_are_those_of_the_least_rates(arm):
+    """Against an integration of v = J^+ (goal - tip) by scipy, which knows no correction."""
+    from scipy.integrate import solve_ivp
+
+    task = workspace_task(arm, GOAL, configurations=1, steps=4)
+    start = np.array([-1.38, 0.785, 0.7465])
+
+    def rates(s, q):
+        psi = np.cumsum(q)
+        p = np.cumsum(np.exp(1j * psi)[::-1])[::-1]
+        J = np.array([-p.imag, p.real])
+        return np.linalg.pinv(J) @ line
+
+    tip = np.exp(1j * np.cumsum(start)).sum()
+    line = np.array([GOAL[0] - tip.real, GOAL[1] - tip.imag])
+    expected = solve_ivp(rates, (0.0, 1.0), start, rtol=1e-11, atol=1e-11).y[:, -1]
+    _, _, q, _ = task.study().lines(start[None], 100, task.boxes, by_joints=False, keep=True)
+    assert q[0, -1] == pytest.approx(expected, abs=1e-6)
+
+
+def test_joint_lengths_and_component_boxes_change_the_measures(arm, task):
+    some = np.array([[2.0, -1.4]])
+    by_joints = map_chunk(workspace_task(arm, GOAL, configurations=12, steps=20, length="joint"), some)
+    assert by_joints["Ravg"][0, 3] > map_chunk(task, some)["Ravg"][0, 3] + 2.0
+    two = {"configurations": 12, "steps": 20}
+    product = map_chunk(workspace_task(arm, (0.5, 0.2), box="product", **two), some)
+    apart = map_chunk(workspace_task(arm, (0.5, 0.2), box="per_component", **two), some)
+    assert (apart["Ravg"] <= product["Ravg"] + 1e-6).all() and apart["Ravg"][0, 3] < product["Ravg"][0, 3]
+
+
+def test_longer_horizon_lets_more_succeed(arm):
+    shares = [
+        map_chunk(workspace_task(arm, GOAL, configurations=6, steps=10, horizon=T), np.array([[-0.9, 1.8]]))
+        for T in (5.0, 20.0, 100.0)
+    ]
+    means = [share["Favg"][0, 0] for share in shares]
+    assert means[0] < means[1] < means[2] <= 100.0
+
+
+def test_arms_of_more_joints_are_mapped(arm):
+    four = ftqp.robots.load("planar", lengths=(1.0, 0.8, 0.6, 0.5), continuous=True)
+    task = workspace_task(four, (1.2, 0.8), configurations=20, steps=10)
+    found = map_chunk(task, np.array([[0.5, -1.0], [5.0, 5.0]]))
+    assert found["configurations"].tolist() == [20, 0]
+    assert found["R100"].shape == (2, 5) and np.isnan(found["R100"][1]).all()
+    assert (found["Ravg"][0] > 0.0).all()
+
+
+def test_report_says_what_was_counted_and_is_saved(arm, tmp_path):
+    report = workspace(arm, GOAL, grid=6, configurations=4, steps=5)
+    table = report.table()
+    assert "R100" in table and "any" in table and f"{len(report.points)} points" in table
+    report.save(tmp_path / "map.npz")
+    with np.load(tmp_path / "map.npz") as saved:
+        assert np.array_equal(saved["R100"], report.R100) and saved["joints"].tolist() == ["j1", "j2", "j3"]
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"goal": (4.0, 0.0)}, "goal .* is 4 m from joint 1, expected between 0 and 3 m"),
+        ({"goal": (1.0, 2.0, 3.0, 4.0)}, "goal has shape"),
+        ({"grid": 0}, "grid is 0, expected a whole number from 2"),
+        ({"configurations": 0}, "configurations is 0"),
+        ({"steps": 2.5}, "steps is 2.5"),
+        ({"W": np.diag([1.0, 0.0, 1.0])}, "positive definite"),
+        ({"W": [[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]}, "not symmetric"),
+        ({"W": np.eye(2)}, "W has shape"),
+        ({"horizon": 0.0}, "horizon is 0"),
+        ({"length": "way"}, "length is 'way'"),
+        ({"jobs": 0}, "jobs is 0"),
+    ],
+)
+def test_bad_input_is_refused_in_a_sentence(arm, options, sentence):
+    with pytest.raises(InputError, match=sentence):
+        workspace(arm, **{"goal": GOAL, **options})
+
+
+def test_arm_in_space_is_refused():
+    with pytest.raises(InputError, match="is not a planar arm"):
+        workspace_task(ftqp.robots.load("panda"), (0.5, 0.2))
