@@ -1,6 +1,11 @@
 """Studies of an arm before it moves."""
 
+from ftqp.analysis.circular_intervals import CircularIntervals as CircularIntervals
 from ftqp.analysis.falling import fall_energy as fall_energy
+from ftqp.analysis.manifolds.joint_ranges import joint_ranges as joint_ranges
+from ftqp.analysis.manifolds.manifold import Manifold as Manifold
+from ftqp.analysis.manifolds.reachability import reachable_after as reachable_after
+from ftqp.analysis.manifolds.self_motion import self_motion as self_motion
 from ftqp.analysis.map_chunks import WorkspaceTask as WorkspaceTask
 from ftqp.analysis.map_chunks import map_chunk as map_chunk
 from ftqp.analysis.map_chunks import points as points

@@ -1,0 +1,89 @@
+"""Self-motions within joint limits: the pieces of the curves that an arm without limits would follow."""
+
+from itertools import islice, product
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from ftqp.analysis.circular_intervals import TURN
+from ftqp.analysis.goals import STEP, GoalStudy
+from ftqp.core.checks import FloatArray
+from ftqp.kernel.entry.study_session import TracedCurve
+
+MOST_COPIES = 64
+"""Copies of a configuration, by full turns of its joints, that are looked at."""
+
+
+def limited_curves(study: GoalStudy, curves: list[TracedCurve]) -> list[TracedCurve]:
+    """All pieces within the robot's limits of curves that were traced without them.
+
+    A joint whose range is more than a turn has several copies of a value; each piece is found with each.
+
+    Args:
+        study: Of the goal.
+        curves: All of them.
+    """
+    pieces: list[TracedCurve] = []
+    for curve in curves:
+        for point in _inside(study, curve.q):
+            for q in _copies(study, point):
+                if not any(_passes(piece, q, study) for piece in pieces):
+                    piece = study.limited.curve(q)
+                    if len(piece.q) > 1:
+                        pieces.append(piece)
+    return pieces
+
+
+def _excess(study: GoalStudy, q: FloatArray) -> FloatArray:
+    """How far the worst joint is outside its limits, whole turns left out, (k,); negative inside."""
+    limits = study.robot.limits
+    finite = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
+    half = np.where(finite, 0.5 * (limits.q_max - limits.q_min), np.inf)
+    away = q - np.where(finite, 0.5 * (limits.q_max + limits.q_min), 0.0)
+    turns = ~study.robot.chain.prismatic & finite
+    away = np.where(turns, away - TURN * np.round(away / TURN), away)
+    one_sided = np.maximum(limits.q_min - q, q - limits.q_max)
+    return np.asarray(np.where(finite, np.abs(away) - half, one_sided).max(axis=1))
+
+
+def _inside(study: GoalStudy, q: FloatArray) -> FloatArray:
+    """Points of a curve inside the limits: those of its samples, and ones of pieces between samples."""
+    excess = _excess(study, q)
+    found = [q[excess <= 0.0]]
+    for k in range(1, len(q) - 1):
+        if 0.0 < excess[k] < STEP and excess[k] <= min(excess[k - 1], excess[k + 1]):
+            ends = q[k - 1], q[k + 1]
+
+            def beside(share: float, ends: tuple[FloatArray, FloatArray] = ends) -> FloatArray:
+                return study.free.solutions((ends[0] + share * (ends[1] - ends[0]))[None], near=True)[0]
+
+            best = minimize_scalar(
+                lambda share, beside=beside: float(_excess(study, beside(share))[0]),
+                bounds=(0.0, 1.0),
+                method="bounded",
+            )
+            if best.fun < 0.0:
+                found.append(beside(float(best.x)))
+    return np.vstack(found)
+
+
+def _copies(study: GoalStudy, q: FloatArray) -> list[FloatArray]:
+    """The configuration with whole turns added, wherever the limits allow it."""
+    limits, choices = study.robot.limits, []
+    for i, value in enumerate(q):
+        if study.turning[i] or study.robot.chain.prismatic[i]:
+            choices.append([value])
+            continue
+        first = np.ceil((limits.q_min[i] - value) / TURN)
+        last = np.floor((limits.q_max[i] - value) / TURN)
+        if not np.isfinite(first + last):
+            first = last = 0.0
+        choices.append([value + TURN * k for k in np.arange(first, last + 1.0)])
+    return [np.array(copy) for copy in islice(product(*choices), MOST_COPIES)]
+
+
+def _passes(curve: TracedCurve, q: FloatArray, study: GoalStudy) -> bool:
+    """Whether a curve passes within two steps of a configuration."""
+    away = curve.q - q
+    away = np.where(study.turning, away - TURN * np.round(away / TURN), away)
+    return bool((np.einsum("ki,ki->k", away, away) < (2.0 * STEP) ** 2).any())

@@ -1,0 +1,100 @@
+"""Ranges of joints against closed forms, SQP and pinocchio."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from planar_arms import closed_form_ends, links
+from scipy.optimize import minimize
+
+from ftqp.analysis.manifolds.joint_ranges import joint_ranges
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.model import catalog
+from ftqp.model.robot import Robot
+
+
+@pytest.mark.parametrize("lengths", [(1.0, 1.0, 1.0), (1.0, 1.0, 0.5), (0.4, 0.9, 1.2)])
+@pytest.mark.parametrize("x", [(0.7, 0.2), (-1.2, 0.8), (0.1, -1.9)])
+def test_ends_of_three_links_are_those_of_the_closed_form(
+    lengths: tuple[float, float, float], x: tuple[float, float]
+) -> None:
+    found = joint_ranges(links(*lengths), x)
+    for B, ends in zip(found.values(), closed_form_ends(lengths, x), strict=True):
+        edges = [edge for pair in B.intervals for edge in pair if not B.whole]
+        for edge in edges:
+            assert min(abs((edge - end + np.pi) % (2.0 * np.pi) - np.pi) for end in ends) < 1e-9
+        if not ends:
+            assert B.whole
+
+
+def farthest(robot: Robot, goal: FloatArray, rows: int, i: int, way: float, starts: FloatArray) -> float:
+    """The largest way * q_i of the arm at the goal by SQP with pinocchio's kinematics, from many starts."""
+    data, tip = robot.model.createData(), robot.model.getFrameId(robot.tip)
+
+    def error(q: FloatArray) -> FloatArray:
+        pin.framesForwardKinematics(robot.model, data, q)
+        pose = data.oMf[tip]
+        turn = pin.log3(goal[:3, :3] @ pose.rotation.T)
+        return np.asarray(np.concatenate([goal[:3, 3] - pose.translation, turn])[:rows])
+
+    slope = -way * np.eye(robot.nv)[i]
+    best = -np.inf
+    for start in starts:
+        answer = minimize(
+            lambda q: float(slope @ q),
+            start,
+            jac=lambda q: slope,
+            bounds=list(zip(robot.limits.q_min, robot.limits.q_max, strict=True)),
+            constraints={"type": "eq", "fun": error},
+            method="SLSQP",
+            options={"maxiter": 200, "ftol": 1e-13},
+        )
+        if np.abs(error(answer.x)).max() < 1e-8:
+            best = max(best, way * float(answer.x[i]))
+    return best
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "rows"), [("panda", "pose"), ("panda", "position"), ("iiwa14", "position")])
+def test_ends_of_seven_joints_are_those_of_sqp(name: str, rows: str) -> None:
+    robot = catalog.load(name)
+    goal = robot.pose(robot.neutral + 0.2)
+    found = joint_ranges(robot, goal, rows)
+    rng = np.random.default_rng(2)
+    starts = rng.uniform(robot.limits.q_min, robot.limits.q_max, (25, 7))
+    for i in (1, 3):
+        B = found[robot.joints[i]]
+        high = farthest(robot, goal, 6 if rows == "pose" else 3, i, 1.0, starts)
+        low = -farthest(robot, goal, 6 if rows == "pose" else 3, i, -1.0, starts)
+        assert high == pytest.approx(B.intervals[-1][1], abs=np.deg2rad(0.002))
+        assert low == pytest.approx(B.intervals[0][0], abs=np.deg2rad(0.002))
+
+
+def test_elbow_of_a_spherical_arm_is_structural() -> None:
+    robot = catalog.load("iiwa14")
+    found = joint_ranges(robot, robot.pose(robot.neutral + 0.2), "pose")
+    assert [joint for joint, B in found.items() if B.structural] == ["iiwa_joint_4"]
+    assert len(found["iiwa_joint_4"].intervals) == 2
+
+
+def test_range_of_a_joint_of_four_links_is_that_of_its_closed_form() -> None:
+    x = (3.5, 1.0)
+    found = joint_ranges(links(1, 1, 1, 1), x)
+    R = np.hypot(*x)
+    half = np.arccos((1.0 + R * R - 9.0) / (2.0 * R))
+    (low, high), *_ = found["j1"].intervals
+    assert (low, high) == pytest.approx(np.arctan2(1.0, 3.5) + np.array([-half, half]), abs=1e-9)
+    bend = np.arccos(((R - 2.0) ** 2 - 2.0) / 2.0)
+    for joint in ("j2", "j3", "j4"):
+        assert found[joint].intervals[0] == pytest.approx((-bend, bend), abs=1e-9)
+
+
+def test_arm_without_a_joint_to_spare_has_points() -> None:
+    found = joint_ranges(links(1, 1), (1.0, 1.0))
+    assert all(B.structural for B in found.values())
+    assert [edge for edge, _ in found["j2"].intervals] == pytest.approx([-np.pi / 2, np.pi / 2])
+
+
+def test_goal_out_of_reach_has_no_ranges() -> None:
+    with pytest.raises(InputError, match="expected a goal inside the workspace"):
+        joint_ranges(links(1, 1, 1, 1), (4.5, 0.0))

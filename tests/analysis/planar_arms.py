@@ -1,0 +1,34 @@
+"""Planar arms of the literature and closed forms of their solutions, for the tests of studies."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ftqp.model import catalog
+from ftqp.model.robot import Robot
+
+
+def links(*lengths: float) -> Robot:
+    """A planar arm whose joints turn without end."""
+    return catalog.load("planar", lengths=lengths, continuous=True)
+
+
+def closed_form_ends(lengths: Sequence[float], x: Sequence[float]) -> list[list[float]]:
+    """Values of each joint of three at which the other two are stretched or folded, tip at x [rad].
+
+    Source: goel2005, from the law of cosines with the tip at the distance R.
+    """
+    l1, l2, l3 = lengths
+    R, toward = float(np.hypot(*x)), float(np.arctan2(x[1], x[0]))
+    ends: list[list[float]] = [[], [], []]
+    for s in (1.0, -1.0):
+        cosines = (
+            (l1**2 + R**2 - (l2 + s * l3) ** 2) / (2.0 * l1 * R),
+            ((R - s * l3) ** 2 - l1**2 - l2**2) / (2.0 * l1 * l2),
+            ((R - s * l1) ** 2 - l2**2 - l3**2) / (2.0 * l2 * l3),
+        )
+        for i, cosine in enumerate(cosines):
+            if abs(cosine) <= 1.0:
+                middle = toward if i == 0 else 0.0
+                ends[i] += [middle + np.arccos(cosine), middle - np.arccos(cosine)]
+    return ends
