@@ -11,7 +11,7 @@ from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES, EXACT
 
 ANY = {"solve_qp", "kkt", "solve_network", "solve_network_batch", "write_target"}
 """Those that know no robot."""
-OBJECTS = {"q", "v", "target", "targets", "tick", "pose", "twist", "acceleration"}
+OBJECTS = {"q", "v", "target", "targets", "tick", "pose", "twist", "acceleration", "limit"}
 """What compiled code takes as Python objects: what a caller hands to a step, and the step itself."""
 
 

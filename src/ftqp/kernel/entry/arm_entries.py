@@ -1,12 +1,17 @@
 """Kinematics and dynamics of an arm alone, for set-up, simulation and studies."""
 
 from collections.abc import Callable
+from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.arm.servo import ask, wanted
+from ftqp.kernel.compiled.taking import take
 from ftqp.kernel.jit import carray, pointer
 from ftqp.kernel.judge.verdict import torques_without_inertia
+from ftqp.kernel.layout.enums import WRONG_SHAPE
 from ftqp.kernel.layout.record import arm_dtype, record_dtype
+from ftqp.kernel.layout.servo_memory import servo_dtype
 from ftqp.kernel.ticks.accepted_inputs import accept_state
 
 
@@ -51,3 +56,25 @@ def torques(capacity: int) -> Callable[..., int]:
         return 0
 
     return torques
+
+
+def servo_torques(capacity: int) -> Callable[..., int]:
+    """The torques of joint servos at a state: 1 if a motor is at its limit, 0 if none is, or a mistake."""
+    dtype, servo = arm_dtype(capacity), servo_dtype(capacity)
+
+    def servo_torques(address: int, servo_at: int, q: Any, v: Any, limit: Any) -> int:
+        K, S = carray(pointer(address), 1, dtype)[0], carray(pointer(servo_at), 1, servo)[0]
+        n = K.chain.n
+        if (
+            take(q, 0, K.state.q.ctypes.data, n, 1) != n
+            or take(v, 0, K.state.v.ctypes.data, n, 1) != n
+            or take(limit, 0, S.limit.ctypes.data, n, 1) != n
+        ):
+            return WRONG_SHAPE
+        forward_kinematics(K)
+        motion(K)
+        dynamics(K)
+        wanted(K, S)
+        return ask(K, S)
+
+    return servo_torques

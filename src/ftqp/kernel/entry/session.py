@@ -24,6 +24,7 @@ from ftqp.kernel.layout.record import (
     record,
 )
 from ftqp.kernel.layout.reduced_problem import memory
+from ftqp.kernel.layout.servo_memory import servo_dtype
 
 Call = Callable[..., int]
 
@@ -161,6 +162,13 @@ class ArmSession:
             self._dynamics = bound("inverse_dynamics", self.capacity, self._memory)
         self._dynamics(self._given(q, v))
 
+    def servos(self, servo: "ServoMemory") -> Call:
+        """What puts the torques of servos at (q, v) under the limits given into their memory; 1: one is full.
+
+        It leaves M and h of that state in the room ``kinematics``.
+        """
+        return bound("servo_torques", self.capacity, self._memory, servo.memory)
+
     def _given(self, q: FloatArray, v: FloatArray | None) -> int:
         self._q[: len(q)] = q
         self._v[: self._joints] = 0.0 if v is None else v
@@ -240,3 +248,16 @@ class JointsMemory:
     def arguments(self) -> tuple[Any, ...]:
         """What the entry points take for it."""
         return (self.memory,)
+
+
+class ServoMemory:
+    """The memory of the servos of an arm.
+
+    Attributes:
+        memory: The record, (1,).
+        S: Its fields, by attribute.
+    """
+
+    def __init__(self, joints: int) -> None:
+        self.memory = np.zeros(1, servo_dtype(capacity_for(joints)))
+        self.S: Any = rooms(self.memory)

@@ -42,6 +42,7 @@ ENTRIES: Final = {
         _entry("kinematics", _ARM, "ii"),
         _entry("inverse_dynamics", _ARM, "ii"),
         _entry("torques", _ARM, "i"),
+        _entry("servo_torques", _ARM, "iiooo"),
         _entry("block", "ftqp.kernel.ticks.block_of_ticks", "iooooiiiiiii"),
         _entry("rollout_4", _ROLLOUT, "i" * 20, nogil=True),
         _entry("rollout_8", _ROLLOUT, "i" * 20, nogil=True),

@@ -4,10 +4,11 @@ from typing import final
 
 import numpy as np
 
+from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, unknown
+from ftqp.kernel.entry.session import ArmSession, ServoMemory
 from ftqp.model.robot import Robot
-from ftqp.sim.plants.arm_model import Arm
 from ftqp.sim.plants.plant import DRIVES, Command
 
 BANDWIDTH = 94.0
@@ -27,9 +28,9 @@ class JointServo:
     M and h are those of the arm's model, so that a load it does not know is a disturbance to the servo. A law
     with M has the same bandwidth in every posture; gains fixed at one posture have not.
 
-    A joint that does not obey is no reason to throw the others about, so that what M is multiplied by is zero
-    for a joint whose motor is off, and for motors S at their limits the acceleration that the limit leaves:
-    M_SS a_S = tau_S - h_S - M_SF a_F.
+    A joint that does not obey is no reason to throw the others about, so that they are asked nothing for the
+    sake of a joint whose motor is off or that ``strays`` names, and for motors S at their limits M is
+    multiplied by the acceleration that the limit leaves: M_SS a_S = tau_S - h_S - M_SF a_F.
 
     Args:
         robot: the arm as its maker knows it.
@@ -37,6 +38,11 @@ class JointServo:
         bandwidth: wn of the servo, > 0 [rad/s]; a stiffer servo follows closer, and needs shorter time steps.
         takes_velocity: whether a position servo is given velocities, too; without it the arm follows late by
             2/wn.
+
+    Attributes:
+        demand: What each servo asks of its motor, whether that gives it or not, within the healthy torque
+            limits, (nv,) [N m or N]; belongs to the servos.
+        strays: 1.0 for a joint that does not obey though its motor is on, else 0.0, (nv,); it may be written.
 
     Source: Luh, Walker and Paul 1980, the computed torque, with a double pole at wn.
     """
@@ -56,12 +62,21 @@ class JointServo:
                 f"takes_velocity = False is for drive 'position', but the drive is {drive!r}; leave it out"
             )
         self.drive = drive
-        self._wn = positive("bandwidth of the servo", bandwidth, "rad/s")
-        self._takes_velocity = takes_velocity
-        self._arm = Arm(robot)
+        wn = positive("bandwidth of the servo", bandwidth, "rad/s")
         n = robot.nv
-        self._q, self._v, self._tau = np.zeros(n), np.zeros(n), np.zeros(n)
-        self._a, self._part = np.zeros(n), np.zeros(n)
+        self._arm, self._memory = ArmSession(robot.chain.constants()), ServoMemory(n)
+        warm_up(("servo_torques",), self._arm.capacity)
+        self._ask = self._arm.servos(self._memory)
+        S, kinematics = self._memory.S, self._arm.K.kinematics
+        S.stiffness, S.damping = (wn * wn, 2.0 * wn) if drive == "position" else (0.0, wn)
+        S.tau_max[:n] = robot.limits.tau_max
+        self._takes_velocity = takes_velocity
+        self._mass, self._bias = kinematics.M[:n, :n], kinematics.h[:n]
+        self._q, self._v, self._tau = S.q[:n], S.v[:n], S.tau[:n]
+        self._a, self._tau_max = S.a[:n], S.tau_max[:n]
+        self.demand: FloatArray = S.demand[:n]
+        self.strays: FloatArray = S.strays[:n]
+        self._sent = np.zeros(n)
 
     def take(self, command: Command) -> None:
         """Hold the command from now on.
@@ -70,7 +85,8 @@ class JointServo:
             command: the planner's step for this tick.
         """
         if self.drive == "torque":
-            self._tau[:] = command.tau
+            self._sent[:] = command.tau
+            np.clip(self._sent, -self._tau_max, self._tau_max, out=self.demand)
             return
         self._q[:] = command.q
         if self._takes_velocity:
@@ -86,28 +102,24 @@ class JointServo:
             tau: Motor torques, (nv,) [N m or N]; overwritten.
         """
         if self.drive == "torque":
-            np.clip(self._tau, -limit, limit, out=tau)
+            np.clip(self._sent, -limit, limit, out=tau)
             return
-        a, part, wn = self._a, self._part, self._wn
-        np.subtract(self._v, v, out=a)
-        if self.drive == "position":
-            a *= 2.0 * wn
-            np.subtract(self._q, q, out=part)
-            part *= wn * wn
-            a += part
-        else:
-            a *= wn
-        a *= limit > 0.0
-        M, h = self._arm.dynamics(q, v)
-        np.dot(M, a, out=tau)
-        tau += h
-        if (np.abs(tau) > limit).any():
-            self._share_limits(M, h, limit, tau)
-        np.clip(tau, -limit, limit, out=tau)
+        full = self._ask(q, v, limit)
+        if full < 0:
+            raise InputError(
+                f"q, v and limit have shapes {np.shape(q)}, {np.shape(v)} and {np.shape(limit)}, expected "
+                f"(nv,) = ({len(self._tau)},) numbers each"
+            )
+        if full:
+            self._share_limits(limit)
+        tau[:] = self._tau
 
-    def _share_limits(self, M: FloatArray, h: FloatArray, limit: FloatArray, tau: FloatArray) -> None:
-        """Put motors beyond their limits there, the farthest first, and ``tau`` to what that leaves."""
-        a, on = self._a, np.where(limit > 0.0, limit, np.inf)
+    def _share_limits(self, limit: FloatArray) -> None:
+        """Put motors beyond their limits there, the farthest first, and the torques to what that leaves."""
+        M, h, tau, obeys = self._mass, self._bias, self._tau, (limit > 0.0) & (self.strays == 0.0)
+        wanted = np.where(obeys, 0.0, np.diag(M) * self._a)
+        a, on = np.where(obeys, self._a, 0.0), np.where(obeys, limit, np.inf)
+        np.add(M @ a, h, out=tau)
         full: list[int] = []
         at: list[float] = []
         for _ in range(len(tau)):
@@ -115,9 +127,10 @@ class JointServo:
             beyond[full] = 0.0
             worst = int(np.argmax(beyond))
             if beyond[worst] <= 1.0:
-                return
+                break
             full.append(worst)
             at.append(float(np.copysign(limit[worst], tau[worst])))
             a[full] += np.linalg.solve(M[np.ix_(full, full)], np.array(at) - tau[full])
-            np.dot(M, a, out=tau)
-            tau += h
+            np.add(M @ a, h, out=tau)
+        tau += wanted
+        np.clip(tau, -limit, limit, out=tau)

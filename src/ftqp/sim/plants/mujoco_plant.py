@@ -9,6 +9,7 @@ from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.joint_servo import JointServo
+from ftqp.sim.plants.mishaps import Jammed, Mishap, Misread, Runaway, Weakened
 from ftqp.sim.plants.physics import Physics
 from ftqp.sim.plants.plant import Command, Plant
 from ftqp.sim.plants.true_arm import TrueArm
@@ -31,7 +32,7 @@ class MujocoPlant(Plant):
     * degraded: the motor has what is left of its torque, and the end stops move in to what is left of the
       range. Speed and acceleration are a servo's and not reduced.
 
-    The arm closes the brakes that the planner asks for.
+    The arm closes the brakes that the planner asks for. What befalls a joint beside faults, see ``suffer``.
 
     Args:
         robot: the arm as its planner and its servos know it.
@@ -73,6 +74,11 @@ class MujocoPlant(Plant):
         self._low, self._high = true.stops(robot)
         self._brakes = true.brakes(robot, np.diag(self._physics.mass_matrix()))
         self._limit = robot.limits.tau_max.copy()
+        self._delivered, self._pushed = np.ones(robot.nv), np.zeros(robot.nv)
+        self._misread: dict[int, Misread] = {}
+        self._read = np.zeros((2, robot.nv))
+        self._stuck = np.zeros(robot.nv)
+        self._is_odd = False
         self.reset(robot.neutral, np.zeros(robot.nv))
 
     @property
@@ -89,6 +95,14 @@ class MujocoPlant(Plant):
     def tau(self) -> FloatArray:
         """Torques of the motors in the last time step, (nv,) [N m or N]; belongs to the plant."""
         return self._physics.tau
+
+    @property
+    def demand(self) -> FloatArray:
+        """What the servos asked of the motors in the last time step, that of ``tau``; belongs to the plant.
+
+        It is what a healthy motor would give: (nv,) [N m or N].
+        """
+        return self._servo.demand
 
     @property
     def carried(self) -> FloatArray:
@@ -122,6 +136,7 @@ class MujocoPlant(Plant):
         self._limit[:] = self._robot.limits.tau_max
         for i in range(self._robot.nv):
             self._work(i)
+        self._servo.demand[:] = 0.0
 
     def fail(self, fault: Fault) -> None:
         """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said.
@@ -149,14 +164,49 @@ class MujocoPlant(Plant):
                 high = self._high[i] if fault.q_max is None else min(fault.q_max, self._high[i])
                 self._physics.stop_at(i, low, high)
 
+    def suffer(self, mishap: Mishap) -> None:
+        """From now on the joint of ``mishap`` does what it says, and no longer what befell it before.
+
+        Args:
+            mishap: What happens, and to which joint.
+
+        Raises:
+            InputError: unknown joint, or an encoder of a servo that a torque arm has not.
+        """
+        i = self._robot.joint(mishap.joint)
+        if isinstance(mishap, Misread) and self.drive == "torque":
+            raise InputError(
+                "an arm that takes torques has no servo that could misread an encoder; give the fault to the "
+                "sensors"
+            )
+        self._work(i)
+        self._is_odd = True
+        match mishap:
+            case Runaway():
+                self._delivered[i] = 0.0
+                self._pushed[i] = mishap.direction * self._robot.limits.tau_max[i]
+                self._servo.strays[i] = 1.0
+            case Weakened():
+                self._delivered[i] = mishap.share
+            case Jammed():
+                self._physics.resist(i, self._coulomb[i] + self._brakes[i], self._viscous[i])
+                self._servo.strays[i] = 1.0
+            case Misread():
+                self._misread[i] = mishap
+                self._stuck[i] = self.q[i]
+
     def _brake(self, i: int) -> None:
         """Close the brake of joint i and switch its motor off."""
-        self._limit[i] = 0.0
+        self._limit[i] = self._pushed[i] = 0.0
         self._physics.resist(i, self._coulomb[i] + self._brakes[i], self._viscous[i])
 
     def _work(self, i: int) -> None:
         """Let joint i be healthy."""
         self._limit[i] = self._robot.limits.tau_max[i]
+        self._delivered[i], self._pushed[i] = 1.0, 0.0
+        self._servo.strays[i] = 0.0
+        self._misread.pop(i, None)
+        self._is_odd = bool(self._misread or (self._delivered != 1.0).any() or self._servo.strays.any())
         self._physics.release(i)
         self._physics.resist(i, self._coulomb[i], self._viscous[i])
         self._physics.stop_at(i, self._low[i], self._high[i])
@@ -169,9 +219,27 @@ class MujocoPlant(Plant):
         """
         servo, physics, limit = self._servo, self._physics, self._limit
         servo.take(command)
-        for i in np.flatnonzero(command.brakes & (limit > 0.0)):
-            self._brake(int(i))
+        brakes = command.brakes
+        if brakes.any():
+            for i in np.flatnonzero(brakes & (limit > 0.0)):
+                self._brake(int(i))
         tau, q, v = physics.tau, physics.q, physics.v
         for _ in range(self._substeps):
-            servo.torques(q, v, limit, tau)
+            if self._is_odd:
+                read = self._as_read()
+                servo.torques(read[0], read[1], limit, tau)
+                tau *= self._delivered
+                tau += self._pushed
+            else:
+                servo.torques(q, v, limit, tau)
             physics.step()
+
+    def _as_read(self) -> FloatArray:
+        """The state that the servos read, (2, nv)."""
+        read = self._read
+        read[0], read[1] = self._physics.q, self._physics.v
+        for i, mishap in self._misread.items():
+            if mishap.frozen:
+                read[0, i], read[1, i] = self._stuck[i], 0.0
+            read[0, i] += mishap.bias
+        return read
