@@ -54,6 +54,11 @@ if TYPE_CHECKING:
     from ftqp.control.task.resolvers import Damping as Damping
     from ftqp.control.task.scheme import Scheme as Scheme
     from ftqp.control.task.task import Task as Task
+    from ftqp.faults.detection.calibration import Calibration as Calibration
+    from ftqp.faults.detection.detector import Detector as Detector
+    from ftqp.faults.detection.diagnosis import Diagnosis as Diagnosis
+    from ftqp.faults.detection.motion_log import Commanded as Commanded
+    from ftqp.faults.detection.motion_log import MotionLog as MotionLog
     from ftqp.faults.kinds import Degraded as Degraded
     from ftqp.faults.kinds import FreeSwinging as FreeSwinging
     from ftqp.faults.kinds import Locked as Locked
@@ -80,11 +85,15 @@ __version__ = "0.1.0"
 _HOME = {
     "Backend": "ftqp.qp.adapters.backend",
     "BaseStatus": "ftqp.control.moving_base.inertial_task",
+    "Calibration": "ftqp.faults.detection.calibration",
     "Certificate": "ftqp.control.planner.certificate",
+    "Commanded": "ftqp.faults.detection.motion_log",
     "ComputedTorque": "ftqp.control.drive.computed_torque",
     "Criterion": "ftqp.kernel.layout.criteria",
     "Damping": "ftqp.control.task.resolvers",
     "Degraded": "ftqp.faults.kinds",
+    "Detector": "ftqp.faults.detection.detector",
+    "Diagnosis": "ftqp.faults.detection.diagnosis",
     "Drive": "ftqp.control.drive.drive",
     "DirectionalDamping": "ftqp.control.task.directional_damping",
     "EmergencyStop": "ftqp.control.task.emergency",
@@ -101,6 +110,7 @@ _HOME = {
     "Locked": "ftqp.faults.kinds",
     "Noise": "ftqp.control.drive.noise",
     "OneStep": "ftqp.control.task.bounds",
+    "MotionLog": "ftqp.faults.detection.motion_log",
     "MovingBase": "ftqp.control.moving_base.inertial_task",
     "MujocoPlant": "ftqp.sim.plants.mujoco_plant",
     "Observer": "ftqp.control.moving_base.base_gain",

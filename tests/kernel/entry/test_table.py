@@ -11,7 +11,22 @@ from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES, EXACT
 
 ANY = {"solve_qp", "kkt", "solve_network", "solve_network_batch", "write_target"}
 """Those that know no robot."""
-OBJECTS = {"q", "v", "target", "targets", "tick", "pose", "twist", "acceleration", "limit"}
+OBJECTS = {
+    "q",
+    "v",
+    "target",
+    "targets",
+    "tick",
+    "pose",
+    "twist",
+    "acceleration",
+    "limit",
+    "tau",
+    "q_ref",
+    "v_ref",
+    "a_ref",
+    "effort",
+}
 """What compiled code takes as Python objects: what a caller hands to a step, and the step itself."""
 
 

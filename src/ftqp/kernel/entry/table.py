@@ -14,6 +14,7 @@ def _entry(name: str, module: str, signature: str, nogil: bool = False) -> Entry
 _STEPS, _EXTERNAL = "ftqp.kernel.ticks.steps", "ftqp.kernel.ticks.external_steps"
 _NETWORK, _CLOSED = "ftqp.kernel.ticks.network_steps", "ftqp.kernel.ticks.closed_form_steps"
 _ROLLOUT = "ftqp.kernel.entry.rollout"
+_DETECTION = "ftqp.kernel.entry.detect_entries"
 _ARM, _ALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.lone_entries"
 _STUDY = "ftqp.kernel.entry.study_entries"
 
@@ -48,6 +49,8 @@ ENTRIES: Final = {
         _entry("rollout_8", _ROLLOUT, "i" * 20, nogil=True),
         _entry("rollout_any", _ROLLOUT, "i" * 23, nogil=True),
         _entry("write_target", "ftqp.kernel.entry.target_entry", "iooo"),
+        _entry("detect", _DETECTION, "iioooooo"),
+        _entry("detect_log", _DETECTION, "i" * 10, nogil=True),
         _entry("solve_qp", _ALONE, "i"),
         _entry("kkt", _ALONE, "iiiiii"),
         _entry("solve_network", _ALONE, "i" * 11),

@@ -281,6 +281,56 @@ NOT_REFUSED, NO_POSTURE, NO_GAIN, OFF_THE_WAY, STOP_TOUCHED, TOO_WEAK, OFF_IN_TH
 NOTHING_KEPT, POSITION_KEPT, AXIS_KEPT, POSE_KEPT = map(int, Kept)
 
 
+class Residual(IntEnum):
+    """What a detector compares with its threshold, joint by joint; slow and fast name the filter."""
+
+    ERROR = 0
+    """Position beside the reference [rad or m]."""
+    ACCELERATION_SLOW = 1
+    ACCELERATION_FAST = 2
+    """Acceleration beside the reference's [rad/s2 or m/s2]."""
+    TORQUE_SLOW = 3
+    TORQUE_FAST = 4
+    """Torque that the motion implies, less the motor's [N m or N]."""
+    MOTOR_SLOW = 5
+    MOTOR_FAST = 6
+    """Measured torque less the torque that was asked for [N m or N]."""
+
+
+(
+    ERROR_RESIDUAL,
+    ACCELERATION_SLOW,
+    ACCELERATION_FAST,
+    TORQUE_SLOW,
+    TORQUE_FAST,
+    MOTOR_SLOW,
+    MOTOR_FAST,
+) = map(int, Residual)
+
+
+class FaultKind(IntEnum):
+    """What a detector can say of a joint, bit by bit: a set of kinds is one number."""
+
+    LOCKED = 1
+    FREE_SWINGING = 2
+    DEGRADED = 4
+    RUNAWAY = 8
+    SENSOR_FROZEN = 16
+    SENSOR_BIASED = 32
+    SENSOR_DROPPED = 64
+
+
+(
+    IS_LOCKED,
+    IS_FREE,
+    IS_DEGRADED,
+    IS_RUNAWAY,
+    IS_FROZEN,
+    IS_BIASED,
+    IS_DROPPED,
+) = map(int, FaultKind)
+
+
 class ClosedForm(IntEnum):
     """Closed forms: x = J^+ b with scaled columns, its damped form, or the approximate pseudoinverse."""
 

@@ -1,0 +1,1 @@
+"""Failures that nobody announced: a detector, its calibration, and what it says."""

@@ -1,0 +1,195 @@
+"""A calibration from logs of healthy motion, or the reason why they give none."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.detection.joint_friction import Friction, friction_of
+from ftqp.faults.detection.motion_log import MotionLog
+from ftqp.faults.detection.thresholds import BLOCK, FOLDS, largest_jumps, tested_thresholds
+from ftqp.kernel.entry.detection_session import DetectionSession
+from ftqp.kernel.layout.enums import Residual
+from ftqp.model.robot import Robot
+
+STATED_SHARE = 0.5
+"""Noise stated below this share of what the log shows is far too small."""
+LEAST_WAY = 0.02
+"""A joint whose reference moves by less [rad or m] never moves."""
+OUTLIER = 3.0
+"""A residual that exceeds the next largest, apart from its own second, by so many times is no healthy one."""
+APART = 40
+"""Blocks around the largest value that belong to it."""
+EVERY = 3.0
+"""No event in a time T bounds its rate by 3/T, 95 %."""
+GRID = 0.05
+"""How exactly the steps of a quantised encoder are whole [quanta]."""
+
+
+def calibrated(
+    session: DetectionSession,
+    robot: Robot,
+    logs: Sequence[MotionLog],
+    *,
+    rate: float,
+    dt: float,
+    drive: str,
+    bandwidths: tuple[float, float],
+    delay: int,
+    stated: float | None,
+    quantum: float,
+    extrapolate: bool,
+) -> Calibration:
+    """Noise, friction and thresholds of healthy motion, in this order.
+
+    Args:
+        session: A record of the detector, used up.
+        robot: The arm.
+        logs: The motion.
+        rate: Wanted false alarms an hour.
+        dt: The sampling period [s].
+        drive: What the arm takes.
+        bandwidths: Of the observers [1/s].
+        delay: How late samples are, in ticks.
+        stated: The noise of positions that was stated [rad or m]; None where nothing was.
+        quantum: The smallest step of positions that was stated.
+        extrapolate: Whether a rate that the log does not show is allowed.
+
+    Raises:
+        InputError: As ``ftqp.Detector.calibrate``.
+    """
+    _refuse_unfit(robot, logs)
+    hours = sum(len(log) for log in logs) * dt / 3600.0
+    if rate * hours < EVERY and not extrapolate:
+        raise InputError(
+            f"{hours:.3g} h of healthy motion show at best {EVERY / hours:.3g} false alarms an hour (95 %), "
+            f"but {rate:g} are wanted; record {EVERY / rate:.3g} h, ask for more alarms, or extrapolate=True"
+        )
+    quantum = max(quantum, _quantum(logs))
+    sigma = _noise(logs, quantum)
+    if stated is not None and stated < STATED_SHARE * sigma:
+        raise InputError(
+            f"the noise of positions is stated as {stated:.2g} rad, but the log shows {sigma:.2g}; state "
+            "what the encoders have"
+        )
+    has_torques = all(log.tau is not None or log.effort is not None for log in logs)
+    none = Friction(np.zeros(robot.nv), np.zeros(robot.nv))
+    friction = friction_of(robot, logs, dt, delay) if has_torques else none
+    session.D.jump[: robot.nv] = largest_jumps(robot, dt, sigma, quantum)
+    peaks = _peaks(session, logs, dt, sigma, quantum, friction)
+    _refuse_outliers(robot, peaks, dt)
+    folds = np.minimum(np.arange(len(peaks)) * FOLDS // len(peaks), FOLDS - 1)
+    tail = tested_thresholds(peaks, folds, rate)
+    return Calibration(
+        joints=robot.joints,
+        drive=drive,
+        dt=dt,
+        bandwidths=bandwidths,
+        delay=delay,
+        room=tail.room,
+        sigma=sigma,
+        quantum=quantum,
+        coulomb=friction.coulomb,
+        viscous=friction.viscous,
+        hours=hours,
+        rate=rate,
+        alarms=tail.alarms,
+        rate_low=tail.low,
+        rate_high=tail.high,
+        extrapolated=rate * hours < EVERY,
+    )
+
+
+def _refuse_unfit(robot: Robot, logs: Sequence[MotionLog]) -> None:
+    """Refuse what no calibration can be made of."""
+    if not logs:
+        raise InputError("no log was given; record motion of the healthy arm as ftqp.MotionLog")
+    way = np.zeros(robot.nv)
+    for number, log in enumerate(logs):
+        if log.nv != robot.nv:
+            raise InputError(f"the log has {log.nv} joints, but {robot.name} has {robot.nv}")
+        for name, column in log.columns().items():
+            if column is not None and not np.isfinite(column).all():
+                row, joint = np.argwhere(~np.isfinite(column))[0]
+                raise InputError(
+                    f"{name} of log {number} is not finite at row {row}, {robot.joints[joint]}: the log is "
+                    "not healthy; leave that motion out"
+                )
+        way = np.maximum(way, np.ptp(log.q_ref, axis=0))
+    if (way < LEAST_WAY).any():
+        joint = int(np.argmin(way))
+        raise InputError(
+            f"{robot.joints[joint]} moves by {way[joint]:.2g} rad in all of the log, expected "
+            f"{LEAST_WAY:g} at least; record motion in which every joint moves"
+        )
+
+
+def _quantum(logs: Sequence[MotionLog]) -> float:
+    """The smallest step of the positions where all steps are multiples of it, else 0."""
+    steps = np.abs(np.concatenate([np.diff(log.q[:4000], axis=0).ravel() for log in logs[:20]]))
+    steps = steps[steps > 1e-12]
+    if not len(steps):
+        return 0.0
+    least = float(np.min(steps))
+    whole = steps / least
+    return least if float(np.abs(whole - np.round(whole)).max()) < GRID else 0.0
+
+
+def _noise(logs: Sequence[MotionLog], quantum: float) -> float:
+    """Standard deviation of the positions beside their quantum, from third differences."""
+    spread = []
+    for log in logs:
+        if len(log) > 8:
+            third = np.diff(log.q, 3, axis=0)
+            spread.append(np.median(np.abs(third - np.median(third, axis=0)), axis=0) / 0.6745)
+    sigma = float(np.median(np.median(spread, axis=0))) / 20.0**0.5 if spread else 0.0
+    return 0.0 if quantum > 0.0 and sigma < quantum else sigma
+
+
+def _peaks(
+    session: DetectionSession,
+    logs: Sequence[MotionLog],
+    dt: float,
+    sigma: float,
+    quantum: float,
+    friction: Friction,
+) -> FloatArray:
+    """Largest residuals of blocks of 25 ms, (B, 7, nv); no suspicion holds the means."""
+    D = session.D
+    n = D.n
+    D.sigma, D.quantum = sigma, quantum
+    D.coulomb[:n], D.viscous[:n] = friction
+    D.sharp[:] = 0.0
+    block = max(round(BLOCK / dt), 1)
+    found = []
+    for number, log in enumerate(logs):
+        D.fresh = 1
+        D.peak[:] = 0.0
+        _, peaks, _ = session.run(log.columns(), block)
+        found.append(peaks[:, :, :n])
+        for i in np.flatnonzero(D.kinds[:n]):
+            raise InputError(
+                f"the encoder of joint {i + 1} fails in log {number} at row {int(D.since[i])}: the log is "
+                "not healthy; leave that motion out"
+            )
+    everything = np.concatenate(found) if found else np.zeros((0, len(Residual), n))
+    if len(everything) < 2 * FOLDS:
+        raise InputError("the log is shorter than 0.2 s; record at least some minutes of healthy motion")
+    return everything
+
+
+def _refuse_outliers(robot: Robot, peaks: FloatArray, dt: float) -> None:
+    """Refuse a log with a moment that stands out as a fault would."""
+    for kind in Residual:
+        for i in range(robot.nv):
+            column = peaks[:, kind, i]
+            at = int(np.argmax(column))
+            rest = np.concatenate([column[: max(at - APART, 0)], column[at + APART :]])
+            if len(rest) and rest.max() > 0.0 and column[at] > OUTLIER * rest.max():
+                raise InputError(
+                    f"{robot.joints[i]} stands out at {at * BLOCK:.2f} s of the log: "
+                    f"{column[at] / rest.max():.1f} times the largest residual of all other motion; the log "
+                    "is not healthy, or has that motion once only"
+                )

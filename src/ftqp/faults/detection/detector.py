@@ -1,0 +1,388 @@
+"""The detector: which joint has failed, how, and since when, from what is measured of the arm."""
+
+from collections.abc import Callable, Iterable
+from math import exp
+from typing import Any, Protocol, Self, final
+
+import numpy as np
+
+from ftqp.core.checks import instance, non_negative, positive
+from ftqp.core.errors import InputError, unknown
+from ftqp.faults.detection.calibrating import calibrated
+from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.detection.diagnosis import Diagnosis
+from ftqp.faults.detection.motion_log import MotionLog
+from ftqp.faults.detection.thresholds import largest_jumps, uncalibrated
+from ftqp.faults.kinds import Fault
+from ftqp.kernel.entry.detection_session import DetectionSession
+from ftqp.kernel.layout.enums import DELAYS, DriveKind, Mistake
+from ftqp.model.robot import Robot
+
+DRIVES = tuple(kind.name.lower() for kind in DriveKind)
+TORQUE = DriveKind.TORQUE.name.lower()
+NO_ARM = "the detector knows no arm yet; give robot= and dt=, or hand it to ftqp.Planner(detector=...)"
+NOTHING = np.zeros(0)
+"""Stands for torques that are not there."""
+MEAN = 0.5
+"""Time constant of the mean that is taken from residuals of torque [s]."""
+SETTLE, WARM = 150, 350
+"""Ticks after a reset before measured torques, and residuals of torque, are looked at."""
+PAUSE = 150
+"""Ticks without verdicts after a joint was believed to have failed."""
+SLIP = 0.03
+"""Speed below which a joint may stick [rad/s or m/s]."""
+
+
+class Noisy(Protocol):
+    """Standard deviations of what is measured, such as ``ftqp.Noise``."""
+
+    @property
+    def q(self) -> float: ...
+    @property
+    def tau(self) -> float: ...
+
+
+@final
+class Detector:
+    """Looks at what is measured of an arm and says which joint fails, how, and since when.
+
+    ``update`` is called once a tick with what was measured and with the step that was made of it. A detector
+    knows its arm from the start, or gets to know it from a planner through ``for_arm``.
+
+    Args:
+        robot: The arm; None where a planner will give it.
+        dt: The sampling period, > 0 [s]; None where a planner will give it.
+        drive: What the arm takes: ``position``, ``velocity`` or ``torque``, or an ``ftqp.Drive``, whose
+            latency is then the delay.
+        noise: Standard deviations of positions and torques, an ``ftqp.Noise``. More noise means larger
+            thresholds and later findings.
+        delay: How late samples are, >= 0 [s]; None is that of the drive, or none.
+        false_alarms_per_hour: How often a healthy arm may be suspected, > 0 [1/h]; used by ``calibrate``.
+        bandwidths: Of the slow and of the fast observer, > 0 [1/s]. A faster one sees a fault sooner and
+            passes on more noise.
+        patience: How long a loss of torque is fitted before it is named, >= 0 [s]. A longer one names the
+            share better and later.
+        quantum: Smallest step of the encoders, >= 0 [rad or m]; 0 is none. Where it exceeds the noise, a
+            frozen encoder cannot be told from a brake.
+        calibration: What ``calibrate`` found on healthy motion. Without one the thresholds are guessed from
+            the noise and the arm's limits, and no rate of false alarms is known.
+
+    Raises:
+        InputError: A number is out of its range, or the calibration is of another arm, drive or delay.
+
+    Source: docs/theory/detection.md.
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: Robot | None = None,
+        dt: float | None = None,
+        drive: Any = None,
+        noise: Noisy | None = None,
+        delay: float | None = None,
+        false_alarms_per_hour: float = 0.1,
+        bandwidths: tuple[float, float] = (60.0, 200.0),
+        patience: float = 0.022,
+        quantum: float = 0.0,
+        calibration: Calibration | None = None,
+    ) -> None:
+        self.false_alarms_per_hour = positive("false_alarms_per_hour", false_alarms_per_hour, "1/h")
+        slow, fast = (positive("bandwidths of the detector", w, "1/s") for w in bandwidths)
+        if not slow < fast:
+            raise InputError(f"bandwidths are {bandwidths}, expected the slow one first, as in (60.0, 200.0)")
+        self.bandwidths = (slow, fast)
+        self.patience = non_negative("patience of the detector", patience, "s")
+        self.quantum = non_negative("quantum of the encoders", quantum, "rad or m")
+        self.calibration = calibration
+        self.robot, self.dt, self.noise = robot, dt, noise
+        self.drive = _drive(drive)
+        latency = getattr(drive, "latency", None) if delay is None else delay
+        self.delay = None if latency is None else non_negative("delay of the detector", latency, "s")
+        self._session: DetectionSession | None = None
+        self._torques = False
+        self._detect: Callable[..., int] = _knows_no_arm
+        if robot is not None and dt is not None:
+            self._build(robot, dt)
+
+    def for_arm(
+        self,
+        robot: Robot,
+        dt: float,
+        *,
+        drive: Any = None,
+        noise: Noisy | None = None,
+        delay: float | None = None,
+    ) -> Self:
+        """A working detector with these settings for what they leave open.
+
+        Args:
+            robot: The arm.
+            dt: The sampling period [s].
+            drive: What the arm takes.
+            noise: Of the measurements.
+            delay: How late samples are [s].
+
+        Raises:
+            InputError: As at construction.
+        """
+        given = type(self)(drive=drive, delay=delay)
+        return type(self)(
+            robot=self.robot if self.robot is not None else robot,
+            dt=self.dt if self.dt is not None else dt,
+            drive=self.drive if self.drive is not None else given.drive,
+            noise=self.noise if self.noise is not None else noise,
+            delay=self.delay if self.delay is not None else given.delay,
+            false_alarms_per_hour=self.false_alarms_per_hour,
+            bandwidths=self.bandwidths,
+            patience=self.patience,
+            quantum=self.quantum,
+            calibration=self.calibration,
+        )
+
+    def _build(self, robot: Robot, dt: float) -> None:
+        """The record, for this arm."""
+        instance("robot of the detector", robot, Robot, "an ftqp.Robot")
+        self.dt = positive("dt of the detector", dt, "s")
+        self.drive = "position" if self.drive is None else self.drive
+        ticks = round((self.delay or 0.0) / self.dt)
+        if ticks > DELAYS - 3:
+            raise InputError(
+                f"delay of the detector is {self.delay:g} s, expected at most {(DELAYS - 3) * self.dt:g} s, "
+                f"{DELAYS - 3} samples"
+            )
+        self._ticks = ticks
+        self._torques = self.drive == TORQUE
+        session = self._session = DetectionSession(robot.chain.constants())
+        n, D = robot.nv, session.D
+        D.dt, D.latency, D.span = self.dt, ticks, ticks + 2
+        D.from_command = int(self._torques)
+        for b, w in enumerate(self.bandwidths):
+            p = exp(-w * self.dt)
+            D.pole[b], D.k_s[b] = p, 1.0 - p**3
+            D.k_w[b], D.k_d[b] = 1.5 * (1.0 - p) ** 2 * (1.0 + p) / self.dt, (1.0 - p) ** 3 / self.dt**2
+        D.patience, D.settle, D.warm = round(self.patience / self.dt), SETTLE, WARM
+        D.slowness, D.slip = self.dt / MEAN, SLIP
+        sigma, sigma_tau = (0.0, 0.0) if self.noise is None else (self.noise.q, self.noise.tau)
+        D.quantum = self.quantum
+        known = self.calibration
+        if known is None:
+            room = uncalibrated(robot, self.dt, self.bandwidths, sigma, sigma_tau)
+            D.coulomb[:n] = robot.coulomb
+        else:
+            self._refuse_foreign(known, robot)
+            room = known.room
+            sigma, D.quantum = known.sigma, max(known.quantum, self.quantum)
+            D.coulomb[:n], D.viscous[:n] = known.coulomb, known.viscous
+        D.sigma = sigma
+        with np.errstate(divide="ignore"):
+            D.sharp[:, :n] = np.where(room > 0.0, 1.0 / room, 0.0)
+        D.room[:, :n] = np.where(np.isfinite(room), room, 1e30)
+        D.tau_max[:n] = robot.limits.tau_max
+        D.jump[:n] = largest_jumps(robot, self.dt, sigma, float(D.quantum))
+        self._names = robot.joints
+        self._detect = session.detect()
+        self.diagnosis = Diagnosis(robot.joints, session.field)
+        self._restart()
+
+    def _refuse_foreign(self, known: Calibration, robot: Robot) -> None:
+        own = (robot.joints, self.drive, self.dt, self.bandwidths, self._ticks)
+        its = (known.joints, known.drive, known.dt, known.bandwidths, known.delay)
+        names = ("joints", "drive", "dt", "bandwidths", "delay in ticks")
+        for name, here, there in zip(names, own, its, strict=True):
+            if here != there:
+                raise InputError(
+                    f"the calibration was made with {name} {there}, but this detector has {here}; "
+                    "calibrate anew on healthy motion of this arm"
+                )
+
+    def _working(self) -> DetectionSession:
+        if self._session is None:
+            raise InputError(NO_ARM)
+        return self._session
+
+    def _restart(self) -> None:
+        D = self._working().D
+        D.fresh = 1
+        D.worst = 0.0
+        D.watch = 0
+        for name in ("kinds", "z", "tally", "peak"):
+            getattr(D, name)[:] = 0
+
+    def reset(self, q: Any = None) -> None:
+        """Begin anew: what was found is forgotten, sensors are believed again, failed joints are not.
+
+        Args:
+            q: Where the arm is, (nv,) [rad or m]; it is taken from the first samples.
+
+        Raises:
+            InputError: q has another shape.
+        """
+        session = self._working()
+        if q is not None and np.shape(q) != (session.D.n,):
+            raise InputError(f"q has shape {np.shape(q)}, expected (nv,) = ({session.D.n},)")
+        self._restart()
+
+    def update(self, q: Any, v: Any, tau: Any, command: Any) -> Diagnosis:
+        """One tick.
+
+        Args:
+            q: Measured positions, (nv,) [rad or m]; NaN where there is none.
+            v: Measured velocities; not looked at, since those of encoders tell nothing new. May be None.
+            tau: Measured torques, (nv,) [N m or N], or None. Whether there are any is settled by the first
+                tick after a reset.
+            command: The planner's step of this tick, or an ``ftqp.Commanded``: the reference at the tick's
+                end, and the torques that are sent or that the drive asks for.
+
+        Returns:
+            The diagnosis, the same object every tick.
+
+        Raises:
+            InputError: Something has a wrong shape, or the detector knows no arm.
+        """
+        reference = getattr(command, "reference", command)
+        effort = command.tau if self._torques else getattr(command, "demand", None)
+        code = self._detect(
+            q,
+            NOTHING if tau is None else tau,
+            reference.q,
+            reference.v,
+            reference.a,
+            NOTHING if effort is None else effort,
+        )
+        if code < 0:
+            self._again(code, q, tau, reference, effort)
+        return self.diagnosis
+
+    def _again(self, code: int, q: Any, tau: Any, reference: Any, effort: Any) -> None:
+        """The same tick with arrays made of what was given, or the sentence that says what is wrong."""
+        n = len(self._names)
+        given = {
+            "q": q, "tau": tau, "q of the reference": reference.q, "v of the reference": reference.v,
+            "a of the reference": reference.a, "torques of the command": effort,
+        }  # fmt: skip
+        arrays = []
+        for name, value in given.items():
+            if value is None:
+                arrays.append(NOTHING)
+                continue
+            try:
+                one = np.ascontiguousarray(value, dtype=np.float64)
+            except (TypeError, ValueError) as error:
+                raise InputError(f"{name} is no array of numbers, expected (nv,) = ({n},)") from error
+            if one.shape != (n,):
+                raise InputError(f"{name} has shape {one.shape}, expected (nv,) = ({n},)")
+            arrays.append(one)
+        if code == Mistake.WRONG_SHAPE or self._detect(*arrays) < 0:
+            raise InputError(f"q, tau or the command has another size than the arm, (nv,) = ({n},)")
+
+    def believe(self, fault: Fault) -> None:
+        """A planner believes in a fault: that joint is not diagnosed again, the others are.
+
+        Args:
+            fault: What it believes.
+
+        Raises:
+            InputError: The joint is unknown.
+        """
+        self._set_believed(self._index(fault.joint), 1)
+
+    def forget(self, joint: str | int) -> None:
+        """Look at a joint again, and believe its sensor.
+
+        Args:
+            joint: Its name or its 0-based index.
+
+        Raises:
+            InputError: The joint is unknown.
+        """
+        self._set_believed(self._index(joint), 0)
+
+    def _set_believed(self, i: int, believed: int) -> None:
+        D = self._working().D
+        D.believed[i] = D.blind[i] = believed
+        D.waiting = D.watch = D.quiet = D.agreed = 0
+        D.pause = PAUSE
+        if not believed:
+            D.sensor[i] = D.kinds[i] = D.same[i] = D.missing[i] = D.off[i] = D.turns[i] = 0
+            D.fresh = 1
+
+    def _index(self, joint: str | int) -> int:
+        self._working()
+        if isinstance(joint, str) and joint in self._names:
+            return self._names.index(joint)
+        if isinstance(joint, int) and not isinstance(joint, bool) and 0 <= joint < len(self._names):
+            return joint
+        raise unknown("joint", str(joint), "the detector", self._names)
+
+    def wants_probing(self, joint: str | int) -> bool:
+        """Whether a small motion of a joint, 1 to 2 mrad, would tell what its rest hides.
+
+        Args:
+            joint: Its name or its 0-based index.
+        """
+        return self.diagnosis.of(self._names[self._index(joint)]).wants_probing
+
+    def calibrate(
+        self,
+        log: MotionLog | Iterable[MotionLog],
+        false_alarms_per_hour: float | None = None,
+        *,
+        extrapolate: bool = False,
+    ) -> Self:
+        """A detector whose thresholds, noise and friction are those of healthy motion.
+
+        Args:
+            log: Motion of the healthy arm, in one piece or in several, with standstill, reversals and the
+                loads that it may carry.
+            false_alarms_per_hour: How often it may be suspected without reason, > 0 [1/h]; None is what the
+                detector was made with. Fewer alarms mean larger thresholds.
+            extrapolate: Whether to set thresholds for fewer alarms than the log's length can show; the
+                calibration then says so.
+
+        Raises:
+            InputError: The log is too short for the rate, is not healthy, lets a joint rest all the time, or
+                is noisier than was stated.
+        """
+        session = self._working()
+        rate = self.false_alarms_per_hour if false_alarms_per_hour is None else false_alarms_per_hour
+        logs = [log] if isinstance(log, MotionLog) else list(log)
+        assert self.robot is not None and self.dt is not None and self.drive is not None
+        found = calibrated(
+            session.copy(),
+            self.robot,
+            logs,
+            rate=positive("false_alarms_per_hour", rate, "1/h"),
+            dt=self.dt,
+            drive=self.drive,
+            bandwidths=self.bandwidths,
+            delay=self._ticks,
+            stated=None if self.noise is None else self.noise.q,
+            quantum=self.quantum,
+            extrapolate=extrapolate,
+        )
+        return type(self)(
+            robot=self.robot,
+            dt=self.dt,
+            drive=self.drive,
+            noise=self.noise,
+            delay=self.delay,
+            false_alarms_per_hour=rate,
+            bandwidths=self.bandwidths,
+            patience=self.patience,
+            quantum=self.quantum,
+            calibration=found,
+        )
+
+
+def _drive(drive: Any) -> str | None:
+    """The kind of a drive given as a word or as an ``ftqp.Drive``."""
+    kind = getattr(drive, "kind", drive)
+    if kind is not None and kind not in DRIVES:
+        raise unknown("drive", kind, "a detector", DRIVES)
+    return kind if kind is None else str(kind)
+
+
+def _knows_no_arm(*given: Any) -> int:
+    """In place of the compiled tick."""
+    raise InputError(NO_ARM)

@@ -1,0 +1,221 @@
+"""What a detector holds for likely, by joint, and the sentences in which it says so."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.core.errors import unknown
+from ftqp.kernel.layout.enums import FaultKind
+
+WORDS = {
+    FaultKind.LOCKED: "does not move",
+    FaultKind.FREE_SWINGING: "has no torque",
+    FaultKind.DEGRADED: "gives less torque than asked",
+    FaultKind.RUNAWAY: "runs away with nearly all its torque",
+    FaultKind.SENSOR_FROZEN: "has an encoder that repeats its number",
+    FaultKind.SENSOR_BIASED: "has an encoder whose numbers have jumped",
+    FaultKind.SENSOR_DROPPED: "has an encoder that gives no numbers",
+}
+"""What is said of a joint of which one kind is left."""
+SETS = {
+    frozenset({"locked", "free_swinging"}): (
+        "{joint} does not move: locked, or without torque and held by friction"
+    ),
+    frozenset({"locked", "sensor_frozen"}): (
+        "{joint} does not move, or its encoder does not: no tip measurement to decide"
+    ),
+    frozenset({"locked", "free_swinging", "sensor_frozen"}): (
+        "{joint} does not move, locked or held by friction, or its encoder does not: nothing to decide"
+    ),
+    frozenset({"free_swinging", "degraded"}): (
+        "{joint} gives less torque than asked; the share cannot be seen while it needs so little"
+    ),
+}
+"""What is said where kinds cannot be told apart."""
+SLOW = 0.08
+"""A joint whose reference is slower than this [rad/s or m/s] does not show a lock."""
+
+
+def kinds_of(code: int) -> frozenset[str]:
+    """The names of the kinds in a set that compiled code wrote as a number."""
+    return frozenset(kind.name.lower() for kind in FaultKind if code & kind)
+
+
+def sentence_of(joint: str, kinds: frozenset[str], share: float | None) -> str:
+    """What an operator reads of a finding."""
+    if len(kinds) > 1:
+        return SETS[kinds].format(joint=joint) + "."
+    kind = FaultKind[next(iter(kinds)).upper()]
+    part = f"; about {100.0 * share:.0f} % is left" if share is not None else ""
+    return f"{joint} {WORDS[kind]}{part}."
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """A joint that has failed.
+
+    Attributes:
+        joint: Its name.
+        kinds: What it may be; more than one where they cannot be told apart.
+        sentence: The same for an operator.
+        onset: When it began, by estimate [s] since the reset.
+        detected_at: When that was certain [s] since the reset.
+        share: Part of the torque that is left, for ``degraded`` alone; None where it cannot be seen.
+        size: Jump of a biased sensor [rad or m]; None of other kinds.
+    """
+
+    joint: str
+    kinds: frozenset[str]
+    sentence: str
+    onset: float
+    detected_at: float
+    share: float | None = None
+    size: float | None = None
+
+    @property
+    def kind(self) -> str | None:
+        """The kind, or None where several are left."""
+        return next(iter(self.kinds)) if len(self.kinds) == 1 else None
+
+
+@final
+class JointDiagnosis:
+    """What is held of one joint; it follows its detector.
+
+    Args:
+        name: The joint's name.
+        index: Its 0-based index.
+        look: Gives a field of the detector's record as an array.
+    """
+
+    __slots__ = ("_dt", "_i", "_look", "name")
+
+    def __init__(self, name: str, index: int, look: Callable[[str], Any]) -> None:
+        self.name = name
+        self._i, self._look = index, look
+
+    def _ticks(self, name: str) -> float:
+        return float(self._look(name)[self._i]) * float(self._look("dt")[0])
+
+    @property
+    def z(self) -> float:
+        """Its largest residual beside the largest healthy one; above 1 it is suspicious."""
+        return float(self._look("z")[self._i])
+
+    @property
+    def kinds(self) -> Mapping[str, float]:
+        """The kinds that may be, each with the share of the last verdicts that spoke for it."""
+        found = int(self._look("kinds")[self._i])
+        tally = self._look("tally")[self._i]
+        if found:
+            return {name: 1.0 / len(kinds_of(found)) for name in sorted(kinds_of(found))}
+        if not int(self._look("watch")[0]):
+            return {}
+        return {
+            kind.name.lower(): float(tally[bit]) for bit, kind in enumerate(FaultKind) if tally[bit] > 0.05
+        }
+
+    @property
+    def onset(self) -> float | None:
+        """When its failure began, by estimate [s] since the reset; None of a joint that has not failed."""
+        return self._ticks("onset") if int(self._look("kinds")[self._i]) else None
+
+    @property
+    def age(self) -> float | None:
+        """How long ago its failure was found [s]; None of a joint that has not failed."""
+        if not int(self._look("kinds")[self._i]):
+            return None
+        return float(self._look("ticks")[0]) * float(self._look("dt")[0]) - self._ticks("since")
+
+    @property
+    def unobservable(self) -> str | None:
+        """What cannot be seen of the joint now and what would show it, or None."""
+        at = int(self._look("at")[0])
+        speed = abs(float(self._look("kept_v")[at, self._i]))
+        if speed >= SLOW:
+            return None
+        return (
+            f"{self.name} is asked for {speed:.2g} rad/s: a lock, or a loss of torque without load, shows "
+            f"only when it moves with {SLOW:g} rad/s."
+        )
+
+    @property
+    def wants_probing(self) -> bool:
+        """Whether a small motion of the joint would tell what its rest hides."""
+        return self.unobservable is not None and not int(self._look("kinds")[self._i])
+
+
+@final
+class Diagnosis:
+    """What a detector holds for likely; it belongs to the detector and follows it.
+
+    Args:
+        names: The joints' names.
+        look: Gives a field of the detector's record as an array.
+
+    Attributes:
+        joints: What is held of each joint, by name.
+    """
+
+    __slots__ = ("_look", "_names", "_worst", "joints")
+
+    def __init__(self, names: tuple[str, ...], look: Callable[[str], Any]) -> None:
+        self._names, self._look = names, look
+        self._worst = look("worst")
+        self.joints: Mapping[str, JointDiagnosis] = {
+            name: JointDiagnosis(name, i, look) for i, name in enumerate(names)
+        }
+
+    @property
+    def suspicion(self) -> float:
+        """z: the largest residual of any joint beside the largest healthy one; above 1 it is suspicious."""
+        return float(self._worst[0])
+
+    @property
+    def watching(self) -> bool:
+        """Whether there is a suspicion, or was one less than 0.3 s ago."""
+        return bool(self._look("watch")[0] > 0)
+
+    @property
+    def suspect(self) -> str | None:
+        """The joint that explains the residuals best, during a suspicion."""
+        i = int(self._look("suspect")[0])
+        return self._names[i] if self.watching and i >= 0 else None
+
+    @property
+    def isolated(self) -> Mapping[str, Finding]:
+        """The joints that have failed."""
+        codes = self._look("kinds")
+        return {self._names[int(i)]: self._finding(int(i)) for i in np.flatnonzero(codes[: len(self._names)])}
+
+    def of(self, joint: str) -> JointDiagnosis:
+        """What is held of one joint.
+
+        Args:
+            joint: Its name.
+
+        Raises:
+            InputError: There is no such joint.
+        """
+        if joint not in self.joints:
+            raise unknown("joint", joint, "the detector", self._names)
+        return self.joints[joint]
+
+    def _finding(self, i: int) -> Finding:
+        """What was found of joint i."""
+        look, dt = self._look, float(self._look("dt")[0])
+        kinds, name = kinds_of(int(look("kinds")[i])), self._names[i]
+        share = float(look("share")[i]) if kinds == {"degraded"} else None
+        size = float(look("hop")[i]) if kinds == {"sensor_biased"} else None
+        return Finding(
+            joint=name,
+            kinds=kinds,
+            sentence=sentence_of(name, kinds, share),
+            onset=float(look("onset")[i]) * dt,
+            detected_at=float(look("since")[i]) * dt,
+            share=share,
+            size=size,
+        )

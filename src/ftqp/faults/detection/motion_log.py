@@ -1,0 +1,91 @@
+"""What an arm was told and what was measured of it, tick by tick."""
+
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.errors import InputError
+
+
+class Commanded(NamedTuple):
+    """What the arm was told in one tick, in place of a planner's step.
+
+    Attributes:
+        q: Reference at the end of the tick, (nv,) [rad or m].
+        v: Its velocity, (nv,) [rad/s or m/s].
+        a: Its acceleration during the tick, (nv,) [rad/s2 or m/s2].
+        tau: Torques sent to an arm that takes torques, (nv,) [N m or N]; None of another one.
+        demand: Torques that the drive of another arm asked of its motors when the samples of this tick were
+            taken, (nv,); None where they are unknown.
+    """
+
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    tau: FloatArray | None = None
+    demand: FloatArray | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MotionLog:
+    """One recorded motion, as a detector would have been given it.
+
+    Attributes:
+        q: Measured positions, (K, nv) [rad or m].
+        q_ref: The reference at the end of each tick, ``step.reference.q``, (K, nv).
+        v_ref: Its velocity, (K, nv) [rad/s or m/s].
+        a_ref: Its acceleration during the tick, (K, nv) [rad/s2 or m/s2].
+        tau: Measured torques, (K, nv) [N m or N]; None where there are none.
+        effort: What the motors were asked for: the torques sent in each tick to an arm that takes torques, or
+            what the drive of another one asked for when the samples were taken, (K, nv); None where it is
+            unknown.
+
+    Raises:
+        InputError: The arrays differ in shape, or are no numbers.
+    """
+
+    q: FloatArray
+    q_ref: FloatArray
+    v_ref: FloatArray
+    a_ref: FloatArray
+    tau: FloatArray | None = None
+    effort: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        shape = np.shape(self.q)
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is None and field.name in ("tau", "effort"):
+                continue
+            object.__setattr__(self, field.name, _column(field.name, value, shape))
+
+    def __len__(self) -> int:
+        """The number of ticks."""
+        return len(self.q)
+
+    @property
+    def nv(self) -> int:
+        """The number of joints."""
+        return int(self.q.shape[1])
+
+    def columns(self) -> dict[str, FloatArray | None]:
+        """The columns by their names."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+
+def _column(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
+    """A read-only column of a log; NaN passes."""
+    try:
+        column = np.array(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} of the log is no array of numbers; expected shape (K, nv)") from error
+    if column.ndim != 2 or column.shape != shape or not len(column):
+        raise InputError(
+            f"{name} of the log has shape {column.shape}, expected that of q, (K, nv) = {shape}"
+            if len(shape) == 2 and shape[0]
+            else f"q of the log has shape {shape}, expected (K, nv), one row a tick"
+        )
+    return frozen(column)

@@ -1,0 +1,110 @@
+"""Which joint explains the residuals of all: a torque at joint j moves every joint along M^-1 e_j."""
+
+from typing import Any
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.detection_room import BANKS, SLOW
+from ftqp.kernel.layout.enums import ACCELERATION_SLOW, TORQUE_SLOW
+from ftqp.kernel.maths.cholesky import factor, solve_factored
+
+MODEL_SHARE = 0.1
+"""Error of the inertia's model: a residual of torque may have so much of what all joints ask of it."""
+
+
+@jit
+def factor_inertia(D: Any, K: Any) -> bool:
+    """The Cholesky factor of M, for columns of its inverse."""
+    for i in range(D.n):
+        for j in range(i + 1):
+            D.factor[i, j] = K.kinematics.M[i, j]
+    return factor(D.factor, D.n)
+
+
+@jit
+def inverse_column(D: Any, j: int) -> None:
+    """M^-1 e_j into ``column``: what a torque at joint j does to every joint."""
+    for i in range(D.n):
+        D.column[i] = 1.0 if i == j else 0.0
+    solve_factored(D.factor, D.n, D.column)
+
+
+@jit
+def louder_bank(D: Any) -> int:
+    """The bank whose accelerations stand out more."""
+    most, bank = -1.0, SLOW
+    for b in range(BANKS):
+        for i in range(D.n):
+            z = 0.0 if D.blind[i] else D.excess[ACCELERATION_SLOW + b, i] * D.sharp[ACCELERATION_SLOW + b, i]
+            if z > most:
+                most, bank = z, b
+    return bank
+
+
+@jit
+def by_direction(D: Any) -> tuple[int, bool]:
+    """The joint j that maximises (u_j . y)^2/|u_j|^2: u_j = M^-1 e_j and y = d, both over their rooms.
+
+    The second value says whether d is beyond its rooms.
+
+    The servos of all joints answer a disturbance alike, so that d keeps its direction.
+    """
+    b = louder_bank(D)
+    total = 0.0
+    for i in range(D.n):
+        y = 0.0 if D.blind[i] else D.d[b, i] * D.sharp[ACCELERATION_SLOW + b, i]
+        total += y * y
+    best, most = -1, -1.0
+    for j in range(D.n):
+        if D.blind[j]:
+            continue
+        inverse_column(D, j)
+        along = length = 0.0
+        for i in range(D.n):
+            if not D.blind[i]:
+                u = D.column[i] * D.sharp[ACCELERATION_SLOW + b, i]
+                along += u * D.d[b, i] * D.sharp[ACCELERATION_SLOW + b, i]
+                length += u * u
+        D.score[j] = along * along / (length * total) if length * total > 0.0 else 0.0
+        if D.score[j] > most:
+            best, most = j, D.score[j]
+    return best, total > 1.0
+
+
+@jit
+def by_torque(D: Any, K: Any) -> int:
+    """The joint with the largest |r_i|/sqrt(T_i^2 + (0.1 sum_k |M_ik d_k|)^2), or -1 where all are usual.
+
+    The second term keeps a heavy joint's fault from light ones, in whose torques it leaks.
+    """
+    M = K.kinematics.M
+    best, most = -1, 0.5
+    for i in range(D.n):
+        if D.blind[i]:
+            continue
+        for b in range(BANKS):
+            leak = 0.0
+            for k in range(D.n):
+                if k != i:
+                    leak += abs(M[i, k] * D.d[b, k])
+            room, leak = D.room[TORQUE_SLOW + b, i], MODEL_SHARE * leak
+            square = room * room + leak * leak
+            size = D.excess[TORQUE_SLOW + b, i]
+            if size * size > most * most * square:
+                best, most = i, size / square**0.5
+    return best
+
+
+@jit
+def culprit(D: Any, K: Any) -> int:
+    """The joint that explains the residuals best, or -1.
+
+    Source: docs/theory/detection.md, "Which joint".
+    """
+    if not factor_inertia(D, K):
+        return -1
+    joint, loud = by_direction(D)
+    if not loud and D.has_effort and D.ticks > D.warm:
+        other = by_torque(D, K)
+        if other >= 0:
+            return other
+    return joint

@@ -1,0 +1,98 @@
+"""Torque that the motion implies beside the torque of the motors: what nobody asked for."""
+
+from typing import Any
+
+from ftqp.kernel.arm.dynamics import dynamics
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.detection.acceleration_banks import through
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.detection_room import BANKS, FAST, SLOW, WINDOW
+from ftqp.kernel.layout.enums import MOTOR_SLOW, TORQUE_SLOW
+from ftqp.kernel.maths.elementary import larger
+from ftqp.kernel.maths.side_by_side import WIDTH, put, several
+
+MEAN_DELAY = 60
+"""Samples by which the running mean of a residual is late, so that it does not take a fault for usual."""
+UNSURE = 2.0
+"""A joint slower than so many times the speed of sticking may have any friction up to that of its motion."""
+
+
+@jit
+def feel_arm(D: Any, K: Any, then: int) -> None:
+    """M and h at the samples, with the speed v_r + w of the fast observer."""
+    if D.has_dynamics:
+        return
+    for i in range(D.n):
+        K.state.q[i] = D.seen[i]
+        K.state.v[i] = D.past_v[then, i] + D.w[FAST, i]
+    forward_kinematics(K)
+    motion(K)
+    dynamics(K)
+    D.has_dynamics = 1
+
+
+@jit
+def _unfiltered(D: Any, K: Any, then: int) -> None:
+    """psi = M a_r + h + friction - tau, and the share of Coulomb friction that is not known.
+
+    A joint faster than ``slip`` has the friction f_c sign(v) + f_v v; a slower one what the forces leave, up
+    to f_c.
+    """
+    M, h = K.kinematics.M, K.kinematics.h
+    for i in range(D.n):
+        total: float = h[i] - D.motor_torque[i]
+        for j in range(D.n):
+            total += M[i, j] * D.past_a[then, j]
+        v = K.state.v[i] / D.slip
+        side = min(max(v, -1.0), 1.0)
+        D.psi[i] = total + D.coulomb[i] * side + D.viscous[i] * K.state.v[i]
+        D.loose[i] = D.coulomb[i] * min(max(UNSURE - abs(v), 0.0), 1.0)
+
+
+@jit
+def compare_torques(D: Any, K: Any, then: int) -> None:
+    """r = M d + F[psi] less its own mean, and F[tau_measured - tau_asked], with the friction that is unsure.
+
+    The mean is that of 0.5 s, 60 samples late: it takes loads and slow friction. It stands still during a
+    suspicion. The observers see the mean of an acceleration and of the one before it, and so does F here.
+    Source: docs/theory/detection.md, "Residuals".
+    """
+    for at in range(0, len(D.e), WIDTH):
+        if D.from_command:
+            put(D.motor_torque, at, several(D.past_effort[then], at))
+        elif D.asked:
+            put(D.motor_torque, at, several(D.effort, at))
+        else:
+            put(D.motor_torque, at, several(D.tau, at))
+    feel_arm(D, K, then)
+    _unfiltered(D, K, then)
+    M = K.kinematics.M
+    for b in range(BANKS):
+        p = D.pole[b]
+        for at in range(0, len(D.e), WIDTH):
+            new = through(D.f[b], at, 0.5 * (several(D.psi, at) + several(D.psi_before, at)), p)
+            band = through(D.band[b], at, 0.5 * (several(D.loose, at) + several(D.loose_before, at)), p)
+            for j in range(D.n):
+                new = new + D.d[b, j] * several(M[j], at)
+            put(D.x[TORQUE_SLOW + b], at, new)
+            put(D.excess[TORQUE_SLOW + b], at, band)
+            if D.has_motor:
+                gap = several(D.tau, at) - several(D.motor_torque, at)
+                put(D.x[MOTOR_SLOW + b], at, through(D.motor[b], at, gap, p))
+    late = (D.at - MEAN_DELAY) & (WINDOW - 1)
+    for at in range(0, len(D.e), WIDTH):
+        put(D.psi_before, at, several(D.psi, at))
+        put(D.loose_before, at, several(D.loose, at))
+        put(D.kept_x[D.at], at, several(D.x[TORQUE_SLOW + SLOW], at))
+        mean = several(D.usual, at)
+        if D.watch == 0 and D.ticks > MEAN_DELAY + D.settle:
+            share = max(D.slowness, 1.0 / (D.ticks - MEAN_DELAY - D.settle))
+            mean = mean + share * (several(D.kept_x[late], at) - mean)
+            put(D.usual, at, mean)
+        for b in range(BANKS):
+            put(D.x[TORQUE_SLOW + b], at, several(D.x[TORQUE_SLOW + b], at) - mean)
+            put(
+                D.excess[TORQUE_SLOW + b],
+                at,
+                larger(abs(several(D.x[TORQUE_SLOW + b], at)) - several(D.excess[TORQUE_SLOW + b], at), 0.0),
+            )

@@ -1,0 +1,96 @@
+"""Joints that do not move though they should: slope and curvature of their last samples."""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.detection.suspicion import step_back
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.detection_room import WINDOW
+
+FEWEST, LONG, BRIEF = 16, 44, 8
+"""Samples of the windows: the shortest and the longest for a joint that stands, and that of its speed."""
+LEAST_SPEED = 0.08
+"""A reference slower than this [rad/s or m/s] does not tell whether a joint stands."""
+STILL, STILL_SHARE = 0.03, 0.2
+"""A joint stands whose slope is below this [rad/s or m/s], or this share of the reference's speed ..."""
+BEND_SIGMAS = 3.0
+"""... and whose curvature is within so many standard deviations of noise."""
+BEND_SHARE = 0.5
+"""The window is so long that this noise is below this share of what slows the joint down over the window."""
+FAST_SHARE = 0.5
+"""A joint that moved with this share of its reference's speed a window ago has stopped abruptly."""
+FINEST = 1e-6
+"""Noise below this [rad or m] counts as this."""
+
+
+@jit
+def _fit(D: Any, i: int, first: int, count: int) -> tuple[float, float]:
+    """Slope and curvature of the samples first ... first + count - 1 ticks ago, by least squares."""
+    middle = 0.5 * (count - 1)
+    square = (count * count - 1.0) / 12.0
+    fourth = count * (count * count - 1.0) * (count * count - 4.0) / 180.0
+    origin = D.kept[step_back(D, first), i]
+    first_moment = second_moment = 0.0
+    for k in range(count):
+        x = D.kept[step_back(D, first + k), i] - origin
+        t = middle - k
+        first_moment += t * x
+        second_moment += (t * t - square) * x
+    slope = first_moment / (count * square * D.dt)
+    return slope, 2.0 * second_moment / (fourth * D.dt * D.dt)
+
+
+@jit
+def speed_of(D: Any, i: int) -> float:
+    """The slope of the last eight samples of joint i, which unlike an observer does not overshoot."""
+    return _fit(D, i, 0, BRIEF)[0]
+
+
+@jit
+def _noise(D: Any) -> float:
+    """Standard deviation of a sample, its rounding included."""
+    return max(sqrt(D.sigma * D.sigma + D.quantum * D.quantum / 12.0), FINEST)
+
+
+@jit
+def _noise_of_bend(D: Any, count: int) -> float:
+    """Standard deviation of the curvature of white noise: sigma sqrt(720/n)/(n dt)^2."""
+    return _noise(D) * sqrt(720.0 / count) / ((count * D.dt) * (count * D.dt))
+
+
+@jit
+def _asked_to_move(D: Any, i: int, count: int) -> float:
+    """The least speed of the reference over the last samples, 0 where it turns round."""
+    least = abs(D.kept_v[step_back(D, 0), i])
+    sign = D.kept_v[step_back(D, 0), i]
+    for k in range(1, count):
+        v = D.kept_v[step_back(D, k), i]
+        if v * sign <= 0.0:
+            return 0.0
+        least = min(least, abs(v))
+    return least
+
+
+@jit
+def stands(D: Any, i: int) -> bool:
+    """Whether joint i stands though its reference moves with v.
+
+    It stands if slope and curvature of its last n samples are nil, and it moved well in the n before, or
+    those of the last 44 are nil, too. A joint that is thrown back stands for a moment, but bends by v/(n dt):
+    n is the least that shows half of that, n^(3/2) = 6 sqrt(720) sigma/(v dt).
+    Source: docs/theory/detection.md, "Standstill".
+    """
+    asked = _asked_to_move(D, i, FEWEST)
+    if asked < LEAST_SPEED or D.ticks <= LONG:
+        return False
+    wanted = (BEND_SIGMAS / BEND_SHARE * sqrt(720.0) * _noise(D) / (asked * D.dt)) ** (2.0 / 3.0)
+    count = min(max(int(wanted) + 1, FEWEST), LONG)
+    still = max(STILL, STILL_SHARE * asked)
+    slope, bend = _fit(D, i, 0, count)
+    if abs(slope) > still or abs(bend) > BEND_SIGMAS * _noise_of_bend(D, count):
+        return False
+    before = _fit(D, i, min(count, WINDOW - FEWEST), FEWEST)[0]
+    if abs(before) > FAST_SHARE * asked:
+        return True
+    slope, bend = _fit(D, i, 0, LONG)
+    return abs(slope) <= still and abs(bend) <= BEND_SIGMAS * _noise_of_bend(D, LONG)

@@ -1,0 +1,83 @@
+"""The record of a detector beside that of its arm, and what is called on both."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.kernel.entry.session import Call, bound, rooms
+from ftqp.kernel.layout.detection_room import RESIDUALS, detection_dtype
+from ftqp.kernel.layout.record import arm_dtype, capacity_for, load_chain
+
+COLUMNS = ("q", "tau", "q_ref", "v_ref", "a_ref", "effort")
+"""Of a log, in the order in which compiled code takes them."""
+NO_END = 1 << 30
+"""An answer that no tick gives."""
+
+
+class DetectionSession:
+    """A detector's record.
+
+    Args:
+        constants: Of the arm's chain, by the argument names of ``load_chain``.
+
+    Attributes:
+        D: The fields of the record, by attribute.
+    """
+
+    def __init__(self, constants: dict[str, Any]) -> None:
+        joints = len(constants["mass"])
+        self.capacity = capacity_for(joints)
+        self._memory = np.zeros(1, detection_dtype(self.capacity))
+        self._arm = np.zeros(1, arm_dtype(self.capacity))
+        load_chain(rooms(self._arm), **constants)
+        self.D: Any = rooms(self._memory)
+        self.D.n = joints
+        self.D.has_inertia = int(rooms(self._arm).chain.has_inertia)
+
+    def field(self, name: str) -> Any:
+        """A field as an array that follows the record: (1,) for a number, else of the field's own shape."""
+        view = self._memory[name]
+        return view if view.ndim == 1 else view[0]
+
+    def detect(self) -> Call:
+        """What takes (q, tau, q_ref, v_ref, a_ref, effort) of one tick."""
+        return bound("detect", self.capacity, self._memory, self._arm)
+
+    def run(
+        self, columns: Mapping[str, FloatArray | None], block: int, until: int = NO_END, first: int = 0
+    ) -> tuple[int, FloatArray, FloatArray]:
+        """The rows of a log, one after the other.
+
+        Args:
+            columns: By the names of ``COLUMNS``, each (rows, n) or None.
+            block: Rows over which the largest excess of each residual is taken.
+            until: The answer that ends the run.
+            first: The row to begin with.
+
+        Returns:
+            The rows done, the largest excesses (rows // block, residuals, N), and z of every row, (rows,).
+        """
+        kept = [columns[name] for name in COLUMNS]
+        rows = len(kept[0]) if kept[0] is not None else 0
+        table = np.array([0 if one is None else one.ctypes.data for one in kept], dtype=np.int64)
+        peaks = np.zeros((max(rows // block, 1), RESIDUALS, len(self.D.q)))
+        trace = np.zeros(rows)
+        call = bound("detect_log", self.capacity, self._memory, self._arm)
+        done = call(table.ctypes.data, rows, first, rows, block, peaks.ctypes.data, trace.ctypes.data, until)
+        return done, peaks[: rows // block], trace
+
+    def copy(self) -> "DetectionSession":
+        """A session of its own that holds the same."""
+        other = DetectionSession.__new__(DetectionSession)
+        other.__setstate__(self.__getstate__())
+        return other
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"capacity": self.capacity, "memory": self._memory, "arm": self._arm}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.capacity = state["capacity"]
+        self._memory, self._arm = state["memory"].copy(), state["arm"].copy()
+        self.D = rooms(self._memory)

@@ -1,0 +1,63 @@
+"""The record of a detector: what it was given, its observers and filters, the last ticks, what it found."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ftqp.kernel.layout.enums import DELAYS, Residual
+from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
+
+BANKS = 2
+"""Observers of each joint: a slow and a fast one."""
+SLOW, FAST = 0, 1
+WINDOW = 64
+"""Samples that are kept of every joint, a power of two."""
+ONSETS = 8
+"""Times at which a fault of the torque may have begun that are compared."""
+RESIDUALS = len(Residual)
+
+
+def detection_fields(N: int) -> Fields:
+    """One detector, see ``ftqp.kernel.detection``.
+
+    ``fresh``: nothing was seen yet; ``got_``: how many torques came with this tick; ``latency``, ``span``,
+    ``now``: of the ring ``past_``; ``ticks`` since the reset; ``at``: place in the rings of the last samples.
+    ``has_effort``: the motors' torque is known, ``motor_torque``; ``asked``: it is what was asked for, else
+    what was measured; ``from_command``: it comes with earlier commands, else with the samples; ``has_motor``:
+    both are known. ``watch``: ticks of suspicion, ``quiet`` of them without; ``suspect``: the joint that
+    explains the residuals best; ``said``, ``said_of``, ``agreed``: the last verdict, its joint, and how often
+    in a row; ``fitted``: the joint whose torque is being fitted, ``fit_``; ``waiting``: a finding that nobody
+    has believed yet; ``pause``: ticks without verdicts. ``pole``, ``k_``: of the observers; ``slip``: speed
+    below which a joint may stick; ``slowness``: of ``usual``, the mean of a residual of torque. ``room``:
+    largest healthy size of each residual, ``sharp`` its inverse; ``excess``: what it has beside friction, and
+    z of a joint is the largest excess/room; ``peak``: the largest since it was last set to zero. ``blind``:
+    joints whose sensor or motion tells nothing; ``jump``: largest jump of a sample that motion explains,
+    ``hop`` that of one that was refused. ``kinds``, ``since``, ``onset``, ``share``: what was found.
+    """
+    names = ("q", "tau", "q_ref", "v_ref", "a_ref", "effort", "good", "step", "raw", "travel", "hop", "seen",
+             "e", "psi", "psi_before", "tau_before", "loose", "loose_before", "coulomb", "viscous", "tau_max",
+             "motor_torque", "usual", "z", "jump", "onset", "share", "column", "score")  # fmt: skip
+    counts = ("same", "missing", "off", "turns", "sensor", "blind", "believed", "kinds", "since", "standing")
+    return [
+        *scalars("i8", "n fresh latency span now ticks at has_effort asked from_command has_motor"),
+        *scalars("i8", "got_tau got_effort has_inertia has_dynamics suspect said said_of agreed fitted"),
+        *scalars("i8", "watch quiet waiting pause patience settle warm"),
+        *scalars("f8", "dt sigma quantum slip worst slowness fit_xx fit_share fit_onset fit_spread fit_size"),
+        *floats({"pole": (BANKS,), "k_s": (BANKS,), "k_w": (BANKS,), "k_d": (BANKS,)}),
+        *floats(dict.fromkeys(names, (N,))),
+        *integers(dict.fromkeys(counts, (N,))),
+        *floats(dict.fromkeys(("s", "w", "d"), (BANKS, N))),
+        *floats(dict.fromkeys(("f", "band", "motor"), (BANKS, 3, N))),
+        *floats(dict.fromkeys(("x", "excess", "room", "sharp", "peak"), (RESIDUALS, N))),
+        *floats(dict.fromkeys(("past_q", "past_v", "past_a", "past_effort"), (DELAYS, N))),
+        *floats(dict.fromkeys(("kept", "kept_v", "kept_x", "kept_effort"), (WINDOW, N))),
+        *floats({"g": (ONSETS, BANKS, 3), "fit_gg": (ONSETS,), "fit_gx": (ONSETS,)}),
+        *floats({"tally": (N, 8), "factor": (N, N)}),
+    ]
+
+
+@cache
+def detection_dtype(capacity: int) -> np.dtype[Any]:
+    """The type of the record of a detector for arms of up to ``capacity`` joints."""
+    return np.dtype(detection_fields(capacity), align=True)

@@ -1,0 +1,134 @@
+"""Calibration from healthy motion, and the logs that it refuses."""
+
+import numpy as np
+import pytest
+from tests.shaken import DT, SIGMA, Shaken
+
+import ftqp
+from ftqp.core.errors import InputError
+
+TICKS = 4000
+RATE = 4000.0
+
+
+@pytest.fixture(scope="module")
+def motion(robot):
+    return Shaken(robot, TICKS)
+
+
+@pytest.fixture(scope="module")
+def calibrated(robot, motion):
+    return ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=SIGMA)).calibrate(motion.log(), RATE)
+
+
+def changed(motion, **columns):
+    return ftqp.MotionLog(**(motion.log().columns() | columns))
+
+
+def test_noise_is_found_in_the_log(calibrated):
+    assert calibrated.calibration.sigma == pytest.approx(SIGMA, rel=0.03)
+    assert calibrated.calibration.quantum == 0.0
+
+
+def test_thresholds_lie_above_everything_in_the_log(calibrated, motion):
+    room = calibrated.calibration.room[:3]
+    assert np.isfinite(room).all() and (room[0] > 3.0 * SIGMA).all()
+    for k in range(len(motion.q)):
+        command = ftqp.Commanded(motion.q_ref[k], motion.v_ref[k], motion.a_ref[k])
+        assert calibrated.update(motion.q[k], None, None, command).suspicion < 1.0
+
+
+def test_claim_names_hours_alarms_and_interval(calibrated):
+    known = calibrated.calibration
+    assert known.hours == pytest.approx(TICKS * DT / 3600.0)
+    assert known.rate_low <= known.alarms / known.hours <= known.rate_high
+    assert "95 %" in str(known) and "extrapolated" not in str(known)
+
+
+def test_rate_that_the_log_is_too_short_for_is_refused_unless_extrapolated(robot, motion):
+    detector = ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=SIGMA))
+    with pytest.raises(InputError, match="record 30 h"):
+        detector.calibrate(motion.log())
+    assert "extrapolated" in str(detector.calibrate(motion.log(), extrapolate=True).calibration)
+
+
+def test_fewer_alarms_ask_for_larger_thresholds(robot, motion, calibrated):
+    detector = ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=SIGMA))
+    rarer = detector.calibrate(motion.log(), 1e-3, extrapolate=True).calibration
+    assert (rarer.room[:3] > calibrated.calibration.room[:3]).all()
+
+
+def test_calibration_survives_a_file(calibrated, tmp_path, robot):
+    calibrated.calibration.save(tmp_path / "healthy.json")
+    again = ftqp.Calibration.load(tmp_path / "healthy.json")
+    np.testing.assert_array_equal(again.room, calibrated.calibration.room)
+    assert str(again) == str(calibrated.calibration)
+    assert ftqp.Detector(robot=robot, dt=DT, calibration=again).calibration is again
+
+
+def test_foreign_file_and_foreign_arm_are_refused(calibrated, tmp_path, robot):
+    (tmp_path / "other.json").write_text("{}")
+    with pytest.raises(InputError, match="no calibration of format"):
+        ftqp.Calibration.load(tmp_path / "other.json")
+    with pytest.raises(InputError, match="cannot be read"):
+        ftqp.Calibration.load(tmp_path / "none.json")
+    with pytest.raises(InputError, match="calibrate anew"):
+        ftqp.Detector(robot=robot, dt=DT, drive="torque", calibration=calibrated.calibration)
+
+
+def test_unhealthy_logs_are_refused(robot, motion):
+    detector = ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=SIGMA))
+    q = motion.q
+    q[1000, 2] = np.nan
+    with pytest.raises(InputError, match="row 1000, panda_joint3"):
+        detector.calibrate(changed(motion, q=q), RATE)
+    q = motion.q
+    q[1000:, 2] = q[1000, 2]
+    with pytest.raises(InputError, match="encoder of joint 3"):
+        detector.calibrate(changed(motion, q=q), RATE)
+    q = motion.q
+    q[1000:1060, 2] = motion.true[1000, 2] + motion.noise[1000:1060, 2]
+    with pytest.raises(InputError, match=r"panda_joint3 stands out|encoder of joint 3"):
+        detector.calibrate(changed(motion, q=q), RATE)
+
+
+def test_joint_that_never_moves_is_named(robot, motion):
+    detector = ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=SIGMA))
+    q, q_ref = motion.q, motion.q_ref.copy()
+    q[:, 4], q_ref[:, 4] = motion.noise[:, 4], 0.0
+    with pytest.raises(InputError, match="panda_joint5 moves by 0 rad"):
+        detector.calibrate(changed(motion, q=q, q_ref=q_ref), RATE)
+
+
+@pytest.mark.parametrize("stated", [0.0, 1e-5])
+def test_noise_that_is_stated_far_too_small_is_refused(robot, motion, stated):
+    detector = ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=stated))
+    with pytest.raises(InputError, match=r"is stated as .* but the log shows"):
+        detector.calibrate(motion.log(), RATE)
+
+
+def test_quantum_of_an_encoder_is_found(robot, motion):
+    detector = ftqp.Detector(robot=robot, dt=DT)
+    known = detector.calibrate(changed(motion, q=5e-4 * np.round(motion.true / 5e-4)), RATE).calibration
+    assert known.quantum == pytest.approx(5e-4, rel=1e-6) and known.sigma == 0.0
+
+
+def test_columns_of_other_shapes_are_refused(motion):
+    with pytest.raises(InputError, match="v_ref of the log"):
+        changed(motion, v_ref=motion.v_ref[:10])
+
+
+def test_friction_and_load_are_told_apart(robot):
+    """The motors of the log also carry 0.4 kg and overcome friction, of which the model knows nothing."""
+    motion = Shaken(robot, 8000)
+    coulomb, viscous = np.linspace(0.2, 0.8, 7), np.linspace(0.5, 0.1, 7)
+    carrying = robot.with_payload(ftqp.Payload(0.4))
+    every = range(len(motion.q))
+    v = motion.v_ref
+    tau = np.array([carrying.mass_matrix(motion.q_ref[k]) @ motion.a_ref[k] for k in every])
+    tau += np.array([carrying.bias(motion.q_ref[k], v[k]) for k in every])
+    tau += coulomb * np.sign(v) + viscous * v
+    detector = ftqp.Detector(robot=robot, dt=DT, drive="torque", noise=ftqp.Noise(q=SIGMA))
+    known = detector.calibrate(motion.log(effort=tau), RATE).calibration
+    np.testing.assert_allclose(known.coulomb, coulomb, atol=0.05)
+    np.testing.assert_allclose(known.viscous, viscous, atol=0.1)
