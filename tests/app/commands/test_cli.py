@@ -18,7 +18,10 @@ from ftqp.control import first_use
 from ftqp.kernel.compiled.kernel import kept_in
 from ftqp.kernel.jit import COMPILED
 
-COMMANDS = ("demo", "run", "compare", "replay", "check", "inspect", "robots", "backends", "schemes", "warmup")
+COMMANDS = (
+    "demo", "run", "compare", "replay", "check", "inspect", "workspace", "robots", "backends", "schemes",
+    "warmup",
+)  # fmt: skip
 
 
 def invoke(*arguments: object) -> Any:

@@ -7,11 +7,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 from tests.app.study.jobs import COLUMNS, Squares, expected
+from typer.testing import CliRunner
 
+from ftqp.app.commands.cli import app
 from ftqp.app.study.dask_cluster import DaskCluster
 from ftqp.app.study.driving import drive
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile
@@ -139,6 +142,26 @@ def test_an_item_that_kills_every_worker_is_noted(tmp_path: Path, address: str) 
         )
         assert driven.crashed == {17: "the worker died"}
         assert results.done() == set(range(30)) - {17}
+
+
+@pytest.mark.slow
+def test_a_map_of_a_workspace_has_the_same_bits_on_a_cluster(tmp_path: Path, address: str) -> None:
+    changes = ["map.grid=8", "map.configurations=4", "map.steps=5"]
+    options = [part for change in changes for part in ("--set", change)]
+    for name, workers in (("here", []), ("there", ["--dask", address])):
+        result = CliRunner().invoke(
+            app, ["workspace", "planar3-map", "--out", str(tmp_path / name), *options, *workers]
+        )
+        assert result.exit_code == 0, result.output
+    here, there = (_rows(tmp_path / name) for name in ("here", "there"))
+    assert len(here) > 30
+    assert here == there
+
+
+def _rows(folder: Path) -> list[tuple[float, ...]]:
+    """Every row of a study without its time and worker."""
+    with closing(sqlite3.connect(folder / FILE_NAME)) as connection:
+        return [row[:-2] for row in connection.execute("SELECT * FROM results ORDER BY item")]
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "tcp://no-such-host.invalid:8786"])

@@ -1,4 +1,4 @@
-"""The command line: ``ftqp demo, run, replay, compare, check, inspect``, tables and ``warmup``."""
+"""The command line: ``ftqp demo, run, replay, compare, check, inspect, workspace``, tables, ``warmup``."""
 
 import sys
 from pathlib import Path
@@ -37,6 +37,13 @@ Backend = Annotated[
 Scheme = Annotated[str | None, typer.Option(metavar="NAME", help="Scheme, in place of the scenario's.")]
 Out = Annotated[
     Path | None, typer.Option(metavar="DIR", help="Folder to make; runs/<scenario>-<time> if left out.")
+]
+
+Jobs = Annotated[
+    int | None, typer.Option(metavar="N", help="Processes; all cores if left out and the work is long.")
+]
+Dask = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="Compute on the workers of this Dask scheduler.")
 ]
 
 
@@ -245,6 +252,33 @@ def inspect(
     held = [] if locked is None else [name.strip() for name in locked.split(",") if name.strip()]
     folder = free_folder(out, f"inspect-{Path(source).stem}")
     return inspection.inspect(source, tip, held, folder, as_json=as_json)
+
+
+@app.command(epilog="Example: ftqp workspace planar3-map --out runs/map --jobs 2")
+@command
+def workspace(
+    study: Annotated[
+        str | None, typer.Argument(metavar="[STUDY]", help="A study's file, or the name of a bundled one.")
+    ] = None,
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder to make, or one with this study's results to go on with."),
+    ] = None,
+    jobs: Jobs = None,
+    dask: Dask = None,
+    as_json: Json = False,
+) -> ExitCode:
+    """Map which starts are safe if a joint locks and nobody notices; without a study, list the bundled."""
+    if study is None:
+        if as_json:
+            tell_json({"studies": document.bundled("study")})
+        else:
+            tell_table("Bundled studies", ("name", "story"), document.bundled("study").items())
+        return ExitCode.DONE
+    from ftqp.app.commands.mapping import map_workspace
+
+    return map_workspace(study, overrides or (), out, jobs=jobs, dask=dask, as_json=as_json)
 
 
 @app.command(epilog="Example: ftqp robots --json")

@@ -1,0 +1,154 @@
+"""``ftqp workspace``: computes the map of a study, or goes on with it, sums it up and draws it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ftqp import __version__
+from ftqp.analysis.measures import MEASURES
+from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
+from ftqp.app.run.runs import free_folder, write
+from ftqp.app.study.driving import Driven, drive
+from ftqp.app.study.results_file import FILE_NAME, ResultsFile
+from ftqp.app.study.workers import Workers
+from ftqp.app.study.workspace_study import ANY, KIND, MapWork, WorkspaceStudy, load_study
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError, MissingPackage
+
+STUDY, SUMMARY = "study.toml", "summary.json"
+WHOLE = 100.0 - 1e-9
+"""A measure from here on is all of it [percent]."""
+
+
+def map_workspace(
+    source: str,
+    overrides: Sequence[str],
+    out: Path | None,
+    *,
+    jobs: int | None,
+    dask: str | None,
+    as_json: bool,
+) -> ExitCode:
+    """Compute, sum up and draw the map of a study.
+
+    Args:
+        source: A study's file, or the name of a bundled one.
+        overrides: ``a.b=value`` each.
+        out: The folder to make or to go on with.
+        jobs: Processes; None takes all cores where it is worth it.
+        dask: Address of a Dask scheduler.
+        as_json: Whether the summary is printed as JSON.
+
+    Raises:
+        InputError: The folder holds something else, or the cluster does not answer.
+        FtqpError: Results cannot be written.
+    """
+    if jobs is not None and jobs < 1:
+        raise InputError(f"--jobs is {jobs}, expected 1 process or more")
+    if jobs is not None and dask is not None:
+        raise InputError("--jobs and --dask both say who computes; leave one of them out")
+    study = load_study(source, overrides)
+    folder = out if out is not None and (out / FILE_NAME).is_file() else free_folder(out, study.name)
+
+    def cluster(work: Any) -> Workers:
+        from ftqp.app.study.dask_cluster import DaskCluster
+
+        return DaskCluster(work, str(dask))
+
+    about = {"study": study.text, "ftqp": __version__, "robot": study.robot.name}
+    with ResultsFile(folder, kind=KIND, key=study.key, columns=study.columns, about=about) as results:
+        write(folder / STUDY, study.text)
+        driven = drive(
+            MapWork(study.task),
+            len(study.places),
+            results,
+            what=study.name,
+            jobs=jobs,
+            cluster=None if dask is None else cluster,
+        )
+        found = study.arrays(results.table())
+    facts = _summary(study, found, driven, folder)
+    facts["figures"] = [str(file) for file in _figures(study, found, folder)]
+    write(folder / SUMMARY, json_text(facts))
+    if as_json:
+        tell_json(facts)
+    else:
+        _tell(study, facts)
+    return ExitCode.STOPPED if driven.crashed else ExitCode.DONE
+
+
+def _summary(
+    study: WorkspaceStudy, found: dict[str, FloatArray], driven: Driven, folder: Path
+) -> dict[str, Any]:
+    """What ``summary.json`` holds."""
+    joints = (*study.robot.joints, ANY)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means = {name: _means(found[name]) for name in MEASURES}
+    return {
+        "study": study.name,
+        "robot": study.robot.name,
+        "folder": str(folder),
+        "starts": len(found["places"]),
+        "computed_now": driven.computed,
+        "crashed": {str(item): reason for item, reason in driven.crashed.items()},
+        "cpu_seconds": driven.seconds,
+        "configurations": int(found["configurations"].sum()),
+        "failed_lines": int(found["failed"].sum()),
+        "runs": int(found["runs"].sum()),
+        "unresolved": int(found["unresolved"].sum()),
+        "means": {name: dict(zip(joints, values, strict=True)) for name, values in means.items()},
+        "starts_with_R100_of_100": dict(
+            zip(joints, (found["R100"] >= WHOLE).sum(axis=0).tolist(), strict=True)
+        ),
+        "starts_with_C100_of_100": dict(
+            zip(joints, (found["C100"] >= WHOLE).sum(axis=0).tolist(), strict=True)
+        ),
+    }
+
+
+def _means(values: FloatArray) -> list[float]:
+    """The mean of each column over the starts at which it is known."""
+    known = ~np.isnan(values)
+    sums = np.where(known, values, 0.0).sum(axis=0)
+    return [float(s / c) if c else float("nan") for s, c in zip(sums, known.sum(axis=0), strict=True)]
+
+
+def _figures(study: WorkspaceStudy, found: dict[str, FloatArray], folder: Path) -> list[Path]:
+    """The pictures; none, with a note, when the package that draws them is missing."""
+    try:
+        from ftqp.viz.figures.map_pictures import save_maps
+    except MissingPackage as error:
+        say(f"note: {error}")
+        return []
+    (folder / "figures").mkdir(exist_ok=True)
+    return save_maps(
+        folder / "figures", study.name, study.robot.joints, study.task.goal, study.arm_at_goal(), found
+    )
+
+
+def _tell(study: WorkspaceStudy, facts: dict[str, Any]) -> None:
+    """The summary for a person."""
+    joints = (*study.robot.joints, ANY)
+    rows = [(name, *(_percent(value) for value in by.values())) for name, by in facts["means"].items()]
+    rows += [
+        (f"starts with {name} = 100", *(str(count) for count in facts[f"starts_with_{name}_of_100"].values()))
+        for name in ("R100", "C100")
+    ]
+    title = f"{study.name}: {study.robot.name}, means over {facts['starts']} starts in percent"
+    tell_table(title, ("measure", *joints), rows, numbers=joints)
+    tell("")
+    tell(
+        f"{facts['configurations']} ways to the goal, {facts['failed_lines']} of them end at a singularity; "
+        f"{facts['runs']} motions after a failure, {facts['unresolved']} of them unresolved"
+    )
+    tell("R: the goal stays within reach; F: where it does, the tip gets there; C: both, on the whole way.")
+    tell("100: configurations with all of it; avg: their mean; sens: the best minus the worst.")
+    if facts["crashed"]:
+        tell(f"{len(facts['crashed'])} starts killed their worker; the same command tries them again.")
+    tell(f"{facts['cpu_seconds']:.1f} s of processor time; files: {facts['folder']}")
+
+
+def _percent(value: float) -> str:
+    return "-" if np.isnan(value) else f"{value:.2f}"

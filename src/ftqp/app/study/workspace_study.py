@@ -1,0 +1,166 @@
+"""The map of a workspace as a study: a row for every start of the tip."""
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+from pydantic import ValidationError
+
+from ftqp import __version__
+from ftqp.analysis.map_chunks import COUNTS, WorkspaceTask, map_chunk, points, workspace_task
+from ftqp.analysis.measures import MEASURES
+from ftqp.app.scenario import composition, document
+from ftqp.app.scenario.complaints import complaints
+from ftqp.app.schema.workspace_file import MapTable, WorkspaceFile
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import FtqpError, InputError, ModelError, ScenarioError
+from ftqp.model.robot import Robot
+
+KIND = "workspace"
+AXES = "xyz"
+ANY = "any"
+"""The column of a measure for a failure of any joint."""
+
+
+@final
+@dataclass(frozen=True)
+class MapWork:
+    """Computes the rows of some starts.
+
+    Attributes:
+        task: What all starts share.
+    """
+
+    task: WorkspaceTask
+
+    @cached_property
+    def _points(self) -> FloatArray:
+        return points(self.task)
+
+    def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
+        """The rows of the starts with these numbers: place, measures of each joint and of any, counts."""
+        places = self._points[list(items)]
+        found = map_chunk(self.task, places)
+        parts = [places, *(found[name] for name in MEASURES), *(found[name][:, None] for name in COUNTS)]
+        return [tuple(row) for row in np.hstack(parts).tolist()]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkspaceStudy:
+    """A study that is ready to be computed.
+
+    Attributes:
+        name: Names the study.
+        tables: Its tables, every default filled in.
+        text: The same as a TOML file.
+        robot: The arm.
+        task: What all starts share.
+        places: The starts, (P, 2) or (P, 3) [m].
+    """
+
+    name: str
+    tables: WorkspaceFile
+    text: str
+    robot: Robot
+    task: WorkspaceTask
+    places: FloatArray
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """The columns of its results: the place, every measure for each joint and for any, counts."""
+        joints = (*self.robot.joints, ANY)
+        names = [
+            *AXES[: self.places.shape[1]],
+            *(f"{measure}_{joint}" for measure in MEASURES for joint in joints),
+            *COUNTS,
+        ]
+        return dict.fromkeys(names, "REAL")
+
+    @property
+    def key(self) -> str:
+        """What tells it from every other study: a hash of its text, the arm's constants and the version."""
+        digest = hashlib.sha256(f"{__version__}\n{self.text}".encode())
+        for name, value in sorted(self.robot.chain.constants().items()):
+            digest.update(name.encode() + np.ascontiguousarray(value).tobytes())
+        limits = self.robot.limits
+        digest.update(np.concatenate([limits.q_min, limits.q_max]).tobytes())
+        return digest.hexdigest()
+
+    def arm_at_goal(self) -> FloatArray:
+        """The joints and the tip of the arm with its tip at the goal, (nv + 1, 2) [m]."""
+        links = self.task.links
+        q = links.configurations(links.local(self.task.goal), 1, 0)[0][0]
+        angle = np.cumsum(q)
+        steps = links.scale * links.link[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        return np.asarray(links.base + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]))
+
+    def arrays(self, rows: Sequence[Sequence[Any]]) -> dict[str, FloatArray]:
+        """The rows of a results file as arrays: ``places``, each measure, (P, nv + 1), and each count, (P,).
+
+        Args:
+            rows: As ``ResultsFile.table`` returns them, the number of the start first.
+        """
+        table = np.array(rows, dtype=np.float64).reshape(len(rows), 1 + len(self.columns))[:, 1:]
+        dimensions, width = self.places.shape[1], self.robot.nv + 1
+        found = {"places": table[:, :dimensions]}
+        for k, name in enumerate(MEASURES):
+            at = dimensions + k * width
+            found[name] = table[:, at : at + width]
+        for k, name in enumerate(COUNTS):
+            found[name] = table[:, dimensions + len(MEASURES) * width + k]
+        return found
+
+
+def load_study(source: str, overrides: Iterable[str] = ()) -> WorkspaceStudy:
+    """The study of a file.
+
+    Args:
+        source: A path, or the name of a bundled study.
+        overrides: ``a.b=value`` each, put into the study before it is checked.
+
+    Raises:
+        ScenarioError: The study is wrong; carries every error.
+    """
+    found = document.read(source, overrides, kind="study")
+    try:
+        tables = WorkspaceFile.model_validate(found.content)
+    except ValidationError as error:
+        raise ScenarioError(f"{found.origin} has errors:", complaints(WorkspaceFile, error)) from error
+    try:
+        robot = composition.robot(tables.robot, found.folder)
+    except FtqpError as error:
+        raise _at("robot", found.origin, error) from error
+    try:
+        task = workspace_task(robot, tables.map.goal, **_settings(tables.map))
+    except InputError as error:
+        raise _at("map", found.origin, error) from error
+    places = points(task)
+    if not len(places):
+        raise ScenarioError(f"{found.origin} has errors:", ["map.grid: no node of the grid is within reach"])
+    text = document.toml(_content(tables, found.folder))
+    return WorkspaceStudy(name=found.name, tables=tables, text=text, robot=robot, task=task, places=places)
+
+
+def _at(place: str, origin: str, error: FtqpError) -> ScenarioError:
+    """An error of a table."""
+    findings = error.findings if isinstance(error, ModelError) and error.findings else (str(error),)
+    return ScenarioError(f"{origin} has errors:", [f"{place}: {finding}" for finding in findings])
+
+
+def _settings(table: MapTable) -> Mapping[str, Any]:
+    """The table as arguments of ``workspace_task``."""
+    settings = {key: getattr(table, key) for key in MapTable.model_fields if key not in ("goal", "weights")}
+    return settings | {"W": table.weights}
+
+
+def _content(tables: WorkspaceFile, folder: Path) -> dict[str, Any]:
+    """The study as plain tables, its files with absolute paths."""
+    content = tables.model_dump()
+    for key in ("urdf", "mjcf"):
+        if content["robot"].get(key) is not None:
+            content["robot"][key] = str((folder / content["robot"][key]).resolve())
+    return content

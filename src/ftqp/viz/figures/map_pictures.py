@@ -1,0 +1,102 @@
+"""Maps of a workspace: how much of the way to a goal survives a lock, for every start of the tip."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.viz.figures.canvas import GREY, ORANGE, Axes, paper, save
+
+LETTERS = {
+    "R": "share of the way on which the goal stays within reach",
+    "F": "share of that from which the tip gets there",
+    "C": "share of the whole way from which the tip gets there",
+}
+"""What each letter of a measure means."""
+KINDS = {
+    "100": "configurations\nwith all of it",
+    "avg": "mean over\nconfigurations",
+    "sens": "best minus worst\nconfiguration",
+}
+"""What each kind of measure means."""
+PANEL = 2.5
+"""Size of a panel [inches]."""
+
+
+def save_maps(
+    folder: Path,
+    title: str,
+    joints: Sequence[str],
+    goal: FloatArray,
+    arm: FloatArray,
+    found: Mapping[str, FloatArray],
+) -> list[Path]:
+    """Draw one picture a letter: a row for each kind of measure, a column for each joint and for any.
+
+    Source: Goel, Maciejewski and Balakrishnan 2005, Fig. 10.
+
+    Args:
+        folder: Where the pictures go.
+        title: Stands above each picture.
+        joints: Names of the joints; the last column of a measure is that of any joint.
+        goal: Where the tip is to go, (2,) [m].
+        arm: The arm with its tip at the goal, base to tip, (n + 1, 2) [m].
+        found: ``places``, (P, 2) [m], on a square grid, and measures like ``R100``, (P, n + 1) [percent].
+
+    Returns:
+        The files.
+    """
+    return [
+        _draw(folder / f"{letter}.png", f"{title}: {letter}, {meaning}", letter, joints, goal, arm, found)
+        for letter, meaning in LETTERS.items()
+        if f"{letter}100" in found
+    ]
+
+
+def _draw(
+    path: Path,
+    title: str,
+    letter: str,
+    joints: Sequence[str],
+    goal: FloatArray,
+    arm: FloatArray,
+    found: Mapping[str, FloatArray],
+) -> Path:
+    """The picture of a letter."""
+    rows = [kind for kind in KINDS if f"{letter}{kind}" in found]
+    columns = [*(f"{joint} locks" for joint in joints), "any joint locks"]
+    figure = paper(PANEL * len(columns) + 1.6, PANEL * len(rows) + 0.9, title)
+    panels = figure.subplots(len(rows), len(columns), squeeze=False, sharex=True, sharey=True)
+    image: Any = None
+    for row, kind in enumerate(rows):
+        for column, name in enumerate(columns):
+            panel = panels[row, column]
+            image = _panel(panel, found["places"], found[f"{letter}{kind}"][:, column], goal, arm)
+            if row == 0:
+                panel.set_title(name, fontsize=10)
+            if row == len(rows) - 1:
+                panel.set_xlabel("x of the start [m]")
+            if column == 0:
+                panel.set_ylabel(f"{letter}{kind}: {KINDS[kind]}\n\ny of the start [m]", fontsize=9)
+    bar = figure.colorbar(image, ax=panels, shrink=0.9, pad=0.01)
+    bar.set_label("percent; grey: no way to say")
+    return save(figure, path)
+
+
+def _panel(panel: Axes, places: FloatArray, values: FloatArray, goal: FloatArray, arm: FloatArray) -> Any:
+    """One measure over the grid, with the arm at its goal."""
+    x, y = np.unique(places[:, 0]), np.unique(places[:, 1])
+    image = np.full((len(y), len(x)), np.nan)
+    image[np.searchsorted(y, places[:, 1]), np.searchsorted(x, places[:, 0])] = values
+    out = np.full(image.shape, np.nan)
+    out[np.searchsorted(y, places[:, 1]), np.searchsorted(x, places[:, 0])] = 1.0
+    panel.pcolormesh(x, y, out, cmap="Greys", vmin=0.0, vmax=4.0, shading="nearest")
+    mesh = panel.pcolormesh(x, y, image, cmap="viridis", vmin=0.0, vmax=100.0, shading="nearest")
+    panel.plot(*arm.T, color="white", linewidth=4.5, solid_capstyle="round")
+    panel.plot(*arm.T, color=GREY, linewidth=2.5, solid_capstyle="round", marker="o", markersize=4)
+    panel.plot(*arm[0], marker="s", color="black", markersize=6, linestyle="none")
+    panel.plot(*goal[:2], marker="*", color=ORANGE, markeredgecolor="white", markersize=12, linestyle="none")
+    panel.set_aspect("equal")
+    return mesh

@@ -1,0 +1,128 @@
+"""The command ``ftqp workspace``: maps are computed, continued, summed up and drawn."""
+
+import json
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from ftqp.analysis.map_chunks import map_chunk, points
+from ftqp.app.commands.cli import app
+from ftqp.app.scenario.document import bundled
+from ftqp.app.study.results_file import FILE_NAME
+from ftqp.app.study.workspace_study import load_study
+
+SMALL = """
+[robot]
+name = "planar"
+options = { lengths = [1.0, 0.8, 0.6], continuous = true }
+
+[map]
+goal = [1.2, 0.9]
+grid = 8
+configurations = 4
+steps = 6
+"""
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    file = tmp_path / "small.toml"
+    file.write_text(SMALL, encoding="utf-8")
+    return file
+
+
+def asked(*arguments: object) -> Result:
+    return CliRunner().invoke(app, ["workspace", *map(str, arguments)])
+
+
+def rows(folder: Path) -> list[tuple[float, ...]]:
+    """Every row of a study without its time and worker."""
+    with closing(sqlite3.connect(folder / FILE_NAME)) as connection:
+        return [row[:-2] for row in connection.execute("SELECT * FROM results ORDER BY item")]
+
+
+def test_a_map_is_computed_summed_up_and_drawn(small: Path, tmp_path: Path) -> None:
+    result = asked(small, "--out", tmp_path / "out", "--json")
+    assert result.exit_code == 0, result.output
+    facts = json.loads(result.stdout)
+    study = load_study(str(small))
+    found = map_chunk(study.task, points(study.task))
+    assert facts["starts"] == len(points(study.task))
+    assert facts["means"]["R100"]["any"] == pytest.approx(np.nanmean(found["R100"][:, 3]), abs=1e-9)
+    assert facts == json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert [Path(file).name for file in facts["figures"]] == ["R.png", "F.png", "C.png"]
+    assert all(Path(file).stat().st_size > 10_000 for file in facts["figures"])
+    assert load_study(str(tmp_path / "out" / "study.toml")).key == study.key
+
+
+def test_a_map_goes_on_where_it_was(small: Path, tmp_path: Path) -> None:
+    assert asked(small, "--out", tmp_path / "out").exit_code == 0
+    whole = rows(tmp_path / "out")
+    with closing(sqlite3.connect(tmp_path / "out" / FILE_NAME)) as connection:
+        connection.execute("DELETE FROM results WHERE item % 3 = 1")
+        connection.commit()
+    result = asked(small, "--out", tmp_path / "out", "--json")
+    assert json.loads(result.stdout)["computed_now"] == len(range(1, len(whole), 3))
+    assert rows(tmp_path / "out") == whole
+
+
+def test_processes_compute_the_same_bits(small: Path, tmp_path: Path) -> None:
+    assert asked(small, "--out", tmp_path / "one", "--jobs", 1).exit_code == 0
+    assert asked(small, "--out", tmp_path / "two", "--jobs", 2).exit_code == 0
+    assert rows(tmp_path / "one") == rows(tmp_path / "two")
+
+
+def test_another_study_does_not_go_on_in_the_folder(small: Path, tmp_path: Path) -> None:
+    assert asked(small, "--out", tmp_path / "out").exit_code == 0
+    before = rows(tmp_path / "out")
+    result = asked(small, "--out", tmp_path / "out", "--set", "map.steps=7")
+    assert result.exit_code == 2
+    assert "holds results of another study ('steps = 6' there, 'steps = 7' here)" in result.stderr
+    assert rows(tmp_path / "out") == before
+
+
+def test_a_folder_of_something_else_is_left_alone(small: Path, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    result = asked(small, "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "exists, and nothing is overwritten" in result.stderr
+    assert not list((tmp_path / "out").iterdir())
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ("map.grid=0", "map.grid is 0, expected a number at least 2"),
+        ("map.goal=[5, 5]", "map: goal [5.0, 5.0] is 7.071 m from joint 1"),
+        ("map.goal=[1, 2, 3, 4]", "map.goal has 4 entries, expected at most 3"),
+        ("map.weights=[[1, 0, 0], [0, -1, 0], [0, 0, 1]]", "W has the eigenvalue -1"),
+        ("map.gain=0", "map.gain is 0, expected a number greater than 0 [1/s]"),
+        ("map.colour=1", "map.colour is not a key of [map]"),
+        ("robot.name=panda", "'lengths' is not an option of the robot panda"),
+    ],
+)
+def test_a_wrong_study_is_one_clear_sentence(small: Path, tmp_path: Path, change: str, sentence: str) -> None:
+    result = asked(small, "--set", change, "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert sentence in result.stderr.replace("\n", " ")
+    assert not (tmp_path / "out").exists()
+
+
+def test_jobs_and_dask_exclude_each_other(small: Path) -> None:
+    assert (
+        "--jobs and --dask both say who computes" in asked(small, "--jobs", 2, "--dask", "tcp://x:1").stderr
+    )
+    assert "--jobs is 0, expected 1 process or more" in asked(small, "--jobs", 0).stderr
+
+
+@pytest.mark.parametrize("name", sorted(bundled("study")))
+def test_bundled_studies_are_valid(name: str) -> None:
+    assert len(load_study(name).places) > 100
+
+
+def test_bundled_studies_are_listed() -> None:
+    assert set(json.loads(asked("--json").stdout)["studies"]) == set(bundled("study"))
