@@ -1,7 +1,11 @@
 """Studies of an arm before it moves."""
 
 from ftqp.analysis.circular_intervals import CircularIntervals as CircularIntervals
+from ftqp.analysis.effectiveness import Effectiveness as Effectiveness
 from ftqp.analysis.falling import fall_energy as fall_energy
+from ftqp.analysis.learned_law import LearnedLaw as LearnedLaw
+from ftqp.analysis.learned_law import LearnedRun as LearnedRun
+from ftqp.analysis.learned_law import learned_run as learned_run
 from ftqp.analysis.manifolds.joint_ranges import joint_ranges as joint_ranges
 from ftqp.analysis.manifolds.manifold import Manifold as Manifold
 from ftqp.analysis.manifolds.reachability import reachable_after as reachable_after

@@ -1,0 +1,104 @@
+"""The law that learns reaches what the other joints can: in the cases of Goel et al. 2005 and on a Panda."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.analysis.learned_law import LearnedLaw, LearnedRun, learned_run
+from ftqp.core.errors import InputError
+
+CASES = {
+    "2R, A": ([1, 1], (0.0, -30.0), "j1", (1.0 + np.sqrt(0.5), np.sqrt(0.5)), 0.0, 0.0),
+    "2R, B": ([1, 1], (0.0, -30.0), "j1", (2.0, 0.0), 0.5176, 0.0),
+    "2R, C": ([1, 1], (0.0, -30.0), "j1", (0.0, np.sqrt(3.0)), 1.1339, 1.0),
+    "Fig. 5": ([1, 1, 1], (-79.3348, 45.0, 42.7735), "j2", (1.5, 1.5), 0.0, 0.0),
+    "Fig. 6": ([1, 1, 1], (106.8745, -39.652, 117.3062), "j1", (1.5, 1.5), 1.8708, 0.0),
+    "150 deg": ([1, 1, 1], (150.0, -107.9446, 98.8833), "j1", (1.5, 1.5), 0.9044, 0.5687),
+}
+"""Lengths, start [deg], locked joint, goal, error that remains without learning, least error possible."""
+
+
+def run(name: str, **settings: Any) -> LearnedRun:
+    lengths, start, joint, goal, _, _ = CASES[name]
+    robot = ftqp.robots.load("planar", lengths=lengths, continuous=True)
+    return learned_run(robot, goal, np.deg2rad(start), [joint], **{"duration": 30.0, **settings})
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_without_learning_it_is_the_law_of_the_paper(name: str) -> None:
+    assert run(name, learns=False).error == pytest.approx(CASES[name][4], abs=1e-3)
+
+
+def test_without_learning_an_arm_may_turn_for_ever() -> None:
+    robot = ftqp.robots.load("planar", lengths=[1, 1], continuous=True)
+    found = learned_run(robot, (2.0, np.sqrt(3.0)), np.deg2rad([0.0, -30.0]), ["j1"], learns=False)
+    last = found.errors[len(found.errors) // 2 :]
+    assert (last.min(), last.max()) == pytest.approx((1.0, 3.0), abs=1e-2)
+    assert found.path[-1, 1] - found.path[0, 1] == pytest.approx(-np.sqrt(3.0) * 60.0, rel=1e-2)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+@pytest.mark.parametrize("name", CASES)
+def test_with_learning_the_tip_gets_as_near_as_the_other_joints_can(name: str, noise: float) -> None:
+    assert run(name, noise=noise).error == pytest.approx(CASES[name][5], abs=2e-3)
+
+
+def test_a_limit_cycle_ends_at_the_nearest_point() -> None:
+    robot = ftqp.robots.load("planar", lengths=[1, 1, 1], continuous=True)
+    start = np.deg2rad([10.8852, 72.5087, 30.0])
+    plain = learned_run(robot, (-0.8, 0.0), start, ["j3"], learns=False)
+    assert np.ptp(plain.errors[-1000:]) > 1.0
+    learned = learned_run(robot, (-0.8, 0.0), start, ["j3"])
+    nearest = abs(1.0 - 2.0 * np.cos(np.deg2rad(15.0))) - 0.8  # the annulus of joints 1 and 2 begins there
+    assert learned.error == pytest.approx(nearest, abs=1e-3)
+    assert learned.theta[2] < 0.05
+
+
+def test_a_healthy_arm_moves_as_without_learning() -> None:
+    robot = ftqp.robots.load("planar", lengths=[1, 1, 1], continuous=True)
+    for start in [0.3, 0.9, 0.7] + 0.3 * np.random.default_rng(3).normal(size=(6, 3)):  # far from singular
+        law = LearnedLaw(robot, (1.0, 1.2), gain=0.3)
+        plain = LearnedLaw(robot, (1.0, 1.2), gain=0.3, learns=False)
+        q = start
+        for _ in range(600):
+            v = law.command(q)
+            np.testing.assert_allclose(v, plain.command(q), atol=1e-4)
+            q = q + 0.01 * v
+        assert (law.theta > 0.999).all()
+
+
+@pytest.mark.parametrize("joint", [1, 3, 5])
+def test_a_panda_reaches_a_pose_with_a_joint_that_nobody_knows_to_be_locked(joint: int) -> None:
+    robot = ftqp.robots.load("panda")
+    generator = np.random.default_rng(joint)
+    q = robot.neutral + 0.1 * generator.normal(size=7)
+    there = q + 0.2 * generator.normal(size=7)
+    there[joint] = q[joint]
+    found = learned_run(robot, robot.pose(there), q, [joint], rows="pose", duration=20.0)
+    assert np.linalg.norm((robot.pose(found.q) - robot.pose(there))[:3, 3]) < 1e-3
+    assert found.theta[joint] < 0.05
+    assert (found.path[:, joint] == q[joint]).all()
+
+
+def test_settling_is_told_by_the_time_after_which_the_error_stays_small() -> None:
+    found = LearnedRun(
+        q=np.zeros(1), error=0.0, t=np.arange(5.0), errors=np.array([2.0, 0.1, 2.0, 0.1, 0.0]),
+        path=np.zeros((5, 1)), theta=np.ones(1),
+    )  # fmt: skip
+    assert found.settled(1.0) == 3.0
+    assert found.settled(3.0) == 0.0
+    assert found.settled(-1.0) is None
+
+
+def test_what_does_not_fit_is_bad_input() -> None:
+    robot = ftqp.robots.load("planar", lengths=[1, 1], continuous=True)
+    with pytest.raises(InputError, match="positive definite"):
+        LearnedLaw(robot, (1.0, 1.0), W=np.diag([1.0, -1.0]))
+    with pytest.raises(InputError, match="'j7' is not a joint"):
+        learned_run(robot, (1.0, 1.0), [0.1, 0.2], ["j7"])
+    with pytest.raises(InputError, match=r"duration is 0\.001 s, expected at least one step of 0.01 s"):
+        learned_run(robot, (1.0, 1.0), [0.1, 0.2], duration=0.001)
+    with pytest.raises(InputError, match="q has shape"):
+        LearnedLaw(robot, (1.0, 1.0)).command([1.0, 2.0, 3.0])
