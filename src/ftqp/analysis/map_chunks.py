@@ -5,8 +5,8 @@ from typing import Any, Literal, final, get_args
 
 import numpy as np
 
-from ftqp.analysis.law import weights_inverse
 from ftqp.analysis.measures import MEASURES, measures_of
+from ftqp.analysis.outcomes.weights import weights_inverse
 from ftqp.analysis.planar_links import PlanarLinks, spread_evenly
 from ftqp.control.first_use import notice
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance, positive

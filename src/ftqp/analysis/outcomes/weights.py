@@ -1,4 +1,4 @@
-"""The law that goes on after a failure as before: weights, and their check."""
+"""Weights of the joint rates, and their check."""
 
 from typing import Any
 

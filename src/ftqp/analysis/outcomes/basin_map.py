@@ -1,0 +1,203 @@
+"""Which start goes where when one joint is locked at a value: basins of an arm of three joints."""
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from ftqp.analysis.goals import GoalStudy, goal_study
+from ftqp.analysis.outcomes.unaware_law import UnawareLaw
+from ftqp.analysis.outcomes.weights import weights_inverse
+from ftqp.analysis.planar_links import PlanarLinks
+from ftqp.control.first_use import notice
+from ftqp.core.checks import FloatArray, IntArray, frozen
+from ftqp.core.errors import InputError
+from ftqp.kernel.entry.planar_study import make_ready
+from ftqp.kernel.layout.endings import Ending
+from ftqp.model.robot import Robot
+
+TURN = 2.0 * np.pi
+SAME = 1e-3
+"""Ends so near each other are one [rad]."""
+CELLS = 120
+"""Along each joint, in which rest is looked for."""
+INFLATED = 0.1
+"""Share by which the range of a cell's corners is widened."""
+LEAVING = 1e-3
+"""From a saddle to the begin of a separatrix [rad]."""
+LONGEST = 40.0
+"""Of a separatrix, in s."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Basins:
+    """Where starts lead, over the two joints that move.
+
+    Attributes:
+        moving: The indices of the joints that move.
+        angles: Their values, the middles of the cells, (grid,) [rad].
+        label: Which end, (grid, grid), first index the first joint that moves: an index of ``ends``, or -1
+            without rest, -2 without verdict.
+        ends: Configurations at rest, (k, nv) [rad], angles in (-pi, pi].
+        kinds: What each is: ``correct``, ``erroneous`` or ``singular``.
+        share: Share of the area of each, (k,).
+        saddles: Rest configurations that attract in one direction only, (s, nv) [rad].
+        eigenvalues: Of each of them, (s, 2) [1/s], with gain 1.
+        separatrices: The ways into the saddles, which part the basins, each (k, nv) [rad].
+    """
+
+    moving: tuple[int, int]
+    angles: FloatArray
+    label: IntArray
+    ends: FloatArray
+    kinds: tuple[str, ...]
+    share: FloatArray
+    saddles: FloatArray
+    eigenvalues: FloatArray
+    separatrices: list[FloatArray]
+
+
+def basins(
+    robot: Robot, goal: Any, joint: str | int, value: float, grid: int = 400, *, W: Any = None
+) -> Basins:
+    """The basins of the ends of all motions with a joint locked at a value that nobody knows of.
+
+    Args:
+        robot: A planar arm of three revolute joints.
+        goal: Where the tip is to go, (2,) or (3,) [m].
+        joint: The joint that is locked, by name or index.
+        value: Where [rad].
+        grid: Cells along each of the two joints that move, >= 2; the cost grows with its square.
+        W: Weights of the joint rates, (nv, nv) or its diagonal (nv,), positive definite; None is the
+            identity.
+
+    Raises:
+        InputError: The arm is another one, there is no such joint, or a number is out of its range.
+    """
+    links = PlanarLinks.of(robot)
+    if links is None or robot.nv != 3:
+        raise InputError(f"{robot.name} has no map of basins, expected a planar arm of three revolute joints")
+    if isinstance(grid, bool) or not isinstance(grid, int | np.integer) or grid < 2:
+        raise InputError(f"grid is {grid!r}, expected a whole number from 2")
+    i = robot.joint(joint)
+    first, second = (k for k in range(3) if k != i)
+    M = weights_inverse(W, 3)
+    study = goal_study(robot, goal, "position")
+    make_ready(3, notice)
+    angles = -np.pi + TURN * (np.arange(grid) + 0.5) / grid
+    starts = np.empty((grid, grid, 3))
+    starts[:, :, i] = value
+    starts[:, :, first], starts[:, :, second] = angles[:, None], angles[None, :]
+    planar = links.study(M, links.local(study.pose[:2, 3]))
+    endings, ends, _ = planar.runs(starts.reshape(-1, 3), np.full(grid * grid, 1 << i))
+    label, found, kinds = _labelled(endings, ends)
+    share = np.array([np.mean(label == k) for k in range(len(found))])
+    law = UnawareLaw(study.free, M, (i,), 1.0, np.inf)
+    saddles, eigenvalues, ways = _saddles(study, law, i, value, (first, second))
+    return Basins(
+        moving=(first, second), angles=frozen(angles), label=frozen(label.reshape(grid, grid)),
+        ends=frozen(found), kinds=kinds, share=frozen(share), saddles=frozen(saddles),
+        eigenvalues=frozen(eigenvalues), separatrices=ways,
+    )  # fmt: skip
+
+
+def _principal(q: FloatArray) -> FloatArray:
+    """Angles in (-pi, pi]."""
+    return np.asarray(np.pi - (np.pi - q) % TURN)
+
+
+def _labelled(endings: IntArray, ends: FloatArray) -> tuple[IntArray, FloatArray, tuple[str, ...]]:
+    """The label of each run, the different ends and what they are, the largest basin first."""
+    label = np.where(endings == Ending.NONE, -1, -2)
+    rest = (endings != Ending.NONE) & (endings != Ending.UNRESOLVED)
+    groups: list[tuple[int, FloatArray, str]] = []
+    left = np.flatnonzero(rest)
+    number = 0
+    while len(left):
+        q = ends[left[0]]
+        near = np.abs(_principal(ends[left] - q)).max(axis=1) < SAME
+        near &= endings[left] == endings[left[0]]
+        label[left[near]] = number
+        groups.append((int(near.sum()), _principal(q), Ending(int(endings[left[0]])).name.lower()))
+        left, number = left[~near], number + 1
+    order = sorted(range(number), key=lambda k: -groups[k][0])
+    new = np.empty(number, np.int64)
+    new[order] = np.arange(number)
+    label = np.where(label >= 0, new[np.maximum(label, 0)] if number else label, label)
+    found = np.array([groups[k][1] for k in order]).reshape(number, 3)
+    return label.astype(np.int64), found, tuple(groups[k][2] for k in order)
+
+
+def _saddles(
+    study: GoalStudy, law: UnawareLaw, i: int, value: float, moving: tuple[int, int]
+) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
+    """Saddles away from the goal, their eigenvalues, and the ways into them.
+
+    Cells of a grid at whose corners both rates change their sign are where Newton steps begin.
+    """
+    axis = -np.pi + TURN * np.arange(CELLS + 1) / CELLS
+    q = np.empty((CELLS + 1, CELLS + 1, 3))
+    q[:, :, i] = value
+    q[:, :, moving[0]], q[:, :, moving[1]] = axis[:, None], axis[None, :]
+    v = np.array([law.rates(one)[0] for one in q.reshape(-1, 3)]).reshape(q.shape)[:, :, list(moving)]
+    corners = np.stack([v[:-1, :-1], v[1:, :-1], v[:-1, 1:], v[1:, 1:]])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    wide = INFLATED * (high - low)
+    candidates = np.argwhere(((low - wide <= 0.0) & (high + wide >= 0.0)).all(axis=2))
+    found: list[FloatArray] = []
+    values: list[FloatArray] = []
+    ways: list[FloatArray] = []
+    step = TURN / CELLS
+    for a, b in candidates:
+        here = q[a, b].copy()
+        here[list(moving)] += 0.5 * step
+        rest = _rest(law, here, moving)
+        if rest is None or np.abs(_principal(rest - here)).max() > 3.0 * step:
+            continue
+        rest = _principal(rest)
+        rest[i] = value
+        if any(np.abs(_principal(rest - other)).max() < SAME for other in found):
+            continue
+        S = law.slopes(0.0, rest)[np.ix_(moving, moving)]
+        eigenvalues, vectors = np.linalg.eig(S)
+        if np.linalg.norm(law.error(rest)) < 1e-6 or np.abs(eigenvalues.imag).max() > 0.0:
+            continue
+        order = np.argsort(eigenvalues.real)
+        low_value, high_value = eigenvalues.real[order]
+        if not low_value < 0.0 < high_value:
+            continue
+        found.append(rest)
+        values.append(np.array([low_value, high_value]))
+        for side in (LEAVING, -LEAVING):
+            begin = rest.copy()
+            begin[list(moving)] += side * vectors[:, order[0]].real
+            ways.append(_backwards(law, begin))
+    return np.array(found).reshape(-1, 3), np.array(values).reshape(-1, 2), ways
+
+
+def _rest(law: UnawareLaw, q: FloatArray, moving: tuple[int, int]) -> FloatArray | None:
+    """A rest near q by Newton steps."""
+    here = q.copy()
+    for _ in range(30):
+        v, _ = law.rates(here)
+        S = law.slopes(0.0, here)[np.ix_(moving, moving)]
+        move = np.linalg.lstsq(S, -v[list(moving)], rcond=1e-12)[0]
+        here[list(moving)] += move
+        if np.linalg.norm(move) < 1e-12:
+            return here
+        if np.linalg.norm(here - q) > 1.0:
+            return None
+    return None
+
+
+def _backwards(law: UnawareLaw, q: FloatArray) -> FloatArray:
+    """The way that leads to q, (k, nv)."""
+
+    def reversed_motion(s: float, y: FloatArray) -> FloatArray:
+        return np.asarray(-law.scaled(s, y))
+
+    options: dict[str, Any] = {"method": "DOP853", "rtol": 1e-8, "atol": 1e-8, "max_step": 0.1}
+    way = solve_ivp(reversed_motion, (0.0, LONGEST), np.append(q, 0.0), **options)
+    return frozen(way.y[:-1].T.copy())
