@@ -1,0 +1,175 @@
+"""The report of the study of detection: tables of what was found, how soon, and what was said instead."""
+
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from typing import Any
+
+from bench import results
+from bench.detection_cases import KINDS
+from bench.detection_scores import SETTLING, cell, confusion, interval, rate_bound
+from bench.detection_world import DT, SETTINGS, Configuration
+
+GOALS = {
+    "encoders that fail": (lambda kind: KINDS[kind].sensor, {"nominal": 0.99, "real": 0.99}),
+    "locks": (lambda kind: KINDS[kind].named == "locked", {"nominal": 0.99, "real": 0.97}),
+    "runaway joints": (lambda kind: kind == "runaway", {"nominal": 0.99, "real": 0.97}),
+    "lost torque": (lambda kind: KINDS[kind].share is not None, {"nominal": 0.97, "real": 0.97}),
+}
+"""What is asked for: which kinds, and the share of them that should be right in time."""
+MOST_CAUSES = 6
+
+
+def summary(
+    configuration: Configuration, given: str, rows: Sequence[dict[str, Any]], tours: Sequence[dict[str, Any]]
+) -> dict[str, Any]:
+    """The figures of one configuration and of what the detector looked at."""
+    kinds = [name for name in KINDS if any(row["kind"] == name for row in rows)]
+    by_kind = {name: [row for row in rows if row["kind"] == name] for name in kinds}
+    findings = [found for tour in tours for found in tour["findings"]]
+    return {
+        "robot": configuration.robot,
+        "drive": configuration.drive,
+        "setting": configuration.setting,
+        "given": given,
+        "cells": {name: cell(of, configuration.setting) for name, of in by_kind.items()},
+        "causes": {name: confusion(of, configuration.setting) for name, of in by_kind.items()},
+        "hours": sum(tour["ticks"] for tour in tours) * DT / 3600.0,
+        "suspicions": sum(len(tour["suspicions"]) for tour in tours),
+        "findings": len(findings),
+        "found": Counter(" or ".join(kinds) for _, _, kinds in findings).most_common(),
+        "most": max((tour["most"] for tour in tours), default=0.0),
+    }
+
+
+def _milliseconds(value: float | None) -> str:
+    return "-" if value is None else f"{1e3 * value:.0f}"
+
+
+def _cell(found: dict[str, Any] | None) -> str:
+    """One cell: right in time/right/cases, 95 % interval of the first, sets, delays."""
+    if found is None:
+        return ""
+    text = f"{found['soon']}/{found['right']}/{found['cases']}"
+    text += f" [{100 * found['low']:.1f}, {100 * found['high']:.1f}]"
+    if found["sets"]:
+        text += f" {found['sets']} sets"
+    return f"{text}; {_milliseconds(found['median'])}, {_milliseconds(found['p95'])}"
+
+
+def cells(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """The table of all cells, a row a configuration."""
+    kinds = [name for name in KINDS if any(name in row["cells"] for row in rows)]
+    lines = [f"| arm, drive, setting | looks at | {' | '.join(kinds)} |", "|---" * (2 + len(kinds)) + "|"]
+    for row in rows:
+        if row["cells"]:
+            what = f"{row['robot']}, {row['drive']}, {row['setting']}"
+            entries = " | ".join(_cell(row["cells"].get(name)) for name in kinds)
+            lines.append(f"| {what} | {row['given']} | {entries} |")
+    return lines
+
+
+def goals(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """What was asked for beside what was reached, all arms together."""
+    lines = [
+        "| what | drive | setting | looks at | right in time | 95 % interval | asked for | sets |",
+        "|---|---|---|---|---:|---|---:|---:|",
+    ]
+    for what, (belongs, asked) in GOALS.items():
+        counts: dict[Any, Any] = defaultdict(lambda: [0, 0, 0])
+        for row in rows:
+            place = counts[row["drive"], row["setting"], row["given"]]
+            for name, found in row["cells"].items():
+                if belongs(name):
+                    for i, key in enumerate(("soon", "cases", "sets")):
+                        place[i] += found[key]
+        for (drive, setting, given), (soon, of, sets) in counts.items():
+            if of:
+                low, high = interval(soon, of)
+                lines.append(
+                    f"| {what} | {drive} | {setting} | {given} | {soon} of {of} ({100 * soon / of:.1f} %) "
+                    f"| {100 * low:.1f} - {100 * high:.1f} % | {100 * asked[setting]:.0f} % | {sets} |"
+                )
+    return lines
+
+
+def causes(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """What was said in the cases that were not right in time, all arms together."""
+    totals: dict[Any, Counter[str]] = defaultdict(Counter)
+    number: Counter[Any] = Counter()
+    for row in rows:
+        for name, found in row["causes"].items():
+            key = row["drive"], row["setting"], row["given"], name
+            totals[key].update(dict(found))
+            number[key] += row["cells"][name]["cases"]
+    lines = ["| drive, setting | looks at | case | of | instead |", "|---|---|---|---:|---|"]
+    for (drive, setting, given, name), found in totals.items():
+        if found:
+            said = "; ".join(f"{count} {cause}" for cause, count in found.most_common(MOST_CAUSES))
+            lines.append(
+                f"| {drive}, {setting} | {given} | {name} | {number[drive, setting, given, name]} | {said} |"
+            )
+    return lines
+
+
+def false_alarms(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """Hours of healthy motion, what was said in them, and what rate that shows."""
+    lines = [
+        "| arm, drive, setting | looks at | hours | suspicions | findings | findings an hour, at most (95 %) "
+        "| largest z | said |",
+        "|---|---|---:|---:|---:|---:|---:|---|",
+    ]
+
+    def line(what: str, given: str, some: Sequence[dict[str, Any]]) -> str:
+        hours = sum(row["hours"] for row in some)
+        suspicions, findings = (sum(row[key] for row in some) for key in ("suspicions", "findings"))
+        said: Counter[str] = Counter()
+        for row in some:
+            said.update(dict(row["found"]))
+        told = "; ".join(f"{count} {kinds}" for kinds, count in said.most_common(MOST_CAUSES))
+        most = max((row["most"] for row in some), default=0.0)
+        bound = rate_bound(findings, hours)
+        return (
+            f"| {what} | {given} | {hours:.2f} | {suspicions} | {findings} | {bound:.2g} | {most:.2f} "
+            f"| {told} |"
+        )
+
+    watched = [row for row in rows if row["hours"] > 0.0]
+    for row in watched:
+        lines.append(line(f"{row['robot']}, {row['drive']}, {row['setting']}", row["given"], [row]))
+    for setting in SETTINGS:
+        for given in dict.fromkeys(row["given"] for row in watched):
+            some = [row for row in watched if (row["setting"], row["given"]) == (setting, given)]
+            if some:
+                lines.append(line(f"all, {setting}", given, some))
+    return lines
+
+
+def markdown(result: dict[str, Any]) -> str:
+    """The report, as one string."""
+    rows = result["rows"]
+    lines = results.preamble("Detection of failures that nobody announces", result)
+    lines += [
+        "Right in time (sensors 10 ms, else 50 ms in `nominal` and 100 ms in `real`; 2 ms more for late "
+        "samples of encoders that fail)/right at any time/cases, with the 95 % interval of the first share "
+        "in per cent, and how many of the right ones were sets of kinds; then median and 95 % of the delay "
+        "of what was said first [ms].",
+        "",
+        *cells(rows),
+        "",
+        "## What was asked for",
+        "",
+        *goals(rows),
+        "",
+        "## What was said instead",
+        "",
+        *causes(rows),
+        "",
+        "## False alarms",
+        "",
+        f"Healthy motion with standstill, in `real` with other loads and friction than calibrated. The first "
+        f"{DT * SETTLING:g} s after a start are not counted as watched, alarms in them are.",
+        "",
+        *false_alarms(rows),
+        "",
+    ]
+    return "\n".join([*lines, *results.appendix(result)])

@@ -1,0 +1,250 @@
+"""Arms in physics for the study of detection: fast, from a seed, copied at an instant to fail in many ways.
+
+A healthy motion is simulated once. At some of its ticks everything is kept (planner, physics, what is under
+way in the sensors), and from there the arm goes on again and again, each time with another fault.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from math import pi
+from types import SimpleNamespace
+from typing import Any
+
+import mujoco
+import numpy as np
+
+import ftqp
+from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.sensors.sensor_faults import Reading, SensorFault
+
+DT = 1e-3
+SUBSTEPS = 2
+"""Time steps of the physics in a tick: 2 kHz."""
+DRIVES = {
+    "position 15 Hz": ("position", 15.0),
+    "position 60 Hz": ("position", 60.0),
+    "velocity": ("velocity", 15.0),
+    "torque": ("torque", 0.0),
+}
+"""What the arm takes, and the bandwidth of its servos [Hz]."""
+SETTINGS = ("nominal", "real")
+ROBOTS = ("panda", "iiwa14")
+SIGMA_Q, SIGMA_TAU = 1e-4, 0.3
+"""Noise of encoders [rad] and of torque sensors [N m]."""
+PAYLOAD, FRICTION, LATENCY = 0.5, 0.5, 2
+"""What is real and unknown: load [kg], dry friction [N m], ticks of delay."""
+SHARES = {"panda": (1.0,) * 4 + (1 / 3,) * 3, "iiwa14": (1.0,) * 4 + (1 / 3, 1 / 3, 0.1)}
+"""How much of the friction each joint has. The last joint of the iiwa14 turns 0.001 kg m2 in the catalog,
+which knows no rotor inertia: with a third it would lag behind by 20 mrad."""
+SIGNALS = ("q", "tau", "demand", "q_c", "v_c", "tau_c", "q_r", "v_r", "a_r")
+"""What is kept of a tick: measured positions, torques, demands; what is sent; the reference at its end."""
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+Array = np.ndarray[Any, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """One arm, what it takes, and how real it is."""
+
+    robot: str
+    drive: str
+    setting: str
+
+    @property
+    def latency(self) -> int:
+        """Ticks by which everything is measured late."""
+        return LATENCY if self.setting == "real" else 0
+
+    @property
+    def has_servo(self) -> bool:
+        """Whether joint servos stand between the command and the motors."""
+        return self.drive != "torque"
+
+    def made_drive(self) -> ftqp.Drive:
+        """The drive as the planner is told of it."""
+        kind, hertz = DRIVES[self.drive]
+        servo = {"bandwidth": 2.0 * pi * hertz} if hertz else {}
+        return ftqp.Drive(kind=kind, latency=self.latency * DT, **servo)
+
+    def noise(self) -> ftqp.Noise:
+        """The noise as planner and detector are told of it."""
+        return ftqp.Noise(q=SIGMA_Q, tau=SIGMA_TAU)
+
+    def __str__(self) -> str:
+        return f"{self.robot}, {self.drive}, {self.setting}"
+
+
+CONFIGURATIONS = tuple(
+    Configuration(robot, drive, setting) for robot in ROBOTS for drive in DRIVES for setting in SETTINGS
+)
+
+
+@dataclass(slots=True)
+class Record:
+    """What happened, tick by tick.
+
+    Attributes:
+        seen: what a detector may know, (K, 9, nv), see `SIGNALS`.
+        truth: true positions, motor torques and demands at the start of each tick, (K, 3, nv).
+        codes: status of each step, (K,).
+    """
+
+    seen: Array
+    truth: Array
+    codes: Array
+
+    def __getattr__(self, name: str) -> Array:
+        return self.seen[:, SIGNALS.index(name)]
+
+    def part(self, first: int, end: int) -> "Record":
+        """The ticks from ``first`` on and before ``end``."""
+        return Record(self.seen[first:end], self.truth[first:end], self.codes[first:end])
+
+    def copy(self) -> "Record":
+        """A record of its own."""
+        return Record(self.seen.copy(), self.truth.copy(), self.codes.copy())
+
+
+def empty(ticks: int, nv: int) -> Record:
+    """A record to be filled."""
+    return Record(
+        np.zeros((ticks, len(SIGNALS), nv)), np.zeros((ticks, 3, nv)), np.zeros(ticks, dtype=np.int8)
+    )
+
+
+class Sent:
+    """The command of one tick of a record, as a detector reads it from a step."""
+
+    def __init__(self, record: Record) -> None:
+        self._record = record
+        nv = record.seen.shape[2]
+        self.brakes = np.zeros(nv, dtype=np.bool_)
+        self.reference = SimpleNamespace(q=None, v=None, a=None)
+
+    def at(self, k: int) -> "Sent":
+        """This object, turned to that tick."""
+        row = self._record.seen[k]
+        self.q, self.v, self.tau = row[3], row[4], row[5]
+        self.reference.q, self.reference.v, self.reference.a = row[6], row[7], row[8]
+        self.a = row[8]
+        return self
+
+
+Event = Callable[["World"], SensorFault | None]
+"""What happens at an instant: done to the arm, or given back as what its encoder does from then on."""
+
+
+class World:
+    """One configuration, ready to be led along many motions.
+
+    Args:
+        configuration: which.
+        payload: the load nobody knows of [kg]; None is that of the setting.
+        friction: dry friction [N m]; None is that of the setting.
+    """
+
+    def __init__(
+        self, configuration: Configuration, payload: float | None = None, friction: float | None = None
+    ) -> None:
+        self.configuration = configuration
+        self.robot = robot = ftqp.robots.load(configuration.robot)
+        kind, hertz = DRIVES[configuration.drive]
+        real = configuration.setting == "real"
+        load = (PAYLOAD if real else 0.0) if payload is None else payload
+        dry = (FRICTION if real else 0.0) if friction is None else friction
+        share = dry * np.array(SHARES[configuration.robot])
+        true = ftqp.TrueArm(
+            payload=ftqp.Payload(load) if load else None,
+            coulomb=dict(zip(robot.joints, share.tolist(), strict=True)),
+        )
+        servo = {"bandwidth": 2.0 * pi * hertz} if hertz else {}
+        self.plant = ftqp.MujocoPlant(
+            robot, DT, ftqp.JointServo(robot, kind, **servo), true, substeps=SUBSTEPS
+        )
+        self.planner = planner(configuration)
+        self.arm = Arm(robot)
+        self._model, self._data = self.plant._physics._model, self.plant._physics._data
+        self._memory = self.planner._session._memory.view(np.uint8)
+        self._size = mujoco.mj_stateSize(self._model, STATE)
+        self._noise = np.zeros((2, 0, robot.nv))
+
+    def begin(self, q: Array, ticks: int, generator: np.random.Generator) -> Record:
+        """Stand at q, with new noise for so many ticks: the record to be filled."""
+        self.plant.reset(q, np.zeros(self.robot.nv))
+        self.planner.reset(q)
+        self._noise = generator.standard_normal((2, ticks, self.robot.nv))
+        self._noise[0] *= SIGMA_Q
+        self._noise[1] *= SIGMA_TAU
+        return empty(ticks, self.robot.nv)
+
+    def keep(self) -> tuple[Array, Array, Array]:
+        """All that the next tick depends on, beside the record."""
+        state = np.empty(self._size)
+        mujoco.mj_getState(self._model, self._data, state, STATE)
+        return self._memory.copy(), state, self.plant.demand.copy()
+
+    def restore(self, kept: tuple[Array, Array, Array]) -> None:
+        """Be again as ``kept`` says, healthy."""
+        memory, state, demand = kept
+        self.plant.reset(self.robot.neutral, np.zeros(self.robot.nv))
+        self._memory[:] = memory
+        mujoco.mj_setState(self._model, self._data, state, STATE)
+        self.plant.demand[:] = demand
+
+    def run(
+        self, record: Record, targets: ftqp.Targets, first: int, end: int, fault: SensorFault | None = None,
+        joint: int = 0, since: int = 0, kept: dict[int, Any] | None = None,
+    ) -> None:  # fmt: skip
+        """The ticks from ``first`` on and before ``end``; those that are keys of ``kept`` are kept there.
+
+        Args:
+            record: has the ticks before, and gets these.
+            targets: of the motion.
+            first: the first tick.
+            end: the tick after the last one.
+            fault: what the encoder of ``joint`` does from tick ``since`` on, at the arm.
+            joint: whose encoder.
+            since: when.
+            kept: ticks at whose start everything is to be kept.
+        """
+        planner, plant, late = self.planner, self.plant, self.configuration.latency
+        seen, truth, codes, (noise_q, noise_tau) = record.seen, record.truth, record.codes, self._noise
+        q, tau, demand = plant.q, plant.tau, plant.demand
+        torques = not self.configuration.has_servo
+        for k in range(first, end):
+            if kept is not None and k in kept:
+                kept[k] = self.keep()
+            now, row = truth[k], seen[k]
+            now[0], now[1], now[2] = q, tau, demand
+            past, measured = truth[k - late if k > late else 0], row[0]
+            np.add(past[0], noise_q[k], out=measured)
+            np.add(past[1], noise_tau[k], out=row[1])
+            row[2] = past[2]
+            if fault is not None and k - late >= since:
+                last = seen[k - 1, 0]
+                reading = Reading(measured, np.zeros_like(measured), last, np.zeros_like(measured))
+                fault.spoil(reading, slice(joint, joint + 1), k - late - since, DT, None)  # type: ignore[arg-type]
+            step = planner.step(measured, None, targets.at(k))
+            row[3], row[4] = step.q, step.v
+            if torques:
+                row[5] = step.tau
+            row[6], row[7], row[8] = step.reference
+            codes[k] = step.code
+            plant.advance(step)
+
+
+def planner(configuration: Configuration) -> ftqp.Planner:
+    """The planner of a configuration, which is never told of anything."""
+    return ftqp.Planner(
+        ftqp.robots.load(configuration.robot),
+        DT,
+        drive=configuration.made_drive(),
+        noise=configuration.noise(),
+    )
+
+
+@cache
+def world(configuration: Configuration, payload: float | None = None, friction: float | None = None) -> World:
+    """The world of a configuration, made once in a process."""
+    return World(configuration, payload, friction)
