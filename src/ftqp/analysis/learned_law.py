@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp.analysis.effectiveness import Effectiveness
 from ftqp.analysis.goals import GoalStudy, goal_study
-from ftqp.analysis.law import weights_inverse
+from ftqp.analysis.outcomes.weights import weights_inverse
 from ftqp.core.checks import FloatArray, array, non_negative, positive
 from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
