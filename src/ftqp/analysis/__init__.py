@@ -21,5 +21,14 @@ from ftqp.analysis.outcomes.basin_map import basins as basins
 from ftqp.analysis.outcomes.real_time_law import PointToPoint as PointToPoint
 from ftqp.analysis.outcomes.real_time_law import point_to_point as point_to_point
 from ftqp.analysis.outcomes.real_time_law import qp_rates as qp_rates
+from ftqp.analysis.rest.linearisation import convergence_rates as convergence_rates
+from ftqp.analysis.rest.rest_conditions import RestTest as RestTest
+from ftqp.analysis.rest.rest_conditions import rest_test as rest_test
+from ftqp.analysis.rest.rest_configurations import RestConfiguration as RestConfiguration
+from ftqp.analysis.rest.rest_configurations import rest_configurations as rest_configurations
+from ftqp.analysis.rest.rest_curves import RestCurve as RestCurve
+from ftqp.analysis.rest.rest_curves import RestCurves as RestCurves
+from ftqp.analysis.rest.rest_curves import rest_curves as rest_curves
+from ftqp.analysis.rest.rest_kinds import RestKind as RestKind
 from ftqp.analysis.workspace_map import WorkspaceReport as WorkspaceReport
 from ftqp.analysis.workspace_map import workspace as workspace
