@@ -5,9 +5,10 @@
 
 Arms in MuJoCo (2 kHz, planner at 1 kHz, encoder noise 1e-4 rad, torque noise 0.3 N m) follow circles, lines
 and via points; `nominal` has nothing else, `real` half a kilogram, friction and 2 ms of delay that nobody
-knows of. One joint fails at a random instant; the planner is never told. What the detector says first counts.
-Thresholds come from healthy motion of other seeds. Cases and hours that ``--file`` has already are not run
-again; a detector whose source has changed, or another seed, begins anew beside them.
+knows of, `quantised` encoders with steps of 1e-4 rad in place of noise. One joint fails at a random instant;
+the planner is never told. What the detector says first counts. Thresholds come from healthy motion of other
+seeds. Cases and hours that ``--file`` has already are not run again; a detector whose source has changed, or
+another seed, begins anew beside them.
 """
 
 import hashlib
@@ -25,11 +26,13 @@ from typing import Any
 
 from bench import command_line, detection_report, detection_scores, results
 from bench.detection_cases import KINDS, motion, tour
-from bench.detection_world import CONFIGURATIONS, DRIVES, DT, ROBOTS, SETTINGS, Configuration, Record
+from bench.detection_files import kept
+from bench.detection_world import CONFIGURATIONS, DRIVES, DT, ROBOTS, SETTINGS, Configuration, Record, arm
 from joblib import Parallel, delayed
 
 import ftqp
 
+DOCS = Path(__file__).resolve().parents[1] / "docs" / "detection.md"
 EACH = 2
 """Cases of a kind from one motion."""
 RATE = 0.1
@@ -44,7 +47,7 @@ LIMITATIONS = (
     "Motions that the healthy arm cannot follow with every step OK, no motor above 90 %, are drawn anew.",
     "Two cases of a kind come from one motion, and all kinds share motions and noise.",
     "Faults of the torque are drawn where they take 1 rad/s2 or more from their joint at that instant.",
-    "The last joint of the iiwa14, which has no rotor inertia in the catalog, has a tenth of the friction.",
+    "The iiwa14 has stated rotor inertias of 0.1 kg m2, of which the catalog knows none.",
 )
 
 
@@ -72,10 +75,11 @@ def detector(configuration: Configuration, calibration: Any = None) -> Any:
     """A detector of that arm, as its user makes it."""
     drive = configuration.made_drive()
     return ftqp.Detector(
-        robot=ftqp.robots.load(configuration.robot),
+        robot=arm(configuration.robot),
         dt=DT,
         drive=drive.kind,
         noise=configuration.noise(),
+        quantum=configuration.quantum,
         delay=drive.latency,
         false_alarms_per_hour=RATE,
         calibration=calibration,
@@ -88,7 +92,8 @@ def calibrated(configuration: Configuration, seed: int, hours: float) -> dict[st
     ticks, number, records = 0, 0, []
     while ticks < hours * 3600.0 / DT:
         index = CONFIGURATIONS.index(configuration)
-        records.append(tour(configuration, [seed, CALIBRATION, index, number], other=False))
+        begins = [seed, CALIBRATION, index, number]
+        records.append(tour(configuration, begins, other=False))
         ticks, number = ticks + len(records[-1].codes), number + 1
     found = {}
     for given in detection_scores.inputs(configuration):
@@ -104,17 +109,19 @@ def _detectors(configuration: Configuration, stored: bytes) -> dict[str, Any]:
     return {given: detector(configuration, calibration) for given, calibration in known.items()}
 
 
-def block(part: int, configuration: Configuration, seed: int, number: int, stored: bytes) -> list[Any]:
+def block(
+    part: int, configuration: Configuration, seed: int, number: int, stored: bytes, folder: Path | None
+) -> list[Any]:
     """A block of cases or a tour of healthy motion: its rows, each with what the detector looked at."""
     logging.getLogger("ftqp").setLevel(logging.ERROR)
     begins = [seed, part, CONFIGURATIONS.index(configuration), number]
     known, rows = _detectors(configuration, stored), []
     if part == CASES:
-        made = motion(configuration, begins, KINDS, EACH)
+        made = kept(folder, begins, lambda: motion(configuration, begins, KINDS, EACH))
         for given, one in known.items():
             rows += [[given, row] for row in detection_scores.judged(one, made, given, configuration)]
         return rows
-    record = tour(configuration, begins, other=True)
+    record = kept(folder, begins, lambda: tour(configuration, begins, other=True))
     for given, one in known.items():
         rows.append([given, detection_scores.alarms(one, record, given, configuration)])
     return rows
@@ -154,17 +161,17 @@ class Kept:
 
 
 def missing(
-    kept: Kept, chosen: list[Configuration], given: Any, watched: dict[Configuration, int]
+    store: Kept, chosen: list[Configuration], given: Any, watched: dict[Configuration, int]
 ) -> Iterator[Block]:
     """The blocks that are still to be run, all configurations in turn, healthy motion between the cases.
 
     Args:
-        kept: the results so far.
+        store: the results so far.
         chosen: the configurations.
         given: how many cases and hours are wanted.
         watched: ticks of healthy motion of each configuration; it grows while blocks are run.
     """
-    have = {(part, c): set(kept.of(part, c)) for part in (CASES, HEALTHY) for c in chosen}
+    have = {(part, c): set(store.of(part, c)) for part in (CASES, HEALTHY) for c in chosen}
     blocks, share = -(-given.cases // EACH), given.hours * 3600.0 / DT / len(chosen)
     number, left = 0, True
     while left:
@@ -179,27 +186,27 @@ def missing(
         number += 1
 
 
-def run(given: Any, chosen: list[Configuration], kept: Kept) -> None:
+def run(given: Any, chosen: list[Configuration], store: Kept) -> None:
     """Run what is missing, until it is done or the time is over."""
     began = time.monotonic()
     with Parallel(n_jobs=given.jobs, return_as="generator_unordered") as parallel:
-        without = [c for c in chosen if not kept.of(CALIBRATION, c)]
+        without = [c for c in chosen if not store.of(CALIBRATION, c)]
         for c, known in parallel(delayed(_calibration)(c, given.seed, given.calibration) for c in without):
-            kept.put(CALIBRATION, c, 0, pickle.dumps(known))
-        stored = {c: kept.of(CALIBRATION, c)[0] for c in chosen}
+            store.put(CALIBRATION, c, 0, pickle.dumps(known))
+        stored = {c: store.of(CALIBRATION, c)[0] for c in chosen}
 
         watched = {
-            c: sum(_watched(json.loads(rows)) for rows in kept.of(HEALTHY, c).values()) for c in chosen
+            c: sum(_watched(json.loads(rows)) for rows in store.of(HEALTHY, c).values()) for c in chosen
         }
 
         def work() -> Iterator[Any]:
-            for part, c, number in missing(kept, chosen, given, watched):
+            for part, c, number in missing(store, chosen, given, watched):
                 if given.minutes is not None and time.monotonic() - began > 60.0 * given.minutes:
                     return
-                yield delayed(_block)(part, c, given.seed, number, stored[c])
+                yield delayed(_block)(part, c, given.seed, number, stored[c], given.keep)
 
         for done, (part, c, number, rows) in enumerate(parallel(work())):
-            kept.put(part, c, number, json.dumps(rows))
+            store.put(part, c, number, json.dumps(rows))
             watched[c] += _watched(rows) if part == HEALTHY else 0
             if sys.stderr.isatty() and done % 10 == 0:
                 sys.stderr.write(f"\r{done} blocks, {time.monotonic() - began:.0f} s ")
@@ -215,17 +222,17 @@ def _calibration(configuration: Configuration, seed: int, hours: float) -> tuple
 
 
 def _block(
-    part: int, configuration: Configuration, seed: int, number: int, stored: bytes
+    part: int, configuration: Configuration, seed: int, number: int, stored: bytes, folder: Path | None
 ) -> tuple[int, Configuration, int, list[Any]]:
-    return part, configuration, number, block(part, configuration, seed, number, stored)
+    return part, configuration, number, block(part, configuration, seed, number, stored, folder)
 
 
-def gathered(kept: Kept, chosen: list[Configuration]) -> list[dict[str, Any]]:
+def gathered(store: Kept, chosen: list[Configuration]) -> list[dict[str, Any]]:
     """Everything that the report tells, by configuration and by what the detector looked at."""
     found = []
     for c in chosen:
-        scored = [json.loads(outcome) for _, outcome in sorted(kept.of(CASES, c).items())]
-        watched = [json.loads(outcome) for _, outcome in sorted(kept.of(HEALTHY, c).items())]
+        scored = [json.loads(outcome) for _, outcome in sorted(store.of(CASES, c).items())]
+        watched = [json.loads(outcome) for _, outcome in sorted(store.of(HEALTHY, c).items())]
         for given in detection_scores.inputs(c):
             rows = [row for rows in scored for looked, row in rows if looked == given]
             tours = [row for rows in watched for looked, row in rows if looked == given]
@@ -248,7 +255,9 @@ def main() -> int:
     parser.add_argument("--quick", action="store_true", help="8 cases, some minutes of healthy motion")
     parser.add_argument("--name", help="the report is called detection-NAME")
     parser.add_argument("--file", type=Path, default=Path("runs/detection.sqlite"), help="of results so far")
+    parser.add_argument("--keep", type=Path, help="folder of simulated motions, 5 MB each, to be seen again")
     parser.add_argument("--out", type=Path, default=results.RESULTS, help="folder of the report")
+    parser.add_argument("--update-docs", action="store_true", help="put the short tables into the docs")
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     given = parser.parse_args()
     if given.quick:
@@ -262,16 +271,21 @@ def main() -> int:
         if c.robot in given.robots and c.drive in given.drives and c.setting in given.settings
     ]
     study = json.dumps([given.seed, given.calibration, fingerprint()])
-    kept = Kept(given.file, study)
-    run(given, chosen, kept)
+    store = Kept(given.file, study)
+    run(given, chosen, store)
     settings = {"seed": given.seed, "calibration": given.calibration, "detector": fingerprint()}
     result = results.circumstances("detection", (), settings) | {
-        "rows": gathered(kept, chosen),
+        "rows": gathered(store, chosen),
         "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     result["versions"]["mujoco"] = version("mujoco")
     name = results.stem("detection", name=given.name, quick=given.quick)
+    if given.update_docs:
+        report = f"../solvers/results/{name}.md"
+        text = DOCS.read_text(encoding="utf-8")
+        lines = detection_report.for_docs(result, report)
+        DOCS.write_text(results.inserted(text, "detection", lines), encoding="utf-8")
     return results.told(result, detection_report.markdown(result), given.out, name, as_json=given.json)
 
 

@@ -12,7 +12,7 @@ from bench.detection_world import DT, LATENCY, Configuration, Record, Sent
 
 INPUTS = ("encoders", "demand", "demand, torques")
 """What a detector may look at beside the encoders: what the drive asks of its motors, and what they give."""
-LIMITS = {"sensor": 10, "nominal": 50, "real": 100}
+LIMITS = {"sensor": 10, "nominal": 50, "real": 100, "quantised": 50}
 """How soon joint and kind should be known [ticks]."""
 APART = 1000
 """Suspicions nearer to each other [ticks] are one alarm."""

@@ -5,7 +5,7 @@ way in the sensors), and from there the arm goes on again and again, each time w
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from math import pi
 from types import SimpleNamespace
@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 import ftqp
+from ftqp.model.chain import chain_of
 from ftqp.sim.plants.arm_model import Arm
 from ftqp.sim.sensors.sensor_faults import Reading, SensorFault
 
@@ -28,15 +29,19 @@ DRIVES = {
     "torque": ("torque", 0.0),
 }
 """What the arm takes, and the bandwidth of its servos [Hz]."""
-SETTINGS = ("nominal", "real")
+SETTINGS = ("nominal", "real", "quantised")
 ROBOTS = ("panda", "iiwa14")
 SIGMA_Q, SIGMA_TAU = 1e-4, 0.3
 """Noise of encoders [rad] and of torque sensors [N m]."""
+QUANTUM = 1e-4
+"""Step of quantised encoders [rad], which have no noise beside it."""
 PAYLOAD, FRICTION, LATENCY = 0.5, 0.5, 2
 """What is real and unknown: load [kg], dry friction [N m], ticks of delay."""
-SHARES = {"panda": (1.0,) * 4 + (1 / 3,) * 3, "iiwa14": (1.0,) * 4 + (1 / 3, 1 / 3, 0.1)}
-"""How much of the friction each joint has. The last joint of the iiwa14 turns 0.001 kg m2 in the catalog,
-which knows no rotor inertia: with a third it would lag behind by 20 mrad."""
+WRISTS = 3
+"""The last joints have a third of that friction."""
+ROTORS = {"iiwa14": 0.1}
+"""Rotor inertia [kg m2] of arms whose catalog entry has none: stated as for xarm7, not identified. Without it
+a runaway last joint of the iiwa14, 0.001 kg m2 behind 40 N m, would be 40 rad/s fast after a tick."""
 SIGNALS = ("q", "tau", "demand", "q_c", "v_c", "tau_c", "q_r", "v_r", "a_r")
 """What is kept of a tick: measured positions, torques, demands; what is sent; the reference at its end."""
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -57,6 +62,11 @@ class Configuration:
         return LATENCY if self.setting == "real" else 0
 
     @property
+    def quantum(self) -> float:
+        """Step of the encoders [rad]; 0 is none."""
+        return QUANTUM if self.setting == "quantised" else 0.0
+
+    @property
     def has_servo(self) -> bool:
         """Whether joint servos stand between the command and the motors."""
         return self.drive != "torque"
@@ -69,14 +79,18 @@ class Configuration:
 
     def noise(self) -> ftqp.Noise:
         """The noise as planner and detector are told of it."""
-        return ftqp.Noise(q=SIGMA_Q, tau=SIGMA_TAU)
+        return ftqp.Noise(q=QUANTUM if self.quantum else SIGMA_Q, tau=SIGMA_TAU)
 
     def __str__(self) -> str:
         return f"{self.robot}, {self.drive}, {self.setting}"
 
 
 CONFIGURATIONS = tuple(
-    Configuration(robot, drive, setting) for robot in ROBOTS for drive in DRIVES for setting in SETTINGS
+    Configuration(robot, drive, setting)
+    for settings in (SETTINGS[:2], SETTINGS[2:])
+    for robot in ROBOTS
+    for drive in DRIVES
+    for setting in settings
 )
 
 
@@ -148,12 +162,12 @@ class World:
         self, configuration: Configuration, payload: float | None = None, friction: float | None = None
     ) -> None:
         self.configuration = configuration
-        self.robot = robot = ftqp.robots.load(configuration.robot)
+        self.robot = robot = arm(configuration.robot)
         kind, hertz = DRIVES[configuration.drive]
         real = configuration.setting == "real"
         load = (PAYLOAD if real else 0.0) if payload is None else payload
         dry = (FRICTION if real else 0.0) if friction is None else friction
-        share = dry * np.array(SHARES[configuration.robot])
+        share = np.where(np.arange(robot.nv) < robot.nv - WRISTS, dry, dry / 3.0)
         true = ftqp.TrueArm(
             payload=ftqp.Payload(load) if load else None,
             coulomb=dict(zip(robot.joints, share.tolist(), strict=True)),
@@ -174,7 +188,7 @@ class World:
         self.plant.reset(q, np.zeros(self.robot.nv))
         self.planner.reset(q)
         self._noise = generator.standard_normal((2, ticks, self.robot.nv))
-        self._noise[0] *= SIGMA_Q
+        self._noise[0] *= 0.0 if self.configuration.quantum else SIGMA_Q
         self._noise[1] *= SIGMA_TAU
         return empty(ticks, self.robot.nv)
 
@@ -209,6 +223,7 @@ class World:
             kept: ticks at whose start everything is to be kept.
         """
         planner, plant, late = self.planner, self.plant, self.configuration.latency
+        quantum = self.configuration.quantum
         seen, truth, codes, (noise_q, noise_tau) = record.seen, record.truth, record.codes, self._noise
         q, tau, demand = plant.q, plant.tau, plant.demand
         torques = not self.configuration.has_servo
@@ -219,6 +234,8 @@ class World:
             now[0], now[1], now[2] = q, tau, demand
             past, measured = truth[k - late if k > late else 0], row[0]
             np.add(past[0], noise_q[k], out=measured)
+            if quantum:
+                measured[:] = quantum * np.round(measured / quantum)
             np.add(past[1], noise_tau[k], out=row[1])
             row[2] = past[2]
             if fault is not None and k - late >= since:
@@ -234,10 +251,21 @@ class World:
             plant.advance(step)
 
 
+@cache
+def arm(name: str) -> ftqp.Robot:
+    """The arm of that name, with rotors."""
+    robot = ftqp.robots.load(name)
+    if name not in ROTORS:
+        return robot
+    model = robot.model.copy()
+    model.armature = np.full(robot.nv, ROTORS[name])
+    return replace(robot, model=model, chain=chain_of(model, robot.tip))
+
+
 def planner(configuration: Configuration) -> ftqp.Planner:
     """The planner of a configuration, which is never told of anything."""
     return ftqp.Planner(
-        ftqp.robots.load(configuration.robot),
+        arm(configuration.robot),
         DT,
         drive=configuration.made_drive(),
         noise=configuration.noise(),

@@ -13,8 +13,8 @@ import pytest
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
 
 from bench import detection_cases as drawn
-from bench import detection_report, detection_scores
-from bench.detection_world import CONFIGURATIONS, Configuration, world
+from bench import detection_files, detection_report, detection_scores
+from bench.detection_world import CONFIGURATIONS, QUANTUM, Configuration, world
 
 SCRIPT = Path(__file__).parents[2] / "solvers" / "detection.py"
 SERVO = Configuration("panda", "position 15 Hz", "real")
@@ -86,6 +86,18 @@ def test_motion_is_the_same_for_the_same_seed(motion: drawn.Motion) -> None:
     np.testing.assert_array_equal(again.record.seen, motion.record.seen)
     for one, other in zip(again.cases, motion.cases, strict=True):
         np.testing.assert_array_equal(one.record.seen, other.record.seen)
+
+
+def test_motion_of_a_file_is_scored_as_the_one_that_was_simulated(
+    motion: drawn.Motion, tmp_path: Path
+) -> None:
+    again = [detection_files.kept(tmp_path / "motions", [5, 1], lambda: motion) for _ in range(2)][1]
+    assert again is not motion
+    looks = Threshold(world(SERVO).robot.joints, SERVO.latency, 8e-3)
+    one, other = (detection_scores.judged(looks, seen, "encoders", SERVO) for seen in (motion, again))
+    assert one == other and [row["loss"] for row in one] == [case.loss for case in motion.cases]
+    record = detection_files.kept(tmp_path, [1], lambda: motion.record)
+    np.testing.assert_array_equal(detection_files.kept(tmp_path, [1], lambda: None).seen, record.seen)
 
 
 def test_degraded_motor_gives_half_of_the_demand_of_the_same_instant(motion: drawn.Motion) -> None:
@@ -170,18 +182,28 @@ def test_report_has_every_table() -> None:
     found = [detection_report.summary(TORQUE, "encoders", rows, tours)]
     result = {
         "rows": json.loads(json.dumps(found)), "date": "now", "command": "python solvers/detection.py",
-        "settings": {"seed": 1}, "left_out": {}, "contenders": {}, "versions": {}, "machine": {},
-        "limitations": ["none"],
+        "settings": {"seed": 1}, "left_out": {}, "contenders": {}, "versions": {},
+        "machine": {"cpu": "one", "cores": 1}, "limitations": ["none"],
     }  # fmt: skip
     text = detection_report.markdown(result)
     assert "| panda, torque, nominal | encoders | 1/1/1 [2.5, 100.0]; 20, 20 | 0/0/1" in text
-    assert "| locks | torque | nominal | encoders | 1 of 1 (100.0 %)" in text
+    assert "| torque, nominal | encoders |  | 1 of 1, 100.0 % [2.5, 100.0] |  | 0 of 1, 0.0 %" in text
     assert "1 locked of its joint" in text
-    assert "| all, nominal | encoders | 1.00 | 0 | 1 | 4.7 | 0.50 | 1 locked |" in text
+    assert "| all, nominal | encoders | 1.00 | 0 | 1 | 3 | 4.7 | 0.50 | 1 locked |" in text
+    short = "\n".join(detection_report.for_docs(result, "../solvers/results/detection.md"))
+    assert "| all, nominal |" in short and "| panda, torque, nominal |" not in short
+    assert "From [detection.md](../solvers/results/detection.md), now" in short
 
 
 def test_study_has_every_arm_drive_and_setting() -> None:
-    assert len(CONFIGURATIONS) == len(set(CONFIGURATIONS)) == 16
+    assert len(CONFIGURATIONS) == len(set(CONFIGURATIONS)) == 24
+
+
+def test_quantised_encoder_reads_whole_quanta() -> None:
+    record = drawn.tour(Configuration("panda", "torque", "quantised"), [2, 2], other=True)
+    steps = record.q / QUANTUM
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
+    assert np.abs(record.q - record.truth[:, 0]).max() <= 0.5 * QUANTUM + 1e-12
 
 
 @pytest.mark.slow
