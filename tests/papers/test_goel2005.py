@@ -187,6 +187,14 @@ class TestThreeLinks:
             )
 
 
+def test_theorem_1_as_printed_does_not_hold(three):
+    """A tip velocity along the column of joint 1 is not commanded to joint 1 alone, unless n_1 is zero."""
+    J = three.jacobian(np.array([20.0, 50.0, 70.0]) * DEG)[:2]
+    assert np.linalg.pinv(J) @ J[:, 0] == pytest.approx((0.87028, 0.24927, -0.22529), abs=1e-5)
+    J = three.jacobian(np.array([20.0, 50.0, 0.0]) * DEG)[:2]
+    assert np.linalg.pinv(J) @ J[:, 0] == pytest.approx((1.0, 0.0, 0.0), abs=1e-12)
+
+
 class TestWorkspace:
     """Section 5 and figure 10."""
 
