@@ -5,7 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ftqp.model import catalog
+from ftqp.model.limits import JointLimits
 from ftqp.model.robot import Robot
+from ftqp.model.serial import Body, placement, serial_model
 
 
 def links(*lengths: float) -> Robot:
@@ -32,3 +34,15 @@ def closed_form_ends(lengths: Sequence[float], x: Sequence[float]) -> list[list[
                 middle = toward if i == 0 else 0.0
                 ends[i] += [middle + np.arccos(cosine), middle - np.arccos(cosine)]
     return ends
+
+
+def telescope() -> Robot:
+    """A planar arm that turns, slides between 0.2 and 1.5 m and turns a link of 0.5 m."""
+    bodies = [
+        Body(name="turn", placement=placement((0.0, 0.0, 0.0))),
+        Body(name="slide", placement=placement((0.0, 0.0, 0.0), (0.0, np.pi / 2, 0.0)), prismatic=True),
+        Body(name="hand", placement=placement((0.0, 0.0, 0.0), (0.0, -np.pi / 2, 0.0))),
+    ]
+    limits = JointLimits.of(3, q_min=[-np.inf, 0.2, -3.0], q_max=[np.inf, 1.5, 3.0], v_max=1.0)
+    model = serial_model("telescope", bodies, limits, frames=[("tip", placement((0.5, 0.0, 0.0)))])
+    return Robot.from_pinocchio(model, "tip", limits=limits, default_rows=("x", "y"), kinematics_only=True)

@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from planar_arms import closed_form_ends, links
+from planar_arms import closed_form_ends, links, telescope
 from scipy.optimize import minimize
 
 from ftqp.analysis.manifolds.joint_ranges import joint_ranges
@@ -68,6 +68,17 @@ def test_ends_of_seven_joints_are_those_of_sqp(name: str, rows: str) -> None:
         low = -farthest(robot, goal, 6 if rows == "pose" else 3, i, -1.0, starts)
         assert high == pytest.approx(B.intervals[-1][1], abs=np.deg2rad(0.002))
         assert low == pytest.approx(B.intervals[0][0], abs=np.deg2rad(0.002))
+
+
+def test_sliding_joint_goes_from_its_reach_to_its_limit() -> None:
+    found = joint_ranges(telescope(), (1.0, 0.4))
+    reach = np.hypot(1.0, 0.4)
+    assert found["slide"].intervals[0] == pytest.approx((reach - 0.5, 1.5), abs=1e-9)
+    assert not found["slide"].circular
+    side = np.arccos((reach**2 + 1.5**2 - 0.25) / (3.0 * reach))
+    widest = max(side, np.arcsin(0.5 / reach))
+    half = 0.5 * np.ptp(found["turn"].intervals[0])
+    assert half == pytest.approx(widest, abs=1e-9)
 
 
 def test_elbow_of_a_spherical_arm_is_structural() -> None:

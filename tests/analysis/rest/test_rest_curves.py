@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from planar_arms import links
+from planar_arms import links, telescope
 
 from ftqp.analysis.manifolds.joint_ranges import joint_ranges
 from ftqp.analysis.rest.rest_conditions import rest_test
@@ -55,6 +55,26 @@ def test_sinks_within_reach_appear_with_a_long_second_link() -> None:
     assert any(rest.kind is RestKind.SINK for rest in rests)
 
 
+def test_sliding_joint_has_sinks_up_to_where_the_goal_comes_within_reach() -> None:
+    robot, goal = telescope(), (1.0, 0.4)
+    curves = rest_curves(robot, goal, "slide")
+    ranges = joint_ranges(robot, goal)["slide"]
+    reach = np.hypot(*goal) - 0.5
+    assert ranges.intervals[0] == pytest.approx((reach, 1.5), abs=1e-9)
+    assert curves.sink_intervals().intervals[0] == pytest.approx((0.2, reach), abs=1e-6)
+    assert not curves.sink_intervals().circular
+
+
+def test_values_of_a_joint_with_limits_stay_within_them() -> None:
+    robot = catalog.load("planar", lengths=(1, 1, 1)).with_limits(q_min=-2.8, q_max=2.8)
+    free = rest_curves(links(1, 1, 1), (1.5, 1.5), "j1").sink_intervals()
+    found = rest_curves(robot, (1.5, 1.5), "j1").sink_intervals()
+    assert found.intervals
+    for low, high in found.intervals:
+        assert -2.8 <= low < high <= 2.8
+        assert free.contains(np.linspace(low + 1e-6, high - 1e-6, 9)).all()
+
+
 @pytest.mark.slow
 def test_sinks_of_a_panda_end_where_rests_leave_its_limits() -> None:
     robot = catalog.load("panda")
@@ -62,6 +82,10 @@ def test_sinks_of_a_panda_end_where_rests_leave_its_limits() -> None:
     curves = rest_curves(robot, goal, "panda_joint2", rows="pose")
     sinks = curves.sink_intervals()
     assert sinks.intervals
+    i = robot.joint("panda_joint2")
+    assert all(
+        low >= robot.limits.q_min[i] and high <= robot.limits.q_max[i] for low, high in sinks.intervals
+    )
     middle = [0.5 * (low + high) for low, high in sinks.intervals]
     for value in middle:
         rests = rest_configurations(robot, goal, "panda_joint2", value, rows="pose")

@@ -38,8 +38,9 @@ def _excess(study: GoalStudy, q: FloatArray) -> FloatArray:
     """How far the worst joint is outside its limits, whole turns left out, (k,); negative inside."""
     limits = study.robot.limits
     finite = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
-    half = np.where(finite, 0.5 * (limits.q_max - limits.q_min), np.inf)
-    away = q - np.where(finite, 0.5 * (limits.q_max + limits.q_min), 0.0)
+    low, high = np.where(finite, limits.q_min, 0.0), np.where(finite, limits.q_max, 0.0)
+    half = np.where(finite, 0.5 * (high - low), np.inf)
+    away = q - 0.5 * (low + high)
     turns = ~study.robot.chain.prismatic & finite
     away = np.where(turns, away - TURN * np.round(away / TURN), away)
     one_sided = np.maximum(limits.q_min - q, q - limits.q_max)

@@ -13,7 +13,7 @@ from ftqp.analysis.rest.linearisation import weighted_inverse
 from ftqp.analysis.rest.rest_equations import RestEquations
 from ftqp.analysis.rest.rest_grid import fits_grid, grid_rests
 from ftqp.analysis.rest.rest_kinds import RestKind, eigenvalues_at, kind_of
-from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.checks import BoolArray, FloatArray, frozen
 from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
 
@@ -130,22 +130,22 @@ def described(study: GoalStudy, M: FloatArray, i: int, q: FloatArray) -> RestCon
     )
 
 
-def inside_limits(study: GoalStudy, q: FloatArray, i: int) -> FloatArray:
-    """Which configurations are within the limits of all joints but the locked one, up to whole turns, (k,).
+def inside_limits(study: GoalStudy, q: FloatArray, but: int | None = None) -> BoolArray:
+    """Which configurations are within the limits of the joints, up to whole turns, (k,).
 
     Args:
         study: Of the goal.
         q: Configurations, (k, n) [rad or m].
-        i: Index of the locked joint.
+        but: Index of a joint that is not looked at.
     """
     limits, slides = study.robot.limits, study.robot.chain.prismatic
     both = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
-    above = q - np.where(np.isfinite(limits.q_min), limits.q_min, q)
-    turned = np.where(slides | ~both, above, np.mod(above, TURN))
-    room = np.where(both, limits.q_max - limits.q_min, np.inf)
-    lower = np.where(slides, above >= 0.0, True)
-    inside = (turned <= room) & lower
-    inside[:, i] = True
+    low, high = np.where(both, limits.q_min, 0.0), np.where(both, limits.q_max, 0.0)
+    turned = np.mod(q - low, TURN) <= high - low
+    within = (q >= limits.q_min) & (q <= limits.q_max)
+    inside = np.where(slides | ~both, within, turned)
+    if but is not None:
+        inside[:, but] = True
     return np.asarray(inside.all(axis=1))
 
 

@@ -26,6 +26,8 @@ HALVINGS = 44
 """Halvings of the piece of a curve in which a kind changes."""
 ROUNDING = 1e-3
 """A kind that lasts no longer along a curve is rounding beside a singularity [rad or m]."""
+COPIES = 3
+"""Whole turns by which values of a joint with limits are looked for within them, each way."""
 MOSTLY = 0.5
 """Share of points with a zero eigenvalue from which a curve counts as degenerate."""
 CHANGES = 4
@@ -84,8 +86,8 @@ class RestCurves:
 
     joint: str
     curves: tuple[RestCurve, ...]
+    _study: GoalStudy
     _index: int
-    _circular: bool
 
     def __iter__(self) -> Iterator[RestCurve]:
         return iter(self.curves)
@@ -113,7 +115,13 @@ class RestCurves:
         """
         wanted = set(kinds) if kinds else set(RestKind) - {RestKind.OUTSIDE}
         pairs = [pair for curve in self.curves for pair in self._spans(curve, wanted)]
-        return CircularIntervals.of(pairs, circular=self._circular)
+        i, robot = self._index, self._study.robot
+        if self._study.turning[i]:
+            return CircularIntervals.of(pairs)
+        turns = np.zeros(1) if robot.chain.prismatic[i] else TURN * np.arange(-COPIES, COPIES + 1)
+        low, high = robot.limits.q_min[i], robot.limits.q_max[i]
+        copies = [(max(a + turn, low), min(b + turn, high)) for a, b in pairs for turn in turns]
+        return CircularIntervals.of([pair for pair in copies if pair[0] <= pair[1]], circular=False)
 
     def _spans(self, curve: RestCurve, wanted: set[RestKind]) -> list[tuple[float, float]]:
         """The locked values of each stretch of a curve whose kind is wanted."""
@@ -137,8 +145,9 @@ def rest_curves(
     They are curves for every number of joints and rows. Each is traced by predictor and corrector, also where
     J is singular, and its kind is that of all eigenvalues; changes are halved to rounding. Curves start from
     the rests of 24 locked values on a grid where three joints serve two rows, which finds all that reach one
-    of these, and from 1024 quasi-random configurations elsewhere. Curves that lie outside the joint limits
-    all along are left out. With a pose, a curve ends where the rotation that is left is half a turn.
+    of these, and from 1024 quasi-random configurations within the limits elsewhere. Curves that lie outside
+    the joint limits all along are left out. With a pose, a curve ends where the rotation that is left is half
+    a turn, and with a joint that slides where that leaves its limits, or ten times the arm's reach.
     Source: goel2005; docs/theory/unidentified-failures.md, "Rest".
 
     Args:
@@ -154,7 +163,7 @@ def rest_curves(
     """
     study, M, i = rest_study(robot, goal, joint, W, rows)
     equations = RestEquations(study, M, i)
-    tracer = RestTracer(equations, ~robot.chain.prismatic)
+    tracer = RestTracer(equations)
     traced: list[TracedRests] = []
     for start in _seeds(study, M, i, equations):
         if any(tracer.distances(curve.z, start[: robot.nv]).min() < 2.0 * STEP for curve in traced):
@@ -164,19 +173,20 @@ def rest_curves(
             traced.append(curve)
     labelled = [_Labelled(study, M, i, tracer).curve(one) for one in traced]
     inside = tuple(curve for curve in labelled if any(kind is not RestKind.OUTSIDE for kind in curve.kinds))
-    return RestCurves(joint=robot.joints[i], curves=inside, _index=i, _circular=bool(study.turning[i]))
+    return RestCurves(joint=robot.joints[i], curves=inside, _study=study, _index=i)
 
 
 def _seeds(study: GoalStudy, M: FloatArray, i: int, equations: RestEquations) -> FloatArray:
-    """Rests to start from, (k, n + m + 3)."""
+    """Rests within limits to start from, (k, n + m + 3)."""
     if fits_grid(study):
         values = -np.pi + TURN * (np.arange(SEEDED_VALUES) + 0.5) / SEEDED_VALUES
         q = np.vstack([grid_rests(study, M, i, float(value)) for value in values])
         starts = np.vstack([q, study.starts(STARTS // 4)])
     else:
-        starts = study.starts(STARTS)
+        starts = study.starts(STARTS, limited=True)
     z, done = equations.solved(equations.started(starts), held=False)
-    return np.asarray(z[done & (np.abs(z[:, -1]) > NO_ERROR)])
+    z = z[done & (np.abs(z[:, -1]) > NO_ERROR)]
+    return np.asarray(z[inside_limits(study, z[:, : study.robot.nv])])
 
 
 @final
@@ -217,7 +227,7 @@ class _Labelled:
     def _kinds(self, z: FloatArray) -> list[RestKind]:
         q = z[:, : self._n]
         eigenvalues = eigenvalues_at(self._study, self._M, q, self._i)
-        inside = inside_limits(self._study, q, self._i)
+        inside = inside_limits(self._study, q)
         kinds = [RestKind.DEGENERATE if self._degenerate else kind_by_signs(v) for v in eigenvalues]
         return [kind if here else RestKind.OUTSIDE for kind, here in zip(kinds, inside, strict=True)]
 

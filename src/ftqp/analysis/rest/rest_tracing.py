@@ -9,8 +9,9 @@ from typing import final
 import numpy as np
 
 from ftqp.analysis.circular_intervals import TURN
+from ftqp.analysis.goals import SPAN_BY_LENGTH
 from ftqp.analysis.rest.rest_equations import RestEquations
-from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.checks import FloatArray
 
 STEP = 0.04
 """Largest step, in joints and multipliers together."""
@@ -20,6 +21,8 @@ BRANCH_STEP = 1e-4
 """A change of orientation within so short a step is a branch point."""
 LARGEST_TURN = 0.99
 """Cosine of the turn of the tangent, 8 degrees, from which a step is halved."""
+FAR = 10.0
+"""A sliding joint without limits is not followed beyond so many reaches of the arm."""
 CORRECTIONS = 8
 """Newton steps back onto the curve at most."""
 RESIDUAL = 1e-11
@@ -52,13 +55,16 @@ class RestTracer:
 
     Args:
         equations: Of the rest.
-        turns: Joints that turn, whose values count modulo one turn, (n,).
     """
 
-    def __init__(self, equations: RestEquations, turns: BoolArray) -> None:
+    def __init__(self, equations: RestEquations) -> None:
         self._equations = equations
-        self._turns = turns
         self._n = equations.n
+        robot = equations.study.robot
+        self._turns = ~robot.chain.prismatic
+        far = FAR * SPAN_BY_LENGTH * robot.length
+        self._low = np.where(self._turns, -np.inf, np.maximum(robot.limits.q_min, -far))
+        self._high = np.where(self._turns, np.inf, np.minimum(robot.limits.q_max, far))
 
     def trace(self, start: FloatArray) -> TracedRests | None:
         """The curve through a rest; None where no direction can be told there.
@@ -125,6 +131,8 @@ class RestTracer:
                     points.append(closing)
                     return points, "closed", branches
             points.append(z)
+            if ((z[: self._n] < self._low) | (z[: self._n] > self._high)).any():
+                return points, "left", branches
             t, side = ahead, now
             h = min(STEP, 1.5 * h)
         return points, "unfinished", branches
