@@ -80,14 +80,20 @@ class RestCurves:
     """All curves of rests that were found for one joint.
 
     Attributes:
-        joint: The name of the locked joint.
+        joints: The names of all joints.
+        index: The 0-based index of the locked joint.
         curves: The curves.
     """
 
-    joint: str
+    joints: tuple[str, ...]
+    index: int
     curves: tuple[RestCurve, ...]
     _study: GoalStudy
-    _index: int
+
+    @property
+    def joint(self) -> str:
+        """The name of the locked joint."""
+        return self.joints[self.index]
 
     def __iter__(self) -> Iterator[RestCurve]:
         return iter(self.curves)
@@ -115,7 +121,7 @@ class RestCurves:
         """
         wanted = set(kinds) if kinds else set(RestKind) - {RestKind.OUTSIDE}
         pairs = [pair for curve in self.curves for pair in self._spans(curve, wanted)]
-        i, robot = self._index, self._study.robot
+        i, robot = self.index, self._study.robot
         if self._study.turning[i]:
             return CircularIntervals.of(pairs)
         turns = np.zeros(1) if robot.chain.prismatic[i] else TURN * np.arange(-COPIES, COPIES + 1)
@@ -125,7 +131,7 @@ class RestCurves:
 
     def _spans(self, curve: RestCurve, wanted: set[RestKind]) -> list[tuple[float, float]]:
         """The locked values of each stretch of a curve whose kind is wanted."""
-        values = curve.q[:, self._index]
+        values = curve.q[:, self.index]
         spans: list[list[float]] = []
         on = False
         for value, kind in zip(values, curve.kinds, strict=True):
@@ -173,7 +179,7 @@ def rest_curves(
             traced.append(curve)
     labelled = [_Labelled(study, M, i, tracer).curve(one) for one in traced]
     inside = tuple(curve for curve in labelled if any(kind is not RestKind.OUTSIDE for kind in curve.kinds))
-    return RestCurves(joint=robot.joints[i], curves=inside, _study=study, _index=i)
+    return RestCurves(joints=robot.joints, index=i, curves=inside, _study=study)
 
 
 def _seeds(study: GoalStudy, M: FloatArray, i: int, equations: RestEquations) -> FloatArray:
