@@ -156,7 +156,7 @@ def _peaks(
     quantum: float,
     friction: Friction,
 ) -> FloatArray:
-    """Largest residuals of blocks of 25 ms, (B, 7, nv); no suspicion holds the means."""
+    """Largest residuals of blocks of 25 ms, (B, 9, nv); no suspicion holds the means."""
     D = session.D
     n = D.n
     D.sigma, D.quantum = sigma, quantum

@@ -26,7 +26,7 @@ class Calibration:
         dt: The sampling period [s].
         bandwidths: Of the slow and the fast observer [1/s].
         delay: How late the samples were, in ticks.
-        room: Thresholds T of every residual and joint, (7, nv), rows as in ``Residual``; infinite where the
+        room: Thresholds T of every residual and joint, (9, nv), rows as in ``Residual``; infinite where the
             log had no such residual.
         sigma: Noise of the positions in the log [rad or m].
         quantum: Smallest step of the positions, 0 where there is none [rad or m].

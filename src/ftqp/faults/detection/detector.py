@@ -23,7 +23,7 @@ TORQUE = DriveKind.TORQUE.name.lower()
 NO_ARM = "the detector knows no arm yet; give robot= and dt=, or hand it to ftqp.Planner(detector=...)"
 NOTHING = np.zeros(0)
 """Stands for torques that are not there."""
-MEAN = 0.5
+MEAN = 0.2
 """Time constant of the mean that is taken from residuals of torque [s]."""
 SETTLE, WARM = 150, 350
 """Ticks after a reset before measured torques, and residuals of torque, are looked at."""
@@ -162,6 +162,7 @@ class Detector:
             D.pole[b], D.k_s[b] = p, 1.0 - p**3
             D.k_w[b], D.k_d[b] = 1.5 * (1.0 - p) ** 2 * (1.0 + p) / self.dt, (1.0 - p) ** 3 / self.dt**2
         D.patience, D.settle, D.warm = round(self.patience / self.dt), SETTLE, WARM
+        D.bandwidth_fast = self.bandwidths[1]
         D.slowness, D.slip = self.dt / MEAN, SLIP
         sigma, sigma_tau = (0.0, 0.0) if self.noise is None else (self.noise.q, self.noise.tau)
         D.quantum = self.quantum

@@ -23,18 +23,17 @@ SETS = {
     frozenset({"locked", "free_swinging"}): (
         "{joint} does not move: locked, or without torque and held by friction"
     ),
-    frozenset({"locked", "sensor_frozen"}): (
-        "{joint} does not move, or its encoder does not: no tip measurement to decide"
-    ),
-    frozenset({"locked", "free_swinging", "sensor_frozen"}): (
-        "{joint} does not move, locked or held by friction, or its encoder does not: nothing to decide"
+    frozenset({"locked", "free_swinging", "degraded"}): (
+        "{joint} does not move: locked, or with too little torque, or none, to overcome its friction"
     ),
     frozenset({"free_swinging", "degraded"}): (
         "{joint} gives less torque than asked; the share cannot be seen while it needs so little"
     ),
 }
 """What is said where kinds cannot be told apart."""
-SLOW = 0.08
+NO_TIP = ", or its encoder does not: no tip measurement to decide"
+"""What is added where the encoder may be frozen, too."""
+SLOW = 0.03
 """A joint whose reference is slower than this [rad/s or m/s] does not show a lock."""
 
 
@@ -45,6 +44,8 @@ def kinds_of(code: int) -> frozenset[str]:
 
 def sentence_of(joint: str, kinds: frozenset[str], share: float | None) -> str:
     """What an operator reads of a finding."""
+    if "sensor_frozen" in kinds and len(kinds) > 1:
+        return sentence_of(joint, kinds - {"sensor_frozen"}, share).removesuffix(".") + NO_TIP + "."
     if len(kinds) > 1:
         return SETS[kinds].format(joint=joint) + "."
     kind = FaultKind[next(iter(kinds)).upper()]

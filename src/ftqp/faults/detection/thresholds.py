@@ -57,7 +57,7 @@ def noise_of_acceleration(sigma: float, bandwidth: float, dt: float) -> float:
 def uncalibrated(
     robot: Robot, dt: float, bandwidths: tuple[float, float], sigma: float, sigma_tau: float
 ) -> FloatArray:
-    """Thresholds of an arm of which no log is known, (7, nv): twelve standard deviations and some room.
+    """Thresholds of an arm of which no log is known, (9, nv): twelve standard deviations and some room.
 
     Args:
         robot: The arm.
@@ -76,12 +76,15 @@ def uncalibrated(
         (Residual.ACCELERATION_SLOW, Residual.ACCELERATION_FAST),
         (Residual.TORQUE_SLOW, Residual.TORQUE_FAST),
         (Residual.MOTOR_SLOW, Residual.MOTOR_FAST),
+        (Residual.OWN_SLOW, Residual.OWN_FAST),
         strict=True,
     )
-    for bandwidth, share, acceleration, torque, motor in rows:
+    for bandwidth, share, acceleration, torque, motor, own in rows:
         noise = SIGMAS * noise_of_acceleration(sigma, bandwidth, dt)
         room[acceleration] = noise + share * limits.a_max
         room[torque] = noise * inertia + share * limits.tau_max
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room[own] = np.where(inertia > 0.0, room[torque] / inertia, np.inf)
         room[motor] = SIGMAS * sigma_tau * sqrt(bandwidth * dt) + share * limits.tau_max
     return room
 
@@ -109,7 +112,7 @@ class Tail(NamedTuple):
     """Thresholds and how they did on parts of the log that they had not seen.
 
     Attributes:
-        room: Thresholds, (7, nv); infinite where there is no such residual.
+        room: Thresholds, (9, nv); infinite where there is no such residual.
         alarms: Alarms on unseen parts.
         low: Lower end of the 95 % interval of their rate [1/h].
         high: Upper end.
@@ -128,7 +131,7 @@ def thresholds(peaks: FloatArray, rate: float) -> FloatArray:
     excess b: T = u + b log(0.01 K m/rate), K blocks an hour and m residuals; at least 1.15 times the largest.
 
     Args:
-        peaks: Largest values of blocks of 25 ms, (B, 7, nv).
+        peaks: Largest values of blocks of 25 ms, (B, 9, nv).
         rate: False alarms an hour, > 0.
 
     Source: docs/theory/detection.md, "Thresholds".
@@ -154,7 +157,7 @@ def tested_thresholds(peaks: FloatArray, folds: IntArray, rate: float) -> Tail:
     """Thresholds from all of the log, and the alarms that those of two thirds raise on the third one.
 
     Args:
-        peaks: Largest values of blocks of 25 ms, (B, 7, nv).
+        peaks: Largest values of blocks of 25 ms, (B, 9, nv).
         folds: Which part each block belongs to, (B,).
         rate: False alarms an hour, > 0.
     """

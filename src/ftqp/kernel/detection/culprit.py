@@ -29,29 +29,42 @@ def inverse_column(D: Any, j: int) -> None:
 
 
 @jit
-def louder_bank(D: Any) -> int:
-    """The bank whose accelerations stand out more."""
+def _louder_bank(D: Any, slow: int) -> int:
+    """The bank of a residual that stands out more; ``slow`` is the residual in the slow one."""
     most, bank = -1.0, SLOW
     for b in range(BANKS):
         for i in range(D.n):
-            z = 0.0 if D.blind[i] else D.excess[ACCELERATION_SLOW + b, i] * D.sharp[ACCELERATION_SLOW + b, i]
+            z = 0.0 if D.blind[i] else D.excess[slow + b, i] * D.sharp[slow + b, i]
             if z > most:
                 most, bank = z, b
     return bank
 
 
 @jit
-def by_direction(D: Any) -> tuple[int, bool]:
-    """The joint j that maximises (u_j . y)^2/|u_j|^2: u_j = M^-1 e_j and y = d, both over their rooms.
+def _disturbance(D: Any, of_torque: bool) -> int:
+    """The accelerations that need a cause, into ``odd``, and their bank: M^-1 r, or d."""
+    if of_torque:
+        b = _louder_bank(D, TORQUE_SLOW)
+        for i in range(D.n):
+            D.odd[i] = 0.0 if D.blind[i] else D.x[TORQUE_SLOW + b, i]
+        solve_factored(D.factor, D.n, D.odd)
+        return b
+    b = _louder_bank(D, ACCELERATION_SLOW)
+    for i in range(D.n):
+        D.odd[i] = D.d[b, i]
+    return b
 
-    The second value says whether d is beyond its rooms.
 
-    The servos of all joints answer a disturbance alike, so that d keeps its direction.
+@jit
+def by_direction(D: Any, of_torque: bool) -> tuple[int, bool]:
+    """The joint j that maximises (u_j . y)^2/|u_j|^2: u_j = M^-1 e_j, y the disturbance, both over rooms.
+
+    The second value says whether y is beyond its rooms.
     """
-    b = louder_bank(D)
+    b = _disturbance(D, of_torque)
     total = 0.0
     for i in range(D.n):
-        y = 0.0 if D.blind[i] else D.d[b, i] * D.sharp[ACCELERATION_SLOW + b, i]
+        y = 0.0 if D.blind[i] else D.odd[i] * D.sharp[ACCELERATION_SLOW + b, i]
         total += y * y
     best, most = -1, -1.0
     for j in range(D.n):
@@ -62,7 +75,7 @@ def by_direction(D: Any) -> tuple[int, bool]:
         for i in range(D.n):
             if not D.blind[i]:
                 u = D.column[i] * D.sharp[ACCELERATION_SLOW + b, i]
-                along += u * D.d[b, i] * D.sharp[ACCELERATION_SLOW + b, i]
+                along += u * D.odd[i] * D.sharp[ACCELERATION_SLOW + b, i]
                 length += u * u
         D.score[j] = along * along / (length * total) if length * total > 0.0 else 0.0
         if D.score[j] > most:
@@ -102,7 +115,8 @@ def culprit(D: Any, K: Any) -> int:
     """
     if not factor_inertia(D, K):
         return -1
-    joint, loud = by_direction(D)
+    knows = D.has_effort != 0 and D.asked != 0 and D.ticks > D.warm
+    joint, loud = by_direction(D, knows)
     if not loud and D.has_effort and D.ticks > D.warm:
         other = by_torque(D, K)
         if other >= 0:

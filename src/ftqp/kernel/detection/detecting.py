@@ -10,7 +10,7 @@ from ftqp.kernel.detection.suspicion import CALM_AGAIN, remember, suspect
 from ftqp.kernel.detection.told_apart import tell_apart
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.detection_room import WINDOW
-from ftqp.kernel.layout.enums import IS_BIASED, IS_DROPPED, IS_FROZEN
+from ftqp.kernel.layout.enums import IS_BIASED, IS_DROPPED, IS_FROZEN, IS_LOCKED
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, put, several
 
@@ -18,6 +18,8 @@ ALL_QUIET, WATCHING, FOUND = 0, 1, 2
 """What a tick answers: nothing to see, a suspicion, a new finding."""
 VERDICTS = 5
 """So many equal verdicts in a row are a finding."""
+STANDING_VERDICTS = 9
+"""More where a joint stands: what is thrown back by a drive stands for a moment."""
 CALM_TICKS = 300
 """A suspicion ends when z has stayed low for so many ticks."""
 LONGEST_FIT = 200
@@ -48,14 +50,15 @@ def begin(D: Any) -> None:
         D.same[i] = D.missing[i] = D.off[i] = D.turns[i] = D.sensor[i] = 0
         D.kinds[i] = 0
         D.blind[i] = 1 if D.believed[i] else 0
-        for s in range(len(D.past_q)):
-            D.past_q[s, i], D.past_v[s, i], D.past_a[s, i] = q, D.v_ref[i], 0.0
+        for ago in range(D.span):
+            s = D.span - ago if ago > 0 else 0
+            D.past_q[s, i], D.past_v[s, i], D.past_a[s, i] = q - ago * D.dt * D.v_ref[i], D.v_ref[i], 0.0
             D.past_effort[s, i] = D.effort[i]
         for s in range(WINDOW):
             D.kept[s, i], D.kept_v[s, i], D.kept_x[s, i] = D.good[i], 0.0, 0.0
             D.kept_effort[s, i] = D.effort[i]
         for b in range(len(D.s)):
-            D.s[b, i], D.w[b, i], D.d[b, i] = D.good[i] - q, 0.0, 0.0
+            D.s[b, i], D.w[b, i], D.d[b, i] = D.good[i] - q + D.latency * D.dt * D.v_ref[i], 0.0, 0.0
             for k in range(3):
                 D.f[b, k, i] = D.band[b, k, i] = D.motor[b, k, i] = 0.0
         D.psi_before[i] = D.loose_before[i] = 0.0
@@ -109,7 +112,7 @@ def _judge(D: Any, K: Any, then: int) -> int:
     else:
         D.agreed = 1 if kinds != 0 else 0
     D.said_of, D.said = joint, kinds
-    if D.agreed < VERDICTS:
+    if D.agreed < (STANDING_VERDICTS if kinds & IS_LOCKED else VERDICTS):
         return WATCHING
     _find(D, joint, kinds, float(max(D.ticks - D.watch, 0)), D.fit_share)
     D.waiting = 1

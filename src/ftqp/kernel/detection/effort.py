@@ -7,7 +7,7 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.detection.acceleration_banks import through
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.detection_room import BANKS, FAST, SLOW, WINDOW
-from ftqp.kernel.layout.enums import MOTOR_SLOW, TORQUE_SLOW
+from ftqp.kernel.layout.enums import MOTOR_SLOW, OWN_SLOW, TORQUE_SLOW
 from ftqp.kernel.maths.elementary import larger
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
@@ -53,7 +53,7 @@ def _unfiltered(D: Any, K: Any, then: int) -> None:
 def compare_torques(D: Any, K: Any, then: int) -> None:
     """r = M d + F[psi] less its own mean, and F[tau_measured - tau_asked], with the friction that is unsure.
 
-    The mean is that of 0.5 s, 60 samples late: it takes loads and slow friction. It stands still during a
+    The mean is that of 0.2 s, 60 samples late: it takes loads and slow friction. It stands still during a
     suspicion. The observers see the mean of an acceleration and of the one before it, and so does F here.
     Source: docs/theory/detection.md, "Residuals".
     """
@@ -90,9 +90,10 @@ def compare_torques(D: Any, K: Any, then: int) -> None:
             mean = mean + share * (several(D.kept_x[late], at) - mean)
             put(D.usual, at, mean)
         for b in range(BANKS):
-            put(D.x[TORQUE_SLOW + b], at, several(D.x[TORQUE_SLOW + b], at) - mean)
-            put(
-                D.excess[TORQUE_SLOW + b],
-                at,
-                larger(abs(several(D.x[TORQUE_SLOW + b], at)) - several(D.excess[TORQUE_SLOW + b], at), 0.0),
-            )
+            rest = several(D.x[TORQUE_SLOW + b], at) - mean
+            beyond = larger(abs(rest) - several(D.excess[TORQUE_SLOW + b], at), 0.0)
+            put(D.x[TORQUE_SLOW + b], at, rest)
+            put(D.excess[TORQUE_SLOW + b], at, beyond)
+    for i in range(D.n):
+        for b in range(BANKS):
+            D.excess[OWN_SLOW + b, i] = D.excess[TORQUE_SLOW + b, i] / M[i, i]

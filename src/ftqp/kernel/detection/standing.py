@@ -5,20 +5,19 @@ from typing import Any
 
 from ftqp.kernel.detection.suspicion import step_back
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.detection_room import WINDOW
 
 FEWEST, LONG, BRIEF = 16, 44, 8
 """Samples of the windows: the shortest and the longest for a joint that stands, and that of its speed."""
-LEAST_SPEED = 0.08
+LEAST_SPEED = 0.03
 """A reference slower than this [rad/s or m/s] does not tell whether a joint stands."""
-STILL, STILL_SHARE = 0.03, 0.2
-"""A joint stands whose slope is below this [rad/s or m/s], or this share of the reference's speed ..."""
+SLOPE_SIGMAS, STILL_SHARE = 5.0, 0.2
+"""A joint stands whose slope is within noise, or below this share of the reference's speed ..."""
 BEND_SIGMAS = 3.0
 """... and whose curvature is within so many standard deviations of noise."""
 BEND_SHARE = 0.5
-"""The window is so long that this noise is below this share of what slows the joint down over the window."""
-FAST_SHARE = 0.5
-"""A joint that moved with this share of its reference's speed a window ago has stopped abruptly."""
+"""The window is so long that this noise is below this share of what would have stopped the joint."""
+LEAD = 5
+"""Ticks from a failure to the suspicion."""
 FINEST = 1e-6
 """Noise below this [rad or m] counts as this."""
 
@@ -59,6 +58,12 @@ def _noise_of_bend(D: Any, count: int) -> float:
 
 
 @jit
+def _noise_of_slope(D: Any, count: int) -> float:
+    """Standard deviation of the slope of white noise: sigma sqrt(12/n)/(n dt)."""
+    return _noise(D) * sqrt(12.0 / count) / (count * D.dt)
+
+
+@jit
 def _asked_to_move(D: Any, i: int, count: int) -> float:
     """The least speed of the reference over the last samples, 0 where it turns round."""
     least = abs(D.kept_v[step_back(D, 0), i])
@@ -72,25 +77,28 @@ def _asked_to_move(D: Any, i: int, count: int) -> float:
 
 
 @jit
-def stands(D: Any, i: int) -> bool:
-    """Whether joint i stands though its reference moves with v.
+def is_slow(D: Any, i: int) -> bool:
+    """Whether joint i may be about to stand: nothing else is said of it then."""
+    asked = abs(D.kept_v[step_back(D, 0), i])
+    slow = max(SLOPE_SIGMAS * _noise_of_slope(D, FEWEST), STILL_SHARE * asked)
+    return asked > LEAST_SPEED and abs(_fit(D, i, 0, FEWEST)[0]) < slow
 
-    It stands if slope and curvature of its last n samples are nil, and it moved well in the n before, or
-    those of the last 44 are nil, too. A joint that is thrown back stands for a moment, but bends by v/(n dt):
-    n is the least that shows half of that, n^(3/2) = 6 sqrt(720) sigma/(v dt).
+
+@jit
+def stands(D: Any, i: int) -> bool:
+    """Whether joint i stands though its reference moves with v: slope and curvature of n samples are nil.
+
+    A joint that is thrown back stands for a moment, too, but bends by v/T, with T the time since it was
+    suspected. n is the least that shows half of that, n^(5/2) = 6 sqrt(720) sigma T/(v dt^2).
     Source: docs/theory/detection.md, "Standstill".
     """
     asked = _asked_to_move(D, i, FEWEST)
     if asked < LEAST_SPEED or D.ticks <= LONG:
         return False
-    wanted = (BEND_SIGMAS / BEND_SHARE * sqrt(720.0) * _noise(D) / (asked * D.dt)) ** (2.0 / 3.0)
+    since = max(D.watch + LEAD, FEWEST)
+    wanted = (BEND_SIGMAS / BEND_SHARE * sqrt(720.0) * _noise(D) * since / (asked * D.dt)) ** 0.4
     count = min(max(int(wanted) + 1, FEWEST), LONG)
-    still = max(STILL, STILL_SHARE * asked)
     slope, bend = _fit(D, i, 0, count)
-    if abs(slope) > still or abs(bend) > BEND_SIGMAS * _noise_of_bend(D, count):
+    if abs(bend) > BEND_SIGMAS * _noise_of_bend(D, count):
         return False
-    before = _fit(D, i, min(count, WINDOW - FEWEST), FEWEST)[0]
-    if abs(before) > FAST_SHARE * asked:
-        return True
-    slope, bend = _fit(D, i, 0, LONG)
-    return abs(slope) <= still and abs(bend) <= BEND_SIGMAS * _noise_of_bend(D, LONG)
+    return abs(slope) <= max(SLOPE_SIGMAS * _noise_of_slope(D, count), STILL_SHARE * asked)

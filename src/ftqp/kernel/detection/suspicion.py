@@ -9,6 +9,8 @@ from ftqp.kernel.layout.enums import (
     ERROR_RESIDUAL,
     MOTOR_FAST,
     MOTOR_SLOW,
+    OWN_FAST,
+    OWN_SLOW,
     TORQUE_FAST,
     TORQUE_SLOW,
 )
@@ -24,7 +26,7 @@ CALM_AGAIN = 0.5
 @jit
 def _active(D: Any, r: int) -> bool:
     """Whether a residual is there: that of torques needs them, and some time after a reset."""
-    if r == TORQUE_SLOW or r == TORQUE_FAST:
+    if r == TORQUE_SLOW or r == TORQUE_FAST or r == OWN_SLOW or r == OWN_FAST:
         return D.has_effort != 0 and D.ticks > D.warm
     if r == MOTOR_SLOW or r == MOTOR_FAST:
         return D.has_motor != 0 and D.ticks > D.settle

@@ -1,13 +1,14 @@
 """What is wrong with a joint: one verdict a tick of suspicion, a set of kinds as a number."""
 
+from math import exp
 from typing import Any
 
 from ftqp.kernel.detection.culprit import culprit
 from ftqp.kernel.detection.encoders import cannot_tell_frozen
-from ftqp.kernel.detection.standing import speed_of, stands
+from ftqp.kernel.detection.standing import is_slow, speed_of, stands
 from ftqp.kernel.detection.torque_share import fit_share
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.detection_room import FAST, SLOW
+from ftqp.kernel.layout.detection_room import FAST
 from ftqp.kernel.layout.enums import (
     IS_DEGRADED,
     IS_FREE,
@@ -22,13 +23,23 @@ HELD = 0.02
 BEYOND = 0.15
 """A runaway joint is so much faster than its reference, or against it [rad/s or m/s] ..."""
 PUSHED = 0.45
-"""... while its motion takes this share of its largest torque."""
+"""... while its motion takes this share of its largest torque ..."""
+JUMPED = 0.25
+"""... of which this share came at once."""
+LEAD = 3
+"""Ticks from a failure to the suspicion."""
+LEAST_SHOWN = 0.1
+"""Less than this of a step is not extrapolated from."""
 FULL = 0.85
 """A motor that gives this share of its largest torque unasked runs away."""
 NOTHING_LEFT = 0.27
 """A share of the torque below this is none."""
 LEAST_SHARE, MOST_SHARE = -0.6, 1.4
 """Shares beyond these are no lost torque."""
+UNSURE = 1.3
+"""Two standard deviations of a share, beside the square root of the sum that it was fitted over."""
+LONGEST_WAIT = 3
+"""A share that is not clear after so many times the patience will not be waited for."""
 UNTOUCHED = 0.85
 """A share above this is healthy."""
 PARALLEL = 0.8
@@ -38,11 +49,25 @@ FAINT = 2.0
 
 
 @jit
-def _implied(D: Any, K: Any, i: int, bank: int, then: int) -> float:
-    """(M (a_r + d) + h)_i: the torque that the motion of joint i takes."""
+def _jump_of_torque(D: Any, K: Any, i: int) -> float:
+    """(M d)_i/F: the torque of joint i beside the healthy one, if it jumped when the suspicion began.
+
+    F is what the fast observer shows by then of a step.
+    """
+    t = (D.watch + LEAD) * D.bandwidth_fast * D.dt
+    shown = 1.0 - exp(-t) * (1.0 + t + 0.5 * t * t)
+    jump = 0.0
+    for j in range(D.n):
+        jump += K.kinematics.M[i, j] * D.d[FAST, j]
+    return jump / max(shown, LEAST_SHOWN)
+
+
+@jit
+def _healthy_torque(D: Any, K: Any, i: int, then: int) -> float:
+    """(M a_r + h)_i."""
     total: float = K.kinematics.h[i]
     for j in range(D.n):
-        total += K.kinematics.M[i, j] * (D.past_a[then, j] + D.d[bank, j])
+        total += K.kinematics.M[i, j] * D.past_a[then, j]
     return total
 
 
@@ -58,17 +83,27 @@ def _runs_away(D: Any, K: Any, i: int, then: int) -> bool:
     beyond = v * v_ref >= 0.0 and abs(v) > abs(v_ref) + BEYOND
     if not (against or beyond):
         return False
-    implied = _implied(D, K, i, FAST, then)
-    return abs(implied) > PUSHED * D.tau_max[i] and implied * (v - v_ref) > 0.0
+    jump = _jump_of_torque(D, K, i)
+    given = _healthy_torque(D, K, i, then) + jump
+    if abs(given) < PUSHED * D.tau_max[i] or abs(jump) < JUMPED * D.tau_max[i]:
+        return False
+    return given * (v - v_ref) > 0.0 and jump * (v - v_ref) > 0.0
 
 
 @jit
 def _held(D: Any, K: Any, i: int, then: int) -> int:
-    """Joint i stands: locked, or without torque and held by friction, or its sensor is frozen."""
-    load = abs(_implied(D, K, i, SLOW, then) - K.kinematics.M[i, i] * (D.past_a[then, i] + D.d[SLOW, i]))
+    """Joint i stands: locked, or its torque is too small for its friction, or its sensor is frozen."""
+    load: float = K.kinematics.h[i]
+    for j in range(D.n):
+        if j != i:
+            load += K.kinematics.M[i, j] * D.past_a[then, j]
+    load = abs(load)
     kinds = IS_LOCKED
     if load < 2.0 * D.coulomb[i] + HELD:
         kinds += IS_FREE
+        given = abs(load - D.x[TORQUE_SLOW, i]) if D.has_effort else 0.0
+        if D.coulomb[i] > 0.0 and NOTHING_LEFT * given < load + D.coulomb[i]:
+            kinds += IS_DEGRADED
     if cannot_tell_frozen(D, i):
         kinds += IS_FROZEN
     return kinds
@@ -78,11 +113,14 @@ def _held(D: Any, K: Any, i: int, then: int) -> int:
 def _lost_torque(D: Any, K: Any, i: int, then: int) -> int:
     """Whether joint i gives less torque than it should, and how much is left; 0 where this is not it."""
     fit_share(D, K, i, then)
-    if D.watch < D.patience:
+    if D.watch < D.patience or is_slow(D, i):
         return 0
     share = D.fit_share
     if not LEAST_SHARE < share < UNTOUCHED:
         return 0
+    unsure = UNSURE / max(D.fit_gg[D.fit_best], 1e-12) ** 0.5
+    if abs(share - NOTHING_LEFT) < unsure:
+        return 0 if D.watch < LONGEST_WAIT * D.patience else IS_FREE + IS_DEGRADED
     room = D.room[TORQUE_SLOW, i] if D.has_effort and D.ticks > D.warm else HELD
     if abs(D.fit_size) < FAINT * room + D.coulomb[i]:
         return IS_FREE + IS_DEGRADED
@@ -100,7 +138,8 @@ def tell_apart(D: Any, K: Any, then: int) -> tuple[int, int]:
     standing, most = -1, 0.0
     for i in range(D.n):
         D.standing[i] = 0
-        if not D.blind[i] and D.z[i] > 1.0 and D.score[i] > PARALLEL * D.score[joint] and stands(D, i):
+        likely = D.z[i] == D.worst or (D.z[i] > 1.0 and D.score[i] > PARALLEL * D.score[joint])
+        if likely and not D.blind[i] and stands(D, i):
             D.standing[i] = 1
             if D.score[i] > most:
                 standing, most = i, D.score[i]
@@ -110,6 +149,13 @@ def tell_apart(D: Any, K: Any, then: int) -> tuple[int, int]:
         return standing, _held(D, K, standing, then)
     if joint < 0:
         return -1, 0
-    if _runs_away(D, K, joint, then):
-        return joint, IS_RUNAWAY
+    running, most = -1, 0.0
+    for i in range(D.n):
+        if not D.blind[i] and D.z[i] > 1.0 and D.score[i] > PARALLEL * D.score[joint]:
+            far = abs(D.e[i]) * (1.0 if _runs_away(D, K, i, then) else 0.0)
+            if far > most:
+                running, most = i, far
+    if running >= 0:
+        D.suspect = running
+        return running, IS_RUNAWAY
     return joint, _lost_torque(D, K, joint, then)

@@ -85,5 +85,6 @@ def fit_share(D: Any, K: Any, i: int, then: int) -> None:
                 best = gain
                 D.fit_share = 1.0 + D.fit_gx[c] / D.fit_gg[c]
                 D.fit_onset = float(APART * c)
+                D.fit_best = c
     D.fit_spread = best / D.fit_xx if D.fit_xx > 0.0 else 0.0
     D.fit_size = demand

@@ -65,7 +65,7 @@ def detect_log(capacity: int) -> Callable[..., int]:
     ) -> int:  # fmt: skip
         """Rows ``first`` to ``last - 1`` of columns whose addresses are in the table; 0 is an absent one.
 
-        The largest excess of every residual over ``block`` rows goes into ``peaks``, (rows // block, 7, N),
+        The largest excess of every residual over ``block`` rows goes into ``peaks``, (rows // block, 9, N),
         z of every row into ``trace``, (rows,).
         """
         D = carray(pointer(address), 1, dtype)[0]

@@ -37,13 +37,14 @@ def detection_fields(N: int) -> Fields:
     """
     names = ("q", "tau", "q_ref", "v_ref", "a_ref", "effort", "good", "step", "raw", "travel", "hop", "seen",
              "e", "psi", "psi_before", "tau_before", "loose", "loose_before", "coulomb", "viscous", "tau_max",
-             "motor_torque", "usual", "z", "jump", "onset", "share", "column", "score")  # fmt: skip
+             "motor_torque", "usual", "z", "jump", "onset", "share", "column", "odd", "score")  # fmt: skip
     counts = ("same", "missing", "off", "turns", "sensor", "blind", "believed", "kinds", "since", "standing")
     return [
         *scalars("i8", "n fresh latency span now ticks at has_effort asked from_command has_motor"),
-        *scalars("i8", "got_tau got_effort has_inertia has_dynamics suspect said said_of agreed fitted"),
-        *scalars("i8", "watch quiet waiting pause patience settle warm"),
-        *scalars("f8", "dt sigma quantum slip worst slowness fit_xx fit_share fit_onset fit_spread fit_size"),
+        *scalars("i8", "got_tau got_effort has_inertia has_dynamics suspect said said_of agreed"),
+        *scalars("i8", "fitted fit_best watch quiet waiting pause patience settle warm"),
+        *scalars("f8", "bandwidth_fast dt sigma quantum slip worst slowness"),
+        *scalars("f8", "fit_xx fit_share fit_onset fit_spread fit_size"),
         *floats({"pole": (BANKS,), "k_s": (BANKS,), "k_w": (BANKS,), "k_d": (BANKS,)}),
         *floats(dict.fromkeys(names, (N,))),
         *integers(dict.fromkeys(counts, (N,))),

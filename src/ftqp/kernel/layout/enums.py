@@ -295,6 +295,9 @@ class Residual(IntEnum):
     MOTOR_SLOW = 5
     MOTOR_FAST = 6
     """Measured torque less the torque that was asked for [N m or N]."""
+    OWN_SLOW = 7
+    OWN_FAST = 8
+    """The second pair over the joint's own inertia [rad/s2 or m/s2]."""
 
 
 (
@@ -305,6 +308,8 @@ class Residual(IntEnum):
     TORQUE_FAST,
     MOTOR_SLOW,
     MOTOR_FAST,
+    OWN_SLOW,
+    OWN_FAST,
 ) = map(int, Residual)
 
 
