@@ -3,7 +3,7 @@
 from bisect import bisect_right
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path as File
 from typing import Any, final
 
@@ -215,6 +215,7 @@ class Simulation:
                 "broken": result.broken,
                 "path_finished": self._leader.finished,
                 "blocked": result.blocked,
+                "detections": None if self._planner.diagnosis is None else _told(self._planner),
             }
         )
         return result
@@ -296,6 +297,15 @@ class Simulation:
             blocked=leader.blocked,
             broken=plant.failure,
         )
+
+
+def _told(planner: Planner) -> list[dict[str, Any]]:
+    """What the planner's detector found, for the log."""
+    return [
+        {key: None if value != value else value for key, value in asdict(finding).items()}
+        | {"kinds": sorted(finding.kinds)}
+        for finding in planner.findings
+    ]
 
 
 def _state(result: Result) -> str:

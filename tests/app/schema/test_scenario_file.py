@@ -23,11 +23,13 @@ ENDINGS = {
     "modular11-singular": (True, 2e-3),
     "panda-circle": (True, 2e-6),
     "panda-degraded": (True, 3e-3),
+    "panda-detected": (True, 5e-3),
     "panda-free-swinging": (True, 2e-6),
     "panda-glitches": (True, 1e-3),
     "panda-mujoco-brake": (True, 2e-3),
     "panda-mujoco-free": (True, 0.25),
     "panda-mujoco-payload": (True, 3e-3),
+    "panda-undetected": (False, 0.2),
     "planar6-square": (True, 4e-6),
     "planar6-stop": (False, 0.039),
     "puma-step-10": (True, 0.128),
@@ -70,6 +72,8 @@ def test_bundled_scenario_ends_as_it_tells(name: str, tmp_path: Path) -> None:
         "panda-mujoco-free",
     ):  # the degraded joint is too fast when it is told
         expected = {"OK", "RELAXED"}
+    if name == "panda-undetected":
+        expected = {"OK", "LAGGING", "STOPPING", "STOPPED"}
     if name == "panda-glitches":
         expected = {"OK", "INVALID_INPUT"}
     if name.startswith("modular11"):
@@ -141,6 +145,16 @@ def test_a_robot_of_the_catalog_may_have_options() -> None:
         setup(robot={"name": "planar", "options": {"color": "red"}}, path=line)
     with pytest.raises(ScenarioError, match="dh does not go with options"):
         setup(robot={"dh": [[0.0, 0.0, 0.5, 0.0]], "options": {"lengths": [1.0]}}, path=line)
+
+
+def test_a_detector_may_be_calibrated_by_a_file(tmp_path: Path) -> None:
+    assert setup().planner.diagnosis is None
+    made = setup(planner={"detector": {"patience": 0.03}})
+    assert made.planner.diagnosis is not None
+    with pytest.raises(ScenarioError, match=r"planner\.detector: .*calibration"):
+        setup(planner={"detector": {"calibration": "nowhere.json"}})
+    with pytest.raises(ScenarioError, match=r"planner\.detector: bandwidths are"):
+        setup(planner={"detector": {"bandwidths": [200.0, 60.0]}})
 
 
 def test_planner_is_made_as_the_scenario_says() -> None:

@@ -55,7 +55,17 @@ def fault_sentence(fault: Mapping[str, Any]) -> str:
         heard = f"the planner is told at {told:g} s"
     else:
         heard = "the planner is told at once"
-    return f"{fault['joint']} {what} at {fault['at']:g} s; {heard}"
+    return f"{fault['joint']} {what} at {fault['at']:g} s; {heard}{found_sentence(fault)}"
+
+
+def found_sentence(fault: Mapping[str, Any]) -> str:
+    """What the planner's detector made of a fault, after a comma; nothing without a detector."""
+    if "detected_at" not in fault:
+        return ""
+    if fault["detected_at"] is None:
+        return ", and does not find out"
+    after = 1e3 * (fault["detected_at"] - fault["at"])
+    return f", and finds {fault['detected_as'].replace('_', ' ')} after {after:.0f} ms"
 
 
 def limits_sentence(violation: Mapping[str, float]) -> str:

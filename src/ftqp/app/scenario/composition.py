@@ -17,7 +17,7 @@ from ftqp.app.schema.path_section import (
     SquareTable,
     WaypointsTable,
 )
-from ftqp.app.schema.planner_section import EmergencyTable, StallTable, TaskTable
+from ftqp.app.schema.planner_section import DetectorTable, EmergencyTable, StallTable, TaskTable
 from ftqp.app.schema.robot_section import PayloadTable, RobotTable
 from ftqp.app.schema.scenario_file import RecordingTable
 from ftqp.app.schema.strict import Table
@@ -31,6 +31,8 @@ from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
+from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.detection.detector import Detector
 from ftqp.faults.kinds import KINDS
 from ftqp.model import catalog
 from ftqp.model.payload import Payload
@@ -96,6 +98,23 @@ def _fitted(arm: Robot, table: RobotTable) -> Robot:
     if table.tool is not None:
         arm = arm.with_tip(transform(_rotation(table.tool.orientation), np.array(table.tool.position)))
     return arm
+
+
+def detector(table: DetectorTable | None, folder: File) -> Detector | None:
+    """The detector of a table; None without one.
+
+    Raises:
+        InputError: Settings out of their range, or a calibration that cannot be read.
+    """
+    if table is None:
+        return None
+    slow, fast = table.bandwidths
+    return Detector(
+        bandwidths=(slow, fast),
+        patience=table.patience,
+        quantum=table.quantum,
+        calibration=None if table.calibration is None else Calibration.load(folder / table.calibration),
+    )
 
 
 def payload(table: PayloadTable) -> Payload:

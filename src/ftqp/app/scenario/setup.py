@@ -70,6 +70,9 @@ class Setup:
     def content(self) -> dict[str, Any]:
         """The scenario as plain tables, its files with absolute paths."""
         content = self.tables.model_dump()
+        watching = content["planner"]["detector"] or {}
+        if watching.get("calibration") is not None:
+            watching["calibration"] = str((self.folder / watching["calibration"]).resolve())
         for table, key in (("robot", "urdf"), ("robot", "mjcf"), ("planner", "profile"), ("path", "file")):
             if content[table].get(key) is not None:
                 content[table][key] = str((self.folder / content[table][key]).resolve())
@@ -240,6 +243,8 @@ def _planner_settings(tables: Scenario, folder: File, errors: _Errors) -> dict[s
         settings["scheme"] = schemes.by_name(table.scheme)
     with errors.at("planner.drive"):
         settings["drive"] = Drive(**table.drive.model_dump())
+    with errors.at("planner.detector"):
+        settings["detector"] = composition.detector(table.detector, folder)
     with errors.at("planner.task"):
         settings["task"] = composition.task(table.task)
     with errors.at("planner.bounds"):

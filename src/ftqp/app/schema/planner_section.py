@@ -112,6 +112,26 @@ class StallTable(Table):
     seed: int = Field(0, ge=0, description="seed of the random pattern, >= 0")
 
 
+class DetectorTable(Table):
+    """What looks for failures that nobody announces."""
+
+    bandwidths: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
+        [60.0, 200.0], description="of the slow and of the fast observer, > 0", json_schema_extra=unit("1/s")
+    )
+    patience: Finite = Field(
+        0.022,
+        ge=0,
+        description="a loss of torque is looked at for so long before it is named, >= 0",
+        json_schema_extra=unit("s"),
+    )
+    quantum: Finite = Field(
+        0.0, ge=0, description="smallest step of the encoders, >= 0", json_schema_extra=unit("rad or m")
+    )
+    calibration: str | None = Field(
+        None, description="a file made by a calibration; thresholds are guessed from the noise if absent"
+    )
+
+
 class PlannerTable(Table):
     """How the next command is chosen."""
 
@@ -148,6 +168,10 @@ class PlannerTable(Table):
     torque_limits: bool = Field(True, description="whether torque limits are constraints")
     emergency: Annotated[EmergencyTable | None, BeforeValidator(_off)] = Field(
         EmergencyTable(), description="the emergency stop; 'off' to have none"
+    )
+
+    detector: DetectorTable | None = Field(
+        None, description="what looks for failures that nobody announces; nothing does if absent"
     )
 
     stall: Annotated[StallTable | None, BeforeValidator(_off)] = Field(

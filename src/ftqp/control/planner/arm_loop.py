@@ -27,6 +27,7 @@ class ArmLoop:
     def __init__(self, session: Session, joints: Sequence[str]) -> None:
         self._session = session
         self._joints = tuple(joints)
+        self._speed = self._caution = 1.0
 
     def forget(self) -> None:
         """After a reset no stop is latched and nothing is known of the arm but the given state."""
@@ -60,13 +61,35 @@ class ArmLoop:
     @property
     def speed(self) -> float:
         """How fast the arm is led, in (0, 1] of full speed."""
-        return float(self._session.K.feedback.speed)
+        return self._speed
 
     @speed.setter
     def speed(self, share: float) -> None:
         if not 0.0 < positive("speed", share) <= 1.0:
             raise InputError(f"speed is {share:g}, expected a share of full speed in (0, 1]")
-        self._session.K.feedback.speed = float(share)
+        self._speed = float(share)
+        self._session.K.feedback.speed = self._speed * self._caution
+
+    @property
+    def caution(self) -> float:
+        """The share of the user's speed that a suspicion leaves, in (0, 1]."""
+        return self._caution
+
+    @caution.setter
+    def caution(self, share: float) -> None:
+        self._caution = share
+        self._session.K.feedback.speed = self._speed * share
+
+    def lose_sensor(self, i: int) -> None:
+        """Stop the arm, as the sensor of joint i tells nothing any more, until a reset."""
+        K = self._session.K
+        K.feedback.lost[i] = 1
+        if not K.watch.latched:
+            K.watch.latched, K.watch.reason = 1, StopReason.SENSOR
+
+    def ask_for_brake(self, i: int) -> None:
+        """Let the brake of joint i be asked for from now on."""
+        self._session.K.feedback.asks[i] = 1
 
     @property
     def stopped_because(self) -> str | None:

@@ -17,6 +17,7 @@ from ftqp.control.planner.fitting import Fitting, warn_of_weight
 from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import converted_tick, measured_tick, mistake, not_a_target
 from ftqp.control.planner.lead import Lead
+from ftqp.control.planner.planner_facts import PlannerFacts
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.rest_log import Rest
 from ftqp.control.planner.settings import settled
@@ -24,6 +25,7 @@ from ftqp.control.planner.solver.qp_solver import IN_KERNEL, Solver
 from ftqp.control.planner.start import StartWatch
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
+from ftqp.control.planner.vigilance import Vigilance
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
@@ -31,20 +33,20 @@ from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
-from ftqp.core.checks import FloatArray, array
+from ftqp.core.checks import array, instance
 from ftqp.core.clock import now
 from ftqp.faults.belief import Belief
+from ftqp.faults.detection.detector import Detector
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import RELAXED
 from ftqp.kernel.layout.record import load_chain
-from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 
 
-class Planner:
+class Planner(PlannerFacts):
     """Redundancy resolution, one QP a tick, with failed joints as bounds.
 
     Args:
@@ -69,6 +71,7 @@ class Planner:
         drive: What the arm takes: ``position``, ``velocity`` or ``torque``, or an ``ftqp.Drive`` or table
             that says more. On an arm that follows exactly all three give the same motion.
         noise: How noisy the measurements are; None is unknown.
+        detector: Looks for failures that nobody reports, and makes the planner believe them; None is none.
 
     Raises:
         InputError: A parameter is wrong, or two of them exclude each other.
@@ -92,7 +95,9 @@ class Planner:
         branch_limits: Mapping[str | int, Any] | None = None,
         drive: Drive | str | Mapping[str, Any] = "position",
         noise: Noise | None = None,
+        detector: Detector | None = None,
     ) -> None:
+        instance("detector", detector, Detector | None, "an ftqp.Detector or None")
         given = self._given = settled(
             robot, dt, level=level, scheme=scheme, task=task, bounds=bounds, backend=backend, posture=posture,
             torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
@@ -124,28 +129,14 @@ class Planner:
             self._degrading = Degrading(self._session, self.task.kept_sets)
             tick = self._degrading.watched(self._ordinary[0])
             self._ordinary = tick, None if timing else tick
+        self._vigilance: Vigilance | None = None
+        if detector is not None:
+            self._vigilance = Vigilance(
+                detector, self._session, robot, self.drive, self.noise, self._loop, self._believe
+            )
+            tick = self._vigilance.watched(self._ordinary[0])
+            self._ordinary = tick, None if timing else tick
         self._adopt_belief()
-
-    @property
-    def backend(self) -> str:
-        """Name of the solver."""
-        return self._given.backend
-
-    @property
-    def task_rows(self) -> tuple[str, ...]:
-        """The rows of the pose that the task has, of x, y, z, rx, ry, rz."""
-        task = self._session.K.task
-        return tuple(COMPONENTS[c] for c in task.rows[: int(task.m)])
-
-    @property
-    def tick(self) -> int:
-        """Number of the step, from 0 at the first one after ``reset``; -1 before it."""
-        return int(self._session.K.state.ticks) - 1
-
-    @property
-    def faults(self) -> dict[str, Fault]:
-        """The faults believed now, by joint name."""
-        return self._belief.faults
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin at (q, v): the latch of a stop, warm starts and the last command are forgotten, not faults.
@@ -177,6 +168,8 @@ class Planner:
         if self._free is not None:
             self._free.restore()
         self._start.look(self.robot, K, q)
+        if self._vigilance is not None:
+            self._vigilance.reset(q)
 
     def stop(self) -> None:
         """Brake every healthy joint from the next step on and hold it, until ``resume`` or ``reset``."""
@@ -188,34 +181,10 @@ class Planner:
         Returns:
             Whether the planner goes on; it does not while a lost sensor forbids it, and needs ``reset``.
         """
-        return self._loop.resume()
-
-    @property
-    def stopped_because(self) -> str | None:
-        """Why a stop is latched, in a sentence that names the joint; None while none is."""
-        return self._loop.stopped_because
-
-    @property
-    def speed(self) -> float:
-        """How fast the arm is led, in (0, 1] of full speed; it may be changed at every step.
-
-        A smaller number slows the path of a ``PathFollower`` down, and the way of a ``GoTo`` or a
-        ``TargetFollower`` by as much, an operator's twist included. Targets that the user's own clock gives
-        to ``step`` are not changed by it.
-        """
-        return self._loop.speed
-
-    @speed.setter
-    def speed(self, share: float) -> None:
-        self._loop.speed = share
-
-    @property
-    def disturbance(self) -> FloatArray:
-        """Torque that acts on the joints beside the model, as observed, (nv,) [N m or N]; a copy.
-
-        It is known of a torque arm only, 0 for failed joints, and NaN with another drive.
-        """
-        return self._loop.disturbance
+        goes_on = self._loop.resume()
+        if goes_on and self._vigilance is not None:
+            self._vigilance.go_on()
+        return goes_on
 
     def step(self, q: Any, v: Any = None, target: Any = None, *, tau: Any = None, tip: Any = None) -> Step:
         """The command for the next ``dt``.
@@ -272,6 +241,8 @@ class Planner:
         kind = {PathMemory: "path", BaseMemory: "base", JointsMemory: "joints"}[type(leader)]
         refuse(leader=kind, level=self.level, mode=self.task.mode)
         tick = self._solver.tick(kind, *leader.arguments())
+        if self._vigilance is not None:
+            tick = self._vigilance.watched(tick)
 
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
             if self._free is not None and self._free.leads and isinstance(leader, PathMemory):
@@ -297,6 +268,8 @@ class Planner:
         """A step of any leader, with measured torques or tip, converted arrays and the clock."""
         began = now() if self._timing else 0
         v = self._at_rest if v is None else v
+        if self._vigilance is not None:
+            self._vigilance.feel(tau)
         if tau is None and tip is None:
             code = converted_tick(tick, q, v, target)
         else:
@@ -320,8 +293,14 @@ class Planner:
         Raises:
             InputError: An unknown joint, or not a fault.
         """
+        self._believe(fault)
+
+    def _believe(self, fault: Fault) -> None:
+        """Believe a fault, and let the detector look at the other joints."""
         self._belief.report(fault)
         self._adopt_belief()
+        if self._vigilance is not None:
+            self._vigilance.detector.believe(fault)
 
     def withdraw(self, joint: str | int) -> None:
         """Believe the joint to be healthy again from the next step on.
@@ -334,11 +313,8 @@ class Planner:
         """
         self._belief.withdraw(joint)
         self._adopt_belief()
-
-    @property
-    def payload(self) -> Payload | None:
-        """The load that is carried beside the robot's own bodies; None is none."""
-        return self._fitting.payload
+        if self._vigilance is not None:
+            self._vigilance.forget(joint)
 
     def carry(self, payload: Payload | None) -> None:
         """Count on this load at the tip from the next step on, in the place of the last one.
@@ -394,6 +370,8 @@ class Planner:
                 self._free = FreeJoint(self._session, self.robot, self.task.kept_sets)
             self._free.begin()
             self._tick = self._free.tick
+            if self._vigilance is not None:
+                self._tick = self._vigilance.watched(self._tick)
             self._begin = None if self._timing else self._tick
         elif self._free is not None:
             self._free.end()

@@ -224,6 +224,15 @@ class Detector:
             raise InputError(f"q has shape {np.shape(q)}, expected (nv,) = ({session.D.n},)")
         self._restart()
 
+    @property
+    def tick(self) -> Callable[..., int]:
+        """The compiled tick, for a planner: (q, tau, q_ref, v_ref, a_ref, effort), each (nv,) or (0,).
+
+        It answers 0 where all is quiet, 1 during a suspicion, 2 at a finding, and a mistake below 0.
+        """
+        self._working()
+        return self._detect
+
     def update(self, q: Any, v: Any, tau: Any, command: Any) -> Diagnosis:
         """One tick.
 

@@ -66,9 +66,26 @@ def summary(log: Log) -> dict[str, Any]:
             "p999": _percentile(log["step_time"], 99.9),
             "max": _largest(log["step_time"]),
         },
-        "faults": list(about.get("faults", [])),
+        **_faults(about),
         **(_inertial(log) if "base_status" in log else {}),
     }
+
+
+def _faults(about: Mapping[str, Any]) -> dict[str, Any]:
+    """What failed and, with a detector, when it was found [s], as which kinds; and what was found wrongly.
+
+    A finding belongs to the fault of its joint that happened before it.
+    """
+    faults, found = [dict(fault) for fault in about.get("faults", [])], about.get("detections")
+    if found is None:
+        return {"faults": faults}
+    left = list(found)
+    for fault in faults:
+        own = [one for one in left if one["joint"] == fault["joint"] and one["detected_at"] >= fault["at"]]
+        fault["detected_at"] = own[0]["detected_at"] if own else None
+        fault["detected_as"] = " or ".join(own[0]["kinds"]) if own else None
+        left = [one for one in left if one not in own[:1]]
+    return {"faults": faults, "false_detections": left}
 
 
 def _sensed(log: Log) -> dict[str, Any]:

@@ -1,0 +1,87 @@
+"""What can be read of a planner between its steps."""
+
+from ftqp.control.planner.arm_loop import ArmLoop
+from ftqp.control.planner.fitting import Fitting
+from ftqp.control.planner.settings import Settings
+from ftqp.control.planner.vigilance import Vigilance
+from ftqp.core.checks import FloatArray
+from ftqp.faults.belief import Belief
+from ftqp.faults.detection.diagnosis import Diagnosis, Finding
+from ftqp.faults.kinds import Fault
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.model.payload import Payload
+
+
+class PlannerFacts:
+    """What a planner believes, has found and has been given, to be read between steps."""
+
+    _given: Settings
+    _session: Session
+    _belief: Belief
+    _loop: ArmLoop
+    _fitting: Fitting
+    _vigilance: Vigilance | None
+
+    @property
+    def backend(self) -> str:
+        """Name of the solver."""
+        return self._given.backend
+
+    @property
+    def task_rows(self) -> tuple[str, ...]:
+        """The rows of the pose that the task has, of x, y, z, rx, ry, rz."""
+        task = self._session.K.task
+        return tuple(COMPONENTS[c] for c in task.rows[: int(task.m)])
+
+    @property
+    def tick(self) -> int:
+        """Number of the step, from 0 at the first one after ``reset``; -1 before it."""
+        return int(self._session.K.state.ticks) - 1
+
+    @property
+    def faults(self) -> dict[str, Fault]:
+        """The faults believed now, by joint name."""
+        return self._belief.faults
+
+    @property
+    def stopped_because(self) -> str | None:
+        """Why a stop is latched, in a sentence that names the joint; None while none is."""
+        return self._loop.stopped_because
+
+    @property
+    def speed(self) -> float:
+        """How fast the arm is led, in (0, 1] of full speed; it may be changed at every step.
+
+        A smaller number slows the path of a ``PathFollower`` down, and the way of a ``GoTo`` or a
+        ``TargetFollower`` by as much, an operator's twist included. Targets that the user's own clock gives
+        to ``step`` are not changed by it.
+        """
+        return self._loop.speed
+
+    @speed.setter
+    def speed(self, share: float) -> None:
+        self._loop.speed = share
+
+    @property
+    def disturbance(self) -> FloatArray:
+        """Torque that acts on the joints beside the model, as observed, (nv,) [N m or N]; a copy.
+
+        It is known of a torque arm only, 0 for failed joints, and NaN with another drive.
+        """
+        return self._loop.disturbance
+
+    @property
+    def payload(self) -> Payload | None:
+        """The load that is carried beside the robot's own bodies; None is none."""
+        return self._fitting.payload
+
+    @property
+    def diagnosis(self) -> Diagnosis | None:
+        """What the detector holds for likely; None without one."""
+        return None if self._vigilance is None else self._vigilance.diagnosis
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What the detector has found since ``reset`` and the planner acted upon, in order."""
+        return () if self._vigilance is None else tuple(self._vigilance.findings)

@@ -1,0 +1,213 @@
+"""Vigilance: what a planner does about what its detector sees of the arm."""
+
+import logging
+from collections.abc import Callable
+from typing import Any, Final, final
+
+import numpy as np
+
+from ftqp.control.drive.drive import Drive
+from ftqp.control.drive.noise import Noise
+from ftqp.control.planner.arm_loop import ArmLoop
+from ftqp.core.checks import FloatArray
+from ftqp.faults.detection.detector import Detector
+from ftqp.faults.detection.diagnosis import Diagnosis, Finding
+from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.enums import DriveKind
+from ftqp.model.robot import Robot
+
+_LOG = logging.getLogger("ftqp")
+SLOWEST: Final = 0.2
+"""A suspicion slows a path down to this share of its speed."""
+MOVING: Final = 0.1
+"""... but not so far that the suspect would be slower than this, which would hide what is wrong [rad/s]."""
+DECIDED_IN: Final = 0.06
+"""A suspicion gets so long to become a finding; then it slows down whatever the suspect does [s]."""
+RECOVERY: Final = 1.0
+"""How fast the path gets its speed back when the suspicion is gone [1/s]."""
+UNKNOWN_SHARE: Final = 0.3
+"""What a joint is asked for at most of which it is known only that it gives less torque, as a share."""
+SENSORS: Final = frozenset({"sensor_frozen", "sensor_biased", "sensor_dropped"})
+WEAK: Final = frozenset({"degraded"})
+NO_TORQUE: Final = np.zeros(0)
+
+
+@final
+class Vigilance:
+    """Slows a path down at a suspicion, believes what was isolated, and stops an arm that lost a sensor.
+
+    Args:
+        detector: What looks at the arm; it is given this planner's arm, drive and noise where it leaves them
+            open.
+        session: The planner's.
+        robot: The arm.
+        drive: What the arm takes.
+        noise: Of the measurements.
+        loop: The planner's loop with its arm.
+        report: Makes the planner believe a fault.
+
+    Attributes:
+        detector: The detector at work.
+        findings: What was found and acted upon, in order.
+    """
+
+    def __init__(
+        self,
+        detector: Detector,
+        session: Session,
+        robot: Robot,
+        drive: Drive,
+        noise: Noise,
+        loop: ArmLoop,
+        report: Callable[[Fault], None],
+    ) -> None:
+        K, n = session.K, robot.nv
+        self.detector = detector.for_arm(robot, float(K.state.dt), drive=drive, noise=noise)
+        self.findings: list[Finding] = []
+        self._K, self._robot, self._loop, self._report = K, robot, loop, report
+        self._dt = float(K.state.dt)
+        self._tick = self.detector.tick
+        self._tau: FloatArray = NO_TORQUE
+        sent = K.feedback.tau_sent[:n] if K.feedback.kind == DriveKind.TORQUE else NO_TORQUE
+        self._q, self._sent = K.state.given_q[:n], sent
+        self._reference = K.state.q_command[:n], K.state.v_command[:n], K.state.a_command[:n]
+        self._turns = robot.nq != n
+        self._mended: set[str] = set()
+        self._suspected = 0
+
+    @property
+    def diagnosis(self) -> Diagnosis:
+        """What the detector holds for likely."""
+        return self.detector.diagnosis
+
+    def watched(self, tick: Callable[..., int]) -> Callable[..., int]:
+        """A tick after which the detector looks at the arm.
+
+        Args:
+            tick: From its inputs, the measured configuration first, to a status or mistake.
+        """
+        look, q, sent, loop = self._tick, self._q, self._sent, self._loop
+        q_ref, v_ref, a_ref = self._reference
+
+        def watched(*inputs: Any) -> int:
+            code = tick(*inputs)
+            if code >= 0:
+                at = self._angles(inputs[0]) if self._turns else q
+                if look(at, self._tau, q_ref, v_ref, a_ref, sent) > 0 or loop.caution < 1.0:
+                    self._respond()
+            return code
+
+        return watched
+
+    def _angles(self, q: Any) -> FloatArray:
+        """Joint values, unwrapped to the turn of the command."""
+        given = np.asarray(q, dtype=np.float64)
+        if given.shape == self._q.shape:
+            return given
+        angles, command = np.full(len(self._q), np.nan), self._reference[0]
+        at = 0
+        for i, endless in enumerate(self._robot.continuous):
+            if endless:
+                angle = float(np.arctan2(given[at + 1], given[at]))
+                angles[i] = command[i] + np.remainder(angle - command[i] + np.pi, 2.0 * np.pi) - np.pi
+            else:
+                angles[i] = given[at]
+            at += 2 if endless else 1
+        return angles
+
+    def feel(self, tau: Any) -> None:
+        """Measured torques of this tick, (nv,) [N m or N]; None where there are none."""
+        self._tau = NO_TORQUE if tau is None else np.ascontiguousarray(tau, dtype=np.float64)
+
+    def reset(self, q: FloatArray) -> None:
+        """Begin anew at q, (nv,) [rad or m], with nothing found."""
+        self.findings.clear()
+        self.go_on(q)
+
+    def go_on(self, q: FloatArray | None = None) -> None:
+        """Look anew after a stop; what was found stays found."""
+        self.detector.reset(q)
+        self._mended.clear()
+        self._loop.caution = 1.0
+        self._suspected = 0
+
+    def forget(self, joint: str | int) -> None:
+        """Look at a joint again that was believed to have failed.
+
+        Args:
+            joint: Its name or 0-based index.
+        """
+        name = self._robot.joints[self._robot.joint(joint)]
+        self.detector.forget(name)
+        self.findings[:] = [finding for finding in self.findings if finding.joint != name]
+
+    def _respond(self) -> None:
+        """Something was found, or is suspected, or was a moment ago.
+
+        During a stop nothing more is believed: an arm that brakes hard looks odd.
+        """
+        isolated = {} if self._K.watch.latched else self.diagnosis.isolated
+        for joint, finding in isolated.items():
+            if all(known.joint != joint for known in self.findings):
+                self._believe(finding)
+        if self.diagnosis.watching:
+            self._suspected += 1
+            self._loop.caution = max(min(self._loop.caution, self._slow()), SLOWEST)
+        else:
+            self._suspected = 0
+        if not self.diagnosis.watching or self.diagnosis.suspicion <= 1.0:
+            self._loop.caution = min(1.0, self._loop.caution + RECOVERY * self._dt)
+
+    def _slow(self) -> float:
+        """The share of its speed that a path keeps at this suspicion."""
+        share = min(1.0, max(SLOWEST, 2.0 - self.diagnosis.suspicion))
+        suspect = self.diagnosis.suspect
+        if suspect is not None and self._suspected * self._dt < DECIDED_IN:
+            speed = abs(float(self._reference[1][self._robot.joint(suspect)])) / self._loop.caution
+            share = max(share, min(1.0, MOVING / max(speed, MOVING)))
+        return share
+
+    def _believe(self, finding: Finding) -> None:
+        """Act upon a finding.
+
+        The servo of a joint makes up for lost torque until its motor saturates, so on an arm with servos a
+        weak joint is told, and looked at further, but not believed.
+        """
+        if finding.kinds <= WEAK and self._K.feedback.kind != DriveKind.TORQUE:
+            if finding.joint not in self._mended:
+                _LOG.warning("%s Its servo makes up for it, so the planner goes on.", finding.sentence)
+                self._mended.add(finding.joint)
+            self.detector.forget(finding.joint)
+            return
+        self.findings.append(finding)
+        i = self._robot.joint(finding.joint)
+        if finding.kinds <= SENSORS:
+            _LOG.warning("%s The arm is stopped.", finding.sentence)
+            self._loop.lose_sensor(i)
+            return
+        fault = fault_of(finding, has_inertia=self._robot.has_inertia)
+        _LOG.warning("%s The planner counts on it from now on: %s.", finding.sentence, fault.happens)
+        if "runaway" in finding.kinds:
+            self._loop.ask_for_brake(i)
+        self._report(fault)
+
+
+def fault_of(finding: Finding, *, has_inertia: bool = True) -> Fault:
+    """The fault that a planner believes after a finding; of several kinds the one that does least harm.
+
+    A joint that does not move is locked, whatever holds it. One that runs away has to be braked, and counts
+    as locked.
+
+    Args:
+        finding: What was found, not of a sensor alone.
+        has_inertia: Whether the arm has masses; without them every failed joint counts as locked.
+    """
+    kinds, joint = finding.kinds, finding.joint
+    if kinds & {"locked", "runaway"} or not has_inertia:
+        return Locked(joint)
+    if kinds == {"free_swinging"}:
+        return FreeSwinging(joint)
+    known = finding.share is not None and np.isfinite(finding.share)
+    share = float(finding.share) if known and finding.share is not None else UNKNOWN_SHARE
+    return Degraded(joint, torque=min(1.0, max(0.05, share)))

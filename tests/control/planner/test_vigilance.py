@@ -1,0 +1,206 @@
+"""A planner with a detector finds out what nobody announces, and acts upon it."""
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.control.planner.vigilance import SLOWEST, UNKNOWN_SHARE, fault_of
+from ftqp.core.errors import InputError
+from ftqp.faults.detection.diagnosis import Finding
+
+DT = 1e-3
+SIGMA = 1e-4
+
+
+def planner_of(detector: ftqp.Detector | None, **settings: Any) -> ftqp.Planner:
+    robot = ftqp.robots.load("panda")
+    return ftqp.Planner(robot, DT, noise=ftqp.Noise(q=SIGMA), detector=detector, **settings)
+
+
+def circle(planner: ftqp.Planner) -> ftqp.paths.Circle:
+    return ftqp.paths.Circle(planner.robot.pose(planner.robot.neutral), 0.1, duration=4.0, axes=("y", "z"))
+
+
+def drive(
+    planner: ftqp.Planner,
+    seconds: float,
+    *,
+    truth: Callable[[int, np.ndarray, np.ndarray], np.ndarray] = lambda k, q, sent: sent,
+    seen: Callable[[int, np.ndarray], np.ndarray] = lambda k, q: q,
+) -> list[ftqp.Step]:
+    """Lead the tip round a circle by the clock; ``truth`` moves the arm, ``seen`` makes the samples."""
+    path, generator = circle(planner), np.random.default_rng(5)
+    sample = path.sample(np.arange(0.0, seconds, DT))
+    q = planner.robot.neutral.copy()
+    planner.reset(q)
+    steps = []
+    for k in range(len(sample.pose)):
+        noisy = seen(k, q + SIGMA * generator.standard_normal(7))
+        target = ftqp.Target(pose=sample.pose[k], twist=sample.twist[k], acceleration=sample.acceleration[k])
+        step = planner.step(noisy, None, target)
+        steps.append(step.copy())
+        q = truth(k, q, step.q.copy())
+    return steps
+
+
+def lock(joint: int, at: float) -> Callable[[int, np.ndarray, np.ndarray], np.ndarray]:
+    """A joint stands still from a time on."""
+
+    def truth(k: int, q: np.ndarray, sent: np.ndarray) -> np.ndarray:
+        if k * DT >= at:
+            sent[joint] = q[joint]
+        return sent
+
+    return truth
+
+
+@pytest.mark.parametrize("joint", [2, 4])
+def test_a_lock_that_nobody_announces_is_found_and_the_task_goes_on(joint: int) -> None:
+    planner = planner_of(ftqp.Detector())
+    steps = drive(planner, 4.0, truth=lock(joint, 1.7))
+    name = planner.robot.joints[joint]
+    assert [(finding.joint, finding.kind) for finding in planner.findings] == [(name, "locked")]
+    assert 1.69 < planner.findings[0].onset < planner.findings[0].detected_at < 1.75
+    assert planner.faults == {name: ftqp.Locked(name)}
+    assert steps[-1].status is ftqp.StepStatus.OK
+    assert max(step.position_error for step in steps[-500:]) < 2e-3
+
+
+def test_without_a_detector_the_same_arm_falls_behind() -> None:
+    planner = planner_of(None)
+    steps = drive(planner, 4.0, truth=lock(2, 1.7))
+    assert planner.diagnosis is None and planner.findings == ()
+    assert steps[-1].status is not ftqp.StepStatus.OK
+
+
+def test_a_healthy_arm_moves_bit_for_bit_as_without_a_detector() -> None:
+    watched, alone = planner_of(ftqp.Detector()), planner_of(None)
+    for with_one, without in zip(drive(watched, 2.0), drive(alone, 2.0), strict=True):
+        assert (with_one.q == without.q).all() and (with_one.a == without.a).all()
+    assert watched.findings == () and watched.faults == {}
+    assert watched.diagnosis is not None and watched.diagnosis.suspicion < 1.0
+
+
+@pytest.mark.parametrize(
+    ("kind", "seen"),
+    [
+        ("sensor_dropped", lambda k, q: np.where(np.arange(7) == 3, np.nan, q) if k >= 1500 else q),
+        ("sensor_biased", lambda k, q: q + 0.02 * (np.arange(7) == 3) if k >= 1500 else q),
+    ],
+)
+def test_a_lost_sensor_stops_the_arm_at_once_and_is_named(
+    kind: str, seen: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    planner = planner_of(ftqp.Detector())
+    with caplog.at_level(logging.WARNING, "ftqp"):
+        steps = drive(planner, 2.0, seen=seen)
+    assert planner.findings[0].kinds == {kind}
+    assert planner.findings[0].detected_at < 1.51
+    assert steps[1515].status is ftqp.StepStatus.STOPPING
+    assert planner.stopped_because is not None and "panda_joint4" in planner.stopped_because
+    assert any("panda_joint4" in message and "stopped" in message for message in caplog.messages)
+    assert not planner.resume()
+    planner.reset(planner.robot.neutral)
+    assert planner.findings == () and planner.stopped_because is None
+
+
+def test_a_suspicion_slows_a_path_down_and_lets_it_go_on_when_it_passes() -> None:
+    planner = planner_of(ftqp.Detector(), task=ftqp.Task(mode="scaled"))
+    follower = ftqp.PathFollower(planner, circle(planner))
+    generator = np.random.default_rng(2)
+    q = planner.robot.neutral.copy()
+    follower.reset(q)
+    rates, second = [], np.eye(7)[1]
+    for k in range(3000):
+        pushed = 2e-3 * np.interp(
+            k, [1000, 1040, 1080], [0.0, 1.0, 0.0]
+        )  # the world leans on it, and lets go
+        seen = q + pushed * second + SIGMA * generator.standard_normal(7)
+        q = follower.step(seen, None).q.copy()
+        rates.append(planner._session.K.feedback.speed)
+    assert planner.findings == ()
+    assert SLOWEST <= min(rates[1000:1400]) < 1.0
+    assert rates[900] == 1.0 and rates[-1] == 1.0
+    assert planner.speed == 1.0
+
+
+def test_speed_is_the_users_whatever_is_suspected() -> None:
+    planner = planner_of(ftqp.Detector())
+    planner.speed = 0.5
+    planner._loop.caution = 0.4
+    assert planner.speed == 0.5 and planner._session.K.feedback.speed == pytest.approx(0.2)
+    planner.reset(planner.robot.neutral)
+    assert planner._session.K.feedback.speed == 0.5
+
+
+def test_a_joint_that_is_withdrawn_is_looked_at_again() -> None:
+    planner = planner_of(ftqp.Detector())
+    drive(planner, 2.0, truth=lock(2, 1.7))
+    assert planner.findings
+    planner.withdraw("panda_joint3")
+    assert planner.findings == () and planner.faults == {}
+
+
+def test_a_fault_that_is_told_is_not_found_once_more() -> None:
+    planner = planner_of(ftqp.Detector())
+
+    def truth(k: int, q: np.ndarray, sent: np.ndarray) -> np.ndarray:
+        if k == 1700:
+            planner.report(ftqp.Locked("panda_joint3", mode="instant"))
+        return lock(2, 1.7)(k, q, sent)
+
+    steps = drive(planner, 3.0, truth=truth)
+    assert planner.findings == ()
+    assert steps[-1].status is ftqp.StepStatus.OK
+
+
+def test_joint_values_may_come_as_pinocchio_s_configuration() -> None:
+    robot = ftqp.robots.load("planar", lengths=[0.5, 0.5, 0.5], continuous=True).with_limits(a_max=20.0)
+    planner = ftqp.Planner(robot, DT, noise=ftqp.Noise(q=SIGMA), detector=ftqp.Detector())
+    generator, q, locked = np.random.default_rng(0), robot.neutral + np.array([3.1, 0.0, 0.0]), None
+    planner.reset(q)
+    start = robot.pose(q)
+    for k in range(2500):
+        pose = start.copy()
+        pose[:2, 3] += 0.1 * np.array([np.cos(2e-3 * k) - 1.0, np.sin(2e-3 * k)])
+        step = planner.step(
+            robot.configuration(q + SIGMA * generator.standard_normal(3)), None, ftqp.Target(pose=pose)
+        )
+        locked = q[1] if k == 1200 else locked
+        q = step.q.copy()
+        if locked is not None:
+            q[1] = locked
+    assert [(finding.joint, finding.kind) for finding in planner.findings] == [("j2", "locked")]
+
+
+def finding(*kinds: str, share: float | None = None) -> Finding:
+    return Finding(joint="j", kinds=frozenset(kinds), sentence="", onset=0.0, detected_at=0.0, share=share)
+
+
+@pytest.mark.parametrize(
+    ("found", "fault"),
+    [
+        (finding("locked"), ftqp.Locked("j")),
+        (finding("locked", "free_swinging"), ftqp.Locked("j")),
+        (finding("runaway"), ftqp.Locked("j")),
+        (finding("free_swinging"), ftqp.FreeSwinging("j")),
+        (finding("degraded", share=0.4), ftqp.Degraded("j", torque=0.4)),
+        (finding("degraded", share=float("nan")), ftqp.Degraded("j", torque=UNKNOWN_SHARE)),
+        (finding("free_swinging", "degraded"), ftqp.Degraded("j", torque=UNKNOWN_SHARE)),
+    ],
+)
+def test_of_what_was_found_the_planner_believes_what_does_least_harm(found: Finding, fault: Any) -> None:
+    assert fault_of(found) == fault
+
+
+def test_an_arm_without_masses_counts_every_failed_joint_as_locked() -> None:
+    assert fault_of(finding("degraded", share=0.5), has_inertia=False) == ftqp.Locked("j")
+
+
+def test_what_is_no_detector_is_refused() -> None:
+    with pytest.raises(InputError, match=r"detector is 'on', expected an ftqp.Detector or None"):
+        planner_of("on")  # type: ignore[arg-type]
