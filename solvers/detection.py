@@ -19,7 +19,7 @@ import sqlite3
 import sys
 import time
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -42,6 +42,7 @@ CALIBRATION, CASES, HEALTHY = range(3)
 Block = tuple[int, Configuration, int]
 """A part of the study, which arm, and the block's number."""
 SOURCES = ("faults/detection", "kernel/detection")
+OWN_SOURCES = ("detection_world.py", "detection_cases.py", "detection_scores.py")
 LIMITATIONS = (
     "Motions and faults are drawn evenly from ranges of our own, not from records of real arms.",
     "Motions that the healthy arm cannot follow with every step OK, no motor above 90 %, are drawn anew.",
@@ -52,11 +53,12 @@ LIMITATIONS = (
 
 
 def fingerprint() -> str:
-    """A hash of the detector's source: results of another one are no results of this one."""
+    """A hash of the source of detector and study: results of another one are no results of this one."""
     there, total = Path(ftqp.__file__).parent, hashlib.sha256()
-    for folder in SOURCES:
-        for file in sorted((there / folder).glob("*.py")):
-            total.update(file.read_bytes())
+    files = [file for folder in SOURCES for file in sorted((there / folder).glob("*.py"))]
+    files += [Path(__file__).parent / "bench" / name for name in OWN_SOURCES]
+    for file in files:
+        total.update(file.read_bytes())
     return total.hexdigest()[:16]
 
 
@@ -86,14 +88,15 @@ def detector(configuration: Configuration, calibration: Any = None) -> Any:
     )
 
 
-def calibrated(configuration: Configuration, seed: int, hours: float) -> dict[str, Any]:
+def calibrated(configuration: Configuration, seed: int, hours: float, folder: Path | None) -> dict[str, Any]:
     """What is known of healthy motion, by what the detector may look at."""
     logging.getLogger("ftqp").setLevel(logging.ERROR)
     ticks, number, records = 0, 0, []
     while ticks < hours * 3600.0 / DT:
         index = CONFIGURATIONS.index(configuration)
         begins = [seed, CALIBRATION, index, number]
-        records.append(tour(configuration, begins, other=False))
+        make = partial(tour, configuration, begins, other=False)
+        records.append(kept(folder, begins, make))
         ticks, number = ticks + len(records[-1].codes), number + 1
     found = {}
     for given in detection_scores.inputs(configuration):
@@ -191,7 +194,9 @@ def run(given: Any, chosen: list[Configuration], store: Kept) -> None:
     began = time.monotonic()
     with Parallel(n_jobs=given.jobs, return_as="generator_unordered") as parallel:
         without = [c for c in chosen if not store.of(CALIBRATION, c)]
-        for c, known in parallel(delayed(_calibration)(c, given.seed, given.calibration) for c in without):
+        for c, known in parallel(
+            delayed(_calibration)(c, given.seed, given.calibration, given.keep) for c in without
+        ):
             store.put(CALIBRATION, c, 0, pickle.dumps(known))
         stored = {c: store.of(CALIBRATION, c)[0] for c in chosen}
 
@@ -217,8 +222,10 @@ def _watched(rows: list[Any]) -> int:
     return int(rows[0][1]["ticks"])
 
 
-def _calibration(configuration: Configuration, seed: int, hours: float) -> tuple[Configuration, Any]:
-    return configuration, calibrated(configuration, seed, hours)
+def _calibration(
+    configuration: Configuration, seed: int, hours: float, folder: Path | None
+) -> tuple[Configuration, Any]:
+    return configuration, calibrated(configuration, seed, hours, folder)
 
 
 def _block(
@@ -271,8 +278,16 @@ def main() -> int:
         if c.robot in given.robots and c.drive in given.drives and c.setting in given.settings
     ]
     study = json.dumps([given.seed, given.calibration, fingerprint()])
-    store = Kept(given.file, study)
-    run(given, chosen, store)
+    try:
+        store = Kept(given.file, study)
+    except (OSError, sqlite3.Error) as error:
+        sys.stderr.write(f"{given.file} cannot keep results: {error}; give another --file\n")
+        return 2
+    try:
+        run(given, chosen, store)
+    except KeyboardInterrupt:
+        sys.stderr.write(f"interrupted; {given.file} has what was done, the same command goes on\n")
+        return 130
     settings = {"seed": given.seed, "calibration": given.calibration, "detector": fingerprint()}
     result = results.circumstances("detection", (), settings) | {
         "rows": gathered(store, chosen),

@@ -206,6 +206,13 @@ def test_quantised_encoder_reads_whole_quanta() -> None:
     assert np.abs(record.q - record.truth[:, 0]).max() <= 0.5 * QUANTUM + 1e-12
 
 
+def test_file_that_keeps_no_results_is_refused_with_a_sentence(tmp_path: Path) -> None:
+    (tmp_path / "notes").write_text("no table of anything, and long enough to be none " * 20)
+    command = [sys.executable, str(SCRIPT), "--file", str(tmp_path / "notes")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 2 and "give another --file" in done.stderr and "Traceback" not in done.stderr
+
+
 @pytest.mark.slow
 def test_quick_study_scores_the_detector_and_goes_on_where_it_was(tmp_path: Path) -> None:
     choices = ["--robots", "panda", "--drives", "torque", "--settings", "nominal", "--json"]
