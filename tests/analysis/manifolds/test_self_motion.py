@@ -5,6 +5,7 @@ import pytest
 from planar_arms import links
 
 from ftqp.analysis.goals import goal_study
+from ftqp.analysis.manifolds.joint_ranges import joint_ranges
 from ftqp.analysis.manifolds.self_motion import self_motion
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
@@ -72,6 +73,7 @@ def test_samples_of_two_joints_to_spare_claim_no_components() -> None:
     assert not manifold.connected
     assert manifold.dimension == 2
     assert len(manifold.q) > 100
+    assert manifold.ranges() == joint_ranges(robot, (1.5, 1.5))
     assert max(np.abs(robot.pose(q)[:2, 3] - 1.5).max() for q in manifold.q) < 1e-11
 
 

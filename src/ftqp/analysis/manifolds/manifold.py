@@ -8,6 +8,7 @@ import numpy as np
 from ftqp.analysis.circular_intervals import TURN, CircularIntervals
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.manifolds.curve_extremes import extremes
+from ftqp.analysis.manifolds.scanned_range import scanned_range
 from ftqp.core.checks import FloatArray, IntArray, frozen
 from ftqp.kernel.entry.study_session import TracedCurve
 from ftqp.kernel.layout.enums import CurveEnd
@@ -43,16 +44,17 @@ class Manifold:
     _parts: FloatArray
 
     def ranges(self) -> dict[str, CircularIntervals]:
-        """The values that each joint takes, by joint name.
+        """The values that each joint takes, by joint name; where it stands for all samples, on all of them.
 
-        Ends on a curve are exact; those of samples are the samples' own, and ``joint_ranges`` is better.
         Source: docs/theory/unidentified-failures.md, "Ranges of joints".
         """
-        found = {}
-        for i, (joint, turns) in enumerate(zip(self._study.robot.joints, self._study.turning, strict=True)):
-            pairs = [self._span(i)] if self.connected else [(float(a), float(a)) for a in self.q[:, i]]
-            found[joint] = CircularIntervals.of(pairs, circular=bool(turns))
-        return found
+        study = self._study
+        if not self.connected:
+            return {joint: scanned_range(study, i, self.q) for i, joint in enumerate(study.robot.joints)}
+        return {
+            joint: CircularIntervals.of([self._span(i)], circular=bool(turns))
+            for i, (joint, turns) in enumerate(zip(study.robot.joints, study.turning, strict=True))
+        }
 
     def spread(self, count: int) -> FloatArray:
         """So many points at equal arc lengths, (count, nv) [rad or m]; the ends of an open curve included.

@@ -129,7 +129,7 @@ def study_self_motions(capacity: int) -> Callable[..., int]:
                 S.study.goal[j] = goals[g, j]
             found = self_motions_through(S, start, quiet, path, parts, firsts, facts[g], windings[g])
             counts[g] = found
-            for j in range(abs(found)):
+            for j in range(abs(found) if p > 0 else 0):
                 spread(S, path, parts, firsts[j], firsts[j + 1], int(facts[g, j, 0]), windings[g, j], q[g, j])
         return 0
 
