@@ -30,5 +30,7 @@ from ftqp.analysis.rest.rest_curves import RestCurve as RestCurve
 from ftqp.analysis.rest.rest_curves import RestCurves as RestCurves
 from ftqp.analysis.rest.rest_curves import rest_curves as rest_curves
 from ftqp.analysis.rest.rest_kinds import RestKind as RestKind
+from ftqp.analysis.spatial_map import SpatialTask as SpatialTask
+from ftqp.analysis.spatial_map import spatial_task as spatial_task
 from ftqp.analysis.workspace_map import WorkspaceReport as WorkspaceReport
 from ftqp.analysis.workspace_map import workspace as workspace

@@ -8,6 +8,7 @@ import numpy as np
 from ftqp.analysis.measures import MEASURES, measures_of
 from ftqp.analysis.outcomes.weights import weights_inverse
 from ftqp.analysis.planar_links import PlanarLinks, spread_evenly
+from ftqp.analysis.spatial_map import SpatialTask, spatial_chunk, spatial_points, whole_number
 from ftqp.control.first_use import notice
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError
@@ -86,18 +87,23 @@ def workspace_task(
     v_max: float | None = None,
     seed: int = 0,
 ) -> WorkspaceTask:
-    """What all points of a map share; see ``workspace`` for the arguments.
+    """What all points of the map of a planar arm share; see ``workspace`` for the arguments.
 
     Raises:
         InputError: The goal is out of reach, W is not positive definite, a number is not positive, or the arm
             is not a planar one.
     """
     instance("robot", robot, Robot, "a Robot")
+    for name, value, least in (("grid", grid, 2), ("configurations", configurations, 1), ("steps", steps, 1)):
+        whole_number(name, value, least)
+    _one_of("length", length, get_args(Length))
+    _one_of("box", box, get_args(Box))
+    M = weights_inverse(W, robot.nv)
     links = PlanarLinks.of(robot)
     if links is None:
         raise InputError(
-            f"{robot.name} is not a planar arm of revolute joints, expected one; "
-            'load one with ftqp.robots.load("planar", lengths=(1, 1, 1), continuous=True)'
+            f"{robot.name} is not a planar arm of revolute joints; for a map of an arm in space give rows to "
+            'ftqp.analysis.workspace, for example rows="position"'
         )
     point = array(
         "goal", np.asarray(goal, dtype=np.float64)[:2] if np.size(goal) == 3 else goal, (2,), "(2,)"
@@ -108,14 +114,8 @@ def workspace_task(
             f"goal {point.tolist()} is {distance:.4g} m from joint 1, expected between {links.inner():.4g} "
             f"and {links.reach:.4g} m; choose a goal inside the workspace"
         )
-    for name, value, least in (("grid", grid, 2), ("configurations", configurations, 1), ("steps", steps, 1)):
-        if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-            raise InputError(f"{name} is {value!r}, expected a whole number from {least}")
-    _one_of("length", length, get_args(Length))
-    _one_of("box", box, get_args(Box))
     local = links.local(point)
     boxes = [links.ranges(local)] if box == "product" else links.boxes(local)
-    M = weights_inverse(W, robot.nv)
     limit = np.inf if v_max is None else positive("v_max", v_max, "m/s")
     task = WorkspaceTask(
         joints=robot.joints, links=links, M=frozen(M), goal=frozen(point), grid=int(grid),
@@ -136,8 +136,10 @@ def _one_of(name: str, got: Any, valid: tuple[str, ...]) -> None:
         raise InputError(f"{name} is {got!r}, expected {' or '.join(repr(word) for word in valid)}")
 
 
-def points(task: WorkspaceTask) -> FloatArray:
-    """The points of the map, (P, 2) [m]: nodes of a square grid as wide as the reach that the tip reaches."""
+def points(task: WorkspaceTask | SpatialTask) -> FloatArray:
+    """The points of the map, (P, 2) or (P, 3) [m]: nodes of a square grid as wide as the reach."""
+    if isinstance(task, SpatialTask):
+        return spatial_points(task)
     axis = np.linspace(-1.0, 1.0, task.grid) * task.links.reach
     nodes = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2)
     distance = np.hypot(*nodes.T)
@@ -146,12 +148,12 @@ def points(task: WorkspaceTask) -> FloatArray:
     return np.asarray(nodes[inside] + task.links.base)
 
 
-def map_chunk(task: WorkspaceTask, some: FloatArray) -> dict[str, FloatArray]:
+def map_chunk(task: WorkspaceTask | SpatialTask, some: FloatArray) -> dict[str, FloatArray]:
     """The measures at some points; each point's depend on the task and on it alone.
 
     Args:
         task: What all points share.
-        some: Points, (P, 2) [m].
+        some: Points, (P, 2) of a planar arm, (P, 3) of one in space [m].
 
     Returns:
         By name, in percent (P, n + 1), the last column for any joint: ``R100, Ravg, Rsens, F100, Favg,
@@ -159,8 +161,12 @@ def map_chunk(task: WorkspaceTask, some: FloatArray) -> dict[str, FloatArray]:
         ``configurations``, ``failed`` lines that ended at a singularity, ``runs`` after failures, and those
         of them that are ``unresolved``.
     """
-    study, n = task.study(), len(task.joints)
-    rows = [_point(task, study, point) for point in np.asarray(some, dtype=np.float64).reshape(-1, 2)]
+    n = len(task.joints)
+    if isinstance(task, SpatialTask):
+        rows = spatial_chunk(task, np.asarray(some, dtype=np.float64).reshape(-1, 3))
+    else:
+        study = task.study()
+        rows = [_point(task, study, point) for point in np.asarray(some, dtype=np.float64).reshape(-1, 2)]
     found: dict[str, FloatArray] = {}
     for name in MEASURES:
         found[name] = np.array([row[name] for row in rows]).reshape(len(rows), n + 1)

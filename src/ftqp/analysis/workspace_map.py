@@ -17,6 +17,7 @@ from ftqp.analysis.map_chunks import (
     workspace_task,
 )
 from ftqp.analysis.measures import MEASURES
+from ftqp.analysis.spatial_map import Plane, SpatialTask, spatial_task
 from ftqp.core.checks import FloatArray, IntArray, frozen
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.threads import thread_count
@@ -38,8 +39,8 @@ class WorkspaceReport:
 
     Attributes:
         joints: Names of the joints.
-        points: Where tasks begin, (P, 2) [m].
-        goal: Where they end, (2,) [m].
+        points: Where tasks begin, (P, 2) or (P, 3) [m].
+        goal: Where they end, (2,) or (3,) [m].
         R100: Configurations with R = 1.
         Ravg: Mean of R.
         Rsens: Spread of R.
@@ -71,12 +72,12 @@ class WorkspaceReport:
     unresolved: IntArray
 
     @classmethod
-    def of(cls, task: WorkspaceTask, some: FloatArray, found: dict[str, FloatArray]) -> Self:
+    def of(cls, task: WorkspaceTask | SpatialTask, some: FloatArray, found: dict[str, FloatArray]) -> Self:
         """The report of a task.
 
         Args:
             task: What was asked.
-            some: The points, (P, 2) [m].
+            some: The points, (P, 2) or (P, 3) [m].
             found: Their measures and counts as of ``map_chunk``.
         """
         counts = {name: frozen(np.asarray(found[name]).astype(np.int64)) for name in COUNTS}
@@ -92,6 +93,28 @@ class WorkspaceReport:
             total = np.where(said, value, 0.0).sum(axis=0)
             found[name] = np.where(said.any(axis=0), total / np.maximum(said.sum(axis=0), 1), np.nan)
         return found
+
+    def interval(self, name: str) -> FloatArray:
+        """The 95 % interval of a share over all configurations of all points, (nv + 1, 2) [percent].
+
+        It is Wilson's, as if configurations were drawn independently; those of one point are not quite.
+
+        Args:
+            name: ``R100``, ``F100`` or ``C100``.
+
+        Raises:
+            InputError: It is none of these.
+        """
+        if name not in ("R100", "F100", "C100"):
+            raise InputError(f"{name!r} is not a share of configurations; it is R100, F100 or C100")
+        value = getattr(self, name)
+        count = np.where(np.isnan(value), 0, (self.configurations - self.failed)[:, None])
+        total = np.maximum(count.sum(axis=0), 1)
+        share = np.where(count > 0, value, 0.0) / 100.0
+        p, z = (share * count).sum(axis=0) / total, 1.959964
+        middle = (p + z * z / (2.0 * total)) / (1.0 + z * z / total)
+        half = z / (1.0 + z * z / total) * np.sqrt(p * (1.0 - p) / total + (z / (2.0 * total)) ** 2)
+        return np.asarray(100.0 * np.stack([middle - half, middle + half], axis=1))
 
     def table(self) -> str:
         """The means over the points as a text table, and what was counted."""
@@ -132,16 +155,19 @@ def workspace(
     v_max: float | None = None,
     jobs: int | None = None,
     seed: int = 0,
+    rows: Any = None,
+    plane: Plane | None = "xz",
+    instants: int = 4,
 ) -> WorkspaceReport:
     """From which points a straight line to a goal survives a lock that nobody is told of.
 
     Every configuration at a point leads the tip straight to the goal; at every part of its line each joint is
-    taken to lock. Limits of the joints do not count: the law does not know them either.
+    taken to lock. The law does not know the limits of the joints.
     Source: goel2005, section 4, and docs/theory/after-a-failure.md.
 
     Args:
-        robot: A planar arm of revolute joints, made by ``ftqp.robots.load("planar", ...)``.
-        goal: Where the tip is to go, (2,) or (3,) [m].
+        robot: A planar arm of revolute joints, or with ``rows`` any arm.
+        goal: Where the tip is to go, (2,) or (3,) [m], or with ``rows`` a pose (4, 4).
         grid: Nodes along each axis of a square as wide as the reach, >= 2; more is a finer map.
         configurations: Of each component of a point's self-motion, >= 1; more is a smoother measure.
         steps: Equal parts of a line, >= 1; more finds shorter stretches out of reach.
@@ -158,18 +184,34 @@ def workspace(
         v_max: The largest commanded speed of the tip, > 0 [m/s]; it counts with a horizon only.
         jobs: Threads; None takes one for each core. The result does not depend on it.
         seed: Moves quasi-random configurations, of arms of more than three joints, and trials.
+        rows: ``"position"``, ``"pose"`` or names of task rows, for arms in space: configurations come from
+            quasi-random starts, reach counts the limits of the joints, and failures are simulated at some
+            nodes of each line, never screened. Where rotation counts the tip has the goal's on all of a line.
+        plane: Of arms in space: the plane through the goal that is mapped; None maps all of the space.
+        instants: Of arms in space: at how many nodes of a line failures are simulated, >= 1.
 
     Raises:
         InputError: The goal is out of reach, W is not positive definite, a number is not positive, or the arm
-            is not a planar one.
+            is in space and no rows are given.
     """
     threads = thread_count() if jobs is None else jobs
     if isinstance(threads, bool) or not isinstance(threads, int | np.integer) or threads < 1:
         raise InputError(f"jobs is {jobs!r}, expected a whole number from 1")
-    task = workspace_task(
-        robot, goal, grid=grid, configurations=configurations, steps=steps, screen=screen, horizon=horizon,
-        length=length, box=box, W=W, gain=gain, v_max=v_max, seed=seed,
-    )  # fmt: skip
+    task: WorkspaceTask | SpatialTask
+    if rows is None:
+        task = workspace_task(
+            robot, goal, grid=grid, configurations=configurations, steps=steps, screen=screen,
+            horizon=horizon, length=length, box=box, W=W, gain=gain, v_max=v_max, seed=seed,
+        )  # fmt: skip
+    elif horizon is not None or length != "cartesian" or box != "product" or v_max is not None:
+        raise InputError(
+            "horizon, length, box and v_max are for planar arms only; leave them out beside rows"
+        )
+    else:
+        task = spatial_task(
+            robot, goal, rows, grid=grid, configurations=configurations, steps=steps, plane=plane,
+            instants=instants, W=W, seed=seed,
+        )  # fmt: skip
     every = points(task)
     chunks = [every[k : k + CHUNK] for k in range(0, len(every), CHUNK)]
     with ThreadPoolExecutor(int(threads)) as pool:

@@ -59,6 +59,8 @@ ENTRIES: Final = {
         _entry("study_solutions", _STUDY, "i" * 8, nogil=True),
         _entry("study_curve", _STUDY, "i" * 5, nogil=True),
         _entry("study_self_motions", _STUDY, "i" * 8, nogil=True),
+        _entry("study_runs", "ftqp.kernel.study.spatial_runs", "i" * 7, nogil=True),
+        _entry("study_lines", "ftqp.kernel.study.spatial_lines", "i" * 9, nogil=True),
     )
 }
 """By name."""

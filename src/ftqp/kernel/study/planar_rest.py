@@ -141,11 +141,11 @@ def all_left(P: Any, free: Any) -> bool:
     for i in range(n):
         if free[i * WIDTH] < 0.5:
             S[i, i] = -scale
-    return _powers_die(P, n, scale)
+    return powers_die(P, n, scale)
 
 
 @jit
-def _powers_die(P: Any, n: int, scale: float) -> bool:
+def powers_die(P: Any, n: int, scale: float) -> bool:
     """Whether the powers of the Cayley transform of ``slope`` die out; the slopes are lost."""
     S, B = P.slope, P.work
     for i in range(n):
