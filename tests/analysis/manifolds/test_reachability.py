@@ -7,6 +7,7 @@ from planar_arms import links
 from ftqp.analysis.manifolds.joint_ranges import joint_ranges
 from ftqp.analysis.manifolds.reachability import reachable_after
 from ftqp.core.errors import InputError
+from ftqp.model import catalog
 
 
 def test_goal_is_within_reach_just_where_the_locked_value_is_in_its_range() -> None:
@@ -21,6 +22,14 @@ def test_goal_is_within_reach_just_where_the_locked_value_is_in_its_range() -> N
             assert reachable_after(robot, x, {joint: high})
             assert not reachable_after(robot, x, {joint: low - 1e-6})
             assert not reachable_after(robot, x, {joint: high + 1e-6})
+
+
+def test_elbow_that_may_lock_at_two_values_only_is_told_by_its_range() -> None:
+    robot = catalog.load("iiwa14")
+    goal = robot.pose(robot.neutral + 0.2)
+    value = float(joint_ranges(robot, goal, "pose")["iiwa_joint_4"].intervals[0][0])
+    assert reachable_after(robot, goal, {"iiwa_joint_4": value + 5e-10}, rows="pose")
+    assert not reachable_after(robot, goal, {"iiwa_joint_4": value + 1e-6}, rows="pose")
 
 
 def test_several_locks_are_looked_at_together() -> None:

@@ -89,3 +89,26 @@ def test_goal_out_of_reach_is_refused() -> None:
 def test_arm_without_a_joint_to_spare_is_refused() -> None:
     with pytest.raises(InputError, match="has no self-motion"):
         self_motion(links(1, 1), (1.0, 1.0))
+
+
+def test_piece_within_limits_that_is_shorter_than_a_step_is_found() -> None:
+    highest = joint_ranges(links(1, 1, 1), (1.5, 1.5))["j1"].intervals[0][1]
+    low = np.array([highest - 1e-5, -2.9, -2.9])
+    robot = catalog.load("planar", lengths=(1, 1, 1)).with_limits(q_min=low, q_max=2.9)
+    (manifold,) = self_motion(robot, (1.5, 1.5))
+    assert 1e-3 < manifold.length < 0.03
+    assert manifold.q[[0, -1], 0] == pytest.approx([low[0]] * 2, abs=1e-10)
+    assert manifold.ranges()["j1"].intervals[0] == pytest.approx((low[0], highest), abs=1e-9)
+
+
+def test_joint_with_a_range_of_two_turns_has_every_copy_of_a_piece() -> None:
+    one = catalog.load("planar", lengths=(1, 1, 1)).with_limits(
+        q_min=[-np.pi, -2.5, -2.5], q_max=[np.pi, 2.5, 2.5]
+    )
+    two = one.with_limits(q_min=[-np.pi, -2.5, -2.5], q_max=[3.0 * np.pi, 2.5, 2.5])
+    single, double = self_motion(one, (1.5, 1.5)), self_motion(two, (1.5, 1.5))
+    assert len(single) == 1
+    assert single[0].closed
+    assert len(double) == 2
+    first = sorted(float(manifold.q[:, 0].mean()) for manifold in double)
+    assert first[1] - first[0] == pytest.approx(2.0 * np.pi, abs=0.05)

@@ -90,3 +90,15 @@ def test_sinks_of_a_panda_end_where_rests_leave_its_limits() -> None:
     for value in middle:
         rests = rest_configurations(robot, goal, "panda_joint2", value, rows="pose")
         assert any(rest.kind is RestKind.SINK for rest in rests)
+
+
+def test_crossings_of_curves_are_flagged() -> None:
+    curves = rest_curves(links(1, 1, 1), (1.5, 1.5), "j2")
+    main, circle = sorted(curves, key=lambda curve: np.ptp(curve.q[:, 1]), reverse=True)
+    shared = [
+        q
+        for q in main.branches
+        if np.linalg.norm((circle.q - q + np.pi) % (2.0 * np.pi) - np.pi, axis=1).min() < 0.05
+    ]
+    assert len(shared) >= 4
+    assert not any(len(curve.branches) for curve in rest_curves(links(1, 1, 1), (1.5, 1.5), "j1"))
