@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
 
 from bench import detection_cases as drawn
-from bench import detection_files, detection_report, detection_scores
+from bench import detection_figures, detection_files, detection_report, detection_scores
 from bench.detection_world import CONFIGURATIONS, QUANTUM, Configuration, world
 
 SCRIPT = Path(__file__).parents[2] / "solvers" / "detection.py"
@@ -118,17 +118,17 @@ def test_detector_of_one_threshold_finds_locks_and_nothing_else(motion: drawn.Mo
     assert [row["kind"] for row in rows] == [case.kind for case in motion.cases]
     for row in rows:
         assert not row["early"]
-        assert detection_scores.is_right(row) == (
+        assert detection_figures.is_right(row) == (
             row["kind"].startswith("locked") and row["of"] == row["joint"]
         )
-    assert any(detection_scores.is_right(row) for row in rows)
+    assert any(detection_figures.is_right(row) for row in rows)
 
 
 def test_what_is_said_before_the_fault_is_wrong_whatever_it_is(motion: drawn.Motion) -> None:
     names = world(SERVO).robot.joints
     rows = detection_scores.judged(Threshold(names, SERVO.latency, 1e-5), motion, "encoders", SERVO)
-    assert all(row["early"] and not detection_scores.is_right(row) for row in rows)
-    figures = detection_scores.cell(rows, "real")
+    assert all(row["early"] and not detection_figures.is_right(row) for row in rows)
+    figures = detection_figures.cell(rows, "real")
     assert figures["soon"] == figures["right"] == 0 and figures["early"] == len(rows)
 
 
@@ -154,26 +154,26 @@ def test_set_with_the_right_kind_counts_as_right_and_is_told_apart() -> None:
         row("locked, motor off", ["locked"], 20, of=3),
         row("locked, motor off", [], None),
     ]
-    figures = detection_scores.cell(rows, "nominal")
+    figures = detection_figures.cell(rows, "nominal")
     assert (figures["soon"], figures["right"], figures["cases"], figures["sets"]) == (1, 2, 4, 1)
-    assert dict(detection_scores.confusion(rows, "nominal")) == {
+    assert dict(detection_figures.confusion(rows, "nominal")) == {
         "right, but late": 1, "locked of joint 4 for 3": 1, "nothing said": 1,
     }  # fmt: skip
 
 
 def test_intervals_are_those_of_clopper_and_pearson() -> None:
-    assert detection_scores.interval(1000, 1000)[0] == pytest.approx(0.025 ** (1 / 1000), abs=1e-9)
-    assert detection_scores.interval(0, 0) == (0.0, 1.0)
-    assert detection_scores.rate_bound(0, 30.0) == pytest.approx(0.1, abs=2e-4)  # -ln(0.05)/30 h
+    assert detection_figures.interval(1000, 1000)[0] == pytest.approx(0.025 ** (1 / 1000), abs=1e-9)
+    assert detection_figures.interval(0, 0) == (0.0, 1.0)
+    assert detection_figures.rate_bound(0, 30.0) == pytest.approx(0.1, abs=2e-4)  # -ln(0.05)/30 h
 
 
-def test_late_samples_come_late() -> None:
-    assert (
-        detection_scores.limit("frozen", "nominal") == 10 and detection_scores.limit("frozen", "real") == 12
-    )
-    assert (
-        detection_scores.limit("runaway", "nominal") == 50 and detection_scores.limit("free", "real") == 100
-    )
+def test_late_samples_come_late_and_lost_torque_has_longer() -> None:
+    limits = [
+        detection_figures.limit(kind, setting)
+        for kind in ("frozen", "runaway", "free")
+        for setting in ("nominal", "real")
+    ]
+    assert limits == [10, 12, 50, 100, 100, 100]
 
 
 def test_report_has_every_table() -> None:
