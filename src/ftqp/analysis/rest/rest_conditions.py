@@ -7,6 +7,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.analysis.goals import goal_study
+from ftqp.analysis.outcomes.after_failure import locked_joints
 from ftqp.analysis.outcomes.weights import weights_inverse
 from ftqp.analysis.rest.linearisation import SINGULAR, weighted_inverse
 from ftqp.core.errors import InputError
@@ -41,7 +42,12 @@ class RestTest:
 
 
 def rest_test(
-    robot: Robot, q: Any, locked: Sequence[str | int], goal: Any, W: Any = None, rows: Any = "position"
+    robot: Robot,
+    q: Any,
+    locked: str | int | Sequence[str | int],
+    goal: Any,
+    W: Any = None,
+    rows: Any = "position",
 ) -> RestTest:
     """Whether an arm whose joints S are locked and commanded all the same rests at q, and why.
 
@@ -53,7 +59,7 @@ def rest_test(
     Args:
         robot: The arm.
         q: The configuration, (nv,) or (nq,) [rad or m].
-        locked: Names or 0-based indices of the locked joints.
+        locked: The joint that is locked, by name or 0-based index, or several.
         goal: A pose (4, 4), or a point (2,) or (3,) where no rotation counts [m].
         W: Weights of the joint rates, symmetric positive definite (nv, nv), or their diagonal; None is 1.
         rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, or names of rows.
@@ -62,7 +68,9 @@ def rest_test(
         InputError: W is not positive definite, a joint is unknown, or the goal does not fit the rows.
     """
     study = goal_study(robot, goal, rows)
-    held = locked_indices(robot, locked)
+    held = list(locked_joints(robot, locked))
+    if not held:
+        raise InputError(f"locked is {locked!r}, expected at least one joint of {robot.name}")
     M = weights_inverse(W, robot.nv)
     e, A = (value[0] for value in study.free.values(robot.angles(q)[None])[:2])
     sigma = np.linalg.svd(A, compute_uv=False)
@@ -80,23 +88,3 @@ def rest_test(
         rank=float(np.linalg.svd(left, compute_uv=False)[-1] / sigma[0]) if enough else 0.0,
         rest=rest,
     )
-
-
-def locked_indices(robot: Robot, locked: Sequence[str | int]) -> list[int]:
-    """The indices of locked joints.
-
-    Args:
-        robot: The arm.
-        locked: Names or 0-based indices.
-
-    Raises:
-        InputError: A joint is unknown or comes twice, or no joint is locked or left.
-    """
-    if isinstance(locked, str):
-        raise InputError(f"locked is {locked!r}, expected a list of joints, [{locked!r}]")
-    held = [robot.joint(joint) for joint in locked]
-    if len(set(held)) < len(held) or not 0 < len(held) < robot.nv:
-        raise InputError(
-            f"locked is {list(locked)!r}, expected 1 to {robot.nv - 1} different joints of {robot.nv}"
-        )
-    return held
