@@ -106,6 +106,27 @@ def test_joint_lengths_and_component_boxes_change_the_measures(arm, task):
     assert (apart["Ravg"] <= product["Ravg"] + 1e-6).all() and apart["Ravg"][0, 3] < product["Ravg"][0, 3]
 
 
+@pytest.mark.parametrize(
+    ("lengths", "goal", "W"),
+    [
+        ((1, 1.2, 0.8), (1.5, 0.6), None),
+        ((1, 1.4, 0.5), (0.6, 0.3), None),
+        ((1, 1, 1), (1.5, 1.5), [[1.0, -2.5, 0.0], [-2.5, 9.0, 0.0], [0.0, 0.0, 1.0]]),
+    ],
+)
+def test_screened_and_simulated_maps_agree_where_failures_in_range_miss_the_goal(lengths, goal, W):
+    """A second link longer than the third, or weights that are not diagonal, put sinks into the range."""
+    arm = ftqp.robots.load("planar", lengths=lengths, continuous=True)
+    options = {"configurations": 12, "steps": 25, "W": W}
+    screened = workspace_task(arm, goal, **options)
+    some = points(screened)[::61]
+    one = map_chunk(screened, some)
+    other = map_chunk(workspace_task(arm, goal, screen=False, **options), some)
+    assert other["F100"][:, 0].min() < 90.0 and one["runs"].sum() < 0.5 * other["runs"].sum()
+    assert np.abs(one["F100"].mean(axis=0) - other["F100"].mean(axis=0)).max() < 0.1
+    assert np.abs(one["Favg"].mean(axis=0) - other["Favg"].mean(axis=0)).max() < 0.1
+
+
 def test_longer_horizon_lets_more_succeed(arm):
     shares = [
         map_chunk(workspace_task(arm, GOAL, configurations=6, steps=10, horizon=T), np.array([[-0.9, 1.8]]))

@@ -21,6 +21,10 @@ Box = Literal["product", "per_component"]
 
 CELLS = 720
 """Locked values of a joint that are looked at for ends other than the goal."""
+INSET = 0.05
+"""Share of a cell from the ends of a range to the values that are looked at there."""
+NEAR = 5.0
+"""Cells to either side of a value with a miss that are suspects, too: basins shrink before they vanish."""
 PROBES = 64
 """Configurations of the other joints that each of them is tried with."""
 SUCCESS = 1e-2
@@ -240,20 +244,26 @@ def _in_any(angle: FloatArray, intervals: Intervals) -> BoolArray:
 
 
 def _suspects(task: WorkspaceTask) -> list[Intervals]:
-    """For each joint the cells of locked values, and their neighbours, with a trial that missed the goal."""
+    """For each joint the neighbourhoods of locked values with a trial that missed the goal."""
     study, n = task.study(), len(task.joints)
     width = 2.0 * np.pi / CELLS
     centre = np.linspace(-np.pi, np.pi, CELLS, endpoint=False) + 0.5 * width
     others = spread_evenly(PROBES, n, task.seed)
     found: list[Intervals] = []
     for i in range(n):
-        inside = np.zeros(CELLS, dtype=np.bool_)
-        for box in task.boxes:
-            inside |= _in_any(centre, box[i])
-        cells = np.flatnonzero(inside)
-        starts = np.tile(others, (len(cells), 1))
-        starts[:, i] = np.repeat(centre[cells], PROBES)
+        ends = [
+            end
+            for box in task.boxes
+            for low, high in box[i]
+            if high - low > width
+            for end in (low + INSET * width, high - INSET * width)
+        ]
+        inside = [_in_any(centre, box[i]) for box in task.boxes]
+        values = np.concatenate([centre[np.any(inside, axis=0)], ends])
+        starts = np.tile(others, (len(values), 1))
+        starts[:, i] = np.repeat(values, PROBES)
         endings, _, _ = study.runs(starts, np.full(len(starts), 1 << i))
-        bad = np.unique(np.repeat(cells, PROBES)[endings != CORRECT])
-        found.append(tuple((float(a - 1.5 * width), float(a + 1.5 * width)) for a in centre[bad]))
+        bad = np.unique(np.repeat(values, PROBES)[endings != CORRECT])
+        near = NEAR * width
+        found.append(tuple((float(a - near), float(a + near)) for a in bad))
     return found

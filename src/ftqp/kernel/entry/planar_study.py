@@ -90,7 +90,7 @@ class PlanarStudy:
         within = np.zeros((kept, steps + 1, n + 1), np.int8)
         if count:
             self._call("planar_lines", count, [count, steps, keep], (starts, inside, failed, nodes, within))
-        return inside, failed != 0, nodes, within != 0
+        return np.clip(inside, 0.0, 1.0), failed != 0, nodes, within != 0
 
     def _call(self, name: str, count: int, numbers: list[Any], arrays: tuple[Any, ...]) -> None:
         table = np.array([*numbers, *(array.ctypes.data for array in arrays)], dtype=np.int64)
