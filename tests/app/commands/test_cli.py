@@ -19,8 +19,8 @@ from ftqp.kernel.compiled.kernel import kept_in
 from ftqp.kernel.jit import COMPILED
 
 COMMANDS = (
-    "demo", "run", "compare", "replay", "check", "inspect", "workspace", "robots", "backends", "schemes",
-    "warmup",
+    "demo", "run", "compare", "replay", "check", "inspect", "converge", "workspace", "robots", "backends",
+    "schemes", "warmup",
 )  # fmt: skip
 
 

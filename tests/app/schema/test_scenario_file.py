@@ -30,6 +30,7 @@ ENDINGS = {
     "panda-mujoco-free": (True, 0.25),
     "panda-mujoco-payload": (True, 3e-3),
     "panda-undetected": (False, 0.2),
+    "planar3-unidentified": (False, 3.0),
     "planar6-square": (True, 4e-6),
     "planar6-stop": (False, 0.039),
     "puma-step-10": (True, 0.128),
@@ -72,7 +73,7 @@ def test_bundled_scenario_ends_as_it_tells(name: str, tmp_path: Path) -> None:
         "panda-mujoco-free",
     ):  # the degraded joint is too fast when it is told
         expected = {"OK", "RELAXED"}
-    if name == "panda-undetected":
+    if name in ("panda-undetected", "planar3-unidentified"):
         expected = {"OK", "LAGGING", "STOPPING", "STOPPED"}
     if name == "panda-glitches":
         expected = {"OK", "INVALID_INPUT"}

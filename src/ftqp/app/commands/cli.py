@@ -1,4 +1,4 @@
-"""The command line: ``ftqp demo, run, replay, compare, check, inspect, workspace``, tables, ``warmup``."""
+"""The command line: ``ftqp demo, run, replay, compare, check, inspect, converge, workspace``, tables."""
 
 import sys
 from pathlib import Path
@@ -252,6 +252,20 @@ def inspect(
     held = [] if locked is None else [name.strip() for name in locked.split(",") if name.strip()]
     folder = free_folder(out, f"inspect-{Path(source).stem}")
     return inspection.inspect(source, tip, held, folder, as_json=as_json)
+
+
+@app.command(epilog="Example: ftqp converge planar3-unidentified --set faults.0.at=2.0")
+@command
+def converge(
+    scenario: Source, overrides: Overrides = None, out: Out = None, as_json: Json = False
+) -> ExitCode:
+    """Explain where an arm ends up that does not know of its locked joint, and why."""
+    from ftqp.app.commands import convergence
+    from ftqp.app.run.runs import free_folder
+    from ftqp.app.scenario.setup import load
+
+    folder = free_folder(out, f"converge-{Path(scenario).stem}")
+    return convergence.converge(load(scenario, overrides or ()), folder, as_json=as_json)
 
 
 @app.command(epilog="Example: ftqp workspace planar3-map --out runs/map --jobs 2")
