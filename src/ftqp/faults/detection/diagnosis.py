@@ -26,6 +26,9 @@ SETS = {
     frozenset({"locked", "free_swinging", "degraded"}): (
         "{joint} does not move: locked, or with too little torque, or none, to overcome its friction"
     ),
+    frozenset({"locked", "degraded"}): (
+        "{joint} does not move: locked, or with too little torque to overcome its friction"
+    ),
     frozenset({"free_swinging", "degraded"}): (
         "{joint} gives less torque than asked; the share cannot be seen while it needs so little"
     ),

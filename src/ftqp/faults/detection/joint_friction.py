@@ -16,6 +16,8 @@ SLOWEST = 0.03
 """Joints slower than this [rad/s or m/s] do not tell the sign of their friction."""
 MOST_BLOCKS = 3000
 """More averaged samples tell no more."""
+SIGNIFICANT = 6.0
+"""Friction below so many standard deviations is none: averaged samples are not independent."""
 FEWEST = 30
 """A joint with fewer is left without friction."""
 
@@ -66,9 +68,14 @@ def friction_of(robot: Robot, logs: Sequence[MotionLog], dt: float, delay: int) 
     A[:, 2 * n :] = loads[row, joint]
     weight = 1.0 / np.maximum(robot.limits.tau_max, 1e-9)
     weight = np.where(np.isfinite(weight) & (weight > 0.0), weight, 1.0)[joint]
-    found = np.linalg.lstsq(A * weight[:, None], rest[moving] * weight, rcond=1e-8)[0]
-    coulomb = np.where(enough, np.maximum(found[:n], 0.0), 0.0)
-    return Friction(coulomb, np.where(enough & (coulomb + found[n : 2 * n] > 0.0), found[n : 2 * n], 0.0))
+    A, y = A * weight[:, None], rest[moving] * weight
+    found = np.linalg.lstsq(A, y, rcond=1e-8)[0]
+    left = y - A @ found
+    spread = np.array([np.std(left[joint == i]) if (joint == i).any() else 0.0 for i in range(n)])
+    deviation = np.sqrt(np.diag(np.linalg.pinv(A.T @ A))[: 2 * n]) * np.tile(spread, 2)
+    sure = np.abs(found[: 2 * n]) > SIGNIFICANT * deviation
+    coulomb = np.where(enough & sure[:n], np.maximum(found[:n], 0.0), 0.0)
+    return Friction(coulomb, np.where(enough & (sure[:n] | sure[n:]), found[n : 2 * n], 0.0))
 
 
 def _averages(

@@ -57,9 +57,11 @@ def _disturbance(D: Any, of_torque: bool) -> int:
 
 @jit
 def by_direction(D: Any, of_torque: bool) -> tuple[int, bool]:
-    """The joint j that maximises (u_j . y)^2/|u_j|^2: u_j = M^-1 e_j, y the disturbance, both over rooms.
+    """The joint j whose motion, along u_j = M^-1 e_j, explains most of the disturbance y; both over rooms.
 
-    The second value says whether y is beyond its rooms.
+    With the torque known the explained share is (u_j . y)^2/(|u_j|^2 |y|^2). Else the loops of the others
+    answer, and that of joint j may be gone: its own part is free, (y_j^2 + (u' . y')^2/|u'|^2)/|y|^2 with
+    the others' parts y' and u'. The second value says whether y is beyond its rooms.
     """
     b = _disturbance(D, of_torque)
     total = 0.0
@@ -68,16 +70,22 @@ def by_direction(D: Any, of_torque: bool) -> tuple[int, bool]:
         total += y * y
     best, most = -1, -1.0
     for j in range(D.n):
+        D.score[j] = 0.0
         if D.blind[j]:
             continue
         inverse_column(D, j)
-        along = length = 0.0
+        along = length = own = 0.0
         for i in range(D.n):
             if not D.blind[i]:
                 u = D.column[i] * D.sharp[ACCELERATION_SLOW + b, i]
-                along += u * D.odd[i] * D.sharp[ACCELERATION_SLOW + b, i]
-                length += u * u
-        D.score[j] = along * along / (length * total) if length * total > 0.0 else 0.0
+                y = D.odd[i] * D.sharp[ACCELERATION_SLOW + b, i]
+                if i == j and not of_torque:
+                    own = y * y
+                else:
+                    along += u * y
+                    length += u * u
+        if total > 0.0:
+            D.score[j] = (own + (along * along / length if length > 0.0 else 0.0)) / total
         if D.score[j] > most:
             best, most = j, D.score[j]
     return best, total > 1.0

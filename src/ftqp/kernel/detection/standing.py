@@ -85,11 +85,12 @@ def is_slow(D: Any, i: int) -> bool:
 
 
 @jit
-def stands(D: Any, i: int) -> bool:
+def stands(D: Any, i: int, least: int) -> bool:
     """Whether joint i stands though its reference moves with v: slope and curvature of n samples are nil.
 
     A joint that is thrown back stands for a moment, too, but bends by v/T, with T the time since it was
-    suspected. n is the least that shows half of that, n^(5/2) = 6 sqrt(720) sigma T/(v dt^2).
+    suspected. n is the least that shows half of that, n^(5/2) = 6 sqrt(720) sigma T/(v dt^2), but not below
+    ``least``.
     Source: docs/theory/detection.md, "Standstill".
     """
     asked = _asked_to_move(D, i, FEWEST)
@@ -97,7 +98,7 @@ def stands(D: Any, i: int) -> bool:
         return False
     since = max(D.watch + LEAD, FEWEST)
     wanted = (BEND_SIGMAS / BEND_SHARE * sqrt(720.0) * _noise(D) * since / (asked * D.dt)) ** 0.4
-    count = min(max(int(wanted) + 1, FEWEST), LONG)
+    count = min(max(int(wanted) + 1, least), LONG)
     slope, bend = _fit(D, i, 0, count)
     if abs(bend) > BEND_SIGMAS * _noise_of_bend(D, count):
         return False

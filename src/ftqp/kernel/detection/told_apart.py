@@ -5,7 +5,7 @@ from typing import Any
 
 from ftqp.kernel.detection.culprit import culprit
 from ftqp.kernel.detection.encoders import cannot_tell_frozen
-from ftqp.kernel.detection.standing import is_slow, speed_of, stands
+from ftqp.kernel.detection.standing import FEWEST, LONG, is_slow, speed_of, stands
 from ftqp.kernel.detection.torque_share import fit_share
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.detection_room import FAST
@@ -40,6 +40,10 @@ UNSURE = 1.3
 """Two standard deviations of a share, beside the square root of the sum that it was fitted over."""
 LONGEST_WAIT = 3
 """A share that is not clear after so many times the patience will not be waited for."""
+HALF = 0.5
+"""A motor with this share of its torque may be stuck where it would not overcome friction with it."""
+EXPLAINED, FLEETING = 0.6, 0.3
+"""A fit that explains less of the squares is no loss of torque; the second behind a servo, which hides it."""
 UNTOUCHED = 0.85
 """A share above this is healthy."""
 PARALLEL = 0.8
@@ -92,17 +96,24 @@ def _runs_away(D: Any, K: Any, i: int, then: int) -> bool:
 
 @jit
 def _held(D: Any, K: Any, i: int, then: int) -> int:
-    """Joint i stands: locked, or its torque is too small for its friction, or its sensor is frozen."""
+    """Joint i stands: locked, or its torque is too small for its friction, or its sensor is frozen.
+
+    0 as long as it may be either and the loop still pushes harder.
+    """
+    friction = D.coulomb[i]
     load: float = K.kinematics.h[i]
     for j in range(D.n):
         if j != i:
             load += K.kinematics.M[i, j] * D.past_a[then, j]
-    load = abs(load)
     kinds = IS_LOCKED
-    if load < 2.0 * D.coulomb[i] + HELD:
+    if abs(load) < 2.0 * friction + HELD:
         kinds += IS_FREE
-        given = abs(load - D.x[TORQUE_SLOW, i]) if D.has_effort else 0.0
-        if D.coulomb[i] > 0.0 and NOTHING_LEFT * given < load + D.coulomb[i]:
+    if D.has_effort and D.asked and friction > 0.0:
+        given = load - D.x[TORQUE_SLOW, i]
+        held = abs(load) if given * load > 0.0 else 0.0
+        if HALF * abs(given) < held + friction:
+            if D.watch < 2 * D.patience:
+                return 0
             kinds += IS_DEGRADED
     if cannot_tell_frozen(D, i):
         kinds += IS_FROZEN
@@ -116,7 +127,7 @@ def _lost_torque(D: Any, K: Any, i: int, then: int) -> int:
     if D.watch < D.patience or is_slow(D, i):
         return 0
     share = D.fit_share
-    if not LEAST_SHARE < share < UNTOUCHED:
+    if not LEAST_SHARE < share < UNTOUCHED or D.fit_spread < (EXPLAINED if D.has_effort else FLEETING):
         return 0
     unsure = UNSURE / max(D.fit_gg[D.fit_best], 1e-12) ** 0.5
     if abs(share - NOTHING_LEFT) < unsure:
@@ -138,8 +149,9 @@ def tell_apart(D: Any, K: Any, then: int) -> tuple[int, int]:
     standing, most = -1, 0.0
     for i in range(D.n):
         D.standing[i] = 0
-        likely = D.z[i] == D.worst or (D.z[i] > 1.0 and D.score[i] > PARALLEL * D.score[joint])
-        if likely and not D.blind[i] and stands(D, i):
+        explains = D.z[i] > 1.0 and D.score[i] > PARALLEL * D.score[joint]
+        likely = explains or D.z[i] == D.worst
+        if likely and not D.blind[i] and stands(D, i, FEWEST if explains else LONG):
             D.standing[i] = 1
             if D.score[i] > most:
                 standing, most = i, D.score[i]
