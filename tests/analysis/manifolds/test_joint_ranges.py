@@ -1,12 +1,16 @@
 """Ranges of joints against closed forms, SQP and pinocchio."""
 
+from itertools import pairwise
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from planar_arms import closed_form_ends, links, telescope
 from scipy.optimize import minimize
 
+from ftqp.analysis.goals import goal_study
 from ftqp.analysis.manifolds.joint_ranges import joint_ranges
+from ftqp.analysis.manifolds.reachability import reachable_after
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
@@ -109,3 +113,35 @@ def test_arm_without_a_joint_to_spare_has_points() -> None:
 def test_goal_out_of_reach_has_no_ranges() -> None:
     with pytest.raises(InputError, match="expected a goal inside the workspace"):
         joint_ranges(links(1, 1, 1, 1), (4.5, 0.0))
+
+
+@pytest.mark.parametrize(("name", "rows"), [("panda", "position"), ("panda", "pose"), ("xarm7", "pose")])
+def test_every_solution_within_limits_has_its_joints_in_their_ranges(name: str, rows: str) -> None:
+    robot = catalog.load(name)
+    rng = np.random.default_rng(8)
+    low, high = robot.limits.q_min, robot.limits.q_max
+    goal = robot.pose(rng.uniform(low, high))
+    found = joint_ranges(robot, goal, rows)
+    q, left, _ = goal_study(robot, goal, rows).limited.solutions(
+        rng.uniform(low, high, (400, 7)), bounded=True
+    )
+    solutions = q[left < 1e-11]
+    assert len(solutions) > 40
+    for B, values, least, most in zip(found.values(), solutions.T, low, high, strict=True):
+        assert B.contains(values, 1e-7).all()
+        assert not B.circular
+        assert B.intervals[0][0] >= least - 1e-9
+        assert B.intervals[-1][1] <= most + 1e-9
+
+
+def test_gaps_between_intervals_of_a_scan_are_out_of_reach() -> None:
+    robot = catalog.load("panda")
+    rng = np.random.default_rng(8)
+    goal = robot.pose(rng.uniform(robot.limits.q_min, robot.limits.q_max))
+    B = joint_ranges(robot, goal)["panda_joint3"]
+    assert len(B.intervals) == 3
+    for (_, end), (begin, _) in pairwise(B.intervals):
+        for value in (end + 1e-4, 0.5 * (end + begin), begin - 1e-4):
+            assert not reachable_after(robot, goal, {"panda_joint3": value})
+        assert reachable_after(robot, goal, {"panda_joint3": end - 1e-4})
+        assert reachable_after(robot, goal, {"panda_joint3": begin + 1e-4})

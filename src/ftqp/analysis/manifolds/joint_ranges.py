@@ -2,12 +2,18 @@
 
 from typing import Any
 
-from ftqp.analysis.circular_intervals import CircularIntervals
+import numpy as np
+
+from ftqp.analysis.circular_intervals import TURN, CircularIntervals
 from ftqp.analysis.goals import GoalStudy, goal_study
 from ftqp.analysis.manifolds.manifold import manifold_of
 from ftqp.analysis.manifolds.scanned_range import scanned_range
 from ftqp.analysis.manifolds.self_motion import samples, traced_curves
+from ftqp.core.checks import BoolArray
 from ftqp.model.robot import Robot
+
+COPIES = 4
+"""Whole turns each way by which values are copied where only one limit is known."""
 
 
 def joint_ranges(robot: Robot, pose: Any, rows: Any = "position") -> dict[str, CircularIntervals]:
@@ -41,6 +47,9 @@ def ranges_of(study: GoalStudy) -> dict[str, CircularIntervals]:
     Raises:
         InputError: The goal is outside the workspace.
     """
+    wide = _wide(study)
+    if wide.any():
+        return _copied(study, wide)
     joints, turning = study.robot.joints, study.turning
     if study.redundancy == 1:
         parts = [manifold_of(study, curve).ranges() for curve in traced_curves(study)]
@@ -57,3 +66,26 @@ def ranges_of(study: GoalStudy) -> dict[str, CircularIntervals]:
             for joint, values, turns in zip(joints, solutions.T, turning, strict=True)
         }
     return {joint: scanned_range(study, i, solutions) for i, joint in enumerate(joints)}
+
+
+def _wide(study: GoalStudy) -> BoolArray:
+    """Joints with limits a turn apart or more: every angle lies within them."""
+    limits, turns = study.robot.limits, ~study.robot.chain.prismatic
+    return np.asarray(turns & ~study.turning & (limits.q_max - limits.q_min >= TURN))
+
+
+def _copied(study: GoalStudy, wide: BoolArray) -> dict[str, CircularIntervals]:
+    """The ranges with wide joints turning freely, and their values then copied into their limits."""
+    limits = study.robot.limits
+    low, high = np.where(wide, -np.inf, limits.q_min), np.where(wide, np.inf, limits.q_max)
+    free = ranges_of(goal_study(study.robot.with_limits(q_min=low, q_max=high), study.pose, study.rows))
+    for i in np.flatnonzero(wide):
+        first, last = float(limits.q_min[i]), float(limits.q_max[i])
+        most = int(np.ceil(max(abs(first), abs(last)) / TURN)) + 1 if np.isfinite(first + last) else COPIES
+        turns = TURN * np.arange(-most, most + 1)
+        joint = study.robot.joints[i]
+        pairs = [
+            (max(a + turn, first), min(b + turn, last)) for a, b in free[joint].intervals for turn in turns
+        ]
+        free[joint] = CircularIntervals.of([p for p in pairs if p[0] <= p[1]], circular=False)
+    return free

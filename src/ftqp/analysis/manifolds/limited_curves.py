@@ -4,6 +4,7 @@ from itertools import islice, product
 
 import numpy as np
 from scipy.optimize import minimize_scalar
+from scipy.spatial import cKDTree
 
 from ftqp.analysis.circular_intervals import TURN
 from ftqp.analysis.goals import STEP, GoalStudy
@@ -25,12 +26,16 @@ def limited_curves(study: GoalStudy, curves: list[TracedCurve]) -> list[TracedCu
     """
     pieces: list[TracedCurve] = []
     for curve in curves:
-        for point in _inside(study, curve.q):
-            for q in _copies(study, point):
-                if not any(_passes(piece, q, study) for piece in pieces):
-                    piece = study.limited.curve(q)
-                    if len(piece.q) > 1:
-                        pieces.append(piece)
+        copies = [copy for point in _inside(study, curve.q) for copy in _copies(study, point)]
+        waiting = np.array(copies).reshape(-1, study.robot.nv)
+        for piece in pieces:
+            waiting = _beside(piece, waiting, study)
+        while len(waiting):
+            piece = study.limited.curve(waiting[0])
+            waiting = waiting[1:]
+            if len(piece.q) > 1:
+                pieces.append(piece)
+                waiting = _beside(piece, waiting, study)
     return pieces
 
 
@@ -83,8 +88,14 @@ def _copies(study: GoalStudy, q: FloatArray) -> list[FloatArray]:
     return [np.array(copy) for copy in islice(product(*choices), MOST_COPIES)]
 
 
-def _passes(curve: TracedCurve, q: FloatArray, study: GoalStudy) -> bool:
-    """Whether a curve passes within two steps of a configuration."""
-    away = curve.q - q
-    away = np.where(study.turning, away - TURN * np.round(away / TURN), away)
-    return bool((np.einsum("ki,ki->k", away, away) < (2.0 * STEP) ** 2).any())
+def _beside(curve: TracedCurve, q: FloatArray, study: GoalStudy) -> FloatArray:
+    """The configurations that a curve does not pass within two steps, (k, nv)."""
+    tree = cKDTree(_turned(curve.q, study), boxsize=np.where(study.turning, TURN, 0.0))
+    away, _ = tree.query(_turned(q, study), distance_upper_bound=2.0 * STEP)
+    return np.asarray(q[~np.isfinite(away)])
+
+
+def _turned(q: FloatArray, study: GoalStudy) -> FloatArray:
+    """Configurations with the values of joints without limits in [0, 2 pi)."""
+    turned = np.mod(q, TURN)
+    return np.asarray(np.where(study.turning, np.where(turned >= TURN, 0.0, turned), q))

@@ -24,8 +24,8 @@ def reachable_after(
     """Whether the other joints can bring the tip to the goal when some are locked at given values.
 
     The arm of the joints that are left is solved from 512 quasi-random starts within its limits. Where none
-    arrives, the answer for one locked joint and one joint to spare is that of ``joint_ranges``, which is
-    exact; for several locked joints, or more to spare, False says that none of these starts arrived.
+    arrives, the answer for one locked joint is that of ``joint_ranges``; for several locked joints False says
+    that none of these starts arrived.
     Source: goel2005; docs/theory/unidentified-failures.md, "Reach after a lock".
 
     Args:
@@ -41,7 +41,7 @@ def reachable_after(
     held = locked_values(robot, locked)
     if reduced_solution(study, held) is not None:
         return True
-    if len(held) != 1 or study.redundancy != 1:
+    if len(held) != 1:
         return False
     (i, value), *_ = held.items()
     try:

@@ -15,10 +15,16 @@ STARTS = 16
 """Starts of the other joints at each, beside the solutions of its neighbours."""
 HALVINGS = 12
 """Halvings of the last step before an end, and then SQP and Newton steps take over."""
+MISSED = 8
+"""Known configurations outside the intervals of the scan from which their ends are pushed out."""
 PUSHED = 8
 """Configurations that SQP then starts from, of those found from so many ..."""
 MORE_STARTS = 64
 """... starts of the other joints."""
+BETWEEN = 6
+"""Values between the start and the end of SQP that must be reached, too ..."""
+NARROW = 1e-3
+"""... where these are farther apart [rad or m]."""
 SQP = 100
 """Iterations of SQP at most."""
 ROUGH = 1e-9
@@ -27,7 +33,7 @@ NEWTON = 30
 """Newton steps at an end at most."""
 AT_LIMIT = 1e-8
 """A joint so near its limit stays there [rad or m]."""
-FAR = 0.05
+FAR = 0.3
 """An end does not lie so far from where halving left it [rad or m]."""
 
 
@@ -61,6 +67,13 @@ def scanned_range(study: GoalStudy, i: int, solutions: FloatArray) -> CircularIn
         elif turns or k < last:
             end = others.end(found[k], float(values[after]) + (TURN if k == last else 0.0))
         pairs.append((begin, end))
+    for _ in range(MISSED):
+        covered = CircularIntervals.of(pairs, circular=turns)
+        outside = covered.margin(solutions[:, i]) < -AT_LIMIT
+        if not outside.any():
+            break
+        q = solutions[np.argmax(outside)]
+        pairs.append((others.pushed_end(q, -1.0), others.pushed_end(q, 1.0)))
     return CircularIntervals.of(pairs, circular=turns)
 
 
@@ -112,9 +125,27 @@ class _Others:
         way = float(np.sign(outside - inside[self._i]))
         last = self._halved(inside, outside)
         many = [last, *self._all_at(float(inside[self._i]))[:PUSHED]]
-        q = max((self._pushed(start, way) for start in many), key=lambda q: way * q[self._i])
+        return self._best_end(many, way)
+
+    def pushed_end(self, q: FloatArray, way: float) -> float:
+        """The end that SQP finds from a configuration, and from others with the same value of the joint."""
+        return self._best_end([q, *self._all_at(float(q[self._i]))[:PUSHED]], way)
+
+    def _best_end(self, starts: list[FloatArray], way: float) -> float:
+        """The farthest end that SQP finds from the starts without leaping over a gap."""
+        i = self._i
+        pushed = [(start, self._pushed(start, way)) for start in starts]
+        pushed.sort(key=lambda pair: -way * float(pair[1][i]))
+        q = next((end for start, end in pushed if self._joined(start, end)), starts[0])
         polished = self._newton(q)
-        return float(q[self._i]) if polished is None else polished
+        return float(q[i]) if polished is None else polished
+
+    def _joined(self, start: FloatArray, end: FloatArray) -> bool:
+        """Whether values between those of two configurations are reached."""
+        between = np.linspace(start[self._i], end[self._i], BETWEEN + 2)[1:-1]
+        if abs(end[self._i] - start[self._i]) < NARROW:
+            return True
+        return all(self.at(float(v), end) is not None or len(self._all_at(float(v))) > 0 for v in between)
 
     def _halved(self, q: FloatArray, far: float) -> FloatArray:
         """The configuration after some halvings of the way to a value that is not reached."""
