@@ -122,6 +122,9 @@ def _figures(study: WorkspaceStudy, found: dict[str, FloatArray], folder: Path) 
     except MissingPackage as error:
         say(f"note: {error}")
         return []
+    if study.places.shape[1] == 3 and study.tables.map.plane == "space":
+        say("note: a map of all of space is not drawn; its rows are in the results file")
+        return []
     (folder / "figures").mkdir(exist_ok=True)
     return save_maps(
         folder / "figures", study.name, study.robot.joints, study.task.goal, study.arm_at_goal(), found

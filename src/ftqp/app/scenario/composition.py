@@ -96,7 +96,9 @@ def _fitted(arm: Robot, table: RobotTable) -> Robot:
     if table.payload is not None:
         arm = arm.with_payload(payload(table.payload))
     if table.tool is not None:
-        arm = arm.with_tip(transform(_rotation(table.tool.orientation), np.array(table.tool.position)))
+        arm = arm.with_tip(
+            transform(quaternion_rotation(table.tool.orientation), np.array(table.tool.position))
+        )
     return arm
 
 
@@ -188,12 +190,12 @@ def _goal(table: PointToPointTable, origin: FloatArray) -> FloatArray:
     if table.position is not None:
         position = np.array(table.position) + (position if table.relative else 0.0)
     if table.orientation is not None:
-        turn = _rotation(table.orientation)
+        turn = quaternion_rotation(table.orientation)
         rotation = turn @ rotation if table.relative else turn
     return transform(rotation, position)
 
 
-def _rotation(quaternion: list[float]) -> FloatArray:
+def quaternion_rotation(quaternion: list[float]) -> FloatArray:
     """R, (3, 3), of a unit quaternion x, y, z, w."""
     length = float(np.linalg.norm(quaternion))
     if abs(length - 1.0) > 1e-3:

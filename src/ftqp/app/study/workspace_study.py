@@ -1,7 +1,7 @@
 """The map of a workspace as a study: a row for every start of the tip."""
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,13 +11,18 @@ import numpy as np
 from pydantic import ValidationError
 
 from ftqp import __version__
+from ftqp.analysis.goals import goal_study
 from ftqp.analysis.map_chunks import COUNTS, WorkspaceTask, map_chunk, points, workspace_task
 from ftqp.analysis.measures import MEASURES
+from ftqp.analysis.spatial_map import SpatialTask, spatial_task
 from ftqp.app.scenario import composition, document
 from ftqp.app.scenario.complaints import complaints
-from ftqp.app.schema.workspace_file import MapTable, WorkspaceFile
+from ftqp.app.schema.workspace_file import PLANAR, MapTable, WorkspaceFile
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import FtqpError, InputError, ModelError, ScenarioError
+from ftqp.core.pose import transform
+from ftqp.model.chain import frame_id
+from ftqp.model.posture import places
 from ftqp.model.robot import Robot
 
 KIND = "workspace"
@@ -35,7 +40,7 @@ class MapWork:
         task: What all starts share.
     """
 
-    task: WorkspaceTask
+    task: WorkspaceTask | SpatialTask
 
     @cached_property
     def _points(self) -> FloatArray:
@@ -66,7 +71,7 @@ class WorkspaceStudy:
     tables: WorkspaceFile
     text: str
     robot: Robot
-    task: WorkspaceTask
+    task: WorkspaceTask | SpatialTask
     places: FloatArray
 
     @property
@@ -90,13 +95,28 @@ class WorkspaceStudy:
         digest.update(np.concatenate([limits.q_min, limits.q_max]).tobytes())
         return digest.hexdigest()
 
-    def arm_at_goal(self) -> FloatArray:
-        """The joints and the tip of the arm with its tip at the goal, (nv + 1, 2) [m]."""
+    def arm_at_goal(self) -> FloatArray | None:
+        """The joints and the tip of the arm with its tip at the goal, (nv + 1, 2) or (nv + 2, 3) [m].
+
+        None where no configuration within the limits was found.
+        """
+        if isinstance(self.task, SpatialTask):
+            return self._spatial_arm(self.task)
         links = self.task.links
         q = links.configurations(links.local(self.task.goal), 1, 0)[0][0]
         angle = np.cumsum(q)
         steps = links.scale * links.link[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
         return np.asarray(links.base + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]))
+
+    def _spatial_arm(self, task: SpatialTask) -> FloatArray | None:
+        study = goal_study(self.robot, task.pose, list(task.rows))
+        q, left, _ = study.limited.solutions(study.starts(64, limited=True), bounded=True)
+        good = np.flatnonzero(left < study.tolerance)
+        if not good.size:
+            return None
+        model = self.robot.model
+        joints, _ = places(model, frame_id(model, self.robot.tip), self.robot.configuration(q[good[0]]))
+        return np.vstack([np.zeros(3), joints])
 
     def arrays(self, rows: Sequence[Sequence[Any]]) -> dict[str, FloatArray]:
         """The rows of a results file as arrays: ``places``, each measure, (P, nv + 1), and each count, (P,).
@@ -135,7 +155,7 @@ def load_study(source: str, overrides: Iterable[str] = ()) -> WorkspaceStudy:
     except FtqpError as error:
         raise _at("robot", found.origin, error) from error
     try:
-        task = workspace_task(robot, tables.map.goal, **_settings(tables.map))
+        task = _task(robot, tables.map)
     except InputError as error:
         raise _at("map", found.origin, error) from error
     places = points(task)
@@ -151,10 +171,19 @@ def _at(place: str, origin: str, error: FtqpError) -> ScenarioError:
     return ScenarioError(f"{origin} has errors:", [f"{place}: {finding}" for finding in findings])
 
 
-def _settings(table: MapTable) -> Mapping[str, Any]:
-    """The table as arguments of ``workspace_task``."""
-    settings = {key: getattr(table, key) for key in MapTable.model_fields if key not in ("goal", "weights")}
-    return settings | {"W": table.weights}
+def _task(robot: Robot, table: MapTable) -> WorkspaceTask | SpatialTask:
+    """What all starts share."""
+    common: dict[str, Any] = {key: getattr(table, key) for key in ("grid", "configurations", "steps", "seed")}
+    if table.rows is None:
+        planar = {key: getattr(table, key) for key in PLANAR}
+        return workspace_task(robot, table.goal, W=table.weights, **common, **planar)
+    goal: Any = table.goal
+    if table.orientation is not None:
+        goal = transform(composition.quaternion_rotation(table.orientation), np.array(table.goal))
+    plane = None if table.plane == "space" else table.plane or "xz"
+    return spatial_task(
+        robot, goal, table.rows, plane=plane, instants=table.instants or 4, W=table.weights, **common
+    )
 
 
 def _content(tables: WorkspaceFile, folder: Path) -> dict[str, Any]:

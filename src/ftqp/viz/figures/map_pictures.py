@@ -30,7 +30,7 @@ def save_maps(
     title: str,
     joints: Sequence[str],
     goal: FloatArray,
-    arm: FloatArray,
+    arm: FloatArray | None,
     found: Mapping[str, FloatArray],
 ) -> list[Path]:
     """Draw one picture a letter: a row for each kind of measure, a column for each joint and for any.
@@ -41,15 +41,29 @@ def save_maps(
         folder: Where the pictures go.
         title: Stands above each picture.
         joints: Names of the joints; the last column of a measure is that of any joint.
-        goal: Where the tip is to go, (2,) [m].
-        arm: The arm with its tip at the goal, base to tip, (n + 1, 2) [m].
-        found: ``places``, (P, 2) [m], on a square grid, and measures like ``R100``, (P, n + 1) [percent].
+        goal: Where the tip is to go, (2,) or (3,) [m].
+        arm: The arm with its tip at the goal, base to tip, (k, 2) or (k, 3) [m]; None where it is not known.
+        found: ``places``, (P, 2) or in one plane (P, 3) [m], on a grid, and measures like ``R100``,
+            (P, n + 1) [percent].
 
     Returns:
         The files.
     """
+    shown = np.flatnonzero(np.ptp(found["places"], axis=0) > 0.0)[:2]
+    flat = {**found, "places": found["places"][:, shown]}
+    around = None if arm is None else arm[:, shown]
+    names = ["xyz"[k] for k in shown]
     return [
-        _draw(folder / f"{letter}.png", f"{title}: {letter}, {meaning}", letter, joints, goal, arm, found)
+        _draw(
+            folder / f"{letter}.png",
+            f"{title}: {letter}, {meaning}",
+            letter,
+            joints,
+            names,
+            goal[shown],
+            around,
+            flat,
+        )
         for letter, meaning in LETTERS.items()
         if f"{letter}100" in found
     ]
@@ -60,8 +74,9 @@ def _draw(
     title: str,
     letter: str,
     joints: Sequence[str],
+    axes: Sequence[str],
     goal: FloatArray,
-    arm: FloatArray,
+    arm: FloatArray | None,
     found: Mapping[str, FloatArray],
 ) -> Path:
     """The picture of a letter."""
@@ -77,15 +92,17 @@ def _draw(
             if row == 0:
                 panel.set_title(name, fontsize=10)
             if row == len(rows) - 1:
-                panel.set_xlabel("x of the start [m]")
+                panel.set_xlabel(f"{axes[0]} of the start [m]")
             if column == 0:
-                panel.set_ylabel(f"{letter}{kind}: {KINDS[kind]}\n\ny of the start [m]", fontsize=9)
+                panel.set_ylabel(f"{letter}{kind}: {KINDS[kind]}\n\n{axes[1]} of the start [m]", fontsize=9)
     bar = figure.colorbar(image, ax=panels, shrink=0.9, pad=0.01)
     bar.set_label("percent; grey: no way to say")
     return save(figure, path)
 
 
-def _panel(panel: Axes, places: FloatArray, values: FloatArray, goal: FloatArray, arm: FloatArray) -> Any:
+def _panel(
+    panel: Axes, places: FloatArray, values: FloatArray, goal: FloatArray, arm: FloatArray | None
+) -> Any:
     """One measure over the grid, with the arm at its goal."""
     x, y = np.unique(places[:, 0]), np.unique(places[:, 1])
     image = np.full((len(y), len(x)), np.nan)
@@ -94,9 +111,10 @@ def _panel(panel: Axes, places: FloatArray, values: FloatArray, goal: FloatArray
     out[np.searchsorted(y, places[:, 1]), np.searchsorted(x, places[:, 0])] = 1.0
     panel.pcolormesh(x, y, out, cmap="Greys", vmin=0.0, vmax=4.0, shading="nearest")
     mesh = panel.pcolormesh(x, y, image, cmap="viridis", vmin=0.0, vmax=100.0, shading="nearest")
-    panel.plot(*arm.T, color="white", linewidth=4.5, solid_capstyle="round")
-    panel.plot(*arm.T, color=GREY, linewidth=2.5, solid_capstyle="round", marker="o", markersize=4)
-    panel.plot(*arm[0], marker="s", color="black", markersize=6, linestyle="none")
-    panel.plot(*goal[:2], marker="*", color=ORANGE, markeredgecolor="white", markersize=12, linestyle="none")
+    if arm is not None:
+        panel.plot(*arm.T, color="white", linewidth=4.5, solid_capstyle="round")
+        panel.plot(*arm.T, color=GREY, linewidth=2.5, solid_capstyle="round", marker="o", markersize=4)
+        panel.plot(*arm[0], marker="s", color="black", markersize=6, linestyle="none")
+    panel.plot(*goal, marker="*", color=ORANGE, markeredgecolor="white", markersize=12, linestyle="none")
     panel.set_aspect("equal")
     return mesh
