@@ -248,7 +248,7 @@ class Planner(PlannerFacts):
             if self._free is not None and self._free.leads and isinstance(leader, PathMemory):
                 held = self._free.held_target(leader)
                 if held is not None:
-                    return self._led(self._free.tick, q, v, (held, 0), tau, tip)
+                    return self._led(self._tick, q, v, (held, 0), tau, tip)
             return self._led(tick, q, v, target, tau, tip)
 
         return Lead(step, self._session, leader)
