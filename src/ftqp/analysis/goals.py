@@ -1,6 +1,6 @@
 """A goal of an arm: task rows, the pose to reach, and compiled studies of both."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -41,6 +41,7 @@ class GoalStudy:
         pose: The goal, (4, 4); rows that do not count are arbitrary.
         free: Studies in which joints that turn have no limits, their values counting modulo one turn.
         limited: Studies with the robot's limits.
+        idle: Indices of joints that never move the task rows, as one whose axis goes through the tip.
     """
 
     robot: Robot
@@ -48,6 +49,7 @@ class GoalStudy:
     pose: FloatArray
     free: StudySession
     limited: StudySession
+    idle: tuple[int, ...] = ()
 
     @property
     def m(self) -> int:
@@ -146,7 +148,8 @@ def goal_study(robot: Robot, goal: Any, rows: Any, step: float = STEP) -> GoalSt
             f"rows {', '.join(names)} of {robot.name} do not move independently anywhere; "
             f"leave some out, for example take {', '.join(robot.default_rows)}"
         )
-    return study
+    moved = np.abs(A).max(axis=(0, 1))
+    return replace(study, idle=tuple(int(i) for i in np.flatnonzero(moved < DEPENDENT * moved.max())))
 
 
 def row_names(robot: Robot, rows: Any) -> tuple[str, ...]:

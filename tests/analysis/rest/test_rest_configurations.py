@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from planar_arms import links
 
+from ftqp.analysis.rest.rest_conditions import rest_test
 from ftqp.analysis.rest.rest_configurations import rest_configurations
+from ftqp.analysis.rest.rest_kinds import RestKind
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 
@@ -66,3 +68,16 @@ def test_silly_input_is_refused(arguments: dict[str, object], sentence: str) -> 
     given = {"goal": (1.0, 1.0), "joint": "j1", "value": 0.0, **arguments}
     with pytest.raises(InputError, match=sentence):
         rest_configurations(links(1, 1, 1), **given)  # type: ignore[arg-type]
+
+
+def test_joint_that_never_moves_the_tip_is_left_out() -> None:
+    robot = catalog.load("panda").with_limits(q_min=-np.inf, q_max=np.inf)
+    goal = (0.5, 0.1, 0.4)
+    found = rest_configurations(robot, goal, "panda_joint2", 0.5)
+    assert len(found) > 20
+    for rest in found:
+        assert rest.q[6] == pytest.approx(robot.neutral[6], abs=1e-12)
+        assert len(rest.eigenvalues) == 5
+        assert rest_test(robot, rest.q, "panda_joint2", goal).passes()
+    assert {rest.kind for rest in found} <= {RestKind.SINK, RestKind.SADDLE, RestKind.SOURCE}
+    assert rest_configurations(robot, goal, "panda_joint7", 0.5) == []

@@ -55,6 +55,16 @@ def reduced_jacobians(study: GoalStudy, M: FloatArray, q: FloatArray, locked: Se
     return np.asarray(dc[:, moving][:, :, moving])
 
 
+def still_joints(study: GoalStudy, M: FloatArray) -> list[int]:
+    """Joints that never move the task rows and are never commanded: where they stand does not matter.
+
+    Args:
+        study: Of the goal.
+        M: W^-1, (n, n).
+    """
+    return [k for k in study.idle if not np.delete(M[k], k).any()]
+
+
 def convergence_rates(robot: Robot, q: Any, rows: Any = "position", W: Any = None) -> dict[str, float]:
     """How fast the arm converges at a goal after each joint alone has locked there and nobody knows.
 

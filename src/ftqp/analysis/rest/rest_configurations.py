@@ -38,7 +38,8 @@ class RestConfiguration:
         q: The configuration, (nv,) [rad or m].
         error: |e| there [m], angular rows times the characteristic length.
         alpha: What of the error goes along the locked joint's column, e = alpha a_i [rad or m].
-        eigenvalues: Of the linearisation over the other joints, (nv - 1,) [1/s at a gain of 1/s].
+        eigenvalues: Of the linearisation over the other joints, (nv - 1,) [1/s at a gain of 1/s]. Joints that
+            never move the task rows are left out; they stand at their neutral values.
         kind: ``sink``, ``saddle``, ``source`` or ``degenerate``, by all eigenvalues.
     """
 

@@ -5,6 +5,7 @@ from typing import final
 import numpy as np
 
 from ftqp.analysis.goals import GoalStudy
+from ftqp.analysis.rest.linearisation import still_joints
 from ftqp.core.checks import BoolArray, FloatArray
 
 LARGEST_TURN = 0.7
@@ -18,7 +19,8 @@ class RestEquations:
     M is W^-1. M A' mu = beta e_i says that the arm can command joint i alone, gamma e = alpha a_i that it
     does. The norms L^2 mu'mu + beta^2 and alpha^2 + gamma^2 are 1, L the characteristic length. n + m + 2
     equations for n + m + 3 unknowns: rests are curves. beta is 0 where A is singular, gamma where joint i
-    does not move the tip; (mu, beta) and (alpha, gamma) count up to their signs.
+    does not move the tip; (mu, beta) and (alpha, gamma) count up to their signs. Joints that never move the
+    tip and are not commanded stand at their neutral values, which replaces their rows.
     Source: docs/theory/unidentified-failures.md, "Rest".
 
     Args:
@@ -32,6 +34,8 @@ class RestEquations:
         self.M = M * (len(M) / np.trace(M))
         self.n, self.m = study.robot.nv, study.m
         self.size = self.n + self.m + 3
+        self._still = still_joints(study, M)
+        self._stand = study.robot.neutral[self._still]
 
     def values(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Psi, (k, n + m + 2), and its derivative, (k, n + m + 2, n + m + 3).
@@ -60,6 +64,9 @@ class RestEquations:
         d[:, n : n + m, n + m + 2] = e
         d[:, -2, n : n + m] = 2.0 * square * mu
         d[:, -2, n + m] = 2.0 * beta
+        psi[:, self._still] = z[:, self._still] - self._stand
+        d[:, self._still] = 0.0
+        d[:, self._still, self._still] = 1.0
         d[:, -1, n + m + 1] = 2.0 * alpha
         d[:, -1, n + m + 2] = 2.0 * gamma
         return psi, d
@@ -70,6 +77,8 @@ class RestEquations:
         Args:
             q: Joint values, (k, n) [rad or m].
         """
+        q = q.copy()
+        q[:, self._still] = self._stand
         e, A, _, _ = self.study.free.values(q)
         mu = np.linalg.pinv(self.M @ np.swapaxes(A, 1, 2))[:, :, self.i]
         size = np.sqrt(self.study.robot.length**2 * (mu * mu).sum(axis=1) + 1.0)

@@ -25,7 +25,8 @@ def fits_grid(study: GoalStudy) -> bool:
     Args:
         study: Of the goal.
     """
-    return study.robot.nv == 3 and study.m == 2 and not study.robot.chain.prismatic.any()
+    turns = not study.robot.chain.prismatic.any()
+    return study.robot.nv == 3 and study.m == 2 and turns and not study.idle
 
 
 def grid_rests(study: GoalStudy, M: FloatArray, i: int, value: float) -> FloatArray:

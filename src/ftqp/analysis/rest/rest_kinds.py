@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ftqp.analysis.goals import GoalStudy
-from ftqp.analysis.rest.linearisation import reduced_jacobians
+from ftqp.analysis.rest.linearisation import reduced_jacobians, still_joints
 from ftqp.core.checks import FloatArray
 
 NEUTRAL = 1e-8
@@ -36,13 +36,17 @@ MEANINGS = {
 def eigenvalues_at(study: GoalStudy, M: FloatArray, q: FloatArray, i: int) -> NDArray[np.complex128]:
     """The eigenvalues of the linearisation with joint i locked, (k, n - 1) [1/s at a gain of 1/s].
 
+    Joints that never move the task rows and are not commanded are left out.
+
     Args:
         study: Of the goal.
         M: W^-1, (n, n).
         q: Configurations, (k, n) [rad or m].
         i: Index of the locked joint.
     """
-    return np.asarray(np.linalg.eigvals(reduced_jacobians(study, M, q, [i])), dtype=np.complex128)
+    return np.asarray(
+        np.linalg.eigvals(reduced_jacobians(study, M, q, [i, *still_joints(study, M)])), dtype=np.complex128
+    )
 
 
 def kind_of(eigenvalues: NDArray[np.complex128]) -> RestKind:
