@@ -8,7 +8,7 @@ from ftqp.kernel.detection.acceleration_banks import through
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.detection_room import BANKS, FAST, SLOW, WINDOW
 from ftqp.kernel.layout.enums import MOTOR_SLOW, OWN_SLOW, TORQUE_SLOW
-from ftqp.kernel.maths.elementary import larger
+from ftqp.kernel.maths.elementary import larger, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 MEAN_DELAY = 60
@@ -33,20 +33,24 @@ def feel_arm(D: Any, K: Any, then: int) -> None:
 
 @jit
 def _unfiltered(D: Any, K: Any, then: int) -> None:
-    """psi = M a_r + h + friction - tau, and the share of Coulomb friction that is not known.
+    """psi = M a_r + h + friction - tau, the Coulomb friction that is not known, and each joint's 1/M_ii.
 
     A joint faster than ``slip`` has the friction f_c sign(v) + f_v v; a slower one what the forces leave, up
     to f_c.
     """
-    M, h = K.kinematics.M, K.kinematics.h
-    for i in range(D.n):
-        total: float = h[i] - D.motor_torque[i]
-        for j in range(D.n):
-            total += M[i, j] * D.past_a[then, j]
-        v = K.state.v[i] / D.slip
-        side = min(max(v, -1.0), 1.0)
-        D.psi[i] = total + D.coulomb[i] * side + D.viscous[i] * K.state.v[i]
-        D.loose[i] = D.coulomb[i] * min(max(UNSURE - abs(v), 0.0), 1.0)
+    M, n = K.kinematics.M, D.n
+    for at in range(0, len(D.e), WIDTH):
+        total = several(K.kinematics.h, at) - several(D.motor_torque, at)
+        for j in range(n):
+            total = total + D.past_a[then, j] * several(M[j], at)
+        speed = several(K.state.v, at)
+        v = speed / D.slip
+        coulomb = several(D.coulomb, at)
+        side = larger(smaller(v, 1.0), -1.0)
+        put(D.psi, at, total + coulomb * side + several(D.viscous, at) * speed)
+        put(D.loose, at, coulomb * larger(smaller(UNSURE - abs(v), 1.0), 0.0))
+    for i in range(n):
+        D.light[i] = 1.0 / M[i, i]
 
 
 @jit
@@ -94,6 +98,4 @@ def compare_torques(D: Any, K: Any, then: int) -> None:
             beyond = larger(abs(rest) - several(D.excess[TORQUE_SLOW + b], at), 0.0)
             put(D.x[TORQUE_SLOW + b], at, rest)
             put(D.excess[TORQUE_SLOW + b], at, beyond)
-    for i in range(D.n):
-        for b in range(BANKS):
-            D.excess[OWN_SLOW + b, i] = D.excess[TORQUE_SLOW + b, i] / M[i, i]
+            put(D.excess[OWN_SLOW + b], at, beyond * several(D.light, at))

@@ -33,11 +33,13 @@ def detection_fields(N: int) -> Fields:
     largest healthy size of each residual, ``sharp`` its inverse; ``excess``: what it has beside friction, and
     z of a joint is the largest excess/room; ``peak``: the largest since it was last set to zero. ``blind``:
     joints whose sensor or motion tells nothing; ``jump``: largest jump of a sample that motion explains,
-    ``hop`` that of one that was refused. ``kinds``, ``since``, ``onset``, ``share``: what was found.
+    ``hop`` that of one that was refused; ``light``: 1/M_ii. ``kinds``, ``since``, ``onset``, ``share``: what
+    was found.
     """
     names = ("q", "tau", "q_ref", "v_ref", "a_ref", "effort", "good", "step", "raw", "travel", "hop", "seen",
              "e", "psi", "psi_before", "tau_before", "loose", "loose_before", "coulomb", "viscous", "tau_max",
-             "motor_torque", "usual", "z", "jump", "onset", "share", "column", "odd", "score")  # fmt: skip
+             "motor_torque", "usual", "z", "jump", "onset", "share", "light", "column", "odd",
+             "score")  # fmt: skip
     counts = ("same", "missing", "off", "turns", "sensor", "blind", "believed", "kinds", "since", "standing")
     return [
         *scalars("i8", "n fresh latency span now ticks at has_effort asked from_command has_motor"),
