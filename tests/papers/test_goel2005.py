@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.analysis import basins, map_chunk, outcome, point_to_point, points, qp_rates, workspace_task
+from ftqp.analysis import (
+    basins,
+    map_chunk,
+    outcome,
+    point_to_point,
+    points,
+    qp_rates,
+    rest_configurations,
+    workspace_task,
+)
 from ftqp.core.errors import InputError
 
 GOAL = (1.5, 1.5)
@@ -148,6 +157,21 @@ class TestThreeLinks:
     def test_figure_7_between_rests_and_reach_there_are_sinks(self, three):
         found = outcome(three, SLOW_GOAL, np.array([10.8852, 72.5087, 45.0]) * DEG, "j3")
         assert found.kind == "erroneous" and found.error == pytest.approx(0.161, abs=1e-3)
+
+    def test_a_sink_whose_eigenvalues_cross_becomes_a_small_cycle(self, three):
+        """Joint 2 at 175.4: det > 0 at the rest, as at any sink, but the arm circles it for ever."""
+        rest = next(
+            one for one in rest_configurations(three, SLOW_GOAL, "j2", 175.4 * DEG)
+            if np.iscomplexobj(one.eigenvalues) and np.abs(one.eigenvalues.imag).max() > 0.01
+        )  # fmt: skip
+        assert np.prod(rest.eigenvalues).real > 0.0
+        found = outcome(three, SLOW_GOAL, rest.q + np.array([0.02, 0.0, 0.02]), "j2")
+        assert found.kind == "none" and found.error_range[0] > 0.5
+        assert found.period == pytest.approx(83.883, rel=1e-3)
+
+    def test_creeping_beside_a_nearly_singular_curve_goes_on_to_the_goal(self, three):
+        found = outcome(three, GOAL, np.array([-153.985, -0.01, 87.875]) * DEG, "j2")
+        assert found.kind == "correct" and found.error < 1e-8
 
     def test_figure_8_has_two_basins_of_the_same_size(self, three):
         found = basins(three, GOAL, "j2", 45.0 * DEG, grid=200)

@@ -185,25 +185,32 @@ class _Run:
         found = self._look(q)
         if found is None:
             found = self._explicit(q)
-        if found is None and self._way <= LONG_WAY:
+        cycle = None if found is not None else self._cycle()
+        if found is None and cycle is None and self._way <= LONG_WAY:
             found = self._implicit(self._path[-1])
+            cycle = None if found is not None else self._cycle()
         if found is not None:
             return self._ended(found)
-        last = self._path[-1]
+        if cycle is not None:
+            return cycle
         if self._way > LONG_WAY:
-            cycle = cycle_through(self._law, last, self._turning)
-            if cycle is not None:
-                low, high = cycle.error_range
-                return self._said(
-                    Ending.NONE, cycle.q,
-                    f"The arm does not come to rest: it returns to the same configuration every "
-                    f"{cycle.period:.6g} s, the error between {low:.6g} and {high:.6g} m.",
-                    period=cycle.period, error_range=cycle.error_range,
-                )  # fmt: skip
             reason = f"The arm went {self._way:.0f} rad without rest; its returns do not settle to a cycle."
         else:
             reason = f"The arm neither came to rest nor went {LONG_WAY:.0f} rad in the steps it was given."
-        return self._said(Ending.UNRESOLVED, last, reason)
+        return self._said(Ending.UNRESOLVED, self._path[-1], reason)
+
+    def _cycle(self) -> Outcome | None:
+        """The outcome of a cycle that the motion is on, or comes to."""
+        cycle = cycle_through(self._law, self._path[-1], self._turning)
+        if cycle is None:
+            return None
+        low, high = cycle.error_range
+        return self._said(
+            Ending.NONE, cycle.q,
+            f"The arm does not come to rest: it returns to the same configuration every "
+            f"{cycle.period:.6g} s, the error between {low:.6g} and {high:.6g} m.",
+            period=cycle.period, error_range=cycle.error_range,
+        )  # fmt: skip
 
     def _look(self, q: FloatArray) -> Rest | None:
         """How it may end from here."""

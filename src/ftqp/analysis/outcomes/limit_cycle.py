@@ -17,6 +17,8 @@ AROUND = 0.5
 """The section reaches so far from its point [rad]."""
 LONGEST = 200.0
 """A round is not longer, in s."""
+EVALUATIONS = 60_000
+"""Of the motion, at most: next to singularities steps collapse."""
 AWAY = 0.1
 """In s, before a return is looked for."""
 TOLERANCE = 1e-10
@@ -24,6 +26,24 @@ STEP = 0.5
 """A step that is not longer, in s, passes no return unseen."""
 SAMPLES = 4000
 """Of a round, for its errors."""
+
+
+class _TooLong(Exception):
+    """The evaluations are used up."""
+
+
+@final
+class _Counted:
+    """dq/ds and dt/ds, counted."""
+
+    def __init__(self, law: UnawareLaw) -> None:
+        self.law, self._left = law, EVALUATIONS
+
+    def __call__(self, s: float, y: FloatArray) -> FloatArray:
+        self._left -= 1
+        if self._left < 0:
+            raise _TooLong
+        return self.law.scaled(s, y)
 
 
 @final
@@ -53,7 +73,15 @@ def cycle_through(law: UnawareLaw, q: FloatArray, turning: BoolArray) -> Cycle |
         q: A configuration that has gone on for long, (n,) [rad].
         turning: Joints that turn without end, (n,).
     """
-    n = len(q)
+    try:
+        return _settled(law, q, turning)
+    except _TooLong:
+        return None
+
+
+def _settled(law: UnawareLaw, q: FloatArray, turning: BoolArray) -> Cycle | None:
+    """The cycle, or None; _TooLong where it takes too many evaluations."""
+    n, motion = len(q), _Counted(law)
     across = law.scaled(0.0, np.append(q, 0.0))[:n]
     size = float(np.linalg.norm(across))
     if size == 0.0:
@@ -67,7 +95,7 @@ def cycle_through(law: UnawareLaw, q: FloatArray, turning: BoolArray) -> Cycle |
     ahead.terminal, ahead.direction = True, 1.0  # type: ignore[attr-defined]
     last, time = q, 0.0
     for _ in range(RETURNS):
-        found = _return(law, last, ahead, q, turning)
+        found = _return(motion, last, ahead, q, turning)
         if found is None:
             return None
         here, time, orbit = found
@@ -81,7 +109,7 @@ def cycle_through(law: UnawareLaw, q: FloatArray, turning: BoolArray) -> Cycle |
 
 
 def _return(
-    law: UnawareLaw, start: FloatArray, ahead: Any, centre: FloatArray, turning: BoolArray
+    motion: _Counted, start: FloatArray, ahead: Any, centre: FloatArray, turning: BoolArray
 ) -> tuple[FloatArray, float, FloatArray] | None:
     """The next return: where, after which time, and samples of the way (k, n + 1)."""
     n, y, gone = len(start), np.append(start, 0.0), []
@@ -90,8 +118,8 @@ def _return(
     }  # fmt: skip
     s, total = 0.0, 0.0
     while total < LONGEST:
-        first = solve_ivp(law.scaled, (0.0, AWAY), y, **options)
-        rest = solve_ivp(law.scaled, (0.0, LONGEST), first.y[:, -1], events=ahead, **options)
+        first = solve_ivp(motion, (0.0, AWAY), y, **options)
+        rest = solve_ivp(motion, (0.0, LONGEST), first.y[:, -1], events=ahead, **options)
         for piece in (first, rest):
             dense: Any = piece.sol
             gone.append(dense(np.linspace(0.0, piece.t[-1], SAMPLES)).T)

@@ -29,6 +29,8 @@ CLOSE = 1e-6
 """One of a continuum of rests is the end of a motion that is so near it [rad]."""
 ROUNDING = 1e-5
 """Least over largest singular value below which slopes are lost in rounding."""
+TRULY_FLAT = 1e-6
+"""Least over largest singular value of a configuration that takes a motion in."""
 FLAT = 1e-3
 """Least over largest singular value from which a singularity ahead is looked for."""
 
@@ -137,4 +139,7 @@ def singularity_ahead(law: UnawareLaw, q: FloatArray) -> Rest | None:
     for _ in range(60):
         middle = 0.5 * (before + behind)
         before, behind = (before, middle) if points_back(middle) else (middle, behind)
-    return Rest(ending=Ending.SINGULAR, q=q + behind / speed * v, rate=np.inf)
+    there = q + behind / speed * v
+    if law.flatness(there) > TRULY_FLAT:
+        return None  # nearly singular: the motion turns round and creeps on
+    return Rest(ending=Ending.SINGULAR, q=there, rate=np.inf)
