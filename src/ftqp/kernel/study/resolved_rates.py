@@ -17,7 +17,7 @@ def weigh(S: Any, L: Any, q: Any) -> bool:
     """P = M A' and the factor of B = A M A' at q, e in ``study``; False where B is singular."""
     n, m = S.chain.n, S.study.m
     put_joints(S, q)
-    L.size = task_values(S)
+    L.miss = task_values(S)
     A = S.study.A
     for i in range(n):
         for r in range(m):
@@ -56,7 +56,7 @@ def put_rates(S: Any, L: Any, out: Any) -> None:
 
 @jit
 def law_rates(S: Any, L: Any, q: Any, out: Any) -> bool:
-    """out <- I_S G e at q, gain 1; |e| in ``size``. False where the arm is singular, and out is zero."""
+    """out <- I_S G e at q, gain 1; |e| in ``miss``. False where the arm is singular, and out is zero."""
     if not weigh(S, L, q):
         for i in range(S.chain.n):
             out[i] = 0.0

@@ -57,7 +57,7 @@ def _onto(S: Any, L: Any) -> bool:
         for i in range(S.chain.n):
             L.q[i] += L.v[i]
     law_rates(S, L, L.q, L.v)
-    return L.size < OFF * L.unit
+    return L.miss < OFF * L.unit
 
 
 def study_lines(capacity: int) -> Callable[..., int]:

@@ -67,7 +67,7 @@ def _goal_ahead(S: Any, L: Any) -> bool:
             way += (L.trial[i] - L.q[i]) ** 2
         if not way < REACH * REACH:
             return False
-    if not (weigh(S, L, L.trial) and L.size < AT_GOAL * L.unit):
+    if not (weigh(S, L, L.trial) and L.miss < AT_GOAL * L.unit):
         return False
     trace = 0.0
     for i in range(n):
@@ -132,7 +132,7 @@ def _rest_ahead(S: Any, L: Any) -> int:
         return MOVING
     _slopes(S, L, L.trial)
     law_rates(S, L, L.trial, L.v)
-    size, regular, scale = L.size, L.regular, 0.0
+    size, regular, scale = L.miss, L.regular, 0.0
     for i in range(n):
         for j in range(n):
             scale = max(scale, abs(L.slope[i, j]))
@@ -171,7 +171,7 @@ def one_run(S: Any, L: Any) -> int:
     """
     n, h, way = S.chain.n, 0.05, 0.0
     _scaled(S, L, L.q, L.k1)
-    size, speed = L.size, L.speed
+    size, speed = L.miss, L.speed
     for step in range(STEPS):
         if step % 4 == 0:
             ending = _verdict(S, L, size, speed, way)
@@ -193,7 +193,7 @@ def one_run(S: Any, L: Any) -> int:
             moved += (L.next[i] - L.q[i]) ** 2
         wrong = h * sqrt(wrong) / L.tolerance
         if wrong <= 1.0:
-            size, speed, way = L.size, L.speed, way + sqrt(moved)
+            size, speed, way = L.miss, L.speed, way + sqrt(moved)
             for i in range(n):
                 L.q[i], L.k1[i] = L.next[i], L.k4[i]
         h = min(1.0, h * min(5.0, max(0.2, 0.9 / (wrong + 1e-9) ** (1.0 / 3.0))))
