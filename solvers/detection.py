@@ -11,38 +11,32 @@ seeds. Cases and hours that ``--file`` has already are not run again; a detector
 another seed, begins anew beside them.
 """
 
-import hashlib
 import json
-import logging
 import pickle
 import sqlite3
 import sys
 import time
 from collections.abc import Iterator
-from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from bench import command_line, detection_report, detection_scores, results
-from bench.detection_cases import KINDS, motion, tour
-from bench.detection_files import kept
-from bench.detection_world import CONFIGURATIONS, DRIVES, DT, ROBOTS, SETTINGS, Configuration, Record, arm
+from bench.detection_work import (
+    CALIBRATION,
+    CASES,
+    EACH,
+    HEALTHY,
+    calibration,
+    fingerprint,
+    numbered_block,
+)
+from bench.detection_world import CONFIGURATIONS, DRIVES, DT, ROBOTS, SETTINGS, Configuration
 from joblib import Parallel, delayed
 
-import ftqp
-
 DOCS = Path(__file__).resolve().parents[1] / "docs" / "detection.md"
-EACH = 2
-"""Cases of a kind from one motion."""
-RATE = 0.1
-"""False alarms an hour that the detector is calibrated for."""
-CALIBRATION, CASES, HEALTHY = range(3)
-"""Seeds of the parts of the study begin differently."""
 Block = tuple[int, Configuration, int]
 """A part of the study, which arm, and the block's number."""
-SOURCES = ("faults/detection", "kernel/detection")
-OWN_SOURCES = ("detection_world.py", "detection_cases.py", "detection_scores.py")
 LIMITATIONS = (
     "Motions and faults are drawn evenly from ranges of our own, not from records of real arms.",
     "Motions that the healthy arm cannot follow with every step OK, no motor above 90 %, are drawn anew.",
@@ -50,84 +44,6 @@ LIMITATIONS = (
     "Faults of the torque are drawn where they take 1 rad/s2 or more from their joint at that instant.",
     "The iiwa14 has stated rotor inertias of 0.1 kg m2, of which the catalog knows none.",
 )
-
-
-def fingerprint() -> str:
-    """A hash of the source of detector and study: results of another one are no results of this one."""
-    there, total = Path(ftqp.__file__).parent, hashlib.sha256()
-    files = [file for folder in SOURCES for file in sorted((there / folder).glob("*.py"))]
-    files += [Path(__file__).parent / "bench" / name for name in OWN_SOURCES]
-    for file in files:
-        total.update(file.read_bytes())
-    return total.hexdigest()[:16]
-
-
-def motion_log(record: Record, given: str, servo: bool) -> Any:
-    """A record as a detector is calibrated on it."""
-    effort = None
-    if given != "encoders" or not servo:
-        effort = record.demand if servo else record.tau_c
-    tau = record.tau if given.endswith("torques") else None
-    return ftqp.MotionLog(
-        q=record.q, q_ref=record.q_r, v_ref=record.v_r, a_ref=record.a_r, tau=tau, effort=effort
-    )
-
-
-def detector(configuration: Configuration, calibration: Any = None) -> Any:
-    """A detector of that arm, as its user makes it."""
-    drive = configuration.made_drive()
-    return ftqp.Detector(
-        robot=arm(configuration.robot),
-        dt=DT,
-        drive=drive.kind,
-        noise=configuration.noise(),
-        quantum=configuration.quantum,
-        delay=drive.latency,
-        false_alarms_per_hour=RATE,
-        calibration=calibration,
-    )
-
-
-def calibrated(configuration: Configuration, seed: int, hours: float, folder: Path | None) -> dict[str, Any]:
-    """What is known of healthy motion, by what the detector may look at."""
-    logging.getLogger("ftqp").setLevel(logging.ERROR)
-    ticks, number, records = 0, 0, []
-    while ticks < hours * 3600.0 / DT:
-        index = CONFIGURATIONS.index(configuration)
-        begins = [seed, CALIBRATION, index, number]
-        make = partial(tour, configuration, begins, other=False)
-        records.append(kept(folder, begins, make))
-        ticks, number = ticks + len(records[-1].codes), number + 1
-    found = {}
-    for given in detection_scores.inputs(configuration):
-        logs = [motion_log(record, given, configuration.has_servo) for record in records]
-        found[given] = detector(configuration).calibrate(logs, RATE, extrapolate=True).calibration
-    return found
-
-
-@cache
-def _detectors(configuration: Configuration, stored: bytes) -> dict[str, Any]:
-    """The detectors of a configuration in this process."""
-    known = pickle.loads(stored)  # our own file
-    return {given: detector(configuration, calibration) for given, calibration in known.items()}
-
-
-def block(
-    part: int, configuration: Configuration, seed: int, number: int, stored: bytes, folder: Path | None
-) -> list[Any]:
-    """A block of cases or a tour of healthy motion: its rows, each with what the detector looked at."""
-    logging.getLogger("ftqp").setLevel(logging.ERROR)
-    begins = [seed, part, CONFIGURATIONS.index(configuration), number]
-    known, rows = _detectors(configuration, stored), []
-    if part == CASES:
-        made = kept(folder, begins, lambda: motion(configuration, begins, KINDS, EACH))
-        for given, one in known.items():
-            rows += [[given, row] for row in detection_scores.judged(one, made, given, configuration)]
-        return rows
-    record = kept(folder, begins, lambda: tour(configuration, begins, other=True))
-    for given, one in known.items():
-        rows.append([given, detection_scores.alarms(one, record, given, configuration)])
-    return rows
 
 
 class Kept:
@@ -195,43 +111,31 @@ def run(given: Any, chosen: list[Configuration], store: Kept) -> None:
     with Parallel(n_jobs=given.jobs, return_as="generator_unordered") as parallel:
         without = [c for c in chosen if not store.of(CALIBRATION, c)]
         for c, known in parallel(
-            delayed(_calibration)(c, given.seed, given.calibration, given.keep) for c in without
+            delayed(calibration)(c, given.seed, given.calibration, given.keep) for c in without
         ):
             store.put(CALIBRATION, c, 0, pickle.dumps(known))
         stored = {c: store.of(CALIBRATION, c)[0] for c in chosen}
 
         watched = {
-            c: sum(_watched(json.loads(rows)) for rows in store.of(HEALTHY, c).values()) for c in chosen
+            c: sum(watched_ticks(json.loads(rows)) for rows in store.of(HEALTHY, c).values()) for c in chosen
         }
 
         def work() -> Iterator[Any]:
             for part, c, number in missing(store, chosen, given, watched):
                 if given.minutes is not None and time.monotonic() - began > 60.0 * given.minutes:
                     return
-                yield delayed(_block)(part, c, given.seed, number, stored[c], given.keep)
+                yield delayed(numbered_block)(part, c, given.seed, number, stored[c], given.keep)
 
         for done, (part, c, number, rows) in enumerate(parallel(work())):
             store.put(part, c, number, json.dumps(rows))
-            watched[c] += _watched(rows) if part == HEALTHY else 0
+            watched[c] += watched_ticks(rows) if part == HEALTHY else 0
             if sys.stderr.isatty() and done % 10 == 0:
                 sys.stderr.write(f"\r{done} blocks, {time.monotonic() - began:.0f} s ")
 
 
-def _watched(rows: list[Any]) -> int:
+def watched_ticks(rows: list[Any]) -> int:
     """Ticks of a tour in which the detector was watched."""
     return int(rows[0][1]["ticks"])
-
-
-def _calibration(
-    configuration: Configuration, seed: int, hours: float, folder: Path | None
-) -> tuple[Configuration, Any]:
-    return configuration, calibrated(configuration, seed, hours, folder)
-
-
-def _block(
-    part: int, configuration: Configuration, seed: int, number: int, stored: bytes, folder: Path | None
-) -> tuple[int, Configuration, int, list[Any]]:
-    return part, configuration, number, block(part, configuration, seed, number, stored, folder)
 
 
 def gathered(store: Kept, chosen: list[Configuration]) -> list[dict[str, Any]]:

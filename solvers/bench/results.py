@@ -17,7 +17,7 @@ from ftqp.core.errors import InputError
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
 README = ROOT / "README.md"
-PLACES = ("--out", "--file")
+PLACES = ("--out", "--file", "--keep")
 """Options that name a folder or a file."""
 ALWAYS = ("ftqp", "numpy", "numba", "scipy")
 """Packages whose versions matter whoever takes part."""

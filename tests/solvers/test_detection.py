@@ -206,6 +206,16 @@ def test_quantised_encoder_reads_whole_quanta() -> None:
     assert np.abs(record.q - record.truth[:, 0]).max() <= 0.5 * QUANTUM + 1e-12
 
 
+def test_tables_of_the_docs_are_those_of_the_report() -> None:
+    text, report = (
+        (SCRIPT.parents[1] / name).read_text(encoding="utf-8")
+        for name in ("docs/detection.md", "solvers/results/detection.md")
+    )
+    copied = text.partition("<!-- begin detection -->")[2].partition("<!-- end detection -->")[0]
+    rows = [line for line in copied.splitlines() if line.startswith("|")]
+    assert len(rows) > 10 and set(rows) <= set(report.splitlines())
+
+
 def test_file_that_keeps_no_results_is_refused_with_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "notes").write_text("no table of anything, and long enough to be none " * 20)
     command = [sys.executable, str(SCRIPT), "--file", str(tmp_path / "notes")]
