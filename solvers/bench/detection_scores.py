@@ -5,7 +5,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from bench.detection_cases import Motion
-from bench.detection_world import Configuration, Record, Sent
+from bench.detection_world import Configuration, Record, Sent, arm
 
 INPUTS = ("encoders", "demand", "demand, torques")
 """What a detector may look at beside the encoders: what the drive asks of its motors, and what they give."""
@@ -111,9 +111,8 @@ def _say(row: Row, detector: Detecting, shown: Shown, names: list[str]) -> None:
 
 
 def _joints(configuration: Configuration) -> list[str]:
-    from bench.detection_world import world
-
-    return list(world(configuration).robot.joints)
+    """The names of the arm's joints."""
+    return list(arm(configuration.robot).joints)
 
 
 def alarms(detector: Detecting, record: Record, given: str, configuration: Configuration) -> Row:
