@@ -6,8 +6,8 @@
 
 Each case is an arm of the catalog in MuJoCo, behind position servos, velocity drives or motors that take
 torques, with encoders of 1e-4 rad noise, on a circle or a line; the brake of a random joint closes at a
-random time. It is run three times: the planner is told at once; has a detector and is never told; is never told
-and has none. It ends well when the path is finished, the planner's last word is OK, and the true tip was
+random time. It is run three times: the planner is told at once; has a detector and is never told; is never
+told and has none. It ends well when the path is finished, the planner's last word is OK, and the true tip was
 within 25 mm of its path for all of the last tenth.
 """
 
