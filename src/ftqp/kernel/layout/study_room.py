@@ -58,8 +58,11 @@ def study_fields(N: int) -> Fields:
 
 @cache
 def study_dtype(capacity: int) -> np.dtype[Any]:
-    """The type of the record of a study of an arm of up to ``capacity`` joints."""
-    rooms = {**{name: ROOMS[name] for name in ARM_ROOMS}, "study": study_fields}
+    """The type of the record of a study of an arm of up to ``capacity`` joints.
+
+    Its own room comes first: numba takes a record that begins as another one for a kind of that.
+    """
+    rooms = {"study": study_fields, **{name: ROOMS[name] for name in ARM_ROOMS}}
     return np.dtype(
         [(name, np.dtype(fields(capacity), align=True)) for name, fields in rooms.items()], align=True
     )
