@@ -197,6 +197,20 @@ def test_of_what_was_found_the_planner_believes_what_does_least_harm(found: Find
     assert fault_of(found) == fault
 
 
+def test_a_joint_without_torque_that_stands_counts_as_locked() -> None:
+    assert fault_of(finding("free_swinging"), stands=True) == ftqp.Locked("j")
+    assert fault_of(finding("free_swinging", "degraded"), stands=True) == ftqp.Locked("j")
+    assert fault_of(finding("degraded", share=0.5), stands=True) == ftqp.Degraded("j", torque=0.5)
+
+
+def test_the_speed_of_a_joint_is_that_of_its_samples() -> None:
+    planner = planner_of(ftqp.Detector())
+    steps = drive(planner, 1.0)
+    assert planner.diagnosis is not None
+    for joint, lately, now in zip(planner.diagnosis.joints.values(), steps[-55].q, steps[-7].q, strict=True):
+        assert joint.speed == pytest.approx(abs(now - lately) / 0.048, abs=0.01)
+
+
 def test_an_arm_without_masses_counts_every_failed_joint_as_locked() -> None:
     assert fault_of(finding("degraded", share=0.5), has_inertia=False) == ftqp.Locked("j")
 

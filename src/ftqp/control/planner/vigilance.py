@@ -26,6 +26,8 @@ DECIDED_IN: Final = 0.06
 """A suspicion gets so long to become a finding; then it slows down whatever the suspect does [s]."""
 RECOVERY: Final = 1.0
 """How fast the path gets its speed back when the suspicion is gone [1/s]."""
+STANDS: Final = 0.03
+"""A joint slower than this on the mean of 50 ms stands [rad/s or m/s]."""
 UNKNOWN_SHARE: Final = 0.3
 """What a joint is asked for at most of which it is known only that it gives less torque, as a share."""
 SENSORS: Final = frozenset({"sensor_frozen", "sensor_biased", "sensor_dropped"})
@@ -186,25 +188,28 @@ class Vigilance:
             _LOG.warning("%s The arm is stopped.", finding.sentence)
             self._loop.lose_sensor(i)
             return
-        fault = fault_of(finding, has_inertia=self._robot.has_inertia)
+        stands = self.diagnosis.of(finding.joint).speed < STANDS
+        fault = fault_of(finding, has_inertia=self._robot.has_inertia, stands=stands)
         _LOG.warning("%s The planner counts on it from now on: %s.", finding.sentence, fault.happens)
         if "runaway" in finding.kinds:
             self._loop.ask_for_brake(i)
         self._report(fault)
 
 
-def fault_of(finding: Finding, *, has_inertia: bool = True) -> Fault:
+def fault_of(finding: Finding, *, has_inertia: bool = True, stands: bool = False) -> Fault:
     """The fault that a planner believes after a finding; of several kinds the one that does least harm.
 
-    A joint that does not move is locked, whatever holds it. One that runs away has to be braked, and counts
-    as locked.
+    A joint that does not move is locked, whatever holds it: a brake, or friction where it has no torque. One
+    that runs away has to be braked, and counts as locked.
 
     Args:
         finding: What was found, not of a sensor alone.
         has_inertia: Whether the arm has masses; without them every failed joint counts as locked.
+        stands: Whether the joint has hardly moved for some 50 ms.
     """
     kinds, joint = finding.kinds, finding.joint
-    if kinds & {"locked", "runaway"} or not has_inertia:
+    held = stands and "free_swinging" in kinds
+    if kinds & {"locked", "runaway"} or held or not has_inertia:
         return Locked(joint)
     if kinds == {"free_swinging"}:
         return FreeSwinging(joint)

@@ -135,6 +135,15 @@ class JointDiagnosis:
         return float(self._look("ticks")[0]) * float(self._look("dt")[0]) - self._ticks("since")
 
     @property
+    def speed(self) -> float:
+        """Mean speed of its samples over about the last 50 ticks [rad/s or m/s]; NaN while a sample is."""
+        kept, at = self._look("kept")[:, self._i], int(self._look("at")[0])
+        lately = np.roll(kept, -1 - at)
+        part = len(lately) // 4
+        moved = float(lately[-part:].mean() - lately[:part].mean())
+        return abs(moved) / ((len(lately) - part) * float(self._look("dt")[0]))
+
+    @property
     def unobservable(self) -> str | None:
         """What cannot be seen of the joint now and what would show it, or None."""
         at = int(self._look("at")[0])
