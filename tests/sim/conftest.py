@@ -15,6 +15,9 @@ from ftqp.sim.plants.arm_model import Arm
 class FakePlanner:
     """Follows a given joint acceleration, brakes the locked joints it knows of, keeps what it gets."""
 
+    diagnosis = None
+    findings = ()
+
     def __init__(self, robot, dt=1e-2, level="acceleration", a=None, code=lambda k: 0, before=lambda k: None):
         self.robot, self.dt, self.level = robot, dt, level
         self.faults = {}

@@ -50,6 +50,7 @@ def test_a_chunk_that_raises_ends_the_study_with_its_error_and_keeps_the_rest(tm
 
 
 SCRIPT = """
+import signal
 import sys
 from pathlib import Path
 from ftqp.app.study.driving import drive
@@ -57,6 +58,7 @@ from ftqp.app.study.results_file import ResultsFile
 from tests.app.study.jobs import COLUMNS, Squares
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever the tests were started from
     with ResultsFile(Path(sys.argv[1]), kind="squares", key="k", columns=COLUMNS) as results:
         drive(Squares(seconds=0.02), 200, results, what="squares", jobs=2)
 """

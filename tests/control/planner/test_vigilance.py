@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.vigilance import SLOWEST, UNKNOWN_SHARE, fault_of
+from ftqp.control.planner.vigilance import SLOWEST, UNKNOWN_SHARE, fault_of, is_harmless
 from ftqp.core.errors import InputError
 from ftqp.faults.detection.diagnosis import Finding
 
@@ -108,6 +108,18 @@ def test_a_lost_sensor_stops_the_arm_at_once_and_is_named(
     assert planner.findings == () and planner.stopped_because is None
 
 
+def test_a_finding_that_is_taken_back_is_judged_anew() -> None:
+    planner = planner_of(ftqp.Detector())
+    drive(planner, 1.75, truth=lock(2, 1.7))
+    assert planner._vigilance is not None
+    detector = planner._vigilance.detector
+    assert "panda_joint3" in detector.diagnosis.isolated
+    detector.doubt("panda_joint3")
+    assert not detector.diagnosis.isolated
+    with pytest.raises(InputError, match="is not a joint"):
+        detector.doubt("panda_joint9")
+
+
 def test_a_suspicion_slows_a_path_down_and_lets_it_go_on_when_it_passes() -> None:
     planner = planner_of(ftqp.Detector(), task=ftqp.Task(mode="scaled"))
     follower = ftqp.PathFollower(planner, circle(planner))
@@ -195,6 +207,27 @@ def finding(*kinds: str, share: float | None = None) -> Finding:
 )
 def test_of_what_was_found_the_planner_believes_what_does_least_harm(found: Finding, fault: Any) -> None:
     assert fault_of(found) == fault
+
+
+@pytest.mark.parametrize(
+    ("kinds", "servo", "stands", "harmless"),
+    [
+        (("degraded",), True, False, True),
+        (("degraded",), False, False, False),
+        (("degraded", "free_swinging"), True, False, True),
+        (("degraded", "free_swinging"), False, False, True),
+        (("degraded", "free_swinging"), False, True, False),
+        (("degraded", "locked"), False, False, False),
+        (("degraded", "locked"), True, True, False),
+        (("free_swinging",), True, False, False),
+        (("locked",), True, True, False),
+        (("runaway",), False, False, False),
+    ],
+)
+def test_a_joint_that_may_just_be_weak_is_told_and_not_believed(
+    kinds: tuple[str, ...], servo: bool, stands: bool, harmless: bool
+) -> None:
+    assert is_harmless(finding(*kinds), servo=servo, stands=stands) is harmless
 
 
 def test_a_joint_without_torque_that_stands_counts_as_locked() -> None:

@@ -31,7 +31,6 @@ STANDS: Final = 0.03
 UNKNOWN_SHARE: Final = 0.3
 """What a joint is asked for at most of which it is known only that it gives less torque, as a share."""
 SENSORS: Final = frozenset({"sensor_frozen", "sensor_biased", "sensor_dropped"})
-WEAK: Final = frozenset({"degraded"})
 NO_TORQUE: Final = np.zeros(0)
 
 
@@ -75,7 +74,7 @@ class Vigilance:
         self._q, self._sent = K.state.given_q[:n], sent
         self._reference = K.state.q_command[:n], K.state.v_command[:n], K.state.a_command[:n]
         self._turns = robot.nq != n
-        self._mended: set[str] = set()
+        self._harmless: set[str] = set()
         self._suspected = 0
 
     @property
@@ -130,7 +129,7 @@ class Vigilance:
     def go_on(self, q: FloatArray | None = None) -> None:
         """Look anew after a stop; what was found stays found."""
         self.detector.reset(q)
-        self._mended.clear()
+        self._harmless.clear()
         self._loop.caution = 1.0
         self._suspected = 0
 
@@ -173,14 +172,15 @@ class Vigilance:
     def _believe(self, finding: Finding) -> None:
         """Act upon a finding.
 
-        The servo of a joint makes up for lost torque until its motor saturates, so on an arm with servos a
-        weak joint is told, and looked at further, but not believed.
+        A joint that may just be weak, or is weak behind a servo that makes up for it, harms nothing yet: it
+        is told, and looked at further, but not believed, unless it stands and may be held.
         """
-        if finding.kinds <= WEAK and self._K.feedback.kind != DriveKind.TORQUE:
-            if finding.joint not in self._mended:
-                _LOG.warning("%s Its servo makes up for it, so the planner goes on.", finding.sentence)
-                self._mended.add(finding.joint)
-            self.detector.forget(finding.joint)
+        stands = self.diagnosis.of(finding.joint).speed < STANDS
+        if is_harmless(finding, servo=self._K.feedback.kind != DriveKind.TORQUE, stands=stands):
+            if finding.joint not in self._harmless:
+                _LOG.warning("%s That harms nothing yet, so the planner goes on.", finding.sentence)
+                self._harmless.add(finding.joint)
+            self.detector.doubt(finding.joint)
             return
         self.findings.append(finding)
         i = self._robot.joint(finding.joint)
@@ -188,12 +188,25 @@ class Vigilance:
             _LOG.warning("%s The arm is stopped.", finding.sentence)
             self._loop.lose_sensor(i)
             return
-        stands = self.diagnosis.of(finding.joint).speed < STANDS
         fault = fault_of(finding, has_inertia=self._robot.has_inertia, stands=stands)
         _LOG.warning("%s The planner counts on it from now on: %s.", finding.sentence, fault.happens)
         if "runaway" in finding.kinds:
             self._loop.ask_for_brake(i)
         self._report(fault)
+
+
+def is_harmless(finding: Finding, *, servo: bool, stands: bool) -> bool:
+    """Whether a finding says no more than that a joint may be weak, which a servo or small loads hide.
+
+    Args:
+        finding: What was found.
+        servo: Whether the arm has servos, which make up for lost torque until a motor saturates.
+        stands: Whether the joint has hardly moved for some 50 ms.
+    """
+    kinds = finding.kinds
+    if "degraded" not in kinds or "locked" in kinds or (stands and len(kinds) > 1):
+        return False
+    return servo or len(kinds) > 1
 
 
 def fault_of(finding: Finding, *, has_inertia: bool = True, stands: bool = False) -> Fault:

@@ -29,6 +29,8 @@ SETTLE, WARM = 150, 350
 """Ticks after a reset before measured torques, and residuals of torque, are looked at."""
 PAUSE = 150
 """Ticks without verdicts after a joint was believed to have failed."""
+RETHINK = 40
+"""Ticks without verdicts after a finding was taken back."""
 SLIP = 0.03
 """Speed below which a joint may stick [rad/s or m/s]."""
 
@@ -307,6 +309,19 @@ class Detector:
             InputError: The joint is unknown.
         """
         self._set_believed(self._index(joint), 0)
+
+    def doubt(self, joint: str | int) -> None:
+        """Take the finding of a joint back and judge it anew in a while, with all that was observed.
+
+        Args:
+            joint: Its name or its 0-based index.
+
+        Raises:
+            InputError: The joint is unknown.
+        """
+        i, D = self._index(joint), self._working().D
+        D.kinds[i] = D.waiting = D.agreed = 0
+        D.pause = RETHINK
 
     def _set_believed(self, i: int, believed: int) -> None:
         D = self._working().D
