@@ -9,6 +9,7 @@ import numpy as np
 from ftqp.control.drive.drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
+from ftqp.control.planner.given_arrays import sized
 from ftqp.core.checks import FloatArray
 from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
@@ -95,7 +96,9 @@ class Vigilance:
             code = tick(*inputs)
             if code >= 0:
                 at = self._angles(inputs[0]) if self._turns else q
-                if look(at, self._tau, q_ref, v_ref, a_ref, sent) > 0 or loop.caution < 1.0:
+                seen = look(at, self._tau, q_ref, v_ref, a_ref, sent)
+                self._tau = NO_TORQUE
+                if seen > 0 or loop.caution < 1.0:
                     self._respond()
             return code
 
@@ -118,8 +121,12 @@ class Vigilance:
         return angles
 
     def feel(self, tau: Any) -> None:
-        """Measured torques of this tick, (nv,) [N m or N]; None where there are none."""
-        self._tau = NO_TORQUE if tau is None else np.ascontiguousarray(tau, dtype=np.float64)
+        """Take measured torques, (nv,) [N m or N], for the next tick alone; None where there are none.
+
+        Raises:
+            InputError: These are no such numbers.
+        """
+        self._tau = NO_TORQUE if tau is None else sized("tau", tau, self._q.shape)
 
     def reset(self, q: FloatArray) -> None:
         """Begin anew at q, (nv,) [rad or m], with nothing found."""
