@@ -264,6 +264,19 @@ def test_measured_torques_go_to_the_detector_for_one_tick() -> None:
         planner.step(q, None, target, tau=[1.0, 2.0])
 
 
+def test_the_detector_counts_on_a_load_that_the_planner_carries() -> None:
+    planner = planner_of(ftqp.Detector(), drive="torque")
+    planner.reset(planner.robot.neutral)
+    assert planner._vigilance is not None
+    session = planner._vigilance.detector._session
+    assert session is not None
+    before = session._arm["chain"]["mass"][0, 6]
+    planner.carry(ftqp.Payload(1.5, (0.0, 0.0, 0.05)))
+    assert session._arm["chain"]["mass"][0, 6] == pytest.approx(before + 1.5)
+    with pytest.raises(InputError, match="expected those of the detector"):
+        planner._vigilance.detector.fit(ftqp.robots.load("iiwa14"))
+
+
 def test_what_is_no_detector_is_refused() -> None:
     with pytest.raises(InputError, match=r"detector is 'on', expected an ftqp.Detector or None"):
         planner_of("on")  # type: ignore[arg-type]

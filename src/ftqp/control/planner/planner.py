@@ -356,6 +356,8 @@ class Planner(PlannerFacts):
         """Let the kernel see another arm of the same joints."""
         self.robot = robot
         load_chain(self._session.K, **robot.chain.constants())
+        if self._vigilance is not None:
+            self._vigilance.detector.fit(robot)
 
     def _adopt_belief(self) -> None:
         """What follows from the belief: need of dynamics, braking reserve, a cold start."""

@@ -288,6 +288,22 @@ class Detector:
         if code == Mistake.WRONG_SHAPE or self._detect(*arrays) < 0:
             raise InputError(f"q, tau or the command has another size than the arm, (nv,) = ({n},)")
 
+    def fit(self, robot: Robot) -> None:
+        """Count on another load or tool of the same arm from the next tick on.
+
+        Args:
+            robot: The arm as it is now, of the same joints.
+
+        Raises:
+            InputError: It has other joints.
+        """
+        session = self._working()
+        if robot.joints != self._names:
+            raise InputError(
+                f"{robot.name} has joints {robot.joints}, expected those of the detector, {self._names}"
+            )
+        session.fit(robot.chain.constants())
+
     def believe(self, fault: Fault) -> None:
         """A planner believes in a fault: that joint is not diagnosed again, the others are.
 

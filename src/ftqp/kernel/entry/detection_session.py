@@ -36,6 +36,10 @@ class DetectionSession:
         self.D.n = joints
         self.D.has_inertia = int(rooms(self._arm).chain.has_inertia)
 
+    def fit(self, constants: dict[str, Any]) -> None:
+        """Count on another load or tool of the same arm, by the argument names of ``load_chain``."""
+        load_chain(rooms(self._arm), **constants)
+
     def field(self, name: str) -> Any:
         """A field as an array that follows the record: (1,) for a number, else of the field's own shape."""
         view = self._memory[name]
