@@ -117,7 +117,7 @@ def test_continuous_planar_arm_turns_without_end() -> None:
         assert np.abs(mass_matrix(robot, robot.configuration(q)) - mass_matrix(limited, q)).max() < 1e-12
 
 
-@pytest.mark.parametrize("lengths", [(), (1.0, 0.0), (1.0, -1.0), (1.0, np.nan), [1.0] * 33])
+@pytest.mark.parametrize("lengths", [(), (1.0, 0.0), (1.0, -1.0), (1.0, np.nan), [1.0] * 33, ("long",)])
 def test_planar_arm_of_silly_links_is_refused(lengths: object) -> None:
     with pytest.raises(InputError, match="expected 1 to 32 positive numbers"):
         catalog.load("planar", lengths=lengths)

@@ -68,7 +68,10 @@ def _lengths(count: Any, lengths: Any) -> list[float]:
         return [REACH / number] * number
     if count is not None:
         raise InputError(f"count is {count!r} beside lengths, which already say it; leave one of them out")
-    sizes = np.atleast_1d(np.asarray(lengths, dtype=np.float64))
+    try:
+        sizes = np.atleast_1d(np.asarray(lengths, dtype=np.float64))
+    except (TypeError, ValueError):
+        sizes = np.empty(0)
     if sizes.ndim != 1 or not 1 <= sizes.size <= JOINTS or not ((sizes > 0.0) & np.isfinite(sizes)).all():
         raise InputError(f"lengths is {lengths!r:.80}, expected 1 to {JOINTS} positive numbers [m]")
     return [float(size) for size in sizes]
