@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from ftqp.app.study.results_file import FILE_NAME, FORMAT, ResultsFile, about
+from ftqp.app.study.results_file import FILE_NAME, FORMAT, ResultsFile
 from ftqp.core.errors import FtqpError, InputError
 
 COLUMNS = {"error": "REAL", "ticks": "INTEGER", "kind": "TEXT"}
@@ -95,16 +95,6 @@ def test_a_database_of_something_else_is_refused(tmp_path: Path) -> None:
         connection.commit()
     with pytest.raises(InputError, match="has no table about as such a file has it"):
         opened(tmp_path)
-    with pytest.raises(InputError, match="has no table about as such a file has it"):
-        about(tmp_path)
-
-
-def test_what_the_study_is_about_can_be_read_while_it_is_written(tmp_path: Path) -> None:
-    with opened(tmp_path) as results:
-        results.write([0], [(0.5, 7, "x")], 1.0, "a")
-        assert about(tmp_path)["study"] == "a = 1"
-    with pytest.raises(InputError, match="does not exist"):
-        about(tmp_path / "nowhere")
 
 
 def test_a_folder_that_cannot_be_made_is_bad_input(tmp_path: Path) -> None:

@@ -9,7 +9,6 @@ all rows that were written.
 import json
 import sqlite3
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import closing
 from pathlib import Path
 from typing import Any, Self, final
 
@@ -155,22 +154,6 @@ class ResultsFile:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def about(folder: Path) -> dict[str, Any]:
-    """What a results file says about its study, read without touching it.
-
-    Raises:
-        InputError: There is no results file, or it is none of ftqp.
-    """
-    path = folder / FILE_NAME
-    if not path.is_file():
-        raise InputError(f"{path} does not exist; expected the folder of a study")
-    try:
-        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as connection:
-            return _facts(connection, path)
-    except sqlite3.Error as error:
-        raise InputError(f"{path} is not a results file of ftqp: {error}") from error
 
 
 def _unusable(path: Path, error: Exception) -> InputError:
