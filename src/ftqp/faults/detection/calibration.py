@@ -66,6 +66,31 @@ class Calibration:
         )
         return claim + (" The rate is extrapolated." if self.extrapolated else "")
 
+    def refuse_others(
+        self, joints: tuple[str, ...], drive: str, dt: float, bandwidths: tuple[float, float], delay: int
+    ) -> None:
+        """Refuse a detector of another arm, drive or timing.
+
+        Args:
+            joints: Names of its joints.
+            drive: What its arm takes.
+            dt: Its sampling period [s].
+            bandwidths: Of its observers [1/s].
+            delay: How late its samples are, in ticks.
+
+        Raises:
+            InputError: One of them differs.
+        """
+        own = (joints, drive, dt, bandwidths, delay)
+        its = (self.joints, self.drive, self.dt, self.bandwidths, self.delay)
+        names = ("joints", "drive", "dt", "bandwidths", "delay in ticks")
+        for name, here, there in zip(names, own, its, strict=True):
+            if here != there:
+                raise InputError(
+                    f"the calibration was made with {name} {there}, but this detector has {here}; "
+                    "calibrate anew on healthy motion of this arm"
+                )
+
     def save(self, path: str | Path) -> None:
         """Write it as JSON.
 

@@ -20,6 +20,11 @@ from ftqp.model.robot import Robot
 
 DRIVES = tuple(kind.name.lower() for kind in DriveKind)
 TORQUE = DriveKind.TORQUE.name.lower()
+SETTINGS = (
+    "robot", "dt", "drive", "noise", "delay", "false_alarms_per_hour", "bandwidths", "patience", "quantum",
+    "calibration",
+)  # fmt: skip
+"""Arguments of a detector, each an attribute of the same name."""
 NO_ARM = "the detector knows no arm yet; give robot= and dt=, or hand it to ftqp.Planner(detector=...)"
 NOTHING = np.zeros(0)
 """Stands for torques that are not there."""
@@ -129,18 +134,12 @@ class Detector:
             InputError: As at construction.
         """
         given = type(self)(drive=drive, delay=delay)
-        return type(self)(
-            robot=self.robot if self.robot is not None else robot,
-            dt=self.dt if self.dt is not None else dt,
-            drive=self.drive if self.drive is not None else given.drive,
-            noise=self.noise if self.noise is not None else noise,
-            delay=self.delay if self.delay is not None else given.delay,
-            false_alarms_per_hour=self.false_alarms_per_hour,
-            bandwidths=self.bandwidths,
-            patience=self.patience,
-            quantum=self.quantum,
-            calibration=self.calibration,
-        )
+        offered = {"robot": robot, "dt": dt, "drive": given.drive, "noise": noise, "delay": given.delay}
+        return self._but_with(**{key: value for key, value in offered.items() if getattr(self, key) is None})
+
+    def _but_with(self, **changes: Any) -> Self:
+        """A detector with these settings, some of them changed."""
+        return type(self)(**({name: getattr(self, name) for name in SETTINGS} | changes))
 
     def _build(self, robot: Robot, dt: float) -> None:
         """The record, for this arm."""
@@ -173,7 +172,7 @@ class Detector:
             room = uncalibrated(robot, self.dt, self.bandwidths, sigma, sigma_tau)
             D.coulomb[:n] = robot.coulomb
         else:
-            self._refuse_foreign(known, robot)
+            known.refuse_others(robot.joints, self.drive, self.dt, self.bandwidths, ticks)
             room = known.room
             sigma, D.quantum = known.sigma, max(known.quantum, self.quantum)
             D.coulomb[:n], D.viscous[:n] = known.coulomb, known.viscous
@@ -187,17 +186,6 @@ class Detector:
         self._detect = session.detect()
         self.diagnosis = Diagnosis(robot.joints, session.field)
         self._restart()
-
-    def _refuse_foreign(self, known: Calibration, robot: Robot) -> None:
-        own = (robot.joints, self.drive, self.dt, self.bandwidths, self._ticks)
-        its = (known.joints, known.drive, known.dt, known.bandwidths, known.delay)
-        names = ("joints", "drive", "dt", "bandwidths", "delay in ticks")
-        for name, here, there in zip(names, own, its, strict=True):
-            if here != there:
-                raise InputError(
-                    f"the calibration was made with {name} {there}, but this detector has {here}; "
-                    "calibrate anew on healthy motion of this arm"
-                )
 
     def _working(self) -> DetectionSession:
         if self._session is None:
@@ -349,12 +337,9 @@ class Detector:
             D.fresh = 1
 
     def _index(self, joint: str | int) -> int:
-        self._working()
-        if isinstance(joint, str) and joint in self._names:
-            return self._names.index(joint)
-        if isinstance(joint, int) and not isinstance(joint, bool) and 0 <= joint < len(self._names):
-            return joint
-        raise unknown("joint", str(joint), "the detector", self._names)
+        if self.robot is None:
+            raise InputError(NO_ARM)
+        return self.robot.joint(joint)
 
     def wants_probing(self, joint: str | int) -> bool:
         """Whether a small motion of a joint, 1 to 2 mrad, would tell what its rest hides.
@@ -402,18 +387,7 @@ class Detector:
             quantum=self.quantum,
             extrapolate=extrapolate,
         )
-        return type(self)(
-            robot=self.robot,
-            dt=self.dt,
-            drive=self.drive,
-            noise=self.noise,
-            delay=self.delay,
-            false_alarms_per_hour=rate,
-            bandwidths=self.bandwidths,
-            patience=self.patience,
-            quantum=self.quantum,
-            calibration=found,
-        )
+        return self._but_with(false_alarms_per_hour=rate, calibration=found)
 
 
 def _drive(drive: Any) -> str | None:
