@@ -117,7 +117,11 @@ class Calibration:
         try:
             content = json.loads(Path(path).read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            raise InputError(f"{path} cannot be read as a calibration: {error}") from error
+            reason = getattr(error, "strerror", None) or error
+            raise InputError(
+                f"{path} cannot be read as a calibration: {reason}; make one with "
+                "detector.calibrate(log).calibration.save(file)"
+            ) from error
         names = {field.name for field in fields(cls)}
         if not isinstance(content, dict) or content.get("format") != FORMAT or not names <= content.keys():
             raise InputError(
