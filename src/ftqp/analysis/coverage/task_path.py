@@ -1,0 +1,271 @@
+"""A task on its time grid: the poses that a robot's tip passes, sample by sample."""
+
+import hashlib
+from dataclasses import dataclass, replace
+from typing import Any, Self, final
+
+import numpy as np
+
+from ftqp.analysis.goals import row_names
+from ftqp.control.paths import Path
+from ftqp.core.checks import FloatArray, array, frozen, instance, positive
+from ftqp.core.errors import InputError
+from ftqp.core.pose import pose as checked_pose
+from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.model.robot import Robot
+
+SAMPLES = 400
+"""Samples of a path whose sample time is not given."""
+DIGITS = 9
+"""Decimals that a digest looks at, so that the last bits of a sine do not change it."""
+START_TOLERANCE = 1e-3
+"""How far from the first goal the tip may start [m, or rad]."""
+AXIS_ROWS = ("x", "y", "z", "rx", "ry")
+"""Rows of a position and a tool axis; the last two turn about the x and the y axis of the goal."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TaskPath:
+    """A path of a robot's tip on an even time grid, and which rows of it count; made by ``task_path``.
+
+    Attributes:
+        robot: The arm.
+        rows: Names of the task rows; of an ``axis`` task x, y, z, rx and ry, the last two of which turn about
+            the x and y axes of the goal.
+        axis: Whether of the orientation only the direction of the goal's z axis counts.
+        t: Times of the samples, (N + 1,) [s].
+        goals: Poses at these times, (N + 1, 4, 4) [m]; rows that do not count are arbitrary.
+        dt: The time between samples [s].
+        digest: A hash of the robot, of the rows and of the samples: equal for the same task.
+    """
+
+    robot: Robot
+    rows: tuple[str, ...]
+    axis: bool
+    t: FloatArray
+    goals: FloatArray
+    dt: float
+    digest: str
+
+    @property
+    def m(self) -> int:
+        """Number of task rows."""
+        return len(self.rows)
+
+    @property
+    def N(self) -> int:
+        """The number of the last sample; there are N + 1."""
+        return len(self.t) - 1
+
+    @property
+    def redundancy(self) -> int:
+        """r = nv - m, the dimension of self-motions."""
+        return self.robot.nv - self.m
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """Which of x, y, z, rx, ry, rz the rows are, by index, (m,)."""
+        return tuple(COMPONENTS.index(name) for name in self.rows)
+
+    def every(self, stride: int) -> Self:
+        """This task with every stride-th sample only, from the first on; the last one always stays.
+
+        Args:
+            stride: From 1; N must be a multiple of it, so that the grid stays even.
+
+        Raises:
+            InputError: N is no multiple of it.
+        """
+        if stride < 1 or self.N % stride:
+            raise InputError(
+                f"stride is {stride}, expected a divisor of N = {self.N}, so that the grid stays even"
+            )
+        at = np.arange(0, self.N + 1, stride)
+        return self._with(self.t[at], self.goals[at], self.dt * stride)
+
+    def coarse(self, K: int) -> Self:
+        """This task on a grid of K + 1 samples, as near to even as the samples allow.
+
+        Args:
+            K: Intervals of the coarser grid, from 1 to N; where N is no multiple of K the nearest smaller
+                stride is taken and the grid gets finer than asked for.
+        """
+        stride = max(1, self.N // max(1, K))
+        while self.N % stride:
+            stride -= 1
+        return self.every(stride)
+
+    def _with(self, t: FloatArray, goals: FloatArray, dt: float) -> Self:
+        t, goals = frozen(t.copy()), frozen(goals.copy())
+        digest = _digest(self.robot, self.rows, self.axis, dt, goals)
+        return replace(self, t=t, goals=goals, dt=dt, digest=digest)
+
+
+def task_path(
+    robot: Robot, path: Any, *, rows: Any = "pose", dt: float | None = None, q0: Any = None
+) -> TaskPath:
+    """A task on its time grid.
+
+    Args:
+        robot: The arm.
+        path: A path of ``ftqp.paths``, poses (N + 1, 4, 4), or points (N + 1, 2) or (N + 1, 3), one each dt
+            [m].
+        rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, ``"axis"`` for position
+            and tool axis, or names of rows.
+        dt: The time between samples, > 0 [s]; None is a 400th of a path's duration, and for poses or points
+            it must be given.
+        q0: Where the arm starts, (nv,) [rad or m]; it must be at the first sample and within the limits.
+            Points of a task with rotation keep the orientation that the tip has there.
+
+    Raises:
+        InputError: The path is empty, too short or not finite, the rows do not fit it, the arm has too few
+            joints, or the start is elsewhere or outside the limits.
+    """
+    instance("robot", robot, Robot, "a Robot")
+    axis = isinstance(rows, str) and rows == "axis"
+    names = AXIS_ROWS if axis else row_names(robot, rows)
+    if axis and not set(COMPONENTS) <= set(robot.default_rows):
+        raise InputError(
+            f"rows is 'axis' and {robot.name} has the rows {', '.join(robot.default_rows)}; expected an arm "
+            "that moves in space"
+        )
+    if robot.nv < len(names):
+        raise InputError(
+            f"{robot.name} has {robot.nv} joints and the task {len(names)} rows; expected at least as many "
+            "joints as rows"
+        )
+    start = None if q0 is None else robot.angles(q0)
+    if isinstance(path, Path):
+        step = path.duration / SAMPLES if dt is None else positive("dt", dt, "s")
+        count = max(1, int(np.ceil(path.duration / step - 1e-6)))
+        goals = path.sample(step * np.arange(count + 1)).pose
+    else:
+        if dt is None:
+            raise InputError("dt is None, expected the time between the given samples [s]")
+        step = positive("dt", dt, "s")
+        goals = _given_goals(path, names, robot, start)
+    if start is not None:
+        _refuse_other_start(robot, names, axis, goals[0], start)
+    return TaskPath(
+        robot=robot,
+        rows=names,
+        axis=axis,
+        t=frozen(step * np.arange(len(goals), dtype=np.float64)),
+        goals=frozen(goals),
+        dt=step,
+        digest=_digest(robot, names, axis, step, goals),
+    )
+
+
+def robot_digest(robot: Robot) -> str:
+    """A hash of the chain with its tool and load, and of the limits: equal for the same arm.
+
+    Args:
+        robot: The arm.
+    """
+    return _hash(_robot_numbers(robot))
+
+
+def _robot_numbers(robot: Robot) -> list[Any]:
+    limits = robot.limits
+    bounds = [limits.q_min, limits.q_max, limits.v_max, limits.a_max]
+    return [*(value for _, value in sorted(robot.chain.constants().items())), *bounds]
+
+
+def _digest(robot: Robot, rows: tuple[str, ...], axis: bool, dt: float, goals: FloatArray) -> str:
+    counted = np.array([name in rows for name in COMPONENTS] + [axis])
+    parts = goals[:, :3, 3] * counted[:3]
+    turns = goals[:, :3, :3] if counted[3:].any() else np.zeros(0)
+    return _hash([*_robot_numbers(robot), counted, np.array([dt]), parts, turns])
+
+
+def _hash(numbers: list[Any]) -> str:
+    whole = hashlib.sha256()
+    for value in numbers:
+        rounded = np.round(np.asarray(value, dtype=np.float64), DIGITS) + 0.0
+        whole.update(np.int64(rounded.size).tobytes() + np.ascontiguousarray(rounded).tobytes())
+    return whole.hexdigest()[:32]
+
+
+def _given_goals(path: Any, names: tuple[str, ...], robot: Robot, start: FloatArray | None) -> FloatArray:
+    """Goals that are given sample by sample, as poses (N + 1, 4, 4)."""
+    try:
+        given = np.array(path, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"path is {path!r:.60}, expected an ftqp path, poses (N + 1, 4, 4) or points (N + 1, 2 or 3)"
+        ) from error
+    if given.size == 0 or len(given) < 2:
+        count = 0 if given.size == 0 else len(given)
+        raise InputError(f"path has {count} samples, expected at least 2")
+    if given.ndim not in (2, 3) or given.shape[1:] not in ((4, 4), (2,), (3,)):
+        raise InputError(
+            f"path has shape {given.shape}, expected poses (N + 1, 4, 4) or points (N + 1, 2) or (N + 1, 3)"
+        )
+    if not np.isfinite(given).all():
+        at = int(np.argwhere(~np.isfinite(given))[0][0])
+        raise InputError(f"sample {at} of the path is not finite: {given[at].ravel()}; expected numbers")
+    if given.ndim == 3:
+        for k, goal in enumerate(given):
+            checked_pose(goal, f"sample {k} of the path")
+        return given
+    if given.shape[1] == 2 and "z" in names:
+        raise InputError("path has points (N + 1, 2) and the task a row z; give points (N + 1, 3)")
+    turning = [name for name in names if name.startswith("r")]
+    if turning and start is None:
+        raise InputError(
+            f"path has points and the task the rows {', '.join(turning)}; give poses (N + 1, 4, 4), or q0, "
+            "whose orientation is kept"
+        )
+    goals = np.tile(np.eye(4) if start is None else robot.pose(start), (len(given), 1, 1))
+    goals[:, : given.shape[1], 3] = given
+    return goals
+
+
+def _refuse_other_start(
+    robot: Robot, names: tuple[str, ...], axis: bool, goal: FloatArray, q0: FloatArray
+) -> None:
+    """Refuses a start outside the limits or away from the first sample."""
+    limits = robot.limits
+    for i, joint in enumerate(robot.joints):
+        if not limits.q_min[i] <= q0[i] <= limits.q_max[i]:
+            raise InputError(
+                f"q0 has {q0[i]:.6g} for {joint!r}, outside its limits [{limits.q_min[i]:.6g}, "
+                f"{limits.q_max[i]:.6g}]; start within them, or give the robot other limits"
+            )
+    off = array("error", task_errors(names, axis, goal[None], robot.pose(q0)[None])[0], (len(names),))
+    if np.abs(off).max() > START_TOLERANCE:
+        k = int(np.abs(off).argmax())
+        raise InputError(
+            f"the tip at q0 is {abs(off[k]):.4g} off in row {names[k]} at sample 0 of the path; expected q0 "
+            "at the start of the path"
+        )
+
+
+def task_errors(names: tuple[str, ...], axis: bool, goals: FloatArray, poses: FloatArray) -> FloatArray:
+    """Errors of the task rows from poses to goals, (K, m) [m, rad]: p_d - p, the rotation vector of R_d R'.
+
+    Of an axis task the two turns are the shortest one of the tool's z axis, along the goal's x and y axes.
+
+    Args:
+        names: Of the task rows.
+        axis: Whether of the orientation only the direction of the z axis counts.
+        goals: (K, 4, 4).
+        poses: (K, 4, 4).
+    """
+    from scipy.spatial.transform import Rotation  # slow to load
+
+    errors = np.zeros((len(goals), 6))
+    errors[:, :3] = goals[:, :3, 3] - poses[:, :3, 3]
+    if axis:
+        tool, wanted = poses[:, :3, 2], goals[:, :3, 2]
+        across = np.cross(tool, wanted)
+        sine = np.linalg.norm(across, axis=1)
+        angle = np.arctan2(sine, np.einsum("ki,ki->k", tool, wanted))
+        turn = across * (angle / np.where(sine > 0.0, sine, 1.0))[:, None]
+        errors[:, 3:] = np.einsum("kij,ki->kj", goals[:, :3, :3], turn)
+    elif any(name.startswith("r") for name in names):
+        turned = goals[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2)
+        errors[:, 3:] = Rotation.from_matrix(turned).as_rotvec()
+    return np.asarray(errors[:, [COMPONENTS.index(name) for name in names]])
