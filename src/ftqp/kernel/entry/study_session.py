@@ -78,6 +78,8 @@ class StudySession:
         q_max: The same above.
         wraps: Joints whose values count modulo one turn, (nv,).
         step: Largest step of a traced curve [rad or m].
+        axis: Whether rx and ry are the shortest turn of the tool's z axis, along the goal's x and y axes;
+            derivatives of A are not known then.
 
     Attributes:
         S: The rooms ``state``, ``kinematics``, ``chain`` and ``study``.
@@ -94,6 +96,7 @@ class StudySession:
         q_max: Any,
         wraps: Any,
         step: float = 0.05,
+        axis: bool = False,
     ) -> None:
         self.nv, self.m = len(constants["mass"]), len(rows)
         self.capacity = capacity_for(self.nv)
@@ -102,7 +105,7 @@ class StudySession:
         load_chain(self.S, **constants)
         study = self.S.study
         study.m, study.turns, study.length = self.m, any(row > 2 for row in rows), length
-        study.rows[: self.m] = rows
+        study.rows[: self.m], study.axis = rows, axis
         study.q_min[: self.nv], study.q_max[: self.nv], study.wraps[: self.nv] = q_min, q_max, wraps
         study.step, study.tolerance = step, TOLERANCE * max(1.0, length)
         self.aim(np.eye(4))

@@ -17,6 +17,7 @@ _ROLLOUT = "ftqp.kernel.entry.rollout"
 _DETECTION = "ftqp.kernel.entry.detect_entries"
 _ARM, _ALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.lone_entries"
 _STUDY = "ftqp.kernel.entry.study_entries"
+_CONTINUATION = "ftqp.kernel.entry.continuation_entries"
 
 ENTRIES: Final = {
     entry.name: entry
@@ -61,6 +62,9 @@ ENTRIES: Final = {
         _entry("study_self_motions", _STUDY, "i" * 8, nogil=True),
         _entry("study_runs", "ftqp.kernel.study.spatial_runs", "i" * 7, nogil=True),
         _entry("study_lines", "ftqp.kernel.study.spatial_lines", "i" * 9, nogil=True),
+        _entry("exact_continuations", _CONTINUATION, "iiiii", nogil=True),
+        _entry("bounded_continuations", _CONTINUATION, "iiiii", nogil=True),
+        _entry("self_speed_tracks", _CONTINUATION, "iiiii", nogil=True),
     )
 }
 """By name."""

@@ -18,7 +18,9 @@ def study_fields(N: int) -> Fields:
     """The room of a study.
 
     ``rows``: which m of x, y, z, rx, ry, rz count; ``turns``: whether rotation is among them; ``length``:
-    what angular rows are multiplied by [m]. ``held``: joints that stand still; ``wraps``: joints whose values
+    what angular rows are multiplied by [m]. ``axis``: of the orientation only the tool's z axis counts, and
+    rx and ry are the shortest turn of it along the goal's x and y axes; derivatives of A are not known then.
+    ``held``: joints that stand still; ``wraps``: joints whose values
     count modulo one turn; ``q_min`` and ``q_max``: where curves end. ``goal``: the pose. ``full``: its error,
     not scaled; ``e`` and ``A``: error and Jacobian of the rows, scaled. ``W``: diag(sigma) V' of A, ``U`` and
     ``sigma`` its other parts. ``dq``: a step; ``tangent``, ``middle`` and ``ahead``: directions of a curve at
@@ -30,7 +32,7 @@ def study_fields(N: int) -> Fields:
     ``winding`` the turns of each joint on one round, ``arc`` its length and ``least`` its smallest sigma.
     """
     return [
-        *scalars("i8", "m turns closed crossed"),
+        *scalars("i8", "m turns axis closed crossed"),
         *scalars("f8", "length tolerance step side cosine side_ahead arc least"),
         *integers({"rows": (TASK_ROWS,), "held": (N,), "wraps": (N,), "winding": (N,)}),
         *floats(

@@ -1,6 +1,6 @@
 """Error and Jacobian of a study's task rows, and their derivatives."""
 
-from math import cos, sin, sqrt
+from math import atan2, cos, sin, sqrt
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
@@ -23,7 +23,9 @@ def task_values(S: Any) -> float:
     T, R, full, J = study.goal, kinematics.R_tip, study.full, kinematics.J
     for r in range(3):
         full[r] = T[4 * r + 3] - kinematics.o_tip[r]
-    if study.turns:
+    if study.axis:
+        _tool_turn(S)
+    elif study.turns:
         full[3], full[4], full[5] = rotation_vector(
             T[0] * R[0] + T[1] * R[1] + T[2] * R[2],
             T[0] * R[3] + T[1] * R[4] + T[2] * R[5],
@@ -43,7 +45,23 @@ def task_values(S: Any) -> float:
         square += study.e[row] * study.e[row]
         for i in range(S.chain.n):
             study.A[row, i] = 0.0 if study.held[i] else scale * J[k, i]
+        if study.axis and k > 2:
+            for i in range(S.chain.n):
+                along = T[k - 3] * J[3, i] + T[k + 1] * J[4, i] + T[k + 5] * J[5, i]
+                study.A[row, i] = 0.0 if study.held[i] else scale * along
     return sqrt(square)
+
+
+@jit
+def _tool_turn(S: Any) -> None:
+    """The shortest turn of the tool's z axis to the goal's, along the x, y and z axes of the goal."""
+    T, R, full = S.study.goal, S.kinematics.R_tip, S.study.full
+    x, y, z = cross(R[2], R[5], R[8], T[2], T[6], T[10])
+    sine = sqrt(x * x + y * y + z * z)
+    angle = atan2(sine, R[2] * T[2] + R[5] * T[6] + R[8] * T[10])
+    f = angle / sine if sine > 0.0 else 1.0
+    for k in range(3):
+        full[3 + k] = f * (T[k] * x + T[4 + k] * y + T[8 + k] * z)
 
 
 @jit

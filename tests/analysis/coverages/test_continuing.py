@@ -1,0 +1,186 @@
+"""Continuations after failures, and motions at a given self-motion speed."""
+
+import daqp
+import numpy as np
+import pytest
+
+from ftqp.analysis.coverage.continuing import continuation_study, task_session, track, tracks
+from ftqp.analysis.coverage.task_path import task_errors, task_path
+from ftqp.control.paths import Line
+from ftqp.core.errors import InputError
+from ftqp.kernel.layout.survival import Survival
+from ftqp.model import catalog
+
+PANDA = catalog.load("panda")
+Q0 = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
+TASK = task_path(PANDA, Line(PANDA.pose(Q0), (0.0, 0.25, 0.0), duration=4.0), dt=0.05)
+NODES = np.arange(0, TASK.N, 4)
+PAIRS = tuple(a.ravel() for a in np.meshgrid(NODES, np.arange(7), indexing="ij"))
+
+
+def jacobian(q):
+    return PANDA.jacobian(q)
+
+
+def errors(q, task=TASK, first=0):
+    poses = np.stack([task.robot.pose(one) for one in q])
+    return task_errors(task.rows, task.axis, task.goals[first : first + len(q)], poses)
+
+
+def test_motion_stays_on_its_path_with_the_self_motion_speed_that_was_asked_for() -> None:
+    theta = 0.4
+    q = track(TASK, Q0, theta)
+    assert np.abs(errors(q)).max() < 1e-10
+    for k in (0, 20, 60):
+        _, _, Vt = np.linalg.svd(jacobian(q[k]))
+        n = Vt[-1] * np.sign(np.linalg.det(np.vstack([Vt[-1], jacobian(q[k])])))
+        assert np.isclose((q[k + 1] - q[k]) @ n / TASK.dt, theta, atol=2e-2)
+    least = track(TASK, Q0)
+    step = (
+        np.linalg.pinv(jacobian(least[30]))
+        @ task_errors(TASK.rows, False, TASK.goals[31:32], PANDA.pose(least[30])[None]).ravel()
+    )
+    assert np.allclose(least[31] - least[30], step, atol=2e-4)
+
+
+def test_many_motions_are_those_of_each_alone_on_any_number_of_threads() -> None:
+    speeds = np.linspace(-0.5, 0.5, 5)[:, None]
+    q, last = tracks(TASK, np.tile(Q0, (5, 1)), speeds)
+    assert (last == TASK.N).all()
+    assert (q[3] == track(TASK, Q0, speeds[3, 0])).all()
+
+
+def test_continuation_keeps_the_joint_and_the_path() -> None:
+    q, study = track(TASK, Q0, 0.3), continuation_study(TASK)
+    found = study.runs(q[PAIRS[0]], *PAIRS)
+    survived = np.flatnonzero(found.status == Survival.SURVIVED)
+    assert 0.5 < len(survived) / len(found.status) < 1.0
+    assert found.position[survived].max() < 1e-8 and found.rotation[survived].max() < 1e-8
+    for pair in survived[::60]:
+        k, j = PAIRS[0][pair], PAIRS[1][pair]
+        motion = study.motion(q[k], k, j)
+        assert len(motion) == TASK.N + 1 - k and (motion[:, j] == q[k, j]).all()
+        assert np.abs(errors(motion, first=k)).max() < 1e-8
+        assert np.isclose(
+            np.minimum(motion - PANDA.limits.q_min, PANDA.limits.q_max - motion)[1:, np.arange(7) != j].min(),
+            found.margin[pair],
+        )
+        assert np.isclose(
+            (np.abs(np.diff(motion, axis=0)) / TASK.dt / PANDA.limits.v_max).max(), found.hurry[pair]
+        )
+
+
+def test_verdicts_do_not_depend_on_threads_or_company() -> None:
+    q, study = track(TASK, Q0, 0.3), continuation_study(TASK)
+    for bounded in (False, True):
+        alone = study.runs(q[PAIRS[0]], *PAIRS, threads=1, bounded=bounded)
+        shared = study.runs(q[PAIRS[0]], *PAIRS, threads=3, bounded=bounded)
+        assert (alone.status == shared.status).all() and (alone.margin == shared.margin).all()
+        one = study.runs(q[[PAIRS[0][50]]], PAIRS[0][[50]], PAIRS[1][[50]], bounded=bounded)
+        assert one.status[0] == alone.status[50] and one.margin[0] == alone.margin[50]
+
+
+def test_braking_joint_stops_with_its_deceleration_and_then_stands() -> None:
+    q, study = track(TASK, Q0, 0.8), continuation_study(TASK)
+    k, j, v = 20, 0, 1.8
+    motion = study.motion(q[k], k, j, speed=v, bounded=True, whole=True)
+    a = PANDA.limits.a_max[j]
+    t = TASK.dt * np.arange(len(motion))
+    stop = v / a
+    expected = np.where(t < stop, v * t - 0.5 * a * t**2, 0.5 * v**2 / a)
+    assert stop > TASK.dt and np.allclose(motion[:, j] - q[k, j], expected, atol=1e-12)
+
+
+def plain_bounded_motion(q, first, j, task, rows):
+    """The bounded continuation with another QP solver and pinocchio's kinematics, (N + 1 - first, nv)."""
+    robot, w, caution = task.robot, 1e4, 0.5
+    limits, scale = robot.limits, np.where(np.array(rows) > 2, robot.length, 1.0)
+    motion = [q.copy()]
+    for k in range(first, task.N):
+        here = motion[-1]
+        e = scale * task_errors(task.rows, False, task.goals[k + 1][None], robot.pose(here)[None])[0]
+        A = scale[:, None] * robot.jacobian(here)[list(rows)]
+        low = np.maximum(-limits.v_max * task.dt, caution * (limits.q_min - here))
+        high = np.minimum(limits.v_max * task.dt, caution * (limits.q_max - here))
+        low[j] = high[j] = 0.0
+        H, f = np.eye(7) + w * A.T @ A, -w * A.T @ e
+        sense = np.zeros(7, dtype=np.int32)
+        sense[j] = 5
+        x, _, flag, _ = daqp.solve(H, f, np.zeros((0, 7)), high, low, sense)
+        assert flag > 0
+        motion.append(here + x)
+    return np.array(motion)
+
+
+@pytest.mark.parametrize("rows", ["pose", "position"])
+def test_bounded_continuation_is_that_of_another_qp_solver(rows: str) -> None:
+    task = task_path(PANDA, TASK.goals, dt=TASK.dt, rows=rows)
+    q, study = track(TASK, Q0), continuation_study(task)
+    for k, j in ((0, 1), (24, 3), (40, 5)):
+        mine = study.motion(q[k], k, j, bounded=True, whole=True)
+        other = plain_bounded_motion(q[k], k, j, task, task.indices)
+        assert np.abs(mine - other).max() < 1e-7, (k, j)
+
+
+def test_bounded_continuation_stays_inside_limits_that_an_exact_one_leaves() -> None:
+    tight = PANDA.with_limits(q_min=Q0 - 0.35, q_max=Q0 + 0.35)
+    task = task_path(tight, TASK.goals, dt=TASK.dt)
+    q, study = track(TASK, Q0), continuation_study(task)
+    k = np.zeros(7, dtype=np.int64)
+    exact = study.runs(q[k], k, np.arange(7))
+    bounded = study.runs(q[k], k, np.arange(7), bounded=True, whole=True)
+    assert (exact.status == Survival.LIMIT).any()
+    assert (bounded.margin > -1e-9).all()
+
+
+def test_relaxed_task_survives_what_the_whole_one_does_not() -> None:
+    q = track(TASK, Q0)
+    shares = []
+    for rows in ("pose", "axis", "position"):
+        task = task_path(PANDA, TASK.goals, dt=TASK.dt, rows=rows)
+        found = continuation_study(task).runs(q[PAIRS[0]], *PAIRS, bounded=True)
+        shares.append((found.status == Survival.SURVIVED).mean())
+    assert shares[0] <= shares[1] <= shares[2] and shares[2] > shares[0] + 0.1
+
+
+def test_degraded_joint_goes_on_within_what_is_left_of_its_speed() -> None:
+    q, study = track(TASK, Q0), continuation_study(TASK)
+    for share in (0.5, 0.02):
+        found = study.runs(q[PAIRS[0]], *PAIRS, bounded=True, share=share)
+        assert (found.status == Survival.SURVIVED).all() == (share == 0.5)
+        motion = study.motion(q[8], 8, 0, bounded=True, share=share)
+        speed = np.abs(np.diff(motion, axis=0)).max(axis=0) / TASK.dt
+        assert speed[0] <= share * PANDA.limits.v_max[0] * (1.0 + 1e-9)
+
+
+def test_axis_rows_have_the_jacobian_of_their_error() -> None:
+    task = task_path(PANDA, TASK.goals, dt=TASK.dt, rows="axis")
+    session = task_session(task)
+    q, h = track(TASK, Q0)[0], 1e-6
+    e, A, _, _ = session.values(q[None])
+    assert np.abs(e).max() < 1e-9
+    shifted = np.concatenate([q + h * np.eye(7), q - h * np.eye(7)])
+    slopes, _, _, _ = session.values(shifted)
+    assert np.allclose(-(slopes[:7] - slopes[7:]).T / (2.0 * h), A[0], atol=1e-7)
+    tilted = q + 0.3
+    e, _, _, _ = session.values(tilted[None])
+    scale = np.array([1.0, 1.0, 1.0, PANDA.length, PANDA.length])
+    assert np.allclose(
+        e[0], scale * task_errors(task.rows, True, task.goals[:1], PANDA.pose(tilted)[None])[0]
+    )
+
+
+def test_unreachable_paths_and_wrong_speeds_are_refused() -> None:
+    far = task_path(PANDA, Line(PANDA.pose(Q0), (0.9, 0.0, 0.0), duration=4.0), dt=0.05)
+    with pytest.raises(InputError, match=r"cannot follow the path beyond sample \d+ of 80"):
+        track(far, Q0)
+    away = TASK.goals.copy()
+    away[:, 0, 3] += 3.0
+    with pytest.raises(InputError, match="no start of panda reaches the first sample"):
+        track(task_path(PANDA, away, dt=0.05), Q0)
+    with pytest.raises(InputError, match=r"theta has shape \(3,\)"):
+        track(TASK, Q0, np.zeros(3))
+    with pytest.raises(InputError, match="theta is not finite"):
+        track(TASK, Q0, np.nan)
+    with pytest.raises(InputError, match="one joint more than rows"):
+        track(task_path(PANDA, TASK.goals, dt=0.05, rows="position"), Q0, 0.1)
