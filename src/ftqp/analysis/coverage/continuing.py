@@ -85,7 +85,7 @@ def track(task: TaskPath, q0: Any, theta: Any = 0.0) -> FloatArray:
             f"{task.robot.name} cannot follow the path beyond sample {last[0]} of {task.N} "
             f"(t = {task.t[last[0]]:.4g} s); expected a path within the workspace, reached from this start"
         )
-    return q[0]
+    return np.asarray(q[0])
 
 
 def tracks(task: TaskPath, starts: Any, theta: Any = 0.0) -> tuple[FloatArray, Any]:
