@@ -1,0 +1,163 @@
+"""The plan that survives most on a grid of nodes: dynamic programming over configurations at waypoints."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from ftqp.analysis.circular_intervals import TURN
+from ftqp.analysis.coverage.task_path import TaskPath
+from ftqp.analysis.goals import GoalStudy
+from ftqp.analysis.planning.bellman import best_ways, farthest_waypoint
+from ftqp.analysis.planning.plan_settings import PlanSettings, Told, speeds
+from ftqp.analysis.planning.sampled_nodes import sampled_nodes
+from ftqp.analysis.planning.survival_labels import node_labels
+from ftqp.analysis.planning.waypoint_nodes import curve_nodes
+from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.errors import InputError
+
+LEAST_MARGIN = 0.01
+"""A node nearer to a limit counts as if no joint could be missed there [rad or m]."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GridPlan:
+    """A way through nodes.
+
+    Attributes:
+        q: Configurations at the waypoints, unwrapped, (K + 1, nv) [rad or m].
+        coverage: Share of pairs of joint and waypoint that they survive.
+        bound: How many joints the best node of each waypoint can miss, (K,).
+        nodes: How many nodes there were.
+    """
+
+    q: FloatArray
+    coverage: float
+    bound: FloatArray
+    nodes: int
+
+
+def grid_plan(
+    study: GoalStudy,
+    fine: TaskPath,
+    q0: FloatArray | None,
+    settings: PlanSettings,
+    seed: int,
+    told: Told,
+) -> GridPlan:
+    """The way through nodes of all waypoints that survives most.
+
+    A lock's survival depends on the joint, the waypoint and the configuration alone, so coverage is a sum
+    over nodes, and Bellman's recursion finds the best way on the grid.
+    Source: docs/theory/fault-tolerant-plans.md, "The recursion".
+
+    Args:
+        study: Of the arm and the task rows, with steps of the spacing.
+        fine: The task on all samples; some of them become waypoints. With one joint to spare locks are
+            followed from waypoint to waypoint, with more on all samples, for a QP goes one straight step.
+        q0: Where the arm starts, (nv,) [rad or m]; None leaves it free.
+        settings: The knobs.
+        seed: Of random starts.
+        told: Hears of progress.
+
+    Raises:
+        InputError: A waypoint has no configuration within limits, or no way is slow enough.
+    """
+    task = fine.coarse(settings.waypoints)
+    farthest = settings.share * speeds(study.robot)
+    nodes = _nodes(study, task, q0, settings, farthest, seed, told)
+    for k, found in enumerate(nodes):
+        if not len(found):
+            raise InputError(
+                f"no configuration of {study.robot.name} within its limits was found at t = {task.t[k]:g} s "
+                "of the path; expected a path inside the workspace"
+            )
+    on = task if study.redundancy == 1 else fine
+    survives = node_labels(on, on.N // task.N, nodes, told)
+    costs = _costs(study, nodes, survives, settings)
+    ways = best_ways(
+        nodes,
+        costs,
+        np.full(task.N, task.dt),
+        farthest=farthest,
+        energy=settings.energy,
+        turning=study.turning,
+    )
+    first = 0 if q0 is not None else int(np.argmin(ways.values[0]))
+    if not np.isfinite(ways.values[0][first]):
+        starts = np.arange(len(nodes[0])) == 0 if q0 is not None else np.ones(len(nodes[0]), dtype=np.bool_)
+        last = farthest_waypoint(nodes, starts, task.dt * farthest, study.turning)
+        raise InputError(
+            f"no way along the path is found beyond t = {task.t[last]:g} s that joints of {study.robot.name} "
+            f"follow at {settings.share:g} of their speed; raise share, give the path more time, or start "
+            "elsewhere"
+        )
+    way = ways.from_node(first)
+    kept = [survives[k][way[k]] for k in range(task.N)]
+    return GridPlan(
+        q=_unwrapped(study, np.array([nodes[k][a] for k, a in enumerate(way)]), q0),
+        coverage=float(np.mean(kept)),
+        bound=np.array([labels.sum(axis=1).max() for labels in survives], dtype=np.float64),
+        nodes=sum(len(found) for found in nodes),
+    )
+
+
+def _nodes(
+    study: GoalStudy,
+    task: TaskPath,
+    q0: FloatArray | None,
+    settings: PlanSettings,
+    farthest: FloatArray,
+    seed: int,
+    told: Told,
+) -> list[FloatArray]:
+    """Nodes of all waypoints, by the number of joints to spare."""
+
+    def tell(k: int) -> None:
+        told(k, task.N + 1, "nodes")
+
+    if study.redundancy == 1:
+        return curve_nodes(study, task.goals, spacing=settings.spacing, seed=seed, q0=q0, told=tell)
+    return sampled_nodes(
+        study,
+        task.goals,
+        count=settings.nodes,
+        reach=farthest * task.dt,
+        seed=seed,
+        q0=q0,
+        told=tell,
+    )
+
+
+def _costs(
+    study: GoalStudy, nodes: Sequence[FloatArray], survives: Sequence[BoolArray], settings: PlanSettings
+) -> list[FloatArray]:
+    """What it costs to be at each node: the share of coverage that is lost there, and the margin's share."""
+    K, nv = len(survives), study.robot.nv
+    costs = []
+    for k, q in enumerate(nodes):
+        distance, middle = _openness(study, q)
+        lost = (~survives[k]).sum(axis=1) / nv if k < K else np.zeros(len(q))
+        lost = np.where(distance < LEAST_MARGIN, 1.0, lost)
+        costs.append((lost + settings.margin * (1.0 - middle)) / K)
+    return costs
+
+
+def _openness(study: GoalStudy, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The distance to the nearest limit, (M,) [rad or m], and the least share of half a range, 0 to 1."""
+    limits = study.robot.limits
+    room = np.minimum(q - limits.q_min, limits.q_max - q)
+    half = 0.5 * (limits.q_max - limits.q_min)
+    share = np.where(np.isfinite(half), np.where(np.isfinite(room), room, 0.0) / half, 1.0)
+    return room.min(axis=1), np.clip(share.min(axis=1), 0.0, 1.0)
+
+
+def _unwrapped(study: GoalStudy, q: FloatArray, q0: FloatArray | None) -> FloatArray:
+    """Configurations of a way without jumps of whole turns, from the start that was given."""
+    way = q.copy()
+    start = way[0] if q0 is None else q0
+    steps = np.diff(way, axis=0, prepend=start[None])
+    steps = np.where(study.turning, steps - TURN * np.round(steps / TURN), steps)
+    return np.asarray(start + np.cumsum(steps, axis=0))

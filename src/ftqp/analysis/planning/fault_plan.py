@@ -1,0 +1,272 @@
+"""A plan: a trajectory along a path whose postures survive as many failures as can be."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self, final
+
+import numpy as np
+
+from ftqp.analysis.coverage.continuing import continuation_study
+from ftqp.analysis.coverage.task_path import TaskPath, robot_digest, task_path
+from ftqp.analysis.planning.plan_file import read_plan, write_plan
+from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.errors import FtqpError, InputError
+from ftqp.kernel.layout.survival import SURVIVED, Survival
+from ftqp.model.robot import Robot
+
+
+class NotSurvived(FtqpError):
+    """A joint locks at an instant behind which the path cannot be finished.
+
+    Attributes:
+        joint: Name of the joint.
+        time: When it locks [s].
+        until: Until when the path can be followed [s].
+        reason: How the continuation ends.
+        q: Configurations of the samples from the lock until then, (K, nv) [rad or m].
+    """
+
+    def __init__(self, *, joint: str, time: float, until: float, reason: Survival, q: FloatArray) -> None:
+        self.joint, self.time, self.until, self.reason, self.q = joint, time, until, reason, q
+        super().__init__(
+            f"the path cannot be finished when {joint!r} locks at t = {time:g} s ({reason.name}); it can be "
+            f"followed until t = {until:g} s"
+        )
+
+
+@final
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plan:
+    """A trajectory along a path, and what it survives; made by ``plan``, read by ``load_plan``.
+
+    Attributes:
+        q: Configurations at the samples, (N + 1, nv) [rad or m].
+        goals: Poses of the path there, (N + 1, 4, 4) [m].
+        dt: The time between samples [s].
+        joints: Names of the joints.
+        rows: Names of the task rows.
+        axis: Whether of the orientation only the direction of the goal's z axis counts.
+        coverage: Share of pairs of joint and instant that are survived, as it was verified.
+        stride: Instants are so many samples apart.
+        method: How the self-motion was chosen.
+        settings: What it was made with, and what was found on the way; anything JSON can hold.
+        robot_name: The arm's name.
+        robot_digest: A hash of the arm.
+        task_digest: A hash of arm, rows and path.
+        robot: The arm; None where the plan was read without one.
+    """
+
+    q: FloatArray
+    goals: FloatArray
+    dt: float
+    joints: tuple[str, ...]
+    rows: tuple[str, ...]
+    axis: bool
+    coverage: float
+    stride: int
+    method: str
+    settings: Mapping[str, Any]
+    robot_name: str
+    robot_digest: str
+    task_digest: str
+    robot: Robot | None = None
+
+    def __repr__(self) -> str:
+        """Arm, method, samples and coverage."""
+        return (
+            f"Plan({self.robot_name!r}, method={self.method!r}, samples={len(self.q)}, "
+            f"coverage={self.coverage:.4f})"
+        )
+
+    @property
+    def t(self) -> FloatArray:
+        """Times of the samples, (N + 1,) [s]."""
+        return self.dt * np.arange(len(self.q), dtype=np.float64)
+
+    @property
+    def v(self) -> FloatArray:
+        """Velocities between samples, (N, nv) [rad/s or m/s]."""
+        return np.asarray(np.diff(self.q, axis=0) / self.dt)
+
+    @property
+    def energy(self) -> float:
+        """E = sum |q_(k+1) - q_k|^2 / dt [rad^2/s]."""
+        return float((self.v**2).sum() * self.dt)
+
+    @cached_property
+    def task(self) -> TaskPath:
+        """The path on its samples.
+
+        Raises:
+            InputError: The plan was read without its robot.
+        """
+        if self.robot is None:
+            raise InputError(
+                f"this plan was read without its robot, {self.robot_name}; give it one with plan.of(robot)"
+            )
+        rows = "axis" if self.axis else list(self.rows)
+        return task_path(self.robot, self.goals, rows=rows, dt=self.dt)
+
+    def of(self, robot: Robot, path: Any = None) -> Self:
+        """This plan with its robot.
+
+        Args:
+            robot: The arm that it was made for.
+            path: The path that it has to be for, as ``plan`` takes it; None is that of the plan.
+
+        Raises:
+            InputError: The plan is for another robot or another path.
+        """
+        if robot_digest(robot) != self.robot_digest:
+            raise InputError(
+                f"the plan is for another robot ({self.robot_name} with {len(self.joints)} joints) than "
+                f"{robot.name}: links, tool, load or limits differ; plan again for this one"
+            )
+        own = replace(self, robot=robot)
+        if path is not None:
+            rows = "axis" if self.axis else list(self.rows)
+            dt = path.dt if isinstance(path, TaskPath) else self.dt
+            other = path if isinstance(path, TaskPath) else task_path(robot, path, rows=rows, dt=dt)
+            if other.digest != self.task_digest:
+                raise InputError(
+                    f"the plan is for another path: {_difference(own.task, other)}; plan again for this"
+                )
+        return own
+
+    def continue_after(self, joint: str | int, time: float) -> FloatArray:
+        """How the arm finishes the path when a joint locks: configurations from that sample on, (K, nv).
+
+        It is the continuation with which the plan was verified: the joint stays where it is from the last
+        sample at or before the time on, the others go on along the path.
+
+        Args:
+            joint: The joint that locks, by name or 0-based index.
+            time: When, from 0 to the end of the path [s].
+
+        Raises:
+            NotSurvived: The path cannot be finished; the error says until when, and has the motion so far.
+            InputError: The joint is unknown, the time is outside the path, or the plan has no robot.
+        """
+        task = self.task
+        j, name = task.robot.joint(joint), task.robot.joints[task.robot.joint(joint)]
+        if not (np.isfinite(time) and 0.0 <= time <= task.t[-1] + 1e-9):
+            raise InputError(f"time is {time:g} s, expected 0 to {task.t[-1]:g} s, the duration of the plan")
+        k = min(int(np.floor(time / self.dt + 1e-6)), task.N)
+        study, bounded = continuation_study(task), task.redundancy > 1
+        ends = study.runs(self.q[k][None], [k], [j], bounded=bounded)
+        q = study.motion(self.q[k], k, j, bounded=bounded)
+        if ends.status[0] != SURVIVED:
+            until = int(ends.sample[0])
+            raise NotSurvived(
+                joint=name, time=float(task.t[k]), until=float(task.t[max(until - 1, k)]),
+                reason=Survival(int(ends.status[0])), q=q[: max(until - k, 1)],
+            )  # fmt: skip
+        return q
+
+    def save(self, file: str | Path) -> None:
+        """Write the plan to a file for ``load_plan``; one of the same name is replaced.
+
+        Args:
+            file: It ends in ``.npz``.
+
+        Raises:
+            InputError: It does not end so, or cannot be written.
+        """
+        about = {
+            "robot": self.robot_name,
+            "robot_digest": self.robot_digest,
+            "task_digest": self.task_digest,
+            "method": self.method,
+            "dt": self.dt,
+            "coverage": self.coverage,
+            "joints": list(self.joints),
+            "rows": list(self.rows),
+            "axis": self.axis,
+            "stride": self.stride,
+            "settings": dict(self.settings),
+        }
+        write_plan(file, {"q": self.q, "goals": self.goals}, about)
+
+
+def plan_of(
+    task: TaskPath,
+    q: FloatArray,
+    *,
+    coverage: float,
+    stride: int,
+    method: str,
+    settings: Mapping[str, Any],
+) -> Plan:
+    """A trajectory as a plan.
+
+    Args:
+        task: The path on its samples.
+        q: Configurations there, (N + 1, nv) [rad or m].
+        coverage: What was found to be survived of it.
+        stride: At instants so many samples apart.
+        method: How the self-motion was chosen.
+        settings: What it was made with.
+    """
+    return Plan(
+        q=frozen(np.array(q, dtype=np.float64)),
+        goals=task.goals,
+        dt=task.dt,
+        joints=task.robot.joints,
+        rows=task.rows,
+        axis=task.axis,
+        coverage=coverage,
+        stride=stride,
+        method=method,
+        settings=settings,
+        robot_name=task.robot.name,
+        robot_digest=robot_digest(task.robot),
+        task_digest=task.digest,
+        robot=task.robot,
+    )
+
+
+def load_plan(file: str | Path, robot: Robot | None = None, path: Any = None) -> Plan:
+    """A plan from its file.
+
+    Args:
+        file: As ``Plan.save`` wrote it.
+        robot: The arm that the plan has to be for. Without it ``q`` and ``t`` can be read, and the arm can be
+            given later with ``Plan.of``.
+        path: The path that the plan has to be for, as ``plan`` takes it.
+
+    Raises:
+        InputError: The file does not exist, is no plan, of another version or damaged, or the plan is for
+            another robot or another path.
+    """
+    arrays, about = read_plan(file)
+    found = Plan(
+        q=frozen(arrays["q"]),
+        goals=frozen(arrays["goals"]),
+        dt=float(about["dt"]),
+        joints=tuple(about["joints"]),
+        rows=tuple(about["rows"]),
+        axis=about["axis"],
+        coverage=float(about["coverage"]),
+        stride=int(about["stride"]),
+        method=about["method"],
+        settings=about["settings"],
+        robot_name=about["robot"],
+        robot_digest=about["robot_digest"],
+        task_digest=about["task_digest"],
+    )
+    if path is not None and robot is None:
+        raise InputError("path is given without the robot, expected both")
+    return found if robot is None else found.of(robot, path)
+
+
+def _difference(own: TaskPath, other: TaskPath) -> str:
+    """What first tells two paths of one arm apart."""
+    if own.rows != other.rows or own.axis != other.axis:
+        return f"it has the rows {', '.join(own.rows)} and not {', '.join(other.rows)}"
+    if own.N != other.N or not np.isclose(own.dt, other.dt):
+        return f"it has {own.N + 1} samples of {own.dt:g} s and not {other.N + 1} of {other.dt:g} s"
+    off = np.abs(own.goals - other.goals).max(axis=(1, 2))
+    k = int(np.argmax(off > 1e-6)) if (off > 1e-6).any() else 0
+    return f"they differ at sample {k} (t = {own.t[k]:g} s) by {off[k]:.3g}"

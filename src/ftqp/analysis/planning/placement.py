@@ -1,0 +1,130 @@
+"""Where to put the task: the yaw of the tool and the arm's base, by what a coarse grid can survive."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Literal, get_args
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.stats import qmc
+
+from ftqp.analysis.coverage.task_path import TaskPath, task_path
+from ftqp.analysis.planning.dynamic_program import grid_plan
+from ftqp.analysis.planning.plan_settings import PlanSettings, Told
+from ftqp.analysis.planning.planning_study import planning_study
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError, unknown
+from ftqp.core.pose import rotation_z, transform
+
+Freedom = Literal["yaw", "base"]
+"""What a search may change beside the start."""
+
+WAYPOINTS = 30
+SPACING = 0.12
+"""The coarse grid of the search."""
+SPREAD = 16
+"""Placements that are spread over all of them."""
+REFINED = 24
+"""Placements on the way down from the best of these."""
+BASE = 0.5
+"""How far the base moves each way along x, y and z, as a share of the reach's sixth."""
+LOST = 2.0
+"""What a placement costs with which the path is not followed at all."""
+
+
+def better_placed(
+    task: TaskPath, freedoms: Sequence[Freedom], settings: PlanSettings, seed: int, told: Told
+) -> tuple[TaskPath, dict[str, Any]]:
+    """The task moved so that a coarse grid with a free start survives most, and how it was moved.
+
+    The task as it is, and placements spread evenly, are compared; a simplex goes on from the best. Moving the
+    base by b is moving the path by -b. A keyboard interrupt ends the search with the best so far.
+    Source: docs/theory/fault-tolerant-plans.md, "Placement".
+
+    Args:
+        task: The task.
+        freedoms: What may change.
+        settings: The knobs, of which spacing and waypoints are replaced.
+        seed: Of the spread placements and of random starts.
+        told: Hears of progress.
+
+    Raises:
+        InputError: A freedom is unknown or changes nothing that counts, or no placement can be followed.
+    """
+    low, high = _box(task, freedoms)
+    coarse = task.coarse(WAYPOINTS)
+    knobs = replace(settings, waypoints=WAYPOINTS, spacing=max(SPACING, settings.spacing))
+    tried: list[tuple[float, FloatArray]] = []
+
+    def cost(x: FloatArray) -> float:
+        inside = np.clip(x, low, high)
+        there = _moved(coarse, freedoms, inside)
+        try:
+            found = grid_plan(planning_study(there, knobs.spacing), there, None, knobs, seed, _silent)
+            value = 1.0 - found.coverage
+        except InputError:
+            value = LOST
+        value += float(np.abs(x - inside).sum())
+        tried.append((value, inside))
+        told(min(len(tried), SPREAD + REFINED), SPREAD + REFINED, "placements")
+        return value
+
+    try:
+        cost(np.zeros(len(low)))
+        for share in qmc.Sobol(len(low), seed=seed).random(SPREAD)[: SPREAD - 1]:
+            cost(low + share * (high - low))
+        first = min(tried, key=lambda one: one[0])[1]
+        simplex = np.vstack([first, first + 0.15 * np.diag(high - low)])
+        minimize(
+            cost,
+            first,
+            method="Nelder-Mead",
+            options={"maxfev": REFINED, "initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-3},
+        )
+    except KeyboardInterrupt:
+        if not tried:
+            raise
+    value, x = min(tried, key=lambda one: one[0])
+    if value >= LOST:
+        raise InputError(
+            f"no placement of the path is found that {task.robot.name} follows; expected a path near its "
+            "workspace"
+        )
+    names = _names(task, freedoms)
+    return _moved(task, freedoms, x), {"moved": {n: float(v) for n, v in zip(names, x, strict=True)}}
+
+
+def _silent(done: int, total: int, what: str) -> None:
+    """The parts of a placement are not told of."""
+
+
+def _names(task: TaskPath, freedoms: Sequence[Freedom]) -> list[str]:
+    """Names of the values that a placement has."""
+    base = [f"base_{row}" for row in ("x", "y", "z") if row in task.rows]
+    return (["yaw"] if "yaw" in freedoms else []) + (base if "base" in freedoms else [])
+
+
+def _box(task: TaskPath, freedoms: Sequence[Freedom]) -> tuple[FloatArray, FloatArray]:
+    """The range of each value of a placement."""
+    for freedom in freedoms:
+        if freedom not in get_args(Freedom):
+            raise unknown("freedom", freedom, "plan", get_args(Freedom))
+    if "yaw" in freedoms and (task.axis or "rz" not in task.rows):
+        raise InputError(
+            f"optimise has 'yaw' and the task the rows {', '.join(task.rows)}, for which the turn of the "
+            "tool does not count; leave it out"
+        )
+    way = BASE * task.robot.length
+    high = np.array([np.pi if name == "yaw" else way for name in _names(task, freedoms)])
+    return -high, high
+
+
+def _moved(task: TaskPath, freedoms: Sequence[Freedom], x: FloatArray) -> TaskPath:
+    """The task with a placement."""
+    goals = task.goals.copy()
+    for name, value in zip(_names(task, freedoms), x, strict=True):
+        if name == "yaw":
+            goals = goals @ transform(rotation_z(float(value)), np.zeros(3))
+        else:
+            goals[:, "xyz".index(name[-1]), 3] -= value
+    return task_path(task.robot, goals, rows="axis" if task.axis else list(task.rows), dt=task.dt)

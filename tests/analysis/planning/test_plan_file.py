@@ -1,0 +1,119 @@
+"""Plans on file: what is read is what was written, or a sentence."""
+
+import json
+
+import numpy as np
+import pytest
+
+from ftqp.analysis.coverage.task_path import task_path
+from ftqp.analysis.planning.fault_plan import load_plan, plan_of
+from ftqp.control.paths import Line
+from ftqp.core.errors import InputError
+from ftqp.model import catalog
+
+ARM = catalog.load("planar", count=3)
+PATH = Line(ARM.pose(ARM.neutral), (-0.2, 0.0, 0.0), duration=2.0)
+TASK = task_path(ARM, PATH, dt=0.1, rows="position")
+Q = np.tile(ARM.neutral, (TASK.N + 1, 1))
+
+
+@pytest.fixture
+def made():
+    return plan_of(TASK, Q, coverage=0.5, stride=4, method="dp", settings={"seed": 0, "theta": [0.1, 0.2]})
+
+
+@pytest.fixture
+def file(made, tmp_path):
+    path = tmp_path / "deep" / "plan.npz"
+    made.save(path)
+    return path
+
+
+def test_plan_comes_back_as_it_was_written(made, file) -> None:
+    for found in (
+        load_plan(file),
+        load_plan(file, ARM),
+        load_plan(file, ARM, PATH),
+        load_plan(file, ARM, TASK),
+    ):
+        assert np.array_equal(found.q, made.q) and np.array_equal(found.goals, made.goals)
+        assert np.array_equal(found.t, made.t) and found.settings == made.settings
+        for name in (
+            "dt",
+            "joints",
+            "rows",
+            "axis",
+            "coverage",
+            "stride",
+            "method",
+            "robot_digest",
+            "task_digest",
+        ):
+            assert getattr(found, name) == getattr(made, name)
+        with pytest.raises(ValueError, match="read-only"):
+            found.q[0] = 0.0
+    assert load_plan(file, ARM).task.digest == TASK.digest
+    assert [entry.name for entry in file.parent.iterdir()] == ["plan.npz"]
+
+
+def test_plan_without_its_robot_says_how_to_give_it_one(file) -> None:
+    found = load_plan(file)
+    with pytest.raises(InputError, match=r"read without its robot, planar\(3\).*plan.of\(robot\)"):
+        found.continue_after("j1", 0.0)
+    with pytest.raises(InputError, match="path is given without the robot"):
+        load_plan(file, path=PATH)
+
+
+def test_plan_for_another_robot_or_path_is_refused(file) -> None:
+    with pytest.raises(InputError, match="the plan is for another robot"):
+        load_plan(file, catalog.load("planar", count=4))
+    with pytest.raises(InputError, match="the plan is for another robot"):
+        load_plan(file, ARM.with_limits(q_max=2.0))
+    other = Line(ARM.pose(ARM.neutral), (-0.2, 0.01, 0.0), duration=2.0)
+    with pytest.raises(InputError, match=r"another path: they differ at sample \d+"):
+        load_plan(file, ARM, other)
+    with pytest.raises(InputError, match=r"another path: it has 21 samples of 0\.1 s and not 11 of 0\.2 s"):
+        load_plan(file, ARM, task_path(ARM, PATH, dt=0.2, rows="position"))
+    with pytest.raises(InputError, match="another path: it has the rows x, y and not x, y, rz"):
+        load_plan(file, ARM, task_path(ARM, PATH, dt=0.1, rows=("x", "y", "rz")))
+
+
+def rewritten(file, about=(), **arrays):
+    """The file with some of its contents changed."""
+    with np.load(file) as archive:
+        content = {name: archive[name] for name in archive.files} | arrays
+    text = json.loads(str(content["about"])) | dict(about)
+    np.savez(file, **(content | {"about": np.array(json.dumps(text))}))
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda file: file.unlink(), "does not exist"),
+        (lambda file: file.write_bytes(b""), "is not a plan"),
+        (lambda file: file.write_bytes(file.read_bytes()[:-200]), "is not a plan"),
+        (lambda file: file.write_text("q,goals"), "is not a plan"),
+        (lambda file: np.savez(file, q=Q), "it has the arrays q"),
+        (lambda file: rewritten(file, q=np.array([{}], dtype=object)), "is not a plan"),
+        (lambda file: rewritten(file, q=Q[:-1]), "q has shape"),
+        (lambda file: rewritten(file, q=Q.astype(np.float32)), "q holds float32"),
+        (lambda file: rewritten(file, q=np.full_like(Q, np.nan)), "a number is not finite"),
+        (lambda file: rewritten(file, q=Q + 1e-9), "is damaged"),
+        (lambda file: rewritten(file, {"format": 2}), "has format 2, this ftqp reads 1"),
+        (lambda file: rewritten(file, {"dt": "0.1"}), "'about' does not say what a plan has to"),
+        (lambda file: rewritten(file, {"more": 1}), "'about' does not say what a plan has to"),
+        (lambda file: np.savez(file, q=Q, goals=TASK.goals, about=np.array("{")), "is not its JSON text"),
+    ],
+)
+def test_damaged_file_is_refused_in_one_sentence(file, change, sentence) -> None:
+    change(file)
+    with pytest.raises(InputError, match=sentence):
+        load_plan(file)
+
+
+def test_file_that_cannot_be_written_is_refused_in_one_sentence(made, tmp_path) -> None:
+    with pytest.raises(InputError, match=r"has to end in \.npz; name it plan\.npz"):
+        made.save(tmp_path / "plan.txt")
+    (tmp_path / "folder.npz").mkdir()
+    with pytest.raises(InputError, match="cannot be written"):
+        made.save(tmp_path / "folder.npz")

@@ -1,0 +1,175 @@
+"""Plans: what is asked of the door, and what comes back."""
+
+import numpy as np
+import pytest
+
+from ftqp.analysis.coverage.continuing import track
+from ftqp.analysis.coverage.task_path import task_path
+from ftqp.analysis.planning.fault_plan import NotSurvived
+from ftqp.analysis.planning.plan_settings import PlanSettings
+from ftqp.analysis.planning.planned import plan
+from ftqp.analysis.planning.survival_labels import survivals
+from ftqp.control.paths import Line
+from ftqp.core.errors import InputError
+from ftqp.model import catalog
+
+ARM = catalog.load("planar", lengths=(1, 1, 1), continuous=True)
+Q0 = np.array([-1.524418, 1.260809, 0.741032])
+START = ARM.pose(Q0)
+PATH = Line(START, np.array([0.5, 1.2, 0.0]) - START[:3, 3], duration=10.0)
+TASK = task_path(ARM, PATH, dt=0.1, rows="position")
+FEW = PlanSettings(waypoints=50, spacing=0.12, thetas=tuple(np.linspace(-1.0, 1.0, 11)), evaluations=30)
+
+
+def survives(q: np.ndarray, k: int, joint: int) -> bool:
+    """The closed form of what three unit links survive: the distance that is left for two of them."""
+    goals = TASK.goals[k:, :2, 3]
+    if joint == 0:
+        away = np.linalg.norm(goals - [np.cos(q[k, 0]), np.sin(q[k, 0])], axis=1)
+        return bool((away < 2.0).all())
+    A = np.sqrt(2.0 + 2.0 * np.cos(q[k, joint]))
+    away = np.linalg.norm(goals, axis=1)
+    return bool(((abs(A - 1.0) < away) & (away < A + 1.0)).all())
+
+
+@pytest.fixture(scope="module")
+def free():
+    return plan(ARM, PATH, rows="position", dt=0.1, settings=FEW)
+
+
+def test_free_start_of_the_planar_arm_survives_everything_and_a_given_start_nine_tenths(free) -> None:
+    assert free.coverage == 1.0
+    assert all(survives(free.q, k, j) for k in range(0, 100, 5) for j in range(3))
+    fixed = plan(ARM, PATH, Q0, rows="position", dt=0.1, settings=FEW)
+    assert np.allclose(fixed.q[0], Q0) and 0.87 < fixed.coverage <= 0.91
+
+
+def test_plan_is_on_its_path_and_within_the_speed_of_the_joints(free) -> None:
+    assert free.q.shape == (101, 3) and np.isclose(free.t[-1], 10.0)
+    assert (
+        max(np.abs(ARM.pose(q)[:2, 3] - g[:2, 3]).max() for q, g in zip(free.q, free.goals, strict=True))
+        < 1e-9
+    )
+    assert np.abs(free.v).max() <= 1.0 + 1e-9
+    assert np.isclose(free.energy, np.square(np.diff(free.q, axis=0)).sum() / 0.1)
+
+
+def test_same_seed_gives_the_same_plan(free) -> None:
+    again = plan(ARM, TASK, settings=FEW)
+    assert np.array_equal(again.q, free.q) and again.coverage == free.coverage
+
+
+def test_dynamic_programming_is_at_least_as_good_as_every_other_method() -> None:
+    found = {
+        method: plan(ARM, TASK, Q0, method, settings=FEW).coverage
+        for method in ("dp", "spline", "constant", "gradient")
+    }
+    least = float(survivals(TASK, track(TASK, Q0)[None], 4).coverage[0])
+    assert (
+        found["dp"] >= max(found["constant"], found["gradient"]) - 0.005
+        and found["spline"] >= found["constant"]
+    )
+    assert min(found.values()) > least
+
+
+def test_margin_keeps_a_plan_farther_from_limits_at_the_same_coverage() -> None:
+    arm = catalog.load("planar", count=3)
+    way = Line(arm.pose((-1.0, 2.4, 0.5)), (-0.2, 0.4, 0.0), duration=5.0)
+    made = [
+        plan(
+            arm,
+            way,
+            rows="position",
+            dt=0.1,
+            settings=PlanSettings(waypoints=25, spacing=0.12, margin=margin),
+        )
+        for margin in (0.0, 0.3)
+    ]
+    room = [np.minimum(p.q - arm.limits.q_min, arm.limits.q_max - p.q).min(axis=1).mean() for p in made]
+    assert room[1] > room[0] + 0.3 and made[0].coverage == made[1].coverage == 1.0
+
+
+def test_continuation_is_that_which_was_verified(free) -> None:
+    q = free.continue_after("j2", 4.05)
+    assert q.shape == (61, 3) and np.allclose(q[0], free.q[40])
+    assert np.ptp(q[:, 1]) < 1e-12
+    off = [np.abs(ARM.pose(one)[:2, 3] - g[:2, 3]).max() for one, g in zip(q, free.goals[40:], strict=True)]
+    assert max(off) < 1e-8
+
+
+def test_lock_that_is_not_survived_says_until_when_the_path_can_be_followed() -> None:
+    made = plan(ARM, TASK, Q0, "constant", settings=PlanSettings(thetas=(0.0,)))
+    lost = [(k, j) for k in range(0, 100, 4) for j in range(3) if not survives(made.q, k, j)]
+    assert lost
+    k, j = lost[0]
+    with pytest.raises(NotSurvived, match=f"cannot be finished when 'j{j + 1}' locks") as caught:
+        made.continue_after(j, 0.1 * k)
+    error = caught.value
+    assert error.time <= error.until < 10.0 and len(error.q) == round((error.until - error.time) / 0.1) + 1
+    last = round(error.until / 0.1)
+    assert np.abs(ARM.pose(error.q[-1])[:2, 3] - TASK.goals[last, :2, 3]).max() < 1e-8
+
+
+def test_two_joints_to_spare_survive_more_than_with_least_motion() -> None:
+    arm = catalog.load("planar", lengths=(1, 0.6, 0.6, 0.3))
+    q0 = np.array([0.2, 0.9, -0.6, 0.4])
+    task = task_path(arm, Line(arm.pose(q0), (-1.0, -1.6, 0.0), duration=8.0), dt=0.1, rows="position")
+    made = plan(arm, task, settings=PlanSettings(waypoints=20, nodes=80, stride=8))
+    least = survivals(task, track(task, q0)[None], 8).coverage[0]
+    assert made.coverage >= least
+    with pytest.raises(InputError, match="2 joints to spare"):
+        plan(arm, task, q0, "constant")
+
+
+def test_progress_is_told_to_its_end() -> None:
+    told: dict[str, tuple[int, int]] = {}
+
+    def hear(done: int, total: int, what: str) -> None:
+        assert done >= told.get(what, (0, 0))[0]
+        told[what] = (done, total)
+
+    plan(ARM, TASK, settings=PlanSettings(waypoints=10, spacing=0.3), progress=hear)
+    assert set(told) == {"nodes", "locks"} and all(done == total for done, total in told.values())
+
+
+@pytest.mark.parametrize(
+    ("path", "options", "sentence"),
+    [
+        (PATH, {"method": "dynamic"}, "'dynamic' is not a method of plan"),
+        (PATH, {"seed": -1}, "seed is -1"),
+        (PATH, {"optimise": ("place",)}, "'place' is not a freedom"),
+        (PATH, {"optimise": ("yaw",)}, "for which the turn of the tool does not count"),
+        (PATH, {"optimise": ("base",), "q0": Q0}, "q0 is given and the path may move"),
+        (PATH, {"settings": {"waypoints": 5}}, "settings is of type dict"),
+        (PATH, {"q0": Q0 + 0.1}, "off in row"),
+        (Line(START, (3.0, 0.0, 0.0), duration=10.0), {}, r"within its limits was found at t = \d"),
+        (Line(START, (-0.4, 1.0, 0.0), duration=0.4), {}, "no way along the path is found beyond t = "),
+        (np.empty((0, 3)), {}, "path has 0 samples"),
+    ],
+)
+def test_bad_input_is_refused_in_one_sentence(path, options, sentence) -> None:
+    with pytest.raises(InputError, match=sentence):
+        plan(ARM, path, **{"rows": "position", "dt": 0.1, "settings": FEW, **options})
+
+
+def test_arm_without_a_joint_to_spare_is_refused() -> None:
+    two = catalog.load("planar", count=2)
+    with pytest.raises(InputError, match="no joint is to spare"):
+        plan(two, Line(two.pose(two.neutral), (-0.1, 0.0, 0.0), duration=1.0), rows="position")
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"waypoints": 0}, "waypoints is 0"),
+        ({"spacing": 0.0}, "spacing is 0"),
+        ({"share": 1.5}, "share is 1.5, expected a number from 0.001 to 1"),
+        ({"energy": -1.0}, "energy is -1"),
+        ({"select": "speed"}, "'speed' is not a rule of selection"),
+        ({"thetas": ()}, "thetas is empty"),
+        ({"stride": 2.5}, "stride is 2.5"),
+    ],
+)
+def test_bad_settings_are_refused_in_one_sentence(settings, sentence) -> None:
+    with pytest.raises(InputError, match=sentence):
+        PlanSettings(**settings)

@@ -1,0 +1,28 @@
+"""From waypoints to trajectories on all samples."""
+
+import numpy as np
+
+from ftqp.analysis.coverage.continuing import track
+from ftqp.analysis.coverage.task_path import task_path
+from ftqp.analysis.planning.planning_study import planning_study
+from ftqp.analysis.planning.refined_trajectory import WIDTHS, smooth_trajectories
+from ftqp.control.paths import Line
+from ftqp.model import catalog
+
+ARM = catalog.load("planar", lengths=(1, 1, 1), continuous=True)
+Q0 = np.array([-1.524418, 1.260809, 0.741032])
+TASK = task_path(ARM, Line(ARM.pose(Q0), (-0.5, 0.8, 0.0), duration=4.0), dt=0.05, rows="position", q0=Q0)
+
+
+def test_smoother_trajectories_cost_less_and_all_are_on_the_path_with_both_ends_kept() -> None:
+    study = planning_study(TASK, 0.1)
+    waypoints = track(TASK, Q0, 0.3 * np.sign(np.sin(8.0 * TASK.t[:-1])))[::4]
+    found = list(smooth_trajectories(study, TASK, waypoints))
+    assert [width for width, _ in found] == sorted(WIDTHS, reverse=True)
+    energies = [np.square(np.diff(q, axis=0)).sum() for _, q in found]
+    assert (np.diff(energies) > 0.0).all()
+    for width, q in found:
+        off = [np.abs(ARM.pose(q[k])[:2, 3] - TASK.goals[k, :2, 3]).max() for k in range(0, TASK.N + 1, 7)]
+        assert max(off) < 1e-10
+        assert np.allclose(q[0], waypoints[0], atol=1e-12) and np.allclose(q[-1], waypoints[-1], atol=1e-12)
+        assert width > 0.0 or np.allclose(q[::4], waypoints, atol=1e-10)
