@@ -101,7 +101,9 @@ def test_runs_of_an_arm_in_space_end_as_motions_that_are_followed(rows):
         assert ends[k, locked[k]] == starts[k, locked[k]]
 
 
-@pytest.mark.parametrize(("rows", "ending", "least"), [("position", Ending.ERRONEOUS, 10), ("pose", Ending.SINGULAR, 5)])
+@pytest.mark.parametrize(
+    ("rows", "ending", "least"), [("position", Ending.ERRONEOUS, 10), ("pose", Ending.SINGULAR, 5)]
+)
 def test_curves_of_rests_and_singular_ends_are_told_as_they_are_one_by_one(rows, ending, least):
     panda = ftqp.robots.load("panda")
     T = panda.pose(panda.neutral + 0.3 * np.array([1, -1, 0.5, 0.3, 0.2, 0.5, 1]))

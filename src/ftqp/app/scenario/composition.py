@@ -115,6 +115,7 @@ def detector(table: DetectorTable | None, folder: File) -> Detector | None:
         bandwidths=(slow, fast),
         patience=table.patience,
         quantum=table.quantum,
+        probe_after=table.probe_after,
         calibration=None if table.calibration is None else Calibration.load(folder / table.calibration),
     )
 

@@ -127,6 +127,12 @@ class DetectorTable(Table):
     quantum: Finite = Field(
         0.0, ge=0, description="smallest step of the encoders, >= 0", json_schema_extra=unit("rad or m")
     )
+    probe_after: Finite | None = Field(
+        None,
+        gt=0,
+        description="a joint that stood so long is moved by 1 to 2 mrad along self-motions; never if absent",
+        json_schema_extra=unit("s"),
+    )
     calibration: str | None = Field(
         None, description="a file made by a calibration; thresholds are guessed from the noise if absent"
     )

@@ -19,6 +19,7 @@ from ftqp.control.planner.given_arrays import converted_tick, measured_tick, mis
 from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.planner_facts import PlannerFacts
 from ftqp.control.planner.planner_view import PlannerView
+from ftqp.control.planner.probing import probing_of
 from ftqp.control.planner.rest_log import Rest
 from ftqp.control.planner.settings import settled
 from ftqp.control.planner.solver.qp_solver import IN_KERNEL, Solver
@@ -132,8 +133,9 @@ class Planner(PlannerFacts):
         self._vigilance: Vigilance | None = None
         if detector is not None:
             self._vigilance = Vigilance(
-                detector, self._session, robot, self.drive, self.noise, self._loop, self._believe
-            )
+                detector, self._session, robot, self.drive, self.noise, self._loop, self._believe,
+                probing_of(self._session, given, detector),
+            )  # fmt: skip
             tick = self._vigilance.watched(self._ordinary[0])
             self._ordinary = tick, None if timing else tick
         self._adopt_belief()

@@ -10,6 +10,7 @@ from ftqp.control.drive.drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.given_arrays import sized
+from ftqp.control.planner.probing import Probing
 from ftqp.core.checks import FloatArray
 from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
@@ -48,6 +49,7 @@ class Vigilance:
         noise: Of the measurements.
         loop: The planner's loop with its arm.
         report: Makes the planner believe a fault.
+        probing: Moves joints that stand, after every tick; None is none.
 
     Attributes:
         detector: The detector at work.
@@ -63,11 +65,13 @@ class Vigilance:
         noise: Noise,
         loop: ArmLoop,
         report: Callable[[Fault], None],
+        probing: Probing | None = None,
     ) -> None:
         K, n = session.K, robot.nv
         self.detector = detector.for_arm(robot, float(K.state.dt), drive=drive, noise=noise)
         self.findings: list[Finding] = []
         self._K, self._robot, self._loop, self._report = K, robot, loop, report
+        self._probing = probing
         self._dt = float(K.state.dt)
         self._tick = self.detector.tick
         self._tau: FloatArray = NO_TORQUE
@@ -89,7 +93,7 @@ class Vigilance:
         Args:
             tick: From its inputs, the measured configuration first, to a status or mistake.
         """
-        look, q, sent, loop = self._tick, self._q, self._sent, self._loop
+        look, q, sent, loop, probing = self._tick, self._q, self._sent, self._loop, self._probing
         q_ref, v_ref, a_ref = self._reference
 
         def watched(*inputs: Any) -> int:
@@ -100,6 +104,8 @@ class Vigilance:
                 self._tau = NO_TORQUE
                 if seen > 0 or loop.caution < 1.0:
                     self._respond()
+                if probing is not None:
+                    probing.look(self._suspect())
             return code
 
         return watched
@@ -139,6 +145,8 @@ class Vigilance:
         self._harmless.clear()
         self._loop.caution = 1.0
         self._suspected = 0
+        if self._probing is not None:
+            self._probing.rest()
 
     def forget(self, joint: str | int) -> None:
         """Look at a joint again that was believed to have failed.
@@ -149,6 +157,11 @@ class Vigilance:
         name = self._robot.joints[self._robot.joint(joint)]
         self.detector.forget(name)
         self.findings[:] = [finding for finding in self.findings if finding.joint != name]
+
+    def _suspect(self) -> int | None:
+        """The index of the joint under suspicion, if there is one."""
+        suspect = self.diagnosis.suspect
+        return None if suspect is None else self._robot.joint(suspect)
 
     def _respond(self) -> None:
         """Something was found, or is suspected, or was a moment ago.
@@ -182,8 +195,9 @@ class Vigilance:
         A joint that may just be weak, or is weak behind a servo that makes up for it, harms nothing yet: it
         is told, and looked at further, but not believed, unless it stands and may be held.
         """
-        stands = self.diagnosis.of(finding.joint).speed < STANDS
-        if is_harmless(finding, servo=self._K.feedback.kind != DriveKind.TORQUE, stands=stands):
+        seen = self.diagnosis.of(finding.joint)
+        stands, servo = seen.speed < STANDS, self._K.feedback.kind != DriveKind.TORQUE
+        if is_harmless(finding, servo=servo, stands=stands and seen.asked >= STANDS):
             if finding.joint not in self._harmless:
                 _LOG.warning("%s That harms nothing yet, so the planner goes on.", finding.sentence)
                 self._harmless.add(finding.joint)
@@ -208,7 +222,7 @@ def is_harmless(finding: Finding, *, servo: bool, stands: bool) -> bool:
     Args:
         finding: What was found.
         servo: Whether the arm has servos, which make up for lost torque until a motor saturates.
-        stands: Whether the joint has hardly moved for some 50 ms.
+        stands: Whether the joint has hardly moved for some 50 ms in which it should have.
     """
     kinds = finding.kinds
     if "degraded" not in kinds or "locked" in kinds or (stands and len(kinds) > 1):

@@ -22,7 +22,7 @@ DRIVES = tuple(kind.name.lower() for kind in DriveKind)
 TORQUE = DriveKind.TORQUE.name.lower()
 SETTINGS = (
     "robot", "dt", "drive", "noise", "delay", "false_alarms_per_hour", "bandwidths", "patience", "quantum",
-    "calibration",
+    "calibration", "probe_after",
 )  # fmt: skip
 """Arguments of a detector, each an attribute of the same name."""
 NO_ARM = "the detector knows no arm yet; give robot= and dt=, or hand it to ftqp.Planner(detector=...)"
@@ -73,6 +73,9 @@ class Detector:
             frozen encoder cannot be told from a brake.
         calibration: What ``calibrate`` found on healthy motion. Without one the thresholds are guessed from
             the noise and the arm's limits, and no rate of false alarms is known.
+        probe_after: How long a joint stands before a planner moves it by 1 to 2 mrad along self-motions, to
+            see whether it can, > 0 [s]; None is never. A shorter time shows a lock at rest sooner and moves
+            the arm more often.
 
     Raises:
         InputError: A number is out of its range, or the calibration is of another arm, drive or delay.
@@ -93,6 +96,7 @@ class Detector:
         patience: float = 0.022,
         quantum: float = 0.0,
         calibration: Calibration | None = None,
+        probe_after: float | None = None,
     ) -> None:
         self.false_alarms_per_hour = positive("false_alarms_per_hour", false_alarms_per_hour, "1/h")
         slow, fast = (positive("bandwidths of the detector", w, "1/s") for w in bandwidths)
@@ -102,6 +106,7 @@ class Detector:
         self.patience = non_negative("patience of the detector", patience, "s")
         self.quantum = non_negative("quantum of the encoders", quantum, "rad or m")
         self.calibration = calibration
+        self.probe_after = None if probe_after is None else positive("probe_after", probe_after, "s")
         self.robot, self.dt, self.noise = robot, dt, noise
         self.drive = _drive(drive)
         latency = getattr(drive, "latency", None) if delay is None else delay

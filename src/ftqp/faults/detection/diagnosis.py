@@ -144,6 +144,12 @@ class JointDiagnosis:
         return abs(moved) / ((len(lately) - part) * float(self._look("dt")[0]))
 
     @property
+    def asked(self) -> float:
+        """Mean speed of its reference over the last 50 ticks [rad/s or m/s]; 0 of one that went and came."""
+        kept, at = self._look("kept_v")[:, self._i], int(self._look("at")[0])
+        return abs(float(np.roll(kept, -1 - at)[-50:].mean()))
+
+    @property
     def unobservable(self) -> str | None:
         """What cannot be seen of the joint now and what would show it, or None."""
         at = int(self._look("at")[0])

@@ -84,10 +84,11 @@ def _task(N: int) -> Fields:
 
 
 def _criteria(N: int) -> Fields:
-    """Coefficients of the objective, see ``ftqp.kernel.rows.objective``."""
+    """Coefficients of the objective, see ``ftqp.kernel.rows.objective``; ``sways``: ``sway`` counts."""
     return [
+        *scalars("i8", "sways"),
         *scalars("f8", " ".join(COEFFICIENTS)),
-        *floats({"weight": (N,), "posture": (N,)}),
+        *floats({"weight": (N,), "posture": (N,), "sway": (N,)}),
     ]
 
 

@@ -4,6 +4,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY, VELOCITY
+from ftqp.kernel.rows.objective import draw_to
 
 DRIVE_GAIN = 4.0
 """How fast the null-space velocity approaches the drive at least, where it is a state [1/s]."""
@@ -17,8 +18,7 @@ def add_drive(K: Any, path: Any) -> None:
     Acceleration level: x_0 = gain drive - (gain - own) v, own the velocity gain that the scheme has already
     and gain = max(DRIVE_GAIN, own).
     """
-    chain, faults, state, criteria, qp, scratch = K.chain, K.faults, K.state, K.criteria, K.qp, K.scratch
-    n = chain.n
+    faults, state, criteria, scratch = K.faults, K.state, K.criteria, K.scratch
     own = 0.0
     if criteria.norm > 0.0:
         own = criteria.norm_v / criteria.norm
@@ -26,16 +26,11 @@ def add_drive(K: Any, path: Any) -> None:
         own = criteria.inertia_v / criteria.inertia
     gain = max(DRIVE_GAIN, own)
     keeps = own < 0.0 or (criteria.norm == 0.0 and criteria.inertia == 0.0)
-    for i in range(n):
+    for i in range(K.chain.n):
         x = path.drive[i]
         if state.level != VELOCITY:
             x = gain * x - (gain - own) * state.v[i]
         elif keeps:
             x = DRIVE_GAIN * state.dt * (x - state.v[i])
         scratch.joints[i] = x if faults.code[i] == HEALTHY else 0.0
-    for i in range(n):
-        if qp.dense:
-            for j in range(n):
-                qp.g[i] -= qp.H[i, j] * scratch.joints[j]
-        else:
-            qp.g[i] -= qp.H_diagonal[i] * scratch.joints[i]
+    draw_to(K, scratch.joints)

@@ -4,6 +4,7 @@
     1/2 inertia x'M x + x'(inertia_v M v + inertia_h h)               MKE, IIWT
     1/2 torque |tau_H|^2                                              MTN, the torque part of DLSM
     - manipulability x' d/dq log sqrt det(J_H J_H')                   ``ftqp.kernel.rows.manipulability``
+    - x'H sway                                                        small motions that only serve to tell
 
 x is the acceleration or the velocity. At the velocity level torque is that of the acceleration (x - v)/dt,
 times dt. D is the diagonal of joint weights. tau_H and J_H leave out every failed joint: its motor does not
@@ -43,8 +44,36 @@ def uncoupled_objective(K: Any) -> None:
 
 
 @jit
+def draw_to(K: Any, x: Any) -> None:
+    """The objective of x - x_0 in place of x, g -= H x_0; x_0 is 0 for failed joints."""
+    qp, n = K.qp, K.chain.n
+    for i in range(n):
+        if qp.dense:
+            for j in range(n):
+                qp.g[i] -= qp.H[i, j] * x[j]
+        else:
+            qp.g[i] -= qp.H_diagonal[i] * x[i]
+
+
+@jit
 def objective(K: Any) -> None:
     """H and g of the joints; H_diagonal alone when no criterion couples joints."""
+    criteria = K.criteria
+    uncoupled_objective(K)
+    if (
+        criteria.inertia != 0.0
+        or criteria.inertia_v != 0.0
+        or criteria.inertia_h != 0.0
+        or criteria.torque != 0.0
+    ):
+        _couple(K)
+    if criteria.sways:
+        draw_to(K, criteria.sway)
+
+
+@jit
+def _couple(K: Any) -> None:
+    """The terms of H and g that couple joints."""
     chain, faults, state, kinematics, criteria, qp, scratch = (
         K.chain,
         K.faults,
@@ -55,14 +84,6 @@ def objective(K: Any) -> None:
         K.scratch,
     )
     n = chain.n
-    uncoupled_objective(K)
-    if (
-        criteria.inertia == 0.0
-        and criteria.inertia_v == 0.0
-        and criteria.inertia_h == 0.0
-        and criteria.torque == 0.0
-    ):
-        return
     qp.dense = 1
     h_scale = state.dt if state.level == VELOCITY else 1.0
     for i in range(n):
