@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.papers.zhang2016 import ARM, BEND, Q0, example, forward, plain_continuation
+from tests.papers.zhang2016 import ARM, BEND, Q0, end_pose, error, example, forward, plain_continuation
 
-from ftqp.analysis.coverage.continuing import continuation_study, task_session, track
+from ftqp.analysis import coverage, null_vector, task_path
+from ftqp.analysis.survival.continuing import continuation_study, task_session, track
+from ftqp.control.paths import Line, PointToPoint
 from ftqp.kernel.layout.survival import Survival
+from ftqp.model import catalog
 
 STANDING = np.deg2rad([18.7, -60.7, -2.0, -77.0, 84.9, 54.7, -55.0])
 """The start that survives everything on 40 % of the path."""
@@ -81,3 +84,61 @@ def test_label_of_a_configuration_does_not_depend_on_how_it_was_reached() -> Non
     study, joints, at = continuation_study(task), np.arange(7), np.full(7, 40)
     labels = [study.runs(q[at], at, joints).status for q in (one, other)]
     assert (labels[0] == labels[1]).all()
+
+
+def planar_oracle(task, q):
+    """Which locks of a planar arm of three unit links are survived, in closed form, (3, N)."""
+    p = task.goals[:, :2, 3]
+    distance = np.linalg.norm(p, axis=1)
+    survived = np.zeros((3, task.N), dtype=bool)
+    for k in range(task.N):
+        later, (q1, q2, q3) = p[k:], q[k]
+        rest = np.linalg.norm(later - [np.cos(q1), np.sin(q1)], axis=1)
+        A, B = 2.0 * abs(np.cos(q2 / 2.0)), 2.0 * abs(np.cos(q3 / 2.0))
+        survived[0, k] = (rest > 0.0).all() and (rest < 2.0).all()
+        survived[1, k] = (np.abs(A - 1.0) < distance[k:]).all() and (distance[k:] < A + 1.0).all()
+        survived[2, k] = (np.abs(1.0 - B) < distance[k:]).all() and (distance[k:] < 1.0 + B).all()
+    return survived
+
+
+@pytest.mark.parametrize(("theta", "share"), [(0.0, 0.7467), (0.2, 0.8233), (0.4, 0.8700), (1.0, 0.8367)])
+def test_locks_of_a_planar_arm_are_survived_where_the_closed_form_says_so(theta: float, share: float) -> None:
+    arm = catalog.load("planar", lengths=(1.0, 1.0, 1.0), continuous=True).with_limits(v_max=np.inf)
+    start = np.eye(4)
+    start[:2, 3] = 1.9, -0.8
+    task = task_path(arm, Line(start, (-1.4, 2.0, 0.0), duration=10.0), rows="position", dt=0.1)
+    q = track(task, (-1.524418, 1.260809, 0.741032), theta)
+    found = coverage(arm, task, q, stride=1)
+    assert (found.survived == planar_oracle(task, q)).all()
+    assert found.coverage == pytest.approx(share, abs=2e-4)
+    assert max(found.worst_error) < 1e-8
+
+
+def test_entries_that_keep_their_sign_do_not_prove_tolerance() -> None:
+    arm = catalog.load("planar", lengths=(1.0, 1.0, 1.0), continuous=True).with_limits(v_max=np.inf)
+    start = np.eye(4)
+    start[:2, 3] = 1.9, -0.8
+    task = task_path(arm, Line(start, (-1.4, 2.0, 0.0), duration=10.0), rows="position", dt=0.1)
+    for theta in (-0.1, 0.1, 0.4):
+        found = coverage(arm, task, track(task, (-1.524418, 1.260809, 0.741032), theta), stride=1)
+        assert (found.sign_changes == 0).all() and 0.67 < found.coverage < 0.88
+
+
+@pytest.mark.parametrize(
+    ("gain", "position", "rotation"),
+    [(0.0, 3.5e-2, 2.8e-3), (1.0, 3.0e-3, 2.9e-4), (10.0, 3.1e-4, 3.0e-5), (20.0, 1.5e-4, 1.5e-5)],
+)
+def test_published_errors_are_those_of_euler_steps_with_feedback(
+    gain: float, position: float, rotation: float
+) -> None:
+    path = PointToPoint(ARM.pose(Q0), end_pose(), duration=20.0, law="constant")
+    task = task_path(ARM, path, dt=0.05)
+    q, worst = Q0.copy(), np.zeros(2)
+    twist = path.sample(task.t).twist
+    for k in range(task.N):
+        T, J = forward(q)
+        e = error(task.goals[k], T)
+        q = q + task.dt * (np.linalg.pinv(J) @ (twist[k] + gain * e) + 0.1 * null_vector(J))
+        off = error(task.goals[k + 1], forward(q)[0])
+        worst = np.maximum(worst, (np.linalg.norm(off[:3]), np.linalg.norm(off[3:])))
+    assert 1.0 / 1.5 < worst[0] / position < 1.5 and 1.0 / 1.5 < worst[1] / rotation < 1.5

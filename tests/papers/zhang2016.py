@@ -5,7 +5,7 @@ from math import cos, sin
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ftqp.analysis.coverage.task_path import task_path
+from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import PointToPoint
 from ftqp.kernel.layout.survival import Survival
 from ftqp.model import catalog

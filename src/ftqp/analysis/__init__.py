@@ -21,7 +21,6 @@ from ftqp.analysis.outcomes.basin_map import basins as basins
 from ftqp.analysis.outcomes.real_time_law import PointToPoint as PointToPoint
 from ftqp.analysis.outcomes.real_time_law import point_to_point as point_to_point
 from ftqp.analysis.outcomes.real_time_law import qp_rates as qp_rates
-from ftqp.analysis.planning.fault_plan import NotSurvived as NotSurvived
 from ftqp.analysis.planning.fault_plan import Plan as Plan
 from ftqp.analysis.planning.fault_plan import load_plan as load_plan
 from ftqp.analysis.planning.plan_settings import PlanSettings as PlanSettings
@@ -37,5 +36,18 @@ from ftqp.analysis.rest.rest_curves import rest_curves as rest_curves
 from ftqp.analysis.rest.rest_kinds import RestKind as RestKind
 from ftqp.analysis.spatial_map import SpatialTask as SpatialTask
 from ftqp.analysis.spatial_map import spatial_task as spatial_task
+from ftqp.analysis.survival.continuing import track as track
+from ftqp.analysis.survival.coverage_report import CoverageReport as CoverageReport
+from ftqp.analysis.survival.covering import coverage as coverage
+from ftqp.analysis.survival.mission_survival import MissionSurvival as MissionSurvival
+from ftqp.analysis.survival.not_survived import NotSurvived as NotSurvived
+from ftqp.analysis.survival.task_path import TaskPath as TaskPath
+from ftqp.analysis.survival.task_path import task_path as task_path
+from ftqp.analysis.tolerance.failed_sets import relative_manipulability as relative_manipulability
+from ftqp.analysis.tolerance.failed_sets import velocity_jump as velocity_jump
+from ftqp.analysis.tolerance.failed_sets import worst_case as worst_case
+from ftqp.analysis.tolerance.null_vectors import minors as minors
+from ftqp.analysis.tolerance.null_vectors import null_vector as null_vector
+from ftqp.analysis.tolerance.structural_joints import structural_joints as structural_joints
 from ftqp.analysis.workspace_map import WorkspaceReport as WorkspaceReport
 from ftqp.analysis.workspace_map import workspace as workspace

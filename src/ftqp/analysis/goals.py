@@ -85,7 +85,7 @@ class GoalStudy:
             count: How many, a power of two.
             limited: Whether joints that turn start within their limits.
         """
-        low, high = _box(self.robot, limited)
+        low, high = start_box(self.robot, limited)
         share = qmc.Sobol(self.robot.nv, seed=0).random(count)
         return np.asarray(low + share * (high - low))
 
@@ -194,8 +194,13 @@ def _goal_pose(goal: Any, rows: tuple[str, ...]) -> FloatArray:
     raise InputError(f"goal has shape {shape}, expected a point (2,) or (3,), or a pose (4, 4)")
 
 
-def _box(robot: Robot, limited: bool) -> tuple[FloatArray, FloatArray]:
-    """Between which values the joints start, (nv,) each."""
+def start_box(robot: Robot, limited: bool) -> tuple[FloatArray, FloatArray]:
+    """Between which values joints are looked at, (nv,) each [rad or m].
+
+    Args:
+        robot: The arm.
+        limited: Whether joints that turn stay within their limits; those without limits take a turn.
+    """
     reach = SPAN_BY_LENGTH * robot.length
     span = np.where(robot.chain.prismatic, reach, np.pi)
     low, high = robot.limits.q_min, robot.limits.q_max

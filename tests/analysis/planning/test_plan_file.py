@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from ftqp.analysis.coverage.task_path import task_path
 from ftqp.analysis.planning.fault_plan import load_plan, plan_of
+from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line
 from ftqp.core.errors import InputError
 from ftqp.model import catalog

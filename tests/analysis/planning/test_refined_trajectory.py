@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ftqp.analysis.coverage.continuing import track
-from ftqp.analysis.coverage.task_path import task_path
 from ftqp.analysis.planning.planning_study import planning_study
 from ftqp.analysis.planning.refined_trajectory import WIDTHS, smooth_trajectories
+from ftqp.analysis.survival.continuing import track
+from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line
 from ftqp.model import catalog
 

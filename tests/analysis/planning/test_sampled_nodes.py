@@ -4,9 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ftqp.analysis.coverage.task_path import task_path
 from ftqp.analysis.planning.planning_study import planning_study
 from ftqp.analysis.planning.sampled_nodes import sampled_nodes
+from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line
 from ftqp.model import catalog
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ftqp.analysis.coverage.continuing import track
-from ftqp.analysis.coverage.task_path import task_path
 from ftqp.analysis.planning.gradient_climb import gradient_plan, measure
 from ftqp.analysis.planning.plan_settings import PlanSettings
 from ftqp.analysis.planning.planning_study import planning_study
 from ftqp.analysis.planning.self_motion_speeds import constant_plan, null_vectors, spline_plan
 from ftqp.analysis.planning.survival_labels import survivals
+from ftqp.analysis.survival.continuing import track
+from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line
 from ftqp.core.errors import InputError
 from ftqp.model import catalog

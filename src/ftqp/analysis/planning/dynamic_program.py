@@ -7,13 +7,13 @@ from typing import final
 import numpy as np
 
 from ftqp.analysis.circular_intervals import TURN
-from ftqp.analysis.coverage.task_path import TaskPath
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.bellman import best_ways, farthest_waypoint
 from ftqp.analysis.planning.plan_settings import PlanSettings, Told, speeds
 from ftqp.analysis.planning.sampled_nodes import sampled_nodes
 from ftqp.analysis.planning.survival_labels import node_labels
 from ftqp.analysis.planning.waypoint_nodes import curve_nodes
+from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
 

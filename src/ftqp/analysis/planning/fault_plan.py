@@ -8,32 +8,14 @@ from typing import Any, Self, final
 
 import numpy as np
 
-from ftqp.analysis.coverage.continuing import continuation_study
-from ftqp.analysis.coverage.task_path import TaskPath, robot_digest, task_path
 from ftqp.analysis.planning.plan_file import read_plan, write_plan
+from ftqp.analysis.survival.continuing import continuation_study
+from ftqp.analysis.survival.not_survived import NotSurvived
+from ftqp.analysis.survival.task_path import TaskPath, robot_digest, task_path
 from ftqp.core.checks import FloatArray, frozen
-from ftqp.core.errors import FtqpError, InputError
+from ftqp.core.errors import InputError
 from ftqp.kernel.layout.survival import SURVIVED, Survival
 from ftqp.model.robot import Robot
-
-
-class NotSurvived(FtqpError):
-    """A joint locks at an instant behind which the path cannot be finished.
-
-    Attributes:
-        joint: Name of the joint.
-        time: When it locks [s].
-        until: Until when the path can be followed [s].
-        reason: How the continuation ends.
-        q: Configurations of the samples from the lock until then, (K, nv) [rad or m].
-    """
-
-    def __init__(self, *, joint: str, time: float, until: float, reason: Survival, q: FloatArray) -> None:
-        self.joint, self.time, self.until, self.reason, self.q = joint, time, until, reason, q
-        super().__init__(
-            f"the path cannot be finished when {joint!r} locks at t = {time:g} s ({reason.name}); it can be "
-            f"followed until t = {until:g} s"
-        )
 
 
 @final

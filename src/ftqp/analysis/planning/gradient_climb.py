@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ftqp.analysis.coverage.task_path import TaskPath
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.plan_settings import PlanSettings, Told
 from ftqp.analysis.planning.self_motion_speeds import SpeedPlan, null_vectors
+from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 

@@ -8,10 +8,10 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
-from ftqp.analysis.coverage.task_path import TaskPath, task_path
 from ftqp.analysis.planning.dynamic_program import grid_plan
 from ftqp.analysis.planning.plan_settings import PlanSettings, Told
 from ftqp.analysis.planning.planning_study import planning_study
+from ftqp.analysis.survival.task_path import TaskPath, task_path
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown
 from ftqp.core.pose import rotation_z, transform

@@ -6,7 +6,6 @@ from typing import Any, get_args
 
 import numpy as np
 
-from ftqp.analysis.coverage.task_path import TaskPath, task_path
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.dynamic_program import grid_plan
 from ftqp.analysis.planning.fault_plan import Plan, plan_of
@@ -19,6 +18,7 @@ from ftqp.analysis.planning.self_motion_speeds import constant_plan, spline_plan
 from ftqp.analysis.planning.survival_labels import Survivals, survivals
 from ftqp.analysis.planning.waypoint_nodes import curve_nodes
 from ftqp.analysis.spatial_map import whole_number
+from ftqp.analysis.survival.task_path import TaskPath, task_path
 from ftqp.core.checks import FloatArray, instance
 from ftqp.core.errors import InputError, unknown
 from ftqp.model.robot import Robot

@@ -1,8 +1,8 @@
 """Compiled studies of a task for planning: nodes on its self-motions, and Newton steps onto its path."""
 
-from ftqp.analysis.coverage.continuing import ENTRIES, task_session
-from ftqp.analysis.coverage.task_path import TaskPath
 from ftqp.analysis.goals import STUDY_ENTRIES, GoalStudy
+from ftqp.analysis.survival.continuing import ENTRIES, task_session
+from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.control.first_use import warm_up
 from ftqp.kernel.layout.record import capacity_for
 

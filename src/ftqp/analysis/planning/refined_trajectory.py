@@ -7,8 +7,8 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import gaussian_filter1d
 
-from ftqp.analysis.coverage.task_path import TaskPath
 from ftqp.analysis.goals import GoalStudy
+from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import FloatArray
 
 WIDTHS: Final = (0.0, 0.5, 1.0, 2.0, 4.0)

@@ -8,11 +8,11 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import minimize
 
-from ftqp.analysis.coverage.continuing import continuation_study
-from ftqp.analysis.coverage.task_path import TaskPath
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.plan_settings import PlanSettings, Told
 from ftqp.analysis.planning.survival_labels import survivals
+from ftqp.analysis.survival.continuing import continuation_study
+from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
 

@@ -6,9 +6,9 @@ from typing import final
 
 import numpy as np
 
-from ftqp.analysis.coverage.continuing import continuation_study
-from ftqp.analysis.coverage.task_path import TaskPath
 from ftqp.analysis.planning.plan_settings import Told
+from ftqp.analysis.survival.continuing import continuation_study
+from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.layout.survival import SURVIVED
 

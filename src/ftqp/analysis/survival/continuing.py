@@ -4,13 +4,15 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.analysis.coverage.task_path import TaskPath
+from ftqp.analysis.survival.task_path import TaskPath, task_rows
 from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.continuation_study import ContinuationStudy
 from ftqp.kernel.entry.study_session import StudySession
 from ftqp.kernel.layout.record import capacity_for
+from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.model.robot import Robot
 
 ENTRIES = (
     "exact_continuations",
@@ -30,35 +32,75 @@ def task_session(task: TaskPath) -> StudySession:
     Args:
         task: The task.
     """
-    robot = task.robot
-    limits = robot.limits
-    ends = np.isinf(limits.q_min) & np.isinf(limits.q_max)
-    session = StudySession(
-        robot.chain.constants(),
-        task.indices,
-        robot.length,
-        q_min=limits.q_min,
-        q_max=limits.q_max,
-        wraps=~robot.chain.prismatic & ends,
-        axis=task.axis,
-    )
+    session = rows_session(task.robot, "axis" if task.axis else task.rows)
     session.aim(task.goals[0])
     return session
 
 
-def continuation_study(task: TaskPath, **settings: Any) -> ContinuationStudy:
+def rows_session(robot: Robot, rows: Any) -> StudySession:
+    """Studies of an arm with some task rows, within its limits.
+
+    Args:
+        robot: The arm.
+        rows: As in ``task_path``.
+
+    Raises:
+        InputError: They are unknown, or the arm has fewer joints.
+    """
+    warm_up(ENTRIES, capacity_for(robot.nv))
+    names, axis = task_rows(robot, rows)
+    limits = robot.limits
+    ends = np.isinf(limits.q_min) & np.isinf(limits.q_max)
+    return StudySession(
+        robot.chain.constants(),
+        [COMPONENTS.index(name) for name in names],
+        robot.length,
+        q_min=limits.q_min,
+        q_max=limits.q_max,
+        wraps=~robot.chain.prismatic & ends,
+        axis=axis,
+    )
+
+
+def path_values(task: TaskPath, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Errors (N + 1, m) and Jacobians (N + 1, m, nv) of the task rows along a motion, rotation in rad.
+
+    Args:
+        task: The task.
+        q: A configuration for each sample, (N + 1, nv) [rad or m].
+    """
+    session = task_session(task)
+    e, A = np.empty((len(q), task.m)), np.empty((len(q), task.m, task.robot.nv))
+    for k, goal in enumerate(task.goals[: len(q)]):
+        session.aim(goal)
+        e[k], A[k] = (values[0] for values in session.values(q[k : k + 1])[:2])
+    scale = np.array([task.robot.length if index > 2 else 1.0 for index in task.indices])
+    return e / scale, A / scale[:, None]
+
+
+def continuation_study(
+    task: TaskPath, *, deceleration: Any = None, tolerance: tuple[float, float] = (2e-3, 2e-2)
+) -> ContinuationStudy:
     """Continuations along a task, with the limits of its robot.
 
     Args:
         task: The task.
-        settings: Tolerances, weight and caution of bounded continuations; see ``ContinuationStudy``.
+        deceleration: With which a joint that fails brakes, (nv,) or one number [rad/s2 or m/s2]; None is a
+            quarter of each joint's acceleration limit, as of ``ftqp.Locked``.
+        tolerance: Errors of position and rotation from which on a bounded continuation is lost [m, rad].
     """
-    warm_up(ENTRIES, capacity_for(task.robot.nv))
     limits = task.robot.limits
     return ContinuationStudy(
-        task_session(task), task.goals, task.dt, q_min=limits.q_min, q_max=limits.q_max, v_max=limits.v_max,
-        a_max=limits.a_max, **settings,
-    )  # fmt: skip
+        task_session(task),
+        task.goals,
+        task.dt,
+        q_min=limits.q_min,
+        q_max=limits.q_max,
+        v_max=limits.v_max,
+        a_max=0.25 * limits.a_max if deceleration is None else deceleration,
+        near=tolerance[0],
+        turned=tolerance[1],
+    )
 
 
 def track(task: TaskPath, q0: Any, theta: Any = 0.0) -> FloatArray:

@@ -4,8 +4,8 @@ import daqp
 import numpy as np
 import pytest
 
-from ftqp.analysis.coverage.continuing import continuation_study, task_session, track, tracks
-from ftqp.analysis.coverage.task_path import task_errors, task_path
+from ftqp.analysis.survival.continuing import continuation_study, task_session, track, tracks
+from ftqp.analysis.survival.task_path import task_errors, task_path
 from ftqp.control.paths import Line
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.survival import Survival
@@ -82,9 +82,9 @@ def test_verdicts_do_not_depend_on_threads_or_company() -> None:
 
 def test_braking_joint_stops_with_its_deceleration_and_then_stands() -> None:
     q, study = track(TASK, Q0, 0.8), continuation_study(TASK)
-    k, j, v = 20, 0, 1.8
+    k, j, v = 20, 0, 0.6
     motion = study.motion(q[k], k, j, speed=v, bounded=True, whole=True)
-    a = PANDA.limits.a_max[j]
+    a = 0.25 * PANDA.limits.a_max[j]
     t = TASK.dt * np.arange(len(motion))
     stop = v / a
     expected = np.where(t < stop, v * t - 0.5 * a * t**2, 0.5 * v**2 / a)

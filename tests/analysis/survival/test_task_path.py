@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ftqp.analysis.coverage.task_path import robot_digest, task_errors, task_path
+from ftqp.analysis.survival.task_path import robot_digest, task_errors, task_path
 from ftqp.control.paths import Line
 from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_exp, transform

@@ -96,6 +96,27 @@ class TaskPath:
             stride -= 1
         return self.every(stride)
 
+    def with_rows(self, rows: Any) -> Self:
+        """This task with other rows of the same samples, as what is to be kept of it after a failure.
+
+        Args:
+            rows: As in ``task_path``.
+
+        Raises:
+            InputError: The rows are unknown, or the arm has fewer joints.
+        """
+        names, axis = task_rows(self.robot, rows)
+        digest = _digest(self.robot, names, axis, self.dt, self.goals)
+        return replace(self, rows=names, axis=axis, digest=digest)
+
+    def with_robot(self, robot: Robot) -> Self:
+        """The same samples and rows of another arm.
+
+        Args:
+            robot: The arm.
+        """
+        return replace(self, robot=robot, digest=_digest(robot, self.rows, self.axis, self.dt, self.goals))
+
     def _with(self, t: FloatArray, goals: FloatArray, dt: float) -> Self:
         t, goals = frozen(t.copy()), frozen(goals.copy())
         digest = _digest(self.robot, self.rows, self.axis, dt, goals)
@@ -123,18 +144,7 @@ def task_path(
             joints, or the start is elsewhere or outside the limits.
     """
     instance("robot", robot, Robot, "a Robot")
-    axis = isinstance(rows, str) and rows == "axis"
-    names = AXIS_ROWS if axis else row_names(robot, rows)
-    if axis and not set(COMPONENTS) <= set(robot.default_rows):
-        raise InputError(
-            f"rows is 'axis' and {robot.name} has the rows {', '.join(robot.default_rows)}; expected an arm "
-            "that moves in space"
-        )
-    if robot.nv < len(names):
-        raise InputError(
-            f"{robot.name} has {robot.nv} joints and the task {len(names)} rows; expected at least as many "
-            "joints as rows"
-        )
+    names, axis = task_rows(robot, rows)
     start = None if q0 is None else robot.angles(q0)
     if isinstance(path, Path):
         step = path.duration / SAMPLES if dt is None else positive("dt", dt, "s")
@@ -156,6 +166,31 @@ def task_path(
         dt=step,
         digest=_digest(robot, names, axis, step, goals),
     )
+
+
+def task_rows(robot: Robot, rows: Any) -> tuple[tuple[str, ...], bool]:
+    """Names of task rows, and whether they are those of a position and a tool axis.
+
+    Args:
+        robot: The arm.
+        rows: As in ``task_path``.
+
+    Raises:
+        InputError: They are unknown, or the arm has fewer joints.
+    """
+    axis = isinstance(rows, str) and rows == "axis"
+    names = AXIS_ROWS if axis else row_names(robot, rows)
+    if axis and not set(COMPONENTS) <= set(robot.default_rows):
+        raise InputError(
+            f"rows is 'axis' and {robot.name} has the rows {', '.join(robot.default_rows)}; expected an arm "
+            "that moves in space"
+        )
+    if robot.nv < len(names):
+        raise InputError(
+            f"{robot.name} has {robot.nv} joints and the task {len(names)} rows; expected at least as many "
+            "joints as rows"
+        )
+    return names, axis
 
 
 def robot_digest(robot: Robot) -> str:

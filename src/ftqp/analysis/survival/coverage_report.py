@@ -1,0 +1,270 @@
+"""What a motion survives: the report of ``ftqp.analysis.coverage``."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Final, final
+
+import numpy as np
+
+from ftqp.analysis.survival.mission_survival import MissionSurvival, mission_survival
+from ftqp.analysis.survival.not_survived import NotSurvived
+from ftqp.analysis.survival.task_path import TaskPath
+from ftqp.core.checks import BoolArray, FloatArray, IntArray
+from ftqp.core.errors import InputError
+from ftqp.kernel.entry.continuation_study import Continuations, ContinuationStudy
+from ftqp.kernel.layout.survival import Survival
+
+SENTENCES: Final = {
+    Survival.SURVIVED: "The other joints finish the path.",
+    Survival.LIMIT: "A joint meets its position limit.",
+    Survival.VELOCITY: "A joint would have to be faster than its limit; more time would help.",
+    Survival.SINGULAR: "The joints that are left become singular.",
+    Survival.SINGULAR_VELOCITY: "The joints that are left become singular; a speed limit is met first.",
+    Survival.NOT_CONVERGED: "No solution is found for the joints that are left.",
+    Survival.NOMINAL: "The motion itself is outside its limits at the failure.",
+    Survival.ERROR: "The error leaves its tolerance.",
+    Survival.STRUCTURAL: "This task can never do without the joint.",
+}
+"""What each verdict says."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class CoverageReport:
+    """Which failures of a motion are survived; made by ``ftqp.analysis.coverage``.
+
+    Failures are joints, or sets of joints that fail together, in the order of ``failures``; K instants are
+    verified.
+
+    Attributes:
+        task: The path, and the rows of it that are to be kept after a failure.
+        q: The motion, (N + 1, nv) [rad or m].
+        samples: The verified samples, (K,).
+        failures: The joints of each failure, by index.
+        status: A ``Survival`` for each failure and instant, (failures, K).
+        position: Largest errors of position until the end, or until it is lost, (failures, K) [m].
+        rotation: The same of rotation, (failures, K) [rad].
+        margin: Least distance of a joint that moves from its limits, (failures, K) [rad or m].
+        hurry: Largest share of a speed limit, (failures, K).
+        jump: Length of the jump of the joint velocities that an instant lock asks for, (failures, K) [rad/s].
+        manipulability: Relative manipulability without each failure's joints at all samples, (N + 1,
+            failures); with one joint to spare and single joints it has the sign of the null vector.
+        structural: Names of the joints that this task can never do without.
+        upper_bound: How many joints any posture found at some samples can do without, (waypoints,), or None
+            where it was not asked for.
+        waypoints: The samples of the upper bound, (waypoints,).
+        fault: How joints fail: ``locked`` or ``degraded``.
+        lock: ``instant``, or ``ramp`` where joints brake first.
+        post: ``exact`` or ``qp``: how the others go on.
+    """
+
+    task: TaskPath
+    q: FloatArray
+    samples: IntArray
+    failures: tuple[tuple[int, ...], ...]
+    status: IntArray
+    position: FloatArray
+    rotation: FloatArray
+    margin: FloatArray
+    hurry: FloatArray
+    jump: FloatArray
+    manipulability: FloatArray
+    structural: tuple[str, ...]
+    upper_bound: IntArray | None
+    waypoints: IntArray
+    fault: str
+    lock: str
+    post: str
+    _study: ContinuationStudy
+    _share: float | None
+    _speeds: FloatArray
+
+    def __repr__(self) -> str:
+        """What counts most."""
+        return (
+            f"CoverageReport({self.task.robot.name!r}, coverage={self.coverage:.4f}, "
+            f"pairs={self.status.size}, structural={list(self.structural)})"
+        )
+
+    @property
+    def survived(self) -> BoolArray:
+        """Which failures are survived, (failures, K)."""
+        return np.asarray(self.status == Survival.SURVIVED)
+
+    @property
+    def coverage(self) -> float:
+        """The share of all pairs of failure and instant that is survived, 0 to 1."""
+        return float(self.survived.mean())
+
+    @property
+    def t(self) -> FloatArray:
+        """The verified instants, (K,) [s]."""
+        return np.asarray(self.task.t[self.samples])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """A name for each failure: that of its joint, or of both with a plus sign."""
+        joints = self.task.robot.joints
+        return tuple("+".join(joints[i] for i in failed) for failed in self.failures)
+
+    @property
+    def per_joint(self) -> dict[str, float]:
+        """The share of instants at which each failure is survived, by its name."""
+        return {name: float(row.mean()) for name, row in zip(self.names, self.survived, strict=True)}
+
+    @property
+    def counts(self) -> dict[Survival, int]:
+        """How many pairs have each verdict."""
+        return {verdict: int((self.status == verdict).sum()) for verdict in Survival}
+
+    @property
+    def first_safe(self) -> float | None:
+        """The first verified instant from which on every failure is survived [s], or None."""
+        lost = np.flatnonzero(~self.survived.all(axis=0))
+        first = int(lost[-1]) + 1 if len(lost) else 0
+        return float(self.t[first]) if first < len(self.samples) else None
+
+    @property
+    def worst_error(self) -> tuple[float, float]:
+        """The largest errors of position and rotation of all survived pairs [m, rad]."""
+        kept = self.survived
+        return float(self.position[kept].max(initial=0.0)), float(self.rotation[kept].max(initial=0.0))
+
+    @property
+    def least_margin(self) -> float:
+        """The least distance from a position limit of all survived pairs [rad or m]."""
+        return float(self.margin[self.survived].min(initial=np.inf))
+
+    @property
+    def energy(self) -> float:
+        """E = sum |q_(k+1) - q_k|^2 / dt of the motion itself [rad2/s]."""
+        return float((np.diff(self.q, axis=0) ** 2).sum() / self.task.dt)
+
+    @property
+    def sign_changes(self) -> IntArray:
+        """How often the null vector's entry of each joint changes its sign, (failures,); 0 without a sign."""
+        return np.asarray((np.diff(np.sign(self.manipulability), axis=0) != 0).sum(axis=0))
+
+    @property
+    def least_manipulability(self) -> FloatArray:
+        """The least relative manipulability without each failure's joints on the motion, (failures,)."""
+        return np.asarray(np.abs(self.manipulability).min(axis=0))
+
+    def jump_quantiles(self) -> tuple[float, float]:
+        """Median and 95 % quantile of the velocity jumps, infinite ones included [rad/s]."""
+        median, high = np.quantile(self.jump, [0.5, 0.95], method="higher")
+        return float(median), float(high)
+
+    def survives(self, joint: str | int, time: float) -> bool:
+        """Whether a failure of a joint at a time is survived, at both verified instants beside it.
+
+        Args:
+            joint: Its name or index, or a name among ``names``.
+            time: From 0 to the end of the path [s].
+
+        Raises:
+            InputError: No such failure was verified, or the time is outside the path.
+        """
+        row = self.survived[self._row(joint)]
+        if not 0.0 <= time <= self.task.t[-1]:
+            raise InputError(f"time is {time:g} s, expected 0 to {self.task.t[-1]:g} s, the path's duration")
+        after = int(np.searchsorted(self.t, time - 1e-9))
+        before = after if after < len(row) and abs(self.t[after] - time) <= 1e-9 else max(after - 1, 0)
+        return bool(row[before] and row[min(after, len(row) - 1)])
+
+    def best_effort(self) -> tuple[FloatArray, FloatArray]:
+        """Largest errors to the end of the path of the pairs that are lost, (failures, K) [m], [rad].
+
+        Bounded QPs go on within all limits, whatever the error; pairs that are survived are NaN.
+        """
+        found = np.full((2, *self.status.shape), np.nan)
+        lost = np.argwhere(~self.survived)
+        if len(lost):
+            runs = self._runs(lost, whole=True)
+            found[0][~self.survived], found[1][~self.survived] = runs.position, runs.rotation
+        return found[0], found[1]
+
+    def continue_after(self, joint: str | int, time: float) -> FloatArray:
+        """The verified motion after a failure, from the last sample at or before it, (K, nv) [rad or m].
+
+        Args:
+            joint: Its name or index, or a name among ``names``.
+            time: From 0 to before the end of the path [s].
+
+        Raises:
+            InputError: No such failure was verified, or the time is outside the path.
+            NotSurvived: The failure is not survived; it says what remains.
+        """
+        row = self._row(joint)
+        if not 0.0 <= time < self.task.t[-1]:
+            raise InputError(f"time is {time:g} s, expected from 0 to before {self.task.t[-1]:g} s")
+        k = int(np.searchsorted(self.task.t, time + 1e-9)) - 1
+        failed, exact = list(self.failures[row]), self.post == "exact"
+        at = np.array([k])
+        settings: dict[str, Any] = {"share": self._share, "speed": self._speeds[at][:, failed]}
+        one = self._study.runs(self.q[at], at, [failed], bounded=not exact, **settings)
+        verdict = Survival(int(one.status[0]))
+        limits = self.task.robot.limits
+        if (self.q[k] < limits.q_min).any() or (self.q[k] > limits.q_max).any():
+            verdict = Survival.NOMINAL
+        motion = self._study.motion(
+            self.q[k], k, failed, bounded=not exact, share=self._share, speed=self._speeds[k][failed]
+        )
+        if verdict is not Survival.SURVIVED:
+            best = self._study.runs(self.q[at], at, [failed], bounded=True, whole=True, **settings)
+            last = max(k, int(one.sample[0]) - 1)
+            raise NotSurvived(
+                joint=self.names[row],
+                time=float(self.task.t[k]),
+                until=float(self.task.t[last]),
+                reason=verdict,
+                q=motion[: last - k + 1],
+                errors=(float(best.position[0]), float(best.rotation[0])),
+            )
+        return motion
+
+    def mission_survival(self, mtbf: Mapping[str | int, float]) -> MissionSurvival:
+        """The probability that the task is finished although joints fail at random, with an interval.
+
+        Args:
+            mtbf: Mean time between failures by joint [h]; joints that are left out do not fail.
+
+        Raises:
+            InputError: A joint is unknown, a time is not positive, or failures are not those of all single
+                joints.
+        """
+        if self.failures != tuple((i,) for i in range(self.task.robot.nv)):
+            raise InputError("mission survival needs a report on all single joints; leave joints out")
+        return mission_survival(self.task.robot, self.survived, self.t, float(self.task.t[-1]), mtbf)
+
+    def figure(self, path: str | Path) -> Path:
+        """Draw which failures are survived, joint by joint over time, to a PNG file.
+
+        Args:
+            path: The file to write.
+
+        Raises:
+            MissingPackage: matplotlib is not installed.
+        """
+        # pictures are above the analysis: a report looks its own up by name, and knows nothing of it
+        draw = import_module("ftqp.viz.figures.coverage_map").draw_coverage
+        return Path(draw(path, self))
+
+    def _row(self, joint: str | int) -> int:
+        if isinstance(joint, str) and joint in self.names:
+            return self.names.index(joint)
+        index = (self.task.robot.joint(joint),)
+        if index not in self.failures:
+            raise InputError(f"{joint!r} alone was not verified; expected one of {', '.join(self.names)}")
+        return self.failures.index(index)
+
+    def _runs(self, pairs: IntArray, *, whole: bool) -> Continuations:
+        """Bounded continuations of some pairs, (failure, instant) each."""
+        at = self.samples[pairs[:, 1]]
+        failed = np.array([self.failures[row] for row in pairs[:, 0]], dtype=np.int64)
+        speed = np.take_along_axis(self._speeds[at], failed, axis=1)
+        return self._study.runs(
+            self.q[at], at, failed, speed=speed, bounded=True, whole=whole, share=self._share
+        )

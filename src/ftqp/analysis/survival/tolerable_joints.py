@@ -1,0 +1,89 @@
+"""How many joints any posture at a sample of a path can do without: what no plan can exceed there."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ftqp.analysis.goals import STUDY_ENTRIES, start_box
+from ftqp.analysis.survival.continuing import continuation_study, task_session
+from ftqp.analysis.survival.task_path import TaskPath
+from ftqp.control.first_use import warm_up
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.errors import InputError
+from ftqp.kernel.entry.study_session import StudySession
+from ftqp.kernel.layout.record import capacity_for
+from ftqp.kernel.layout.survival import Survival
+
+STARTS = 256
+"""Starts from which self-motions are looked for at each sample."""
+QUIET = 40
+"""The search ends when so many solutions in a row lay on known self-motions."""
+CURVES = 32
+"""Self-motions of a sample at most."""
+POINTS = 96
+"""Points of each."""
+COARSE = 60
+"""Intervals of the grid on which they are continued."""
+
+
+def tolerable_joints(
+    task: TaskPath, waypoints: int, *, joints: Sequence[int] | None = None, threads: int | None = None
+) -> tuple[IntArray, IntArray]:
+    """The samples, (K,), and how many joints the best posture found there can do without, (K,).
+
+    Self-motions at each sample are cut at the joint limits; each of their points is continued to the end of
+    the path without each joint, on a coarser grid of the same path. Fewer joints than the arm has prove that
+    no posture that was found can do without all of them there, whatever plan leads to it.
+
+    Args:
+        task: The task, of an arm with one joint more than rows.
+        waypoints: How many samples, spread evenly from the first on.
+        joints: Joints that are looked at, by index; None is all.
+        threads: How many threads share the work; None is one a core.
+
+    Raises:
+        InputError: The arm has not one joint to spare.
+    """
+    if task.redundancy != 1:
+        raise InputError(
+            f"upper_bound needs one joint more than rows, and {task.robot.name} has {task.robot.nv} joints "
+            f"for {task.m}; leave it out"
+        )
+    grid = task.coarse(max(COARSE, waypoints))
+    samples = np.unique(np.linspace(0, grid.N, waypoints + 1).astype(np.int64)[:-1])
+    points = sample_postures(grid, samples, threads)
+    which = np.arange(task.robot.nv) if joints is None else np.asarray(joints, dtype=np.int64)
+    at = np.repeat(samples, [len(found) for found in points])
+    q = np.concatenate(points)
+    found = continuation_study(grid).runs(
+        np.repeat(q, len(which), axis=0), np.repeat(at, len(which)), np.tile(which, len(q)), threads=threads
+    )
+    count = (found.status == Survival.SURVIVED).reshape(len(q), len(which)).sum(axis=1)
+    stride = task.N // grid.N
+    return samples * stride, np.array([count[at == k].max(initial=0) for k in samples])
+
+
+def sample_postures(task: TaskPath, samples: IntArray, threads: int | None = None) -> list[FloatArray]:
+    """Points of the self-motions at some samples, within the limits, (points, nv) each [rad or m].
+
+    Args:
+        task: The task.
+        samples: Which.
+        threads: How many threads share the work; None is one a core.
+    """
+    warm_up(STUDY_ENTRIES, capacity_for(task.robot.nv))
+    session: StudySession = task_session(task)
+    low, high = start_box(task.robot, limited=True)
+    starts = low + np.random.default_rng(0).random((STARTS, task.robot.nv)) * (high - low)
+    found = session.spread_curves(
+        task.goals[samples], starts, points=POINTS, quiet=QUIET, curves=CURVES, threads=threads
+    )
+    limits = task.robot.limits
+    postures = []
+    for goal, count in enumerate(found.counts):
+        q = found.q[goal, : abs(int(count))].reshape(-1, task.robot.nv)
+        inside = (
+            np.isfinite(q).all(axis=1) & (q >= limits.q_min).all(axis=1) & (q <= limits.q_max).all(axis=1)
+        )
+        postures.append(q[inside])
+    return postures

@@ -1,0 +1,88 @@
+"""Which failures of a motion are survived: joints over time."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ftqp.kernel.layout.survival import Survival
+from ftqp.viz.figures.canvas import (
+    BLUE,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    WINE,
+    YELLOW,
+    Patch,
+    arrange,
+    label_width,
+    paper,
+    save,
+    tidy,
+)
+
+COLOURS = {
+    Survival.SURVIVED: "#DCEFE6",
+    Survival.LIMIT: ORANGE,
+    Survival.VELOCITY: YELLOW,
+    Survival.SINGULAR: RED,
+    Survival.SINGULAR_VELOCITY: PURPLE,
+    Survival.NOT_CONVERGED: WINE,
+    Survival.NOMINAL: GREY,
+    Survival.ERROR: BLUE,
+    Survival.STRUCTURAL: "#333333",
+}
+"""A colour for each verdict."""
+LABELS = {
+    Survival.SURVIVED: "survived",
+    Survival.LIMIT: "position limit",
+    Survival.VELOCITY: "too fast",
+    Survival.SINGULAR: "singular",
+    Survival.SINGULAR_VELOCITY: "singular, speed limit first",
+    Survival.NOT_CONVERGED: "no solution",
+    Survival.NOMINAL: "motion outside limits",
+    Survival.ERROR: "error out of tolerance",
+    Survival.STRUCTURAL: "never tolerable",
+}
+"""A few words for each verdict."""
+ROW = 0.36
+"""Height of a joint [inches]."""
+
+
+def draw_coverage(path: str | Path, report: Any) -> Path:
+    """Draw a report on coverage to a PNG file: a row for each failure, its verdict over time as colour.
+
+    Args:
+        path: The file to write.
+        report: The report of ``ftqp.analysis.coverage``.
+    """
+    names = report.names
+    edges = np.append(report.t, report.task.t[-1])
+    title = f"{report.task.robot.name}: {100.0 * report.coverage:.1f} % of failures survived"
+    figure = paper(9.0, 1.7 + ROW * len(names), title, search=False)
+    axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
+    for row, verdicts in enumerate(report.status):
+        for verdict in np.unique(verdicts):
+            spans = [(edges[k], edges[k + 1] - edges[k]) for k in np.flatnonzero(verdicts == verdict)]
+            axes.broken_barh(spans, (row - 0.42, 0.84), color=COLOURS[Survival(int(verdict))], linewidth=0.0)
+    labels = [
+        f"{name}  {100.0 * share:.0f} %" for name, share in zip(names, report.per_joint.values(), strict=True)
+    ]
+    axes.set_yticks(range(len(names)), labels)
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.set_xlim(0.0, edges[-1])
+    tidy(axes, "time of the failure [s]", "")
+    axes.grid(False)
+    if report.first_safe is not None and report.first_safe > 0.0:
+        axes.axvline(report.first_safe, color=SKY, linewidth=2.0)
+        early = report.first_safe < 0.5 * edges[-1]
+        axes.annotate(
+            "every failure is survived from here on", (report.first_safe, -0.5), fontsize=9, color="#3A8FC0",
+            xytext=(4 if early else -4, 3), textcoords="offset points", ha="left" if early else "right",
+        )  # fmt: skip
+    found = [verdict for verdict in Survival if (report.status == verdict).any()]
+    handles = [Patch(color=COLOURS[verdict], label=LABELS[verdict]) for verdict in found]
+    arrange(figure, handles, left=label_width(labels), right=0.3, top=0.75, bottom=0.6)
+    return save(figure, path)

@@ -1,0 +1,182 @@
+"""Which failures a motion survives, and what the report says of it."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.analysis.planning.fault_plan import plan_of
+from ftqp.analysis.survival.continuing import track
+from ftqp.analysis.survival.coverage_report import SENTENCES
+from ftqp.analysis.survival.covering import coverage
+from ftqp.analysis.survival.not_survived import NotSurvived
+from ftqp.analysis.survival.task_path import task_path
+from ftqp.analysis.tolerance.failed_sets import velocity_jump
+from ftqp.core.errors import InputError
+from ftqp.kernel.layout.survival import Survival
+from ftqp.model import catalog
+
+PANDA = catalog.load("panda")
+Q0 = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
+PATH = ftqp.paths.Line(PANDA.pose(Q0), (0.0, 0.25, 0.0), duration=4.0)
+TASK = task_path(PANDA, PATH, dt=0.05)
+MOTION = track(TASK, Q0, 0.3)
+REPORT = coverage(PANDA, TASK, MOTION)
+
+
+def test_coverage_is_the_mean_of_what_each_joint_survives() -> None:
+    assert REPORT.status.shape == (7, 20) and REPORT.names == PANDA.joints
+    assert np.isclose(REPORT.coverage, np.mean(list(REPORT.per_joint.values())))
+    assert sum(REPORT.counts.values()) == REPORT.status.size
+    assert 0.5 < REPORT.coverage < 1.0 and REPORT.post == "exact"
+    assert max(REPORT.worst_error) < 1e-8 and REPORT.least_margin > 0.0
+    assert set(SENTENCES) == set(Survival)
+
+
+def test_path_of_ftqp_and_its_samples_give_the_same_report() -> None:
+    other = coverage(PANDA, PATH, MOTION)
+    assert other.task.digest == TASK.digest and (other.status == REPORT.status).all()
+
+
+def test_first_safe_instant_is_where_the_last_lost_failure_ends() -> None:
+    late = REPORT.t >= REPORT.first_safe
+    assert REPORT.survived[:, late].all() and not REPORT.survived[:, ~late][:, -1].all()
+    assert all(REPORT.survives(joint, REPORT.first_safe + 0.01) for joint in range(7))
+
+
+def test_failure_between_two_instants_is_survived_where_it_is_at_both() -> None:
+    joint, k = np.argwhere(REPORT.survived[:, :-1] & ~REPORT.survived[:, 1:])[0]
+    assert REPORT.survives(int(joint), float(REPORT.t[k]))
+    assert not REPORT.survives(int(joint), float(REPORT.t[k]) + 0.01)
+
+
+def test_continuation_is_the_verified_one_and_a_lost_failure_says_what_remains() -> None:
+    joint, k = np.argwhere(REPORT.survived)[25]
+    motion = REPORT.continue_after(int(joint), float(REPORT.t[k]))
+    assert len(motion) == TASK.N + 1 - REPORT.samples[k] and np.isfinite(motion).all()
+    assert (motion[:, joint] == motion[0, joint]).all()
+    joint, k = np.argwhere(~REPORT.survived)[0]
+    with pytest.raises(NotSurvived, match="best effort to its end is off by") as lost:
+        REPORT.continue_after(PANDA.joints[joint], float(REPORT.t[k]))
+    assert lost.value.joint == PANDA.joints[joint] and lost.value.until < PATH.duration
+    assert np.isfinite(lost.value.q).all() and lost.value.reason == REPORT.status[joint, k]
+    assert np.allclose(lost.value.errors, [effort[joint, k] for effort in REPORT.best_effort()])
+
+
+def test_plan_brings_its_own_path_and_belongs_to_its_robot() -> None:
+    plan = plan_of(TASK, MOTION, coverage=0.0, stride=4, method="constant", settings={})
+    assert (coverage(PANDA, None, plan).status == REPORT.status).all()
+    with pytest.raises(InputError, match="another robot"):
+        coverage(PANDA.with_limits(v_max=1.0), None, plan)
+    with pytest.raises(InputError, match="another path"):
+        coverage(PANDA, ftqp.paths.Line(PANDA.pose(Q0), (0.0, 0.2, 0.0), duration=4.0), plan)
+
+
+def test_best_effort_is_known_of_lost_pairs_only() -> None:
+    position, _ = REPORT.best_effort()
+    assert (np.isnan(position) == REPORT.survived).all() and np.nanmax(position) < 0.2
+
+
+def test_jumps_are_those_of_the_formula() -> None:
+    joint, k = 2, 6
+    v = np.gradient(MOTION, TASK.dt, axis=0)[REPORT.samples[k]]
+    jump = velocity_jump(PANDA.jacobian(MOTION[REPORT.samples[k]]), v, joint)
+    assert np.isclose(REPORT.jump[joint, k], np.linalg.norm(jump))
+    median, high = REPORT.jump_quantiles()
+    assert 0.0 < median <= high
+
+
+def test_sign_changes_count_zeros_of_the_null_vector() -> None:
+    signs = np.sign(REPORT.manipulability)
+    assert REPORT.manipulability.shape == (TASK.N + 1, 7)
+    assert (REPORT.sign_changes == (signs[1:] != signs[:-1]).sum(axis=0)).all()
+    assert REPORT.least_manipulability.min() <= 1.0 / np.sqrt(7.0)
+
+
+def test_motion_outside_its_limits_is_lost_at_once() -> None:
+    tight = PANDA.with_limits(q_max=np.where(np.arange(7) == 0, MOTION[40, 0], PANDA.limits.q_max))
+    found = coverage(tight, PATH, MOTION)
+    outside = MOTION[found.samples, 0] > MOTION[40, 0] + 1e-9
+    assert outside.any() and ((found.status == Survival.NOMINAL) == outside).all()
+
+
+def test_structural_joint_is_named_and_lost_always() -> None:
+    arm = catalog.load("iiwa14")
+    q0 = np.deg2rad([0.0, 30.0, 60.0, -90.0, 40.0, 60.0, 0.0])
+    path = ftqp.paths.Line(arm.pose(q0), (0.05, 0.0, 0.0), duration=3.0)
+    task = task_path(arm, path, dt=0.025)
+    found = coverage(arm, task, track(task, q0))
+    assert found.structural == (arm.joints[3],)
+    assert (found.status[3] == Survival.STRUCTURAL).all()
+    assert found.coverage == pytest.approx(6.0 / 7.0)
+
+
+def test_relaxed_rows_braking_degraded_joints_and_pairs_have_reports_of_their_own() -> None:
+    relaxed = coverage(PANDA, TASK, MOTION, rows="position")
+    assert relaxed.post == "qp" and relaxed.coverage > REPORT.coverage
+    braking = coverage(PANDA, TASK, MOTION, lock="ramp")
+    assert abs(braking.coverage - REPORT.coverage) < 0.1 and braking.lock == "ramp"
+    joint, k = np.argwhere(braking.survived)[30]
+    moved = braking.continue_after(int(joint), float(braking.t[k]))
+    assert 0.0 < abs(moved[-1, joint] - moved[0, joint]) < 0.1 and moved[-1, joint] == moved[-2, joint]
+    weak = coverage(PANDA, TASK, MOTION, fault="degraded", velocity=0.5)
+    assert weak.coverage == 1.0 and weak.structural == ()
+    pairs = coverage(PANDA, TASK, MOTION, joints="pairs", rows="position", stride=8)
+    assert len(pairs.names) == 21 and pairs.names[0] == "panda_joint1+panda_joint2"
+    assert 0.0 < pairs.coverage <= relaxed.coverage
+    assert not pairs.survives("panda_joint1+panda_joint2", 0.0) or pairs.per_joint[pairs.names[0]] > 0.0
+    one = coverage(PANDA, TASK, MOTION, joints="panda_joint4")
+    assert one.names == ("panda_joint4",) and (one.status[0] == REPORT.status[3]).all()
+
+
+def test_no_posture_at_a_sample_survives_more_than_its_upper_bound() -> None:
+    found = coverage(PANDA, TASK, MOTION, upper_bound=4)
+    assert found.upper_bound is not None and len(found.upper_bound) == len(found.waypoints) == 4
+    reached = coverage(PANDA, TASK, MOTION, stride=1).survived.sum(axis=0)[found.waypoints]
+    assert (found.upper_bound >= reached).all() and found.upper_bound.max() <= 7
+
+
+def test_picture_of_a_report_is_written(tmp_path) -> None:
+    file = REPORT.figure(tmp_path / "map.png")
+    assert file.read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"q": MOTION + 0.01}, "q does not follow the path: at sample 0"),
+        ({"q": MOTION[:-1], "path": TASK}, r"expected \(N \+ 1, nv\)"),
+        ({"q": np.full_like(MOTION, np.nan)}, "NaN"),
+        ({"q": MOTION[0]}, "at least 2 samples"),
+        ({"path": TASK.goals}, "expected a TaskPath"),
+        ({"robot": catalog.load("xarm7"), "path": TASK}, "made for another robot"),
+        ({"stride": 0}, "stride is 0"),
+        ({"lock": "brake"}, "lock is 'brake'"),
+        ({"fault": "free_swinging"}, "expected 'locked' or 'degraded'"),
+        ({"velocity": 2.0}, "share of the speed limit"),
+        ({"post": "exact", "rows": "position"}, "6 joints are left for 3 rows"),
+        ({"post": "newton"}, "post is 'newton'"),
+        ({"joints": [(0, 1, 2)]}, "sets of two"),
+        ({"joints": "panda_joint9"}, "did you mean"),
+        ({"deceleration": -1.0}, "deceleration is not positive"),
+        ({"tolerance": (0.0, 0.1)}, "tolerance is 0"),
+        ({"rows": "position", "upper_bound": 3}, "one joint more than rows"),
+    ],
+)
+def test_bad_input_is_refused_in_one_sentence(settings: dict, sentence: str) -> None:
+    given = {"robot": PANDA, "path": PATH, "q": MOTION, **settings}
+    with pytest.raises(InputError, match=sentence):
+        coverage(given.pop("robot"), given.pop("path"), given.pop("q"), **given)
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: REPORT.survives("panda_joint4", 9.0), "time is 9 s"),
+        (lambda: REPORT.continue_after("panda_joint4", 4.0), "time is 4 s"),
+        (lambda: REPORT.survives("elbow", 0.0), "elbow"),
+        (lambda: coverage(PANDA, TASK, MOTION, joints=[0]).survives(1, 0.0), "was not verified"),
+    ],
+)
+def test_questions_outside_the_report_are_refused(call, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        call()
