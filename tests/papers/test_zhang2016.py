@@ -7,6 +7,7 @@ from tests.papers.zhang2016 import ARM, BEND, Q0, end_pose, error, example, forw
 
 from ftqp.analysis import coverage, null_vector, task_path
 from ftqp.analysis.survival.continuing import continuation_study, task_session, track
+from ftqp.analysis.survival.tolerable_joints import tolerable_joints
 from ftqp.control.paths import Line, PointToPoint
 from ftqp.kernel.layout.survival import Survival
 from ftqp.model import catalog
@@ -142,3 +143,29 @@ def test_published_errors_are_those_of_euler_steps_with_feedback(
         off = error(task.goals[k + 1], forward(q)[0])
         worst = np.maximum(worst, (np.linalg.norm(off[:3]), np.linalg.norm(off[3:])))
     assert 1.0 / 1.5 < worst[0] / position < 1.5 and 1.0 / 1.5 < worst[1] / rotation < 1.5
+
+
+def test_no_posture_found_survives_everything_before_most_of_the_path_is_done() -> None:
+    samples, joints = tolerable_joints(example(0.05), 20)
+    assert (joints[samples < 0.65 * 400] <= 6).all() and (joints[samples > 0.75 * 400] == 7).all()
+
+
+@pytest.mark.parametrize(
+    ("theta", "survived", "farthest"),
+    [(0.0, False, 100), (0.1, True, 107), (0.16, True, 135), (0.25, True, 197)],
+)
+def test_two_published_failures_are_survived_by_motions_that_survive_little(
+    theta: float, survived: bool, farthest: int
+) -> None:
+    task = example(0.05)
+    q = track(task, Q0, theta)
+    found = coverage(ARM, task, q)
+    assert found.survives(3, 5.0) == survived and found.survives(1, 10.0)
+    assert round(np.rad2deg(np.abs(q)).max()) == farthest and found.coverage < 0.84
+
+
+def test_zero_of_an_entry_is_seen_by_its_sign_and_not_by_its_size() -> None:
+    task = example(0.05)
+    found = coverage(ARM, task, track(task, Q0))
+    assert found.sign_changes.tolist() == [0, 0, 0, 0, 0, 1, 0]
+    assert found.least_manipulability[5] > 5e-4

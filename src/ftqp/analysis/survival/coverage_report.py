@@ -19,7 +19,7 @@ from ftqp.kernel.layout.survival import Survival
 SENTENCES: Final = {
     Survival.SURVIVED: "The other joints finish the path.",
     Survival.LIMIT: "A joint meets its position limit.",
-    Survival.VELOCITY: "A joint would have to be faster than its limit; more time would help.",
+    Survival.VELOCITY: "The path can be followed, but a joint would have to be faster than its limit.",
     Survival.SINGULAR: "The joints that are left become singular.",
     Survival.SINGULAR_VELOCITY: "The joints that are left become singular; a speed limit is met first.",
     Survival.NOT_CONVERGED: "No solution is found for the joints that are left.",

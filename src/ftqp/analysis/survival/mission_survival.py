@@ -83,7 +83,7 @@ def mission_survival(
 
     both = [shares[name].astype(np.float64) for name in ("low", "high")]
     mean = 0.5 * (both[0] + both[1])
-    low, high = finished(both[0], True), finished(both[1], False)
+    low, high = finished(both[0], True), min(1.0, finished(both[1], False))
     likely = 0.5 * (finished(mean, True) + finished(mean, False))
     covered = float((mean * np.diff(edges)).sum(axis=1) @ rates / (total * end))
     return MissionSurvival(low=low, likely=likely, high=high, without=without, coverage=covered)
