@@ -134,7 +134,7 @@ class Planner(PlannerFacts):
         if detector is not None:
             self._vigilance = Vigilance(
                 detector, self._session, robot, self.drive, self.noise, self._loop, self._believe,
-                probing_of(self._session, given, detector),
+                self._disbelieve, probing_of(self._session, given, detector),
             )  # fmt: skip
             tick = self._vigilance.watched(self._ordinary[0])
             self._ordinary = tick, None if timing else tick
@@ -296,6 +296,8 @@ class Planner(PlannerFacts):
             InputError: An unknown joint, or not a fault.
         """
         self._believe(fault)
+        if self._vigilance is not None:
+            self._vigilance.told(fault)
 
     def _believe(self, fault: Fault) -> None:
         """Believe a fault, and let the detector look at the other joints."""
@@ -313,10 +315,14 @@ class Planner(PlannerFacts):
         Raises:
             InputError: An unknown joint.
         """
-        self._belief.withdraw(joint)
-        self._adopt_belief()
+        self._disbelieve(joint)
         if self._vigilance is not None:
             self._vigilance.forget(joint)
+
+    def _disbelieve(self, joint: str | int) -> None:
+        """Believe that a joint is healthy."""
+        self._belief.withdraw(joint)
+        self._adopt_belief()
 
     def carry(self, payload: Payload | None) -> None:
         """Count on this load at the tip from the next step on, in the place of the last one.

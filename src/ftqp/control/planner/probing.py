@@ -227,12 +227,16 @@ def _scaled(z: FloatArray) -> FloatArray | None:
     return z / most if most > 1e-6 else None
 
 
+def swing(steps: int) -> FloatArray:
+    """A motion by 1 to either side and back, at rest at its ends, after each of so many steps."""
+    x = 2.0 * pi * np.arange(1, steps + 1) / steps
+    found: FloatArray = np.sin(x) * (1.0 - np.cos(x)) / PEAK
+    return found
+
+
 def _sway(criterion: Criterion, dt: float, *, level: int) -> FloatArray:
     """x_0 of a motion by 1 to either side, one number a tick."""
-    steps = max(round(DURATION / dt), 4)
-    x = 2.0 * pi * np.arange(-1, steps + 1) / steps
-    s: FloatArray = np.sin(x) * (1.0 - np.cos(x)) / PEAK
-    s[0] = 0.0
+    s = np.concatenate([np.zeros(2), swing(max(round(DURATION / dt), 4))])
     k_v = k_q = 0.0
     if criterion.norm > 0.0:
         k_v, k_q = criterion.norm_v / criterion.norm, criterion.norm_q / criterion.norm

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, Final, final
 
 import numpy as np
@@ -11,6 +12,7 @@ from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.given_arrays import sized
 from ftqp.control.planner.probing import Probing
+from ftqp.control.planner.second_look import SecondLook
 from ftqp.core.checks import FloatArray
 from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
@@ -49,6 +51,7 @@ class Vigilance:
         noise: Of the measurements.
         loop: The planner's loop with its arm.
         report: Makes the planner believe a fault.
+        withdraw: Makes the planner believe that a joint is healthy.
         probing: Moves joints that stand, after every tick; None is none.
 
     Attributes:
@@ -65,13 +68,15 @@ class Vigilance:
         noise: Noise,
         loop: ArmLoop,
         report: Callable[[Fault], None],
+        withdraw: Callable[[str], None],
         probing: Probing | None = None,
     ) -> None:
         K, n = session.K, robot.nv
         self.detector = detector.for_arm(robot, float(K.state.dt), drive=drive, noise=noise)
         self.findings: list[Finding] = []
         self._K, self._robot, self._loop, self._report = K, robot, loop, report
-        self._probing = probing
+        self._withdraw, self._probing = withdraw, probing
+        self._second = SecondLook(session, n, asks=probing is not None)
         self._dt = float(K.state.dt)
         self._tick = self.detector.tick
         self._tau: FloatArray = NO_TORQUE
@@ -93,7 +98,8 @@ class Vigilance:
         Args:
             tick: From its inputs, the measured configuration first, to a status or mistake.
         """
-        look, q, sent, loop, probing = self._tick, self._q, self._sent, self._loop, self._probing
+        look, q, sent, loop = self._tick, self._q, self._sent, self._loop
+        probing, second = self._probing, self._second
         q_ref, v_ref, a_ref = self._reference
 
         def watched(*inputs: Any) -> int:
@@ -106,6 +112,8 @@ class Vigilance:
                     self._respond()
                 if probing is not None:
                     probing.look(self._suspect())
+                if second.active:
+                    self._reconsider()
             return code
 
         return watched
@@ -137,6 +145,7 @@ class Vigilance:
     def reset(self, q: FloatArray) -> None:
         """Begin anew at q, (nv,) [rad or m], with nothing found."""
         self.findings.clear()
+        self._second.forget()
         self.go_on(q)
 
     def go_on(self, q: FloatArray | None = None) -> None:
@@ -154,9 +163,15 @@ class Vigilance:
         Args:
             joint: Its name or 0-based index.
         """
-        name = self._robot.joints[self._robot.joint(joint)]
+        i = self._robot.joint(joint)
+        name = self._robot.joints[i]
         self.detector.forget(name)
+        self._second.end(i)
         self.findings[:] = [finding for finding in self.findings if finding.joint != name]
+
+    def told(self, fault: Fault) -> None:
+        """A user has reported a fault: what becomes of that belief is the user's."""
+        self._second.end(self._robot.joint(fault.joint))
 
     def _suspect(self) -> int | None:
         """The index of the joint under suspicion, if there is one."""
@@ -166,11 +181,13 @@ class Vigilance:
     def _respond(self) -> None:
         """Something was found, or is suspected, or was a moment ago.
 
-        During a stop nothing more is believed: an arm that brakes hard looks odd.
+        During a stop nothing more is believed: an arm that brakes hard looks odd. Nor is it while a joint
+        that was taken for held begins to move.
         """
-        isolated = {} if self._K.watch.latched else self.diagnosis.isolated
+        odd = self._K.watch.latched or self._second.stirs
+        isolated = {} if odd else self.diagnosis.isolated
         for joint, finding in isolated.items():
-            if all(known.joint != joint for known in self.findings):
+            if all(known.joint != joint or known.withdrawn_at is not None for known in self.findings):
                 self._believe(finding)
         if self.diagnosis.watching:
             self._suspected += 1
@@ -214,6 +231,31 @@ class Vigilance:
         if "runaway" in finding.kinds:
             self._loop.ask_for_brake(i)
         self._report(fault)
+        if isinstance(fault, Locked) and "runaway" not in finding.kinds:
+            self._second.begin(i)
+
+    def _reconsider(self) -> None:
+        """Take the belief in a joint back that was found to be held and is not.
+
+        Its command begins where it is and as fast as it is, within its limit.
+        """
+        i = self._second.look()
+        if i is None:
+            return
+        self._second.end(i)
+        name, K = self._robot.joints[i], self._K
+        top = float(K.limits.v_max[i])
+        K.state.q_command[i] = K.feedback.q_now[i]
+        K.state.v_command[i] = min(max(float(K.feedback.v_now[i]), -top), top)
+        K.state.a_command[i] = 0.0
+        at = float(K.state.ticks) * self._dt
+        _LOG.warning("%s moves, so that it is not locked. The planner counts on it as healthy again.", name)
+        self.findings[:] = [
+            replace(one, withdrawn_at=at) if one.joint == name and one.withdrawn_at is None else one
+            for one in self.findings
+        ]
+        self._withdraw(name)
+        self.detector.forget(name)
 
 
 def is_harmless(finding: Finding, *, servo: bool, stands: bool) -> bool:

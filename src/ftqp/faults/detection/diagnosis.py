@@ -69,6 +69,7 @@ class Finding:
         detected_at: When that was certain [s] since the reset.
         share: Part of the torque that is left, for ``degraded`` alone; None where it cannot be seen.
         size: Jump of a biased sensor [rad or m]; None of other kinds.
+        withdrawn_at: When a planner saw that the joint moves after all [s] since the reset; None is never.
     """
 
     joint: str
@@ -78,6 +79,7 @@ class Finding:
     detected_at: float
     share: float | None = None
     size: float | None = None
+    withdrawn_at: float | None = None
 
     @property
     def kind(self) -> str | None:
