@@ -21,6 +21,7 @@ from ftqp.analysis.outcomes.basin_map import basins as basins
 from ftqp.analysis.outcomes.real_time_law import PointToPoint as PointToPoint
 from ftqp.analysis.outcomes.real_time_law import point_to_point as point_to_point
 from ftqp.analysis.outcomes.real_time_law import qp_rates as qp_rates
+from ftqp.analysis.planning.corridor import Corridor as Corridor
 from ftqp.analysis.planning.fault_plan import Plan as Plan
 from ftqp.analysis.planning.fault_plan import load_plan as load_plan
 from ftqp.analysis.planning.plan_settings import PlanSettings as PlanSettings

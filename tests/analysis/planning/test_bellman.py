@@ -35,7 +35,7 @@ def test_value_of_every_node_is_that_of_the_cheapest_of_all_ways() -> None:
         (2, np.array([True, True])),
     ):
         nodes, costs = layers(seed)
-        nodes = [np.where(turning, q * np.pi % (2 * np.pi), q) if turning.any() else q for q in nodes]
+        nodes = [np.where(turning, (q - 1.0) % (2 * np.pi), q) for q in nodes]
         ways = best_ways(nodes, costs, DT, farthest=REACH, energy=0.3, turning=turning)
         for first in range(len(nodes[0])):
             rest = product(*(range(len(q)) for q in nodes[1:]))

@@ -110,6 +110,13 @@ def test_lock_that_is_not_survived_says_until_when_the_path_can_be_followed() ->
     assert np.abs(ARM.pose(error.q[-1])[:2, 3] - TASK.goals[last, :2, 3]).max() < 1e-8
 
 
+def test_report_of_a_plan_says_what_the_plan_says(free) -> None:
+    assert free.report is free.report and free.report.coverage == free.coverage
+    assert set(free.report.per_joint) == {"j1", "j2", "j3"} and free.report.structural == ()
+    made = plan(ARM, TASK, Q0, "constant", settings=PlanSettings(thetas=(0.0,)))
+    assert made.report.coverage == made.coverage < 0.8
+
+
 def test_two_joints_to_spare_survive_more_than_with_least_motion() -> None:
     arm = catalog.load("planar", lengths=(1, 0.6, 0.6, 0.3))
     q0 = np.array([0.2, 0.9, -0.6, 0.4])

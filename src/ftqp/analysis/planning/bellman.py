@@ -95,14 +95,8 @@ def _pairs(
     here: FloatArray, there: FloatArray, reach: FloatArray, turning: BoolArray
 ) -> tuple[IntArray, IntArray]:
     """Indices of all pairs with |q_b - q_a| <= reach in every joint."""
-    # a joint that reaches all the way round parts no pair, and the tree does without its circle
-    round_trip = turning & (2.0 * reach >= TURN)
-    kept = ~round_trip
-    if not kept.any():
-        a, b = np.meshgrid(np.arange(len(here)), np.arange(len(there)), indexing="ij")
-        return a.ravel(), b.ravel()
-    box = np.where(turning, TURN / reach, 0.0)[kept]
-    trees = [cKDTree(_within(q[:, kept] / reach[kept], box), boxsize=box) for q in (here, there)]
+    box = np.where(turning, TURN / reach, 0.0)
+    trees = [cKDTree(_within(q / reach, box), boxsize=box) for q in (here, there)]
     found = trees[0].sparse_distance_matrix(trees[1], 1.0, p=np.inf, output_type="coo_matrix")
     return found.row.astype(np.int64), found.col.astype(np.int64)
 

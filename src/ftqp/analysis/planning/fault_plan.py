@@ -8,13 +8,13 @@ from typing import Any, Self, final
 
 import numpy as np
 
+from ftqp.analysis.planning.corridor import Corridor, corridor_of
 from ftqp.analysis.planning.plan_file import read_plan, write_plan
-from ftqp.analysis.survival.continuing import continuation_study
-from ftqp.analysis.survival.not_survived import NotSurvived
+from ftqp.analysis.spatial_map import whole_number
+from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.task_path import TaskPath, robot_digest, task_path
-from ftqp.core.checks import FloatArray, frozen
+from ftqp.core.checks import FloatArray, frozen, positive
 from ftqp.core.errors import InputError
-from ftqp.kernel.layout.survival import SURVIVED, Survival
 from ftqp.model.robot import Robot
 
 
@@ -117,6 +117,17 @@ class Plan:
                 )
         return own
 
+    @cached_property
+    def report(self) -> CoverageReport:
+        """Everything about what the plan survives, verified again at its stride.
+
+        Raises:
+            InputError: The plan was read without its robot.
+        """
+        from ftqp.analysis.survival.covering import coverage  # which takes plans, and so knows this class
+
+        return coverage(self.task.robot, self.task, self.q, stride=self.stride)
+
     def continue_after(self, joint: str | int, time: float) -> FloatArray:
         """How the arm finishes the path when a joint locks: configurations from that sample on, (K, nv).
 
@@ -125,27 +136,36 @@ class Plan:
 
         Args:
             joint: The joint that locks, by name or 0-based index.
-            time: When, from 0 to the end of the path [s].
+            time: When, from 0 to before the end of the path [s].
 
         Raises:
             NotSurvived: The path cannot be finished; the error says until when, and has the motion so far.
             InputError: The joint is unknown, the time is outside the path, or the plan has no robot.
         """
+        return self.report.continue_after(joint, time)
+
+    def corridor(self, *, stride: int | None = None, widest: float = 0.5, spacing: float = 0.02) -> Corridor:
+        """How far the postures may be off along their self-motion with every survived lock still survived.
+
+        Args:
+            stride: Samples that are looked at are so far apart; None is that of the plan.
+            widest: How far is looked each way, > 0 [rad or m]. More takes longer.
+            spacing: Of the steps, > 0 [rad or m]. Smaller ones find narrower gaps and take longer.
+
+        Raises:
+            InputError: The arm has more than one joint to spare, a number is out of its range, or the plan
+                has no robot.
+        """
         task = self.task
-        j, name = task.robot.joint(joint), task.robot.joints[task.robot.joint(joint)]
-        if not (np.isfinite(time) and 0.0 <= time <= task.t[-1] + 1e-9):
-            raise InputError(f"time is {time:g} s, expected 0 to {task.t[-1]:g} s, the duration of the plan")
-        k = min(int(np.floor(time / self.dt + 1e-6)), task.N)
-        study, bounded = continuation_study(task), task.redundancy > 1
-        ends = study.runs(self.q[k][None], [k], [j], bounded=bounded)
-        q = study.motion(self.q[k], k, j, bounded=bounded)
-        if ends.status[0] != SURVIVED:
-            until = int(ends.sample[0])
-            raise NotSurvived(
-                joint=name, time=float(task.t[k]), until=float(task.t[max(until - 1, k)]),
-                reason=Survival(int(ends.status[0])), q=q[: max(until - k, 1)],
-            )  # fmt: skip
-        return q
+        if task.redundancy != 1:
+            raise InputError(
+                f"{self.robot_name} has {task.redundancy} joints to spare; a corridor is known with one only"
+            )
+        step = self.stride if stride is None else stride
+        whole_number("stride", step, 1)
+        return corridor_of(
+            task, self.q, stride=step, widest=positive("widest", widest), spacing=positive("spacing", spacing)
+        )
 
     def save(self, file: str | Path) -> None:
         """Write the plan to a file for ``load_plan``; one of the same name is replaced.

@@ -13,6 +13,7 @@ from ftqp.analysis.planning.plan_settings import PlanSettings, Told
 from ftqp.analysis.planning.survival_labels import survivals
 from ftqp.analysis.survival.continuing import continuation_study
 from ftqp.analysis.survival.task_path import TaskPath
+from ftqp.analysis.tolerance.null_vectors import null_vector
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
 
@@ -217,7 +218,4 @@ def null_vectors(study: GoalStudy, q: FloatArray) -> FloatArray:
         study: Of the arm and the task rows.
         q: Configurations, (k, nv) [rad or m].
     """
-    A = study.limited.values(q)[1]
-    null = np.linalg.svd(A)[2][:, -1]
-    side = np.linalg.det(np.concatenate([null[:, None], A], axis=1))
-    return np.asarray(null * np.where(side < 0.0, -1.0, 1.0)[:, None])
+    return null_vector(study.limited.values(q)[1])
