@@ -55,9 +55,9 @@ class CoverageReport:
         upper_bound: How many joints any posture found at some samples can do without, (waypoints,), or None
             where it was not asked for.
         waypoints: The samples of the upper bound, (waypoints,).
-        fault: How joints fail: ``locked`` or ``degraded``.
+        fault: How joints fail: ``locked``, ``degraded`` or ``free_swinging``.
         lock: ``instant``, or ``ramp`` where joints brake first.
-        post: ``exact`` or ``qp``: how the others go on.
+        post: ``exact``, ``qp`` or ``planner``: how the others go on.
     """
 
     task: TaskPath
@@ -181,7 +181,10 @@ class CoverageReport:
         """
         found = np.full((2, *self.status.shape), np.nan)
         lost = np.argwhere(~self.survived)
-        if len(lost):
+        if self.post == "planner":  # it went to the end itself
+            found[0][~self.survived] = self.position[~self.survived]
+            found[1][~self.survived] = self.rotation[~self.survived]
+        elif len(lost):
             runs = self._runs(lost, whole=True)
             found[0][~self.survived], found[1][~self.survived] = runs.position, runs.rotation
         return found[0], found[1]
@@ -194,10 +197,13 @@ class CoverageReport:
             time: From 0 to before the end of the path [s].
 
         Raises:
-            InputError: No such failure was verified, or the time is outside the path.
+            InputError: No such failure was verified, the time is outside the path, or the joint swings
+                freely.
             NotSurvived: The failure is not survived; it says what remains.
         """
         row = self._row(joint)
+        if self.post == "planner":
+            raise InputError("a joint that swings freely has no continuation to keep; run the planner")
         if not 0.0 <= time < self.task.t[-1]:
             raise InputError(f"time is {time:g} s, expected from 0 to before {self.task.t[-1]:g} s")
         k = int(np.searchsorted(self.task.t, time + 1e-9)) - 1

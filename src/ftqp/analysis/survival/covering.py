@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import combinations
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from ftqp.analysis.planning.fault_plan import Plan
 from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.continuing import continuation_study, path_values
 from ftqp.analysis.survival.coverage_report import CoverageReport
+from ftqp.analysis.survival.swinging_joints import swinging_runs
 from ftqp.analysis.survival.task_path import TaskPath, task_path
 from ftqp.analysis.survival.tolerable_joints import tolerable_joints
 from ftqp.analysis.tolerance.failed_sets import relative_manipulability
@@ -26,7 +27,8 @@ FOLLOWED = (2e-3, 2e-2)
 LOST = 1e-9
 """Below this relative manipulability a jump has no answer."""
 
-Fault = Literal["locked", "degraded"]
+Fault = Literal["locked", "degraded", "free_swinging"]
+FAULTS = get_args(Fault)
 
 
 def coverage(
@@ -62,7 +64,9 @@ def coverage(
             up, ``"axis"`` the turn about the tool.
         joints: Which joints fail, by name or index, sets of two for joints that fail together, or ``"pairs"``
             for all sets of two; None is each alone.
-        fault: ``locked``, or ``degraded``: the joint goes on with a share of its speed.
+        fault: ``locked``, ``degraded``: the joint goes on with a share of its speed, or ``free_swinging``: it
+            has no torque. Then the planner itself is driven to the end, which takes some tenths of a second
+            an instant, so take a larger stride.
         velocity: The share of the speed limit that a degraded joint has left, in (0, 1].
         deceleration: Of a ramp, (nv,) or one number, > 0 [rad/s2 or m/s2]; None is a quarter of each joint's
             acceleration limit.
@@ -85,15 +89,15 @@ def coverage(
     motion = frozen(array("q", q, (task.N + 1, robot.nv), "(N + 1, nv)"))
     if lock not in ("instant", "ramp"):
         raise InputError(f"lock is {lock!r}, expected 'instant' or 'ramp'")
-    if fault not in ("locked", "degraded"):
-        raise InputError(f"fault is {fault!r}, expected 'locked' or 'degraded'")
+    if fault not in FAULTS:
+        raise InputError(f"fault is {fault!r}, expected one of {', '.join(FAULTS)}")
     if not 0.0 < positive("velocity", velocity) <= 1.0:
         raise InputError(f"velocity is {velocity:g}, expected a share of the speed limit in (0, 1]")
     limits = tuple(positive("tolerance", value) for value in array("tolerance", tolerance, (2,)))
     J = _refuse_off_path(task, motion)
     kept = task if rows is None else task.with_rows(rows)
     failures = _failures(robot, joints)
-    post = _rule(robot, kept, post, failures, fault)
+    rule = _rule(robot, kept, post, failures, fault)
     study = continuation_study(
         kept,
         deceleration=None if deceleration is None else _decelerations(robot, deceleration),
@@ -104,24 +108,27 @@ def coverage(
     failed = np.array(failures, dtype=np.int64)
     which, instant = (a.ravel() for a in np.meshgrid(np.arange(len(failures)), samples, indexing="ij"))
     share = float(velocity) if fault == "degraded" else None
-    found = study.runs(
-        motion[instant],
-        instant,
-        failed[which],
-        speed=np.take_along_axis(speeds[instant], failed[which], axis=1),
-        bounded=post == "qp",
-        share=share,
-        threads=threads,
-    )
+    if fault == "free_swinging":
+        lone = tuple(failed[0] for failed in failures)
+        found = swinging_runs(kept, motion, samples, lone, (limits[0], limits[1]), threads)
+    else:
+        found = study.runs(
+            motion[instant],
+            instant,
+            failed[which],
+            speed=np.take_along_axis(speeds[instant], failed[which], axis=1),
+            bounded=rule == "qp",
+            share=share,
+            threads=threads,
+        )
     shape = (len(failures), len(samples))
-    structural = structural_joints(robot, "axis" if kept.axis else kept.rows) if share is None else ()
+    structural = structural_joints(robot, "axis" if kept.axis else kept.rows) if fault == "locked" else ()
     status = _verdicts(robot, motion, instant, found.status, which, failures, structural).reshape(shape)
-    lone = [joint for joint in range(robot.nv) if robot.joints[joint] not in structural]
     waypoints = np.zeros(0, np.int64)
     most = None
     if upper_bound is not None:
         whole_number("upper_bound", upper_bound, 1)
-        waypoints, most = tolerable_joints(kept, upper_bound, joints=lone, threads=threads)
+        waypoints, most = tolerable_joints(kept, upper_bound, threads=threads)
     manipulability = _manipulability(J if rows is None else path_values(kept, motion)[1], failures)
     return CoverageReport(
         task=kept,
@@ -140,7 +147,7 @@ def coverage(
         waypoints=waypoints,
         fault=fault,
         lock=lock,
-        post=post,
+        post=rule,
         _study=study,
         _share=share,
         _speeds=speeds,
@@ -202,8 +209,15 @@ def _failures(robot: Robot, joints: Any) -> tuple[tuple[int, ...], ...]:
 
 def _rule(
     robot: Robot, task: TaskPath, post: Any, failures: tuple[tuple[int, ...], ...], fault: str
-) -> Literal["exact", "qp"]:
+) -> Literal["exact", "qp", "planner"]:
     """How the other joints go on."""
+    if fault == "free_swinging":
+        if post is not None or len(failures[0]) > 1:
+            raise InputError(
+                "fault is 'free_swinging', with which the planner goes on, for one joint at a time; leave "
+                "post out, and give single joints"
+            )
+        return "planner"
     if post not in (None, "exact", "qp"):
         raise InputError(f"post is {post!r}, expected 'exact', 'qp' or None")
     left = robot.nv - (len(failures[0]) if fault == "locked" else 0)

@@ -1,0 +1,50 @@
+"""Joints that swing freely after a failure."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.analysis.survival.continuing import track
+from ftqp.analysis.survival.covering import coverage
+from ftqp.analysis.survival.swinging_joints import TICK, _targets
+from ftqp.analysis.survival.task_path import task_path
+from ftqp.core.errors import InputError
+from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_POSE, TARGET_TWIST
+from ftqp.kernel.layout.survival import Survival
+from ftqp.model import catalog
+
+Q0 = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
+
+
+def test_targets_between_samples_are_those_of_the_path() -> None:
+    panda = catalog.load("panda")
+    goal = panda.pose(Q0 + 0.3)
+    path = ftqp.paths.PointToPoint(panda.pose(Q0), goal, duration=2.0)
+    targets = _targets(task_path(panda, path, dt=0.02), 0.5)
+    exact = path.sample(0.5 + TICK * np.arange(len(targets)))
+    assert np.allclose(targets.packed[:, TARGET_POSE:TARGET_TWIST].reshape(-1, 4, 4), exact.pose, atol=1e-6)
+    assert np.allclose(targets.packed[:, TARGET_TWIST : TARGET_TWIST + 6], exact.twist, atol=1e-3)
+    inner = slice(0, -40)
+    given = targets.packed[inner, TARGET_ACCELERATION : TARGET_ACCELERATION + 6]
+    assert np.allclose(given, exact.acceleration[inner], atol=0.05)
+
+
+@pytest.mark.slow
+def test_free_joints_of_a_panda_lose_a_pose_except_where_nothing_pulls_at_them() -> None:
+    panda = catalog.load("panda")
+    task = task_path(panda, ftqp.paths.Line(panda.pose(Q0), (0.0, 0.25, 0.0), duration=4.0), dt=0.05)
+    q = track(task, Q0, 0.3)
+    found = coverage(panda, task, q, fault="free_swinging", joints=[0, 1, 3], stride=36)
+    assert found.post == "planner" and found.status.shape == (3, 3)
+    assert found.status[0, 2] == Survival.SURVIVED and (found.status[1:] == Survival.ERROR).all()
+    position, _ = found.best_effort()
+    assert (position[1:] == found.position[1:]).all() and found.position[1:].min() > 2e-3
+    with pytest.raises(InputError, match="run the planner"):
+        found.continue_after(0, 3.6)
+
+
+def test_arm_without_masses_is_refused() -> None:
+    arm = catalog.load("zhang7")
+    task = task_path(arm, ftqp.paths.Line(arm.pose(arm.neutral), (0.5, 0.0, 0.0), duration=4.0), dt=0.1)
+    with pytest.raises(InputError, match="zhang7 has no masses"):
+        coverage(arm, task, track(task, arm.neutral), fault="free_swinging")
