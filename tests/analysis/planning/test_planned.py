@@ -149,7 +149,11 @@ def test_progress_is_told_to_its_end() -> None:
         (PATH, {"optimise": ("base",), "q0": Q0}, "q0 is given and the path may move"),
         (PATH, {"settings": {"waypoints": 5}}, "settings is of type dict"),
         (PATH, {"q0": Q0 + 0.1}, "off in row"),
-        (Line(START, (3.0, 0.0, 0.0), duration=10.0), {}, r"within its limits was found at t = \d"),
+        (
+            Line(START, (3.0, 0.0, 0.0), duration=10.0),
+            {},
+            r"does not reach sample \d+ of the path \(t = .*m off at least",
+        ),
         (Line(START, (-0.4, 1.0, 0.0), duration=0.4), {}, "no way along the path is found beyond t = "),
         (np.empty((0, 3)), {}, "path has 0 samples"),
     ],
@@ -157,6 +161,34 @@ def test_progress_is_told_to_its_end() -> None:
 def test_bad_input_is_refused_in_one_sentence(path, options, sentence) -> None:
     with pytest.raises(InputError, match=sentence):
         plan(ARM, path, **{"rows": "position", "dt": 0.1, "settings": FEW, **options})
+
+
+def test_path_outside_the_limits_is_refused_with_sample_and_joint() -> None:
+    arm = catalog.load("planar", lengths=(1, 1, 1)).with_limits(
+        q_min=(-0.5, -2.6, -2.6), q_max=(0.5, 2.6, 2.6)
+    )
+    goals = np.tile(np.eye(4), (11, 1, 1))
+    goals[:, 0, 3] = np.linspace(2.5, 2.9, 11)
+    angle = np.linspace(0.0, 1.5, 11)
+    goals[:, :2, 3] = goals[:, :1, 3] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    task = task_path(arm, goals, dt=1.0, rows="position")
+    with pytest.raises(InputError, match=r"no plan keeps all limits: 'j1' would be .* at sample 10"):
+        plan(arm, task, None, "constant", settings=FEW)
+    with pytest.raises(
+        InputError, match=r"reaches sample \d+ of the path .* outside its limits only, 'j1' being"
+    ):
+        plan(arm, task, settings=FEW)
+    off = task_path(arm, goals[5:], dt=1.0, rows="position")
+    with pytest.raises(InputError, match="outside its limits .* start within"):
+        plan(arm, off, np.array([1.0, 0.0, 0.0]))
+
+
+def test_task_of_another_arm_is_refused() -> None:
+    other = catalog.load("planar", lengths=(1, 1, 0.9), continuous=True)
+    with pytest.raises(InputError, match="path is a task of another"):
+        plan(other, TASK)
+    again = catalog.load("planar", lengths=(1, 1, 1), continuous=True)
+    assert plan(again, TASK, settings=PlanSettings(waypoints=4, spacing=0.4)).robot is again
 
 
 def test_arm_without_a_joint_to_spare_is_refused() -> None:

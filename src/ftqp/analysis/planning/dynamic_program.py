@@ -10,6 +10,7 @@ from ftqp.analysis.circular_intervals import TURN
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.bellman import best_ways, farthest_waypoint
 from ftqp.analysis.planning.plan_settings import PlanSettings, Told, speeds
+from ftqp.analysis.planning.refusals import unreached
 from ftqp.analysis.planning.sampled_nodes import sampled_nodes
 from ftqp.analysis.planning.survival_labels import node_labels
 from ftqp.analysis.planning.waypoint_nodes import curve_nodes
@@ -70,10 +71,7 @@ def grid_plan(
     nodes = _nodes(study, task, q0, settings, farthest, seed, told)
     for k, found in enumerate(nodes):
         if not len(found):
-            raise InputError(
-                f"no configuration of {study.robot.name} within its limits was found at t = {task.t[k]:g} s "
-                "of the path; expected a path inside the workspace"
-            )
+            raise unreached(study, fine, k * (fine.N // task.N))
     on = task if study.redundancy == 1 else fine
     survives = node_labels(on, on.N // task.N, nodes, told)
     costs = _costs(study, nodes, survives, settings)

@@ -14,6 +14,7 @@ from ftqp.analysis.planning.placement import Freedom, better_placed
 from ftqp.analysis.planning.plan_settings import Method, PlanSettings, Told
 from ftqp.analysis.planning.planning_study import planning_study
 from ftqp.analysis.planning.refined_trajectory import smooth_trajectories
+from ftqp.analysis.planning.refusals import refuse_illegal, unreached
 from ftqp.analysis.planning.self_motion_speeds import constant_plan, spline_plan
 from ftqp.analysis.planning.survival_labels import Survivals, survivals
 from ftqp.analysis.planning.waypoint_nodes import curve_nodes
@@ -65,8 +66,8 @@ def plan(
         progress: Called with what is done, of how much, and what is being done.
 
     Raises:
-        InputError: An argument is wrong, the path leaves the workspace or the limits, or no joint is to
-            spare.
+        InputError: An argument is wrong, the path leaves the workspace or the limits, no trajectory that is
+            found keeps them, or no joint is to spare.
     """
     instance("robot", robot, Robot, "a Robot")
     if method not in get_args(Method):
@@ -87,6 +88,7 @@ def plan(
     study = planning_study(task, knobs.spacing)
     start = None if q0 is None else _start(study, task, robot.angles(q0))
     q, found = _METHODS[method](study, task, start, knobs, seed, told)
+    refuse_illegal(task, q, method)
     rated = survivals(task, q[None], knobs.stride)
     return plan_of(
         task,
@@ -106,11 +108,12 @@ def _task(robot: Robot, path: Any, rows: Any, dt: float | None, q0: Any) -> Task
     """The path on its samples."""
     if not isinstance(path, TaskPath):
         return task_path(robot, path, rows=rows, dt=dt, q0=q0)
-    if path.robot is not robot:
+    if path.robot is not robot and path.digest != path.with_robot(robot).digest:
         raise InputError(
-            f"path is a task of another {path.robot.name} than robot; give plan(task.robot, task)"
+            f"path is a task of another {path.robot.name} than robot, or with another tool, load or limits; "
+            "expected the same arm"
         )
-    return path
+    return task_path(robot, path.goals, rows="axis" if path.axis else path.rows, dt=path.dt, q0=q0)
 
 
 def _refuse_method(task: TaskPath, method: str) -> None:
@@ -146,10 +149,7 @@ def _starts(study: GoalStudy, task: TaskPath, start: FloatArray | None, seed: in
         return start[None]
     nodes = curve_nodes(study, task.goals[:1], spacing=START_SPACING, seed=seed)[0]
     if not len(nodes):
-        raise InputError(
-            f"no configuration of {study.robot.name} within its limits was found at the first sample of the "
-            "path; expected a path inside the workspace"
-        )
+        raise unreached(study, task, 0)
     return nodes
 
 

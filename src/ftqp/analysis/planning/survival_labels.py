@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from ftqp.analysis.planning.plan_settings import Told
+from ftqp.analysis.planning.refusals import OUTSIDE
 from ftqp.analysis.survival.continuing import continuation_study
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray
@@ -14,8 +15,6 @@ from ftqp.kernel.layout.survival import SURVIVED
 
 PORTION = 20_000
 """Continuations between two words on progress."""
-OUTSIDE = 1e-9
-"""A configuration farther outside a limit counts as one that is lost [rad or m]."""
 
 
 @final
