@@ -179,7 +179,7 @@ def test_path_outside_the_limits_is_refused_with_sample_and_joint() -> None:
     ):
         plan(arm, task, settings=FEW)
     off = task_path(arm, goals[5:], dt=1.0, rows="position")
-    with pytest.raises(InputError, match="outside its limits .* start within"):
+    with pytest.raises(InputError, match=r"outside its limits .* start within"):
         plan(arm, off, np.array([1.0, 0.0, 0.0]))
 
 
