@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
 
 from ftqp.analysis.circular_intervals import TURN
 from ftqp.analysis.goals import GoalStudy
@@ -14,7 +15,7 @@ from ftqp.analysis.planning.refusals import unreached
 from ftqp.analysis.planning.sampled_nodes import sampled_nodes
 from ftqp.analysis.planning.survival_labels import node_labels
 from ftqp.analysis.planning.waypoint_nodes import curve_nodes
-from ftqp.analysis.survival.task_path import TaskPath
+from ftqp.analysis.survival.task_path import TaskPath, task_path
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
 
@@ -66,12 +67,12 @@ def grid_plan(
     Raises:
         InputError: A waypoint has no configuration within limits, or no way is slow enough.
     """
-    task = fine.coarse(settings.waypoints)
+    task = waypoint_task(fine, settings.waypoints)
     farthest = settings.share * speeds(study.robot)
     nodes = _nodes(study, task, q0, settings, farthest, seed, told)
     for k, found in enumerate(nodes):
         if not len(found):
-            raise unreached(study, fine, k * (fine.N // task.N))
+            raise unreached(study, fine, round(task.t[k] / fine.dt))
     on = task if study.redundancy == 1 else fine
     survives = node_labels(on, on.N // task.N, nodes, told)
     costs = _costs(study, nodes, survives, settings)
@@ -100,6 +101,23 @@ def grid_plan(
         bound=np.array([labels.sum(axis=1).max() for labels in survives], dtype=np.float64),
         nodes=sum(len(found) for found in nodes),
     )
+
+
+def waypoint_task(fine: TaskPath, wanted: int) -> TaskPath:
+    """A task on about so many waypoints: some of its samples, or where these divide badly poses between them.
+
+    Args:
+        fine: The task on all samples.
+        wanted: Intervals that are asked for.
+    """
+    coarse = fine.coarse(wanted)
+    if fine.redundancy > 1 or 2 * wanted >= coarse.N:
+        return coarse
+    t = np.linspace(fine.t[0], fine.t[-1], wanted + 1)
+    goals = np.tile(np.eye(4), (len(t), 1, 1))
+    goals[:, :3, 3] = np.stack([np.interp(t, fine.t, p) for p in fine.goals[:, :3, 3].T], axis=1)
+    goals[:, :3, :3] = Slerp(fine.t, Rotation.from_matrix(fine.goals[:, :3, :3]))(t).as_matrix()
+    return task_path(fine.robot, goals, rows="axis" if fine.axis else fine.rows, dt=float(t[1] - t[0]))
 
 
 def _nodes(
