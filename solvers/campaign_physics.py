@@ -158,6 +158,7 @@ class Watched(Plant):
     v = property(lambda self: self._plant.v)
     drive = property(lambda self: self._plant.drive)
     tolerance = property(lambda self: self._plant.tolerance)
+    motors = property(lambda self: self._plant.motors)
     failure = property(lambda self: self._plant.failure)
 
     def reset(self, q: Any, v: Any) -> None:

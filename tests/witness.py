@@ -30,6 +30,10 @@ class Witness(Plant):
         return 0.0
 
     @property
+    def motors(self):
+        return None
+
+    @property
     def failure(self):
         return None
 

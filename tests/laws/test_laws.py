@@ -54,6 +54,10 @@ class Recorder(Plant):
         return 0.0
 
     @property
+    def motors(self):
+        return None
+
+    @property
     def failure(self):
         return None
 

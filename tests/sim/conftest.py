@@ -38,7 +38,7 @@ class FakePlanner:
     def withdraw(self, joint):
         del self.faults[joint]
 
-    def step(self, q, v, target):
+    def step(self, q, v, target, *, tau=None):
         k = sum(call[0] == "step" for call in self.calls)
         self._before(k)
         self.calls.append(("step", q.copy(), v.copy(), target.pose.copy(), target.twist.copy()))

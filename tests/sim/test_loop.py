@@ -99,7 +99,7 @@ def test_mean_feed_forward_reaches_the_target(fake, panda, start):
     seen = []
 
     class Planner(fake):
-        def step(self, q, v, target):
+        def step(self, q, v, target, *, tau=None):
             seen.append((target.twist.copy(), target.acceleration.copy()))
             return super().step(q, v, target)
 

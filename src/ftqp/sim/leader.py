@@ -32,8 +32,8 @@ class Leader(ABC):
         """Prepare tick k: find the target and take measurements; q is true, (nv,)."""
 
     @abstractmethod
-    def step(self, q: FloatArray, v: FloatArray) -> Step:
-        """The command of the tick at the measured state (q, v), each (nv,)."""
+    def step(self, q: FloatArray, v: FloatArray, tau: FloatArray | None = None) -> Step:
+        """The command of the tick at the measured state (q, v) and torques, each (nv,), if there are any."""
 
     @property
     @abstractmethod
@@ -203,9 +203,9 @@ class ClockLeader(ClockedLeader):
         """Find the target of tick k."""
         self._targets.aim(k)
 
-    def step(self, q: FloatArray, v: FloatArray) -> Step:
-        """The planner's command at the measured state (q, v), each (nv,)."""
-        return self._planner.step(q, v, self._targets.target)
+    def step(self, q: FloatArray, v: FloatArray, tau: FloatArray | None = None) -> Step:
+        """The planner's command at the measured state (q, v) and torques, each (nv,)."""
+        return self._planner.step(q, v, self._targets.target, tau=tau)
 
     def tip(self, q: FloatArray) -> FloatArray:
         """Pose of the tip in W at q, (4, 4)."""
@@ -241,9 +241,9 @@ class ProgressLeader(Leader):
         """Note the progress; the follower finds the target itself."""
         self._progress = self._follower.progress
 
-    def step(self, q: FloatArray, v: FloatArray) -> Step:
-        """The follower's command at the measured state (q, v), each (nv,)."""
-        step = self._follower.step(q, v)
+    def step(self, q: FloatArray, v: FloatArray, tau: FloatArray | None = None) -> Step:
+        """The follower's command at the measured state (q, v) and torques, each (nv,)."""
+        step = self._follower.step(q, v, tau=tau)
         self._waited += self._follower.planner.dt if self._follower.status is PathStatus.BLOCKED else 0.0
         return step
 
@@ -315,8 +315,8 @@ class InertialLeader(ClockedLeader):
         self._targets.aim(k)
         self._world.sense(k, q)
 
-    def step(self, q: FloatArray, v: FloatArray) -> Step:
-        """The inertial task's command at the measured state (q, v), each (nv,)."""
+    def step(self, q: FloatArray, v: FloatArray, tau: FloatArray | None = None) -> Step:
+        """The inertial task's command at the measured state (q, v), each (nv,); it takes no torques."""
         return self._world.step(q, v, self._targets.target)
 
     def tip(self, q: FloatArray) -> FloatArray:

@@ -23,6 +23,7 @@ from ftqp.sim.log.description import description
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_writer import LogWriter
 from ftqp.sim.log.metrics import STOP_CODES
+from ftqp.sim.log.raw_rows import FELT, SENSED
 from ftqp.sim.log.row_sink import MemoryRows, RowSink
 from ftqp.sim.log.signals import base_columns, columns, sensed_columns
 from ftqp.sim.log.tick_recorder import TickRecorder
@@ -141,6 +142,12 @@ class Simulation:
                 f"drive={self._plant.drive!r}"
             )
         self._sensors = sensors
+        if self._feels_torque and (self._plant.motors is None or world is not None):
+            raise InputError(
+                "the sensors measure torques, but "
+                + ("an inertial task takes none" if world is not None else "this plant has no motors")
+                + "; leave torque_noise out, or take plant 'mujoco' on a base that stands"
+            )
         if follower is not None and (follower.planner is not planner or follower.path is not path):
             raise InputError("follower leads another planner or another path than the simulation's")
         if world is not None and world.follower.planner is not planner:
@@ -164,15 +171,23 @@ class Simulation:
         self._signals = (
             *columns(robot.joints, robot.chain.prismatic, planner.level),
             *(() if world is None else base_columns(world.base.coordinates)),
-            *(sensed_columns(robot.joints, robot.chain.prismatic) if self._is_sensed else ()),
+            *sensed_columns(self._sensed, robot.joints, robot.chain.prismatic),
         )
         self._metadata = dict(metadata or {})
         self._progress = progress
 
     @property
-    def _is_sensed(self) -> bool:
-        """Whether what is sent, what is measured and what is true may be three."""
-        return self._sensors is not None or self._plant.drive is not None
+    def _feels_torque(self) -> bool:
+        """Whether the planner is given torques."""
+        return self._sensors is not None and self._sensors.feels_torque
+
+    @property
+    def _sensed(self) -> tuple[str, ...]:
+        """What the log keeps where what is sent, what is measured and what is true may be three."""
+        if self._sensors is None and self._plant.drive is None:
+            return ()
+        known = self._feels_torque, self._plant.motors is not None and self._plant.drive != "torque"
+        return (*SENSED, *(name for name, is_known in zip(FELT, known, strict=True) if is_known))
 
     def run(self) -> Result:
         """Simulate to the end, or until Ctrl-C, which leaves complete files and a result that says so.
@@ -201,7 +216,7 @@ class Simulation:
 
     def _recorded(self, sink: RowSink) -> Result:
         """All ticks and their rows; the state of the log says how it ended once every row is kept."""
-        recorder = TickRecorder(sink, self._planner, self._leader, sensed=self._is_sensed)
+        recorder = TickRecorder(sink, self._planner, self._leader, sensed=self._sensed)
         try:
             result = self._ticks(recorder)
             recorder.flush()
@@ -232,15 +247,16 @@ class Simulation:
         """One tick, and the arm moves on; the code of its status."""
         leader, plant, sensors = self._leader, self._plant, self._sensors
         leader.aim(k, plant.q)
-        q, v = plant.q, plant.v
+        q, v, motors = plant.q, plant.v, plant.motors
+        tau, demand = None, None if motors is None else motors.demand
         if sensors is not None:
-            sensors.measure(q, v)
-            q, v = sensors.q, sensors.v
+            sensors.measure(q, v, motors)
+            q, v, tau, demand = sensors.q, sensors.v, sensors.tau, sensors.demand
         before = clock.now()
-        step = leader.step(q, v)
+        step = leader.step(q, v, tau)
         elapsed = clock.now() - before
         if recorder is not None:
-            recorder.write(k * self._planner.dt, plant.q, plant.v, step, elapsed, (q, v))
+            recorder.write(k * self._planner.dt, plant.q, plant.v, step, elapsed, (q, v), (tau, demand))
         code = step.code
         plant.advance(step)
         return code

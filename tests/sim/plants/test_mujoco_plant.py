@@ -231,6 +231,7 @@ class Poisoned(Plant):
     v = property(lambda self: self._plant.v)
     drive = property(lambda self: self._plant.drive)
     tolerance = property(lambda self: self._plant.tolerance)
+    motors = property(lambda self: self._plant.motors)
     failure = property(lambda self: self._plant.failure)
 
     def reset(self, q, v):

@@ -7,6 +7,7 @@ from ftqp.control.paths import Circle
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import InputError
 from ftqp.sim.loop import Simulation
+from ftqp.sim.plants.plant import Motors
 from ftqp.sim.sensors.joint_sensors import JointSensors
 from ftqp.sim.sensors.sensor_faults import Drifting, Dropped, Frozen, Offset, Scattered
 
@@ -132,3 +133,25 @@ def test_scattered_readings_are_a_share_of_all(panda):
 def test_wrong_values_are_refused_with_a_sentence(panda, make, message):
     with pytest.raises(InputError, match=message):
         make(panda)
+
+
+def test_torques_are_measured_as_late_as_positions_and_only_where_there_are_sensors(panda):
+    still = np.zeros(7)
+    sensors = JointSensors(panda, DT, latency=2, torque_noise=0.0)
+    for k in range(5):
+        sensors.measure(still, still, Motors(np.full(7, 1.0 * k), np.full(7, 10.0 * k)))
+    assert (sensors.tau == 2.0).all() and (sensors.demand == 20.0).all()
+    without = JointSensors(panda, DT, latency=2)
+    without.measure(still, still, Motors(still, still))
+    assert without.tau is None and (without.demand == 0.0).all() and not without.feels_torque
+
+
+def test_noise_of_torques_leaves_that_of_positions_as_it_was(panda):
+    still, readings = np.zeros(7), []
+    for noise in (None, 0.3):
+        sensors = JointSensors(panda, DT, position_noise=1e-4, torque_noise=noise, seed=3)
+        sensors.measure(still, still, Motors(still, still))
+        readings.append(sensors.q.copy())
+    assert (readings[0] == readings[1]).all() and 0.05 < np.std(sensors.tau) < 1.0
+    with pytest.raises(InputError, match="torque noise"):
+        JointSensors(panda, DT, torque_noise=-1.0)

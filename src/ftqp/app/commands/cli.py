@@ -1,4 +1,4 @@
-"""The command line: ``ftqp demo, run, replay, compare, check, inspect, converge, workspace``, tables."""
+"""The command line: ``demo, run, compare, check, inspect, converge, calibrate, workspace``, and more."""
 
 import sys
 from pathlib import Path
@@ -266,6 +266,23 @@ def converge(
 
     folder = free_folder(out, f"converge-{Path(scenario).stem}")
     return convergence.converge(load(scenario, overrides or ()), folder, as_json=as_json)
+
+
+@app.command(epilog="Example: ftqp calibrate runs/healthy-1 runs/healthy-2 --alarms 30 --out healthy.json")
+@command
+def calibrate(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of runs of the healthy arm.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The calibration to make.")],
+    alarms: Annotated[float, typer.Option(metavar="RATE", help="Wanted false alarms an hour.")] = 0.1,
+    extrapolate: Annotated[
+        bool, typer.Option("--extrapolate", help="Allow a rate that the runs are too short to show.")
+    ] = False,
+    as_json: Json = False,
+) -> ExitCode:
+    """Learn a detector's thresholds, noise and friction from runs of the healthy arm."""
+    from ftqp.app.commands import calibration
+
+    return calibration.calibrate(runs, out, alarms=alarms, extrapolate=extrapolate, as_json=as_json)
 
 
 @app.command(epilog="Example: ftqp workspace planar3-map --out runs/map --jobs 2")

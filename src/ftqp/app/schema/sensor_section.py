@@ -65,4 +65,10 @@ class SensorsTable(Table):
         description="standard deviation of velocities, >= 0",
         json_schema_extra=unit("rad/s or m/s"),
     )
+    torque_noise: Finite | None = Field(
+        None,
+        ge=0,
+        description="standard deviation of the motors' torques, >= 0; they are not measured if absent",
+        json_schema_extra=unit("N m or N"),
+    )
     faults: list[SensorFaultTable] = Field([], description="what goes wrong with an encoder, and when")

@@ -12,6 +12,7 @@ from ftqp.faults.detection.calibrating import calibrated
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.faults.detection.diagnosis import Diagnosis
 from ftqp.faults.detection.motion_log import MotionLog
+from ftqp.faults.detection.recorded_motion import RecordedRun, motion_of
 from ftqp.faults.detection.thresholds import largest_jumps, uncalibrated
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.detection_session import DetectionSession
@@ -356,7 +357,7 @@ class Detector:
 
     def calibrate(
         self,
-        log: MotionLog | Iterable[MotionLog],
+        log: MotionLog | RecordedRun | Iterable[MotionLog | RecordedRun],
         false_alarms_per_hour: float | None = None,
         *,
         extrapolate: bool = False,
@@ -364,8 +365,8 @@ class Detector:
         """A detector whose thresholds, noise and friction are those of healthy motion.
 
         Args:
-            log: Motion of the healthy arm, in one piece or in several, with standstill, reversals and the
-                loads that it may carry.
+            log: Motion of the healthy arm, or the log of a run, ``ftqp.load_log(run)``, or several of them,
+                with standstill, reversals and the loads that it may carry.
             false_alarms_per_hour: How often it may be suspected without reason, > 0 [1/h]; None is what the
                 detector was made with. Fewer alarms mean larger thresholds.
             extrapolate: Whether to set thresholds for fewer alarms than the log's length can show; the
@@ -377,8 +378,10 @@ class Detector:
         """
         session = self._working()
         rate = self.false_alarms_per_hour if false_alarms_per_hour is None else false_alarms_per_hour
-        logs = [log] if isinstance(log, MotionLog) else list(log)
+        given = [log] if isinstance(log, MotionLog | RecordedRun) else list(log)
         assert self.robot is not None and self.dt is not None and self.drive is not None
+        joints, dt, drive = self.robot.joints, self.dt, self.drive
+        logs = [one if isinstance(one, MotionLog) else motion_of(one, joints, dt, drive) for one in given]
         found = calibrated(
             session.copy(),
             self.robot,

@@ -42,7 +42,7 @@ def table(raw: FloatArray, layout: RawLayout) -> FloatArray:
         parts += [base[:, :, 3], quaternions(base[:, :, :3]), raw[:, f["eta"]]]
         parts += [error, rotation_vectors(turns), raw[:, f["base_status"]]]
     if layout.sensed:
-        parts.append(raw[:, f["q_measured"].start : f["v_command"].stop])
+        parts.append(raw[:, f[layout.sensed[0]].start : f[layout.sensed[-1]].stop])
     return np.concatenate(parts, axis=1)
 
 

@@ -23,10 +23,11 @@ so that the width is 48 + 15 n. The measures of singularity are filled in from `
 handed on. Blocks of ticks from compiled code follow `ftqp.kernel.layout.block_row`.
 On a moving base (k coordinates) target and tip are in the inertial frame, and 13 + k more numbers follow:
 ``base_pose`` (12, first three rows of its pose), ``eta`` (k) and ``base_status`` (1).
-Of an arm with a drive or sensors of its own 4 n more follow: `SENSED`, what was measured and what was sent.
+Of an arm with a drive or sensors of its own n more follow for each of `SENSED`, what was measured, sent and
+referred to, and of `FELT`, as far as they are known: torques that were measured, and that drives asked for.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import final
 
@@ -39,7 +40,8 @@ BLOCK = 2048
 """Ticks of one block, and rows of one chunk of a log, at most."""
 PER_JOINT = ("q", "v", "a", "tau", "tau_brake", "lower", "upper", "belief", "truth")
 GEOMETRY = (("target", 12), ("velocity", 3), ("tip", 12), ("slack", 6))
-SENSED = ("q_measured", "v_measured", "q_command", "v_command")
+SENSED = ("q_measured", "v_measured", "q_command", "v_command", "q_reference", "v_reference")
+FELT = ("tau_measured", "tau_demand")
 TASK_ROWS = 6
 MEASURES = ("sigma_min", "manipulability", "condition")
 SCALARS = (*BLOCK_SCALARS, *MEASURES, "progress", "path_status")
@@ -53,7 +55,7 @@ class RawLayout:
     Args:
         nv: joints.
         coordinates: of the base that moves, or None where it stands.
-        sensed: whether what is measured and what is sent are kept, too.
+        sensed: fields of `SENSED` and `FELT` that are kept, too, in their order.
 
     Attributes:
         fields: columns of each field by name, in their order.
@@ -61,18 +63,17 @@ class RawLayout:
         scalars: columns of all `SCALARS` together.
     """
 
-    def __init__(self, nv: int, coordinates: int | None = None, *, sensed: bool = False) -> None:
+    def __init__(self, nv: int, coordinates: int | None = None, *, sensed: Sequence[str] = ()) -> None:
         sizes = [("t", 1), *((name, nv) for name in PER_JOINT), *GEOMETRY, ("jacobian", TASK_ROWS * nv)]
         sizes += [(name, 1) for name in SCALARS]
         if coordinates is not None:
             sizes += [("base_pose", 12), ("eta", coordinates), ("base_status", 1)]
-        if sensed:
-            sizes += [(name, nv) for name in SENSED]
+        sizes += [(name, nv) for name in sensed]
         fields, at = {}, 0
         for name, size in sizes:
             fields[name] = slice(at, at + size)
             at += size
-        self.nv, self.coordinates, self.width, self.sensed = nv, coordinates, at, sensed
+        self.nv, self.coordinates, self.width, self.sensed = nv, coordinates, at, tuple(sensed)
         self.fields: Mapping[str, slice] = MappingProxyType(fields)
         self.scalars = slice(fields[SCALARS[0]].start, fields[SCALARS[-1]].stop)
 

@@ -100,10 +100,11 @@ def base_columns(coordinates: Sequence[str]) -> tuple[Column, ...]:
     return (*result, Column("base_status", "-", f"status of the inertial task: {codes}", True))
 
 
-def sensed_columns(joints: Sequence[str], prismatic: BoolArray) -> tuple[Column, ...]:
+def sensed_columns(names: Sequence[str], joints: Sequence[str], prismatic: BoolArray) -> tuple[Column, ...]:
     """The columns that an arm with a drive or sensors of its own adds, in their order.
 
     Args:
+        names: of the groups of columns that there are, in their order.
         joints: names, base to tip.
         prismatic: which joints slide, (nv,).
     """
@@ -112,10 +113,15 @@ def sensed_columns(joints: Sequence[str], prismatic: BoolArray) -> tuple[Column,
         ("v_measured", 1, "joint velocity that the planner was given"),
         ("q_command", 0, "joint position that was sent to the arm, for the end of the step"),
         ("v_command", 1, "joint velocity that was sent to the arm, for the end of the step"),
+        ("q_reference", 0, "joint position of the planner's reference, for the end of the step"),
+        ("v_reference", 1, "joint velocity of the planner's reference, for the end of the step"),
+        ("tau_measured", -1, "motor torque that the planner was given"),
+        ("tau_demand", -1, "torque that the drive asked of the motor when the sample was taken"),
     )
     return tuple(
         Column(f"{group}.{joint}", _unit(derivative, bool(slides)), about)
         for group, derivative, about in groups
+        if group in names
         for joint, slides in zip(joints, prismatic, strict=True)
     )
 

@@ -1,5 +1,6 @@
 """From the steps of a run to the rows of its log: raw rows a tick, columns a block."""
 
+from collections.abc import Sequence
 from typing import final
 
 import numpy as np
@@ -12,7 +13,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Fault
 from ftqp.sim.leader import Leader
 from ftqp.sim.log.derived_columns import table
-from ftqp.sim.log.raw_rows import BLOCK, MEASURES, SENSED, TASK_ROWS, RawLayout
+from ftqp.sim.log.raw_rows import BLOCK, FELT, MEASURES, TASK_ROWS, RawLayout
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, QP_CODES
 
@@ -29,10 +30,12 @@ class TickRecorder:
         sink: where the rows go.
         planner: whose steps they hold.
         leader: what leads it.
-        sensed: whether what is measured and what is sent are kept beside what is true.
+        sensed: what of measurements, commands and torques is kept beside the truth: fields of a raw row.
     """
 
-    def __init__(self, sink: RowSink, planner: Planner, leader: Leader, *, sensed: bool = False) -> None:
+    def __init__(
+        self, sink: RowSink, planner: Planner, leader: Leader, *, sensed: Sequence[str] = ()
+    ) -> None:
         self._sink, self._planner, self._leader = sink, planner, leader
         world = leader.world
         nv = planner.robot.nv
@@ -58,7 +61,8 @@ class TickRecorder:
             self._base_pose = self._layout.poses(self._block, "base_pose")
             self._eta, self._base_status = view["eta"], view["base_status"][:, 0]
 
-        self._sensed = tuple(view[name] for name in SENSED) if sensed else None
+        self._sensed = tuple(view[name] for name in sensed)
+        self._felt = tuple(name in sensed for name in FELT)
 
     def fail(self, fault: Fault) -> None:
         """From this row on the joint has really failed."""
@@ -72,6 +76,7 @@ class TickRecorder:
         step: Step,
         elapsed: int,
         measured: tuple[FloatArray, FloatArray] | None = None,
+        felt: tuple[FloatArray | None, FloatArray | None] = (None, None),
     ) -> None:
         """Keep one tick.
 
@@ -82,6 +87,7 @@ class TickRecorder:
             step: the planner's step.
             elapsed: wall time of the step [ns].
             measured: positions and velocities that the planner was given; None is the truth.
+            felt: torques that it was given, and those that the drives asked for, as far as they are kept.
         """
         k, leader = self._filled, self._leader
         self._t[k] = t
@@ -114,8 +120,10 @@ class TickRecorder:
             leader.progress,
             PATH_CODES[leader.path_status],
         )
-        if self._sensed is not None:
-            for kept, value in zip(self._sensed, (*(measured or (q, v)), step.q, step.v), strict=True):
+        if self._sensed:
+            values = [*(measured or (q, v)), step.q, step.v, *step.reference[:2]]
+            values += [tau for tau, kept in zip(felt, self._felt, strict=True) if kept and tau is not None]
+            for kept, value in zip(self._sensed, values, strict=True):
                 kept[k] = value
         world = leader.world
         if world is not None:

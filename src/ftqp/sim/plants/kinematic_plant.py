@@ -119,6 +119,11 @@ class KinematicPlant(Plant):
         return 0.0
 
     @property
+    def motors(self) -> None:
+        """There are none."""
+        return None
+
+    @property
     def failure(self) -> None:
         """Nothing breaks this simulation."""
         return None

@@ -11,7 +11,7 @@ from ftqp.model.robot import Robot
 from ftqp.sim.plants.joint_servo import JointServo
 from ftqp.sim.plants.mishaps import Jammed, Mishap, Misread, Runaway, Weakened
 from ftqp.sim.plants.physics import Physics
-from ftqp.sim.plants.plant import Command, Plant
+from ftqp.sim.plants.plant import Command, Motors, Plant
 from ftqp.sim.plants.true_arm import TrueArm
 
 CREEP = 1e-4
@@ -103,6 +103,11 @@ class MujocoPlant(Plant):
         It is what a healthy motor would give: (nv,) [N m or N].
         """
         return self._servo.demand
+
+    @property
+    def motors(self) -> Motors:
+        """Both; they belong to the plant."""
+        return Motors(self._physics.tau, self._servo.demand)
 
     @property
     def carried(self) -> FloatArray:

@@ -1,7 +1,7 @@
 """The role of the arm in a simulation: what every plant holds and does."""
 
 from abc import ABC, abstractmethod
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.faults.kinds import Fault
@@ -21,6 +21,18 @@ class Command(Protocol):
     def tau(self) -> FloatArray: ...
     @property
     def brakes(self) -> BoolArray: ...
+
+
+class Motors(NamedTuple):
+    """What the motors of an arm did in the last time step, each (nv,) [N m or N].
+
+    Attributes:
+        tau: The torques that they gave.
+        demand: The torques that the drives asked of them, within the healthy limits.
+    """
+
+    tau: FloatArray
+    demand: FloatArray
 
 
 class Plant(ABC):
@@ -45,6 +57,11 @@ class Plant(ABC):
     @abstractmethod
     def tolerance(self) -> float:
         """How far a joint that a brake holds may creep in a run [rad or m]."""
+
+    @property
+    @abstractmethod
+    def motors(self) -> Motors | None:
+        """What its motors did in the last time step; None where there are none. It belongs to the plant."""
 
     @property
     @abstractmethod

@@ -92,6 +92,11 @@ class ServoPlant(Plant):
         return 0.0
 
     @property
+    def motors(self) -> None:
+        """There are none."""
+        return None
+
+    @property
     def failure(self) -> None:
         """Nothing breaks this simulation."""
         return None

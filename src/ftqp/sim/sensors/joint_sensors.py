@@ -8,6 +8,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray, array, non_negative
 from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
+from ftqp.sim.plants.plant import Motors
 from ftqp.sim.schedule import first_tick
 from ftqp.sim.sensors.sensor_faults import Reading, SensorFault
 
@@ -27,12 +28,16 @@ class JointSensors:
         bias: constant error of every position, one number or (nv,) [rad or m].
         position_noise: standard deviation of every position, >= 0 [rad or m].
         velocity_noise: standard deviation of every velocity, >= 0 [rad/s or m/s].
+        torque_noise: standard deviation of the torque of every motor, >= 0 [N m or N]; None where torques are
+            not measured.
         faults: what goes wrong, applied in the order given.
         seed: of everything random.
 
     Attributes:
         q: what was measured last, (nv,) [rad or m]; belongs to the sensors.
         v: the velocities of that measurement, (nv,) [rad/s or m/s]; belongs to the sensors.
+        tau: the torques of the motors of that measurement, (nv,) [N m or N]; None where none are measured.
+        demand: the torques that the drives asked of them when it was taken, (nv,); None where none are known.
 
     Raises:
         InputError: a value out of its range, or an unknown joint.
@@ -48,6 +53,7 @@ class JointSensors:
         bias: Any = 0.0,
         position_noise: float = 0.0,
         velocity_noise: float = 0.0,
+        torque_noise: float | None = None,
         faults: Iterable[SensorFault] = (),
         seed: int = 0,
     ) -> None:
@@ -59,23 +65,32 @@ class JointSensors:
         self._bias = array("bias of the sensors", np.full(n, bias) if np.ndim(bias) == 0 else bias, (n,))
         self._noise_q = non_negative("position noise", position_noise, "rad")
         self._noise_v = non_negative("velocity noise", velocity_noise, "rad/s")
+        self._noise_tau = None if torque_noise is None else non_negative("torque noise", torque_noise, "N m")
         self._faults = [(_joints(fault, robot), first_tick(fault.at, dt), fault) for fault in faults]
-        self._ring = np.zeros((latency + 1, 2, n))
+        self._ring, self._motors = np.zeros((latency + 1, 2, n)), np.zeros((latency + 1, 2, n))
         self._last = np.zeros((2, n))
         self.q, self.v = np.zeros(n), np.zeros(n)
+        self.tau: FloatArray | None = None
+        self.demand: FloatArray | None = None
         self.reset()
+
+    @property
+    def feels_torque(self) -> bool:
+        """Whether torques are measured."""
+        return self._noise_tau is not None
 
     def reset(self) -> None:
         """Forget what has been measured; the same noise comes again."""
         self._samples = 0
         self._generator = np.random.default_rng(self._seed)
 
-    def measure(self, q: FloatArray, v: FloatArray) -> None:
+    def measure(self, q: FloatArray, v: FloatArray, motors: Motors | None = None) -> None:
         """Take the next sample of the true state into ``q`` and ``v`` of the sensors.
 
         Args:
             q: True joint positions, (nv,) [rad or m].
             v: True joint velocities, (nv,) [rad/s or m/s].
+            motors: What the motors do; None of an arm that has none.
         """
         k, ring = self._samples, self._ring
         if k == 0:
@@ -99,7 +114,20 @@ class JointSensors:
                 number = k - first
                 if number >= 0 and (fault.samples is None or number < fault.samples):
                     fault.spoil(reading, joints, number, self._dt, self._generator)
+        if motors is not None:
+            self._feel(k, motors)
         self._samples = k + 1
+
+    def _feel(self, k: int, motors: Motors) -> None:
+        """The torques of the sample, as late as the positions."""
+        ring = self._motors
+        if k == 0:
+            ring[:, 0], ring[:, 1] = motors
+        ring[k % len(ring), 0], ring[k % len(ring), 1] = motors
+        tau, demand = ring[(k - self._latency) % len(ring)]
+        self.demand = demand.copy()
+        if self._noise_tau is not None:
+            self.tau = tau + self._noise_tau * self._generator.standard_normal(len(tau))
 
 
 def _joints(fault: SensorFault, robot: Robot) -> slice:

@@ -1,0 +1,63 @@
+"""The command ``ftqp calibrate`` learns from runs of a healthy arm, and refuses what is none."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner, Result
+
+import ftqp
+from ftqp.app.commands.cli import app
+
+FRICTION = 0.3
+
+
+def asked(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Two runs of a healthy arm with friction, its torques measured."""
+    folders = [tmp_path_factory.mktemp("runs") / f"healthy-{seed}" for seed in (2, 3)]
+    for seed, folder in zip((2, 3), folders, strict=True):
+        settings = ["faults=", "sensors.torque_noise=0.1", "path.duration=4.0", f"simulation.seed={seed}",
+                    f"simulation.mujoco.coulomb={FRICTION}"]  # fmt: skip
+        given = [part for one in settings for part in ("--set", one)]
+        result = asked("run", "panda-undetected", *given, "--out", folder)
+        assert result.exit_code == 0, result.output
+    return folders
+
+
+def test_a_run_keeps_torques_and_what_the_drive_asked_for(runs: list[Path]) -> None:
+    log = ftqp.load_log(runs[0])
+    assert log["tau_measured"].shape == log["tau_demand"].shape == (4001, 7)
+    apart = (log["tau_measured"] - log["tau_demand"])[100:]
+    assert apart.std() == pytest.approx(0.1, rel=0.1)
+    assert log.units["tau_demand.panda_joint1"] == "N m"
+
+
+def test_a_healthy_run_becomes_a_calibration_that_knows_friction(runs: list[Path], tmp_path: Path) -> None:
+    file = tmp_path / "healthy.json"
+    result = asked("calibrate", *runs, "--out", file, "--alarms", "1", "--extrapolate", "--json")
+    assert result.exit_code == 0, result.output
+    facts: Any = json.loads(result.stdout)
+    assert facts["noise"] == pytest.approx(1e-4, rel=0.1) and facts["extrapolated"]
+    found = ftqp.Calibration.load(file)
+    assert found.coulomb[1] == pytest.approx(FRICTION, abs=0.25)
+    assert sum(0.15 < f < 0.5 for f in found.coulomb) >= 5
+    assert asked("calibrate", *runs, "--out", file, "--extrapolate").exit_code == 2
+
+
+def test_a_rate_that_the_runs_do_not_show_is_refused_and_nothing_written(
+    runs: list[Path], tmp_path: Path
+) -> None:
+    file = tmp_path / "healthy.json"
+    result = asked("calibrate", *runs, "--out", file)
+    assert result.exit_code == 2 and "at best" in result.output and not file.exists()
+
+
+def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:
+    result = asked("calibrate", tmp_path, "--out", tmp_path / "healthy.json")
+    assert result.exit_code == 2 and "no scenario.toml" in result.output
