@@ -42,6 +42,8 @@ from ftqp.analysis.survival.coverage_report import CoverageReport as CoverageRep
 from ftqp.analysis.survival.covering import coverage as coverage
 from ftqp.analysis.survival.mission_survival import MissionSurvival as MissionSurvival
 from ftqp.analysis.survival.not_survived import NotSurvived as NotSurvived
+from ftqp.analysis.survival.survival_map import SurvivalMap as SurvivalMap
+from ftqp.analysis.survival.survival_map import survival_map as survival_map
 from ftqp.analysis.survival.task_path import TaskPath as TaskPath
 from ftqp.analysis.survival.task_path import task_path as task_path
 from ftqp.analysis.tolerance.failed_sets import relative_manipulability as relative_manipulability

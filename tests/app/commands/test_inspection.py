@@ -119,3 +119,12 @@ def test_unsafe_robot_exits_2_with_every_finding(tmp_path: Path) -> None:
     assert result.exit_code == 2
     assert "viscous friction (damping) of -1" in result.stderr and "zero velocity limit" in result.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_survival_says_where_each_joint_can_be_lost(tmp_path: Path) -> None:
+    found = facts(tmp_path, "panda", "--survival")["survival"]
+    assert set(found) == {"pose", "position"}
+    assert found["position"]["per_joint"]["panda_joint7"] == 1.0
+    assert 0.0 <= found["pose"]["any_joint"] <= min(found["pose"]["per_joint"].values())
+    said = invoke("panda", "--survival", "--out", tmp_path / "words").output
+    assert "whichever joint locks" in " ".join(said.split())

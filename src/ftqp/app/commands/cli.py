@@ -243,6 +243,9 @@ def inspect(
         Path | None,
         typer.Option(metavar="DIR", help="Folder to make; runs/inspect-<name>-<time> if left out."),
     ] = None,
+    survival: Annotated[
+        bool, typer.Option("--survival", help="Say at which share of its workspace it can lose each joint.")
+    ] = False,
     as_json: Json = False,
 ) -> ExitCode:
     """Say what was read of an arm: limits, findings, margins, which joints it can lose; draws it."""
@@ -251,7 +254,7 @@ def inspect(
 
     held = [] if locked is None else [name.strip() for name in locked.split(",") if name.strip()]
     folder = free_folder(out, f"inspect-{Path(source).stem}")
-    return inspection.inspect(source, tip, held, folder, as_json=as_json)
+    return inspection.inspect(source, tip, held, folder, as_json=as_json, survival=survival)
 
 
 @app.command(epilog="Example: ftqp converge planar3-unidentified --set faults.0.at=2.0")

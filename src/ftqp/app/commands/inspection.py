@@ -42,8 +42,10 @@ def robot_of(source: str, tip: str | None, locked: list[str]) -> Robot:
     return read(file, tip, locked)
 
 
-def inspect(source: str, tip: str | None, locked: list[str], folder: Path, *, as_json: bool) -> ExitCode:
-    """Say what an arm is and draw it into ``folder``.
+def inspect(
+    source: str, tip: str | None, locked: list[str], folder: Path, *, as_json: bool, survival: bool = False
+) -> ExitCode:
+    """Say what an arm is and draw it into ``folder``; with ``survival`` also where locks are survived.
 
     Raises:
         InputError: An unknown robot, file, tip or joint.
@@ -51,6 +53,8 @@ def inspect(source: str, tip: str | None, locked: list[str], folder: Path, *, as
     """
     robot = robot_of(source, tip, locked)
     found = facts(robot, "file" if Path(source).is_file() else "catalog")
+    if survival:
+        found["survival"] = _survival(robot, found["possible"])
     found["figure"] = _picture(robot, folder)
     if as_json:
         tell_json(found)
@@ -102,6 +106,18 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
             for finding in robot.findings
         ],
     }
+
+
+def _survival(robot: Robot, possible: dict[str, bool]) -> dict[str, dict[str, Any]]:
+    """For each possible task the shares of the workspace at which each joint's lock is survived, and any."""
+    from ftqp.analysis.survival.survival_map import survival_map  # compiles what nothing else here needs
+
+    found = {}
+    for task, rows in _tasks(robot).items():
+        if possible[task]:
+            shares = survival_map(robot, rows)
+            found[task] = {"any_joint": shares.any_joint, "per_joint": shares.per_joint, "way": shares.way}
+    return found
 
 
 def _tasks(robot: Robot) -> dict[str, tuple[str, ...]]:
@@ -158,6 +174,7 @@ def _picture(robot: Robot, folder: Path) -> str | None:
 
 def _tell(found: dict[str, Any]) -> None:
     """The facts as tables and sentences."""
+    survived = found.get("survival", {})
     rows = [
         (
             str(k),
@@ -173,10 +190,12 @@ def _tell(found: dict[str, Any]) -> None:
             else "none known",
             _figure(joint["rotor_inertia"]),
             *map(_percent, joint["left_when_locked"].values()),
+            *(_percent(shares["per_joint"][joint["name"]]) for shares in survived.values()),
         )
         for k, joint in enumerate(found["joints"], 1)
     ]
     left = [f"{task} left" for task in found["redundancy"]]
+    left += [f"{task} survived" for task in survived]
     heads = ("", "joint", "kind", *NUMBERS, "friction", "rotor", *left)
     title = (
         f"{found['robot']}: {found['base_to_tip']} joints from base to {found['tip']} [rad, m, s, N m, kg m2]"
@@ -211,6 +230,12 @@ def _sentences(found: dict[str, Any]) -> list[str]:
     lines.append(
         "'left' is the share of 400 random postures at which a lock of the joint leaves the task regular."
     )
+    for task, shares in found.get("survival", {}).items():
+        lines.append(
+            f"Task {task}: lines of {shares['way']:.2g} m to all sides are still possible at "
+            f"{_percent(shares['any_joint'])} of the workspace whichever joint locks; 'survived' is the "
+            "share for each joint."
+        )
     return lines
 
 
