@@ -76,6 +76,16 @@ def test_best_effort_is_known_of_lost_pairs_only() -> None:
     assert (np.isnan(position) == REPORT.survived).all() and np.nanmax(position) < 0.2
 
 
+def test_borderline_pairs_are_close_to_a_limit_or_lost_by_little() -> None:
+    unclear, (position, rotation) = REPORT.borderline(), REPORT.best_effort()
+    kept, lost = REPORT.survived & unclear, ~REPORT.survived & unclear
+    assert ((REPORT.margin[kept] < 0.01) | (REPORT.hurry[kept] > 0.98)).all()
+    nearly = (position[lost] <= 4e-3) & (rotation[lost] <= 4e-2)
+    assert lost.any() and (nearly | (REPORT.status[lost] == Survival.VELOCITY)).all()
+    clear = ~REPORT.survived & ~unclear
+    assert clear.any() and ((position[clear] > 4e-3) | (rotation[clear] > 4e-2)).all()
+
+
 def test_jumps_are_those_of_the_formula() -> None:
     joint, k = 2, 6
     v = np.gradient(MOTION, TASK.dt, axis=0)[REPORT.samples[k]]
@@ -153,6 +163,8 @@ def test_picture_of_a_report_is_written(tmp_path) -> None:
         ({"lock": "brake"}, "lock is 'brake'"),
         ({"fault": "loose"}, "expected one of locked, degraded, free_swinging"),
         ({"fault": "free_swinging", "post": "qp"}, "leave post out"),
+        ({"post": "planner", "joints": "pairs"}, "give single joints"),
+        ({"post": "planner", "lock": "ramp", "deceleration": np.ones(7)}, "one number a joint"),
         ({"velocity": 2.0}, "share of the speed limit"),
         ({"post": "exact", "rows": "position"}, "6 joints are left for 3 rows"),
         ({"post": "newton"}, "post is 'newton'"),

@@ -28,6 +28,10 @@ SENTENCES: Final = {
     Survival.STRUCTURAL: "This task can never do without the joint.",
 }
 """What each verdict says."""
+CLOSE: Final = 0.01
+"""So near a position limit a verdict is not clear [rad or m]."""
+HURRIED: Final = 0.98
+"""From this share of a speed limit on a verdict is not clear."""
 
 
 @final
@@ -58,6 +62,7 @@ class CoverageReport:
         fault: How joints fail: ``locked``, ``degraded`` or ``free_swinging``.
         lock: ``instant``, or ``ramp`` where joints brake first.
         post: ``exact``, ``qp`` or ``planner``: how the others go on.
+        tolerance: Errors of position and rotation within which ``qp`` and ``planner`` survive [m, rad].
     """
 
     task: TaskPath
@@ -77,6 +82,7 @@ class CoverageReport:
     fault: str
     lock: str
     post: str
+    tolerance: tuple[float, float]
     _study: ContinuationStudy
     _share: float | None
     _speeds: FloatArray
@@ -189,6 +195,21 @@ class CoverageReport:
             found[0][~self.survived], found[1][~self.survived] = runs.position, runs.rotation
         return found[0], found[1]
 
+    def borderline(self) -> BoolArray:
+        """Pairs whose verdict a small change may turn round, (failures, K).
+
+        Survived, they come within 0.01 rad or m of a position limit or 2 % of a speed limit, or use more than
+        half of a tolerance. Lost, they break a speed limit only, or their best effort stays within twice the
+        tolerances: an exact continuation may miss its path by far less than anybody would see.
+        """
+        position, rotation = self.best_effort()
+        allowed = self.tolerance
+        close = (self.position > 0.5 * allowed[0]) | (self.rotation > 0.5 * allowed[1])
+        tight = (self.margin < CLOSE) | (self.hurry > HURRIED) | close
+        nearly = (position <= 2.0 * allowed[0]) & (rotation <= 2.0 * allowed[1])
+        lost = nearly | (self.status == Survival.VELOCITY)
+        return np.asarray(np.where(self.survived, tight, lost))
+
     def continue_after(self, joint: str | int, time: float) -> FloatArray:
         """The verified motion after a failure, from the last sample at or before it, (K, nv) [rad or m].
 
@@ -197,13 +218,15 @@ class CoverageReport:
             time: From 0 to before the end of the path [s].
 
         Raises:
-            InputError: No such failure was verified, the time is outside the path, or the joint swings
-                freely.
+            InputError: No such failure was verified, the time is outside the path, or the planner
+                went on itself.
             NotSurvived: The failure is not survived; it says what remains.
         """
         row = self._row(joint)
         if self.post == "planner":
-            raise InputError("a joint that swings freely has no continuation to keep; run the planner")
+            raise InputError(
+                "with post='planner' no continuation is kept; run the planner, or verify with 'exact' or 'qp'"
+            )
         if not 0.0 <= time < self.task.t[-1]:
             raise InputError(f"time is {time:g} s, expected from 0 to before {self.task.t[-1]:g} s")
         k = int(np.searchsorted(self.task.t, time + 1e-9)) - 1

@@ -10,7 +10,7 @@ from ftqp.analysis.planning.fault_plan import Plan
 from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.continuing import continuation_study, path_values
 from ftqp.analysis.survival.coverage_report import CoverageReport
-from ftqp.analysis.survival.swinging_joints import swinging_runs
+from ftqp.analysis.survival.planner_runs import planner_runs
 from ftqp.analysis.survival.task_path import TaskPath, task_path
 from ftqp.analysis.survival.tolerable_joints import tolerable_joints
 from ftqp.analysis.tolerance.failed_sets import relative_manipulability
@@ -19,6 +19,7 @@ from ftqp.analysis.tolerance.structural_joints import structural_joints
 from ftqp.control.paths import Path
 from ftqp.core.checks import FloatArray, IntArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError
+from ftqp.faults import kinds
 from ftqp.kernel.layout.survival import Survival
 from ftqp.model.robot import Robot
 
@@ -38,7 +39,7 @@ def coverage(
     *,
     stride: int = 4,
     lock: Literal["instant", "ramp"] = "instant",
-    post: Literal["exact", "qp"] | None = None,
+    post: Literal["exact", "qp", "planner"] | None = None,
     rows: Any = None,
     joints: Any = None,
     fault: Fault = "locked",
@@ -59,14 +60,14 @@ def coverage(
         stride: Every so many samples are verified, >= 1. A larger one is faster and coarser.
         lock: ``instant``, or ``ramp``: the joint brakes with its deceleration while the others go on.
         post: How the others go on: ``exact`` follows the path with as many joints as rows, ``qp`` takes one
-            bounded QP a sample. None is ``exact`` where it is possible.
+            bounded QP a sample, and ``planner`` drives an ``ftqp.Planner`` in closed loop, which takes some
+            tenths of a second an instant. None is ``exact`` where it is possible, else ``qp``.
         rows: What of the task is to be kept after a failure; None is all of it. ``"position"`` gives rotation
             up, ``"axis"`` the turn about the tool.
         joints: Which joints fail, by name or index, sets of two for joints that fail together, or ``"pairs"``
             for all sets of two; None is each alone.
         fault: ``locked``, ``degraded``: the joint goes on with a share of its speed, or ``free_swinging``: it
-            has no torque. Then the planner itself is driven to the end, which takes some tenths of a second
-            an instant, so take a larger stride.
+            has no torque, and the planner goes on.
         velocity: The share of the speed limit that a degraded joint has left, in (0, 1].
         deceleration: Of a ramp, (nv,) or one number, > 0 [rad/s2 or m/s2]; None is a quarter of each joint's
             acceleration limit.
@@ -108,9 +109,9 @@ def coverage(
     failed = np.array(failures, dtype=np.int64)
     which, instant = (a.ravel() for a in np.meshgrid(np.arange(len(failures)), samples, indexing="ij"))
     share = float(velocity) if fault == "degraded" else None
-    if fault == "free_swinging":
-        lone = tuple(failed[0] for failed in failures)
-        found = swinging_runs(kept, motion, samples, lone, (limits[0], limits[1]), threads)
+    if rule == "planner":
+        told = [_told(robot.joints[failed[0]], fault, lock, velocity, deceleration) for failed in failures]
+        found = planner_runs(kept, motion, samples, told, (limits[0], limits[1]), threads)
     else:
         found = study.runs(
             motion[instant],
@@ -148,6 +149,7 @@ def coverage(
         fault=fault,
         lock=lock,
         post=rule,
+        tolerance=(limits[0], limits[1]),
         _study=study,
         _share=share,
         _speeds=speeds,
@@ -211,21 +213,36 @@ def _rule(
     robot: Robot, task: TaskPath, post: Any, failures: tuple[tuple[int, ...], ...], fault: str
 ) -> Literal["exact", "qp", "planner"]:
     """How the other joints go on."""
-    if fault == "free_swinging":
-        if post is not None or len(failures[0]) > 1:
+    if post not in (None, "exact", "qp", "planner"):
+        raise InputError(f"post is {post!r}, expected 'exact', 'qp', 'planner' or None")
+    if post == "planner" or fault == "free_swinging":
+        if post not in (None, "planner") or len(failures[0]) > 1:
             raise InputError(
-                "fault is 'free_swinging', with which the planner goes on, for one joint at a time; leave "
-                "post out, and give single joints"
+                "the planner goes on after one failure at a time, and always after that of a free-swinging "
+                "joint; leave post out, and give single joints"
             )
         return "planner"
-    if post not in (None, "exact", "qp"):
-        raise InputError(f"post is {post!r}, expected 'exact', 'qp' or None")
     left = robot.nv - (len(failures[0]) if fault == "locked" else 0)
     if post == "exact" and left != task.m:
         raise InputError(
             f"post is 'exact' and {left} joints are left for {task.m} rows; expected as many, or post='qp'"
         )
     return "exact" if left == task.m and post != "qp" else "qp"
+
+
+def _told(
+    joint: str, fault: str, lock: Literal["instant", "ramp"], velocity: float, brakes: Any
+) -> kinds.Fault:
+    """What the planner is told of a joint."""
+    if fault == "free_swinging":
+        return kinds.FreeSwinging(joint)
+    if fault == "degraded":
+        return kinds.Degraded(joint, velocity=velocity)
+    if lock == "instant":
+        return kinds.Locked(joint, mode="instant", reset="task")
+    if brakes is not None and np.ndim(brakes) > 0:
+        raise InputError("deceleration has one number a joint, and a planner takes one for all; give that")
+    return kinds.Locked(joint, deceleration=brakes)
 
 
 def _decelerations(robot: Robot, deceleration: Any) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Joints that swing freely after a failure."""
+"""The planner goes on after a failure, in closed loop."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 import ftqp
 from ftqp.analysis.survival.continuing import track
 from ftqp.analysis.survival.covering import coverage
-from ftqp.analysis.survival.swinging_joints import TICK, _targets
+from ftqp.analysis.survival.planner_runs import TICK, _targets
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_POSE, TARGET_TWIST
@@ -41,6 +41,22 @@ def test_free_joints_of_a_panda_lose_a_pose_except_where_nothing_pulls_at_them()
     assert (position[1:] == found.position[1:]).all() and found.position[1:].min() > 2e-3
     with pytest.raises(InputError, match="run the planner"):
         found.continue_after(0, 3.6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("theta", [0.0, 0.6])
+def test_planner_does_what_was_predicted_in_every_clear_case(theta: float) -> None:
+    panda = catalog.load("panda")
+    start = np.diag([1.0, -1.0, -1.0, 1.0])
+    start[:3, 3] = 0.45, -0.2, 0.35
+    task = task_path(panda, ftqp.paths.Line(start, (0.0, 0.4, 0.0), duration=6.0), dt=0.025)
+    q = track(task, Q0, theta)
+    predicted = coverage(panda, task, q, lock="ramp", stride=16)
+    executed = coverage(panda, task, q, lock="ramp", stride=16, post="planner")
+    clear = ~predicted.borderline()
+    assert (predicted.survived == executed.survived)[clear].all()
+    assert clear.mean() > 0.8 and 0 < predicted.survived[clear].sum() < clear.sum()
+    assert executed.position[predicted.survived & clear].max() < 2e-3
 
 
 def test_arm_without_masses_is_refused() -> None:

@@ -1,4 +1,6 @@
-"""Joints that swing freely after a failure: the planner itself goes on, in closed loop."""
+"""Failures of a motion with which the planner itself goes on, in closed loop."""
+
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -11,7 +13,7 @@ from ftqp.control.planner.target import Targets
 from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import FreeSwinging
+from ftqp.faults.kinds import Fault, FreeSwinging
 from ftqp.kernel.entry.continuation_study import Continuations
 from ftqp.kernel.layout.survival import Survival
 
@@ -19,33 +21,33 @@ TICK = 2e-3
 """Time between the planner's steps [s]."""
 
 
-def swinging_runs(
+def planner_runs(
     task: TaskPath,
     q: FloatArray,
     samples: IntArray,
-    joints: tuple[int, ...],
+    faults: Sequence[Fault],
     tolerance: tuple[float, float],
     threads: int | None = None,
 ) -> Continuations:
-    """What becomes of the task when a joint swings freely from a sample on, joint after joint.
+    """What becomes of the task when the planner goes on after each fault, at each sample.
 
-    A joint without torque moves by gravity and by what the others do, so this is no matter of postures alone:
-    ``ftqp.batch.rollout`` drives the planner, which is told at once, from the motion's state at the sample to
-    the end of the path. A pair is survived where the errors stay within the tolerances.
+    ``ftqp.batch.rollout`` drives a planner of the task's rows, which is told at once, from the motion's state
+    at the sample to the end of the path. A pair is survived where the errors stay within the tolerances. A
+    joint that swings freely moves by gravity and by what the others do, so for it there is no other way.
 
     Args:
         task: The task.
         q: The motion, (N + 1, nv) [rad or m].
         samples: At which samples joints fail, (K,).
-        joints: Which joints fail, by index.
+        faults: How they fail, each on its own.
         tolerance: Errors that count as survived [m, rad].
         threads: How many threads share the work; None is one a core.
 
     Raises:
-        InputError: The arm has no masses.
+        InputError: A joint swings freely on an arm that has no masses.
     """
     robot = task.robot
-    if not robot.has_inertia:
+    if not robot.has_inertia and any(isinstance(fault, FreeSwinging) for fault in faults):
         raise InputError(
             f"{robot.name} has no masses, so nobody knows how a free joint swings; give the model its "
             "masses, or take fault='locked'"
@@ -53,16 +55,15 @@ def swinging_runs(
     rows = "position_axis" if task.axis else task.rows
     planner = Planner(robot, dt=TICK, task=Task(rows=rows))
     v = np.gradient(q, task.dt, axis=0)
-    faults = [FreeSwinging(robot.joints[i]) for i in joints]
-    shape = (len(joints), len(samples))
+    shape = (len(faults), len(samples))
     position, rotation = np.empty(shape), np.empty(shape)
     for column, k in enumerate(samples):
         done = rollout(
             planner,
-            np.tile(q[k], (len(joints), 1)),
-            np.tile(v[k], (len(joints), 1)),
+            np.tile(q[k], (len(faults), 1)),
+            np.tile(v[k], (len(faults), 1)),
             _targets(task, float(task.t[k])),
-            faults=faults,
+            faults=list(faults),
             threads=threads,
         )
         position[:, column], rotation[:, column] = done.position_error, done.rotation_error
