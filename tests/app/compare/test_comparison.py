@@ -167,3 +167,17 @@ def test_ctrl_c_keeps_finished_runs_and_shows_what_there_is(short: Path, tmp_pat
     assert second["steps"] == len(ftqp.load_log(log.parent))
     assert "interrupted at" in stdout
     assert (out / "short-mvn-active_set" / "summary.json").exists()
+
+
+def test_scenarios_of_the_same_arm_and_path_are_drawn_in_one_figure(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+    longer = SHORT.replace("duration = 0.5", "duration = 0.6")
+    assert longer != SHORT
+    never = SHORT + 'announced = "never"\n'
+    for name, text in {"told": SHORT, "never": never, "longer": longer}.items():
+        (tmp_path / f"{name}.toml").write_text(text)
+    out = tmp_path / "out"
+    result = invoke(*(tmp_path / f"{name}.toml" for name in ("told", "never", "longer")), "--out", out)
+    assert result.exit_code == 0, result.output
+    names = {picture.name.rsplit("-", 1)[0] for picture in (out / "figures").glob("*.png")}
+    assert names == {"told+never", "longer"}

@@ -30,6 +30,7 @@ ENDINGS = {
     "panda-mujoco-free": (True, 0.25),
     "panda-mujoco-payload": (True, 3e-3),
     "panda-undetected": (False, 0.2),
+    "planar3-identified": (True, 0.57),
     "planar3-unidentified": (False, 3.0),
     "planar6-square": (True, 4e-6),
     "planar6-stop": (False, 0.039),
@@ -71,6 +72,7 @@ def test_bundled_scenario_ends_as_it_tells(name: str, tmp_path: Path) -> None:
         "iiwa-out-of-reach",
         "panda-degraded",
         "panda-mujoco-free",
+        "planar3-identified",
     ):  # the degraded joint is too fast when it is told
         expected = {"OK", "RELAXED"}
     if name in ("panda-undetected", "planar3-unidentified"):

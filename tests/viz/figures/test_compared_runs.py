@@ -252,3 +252,21 @@ def test_lengths_are_told_in_the_unit_that_reads_best(metres: float, words: str)
 def test_unknown_reference_names_the_runs(logs: dict[str, Log], tmp_path: Path) -> None:
     with pytest.raises(InputError, match="it has one, same, mtn, stops"):
         agreement.draw_agreement(logs, tmp_path / "a.png", reference="on", title="t")
+
+
+def test_it_is_marked_when_a_detector_finds_out_and_not_said_who_was_told_where_runs_differ(
+    logs: dict[str, Log], tmp_path: Path, drawn: list[canvas.Figure]
+) -> None:
+    one = logs["one"]
+    fault = dict(one.metadata["faults"][0])
+    runs = {}
+    for label, announced, found in (("told", fault["at"], None), ("finds", None, [{"detected_at": 1.25}])):
+        about = one.metadata | {"faults": [fault | {"announced": announced}], "detections": found}
+        signals = {name: one[name] for name in one.names}
+        runs[label] = Log(None, signals, one.units, one.descriptions, about)
+    comparison.draw_errors(runs, "both", tmp_path / "errors.png")
+    said = [text.get_text() for text in drawn[0].legends[0].get_texts()]
+    assert "detector finds out at 1.25 s" in said
+    assert not any("never told" in text for text in said)
+    lines = [line for line in drawn[0].axes[0].lines if set(np.asarray(line.get_xdata())) == {1.25}]
+    assert len(lines) == 1

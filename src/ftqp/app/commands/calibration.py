@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ftqp.app.output.console import ExitCode, say, tell, tell_json
+from ftqp.app.run.runs import SCENARIO
 from ftqp.app.scenario.composition import detector
 from ftqp.app.scenario.setup import load
 from ftqp.core.errors import InputError
 from ftqp.faults.detection.detector import Detector
 from ftqp.sim.log.log_file import load_log
-
-SCENARIO = "scenario.toml"
 
 
 def calibrate(

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -143,21 +144,33 @@ def _row(combination: Combination, facts: Mapping[str, Any], reason: str) -> dic
 
 
 def _figures(folder: Path, rows: Sequence[Mapping[str, Any]]) -> tuple[Path, ...]:
-    """Pictures of the runs of each scenario side by side; none, with a note, without matplotlib."""
+    """Pictures of the runs of each arm and path side by side; none, with a note, without matplotlib."""
     try:
         from ftqp.viz.figures.compared_runs import save_comparison
     except MissingPackage:
         return ()  # the first run has told
     files: list[Path] = []
-    scenarios = dict.fromkeys(row["label"]["scenario"] for row in rows if row["ran"])
-    with progress("figures", float(len(scenarios))) as advance:
-        for done, scenario in enumerate(scenarios):
+    groups: dict[str, list[Mapping[str, Any]]] = {}
+    for row in rows:
+        if row["ran"]:
+            groups.setdefault(_course(folder / row["run"]), []).append(row)
+    with progress("figures", float(len(groups))) as advance:
+        for done, own in enumerate(groups.values()):
             advance(float(done))
-            own = [row for row in rows if row["ran"] and row["label"]["scenario"] == scenario]
             common, labels = comparison_table.labels(own)
             logs = {label: load_log(folder / row["run"]) for label, row in zip(labels, own, strict=True)}
-            files += save_comparison(logs, folder / "figures", name=file_name(scenario), title=common)
+            scenarios = list(dict.fromkeys(row["label"]["scenario"] for row in own))
+            title = common if len(scenarios) == 1 else f"{' and '.join(scenarios)}, {common}"
+            files += save_comparison(
+                logs, folder / "figures", name=file_name("+".join(scenarios)), title=title
+            )
     return tuple(files)
+
+
+def _course(run: Path) -> str:
+    """Arm, start and path of a run, by which scenarios are drawn in one figure."""
+    scenario = tomllib.loads((run / runs.SCENARIO).read_text("utf-8"))
+    return json_text({table: scenario.get(table) for table in ("robot", "start", "path")})
 
 
 def _write(folder: Path, rows: Sequence[Mapping[str, Any]], figures: Sequence[Path]) -> None:

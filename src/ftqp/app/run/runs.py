@@ -20,7 +20,7 @@ from ftqp.sim.loop import Simulation
 
 RUNS = Path("runs")
 """Where runs go unless another folder is named."""
-SUMMARY = "summary.json"
+SUMMARY, SCENARIO = "summary.json", "scenario.toml"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,7 +114,7 @@ def run(
         )
         try:
             folder.mkdir(parents=True)
-            (folder / "scenario.toml").write_text(setup.toml, encoding="utf-8")
+            (folder / SCENARIO).write_text(setup.toml, encoding="utf-8")
         except OSError as error:
             raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
         try:

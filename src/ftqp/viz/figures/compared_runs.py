@@ -1,4 +1,4 @@
-"""Runs of one scenario side by side: errors, joint motion, torques, statuses."""
+"""Runs of one arm and path side by side: errors, joint motion, torques, statuses."""
 
 from collections.abc import Callable, Mapping
 from math import ceil
@@ -33,7 +33,7 @@ DEGREES = 180.0 / np.pi
 
 
 def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, title: str) -> list[Path]:
-    """Draw the runs of one scenario as PNG files into ``folder``, which is made if it is missing.
+    """Draw runs of one arm and path as PNG files into ``folder``, which is made if it is missing.
 
     Args:
         logs: loaded logs of the same robot and path by the label of the run; empty ones are left out.
@@ -80,9 +80,10 @@ def draw_errors(logs: Mapping[str, Log], title: str, path: Path) -> Path:
         logarithmic(axes, curves)
         tidy(axes, "", label)
         events.mark_faults(axes, longest(logs))
+        events.mark_found(axes, *logs.values())
     grid.flat[-1].set_xlabel("time [s]")
     largest = [f"largest {length(float(log['position_error'].max()))}" for log in logs.values()]
-    arrange(figure, [*run_handles(logs, largest), *events.fault_handles(longest(logs))])
+    arrange(figure, [*run_handles(logs, largest), *_instants(logs)])
     return save(figure, path)
 
 
@@ -109,8 +110,9 @@ def draw_torques(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     tidy(axes, "time [s]", f"torque norm [{unit}]")
     axes.set_ylim(0.0, top)
     events.mark_faults(axes, longest(logs))
+    events.mark_found(axes, *logs.values())
     largest = [f"largest {peak([curve]):.3g} {unit}" for curve in curves]
-    arrange(figure, [*run_handles(logs, largest), *events.fault_handles(longest(logs))])
+    arrange(figure, [*run_handles(logs, largest), *_instants(logs)])
     return save(figure, path)
 
 
@@ -135,13 +137,19 @@ def draw_statuses(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     for panel in grid.flat:
         panel.set_xlim(*time_span(logs))
         events.mark_faults(panel, longest(logs))
+        events.mark_found(panel, *logs.values())
     grid.flat[-1].set_xlabel("time [s]")
     seen = sorted({int(code) for log in logs.values() for code in np.unique(log["status"])})
     statuses = [Patch(color=STATUS_COLOURS[code], label=STATUSES[code].name) for code in seen]
     runs = run_handles(logs, [""] * len(logs)) if slowed else []
-    handles = [*statuses, *runs, *events.fault_handles(longest(logs))]
+    handles = [*statuses, *runs, *_instants(logs)]
     arrange(figure, handles, left=label_width(logs), top=0.6, gap=(0.7, 0.3))
     return save(figure, path)
+
+
+def _instants(logs: Mapping[str, Log]) -> list[Line2D]:
+    """What the vertical lines mean: faults, and when detectors found out."""
+    return [*events.fault_handles(longest(logs), *logs.values()), *events.found_handles(*logs.values())]
 
 
 def _draw_joints(
@@ -156,7 +164,7 @@ def _draw_joints(
     unit = f"deg{rate}, mm{rate}" if slides.any() else f"deg{rate}"
     top = frame(curves)
     spikes = SPIKES if top < peak(curves) else ""
-    figure = paper(max(4.0 * columns, 8.0), 2.6 * rows + 1.4, f"{title}{spikes}", search=False)
+    figure = paper(max(4.0 * columns, 12.0), 2.6 * rows + 1.4, f"{title}{spikes}", search=False)
     grid: Any = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     for unused in grid.flat[len(logs) :]:
         unused.set_axis_off()
@@ -179,5 +187,5 @@ def _draw_joints(
     joints = [handle(joint, name) for joint, name in enumerate(names)]
     stops = [log for log in logs.values() if events.stop_time(log) is not None]
     marks = [Line2D([], [], color="black", linestyle="--", label="emergency stop")] if stops else []
-    arrange(figure, [*joints, *events.fault_handles(longest(logs)), *marks], top=0.85, gap=(0.3, 0.45))
+    arrange(figure, [*joints, *_instants(logs), *marks], top=0.85, gap=(0.3, 0.45))
     return save(figure, path)

@@ -1,4 +1,4 @@
-"""The instants that every figure marks: when joints fail, when the planner is told, when the arm stops."""
+"""The instants that every figure marks: a joint fails, the planner is told or finds out, the arm stops."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,15 +25,22 @@ def told_later(fault: dict[str, Any]) -> bool:
     return fault["announced"] is not None and fault["announced"] - fault["at"] > TOLD_LATER
 
 
-def sentence(fault: dict[str, Any]) -> str:
-    """One fault in words."""
+def found_at(log: Log) -> list[float]:
+    """When the planner's detector found what it believed [s]."""
+    return [float(found["detected_at"]) for found in log.metadata.get("detections") or ()]
+
+
+def sentence(fault: dict[str, Any], *, told: bool = True) -> str:
+    """One fault in words, with when the planner is told of it or without."""
+    if not told:
+        return f"{fault['joint']} {KINDS[fault['kind']].happens} at {fault['at']:g} s"
     if fault["announced"] is None:
-        told = " (planner never told)"
+        heard = " (planner never told)"
     elif told_later(fault):
-        told = f" (planner told at {fault['announced']:g} s)"
+        heard = f" (planner told at {fault['announced']:g} s)"
     else:
-        told = ""
-    return f"{fault['joint']} {KINDS[fault['kind']].happens} at {fault['at']:g} s{told}"
+        heard = ""
+    return f"{fault['joint']} {KINDS[fault['kind']].happens} at {fault['at']:g} s{heard}"
 
 
 def stop_time(log: Log) -> float | None:
@@ -46,6 +53,7 @@ def stop_time(log: Log) -> float | None:
 def mark(axes: Axes, log: Log) -> None:
     """Draw the instants as vertical lines."""
     mark_faults(axes, log)
+    mark_found(axes, log)
     stop = stop_time(log)
     if stop is not None:
         axes.axvline(stop, color="black", linewidth=1.2, linestyle="--")
@@ -59,9 +67,24 @@ def mark_faults(axes: Axes, log: Log) -> None:
             axes.axvline(fault["announced"], color=BLUE, linewidth=1.2, linestyle=":")
 
 
+def mark_found(axes: Axes, *logs: Log) -> None:
+    """Draw when the planner finds out by itself as vertical lines."""
+    for at in sorted({at for log in logs for at in found_at(log)}):
+        axes.axvline(at, color=BLUE, linewidth=1.2, linestyle="-.")
+
+
+def found_handles(*logs: Log) -> list[Line2D]:
+    """What these lines mean, for a legend."""
+    times = sorted({at for log in logs for at in found_at(log)})
+    if not times:
+        return []
+    label = f"detector finds out at {', '.join(f'{at:.4g}' for at in times)} s"
+    return [Line2D([], [], color=BLUE, linewidth=1.2, linestyle="-.", label=label)]
+
+
 def handles(log: Log) -> list[Line2D]:
     """What the vertical lines mean, for a legend."""
-    result = fault_handles(log)
+    result = [*fault_handles(log), *found_handles(log)]
     stop = stop_time(log)
     if stop is not None:
         label = f"emergency stop at {stop:.4g} s"
@@ -69,12 +92,13 @@ def handles(log: Log) -> list[Line2D]:
     return result
 
 
-def fault_handles(log: Log) -> list[Line2D]:
-    """What the lines of the faults mean, for a legend."""
+def fault_handles(log: Log, *others: Log) -> list[Line2D]:
+    """What the lines of the faults mean, for a legend; others may have been told at other times."""
     happened = faults(log)
     result = []
     if happened:
-        label = sentence(happened[0]) if len(happened) == 1 else _together(happened)
+        alike = all([f["announced"] for f in happened] == [f["announced"] for f in faults(o)] for o in others)
+        label = sentence(happened[0], told=alike) if len(happened) == 1 else _together(happened)
         result.append(Line2D([], [], color=RED, linewidth=1.2, label=label))
     if any(told_later(fault) for fault in happened):
         result.append(Line2D([], [], color=BLUE, linewidth=1.2, linestyle=":", label="planner is told"))
