@@ -184,3 +184,25 @@ def test_unreachable_paths_and_wrong_speeds_are_refused() -> None:
         track(TASK, Q0, np.nan)
     with pytest.raises(InputError, match="one joint more than rows"):
         track(task_path(PANDA, TASK.goals, dt=0.05, rows="position"), Q0, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ((Q0[None], [81], [0]), "samples are 81 to 81, expected 0 to 80"),
+        ((Q0[None], [-1], [0]), "samples are -1"),
+        ((Q0[None], [0], [7]), "failed has joints"),
+        ((Q0[None], [0, 1], [0]), "expected"),
+        ((Q0[None, :6], [0], [0]), r"q has shape \(1, 6\)"),
+        ((Q0[None], [0], [[0, 1]]), "leave not as many as 6 rows"),
+        ((Q0[None], [0], [-1]), "leave not as many as 6 rows"),
+    ],
+)
+def test_nothing_outside_the_arrays_is_read(given: tuple, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        continuation_study(TASK).runs(*given)
+
+
+def test_tracks_of_wrong_shapes_are_refused() -> None:
+    with pytest.raises(InputError, match=r"speeds \(1, 3\), expected"):
+        continuation_study(TASK).tracks(Q0[None], np.zeros((1, 3)))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.entry.study_session import PORTIONS, StudySession, packed_goals
 from ftqp.kernel.entry.threads import thread_count
@@ -104,8 +105,12 @@ class ContinuationStudy:
             whole: Whether a bounded continuation that is lost is followed to the end all the same.
             share: What is left of the speed limit of joints that are degraded; None: they are locked.
             threads: How many; None is ``thread_count``.
+
+        Raises:
+            InputError: A shape is wrong, a sample or joint does not exist, or an exact continuation is asked
+                for and not as many joints as rows are left.
         """
-        call = self._call(q, samples, failed, speed, None)
+        call = self._call(q, samples, failed, speed, None, exact=not bounded)
         count = len(call.q)
         workers = thread_count() if threads is None else threads
         portions = max(1, min(count, PORTIONS * workers if workers > 1 else 1))
@@ -151,7 +156,9 @@ class ContinuationStudy:
         """
         path = np.full((len(self._goals), self._session.nv), np.nan)
         speeds = None if speed is None else np.atleast_1d(speed)[None]
-        call = self._call(np.asarray(q)[None], [sample], np.atleast_1d(failed)[None], speeds, path)
+        call = self._call(
+            np.asarray(q)[None], [sample], np.atleast_1d(failed)[None], speeds, path, exact=not bounded
+        )
         entry = "bounded_continuations" if bounded else "exact_continuations"
         session, memory = self._session.copy(), self._prepared(bounded, whole, share)
         session.bind(entry, memory, call.table)(0, 1)
@@ -168,11 +175,19 @@ class ContinuationStudy:
             speeds: Self-motion speed at each sample, (k, N) [rad/s].
             threads: How many; None is ``thread_count``.
 
+        Raises:
+            InputError: A shape is wrong.
+
         Returns:
             q (k, N + 1, n), NaN behind the last sample that was reached; last samples (k,); errors (k,) [m].
         """
         starts, speeds = np.asarray(starts, dtype=np.float64), np.array(speeds, dtype=np.float64, order="C")
         count, samples = len(starts), len(self._goals)
+        if starts.shape != (count, self._session.nv) or speeds.shape != (count, samples - 1):
+            raise InputError(
+                f"starts have shape {starts.shape} and speeds {speeds.shape}, expected (k, "
+                f"{self._session.nv}), (k, {samples - 1})"
+            )
         q, facts = np.full((count, samples, self._session.nv), np.nan), np.zeros((count, 2))
         q[:, 0] = starts
         table = _table([count, samples], self._goals, speeds, q, facts)
@@ -194,8 +209,38 @@ class ContinuationStudy:
         C.whole, C.share = whole, LOCKED if share is None else share
         return memory
 
-    def _call(self, q: Any, samples: Any, failed: Any, speed: Any, path: FloatArray | None) -> "_Call":
-        return _Call(self._goals, q, samples, failed, speed, path)
+    def _call(
+        self, q: Any, samples: Any, failed: Any, speed: Any, path: FloatArray | None, *, exact: bool
+    ) -> "_Call":
+        """The arrays of a call.
+
+        Raises:
+            InputError: A shape is wrong, a sample or a joint does not exist, or, where the others are to
+                go on ``exact``, not as many as rows are left.
+        """
+        call = _Call(self._goals, q, samples, failed, speed, path)
+        n, m, k, last = self._session.nv, self._session.m, len(call.q), len(self._goals) - 1
+        if call.q.shape != (k, n) or call.samples.shape != (k,):
+            raise InputError(
+                f"q has shape {call.q.shape} and samples {call.samples.shape}, expected (k, {n}), (k,)"
+            )
+        if k and not (call.samples.min() >= 0 and call.samples.max() <= last):
+            raise InputError(
+                f"samples are {call.samples.min()} to {call.samples.max()}, expected 0 to {last}"
+            )
+        if k and not (call.failed.min() >= -1 and call.failed.max() < n):
+            raise InputError(
+                f"failed has joints {call.failed.min()} to {call.failed.max()}, expected -1 to {n - 1}"
+            )
+        if exact:
+            count = (call.failed >= 0).sum(axis=1) - (
+                (call.failed[:, 0] == call.failed[:, 1]) & (call.failed[:, 0] >= 0)
+            )
+            if (n - count != m).any():
+                raise InputError(
+                    f"{n} joints with {count.max(initial=0)} locked leave not as many as {m} rows; bound them"
+                )
+        return call
 
 
 class _Call:
@@ -206,15 +251,15 @@ class _Call:
     ) -> None:
         self.q = np.ascontiguousarray(q, dtype=np.float64)
         k = len(self.q)
-        self._samples = np.ascontiguousarray(samples, dtype=np.int64)
-        self._failed = np.full((k, FAILED_JOINTS), -1, np.int64)
+        self.samples = np.ascontiguousarray(samples, dtype=np.int64)
+        self.failed = np.full((k, FAILED_JOINTS), -1, np.int64)
         given = np.asarray(failed, dtype=np.int64).reshape(k, -1)
-        self._failed[:, : given.shape[1]] = given
+        self.failed[:, : given.shape[1]] = given
         self._speed = np.zeros((k, FAILED_JOINTS))
         if speed is not None:
             self._speed[:, : given.shape[1]] = np.asarray(speed, dtype=np.float64).reshape(k, -1)
         self.facts = np.zeros((k, FACTS))
-        arrays = (goals, self.q, self._samples, self._failed, self._speed, self.facts, path)
+        arrays = (goals, self.q, self.samples, self.failed, self._speed, self.facts, path)
         addresses = [0 if array is None else array.ctypes.data for array in arrays]
         self.table = np.array([k, len(goals), path is not None, *addresses], dtype=np.int64)
 
