@@ -34,8 +34,10 @@ REGULAR, MIDDLE, LOAD = 0.15, 0.7, 0.6
 """Starts: smallest singular value, share of the ranges, largest share of a torque limit that is weight."""
 TOUR = 5
 """Motions in a row of a healthy tour."""
-OTHER = ((0.0, 0.35), (0.25, 0.65), (0.5, 0.5), (0.75, 0.5), (1.0, 0.65))
-"""Loads [kg] and dry friction [N m] of healthy tours in the real setting, beside the calibrated ones."""
+CARRIED = ((0.0, 0.5), (0.5, 0.5), (1.0, 0.5))
+"""Loads [kg] and dry friction [N m] with which the real setting is calibrated ..."""
+OTHER = ((0.0, 0.35), (0.25, 0.65), (0.4, 0.4), (0.75, 0.5), (1.0, 0.65))
+"""... and those of its healthy tours, none of which was calibrated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,17 +143,17 @@ def healthy(there: World, generator: np.random.Generator, kept: dict[int, Any] |
     return (record, led) if whole else (None, None)
 
 
-def tour(configuration: Configuration, seed: list[int], *, other: bool) -> Record:
+def tour(configuration: Configuration, seed: list[int], worn: Sequence[tuple[float, float]]) -> Record:
     """Motions in a row, with standstill between them, as far as the arm can follow them.
 
     Args:
         configuration: which arm.
         seed: of everything.
-        other: whether the arm carries another load, and rubs otherwise, than the setting says.
+        worn: loads [kg] and dry friction [N m], of which the arm has one if its setting is real.
     """
     generator = np.random.default_rng(seed)
-    varied = other and configuration.setting == "real"
-    there = world(configuration, *(OTHER[generator.integers(len(OTHER))] if varied else ()))
+    real = configuration.setting == "real"
+    there = world(configuration, *(worn[generator.integers(len(worn))] if real else ()))
     while True:
         q = start(there.robot, generator)
         led, at = [], there.robot.pose(q)
@@ -235,13 +237,13 @@ def branch(
 
 
 def _eligible(there: World, trunk: Record) -> tuple[Array, Array]:
-    """By candidate and joint: whether it moves long enough, and |tau_demand|/M_ii [rad/s2]."""
+    """By candidate and joint: whether it moves long enough, and |M a_r + h|_i/M_ii [rad/s2]."""
     speed = np.abs(trunk.v_r)
     moving = np.array([(speed[k : k + MOVING_FOR] >= MOVING).all(axis=0) for k in CANDIDATES])
     lost = np.zeros(moving.shape)
     for c, k in enumerate(CANDIDATES):
-        M, _ = there.arm.dynamics(trunk.truth[k, 0], np.zeros(there.robot.nv))
-        lost[c] = np.abs(trunk.truth[k, 2]) / np.diag(M)
+        M, h = there.arm.dynamics(trunk.q_r[k], trunk.v_r[k])
+        lost[c] = np.abs(M @ trunk.a_r[k] + h) / np.diag(M)
     return moving, lost
 
 

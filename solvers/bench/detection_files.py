@@ -1,4 +1,7 @@
-"""Simulated motions in files, so that another detector sees them without simulating them again."""
+"""Simulated motions in files, so that another detector sees them without simulating them again.
+
+They are recorded in single precision, also where no file is written.
+"""
 
 import os
 from collections.abc import Callable
@@ -20,32 +23,36 @@ def kept(folder: Path | None, begins: list[int], make: Callable[[], Any]) -> Any
         make: makes a `Motion` or a `Record`.
     """
     if folder is None:
-        return make()
+        return _read(_written(make()))
     file = folder / f"{'-'.join(str(number) for number in begins)}.npz"
     if file.exists():
         with np.load(file) as found:
             return _read(dict(found))
-    made = make()
+    arrays = _written(make())
     folder.mkdir(parents=True, exist_ok=True)
     part = file.with_suffix(f".{os.getpid()}.part")
     with part.open("wb") as stream:
-        np.savez(stream, **_written(made))
+        np.savez(stream, **arrays)
     part.replace(file)
-    return made
+    return _read(arrays)
 
 
 def _record(seen: Any) -> Record:
     """A record of which only what a detector may see is known."""
+    seen = seen.astype(np.float64)
     return Record(seen, np.zeros((len(seen), 0, 0)), np.zeros(len(seen), dtype=np.int8))
 
 
 def _written(made: Any) -> dict[str, Any]:
     """The arrays of a motion or a tour."""
     if isinstance(made, Record):
-        return {"seen": made.seen}
-    arrays = {"seen": made.record.seen, "kinds": np.array([case.kind for case in made.cases])}
+        return {"seen": made.seen.astype(np.float32)}
+    arrays = {
+        "seen": made.record.seen.astype(np.float32),
+        "kinds": np.array([case.kind for case in made.cases]),
+    }
     arrays["facts"] = np.array([[c.joint, c.at, c.speed, c.loss, len(c.record.seen)] for c in made.cases])
-    arrays["branches"] = np.concatenate([case.record.seen for case in made.cases])
+    arrays["branches"] = np.concatenate([case.record.seen for case in made.cases]).astype(np.float32)
     return arrays
 
 

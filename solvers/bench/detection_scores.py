@@ -4,8 +4,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
+import ftqp
 from bench.detection_cases import Motion
-from bench.detection_world import Configuration, Record, Sent, arm
+from bench.detection_world import Array, Configuration, Record
+from ftqp.kernel.detection.detecting import FOUND
 
 INPUTS = ("encoders", "demand", "demand, torques")
 """What a detector may look at beside the encoders: what the drive asks of its motors, and what they give."""
@@ -16,15 +18,54 @@ SETTLING = 500
 
 
 Row = dict[str, Any]
+Finding = tuple[int, list[str], float | None]
+"""Which joint, kinds, and the share of its torque."""
 
 
-class Detecting(Protocol):
-    """A detector, as `ftqp.Detector`."""
-
-    _session: Any
+class Watching(Protocol):
+    """What looks at the rows of a log, as `Watcher`."""
 
     def reset(self) -> None: ...
-    def update(self, q: Any, v: Any, tau: Any, command: Any) -> Any: ...
+    def keep(self) -> Any: ...
+    def restore(self, kept: Any) -> None: ...
+    def look(self, log: ftqp.MotionLog, first: int, end: int) -> tuple[int, Array, list[Finding]]: ...
+
+
+class Watcher:
+    """A detector that looks at the rows of a log, one tick each, in compiled code.
+
+    Args:
+        detector: an `ftqp.Detector` of an arm.
+    """
+
+    def __init__(self, detector: ftqp.Detector) -> None:
+        self._detector, self._session = detector, detector._working()
+        self._names = list(detector.diagnosis.joints)
+
+    def reset(self) -> None:
+        """Begin anew."""
+        self._detector.reset()
+
+    def keep(self) -> Any:
+        """All that it remembers."""
+        return self._session._memory.copy()
+
+    def restore(self, kept: Any) -> None:
+        """Remember what was kept."""
+        self._session._memory[:] = kept
+
+    def look(self, log: ftqp.MotionLog, first: int, end: int) -> tuple[int, Array, list[Finding]]:
+        """Rows ``first`` to ``end - 1``, up to the first that is a finding.
+
+        Returns:
+            The row after the last one that was seen, z of the rows that were, and the findings of the last.
+        """
+        done, _, trace = self._session.run(log.columns(), 1 << 30, FOUND, first, end)
+        found = [
+            (self._names.index(joint), sorted(finding.kinds), finding.share)
+            for joint, finding in self._detector.diagnosis.isolated.items()
+        ]
+        return done, trace[first:done], found
 
 
 def inputs(configuration: Configuration) -> tuple[str, ...]:
@@ -32,34 +73,24 @@ def inputs(configuration: Configuration) -> tuple[str, ...]:
     return INPUTS if configuration.has_servo else ("encoders", "demand, torques")
 
 
-class Shown(Sent):
-    """The ticks of a record as a detector is given them.
+def motion_log(record: Record, given: str, configuration: Configuration) -> ftqp.MotionLog:
+    """A record as a detector is given it.
 
     Args:
         record: what happened.
         given: one of `INPUTS`.
-        servo: whether the demand is that of servos, else it is what was sent.
+        configuration: whose demand is that of servos, or what was sent.
     """
-
-    def __init__(self, record: Record, given: str, servo: bool) -> None:
-        super().__init__(record)
-        self._tau = record.tau if given.endswith("torques") else None
-        self._demand = record.demand if servo and given != "encoders" else None
-        self.demand: Any = None
-
-    def __len__(self) -> int:
-        """How many ticks there are."""
-        return len(self._record.codes)
-
-    def put(self, detector: Detecting, k: int) -> Any:
-        """Give the detector that tick: its diagnosis."""
-        if self._demand is not None:
-            self.demand = self._demand[k]
-        tau = None if self._tau is None else self._tau[k]
-        return detector.update(self._record.seen[k, 0], None, tau, self.at(k))
+    effort = None
+    if given != "encoders" or not configuration.has_servo:
+        effort = record.demand if configuration.has_servo else record.tau_c
+    tau = record.tau if given.endswith("torques") else None
+    return ftqp.MotionLog(
+        q=record.q, q_ref=record.q_r, v_ref=record.v_r, a_ref=record.a_r, tau=tau, effort=effort
+    )
 
 
-def judged(detector: Detecting, motion: Motion, given: str, configuration: Configuration) -> list[Row]:
+def judged(detector: Watching, motion: Motion, given: str, configuration: Configuration) -> list[Row]:
     """What the detector says first of each case of a motion, which it sees from its beginning at rest.
 
     Returns:
@@ -67,20 +98,17 @@ def judged(detector: Detecting, motion: Motion, given: str, configuration: Confi
         fault; ``suspected`` and ``found`` [ticks after the fault], ``said`` (kinds), ``of`` (joint), and the
         ``share`` of the torque.
     """
-    names = _joints(configuration)
-    places = {case.at for case in motion.cases}
-    memory = detector._session._memory.view(np.uint8)  # all that it remembers
     kept: dict[int, Any] = {}
-    shown = Shown(motion.record, given, configuration.has_servo)
+    log = motion_log(motion.record, given, configuration)
     detector.reset()
-    said: Any = {}
-    for k in range(max(places, default=-1) + 1):
-        if k in places:
-            kept[k] = memory.copy()
-        said = shown.put(detector, k).isolated
-        if said:
+    first: list[Finding] = []
+    at = 0
+    for place in sorted({case.at for case in motion.cases}):
+        if place > at:
+            _, _, first = detector.look(log, at, place)
+        if first:
             break
-    first = [names.index(next(iter(said))), sorted(next(iter(said.values())).kinds)] if said else None
+        kept[place], at = detector.keep(), place
     rows = []
     for case in motion.cases:
         row = {
@@ -88,57 +116,44 @@ def judged(detector: Detecting, motion: Motion, given: str, configuration: Confi
             "suspected": None, "found": None, "said": [], "of": None, "share": None,
         }  # fmt: skip
         if case.at in kept:
-            memory[:] = kept[case.at]
-            _say(row, detector, Shown(case.record, given, configuration.has_servo), names)
-        elif first is not None:
-            row["early"], (row["of"], row["said"]) = True, first
+            detector.restore(kept[case.at])
+            _say(row, detector, motion_log(case.record, given, configuration))
+        else:
+            row["early"], (row["of"], row["said"], _) = True, first[0]
         rows.append(row)
     return rows
 
 
-def _say(row: Row, detector: Detecting, shown: Shown, names: list[str]) -> None:
-    """What is said first of what is shown."""
-    for k in range(len(shown)):
-        diagnosis = shown.put(detector, k)
-        if row["suspected"] is None and diagnosis.suspicion > 1.0:
-            row["suspected"] = k
-        isolated = diagnosis.isolated
-        if isolated:
-            joint, finding = next(iter(isolated.items()))
-            row["found"], row["said"] = k, sorted(finding.kinds)
-            row["of"], row["share"] = names.index(joint), getattr(finding, "share", None)
-            return
+def _say(row: Row, detector: Watching, log: ftqp.MotionLog) -> None:
+    """What is said first of a log."""
+    done, trace, found = detector.look(log, 0, len(log))
+    odd = np.flatnonzero(trace > 1.0)
+    row["suspected"] = int(odd[0]) if len(odd) else None
+    if found:
+        row["found"], (row["of"], row["said"], row["share"]) = done - 1, found[0]
 
 
-def _joints(configuration: Configuration) -> list[str]:
-    """The names of the arm's joints."""
-    return list(arm(configuration.robot).joints)
-
-
-def alarms(detector: Detecting, record: Record, given: str, configuration: Configuration) -> Row:
+def alarms(detector: Watching, record: Record, given: str, configuration: Configuration) -> Row:
     """What the detector says of healthy motion.
 
     Returns:
-        ``ticks`` that were watched, ``suspicions`` and ``findings`` with their ticks, joints and kinds, and
+        ``ticks`` that were watched, ``suspicions`` (tick and z) and ``findings`` (tick, joint and kinds), and
         the largest ``z``. After a finding the detector begins anew.
     """
+    log = motion_log(record, given, configuration)
     detector.reset()
-    shown = Shown(record, given, configuration.has_servo)
-    ticks, last, fresh, most = 0, -APART, 0, 0.0
+    ticks, last, at, most = 0, -APART, 0, 0.0
     suspicions: list[Any] = []
     findings: list[Any] = []
-    for k in range(len(record.codes)):
-        diagnosis = shown.put(detector, k)
-        if k - fresh >= SETTLING:
-            ticks += 1
-        z = diagnosis.suspicion
-        most = max(most, z)
-        if z > 1.0:
+    while at < len(log):
+        done, trace, found = detector.look(log, at, len(log))
+        ticks += max(done - at - SETTLING, 0)
+        most = max(most, float(trace.max()))
+        for k in at + np.flatnonzero(trace > 1.0):
             if k - last > APART:
-                suspicions.append([k, diagnosis.suspect, round(z, 3)])
+                suspicions.append([int(k), round(float(trace[k - at]), 3)])
             last = k
-        if diagnosis.isolated:
-            findings += [[k, joint, sorted(finding.kinds)] for joint, finding in diagnosis.isolated.items()]
-            detector.reset()
-            fresh = k
+        findings += [[done - 1, joint, kinds] for joint, kinds, _ in found]
+        detector.reset()
+        at = done
     return {"ticks": ticks, "suspicions": suspicions, "findings": findings, "most": round(most, 3)}

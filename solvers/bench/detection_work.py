@@ -9,9 +9,9 @@ from typing import Any
 
 import ftqp
 from bench import detection_scores
-from bench.detection_cases import KINDS, motion, tour
+from bench.detection_cases import CARRIED, KINDS, OTHER, motion, tour
 from bench.detection_files import kept
-from bench.detection_world import CONFIGURATIONS, DT, Configuration, Record, arm
+from bench.detection_world import CONFIGURATIONS, DT, Configuration, arm
 
 EACH = 2
 """Cases of a kind from one motion."""
@@ -31,17 +31,6 @@ def fingerprint() -> str:
     for file in files:
         total.update(file.read_bytes())
     return total.hexdigest()[:16]
-
-
-def motion_log(record: Record, given: str, servo: bool) -> Any:
-    """A record as a detector is calibrated on it."""
-    effort = None
-    if given != "encoders" or not servo:
-        effort = record.demand if servo else record.tau_c
-    tau = record.tau if given.endswith("torques") else None
-    return ftqp.MotionLog(
-        q=record.q, q_ref=record.q_r, v_ref=record.v_r, a_ref=record.a_r, tau=tau, effort=effort
-    )
 
 
 def detector(configuration: Configuration, calibration: Any = None) -> Any:
@@ -66,12 +55,12 @@ def calibrated(configuration: Configuration, seed: int, hours: float, folder: Pa
     while ticks < hours * 3600.0 / DT:
         index = CONFIGURATIONS.index(configuration)
         begins = [seed, CALIBRATION, index, number]
-        make = partial(tour, configuration, begins, other=False)
+        make = partial(tour, configuration, begins, [CARRIED[number % len(CARRIED)]])
         records.append(kept(folder, begins, make))
         ticks, number = ticks + len(records[-1].codes), number + 1
     found = {}
     for given in detection_scores.inputs(configuration):
-        logs = [motion_log(record, given, configuration.has_servo) for record in records]
+        logs = [detection_scores.motion_log(record, given, configuration) for record in records]
         found[given] = detector(configuration).calibrate(logs, RATE, extrapolate=True).calibration
     return found
 
@@ -80,7 +69,10 @@ def calibrated(configuration: Configuration, seed: int, hours: float, folder: Pa
 def _detectors(configuration: Configuration, stored: bytes) -> dict[str, Any]:
     """The detectors of a configuration in this process."""
     known = pickle.loads(stored)  # our own file
-    return {given: detector(configuration, calibration) for given, calibration in known.items()}
+    return {
+        given: detection_scores.Watcher(detector(configuration, calibration))
+        for given, calibration in known.items()
+    }
 
 
 def block(
@@ -95,7 +87,7 @@ def block(
         for given, one in known.items():
             rows += [[given, row] for row in detection_scores.judged(one, made, given, configuration)]
         return rows
-    record = kept(folder, begins, lambda: tour(configuration, begins, other=True))
+    record = kept(folder, begins, lambda: tour(configuration, begins, OTHER))
     for given, one in known.items():
         rows.append([given, detection_scores.alarms(one, record, given, configuration)])
     return rows

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from math import pi
-from types import SimpleNamespace
 from typing import Any
 
 import mujoco
@@ -42,8 +41,8 @@ WRISTS = 3
 ROTORS = {"iiwa14": 0.1}
 """Rotor inertia [kg m2] of arms whose catalog entry has none: stated as for xarm7, not identified. Without it
 a runaway last joint of the iiwa14, 0.001 kg m2 behind 40 N m, would be 40 rad/s fast after a tick."""
-SIGNALS = ("q", "tau", "demand", "q_c", "v_c", "tau_c", "q_r", "v_r", "a_r")
-"""What is kept of a tick: measured positions, torques, demands; what is sent; the reference at its end."""
+SIGNALS = ("q", "tau", "demand", "tau_c", "q_r", "v_r", "a_r")
+"""What is kept of a tick: measured positions, torques, demands; torques sent; the reference at its end."""
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 Array = np.ndarray[Any, Any]
 
@@ -99,7 +98,7 @@ class Record:
     """What happened, tick by tick.
 
     Attributes:
-        seen: what a detector may know, (K, 9, nv), see `SIGNALS`.
+        seen: what a detector may know, (K, 7, nv), see `SIGNALS`.
         truth: true positions, motor torques and demands at the start of each tick, (K, 3, nv).
         codes: status of each step, (K,).
     """
@@ -125,24 +124,6 @@ def empty(ticks: int, nv: int) -> Record:
     return Record(
         np.zeros((ticks, len(SIGNALS), nv)), np.zeros((ticks, 3, nv)), np.zeros(ticks, dtype=np.int8)
     )
-
-
-class Sent:
-    """The command of one tick of a record, as a detector reads it from a step."""
-
-    def __init__(self, record: Record) -> None:
-        self._record = record
-        nv = record.seen.shape[2]
-        self.brakes = np.zeros(nv, dtype=np.bool_)
-        self.reference = SimpleNamespace(q=None, v=None, a=None)
-
-    def at(self, k: int) -> "Sent":
-        """This object, turned to that tick."""
-        row = self._record.seen[k]
-        self.q, self.v, self.tau = row[3], row[4], row[5]
-        self.reference.q, self.reference.v, self.reference.a = row[6], row[7], row[8]
-        self.a = row[8]
-        return self
 
 
 Event = Callable[["World"], SensorFault | None]
@@ -243,10 +224,9 @@ class World:
                 reading = Reading(measured, np.zeros_like(measured), last, np.zeros_like(measured))
                 fault.spoil(reading, slice(joint, joint + 1), k - late - since, DT, None)  # type: ignore[arg-type]
             step = planner.step(measured, None, targets.at(k))
-            row[3], row[4] = step.q, step.v
             if torques:
-                row[5] = step.tau
-            row[6], row[7], row[8] = step.reference
+                row[3] = step.tau
+            row[4], row[5], row[6] = step.reference
             codes[k] = step.code
             plant.advance(step)
 

@@ -4,7 +4,6 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,23 +23,34 @@ TORQUE = Configuration("panda", "torque", "nominal")
 class Threshold:
     """A detector of one threshold: a joint 4 mrad off its reference is locked; it is all that it says."""
 
-    def __init__(self, names: tuple[str, ...], late: int, size: float = 4e-3) -> None:
-        self._names, self._late, self._size = names, late, size
-        self._session = SimpleNamespace(_memory=np.zeros((late + 1, len(names))))
+    def __init__(self, late: int, size: float = 4e-3) -> None:
+        self._late, self._size = late, size
         self.reset()
 
     def reset(self) -> None:
         """Begin anew."""
-        self._session._memory[:] = np.nan
+        self._ring: list[Any] = []
 
-    def update(self, q: Any, v: Any, tau: Any, command: Any) -> Any:
-        """One tick."""
-        ring = self._session._memory
-        off = np.nan_to_num(np.abs(q - ring[0])) / self._size
-        ring[:-1], ring[-1] = ring[1:].copy(), command.reference.q
-        worst = int(np.argmax(off))
-        found = {self._names[worst]: SimpleNamespace(kinds=frozenset({"locked"}))} if off[worst] > 1.0 else {}
-        return SimpleNamespace(suspicion=float(off[worst]), suspect=self._names[worst], isolated=found)
+    def keep(self) -> Any:
+        """All that it remembers."""
+        return list(self._ring)
+
+    def restore(self, kept: Any) -> None:
+        """Remember what was kept."""
+        self._ring = list(kept)
+
+    def look(self, log: Any, first: int, end: int) -> Any:
+        """Rows up to the first finding."""
+        trace = []
+        for k in range(first, end):
+            known = len(self._ring) > self._late
+            off = np.abs(log.q[k] - self._ring[-1 - self._late]) / self._size if known else np.zeros(log.nv)
+            self._ring.append(log.q_ref[k])
+            off = np.nan_to_num(off)
+            trace.append(off.max())
+            if off.max() > 1.0:
+                return k + 1, np.array(trace), [(int(np.argmax(off)), ["locked"], None)]
+        return end, np.array(trace), []
 
 
 @pytest.fixture(scope="module")
@@ -91,10 +101,10 @@ def test_motion_is_the_same_for_the_same_seed(motion: drawn.Motion) -> None:
 def test_motion_of_a_file_is_scored_as_the_one_that_was_simulated(
     motion: drawn.Motion, tmp_path: Path
 ) -> None:
+    simulated = detection_files.kept(None, [5, 1], lambda: motion)
     again = [detection_files.kept(tmp_path / "motions", [5, 1], lambda: motion) for _ in range(2)][1]
-    assert again is not motion
-    looks = Threshold(world(SERVO).robot.joints, SERVO.latency, 8e-3)
-    one, other = (detection_scores.judged(looks, seen, "encoders", SERVO) for seen in (motion, again))
+    looks = Threshold(SERVO.latency, 8e-3)
+    one, other = (detection_scores.judged(looks, seen, "encoders", SERVO) for seen in (simulated, again))
     assert one == other and [row["loss"] for row in one] == [case.loss for case in motion.cases]
     record = detection_files.kept(tmp_path, [1], lambda: motion.record)
     np.testing.assert_array_equal(detection_files.kept(tmp_path, [1], lambda: None).seen, record.seen)
@@ -107,14 +117,14 @@ def test_degraded_motor_gives_half_of_the_demand_of_the_same_instant(motion: dra
 
 
 def test_tour_of_another_load_differs_from_that_of_the_calibrated_one() -> None:
-    one, other = (drawn.tour(SERVO, [9, 2], other=varied) for varied in (False, True))
+    assert not set(drawn.CARRIED) & set(drawn.OTHER)
+    one, other = (drawn.tour(SERVO, [9, 2], [worn]) for worn in (drawn.CARRIED[1], drawn.OTHER[4]))
     assert len(one.codes) >= 2 * drawn.CHUNK and not one.codes.any()
     assert not np.array_equal(one.seen[:1000], other.seen[:1000])
 
 
 def test_detector_of_one_threshold_finds_locks_and_nothing_else(motion: drawn.Motion) -> None:
-    names = world(SERVO).robot.joints
-    rows = detection_scores.judged(Threshold(names, SERVO.latency, 8e-3), motion, "encoders", SERVO)
+    rows = detection_scores.judged(Threshold(SERVO.latency, 8e-3), motion, "encoders", SERVO)
     assert [row["kind"] for row in rows] == [case.kind for case in motion.cases]
     for row in rows:
         assert not row["early"]
@@ -125,18 +135,16 @@ def test_detector_of_one_threshold_finds_locks_and_nothing_else(motion: drawn.Mo
 
 
 def test_what_is_said_before_the_fault_is_wrong_whatever_it_is(motion: drawn.Motion) -> None:
-    names = world(SERVO).robot.joints
-    rows = detection_scores.judged(Threshold(names, SERVO.latency, 1e-5), motion, "encoders", SERVO)
+    rows = detection_scores.judged(Threshold(SERVO.latency, 1e-5), motion, "encoders", SERVO)
     assert all(row["early"] and not detection_figures.is_right(row) for row in rows)
     figures = detection_figures.cell(rows, "real")
     assert figures["soon"] == figures["right"] == 0 and figures["early"] == len(rows)
 
 
 def test_suspicions_of_a_second_are_one_alarm_and_a_finding_begins_anew(motion: drawn.Motion) -> None:
-    names = world(SERVO).robot.joints
-    said = detection_scores.alarms(Threshold(names, SERVO.latency, 1e-5), motion.record, "encoders", SERVO)
+    said = detection_scores.alarms(Threshold(SERVO.latency, 1e-5), motion.record, "encoders", SERVO)
     assert len(said["findings"]) > 100 and len(said["suspicions"]) <= len(motion.record.codes) / 1000
-    quiet = detection_scores.alarms(Threshold(names, SERVO.latency, 0.1), motion.record, "encoders", SERVO)
+    quiet = detection_scores.alarms(Threshold(SERVO.latency, 0.1), motion.record, "encoders", SERVO)
     assert quiet["findings"] == quiet["suspicions"] == []
     assert quiet["ticks"] == len(motion.record.codes) - detection_scores.SETTLING
 
@@ -200,7 +208,7 @@ def test_study_has_every_arm_drive_and_setting() -> None:
 
 
 def test_quantised_encoder_reads_whole_quanta() -> None:
-    record = drawn.tour(Configuration("panda", "torque", "quantised"), [2, 2], other=True)
+    record = drawn.tour(Configuration("panda", "torque", "quantised"), [2, 2], drawn.OTHER)
     steps = record.q / QUANTUM
     np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
     assert np.abs(record.q - record.truth[:, 0]).max() <= 0.5 * QUANTUM + 1e-12

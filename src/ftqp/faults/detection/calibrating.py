@@ -162,6 +162,7 @@ def _peaks(
     D.sigma, D.quantum = sigma, quantum
     D.coulomb[:n], D.viscous[:n] = friction
     D.sharp[:] = 0.0
+    D.faint[:] = 0.0
     block = max(round(BLOCK / dt), 1)
     found = []
     for number, log in enumerate(logs):

@@ -1,7 +1,6 @@
 """The detector: which joint has failed, how, and since when, from what is measured of the arm."""
 
 from collections.abc import Callable, Iterable
-from math import exp
 from typing import Any, Protocol, Self, final
 
 import numpy as np
@@ -11,9 +10,9 @@ from ftqp.core.errors import InputError, unknown
 from ftqp.faults.detection.calibrating import calibrated
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.faults.detection.diagnosis import Diagnosis
+from ftqp.faults.detection.filled_record import fill_record
 from ftqp.faults.detection.motion_log import MotionLog
 from ftqp.faults.detection.recorded_motion import RecordedRun, motion_of
-from ftqp.faults.detection.thresholds import largest_jumps, uncalibrated
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.detection_session import DetectionSession
 from ftqp.kernel.layout.enums import DELAYS, DriveKind, Mistake
@@ -29,16 +28,10 @@ SETTINGS = (
 NO_ARM = "the detector knows no arm yet; give robot= and dt=, or hand it to ftqp.Planner(detector=...)"
 NOTHING = np.zeros(0)
 """Stands for torques that are not there."""
-MEAN = 0.2
-"""Time constant of the mean that is taken from residuals of torque [s]."""
-SETTLE, WARM = 150, 350
-"""Ticks after a reset before measured torques, and residuals of torque, are looked at."""
 PAUSE = 150
 """Ticks without verdicts after a joint was believed to have failed."""
 RETHINK = 40
 """Ticks without verdicts after a finding was taken back."""
-SLIP = 0.03
-"""Speed below which a joint may stick [rad/s or m/s]."""
 
 
 class Noisy(Protocol):
@@ -161,33 +154,21 @@ class Detector:
         self._ticks = ticks
         self._torques = self.drive == TORQUE
         session = self._session = DetectionSession(robot.chain.constants())
-        n, D = robot.nv, session.D
-        D.dt, D.latency, D.span = self.dt, ticks, ticks + 2
-        D.from_command = int(self._torques)
-        for b, w in enumerate(self.bandwidths):
-            p = exp(-w * self.dt)
-            D.pole[b], D.k_s[b] = p, 1.0 - p**3
-            D.k_w[b], D.k_d[b] = 1.5 * (1.0 - p) ** 2 * (1.0 + p) / self.dt, (1.0 - p) ** 3 / self.dt**2
-        D.patience, D.settle, D.warm = round(self.patience / self.dt), SETTLE, WARM
-        D.bandwidth_fast = self.bandwidths[1]
-        D.slowness, D.slip = self.dt / MEAN, SLIP
-        sigma, sigma_tau = (0.0, 0.0) if self.noise is None else (self.noise.q, self.noise.tau)
-        D.quantum = self.quantum
-        known = self.calibration
-        if known is None:
-            room = uncalibrated(robot, self.dt, self.bandwidths, sigma, sigma_tau)
-            D.coulomb[:n] = robot.coulomb
-        else:
-            known.refuse_others(robot.joints, self.drive, self.dt, self.bandwidths, ticks)
-            room = known.room
-            sigma, D.quantum = known.sigma, max(known.quantum, self.quantum)
-            D.coulomb[:n], D.viscous[:n] = known.coulomb, known.viscous
-        D.sigma = sigma
-        with np.errstate(divide="ignore"):
-            D.sharp[:, :n] = np.where(room > 0.0, 1.0 / room, 0.0)
-        D.room[:, :n] = np.where(np.isfinite(room), room, 1e30)
-        D.tau_max[:n] = robot.limits.tau_max
-        D.jump[:n] = largest_jumps(robot, self.dt, sigma, float(D.quantum))
+        session.D.from_command = int(self._torques)
+        if self.calibration is not None:
+            self.calibration.refuse_others(robot.joints, self.drive, self.dt, self.bandwidths, ticks)
+        fill_record(
+            session.D,
+            robot,
+            dt=self.dt,
+            ticks=ticks,
+            bandwidths=self.bandwidths,
+            patience=self.patience,
+            sigma=0.0 if self.noise is None else self.noise.q,
+            sigma_tau=0.0 if self.noise is None else self.noise.tau,
+            quantum=self.quantum,
+            known=self.calibration,
+        )
         self._names = robot.joints
         self._detect = session.detect()
         self.diagnosis = Diagnosis(robot.joints, session.field)
@@ -297,6 +278,8 @@ class Detector:
                 f"{robot.name} has joints {robot.joints}, expected those of the detector, {self._names}"
             )
         session.fit(robot.chain.constants())
+        for name in ("load", "load_sum", "load_square"):
+            getattr(session.D, name)[:] = 0.0
 
     def believe(self, fault: Fault) -> None:
         """A planner believes in a fault: that joint is not diagnosed again, the others are.

@@ -123,9 +123,9 @@ def culprit(D: Any, K: Any) -> int:
     """
     if not factor_inertia(D, K):
         return -1
-    knows = D.has_effort != 0 and D.asked != 0 and D.ticks > D.warm
+    knows = D.has_effort != 0 and D.asked != 0 and D.known != 0
     joint, loud = by_direction(D, knows)
-    if not loud and D.has_effort and D.ticks > D.warm:
+    if not loud and D.has_effort and D.known:
         other = by_torque(D, K)
         if other >= 0:
             return other

@@ -4,13 +4,22 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.detection.acceleration_banks import observe_accelerations
+from ftqp.kernel.detection.carried import begin_load
 from ftqp.kernel.detection.effort import compare_torques, feel_arm
 from ftqp.kernel.detection.encoders import read_encoders
 from ftqp.kernel.detection.suspicion import CALM_AGAIN, remember, suspect
 from ftqp.kernel.detection.told_apart import tell_apart
+from ftqp.kernel.detection.usual import begin_usual, take_usual
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.detection_room import WINDOW
-from ftqp.kernel.layout.enums import IS_BIASED, IS_DROPPED, IS_FROZEN, IS_LOCKED
+from ftqp.kernel.layout.enums import (
+    ACCELERATION_FAST,
+    ERROR_RESIDUAL,
+    IS_BIASED,
+    IS_DROPPED,
+    IS_FROZEN,
+    IS_LOCKED,
+)
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, put, several
 
@@ -18,12 +27,14 @@ ALL_QUIET, WATCHING, FOUND = 0, 1, 2
 """What a tick answers: nothing to see, a suspicion, a new finding."""
 VERDICTS = 5
 """So many equal verdicts in a row are a finding."""
+TORQUE_COUNTS = 0.5
+"""What is odd about a joint's torque tells half as much of its motion as what is odd about the motion."""
 STANDING_VERDICTS = 9
 """More where a joint stands: what is thrown back by a drive stands for a moment."""
 CALM_TICKS = 300
 """A suspicion ends when z has stayed low for so many ticks."""
 LONGEST_FIT = 200
-"""A suspicion that has lasted so many ticks without a finding begins anew."""
+"""A suspicion that has lasted so many ticks without a finding ends, or begins anew."""
 
 
 @rare_jit
@@ -46,7 +57,7 @@ def begin(D: Any) -> None:
         q = D.q_ref[i] - D.dt * D.v_ref[i]
         D.good[i] = D.q[i] if is_finite(D.q[i]) else q
         D.raw[i] = D.good[i]
-        D.step[i] = D.travel[i] = D.hop[i] = D.usual[i] = 0.0
+        D.step[i] = D.travel[i] = D.hop[i] = D.strayed[i] = 0.0
         D.same[i] = D.missing[i] = D.off[i] = D.turns[i] = D.sensor[i] = 0
         D.kinds[i] = 0
         D.blind[i] = 1 if D.believed[i] else 0
@@ -62,6 +73,8 @@ def begin(D: Any) -> None:
             for k in range(3):
                 D.f[b, k, i] = D.band[b, k, i] = D.motor[b, k, i] = 0.0
         D.psi_before[i] = D.loose_before[i] = 0.0
+    begin_usual(D)
+    begin_load(D)
 
 
 @jit
@@ -102,6 +115,10 @@ def _find_sensors(D: Any) -> None:
 def _judge(D: Any, K: Any, then: int) -> int:
     """The verdict of a tick of suspicion, and whether it makes a finding."""
     feel_arm(D, K, then)
+    for i in range(D.n):
+        D.strayed[i] = max(D.strayed[i], TORQUE_COUNTS * D.z[i])
+        for r in range(ERROR_RESIDUAL, ACCELERATION_FAST + 1):
+            D.strayed[i] = max(D.strayed[i], D.excess[r, i] * D.sharp[r, i])
     joint, kinds = tell_apart(D, K, then)
     if joint >= 0 and kinds != 0:
         for k in range(7):
@@ -148,6 +165,15 @@ def _accept(D: Any) -> None:
 
 
 @jit
+def _look_anew(D: Any) -> None:
+    """Forget what was said and fitted of a suspicion, which begins, or begins anew."""
+    D.fitted = D.suspect = -1
+    D.agreed = D.watch = 0
+    for i in range(D.n):
+        D.strayed[i] = 0.0
+
+
+@jit
 def detect_tick(D: Any, K: Any) -> int:
     """One tick: ALL_QUIET, WATCHING or FOUND; samples, torques and reference are in D.
 
@@ -170,6 +196,7 @@ def detect_tick(D: Any, K: Any) -> int:
     observe_accelerations(D)
     if D.has_effort:
         compare_torques(D, K, then)
+    take_usual(D)
     z = suspect(D)
     remember(D, then)
     D.now = D.now + 1 if D.now + 1 < D.span else 0
@@ -182,14 +209,18 @@ def detect_tick(D: Any, K: Any) -> int:
     if D.watch == 0 and z <= 1.0:
         return answer
     if D.watch == 0:
-        D.fitted = D.suspect = -1
-        D.agreed = 0
+        D.held = 0
+        _look_anew(D)
     D.watch += 1
+    D.held += 1
     D.quiet = D.quiet + 1 if z < CALM_AGAIN else 0
     if D.quiet > CALM_TICKS or (D.watch > LONGEST_FIT and z <= 1.0):
         D.watch = D.quiet = 0
         D.suspect = -1
         return answer
+    if D.watch > LONGEST_FIT:
+        _look_anew(D)
+        D.watch = 1
     if D.waiting == 0 and D.pause == 0:
         answer = max(answer, _judge(D, K, then))
     if D.pause > 0:

@@ -5,14 +5,13 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.detection.acceleration_banks import through
+from ftqp.kernel.detection.carried import weigh
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.detection_room import BANKS, FAST, SLOW, WINDOW
-from ftqp.kernel.layout.enums import MOTOR_SLOW, OWN_SLOW, TORQUE_SLOW
+from ftqp.kernel.layout.detection_room import BANKS, FAST
+from ftqp.kernel.layout.enums import MOTOR_SLOW, TORQUE_SLOW
 from ftqp.kernel.maths.elementary import larger, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
-MEAN_DELAY = 60
-"""Samples by which the running mean of a residual is late, so that it does not take a fault for usual."""
 UNSURE = 2.0
 """A joint slower than so many times the speed of sticking may have any friction up to that of its motion."""
 
@@ -47,6 +46,7 @@ def _unfiltered(D: Any, K: Any, then: int) -> None:
         v = speed / D.slip
         coulomb = several(D.coulomb, at)
         side = larger(smaller(v, 1.0), -1.0)
+        put(D.side, at, side)
         put(D.psi, at, total + coulomb * side + several(D.viscous, at) * speed)
         put(D.loose, at, coulomb * larger(smaller(UNSURE - abs(v), 1.0), 0.0))
     for i in range(n):
@@ -55,10 +55,9 @@ def _unfiltered(D: Any, K: Any, then: int) -> None:
 
 @jit
 def compare_torques(D: Any, K: Any, then: int) -> None:
-    """r = M d + F[psi] less its own mean, and F[tau_measured - tau_asked], with the friction that is unsure.
+    """r = M d + F[psi], and F[tau_measured - tau_asked], with the friction that is unsure.
 
-    The mean is that of 0.2 s, 60 samples late: it takes loads and slow friction. It stands still during a
-    suspicion. The observers see the mean of an acceleration and of the one before it, and so does F here.
+    The observers see the mean of an acceleration and of the one before it, and so does F here.
     Source: docs/theory/detection.md, "Residuals".
     """
     for at in range(0, len(D.e), WIDTH):
@@ -69,6 +68,7 @@ def compare_torques(D: Any, K: Any, then: int) -> None:
         else:
             put(D.motor_torque, at, several(D.tau, at))
     feel_arm(D, K, then)
+    weigh(D, K, then)
     _unfiltered(D, K, then)
     M = K.kinematics.M
     for b in range(BANKS):
@@ -83,19 +83,6 @@ def compare_torques(D: Any, K: Any, then: int) -> None:
             if D.has_motor:
                 gap = several(D.tau, at) - several(D.motor_torque, at)
                 put(D.x[MOTOR_SLOW + b], at, through(D.motor[b], at, gap, p))
-    late = (D.at - MEAN_DELAY) & (WINDOW - 1)
     for at in range(0, len(D.e), WIDTH):
         put(D.psi_before, at, several(D.psi, at))
         put(D.loose_before, at, several(D.loose, at))
-        put(D.kept_x[D.at], at, several(D.x[TORQUE_SLOW + SLOW], at))
-        mean = several(D.usual, at)
-        if D.watch == 0 and D.ticks > MEAN_DELAY + D.settle:
-            share = max(D.slowness, 1.0 / (D.ticks - MEAN_DELAY - D.settle))
-            mean = mean + share * (several(D.kept_x[late], at) - mean)
-            put(D.usual, at, mean)
-        for b in range(BANKS):
-            rest = several(D.x[TORQUE_SLOW + b], at) - mean
-            beyond = larger(abs(rest) - several(D.excess[TORQUE_SLOW + b], at), 0.0)
-            put(D.x[TORQUE_SLOW + b], at, rest)
-            put(D.excess[TORQUE_SLOW + b], at, beyond)
-            put(D.excess[OWN_SLOW + b], at, beyond * several(D.light, at))

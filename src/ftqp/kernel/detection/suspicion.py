@@ -27,7 +27,7 @@ CALM_AGAIN = 0.5
 def _active(D: Any, r: int) -> bool:
     """Whether a residual is there: that of torques needs them, and some time after a reset."""
     if r == TORQUE_SLOW or r == TORQUE_FAST or r == OWN_SLOW or r == OWN_FAST:
-        return D.has_effort != 0 and D.ticks > D.warm
+        return D.has_effort != 0 and D.known != 0
     if r == MOTOR_SLOW or r == MOTOR_FAST:
         return D.has_motor != 0 and D.ticks > D.settle
     return r == ERROR_RESIDUAL or D.ticks > SETTLED
@@ -42,8 +42,6 @@ def suspect(D: Any) -> float:
     """
     worst = 0.0
     for at in range(0, len(D.e), WIDTH):
-        put(D.x[ERROR_RESIDUAL], at, several(D.e, at))
-        put(D.excess[ERROR_RESIDUAL], at, abs(several(D.e, at)))
         for b in range(BANKS):
             d = several(D.d[b], at)
             put(D.x[ACCELERATION_SLOW + b], at, d)

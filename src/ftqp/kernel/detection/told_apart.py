@@ -8,13 +8,15 @@ from ftqp.kernel.detection.encoders import cannot_tell_frozen
 from ftqp.kernel.detection.standing import FEWEST, LONG, is_slow, speed_of, stands
 from ftqp.kernel.detection.torque_share import fit_share
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.detection_room import FAST
+from ftqp.kernel.layout.detection_room import BANKS, FAST
 from ftqp.kernel.layout.enums import (
     IS_DEGRADED,
     IS_FREE,
     IS_FROZEN,
     IS_LOCKED,
     IS_RUNAWAY,
+    MOTOR_SLOW,
+    OWN_SLOW,
     TORQUE_SLOW,
 )
 
@@ -34,8 +36,12 @@ FULL = 0.85
 """A motor that gives this share of its largest torque unasked runs away."""
 NOTHING_LEFT = 0.27
 """A share of the torque below this is none."""
-LEAST_SHARE, MOST_SHARE = -0.6, 1.4
-"""Shares beyond these are no lost torque."""
+LEAST_SHARE, LEAST_UNTOLD = -0.25, -0.6
+"""Shares below are no lost torque; the second where the demand is not told."""
+STICKY = 2.0
+"""A demand below so many times its friction moves no joint, and does not show lost torque."""
+PLAIN = 0.67
+"""The difference of two torques of a motor is noise only: this share of its largest healthy size is odd."""
 UNSURE = 1.3
 """Two standard deviations of a share, beside the square root of the sum that it was fitted over."""
 LONGEST_WAIT = 3
@@ -121,18 +127,40 @@ def _held(D: Any, K: Any, i: int, then: int) -> int:
 
 
 @jit
+def _shown(D: Any, i: int) -> float:
+    """By how much joint i itself stands out in what shows lost torque; behind a servo it did so once."""
+    if not D.has_effort or not D.known:
+        return float(D.strayed[i])
+    z = 0.0
+    for b in range(BANKS):
+        if D.has_motor:
+            z = max(z, D.excess[MOTOR_SLOW + b, i] * D.sharp[MOTOR_SLOW + b, i] / PLAIN)
+        else:
+            z = max(z, D.excess[TORQUE_SLOW + b, i] * D.sharp[TORQUE_SLOW + b, i])
+            z = max(z, D.excess[OWN_SLOW + b, i] * D.sharp[OWN_SLOW + b, i])
+    return z
+
+
+@jit
 def _lost_torque(D: Any, K: Any, i: int, then: int) -> int:
     """Whether joint i gives less torque than it should, and how much is left; 0 where this is not it."""
     fit_share(D, K, i, then)
     if D.watch < D.patience or is_slow(D, i):
         return 0
     share = D.fit_share
-    if not LEAST_SHARE < share < UNTOUCHED or D.fit_spread < (EXPLAINED if D.has_effort else FLEETING):
+    least = LEAST_SHARE if D.has_effort and D.known and D.asked else LEAST_UNTOLD
+    if (
+        _shown(D, i) < 1.0
+        or not least < share < UNTOUCHED
+        or D.fit_spread < (EXPLAINED if D.has_effort else FLEETING)
+    ):
         return 0
     unsure = UNSURE / max(D.fit_gg[D.fit_best], 1e-12) ** 0.5
     if abs(share - NOTHING_LEFT) < unsure:
         return 0 if D.watch < LONGEST_WAIT * D.patience else IS_FREE + IS_DEGRADED
-    room = D.room[TORQUE_SLOW, i] if D.has_effort and D.ticks > D.warm else HELD
+    if abs(D.fit_size) < STICKY * D.coulomb[i]:
+        return 0
+    room = D.room[TORQUE_SLOW, i] if D.has_effort and D.known else HELD
     if abs(D.fit_size) < FAINT * room + D.coulomb[i]:
         return IS_FREE + IS_DEGRADED
     return IS_FREE if share < NOTHING_LEFT else IS_DEGRADED
@@ -151,7 +179,7 @@ def tell_apart(D: Any, K: Any, then: int) -> tuple[int, int]:
         D.standing[i] = 0
         explains = D.z[i] > 1.0 and D.score[i] > PARALLEL * D.score[joint]
         likely = explains or D.z[i] == D.worst
-        if likely and not D.blind[i] and stands(D, i, FEWEST if explains else LONG):
+        if likely and not D.blind[i] and D.strayed[i] > 1.0 and stands(D, i, FEWEST if explains else LONG):
             D.standing[i] = 1
             if D.score[i] > most:
                 standing, most = i, D.score[i]

@@ -62,7 +62,7 @@ def fit_share(D: Any, K: Any, i: int, then: int) -> None:
     for c in range(ONSETS):
         _grow(D, c, demand)
     for b in range(BANKS):
-        if D.has_motor or (D.has_effort and D.ticks > D.warm):
+        if D.has_motor or (D.has_effort and D.known):
             x = D.x[kind + b, i]
             room = D.room[kind + b, i]
         else:

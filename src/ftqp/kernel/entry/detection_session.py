@@ -50,7 +50,12 @@ class DetectionSession:
         return bound("detect", self.capacity, self._memory, self._arm)
 
     def run(
-        self, columns: Mapping[str, FloatArray | None], block: int, until: int = NO_END, first: int = 0
+        self,
+        columns: Mapping[str, FloatArray | None],
+        block: int,
+        until: int = NO_END,
+        first: int = 0,
+        end: int | None = None,
     ) -> tuple[int, FloatArray, FloatArray]:
         """The rows of a log, one after the other.
 
@@ -59,6 +64,7 @@ class DetectionSession:
             block: Rows over which the largest excess of each residual is taken.
             until: The answer that ends the run.
             first: The row to begin with.
+            end: The row after the last one; None is the log's end.
 
         Returns:
             The rows done, the largest excesses (rows // block, residuals, N), and z of every row, (rows,).
@@ -69,7 +75,16 @@ class DetectionSession:
         peaks = np.zeros((max(rows // block, 1), RESIDUALS, len(self.D.q)))
         trace = np.zeros(rows)
         call = bound("detect_log", self.capacity, self._memory, self._arm)
-        done = call(table.ctypes.data, rows, first, rows, block, peaks.ctypes.data, trace.ctypes.data, until)
+        done = call(
+            table.ctypes.data,
+            rows,
+            first,
+            rows if end is None else end,
+            block,
+            peaks.ctypes.data,
+            trace.ctypes.data,
+            until,
+        )
         return done, peaks[: rows // block], trace
 
     def copy(self) -> "DetectionSession":

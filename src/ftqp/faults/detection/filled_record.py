@@ -1,0 +1,81 @@
+"""The record of a detector before its first tick: observers, filters, thresholds of one arm."""
+
+from math import exp
+from typing import Any
+
+import numpy as np
+
+from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.detection.thresholds import largest_jumps, uncalibrated
+from ftqp.kernel.layout.detection_room import LOAD_EVERY
+from ftqp.kernel.layout.enums import Residual
+from ftqp.model.robot import Robot
+
+MEAN = 0.2
+"""Time constant of the means that are taken from residuals [s]."""
+LOAD = 3.0
+"""Time constant by which what was seen of an unknown load fades [s]."""
+FINEST = 1e-3
+"""Residuals of torque below this share of a joint's largest torque tell no more of a load."""
+SETTLE = 150
+"""Ticks after a reset before measured torques are looked at, and means are begun."""
+SLIP = 0.03
+"""Speed below which a joint may stick [rad/s or m/s]."""
+FAINT = 0.5
+"""A residual of torque below this share of its threshold shows no acceleration of a light joint either."""
+
+
+def fill_record(
+    D: Any,
+    robot: Robot,
+    *,
+    dt: float,
+    ticks: int,
+    bandwidths: tuple[float, float],
+    patience: float,
+    sigma: float,
+    sigma_tau: float,
+    quantum: float,
+    known: Calibration | None,
+) -> None:
+    """Write what a detector counts on.
+
+    Args:
+        D: The record.
+        robot: The arm.
+        dt: The sampling period [s].
+        ticks: How late samples are.
+        bandwidths: Of the slow and the fast observer [1/s].
+        patience: How long a loss of torque is fitted [s].
+        sigma: Stated noise of positions [rad or m].
+        sigma_tau: Stated noise of torques [N m or N].
+        quantum: Stated step of positions [rad or m].
+        known: What is known of healthy motion, of this arm; None is nothing.
+    """
+    n = robot.nv
+    D.dt, D.latency, D.span = dt, ticks, ticks + 2
+    for b, w in enumerate(bandwidths):
+        p = exp(-w * dt)
+        D.pole[b], D.k_s[b] = p, 1.0 - p**3
+        D.k_w[b], D.k_d[b] = 1.5 * (1.0 - p) ** 2 * (1.0 + p) / dt, (1.0 - p) ** 3 / dt**2
+    D.patience, D.settle = round(patience / dt), SETTLE
+    D.bandwidth_fast = bandwidths[1]
+    D.slowness, D.slip = dt / MEAN, SLIP
+    strongest = np.where(np.isfinite(robot.limits.tau_max), robot.limits.tau_max, 1.0)
+    D.finest[:n] = np.maximum(FINEST * strongest, 1e-6) ** 2
+    D.load_fade = 1.0 - LOAD_EVERY * dt / LOAD
+    D.quantum = quantum
+    if known is None:
+        room = uncalibrated(robot, dt, bandwidths, sigma, sigma_tau)
+        D.coulomb[:n] = robot.coulomb
+    else:
+        room = known.room
+        sigma, D.quantum = known.sigma, max(known.quantum, quantum)
+        D.coulomb[:n], D.viscous[:n] = known.coulomb, known.viscous
+    D.sigma = sigma
+    with np.errstate(divide="ignore"):
+        D.sharp[:, :n] = np.where(room > 0.0, 1.0 / room, 0.0)
+    D.room[:, :n] = np.where(np.isfinite(room), room, 1e30)
+    D.faint[:n] = np.where(np.isfinite(room[Residual.TORQUE_SLOW]), FAINT, 0.0)
+    D.tau_max[:n] = robot.limits.tau_max
+    D.jump[:n] = largest_jumps(robot, dt, sigma, float(D.quantum))
