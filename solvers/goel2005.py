@@ -16,7 +16,16 @@ import numpy as np
 from bench import command_line, results
 
 import ftqp
-from ftqp.analysis import basins, map_chunk, outcome, point_to_point, points, workspace_task
+from ftqp.analysis import (
+    basins,
+    joint_ranges,
+    map_chunk,
+    outcome,
+    point_to_point,
+    points,
+    rest_curves,
+    workspace_task,
+)
 
 DEG = np.pi / 180.0
 GOAL, SLOW_GOAL = (1.5, 1.5), (-0.8, 0.0)
@@ -171,7 +180,7 @@ def figure_8():
 
 def pictures(found_map, found_basins):
     """A function that draws all pictures into a folder."""
-    from ftqp.viz.figures import failure_pictures, map_pictures
+    from ftqp.viz.figures import failure_pictures, map_pictures, rest_pictures
 
     def motion(count, goal, start, joint, duration):
         way = point_to_point(arm(count), goal, np.array(start) * DEG, duration=duration, locked=joint)
@@ -199,6 +208,14 @@ def pictures(found_map, found_basins):
             found_basins.angles, found_basins.label, found_basins.ends[:, [a, b]], found_basins.kinds,
             found_basins.saddles[:, [a, b]], [way[:, [a, b]] for way in found_basins.separatrices],
         )  # fmt: skip
+        within = joint_ranges(arm(3), GOAL, rows="position")
+        rests = [
+            rest_pictures.draw_rests(
+                out / f"{name}-rests-{joint}.png", f"Figure 9: joint {joint[1]} locked",
+                rest_curves(arm(3), GOAL, joint), within[joint],
+            )
+            for joint in within
+        ]  # fmt: skip
         failure_pictures.draw_error_signs(files[2], "Joint 1 locked at 0: figures 3 and 4", two_links())
         q = np.array([-5.6173, 45.0, 66.1698]) * DEG
         posture = np.concatenate([[0.0], np.cumsum(np.exp(1j * np.cumsum(q)))])
@@ -209,7 +226,7 @@ def pictures(found_map, found_basins):
         kept = [file.rename(out / f"{name}-map-{file.name}") for file in maps if file.name == "R.png"]
         for file in maps:
             file.unlink(missing_ok=True)
-        return [*files, cycle, *kept]
+        return [*files, cycle, *rests, *kept]
 
     return draw
 

@@ -24,6 +24,6 @@ def test_quick_run_meets_the_expected_ends_and_draws_every_picture(tmp_path: Pat
     for row in result["ends"]:
         assert row["expected"].startswith(row["kind"]), row
     assert result["map"]["points"] == 2032 and result["brute_force"]["runs"] > 10_000
-    assert len(list(tmp_path.glob("goel2005-quick-*.png"))) == 5
+    assert len(list(tmp_path.glob("goel2005-quick-*.png"))) == 8
     text = (tmp_path / "goel2005-quick.md").read_text(encoding="utf-8")
     assert "## Limitations" in text and "## Versions" in text

@@ -140,6 +140,30 @@ def test_a_suspicion_slows_a_path_down_and_lets_it_go_on_when_it_passes() -> Non
     assert planner.speed == 1.0
 
 
+@pytest.mark.parametrize("leader", ["target", "goto"])
+def test_a_suspicion_slows_down_what_leads_the_arm_to_a_goal(leader: str) -> None:
+    planner = planner_of(ftqp.Detector(), task=ftqp.Task(rows="position"))
+    generator, robot = np.random.default_rng(2), planner.robot
+    q = robot.neutral.copy()
+    goal = q + np.array([0.6, 0.3, -0.4, 0.4, 0.3, 0.3, 0.2])
+    target = ftqp.Target(pose=robot.pose(goal))
+    follower: Any = ftqp.TargetFollower(planner) if leader == "target" else ftqp.GoTo(planner, q=goal)
+    follower.reset(q)
+    paces, speeds = [], []
+    for k in range(1800):
+        pushed = 2e-3 * np.interp(k, [400, 440, 480], [0.0, 1.0, 0.0])
+        seen = q + pushed * np.eye(7)[1] + SIGMA * generator.standard_normal(7)
+        arguments = (target,) if leader == "target" else ()
+        step = follower.step(seen, None, *arguments)
+        speeds.append(float(np.linalg.norm(step.reference.v)))
+        paces.append(planner.pace)
+        q = step.q.copy()
+    assert planner.findings == () and planner.speed == 1.0
+    assert paces[390] == paces[-1] == 1.0 and SLOWEST <= min(paces[400:700]) < 0.9
+    slowest = 400 + int(np.argmin(paces[400:700]))
+    assert min(speeds[slowest : slowest + 150]) < 0.9 * speeds[399]
+
+
 def test_speed_is_the_users_whatever_is_suspected() -> None:
     planner = planner_of(ftqp.Detector())
     planner.speed = 0.5

@@ -42,7 +42,7 @@ class LedJoints:
     """The planner's steps along a jerk-limited motion of the joints that work.
 
     It is planned from the last command, anew at the very tick at which the belief in a joint or a limit
-    changes, or ``planner.speed``, so that position and velocity go on without a jump.
+    changes, or ``planner.pace``, so that position and velocity go on without a jump.
 
     Args:
         planner: The planner that is led.
@@ -94,7 +94,7 @@ class LedJoints:
         """A step on the way; see ``Planner.step``."""
         view = self.view
         if view.is_reset:
-            belief, speed = view.belief, self.planner.speed
+            belief, speed = view.belief, self.planner.pace
             if self._begun != view.ticks or self._belief != belief or self._speed != speed:
                 self._belief, self._speed = belief, speed
                 self._plan()

@@ -77,7 +77,7 @@ class LedTip:
             now = view.tip
             reference.begin(now.pose, now.twist, now.acceleration)
             self.on_leash = False
-        reference.pace(planner.speed)
+        reference.pace(planner.pace)
         p, R, rate = reference.p, reference.R, reference.twist
         if pose is not None:
             reference.towards(pose, twist)

@@ -1,7 +1,8 @@
 """The loop between a planner and its arm, as its user sees it: stops, their reasons, and the disturbance."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, final
+from math import ceil
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import DriveKind, StopReason
 from ftqp.model.robot import Robot
+
+STEP: Final = 0.05
+"""What is planned ahead is planned anew when a suspicion leaves it more or less by so much of its speed."""
 
 
 @final
@@ -69,6 +73,11 @@ class ArmLoop:
             raise InputError(f"speed is {share:g}, expected a share of full speed in (0, 1]")
         self._speed = float(share)
         self._session.K.feedback.speed = self._speed * self._caution
+
+    @property
+    def pace(self) -> float:
+        """The share of full speed that the user and a suspicion leave, in steps of a suspicion's part."""
+        return self._speed if self._caution == 1.0 else self._speed * STEP * ceil(self._caution / STEP)
 
     @property
     def caution(self) -> float:

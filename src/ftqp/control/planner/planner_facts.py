@@ -64,6 +64,11 @@ class PlannerFacts:
         self._loop.speed = share
 
     @property
+    def pace(self) -> float:
+        """How fast the arm is led now, in (0, 1]: ``speed``, less what a detector's suspicion takes of it."""
+        return self._loop.pace
+
+    @property
     def disturbance(self) -> FloatArray:
         """Torque that acts on the joints beside the model, as observed, (nv,) [N m or N]; a copy.
 

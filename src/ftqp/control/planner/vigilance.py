@@ -40,7 +40,7 @@ NO_TORQUE: Final = np.zeros(0)
 
 @final
 class Vigilance:
-    """Slows a path down at a suspicion, believes what was isolated, and stops an arm that lost a sensor.
+    """Slows what leads the arm at a suspicion, believes what was isolated, stops an arm that lost a sensor.
 
     Args:
         detector: What looks at the arm; it is given this planner's arm, drive and noise where it leaves them

@@ -96,7 +96,7 @@ AHEAD: Final = (
     *(
         (ENTRIES[name], capacity)
         for capacity in CAPACITIES
-        for name in (*COMMON, "step_base", "prepare_clock", "finish_clock", "rollout_4")
+        for name in (*COMMON, "step_base", "prepare_clock", "finish_clock", "rollout_4", "detect")
     ),
     *((ENTRIES[name], ANY_SIZE) for name in ("write_target", "solve_qp", "kkt")),
 )
