@@ -1,5 +1,6 @@
 """An arm that stands, in physics: what fails there shows by probing alone."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,19 @@ LOCKS_AT = 1.0
 
 
 def standing(
-    drive: str, probe_after: float | None, *, seconds: float, locked: int | None = None
+    drive: str,
+    probe_after: float | None,
+    *,
+    seconds: float,
+    locked: int | None = None,
+    friction: Sequence[float] | None = None,
 ) -> tuple[ftqp.Planner, np.ndarray]:
     """A Panda that is to hold its tip where it is, and the largest true error of the tip before any lock [m].
 
     A brake closes at LOCKS_AT, and nobody announces it.
     """
     robot = ftqp.robots.load("panda")
+    robot = robot if friction is None else robot.with_friction(coulomb=friction)
     taken = ftqp.Drive(kind=drive, bandwidth=BANDWIDTH) if drive != "torque" else ftqp.Drive(kind="torque")
     planner = ftqp.Planner(
         robot, DT, drive=taken, task=ftqp.Task(rows="position"), noise=ftqp.Noise(q=SIGMA),
@@ -56,6 +63,13 @@ def test_a_joint_that_locks_at_rest_is_found_within_a_second(drive: str, joint: 
 def test_without_probing_it_is_never_noticed() -> None:
     planner, _ = standing("position", None, seconds=LOCKS_AT + 1.0, locked=1)
     assert planner.findings == () and planner.faults == {}
+
+
+@pytest.mark.parametrize("drive", ["position", "torque"])
+def test_known_friction_is_no_lock(drive: str) -> None:
+    friction = [0.5] * 4 + [0.17] * 3
+    planner, _ = standing(drive, 0.3, seconds=3.0, friction=friction)
+    assert planner.findings == ()
 
 
 @pytest.mark.parametrize("drive", ["position", "velocity", "torque"])

@@ -18,7 +18,7 @@ QUIET = 1e-7
 
 
 def planner_of(probe_after: float | None, **settings: Any) -> ftqp.Planner:
-    robot = settings.pop("robot", None) or ftqp.robots.load("panda").with_friction(coulomb=1e-3)
+    robot = settings.pop("robot", None) or ftqp.robots.load("panda").with_friction(coulomb=1e-4)
     detector = ftqp.Detector(probe_after=probe_after)
     return ftqp.Planner(robot, DT, noise=ftqp.Noise(q=SIGMA), detector=detector, **settings)
 
@@ -86,6 +86,13 @@ def test_a_joint_that_friction_holds_is_not_probed() -> None:
     planner = planner_of(HALF_SECOND, robot=robot, drive=ftqp.Drive(kind="position", bandwidth=30.0))
     steps = stood(planner, 900, sigma=QUIET)
     assert max(np.abs(step.q - robot.neutral).max() for step in steps) < 1e-6
+
+
+def test_a_joint_that_friction_holds_stays_while_others_are_probed() -> None:
+    robot = ftqp.robots.load("panda").with_friction(coulomb=[1e-4] * 6 + [2.0])
+    planner = planner_of(HALF_SECOND, robot=robot, task=ftqp.Task(rows="position"))
+    far = np.abs(np.array([step.q for step in stood(planner, 900, sigma=QUIET)]) - robot.neutral).max(axis=0)
+    assert far[6] < 1e-6 and far.max() > 1e-3
 
 
 def test_nothing_is_probed_during_a_stop() -> None:

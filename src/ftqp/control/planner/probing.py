@@ -33,7 +33,7 @@ OF_LIMIT: Final = 0.5
 """Share of the acceleration limits that it takes at most."""
 SLOWEST_SERVO: Final = 30.0
 """Bandwidth of a servo of which nothing is said [rad/s]."""
-BEYOND_FRICTION: Final = 2.0
+BEYOND_FRICTION: Final = 10.0
 """A joint is probed where its loop asks for so many times its friction if it does not move."""
 PEAK: Final = 0.75 * sqrt(3.0)
 """Of sin x (1 - cos x)."""
@@ -135,9 +135,9 @@ class Probing:
         late = np.flatnonzero((self._idle >= self._after) & (self._code == HEALTHY))
         late = late[np.argsort(-self._idle[late], kind="stable")]
         self._idle[self._code != HEALTHY] = 0.0
-        null, sticky = self._null_space(), self._sticky()
+        null = self._null_space()
         for i in late:
-            z = None if null is None or sticky[i] else _through(null, int(i), late)
+            z = None if null is None else _through(null, int(i), late)
             if z is None:
                 self._give_up(int(i))
                 continue
@@ -182,11 +182,14 @@ class Probing:
         return np.asarray(BEYOND_FRICTION * self._friction > asked)
 
     def _null_space(self) -> FloatArray | None:
-        """The projection onto self-motions of the joints that work and have room, (n, n); None for none."""
+        """The projection onto self-motions of joints that work and have room, (n, n); None for none.
+
+        A joint that friction may hold stays where it is, whoever is probed.
+        """
         K, n, m = self._K, len(self._v), int(self._K.task.m)
         q, limits = K.state.q_command[:n], K.limits
         room = np.minimum(limits.q_max[:n] - q, q - limits.q_min[:n])
-        free = np.flatnonzero((self._code == HEALTHY) & (room > FARTHEST))
+        free = np.flatnonzero((self._code == HEALTHY) & (room > FARTHEST) & ~self._sticky())
         if len(free) <= m:
             return None
         basis = np.linalg.svd(K.qp.A[:m, free])[2][m:]
