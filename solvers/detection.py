@@ -91,18 +91,16 @@ def missing(
         watched: ticks of healthy motion of each configuration; it grows while blocks are run.
     """
     have = {(part, c): set(store.of(part, c)) for part in (CASES, HEALTHY) for c in chosen}
-    blocks, share = -(-given.cases // EACH), given.hours * 3600.0 / DT / len(chosen)
-    number, left = 0, True
-    while left:
-        left = number + 1 < blocks
+    blocks, wanted = -(-given.cases // EACH), given.hours * 3600.0 / DT
+    number, more = 0, given.hours > 0.0
+    while number < blocks or more:
         for c in chosen:
             if number < blocks and number not in have[CASES, c]:
                 yield CASES, c, number
-            if watched[c] < share:
-                left = True
-                if number not in have[HEALTHY, c]:
-                    yield HEALTHY, c, number
+            if more and number not in have[HEALTHY, c]:
+                yield HEALTHY, c, number
         number += 1
+        more = sum(watched.values()) < wanted or any(number in have[HEALTHY, c] for c in chosen)
 
 
 def run(given: Any, chosen: list[Configuration], store: Kept) -> None:
