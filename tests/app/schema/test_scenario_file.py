@@ -19,6 +19,7 @@ ENDINGS = {
     "iiwa-line": (True, 5e-6),
     "iiwa-moving-base-locked": (True, 1e-5),
     "iiwa-out-of-reach": (True, 0.03),
+    "iiwa-x-line": (True, 2e-6),
     "modular11-locked": (True, 2e-4),
     "modular11-singular": (True, 2e-3),
     "panda-circle": (True, 2e-6),
@@ -30,12 +31,16 @@ ENDINGS = {
     "panda-mujoco-free": (True, 0.25),
     "panda-mujoco-payload": (True, 3e-3),
     "panda-undetected": (False, 0.2),
+    "panda-y-line": (True, 5e-3),
     "planar3-identified": (True, 0.57),
+    "planar3-line": (False, 0.4),
     "planar3-unidentified": (False, 3.0),
     "planar6-square": (True, 4e-6),
     "planar6-stop": (False, 0.039),
     "puma-step-10": (True, 0.128),
     "puma-step-30": (True, 0.273),
+    "zhang7-path": (False, 0.12),
+    "zhang7-short": (True, 2e-4),
 }
 """Whether each bundled scenario completes its task, and its largest position error [m]."""
 
@@ -73,6 +78,9 @@ def test_bundled_scenario_ends_as_it_tells(name: str, tmp_path: Path) -> None:
         "panda-degraded",
         "panda-mujoco-free",
         "planar3-identified",
+        "iiwa-x-line",
+        "panda-y-line",
+        "zhang7-short",
     ):  # the degraded joint is too fast when it is told
         expected = {"OK", "RELAXED"}
     if name in ("panda-undetected", "planar3-unidentified"):

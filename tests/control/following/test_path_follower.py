@@ -52,6 +52,19 @@ def test_arm_that_can_follows_at_full_speed(level):
 
 
 @pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("dt", [1e-3, 5e-3])
+@pytest.mark.parametrize("scheme", ["mvn", "rmp", "dlsm"])
+def test_a_path_that_comes_to_rest_ends_whatever_the_scheme_draws_the_joints_to(level, dt, scheme):
+    """Near its end the path is so slow that the scheme would gain more by waiting for ever."""
+    scheme = ftqp.schemes.dlsm(alpha=0.5) if scheme == "dlsm" else scheme
+    path = ftqp.paths.Line(PANDA.pose(PANDA.neutral), [0.0, 0.2, 0.0], duration=2.0)
+    follower = follower_of(path=path, level=level, scheme=scheme, dt=dt, stall=None)
+    steps, _ = run(follower, longest=2.2)
+    assert follower.status is ftqp.PathStatus.DONE
+    assert max(step.position_error for step in steps) < 1e-3
+
+
+@pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("law", ["quintic", "constant"])
 def test_path_that_is_too_fast_is_followed_more_slowly_on_the_path(level, law):
     """1.2 m of circle in 0.5 s; the tip stays within 1 mm of the circle and every limit is kept."""

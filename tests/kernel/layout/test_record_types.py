@@ -4,6 +4,7 @@ from itertools import permutations
 
 from ftqp.kernel.layout.detection_room import detection_dtype
 from ftqp.kernel.layout.law_room import law_dtype
+from ftqp.kernel.layout.plan_memory import plan_dtype
 from ftqp.kernel.layout.record import (
     CAPACITIES,
     arm_dtype,
@@ -21,7 +22,7 @@ TYPES = {
         arm_dtype, base_dtype, belief_dtype, detection_dtype, joints_dtype, law_dtype, path_dtype,
         record_dtype, study_dtype,
     )
-}  # fmt: skip
+} | {"plan_dtype": lambda capacity: plan_dtype()}  # fmt: skip
 
 
 def test_no_record_begins_with_all_fields_of_another_one() -> None:

@@ -1,6 +1,6 @@
 """A plan: a trajectory along a path whose postures survive as many failures as can be."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,11 +10,14 @@ import numpy as np
 
 from ftqp.analysis.planning.corridor import Corridor, corridor_of
 from ftqp.analysis.planning.plan_file import read_plan, write_plan
+from ftqp.analysis.planning.remaining import remaining
 from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.task_path import TaskPath, robot_digest, task_path
+from ftqp.control.planner.leading_plan import Remaining
 from ftqp.core.checks import FloatArray, frozen, positive
 from ftqp.core.errors import InputError
+from ftqp.faults.kinds import Fault
 from ftqp.model.robot import Robot
 
 
@@ -166,6 +169,19 @@ class Plan:
         return corridor_of(
             task, self.q, stride=step, widest=positive("widest", widest), spacing=positive("spacing", spacing)
         )
+
+    def remaining(self, q: FloatArray, at: float, faults: Sequence[Fault]) -> tuple[Remaining, ...]:
+        """What can still be done of the path after faults, least lost first; see ``Planner.options``.
+
+        Args:
+            q: Where the arm is, (nv,) [rad or m].
+            at: The time that the tip has reached on the path [s].
+            faults: What has failed.
+
+        Raises:
+            InputError: The plan was read without its robot.
+        """
+        return remaining(self.task, q, at, faults)
 
     def save(self, file: str | Path) -> None:
         """Write the plan to a file for ``load_plan``; one of the same name is replaced.

@@ -39,6 +39,9 @@ Out = Annotated[
     Path | None, typer.Option(metavar="DIR", help="Folder to make; runs/<scenario>-<time> if left out.")
 ]
 
+PlanFile = Annotated[
+    Path | None, typer.Option("--plan", metavar="FILE", help="A trajectory, made by ftqp plan -o FILE.")
+]
 Jobs = Annotated[
     int | None, typer.Option(metavar="N", help="Processes; all cores if left out and the work is long.")
 ]
@@ -92,6 +95,7 @@ def run(
         Path | None,
         typer.Option("--record-qps", metavar="FILE", help="A new .npz file for the QPs of the run."),
     ] = None,
+    plan: PlanFile = None,
     as_json: Json = False,
 ) -> ExitCode:
     """Run a scenario; writes summary.json, log.sqlite and figures."""
@@ -101,7 +105,9 @@ def run(
 
     folder = runs.free_folder(out, Path(scenario).stem)
     record = runs.free_recording(record, folder)
-    setup = load(scenario, overrides or (), backend=backend, scheme=scheme, record=record is not None)
+    setup = load(
+        scenario, overrides or (), backend=backend, scheme=scheme, record=record is not None, plan=plan
+    )
     result = runs.run(setup, folder, record)
     if as_json:
         tell_json(result.summary)

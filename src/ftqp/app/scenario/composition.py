@@ -2,7 +2,7 @@
 
 from math import floor
 from pathlib import Path as File
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from ftqp.app.schema.path_section import (
 )
 from ftqp.app.schema.planner_section import DetectorTable, EmergencyTable, StallTable, TaskTable
 from ftqp.app.schema.robot_section import PayloadTable, RobotTable
-from ftqp.app.schema.scenario_file import RecordingTable
+from ftqp.app.schema.scenario_file import RecordingTable, Scenario
 from ftqp.app.schema.strict import Table
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.following.stall import StallEscape
@@ -41,6 +41,9 @@ from ftqp.model.shape import reach_of
 from ftqp.qp import Backend, Recorder
 from ftqp.sim.schedule import TIME_SLACK, FaultEvent, first_tick
 from ftqp.sim.waypoint_file import waypoint_table
+
+if TYPE_CHECKING:
+    from ftqp.analysis.planning.fault_plan import Plan
 
 _FITTING = {"name": ("options",), "dh": ("convention",), "urdf": ("tip", "locked"), "mjcf": ("tip", "locked")}
 """Keys of ``[robot]`` that fit each kind of source ..."""
@@ -118,6 +121,23 @@ def detector(table: DetectorTable | None, folder: File) -> Detector | None:
         probe_after=table.probe_after,
         calibration=None if table.calibration is None else Calibration.load(folder / table.calibration),
     )
+
+
+def plan(tables: Scenario, arm: Robot, folder: File) -> "Plan | None":
+    """The plan of ``[planner]`` with its arm; None without one.
+
+    Raises:
+        InputError: The file is no plan or one of another arm, or the base moves.
+    """
+    if tables.planner.plan is None:
+        return None
+    if tables.base is not None:
+        raise InputError(
+            "a plan is made for a base that stands, and [base] lets it move; leave one of them out"
+        )
+    from ftqp.analysis.planning.fault_plan import load_plan  # slow to load, needed with a plan only
+
+    return load_plan(folder / tables.planner.plan, arm)
 
 
 def payload(table: PayloadTable) -> Payload:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path as File
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
@@ -26,6 +26,14 @@ from ftqp.sim.base.moving_world import MovingWorld
 from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
+
+if TYPE_CHECKING:
+    from ftqp.analysis.planning.fault_plan import Plan  # slow to load, needed with a plan only
+
+FILES = (
+    ("robot", "urdf"), ("robot", "mjcf"), ("planner", "profile"), ("planner", "plan"), ("path", "file")
+)  # fmt: skip
+"""Keys of tables that name files."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +81,7 @@ class Setup:
         watching = content["planner"]["detector"] or {}
         if watching.get("calibration") is not None:
             watching["calibration"] = str((self.folder / watching["calibration"]).resolve())
-        for table, key in (("robot", "urdf"), ("robot", "mjcf"), ("planner", "profile"), ("path", "file")):
+        for table, key in FILES:
             if content[table].get(key) is not None:
                 content[table][key] = str((self.folder / content[table][key]).resolve())
         for table in (content["base"] or {}).get("disturbances", []):
@@ -94,6 +102,7 @@ def load(
     backend: str | None = None,
     scheme: str | None = None,
     record: bool = False,
+    plan: File | None = None,
 ) -> Setup:
     """The run that a scenario describes.
 
@@ -103,6 +112,7 @@ def load(
         backend: Name, profile file or TOML table that replaces the scenario's backend.
         scheme: Name or TOML table that replaces the scenario's scheme.
         record: Keep the planner's QPs, those that ``[recording]`` asks for.
+        plan: A file of a plan that leads the planner's null space, in place of the scenario's.
 
     Raises:
         ScenarioError: The scenario is wrong; carries every error.
@@ -115,6 +125,8 @@ def load(
         choices += ["planner.profile=", f"planner.backend={backend}"]
     if scheme is not None:
         choices.append(f"planner.scheme={scheme}")
+    if plan is not None:
+        choices.append(f"planner.plan={plan.resolve()}")
     found = document.read(source, choices)
     return resolve(found, validated(found), record=record)
 
@@ -181,9 +193,16 @@ def resolve(found: document.Document, tables: Scenario, *, record: bool = False)
     if arm is None:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
     start: tuple[FloatArray, FloatArray] | None = None
+    led: Plan | None = None
+    with errors.at("planner.plan"):
+        led = composition.plan(tables, arm, folder)
     with errors.at("start"):
-        start = composition.start(arm, tables.start.q, tables.start.v)
+        q = tables.start.q if led is None else led.q[0].tolist()
+        start = composition.start(arm, q, tables.start.v)
     way = _path(tables, arm, start, folder, errors)
+    if led is not None and way is not None:
+        with errors.at("planner.plan"):
+            settings["plan"] = led.of(arm, way)
     planner: Planner | None = None
     if not errors.found:
         with errors.at("planner"):

@@ -166,6 +166,11 @@ class PlannerTable(Table):
         description="the posture that rmp returns to; the start if absent",
         json_schema_extra=unit("rad or m"),
     )
+    plan: str | None = Field(
+        None,
+        description="a file of `ftqp plan`: the arm starts as it does, and its postures lead the null space; "
+        "scheme is rmp if absent",
+    )
     branch_limits: dict[str, Range] | None = Field(
         None,
         description="ranges inside those of some joints, { joint = [low, high] }, to keep its branch",
@@ -194,3 +199,10 @@ class PlannerTable(Table):
         if self.backend is not None and self.profile is not None:
             raise ValueError("has backend and profile, expected one of them")
         return self
+
+    @model_validator(mode="before")
+    @classmethod
+    def _led_by_plan(cls, given: Any) -> Any:
+        if isinstance(given, dict) and given.get("plan") is not None and "scheme" not in given:
+            return {**given, "scheme": {"name": "rmp"}}
+        return given

@@ -17,6 +17,8 @@ from ftqp.control.planner.fitting import Fitting, warn_of_weight
 from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import converted_tick, measured_tick, mistake, not_a_target
 from ftqp.control.planner.lead import Lead
+from ftqp.control.planner.leading_plan import LeadingPlan
+from ftqp.control.planner.plan_leading import PlanLeading
 from ftqp.control.planner.planner_facts import PlannerFacts
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.probing import probing_of
@@ -73,6 +75,8 @@ class Planner(PlannerFacts):
             that says more. On an arm that follows exactly all three give the same motion.
         noise: How noisy the measurements are; None is unknown.
         detector: Looks for failures that nobody reports, and makes the planner believe them; None is none.
+        plan: One of ``ftqp.analysis.plan`` or ``load_plan``: its postures lead the null space, in the place
+            of ``posture``; the scheme is ``rmp`` unless another is named.
 
     Raises:
         InputError: A parameter is wrong, or two of them exclude each other.
@@ -97,12 +101,13 @@ class Planner(PlannerFacts):
         drive: Drive | str | Mapping[str, Any] = "position",
         noise: Noise | None = None,
         detector: Detector | None = None,
+        plan: LeadingPlan | None = None,
     ) -> None:
         instance("detector", detector, Detector | None, "an ftqp.Detector or None")
         given = self._given = settled(
             robot, dt, level=level, scheme=scheme, task=task, bounds=bounds, backend=backend, posture=posture,
             torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
-            noise=noise,
+            noise=noise, plan=plan,
         )  # fmt: skip
         self.robot = robot = given.robot
         self.dt, self.level, self.task, self.scheme = given.dt, given.level, given.task, given.scheme
@@ -125,19 +130,19 @@ class Planner(PlannerFacts):
         self._at_rest = np.zeros(robot.nv)
         self._ordinary = self._solver.tick("clock"), None if timing else self._solver.direct("clock")
         self._free: FreeJoint | None = None
-        self._degrading: Degrading | None = None
-        if self.task.degrade is not None and self._solver.sizes_may_change:
-            self._degrading = Degrading(self._session, self.task.kept_sets)
-            tick = self._degrading.watched(self._ordinary[0])
-            self._ordinary = tick, None if timing else tick
+        degrades = self.task.degrade is not None and self._solver.sizes_may_change
+        self._degrading = Degrading(self._session, self.task.kept_sets) if degrades else None
+        self._leading = None if given.plan is None else PlanLeading(given.plan, self._session, robot)
         self._vigilance: Vigilance | None = None
         if detector is not None:
             self._vigilance = Vigilance(
                 detector, self._session, robot, self.drive, self.noise, self._loop, self._believe,
                 self._disbelieve, probing_of(self._session, given, detector),
             )  # fmt: skip
-            tick = self._vigilance.watched(self._ordinary[0])
-            self._ordinary = tick, None if timing else tick
+        for part in (self._degrading, self._leading, self._vigilance):
+            if part is not None:
+                tick = part.watched(self._ordinary[0])
+                self._ordinary = tick, None if timing else tick
         self._adopt_belief()
 
     def reset(self, q: Any, v: Any = None) -> None:
@@ -161,6 +166,8 @@ class Planner(PlannerFacts):
         state.v_command[:n] = state.v[:n] = v
         state.a_command[:n] = 0.0
         K.criteria.posture[:n] = q if self.posture is None else self.posture
+        if self._leading is not None:
+            self._leading.begin(q)
         self._loop.forget()
         K.qp.warm = state.ticks = 0
         state.is_reset = 1
@@ -230,7 +237,7 @@ class Planner(PlannerFacts):
         """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
 
         Raises:
-            InputError: A foreign solver, or a task that gives rows up.
+            InputError: A foreign solver, a plan, or a task that gives rows up.
         """
         return WhatIfs(self._session, self.robot, self._given, self._solver, self._reserve, self.faults)
 
@@ -243,8 +250,8 @@ class Planner(PlannerFacts):
         kind = {PathMemory: "path", BaseMemory: "base", JointsMemory: "joints"}[type(leader)]
         refuse(leader=kind, level=self.level, mode=self.task.mode)
         tick = self._solver.tick(kind, *leader.arguments())
-        if self._vigilance is not None:
-            tick = self._vigilance.watched(tick)
+        for part in (self._leading, self._vigilance):
+            tick = tick if part is None else part.watched(tick)
 
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
             if self._free is not None and self._free.leads and isinstance(leader, PathMemory):

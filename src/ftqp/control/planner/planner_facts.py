@@ -2,25 +2,31 @@
 
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.fitting import Fitting
+from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
+from ftqp.control.planner.plan_leading import PlanLeading
 from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.vigilance import Vigilance
 from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.payload import Payload
+from ftqp.model.robot import Robot
 
 
 class PlannerFacts:
     """What a planner believes, has found and has been given, to be read between steps."""
 
+    robot: Robot
     _given: Settings
     _session: Session
     _belief: Belief
     _loop: ArmLoop
     _fitting: Fitting
+    _leading: PlanLeading | None
     _vigilance: Vigilance | None
 
     @property
@@ -90,3 +96,30 @@ class PlannerFacts:
     def findings(self) -> tuple[Finding, ...]:
         """What the detector has found since ``reset`` and the planner acted upon, in order."""
         return () if self._vigilance is None else tuple(self._vigilance.findings)
+
+    @property
+    def plan(self) -> LeadingPlan | None:
+        """What leads the null space; None without one."""
+        return self._given.plan
+
+    @property
+    def plan_time(self) -> float | None:
+        """The time of the plan at which the tip is [s]; None without a plan."""
+        return None if self._leading is None else self._leading.at
+
+    def options(self) -> tuple[Remaining, ...]:
+        """What can still be done of the plan's path with the faults that are believed, least lost first.
+
+        From where the arm is commanded to be: the whole task, fewer of its rows, a part of the path, the way
+        back, and to stop. This takes as long as many steps: call it while the arm is stopped, or from another
+        thread on a planner of its own.
+
+        Raises:
+            InputError: The planner was made without a plan.
+        """
+        if self._leading is None:
+            raise InputError(
+                "this planner follows no plan, so it knows no path to look ahead on; give it plan="
+            )
+        state, n = self._session.K.state, self.robot.nv
+        return self._leading.options(state.q_command[:n].copy(), self.faults)

@@ -12,6 +12,7 @@ from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.accepted_robot import accepted
 from ftqp.control.planner.arm_loop import accepted_drive
 from ftqp.control.planner.filling import LEVELS
+from ftqp.control.planner.leading_plan import LeadingPlan, plan_for
 from ftqp.control.planner.solver.qp_solver import IN_KERNEL, NETWORK
 from ftqp.control.task import bounds as bound_conversions
 from ftqp.control.task import schemes
@@ -51,6 +52,7 @@ class Settings:
         limits_torque: Whether torque limits are rows of the QP.
         dynamic: Whether M and h are needed in every tick, whatever has failed.
         on_demand: Whether torque rows are left out where the command keeps torque limits without them.
+        plan: What leads the null space, or None.
     """
 
     robot: Robot
@@ -69,6 +71,7 @@ class Settings:
     limits_torque: bool
     dynamic: bool
     on_demand: bool
+    plan: LeadingPlan | None
 
 
 def settled(
@@ -86,6 +89,7 @@ def settled(
     branch_limits: Mapping[str | int, Any] | None,
     drive: Drive | str | Mapping[str, Any],
     noise: Noise | None,
+    plan: LeadingPlan | None = None,
 ) -> Settings:
     """The arguments of a ``Planner``, checked in their order; see there.
 
@@ -98,11 +102,12 @@ def settled(
             f"level is {level!r}{nearest(str(level), LEVELS)}, expected one of {', '.join(LEVELS)}"
         )
     robot = accepted(robot)
+    plan = None if plan is None else plan_for(plan, robot)
     robot = robot if branch_limits is None else within_branch(robot, branch_limits)
     dt = positive("dt", dt, "s")
     task = Task() if task is None else task
     instance("task", task, Task, 'an ftqp.Task or None, ftqp.Task(rows="position")')
-    made = schemes.by_name(scheme)
+    made = schemes.by_name(scheme if plan is None or scheme is not None else "rmp")
     intervals = bound_conversions.by_name(bounds)
     instance("emergency", emergency, EmergencyStop | None, "an ftqp.EmergencyStop or None")
     taken, noise = accepted_drive(robot, drive, noise)
@@ -123,6 +128,8 @@ def settled(
         raise InputError(
             f"scheme {made.name!r} needs inertia, which {robot.name} has not; use mvn, man or rmp"
         )
+    if plan is not None:
+        _refuse_plan(made, criterion, posture)
     limits_torque = torque_limits and robot.has_inertia and bool(np.isfinite(robot.limits.tau_max).any())
     other_rows = has_rows_beside_torque(robot.has_inertia)
     return Settings(
@@ -148,4 +155,20 @@ def settled(
             and not other_rows
             and not torque_drive
         ),
+        plan=plan,
     )
+
+
+def _refuse_plan(scheme: Scheme | Resolver, criterion: Any, posture: FloatArray | None) -> None:
+    """Refuse what a plan cannot lead.
+
+    Raises:
+        InputError: The scheme leads to no posture, or a posture is given beside the plan.
+    """
+    if not getattr(criterion, "norm_q", 0.0) > 0.0:
+        raise InputError(
+            f"scheme {scheme.name!r} leads to no posture, so that a plan has no effect on it; use rmp, dlsm "
+            "or a mix with one of them"
+        )
+    if posture is not None:
+        raise InputError("posture and plan both say where the null space leads; leave one of them out")

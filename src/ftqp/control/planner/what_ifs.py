@@ -33,7 +33,7 @@ class WhatIfs:
         frees: Whether the planner believes that a joint swings freely.
 
     Raises:
-        InputError: A foreign solver, a network, a closed form, or a task that may give rows up.
+        InputError: A foreign solver, a network, a closed form, a plan, or a task that may give rows up.
     """
 
     def __init__(
@@ -84,6 +84,8 @@ def _refuse_foreign(given: Settings, solver: Solver) -> None:
             f"this planner is solved by {given.backend!r}, expected the backend 'active_set' and a scheme "
             "with a QP: a batch is compiled as a whole; make a planner with backend='active_set'"
         )
+    if given.plan is not None:
+        raise InputError("this planner follows a plan, which a batch does not; make one without plan=")
     if given.task.degrade is not None:
         raise InputError(
             "the task has degrade, which leaves rows out between ticks; a batch keeps its rows, give a Task "

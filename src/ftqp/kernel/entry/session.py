@@ -14,6 +14,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.compile import load
 from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
 from ftqp.kernel.layout.free_memory import free_dtype
+from ftqp.kernel.layout.plan_memory import plan_dtype
 from ftqp.kernel.layout.record import (
     arm_dtype,
     base_dtype,
@@ -248,6 +249,42 @@ class JointsMemory:
     def arguments(self) -> tuple[Any, ...]:
         """What the entry points take for it."""
         return (self.memory,)
+
+
+class PlanMemory:
+    """The record of a plan that leads the null space.
+
+    Args:
+        q: Joint values, (rows, n) [rad or m], at equal distances of time.
+        tips: Position and rotation of the tip in each row, (rows, 12).
+        spacing: Time between two rows, > 0 [s].
+        length: What weighs a rotation beside a way [m]; 0 leaves rotations out.
+
+    Attributes:
+        memory: The record, (1,).
+        spacing: Time between two rows [s].
+    """
+
+    def __init__(self, q: FloatArray, tips: FloatArray, spacing: float, length: float) -> None:
+        self.memory = np.zeros(1, plan_dtype())
+        self._P: Any = rooms(self.memory)
+        self._kept = q, tips
+        self._P.q_at, self._P.tip_at, self._P.rows = q.ctypes.data, tips.ctypes.data, len(q)
+        self._P.spacing, self._P.length = spacing, length
+        self.spacing = spacing
+
+    @property
+    def at(self) -> float:
+        """Where the tip is, counted in rows."""
+        return float(self._P.at)
+
+    def begin(self, row: int) -> None:
+        """Take a row for the place of the tip, at rest."""
+        self._P.at, self._P.pace, self._P.begun = row, 0.0, 0
+
+    def bind(self, session: Session) -> Call:
+        """What sets the posture of the session's next tick."""
+        return session.bind("follow_plan", self.memory)
 
 
 class ServoMemory:

@@ -50,6 +50,7 @@ ENTRIES: Final = {
         _entry("rollout_8", _ROLLOUT, "i" * 20, nogil=True),
         _entry("rollout_any", _ROLLOUT, "i" * 23, nogil=True),
         _entry("write_target", "ftqp.kernel.entry.target_entry", "iooo"),
+        _entry("follow_plan", "ftqp.kernel.entry.plan_entry", "ii"),
         _entry("detect", _DETECTION, "iioooooo"),
         _entry("detect_log", _DETECTION, "i" * 10, nogil=True),
         _entry("solve_qp", _ALONE, "i"),

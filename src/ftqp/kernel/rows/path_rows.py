@@ -12,6 +12,10 @@ SCALE_WEIGHT = 1e3
 """1 - s costs SCALE_WEIGHT times the largest value of the objective: progress goes before rates ..."""
 SEPARATION = 1e4
 """... but a residual as large as the path's own speed costs SEPARATION times that."""
+PUSH, LEAST_SEPARATION = 1e2, 1e2
+"""... but no less than PUSH times what the scheme gains by waiting, down to this separation."""
+NO_WAY = 1e-7
+"""What is left of a path is not waited for where it is shorter than this [m]."""
 STIFFNESS = 1e-10
 """Compliance of the rows, as a share of the QP's own magnitude."""
 LEAST_WEIGHT = 1e-12
@@ -147,11 +151,29 @@ def _limit_in_bend(K: Any, path: Any) -> float:
 
 
 @jit
+def _gain_of_waiting(K: Any, speed: float) -> float:
+    """What the objective falls by at most, to first order, when s goes from 1 to 0.
+
+    x' makes the joints move by J^+ x', against the slope g of the objective: |x'| |g|/sigma_min. It counts
+    where a scheme draws the joints somewhere, as rmp does: on a slow path it exceeds |x'|^2.
+    """
+    turned, slope, least = K.turned, 0.0, inf
+    for k in range(K.task.m):
+        least = min(least, turned.sigma[k])
+    for column in range(K.faults.working):
+        g = K.qp.g[K.faults.order[column]]
+        slope += g * g
+    return sqrt(speed * slope) / max(least, SINGULAR_FROM * K.task.length)
+
+
+@jit
 def rate_variable(K: Any, path: Any) -> None:
     """The variable s: its interval, and its cost between those of the residual and of the rates.
 
     1/2 w (1 - s)^2 with w = SCALE_WEIGHT times the objective's largest value, or |x'|^2/(SEPARATION soft) if
-    that is less: on a slow path a residual of the path's own speed must not come cheaper than waiting.
+    that is less: on a slow path a residual of the path's own speed must not come cheaper than waiting. Where
+    that in turn is less than PUSH times what the scheme gains by waiting, w is that. The last NO_WAY of a
+    path that comes to rest is not waited for.
     Acceleration level: s is drawn to sigma' + (1 - sigma') dt/RISE; at the end, where nothing waits, to 1.
     """
     limits, state, qp = K.limits, K.state, K.qp
@@ -166,7 +188,11 @@ def rate_variable(K: Any, path: Any) -> None:
     if state.level == ACCELERATION:
         weight *= (RISE / state.dt) ** 2  # s is drawn by the share dt/RISE of 1 - sigma' only
     if speed > 0.0:
-        weight = max(min(weight, speed / (SEPARATION * qp.soft[0])), LEAST_WEIGHT * size)
+        push = PUSH * _gain_of_waiting(K, speed)
+        if state.level == ACCELERATION:
+            push *= RISE / state.dt
+        weight = min(weight, speed / (SEPARATION * qp.soft[0]))
+        weight = max(weight, min(push, speed / (LEAST_SEPARATION * qp.soft[0])), LEAST_WEIGHT * size)
     wanted = 1.0
     if state.level == ACCELERATION and path.progress < path.end:
         wanted = path.rate + (1.0 - path.rate) * min(1.0, state.dt / RISE)
@@ -180,6 +206,9 @@ def rate_variable(K: Any, path: Any) -> None:
     qp.H[n, n] = qp.H_diagonal[n] = weight
     qp.g[n] = -weight * wanted
     qp.lb[n], qp.ub[n] = 0.0, min(path.limit, path.left, path.ahead, in_bend, max(allowed, slowest))
+    pace = sqrt(speed) * (state.dt if state.level == ACCELERATION else 1.0)
+    if pace * (path.end - path.progress) < NO_WAY:
+        qp.lb[n] = max(0.0, qp.ub[n])
     qp.nx = n + 1
 
 

@@ -1,0 +1,112 @@
+"""What remains of a planned path when joints have failed on it: whole, with fewer rows, in part, or back."""
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from ftqp.analysis.survival.continuing import continuation_study
+from ftqp.analysis.survival.task_path import TaskPath, task_path
+from ftqp.control.planner.leading_plan import Remaining
+from ftqp.core.checks import FloatArray
+from ftqp.faults.kinds import Fault, Locked
+from ftqp.kernel.layout.continuation_room import FAILED_JOINTS
+from ftqp.kernel.layout.survival import SURVIVED
+
+FEWER: Final = {"pose": ("axis", "position"), "axis": ("position",)}
+"""What rows of a task are given up for, the least first."""
+WORDS: Final = {
+    "pose": "position and orientation",
+    "axis": "position and the direction of the tool",
+    "position": "position",
+}
+"""Rows in words."""
+SAME_TIME: Final = 1e-9
+"""Samples of a plan are told apart from here on, as a share of their distance."""
+
+
+class _Motion(NamedTuple):
+    """A continuation: whether it gets to the end, its last sample, and the joints on the way."""
+
+    survived: bool
+    last: int
+    q: FloatArray
+
+
+def remaining(task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault]) -> tuple[Remaining, ...]:
+    """What can be done after faults at time ``at`` [s] and joints q, (nv,) [rad or m], least lost first.
+
+    Joints that are locked are looked ahead on, at most two; with any other fault only a stop is known to be
+    possible.
+    Source: zhang2016, section 2.1, extended in docs/zhang2016.md.
+
+    Args:
+        task: The path.
+        q: Where the arm is.
+        at: The time that the tip has reached on the path [s].
+        faults: What has failed.
+    """
+    robot = task.robot
+    begin = min(int(np.floor(at / task.dt + SAME_TIME)), task.N)
+    stand = Remaining(
+        kind="stop", rows="", until=at, q=q[None].copy(), sentence=f"stop and stand at {at:.3g} s of the path"
+    )
+    if any(not isinstance(fault, Locked) for fault in faults) or len(faults) > FAILED_JOINTS:
+        return (stand,)
+    failed = [robot.joint(fault.joint) for fault in faults]
+    own = "axis" if task.axis else "pose" if task.m == 6 else "+".join(task.rows)
+    found = []
+    whole = _continued(task, q, begin, failed)
+    if whole is not None and whole.survived:
+        end = f"go on to the end of the path with {WORDS.get(own, own)}"
+        found.append(Remaining(kind="task", rows=own, until=float(task.t[-1]), q=whole.q, sentence=end))
+    else:
+        for rows in FEWER.get(own, ()):
+            less = task_path(robot, task.goals, rows=rows, dt=task.dt)
+            motion = _continued(less, q, begin, failed)
+            if motion is not None and motion.survived:
+                text = f"go on to the end of the path with {WORDS[rows]} only"
+                found.append(
+                    Remaining(kind="rows", rows=rows, until=float(task.t[-1]), q=motion.q, sentence=text)
+                )
+        if whole is not None and whole.last > begin:
+            time = float(task.t[whole.last])
+            text = f"go on with {WORDS.get(own, own)} up to {time:.3g} s of the path, then stop"
+            found.append(Remaining(kind="until", rows=own, until=time, q=whole.q, sentence=text))
+    found += _retreat(task, q, begin, failed, own)
+    return (*found, stand)
+
+
+def _retreat(task: TaskPath, q: FloatArray, begin: int, failed: list[int], own: str) -> list[Remaining]:
+    """The way back to the begin of the path, or as far as it goes."""
+    if begin == 0:
+        return []
+    back = task_path(task.robot, task.goals[begin::-1], rows=_rows(task), dt=task.dt)
+    motion = _continued(back, q, 0, failed)
+    if motion is None or motion.last == 0:
+        return []
+    time = float(task.t[begin - motion.last])
+    where = "the begin of the path" if motion.survived else f"{time:.3g} s of the path, no farther"
+    return [
+        Remaining(kind="retreat", rows=own, until=time, q=motion.q, sentence=f"go back the way to {where}")
+    ]
+
+
+def _rows(task: TaskPath) -> str | list[str]:
+    return "axis" if task.axis else list(task.rows)
+
+
+def _continued(task: TaskPath, q: FloatArray, begin: int, failed: list[int]) -> _Motion | None:
+    """The continuation from a sample on; None where too few joints are left for the rows."""
+    left = task.robot.nv - len(failed)
+    if left < task.m:
+        return None
+    if begin == task.N:
+        return _Motion(True, begin, q[None].copy())
+    study, bounded = continuation_study(task), left > task.m
+    joints = np.array(failed if failed else [-1], dtype=np.int64)
+    run = study.runs(q[None], [begin], joints[None], bounded=bounded)
+    survived = int(run.status[0]) == SURVIVED
+    last = task.N if survived else max(begin, int(run.sample[0]) - 1)
+    way = study.motion(q, begin, joints, bounded=bounded)
+    return _Motion(survived, last, way[: last - begin + 1])

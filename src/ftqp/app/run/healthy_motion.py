@@ -1,0 +1,83 @@
+"""The task of a scenario on an even time grid, and the motion of its arm while nothing fails."""
+
+import numpy as np
+
+from ftqp.analysis.survival.task_path import TaskPath, task_path
+from ftqp.app.output.console import progress
+from ftqp.app.scenario.setup import Setup
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError, ScenarioError
+from ftqp.sim.loop import MEMORY, Simulation
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.schedule import Schedule
+
+SAMPLES = 400
+"""A path is looked at so often, about."""
+ALONG_TOOL = (0.0, 0.0, 1.0)
+"""The only tool axis that coverage knows."""
+
+
+def task_of(setup: Setup) -> TaskPath:
+    """The scenario's path and rows, sampled at ticks of its planner, some 400 times.
+
+    Args:
+        setup: The scenario.
+
+    Raises:
+        ScenarioError: The base moves, or the tool axis is not the third one.
+    """
+    planner, task = setup.planner, setup.planner.task
+    if setup.world is not None:
+        raise ScenarioError(
+            f"{setup.name} has a base that moves; which failures a path survives is known for a base that "
+            "stands, so take [base] out"
+        )
+    rows: str | list[str] = list(planner.task_rows)
+    if task.rows == "position_axis":
+        if task.axis != ALONG_TOOL:
+            raise ScenarioError(
+                f"{setup.name} has the tool axis {list(task.axis)}, expected [0, 0, 1]: turn the tip by "
+                "[robot.tool]"
+            )
+        rows = "axis"
+    return task_path(setup.robot, setup.path, rows=rows, dt=planner.dt * _ticks_per_sample(setup))
+
+
+def healthy_motion(setup: Setup) -> tuple[TaskPath, FloatArray]:
+    """The task, and the joints on it in a run in which nothing fails, (N + 1, nv) [rad or m].
+
+    Args:
+        setup: The scenario; its faults are left out.
+
+    Raises:
+        ScenarioError: The arm does not get to the end of the path.
+    """
+    task, planner = task_of(setup), setup.planner
+    with progress(f"{setup.name}, healthy", 1.0) as told:
+        ended = Simulation(
+            planner, setup.path, q=setup.q, v=setup.v, schedule=Schedule([]),
+            plant=KinematicPlant(setup.robot, planner.dt), follower=setup.follower,
+            feed_forward=setup.tables.simulation.feed_forward, log=MEMORY,
+            progress=lambda done, total: told(done / total),
+        ).run()  # fmt: skip
+    if ended.interrupted:
+        raise KeyboardInterrupt
+    log = ended.log
+    if log is None or not ended.completed:
+        raise ScenarioError(
+            f"{setup.name} does not get to the end of its path even while nothing fails"
+            + (f": it stopped at {ended.stopped_at:.3g} s" if ended.stopped_at is not None else "")
+            + "; run it with --set faults= to see why"
+        )
+    reached = log["progress"] if "progress" in log else planner.dt * np.arange(len(log))
+    ticks = np.minimum(np.searchsorted(reached, task.t - 0.5 * planner.dt), len(reached) - 1)
+    q: FloatArray = np.ascontiguousarray(log["q"][ticks])
+    return task, q
+
+
+def _ticks_per_sample(setup: Setup) -> int:
+    """Ticks of the planner from sample to sample."""
+    ticks = setup.path.duration / setup.planner.dt
+    if ticks < 1.0:
+        raise InputError(f"the path lasts {setup.path.duration:g} s, less than one tick")
+    return max(1, round(ticks / SAMPLES))

@@ -1,0 +1,79 @@
+"""A plan that leads a planner's null space, and what is left of it after a failure."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final, final
+
+import numpy as np
+
+from ftqp.control.first_use import warm_up
+from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
+from ftqp.core.checks import FloatArray, array
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import Fault
+from ftqp.kernel.entry.session import PlanMemory, Session
+from ftqp.model.robot import Robot
+
+REPEATS: Final = 1e-12
+"""Rows of a plan are at equal distances of time within this share of the last one."""
+
+
+@final
+class PlanLeading:
+    """Draws the null space to a plan: at every tick to the posture that it has where the tip is now.
+
+    The tip says how far the plan has come, not the clock, so a path that waits or is stopped takes the plan
+    with it. Where rows of the plan have the same tip, because the arm moves on the spot, the clock goes on.
+
+    Args:
+        plan: The plan, of this arm.
+        session: The planner's; its criterion needs a term that leads to a posture.
+        robot: The arm.
+
+    Raises:
+        InputError: The plan is not of numbers, or at uneven times.
+
+    Source: docs/theory/following-a-plan.md.
+    """
+
+    def __init__(self, plan: LeadingPlan, session: Session, robot: Robot) -> None:
+        warm_up(("follow_plan",), session.capacity)
+        self.plan, self._robot, self._session = plan, robot, session
+        self._q = np.ascontiguousarray(array("plan.q", plan.q, (len(plan.t), robot.nv), "(N + 1, nv)"))
+        steps = np.diff(plan.t)
+        if not len(steps) or np.ptp(steps) > REPEATS * plan.t[-1] + 1e-9 * steps[0] or steps[0] <= 0.0:
+            raise InputError("plan.t is at uneven times, expected two or more times at equal distances")
+        poses = np.stack([robot.pose(row) for row in self._q])
+        tips = np.concatenate([poses[:, :3, 3], poses[:, :3, :3].reshape(-1, 9)], axis=1)
+        task = session.K.task
+        length = float(task.length) if (task.rows[: task.m] >= 3).any() else 0.0
+        self._memory = PlanMemory(self._q, tips, float(steps[0]), length)
+        self._follow = self._memory.bind(session)
+
+    def begin(self, q: FloatArray) -> None:
+        """Begin at the row of the plan that is nearest to q, (nv,) [rad or m], its first one if several."""
+        away = np.abs(self._q - q).max(axis=1)
+        self._memory.begin(int(np.argmin(away)))
+        self._follow()
+
+    @property
+    def at(self) -> float:
+        """The time of the plan at which the tip is [s]."""
+        return self._memory.at * self._memory.spacing
+
+    def watched(self, tick: Callable[..., int]) -> Callable[..., int]:
+        """A tick before which the posture is set.
+
+        Args:
+            tick: From its inputs to a status or mistake.
+        """
+        follow = self._follow
+
+        def watched(*inputs: Any) -> int:
+            follow()
+            return tick(*inputs)
+
+        return watched
+
+    def options(self, q: FloatArray, faults: Mapping[str, Fault]) -> tuple[Remaining, ...]:
+        """What can still be done from joints q, (nv,) [rad or m], with these faults, least lost first."""
+        return self.plan.remaining(q, self.at, tuple(faults.values()))

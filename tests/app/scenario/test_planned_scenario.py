@@ -1,0 +1,80 @@
+"""A scenario led by a plan begins where the plan does, goes its way, and refuses plans of something else."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import ftqp
+from ftqp.app.commands.cli import app
+from ftqp.app.run import runs
+from ftqp.app.run.healthy_motion import healthy_motion, task_of
+from ftqp.app.scenario.setup import load
+from ftqp.core.errors import ScenarioError
+
+LINE = "planar3-line"
+
+
+@pytest.fixture(scope="module")
+def plan_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    setup = load(LINE, ["faults="])
+    knobs = ftqp.analysis.PlanSettings(waypoints=40, spacing=0.1)
+    file = tmp_path_factory.mktemp("plans") / "line.npz"
+    ftqp.analysis.plan(setup.robot, task_of(setup), settings=knobs).save(file)
+    return file
+
+
+def test_a_lock_that_ends_the_motion_of_least_speed_is_survived_on_the_plan(
+    plan_file: Path, tmp_path: Path
+) -> None:
+    without = runs.run(load(LINE), tmp_path / "without").summary
+    planned = load(LINE, plan=plan_file)
+    assert np.array_equal(planned.q, ftqp.analysis.load_plan(plan_file).q[0])
+    led = runs.run(planned, tmp_path / "with").summary
+    assert not without["completed"]
+    assert led["completed"] and led["max_position_error"] < 1e-3
+
+
+def test_the_healthy_run_on_a_plan_is_the_plan(plan_file: Path) -> None:
+    setup = load(LINE, ["faults="], plan=plan_file)
+    task, q = healthy_motion(setup)
+    plan = ftqp.analysis.load_plan(plan_file, setup.robot, task)
+    assert np.abs(q - plan.q).max() < 0.01
+    poses = np.stack([setup.robot.pose(row) for row in q])
+    assert np.abs(poses[:, :2, 3] - task.goals[:, :2, 3]).max() < 1e-4
+
+
+def test_the_resolved_scenario_names_its_plan_and_a_scheme_that_it_can_lead(plan_file: Path) -> None:
+    setup = load("zhang7-short", ["planner.dt=0.01"])
+    assert setup.planner.scheme.name == "mvn"
+    again = load(LINE, ["planner.scheme="], plan=plan_file)
+    assert again.planner.scheme.name == "rmp"
+    assert again.content["planner"]["plan"] == str(plan_file)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "overrides", "said"),
+    [
+        ("panda-y-line", [], "the plan is for another robot"),
+        (LINE, ["path.duration=5.0"], "the plan is for another path"),
+        (LINE, ["planner.scheme=mvn"], "leads to no posture"),
+    ],
+)
+def test_a_plan_of_something_else_is_refused(
+    plan_file: Path, scenario: str, overrides: list[str], said: str
+) -> None:
+    with pytest.raises(ScenarioError) as raised:
+        load(scenario, overrides, plan=plan_file)
+    assert any(said in error for error in raised.value.errors)
+
+
+def test_run_takes_a_plan_and_says_in_a_sentence_that_there_is_none(plan_file: Path, tmp_path: Path) -> None:
+    runner = CliRunner()
+    done = runner.invoke(app, ["run", LINE, "--plan", str(plan_file), "--out", str(tmp_path / "a"), "--json"])
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)["completed"]
+    missing = runner.invoke(app, ["run", LINE, "--plan", "no.npz", "--out", str(tmp_path / "b")])
+    assert missing.exit_code == 2 and "does not exist" in missing.output
+    assert not (tmp_path / "b").exists()

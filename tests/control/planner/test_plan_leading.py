@@ -1,0 +1,192 @@
+"""A plan leads the null space from where the tip is, at both levels, whoever leads the tip."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.core.errors import InputError
+
+DT, DURATION, ROWS = 2e-3, 2.0, 100
+Q0 = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
+
+
+@dataclass
+class MadePlan:
+    """A plan of rows that a test has made."""
+
+    q: np.ndarray
+    t: np.ndarray
+    asked: list = field(default_factory=list)
+
+    def of(self, robot):
+        if robot.name != "panda":
+            raise InputError("another arm")
+        return self
+
+    def remaining(self, q, at, faults):
+        self.asked.append((q, at, faults))
+        return ()
+
+
+@pytest.fixture(scope="module")
+def panda():
+    return ftqp.robots.load("panda")
+
+
+def turned(robot, q, angle):
+    """The arm moved along its self-motion by so much of its own direction."""
+    u = np.linalg.svd(robot.jacobian(q))[2][-1]
+    return q + angle * u * np.sign(np.linalg.det(np.vstack([u, robot.jacobian(q)])))
+
+
+def onto(robot, q, pose):
+    """Newton's method to a pose with plain numpy."""
+    for _ in range(10):
+        now = robot.pose(q)
+        turn = 0.5 * sum(np.cross(now[:3, i], pose[:3, i]) for i in range(3))
+        q = q + np.linalg.pinv(robot.jacobian(q)) @ np.r_[pose[:3, 3] - now[:3, 3], turn]
+    return q
+
+
+def made(robot, path, theta=0.3, t=None):
+    """A plan on a path, with a self-motion of theta rad/s on the way that rests at both ends."""
+    t = np.linspace(0.0, path.duration, ROWS + 1) if t is None else t
+    q, rows = Q0.copy(), [Q0.copy()]
+    for before, pose in zip(t, path.sample(t[1:]).pose, strict=False):
+        swing = np.sin(np.pi * before / path.duration) ** 2
+        q = onto(robot, turned(robot, q, theta * swing * (t[1] - t[0])), pose)
+        rows.append(q)
+    return MadePlan(np.array(rows), t)
+
+
+def at(plan, time):
+    """The plan's posture at a time, between rows by straight lines."""
+    return np.array([np.interp(time, plan.t, column) for column in plan.q.T])
+
+
+@pytest.mark.parametrize("level", ["velocity", "acceleration"])
+def test_the_joints_are_where_the_plan_has_them_all_the_way(panda, level):
+    path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
+    plan = made(panda, path)
+    assert np.abs(plan.q[-1] - made(panda, path, 0.0).q[-1]).max() > 0.1  # another way than least norm
+    planner = ftqp.Planner(panda, dt=DT, level=level, plan=plan)
+    planner.reset(Q0)
+    q, v, worst = Q0, np.zeros(7), 0.0
+    times = np.arange(int(DURATION / DT)) * DT
+    found = path.sample(times)
+    for k, time in enumerate(times):
+        step = planner.step(q, v, ftqp.Target(found.pose[k], None, found.twist[k], found.acceleration[k]))
+        assert step.status is ftqp.StepStatus.OK
+        q, v = step.q.copy(), step.v.copy()
+        worst = max(worst, np.abs(q - at(plan, time + DT)).max())
+    assert worst < 3e-3
+    assert planner.plan_time == pytest.approx(DURATION, abs=0.05)
+
+
+def test_a_path_that_is_slowed_down_and_stopped_takes_the_plan_with_it(panda):
+    path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
+    plan = made(panda, path)
+    planner = ftqp.Planner(panda, dt=DT, level="velocity", plan=plan, task=ftqp.Task(mode="scaled"))
+    follower = ftqp.PathFollower(planner, path)
+    follower.reset(Q0)
+    q, v = Q0, np.zeros(7)
+    for k in range(4 * int(DURATION / DT)):
+        planner.speed = 0.3 if 200 < k < 1500 else 1.0
+        if k == 600:
+            planner.stop()
+        if k == 800:
+            assert planner.resume()
+        step = follower.step(q, v)
+        q, v = step.q.copy(), step.v.copy()
+        assert np.abs(q - at(plan, follower.progress)).max() < 0.01
+    assert follower.status is ftqp.PathStatus.DONE
+    assert planner.plan_time == pytest.approx(DURATION, abs=0.05)
+
+
+def test_a_way_there_and_back_is_not_taken_back_to_its_begin(panda):
+    there = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
+    t = np.linspace(0.0, DURATION, ROWS + 1)
+    poses = there.sample(t).pose
+    poses = np.concatenate([poses, poses[-2::-1]])
+    rows = [Q0]
+    for k, pose in enumerate(poses[1:]):
+        rows.append(onto(panda, turned(panda, rows[-1], 0.002 * np.sin(np.pi * k / 200) ** 2), pose))
+    plan = MadePlan(np.array(rows), np.linspace(0.0, 2 * DURATION, 2 * ROWS + 1))
+    planner = ftqp.Planner(panda, dt=DT, level="velocity", plan=plan)
+    planner.reset(Q0)
+    q, v = Q0, np.zeros(7)
+    for k in range(int(2 * DURATION / DT)):
+        time = k * DT
+        found = there.sample(np.array([min(time, 2 * DURATION - time)]))
+        way = 1.0 if time < DURATION else -1.0
+        step = planner.step(q, v, ftqp.Target(found.pose[0], twist=way * found.twist[0]))
+        q, v = step.q.copy(), step.v.copy()
+        assert np.abs(planner.plan_time - time) < 0.1
+    assert np.abs(q - plan.q[-1]).max() < 0.01
+    assert np.abs(q - Q0).max() > 0.05
+
+
+def test_where_the_tip_stands_the_plan_goes_on_by_the_clock(panda):
+    pose = panda.pose(Q0)
+    plan = made(panda, ftqp.paths.Hold(pose, duration=DURATION))
+    planner = ftqp.Planner(panda, dt=DT, level="acceleration", plan=plan)
+    planner.reset(Q0)
+    q, v = Q0, np.zeros(7)
+    for k in range(int(DURATION / DT)):
+        step = planner.step(q, v, ftqp.Target(pose))
+        q, v = step.q.copy(), step.v.copy()
+        assert np.abs(q - at(plan, k * DT)).max() < 0.02
+        assert np.linalg.norm(panda.pose(q)[:3, 3] - pose[:3, 3]) < 1e-5
+    assert np.abs(plan.q[-1] - Q0).max() > 0.1
+
+
+def test_a_start_off_the_plan_is_drawn_onto_it(panda):
+    path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
+    plan = made(panda, path)
+    away = onto(panda, turned(panda, Q0, 0.2), path.start)
+    planner = ftqp.Planner(panda, dt=DT, level="velocity", plan=plan)
+    planner.reset(away)
+    q, v = away, np.zeros(7)
+    for k in range(int(DURATION / DT)):
+        step = planner.step(q, v, ftqp.Target(path.sample(np.array([k * DT])).pose[0]))
+        q, v = step.q.copy(), step.v.copy()
+    assert np.abs(away - Q0).max() > 0.08
+    assert np.abs(q - plan.q[-1]).max() < 5e-3
+
+
+def test_options_are_asked_of_the_plan_at_the_time_reached_with_the_faults_believed(panda):
+    path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
+    plan = made(panda, path)
+    planner = ftqp.Planner(panda, dt=DT, plan=plan)
+    planner.reset(plan.q[50])
+    planner.report(ftqp.Locked("panda_joint4"))
+    assert planner.options() == ()
+    ((q, time, faults),) = plan.asked
+    assert np.array_equal(q, plan.q[50])
+    assert time == pytest.approx(plan.t[50])
+    assert faults == (ftqp.Locked("panda_joint4"),)
+
+
+def test_what_a_plan_cannot_lead_is_refused(panda):
+    path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
+    plan = made(panda, path)
+    with pytest.raises(InputError, match="'mvn' leads to no posture"):
+        ftqp.Planner(panda, plan=plan, scheme="mvn")
+    with pytest.raises(InputError, match="'pseudoinverse' leads to no posture"):
+        ftqp.Planner(panda, plan=plan, scheme="pseudoinverse", level="velocity")
+    with pytest.raises(InputError, match="posture and plan both say"):
+        ftqp.Planner(panda, plan=plan, posture=Q0)
+    with pytest.raises(InputError, match="another arm"):
+        ftqp.Planner(ftqp.robots.load("iiwa14"), plan=plan)
+    with pytest.raises(InputError, match=r"expected one of ftqp\.analysis\.plan"):
+        ftqp.Planner(panda, plan=plan.q)
+    with pytest.raises(InputError, match="uneven times"):
+        ftqp.Planner(panda, plan=MadePlan(plan.q, plan.t**2))
+    with pytest.raises(InputError, match=r"plan\.q"):
+        ftqp.Planner(panda, plan=MadePlan(plan.q[:, :6], plan.t))
+    with pytest.raises(InputError, match="follows a plan"):
+        ftqp.Planner(panda, plan=plan).what_ifs()
+    with pytest.raises(InputError, match="follows no plan"):
+        ftqp.Planner(panda).options()
