@@ -1,4 +1,4 @@
-"""The command line: ``demo, run, compare, check, inspect, converge, calibrate, workspace``, and more."""
+"""The command line: ``ftqp demo, run, replay, compare, check, inspect``, analyses, tables."""
 
 import sys
 from pathlib import Path
@@ -7,6 +7,8 @@ from typing import Annotated
 import typer
 
 from ftqp import __version__
+from ftqp.app.commands.analyses import ANALYSES
+from ftqp.app.commands.options import Backend, Json, Out, Overrides, PlanFile, Scheme, Source
 from ftqp.app.output.console import ExitCode, command, say, tell, tell_json, tell_table
 from ftqp.app.scenario import document
 from ftqp.core.clock import now
@@ -20,34 +22,6 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.")]
-Source = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="A scenario file, or the name of a bundled one.")
-]
-Overrides = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set", metavar="A.B=VALUE", help="Replace a value of the scenario (A.B= takes it out); repeatable."
-    ),
-]
-Backend = Annotated[
-    str | None, typer.Option(metavar="NAME", help="QP backend or profile file, in place of the scenario's.")
-]
-Scheme = Annotated[str | None, typer.Option(metavar="NAME", help="Scheme, in place of the scenario's.")]
-Out = Annotated[
-    Path | None, typer.Option(metavar="DIR", help="Folder to make; runs/<scenario>-<time> if left out.")
-]
-
-PlanFile = Annotated[
-    Path | None, typer.Option("--plan", metavar="FILE", help="A trajectory, made by ftqp plan -o FILE.")
-]
-Jobs = Annotated[
-    int | None, typer.Option(metavar="N", help="Processes; all cores if left out and the work is long.")
-]
-Dask = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="Compute on the workers of this Dask scheduler.")
-]
 
 
 def main() -> None:
@@ -263,62 +237,8 @@ def inspect(
     return inspection.inspect(source, tip, held, folder, as_json=as_json, survival=survival)
 
 
-@app.command(epilog="Example: ftqp converge planar3-unidentified --set faults.0.at=2.0")
-@command
-def converge(
-    scenario: Source, overrides: Overrides = None, out: Out = None, as_json: Json = False
-) -> ExitCode:
-    """Explain where an arm ends up that does not know of its locked joint, and why."""
-    from ftqp.app.commands import convergence
-    from ftqp.app.run.runs import free_folder
-    from ftqp.app.scenario.setup import load
-
-    folder = free_folder(out, f"converge-{Path(scenario).stem}")
-    return convergence.converge(load(scenario, overrides or ()), folder, as_json=as_json)
-
-
-@app.command(epilog="Example: ftqp calibrate runs/healthy-1 runs/healthy-2 --alarms 30 --out healthy.json")
-@command
-def calibrate(
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of runs of the healthy arm.")],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The calibration to make.")],
-    alarms: Annotated[float, typer.Option(metavar="RATE", help="Wanted false alarms an hour.")] = 0.1,
-    extrapolate: Annotated[
-        bool, typer.Option("--extrapolate", help="Allow a rate that the runs are too short to show.")
-    ] = False,
-    as_json: Json = False,
-) -> ExitCode:
-    """Learn a detector's thresholds, noise and friction from runs of the healthy arm."""
-    from ftqp.app.commands import calibration
-
-    return calibration.calibrate(runs, out, alarms=alarms, extrapolate=extrapolate, as_json=as_json)
-
-
-@app.command(epilog="Example: ftqp workspace planar3-map --out runs/map --jobs 2")
-@command
-def workspace(
-    study: Annotated[
-        str | None, typer.Argument(metavar="[STUDY]", help="A study's file, or the name of a bundled one.")
-    ] = None,
-    overrides: Overrides = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder to make, or one with this study's results to go on with."),
-    ] = None,
-    jobs: Jobs = None,
-    dask: Dask = None,
-    as_json: Json = False,
-) -> ExitCode:
-    """Map which starts are safe if a joint locks and nobody notices; without a study, list the bundled."""
-    if study is None:
-        if as_json:
-            tell_json({"studies": document.bundled("study")})
-        else:
-            tell_table("Bundled studies", ("name", "story"), document.bundled("study").items())
-        return ExitCode.DONE
-    from ftqp.app.commands.mapping import map_workspace
-
-    return map_workspace(study, overrides or (), out, jobs=jobs, dask=dask, as_json=as_json)
+for analysis, example in ANALYSES.items():
+    app.command(epilog=example)(command(analysis))
 
 
 @app.command(epilog="Example: ftqp robots --json")

@@ -229,10 +229,6 @@ class Planner(PlannerFacts):
             raise not_a_target(target)
         return self._led(self._tick, q, v, (target.packed, target.row), tau, tip)
 
-    def session(self) -> Session:
-        """A copy of all that the planner knows, for studies of what is in it."""
-        return self._session.copy()
-
     def what_ifs(self) -> WhatIfs:
         """What other arms like this one would begin with, for ``ftqp.batch``; nothing here changes.
 
@@ -261,10 +257,6 @@ class Planner(PlannerFacts):
             return self._led(tick, q, v, target, tau, tip)
 
         return Lead(step, self._session, leader)
-
-    def view(self) -> PlannerView:
-        """The planner's own state and belief, to be read: for what is built around it."""
-        return PlannerView(self._session, self.robot)
 
     def blocks(self) -> Blocks | None:
         """The planner's ticks in closed loop without Python between them, for simulations.

@@ -4,6 +4,7 @@ from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.fitting import Fitting
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
 from ftqp.control.planner.plan_leading import PlanLeading
+from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.vigilance import Vigilance
 from ftqp.core.checks import FloatArray
@@ -96,6 +97,14 @@ class PlannerFacts:
     def findings(self) -> tuple[Finding, ...]:
         """What the detector has found since ``reset`` and the planner acted upon, in order."""
         return () if self._vigilance is None else tuple(self._vigilance.findings)
+
+    def view(self) -> PlannerView:
+        """The planner's own state and belief, to be read: for what is built around it."""
+        return PlannerView(self._session, self.robot)
+
+    def session(self) -> Session:
+        """A copy of all that the planner knows, for studies of what is in it."""
+        return self._session.copy()
 
     @property
     def plan(self) -> LeadingPlan | None:

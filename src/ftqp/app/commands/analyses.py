@@ -1,0 +1,149 @@
+"""The commands that look ahead: ``ftqp converge, workspace, calibrate, coverage, plan``."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ftqp.app.commands.options import Dask, Jobs, Json, Out, Overrides, PlanFile, Source
+from ftqp.app.output.console import ExitCode, tell_json, tell_table
+from ftqp.app.scenario import document
+
+
+def converge(
+    scenario: Source, overrides: Overrides = None, out: Out = None, as_json: Json = False
+) -> ExitCode:
+    """Explain where an arm ends up that does not know of its locked joint, and why."""
+    from ftqp.app.commands import convergence
+    from ftqp.app.run.runs import free_folder
+    from ftqp.app.scenario.setup import load
+
+    folder = free_folder(out, f"converge-{Path(scenario).stem}")
+    return convergence.converge(load(scenario, overrides or ()), folder, as_json=as_json)
+
+
+def workspace(
+    study: Annotated[
+        str | None, typer.Argument(metavar="[STUDY]", help="A study's file, or the name of a bundled one.")
+    ] = None,
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder to make, or one with this study's results to go on with."),
+    ] = None,
+    jobs: Jobs = None,
+    dask: Dask = None,
+    as_json: Json = False,
+) -> ExitCode:
+    """Map which starts are safe if a joint locks and nobody notices; without a study, list the bundled."""
+    if study is None:
+        if as_json:
+            tell_json({"studies": document.bundled("study")})
+        else:
+            tell_table("Bundled studies", ("name", "story"), document.bundled("study").items())
+        return ExitCode.DONE
+    from ftqp.app.commands.mapping import map_workspace
+
+    return map_workspace(study, overrides or (), out, jobs=jobs, dask=dask, as_json=as_json)
+
+
+def calibrate(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of runs of the healthy arm.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The calibration to make.")],
+    alarms: Annotated[float, typer.Option(metavar="RATE", help="Wanted false alarms an hour.")] = 0.1,
+    extrapolate: Annotated[
+        bool, typer.Option("--extrapolate", help="Allow a rate that the runs are too short to show.")
+    ] = False,
+    as_json: Json = False,
+) -> ExitCode:
+    """Learn a detector's thresholds, noise and friction from runs of the healthy arm."""
+    from ftqp.app.commands import calibration
+
+    return calibration.calibrate(runs, out, alarms=alarms, extrapolate=extrapolate, as_json=as_json)
+
+
+def coverage(
+    scenario: Source,
+    plan: PlanFile = None,
+    stride: Annotated[int, typer.Option(metavar="N", help="Look at every so-many-th sample.")] = 4,
+    lock: Annotated[
+        str, typer.Option(metavar="HOW", help="instant, or ramp: the joint brakes first.")
+    ] = "instant",
+    fault: Annotated[
+        str, typer.Option(metavar="KIND", help="locked, or degraded: half its speed is left.")
+    ] = "locked",
+    rows: Annotated[
+        str | None,
+        typer.Option(metavar="ROWS", help="What is kept after a failure: axis or position; all if left out."),
+    ] = None,
+    pairs: Annotated[bool, typer.Option("--pairs", help="Two joints fail together.")] = False,
+    bound: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Look at so many samples how many joints any posture can do without."),
+    ] = None,
+    mtbf: Annotated[
+        str | None,
+        typer.Option(metavar="HOURS", help="Mean time between failures of a joint, or joint=hours,..."),
+    ] = None,
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder to make; runs/coverage-<scenario>-<time> if left out."),
+    ] = None,
+    as_json: Json = False,
+) -> ExitCode:
+    """Say which failures a motion survives, each joint at each instant; writes a page and pictures."""
+    from ftqp.app.commands.covering import cover
+
+    settings = {"stride": stride, "lock": lock, "fault": fault, "rows": rows, "upper_bound": bound}
+    settings |= {"joints": "pairs"} if pairs else {}
+    return cover(scenario, overrides or (), plan, out, settings=settings, mtbf=mtbf, as_json=as_json)
+
+
+def plan(
+    scenario: Source,
+    file: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="A new .npz file.")],
+    method: Annotated[
+        str,
+        typer.Option(metavar="NAME", help="dp, spline, gradient or constant: how joints to spare are used."),
+    ] = "dp",
+    start: Annotated[
+        str, typer.Option(metavar="WHERE", help="free: the best start posture; given: the scenario's.")
+    ] = "free",
+    optimise: Annotated[
+        str | None, typer.Option(metavar="A,B", help="What may move beside the start: yaw of the tool, base.")
+    ] = None,
+    waypoints: Annotated[int | None, typer.Option(metavar="N", help="Of dp: parts of the path.")] = None,
+    spacing: Annotated[
+        float | None, typer.Option(metavar="RAD", help="Of dp: arc length between postures.")
+    ] = None,
+    stride: Annotated[int | None, typer.Option(metavar="N", help="Verify every so-many-th sample.")] = None,
+    seed: Annotated[int, typer.Option(metavar="K", help="Of random starts.")] = 0,
+    overrides: Overrides = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder to make for page and pictures.")
+    ] = None,
+    as_json: Json = False,
+) -> ExitCode:
+    """Find a motion along the path that survives more failures; `ftqp run --plan FILE` runs it."""
+    from ftqp.app.commands.planning import make_plan
+    from ftqp.app.run.runs import free_folder
+
+    folder = None if report is None else free_folder(report, "plan")
+    given = {"waypoints": waypoints, "spacing": spacing, "stride": stride}
+    knobs = {name: value for name, value in given.items() if value is not None}
+    return make_plan(
+        scenario, overrides or (), file, folder, method=method, start=start, optimise=optimise, seed=seed,
+        knobs=knobs, as_json=as_json,
+    )  # fmt: skip
+
+
+ANALYSES: dict[Callable[..., ExitCode], str] = {
+    calibrate: "Example: ftqp calibrate runs/healthy-1 runs/healthy-2 --alarms 30 --out healthy.json",
+    converge: "Example: ftqp converge planar3-unidentified --set faults.0.at=2.0",
+    workspace: "Example: ftqp workspace planar3-map --out runs/map --jobs 2",
+    coverage: "Example: ftqp coverage panda-y-line --plan plan.npz --out runs/coverage",
+    plan: "Example: ftqp plan panda-y-line -o plan.npz --report runs/plan",
+}
+"""Each command with an example of it."""

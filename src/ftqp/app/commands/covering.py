@@ -1,0 +1,232 @@
+"""``ftqp coverage``: which failures a motion survives, in numbers, pictures and a page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from ftqp.analysis import CoverageReport, coverage
+from ftqp.analysis.planning.fault_plan import Plan
+from ftqp.analysis.survival.coverage_report import SENTENCES
+from ftqp.analysis.survival.task_path import TaskPath
+from ftqp.app.commands.coverage_page import PAGE, sentences, write_page
+from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
+from ftqp.app.run.healthy_motion import healthy_motion
+from ftqp.app.run.runs import SUMMARY, free_folder, write
+from ftqp.app.scenario.setup import load
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError, MissingPackage
+from ftqp.kernel.layout.survival import Survival
+from ftqp.model.chain import frame_id
+from ftqp.model.posture import places
+
+HEAT_MAP, MOTION = "coverage.png", "motion.png"
+INSTANTS: Final = 5
+"""So often the arm is drawn on its way."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Subject:
+    """A motion whose coverage is told.
+
+    Attributes:
+        name: Of the scenario.
+        title: Which motion it is, in words.
+        task: The path on its time grid.
+        q: The joints on it, (N + 1, nv) [rad or m].
+    """
+
+    name: str
+    title: str
+    task: TaskPath
+    q: FloatArray
+
+
+def cover(
+    source: str,
+    overrides: Sequence[str],
+    plan: Path | None,
+    out: Path | None,
+    *,
+    settings: dict[str, Any],
+    mtbf: str | None,
+    as_json: bool,
+) -> ExitCode:
+    """Verify every pair of joint and instant of a scenario's motion, and say what is survived.
+
+    Args:
+        source: A scenario's file, or the name of a bundled one; its faults do not count.
+        overrides: ``a.b=value`` each.
+        plan: A plan whose motion it is; None is that of the scenario while nothing fails.
+        out: The folder to make.
+        settings: Further arguments of ``ftqp.analysis.coverage``.
+        mtbf: Mean time between failures, hours for each joint alike or joint=hours with commas; None is
+            unknown.
+        as_json: Whether the facts are printed as JSON.
+
+    Raises:
+        InputError: A setting is wrong, or the folder cannot be made.
+    """
+    setup = load(source, [*overrides, "faults="], plan=plan)
+    folder = free_folder(out, f"coverage-{setup.name}")
+    led = setup.planner.plan
+    if isinstance(led, Plan):
+        found = Subject(name=setup.name, title=f"the plan by {led.method}", task=led.task, q=led.q)
+    else:
+        task, q = healthy_motion(setup)
+        found = Subject(name=setup.name, title="the scenario's own motion", task=task, q=q)
+    rep = coverage(setup.robot, found.task, found.q, **settings)
+    facts = facts_of(found, rep)
+    if mtbf is not None:
+        facts["mission"] = _mission(rep, mtbf)
+    facts |= report(found, rep, facts, folder)
+    if as_json:
+        tell_json(facts)
+    else:
+        tell_facts(facts)
+        tell(f"  files: {folder}; read {folder / PAGE}")
+    return ExitCode.DONE
+
+
+def facts_of(found: Subject, rep: CoverageReport) -> dict[str, Any]:
+    """What is printed and kept of a report.
+
+    Args:
+        found: The motion.
+        rep: Its report.
+    """
+    best, turned = rep.best_effort()
+    lost = ~rep.survived
+    median, high = rep.jump_quantiles()
+    shares = rep.per_joint
+    return {
+        "scenario": found.name,
+        "motion": found.title,
+        "robot": rep.task.robot.name,
+        "rows": list(rep.task.rows),
+        "samples": rep.task.N + 1,
+        "instants": len(rep.samples),
+        "pairs": int(rep.status.size),
+        "fault": rep.fault,
+        "lock": rep.lock,
+        "coverage": rep.coverage,
+        "per_joint": shares,
+        "structural": list(rep.structural),
+        "counts": {verdict.name: count for verdict, count in rep.counts.items() if count},
+        "first_safe": rep.first_safe,
+        "worst_error": list(rep.worst_error),
+        "worst_best_effort": [float(best[lost].max()), float(turned[lost].max())] if lost.any() else None,
+        "least_margin": rep.least_margin,
+        "velocity_jump": [median, high],
+        "least_manipulability": dict(zip(rep.names, rep.least_manipulability.tolist(), strict=True)),
+        "sign_changes": dict(zip(rep.names, rep.sign_changes.tolist(), strict=True)),
+        "energy": rep.energy,
+        "upper_bound": None if rep.upper_bound is None else rep.upper_bound.tolist(),
+        "reasons": {name: _reason(rep, row) for row, name in enumerate(shares)},
+        "best_effort": {name: _worst(best[row]) for row, name in enumerate(shares)},
+    }
+
+
+def _reason(rep: CoverageReport, row: int) -> str | None:
+    """What most often ends the path after this failure; None where nothing does."""
+    verdicts = rep.status[row][rep.status[row] != Survival.SURVIVED]
+    if not len(verdicts):
+        return None
+    return SENTENCES[Survival(int(np.bincount(verdicts).argmax()))]
+
+
+def _worst(errors: FloatArray) -> float | None:
+    """The largest of the errors that are known [m]."""
+    known = errors[~np.isnan(errors)]
+    return float(known.max()) if len(known) else None
+
+
+def _mission(rep: CoverageReport, text: str) -> dict[str, float]:
+    """The probability that the task is finished, from mean times between failures.
+
+    Raises:
+        InputError: The text is neither a number nor joint=number with commas.
+    """
+    hours: dict[str | int, float] = {}
+    try:
+        if "=" not in text:
+            hours = dict.fromkeys(rep.task.robot.joints, float(text))
+        else:
+            for part in text.split(","):
+                joint, _, value = part.partition("=")
+                hours[joint.strip()] = float(value)
+    except ValueError as error:
+        raise InputError(
+            f"--mtbf is {text!r}, expected hours, or joint=hours with commas, such as {rep.names[0]}=2e4"
+        ) from error
+    found = rep.mission_survival(hours)
+    return {"low": found.low, "likely": found.likely, "high": found.high, "without": found.without,
+            "coverage": found.coverage}  # fmt: skip
+
+
+def report(found: Subject, rep: CoverageReport, facts: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Write summary, pictures and page into a new folder; where they are.
+
+    Args:
+        found: The motion.
+        rep: Its report.
+        facts: As ``facts_of`` gives them, or more.
+        folder: The folder to make.
+
+    Raises:
+        InputError: The folder cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True)
+    except OSError as error:
+        raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+    made: dict[str, Any] = {"folder": str(folder), "figures": [], "page": None}
+    write(folder / SUMMARY, json_text(facts | made))
+    try:
+        figures = [rep.figure(folder / HEAT_MAP), _motion(found, folder / MOTION)]
+    except MissingPackage as error:
+        say(f"note: {error}")
+        return made
+    made |= {"figures": [str(file) for file in figures], "page": str(folder / PAGE)}
+    write_page(folder, facts, figures)
+    write(folder / SUMMARY, json_text(facts | made))
+    return made
+
+
+def _motion(found: Subject, file: Path) -> Path:
+    """The picture of the motion."""
+    from ftqp.viz.figures.motion_picture import draw_motion
+
+    robot, q = found.task.robot, found.q
+    tip = frame_id(robot.model, robot.tip)
+    at = np.linspace(0, len(q) - 1, INSTANTS).round().astype(int)
+    arms = np.stack([places(robot.model, tip, robot.configuration(row))[0] for row in q[at]])
+    arms = np.concatenate([np.zeros((len(arms), 1, 3)), arms], axis=1)
+    way = np.stack([robot.pose(row)[:3, 3] for row in q])
+    limits = np.column_stack([robot.limits.q_min, robot.limits.q_max])
+    title = f"{found.name}: {found.title}"
+    return draw_motion(file, title, robot.joints, found.task.t, q, limits, arms, way)
+
+
+def tell_facts(facts: dict[str, Any]) -> None:
+    """The facts for a person."""
+    rows = [
+        (
+            name,
+            f"{100.0 * share:.1f}",
+            "-" if facts["best_effort"][name] is None else f"{1e3 * facts['best_effort'][name]:.3g}",
+            facts["reasons"][name] or "",
+        )
+        for name, share in facts["per_joint"].items()
+    ]
+    share = 100.0 * facts["coverage"]
+    tell_table(
+        f"{facts['scenario']}, {facts['motion']}: {share:.1f} % of {facts['pairs']} failures survived",
+        ("joint", "survived [%]", "else off by [mm]", "what most often ends the path"),
+        rows,
+        numbers=("survived [%]", "else off by [mm]"),
+    )
+    for line in sentences(facts):
+        tell(f"  {line}")

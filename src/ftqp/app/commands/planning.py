@@ -1,0 +1,121 @@
+"""``ftqp plan``: a trajectory along a scenario's path that survives more failures, and what it gains."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ftqp.analysis import Plan, PlanSettings, coverage, plan
+from ftqp.analysis.survival.task_path import TaskPath
+from ftqp.app.commands import covering
+from ftqp.app.output.console import ExitCode, progress, tell, tell_json
+from ftqp.app.run.healthy_motion import task_of
+from ftqp.app.scenario.setup import load
+from ftqp.core.errors import InputError
+
+STARTS = ("free", "given")
+"""Where a plan begins: anywhere on the first self-motions, or where the scenario does."""
+
+
+def make_plan(
+    source: str,
+    overrides: Sequence[str],
+    file: Path,
+    folder: Path | None,
+    *,
+    method: str,
+    start: str,
+    optimise: str | None,
+    seed: int,
+    knobs: dict[str, Any],
+    as_json: bool,
+) -> ExitCode:
+    """Plan, write the file, and say what the plan survives.
+
+    Args:
+        source: A scenario's file, or the name of a bundled one; its faults do not count.
+        overrides: ``a.b=value`` each.
+        file: Where the plan goes, a new ``.npz`` file.
+        folder: A new folder for the report; None writes none.
+        method: How the self-motion is chosen.
+        start: One of ``STARTS``.
+        optimise: What may move beside the start, by names with commas; None is nothing.
+        seed: Of random starts.
+        knobs: Those fields of ``PlanSettings`` that are given.
+        as_json: Whether the facts are printed as JSON.
+
+    Raises:
+        InputError: A setting is wrong, the path cannot be planned on, or a file exists.
+    """
+    if file.exists():
+        raise InputError(f"file {file} exists, and nothing is overwritten; name another one by -o")
+    if file.suffix != ".npz":
+        raise InputError(f"the plan's file is {file}, expected one that ends in .npz")
+    if not file.absolute().parent.is_dir():
+        raise InputError(f"file {file} cannot be made: there is no folder {file.absolute().parent}")
+    if start not in STARTS:
+        raise InputError(f"--start is {start!r}, expected one of {', '.join(STARTS)}")
+    freedoms: Any = [name.strip() for name in (optimise or "").split(",") if name.strip()]
+    if freedoms and start == "given":
+        raise InputError(
+            "--optimise moves the path, so that it need not begin at the scenario's start; leave --start out"
+        )
+    setup = load(source, [*overrides, "faults="])
+    task = task_of(setup)
+    chosen: Any = method
+    with _bar(setup.name) as told:
+        made = plan(
+            setup.robot,
+            task,
+            setup.q if start == "given" else None,
+            chosen,
+            seed,
+            settings=PlanSettings(**knobs),
+            optimise=freedoms,
+            progress=told,
+        )
+    made.save(file)
+    found = covering.Subject(name=setup.name, title=f"the plan by {method}", task=made.task, q=made.q)
+    rep = coverage(setup.robot, None, made, stride=made.stride)
+    facts = covering.facts_of(found, rep) | _about(made, task, file)
+    if folder is not None:
+        facts |= covering.report(found, rep, facts, folder)
+    if as_json:
+        tell_json(facts)
+    else:
+        covering.tell_facts(facts)
+        _tell(facts)
+    return ExitCode.DONE
+
+
+@contextmanager
+def _bar(name: str) -> Iterator[Callable[[int, int, str], None]]:
+    """A bar that starts anew with each kind of work."""
+    doing = [name]
+    with progress(lambda: f"{name}: {doing[0]}", 1.0) as told:
+
+        def hear(done: int, total: int, what: str) -> None:
+            doing[0] = what
+            told(done / max(total, 1))
+
+        yield hear
+
+
+def _about(made: Plan, task: TaskPath, file: Path) -> dict[str, Any]:
+    """What is said of a plan beside what it survives."""
+    return {
+        "file": str(file),
+        "method": made.method,
+        "settings": dict(made.settings),
+        "start": made.q[0].tolist(),
+        "moved": made.task_digest != task.digest,
+    }
+
+
+def _tell(facts: dict[str, Any]) -> None:
+    """The rest, for a person."""
+    moved = {name: facts["settings"][name] for name in ("yaw", "base") if name in facts["settings"]}
+    if facts["moved"]:
+        ways = ", ".join(f"{name} {value}" for name, value in moved.items())
+        tell(f"  the path is moved ({ways}); move path, tool or base of the scenario alike before it is run")
+    tell(f"  plan: {facts['file']}; run it: ftqp run {facts['scenario']} --plan {facts['file']}")

@@ -1,0 +1,124 @@
+"""The commands ``ftqp coverage`` and ``ftqp plan`` say what the analysis finds, also as JSON and page."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+import ftqp
+from ftqp.app.commands.cli import app
+from ftqp.app.run.healthy_motion import healthy_motion
+from ftqp.app.scenario.setup import load
+
+LINE = "planar3-line"
+COARSE = ("--waypoints", "40", "--spacing", "0.1")
+
+
+def asked(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [*map(str, arguments)])
+
+
+def facts_of(result: Result) -> Any:
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)
+
+
+def test_the_coverage_of_a_scenario_is_that_of_its_healthy_motion(tmp_path: Path) -> None:
+    facts = facts_of(asked("coverage", LINE, "--out", tmp_path / "out", "--json"))
+    setup = load(LINE, ["faults="])
+    task, q = healthy_motion(setup)
+    rep = ftqp.analysis.coverage(setup.robot, task, q)
+    assert facts["coverage"] == pytest.approx(rep.coverage)
+    assert facts["per_joint"] == pytest.approx(rep.per_joint)
+    assert facts["structural"] == []
+    assert facts["pairs"] == rep.status.size
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["coverage"] == facts["coverage"]
+    assert all(Path(file).stat().st_size > 5000 for file in facts["figures"])
+
+
+def test_the_page_is_one_file_that_says_the_same(tmp_path: Path) -> None:
+    facts = facts_of(asked("coverage", LINE, "--out", tmp_path / "out", "--json", "--bound", "3"))
+    text = Path(facts["page"]).read_text(encoding="utf-8")
+    assert f"{100.0 * facts['coverage']:.1f} % are survived" in text
+    for joint, share in facts["per_joint"].items():
+        assert f'<td>{joint}</td><td class="number">{100.0 * share:.1f}</td>' in text
+    assert "http" not in text and text.count("data:image/png;base64,") == 2
+    assert len(facts["upper_bound"]) == 3
+
+
+def test_a_structural_joint_is_named_as_such(tmp_path: Path) -> None:
+    result = asked("coverage", "iiwa-x-line", "--stride", "25", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "iiwa_joint_4 can never be done without" in " ".join(result.output.split())
+
+
+def test_failure_rates_give_a_probability(tmp_path: Path) -> None:
+    facts = facts_of(asked("coverage", LINE, "--mtbf", "j1=1000,j2=2000", "--out", tmp_path / "a", "--json"))
+    mission = facts["mission"]
+    assert 0.0 < mission["without"] < mission["low"] <= mission["likely"] <= mission["high"] < 1.0
+    rate = (1 / 1000 + 1 / 2000) / 3600.0
+    assert mission["without"] == pytest.approx(np.exp(-10.0 * rate), abs=1e-12)
+    alike = facts_of(asked("coverage", LINE, "--mtbf", "1000", "--out", tmp_path / "b", "--json"))
+    assert alike["mission"]["without"] < mission["without"]
+
+
+def test_a_plan_is_written_told_and_verified_again(tmp_path: Path) -> None:
+    file = tmp_path / "line.npz"
+    planned = facts_of(
+        asked("plan", LINE, "-o", file, "--report", tmp_path / "plan", "--json", *COARSE, "--seed", 3)
+    )
+    assert planned["coverage"] == 1.0 and planned["structural"] == [] and not planned["moved"]
+    assert planned["settings"]["seed"] == 3
+    plan = ftqp.analysis.load_plan(file)
+    assert planned["start"] == plan.q[0].tolist()
+    again = facts_of(asked("coverage", LINE, "--plan", file, "--out", tmp_path / "out", "--json"))
+    assert again["coverage"] == planned["coverage"]
+    assert again["motion"] == "the plan by dp"
+    assert (tmp_path / "plan" / "report.html").exists()
+    own = facts_of(asked("coverage", LINE, "--out", tmp_path / "own", "--json"))
+    assert own["coverage"] < 0.8
+
+
+def test_a_plan_may_begin_where_the_scenario_does(tmp_path: Path) -> None:
+    file = tmp_path / "line.npz"
+    facts = facts_of(asked("plan", LINE, "-o", file, "--start", "given", "--json", *COARSE))
+    np.testing.assert_allclose(facts["start"], load(LINE).q, atol=1e-6)
+    assert 0.75 < facts["coverage"] < 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("coverage", LINE, "--lock", "slowly"), "expected 'instant' or 'ramp'"),
+        (("coverage", LINE, "--mtbf", "often"), "joint=hours"),
+        (("coverage", LINE, "--mtbf", "j9=3"), "j9"),
+        (("coverage", LINE, "--stride", "0"), "stride"),
+        (("coverage", LINE, "--plan", "none.npz"), "does not exist"),
+        (("coverage", "iiwa-moving-base-locked"), "a base that moves"),
+        (("plan", LINE, "-o", "plan.txt"), "ends in .npz"),
+        (("plan", LINE, "-o", "nowhere/plan.npz"), "there is no folder"),
+        (("plan", LINE, "-o", "p.npz", "--method", "magic"), "magic"),
+        (("plan", LINE, "-o", "p.npz", "--start", "there"), "free, given"),
+        (("plan", LINE, "-o", "p.npz", "--optimise", "yaw", "--start", "given"), "leave --start out"),
+        (("plan", "planar6-square", "-o", "p.npz", "--method", "spline"), "joints to spare"),
+    ],
+)
+def test_bad_input_is_said_in_a_sentence_and_leaves_nothing(
+    arguments: tuple[str, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = asked(*arguments)
+    assert result.exit_code == 2
+    assert said in " ".join(result.output.split())
+    assert not list(tmp_path.glob("*.npz"))
+
+
+def test_a_file_that_exists_is_not_overwritten(tmp_path: Path) -> None:
+    file = tmp_path / "line.npz"
+    file.write_bytes(b"mine")
+    result = asked("plan", LINE, "-o", file)
+    assert result.exit_code == 2 and "nothing is overwritten" in result.output
+    assert file.read_bytes() == b"mine"
