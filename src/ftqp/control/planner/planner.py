@@ -20,7 +20,6 @@ from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.leading_plan import LeadingPlan
 from ftqp.control.planner.plan_leading import PlanLeading
 from ftqp.control.planner.planner_facts import PlannerFacts
-from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.probing import probing_of
 from ftqp.control.planner.rest_log import Rest
 from ftqp.control.planner.settings import settled
@@ -41,7 +40,7 @@ from ftqp.core.clock import now
 from ftqp.faults.belief import Belief
 from ftqp.faults.detection.detector import Detector
 from ftqp.faults.kinds import Fault
-from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory, Session
+from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory
 from ftqp.kernel.layout.enums import RELAXED
 from ftqp.kernel.layout.record import load_chain
 from ftqp.model.payload import Payload
