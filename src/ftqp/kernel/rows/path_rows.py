@@ -14,8 +14,8 @@ SEPARATION = 1e4
 """... but a residual as large as the path's own speed costs SEPARATION times that."""
 PUSH, LEAST_SEPARATION = 1e2, 1e2
 """... but no less than PUSH times what the scheme gains by waiting, down to this separation."""
-NO_WAY = 1e-7
-"""What is left of a path is not waited for where it is shorter than this [m]."""
+NO_WAY = 3e-6
+"""What is left of a path is not waited for where it is shorter than this share of the length."""
 STIFFNESS = 1e-10
 """Compliance of the rows, as a share of the QP's own magnitude."""
 LEAST_WEIGHT = 1e-12
@@ -172,8 +172,8 @@ def rate_variable(K: Any, path: Any) -> None:
 
     1/2 w (1 - s)^2 with w = SCALE_WEIGHT times the objective's largest value, or |x'|^2/(SEPARATION soft) if
     that is less: on a slow path a residual of the path's own speed must not come cheaper than waiting. Where
-    that in turn is less than PUSH times what the scheme gains by waiting, w is that. The last NO_WAY of a
-    path that comes to rest is not waited for.
+    that in turn is less than PUSH times what the scheme gains by waiting, w is that, but not in calm, whose
+    rows are soft. The last NO_WAY of a path that comes to rest is not waited for.
     Acceleration level: s is drawn to sigma' + (1 - sigma') dt/RISE; at the end, where nothing waits, to 1.
     """
     limits, state, qp = K.limits, K.state, K.qp
@@ -188,7 +188,7 @@ def rate_variable(K: Any, path: Any) -> None:
     if state.level == ACCELERATION:
         weight *= (RISE / state.dt) ** 2  # s is drawn by the share dt/RISE of 1 - sigma' only
     if speed > 0.0:
-        push = PUSH * _gain_of_waiting(K, speed)
+        push = 0.0 if K.calm.on else PUSH * _gain_of_waiting(K, speed)
         if state.level == ACCELERATION:
             push *= RISE / state.dt
         weight = min(weight, speed / (SEPARATION * qp.soft[0]))
@@ -207,7 +207,7 @@ def rate_variable(K: Any, path: Any) -> None:
     qp.g[n] = -weight * wanted
     qp.lb[n], qp.ub[n] = 0.0, min(path.limit, path.left, path.ahead, in_bend, max(allowed, slowest))
     pace = sqrt(speed) * (state.dt if state.level == ACCELERATION else 1.0)
-    if pace * (path.end - path.progress) < NO_WAY:
+    if pace * (path.end - path.progress) < NO_WAY * K.task.length:
         qp.lb[n] = max(0.0, qp.ub[n])
     qp.nx = n + 1
 
