@@ -15,8 +15,8 @@ from ftqp.kernel.layout.study_room import GOAL_SIZE, study_dtype
 _FLOAT, _WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 
 
-def _continuations(capacity: int, run: Callable[..., int]) -> Callable[..., int]:
-    """Continuations of many starts by one rule."""
+def _continuations(capacity: int, name: str, run: Callable[..., int]) -> Callable[..., int]:
+    """Continuations of many starts by one rule, under the name of their entry."""
     study, continuation = study_dtype(capacity), continuation_dtype(capacity)
 
     def continuations(address: int, memory_at: int, table_at: int, first: int, last: int) -> int:
@@ -44,17 +44,18 @@ def _continuations(capacity: int, run: Callable[..., int]) -> Callable[..., int]
             facts[s, 4], facts[s, 5] = C.margin, C.hurry
         return 0
 
+    continuations.__name__ = name
     return continuations
 
 
 def exact_continuations(capacity: int) -> Callable[..., int]:
     """Continuations of joints that are as many as the task's rows."""
-    return _continuations(capacity, exact_run)
+    return _continuations(capacity, "exact_continuations", exact_run)
 
 
 def bounded_continuations(capacity: int) -> Callable[..., int]:
     """Continuations by one bounded QP a sample."""
-    return _continuations(capacity, bounded_run)
+    return _continuations(capacity, "bounded_continuations", bounded_run)
 
 
 def self_speed_tracks(capacity: int) -> Callable[..., int]:
