@@ -136,7 +136,7 @@ def test_bounded_continuation_stays_inside_limits_that_an_exact_one_leaves() -> 
 def test_relaxed_task_survives_what_the_whole_one_does_not() -> None:
     q = track(TASK, Q0)
     shares = []
-    for rows in ("pose", "axis", "position"):
+    for rows in ("pose", "position_axis", "position"):
         task = task_path(PANDA, TASK.goals, dt=TASK.dt, rows=rows)
         found = continuation_study(task).runs(q[PAIRS[0]], *PAIRS, bounded=True)
         shares.append((found.status == Survival.SURVIVED).mean())
@@ -154,7 +154,7 @@ def test_degraded_joint_goes_on_within_what_is_left_of_its_speed() -> None:
 
 
 def test_axis_rows_have_the_jacobian_of_their_error() -> None:
-    task = task_path(PANDA, TASK.goals, dt=TASK.dt, rows="axis")
+    task = task_path(PANDA, TASK.goals, dt=TASK.dt, rows="position_axis")
     session = task_session(task)
     q, h = track(TASK, Q0)[0], 1e-6
     e, A, _, _ = session.values(q[None])

@@ -38,7 +38,7 @@ def test_digest_tells_arms_tools_limits_rows_and_paths_apart() -> None:
     assert same == task_path(catalog.load("panda"), LINE.sample(np.arange(41) * 0.05).pose, dt=0.05).digest
     others = [
         task_path(PANDA, LINE, dt=0.05, rows="position"),
-        task_path(PANDA, LINE, dt=0.05, rows="axis"),
+        task_path(PANDA, LINE, dt=0.05, rows="position_axis"),
         task_path(PANDA, LINE, dt=0.1),
         task_path(PANDA.with_tip(transform(np.eye(3), np.array([0.0, 0.0, 0.1]))), LINE, dt=0.05),
         task_path(PANDA.with_limits(q_max=PANDA.limits.q_max - 0.1), LINE, dt=0.05),
@@ -62,7 +62,7 @@ def test_axis_errors_ignore_the_turn_about_the_tool() -> None:
     goal = PANDA.pose(Q0)
     spun = goal @ transform(rotation_exp(np.array([0.0, 0.0, 0.7])), np.zeros(3))
     tilted = goal @ transform(rotation_exp(np.array([0.2, 0.0, 0.0])), np.zeros(3))
-    task = task_path(PANDA, LINE, rows="axis")
+    task = task_path(PANDA, LINE, rows="position_axis")
     off = task_errors(task.rows, True, np.stack([goal, goal]), np.stack([spun, tilted]))
     assert np.allclose(off, [[0.0] * 5, [0.0, 0.0, 0.0, -0.2, 0.0]], atol=1e-12)
 
@@ -95,4 +95,6 @@ def test_arm_with_fewer_joints_than_rows_is_refused() -> None:
             planar, Line(planar.pose(planar.neutral), (-0.1, 0.0, 0.0), duration=1.0), rows=("x", "y", "rz")
         )
     with pytest.raises(InputError, match="moves in space"):
-        task_path(planar, Line(planar.pose(planar.neutral), (-0.1, 0.0, 0.0), duration=1.0), rows="axis")
+        task_path(
+            planar, Line(planar.pose(planar.neutral), (-0.1, 0.0, 0.0), duration=1.0), rows="position_axis"
+        )

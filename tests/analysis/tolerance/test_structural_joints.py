@@ -28,6 +28,6 @@ def test_table_read_as_modified_has_five_structural_joints() -> None:
 
 def test_jacobians_of_a_tool_axis_are_taken_along_its_own_axes() -> None:
     panda = catalog.load("panda")
-    J = random_jacobians(panda, "axis", 5)
+    J = random_jacobians(panda, "position_axis", 5)
     assert J.shape == (5, 5, 7) and np.linalg.matrix_rank(J[0]) == 5
-    assert structural_joints(panda, "axis") == ()
+    assert structural_joints(panda, "position_axis") == ()

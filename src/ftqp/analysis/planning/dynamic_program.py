@@ -117,7 +117,9 @@ def waypoint_task(fine: TaskPath, wanted: int) -> TaskPath:
     goals = np.tile(np.eye(4), (len(t), 1, 1))
     goals[:, :3, 3] = np.stack([np.interp(t, fine.t, p) for p in fine.goals[:, :3, 3].T], axis=1)
     goals[:, :3, :3] = Slerp(fine.t, Rotation.from_matrix(fine.goals[:, :3, :3]))(t).as_matrix()
-    return task_path(fine.robot, goals, rows="axis" if fine.axis else fine.rows, dt=float(t[1] - t[0]))
+    return task_path(
+        fine.robot, goals, rows="position_axis" if fine.axis else fine.rows, dt=float(t[1] - t[0])
+    )
 
 
 def _nodes(

@@ -91,7 +91,7 @@ class Plan:
             raise InputError(
                 f"this plan was read without its robot, {self.robot_name}; give it one with plan.of(robot)"
             )
-        rows = "axis" if self.axis else list(self.rows)
+        rows = "position_axis" if self.axis else list(self.rows)
         return task_path(self.robot, self.goals, rows=rows, dt=self.dt)
 
     def of(self, robot: Robot, path: Any = None) -> Self:
@@ -111,7 +111,7 @@ class Plan:
             )
         own = replace(self, robot=robot)
         if path is not None:
-            rows = "axis" if self.axis else list(self.rows)
+            rows = "position_axis" if self.axis else list(self.rows)
             dt = path.dt if isinstance(path, TaskPath) else self.dt
             other = path if isinstance(path, TaskPath) else task_path(robot, path, rows=rows, dt=dt)
             if other.digest != self.task_digest:

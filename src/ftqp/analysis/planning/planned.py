@@ -58,7 +58,7 @@ def plan(
         q0: Where the arm starts, (nv,) [rad or m]; None leaves the start free on the first self-motions.
         method: How the self-motion is chosen.
         seed: Of random starts.
-        rows: ``"pose"``, ``"position"``, ``"axis"`` for position and tool axis, or names of rows.
+        rows: ``"pose"``, ``"position"``, ``"position_axis"`` for position and tool axis, or names of rows.
         dt: The time between samples [s]; None is a 400th of the path's duration.
         settings: The knobs of all methods; None takes the defaults.
         optimise: What may change beside the start: ``"yaw"`` turns the tool about its own z axis, ``"base"``
@@ -113,7 +113,7 @@ def _task(robot: Robot, path: Any, rows: Any, dt: float | None, q0: Any) -> Task
             f"path is a task of another {path.robot.name} than robot, or with another tool, load or limits; "
             "expected the same arm"
         )
-    return task_path(robot, path.goals, rows="axis" if path.axis else path.rows, dt=path.dt, q0=q0)
+    return task_path(robot, path.goals, rows="position_axis" if path.axis else path.rows, dt=path.dt, q0=q0)
 
 
 def _refuse_method(task: TaskPath, method: str) -> None:

@@ -13,11 +13,11 @@ from ftqp.faults.kinds import Fault, Locked
 from ftqp.kernel.layout.continuation_room import FAILED_JOINTS
 from ftqp.kernel.layout.survival import SURVIVED
 
-FEWER: Final = {"pose": ("axis", "position"), "axis": ("position",)}
+FEWER: Final = {"pose": ("position_axis", "position"), "position_axis": ("position",)}
 """What rows of a task are given up for, the least first."""
 WORDS: Final = {
     "pose": "position and orientation",
-    "axis": "position and the direction of the tool",
+    "position_axis": "position and the direction of the tool",
     "position": "position",
 }
 """Rows in words."""
@@ -54,7 +54,7 @@ def remaining(task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault])
     if any(not isinstance(fault, Locked) for fault in faults) or len(faults) > FAILED_JOINTS:
         return (stand,)
     failed = [robot.joint(fault.joint) for fault in faults]
-    own = "axis" if task.axis else "pose" if task.m == 6 else "+".join(task.rows)
+    own = "position_axis" if task.axis else "pose" if task.m == 6 else "+".join(task.rows)
     found = []
     whole = _continued(task, q, begin, failed)
     if whole is not None and whole.survived:
@@ -93,7 +93,7 @@ def _retreat(task: TaskPath, q: FloatArray, begin: int, failed: list[int], own: 
 
 
 def _rows(task: TaskPath) -> str | list[str]:
-    return "axis" if task.axis else list(task.rows)
+    return "position_axis" if task.axis else list(task.rows)
 
 
 def _continued(task: TaskPath, q: FloatArray, begin: int, failed: list[int]) -> _Motion | None:

@@ -32,7 +32,7 @@ def task_session(task: TaskPath) -> StudySession:
     Args:
         task: The task.
     """
-    session = rows_session(task.robot, "axis" if task.axis else task.rows)
+    session = rows_session(task.robot, "position_axis" if task.axis else task.rows)
     session.aim(task.goals[0])
     return session
 

@@ -63,7 +63,7 @@ def coverage(
             bounded QP a sample, and ``planner`` drives an ``ftqp.Planner`` in closed loop, which takes some
             tenths of a second an instant. None is ``exact`` where it is possible, else ``qp``.
         rows: What of the task is to be kept after a failure; None is all of it. ``"position"`` gives rotation
-            up, ``"axis"`` the turn about the tool.
+            up, ``"position_axis"`` the turn about the tool.
         joints: Which joints fail, by name or index, sets of two for joints that fail together, or ``"pairs"``
             for all sets of two; None is each alone.
         fault: ``locked``, ``degraded``: the joint goes on with a share of its speed, or ``free_swinging``: it
@@ -123,7 +123,9 @@ def coverage(
             threads=threads,
         )
     shape = (len(failures), len(samples))
-    structural = structural_joints(robot, "axis" if kept.axis else kept.rows) if fault == "locked" else ()
+    structural = (
+        structural_joints(robot, "position_axis" if kept.axis else kept.rows) if fault == "locked" else ()
+    )
     status = _verdicts(robot, motion, instant, found.status, which, failures, structural).reshape(shape)
     waypoints = np.zeros(0, np.int64)
     most = None

@@ -31,8 +31,8 @@ class TaskPath:
 
     Attributes:
         robot: The arm.
-        rows: Names of the task rows; of an ``axis`` task x, y, z, rx and ry, the last two of which turn about
-            the x and y axes of the goal.
+        rows: Names of the task rows; of ``position_axis`` x, y, z, rx and ry, the last two of which turn
+            about the x and y axes of the goal.
         axis: Whether of the orientation only the direction of the goal's z axis counts.
         t: Times of the samples, (N + 1,) [s].
         goals: Poses at these times, (N + 1, 4, 4) [m]; rows that do not count are arbitrary.
@@ -132,8 +132,8 @@ def task_path(
         robot: The arm.
         path: A path of ``ftqp.paths``, poses (N + 1, 4, 4), or points (N + 1, 2) or (N + 1, 3), one each dt
             [m].
-        rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, ``"axis"`` for position
-            and tool axis, or names of rows.
+        rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, ``"position_axis"`` for
+            position and tool axis, or names of rows.
         dt: The time between samples, > 0 [s]; None is a 400th of a path's duration, and for poses or points
             it must be given.
         q0: Where the arm starts, (nv,) [rad or m]; it must be at the first sample and within the limits.
@@ -178,12 +178,12 @@ def task_rows(robot: Robot, rows: Any) -> tuple[tuple[str, ...], bool]:
     Raises:
         InputError: They are unknown, or the arm has fewer joints.
     """
-    axis = isinstance(rows, str) and rows == "axis"
+    axis = isinstance(rows, str) and rows == "position_axis"
     names = AXIS_ROWS if axis else row_names(robot, rows)
     if axis and not set(COMPONENTS) <= set(robot.default_rows):
         raise InputError(
-            f"rows is 'axis' and {robot.name} has the rows {', '.join(robot.default_rows)}; expected an arm "
-            "that moves in space"
+            f"rows is 'position_axis' and {robot.name} has the rows {', '.join(robot.default_rows)}; "
+            "expected an arm that moves in space"
         )
     if robot.nv < len(names):
         raise InputError(

@@ -26,8 +26,8 @@ def structural_joints(robot: Robot, rows: Any = "pose") -> tuple[str, ...]:
 
     Args:
         robot: The arm.
-        rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, ``"axis"`` for position
-            and tool axis, or names of rows.
+        rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, ``"position_axis"`` for
+            position and tool axis, or names of rows.
 
     Raises:
         InputError: The rows are unknown or more than joints.

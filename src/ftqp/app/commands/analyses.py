@@ -75,7 +75,9 @@ def coverage(
     ] = "locked",
     rows: Annotated[
         str | None,
-        typer.Option(metavar="ROWS", help="What is kept after a failure: axis or position; all if left out."),
+        typer.Option(
+            metavar="ROWS", help="Kept after a failure: position_axis or position; all if left out."
+        ),
     ] = None,
     pairs: Annotated[bool, typer.Option("--pairs", help="Two joints fail together.")] = False,
     bound: Annotated[

@@ -39,7 +39,7 @@ def task_of(setup: Setup) -> TaskPath:
                 f"{setup.name} has the tool axis {list(task.axis)}, expected [0, 0, 1]: turn the tip by "
                 "[robot.tool]"
             )
-        rows = "axis"
+        rows = "position_axis"
     return task_path(setup.robot, setup.path, rows=rows, dt=planner.dt * _ticks_per_sample(setup))
 
 
