@@ -247,7 +247,8 @@ def _tables(found: dict[str, Any]) -> list[Table]:
     apart = [
         (
             row["scenario"], row["motion"], row["world"], str(row["joint"] + 1), f"{row['at']:.2f}",
-            row["status"], f"{row['margin']:.3f}", f"{row['hurry']:.2f}", f"{1e3 * row['left']:.3g}",
+            row["status"], "-" if row["margin"] > 1e3 else f"{row['margin']:.3f}",
+            f"{row['hurry']:.2f}", f"{1e3 * row['left']:.3g}",
             f"{1e3 * row['error']:.3g}", f"{row['turned']:.3f}", "yes" if row["borderline"] else "no",
         )
         for row in found["apart"]
