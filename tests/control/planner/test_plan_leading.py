@@ -184,6 +184,9 @@ def test_what_a_plan_cannot_lead_is_refused(panda):
         ftqp.Planner(panda, plan=plan.q)
     with pytest.raises(InputError, match="uneven times"):
         ftqp.Planner(panda, plan=MadePlan(plan.q, plan.t**2))
+    for times in (plan.t * np.nan, plan.t[::-1], np.where(plan.t == plan.t[5], np.nan, plan.t)):
+        with pytest.raises(InputError, match="uneven times"):
+            ftqp.Planner(panda, plan=MadePlan(plan.q, times))
     with pytest.raises(InputError, match=r"plan\.q"):
         ftqp.Planner(panda, plan=MadePlan(plan.q[:, :6], plan.t))
     with pytest.raises(InputError, match="follows a plan"):

@@ -13,8 +13,8 @@ from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import PlanMemory, Session
 from ftqp.model.robot import Robot
 
-REPEATS: Final = 1e-12
-"""Rows of a plan are at equal distances of time within this share of the last one."""
+EVEN: Final = 1e-6
+"""Times of a plan are at equal distances within this share of a distance."""
 
 
 @final
@@ -37,10 +37,10 @@ class PlanLeading:
 
     def __init__(self, plan: LeadingPlan, session: Session, robot: Robot) -> None:
         warm_up(("follow_plan",), session.capacity)
-        self.plan, self._robot, self._session = plan, robot, session
+        self.plan = plan
         self._q = np.ascontiguousarray(array("plan.q", plan.q, (len(plan.t), robot.nv), "(N + 1, nv)"))
         steps = np.diff(plan.t)
-        if not len(steps) or np.ptp(steps) > REPEATS * plan.t[-1] + 1e-9 * steps[0] or steps[0] <= 0.0:
+        if not len(steps) or not steps[0] > 0.0 or not np.allclose(steps, steps[0], rtol=EVEN, atol=0.0):
             raise InputError("plan.t is at uneven times, expected two or more times at equal distances")
         poses = np.stack([robot.pose(row) for row in self._q])
         tips = np.concatenate([poses[:, :3, 3], poses[:, :3, :3].reshape(-1, 9)], axis=1)
