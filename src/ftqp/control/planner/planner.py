@@ -37,6 +37,7 @@ from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
 from ftqp.core.checks import array, instance
 from ftqp.core.clock import now
+from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.detection.detector import Detector
 from ftqp.faults.kinds import Fault
@@ -354,8 +355,10 @@ class Planner(PlannerFacts):
             T: Pose of the point in the frame of the robot's own tip, (4, 4) [m]; None is that tip.
 
         Raises:
-            InputError: T is no pose.
+            InputError: T is no pose, or a plan leads the planner, which is one of its own tip.
         """
+        if self._leading is not None:
+            raise InputError("the planner follows a plan of another tip; plan for robot.with_tip(T) instead")
         self._fit(self._fitting.holding(T))
 
     def _fit(self, robot: Robot) -> None:
