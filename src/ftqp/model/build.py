@@ -117,6 +117,8 @@ def _limits(written: Sequence[Mapping[str, float]], wishes: Wishes, findings: li
         changes["a_max"] = wishes.acceleration
     own = {key: np.array([joint[key] for joint in written]) for key in ("q_min", "q_max", "v_max", "tau_max")}
     own["v_max"] = changes.get("v_max", own["v_max"])
+    if "a_max" not in changes and all("a_max" in joint for joint in written):
+        changes["a_max"] = np.array([joint["a_max"] for joint in written])
     if "a_max" not in changes:
         findings.append(
             audit.note(

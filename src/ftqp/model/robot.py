@@ -19,6 +19,7 @@ from ftqp.model.readers import Readers
 from ftqp.model.reduction import joint_index
 from ftqp.model.refitting import friction_findings, loaded, rubbed, tipped
 from ftqp.model.shape import neutral_of
+from ftqp.model.urdf_text import urdf_text
 
 
 @final
@@ -264,3 +265,18 @@ class Robot(Readers):
         """
         model = tipped(self.model, self.tip, T, name)
         return replace(self, model=model, chain=chain_of(model, name), tip=name)
+
+    def to_urdf(self) -> str:
+        """This robot as the text of a URDF, which ``from_urdf`` reads back to rounding.
+
+        A link stands behind each joint, with its inertia and with cylinders to look at; the joint turns about
+        or slides along its own z axis, and a fixed joint ends in the tip. A turning joint without end stops
+        becomes a ``continuous`` one. Acceleration limits and rotor inertias are written as Drake's
+        extensions, which only Drake and ``from_urdf`` read; other tools see the arm without its rotors.
+        Gravity, ``neutral``, ``default_rows`` and ``length`` are no part of a URDF: hand them to
+        ``from_urdf``.
+
+        Raises:
+            InputError: A name cannot stand in XML.
+        """
+        return urdf_text(self)

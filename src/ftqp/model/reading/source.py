@@ -9,7 +9,7 @@ import numpy as np
 from ftqp.model.audit import Finding, unsafe, warning
 
 Written = Mapping[str, float]
-"""q_min, q_max, v_max, tau_max of a joint as a file has them; NaN where one is missing."""
+"""q_min, q_max, v_max, tau_max of a joint as a file has them, NaN where one is missing; a_max if there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -39,10 +39,10 @@ def source_of(model: Any) -> Source:
             continue
         at, one = model.idx_vs[i], model.nqs[i] == 1
         limits[str(model.names[i])] = {
-            "q_min": _unlimited(model.lowerPositionLimit[model.idx_qs[i]]) if one else -np.inf,
-            "q_max": _unlimited(model.upperPositionLimit[model.idx_qs[i]]) if one else np.inf,
-            "v_max": _unlimited(model.velocityLimit[at]),
-            "tau_max": _unlimited(model.effortLimit[at]),
+            "q_min": unlimited(model.lowerPositionLimit[model.idx_qs[i]]) if one else -np.inf,
+            "q_max": unlimited(model.upperPositionLimit[model.idx_qs[i]]) if one else np.inf,
+            "v_max": unlimited(model.velocityLimit[at]),
+            "tau_max": unlimited(model.effortLimit[at]),
         }
     return Source(model=model, limits=limits, postures=_postures(model))
 
@@ -64,7 +64,8 @@ def _postures(model: Any) -> dict[str, dict[str, float]]:
     return found
 
 
-def _unlimited(value: float) -> float:
+def unlimited(value: float) -> float:
+    """A limit as written; the largest float is none."""
     return float(value) if not abs(value) >= np.finfo(np.float64).max else float(np.copysign(np.inf, value))
 
 

@@ -13,12 +13,15 @@ from ftqp.core.errors import InputError, ModelError
 from ftqp.model.audit import Finding, body_findings, unsafe
 from ftqp.model.reading import srdf
 from ftqp.model.reading.safe_xml import xml_of
-from ftqp.model.reading.source import Source
+from ftqp.model.reading.source import Source, unlimited
 
 KINDS = ("revolute", "prismatic", "continuous", "fixed", "floating", "planar")
 """Joint types of URDF."""
 
 MOVING = ("revolute", "prismatic", "continuous")
+
+DRAKE = "{http://drake.mit.edu}"
+"""The namespace of Drake's extensions, which say what URDF has no word for."""
 
 SYMMETRIC = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
@@ -69,6 +72,7 @@ def read(source: Any, tip: str | None, locked: Sequence[str | int]) -> Source:
     except (ValueError, RuntimeError) as error:
         raise InputError(f"{tree.name} was refused by pinocchio: {str(error).strip()!s:.300}") from error
     model.name = tree.name
+    _write_rotors(model, root, tree)
     return Source(
         model=model,
         limits={name: _limits(joint) for name, joint in tree.joints.items()},
@@ -184,8 +188,23 @@ def _inertial(element: Element) -> tuple[float, FloatArray, FloatArray]:
     return mass, _origin(element), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
+def _write_rotors(model: Any, root: Element, tree: Tree) -> None:
+    """Rotor inertias at the joints, as Drake has them: ``rotor_inertia`` times ``gear_ratio`` squared."""
+    for transmission in root.findall("transmission"):
+        name = _attribute(transmission, "joint", "name")
+        actuator = transmission.find("actuator")
+        if actuator is None or name not in tree.joints or tree.joints[name].get("type") not in MOVING:
+            continue
+        inertia = _number(_attribute(actuator, f"{DRAKE}rotor_inertia", "value") or "0")
+        ratio = _number(_attribute(actuator, f"{DRAKE}gear_ratio", "value") or "1")
+        model.armature[model.idx_vs[model.getJointId(name)]] = inertia * ratio**2
+
+
 def _limits(joint: Element) -> dict[str, float]:
-    """q_min, q_max, v_max, tau_max of a joint as written; NaN where one is missing or not a number."""
+    """q_min, q_max, v_max, tau_max of a joint as written; NaN where one is missing or not a number.
+
+    a_max is among them where it is written, as Drake has it; the largest float is no limit.
+    """
     if joint.get("type") == "continuous":
         low, high, default = -np.inf, np.inf, np.inf
     else:
@@ -196,7 +215,10 @@ def _limits(joint: Element) -> dict[str, float]:
     if joint.get("type") != "continuous":
         low, high = (_number(limit.get(key, "0")) for key in ("lower", "upper"))
     speed, effort = (_number(limit.get(key, str(default))) for key in ("velocity", "effort"))
-    return {"q_min": low, "q_max": high, "v_max": speed, "tau_max": effort}
+    found = {"q_min": low, "q_max": high, "v_max": speed, "tau_max": effort}
+    if (rate := limit.get(f"{DRAKE}acceleration")) is not None:
+        found["a_max"] = _number(rate)
+    return {key: unlimited(value) for key, value in found.items()}
 
 
 def _cleaned(tree: Tree) -> Element:

@@ -1,0 +1,204 @@
+"""A robot as URDF: one link behind each joint, the joint along its own z axis, a cylinder to look at.
+
+A joint's frame is that of ``Chain``, so that poses, M and h of what is read back are the same to rounding.
+URDF has no word for infinity (the largest float stands for it, as in pinocchio), none for gravity, and none
+for accelerations or rotors: those are written as Drake's extensions, which ``Robot.from_urdf`` and Drake read
+and every other tool skips.
+"""
+
+from math import atan2, cos, hypot, sin
+from typing import TYPE_CHECKING
+from unicodedata import category
+from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.model.reading.urdf import SYMMETRIC
+from ftqp.model.shape import reach_of
+
+if TYPE_CHECKING:
+    from ftqp.model.robot import Robot
+
+BASE = "base"
+"""The link that stands still."""
+LARGEST = float(np.finfo(np.float64).max)
+"""What stands for no limit."""
+ENDLESS = (-np.inf, np.inf)
+THIN, THICK = 0.015, 0.022
+"""Radii of a link's and of a joint's cylinder, as shares of the reach."""
+SHORT = 1e-6
+"""A link shorter than this share of the reach is not drawn."""
+DRAKE = "http://drake.mit.edu"
+
+
+def urdf_text(robot: "Robot") -> str:
+    """The URDF of a robot, see ``Robot.to_urdf``.
+
+    Args:
+        robot: The arm.
+
+    Raises:
+        InputError: A name cannot stand in XML, or joints would share a link.
+    """
+    for name in (robot.name, robot.tip, *robot.joints):
+        _refuse_unprintable(name)
+    root = Element("robot", {"name": robot.name, "xmlns:drake": DRAKE})
+    root.append(Comment(_remark(robot)))
+    links = link_names(robot)
+    size = reach_of(robot.chain, robot.limits)
+    base = SubElement(root, "link", name=links[0])
+    _bar(base, robot.chain.translation[0], size)
+    for i in range(robot.nv):
+        _write_link(root, robot, i, links[i + 1], size)
+        _write_joint(root, robot, i, links[i], links[i + 1])
+    SubElement(root, "link", name=links[-1])
+    end = SubElement(root, "joint", name=_free(f"{robot.tip}_mount", robot.joints), type="fixed")
+    SubElement(end, "parent", link=links[-2])
+    SubElement(end, "child", link=links[-1])
+    _place(end, robot.chain.tip_translation, robot.chain.tip_rotation)
+    for rotor in np.flatnonzero(robot.chain.armature):
+        _write_rotor(root, robot, int(rotor))
+    indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
+
+
+def link_names(robot: "Robot") -> tuple[str, ...]:
+    """Names of the links, base to tip, nv + 2: ``base``, one behind each joint, and the tip's own name.
+
+    Args:
+        robot: The arm.
+    """
+    taken = [BASE]
+    for joint in robot.joints:
+        taken.append(_free(f"{joint}_link", taken))
+    return (*taken, _free(robot.tip, [*taken, *robot.joints]))
+
+
+def _free(name: str, taken: "list[str] | tuple[str, ...]") -> str:
+    """``name``, made longer until nothing else has it."""
+    while name in taken:
+        name += "_"
+    return name
+
+
+def _refuse_unprintable(name: str) -> None:
+    """XML holds neither control characters nor halves of characters, and a link needs a name."""
+    if not name or any(category(letter) in ("Cc", "Cs") or letter in "\ufffe\uffff" for letter in name):
+        raise InputError(
+            f"the name {name!r:.80} cannot stand in a URDF, expected printable letters; rename it"
+        )
+
+
+def _remark(robot: "Robot") -> str:
+    """What the file does not hold, for who reads it."""
+    gravity = " ".join(_number(value) for value in robot.chain.gravity)
+    return (
+        f" Written by ftqp from its chain of joints: SI units and radians. {LARGEST!r} stands for no limit. "
+        "Acceleration limits are drake:acceleration, rotor inertias (seen at the joint) drake:rotor_inertia; "
+        f"other tools than Drake and ftqp skip them. Gravity, which is no part of URDF: {gravity} m/s2. "
+    )
+
+
+def _write_link(root: Element, robot: "Robot", i: int, name: str, size: float) -> None:
+    """The body behind joint i, its mass and what is drawn of it."""
+    chain = robot.chain
+    link = SubElement(root, "link", name=name)
+    mass, inertia = float(chain.mass[i]), chain.inertia[i]
+    if mass or inertia.any():
+        body = SubElement(link, "inertial")
+        _place(body, chain.com[i], np.eye(3))
+        SubElement(body, "mass", value=_number(mass))
+        moments = inertia[np.triu_indices(3)]
+        SubElement(
+            body, "inertia", {key: _number(value) for key, value in zip(SYMMETRIC, moments, strict=True)}
+        )
+    _cylinder(link, np.zeros(3), np.eye(3), THICK * size, 2.0 * THICK * size)
+    _bar(link, chain.translation[i + 1] if i + 1 < robot.nv else chain.tip_translation, size)
+
+
+def _bar(link: Element, to: FloatArray, size: float) -> None:
+    """A cylinder from the link's origin to the next one's."""
+    length = float(np.linalg.norm(to))
+    if length > SHORT * size:
+        _cylinder(link, 0.5 * to, _turned_to(to / length), THIN * size, length)
+
+
+def _turned_to(z: FloatArray) -> FloatArray:
+    """A rotation (3, 3) whose third column is the unit vector z."""
+    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def _cylinder(link: Element, at: FloatArray, rotation: FloatArray, radius: float, length: float) -> None:
+    visual = SubElement(link, "visual")
+    _place(visual, at, rotation)
+    shape = SubElement(visual, "geometry")
+    SubElement(shape, "cylinder", radius=f"{radius:.6g}", length=f"{length:.6g}")
+
+
+def _write_joint(root: Element, robot: "Robot", i: int, parent: str, child: str) -> None:
+    """Joint i with its place, limits and friction."""
+    chain, limits = robot.chain, robot.limits
+    low, high = float(limits.q_min[i]), float(limits.q_max[i])
+    kind = "prismatic" if chain.prismatic[i] else "continuous" if (low, high) == ENDLESS else "revolute"
+    joint = SubElement(root, "joint", name=robot.joints[i], type=kind)
+    SubElement(joint, "parent", link=parent)
+    SubElement(joint, "child", link=child)
+    _place(joint, chain.translation[i], chain.rotation[i])
+    SubElement(joint, "axis", xyz="0 0 1")
+    ends = {} if kind == "continuous" else {"lower": _number(low), "upper": _number(high)}
+    SubElement(
+        joint,
+        "limit",
+        ends
+        | {
+            "velocity": _number(limits.v_max[i]),
+            "effort": _number(limits.tau_max[i]),
+            "drake:acceleration": _number(limits.a_max[i]),
+        },
+    )
+    if chain.viscous[i] or chain.coulomb[i]:
+        rub = {"damping": _number(chain.viscous[i]), "friction": _number(chain.coulomb[i])}
+        SubElement(joint, "dynamics", rub)
+
+
+def _write_rotor(root: Element, robot: "Robot", i: int) -> None:
+    """The rotor of joint i, in the words of ROS and Drake."""
+    joint = robot.joints[i]
+    transmission = SubElement(root, "transmission", name=f"{joint}_transmission")
+    SubElement(transmission, "type").text = "transmission_interface/SimpleTransmission"
+    SubElement(transmission, "joint", name=joint)
+    actuator = SubElement(transmission, "actuator", name=f"{joint}_actuator")
+    SubElement(actuator, "mechanicalReduction").text = "1"
+    SubElement(actuator, "drake:gear_ratio", value="1")
+    SubElement(actuator, "drake:rotor_inertia", value=_number(robot.chain.armature[i]))
+
+
+def _place(element: Element, at: FloatArray, rotation: FloatArray) -> None:
+    """The ``origin`` of an element."""
+    words = (" ".join(_number(value) for value in part) for part in (at, roll_pitch_yaw(rotation)))
+    SubElement(element, "origin", dict(zip(("xyz", "rpy"), words, strict=True)))
+
+
+def roll_pitch_yaw(R: FloatArray) -> FloatArray:
+    """Roll, pitch, yaw (3,) [rad] with Rz(yaw) Ry(pitch) Rx(roll) = R, to rounding also at a pitch of 90 deg.
+
+    Yaw is read from R's first column, whatever rounding makes of it where that column is vertical, and roll
+    from what is left, (Rz Ry)' R = Rx.
+
+    Args:
+        R: A rotation, (3, 3).
+    """
+    yaw = atan2(R[1, 0], R[0, 0])
+    pitch = atan2(-R[2, 0], hypot(R[0, 0], R[1, 0]))
+    y = np.array([-sin(yaw), cos(yaw), 0.0])
+    z = np.array([cos(yaw) * sin(pitch), sin(yaw) * sin(pitch), cos(pitch)])
+    return np.array([atan2(z @ R[:, 1], y @ R[:, 1]), pitch, yaw])
+
+
+def _number(value: float) -> str:
+    """All digits; the largest float for infinity."""
+    return repr(float(np.clip(value, -LARGEST, LARGEST)) + 0.0)

@@ -1,0 +1,175 @@
+"""A robot written as URDF and read back: by ftqp, and by pinocchio and MuJoCo, which know nothing of it."""
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.kernel.random_chains import random_robot
+
+from ftqp.core.errors import InputError
+from ftqp.model import catalog
+from ftqp.model.robot import Robot
+from ftqp.model.urdf_text import LARGEST, link_names, roll_pitch_yaw
+
+LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max")
+ALL = [*catalog.names(), "planar(3)"]
+
+
+def postures(robot: Robot, count: int = 5) -> np.ndarray:
+    low = np.maximum(robot.limits.q_min, -2.0)
+    return np.random.default_rng(3).uniform(low, np.minimum(robot.limits.q_max, 2.0), (count, robot.nv))
+
+
+def same_everywhere(robot: Robot, again: Robot) -> None:
+    """Poses, M, h and limits to 1e-12 of their size."""
+    for name in LIMITS:
+        np.testing.assert_array_equal(getattr(again.limits, name), getattr(robot.limits, name), name)
+    assert again.joints == robot.joints
+    assert (again.viscous == robot.viscous).all() and (again.coulomb == robot.coulomb).all()
+    for q in postures(robot):
+        np.testing.assert_allclose(again.pose(q), robot.pose(q), rtol=0.0, atol=1e-12)
+        if robot.has_inertia:
+            M, h = robot.mass_matrix(q), robot.bias(q, 0.3 * q)
+            np.testing.assert_allclose(again.mass_matrix(q), M, rtol=0.0, atol=1e-12 * np.abs(M).max())
+            np.testing.assert_allclose(
+                again.bias(q, 0.3 * q), h, rtol=0.0, atol=1e-12 * max(1.0, np.abs(h).max())
+            )
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_robot_of_the_catalog_comes_back(name: str) -> None:
+    robot = catalog.load(name)
+    again = Robot.from_urdf(robot.to_urdf(), gravity=robot.chain.gravity, neutral=robot.neutral)
+    same_everywhere(robot, again)
+    assert (again.name, again.tip) == (robot.name, robot.tip)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 9))
+def test_random_chain_of_any_joints_comes_back(seed: int, joints: int) -> None:
+    robot = random_robot(np.random.default_rng(seed), joints)
+    assert robot.chain.armature.any()
+    again = Robot.from_urdf(robot.to_urdf(), gravity=robot.chain.gravity, neutral=robot.neutral)
+    same_everywhere(robot, again)
+
+
+def test_arm_with_rubbing_joints_a_load_and_another_tip_comes_back() -> None:
+    robot = catalog.load("panda").with_friction(viscous=0.4, coulomb=0.7)
+    robot = robot.with_tip(np.diag([1.0, -1.0, -1.0, 1.0])).with_limits(tau_max=np.inf)
+    same_everywhere(robot, Robot.from_urdf(robot.to_urdf(), neutral=robot.neutral))
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_pinocchio_reads_the_same_arm(name: str) -> None:
+    robot = catalog.load(name)
+    model = pin.buildModelFromXML(robot.to_urdf())
+    model.gravity = robot.model.gravity
+    model.armature = robot.chain.armature
+    assert list(model.names)[1:] == list(robot.joints)
+    data, tip = model.createData(), model.getFrameId(link_names(robot)[-1])
+    for q in postures(robot):
+        at = np.concatenate(
+            [[np.cos(x), np.sin(x)] if model.joints[i + 1].nq == 2 else [x] for i, x in enumerate(q)]
+        )
+        pin.framesForwardKinematics(model, data, at)
+        np.testing.assert_allclose(data.oMf[tip].homogeneous, robot.pose(q), rtol=0.0, atol=1e-12)
+        if robot.has_inertia:
+            M = pin.crba(model, data, at)
+            M = np.triu(M) + np.triu(M, 1).T
+            np.testing.assert_allclose(M, robot.mass_matrix(q), rtol=0.0, atol=1e-12 * np.abs(M).max())
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14", "xarm7"])
+def test_mujoco_reads_the_same_arm(name: str) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    robot = catalog.load(name)
+    kept = '<mujoco><compiler fusestatic="false" discardvisual="false"/></mujoco></robot>'
+    model = mujoco.MjModel.from_xml_string(robot.to_urdf().replace("</robot>", kept))
+    data = mujoco.MjData(model)
+    assert model.nv == robot.nv
+    assert model.ngeom >= robot.nv  # cylinders to look at
+    for q in postures(robot):
+        data.qpos[:] = q
+        mujoco.mj_forward(model, data)
+        tip = data.body(link_names(robot)[-1])
+        np.testing.assert_allclose(tip.xpos, robot.pose(q)[:3, 3], rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(tip.xmat.reshape(3, 3), robot.pose(q)[:3, :3], rtol=0.0, atol=1e-12)
+
+
+NAMES = ("<script>alert(1)</script>", "a\"b'c", "j,1;&amp;", "Gelenk ä 手", "base_link")
+
+
+def test_any_printable_name_comes_back() -> None:
+    robot = Robot.from_dh(
+        np.tile([0.0, 0.1, 0.2, 0.5], (5, 1)), joints=NAMES, limits={"v_max": 1.0}, prismatic=[1]
+    )
+    again = Robot.from_urdf(robot.to_urdf())
+    assert again.joints == NAMES
+    assert again.tip == robot.tip
+    assert again.chain.prismatic.tolist() == [False, True, False, False, False]
+
+
+@pytest.mark.parametrize("name", ["bell\a", "null\0", "half \ud800", ""])
+def test_name_that_xml_cannot_hold_is_refused(name: str) -> None:
+    robot = catalog.load("planar(3)")
+    chain = robot.chain
+    odd = replace(robot, chain=replace(chain, names=(name, *chain.names[1:])))
+    with pytest.raises(InputError, match="cannot stand in a URDF"):
+        odd.to_urdf()
+
+
+def test_links_get_names_of_their_own() -> None:
+    robot = Robot.from_dh(
+        np.tile([0.0, 0.1, 0.2, 0.5], (3, 1)), joints=("tip", "tip_link", "base"), limits={"v_max": 1.0}
+    )
+    assert link_names(robot) == ("base", "tip_link", "tip_link_link", "base_link", "tip_")
+    again = Robot.from_urdf(robot.to_urdf())
+    np.testing.assert_allclose(again.pose(robot.neutral), robot.pose(robot.neutral), atol=1e-12)
+
+
+def test_rotors_and_accelerations_stand_where_drake_reads_them() -> None:
+    robot = catalog.load("panda")
+    root = ElementTree.fromstring(robot.to_urdf())
+    drake = "{http://drake.mit.edu}"
+    limit = root.findall("joint/limit")
+    assert [float(x.get(f"{drake}acceleration", "")) for x in limit] == robot.limits.a_max.tolist()
+    rotors = root.findall(f"transmission/actuator/{drake}rotor_inertia")
+    assert [float(x.get("value", "")) for x in rotors] == [x for x in robot.chain.armature if x]
+
+
+def test_gear_ratio_counts_twice() -> None:
+    robot = catalog.load("planar(3)")
+    model = robot.model.copy()
+    model.armature = np.array([0.0, 0.3, 0.0])
+    text = Robot.from_pinocchio(model, robot.tip).to_urdf()
+    geared = text.replace('gear_ratio value="1"', 'gear_ratio value="10"')
+    assert geared != text
+    assert Robot.from_urdf(geared).chain.armature == pytest.approx([0.0, 30.0, 0.0], rel=1e-15)
+
+
+def test_rotor_that_is_no_number_is_refused() -> None:
+    robot = catalog.load("planar(3)")
+    model = robot.model.copy()
+    model.armature = np.array([0.0, 0.3, 0.0])
+    text = Robot.from_pinocchio(model, robot.tip).to_urdf()
+    with pytest.raises(Exception, match="rotor"):
+        Robot.from_urdf(text.replace('rotor_inertia value="0.3"', 'rotor_inertia value="x"'))
+
+
+def test_no_limit_is_the_largest_number_in_the_file() -> None:
+    robot = catalog.load("panda").with_limits(tau_max=np.inf)
+    assert f'effort="{LARGEST!r}"' in robot.to_urdf()
+    assert '"inf"' not in robot.to_urdf()
+    assert np.isinf(Robot.from_urdf(robot.to_urdf()).limits.tau_max).all()
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.floats(-4.0, 4.0), min_size=3, max_size=3), st.sampled_from([0.0, 1e-16, 1e-9, 1e-3]))
+def test_angles_are_accurate_at_any_pitch(w: list[float], off: float) -> None:
+    upright = pin.rpy.rpyToMatrix(w[0], np.pi / 2.0 - off, w[1])
+    for R in (pin.exp3(np.array(w)), upright, upright.T):
+        np.testing.assert_allclose(pin.rpy.rpyToMatrix(*roll_pitch_yaw(R)), R, rtol=0.0, atol=1e-14)
