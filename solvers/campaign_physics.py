@@ -170,6 +170,10 @@ class Watched(Plant):
         """Hand the fault on."""
         self._plant.fail(fault)
 
+    def repair(self, joint: Any) -> None:
+        """Hand the repair on."""
+        self._plant.repair(joint)
+
     def advance(self, command: Command) -> None:
         """Keep the tick, then move on."""
         kept = self._kept[self.ticks]

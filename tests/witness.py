@@ -43,6 +43,9 @@ class Witness(Plant):
     def fail(self, fault):
         self._plant.fail(fault)
 
+    def repair(self, joint):
+        self._plant.repair(joint)
+
     def advance(self, command):
         q, v = command.q.copy(), command.v.copy()
         self._plant.advance(command)

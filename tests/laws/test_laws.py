@@ -68,6 +68,9 @@ class Recorder(Plant):
         if self._honest:
             self._plant.fail(fault)
 
+    def repair(self, joint):
+        self._plant.repair(joint)
+
     def advance(self, command):
         self.commands.append((command.q.tobytes(), command.v.tobytes(), command.a.tobytes()))
         self._plant.advance(command)

@@ -327,3 +327,21 @@ class InertialLeader(ClockedLeader):
     def world(self) -> MovingWorld:
         """The base, its sensors and the inertial task."""
         return self._world
+
+
+def leader_along(
+    planner: Planner, path: Path, follower: PathFollower | None, world: MovingWorld | None, *, mean: bool
+) -> Leader:
+    """What leads an arm along a path.
+
+    Args:
+        planner: gives the commands.
+        path: what is followed.
+        follower: leads the planner by the path's progress; None goes by the clock.
+        world: the base, where it moves.
+        mean: by the clock, feed forward the mean acceleration over dt in place of that at the tick.
+    """
+    if follower is not None:
+        return ProgressLeader(follower)
+    targets = ClockTargets(path, planner.dt, mean=mean)
+    return ClockLeader(planner, targets) if world is None else InertialLeader(world, targets)

@@ -18,12 +18,12 @@ from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import FtqpError, InputError, unknown
 from ftqp.sim.base.moving_world import MovingWorld
 from ftqp.sim.block_runner import BlockRunner
-from ftqp.sim.leader import ClockLeader, ClockTargets, InertialLeader, Leader, ProgressLeader
+from ftqp.sim.leader import leader_along
+from ftqp.sim.led_arm import LedArm
 from ftqp.sim.log.description import description
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_writer import LogWriter
 from ftqp.sim.log.metrics import STOP_CODES
-from ftqp.sim.log.raw_rows import FELT, SENSED
 from ftqp.sim.log.row_sink import MemoryRows, RowSink
 from ftqp.sim.log.signals import base_columns, columns, sensed_columns
 from ftqp.sim.log.tick_recorder import TickRecorder
@@ -142,7 +142,7 @@ class Simulation:
                 f"drive={self._plant.drive!r}"
             )
         self._sensors = sensors
-        if self._feels_torque and (self._plant.motors is None or world is not None):
+        if sensors is not None and sensors.feels_torque and (self._plant.motors is None or world is not None):
             raise InputError(
                 "the sensors measure torques, but "
                 + ("an inertial task takes none" if world is not None else "this plant has no motors")
@@ -156,7 +156,8 @@ class Simulation:
             )
         if world is not None and follower is not None:
             raise InputError("a path's progress does not wait for a moving base; leave follower or world out")
-        self._leader = _leader(planner, path, follower, world, mean=feed_forward == "mean")
+        self._leader = leader_along(planner, path, follower, world, mean=feed_forward == "mean")
+        self._arm = LedArm(planner, self._leader, self._plant, sensors)
         natural = path.duration * (1.0 if follower is None else LONGEST)
         time = natural if duration is None else positive("duration of the simulation", duration, "s")
         self._last = round(time / planner.dt)
@@ -171,23 +172,10 @@ class Simulation:
         self._signals = (
             *columns(robot.joints, robot.chain.prismatic, planner.level),
             *(() if world is None else base_columns(world.base.coordinates)),
-            *sensed_columns(self._sensed, robot.joints, robot.chain.prismatic),
+            *sensed_columns(self._arm.sensed, robot.joints, robot.chain.prismatic),
         )
         self._metadata = dict(metadata or {})
         self._progress = progress
-
-    @property
-    def _feels_torque(self) -> bool:
-        """Whether the planner is given torques."""
-        return self._sensors is not None and self._sensors.feels_torque
-
-    @property
-    def _sensed(self) -> tuple[str, ...]:
-        """What the log keeps where what is sent, what is measured and what is true may be three."""
-        if self._sensors is None and self._plant.drive is None:
-            return ()
-        known = self._feels_torque, self._plant.motors is not None and self._plant.drive != "torque"
-        return (*SENSED, *(name for name, is_known in zip(FELT, known, strict=True) if is_known))
 
     def run(self) -> Result:
         """Simulate to the end, or until Ctrl-C, which leaves complete files and a result that says so.
@@ -196,10 +184,7 @@ class Simulation:
             FtqpError: the log cannot be written.
         """
         self._forget_faults()
-        self._leader.reset(self._q, self._v, self._last + 1)
-        self._plant.reset(self._q, self._v)
-        if self._sensors is not None:
-            self._sensors.reset()
+        self._arm.reset(self._q, self._v, self._last + 1)
         if self._log is None:
             return self._ticks(None)
         reference = "time" if self._leader.path_status is None else "progress"
@@ -216,7 +201,7 @@ class Simulation:
 
     def _recorded(self, sink: RowSink) -> Result:
         """All ticks and their rows; the state of the log says how it ended once every row is kept."""
-        recorder = TickRecorder(sink, self._planner, self._leader, sensed=self._sensed)
+        recorder = TickRecorder(sink, self._planner, self._leader, sensed=self._arm.sensed)
         try:
             result = self._ticks(recorder)
             recorder.flush()
@@ -245,20 +230,11 @@ class Simulation:
 
     def _tick(self, k: int, recorder: TickRecorder | None) -> int:
         """One tick, and the arm moves on; the code of its status."""
-        leader, plant, sensors = self._leader, self._plant, self._sensors
-        leader.aim(k, plant.q)
-        q, v, motors = plant.q, plant.v, plant.motors
-        tau, demand = None, None if motors is None else motors.demand
-        if sensors is not None:
-            sensors.measure(q, v, motors)
-            q, v, tau, demand = sensors.q, sensors.v, sensors.tau, sensors.demand
-        before = clock.now()
-        step = leader.step(q, v, tau)
-        elapsed = clock.now() - before
+        made = self._arm.think(k)
         if recorder is not None:
-            recorder.write(k * self._planner.dt, plant.q, plant.v, step, elapsed, (q, v), (tau, demand))
-        code = step.code
-        plant.advance(step)
+            self._arm.write(recorder, k * self._planner.dt, made)
+        code = made.step.code
+        self._plant.advance(made.step)
         return code
 
     def _ticks(self, recorder: TickRecorder | None) -> Result:
@@ -329,13 +305,3 @@ def _state(result: Result) -> str:
     if result.broken is not None:
         return "broken"
     return "interrupted" if result.interrupted else "finished"
-
-
-def _leader(
-    planner: Planner, path: Path, follower: PathFollower | None, world: MovingWorld | None, *, mean: bool
-) -> Leader:
-    """What leads the arm."""
-    if follower is not None:
-        return ProgressLeader(follower)
-    targets = ClockTargets(path, planner.dt, mean=mean)
-    return ClockLeader(planner, targets) if world is None else InertialLeader(world, targets)

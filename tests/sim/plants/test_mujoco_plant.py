@@ -240,6 +240,9 @@ class Poisoned(Plant):
     def fail(self, fault):
         self._plant.fail(fault)
 
+    def repair(self, joint):
+        self._plant.repair(joint)
+
     def advance(self, step):
         tau = step.tau.copy()
         tau[5] = np.nan if self._ticks == 100 else tau[5]

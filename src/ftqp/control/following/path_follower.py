@@ -110,6 +110,10 @@ class PathFollower:
         self.planner.reset(q, v)
         self._begin()
 
+    def begin(self) -> None:
+        """Begin the path anew and leave the planner as it is."""
+        self._begin()
+
     def step(self, q: Any, v: Any, *, tau: Any = None, tip: Any = None) -> Step:
         """The command for the next ``dt``, and the path's progress with it; see ``Planner.step``.
 

@@ -68,6 +68,10 @@ class TickRecorder:
         """From this row on the joint has really failed."""
         self._truth[self._planner.robot.joint(fault.joint)] = fault.number
 
+    def repair(self, joint: str | int) -> None:
+        """From this row on the joint really works again."""
+        self._truth[self._planner.robot.joint(joint)] = HEALTHY
+
     def write(
         self,
         t: float,

@@ -165,6 +165,17 @@ class KinematicPlant(Plant):
         if isinstance(fault, Locked) and fault.mode == "instant" and fault.reset == "kinematic":
             self._v[i] = 0.0
 
+    def repair(self, joint: str | int) -> None:
+        """From now on the joint works as if it had never failed.
+
+        Args:
+            joint: Its name or 0-based index; one that works stays so.
+
+        Raises:
+            InputError: unknown joint.
+        """
+        self._faults.pop(self._robot.joint(joint), None)
+
     def obeys(self, believed: Mapping[str, Fault]) -> bool:
         """Whether every command of a planner will be followed bit by bit until another joint fails.
 

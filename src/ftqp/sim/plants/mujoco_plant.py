@@ -169,6 +169,17 @@ class MujocoPlant(Plant):
                 high = self._high[i] if fault.q_max is None else min(fault.q_max, self._high[i])
                 self._physics.stop_at(i, low, high)
 
+    def repair(self, joint: str | int) -> None:
+        """From now on the joint works as if it had never failed.
+
+        Args:
+            joint: Its name or 0-based index; one that works stays so.
+
+        Raises:
+            InputError: unknown joint.
+        """
+        self._work(self._robot.joint(joint))
+
     def suffer(self, mishap: Mishap) -> None:
         """From now on the joint of ``mishap`` does what it says, and no longer what befell it before.
 

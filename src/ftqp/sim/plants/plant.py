@@ -86,6 +86,17 @@ class Plant(ABC):
         """
 
     @abstractmethod
+    def repair(self, joint: str | int) -> None:
+        """From now on the joint works as if it had never failed; one that works stays so.
+
+        Args:
+            joint: Its name or 0-based index.
+
+        Raises:
+            InputError: unknown joint.
+        """
+
+    @abstractmethod
     def advance(self, command: Command) -> None:
         """Move on by dt.
 

@@ -123,6 +123,20 @@ class ServoPlant(Plant):
         self._works[i] = False
         self._v[i] = 0.0
 
+    def repair(self, joint: str | int) -> None:
+        """From now on the joint works as if it had never failed.
+
+        Args:
+            joint: Its name or 0-based index; one that works stays so.
+
+        Raises:
+            InputError: unknown joint.
+        """
+        i = self._robot.joint(joint)
+        if not self._works[i]:
+            self._works[i] = True
+            self._set[i] = self._q[i]
+
     def advance(self, command: Command) -> None:
         """Move on by dt.
 

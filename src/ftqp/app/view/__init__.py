@@ -1,0 +1,1 @@
+"""What `ftqp view` shows: running scenarios, finished runs, coverage reports."""

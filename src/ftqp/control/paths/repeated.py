@@ -1,0 +1,79 @@
+"""A path again and again, round and round where it is closed, else there and back; and a path backwards."""
+
+from typing import final
+
+import numpy as np
+
+from ftqp.control.paths.path import TIME_SLACK, Motion, Path
+from ftqp.core.checks import FloatArray
+
+CLOSED = 1e-9
+"""A path whose end is so near to its start is closed [m, and entries of the rotation]."""
+
+
+@final
+class Repeated(Path):
+    """A path repeated for as long as asked; before its end the first lap is the path itself, bit by bit.
+
+    A closed path of duration T is at t where it was at t mod T. One that is not closed is followed to its end
+    and back: at t in (T, 2T] it is where it was at 2T - t and moves the other way.
+
+    Args:
+        path: What is repeated.
+        laps: How many times, > 0; there and back is one.
+
+    Attributes:
+        lap: How long a lap takes [s].
+        closed: Whether the path ends where it begins.
+    """
+
+    def __init__(self, path: Path, laps: float) -> None:
+        self.closed = is_closed(path)
+        self.lap = path.duration * (1.0 if self.closed else 2.0)
+        super().__init__(path.start, laps * self.lap)
+        self._path = path
+
+    def _motion(self, t: FloatArray) -> Motion:
+        within = np.mod(t, self.lap)
+        within = np.where(within > self.lap - TIME_SLACK, 0.0, within)
+        back = within > self._path.duration
+        sample = self._path.sample(np.where(back, self.lap - within, within))
+        twist = np.where(back[:, None], -sample.twist, sample.twist)
+        return Motion(
+            sample.pose[:, :3, 3],
+            twist[:, :3],
+            sample.acceleration[:, :3],
+            sample.pose[:, :3, :3],
+            twist[:, 3:],
+            sample.acceleration[:, 3:],
+        )
+
+
+@final
+class Backwards(Path):
+    """A path from its end to its start, through the same poses in the same time.
+
+    Args:
+        path: What is turned round.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path.sample(path.duration).pose[0], path.duration)
+        self._path = path
+
+    def _motion(self, t: FloatArray) -> Motion:
+        sample = self._path.sample(self.duration - t)
+        return Motion(
+            sample.pose[:, :3, 3],
+            -sample.twist[:, :3],
+            sample.acceleration[:, :3],
+            sample.pose[:, :3, :3],
+            -sample.twist[:, 3:],
+            sample.acceleration[:, 3:],
+        )
+
+
+def is_closed(path: Path) -> bool:
+    """Whether a path ends where it begins."""
+    end = path.sample(path.duration).pose[0]
+    return bool(np.abs(end - path.start).max() <= CLOSED)

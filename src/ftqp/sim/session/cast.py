@@ -1,0 +1,90 @@
+"""Who plays in a session: the arm, its naive twin, what fails by itself, and what they are called."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ftqp.control.paths.path import Path
+from ftqp.control.planner.planner import Planner
+from ftqp.core.checks import FloatArray
+from ftqp.model.robot import Robot
+from ftqp.sim.led_arm import LedArm
+from ftqp.sim.plants.plant import Plant
+from ftqp.sim.schedule import Schedule
+from ftqp.sim.sensors.joint_sensors import JointSensors
+from ftqp.sim.session.session_leader import SessionLeader
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Player:
+    """An arm that plays in a session, with its planner.
+
+    Attributes:
+        planner: Gives the commands.
+        leader: Leads it.
+        plant: The arm.
+        sensors: What is measured of it; None gives the planner the truth.
+    """
+
+    planner: Planner
+    leader: SessionLeader
+    plant: Plant
+    sensors: JointSensors | None = None
+
+    def led(self) -> LedArm:
+        """What makes its ticks."""
+        return LedArm(self.planner, self.leader, self.plant, self.sensors)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Choice:
+    """What a person has chosen to see; None is what the scenario says.
+
+    Attributes:
+        scenario: Name or path of a scenario.
+        overrides: ``a.b=value`` each, put into the scenario before it is checked.
+        robot: Name of a catalog robot.
+        scheme: Name of a scheme.
+        backend: Name of a backend.
+        detector: Whether the planner looks for failures by itself.
+    """
+
+    scenario: str
+    overrides: tuple[str, ...] = ()
+    robot: str | None = None
+    scheme: str | None = None
+    backend: str | None = None
+    detector: bool | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Cast:
+    """All that takes part in a session.
+
+    Attributes:
+        title: What is shown.
+        robot: The arm.
+        path: What its tip follows.
+        q: Where it starts, (nv,) [rad or m].
+        v: How fast, (nv,) [rad/s or m/s].
+        schedule: What fails by itself.
+        arm: The arm and its planner.
+        twin: The same once more, which is never told of failures; None without one.
+        detects: Whether the planner has a detector, so that a click need not tell it.
+        facts: What else a log should say.
+    """
+
+    title: str
+    robot: Robot
+    path: Path
+    q: FloatArray
+    v: FloatArray
+    schedule: Schedule
+    arm: Player
+    twin: Player | None = None
+    detects: bool = False
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+
+Casting = Callable[[Choice], Cast]
+"""Makes the cast of a choice; raises `FtqpError` with one sentence where that cannot be."""

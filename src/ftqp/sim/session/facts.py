@@ -1,0 +1,119 @@
+"""What one picture of a session needs, as plain numbers; the same from a running arm and from its log."""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.pose import quaternions
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwinFacts:
+    """The naive twin at the same tick: the same arm and planner with the same failures, never told of them.
+
+    Attributes:
+        q: True joint positions, (nv,) [rad or m].
+        status: Code of its step's status.
+        position_error: How far its tip is from the target [m].
+    """
+
+    q: FloatArray
+    status: int
+    position_error: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Facts:
+    """One tick. What is of the arm equals the columns of a log; what is of the clock a log does not have.
+
+    Attributes:
+        tick: Number of the tick.
+        t: Its time [s].
+        q: True joint positions at its beginning, (nv,) [rad or m].
+        v: True joint velocities there, (nv,) [rad/s or m/s].
+        truth: What each joint is, (nv,), codes of `ftqp.sim.log.signals.CONDITIONS`.
+        belief: What the planner believes of it, (nv,), the same codes.
+        target_position: Where the tip should be, (3,) [m].
+        target_quaternion: How it should be turned, (4,), x, y, z, w.
+        base_position: Where the base is, (3,) [m]; None of a base that stands.
+        base_quaternion: How it is turned, (4,), x, y, z, w; None of a base that stands.
+        status: Code of the step's status.
+        path_status: Code of where the path stands, `ftqp.sim.log.signals.PATH_CODES`.
+        position_error: Distance of the tip from its target, over the task's rows [m].
+        rotation_error: Angle of the tip from its target, over the task's rows [rad].
+        step_time: Wall time of the step [us].
+        twin: The naive twin; None without one.
+        stage: How many times the arm has been replaced by another one.
+        paused: Whether time stands.
+        speed: Simulated seconds in a second that were asked for.
+        pace: Simulated seconds in a second that the machine makes.
+        message: The last refusal or note, in plain words; empty without one.
+    """
+
+    tick: int
+    t: float
+    q: FloatArray
+    v: FloatArray
+    truth: IntArray
+    belief: IntArray
+    target_position: FloatArray
+    target_quaternion: FloatArray
+    base_position: FloatArray | None = None
+    base_quaternion: FloatArray | None = None
+    status: int
+    path_status: int
+    position_error: float
+    rotation_error: float
+    step_time: float
+    twin: TwinFacts | None = None
+    stage: int = 0
+    paused: bool = False
+    speed: float = 1.0
+    pace: float = 1.0
+    message: str = ""
+
+
+class Columns(Protocol):
+    """The part of a log that facts are read from, such as an `ftqp.sim.log.log_arrays.Log`."""
+
+    def __getitem__(self, name: str) -> NDArray[Any]: ...
+    def __contains__(self, name: object) -> bool: ...
+
+
+def facts_of(log: Columns, tick: int) -> Facts:
+    """The facts of one tick of a log.
+
+    Args:
+        log: The log of a run.
+        tick: Which of its rows, >= 0.
+    """
+    target, moves = log["target"][tick], "base_status" in log
+    base = log["base"][tick] if moves else None
+    return Facts(
+        tick=tick,
+        t=float(log["t"][tick]),
+        q=log["q"][tick],
+        v=log["v"][tick],
+        truth=log["truth"][tick].astype(np.int64),
+        belief=log["belief"][tick].astype(np.int64),
+        target_position=target[:3],
+        target_quaternion=target[3:],
+        base_position=None if base is None else base[:3],
+        base_quaternion=None if base is None else base[3:],
+        status=int(log["status"][tick]),
+        path_status=int(log["path_status"][tick]),
+        position_error=float(log["position_error"][tick]),
+        rotation_error=float(log["rotation_error"][tick]),
+        step_time=float(log["step_time"][tick]),
+    )
+
+
+def quaternion_of(pose: FloatArray) -> FloatArray:
+    """The quaternion x, y, z, w of a pose, (4,), as a log keeps it."""
+    result: FloatArray = quaternions(pose[None, :3, :3])[0]
+    return result

@@ -1,0 +1,296 @@
+"""Session: a simulation that is stepped by a caller, never ends, and takes orders between two ticks."""
+
+from dataclasses import replace
+from math import floor, isfinite
+from queue import Empty, SimpleQueue
+from typing import final
+
+import numpy as np
+
+from ftqp.core.errors import FtqpError, InputError
+from ftqp.faults.kinds import KINDS
+from ftqp.sim.log.row_sink import RowSink
+from ftqp.sim.session.cast import Cast, Casting, Choice
+from ftqp.sim.session.facts import Facts
+from ftqp.sim.session.orders import (
+    TELLS,
+    Aim,
+    Break,
+    Order,
+    Pause,
+    Repair,
+    Reset,
+    Speed,
+    Tell,
+    Use,
+)
+from ftqp.sim.session.watched_arm import WatchedArm
+
+FASTEST = 100.0
+"""Simulated seconds in a second that may be asked for at most."""
+ROUNDING = 1e-6
+"""Share of a tick by which time may be short of it."""
+
+
+@final
+class Session:
+    """An arm that goes along its path without end while joints are broken and repaired.
+
+    It is stepped by one thread; orders may come from any. Whatever the world does, nothing is raised: the
+    facts say in words what has happened, and ``Reset`` begins anew.
+
+    Args:
+        casting: Makes arm, twin and schedule of a choice.
+        choice: What is shown first.
+
+    Raises:
+        FtqpError: The first choice cannot be made.
+    """
+
+    def __init__(self, casting: Casting, choice: Choice) -> None:
+        self._casting, self.choice = casting, choice
+        self._orders: SimpleQueue[Order] = SimpleQueue()
+        self.paused, self.speed, self.pace = False, 1.0, 1.0
+        self.stage = 0
+        self._message = ""
+        self._left = 0.0
+        self._play(casting(choice))
+        self._begin()
+
+    def put(self, order: Order) -> None:
+        """Ask for something; it is done between two ticks. Any thread may call this."""
+        self._orders.put(order)
+
+    @property
+    def facts(self) -> Facts:
+        """What a picture of the last tick needs."""
+        return replace(
+            self._facts,
+            stage=self.stage,
+            paused=self.paused,
+            speed=self.speed,
+            pace=self.pace,
+            message=self._message or self._arm.sentence,
+        )
+
+    @property
+    def tell(self) -> str:
+        """How the planner learns of failures, one of `ftqp.sim.session.orders.TELLS`."""
+        return self._tell.how
+
+    def record(self, sink: RowSink) -> None:
+        """Keep the row of every tick from the next one on; the caller closes the sink.
+
+        Args:
+            sink: Where the rows go, with the columns of ``signals``.
+        """
+        self._arm.record(sink)
+
+    def advance(self, seconds: float) -> int:
+        """Apply the orders that have come, then go on; every tick is made, none is skipped.
+
+        Args:
+            seconds: Simulated time, >= 0 [s]; what is less than a tick is kept for the next call.
+
+        Returns:
+            How many ticks were made; none while time stands or the arm is broken.
+        """
+        self._apply_orders()
+        if self.paused or self._broken:
+            return 0
+        self._left += max(seconds, 0.0) / self.cast.arm.planner.dt
+        count = floor(self._left + ROUNDING)
+        self._left -= count
+        for left in range(count, 0, -1):
+            if not self._tick(last=left == 1):
+                return count - left
+        return count
+
+    def close(self) -> None:
+        """Hand the rows on that are still to be kept."""
+        self._arm.flush()
+
+    def _apply_orders(self) -> None:
+        while True:
+            try:
+                order = self._orders.get_nowait()
+            except Empty:
+                return
+            try:
+                self._message = self._apply(order)
+            except FtqpError as error:
+                self._message = f"{str(error)[:1].upper()}{str(error)[1:]}."
+
+    def _apply(self, order: Order) -> str:
+        """Do what is ordered; a note for the operator, or nothing.
+
+        Raises:
+            FtqpError: It cannot be done; nothing has changed then.
+        """
+        match order:
+            case Break():
+                self._break(order)
+            case Repair():
+                self._repair(order.joint)
+            case Pause():
+                self.paused = bool(order.paused)
+            case Reset():
+                self._begin()
+            case Speed():
+                self._hurry(order.factor)
+            case Tell():
+                return self._tell_so(order)
+            case Aim():
+                self._arm.follow(order.pose)
+                if self._twin is not None:
+                    self._twin.follow(order.pose)
+            case Use():
+                return self._use(order)
+            case _:
+                return f"{type(order).__name__} is for replays and reports; a running session has none."
+        return ""
+
+    def _play(self, cast: Cast) -> None:
+        """Let another cast play."""
+        self.cast = cast
+        self._arm = WatchedArm(cast.arm)
+        self._twin = None if cast.twin is None else WatchedArm(cast.twin)
+        self._tell = Tell("detector" if cast.detects else "at once")
+
+    def _begin(self) -> None:
+        """Tick 0, nothing broken."""
+        cast, dt = self.cast, self.cast.arm.planner.dt
+        for arm in (self._arm, self._twin):
+            if arm is not None:
+                arm.begin(cast.q, cast.v)
+        self._failing, self._announced = cast.schedule.failing(dt), cast.schedule.announced(dt)
+        self._telling: dict[str, int] = {}
+        self._k, self._left, self._broken, self._message = 0, 0.0, False, ""
+        self._tick(last=True)
+
+    def _tick(self, *, last: bool) -> bool:
+        """One tick; whether the arm can go on."""
+        k, arm, twin = self._k, self._arm, self._twin
+        try:
+            self._happen(k)
+            arm.think(k)
+            if twin is not None:
+                twin.think(k)
+            if last:
+                self._facts = arm.facts(k, twin)
+            arm.move()
+            if twin is not None:
+                twin.move()
+        except (FtqpError, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
+            return self._break_off(str(error))
+        self._k = k + 1
+        if arm.failure is not None:
+            return self._break_off(arm.failure)
+        if twin is not None and twin.failure is not None:
+            self._twin, self._message = None, f"The naive twin cannot go on: {twin.failure}."
+        return True
+
+    def _break_off(self, why: str) -> bool:
+        self._broken = True
+        self._message = f"The simulation of the arm cannot go on: {why}. Reset begins anew."
+        return False
+
+    def _happen(self, k: int) -> None:
+        """What fails by itself at tick k, and what is told then."""
+        for event in self._failing.get(k, ()):
+            self._arm.fail(event.fault)
+            if self._twin is not None:
+                self._twin.fail(event.fault)
+        for event in self._announced.get(k, ()):
+            self._arm.tell(event.fault)
+        if self._telling:
+            for joint in [joint for joint, due in self._telling.items() if due <= k]:
+                del self._telling[joint]
+                self._arm.tell(self._arm.failed[joint])
+
+    def _joint(self, joint: str | int) -> str:
+        robot = self.cast.robot
+        return robot.joints[robot.joint(joint)]
+
+    def _break(self, order: Break) -> None:
+        joint = self._joint(order.joint)
+        if order.kind not in KINDS:
+            raise InputError(f"{order.kind!r} is no kind of fault; there are {', '.join(KINDS)}")
+        try:
+            fault = order.fault(joint)
+        except TypeError as error:
+            raise InputError(f"a fault of kind {order.kind} has no such setting: {error}") from error
+        at_once = self._tell.how == "at once"
+        self._arm.fail(fault)
+        if at_once:
+            try:
+                self._arm.tell(fault)
+            except FtqpError:
+                self._arm.repair(joint)
+                raise
+        if self._twin is not None:
+            self._twin.fail(fault)
+        self._telling.pop(joint, None)
+        if self._tell.how == "after":
+            self._telling[joint] = self._due()
+
+    def _due(self) -> int:
+        return self._k + round(self._tell.delay / self.cast.arm.planner.dt)
+
+    def _repair(self, which: str | int) -> None:
+        joint = self._joint(which)
+        self._telling.pop(joint, None)
+        self._arm.repair(joint)
+        if self._twin is not None:
+            self._twin.repair(joint)
+
+    def _hurry(self, factor: float) -> None:
+        if not (isinstance(factor, int | float) and isfinite(factor) and 0.0 < factor <= FASTEST):
+            raise InputError(f"speed is {factor!r}, expected a factor above 0 and at most {FASTEST:g}")
+        self.speed = float(factor)
+
+    def _tell_so(self, order: Tell) -> str:
+        """Change how the planner learns of failures; those that it does not know of yet count, too."""
+        if order.how not in TELLS:
+            raise InputError(f"{order.how!r} is no way to tell the planner; there are {', '.join(TELLS)}")
+        if not (isfinite(order.delay) and order.delay >= 0.0):
+            raise InputError(f"delay is {order.delay!r} s, expected a number of seconds >= 0")
+        detects = order.how == "detector"
+        if detects != self.cast.detects:
+            self._recast(replace(self.choice, detector=detects))
+            self._tell = order
+            return (
+                "The arm begins anew, its planner made " + ("with" if detects else "without") + " a detector."
+            )
+        self._tell = order
+        self._telling.clear()
+        for joint in self._arm.untold:
+            if order.how == "at once":
+                self._arm.tell(self._arm.failed[joint])
+            elif order.how == "after":
+                self._telling[joint] = self._due()
+        return ""
+
+    def _use(self, order: Use) -> str:
+        choice = self.choice
+        if order.scenario is not None:
+            choice = Choice(scenario=order.scenario)
+        for name in ("robot", "scheme", "backend"):
+            wanted = getattr(order, name)
+            if wanted is not None:
+                choice = replace(choice, **{name: wanted})
+        self._recast(choice)
+        return ""
+
+    def _recast(self, choice: Choice) -> None:
+        """Another cast, if it can be made and moved; else the old one goes on.
+
+        Raises:
+            FtqpError: It cannot be made.
+        """
+        cast = self._casting(choice)
+        self._arm.flush()
+        self.choice = choice
+        self._play(cast)
+        self.stage += 1
+        self._begin()

@@ -1,0 +1,183 @@
+"""What leads an arm for as long as somebody watches: its path again and again, or a hand, or the way back."""
+
+from typing import final
+
+import numpy as np
+
+from ftqp.control.following.goto import GoTo, GoToStatus
+from ftqp.control.following.path_follower import PathFollower, PathStatus
+from ftqp.control.following.target_follower import TargetFollower
+from ftqp.control.paths.path import Path
+from ftqp.control.paths.repeated import Backwards, Repeated, is_closed
+from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.step import Step
+from ftqp.control.planner.target import Target
+from ftqp.core.checks import FloatArray
+from ftqp.sim.leader import ClockLeader, ClockTargets, Leader, ProgressLeader
+from ftqp.sim.plants.arm_model import Arm
+
+LAPS = 1_000_000
+"""Laps of a path that goes by the clock; nobody watches longer."""
+
+
+@final
+class SessionLeader(Leader):
+    """Leads the arm along its path without end, to where a hand points, and back to the path.
+
+    The way back is an `ftqp.GoTo` to where the path begins; from there it begins anew. A path that is not
+    closed is followed to its end and back.
+
+    Args:
+        planner: Gives the commands.
+        path: What is followed.
+        progress: Leads along the path by its progress; None goes by the clock.
+        mean: By the clock, feed forward the mean acceleration over dt in place of that at the tick.
+    """
+
+    def __init__(
+        self, planner: Planner, path: Path, progress: PathFollower | None = None, *, mean: bool = False
+    ) -> None:
+        self._planner, self._arm = planner, Arm(planner.robot)
+        self._start = path.start
+        self._followers: tuple[PathFollower, ...] = ()
+        ways: tuple[ClockLeader | ProgressLeader, ...]
+        if progress is None:
+            repeated = Repeated(path, LAPS)
+            ways = (ClockLeader(planner, ClockTargets(repeated, planner.dt, mean=mean)),)
+        elif is_closed(path):
+            self._followers = (progress,)
+        else:
+            self._followers = (progress, PathFollower(planner, Backwards(path), stall=progress.stall))
+        self._ways = ways if progress is None else tuple(map(ProgressLeader, self._followers))
+        self._way = 0
+        self._ticks, self._begun, self._k = 1, 0, 0
+        self._hand: TargetFollower | None = None
+        self._back: GoTo | None = None
+        self._aim = Target(pose=path.start)
+
+    def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
+        """Begin the path at (q, v), each (nv,)."""
+        self._hand = self._back = None
+        self._ticks, self._begun = ticks, 0
+        self._way = 0
+        self._path.reset(q, v, ticks)
+
+    def follow(self, pose: FloatArray | None) -> None:
+        """Go to where a hand points from the next tick on.
+
+        Args:
+            pose: Where to, (4, 4); None gives the path back.
+        """
+        if pose is None:
+            if self._hand is not None:
+                self.go_back()
+            return
+        if self._hand is None:
+            self._hand, self._back = TargetFollower(self._planner), None
+        self._aim = Target(pose=pose)
+
+    def go_back(self) -> None:
+        """Go to where the path begins and follow it from there."""
+        self._hand, self._back = None, GoTo(self._planner, pose=self._start)
+
+    def resume(self) -> None:
+        """Try a path anew that was blocked, because a joint works again."""
+        if self._followers:
+            self._followers[self._way].resume()
+
+    def aim(self, k: int, q: FloatArray) -> None:
+        """Find the target of tick k."""
+        self._k = k
+        if self._back is not None and self._back.status not in (GoToStatus.MOVING, GoToStatus.HALTED):
+            self._back = None
+            self._start_lap(k, 0)
+        if self._hand is not None or self._back is not None:
+            return
+        if self._followers and self._followers[self._way].status is PathStatus.DONE:
+            self._start_lap(k, (self._way + 1) % len(self._followers))
+        self._path.aim(k - self._begun, q)
+
+    def _start_lap(self, k: int, way: int) -> None:
+        self._begun, self._way = k, way
+        if self._followers:
+            self._followers[way].begin()
+
+    @property
+    def _path(self) -> ClockLeader | ProgressLeader:
+        """What leads along the path just now: there, or back."""
+        return self._ways[self._way]
+
+    def step(self, q: FloatArray, v: FloatArray, tau: FloatArray | None = None) -> Step:
+        """The command at the measured state (q, v) and torques, each (nv,)."""
+        if self._hand is not None:
+            return self._hand.step(q, v, self._aim, tau=tau)
+        if self._back is not None:
+            return self._back.step(q, v, tau=tau)
+        return self._path.step(q, v, tau)
+
+    @property
+    def target(self) -> Target:
+        """Where the tip shall be: of the path, of the hand, or where the path begins."""
+        if self._hand is not None:
+            return self._aim
+        return self._path.target if self._back is None else Target(pose=self._back.pose)
+
+    @property
+    def by_hand(self) -> bool:
+        """Whether a hand leads."""
+        return self._hand is not None
+
+    @property
+    def sentence(self) -> str:
+        """What there is to say beside the status of the step; empty without anything."""
+        if self._hand is not None:
+            return f"Led by hand: {self._hand.status.value}."
+        if self._back is not None:
+            return f"Back to the path: {self._back.sentence}."
+        blocked = self._path.blocked
+        return "" if blocked is None else f"The path does not go on: {blocked}."
+
+    def tip(self, q: FloatArray) -> FloatArray:
+        """Pose of the tip in W at q, (4, 4)."""
+        return self._arm.tip(q)
+
+    @property
+    def progress(self) -> float:
+        """Path time of the target of the last step, since the path was begun [s]."""
+        return self._path.progress
+
+    @property
+    def reached(self) -> float:
+        """Path time that has been reached, since the path was begun [s]."""
+        return self._path.reached
+
+    @property
+    def path_status(self) -> PathStatus | None:
+        """Where the path stands; None where it has no progress of its own."""
+        return self._path.path_status
+
+    @property
+    def over(self) -> bool:
+        """Never: a session ends when nobody steps it any more."""
+        return False
+
+    @property
+    def finished(self) -> bool:
+        """Never."""
+        return False
+
+    @property
+    def blocked(self) -> str | None:
+        """Why the path does not go on, or None."""
+        return self._path.blocked
+
+    @property
+    def world(self) -> None:
+        """The base stands."""
+        return None
+
+
+def path_points(path: Path, count: int = 120) -> FloatArray:
+    """Points along a path, (count + 1, 3) [m]."""
+    points: FloatArray = path.sample(np.linspace(0.0, path.duration, count + 1)).pose[:, :3, 3]
+    return points

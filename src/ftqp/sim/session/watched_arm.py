@@ -1,0 +1,191 @@
+"""An arm of a session: what has failed of it, what its planner was told, and the facts of its last tick."""
+
+from typing import final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray, frozen
+from ftqp.faults.kinds import Fault
+from ftqp.kernel.layout.enums import STOPPED, STOPPING
+from ftqp.sim.led_arm import Made
+from ftqp.sim.log.derived_columns import MICROSECONDS
+from ftqp.sim.log.row_sink import RowSink
+from ftqp.sim.log.signals import HEALTHY, PATH_CODES, Column, columns, sensed_columns
+from ftqp.sim.log.tick_recorder import TickRecorder
+from ftqp.sim.session.cast import Player
+from ftqp.sim.session.facts import Facts, IntArray, TwinFacts, quaternion_of
+
+APART = 1e-6
+"""A joint farther from its command than this was repaired elsewhere than its planner thinks [rad or m]."""
+
+
+@final
+class WatchedArm:
+    """One arm and its planner in a session.
+
+    Args:
+        player: Who they are.
+
+    Attributes:
+        failed: What has really failed, by joint.
+    """
+
+    def __init__(self, player: Player) -> None:
+        self._player, self._led = player, player.led()
+        self._robot = player.planner.robot
+        self.failed: dict[str, Fault] = {}
+        self._recorder: TickRecorder | None = None
+        self._made: Made | None = None
+
+    @property
+    def signals(self) -> tuple[Column, ...]:
+        """The columns of its log."""
+        robot, level = self._robot, self._player.planner.level
+        return (
+            *columns(robot.joints, robot.chain.prismatic, level),
+            *sensed_columns(self._led.sensed, robot.joints, robot.chain.prismatic),
+        )
+
+    def begin(self, q: FloatArray, v: FloatArray) -> None:
+        """Tick 0: the healthy arm at (q, v), each (nv,), and nothing believed to have failed."""
+        planner = self._player.planner
+        for joint in (*self.failed, *planner.faults):
+            planner.withdraw(joint)
+            if self._recorder is not None:
+                self._recorder.repair(joint)
+        self.failed.clear()
+        self._led.reset(q, v, 2**31)
+
+    def record(self, sink: RowSink) -> None:
+        """Keep the rows of the ticks from the next one on."""
+        player = self._player
+        self._recorder = TickRecorder(sink, player.planner, player.leader, sensed=self._led.sensed)
+        for fault in self.failed.values():
+            self._recorder.fail(fault)
+
+    def flush(self) -> None:
+        """Hand the rows on that are still to be kept."""
+        if self._recorder is not None:
+            self._recorder.flush()
+
+    def fail(self, fault: Fault) -> None:
+        """Let a joint fail.
+
+        Raises:
+            FtqpError: This arm cannot have such a fault.
+        """
+        self._player.plant.fail(fault)
+        self.failed[self._name(fault.joint)] = fault
+        if self._recorder is not None:
+            self._recorder.fail(fault)
+
+    def tell(self, fault: Fault) -> None:
+        """Tell the planner.
+
+        Raises:
+            FtqpError: The planner cannot have such a fault.
+        """
+        self._player.planner.report(fault)
+
+    def repair(self, joint: str) -> None:
+        """Let a joint work again, and the planner know it.
+
+        A planner that did not know of the fault, or that has stopped, is put to where the arm is, and the
+        arm goes back to where its path begins: a drive is switched on at the joint's own position.
+        """
+        planner, plant, leader = self._player.planner, self._player.plant, self._player.leader
+        plant.repair(joint)
+        planner.withdraw(joint)
+        self.failed.pop(joint, None)
+        if self._recorder is not None:
+            self._recorder.repair(joint)
+        leader.resume()
+        step = None if self._made is None else self._made.step
+        if step is None:
+            return
+        i = self._robot.joint(joint)
+        stopped = step.code in (STOPPING, STOPPED)
+        if stopped or abs(step.reference.q[i] - plant.q[i]) > APART:
+            planner.reset(plant.q, plant.v)
+            if not leader.by_hand:
+                leader.go_back()
+
+    def follow(self, pose: FloatArray | None) -> None:
+        """Let a hand lead, or give the path back."""
+        self._player.leader.follow(pose)
+
+    @property
+    def untold(self) -> tuple[str, ...]:
+        """The joints that have failed without the planner's believing it."""
+        return tuple(joint for joint in self.failed if joint not in self._player.planner.faults)
+
+    @property
+    def failure(self) -> str | None:
+        """Why the simulation of the arm cannot go on, or None."""
+        plant = self._player.plant
+        if plant.failure is not None:
+            return plant.failure
+        wrong = ~(np.isfinite(plant.q) & np.isfinite(plant.v))
+        if not wrong.any():
+            return None
+        return f"the position of {self._robot.joints[int(np.argmax(wrong))]} is not a number any more"
+
+    @property
+    def sentence(self) -> str:
+        """What there is to say beside the status."""
+        return self._player.leader.sentence
+
+    def think(self, k: int) -> None:
+        """The planner's step of tick k."""
+        self._made = self._led.think(k)
+        if self._recorder is not None:
+            self._led.write(self._recorder, k * self._player.planner.dt, self._made)
+
+    def move(self) -> None:
+        """Let the arm move on."""
+        assert self._made is not None
+        self._player.plant.advance(self._made.step)
+
+    def facts(self, k: int, twin: "WatchedArm | None") -> Facts:
+        """The facts of tick k, between ``think`` and ``move``."""
+        assert self._made is not None
+        plant, planner, leader, step = (
+            self._player.plant,
+            self._player.planner,
+            self._player.leader,
+            self._made.step,
+        )
+        target = leader.target.pose
+        return Facts(
+            tick=k,
+            t=k * planner.dt,
+            q=frozen(plant.q.copy()),
+            v=frozen(plant.v.copy()),
+            truth=self._codes(self.failed),
+            belief=self._codes(dict(planner.faults)),
+            target_position=frozen(target[:3, 3].copy()),
+            target_quaternion=frozen(quaternion_of(target)),
+            status=step.code,
+            path_status=PATH_CODES[leader.path_status],
+            position_error=step.position_error,
+            rotation_error=step.rotation_error,
+            step_time=MICROSECONDS * self._made.elapsed,
+            twin=None if twin is None else twin.as_twin(),
+        )
+
+    def as_twin(self) -> TwinFacts:
+        """What a picture needs of it as the naive twin."""
+        assert self._made is not None
+        step = self._made.step
+        return TwinFacts(
+            q=frozen(self._player.plant.q.copy()), status=step.code, position_error=step.position_error
+        )
+
+    def _codes(self, faults: dict[str, Fault]) -> IntArray:
+        codes = np.full(self._robot.nv, HEALTHY, dtype=np.int64)
+        for joint, fault in faults.items():
+            codes[self._robot.joint(joint)] = fault.number
+        return codes
+
+    def _name(self, joint: str | int) -> str:
+        return self._robot.joints[self._robot.joint(joint)]

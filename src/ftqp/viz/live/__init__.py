@@ -1,0 +1,1 @@
+"""Moving pictures of an arm: frames, and the page that shows them."""

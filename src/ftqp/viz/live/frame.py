@@ -1,0 +1,239 @@
+"""Frame: what one picture of an arm needs, from a running session or from the log of a run, exactly alike."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from ftqp.control.first_use import warm_up
+from ftqp.control.following.path_follower import PathStatus
+from ftqp.control.planner.status import STATUSES
+from ftqp.core.checks import BoolArray, FloatArray, frozen
+from ftqp.core.pose import transform
+from ftqp.faults.kinds import KINDS, Locked
+from ftqp.kernel.entry.session import ArmSession
+from ftqp.model.robot import Robot
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.signals import PATH_CODES
+from ftqp.sim.session.facts import Facts, IntArray, facts_of
+
+NEAR = 0.9
+"""A joint beyond this share of its range is near its limit."""
+_BROKEN = np.array([0, *(kind.number for kind in KINDS.values() if not kind.works)])[1:]
+"""Codes of joints that do not follow their commands."""
+_SENTENCES = {
+    code: status.value
+    for status, code in PATH_CODES.items()
+    if status in (PathStatus.ESCAPING, PathStatus.BLOCKED, PathStatus.DONE)
+}
+"""What a path adds to the status of a step."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Frame:
+    """One picture; arrays are read-only, poses are in the frame of the arm's base.
+
+    Attributes:
+        stage: How many times the arm has been replaced by another one; a page then draws the new one.
+        tick: Number of the tick.
+        t: Its time [s].
+        paused: Whether time stands.
+        speed: Simulated seconds in a second that were asked for.
+        pace: Simulated seconds in a second that the machine makes.
+        joints: Pose of every joint's frame, which its motion is about or along z, then of the tip,
+            (nv + 1, 4, 4).
+        tip: Pose of the tip, (4, 4).
+        target: Where the tip should be, (4, 4); None where that is not known.
+        ghost: The naive twin's ``joints``, (nv + 1, 4, 4); None without a twin.
+        ghost_status: Name of its step's status; empty without a twin.
+        ghost_error: How far its tip is from the target [m]; 0 without a twin.
+        truth: What each joint is, (nv,), codes of `ftqp.sim.log.signals.CONDITIONS`.
+        belief: What the planner believes of it, (nv,), the same codes.
+        braking: Which joints have a closed brake and still move, (nv,).
+        near_limit: Which joints are within a tenth of half their range of a limit, (nv,).
+        status: Name of the step's status, a member of ``ftqp.StepStatus``.
+        sentence: The same for the operator, in plain words.
+        position_error: Distance of the tip from its target, over the task's rows [m].
+        rotation_error: Angle of the tip from its target, over the task's rows [rad].
+        q: Joint positions, (nv,) [rad or m].
+        v: Joint velocities, (nv,) [rad/s or m/s].
+        share: Where each joint is in its range, -1 at its lower and 1 at its upper limit, (nv,); of a joint
+            without limits the share of half a turn from its middle.
+        axes: Half axes of the manipulability ellipsoid of the tip's position, longest first, (3,): singular
+            values of the Jacobian over the joints that work and are believed to [m/rad].
+        axes_rotation: Its axes as columns of a rotation, (3, 3).
+        step_time_us: Wall time of the planner's step [us].
+        message: The last refusal or note, in plain words; empty without one.
+    """
+
+    stage: int
+    tick: int
+    t: float
+    paused: bool
+    speed: float
+    pace: float
+    joints: FloatArray
+    tip: FloatArray
+    target: FloatArray | None
+    ghost: FloatArray | None
+    ghost_status: str
+    ghost_error: float
+    truth: IntArray
+    belief: IntArray
+    braking: BoolArray
+    near_limit: BoolArray
+    status: str
+    sentence: str
+    position_error: float
+    rotation_error: float
+    q: FloatArray
+    v: FloatArray
+    share: FloatArray
+    axes: FloatArray
+    axes_rotation: FloatArray
+    step_time_us: float
+    message: str
+
+
+@final
+class DrawnArm:
+    """Kinematics and limits of one arm, for its pictures; it has a record of its own and no planner.
+
+    Args:
+        robot: The arm.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        n = robot.nv
+        self._session = ArmSession(robot.chain.constants())
+        warm_up(("kinematics",), self._session.capacity)
+        kinematics = self._session.K.kinematics
+        self._R, self._o = kinematics.R[:n].reshape(n, 3, 3), kinematics.o[:n]
+        self._R_tip, self._o_tip = kinematics.R_tip.reshape(3, 3), kinematics.o_tip
+        self._J = kinematics.J[:3, :n]
+        low, high = robot.limits.q_min, robot.limits.q_max
+        limited = np.isfinite(low) & np.isfinite(high)
+        low, high = np.where(limited, low, -np.pi), np.where(limited, high, np.pi)
+        self._middle, self._half = 0.5 * (low + high), 0.5 * (high - low)
+        self._limited, self._turns = limited, ~limited & ~robot.chain.prismatic
+        self._last = robot.neutral.copy()
+
+    def joints(self, q: FloatArray) -> FloatArray:
+        """Poses of the joints' frames, then of the tip, (nv + 1, 4, 4).
+
+        Args:
+            q: Joint positions, (nv,) [rad or m]; one that is NaN or infinite counts as the last that was not.
+        """
+        self._last = np.where(np.isfinite(q), q, self._last)
+        self._session.kinematics(self._last)
+        n = self.robot.nv
+        poses = np.zeros((n + 1, 4, 4))
+        poses[:n, :3, :3], poses[:n, :3, 3] = self._R, self._o
+        poses[n, :3, :3], poses[n, :3, 3] = self._R_tip, self._o_tip
+        poses[:, 3, 3] = 1.0
+        return poses
+
+    def ellipsoid(self, working: BoolArray) -> tuple[FloatArray, FloatArray]:
+        """Half axes (3,) and rotation (3, 3) over some joints, at the q of the last call of ``joints``.
+
+        Args:
+            working: Which joints count, (nv,).
+        """
+        U, axes, _ = np.linalg.svd(self._J * working)
+        if np.linalg.det(U) < 0.0:
+            U[:, 2] = -U[:, 2]
+        return axes if len(axes) == 3 else np.concatenate([axes, np.zeros(3 - len(axes))]), U
+
+    def share(self, q: FloatArray) -> FloatArray:
+        """Where each joint is in its range, (nv,)."""
+        off = q - self._middle
+        off = np.where(self._turns, np.remainder(off + np.pi, 2.0 * np.pi) - np.pi, off)
+        result: FloatArray = off / self._half
+        return result
+
+    def near(self, share: FloatArray) -> BoolArray:
+        """Which joints are near a limit, (nv,)."""
+        result: BoolArray = self._limited & (np.abs(share) > NEAR)
+        return result
+
+
+def frame_of(facts: Facts, arm: DrawnArm) -> Frame:
+    """The picture of one tick.
+
+    Args:
+        facts: Of a session, or of a row of a log.
+        arm: The arm that they are about.
+    """
+    ghost = None if facts.twin is None else arm.joints(facts.twin.q)
+    joints = arm.joints(facts.q)
+    fails = np.isin(facts.truth, _BROKEN) | np.isin(facts.belief, _BROKEN)
+    axes, rotation = arm.ellipsoid(~fails)
+    share = arm.share(facts.q)
+    locked = (facts.truth == Locked.number) | (facts.belief == Locked.number)
+    added = _SENTENCES.get(facts.path_status)
+    status = STATUSES[facts.status]
+    return Frame(
+        stage=facts.stage,
+        tick=facts.tick,
+        t=facts.t,
+        paused=facts.paused,
+        speed=facts.speed,
+        pace=facts.pace,
+        joints=frozen(joints),
+        tip=frozen(joints[-1]),
+        target=_target(facts),
+        ghost=None if ghost is None else frozen(ghost),
+        ghost_status="" if facts.twin is None else STATUSES[facts.twin.status].name,
+        ghost_error=0.0 if facts.twin is None else facts.twin.position_error,
+        truth=facts.truth,
+        belief=facts.belief,
+        braking=locked & (facts.v != 0.0),
+        near_limit=arm.near(share),
+        status=status.name,
+        sentence=status.value if added is None else f"{status.value}; {added}",
+        position_error=facts.position_error,
+        rotation_error=facts.rotation_error,
+        q=facts.q,
+        v=facts.v,
+        share=share,
+        axes=axes,
+        axes_rotation=rotation,
+        step_time_us=facts.step_time,
+        message=facts.message,
+    )
+
+
+def frames_of(log: Log, robot: Robot, ticks: Iterable[int] | None = None) -> Iterator[Frame]:
+    """The pictures of a run, the same that a session would have shown at those ticks.
+
+    Args:
+        log: The log of the run.
+        robot: Its arm.
+        ticks: Which rows; all without them.
+    """
+    arm = DrawnArm(robot)
+    for tick in range(len(log)) if ticks is None else ticks:
+        yield frame_of(facts_of(log, tick), arm)
+
+
+def _target(facts: Facts) -> FloatArray | None:
+    """The target in the frame of the base."""
+    target = transform(_rotation(facts.target_quaternion), facts.target_position)
+    if facts.base_position is not None and facts.base_quaternion is not None:
+        R = _rotation(facts.base_quaternion)
+        target = transform(R.T @ target[:3, :3], R.T @ (target[:3, 3] - facts.base_position))
+    return frozen(target) if np.isfinite(target).all() else None
+
+
+def _rotation(quaternion: FloatArray) -> FloatArray:
+    """The rotation of a unit quaternion x, y, z, w, (3, 3)."""
+    x, y, z, w = quaternion
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
