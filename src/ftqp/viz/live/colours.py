@@ -1,0 +1,68 @@
+"""What the colours of the live page mean; its legend is made of these tables."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.sim.log.signals import HEALTHY
+
+Colour = tuple[int, int, int]
+"""Red, green and blue, 0 to 255."""
+
+CONDITION: Mapping[int, Colour] = MappingProxyType(
+    {
+        HEALTHY: (46, 112, 184),
+        Locked.number: (214, 39, 40),
+        FreeSwinging.number: (240, 140, 20),
+        Degraded.number: (148, 82, 200),
+    }
+)
+"""Colour of a joint by the code of its condition."""
+BRAKING: Colour = (128, 20, 24)
+"""A joint that is coming to rest and will be locked."""
+NEAR_LIMIT: Colour = (240, 205, 60)
+"""A healthy joint beyond nine tenths of its range."""
+UNKNOWN: Colour = (90, 90, 90)
+"""A condition without a colour of its own."""
+LINK: Colour = (208, 212, 218)
+BASE: Colour = (72, 76, 84)
+TARGET: Colour = (28, 150, 92)
+PATH: Colour = (120, 128, 140)
+TRAIL: Colour = (246, 148, 30)
+ELLIPSOID: Colour = (60, 150, 210)
+GHOST: Colour = (120, 60, 130)
+"""The naive twin: the same arm, whose planner is never told."""
+
+STATUS: Mapping[str, Colour] = MappingProxyType(
+    {
+        "OK": (0, 158, 115),
+        "RELAXED": (225, 205, 50),
+        "SCALED": (86, 180, 233),
+        "LAGGING": (140, 170, 200),
+        "FALLBACK": (204, 121, 167),
+        "STOPPING": (230, 140, 0),
+        "STOPPED": (20, 20, 20),
+        "INVALID_INPUT": (213, 94, 0),
+    }
+)
+"""Colour of a step by the name of its status."""
+
+
+def joint_colour(truth: int, braking: bool, near_limit: bool) -> Colour:
+    """The colour of a joint's barrel.
+
+    Args:
+        truth: The code of what really is the matter with it.
+        braking: Whether it is coming to rest.
+        near_limit: Whether it is beyond nine tenths of its range.
+    """
+    if braking:
+        return BRAKING
+    if near_limit and truth == HEALTHY:
+        return NEAR_LIMIT
+    return CONDITION.get(truth, UNKNOWN)
+
+
+def hexadecimal(colour: Colour) -> str:
+    """``#rrggbb`` of a colour."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)

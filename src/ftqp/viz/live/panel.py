@@ -1,0 +1,277 @@
+"""The controls of a page: every click becomes an order, and nothing here touches a planner."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, final
+
+from ftqp.core.checks import FloatArray
+from ftqp.sim.session.orders import (
+    TELLS,
+    Aim,
+    Break,
+    Order,
+    Pause,
+    Repair,
+    Reset,
+    Seek,
+    Speed,
+    Tell,
+    Use,
+)
+from ftqp.viz.live.frame import Frame
+from ftqp.viz.live.heat_map import FailureMap
+from ftqp.viz.live.history import History
+from ftqp.viz.live.legend import legend
+from ftqp.viz.live.plots import Plots
+from ftqp.viz.live.scene import OVERLAYS, Scene
+from ftqp.viz.live.source import Stage
+from ftqp.viz.live.status_head import joint_table, status_head
+
+ACTIONS = {"lock": "locked", "free": "free_swinging", "weak": "degraded"}
+"""Words on the buttons of a joint, and the kinds of fault that they make; the last button repairs."""
+REPAIR = "repair"
+ROWS = 12
+"""Joints up to which each has a row of buttons of its own."""
+PAUSE, RESUME, RESET = "pause", "resume", "reset"
+FASTEST = 5.0
+"""Highest speed that the slider offers, simulated seconds a second."""
+
+
+@final
+class Panel:
+    """Controls and plots for one stage.
+
+    Args:
+        server: As made by ``ftqp.viz.live.server.open_server``.
+        stage: What is shown.
+        scene: Of the same stage; its overlays have check boxes.
+        frame: The first frame.
+        put: Takes the orders, from any thread.
+    """
+
+    def __init__(
+        self, server: Any, stage: Stage, scene: Scene, frame: Frame, put: Callable[[Order], None]
+    ) -> None:
+        self._gui, self._stage, self._scene, self._put = server.gui, stage, scene, put
+        self._latest, self._history = frame, History(frame)
+        self._parts: list[Any] = []
+        self._dropdowns: dict[str, Any] = {}
+        self._slider: Any = None
+        self._followed = frame.t
+        names = stage.robot.joints
+        self._head = self._kept(self._gui.add_html(""))
+        if stage.duration is None:
+            self._clock((PAUSE, RESUME, RESET))
+        else:
+            self._clock((PAUSE, RESUME))
+            self._time_slider(stage.duration)
+        self._tabs = self._kept(self._gui.add_tab_group())
+        with self._tabs.add_tab("Joints"):
+            self._table = self._gui.add_html("")
+            if stage.live:
+                self._tell(stage)
+                self._breakers(names)
+        if stage.heat is not None:
+            with self._tabs.add_tab("Failures"):
+                FailureMap(self._gui, stage.heat, put)
+        if stage.live:
+            with self._tabs.add_tab("Setup"):
+                self._setup(stage)
+        with self._tabs.add_tab("Show"):
+            self._overlays(stage)
+        self._side = self._gui.add_panel()
+        with self._side.add_tab("What you see"):
+            self._gui.add_html(legend(columns=2))
+            self._plots = Plots(self._gui, names, self._history)
+        self._side.dock_left()
+        self._side.set_width(330)
+        self.show(frame)
+
+    def show(self, frame: Frame) -> None:
+        """Status, joints and slider; often enough ten times a second."""
+        self._latest = frame
+        self._history.add(frame)
+        names = self._stage.robot.joints
+        self._head.content = status_head(frame, self._stage.title, names, self._history.ribbon())
+        self._table.content = joint_table(frame, names)
+        if self._slider is not None:
+            self._followed = min(max(frame.t, self._slider.min), self._slider.max)
+            self._slider.value = self._followed
+
+    def plot(self) -> None:
+        """Draw the plots anew."""
+        self._plots.show(self._history)
+
+    def keep(self, stage: Stage, frame: Frame) -> bool:
+        """Go on with another stage of an arm with the same joints; whether these controls can serve it."""
+        same = ("live", "duration", "heat", "robots", "scenarios", "schemes", "backends")
+        if stage.robot.joints != self._stage.robot.joints or any(
+            getattr(stage, name) != getattr(self._stage, name) for name in same
+        ):
+            return False
+        self._stage = stage
+        for name, value in self._chosen(stage).items():
+            if name in self._dropdowns and value in self._dropdowns[name].options:
+                self._dropdowns[name].value = value
+        self.show(frame)
+        return True
+
+    def attach(self, scene: Scene) -> None:
+        """Let the check boxes act on another scene."""
+        self._scene = scene
+        for overlay, box in self._boxes.items():
+            scene.choose(overlay, bool(box.value))
+        if self._drag is not None and self._drag.value:
+            self._drag.value = False
+
+    def remove(self) -> None:
+        """Take every control away."""
+        self._side.remove()
+        for part in reversed(self._parts):
+            part.remove()
+
+    def _kept(self, part: Any) -> Any:
+        """Remember a control that ``remove`` takes away."""
+        self._parts.append(part)
+        return part
+
+    def _clock(self, words: Sequence[str]) -> None:
+        """Buttons and a slider for time."""
+        orders: dict[str, Order] = {PAUSE: Pause(True), RESUME: Pause(False), RESET: Reset()}
+        buttons = self._kept(self._gui.add_button_group("time", words))
+        speed = self._kept(
+            self._gui.add_slider(
+                "speed", min=0.1, max=FASTEST, step=0.1, initial_value=min(self._latest.speed, FASTEST)
+            )
+        )
+
+        async def clicked(event: Any) -> None:
+            self._put(orders[str(event.target.value)])
+
+        async def moved(event: Any) -> None:
+            if event.client is not None:
+                self._put(Speed(float(event.target.value)))
+
+        buttons.on_click(clicked)
+        speed.on_update(moved)
+
+    def _time_slider(self, duration: float) -> None:
+        """A slider over the time of a replay, which follows it and can be dragged."""
+        self._slider = self._kept(
+            self._gui.add_slider("t [s]", min=0.0, max=max(duration, 0.01), step=0.01, initial_value=0.0)
+        )
+
+        async def moved(event: Any) -> None:
+            if event.client is not None:
+                self._put(Seek(float(event.target.value)))
+
+        self._slider.on_update(moved)
+
+    def _tell(self, stage: Stage) -> None:
+        """How the planner learns of what breaks."""
+        how = self._gui.add_dropdown("tell planner", TELLS, initial_value=stage.tell)
+        delay = self._gui.add_number(
+            "after [s]", 0.5, min=0.0, max=60.0, step=0.1, visible=stage.tell == "after"
+        )
+        self._dropdowns["tell"] = how
+
+        async def changed(event: Any) -> None:
+            delay.visible = how.value == "after"
+            if event.client is not None:
+                self._put(Tell(str(how.value), float(delay.value)))
+
+        how.on_update(changed)
+        delay.on_update(changed)
+
+    def _breakers(self, names: Sequence[str]) -> None:
+        """Buttons that break and repair joints: a row for each, or one row below a dropdown."""
+        words = (*ACTIONS, REPAIR)
+        if len(names) <= ROWS:
+            for name in names:
+                self._on_row(self._gui.add_button_group(name, words), partial(str, name))
+        else:
+            chosen = self._gui.add_dropdown("joint", tuple(names), initial_value=names[0])
+            self._on_row(self._gui.add_button_group("break it", words), lambda: str(chosen.value))
+
+    def _on_row(self, row: Any, joint: Callable[[], str]) -> None:
+        """Turn the clicks on a row into orders for its joint."""
+
+        async def clicked(event: Any) -> None:
+            word = str(event.target.value)
+            self._put(Repair(joint()) if word == REPAIR else Break(joint(), ACTIONS[word]))
+
+        row.on_click(clicked)
+
+    def _setup(self, stage: Stage) -> None:
+        """Which robot, scenario, scheme and backend; what the page leads the tip by."""
+        choices = {
+            "robot": stage.robots,
+            "scenario": stage.scenarios,
+            "scheme": stage.schemes,
+            "backend": stage.backends,
+        }
+        chosen = self._chosen(stage)
+        for key, options in choices.items():
+            if options:
+                self._dropdown(key, options, chosen.get(key, ""))
+        self._gui.add_html(
+            '<div style="font:12px system-ui;color:#666;padding:4px 10px">A choice begins anew. What cannot '
+            "be built is refused in the head of this page, and the arm stays as it is.</div>"
+        )
+
+    def _dropdown(self, key: str, options: Sequence[str], value: str) -> None:
+        """One choice; the page says ``own`` where the present one is not in the list."""
+        listed = tuple(options) if value in options else (value or "own", *options)
+        dropdown = self._gui.add_dropdown(key, listed, initial_value=value if value in listed else listed[0])
+
+        async def changed(event: Any) -> None:
+            if event.client is not None and event.target.value in options:
+                self._put(Use(**{key: str(event.target.value)}))
+
+        dropdown.on_update(changed)
+        self._dropdowns[key] = dropdown
+
+    def _chosen(self, stage: Stage) -> dict[str, str]:
+        """What the dropdowns show."""
+        return {
+            "robot": stage.robot.name,
+            "scenario": stage.title,
+            "scheme": stage.scheme,
+            "backend": stage.backend,
+            "tell": stage.tell,
+        }
+
+    def _overlays(self, stage: Stage) -> None:
+        """Check boxes for what the scene shows, and for the handle of the target."""
+        self._boxes: dict[str, Any] = {}
+        self._drag: Any = None
+        if stage.live:
+            self._drag = self._gui.add_checkbox("drag the target", False)
+            self._drag.on_update(self._dragging)
+        for overlay in OVERLAYS:
+            box = self._gui.add_checkbox(overlay, overlay not in self._scene.hidden)
+            self._boxes[overlay] = box
+            self._on_box(box, overlay)
+
+    def _on_box(self, box: Any, overlay: str) -> None:
+        """Let a check box show and hide an overlay."""
+
+        async def changed(event: Any) -> None:
+            self._scene.choose(overlay, bool(event.target.value))
+
+        box.on_update(changed)
+
+    async def _dragging(self, event: Any) -> None:
+        """Give the target a handle where it is, or give the path back."""
+        if event.target.value:
+            pose = self._latest.target if self._latest.target is not None else self._latest.tip
+            self._put(Aim(pose.copy()))
+            turns = any(row.startswith("r") for row in self._stage.robot.default_rows)
+            self._scene.drag(self._aim, pose, turns)
+        else:
+            self._scene.release()
+            self._put(Aim(None))
+
+    def _aim(self, pose: FloatArray) -> None:
+        """Lead the tip to where the handle is."""
+        self._put(Aim(pose))

@@ -1,0 +1,133 @@
+"""A recording: frames as one HTML file that plays in any browser, without a network.
+
+The file is viser's client, 819 KB, with the scene's messages in it; their format belongs to viser's version,
+which is written into the file. The log of a run stays its record.
+"""
+
+from base64 import b64decode
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.errors import InputError
+from ftqp.model.robot import Robot
+from ftqp.viz.live.frame import Frame
+from ftqp.viz.live.legend import legend
+from ftqp.viz.live.scene import Scene
+from ftqp.viz.live.server import VERSION, close_server, open_server, unpacked
+from ftqp.viz.live.shapes import Part
+
+LONGEST = 60.0
+"""Seconds of pictures that a recording has at most, unless all are asked for."""
+_MARK = '__VISER_EMBED_DATA__="'
+
+
+def picture_ticks(t: FloatArray, fps: float = 30.0, longest: float | None = LONGEST) -> IntArray:
+    """The rows of a log that make up a recording.
+
+    Args:
+        t: The times of its rows, (K,), ascending [s].
+        fps: Pictures a second, > 0.
+        longest: Seconds of pictures at most: of a longer run fewer pictures a second are kept, the last one
+            always. None keeps all.
+
+    Raises:
+        InputError: There is no row, or the rate is not positive.
+    """
+    if len(t) == 0:
+        raise InputError("a log without rows has no pictures; expected one row or more")
+    if not fps > 0.0:
+        raise InputError(f"fps is {fps:g}, expected pictures a second, > 0")
+    span = float(t[-1] - t[0])
+    count = int(np.floor(span * fps + 1e-9)) + 1
+    if longest is not None:
+        count = min(count, max(2, int(longest * fps)))
+    wanted = t[0] + (np.linspace(0.0, span, count) if count > 1 else np.zeros(1))
+    return np.unique(np.append(np.clip(np.searchsorted(t, wanted - 1e-9), 0, len(t) - 1), len(t) - 1))
+
+
+def recording(
+    frames: Iterable[Frame],
+    robot: Robot,
+    *,
+    path: FloatArray | None = None,
+    title: str = "",
+    parts: Sequence[Part] | None = None,
+) -> str:
+    """A whole page that plays the frames, each for as long as the times of the frames say.
+
+    Args:
+        frames: In the order of their times, at least one; ``picture_ticks`` says which of a log are needed.
+        robot: Their arm.
+        path: Points along the path, (k, 3) in the base's frame [m].
+        title: Names the page.
+        parts: What the arm is made of; by default what its chain gives.
+
+    Raises:
+        InputError: There is no frame.
+    """
+    coming = iter(frames)
+    first = next(coming, None)
+    if first is None:
+        raise InputError("a recording needs at least one frame, got none")
+    server = open_server(port=0)
+    try:
+        server.scene.configure_default_lights(True, cast_shadow=False)
+        scene = Scene(server, robot, first, path=path, parts=parts, clock=True)
+        tape = server.get_scene_serializer()
+        t = first.t
+        for frame in coming:
+            tape.insert_sleep(max(frame.t - t, 0.0))
+            t = max(frame.t, t)
+            scene.show(frame)
+        page = str(tape.as_html())
+    finally:
+        close_server(server)
+    head = (
+        f"<title>{escape(title or robot.name)}</title>"
+        f'<meta name="generator" content="ftqp, viser {escape(VERSION, quote=True)}">'
+    )
+    shown = f'<div style="position:fixed;left:12px;bottom:48px;z-index:10">{legend()}</div>'
+    return _inserted(_inserted(page, "</head>", head), "</body>", shown)
+
+
+def messages_of(page: str) -> tuple[float, list[tuple[float, dict[str, Any]]]]:
+    """Length [s] and messages of a recording, each with its time [s].
+
+    Args:
+        page: The text of the file.
+
+    Raises:
+        InputError: The text is no recording.
+    """
+    start = page.find(_MARK)
+    if start < 0:
+        raise InputError("the page is no recording of ftqp: no embedded scene was found in it")
+    start += len(_MARK)
+    content = unpacked(b64decode(page[start : page.index('"', start)]))
+    return float(content["durationSeconds"]), [(float(t), dict(m)) for t, m in content["messages"]]
+
+
+def poses_of(page: str, node: str) -> tuple[NDArray[np.float64], FloatArray]:
+    """When a node of a recording turned and to where: times (k,) [s], quaternions w, x, y, z (k, 4).
+
+    Args:
+        page: The text of the file.
+        node: The name of the node, for example ``/arm-1/frame2`` for the third joint.
+    """
+    _, messages = messages_of(page)
+    turns = [
+        (t, m["wxyz"]) for t, m in messages if m["type"] == "SetOrientationMessage" and m["name"] == node
+    ]
+    times = np.array([t for t, _ in turns])
+    return times, np.array([wxyz for _, wxyz in turns], dtype=np.float64).reshape(-1, 4)
+
+
+def _inserted(page: str, mark: str, text: str) -> str:
+    """A page with a text before the last of some marks."""
+    at = page.rindex(mark)
+    return page[:at] + text + page[at:]

@@ -1,0 +1,347 @@
+"""A frame as a 3-D scene: nodes made once, of which only pose, colour and points change after that."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.pose import quaternions
+from ftqp.model.robot import Robot
+from ftqp.sim.log.signals import CONDITIONS
+from ftqp.viz.live import colours
+from ftqp.viz.live.frame import Frame
+from ftqp.viz.live.shapes import BASE, Part, arm_parts, size_of
+from ftqp.viz.live.solids import ball
+
+OVERLAYS = ("target", "path", "trail", "ellipsoid", "naive twin", "labels", "grid")
+"""What can be shown or left out, each with a check box."""
+SEGMENTS = 300
+"""Segments of a trail; always as many, so that no node is made anew."""
+STEP = 0.003
+"""A trail goes on when the tip has moved by this share of the arm's size."""
+ELLIPSOID = 0.15
+"""Size of the ellipsoid: metres for a tip speed of one metre a second at joint speeds of norm one."""
+THINNEST = 2e-3
+"""Least half-axis of the ellipsoid, as a share of the arm's size, so that a flat one is seen as a disc."""
+DISTANCE = 1.7
+"""From the camera to the middle of what is shown, in its diagonals."""
+SHADE = 0.32
+"""Opacity of the naive twin."""
+
+
+class Scene:
+    """An arm with its overlays on a server; ``show`` moves it.
+
+    Args:
+        server: As made by ``ftqp.viz.live.server.open_server``.
+        robot: The arm of the frames.
+        frame: The first frame, by which the camera is placed.
+        path: Points along the path, (k, 3) in the base's frame [m].
+        name: Of the root node; a scene that follows another on the same server needs one of its own.
+        parts: What the arm is made of; by default what its chain gives.
+        hidden: Overlays that are left out at first, of ``OVERLAYS``.
+        trail: The segments that a trail has at most.
+        clock: Whether time and status stand beside the arm, for scenes without a page around them.
+    """
+
+    def __init__(
+        self,
+        server: Any,
+        robot: Robot,
+        frame: Frame,
+        *,
+        path: FloatArray | None = None,
+        name: str = "arm-1",
+        parts: Sequence[Part] | None = None,
+        hidden: Sequence[str] = (),
+        trail: int = SEGMENTS,
+        clock: bool = False,
+    ) -> None:
+        self._server, self._robot, self._clock = server, robot, clock
+        self.size = size_of(robot.chain)
+        self._root = server.scene.add_frame(f"/{name}", show_axes=False, wxyz=_upright(robot.chain.gravity))
+        self._name = self._root.name
+        self._hidden = set(hidden)
+        self._handle: Any = None
+        with server.atomic():
+            self._build(tuple(parts) if parts is not None else arm_parts(robot.chain), path, trail)
+            self._look(frame, path)
+            self.show(frame)
+
+    @property
+    def name(self) -> str:
+        """The name of the root node."""
+        return str(self._name)
+
+    @property
+    def hidden(self) -> frozenset[str]:
+        """The overlays that are left out."""
+        return frozenset(self._hidden)
+
+    def show(self, frame: Frame) -> None:
+        """Move everything to where a frame says it is."""
+        _place(self._joints, frame.joints)
+        for i in range(len(self._joints)):
+            colour = colours.joint_colour(
+                int(frame.truth[i]), bool(frame.braking[i]), bool(frame.near_limit[i])
+            )
+            if colour != self._shown[i]:
+                self._shown[i] = colour
+                for mesh in self._barrels[i]:
+                    mesh.color = colour
+        self._show_target(frame)
+        self._show_twin(frame)
+        self._show_ellipsoid(frame)
+        self._trail.follow(frame.tip[:3, 3], frame.tick, "trail" not in self._hidden)
+        self._caption(frame)
+
+    def choose(self, overlay: str, visible: bool) -> None:
+        """Show or hide an overlay; naming another one than ``OVERLAYS`` has is a programmer's mistake."""
+        (self._hidden.discard if visible else self._hidden.add)(overlay)
+        for node in self._overlays[overlay]:
+            node.visible = visible and self._present.get(overlay, True)
+
+    def drag(self, moved: Callable[[FloatArray], None], pose: FloatArray, turns: bool) -> None:
+        """Put a handle at a pose, (4, 4); ``moved`` is told its pose whenever somebody drags it."""
+        self.release()
+        handle = self._server.scene.add_transform_controls(
+            f"{self._name}/handle",
+            scale=0.22 * self.size,
+            disable_rotations=not turns,
+            depth_test=False,
+            wxyz=quaternions(pose[None, :3, :3])[0, [3, 0, 1, 2]],
+            position=pose[:3, 3],
+        )
+
+        async def dragged(event: Any) -> None:
+            moved(_pose(event.target.wxyz, event.target.position))
+
+        handle.on_update(dragged)
+        self._handle = handle
+
+    def release(self) -> None:
+        """Take the handle away."""
+        if self._handle is not None:
+            self._handle.remove()
+            self._handle = None
+
+    def camera(self, client: Any) -> None:
+        """Look at this arm in a browser that is connected already."""
+        client.camera.position, client.camera.look_at = self._eye, self._middle
+
+    def remove(self) -> None:
+        """Take every node away."""
+        self._root.remove()
+
+    def _build(self, parts: Sequence[Part], path: FloatArray | None, trail: int) -> None:
+        """Make every node."""
+        add, n = self._server.scene, self._robot.nv
+        homes, shadows = frame_names(self._name, n), frame_names(f"{self._name}/twin", n)
+        self._joints = [add.add_frame(home, show_axes=False) for home in homes]
+        self._barrels: list[list[Any]] = [[] for _ in range(n)]
+        self._shown: list[colours.Colour | None] = [None] * n
+        self._present: dict[str, bool] = {}
+        twin = add.add_frame(f"{self._name}/twin", show_axes=False)
+        self._ghosts = [add.add_frame(shadow, show_axes=False) for shadow in shadows]
+        fills = {"link": colours.LINK, "base": colours.BASE, "tip": colours.TRAIL, "joint": colours.UNKNOWN}
+        for part in parts:
+            home = self._name if part.frame == BASE else homes[part.frame]
+            mesh = self._mesh(f"{home}/{part.name}", part.mesh, fills[part.kind], None)
+            if part.kind == "joint":
+                self._barrels[part.frame].append(mesh)
+            if part.frame != BASE:
+                self._mesh(f"{shadows[part.frame]}/{part.name}", part.mesh, colours.GHOST, SHADE)
+        s = self.size
+        self._target = add.add_frame(
+            f"{self._name}/target", axes_length=0.07 * s, axes_radius=0.0028 * s, origin_radius=0.0
+        )
+        self._mesh(f"{self._name}/target/ball", ball(0.035 * s), colours.TARGET, 0.3)
+        self._ellipsoid = self._mesh(f"{self._name}/ellipsoid", ball(1.0), colours.ELLIPSOID, 0.25)
+        self._trail = _Trail(add, f"{self._name}/trail", colours.TRAIL, 0.0045 * s, STEP * s, trail)
+        self._stray = _Trail(add, f"{self._name}/twin/trail", colours.GHOST, 0.003 * s, STEP * s, trail)
+        ways = [self._way(path)] if path is not None and len(path) > 1 else []
+        grid = add.add_grid(
+            f"{self._name}/grid", width=3.0 * s, height=3.0 * s, cell_size=0.1 * s, section_size=0.5 * s,
+            cell_color=(226, 228, 232), section_color=(198, 202, 208), fade_distance=4.0 * s,
+            position=(0.0, 0.0, -0.02 * s),
+        )  # fmt: skip
+        self._said = self._label("said", "")
+        self._named = self._label("twin/named", "ghost: never told")
+        self._overlays: dict[str, list[Any]] = {
+            "target": [self._target],
+            "path": ways,
+            "trail": [self._trail.node],
+            "ellipsoid": [self._ellipsoid],
+            "naive twin": [twin],
+            "labels": [self._said, self._named],
+            "grid": [grid],
+        }
+        for overlay in self._hidden:
+            self.choose(overlay, False)
+
+    def _mesh(self, name: str, mesh: Any, colour: colours.Colour, opacity: float | None) -> Any:
+        """A node of triangles."""
+        return self._server.scene.add_mesh_simple(
+            name,
+            mesh.vertices,
+            mesh.faces,
+            color=colour,
+            opacity=opacity,
+            cast_shadow=opacity is None,
+            receive_shadow=False,
+        )
+
+    def _label(self, name: str, text: str) -> Any:
+        """A text in the scene."""
+        return self._server.scene.add_label(f"{self._name}/{name}", text, anchor="bottom-center")
+
+    def _way(self, path: FloatArray) -> Any:
+        """The path as a thin line."""
+        pieces = np.stack([path[:-1], path[1:]], axis=1)
+        return self._server.scene.add_line_segments(
+            f"{self._name}/path", pieces, colours.PATH, thickness=0.003 * self.size
+        )
+
+    def _look(self, frame: Frame, path: FloatArray | None) -> None:
+        """Place the camera so that base, arm and path fill the picture."""
+        points = [np.zeros((1, 3)), frame.joints[:, :3, 3]]
+        if path is not None and len(path):
+            points.append(np.asarray(path))
+        cloud = np.vstack(points)
+        middle = 0.5 * (cloud.min(axis=0) + cloud.max(axis=0))
+        flat = np.ptp(cloud[:, 2]) < 0.05 * self.size
+        side = np.array([0.15, -0.75, 1.0]) if flat else np.array([0.75, -1.0, 0.42])
+        R = _rotation(_upright(self._robot.chain.gravity))
+        span = max(float(np.linalg.norm(np.ptp(cloud, axis=0))), 0.6 * self.size)
+        self._middle = R @ middle
+        self._eye = self._middle + DISTANCE * span * (R @ (side / np.linalg.norm(side)))
+        self._said.position = [*middle[:2], cloud[:, 2].max() + 0.18 * self.size]
+        camera = self._server.initial_camera
+        camera.position, camera.look_at = self._eye, self._middle
+        camera.fov, camera.near, camera.far = np.deg2rad(45.0), 0.01 * self.size, 100.0 * self.size
+
+    def _show_target(self, frame: Frame) -> None:
+        """The target's frame; nothing where there is none."""
+        self._appear("target", frame.target is not None)
+        if frame.target is not None:
+            self._target.wxyz = quaternions(frame.target[None, :3, :3])[0, [3, 0, 1, 2]]
+            self._target.position = frame.target[:3, 3]
+
+    def _show_twin(self, frame: Frame) -> None:
+        """The arm whose planner is never told, once something has failed."""
+        apart = frame.ghost is not None and bool(frame.truth.any())
+        self._appear("naive twin", apart)
+        if frame.ghost is None or not apart:
+            self._stray.rest()
+            return
+        _place(self._ghosts, frame.ghost)
+        tip, top = frame.ghost[-1, :3, 3], frame.ghost[np.argmax(frame.ghost[:, 2, 3]), :3, 3]
+        self._named.position = top + np.array([0.0, 0.0, 0.1 * self.size])
+        self._stray.follow(tip, frame.tick, "naive twin" not in self._hidden)
+
+    def _show_ellipsoid(self, frame: Frame) -> None:
+        """How fast the healthy joints move the tip in each direction."""
+        if "ellipsoid" in self._hidden:
+            return
+        axes = np.maximum(ELLIPSOID * frame.axes, THINNEST * self.size)
+        self._ellipsoid.scale = tuple(float(a) for a in axes)
+        self._ellipsoid.wxyz = quaternions(frame.axes_rotation[None])[0, [3, 0, 1, 2]]
+        self._ellipsoid.position = frame.tip[:3, 3]
+
+    def _appear(self, overlay: str, present: bool) -> None:
+        """Show an overlay only while there is something to show."""
+        if self._present.get(overlay, True) != present:
+            self._present[overlay] = present
+            self.choose(overlay, overlay not in self._hidden)
+
+    def _caption(self, frame: Frame) -> None:
+        """What has failed, in words beside the arm."""
+        words = caption(frame, self._robot.joints, self._clock)
+        if self._said.text != words:
+            self._said.text = words
+
+
+class _Trail:
+    """Where a tip has been: a fixed number of segments, the oldest of which is used again."""
+
+    def __init__(
+        self, add: Any, name: str, colour: colours.Colour, thickness: float, step: float, segments: int
+    ) -> None:
+        self._points, self._step, self._next = np.zeros((segments, 2, 3)), step, 0
+        self._last: FloatArray | None = None
+        self._tick = -1
+        self.node = add.add_line_segments(name, self._points, colour, thickness=thickness)
+
+    def follow(self, tip: FloatArray, tick: int, seen: bool) -> None:
+        """Go on to the tip, (3,) [m]; a tick before the last one begins the trail anew."""
+        if self._last is None or tick < self._tick:
+            self._points[:] = tip
+            self._last, self._next = np.array(tip), 0
+        elif np.linalg.norm(tip - self._last) >= self._step:
+            self._points[self._next] = [self._last, tip]
+            self._last = np.array(tip)
+            self._next = (self._next + 1) % len(self._points)
+        else:
+            self._tick = tick
+            return
+        self._tick = tick
+        if seen:
+            self.node.points = self._points
+
+    def rest(self) -> None:
+        """Forget where the tip has been."""
+        self._last = None
+
+
+def caption(frame: Frame, joints: Sequence[str], clock: bool) -> str:
+    """What has failed, for a label in the scene; with ``clock`` time and status, too."""
+    failed = [f"{joints[i]} {CONDITIONS[int(frame.truth[i])]}" for i in frame.truth.nonzero()[0].tolist()]
+    return ", ".join([f"{frame.t:.1f} s", frame.status, *failed] if clock else failed)
+
+
+def frame_names(root: str, count: int) -> list[str]:
+    """Names of the nodes of the joints' frames, each below the last one, so that a locked joint stands."""
+    return [root + "".join(f"/frame{k}" for k in range(i + 1)) for i in range(count)]
+
+
+def _place(nodes: Sequence[Any], poses: FloatArray) -> None:
+    """Move the nodes of the joints to where poses in the base's frame, (nv + 1, 4, 4), say that they are."""
+    turns, origins = poses[: len(nodes), :3, :3], poses[: len(nodes), :3, 3]
+    before = np.concatenate([np.eye(3)[None], turns[:-1]])
+    steps = np.diff(origins, axis=0, prepend=np.zeros((1, 3)))
+    turned = quaternions(np.einsum("kji,kjl->kil", before, turns))[:, [3, 0, 1, 2]]
+    moved = np.einsum("kji,kj->ki", before, steps)
+    for i, node in enumerate(nodes):
+        node.wxyz, node.position = turned[i], moved[i]
+
+
+def _upright(gravity: FloatArray) -> FloatArray:
+    """The rotation as w, x, y, z that turns the direction against gravity, (3,), to the scene's z axis."""
+    strength = float(np.linalg.norm(gravity))
+    if strength == 0.0:
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    up = -np.asarray(gravity) / strength
+    if up[2] < -1.0 + 1e-9:
+        return np.array([0.0, 1.0, 0.0, 0.0])
+    turn = np.array([1.0 + up[2], up[1], -up[0], 0.0])
+    return np.asarray(turn / np.linalg.norm(turn))
+
+
+def _rotation(wxyz: FloatArray) -> FloatArray:
+    """The matrix (3, 3) of a unit quaternion w, x, y, z."""
+    w, x, y, z = np.asarray(wxyz, dtype=np.float64) / np.linalg.norm(wxyz)
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
+def _pose(wxyz: FloatArray, position: FloatArray) -> FloatArray:
+    """A pose (4, 4) from a quaternion and a position."""
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = _rotation(wxyz), position
+    return T

@@ -1,0 +1,97 @@
+"""The server behind a page: the only file that imports viser."""
+
+import errno
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from io import StringIO
+from typing import Any
+
+from ftqp.core.errors import InputError, MissingPackage
+
+try:
+    import msgspec
+    import viser
+    import zstandard
+except ImportError as error:
+    raise MissingPackage("the live page", "viser", 'pip install "ftqp[viz]"') from error
+
+VERSION = str(viser.__version__)
+"""Version of viser; recordings are read by the client of the same version, which is in them."""
+LOOPBACK = "127.0.0.1"
+"""The address that only this machine can reach."""
+HIGHEST_PORT = 65535
+TRIES = 100
+"""Ports that are tried, from the one that was asked for."""
+
+
+def open_server(host: str = LOOPBACK, port: int = 8080, label: str = "ftqp") -> Any:
+    """A server of pages, already listening.
+
+    Args:
+        host: The address to listen at. Others than that of this machine open the page to the network.
+        port: The port, 0 for any free one. Where it is in use, the next free one is taken.
+        label: Stands above the panel.
+
+    Raises:
+        InputError: The address is none of this machine, or no port is free.
+    """
+    with _silent():
+        server = viser.ViserServer(host=host, port=free_port(host, port), label=label, verbose=False)
+    server.scene.world_axes.visible = False
+    return server
+
+
+def close_server(server: Any) -> None:
+    """End a server and its threads; what it says about that is left out."""
+    with _silent():
+        server.stop()
+
+
+def free_port(host: str, port: int) -> int:
+    """The first free port from ``port`` on, or 0 for 0.
+
+    Args:
+        host: The address to listen at.
+        port: The port that is wanted, 0 to 65535.
+
+    Raises:
+        InputError: The port is no port, the address is none of this machine, or no port is free.
+    """
+    if not 0 <= port <= HIGHEST_PORT:
+        raise InputError(f"port is {port}, expected 0 to {HIGHEST_PORT}; 0 takes any free one")
+    last = min(port + TRIES, HIGHEST_PORT + 1)
+    for candidate in range(port, last):
+        try:
+            families = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)
+            with socket.socket(families[0][0], socket.SOCK_STREAM) as trial:
+                trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                trial.bind(families[0][4])
+            return candidate
+        except OSError as error:
+            reason = error
+            if isinstance(error, socket.gaierror) or error.errno != errno.EADDRINUSE:
+                break
+    if isinstance(reason, socket.gaierror) or reason.errno != errno.EADDRINUSE:
+        raise InputError(
+            f"cannot listen at {host!r}, port {candidate} ({reason.strerror}); "
+            f"--host {LOOPBACK} serves this machine only, and ports below 1024 may be reserved"
+        )
+    raise InputError(f"ports {port} to {last - 1} of {host} are all in use; give a free one with --port")
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Without viser's lines on standard output, where ``--json`` prints one object and nothing else."""
+    with redirect_stdout(StringIO()):
+        yield
+
+
+def unpacked(data: bytes) -> dict[str, Any]:
+    """What viser's serializer has packed: eight bytes of length and zstd, in it eight bytes and msgpack."""
+    inner = zstandard.ZstdDecompressor().decompress(
+        data[8:], max_output_size=int.from_bytes(data[:8], "little")
+    )
+    length = int.from_bytes(inner[:8], "little")
+    content: dict[str, Any] = msgspec.msgpack.decode(inner[8 : 8 + length])
+    return content

@@ -1,0 +1,68 @@
+"""A source for tests of pages: a session that makes a fixed number of ticks for every frame."""
+
+from collections.abc import Sequence
+from threading import Lock
+
+import numpy as np
+
+from ftqp.app.view.casting import cast_of
+from ftqp.sim.session.cast import Choice
+from ftqp.sim.session.session import Session
+from ftqp.viz.live.frame import DrawnArm, frame_of
+from ftqp.viz.live.source import Stage
+
+
+class SteppedSource:
+    """A session; every frame is ``seconds`` of simulated time after the last one."""
+
+    def __init__(
+        self,
+        scenario: str = "panda-circle",
+        seconds: float = 0.02,
+        overrides: Sequence[str] = (),
+        **stage: object,
+    ) -> None:
+        self.session = Session(cast_of, Choice(scenario=scenario, overrides=tuple(overrides)))
+        self.seconds, self.orders, self._more = seconds, [], stage
+        self._lock = Lock()
+        self._drawn = None
+
+    def put(self, order):
+        self.orders.append(order)
+        self.session.put(order)
+
+    def frame(self):
+        with self._lock:
+            self.session.advance(self.seconds)
+            return frame_of(self.session.facts, self._arm())
+
+    def stage(self):
+        with self._lock:
+            return self._stage()
+
+    def _stage(self):
+        session = self.session
+        path = session.cast.path
+        points = path.sample(np.linspace(0.0, path.duration, 121)).pose[:, :3, 3]
+        return Stage(
+            number=session.stage,
+            title=session.cast.title,
+            robot=session.cast.robot,
+            scheme=session.choice.scheme or "mvn",
+            backend=session.choice.backend or "active_set",
+            tell=session.tell,
+            path=points,
+            **{
+                "robots": ("panda", "iiwa14"),
+                "scenarios": ("panda-circle", "planar6-square"),
+                "schemes": ("mvn", "man"),
+                "backends": ("active_set", "daqp"),
+                **self._more,
+            },
+        )
+
+    def _arm(self):
+        """What draws the arm of now."""
+        if self._drawn is None or self._drawn.robot is not self.session.cast.robot:
+            self._drawn = DrawnArm(self.session.cast.robot)
+        return self._drawn
