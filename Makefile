@@ -11,12 +11,13 @@ QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/nast
           tests/test_package.py tests/test_texts.py
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test quick campaign bench bench-first-use wheel clean
+.PHONY: help demo test quick docs campaign bench bench-first-use wheel clean
 
 help:
 	@echo "make demo       an arm loses a joint on its way and finishes; writes pictures"
 	@echo "make test       every check: ruff, mypy, import layers, all tests"
 	@echo "make quick      what to run before a commit: lint, layers, and the tests that are quick"
+	@echo "make docs       the documentation site, into site/, without a network once its tools are there"
 	@echo "make campaign   2000 random episodes (robot, path, fault, level, backend)"
 	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/speed.md"
 	@echo "make bench-first-use   seconds until ftqp is ready, against the first release"
@@ -39,6 +40,10 @@ quick: $(VENV)/.has-dev
 	$(BIN)/lint-imports
 	$(PYTEST) -n $(JOBS) --dist loadfile $(QUICK)
 
+docs: $(VENV)/.has-docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
+	@echo "open site/index.html"
+
 campaign: $(VENV)/.has-dev
 	FTQP_EPISODES=2000 $(PYTEST) tests/laws -k episode
 
@@ -55,7 +60,7 @@ wheel: $(VENV)/.has-viz
 	$(BIN)/python build_wheel.py
 
 clean:
-	rm -rf $(VENV) build dist runs .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) build dist runs site .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # One stamp an extra: set up once, and again when pyproject.toml changes. The kernel is compiled beside the rest of

@@ -9,9 +9,10 @@ import numpy as np
 
 import ftqp
 
-argparse.ArgumentParser(description=__doc__).add_argument(
-    "--headless", action="store_true", help="no windows"
-)
+arguments = argparse.ArgumentParser(description=__doc__)
+arguments.add_argument("--headless", action="store_true", help="no windows")
+arguments.add_argument("--figure", metavar="FILE", help="save a picture here")
+given = arguments.parse_args()
 
 robot = ftqp.robots.load("panda")
 planner = ftqp.Planner(robot, dt=2e-3)
@@ -23,11 +24,14 @@ sample = path.sample(times)
 planner.reset(q)
 target = ftqp.Target(pose=path.start)
 worst = moved = 0.0
+motion, errors = [], []
 for k, t in enumerate(times):
     if k == len(times) // 2:
         planner.report(ftqp.Locked("panda_joint3"))
     step = planner.step(q, v, target.at(sample.pose[k], sample.twist[k], sample.acceleration[k]))
     worst = max(worst, step.position_error)
+    motion.append(step.q.copy())
+    errors.append(1e3 * step.position_error)
     if t > 3.0:
         moved = max(moved, abs(step.v[2]))
     q, v = step.q.copy(), step.v.copy()
@@ -37,3 +41,12 @@ print(f"speed of the locked joint at the end: {moved:.1f} rad/s")
 print(
     f"distance from the end of the circle: {1e3 * np.linalg.norm((robot.pose(q) - path.start)[:3, 3]):.3f} mm"
 )
+
+if given.figure:
+    from ftqp.viz.figures.loop_picture import draw_loop
+
+    curves = {"tip's error [mm]": {"error": (times, errors)}, "joints [rad]": {}}
+    for name, values in zip(robot.joints, np.transpose(motion), strict=True):
+        curves["joints [rad]"][name.removeprefix("panda_")] = (times, values)
+    title = "A Panda loses joint 3 on its circle"
+    draw_loop(given.figure, title, curves, arm=(robot, motion), fault=(2.0, "joint 3 locks"))

@@ -10,9 +10,10 @@ import numpy as np
 
 import ftqp
 
-argparse.ArgumentParser(description=__doc__).add_argument(
-    "--headless", action="store_true", help="no windows"
-)
+arguments = argparse.ArgumentParser(description=__doc__)
+arguments.add_argument("--headless", action="store_true", help="no windows")
+arguments.add_argument("--figure", metavar="FILE", help="save a picture here")
+given = arguments.parse_args()
 
 robot = ftqp.robots.load("iiwa14")
 planner = ftqp.Planner(robot, dt=5e-3, level="velocity")
@@ -32,6 +33,7 @@ follower.reset(q)
 home = robot.pose(q)
 target = ftqp.Target(pose=base(0.0) @ home)
 carried = worst = 0.0
+motion, errors, moved = [], [], []
 for k in range(2000):
     if k == 1000:
         planner.report(ftqp.Locked("iiwa_joint_3"))
@@ -40,7 +42,18 @@ for k in range(2000):
     carried = max(carried, np.linalg.norm((base(k * planner.dt) @ home - target.pose)[:3, 3]))
     worst = max(worst, np.linalg.norm(follower.error[:3]))
     q, v = step.q.copy(), step.v.copy()
+    motion.append(q)
+    errors.append(1e6 * np.linalg.norm(follower.error[:3]))
+    moved.append(1e3 * np.linalg.norm((base(k * planner.dt) @ home - target.pose)[:3, 3]))
 
 print(f"the base carries a rigid tool away by: {1e3 * carried:.1f} mm")
 print(f"largest error of the held tool: {1e3 * worst:.4f} mm")
 print(f"speed of the locked joint at the end: {step.v[2]:.1f} rad/s")
+
+if given.figure:
+    from ftqp.viz.figures.loop_picture import draw_loop
+
+    t = planner.dt * np.arange(len(motion))
+    curves = {"rigid tool [mm]": {"moved": (t, moved)}, "held tool [µm]": {"error": (t, errors)}}
+    title, lost = "A tool held in space from a base that sways", (5.0, "joint 3 locks")
+    draw_loop(given.figure, title, curves, arm=(robot, motion), fault=lost)

@@ -13,6 +13,7 @@ import ftqp
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("--headless", action="store_true", help="no windows")
 parser.add_argument("--all", action="store_true", help="every case of the paper")
+parser.add_argument("--figure", metavar="FILE", help="save a picture here")
 options = parser.parse_args()
 
 C, S = np.cos(np.deg2rad([45, 120, 60])), np.sin(np.deg2rad([45, 120, 60]))
@@ -36,8 +37,9 @@ def run(case: str, learns: bool) -> "ftqp.analysis.LearnedRun":
 
 
 first = next(iter(CASES))
-learned = run(first, learns=True)
-print(f"the law as it is ends: {run(first, learns=False).error:.4f} m from the goal")
+runs = {"as it is": run(first, learns=False), "learning": run(first, learns=True)}
+plain, learned = runs.values()
+print(f"the law as it is ends: {plain.error:.4f} m from the goal")
 print(f"the law that learns ends: {learned.error:.4f} m from it, as near as the other joints can")
 print(f"what the locked joint is believed to do: {learned.theta[0]:.2f} of its commands")
 for case in list(CASES) if options.all else ():
@@ -45,3 +47,10 @@ for case in list(CASES) if options.all else ():
     last = plain.errors[len(plain.errors) // 2 :]
     moving = f", moving between {last.min():.2f} and {last.max():.2f}" if np.ptp(last) > 0.01 else ""
     print(f"{case}: {plain.error:.4f} m as it is{moving}; {learned.error:.4f} m with learning")
+
+if options.figure:
+    from ftqp.viz.figures.loop_picture import draw_loop
+
+    curves = {name: (np.arange(len(one.errors)), one.errors) for name, one in runs.items()}
+    title, label = "A lock that nobody noticed", "from the goal [m]"
+    draw_loop(options.figure, title, {label: curves}, x_label="step of the law")

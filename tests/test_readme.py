@@ -1,16 +1,20 @@
-"""What README shows runs as it stands."""
+"""What README and the pages for a beginner show runs as it stands, and their tables name everything once."""
 
 import contextlib
 import io
 import re
 from pathlib import Path
 
+import pytest
+
 import ftqp
 from ftqp.app.output.console import ExitCode
 from ftqp.control.task import schemes
+from ftqp.control.task.task import MODES
 from ftqp.faults.kinds import KINDS
 
-README = (Path(__file__).parents[1] / "README.md").read_text()
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 LINK = (
     '<link name="l{}"><inertial><mass value="1"/>'
     '<inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/></inertial></link>'
@@ -33,49 +37,87 @@ def seven_joints() -> str:
     return f'<robot name="seven">{links}{joints}<link name="tool0"/>{TIP}</robot>'
 
 
-def test_the_twenty_lines_see_a_joint_fail_and_the_arm_go_on(tmp_path, monkeypatch):
-    (code,) = re.findall(r"```python\n(.*?)```", README, re.S)
-    (tmp_path / "arm.urdf").write_text(seven_joints())
-    monkeypatch.chdir(tmp_path)
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said):
-        exec(compile(code, "README.md", "exec"), {})
-    last = said.getvalue().splitlines()[-1]
+@pytest.fixture
+def shown(tmp_path, monkeypatch):
+    """Runs the only Python of a text beside a URDF; the lines that it prints."""
+
+    def run(name):
+        (code,) = re.findall(r"```python\n(.*?)```", (ROOT / name).read_text(encoding="utf-8"), re.S)
+        (tmp_path / "arm.urdf").write_text(seven_joints())
+        monkeypatch.chdir(tmp_path)
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            exec(compile(code, name, "exec"), {})
+        return said.getvalue().splitlines()
+
+    return run
+
+
+def test_the_lines_of_readme_see_a_joint_fail_and_the_arm_go_on(shown):
+    (line,) = shown("README.md")
+    error = re.fullmatch(r"(.*): (\S+) m off; the failed joint moves at 0.0 rad/s", line)
+    assert error is not None and error[1] == ftqp.StepStatus.OK.value and float(error[2]) < 1e-4, line
+
+
+def test_the_lines_for_a_beginner_say_what_happens(shown):
+    *said, last = shown("docs/start.md")
     error = re.fullmatch(r"off the path by (\S+) m; the failed joint moves at 0.0 rad/s", last)
-    assert error is not None and float(error[1]) < 1e-4, said.getvalue()
+    assert error is not None and float(error[1]) < 1e-4, last
+    assert said[0] == f"0.000 s: {ftqp.StepStatus.OK.value} "
 
 
-def test_every_file_that_is_linked_exists():
-    for target in re.findall(r"\]\(([^)#:]+)\)", README):
-        assert (Path(__file__).parents[1] / target).exists(), target
+def test_readme_is_one_page():
+    assert len(README.splitlines()) <= 120
+    (code,) = re.findall(r"```python\n(.*?)```", README, re.S)
+    lines = [line for line in code.splitlines() if line and not line.startswith("import")]
+    assert len(lines) == 12
 
 
-def first_column(title):
-    """The code words in the first column of the table of a section."""
-    section = README.split(f"\n## {title}\n")[1].split("\n## ")[0]
+def first_column(page, title=None):
+    """The code words in the first column of the tables of a page, or of one of its sections."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    section = text if title is None else text.split(f"\n## {title}\n")[1].split("\n## ")[0]
     cells = re.findall(r"^\| (`[^|]*`.*?) \|", section, re.M)
     return [word for cell in cells for word in re.findall(r"`(\w+)", cell)]
 
 
-def test_the_table_of_statuses_has_every_status_once():
-    assert sorted(first_column("What a step gives back")) == sorted(ftqp.StepStatus.__members__)
+@pytest.mark.parametrize("page", ["steps.md", "when-things-go-wrong.md"])
+def test_the_tables_of_statuses_have_every_status_once(page):
+    words = [word for word in first_column(page) if word.isupper()]
+    assert sorted(words) == sorted(ftqp.StepStatus.__members__)
 
 
 def test_the_table_of_faults_has_every_fault_once():
-    assert sorted(first_column("Faults")) == sorted(kind.__name__ for kind in KINDS.values())
+    title = "What the planner does about each fault"
+    assert sorted(first_column("failures.md", title)) == sorted(kind.__name__ for kind in KINDS.values())
 
 
 def test_the_table_of_schemes_has_every_criterion_once():
     criteria = set(schemes.names()) - set(schemes.closed_forms())
-    assert sorted(first_column("Schemes")) == sorted(criteria)
+    assert sorted(first_column("choosing.md", "Scheme")) == sorted(criteria)
 
 
 def test_every_closed_form_is_named():
-    section = README.split("\n## Schemes\n")[1].split("\n## ")[0]
-    assert all(f"`{name}`" in section for name in schemes.closed_forms())
+    text = (ROOT / "docs" / "choosing.md").read_text(encoding="utf-8")
+    assert all(f"`{name}`" in text for name in schemes.closed_forms())
+
+
+def test_the_tables_of_modes_and_bounds_name_each_of_them():
+    text = (ROOT / "docs" / "choosing.md").read_text(encoding="utf-8")
+    modes = re.findall(r"^\| [^|`]* \| `(\w+)`", text.split("## Task mode")[1].split("\n## ")[0], re.M)
+    limits = re.findall(r"^\| [^|`]* \| `(\w+)`", text.split("## Bounds")[1].split("\n## ")[0], re.M)
+    assert sorted(modes) == sorted(MODES)
+    assert sorted(limits) == sorted(ftqp.bounds.names())
+
+
+def test_the_table_of_backends_names_each_of_them():
+    assert set(first_column("choosing.md", "Backend")) >= {
+        name for name in ftqp.qp.backend_names() if not name.startswith("qpsolvers:")
+    }
 
 
 def test_every_exit_code_is_in_the_table():
-    (cells,) = re.findall(r"\| exit code \|.*\n\|-.*\n((?:\|.*\n)+)", README)
+    text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    (cells,) = re.findall(r"\| exit code \|.*\n\|-.*\n((?:\|.*\n)+)", text)
     codes = [int(code) for cell in re.findall(r"^\| ([\d, ]+) \|", cells, re.M) for code in cell.split(",")]
     assert codes == [int(code) for code in ExitCode]

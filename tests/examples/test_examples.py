@@ -25,8 +25,13 @@ def number(line):
 
 
 @pytest.fixture(scope="module")
-def printed():
-    return {example.name: lines_of(example) for example in EXAMPLES}
+def pictures(tmp_path_factory):
+    return tmp_path_factory.mktemp("pictures")
+
+
+@pytest.fixture(scope="module")
+def printed(pictures):
+    return {e.name: lines_of(e, "--figure", str(pictures / f"{e.stem}.png")) for e in EXAMPLES}
 
 
 def test_examples_are_numbered_without_a_gap():
@@ -42,6 +47,12 @@ def test_example_is_short_and_says_what_you_will_see(example):
 @pytest.mark.parametrize("name", [e.name for e in EXAMPLES])
 def test_example_prints_three_numbers(printed, name):
     assert len(printed[name]) == 3 and all(number(line) == number(line) for line in printed[name])
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda e: e.stem)
+def test_example_saves_one_picture(printed, pictures, example):
+    assert len(printed) == len(list(pictures.iterdir()))
+    assert (pictures / f"{example.stem}.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_arm_that_loses_a_joint_finishes_its_circle(printed):

@@ -156,7 +156,7 @@ def _searched(arm: Arm, simple: FloatArray) -> FloatArray:
 def _candidates(arm: Arm, simple: FloatArray) -> FloatArray:
     """Postures round the middle of the range, (CANDIDATES, nv): a Kronecker sequence fills a box evenly.
 
-    Source: additive recurrence with the powers of 1/phi, phi^(n + 1) = phi + 1.
+    Source: Roberts 2018, the additive recurrence with the powers of 1/phi, phi^(n + 1) = phi + 1.
     """
     n, limits = len(simple), arm.limits
     phi = 2.0

@@ -5,7 +5,7 @@ from singularities and limits e_k+1 = (1 - k_c R_b R') e_k - dv_k+1, dv the disp
 base makes in one sample. A believed attitude off by the angle alpha gives 1 - M the eigenvalues 1 - k_c and 1
 - k_c e^(+-i alpha).
 
-Source: Holt and Desrochers, NASA N94-26281. Their eq. 26, 2/sqrt(tan^2 alpha + 1) = 2 cos alpha, is the limit
+Source: Holt and Desrochers 1994. Their eq. 26, 2/sqrt(tan^2 alpha + 1) = 2 cos alpha, is the limit
 of stability, not a gain to use: there |1 - k_c e^(i alpha)| = 1. The circle of radius k_c on which they place
 the eigenvalues is that of M; the loop has those of 1 - M. The rest is not in the paper.
 """

@@ -19,8 +19,7 @@ class Viability:
     The interval is never empty, and every limit holds between the ticks too. At the velocity level the speed
     towards a limit is that of exact braking in whole ticks.
 
-    Source: A. Del Prete, "Joint position and velocity bounds in discrete-time acceleration/torque control of
-    robot manipulators", IEEE RA-L 3(1), 2018, derived anew in ``docs/theory/joint-limits.md``.
+    Source: Del Prete 2018, derived anew in ``docs/theory/joint-limits.md``.
     """
 
     name: ClassVar[str] = "viability"
@@ -62,8 +61,7 @@ class Jin:
 class OneStep:
     """The conversion that looks one tick ahead only; it overruns position limits and is there for comparison.
 
-    Source: F. Flacco, A. De Luca, O. Khatib, "Motion control of redundant robots under joint constraints:
-    saturation in the null space", IEEE ICRA 2012.
+    Source: Flacco et al. 2012, whose method is this interval for each joint.
     """
 
     name: ClassVar[str] = "one_step"

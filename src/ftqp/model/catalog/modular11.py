@@ -19,10 +19,10 @@ START = (45.0, -60.0, 0.0, -45.0, 0.0, 45.0, 90.0, 45.0, 0.0, 0.0, 0.0)
 def modular11() -> Robot:
     """Arm of 11 joints, straight up at zero: odd ones roll about z, even ones pitch about -y, no masses.
 
-    Source: N. S. Bedrossian, "Fault tolerant kinematic control of hyper-redundant manipulators" (1993, NASA
-    19950005138): joint order, start and the rate limit of 50 deg/s. Segment lengths (30 in each, 15 ft in
-    all) and the sign of the pitch axes are not published; they were chosen because they match the figures of
-    its manoeuvres. No position limits. Characteristic length 30 in; acceleration ``v_max / RISE_TIME``.
+    Source: Bedrossian 1993: joint order, start and the rate limit of 50 deg/s. Segment lengths (30 in each,
+    15 ft in all) and the sign of the pitch axes are not published; they were chosen because they match the
+    figures of its manoeuvres. No position limits. Characteristic length 30 in; acceleration
+    ``v_max / RISE_TIME``.
     """
     up, pitch, back = (0.0, 0.0, SEGMENT), (pi / 2, 0.0, 0.0), (-pi / 2, 0.0, 0.0)
     steps = [placement((0.0, 0.0, 0.0))]

@@ -18,9 +18,7 @@ START = np.pi / 12
 def planar6(*, vertical: bool = False) -> Robot:
     """Planar arm of six links: joint 1 has a motor, joints 2 to 6 push rods; tip at the end of link 6.
 
-    Source: L. Jin, B. Liao, M. Liu, L. Xiao, D. Guo, X. Yan, "Different-level simultaneous minimization
-    scheme for fault tolerance of redundant manipulator aided with discrete-time recurrent neural network",
-    Front. Neurorobot. 11:50 (2017), table 1: link lengths and position limits. The paper gives no masses,
+    Source: Jin et al. 2017, table 1: link lengths and position limits. The paper gives no masses,
     speed or acceleration limits. Chosen here: slender links of 4 kg/m, 0.4 rad/s, 2 rad/s2, no torque limit,
     start at pi/12 in every joint, and motion in a horizontal plane, so that gravity is zero.
 

@@ -24,11 +24,10 @@ TOOL = 0.10
 def puma560() -> Robot:
     """Unimation PUMA 560: 6 joints, kinematics only, tool 0.10 m behind the wrist centre.
 
-    Source: Denavit-Hartenberg table and position limits: P. Corke, B. Armstrong-Helouvry, "A search for
-    consensus among model parameters reported for the PUMA 560 robot", IEEE ICRA 1994, as in Corke's Robotics
-    Toolbox. Tool, the speed of 90 deg/s and the characteristic length of 0.20 m are choices of the studies of
-    a moving base; acceleration ``v_max / RISE_TIME``. The start is 0, 45, 180, 0, 45, 0 deg of those studies,
-    joint 3 written as -180 deg because its range is -225 to 45 deg.
+    Source: Corke and Armstrong 1994 for the Denavit-Hartenberg table and position limits, as in Corke's
+    Robotics Toolbox. Tool, the speed of 90 deg/s and the characteristic length of 0.20 m are choices of the
+    studies of a moving base; acceleration ``v_max / RISE_TIME``. The start is 0, 45, 180, 0, 45, 0 deg of
+    those studies, joint 3 written as -180 deg because its range is -225 to 45 deg.
     """
     return Robot.from_dh(
         TABLE,

@@ -24,8 +24,7 @@ START = (-50.0, -70.0, 50.0, -60.0, 30.0, 70.0, 0.0)
 def zhang7() -> Robot:
     """Arm of 7 joints with two booms of 5 m, without gravity; kinematics only.
 
-    Source: J. Zhang, Q. Jia, G. Chen, H. Sun, T. Li, "The optimization of global fault tolerant trajectory
-    for redundant manipulator based on self-motion", table 1 and example: link figures, start, +-150 deg. The
+    Source: Zhang et al. 2016, table 1 and example: link figures, start, +-150 deg. The
     table's header says modified Denavit-Hartenberg; read so, joints 6 and 7 would be coaxial, so it is read
     as standard. Chosen here: 1 rad/s, acceleration ``v_max / RISE_TIME``.
     """

@@ -1,4 +1,4 @@
-"""DAQP: a dual active-set solver (Arnstrom, Bemporad, Axehill 2022)."""
+"""DAQP: a dual active-set solver (Arnstrom et al. 2022)."""
 
 from dataclasses import dataclass
 

@@ -29,8 +29,7 @@ class Platform(Base):
         height: of the tilt axis above the track [m].
         mount: position of B in the tilted frame, (3,) [m].
 
-    Source: Holt and Desrochers, NASA N94-26281, for the joints; they give no dimensions, so the lengths are
-    choices.
+    Source: Holt and Desrochers 1994 for the joints; they give no dimensions, so the lengths are choices.
     """
 
     def __init__(self, height: float = 0.30, mount: tuple[float, float, float] = (0.20, 0.0, 0.45)) -> None:

@@ -35,7 +35,7 @@ class ServoPlant(Plant):
         time_constant: tau [s]; a larger one makes the arm follow later.
         substeps: Euler steps in a sample, >= 1.
 
-    Source: increments are a fit to the tables of Holt and Desrochers, NASA N94-26281.
+    Source: Holt and Desrochers 1994: the increments are a fit to their tables.
     """
 
     def __init__(
