@@ -43,7 +43,7 @@ class History:
         """Keep a frame, unless the last one that was kept is too near."""
         if frame.tick < self._tick or frame.t < self.t[-1] or frame.t > self.t[-1] + GAP:
             self._begin(frame)
-        elif frame.t >= self.t[-1] + SPAN / SAMPLES - 1e-9:
+        elif _place(frame.t) > _place(float(self.t[-1])):
             for column in (self.t, self.share, self.error, self.ghost, self.step_time):
                 column[:-1] = column[1:]
             self.status = [*self.status[1:], frame.status]
@@ -58,7 +58,8 @@ class History:
 
     def step_quantile(self, share: float) -> float:
         """The step time that a share of the samples that are kept does not exceed [us]."""
-        return float(np.nanquantile(self.step_time, share))
+        known = self.step_time[np.isfinite(self.step_time)]
+        return float(np.quantile(known, share)) if known.size else np.nan
 
     def ribbon(self, width: int = 300, height: int = 14) -> str:
         """The statuses as a strip of SVG, the latest at its right end."""
@@ -96,6 +97,11 @@ class History:
         failed = frame.ghost is not None and frame.truth.any()
         self.ghost[-1] = _millimetres(frame.ghost_error) if failed else np.nan
         self.step_time[-1] = max(frame.step_time_us, LEAST_TIME)
+
+
+def _place(t: float) -> int:
+    """The number of the sample that a time [s] belongs to."""
+    return int(np.floor(t * SAMPLES / SPAN + 1e-6))
 
 
 def _millimetres(error: float) -> float:

@@ -57,8 +57,11 @@ class Page:
         self._stage: Stage | None = None
         self._scene: Scene | None = None
         self._panel: Panel | None = None
-        self._tick = -1
-        self.refresh()
+        try:
+            self.refresh()
+        except BaseException:
+            self.close()
+            raise
 
     def __enter__(self) -> Self:
         return self

@@ -12,7 +12,7 @@ from ftqp.sim.log.signals import CONDITIONS
 from ftqp.viz.live import colours
 from ftqp.viz.live.frame import Frame
 from ftqp.viz.live.shapes import BASE, Part, arm_parts, size_of
-from ftqp.viz.live.solids import ball
+from ftqp.viz.live.solids import Mesh, ball
 
 OVERLAYS = ("target", "path", "trail", "ellipsoid", "naive twin", "labels", "grid")
 """What can be shown or left out, each with a check box."""
@@ -24,10 +24,12 @@ ELLIPSOID = 0.15
 """Size of the ellipsoid: metres for a tip speed of one metre a second at joint speeds of norm one."""
 THINNEST = 2e-3
 """Least half-axis of the ellipsoid, as a share of the arm's size, so that a flat one is seen as a disc."""
-DISTANCE = 1.7
+DISTANCE = 1.8
 """From the camera to the middle of what is shown, in its diagonals."""
 SHADE = 0.32
 """Opacity of the naive twin."""
+SHRUNK = 0.97
+"""Size of the naive twin's parts, so that it is hidden where it is with the arm."""
 
 
 class Scene:
@@ -151,7 +153,8 @@ class Scene:
             if part.kind == "joint":
                 self._barrels[part.frame].append(mesh)
             if part.frame != BASE:
-                self._mesh(f"{shadows[part.frame]}/{part.name}", part.mesh, colours.GHOST, SHADE)
+                thinner = Mesh(SHRUNK * part.mesh.vertices, part.mesh.faces)
+                self._mesh(f"{shadows[part.frame]}/{part.name}", thinner, colours.GHOST, SHADE)
         s = self.size
         self._target = add.add_frame(
             f"{self._name}/target", axes_length=0.07 * s, axes_radius=0.0028 * s, origin_radius=0.0
@@ -180,7 +183,7 @@ class Scene:
         for overlay in self._hidden:
             self.choose(overlay, False)
 
-    def _mesh(self, name: str, mesh: Any, colour: colours.Colour, opacity: float | None) -> Any:
+    def _mesh(self, name: str, mesh: Mesh, colour: colours.Colour, opacity: float | None) -> Any:
         """A node of triangles."""
         return self._server.scene.add_mesh_simple(
             name,
@@ -216,7 +219,7 @@ class Scene:
         span = max(float(np.linalg.norm(np.ptp(cloud, axis=0))), 0.6 * self.size)
         self._middle = R @ middle
         self._eye = self._middle + DISTANCE * span * (R @ (side / np.linalg.norm(side)))
-        self._said.position = [*middle[:2], cloud[:, 2].max() + 0.18 * self.size]
+        self._said.position = [*middle[:2], cloud[:, 2].max() + 0.13 * self.size]
         camera = self._server.initial_camera
         camera.position, camera.look_at = self._eye, self._middle
         camera.fov, camera.near, camera.far = np.deg2rad(45.0), 0.01 * self.size, 100.0 * self.size

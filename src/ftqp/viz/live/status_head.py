@@ -31,7 +31,7 @@ def status_head(frame: Frame, title: str, joints: Sequence[str], ribbon: str) ->
             f'<span style="color:{ghost}">ghost, never told: <b>{_length(frame.ghost_error)}</b>, '
             f"{escape(frame.ghost_status)}</span>"
         )
-    note = f'<div style="color:#a33">{escape(frame.message)}</div>' if frame.message else ""
+    note = f'<div style="color:#8a4b00">{escape(frame.message)}</div>' if frame.message else ""
     return (
         f'<div id="ftqp-status" data-status="{escape(frame.status, quote=True)}" '
         f'data-faults="{_listed(frame.truth, joints)}" data-belief="{_listed(frame.belief, joints)}" '

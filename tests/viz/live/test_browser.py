@@ -1,0 +1,239 @@
+"""The page in a real browser: clicks reach the arm, and what happens to it is seen."""
+
+import io
+from threading import Event, Thread
+from time import monotonic, sleep
+
+import numpy as np
+import pytest
+from tests.viz.live.stepped_source import SteppedSource
+
+from ftqp.sim.session.orders import Aim, Break
+from ftqp.viz.live.page import Page
+from ftqp.viz.live.recording import recording
+
+PATIENCE = 120.0
+"""How long anything may take on a busy machine [s]."""
+
+
+@pytest.fixture(scope="module")
+def source():
+    return SteppedSource(seconds=0.02, overrides=["faults=[]", "path.duration=4"])
+
+
+@pytest.fixture(scope="module")
+def page(source):
+    ended = Event()
+    with Page(source, port=0) as page:
+        thread = Thread(target=page.run, args=(ended, 5.0))
+        thread.start()
+        try:
+            yield page
+        finally:
+            ended.set()
+            thread.join()
+
+
+@pytest.fixture(scope="module")
+def tab(page, opened):
+    tab = opened(page.url)
+    tab.wait_for_selector("#ftqp-status")
+    return tab
+
+
+def until(holds):
+    """Wait until something is true."""
+    end = monotonic() + PATIENCE
+    while not holds():
+        assert monotonic() < end, "nothing happened"
+        sleep(0.05)
+
+
+def shows(tab, condition):
+    """Wait until the head of a page says something of its data, ``d``."""
+    tab.wait_for_function(f"(d => {condition})(document.querySelector('#ftqp-status').dataset)")
+
+
+def tick(tab):
+    return int(tab.get_attribute("#ftqp-status", "data-tick"))
+
+
+def click(tab, word, joint):
+    tab.get_by_role("button", name=word, exact=True).nth(joint).click()
+
+
+def planner(source):
+    return source.session.cast.arm.planner
+
+
+def red(tab):
+    """Red pixels of the scene, which stands between both panels."""
+    iio = pytest.importorskip("imageio.v3")
+    box = {"x": 340, "y": 0, "width": 260, "height": 480}
+    pixels = iio.imread(io.BytesIO(tab.screenshot(clip=box, timeout=120_000.0)))[..., :3].astype(int)
+    return int(((pixels[..., 0] > 140) & (pixels[..., 1] < 70) & (pixels[..., 2] < 80)).sum())
+
+
+def test_a_click_locks_a_joint_and_another_one_repairs_it(source, tab):
+    click(tab, "pause", 0)
+    shows(tab, "+d.tick > 0 && d.paused === 'true'")
+    before = red(tab)
+    click(tab, "resume", 0)
+    click(tab, "lock", 1)
+    until(lambda: "panda_joint2" in planner(source).faults)
+    shows(tab, "d.faults.includes('panda_joint2:locked') && d.belief.includes('panda_joint2:locked')")
+    assert "locked" in tab.inner_text("#ftqp-joints")
+    click(tab, "pause", 0)
+    shows(tab, "d.paused === 'true'")
+    until(lambda: red(tab) > before + 50)
+    click(tab, "resume", 0)
+    click(tab, "repair", 1)
+    until(lambda: not planner(source).faults)
+    shows(tab, "d.faults === '' && d.belief === ''")
+
+
+def test_a_joint_swings_freely_and_is_weakened_after_a_click(source, tab):
+    click(tab, "free", 5)
+    shows(tab, "d.faults.includes('panda_joint6:free-swinging')")
+    click(tab, "weak", 4)
+    shows(tab, "d.faults.includes('panda_joint5:degraded')")
+    click(tab, "reset", 0)
+    shows(tab, "d.faults === ''")
+
+
+def test_time_stands_while_paused_and_begins_anew_at_reset(source, tab):
+    shows(tab, "+d.tick > 100")
+    click(tab, "pause", 0)
+    shows(tab, "d.paused === 'true'")
+    stood = source.session.facts.tick
+    sleep(0.5)
+    assert source.session.facts.tick == stood
+    click(tab, "lock", 2)
+    until(lambda: planner(source).faults)
+    click(tab, "reset", 0)
+    shows(tab, "+d.tick === 0 && d.faults === ''")
+    click(tab, "resume", 0)
+    shows(tab, "+d.tick > 0 && d.paused === 'false'")
+
+
+def test_a_planner_that_is_not_told_does_not_know(source, tab):
+    tab.get_by_role("combobox", name="tell planner").click()
+    tab.get_by_role("option", name="never").click()
+    until(lambda: source.session.tell == "never")
+    click(tab, "lock", 0)
+    shows(tab, "d.faults.includes('panda_joint1') && d.belief === ''")
+    tab.get_by_role("combobox", name="tell planner").click()
+    tab.get_by_role("option", name="at once").click()
+    shows(tab, "d.belief.includes('panda_joint1')")
+    click(tab, "reset", 0)
+    shows(tab, "d.faults === ''")
+
+
+def test_two_browsers_see_the_same_and_one_that_dies_stops_nothing(source, page, tab, opened):
+    other = opened(page.url, size=(800, 300))
+    other.wait_for_selector("#ftqp-status")
+    click(other, "lock", 3)
+    shows(tab, "d.faults.includes('panda_joint4')")
+    shows(other, "d.faults.includes('panda_joint4')")
+    click(tab, "repair", 3)
+    shows(other, "d.faults === ''")
+    click(other, "lock", 6)
+    other.context.close()
+    shows(tab, "d.faults.includes('panda_joint7')")
+    until(lambda: page.browsers == 1)
+    now = tick(tab)
+    shows(tab, f"+d.tick > {now}")
+    click(tab, "repair", 6)
+    shows(tab, "d.faults === ''")
+
+
+def test_the_arm_goes_on_after_a_hundred_clicks_at_once(source, tab):
+    count = len(source.orders)
+    tab.evaluate(
+        "(() => { const b = [...document.querySelectorAll('button')].filter(b => ['lock', 'repair']"
+        ".includes(b.innerText)); for (let k = 0; k < 100; k++) b[k % b.length].click(); })()"
+    )
+    until(lambda: len(source.orders) > count)
+    click(tab, "reset", 0)
+    shows(tab, "d.faults === '' && +d.tick < 400")
+    now = tick(tab)
+    shows(tab, f"+d.tick > {now}")
+
+
+def test_the_target_can_be_dragged(source, page, tab):
+    click(tab, "pause", 0)
+    tab.get_by_role("tab", name="Show").click()
+    tab.get_by_label("drag the target").click()
+    until(lambda: isinstance(source.orders[-1], Aim))
+    start = source.orders[-1].pose
+    client = next(iter(page._server.get_clients().values()))
+    size = page._scene.size
+
+    def place(point):
+        """Where a point of the scene is in the window."""
+        camera, box = client.camera, tab.locator("canvas").first.bounding_box()
+        w, x, y, z = camera.wxyz
+        R = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        ray = R.T @ (point - camera.position)
+        focal = 0.5 * box["height"] / np.tan(0.5 * camera.fov)
+        centre = np.array([box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]])
+        return centre + focal * ray[:2] / ray[2]
+
+    axis = start[:3, 2]
+    grip = place(start[:3, 3] + 0.16 * size * axis)
+    away = place(start[:3, 3] + 0.36 * size * axis)
+    for _ in range(10):
+        tab.mouse.move(*(grip + 3.0))
+        sleep(0.3)
+        tab.mouse.move(*grip)
+        sleep(0.3)
+        tab.mouse.down()
+        tab.mouse.move(*away, steps=10)
+        tab.mouse.up()
+        sleep(0.3)
+        if isinstance(source.orders[-1], Aim) and source.orders[-1].pose is not None:
+            led = source.orders[-1].pose[:3, 3] - start[:3, 3]
+            if np.linalg.norm(led) > 0.05 * size:
+                break
+    assert led @ axis == pytest.approx(np.linalg.norm(led), rel=1e-3)
+    assert led @ axis > 0.05 * size
+    click(tab, "resume", 0)
+    until(lambda: np.linalg.norm(source.frame().tip[:3, 3] - source.orders[-2].pose[:3, 3]) < 1e-3)
+    tab.get_by_label("drag the target").click()
+    until(lambda: isinstance(source.orders[-1], Aim) and source.orders[-1].pose is None)
+    tab.get_by_role("tab", name="Joints").click()
+
+
+def test_another_scenario_brings_another_arm_and_leaves_no_node_behind(source, page, tab):
+    nodes = page.nodes()
+    shown = int(tab.get_attribute("#ftqp-status", "data-stage"))
+    for step, (scenario, joint) in enumerate([("planar6-square", 5), ("panda-circle", 6)], 1):
+        tab.get_by_role("tab", name="Setup").click()
+        tab.get_by_role("combobox", name="scenario").click()
+        tab.get_by_role("option", name=scenario).click()
+        shows(tab, f"+d.stage === {shown + step}")
+        click(tab, "lock", joint)
+        until(lambda: planner(source).faults)
+    assert page.nodes() == nodes
+
+
+def test_a_recording_opens_from_a_file_with_the_network_off_and_asks_for_nothing(tmp_path, opened):
+    source = SteppedSource(seconds=0.1, overrides=["faults=[]", "path.duration=3"])
+    frames = [source.frame() for _ in range(5)]
+    source.put(Break("panda_joint4"))
+    frames += [source.frame() for _ in range(5)]
+    file = tmp_path / "recording.html"
+    file.write_text(recording(frames, source.stage().robot), encoding="utf-8")
+    tab = opened("about:blank", offline=True, size=(640, 400))
+    asked = []
+    tab.on("request", lambda request: asked.append(request.url))
+    tab.goto(file.as_uri())
+    tab.wait_for_selector("canvas")
+    assert tab.get_by_text("locked joint").count() == 1
+    assert asked == [file.as_uri()]

@@ -1,0 +1,274 @@
+"""What the page does with frames and clicks, without a browser."""
+
+import asyncio
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.viz.live.still_source import StillSource
+
+import ftqp
+from ftqp.control.planner.status import STATUSES
+from ftqp.model.catalog import CATALOG
+from ftqp.sim.log.signals import CONDITIONS
+from ftqp.sim.session.orders import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
+from ftqp.viz.live import colours
+from ftqp.viz.live.heat_map import failure_map, named_failure
+from ftqp.viz.live.history import SAMPLES, History
+from ftqp.viz.live.page import Page
+from ftqp.viz.live.scene import OVERLAYS, frame_names
+from ftqp.viz.live.source import HeatMap
+from ftqp.viz.live.status_head import joint_table, status_head
+
+NASTY = ("<script>alert(1)</script>", '"><img src=x onerror=alert(2)>')
+"""Names of joints that would do something in a page."""
+BROWSER = SimpleNamespace(client_id=0)
+"""Who clicks."""
+
+
+def nasty_arm():
+    return ftqp.Robot.from_dh([[0, 0.1, 0.4, 0], [0, 0, 0.3, 0]], joints=list(NASTY), acceleration=5.0)
+
+
+def controls(page):
+    """The controls of a page by their labels."""
+    found = {}
+    for handle in page._server.gui._gui_input_handle_from_uuid.values():
+        label = getattr(handle._impl.props, "label", None)
+        found.setdefault(label, handle)
+    return found
+
+
+def use(handle, value):
+    """What the server does when somebody in a browser changes a control."""
+    handle._impl.value = value
+    for callback in handle._impl.update_cb:
+        asyncio.run(callback(SimpleNamespace(client=BROWSER, client_id=0, target=handle)))
+
+
+def shown(page):
+    """The data of the head of a page, by name."""
+    content = page._panel._head.content
+    return dict(re.findall(r'data-(\w+)="([^"]*)"', content))
+
+
+@pytest.fixture(scope="module")
+def panda():
+    source = StillSource(
+        ftqp.robots.load("panda"), robots=("panda", "iiwa14"), scenarios=("panda-circle",),
+        schemes=("mvn", "man"), backends=("active_set", "daqp"),
+    )  # fmt: skip
+    with Page(source, port=0) as page:
+        yield source, page
+
+
+def test_every_button_of_every_joint_is_the_order_that_it_says(panda):
+    source, page = panda
+    rows = controls(page)
+    for name in source.robot.joints:
+        for word, order in (
+            ("lock", Break(name, "locked")),
+            ("free", Break(name, "free_swinging")),
+            ("weak", Break(name, "degraded")),
+            ("repair", Repair(name)),
+        ):
+            use(rows[name], word)
+            assert source.orders[-1] == order
+
+
+@pytest.mark.parametrize(
+    ("label", "value", "order"),
+    [
+        ("time", "pause", Pause(True)),
+        ("time", "resume", Pause(False)),
+        ("time", "reset", Reset()),
+        ("speed", 0.3, Speed(0.3)),
+        ("tell planner", "never", Tell("never", 0.5)),
+        ("robot", "iiwa14", Use(robot="iiwa14")),
+        ("scenario", "panda-circle", Use(scenario="panda-circle")),
+        ("scheme", "man", Use(scheme="man")),
+        ("backend", "daqp", Use(backend="daqp")),
+    ],
+)
+def test_a_change_of_a_control_is_an_order(panda, label, value, order):
+    source, page = panda
+    use(controls(page)[label], value)
+    assert source.orders[-1] == order
+
+
+def test_the_handle_of_the_target_leads_the_tip_and_its_end_gives_the_path_back(panda):
+    source, page = panda
+    box, target = controls(page)["drag the target"], source.frame().target
+    use(box, True)
+    assert np.allclose(source.orders[-1].pose, target)
+    handle = page._scene._handle
+    handle._impl.position[:] = [0.4, 0.1, 0.5]
+    asyncio.run(handle._impl_aux.update_cb[0](SimpleNamespace(target=handle, phase="update")))
+    assert isinstance(source.orders[-1], Aim)
+    assert np.allclose(source.orders[-1].pose[:3, 3], [0.4, 0.1, 0.5])
+    assert np.allclose(source.orders[-1].pose[:3, :3], target[:3, :3], atol=1e-9)
+    use(box, False)
+    assert source.orders[-1] == Aim(None)
+    assert page._scene._handle is None
+
+
+def test_every_overlay_has_a_check_box_that_hides_it(panda):
+    _, page = panda
+    boxes = controls(page)
+    for overlay in OVERLAYS:
+        nodes = page._scene._overlays[overlay]
+        use(boxes[overlay], False)
+        assert not any(node.visible for node in nodes)
+        use(boxes[overlay], True)
+        if overlay != "naive twin":
+            assert all(node.visible for node in nodes)
+
+
+@pytest.mark.parametrize("name", CATALOG)
+def test_each_condition_of_each_joint_is_seen_in_colour_table_and_head(name):
+    robot = ftqp.robots.load(name)
+    source = StillSource(robot)
+    with Page(source, port=0) as page:
+        for code, word in CONDITIONS.items():
+            for i, joint in enumerate(robot.joints):
+                truth = np.zeros(robot.nv, dtype=np.int64)
+                truth[i] = code
+                source.facts |= {"truth": truth, "belief": truth, "tick": source.facts["tick"] + 1}
+                assert page.refresh()
+                page._panel.show(source.frame())
+                barrel = page._server.scene.get_handle_by_name(
+                    frame_names("/arm-1", robot.nv)[i] + f"/joint{i}"
+                )
+                assert tuple(barrel.color) == colours.joint_colour(
+                    code, False, bool(source.frame().near_limit[i])
+                )
+                listed = f"{joint}:{word}" if code else ""
+                assert shown(page)["faults"] == shown(page)["belief"] == listed
+                assert page._panel._table.content.count(f"</span>{word}</td>") >= 2
+
+
+def test_another_arm_leaves_no_node_and_no_control_behind():
+    source = StillSource(ftqp.robots.load("panda"))
+    with Page(source, port=0) as page:
+        nodes, inputs = page.nodes(), len(page._server.gui._gui_input_handle_from_uuid)
+        for name in ("modular11", "planar6", "panda", "panda"):
+            source.become(ftqp.robots.load(name))
+            assert page.refresh()
+            assert shown(page)["stage"] == str(source.number)
+        assert page.nodes() == nodes
+        assert len(page._server.gui._gui_input_handle_from_uuid) == inputs
+
+
+def test_an_arm_of_many_joints_has_one_row_and_a_choice_of_joints():
+    links = [[0, 0, 0.1, 0]] * 15
+    source = StillSource(ftqp.Robot.from_dh(links, acceleration=5.0))
+    with Page(source, port=0) as page:
+        use(controls(page)["joint"], source.robot.joints[13])
+        use(controls(page)["break it"], "lock")
+        assert source.orders == [Break(source.robot.joints[13])]
+
+
+def test_a_replay_has_a_slider_over_its_time_and_no_buttons_that_break():
+    source = StillSource(ftqp.robots.load("panda"), live=False, duration=20.0)
+    with Page(source, port=0) as page:
+        found = controls(page)
+        assert not {"panda_joint1", "robot", "tell planner", "drag the target"} & set(found)
+        use(found["t [s]"], 7.5)
+        assert source.orders == [Seek(7.5)]
+        source.facts |= {"t": 12.0, "tick": 12000}
+        page._panel.show(source.frame())
+        assert found["t [s]"].value == 12.0
+        assert source.orders == [Seek(7.5)]
+
+
+@pytest.mark.parametrize("status", [s.name for s in STATUSES])
+def test_every_status_has_a_colour_and_its_sentence_is_in_the_head(panda, status):
+    assert status in colours.STATUS
+    source, _ = panda
+    source.facts["status"] = [s.name for s in STATUSES].index(status)
+    head = status_head(source.frame(), "t", source.robot.joints, "")
+    source.facts["status"] = 0
+    assert f'data-status="{status}"' in head
+    assert colours.hexadecimal(colours.STATUS[status]) in head
+
+
+def test_numbers_that_are_none_are_shown_in_words():
+    source = StillSource(ftqp.robots.load("panda"))
+    bad = np.full(7, np.nan)
+    source.facts |= {
+        "q": bad,
+        "v": bad,
+        "position_error": np.nan,
+        "rotation_error": np.inf,
+        "step_time": np.nan,
+    }
+    with Page(source, port=0) as page:
+        assert page.refresh()
+        page._panel.show(source.frame())
+        page._panel.plot()
+        assert "unknown" in page._panel._head.content
+
+
+def test_names_are_text_wherever_they_are_shown():
+    source = StillSource(nasty_arm(), title=NASTY[0])
+    source.facts |= {"message": NASTY[1], "truth": np.array([1, 1]), "belief": np.array([1, 1])}
+    heat = HeatMap(
+        joints=NASTY, times=np.array([0.0, 1.0]), codes=np.zeros((2, 2), dtype=np.int64), words={0: NASTY[0]},
+        colours={0: '"><script>'}, coverage=1.0,
+    )  # fmt: skip
+    frame = source.frame()
+    texts = [
+        status_head(frame, NASTY[0], NASTY, History(frame).ribbon()),
+        joint_table(frame, NASTY),
+        failure_map(heat),
+    ]
+    for text in texts:
+        assert "<script" not in text
+        assert "<img" not in text
+        assert "&lt;script&gt;" in text
+    with Page(source, port=0) as page:
+        assert page.refresh()
+
+
+HEAT = HeatMap(
+    joints=("a @ b", "c"), times=np.array([0.0, 0.5, 1.0]), codes=np.array([[0, 0, 2], [2, 0, 0]]),
+    words={0: "survived", 2: "position limit"}, colours={0: "#DCEFE6", 2: "#E69F00"}, coverage=4 / 6,
+)  # fmt: skip
+
+
+def test_a_failure_named_below_the_map_is_played():
+    source = StillSource(ftqp.robots.load("panda"), heat=HEAT)
+    with Page(source, port=0) as page:
+        use(controls(page)["failure"], "a @ b @ 0.9")
+        assert source.orders == [Play("a @ b", 1.0)]
+        use(controls(page)["failure"], "d @ 0.5")
+        assert len(source.orders) == 1
+
+
+@pytest.mark.parametrize("text", ["", "c", "c @", "c @ x", "c @ nan", "d @ 0.5", " @ "])
+def test_what_names_no_failure_is_answered_with_what_is_expected(text):
+    assert named_failure(text, HEAT) == "expected joint @ time [s], for example a @ b @ 0.00"
+
+
+def test_the_map_has_a_bar_for_each_spell_of_one_verdict():
+    assert failure_map(HEAT).count("<rect") == 4
+    assert "66.7 %" in failure_map(HEAT)
+
+
+def test_history_keeps_ten_seconds_and_begins_anew_when_time_goes_back():
+    source = StillSource(ftqp.robots.load("panda"))
+    history = History(source.frame())
+    for k in range(1, 600):
+        source.facts |= {"tick": 50 * k, "t": 0.05 * k, "position_error": 1e-3 * k, "status": 1}
+        history.add(source.frame())
+    assert history.ago[-1] == 0.0
+    assert -10.1 <= history.ago[0] <= -9.9
+    assert np.isfinite(history.error).all()
+    assert history.error[-1] == pytest.approx(599.0, abs=2.0)
+    assert history.ribbon().count("<rect") == 1
+    source.facts |= {"tick": 0, "t": 0.0, "status": 0}
+    history.add(source.frame())
+    assert np.isfinite(history.error).sum() == 1
+    assert [s for s in history.status if s] == ["OK"]
+    assert len(history.status) == SAMPLES
