@@ -1,7 +1,6 @@
 """A log in memory: arrays by name, with units and metadata."""
 
-import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self, final
 
@@ -9,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import InputError, unknown
+from ftqp.core.errors import unknown
+from ftqp.sim.log.log_rows import LogRows, whole_numbers
+from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.signals import Column
-
-EXACT = 2.0**53
-"""Whole numbers below this are exact as float64."""
+from ftqp.sim.log.table_files import write_csv, write_mat, write_npz
 
 
 @final
@@ -59,7 +58,7 @@ class Log:
         signals: dict[str, NDArray[Any]] = {}
         for index, column in enumerate(columns):
             signal = np.ascontiguousarray(table[:, index])
-            whole = column.integer and bool((np.abs(signal) < EXACT).all() and (signal % 1.0 == 0.0).all())
+            whole = column.integer and bool(whole_numbers(signal[:, None])[0])
             signals[column.name] = signal.astype(np.int64) if whole else signal
         return cls(
             path,
@@ -101,18 +100,58 @@ class Log:
             self._stacks[name] = np.stack(parts, axis=1)
         return self._stacks[name]
 
+    @property
+    def rows(self) -> LogRows:
+        """The same as blocks of rows."""
+        return LogRows(
+            path=self.path,
+            columns=tuple(
+                Column(name, self.units[name], self.descriptions[name], signal.dtype == np.int64)
+                for name, signal in self._signals.items()
+            ),
+            metadata=self.metadata,
+            count=len(self),
+            blocks=self._blocks,
+        )
+
+    def _blocks(self) -> Iterator[FloatArray]:
+        for first in range(0, len(self), BLOCK):
+            parts = [signal[first : first + BLOCK] for signal in self._signals.values()]
+            yield np.stack(parts, axis=1).astype(np.float64)
+
     def to_csv(self, path: str | Path) -> None:
         """Write all signals to a new CSV file, one row per step, names in the first line.
+
+        Args:
+            path: The file.
 
         Raises:
             InputError: the file exists already or cannot be made.
         """
-        try:
-            with Path(path).open("x", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file)
-                writer.writerow(self._signals)
-                writer.writerows(zip(*(signal.tolist() for signal in self._signals.values()), strict=True))
-        except FileExistsError as error:
-            raise InputError(f"file {path} exists already; choose another name") from error
-        except OSError as error:
-            raise InputError(f"file {path} cannot be written: {error.strerror}") from error
+        write_csv(self.rows, path)
+
+    def to_npz(self, path: str | Path) -> None:
+        """Write all signals to a new NPZ file, an array a group: ``q`` is (K, nv), ``t`` is (K,).
+
+        ``about`` is a JSON text with the names, units and sentences of the signals and the metadata.
+
+        Args:
+            path: The file.
+
+        Raises:
+            InputError: the file exists already or cannot be made.
+        """
+        write_npz(self.rows, path)
+
+    def to_mat(self, path: str | Path) -> None:
+        """Write all signals to a new MAT file for MATLAB or Octave, a variable a group: ``q`` is (K, nv).
+
+        ``signals`` and ``units`` are structs of cell arrays, ``metadata`` is a JSON text.
+
+        Args:
+            path: The file.
+
+        Raises:
+            InputError: the file exists already, cannot be made, or the log is too long for MAT.
+        """
+        write_mat(self.rows, path)

@@ -2,8 +2,8 @@
 
 import json
 import sqlite3
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -13,6 +13,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray, instance
 from ftqp.core.errors import InputError
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.log_rows import LogRows
 from ftqp.sim.log.log_writer import FORMAT, TABLES
 from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.signals import Column
@@ -42,29 +43,61 @@ def load_log(path: str | Path) -> Log:
     Raises:
         InputError: no such file, not a log of ftqp, or a damaged one.
     """
+    with open_log(path) as rows:
+        table = np.concatenate([np.empty((0, len(rows.columns))), *rows.blocks()])
+        return Log.of_table(rows.path, table, rows.columns, rows.metadata)
+
+
+@contextmanager
+def open_log(path: str | Path) -> Iterator[LogRows]:
+    """The rows of a log, which are read while the context lasts, block after block.
+
+    Args:
+        path: The file, or the folder of a run in which it is ``log.sqlite``.
+
+    Raises:
+        InputError: no such file, not a log of ftqp, or a damaged one; of damaged rows when they are read.
+    """
     instance("path", path, str | Path, "the path of a log or of the folder of a run")
     file = Path(path)
     file = file / FILE_NAME if file.is_dir() else file
     if not file.is_file():
         raise InputError(f"log {file} does not exist; expected a {FILE_NAME} or the folder of a run")
+    with ExitStack() as open_files:
+        with _judged(file):
+            connection = open_files.enter_context(_opened(file))
+            rows = _rows(file, connection)
+        yield rows
+
+
+@contextmanager
+def _judged(file: Path) -> Iterator[None]:
+    """What goes wrong while a file is read says that it is no log."""
     try:
-        with _opened(file) as connection:
-            made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
-            chunked = "chunks" in made
-            for name, statement in (TABLES if chunked else FIRST_TABLES).items():
-                if made.get(name) != statement:
-                    raise _NotALog(f"it has no table {name} as a log has it")
-            metadata = _metadata(connection)
-            if chunked:
-                columns = _columns(connection)
-                table = _chunks(connection, len(columns))
-            else:
-                columns, table = _first_format(connection)
+        yield
     except _NotALog as error:
         raise InputError(f"{file} is not a log of ftqp: {error}") from error
     except (sqlite3.Error, ValueError, TypeError, RecursionError, OverflowError) as error:
         raise InputError(f"{file} is not a log of ftqp: {error!s:.200}") from error
-    return Log.of_table(file, table, columns, metadata)
+
+
+def _rows(file: Path, connection: sqlite3.Connection) -> LogRows:
+    """What a file holds, its tables looked at."""
+    made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
+    chunked = "chunks" in made
+    for name, statement in (TABLES if chunked else FIRST_TABLES).items():
+        if made.get(name) != statement:
+            raise _NotALog(f"it has no table {name} as a log has it")
+    metadata = _metadata(connection)
+    columns = _columns(connection) if chunked else _first_columns(connection)
+    count = _count(connection) if chunked else connection.execute("SELECT count(*) FROM log").fetchone()[0]
+    blocks = _chunks if chunked else _first_blocks
+
+    def read() -> Iterator[FloatArray]:
+        with _judged(file):
+            yield from blocks(connection, columns)
+
+    return LogRows(path=file, columns=tuple(columns), metadata=metadata, count=count, blocks=read)
 
 
 @contextmanager
@@ -110,29 +143,34 @@ def _columns(connection: sqlite3.Connection) -> list[Column]:
         raise _NotALog(str(error)) from error
 
 
-def _chunks(connection: sqlite3.Connection, width: int) -> FloatArray:
-    """All rows, (K, width); every chunk is measured before it is read, and checked before the next."""
+def _count(connection: sqlite3.Connection) -> int:
+    """How many rows there are; the chunks follow each other."""
+    count = 0
+    for first, rows in connection.execute("SELECT first, rows FROM chunks ORDER BY first"):
+        if first != count or not isinstance(rows, int) or not 1 <= rows <= BLOCK:
+            raise _NotALog(f"its chunk at row {first!r:.20} does not follow row {count - 1}")
+        count += rows
+    return count
+
+
+def _chunks(connection: sqlite3.Connection, columns: Sequence[Column]) -> Iterator[FloatArray]:
+    """All rows, (K, columns) each; every chunk is measured before it is read, and checked before the next."""
+    width = len(columns)
     connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(LARGEST_VALUE, 8 * BLOCK * width + 1000))
     measured = connection.execute(
         "SELECT first, rows, crc, typeof(data), length(data) FROM chunks ORDER BY first"
     )
-    chunks, count = [np.empty((0, width))], 0
     for first, rows, crc, kind, size in measured:
-        if first != count or not isinstance(rows, int) or not 1 <= rows <= BLOCK:
-            raise _NotALog(f"its chunk at row {first!r:.20} does not follow row {count - 1}")
         if kind != "blob" or size != 8 * rows * width:
             raise _NotALog(f"its chunk at row {first} has {size} bytes, expected {8 * rows * width}")
         (data,) = connection.execute("SELECT data FROM chunks WHERE first = ?", (first,)).fetchone()
         if crc32(data) != crc:
             raise _NotALog(f"its chunk at row {first} is damaged, its checksum differs")
-        chunks.append(np.frombuffer(data, dtype="<f8").reshape(rows, width))
-        count += rows
-    table: FloatArray = np.concatenate(chunks)
-    return table
+        yield np.frombuffer(data, dtype="<f8").reshape(rows, width)
 
 
-def _first_format(connection: sqlite3.Connection) -> tuple[list[Column], FloatArray]:
-    """Signals and rows of a log of format 1."""
+def _first_columns(connection: sqlite3.Connection) -> list[Column]:
+    """Signals of a log of format 1."""
     kind = connection.execute("SELECT type, sql FROM sqlite_master WHERE name = 'log'").fetchone()
     if (
         kind is None
@@ -154,9 +192,12 @@ def _first_format(connection: sqlite3.Connection) -> tuple[list[Column], FloatAr
     ]
     if not columns or len(described) > MOST_COLUMNS:
         raise _NotALog("its signals are not described")
+    return columns
+
+
+def _first_blocks(connection: sqlite3.Connection, columns: Sequence[Column]) -> Iterator[FloatArray]:
+    """Rows of a log of format 1."""
     listed = ", ".join('"' + column.name.replace('"', '""') + '"' for column in columns)
     cursor = connection.execute(f"SELECT {listed} FROM log ORDER BY k")
-    blocks = [np.empty((0, len(columns)))]
     while rows := cursor.fetchmany(BLOCK):
-        blocks.append(np.array(rows, dtype=np.float64))
-    return columns, np.concatenate(blocks)
+        yield np.array(rows, dtype=np.float64)

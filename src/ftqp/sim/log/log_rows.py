@@ -1,0 +1,78 @@
+"""The rows of a log, block after block, so that a long one need not fit into memory."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from re import fullmatch
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.sim.log.signals import Column
+
+EXACT = 2.0**53
+"""Whole numbers below this are exact as float64."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LogRows:
+    """The rows of a log, to be read as often as one likes.
+
+    Attributes:
+        path: The file; None for a log that was kept in memory.
+        columns: The signals, in the order of a row.
+        metadata: Scenario, robot, joints, limits, faults, versions and state of the run.
+        count: Rows, one a tick.
+        blocks: A function that reads all rows from the first on, in blocks (K, columns) of float64.
+    """
+
+    path: Path | None
+    columns: tuple[Column, ...]
+    metadata: Mapping[str, Any]
+    count: int
+    blocks: Callable[[], Iterator[FloatArray]]
+
+    @property
+    def title(self) -> str:
+        """How a message names it."""
+        return "log in memory" if self.path is None else f"log {self.path}"
+
+    def groups(self) -> dict[str, list[int]]:
+        """Places in a row of the signals that have the same part before the first dot, by that part.
+
+        Raises:
+            InputError: A part is no name, as it can only be in a file that ftqp did not write.
+        """
+        found: dict[str, list[int]] = {}
+        for place, column in enumerate(self.columns):
+            group = column.name.split(".", 1)[0]
+            if not fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,59}", group):
+                raise InputError(
+                    f"{self.title} has the signal {column.name!r:.80}, expected names like 'q.joint1'; "
+                    "ftqp did not write this log"
+                )
+            found.setdefault(group, []).append(place)
+        return found
+
+    def whole(self) -> list[bool]:
+        """Which signals are codes and counts and hold nothing but whole numbers; reads all rows once."""
+        result = np.array([column.integer for column in self.columns])
+        for block in self.blocks():
+            result &= whole_numbers(block)
+        return [bool(exact) for exact in result]
+
+
+def whole_numbers(block: FloatArray) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Which columns of a block hold nothing but whole numbers that are exact, (columns,).
+
+    Args:
+        block: (K, columns).
+    """
+    with np.errstate(invalid="ignore"):
+        result: np.ndarray[Any, np.dtype[np.bool_]] = ((np.abs(block) < EXACT) & (block % 1.0 == 0.0)).all(
+            axis=0
+        )
+    return result

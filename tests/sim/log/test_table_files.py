@@ -1,0 +1,178 @@
+"""A log as CSV, NPZ and MAT, read back by readers that know nothing of ftqp."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+from ftqp.core.errors import InputError
+from ftqp.sim.log import table_files
+from ftqp.sim.log.log_file import load_log, open_log
+from ftqp.sim.log.log_writer import LogWriter
+from ftqp.sim.log.raw_rows import BLOCK
+from ftqp.sim.log.signals import Column
+
+NAMES = ("<script>alert(1)</script>", "a\"b'c, d", "Gelenk ä 手", "=1+2")
+COLUMNS = [
+    Column("t", "s", "time"),
+    *(Column(f"q.{name}", "rad", "position") for name in NAMES),
+    *(Column(f"belief.{name}", "-", "code", True) for name in NAMES),
+    Column("kappa", "-", "damping"),
+    Column("status", "-", "code", True),
+]
+WRITERS = {"csv": "to_csv", "npz": "to_npz", "mat": "to_mat"}
+
+
+def table(count):
+    """Numbers of all sizes, NaN and infinity among them."""
+    rng = np.random.default_rng(7)
+    numbers = rng.normal(size=(count, len(COLUMNS))) * 10.0 ** rng.integers(-300, 300, (count, len(COLUMNS)))
+    for k, column in enumerate(COLUMNS):
+        if column.integer:
+            numbers[:, k] = rng.integers(0, 9, count)
+    numbers[::3, -2], numbers[1::7, 2], numbers[2, 3] = np.nan, np.inf, -0.0
+    return numbers
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A log that was cut short, of more than a block."""
+    folder = tmp_path_factory.mktemp("run")
+    numbers = table(BLOCK + 9)
+    with LogWriter(folder / "log.sqlite", COLUMNS, {"state": "running", "robot": "</script>"}) as log:
+        log.write(0, numbers[:BLOCK])
+        log.write(BLOCK, numbers[BLOCK:])
+    return folder, numbers
+
+
+def bits(values):
+    return np.ascontiguousarray(values, dtype=np.float64).view(np.uint64)
+
+
+def test_csv_has_every_digit(run, tmp_path):
+    load_log(run[0]).to_csv(tmp_path / "l.csv")
+    with (tmp_path / "l.csv").open(newline="", encoding="utf-8") as file:
+        head, *lines = csv.reader(file)
+    assert head == [column.name for column in COLUMNS]
+    found = np.array([[float(word) for word in line] for line in lines])
+    np.testing.assert_array_equal(bits(found), bits(run[1]))
+    assert lines[0][-1] == str(int(run[1][0, -1]))
+
+
+def test_npz_is_equal_bit_by_bit(run, tmp_path):
+    load_log(run[0]).to_npz(tmp_path / "l.npz")
+    with np.load(tmp_path / "l.npz", allow_pickle=False) as found:
+        assert sorted(found.files) == ["about", "belief", "kappa", "q", "status", "t"]
+        assert found["t"].shape == (BLOCK + 9,) and found["q"].shape == (BLOCK + 9, 4)
+        np.testing.assert_array_equal(bits(found["q"]), bits(run[1][:, 1:5]))
+        np.testing.assert_array_equal(bits(found["kappa"]), bits(run[1][:, 9]))
+        np.testing.assert_array_equal(found["belief"], run[1][:, 5:9])
+        assert found["belief"].dtype == np.int64
+        about = json.loads(str(found["about"]))
+    assert [signal["name"] for signal in about["signals"]["q"]] == [f"q.{name}" for name in NAMES]
+    assert about["signals"]["q"][0]["unit"] == "rad"
+    assert about["metadata"]["robot"] == "</script>" and about["metadata"]["state"] == "running"
+
+
+def test_mat_is_equal_bit_by_bit(run, tmp_path):
+    load_log(run[0]).to_mat(tmp_path / "l.mat")
+    found = loadmat(tmp_path / "l.mat", simplify_cells=True)
+    np.testing.assert_array_equal(bits(found["q"]), bits(run[1][:, 1:5]))
+    np.testing.assert_array_equal(bits(found["kappa"]), bits(run[1][:, 9]))
+    np.testing.assert_array_equal(found["belief"], run[1][:, 5:9])
+    assert found["belief"].dtype == np.int64
+    assert list(found["signals"]["q"]) == [f"q.{name}" for name in NAMES]
+    assert json.loads(found["metadata"])["robot"] == "</script>"
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_stream_of_a_file_is_what_a_log_in_memory_writes(run, tmp_path, kind):
+    getattr(load_log(run[0]), WRITERS[kind])(tmp_path / f"memory.{kind}")
+    shares = []
+    with open_log(run[0]) as rows:
+        getattr(table_files, f"write_{kind}")(rows, tmp_path / f"stream.{kind}", shares.append)
+    assert 0.0 < shares[0] <= shares[-1] <= 1.0 and shares == sorted(shares)
+    if kind == "csv":
+        assert (tmp_path / "stream.csv").read_bytes() == (tmp_path / "memory.csv").read_bytes()
+    else:
+        read = np.load if kind == "npz" else loadmat
+        one, other = read(tmp_path / f"stream.{kind}"), read(tmp_path / f"memory.{kind}")
+        for name in ("t", "q", "belief", "kappa", "status"):
+            np.testing.assert_array_equal(one[name], other[name])
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_nothing_is_overwritten(run, tmp_path, kind):
+    log, file = load_log(run[0]), tmp_path / f"l.{kind}"
+    for make in (file.touch, file.mkdir, lambda: file.symlink_to(tmp_path / "nowhere")):
+        make()
+        with pytest.raises(InputError, match=r"exists already; choose another name"):
+            getattr(log, WRITERS[kind])(file)
+        file.rmdir() if file.is_dir() else file.unlink()
+    with pytest.raises(InputError, match="cannot be written"):
+        getattr(log, WRITERS[kind])(tmp_path / "none" / f"l.{kind}")
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_ctrl_c_leaves_nothing(run, tmp_path, kind):
+    def stop(share):
+        raise KeyboardInterrupt
+
+    with open_log(run[0]) as rows, pytest.raises(KeyboardInterrupt):
+        getattr(table_files, f"write_{kind}")(rows, tmp_path / f"l.{kind}", stop)
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_damage_in_the_middle_leaves_nothing(run, tmp_path, kind):
+    file = tmp_path / "log.sqlite"
+    data = (run[0] / "log.sqlite").read_bytes()
+    place = data.rindex(run[1][BLOCK + 1, 1:3].tobytes())
+    file.write_bytes(data[:place] + b"\1" + data[place + 1 :])
+    with pytest.raises(InputError, match="is damaged"), open_log(file) as rows:
+        getattr(table_files, f"write_{kind}")(rows, tmp_path / f"l.{kind}")
+    assert os.listdir(tmp_path) == ["log.sqlite"]
+
+
+@pytest.mark.parametrize("name", ["../x", "a b.c", "1.x", "about", "signals"])
+def test_signal_that_ftqp_does_not_write_is_refused(tmp_path, name):
+    with LogWriter(tmp_path / "l.sqlite", [Column("t", "s", "time"), Column(name, "-", "x")], {}) as log:
+        log.write(0, np.zeros((2, 2)))
+    for write in ("to_npz", "to_mat"):
+        with pytest.raises(InputError, match="signal"):
+            getattr(load_log(tmp_path / "l.sqlite"), write)(tmp_path / "l.out")
+
+
+def test_log_too_long_for_mat_is_refused_before_anything_is_written(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(table_files, "LARGEST_VARIABLE", 1000)
+    with pytest.raises(InputError, match="write NPZ or CSV"):
+        load_log(run[0]).to_mat(tmp_path / "l.mat")
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("kind", ["csv", "npz"])
+def test_memory_does_not_grow_with_the_log(tmp_path, kind):
+    names = [Column(f"q.{k}", "rad", "position") for k in range(60)]
+    numbers = np.random.default_rng(1).integers(0, 9, (BLOCK, 60)) * 0.5
+    with LogWriter(tmp_path / "l.sqlite", names, {}) as log:
+        for k in range(30):  # 29 MB of rows
+            log.write(k * BLOCK, numbers)
+    code = textwrap.dedent(f"""
+        import resource
+        from ftqp.sim.log.log_file import open_log
+        from ftqp.sim.log.table_files import write_{kind}
+        with open_log({str(tmp_path / "l.sqlite")!r}) as rows:
+            next(rows.blocks())
+            before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+            write_{kind}(rows, {str(tmp_path / "l.out")!r})
+            print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+    """)
+    grown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert int(grown) < 12_000
