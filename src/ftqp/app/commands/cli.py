@@ -8,6 +8,7 @@ import typer
 
 from ftqp import __version__
 from ftqp.app.commands.analyses import ANALYSES
+from ftqp.app.commands.exporting import export
 from ftqp.app.commands.options import Backend, Json, Out, Overrides, PlanFile, Scheme, Source
 from ftqp.app.output.console import ExitCode, command, say, tell, tell_json, tell_table
 from ftqp.app.scenario import document
@@ -239,6 +240,9 @@ def inspect(
 
 for analysis, example in ANALYSES.items():
     app.command(epilog=example)(command(analysis))
+
+
+app.command(epilog="Example: ftqp export runs/panda-circle --format mcap -o panda-bag")(command(export))
 
 
 @app.command(epilog="Example: ftqp robots --json")

@@ -1,0 +1,70 @@
+"""The arm of a run, made anew from what its log says, and held against the log."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+from pydantic import ValidationError
+
+from ftqp.app.scenario import composition
+from ftqp.app.schema.robot_section import RobotTable
+from ftqp.core.errors import FtqpError
+from ftqp.model import catalog
+from ftqp.model.robot import Robot
+from ftqp.sim.log.log_rows import LogRows
+
+NEAR = 1e-6
+"""The tip of the arm and that of the log may be so far apart [m]: the log's comes from compiled formulas."""
+
+
+def recorded_robot(rows: LogRows) -> tuple[Robot | None, str]:
+    """The arm of a run and an empty text, or None and a sentence that says why it is not known.
+
+    The scenario in the log names it; a run without one may be of a robot of the catalog. An arm whose tip
+    is not where the log says, because its file has changed since, is not that of the run.
+
+    Args:
+        rows: The log.
+    """
+    try:
+        robot = _made(rows)
+    except (ValidationError, FtqpError, tomllib.TOMLDecodeError, RecursionError) as error:
+        return None, f"the arm of {rows.title} cannot be made: {str(error).splitlines()[0]:.300}"
+    if robot is None:
+        return None, f"{rows.title} does not say which arm it is of"
+    joints = tuple(rows.metadata.get("joints", ()))
+    if robot.joints != joints:
+        return None, f"{rows.title} has the joints {', '.join(joints)!s:.200}, {robot.name} has others"
+    off = _distance(rows, robot)
+    if not off <= NEAR:
+        return None, (
+            f"the tip of {robot.name} is {off:.3g} m from where {rows.title} has it; the arm has changed "
+            "since the run"
+        )
+    return robot, ""
+
+
+def _made(rows: LogRows) -> Robot | None:
+    """The arm of the log's scenario, or else of the catalog; None where neither names it."""
+    text = rows.metadata.get("resolved")
+    if isinstance(text, str):
+        table = tomllib.loads(text).get("robot")
+        return composition.robot(RobotTable.model_validate(table), Path())
+    name = rows.metadata.get("robot")
+    if isinstance(name, str) and name.partition("(")[0] in catalog.names():
+        return catalog.load(name)
+    return None
+
+
+def _distance(rows: LogRows, robot: Robot) -> float:
+    """How far the tip is from the log's first one [m]; on a moving base, how wrong its distance is."""
+    groups, first = rows.groups(), next(rows.blocks(), None)
+    if first is None or not {"q", "tip"} <= groups.keys():
+        return float("nan")
+    q, tip = first[0, groups["q"]], first[0, groups["tip"]][:3]
+    if not np.isfinite(q).all():
+        return float("nan")
+    there = robot.pose(q)[:3, 3]
+    if "base" not in groups:
+        return float(np.linalg.norm(there - tip))
+    return float(abs(np.linalg.norm(there) - np.linalg.norm(tip - first[0, groups["base"]][:3])))

@@ -1,0 +1,1 @@
+"""A run for the tools of ROS 2: bags of messages, written without ROS."""

@@ -1,0 +1,216 @@
+"""What of a run goes onto which topic: joints, poses, frames, and what the planner said of each step."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.control.planner.status import STATUSES
+from ftqp.core.checks import FloatArray
+from ftqp.model.chain import Chain
+from ftqp.model.robot import Robot
+from ftqp.model.urdf_text import BASE, link_names
+from ftqp.sim.export.form import Form, Values
+from ftqp.sim.export.link_poses import joint_poses, tip_pose
+from ftqp.sim.export.ros_bag import RosBag
+from ftqp.sim.export.ticks import Ticks
+from ftqp.sim.log.signals import CONDITIONS
+
+WORLD = "world"
+"""The frame in which a base moves."""
+STEP = "ftqp_msgs/msg/Step"
+_REALS = (
+    "position_error", "rotation_error", "slack", "scale", "qp_residual", "step_time", "sigma_min",
+    "manipulability", "condition", "kappa", "off_path", "progress",
+)  # fmt: skip
+_WHOLES = ("status", "qp_status", "qp_iterations", "path_status")
+_JOINTS = {"acceleration": "a", "torque": "tau", "brake_torque": "tau_brake", "lower": "lb", "upper": "ub"}
+_CODES = ("belief", "truth")
+
+
+def step_definition() -> str:
+    """The definition of the message of a step: the numbers of a log, with the names of the codes."""
+    lines = [f"int32 STATUS_{status.name}={code}" for code, status in enumerate(STATUSES)]
+    lines += [f"int32 JOINT_{word.upper().replace('-', '_')}={code}" for code, word in CONDITIONS.items()]
+    lines.append("std_msgs/Header header")
+    lines += [f"float64 {name}" for name in _REALS]
+    lines += [f"int32 {name}" for name in _WHOLES]
+    lines.append("string[] name")
+    lines += [f"float64[] {name}" for name in _JOINTS]
+    lines += [f"int32[] {name}" for name in _CODES]
+    return "\n".join(lines)
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Topic:
+    """A topic with a message a tick.
+
+    Attributes:
+        number: Of the bag.
+        form: The open numbers of its message.
+        data: The message, serialised.
+    """
+
+    number: int
+    form: Form
+    data: bytes
+
+
+@final
+class Topics:
+    """The topics of a run with a message a tick.
+
+    Args:
+        bag: Where they go.
+        ticks: The run.
+        robot: The arm, for its frames; None leaves ``/tf`` out.
+        dt: Sampling period [s].
+        level: ``"acceleration"`` or ``"velocity"``, at which the planner decided.
+    """
+
+    def __init__(self, bag: RosBag, ticks: Ticks, robot: Robot | None, dt: float, level: str) -> None:
+        self._bag, self._ticks = bag, ticks
+        self.all: list[Topic] = []
+        measured = ("tau_measured",) if "tau_measured" in ticks else ()
+        self._joints("/joint_states", _signals("q"), _signals("v"), *map(_signals, measured))
+        sent = _signals("q_command"), _signals("v_command")
+        self._joints(
+            "/joint_command",
+            *(sent if "q_command" in ticks else _integrated(dt, level)),
+            _signals("tau"),
+        )
+        for topic, group in (("/joint_measured", "measured"), ("/joint_reference", "reference")):
+            if f"q_{group}" in ticks:
+                self._joints(topic, _signals(f"q_{group}"), _signals(f"v_{group}"))
+        self._pose("/target", "target")
+        self._pose("/tip", "tip")
+        if robot is not None:
+            self._frames(robot)
+        self._step()
+
+    def _add(self, name: str, form: Form, message: Any) -> None:
+        number = self._bag.topic(name, message.__msgtype__)
+        self.all.append(Topic(number=number, form=form, data=self._bag.serialised(message)))
+
+    def _header(self, form: Form, frame: str = "") -> Any:
+        stamp = self._bag.message(
+            "builtin_interfaces/msg/Time",
+            sec=form.whole(lambda ticks: ticks.stamps[:, :1]),
+            nanosec=form.whole(lambda ticks: ticks.stamps[:, 1:]),
+        )
+        return self._bag.message("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+    def _joints(self, name: str, position: Values, velocity: Values, effort: Values | None = None) -> None:
+        form, n = Form(), len(self._ticks.joints)
+        message = self._bag.message(
+            "sensor_msgs/msg/JointState",
+            header=self._header(form),
+            name=list(self._ticks.joints),
+            position=form.reals(n, position),
+            velocity=form.reals(n, velocity),
+            effort=np.empty(0) if effort is None else form.reals(n, effort),
+        )
+        self._add(name, form, message)
+
+    def _pose(self, name: str, group: str) -> None:
+        """A pose, in the inertial frame where the base moves."""
+        if group not in self._ticks:
+            return
+        form, make = Form(), self._bag.message
+        at = [form.real(_signals(group, k)) for k in range(7)]
+        pose = make(
+            "geometry_msgs/msg/Pose",
+            position=make("geometry_msgs/msg/Point", x=at[0], y=at[1], z=at[2]),
+            orientation=make("geometry_msgs/msg/Quaternion", x=at[3], y=at[4], z=at[5], w=at[6]),
+        )
+        frame = WORLD if "base" in self._ticks else BASE
+        header = self._header(form, frame)
+        self._add(name, form, make("geometry_msgs/msg/PoseStamped", header=header, pose=pose))
+
+    def _frames(self, robot: Robot) -> None:
+        form, chain, links = Form(), robot.chain, link_names(robot)
+        frames = []
+        if "base" in self._ticks:
+            frames.append(self._frame(form, WORLD, BASE, lambda ticks: ticks["base"]))
+        for i in range(robot.nv):
+            frames.append(self._frame(form, links[i], links[i + 1], _joint(chain, i)))
+        end = tip_pose(chain)
+        frames.append(
+            self._frame(form, links[-2], links[-1], lambda ticks: np.tile(end, (len(ticks.block), 1)))
+        )
+        self._add("/tf", form, self._bag.message("tf2_msgs/msg/TFMessage", transforms=frames))
+
+    def _frame(self, form: Form, parent: str, child: str, pose: Values) -> Any:
+        make = self._bag.message
+        at = [form.real(_part(pose, k)) for k in range(7)]
+        return make(
+            "geometry_msgs/msg/TransformStamped",
+            header=self._header(form, parent),
+            child_frame_id=child,
+            transform=make(
+                "geometry_msgs/msg/Transform",
+                translation=make("geometry_msgs/msg/Vector3", x=at[0], y=at[1], z=at[2]),
+                rotation=make("geometry_msgs/msg/Quaternion", x=at[3], y=at[4], z=at[5], w=at[6]),
+            ),
+        )
+
+    def _step(self) -> None:
+        form, n = Form(), len(self._ticks.joints)
+        fields: dict[str, Any] = {name: form.real(_scalar(name)) for name in _REALS}
+        fields |= {name: form.whole(_scalar(name)) for name in _WHOLES}
+        there = self._ticks.__contains__
+        fields |= {
+            name: form.reals(n, _signals(group)) if there(group) else np.empty(0)
+            for name, group in _JOINTS.items()
+        }
+        fields |= {
+            name: form.wholes(n, _signals(name)) if there(name) else np.empty(0, np.int32) for name in _CODES
+        }
+        fields |= {"header": self._header(form), "name": list(self._ticks.joints)}
+        self._add("/ftqp/step", form, self._bag.message(STEP, **fields))
+
+
+def _signals(group: str, k: int | None = None) -> Values:
+    """All signals of a group, or one of them."""
+    return lambda ticks: ticks[group] if k is None else ticks[group][:, k : k + 1]
+
+
+def _joint(chain: Chain, i: int) -> Values:
+    """Poses of joint frame i in the one before."""
+    return lambda ticks: joint_poses(chain, i, ticks["q"][:, i])
+
+
+def _part(values: Values, k: int) -> Values:
+    """One of several numbers."""
+    return lambda ticks: values(ticks)[:, k : k + 1]
+
+
+def _scalar(name: str) -> Values:
+    return lambda ticks: ticks.scalar(name)
+
+
+def _integrated(dt: float, level: str) -> tuple[Values, Values]:
+    """Positions and velocities for the end of the step: the command, held for dt.
+
+    q + dt v + dt^2 a/2 and v + dt a; at the velocity level, q + dt (v + dt a).
+    """
+    half = 0.5 if level == "acceleration" else 1.0
+
+    def velocities(ticks: Ticks) -> FloatArray:
+        return ticks["v"] + dt * ticks["a"]
+
+    def positions(ticks: Ticks) -> FloatArray:
+        return ticks["q"] + dt * (ticks["v"] + half * dt * ticks["a"])
+
+    return positions, velocities
+
+
+def facts_of(metadata: Mapping[str, Any]) -> tuple[float, str]:
+    """Sampling period [s] and level of a run; an older log has no level, and then decides accelerations.
+
+    Args:
+        metadata: Of the log.
+    """
+    return float(metadata.get("dt", 0.0)), str(metadata.get("level", "acceleration"))

@@ -1,0 +1,170 @@
+"""``ftqp export`` on real runs: with sensors, on a moving base, with a sliding joint, cut short."""
+
+import json
+import os
+import sqlite3
+import sys
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from scipy.io import loadmat
+from typer.testing import CliRunner
+
+import ftqp
+from ftqp.app.commands.cli import app
+from ftqp.app.run import runs
+from ftqp.model import catalog
+
+FORMATS = {"csv": "log.csv", "npz": "log.npz", "mat": "log.mat", "mcap": "bag", "trajectory": "trajectory"}
+SHORT = {
+    "panda-detected": ["--set", "simulation.duration=0.06", "--set", "faults="],
+    "iiwa-moving-base-locked": ["--set", "simulation.duration=0.06", "--set", "faults="],
+}
+SLIDING = """
+[robot]
+urdf = "slide.urdf"
+tip = "{tip}"
+[path]
+kind = "hold"
+duration = 0.05
+[planner.task]
+rows = ["x", "y"]
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_figures():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runs, "_figures", lambda log, folder: ())
+        yield
+
+
+def ftqp_command(*arguments):
+    result = CliRunner().invoke(app, [str(x) for x in arguments])
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.fixture(scope="module", params=SHORT)
+def run(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "run"
+    code, _, errors = ftqp_command("run", request.param, *SHORT[request.param], "--out", folder)
+    assert code in (0, 1), errors
+    return folder
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_run_is_written_beside_its_log_or_where_it_is_wanted(run, tmp_path, form):
+    code, out, errors = ftqp_command("export", run, "--format", form, "--json")
+    assert code == 0, errors
+    facts = json.loads(out)
+    assert facts["file"] == str(run / FORMATS[form]) and facts["bytes"] > 1000
+    assert facts["ticks"] == len(ftqp.load_log(run))
+    code, _, errors = ftqp_command("export", run / "log.sqlite", "--format", form)
+    assert code == 2 and "exists already; choose another name" in errors
+    code, out, _ = ftqp_command("export", run / "log.sqlite", "--format", form, "-o", tmp_path / "new")
+    assert code == 0 and str(tmp_path / "new") in out
+
+
+def test_bag_of_a_run_has_its_frames_and_its_arm(run):
+    if not (run / "bag").exists():
+        ftqp_command("export", run, "--format", "mcap")
+    log, found = ftqp.load_log(run), {}
+    with (run / "bag" / "bag.mcap").open("rb") as stream:
+        for _, channel, _, message in make_reader(
+            stream, decoder_factories=[DecoderFactory()]
+        ).iter_decoded_messages():
+            found.setdefault(channel.topic, []).append(message)
+    assert {"/tf", "/robot_description", "/ftqp/status", "/joint_measured"} - set(found) <= {
+        "/joint_measured"
+    }
+    positions = np.array([message.position for message in found["/joint_states"]])
+    np.testing.assert_array_equal(positions.view(np.uint64), log["q"].view(np.uint64))
+    names = [frame.child_frame_id for frame in found["/tf"][0].transforms]
+    assert ("base" in names) == ("base" in {name.split(".")[0] for name in log.names})
+    robot = ftqp.Robot.from_urdf(found["/robot_description"][0].data)
+    assert list(robot.joints) == log.metadata["joints"]
+
+
+def test_arm_of_a_run_is_written_as_urdf(run, tmp_path):
+    code, out, _ = ftqp_command("export", run, "--format", "urdf", "-o", tmp_path / "a.urdf", "--json")
+    assert code == 0 and "ticks" not in json.loads(out)
+    assert list(ftqp.Robot.from_urdf(tmp_path / "a.urdf").joints) == ftqp.load_log(run).metadata["joints"]
+
+
+def test_robot_of_the_catalog_is_written_as_urdf(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert ftqp_command("export", "iiwa14", "--format", "urdf")[0] == 0
+    again, robot = ftqp.Robot.from_urdf(tmp_path / "iiwa14.urdf"), catalog.load("iiwa14")
+    np.testing.assert_allclose(again.pose(robot.neutral), robot.pose(robot.neutral), atol=1e-12)
+    code, _, errors = ftqp_command("export", "iiwa14", "--format", "urdf")
+    assert code == 2 and "exists already" in errors
+
+
+def test_sliding_joint_is_written(tmp_path):
+    table = [[0.0, 0.3, 0.1, 1.6], [0.0, 0.2, 0.0, -1.6], [0.2, 0.0, 0.4, 0.0]]
+    robot = ftqp.Robot.from_dh(table, prismatic=[1], limits={"v_max": 1.0})
+    (tmp_path / "slide.urdf").write_text(robot.to_urdf())
+    (tmp_path / "slide.toml").write_text(SLIDING.format(tip=robot.tip))
+    code, _, errors = ftqp_command("run", tmp_path / "slide.toml", "--out", tmp_path / "run")
+    assert code == 0, errors
+    for form in FORMATS:
+        assert ftqp_command("export", tmp_path / "run", "--format", form)[0] == 0
+    found = loadmat(tmp_path / "run" / "log.mat", simplify_cells=True)
+    np.testing.assert_array_equal(found["q"], ftqp.load_log(tmp_path / "run")["q"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("panda", "--format", "csv"), "panda is a robot, no run"),
+        (("pandaa", "--format", "urdf"), "did you mean 'panda'"),
+        (("nowhere/run", "--format", "csv"), "is not a run or robot"),
+        ((".", "--format", "csv"), "does not exist; expected a log.sqlite"),
+        (("panda", "--format", "bag"), "'bag' is not a format of ftqp export"),
+    ],
+)
+def test_what_cannot_be_exported_is_said(tmp_path, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    code, out, errors = ftqp_command("export", *arguments)
+    assert code == 2 and message in errors and out == ""
+    assert os.listdir(tmp_path) == []
+
+
+def test_run_cut_short_and_of_another_version_is_written_and_noted(run, tmp_path):
+    data = (run / "log.sqlite").read_bytes()
+    (tmp_path / "log.sqlite").write_bytes(data)
+    with sqlite3.connect(tmp_path / "log.sqlite") as connection:
+        connection.execute("""UPDATE metadata SET value = '"running"' WHERE key = 'state'""")
+        (text,) = connection.execute("SELECT value FROM metadata WHERE key = 'versions'").fetchone()
+        versions = json.dumps(json.loads(text) | {"ftqp": "99.0"})
+        connection.execute("UPDATE metadata SET value = ? WHERE key = 'versions'", (versions,))
+    connection.close()
+    code, out, errors = ftqp_command("export", tmp_path, "--format", "mcap", "--json")
+    notes = json.loads(out)["notes"]
+    assert code == 0 and len(notes) == 2
+    assert "its log says 'running'" in notes[0] and "ftqp 99.0" in notes[1]
+    assert all(note in errors for note in notes)
+
+
+def test_trajectory_that_ends_in_motion_is_noted(tmp_path):
+    arguments = ["--set", "simulation.duration=0.5", "--set", "faults="]
+    ftqp_command("run", "panda-circle", *arguments, "--out", tmp_path / "run")
+    code, out, _ = ftqp_command("export", tmp_path / "run", "--format", "trajectory", "--json")
+    facts = json.loads(out)
+    assert code == 0 and facts["last_speed"] > 1e-4
+    assert "allow_nonzero_velocity_at_trajectory_end" in facts["notes"][0]
+
+
+def test_without_rosbags_the_extra_is_named(run, tmp_path, monkeypatch):
+    for name in list(sys.modules):
+        if name.startswith(("ftqp.sim.export", "rosbags")):
+            monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "rosbags.interfaces", None)
+    code, _, errors = ftqp_command("export", run, "--format", "mcap", "-o", tmp_path / "bag")
+    assert code == 2
+    assert (
+        "a ROS 2 bag needs the package 'rosbags', which is not installed; pip install \"ftqp[ros]\"" in errors
+    )
+    assert os.listdir(tmp_path) == []

@@ -1,0 +1,253 @@
+"""A run as a bag, read back by mcap and mcap-ros2-support, which share no code with rosbags."""
+
+import os
+import tracemalloc
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from tests.sim.export.conftest import COUNT, DT, NAMES, numbers, signals
+
+from ftqp.control.planner.status import STATUSES
+from ftqp.core.errors import InputError
+from ftqp.model.robot import Robot
+from ftqp.sim.export.run_bag import write_bag
+from ftqp.sim.log.log_file import open_log
+from ftqp.sim.log.signals import Column
+
+FROM = ("a", "tau", "tau_brake", "lb", "ub")
+
+
+def exported(file, folder, robot=None, told=lambda share: None):
+    with open_log(file) as rows:
+        return write_bag(rows, folder, robot, told)
+
+
+def read(folder):
+    """Messages by topic, each with its time [ns]."""
+    found = defaultdict(list)
+    with (folder / f"{folder.name}.mcap").open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        for _, channel, message, decoded in reader.iter_decoded_messages():
+            found[channel.topic].append((message.log_time, decoded))
+    return found
+
+
+def same_bits(found, expected):
+    found, expected = (np.ascontiguousarray(x, dtype=np.float64) for x in (found, expected))
+    np.testing.assert_array_equal(found.view(np.uint64), expected.view(np.uint64))
+
+
+def joints(table, group):
+    return np.stack([table[f"{group}.{name}"] for name in NAMES], axis=1)
+
+
+@pytest.fixture(scope="module")
+def folder(write_to, arm, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    file, table = write_to(folder, signals(), numbers(signals()))
+    return folder / "bag", table, exported(file, folder / "bag", arm)
+
+
+@pytest.fixture(scope="module")
+def bag(folder):
+    found = read(folder[0])
+    assert folder[2] == sum(map(len, found.values()))
+    return found, folder[1]
+
+
+@pytest.mark.parametrize(
+    ("topic", "position", "velocity", "effort"),
+    [
+        ("/joint_states", "q", "v", "tau_measured"),
+        ("/joint_command", "q_command", "v_command", "tau"),
+        ("/joint_measured", "q_measured", "v_measured", None),
+        ("/joint_reference", "q_reference", "v_reference", None),
+    ],
+)
+def test_joints_are_equal_bit_by_bit(bag, topic, position, velocity, effort):
+    messages = [message for _, message in bag[0][topic]]
+    assert len(messages) == COUNT
+    assert all(list(message.name) == list(NAMES) for message in messages)
+    same_bits([message.position for message in messages], joints(bag[1], position))
+    same_bits([message.velocity for message in messages], joints(bag[1], velocity))
+    if effort is None:
+        assert all(len(message.effort) == 0 for message in messages)
+    else:
+        same_bits([message.effort for message in messages], joints(bag[1], effort))
+
+
+@pytest.mark.parametrize("group", ["target", "tip"])
+def test_poses_are_equal_bit_by_bit_and_in_the_inertial_frame(bag, group):
+    poses = [message.pose for _, message in bag[0][f"/{group}"]]
+    found = [[p.position.x, p.position.y, p.position.z] for p in poses]
+    same_bits(found, np.stack([bag[1][f"{group}.{x}"] for x in "xyz"], axis=1))
+    turned = [[p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w] for p in poses]
+    same_bits(turned, np.stack([bag[1][f"{group}.q{x}"] for x in "xyzw"], axis=1))
+    assert {message.header.frame_id for _, message in bag[0][f"/{group}"]} == {"world"}
+
+
+def test_step_has_every_number_of_the_log(bag):
+    messages = [message for _, message in bag[0]["/ftqp/step"]]
+    for name in ("position_error", "slack", "qp_residual", "step_time", "sigma_min", "kappa", "progress"):
+        same_bits([getattr(message, name) for message in messages], bag[1][name])
+    for name in ("status", "qp_status", "qp_iterations", "path_status"):
+        assert [getattr(message, name) for message in messages] == bag[1][name].tolist()
+    for field, group in zip(("acceleration", "torque", "brake_torque", "lower", "upper"), FROM, strict=True):
+        same_bits([getattr(message, field) for message in messages], joints(bag[1], group))
+    for name in ("belief", "truth"):
+        np.testing.assert_array_equal([getattr(m, name) for m in messages], joints(bag[1], name))
+
+
+def test_codes_are_named_in_the_file(folder):
+    with (folder[0] / "bag.mcap").open("rb") as stream:
+        schemas = make_reader(stream).get_summary().schemas.values()
+    (text,) = [schema.data.decode() for schema in schemas if schema.name == "ftqp_msgs/msg/Step"]
+    for code, status in enumerate(STATUSES):
+        assert f"int32 STATUS_{status.name}={code}\n" in text
+    assert "int32 JOINT_HEALTHY=0\n" in text
+
+
+def pose_of(transform):
+    x, y, z, w = (getattr(transform.rotation, name) for name in "xyzw")
+    result = np.eye(4)
+    result[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    result[:3, 3] = [getattr(transform.translation, name) for name in "xyz"]
+    return result
+
+
+def test_frames_lead_from_the_world_to_the_tip(bag, arm):
+    q = joints(bag[1], "q")
+    assert len(bag[0]["/tf"]) == COUNT
+    for k in range(0, COUNT, 50):
+        frames = bag[0]["/tf"][k][1].transforms
+        names = [frames[0].header.frame_id, *(frame.child_frame_id for frame in frames)]
+        assert names == ["world", "base", *(f"{name}_link" for name in NAMES), arm.tip]
+        assert [frame.header.frame_id for frame in frames] == names[:-1]
+        same_bits(
+            [getattr(frames[0].transform.translation, x) for x in "xyz"],
+            [bag[1][f"base.{x}"][k] for x in "xyz"],
+        )
+        found = np.linalg.multi_dot([pose_of(frame.transform) for frame in frames[1:]])
+        np.testing.assert_allclose(found, arm.pose(q[k]), rtol=0.0, atol=1e-14)
+
+
+def test_description_is_the_arm_and_is_kept_for_late_comers(bag, arm, folder):
+    ((time, message),) = bag[0]["/robot_description"]
+    assert time == 0
+    again = Robot.from_urdf(message.data)
+    np.testing.assert_allclose(again.pose(arm.neutral), arm.pose(arm.neutral), atol=1e-14)
+    about = yaml.safe_load((folder[0] / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    kept = {
+        topic["topic_metadata"]["name"]: topic["topic_metadata"]["offered_qos_profiles"][0]["durability"]
+        for topic in about["topics_with_message_count"]
+    }
+    assert kept.pop("/robot_description") == "transient_local"
+    assert set(kept.values()) == {"volatile"}
+    assert about["message_count"] == sum(map(len, bag[0].values()))
+
+
+def test_status_is_said_in_words_where_it_changes(bag):
+    codes = bag[1]["status"]
+    changes = np.flatnonzero(np.diff(codes, prepend=-1.0))
+    assert 1 < len(changes) < 20
+    assert [time for time, _ in bag[0]["/ftqp/status"]] == [round(1e9 * DT * k) for k in changes]
+    words = [f"{STATUSES[int(code)].name}: {STATUSES[int(code)].value}" for code in codes[changes]]
+    assert [message.data for _, message in bag[0]["/ftqp/status"]] == words
+
+
+def test_every_stamp_is_the_time_of_its_message(bag):
+    for topic in ("/joint_states", "/tip", "/ftqp/step"):
+        for k, (time, message) in enumerate(bag[0][topic]):
+            assert time == round(1e9 * DT * k)
+            assert 10**9 * message.header.stamp.sec + message.header.stamp.nanosec == time
+
+
+@pytest.mark.parametrize(("level", "share"), [("acceleration", 0.5), ("velocity", 1.0)])
+def test_command_is_integrated_where_the_log_does_not_have_it(write, tmp_path, level, share):
+    few = signals(sensed=(), base=())
+    file, table = write(few, numbers(few), level=level)
+    exported(file, tmp_path / "bag")
+    found = read(tmp_path / "bag")
+    q, v, a = (joints(table, group) for group in "qva")
+    command = [message for _, message in found["/joint_command"]]
+    same_bits([message.velocity for message in command], v + DT * a)
+    np.testing.assert_allclose([m.position for m in command], q + DT * v + share * DT**2 * a, rtol=1e-14)
+    assert sorted(found) == [
+        "/ftqp/status", "/ftqp/step", "/joint_command", "/joint_states", "/target", "/tip"
+    ]  # fmt: skip
+    assert {message.header.frame_id for _, message in found["/tip"]} == {"base"}
+    assert all(len(message.effort) == 0 for _, message in found["/joint_states"])
+
+
+def test_older_log_without_some_signals_is_written_with_what_it_has(write, tmp_path):
+    old = [
+        c
+        for c in signals(sensed=(), base=())
+        if c.name.split(".")[0] in ("t", "q", "v", "a", "tau", "status")
+    ]
+    file, _ = write(old, numbers(old))
+    exported(file, tmp_path / "bag")
+    (_, step), *_ = read(tmp_path / "bag")["/ftqp/step"]
+    assert np.isnan(step.slack) and step.qp_status == -1 and len(step.belief) == 0
+
+
+def test_nothing_is_overwritten(write, tmp_path):
+    file, _ = write(signals(), numbers(signals(), 5))
+    (tmp_path / "bag").mkdir()
+    with pytest.raises(InputError, match=r"folder .*bag exists already"):
+        exported(file, tmp_path / "bag")
+    with pytest.raises(InputError, match="cannot be written"):
+        exported(file, tmp_path / "none" / "bag")
+    assert sorted(os.listdir(tmp_path)) == ["bag", "log.sqlite"]
+
+
+def test_ctrl_c_leaves_nothing(write, tmp_path):
+    def stop(share):
+        raise KeyboardInterrupt
+
+    file, _ = write(signals(), numbers(signals(), 300))
+    with pytest.raises(KeyboardInterrupt):
+        exported(file, tmp_path / "bag", told=stop)
+    assert os.listdir(tmp_path) == ["log.sqlite"]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda s, n: ([Column("t", "s", "time"), Column("x", "-", "x")], n[:, :2]), "has no signals q, v"),
+        (lambda s, n: (s, n[:0]), "has no rows yet"),
+        (lambda s, n: (s, n - 1.0), "has a time outside 0 to"),
+        (lambda s, n: (s, n * np.nan), "has a time outside 0 to"),
+    ],
+)
+def test_log_that_no_bag_can_hold_is_refused(write, tmp_path, change, message):
+    file, _ = write(*change(signals(), numbers(signals(), 5)))
+    with pytest.raises(InputError, match=message):
+        exported(file, tmp_path / "bag")
+    assert os.listdir(tmp_path) == ["log.sqlite"]
+
+
+def test_memory_does_not_grow_with_the_log(write, tmp_path):
+    few = signals(sensed=(), base=())
+    peaks = []
+    for repeated in (3, 9):
+        table = np.tile(numbers(few), (repeated, 1))
+        table[:, 0] = DT * np.arange(len(table))
+        file, _ = write(few, table)
+        del table
+        tracemalloc.start()
+        exported(file, tmp_path / f"bag{repeated}")
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        Path(file).unlink()
+    size = sum(x.stat().st_size for x in (tmp_path / "bag9").iterdir())
+    assert peaks[1] - peaks[0] < 0.2 * size
