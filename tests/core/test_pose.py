@@ -12,6 +12,7 @@ from ftqp.core.errors import InputError
 from ftqp.core.pose import (
     pose,
     quaternions,
+    rotated,
     rotation_exp,
     rotation_vector,
     rotation_vectors,
@@ -124,3 +125,11 @@ def test_one_rotation_vector_is_that_of_many(angle):
     for axis in np.random.default_rng(4).normal(size=(20, 3)):
         w = angle * axis / np.linalg.norm(axis)
         np.testing.assert_allclose(rotation_vector(rotation_exp(w)), w, atol=1e-12)
+
+
+def test_rotated_vectors_are_those_of_the_matrix():
+    rng = np.random.default_rng(5)
+    matrices = np.array([rotation_exp(w) for w in rng.uniform(-3.0, 3.0, (20, 3))])
+    vectors = rng.normal(size=(20, 4, 3))
+    expected = np.einsum("kij,knj->kni", matrices, vectors)
+    np.testing.assert_allclose(rotated(quaternions(matrices), vectors), expected, atol=1e-14)

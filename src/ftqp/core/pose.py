@@ -88,6 +88,19 @@ def quaternions(rotations: FloatArray) -> FloatArray:
     return result
 
 
+def rotated(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Vectors p turned by unit quaternions with vector u and scalar w: p + 2 w (u x p) + 2 u x (u x p).
+
+    Args:
+        quaternions: x, y, z, w of each, (K, 4).
+        vectors: several for each, (K, n, 3).
+    """
+    u, w = quaternions[:, None, :3], quaternions[:, None, 3:]
+    crossed = np.cross(u, vectors)
+    result: FloatArray = vectors + 2.0 * w * crossed + 2.0 * np.cross(u, crossed)
+    return result
+
+
 def rotation_vectors(rotations: FloatArray) -> FloatArray:
     """Rotation vectors [rad] of rotation matrices (K, 3, 3), (K, 3): accurate for every angle in [0, pi]."""
     q = quaternions(rotations)

@@ -20,7 +20,7 @@ from ftqp.sim.sensors.sensor_faults import Offset
 
 pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
 
-from ftqp.viz.figures import canvas, events, tracking
+from ftqp.viz.figures import canvas, events, joint_panels, tracking
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import status_ribbon as ribbon
 from ftqp.viz.figures.run_figures import DRAWINGS, save_figures
@@ -78,18 +78,19 @@ def drawn(monkeypatch):
         figures.append(figure)
         return canvas.save(figure, path)
 
-    for module in (joints, ribbon, tracking):
+    for module in (joint_panels, ribbon, tracking):
         monkeypatch.setattr(module, "save", keep)
     return figures
 
 
 def texts(figure):
     """All words of a figure."""
-    found = [figure.get_suptitle()]
+    found = [figure.get_suptitle(), *(text.get_text() for text in figure.texts)]
     for legend in figure.legends:
         found += [text.get_text() for text in legend.get_texts()]
     for axes in figure.axes:
-        found += [axes.get_title(), axes.get_xlabel(), axes.get_ylabel()]
+        found += [axes.get_title(loc) for loc in ("left", "center", "right")]
+        found += [axes.get_xlabel(), axes.get_ylabel()]
         found += [text.get_text() for text in axes.texts]
         found += [label.get_text() for label in axes.get_yticklabels()]
         if axes.get_legend():
@@ -98,7 +99,7 @@ def texts(figure):
 
 
 @pytest.mark.parametrize("name", ["panda_log", "stopped_log"])
-def test_four_pictures_are_written(request, tmp_path, name):
+def test_every_picture_is_written(request, tmp_path, name):
     files = save_figures(request.getfixturevalue(name), tmp_path / "figures")
     left_out = ("base.png", "following.png")
     assert [file.name for file in files] == [name for name in DRAWINGS if name not in left_out]
@@ -131,15 +132,16 @@ def test_following_error_of_an_arm_with_servos_is_drawn_in_thousandths(drawn, tm
 def test_path_figure_names_units_faults_and_errors(panda_log, drawn, tmp_path):
     tracking.draw(panda_log, tmp_path / "a.png")
     words = texts(drawn[0])
-    for expected in ("panda", "mvn scheme", "desired", "actual", "error [mm]", "error [deg]", "time [s]",
-                     "panda_joint3 fails (1 s)", "planner is told", "emergency stop above this"):  # fmt: skip
+    names = "panda|mvn scheme|desired|actual|the target [mm]|the target [deg]|time [s]"
+    instants = "panda_joint3 fails (1 s)|planner is told|emergency stop above this"
+    for expected in f"{names}|{instants}".split("|"):
         assert expected in words
     assert "panda_joint1" not in words
 
 
 def test_errors_are_drawn_on_a_logarithmic_axis(panda_log, drawn, tmp_path):
     tracking.draw(panda_log, tmp_path / "a.png")
-    assert [axes.get_yscale() for axes in drawn[0].axes[1:]] == ["log", "log"]
+    assert [axes.get_yscale() for axes in drawn[0].axes[1:3]] == ["log", "log"]
 
 
 def test_line_that_the_tip_leaves_is_drawn_in_the_plane_of_both(drawn, tmp_path):
@@ -182,9 +184,10 @@ def test_joint_figure_shows_every_joint_within_its_limits(panda_log, drawn, tmp_
     assert "panda_joint4: degraded from 0.5 s" in words
     panel = drawn[0].axes[1]
     bottom, top = panel.get_ylim()
-    limits = panda_log.metadata["limits"]
-    assert bottom < np.degrees(limits["q_min"][1])
-    assert top > np.degrees(limits["q_max"][1])
+    moved = np.degrees(panda_log["q.panda_joint2"])
+    assert bottom < moved.min() < moved.max() < top
+    assert top - bottom < 2.0 * max(np.ptp(moved), 6.1), "3 % of the range, or the motion with some room"
+    assert [text.get_text() for text in panel.texts] == ["−101", "101"], "the limits beside the bar"
     np.testing.assert_allclose(
         panel.lines[0].get_ydata(), np.degrees(panda_log["q.panda_joint2"]), atol=1e-12
     )
@@ -195,6 +198,51 @@ def test_torque_figure_shows_brake_and_limits(panda_log, drawn, tmp_path):
     words = texts(drawn[0])
     assert "torque [N m]" in words
     assert "carried by the brake" in words
+    assert "panda_joint3: brake carries" in words
+
+
+def test_torque_at_the_brake_takes_the_place_of_that_of_the_motor(panda_log, drawn, tmp_path):
+    joints.draw_torques(panda_log, tmp_path / "a.png")
+    panel = drawn[0].axes[2]
+    (carried,) = [line for line in panel.lines if line.get_color() == canvas.WINE]
+    told = panda_log["t"] >= 1.2 - 1e-9
+    np.testing.assert_allclose(carried.get_ydata()[told], panda_log["tau_brake.panda_joint3"][told])
+    assert np.isnan(carried.get_ydata()[~told]).all()
+
+
+def test_velocity_figure_shows_a_limit_only_where_a_joint_comes_near_it(panda_log, drawn, tmp_path):
+    fast = {name: np.array(panda_log[name]) for name in panda_log.names}
+    fast["v.panda_joint6"] = np.linspace(0.0, 2.5, len(panda_log))
+    log = Log(panda_log.path, fast, panda_log.units, panda_log.descriptions, panda_log.metadata)
+    joints.draw_velocities(log, tmp_path / "a.png")
+    limit = np.degrees(panda_log.metadata["limits"]["v_max"][5])
+    fast_panel, slow_panel = drawn[0].axes[5], drawn[0].axes[1]
+    assert fast_panel.get_ylim()[1] > limit
+    assert slow_panel.get_ylim()[1] < 0.5 * limit
+    assert "velocity [deg/s]" in texts(drawn[0])
+
+
+def test_path_figure_draws_the_arm_at_five_instants_with_its_failed_joint(panda_log, drawn, tmp_path):
+    tracking.draw(panda_log, tmp_path / "a.png")
+    words = texts(drawn[0])
+    assert "The arm from the side" in words and "The arm from above" in words
+    assert "arm at 0, 0.5, " in words and "failed joint" in words
+    side = next(axes for axes in drawn[0].axes if "from the side" in axes.get_title())
+    arms = [line for line in side.lines if len(line.get_xdata()) == 9]
+    assert len(arms) == 5
+    last = panda_log["tip"][-1, [0, 2]]
+    assert np.allclose([arms[-1].get_xdata()[-1], arms[-1].get_ydata()[-1]], 1e3 * last, atol=0.01)
+
+
+def test_log_that_does_not_know_its_arm_is_drawn_without_it(panda_log, drawn, tmp_path):
+    about = {key: value for key, value in panda_log.metadata.items() if key != "skeleton"}
+    signals = {name: panda_log[name] for name in panda_log.names}
+    tracking.draw(Log(None, signals, panda_log.units, panda_log.descriptions, about), tmp_path / "a.png")
+    assert "from above" not in texts(drawn[0])
+    broken = about | {"skeleton": {"prismatic": [False], "placements": [[1.0]], "tip": []}}
+    log = Log(None, signals, panda_log.units, panda_log.descriptions, broken)
+    with pytest.raises(InputError, match="the arm's geometry"):
+        tracking.draw(log, tmp_path / "b.png")
 
 
 def test_ribbon_tells_truth_from_belief(panda_log, drawn, tmp_path):
@@ -215,7 +263,7 @@ def test_ribbon_shows_every_spell(stopped_log, drawn, tmp_path):
 def test_log_of_one_row_can_be_drawn(panda_log, tmp_path):
     first = {name: np.array(panda_log[name][:1]) for name in panda_log.names}
     log = Log(panda_log.path, first, panda_log.units, panda_log.descriptions, panda_log.metadata)
-    assert len(save_figures(log, tmp_path)) == 4
+    assert len(save_figures(log, tmp_path)) == 5
 
 
 def test_arm_without_inertia_has_no_torque_figure(panda_log, tmp_path):
@@ -224,7 +272,9 @@ def test_arm_without_inertia_has_no_torque_figure(panda_log, tmp_path):
         if name.startswith("tau."):
             blank[name][:] = np.nan
     log = Log(panda_log.path, blank, panda_log.units, panda_log.descriptions, panda_log.metadata)
-    assert [file.name for file in save_figures(log, tmp_path)] == ["path.png", "joints.png", "status.png"]
+    assert [file.name for file in save_figures(log, tmp_path)] == [
+        "path.png", "joints.png", "velocities.png", "status.png"
+    ]  # fmt: skip
 
 
 def test_empty_log_and_bad_folder_are_clear_sentences(panda_log, tmp_path):

@@ -12,6 +12,7 @@ from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.core.checks import FloatArray
 from ftqp.model.robot import Robot
+from ftqp.model.skeleton import Skeleton
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 PACKAGES = ("ftqp", "numpy", "scipy", "numba", "pin")
@@ -34,6 +35,7 @@ def description(
         "robot": robot.name,
         "joints": list(robot.joints),
         "prismatic": [bool(slides) for slides in robot.chain.prismatic],
+        "skeleton": Skeleton.of(robot.chain).facts(),
         "limits": {
             name: _json(getattr(robot.limits, name))
             for name in ("q_min", "q_max", "v_max", "a_max", "tau_max")

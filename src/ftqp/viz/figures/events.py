@@ -114,7 +114,8 @@ def _together(happened: Sequence[dict[str, Any]]) -> str:
 def heading(log: Log) -> str:
     """What was run, for a title."""
     about = log.metadata
-    parts = [about.get("robot", "arm"), f"{about['scheme']} scheme" if about.get("scheme") else ""]
+    parts = [str(about.get("scenario") or ""), about.get("robot", "arm")]
+    parts += [f"{about['scheme']} scheme" if about.get("scheme") else ""]
     parts += [f"solver {about['backend']}" if about.get("backend") else ""]
     return ", ".join(part for part in parts if part)
 

@@ -1,4 +1,4 @@
-"""Figures of one run: path and error, joints, torques, statuses."""
+"""Figures of one run: arm, path and error, joints, velocities, torques, statuses."""
 
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from ftqp.viz.figures import tracking
 DRAWINGS = {
     "path.png": tracking.draw,
     "joints.png": joints.draw_positions,
+    "velocities.png": joints.draw_velocities,
     "following.png": joints.draw_following,
     "torques.png": joints.draw_torques,
     "status.png": ribbon.draw,
@@ -31,8 +32,8 @@ def save_figures(log: Log, folder: str | Path) -> list[Path]:
         folder: where to put them; existing files of the same names are replaced.
 
     Returns:
-        The files, in the order path, joints, following (of an arm with a drive or sensors), torques (left out
-        where the arm has no inertia), status, base (of a run on a moving base).
+        The files, in the order path, joints, velocities, following (of an arm with a drive or sensors),
+        torques (left out where the arm has no inertia), status, base (of a run on a moving base).
 
     Raises:
         InputError: an empty log, or a folder that cannot be written.

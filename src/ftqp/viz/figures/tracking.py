@@ -1,4 +1,4 @@
-"""The path of the tip, desired and actual, and its error over time."""
+"""The arm at a few instants, the path of its tip, desired and actual, and the error over time."""
 
 from pathlib import Path
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
-from ftqp.viz.figures import events
+from ftqp.viz.figures import arm_views, events
 from ftqp.viz.figures.canvas import (
     BLUE,
     GREEN,
@@ -18,64 +18,95 @@ from ftqp.viz.figures.canvas import (
     Figure,
     arrange,
     curve,
+    head,
     paper,
-    plain_decades,
     save,
-    tidy,
     trace,
 )
+from ftqp.viz.figures.curves import length
+from ftqp.viz.figures.plain_axes import plain_axes
 
-FLAT = 0.02
+FLAT = 0.1
 """A path is drawn in its plane when it is thinner than this share of its size."""
 MILLIMETRES = 1e3
 SMALLEST_ERROR = 1e-9
 """Errors below this are drawn at it: a logarithmic axis has no zero [mm or deg]."""
+SMALLEST_SHOWN = 1e-6
+"""The axis begins at this, or above [mm or deg]: less is of no concern to anybody."""
+HAIR = 0.1
+"""A length that everybody knows [mm]."""
 
 
 def draw(log: Log, path: str | Path) -> Path:
-    """Draw the path and its error to a PNG file.
+    """Draw the arm, its path and the error to a PNG file.
 
     Args:
-        log: a loaded log.
+        log: a loaded log; the arm is left out where the log does not say where its joints sit.
         path: the file to write.
     """
-    figure = paper(12.0, 6.2, f"Path of the tip: {events.heading(log)}", search=False)
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.15))
-    flat = _draw_path(figure, grid[:, 0], log)
+    arm = arm_views.postures(log, arm_views.instants(log))
+    title = f"The arm and the path of its tip: {events.heading(log)}"
+    figure = paper(12.0 if arm is None else 16.0, 6.4, title, search=False)
+    ratios = (1.0, 1.1) if arm is None else (1.0, 1.0, 1.1)
+    grid = figure.add_gridspec(2, len(ratios), width_ratios=ratios)
+    first = 0 if arm is None else 1
+    flat = _draw_path(figure, grid[:, first], log)
     turns = bool((log["rotation_error"] > 0.0).any())
-    position = figure.add_subplot(grid[0, 1] if turns else grid[:, 1])
+    position = figure.add_subplot(grid[0, -1] if turns else grid[:, -1])
     emergency = log.metadata.get("emergency") or {}
-    _draw_error(position, log, "position_error", "mm", emergency.get("position"))
+    _draw_error(position, log, "position_error", emergency.get("position"))
     if turns:
-        rotation = figure.add_subplot(grid[1, 1], sharex=position)
-        _draw_error(rotation, log, "rotation_error", "deg", emergency.get("rotation"))
-    else:
-        position.set_xlabel("time [s]")
-    arrange(figure, events.handles(log), gap=(0.8 if flat else 1.4, 0.5))
+        rotation = figure.add_subplot(grid[1, -1])
+        _draw_error(rotation, log, "rotation_error", emergency.get("rotation"))
+    handles: list[Any] = events.handles(log)
+    if arm is not None:
+        views = arm_views.planes(arm)
+        for row, plane in enumerate(views):
+            place = grid[row, 0] if len(views) > 1 else grid[:, 0]
+            arm_views.draw_view(figure, place, plane, [arm], targets=log["target"][:, :3])
+        handles = [*arm_views.arm_handles(arm), *handles]
+    arrange(figure, handles, left=0.6, gap=(0.7 if flat else 1.2, 0.5))
+    below = figure.axes[2 if turns else 1].get_position()
+    height = figure.get_figheight()
+    figure.text(0.5 * (below.x0 + below.x1), below.y0 - 0.36 / height, "time [s]", ha="center", va="center")
     return save(figure, path)
 
 
-def _draw_error(axes: Axes, log: Log, signal: str, unit: str, threshold: float | None) -> None:
-    factor, what = (MILLIMETRES, "Distance from") if unit == "mm" else (180.0 / np.pi, "Angle to")
+def _draw_error(axes: Axes, log: Log, signal: str, threshold: float | None) -> None:
+    """The distance from the target in millimetres, or the angle to it in degrees."""
+    turned = signal == "rotation_error"
+    factor, unit = (180.0 / np.pi, "deg") if turned else (MILLIMETRES, "mm")
     error = factor * log[signal]
     worst = int(np.argmax(error))
     at, largest = float(log["t"][worst]), float(error[worst])
-    plain_decades(axes)
-    curve(axes, log["t"], np.maximum(error, SMALLEST_ERROR), color=BLUE, linewidth=1.2)
+    axes.set_yscale("log")
+    curve(axes, log["t"], np.maximum(error, SMALLEST_ERROR), color=BLUE, linewidth=1.4)
     axes.plot(at, max(largest, SMALLEST_ERROR), "o", color=BLUE, markersize=5)
-    title = f"{what} the target: largest {largest:.3g} {unit}, at {at:.4g} s"
-    tidy(axes, "time [s]" if unit == "deg" else "", f"error [{unit}]", title)
-    if threshold is not None:
-        axes.axhline(factor * threshold, color=RED, linewidth=0.9, linestyle="--")
-        axes.annotate(
-            "emergency stop above this, if rising", (0.01, factor * threshold), xytext=(0, 3),
-            xycoords=("axes fraction", "data"), textcoords="offset points", fontsize=8, color=RED,
-        )  # fmt: skip
-    usual = np.percentile(np.maximum(error, SMALLEST_ERROR), 1.0)
-    top = max(largest, factor * (threshold or 0.0), SMALLEST_ERROR)
+    said = f"{largest:.3g} deg" if turned else length(largest / MILLIMETRES)
+    what = "Angle to" if turned else "Distance from"
+    head(axes, f"{what} the target [{unit}]: largest {said}, at {at:.4g} s")
+    usual = max(float(np.percentile(error, 1.0)), SMALLEST_SHOWN)
+    top = max(largest, factor * (threshold or 0.0), SMALLEST_SHOWN)
     axes.set_ylim(0.3 * usual, 5.0 * top)
     axes.set_xlim(*events.time_span(log))
+    if threshold is not None:
+        _level(axes, factor * threshold, "emergency stop above this, if rising", RED)
+    if not turned:
+        _level(axes, HAIR, "0.1 mm, as thick as a hair", GREY)
     events.mark(axes, log)
+    plain_axes(axes, count=(5, 4))
+
+
+def _level(axes: Axes, value: float, said: str, colour: str) -> None:
+    """A horizontal line with words on it, where it is in view."""
+    low, high = axes.get_ylim()
+    if not low < value < high:
+        return
+    axes.axhline(value, color=colour, linewidth=0.9, linestyle="--")
+    axes.annotate(
+        said, (0.01, value), xytext=(0, 3), xycoords=("axes fraction", "data"), textcoords="offset points",
+        fontsize=8, color=colour, bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
+    )  # fmt: skip
 
 
 def _draw_path(figure: Figure, place: Any, log: Log) -> bool:
@@ -102,14 +133,11 @@ def _draw_flat(axes: Axes, log: Log, desired: FloatArray, actual: FloatArray, pl
     for at, colour, label, marker, size in _points(log):
         x, y = actual[at, first], actual[at, second]
         axes.plot(x, y, marker, color=colour, markersize=size, label=label, zorder=3)
-    tidy(
-        axes,
-        f"{'xyz'[first]} from the start [mm]",
-        f"{'xyz'[second]} from the start [mm]",
-        f"Path in the {'xyz'[first]}-{'xyz'[second]} plane",
-    )
+    names = "xyz"[first], "xyz"[second]
+    head(axes, f"Path in the {names[0]}-{names[1]} plane: {names[0]} and {names[1]} from the start [mm]")
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.12)
+    plain_axes(axes, count=(5, 7))
     axes.legend(loc="best", fontsize=9, framealpha=0.9)
 
 

@@ -1,0 +1,93 @@
+"""The bare geometry of an arm: enough to place its joints, small enough to be kept in a log."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import pinocchio as pin
+
+from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.errors import InputError
+from ftqp.core.pose import transform
+from ftqp.model.chain import Chain
+
+LARGEST = 1e6
+"""No arm is larger than this [m]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Skeleton:
+    """Where the joints of a serial chain sit on each other.
+
+    Attributes:
+        prismatic: Whether the joint slides, (nv,).
+        placements: Joint frame i in joint frame i-1 at q = 0, its z axis along the joint, (nv, 4, 4).
+        tip: The tip in the last joint's frame, (4, 4).
+    """
+
+    prismatic: BoolArray
+    placements: FloatArray
+    tip: FloatArray
+
+    @classmethod
+    def of(cls, chain: Chain) -> Self:
+        """The skeleton of a chain."""
+        placements = np.array(
+            [transform(R, p) for R, p in zip(chain.rotation, chain.translation, strict=True)]
+        )
+        return cls(
+            prismatic=chain.prismatic,
+            placements=placements,
+            tip=transform(chain.tip_rotation, chain.tip_translation),
+        )
+
+    @classmethod
+    def from_facts(cls, facts: Mapping[str, Any]) -> Self:
+        """The skeleton that ``facts`` gave, for example those in a log.
+
+        Raises:
+            InputError: These are no facts of a skeleton.
+        """
+        try:
+            prismatic = np.atleast_1d(np.array(facts["prismatic"], dtype=np.bool_))
+            placements = np.array(facts["placements"], dtype=np.float64)
+            tip = np.array(facts["tip"], dtype=np.float64)
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(f"the arm's geometry is not readable: {error!s:.100}") from error
+        shapes = (placements.shape, tip.shape)
+        numbers = np.concatenate([placements.ravel(), tip.ravel()])
+        if shapes != ((len(prismatic), 4, 4), (4, 4)) or not (np.abs(numbers) <= LARGEST).all():
+            raise InputError(
+                f"the arm's geometry has shapes {shapes[0]} and {shapes[1]}, expected finite "
+                "placements (nv, 4, 4) and a tip (4, 4)"
+            )
+        return cls(prismatic=prismatic, placements=placements, tip=tip)
+
+    def facts(self) -> dict[str, Any]:
+        """The same in values that JSON can hold."""
+        return {
+            "prismatic": self.prismatic.tolist(),
+            "placements": self.placements.tolist(),
+            "tip": self.tip.tolist(),
+        }
+
+    def frames(self, q: FloatArray) -> FloatArray:
+        """Poses of the joint frames and then of the tip in the base, (K, nv + 1, 4, 4).
+
+        Args:
+            q: Joint positions, (K, nv) [rad or m].
+        """
+        model = pin.Model()
+        parent = 0
+        for i, (placement, slides) in enumerate(zip(self.placements, self.prismatic, strict=True)):
+            joint = pin.JointModelPZ() if slides else pin.JointModelRZ()
+            parent = model.addJoint(parent, joint, pin.SE3(placement), f"j{i}")
+        data, tip = model.createData(), pin.SE3(self.tip)
+        poses = np.empty((len(q), model.njoints, 4, 4))
+        for k, row in enumerate(np.asarray(q, dtype=np.float64)):
+            pin.forwardKinematics(model, data, row)
+            for i in range(1, model.njoints):
+                poses[k, i - 1] = data.oMi[i].homogeneous
+            poses[k, -1] = (data.oMi[parent] * tip).homogeneous
+        return poses

@@ -1,0 +1,169 @@
+"""An arm at a few instants of a run, seen from the side and from above, with the way of its tip."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.pose import rotated
+from ftqp.model.skeleton import Skeleton
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.signals import HEALTHY
+from ftqp.viz.figures import events
+from ftqp.viz.figures.canvas import GREY, ORANGE, RED, Axes, Figure, Line2D, head, trace
+from ftqp.viz.figures.plain_axes import plain_axes
+
+INSTANTS = 5
+"""So often the arm is drawn."""
+FLAT = 0.02
+"""A motion whose extent along a direction is below this share of its size is flat there."""
+MILLIMETRES, LARGE = 1e3, 5.0
+"""Arms that extend farther than this [m] are drawn in metres."""
+FAINTEST = 0.22
+"""How dark the first posture is; the last is black."""
+ROOM = 0.09
+"""Free room around what is drawn, as a share of its size."""
+Plane = tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Postures:
+    """An arm at some instants.
+
+    Attributes:
+        t: The instants, (k,) [s].
+        points: Base, joints and tip, in space where the base moves, (k, nv + 2, 3) [m].
+        failed: Which joints have failed by then, (k, nv).
+        way: Where the tip has been, (K, 3) [m].
+    """
+
+    t: FloatArray
+    points: FloatArray
+    failed: BoolArray
+    way: FloatArray
+
+
+def instants(log: Log, most: int = INSTANTS) -> list[int]:
+    """Rows of a log at which its arm is worth a look: start, end, the first fault, the stop, and between."""
+    t, last = log["t"], len(log) - 1
+    times = [fault["at"] for fault in events.faults(log)[:1]]
+    stop = events.stop_time(log)
+    times += [] if stop is None else [stop]
+    rows = {0, last, *(int(np.searchsorted(t, at - events.TOLD_LATER)) for at in times)}
+    rows = {min(row, last) for row in rows}
+    while len(rows) < min(most, len(log)):
+        ordered = sorted(rows)
+        gap = int(np.argmax(np.diff(ordered)))
+        middle = (ordered[gap] + ordered[gap + 1]) // 2
+        if middle in rows:
+            break
+        rows.add(middle)
+    return sorted(rows)
+
+
+def postures(log: Log, rows: Sequence[int] | NDArray[np.intp]) -> Postures | None:
+    """The arm at some rows of a log; None for a log that does not say where its joints sit.
+
+    Raises:
+        InputError: What the log says of the arm is not readable.
+    """
+    if "skeleton" not in log.metadata:
+        return None
+    at = list(rows)
+    frames = Skeleton.from_facts(log.metadata["skeleton"]).frames(log["q"][at])
+    points = np.concatenate([np.zeros((len(at), 1, 3)), frames[:, :, :3, 3]], axis=1)
+    if "base.x" in log:  # the tip of an arm on a moving base is logged where it is in space
+        base = log["base"][at]
+        points = rotated(base[:, 3:], points) + base[:, None, :3]
+    return Postures(t=log["t"][at], points=points, failed=log["truth"][at] != HEALTHY, way=log["tip"][:, :3])
+
+
+def planes(*motions: Postures) -> list[Plane]:
+    """From where motions are seen best: from the side and from above, or from above alone where flat."""
+    everything = np.concatenate([motion.points.reshape(-1, 3) for motion in motions])
+    extent = np.ptp(everything, axis=0)
+    if extent[2] <= FLAT * extent.max():
+        return [(0, 1)]
+    return [(0 if extent[0] >= extent[1] else 1, 2), (0, 1)]
+
+
+def name(plane: Plane) -> str:
+    """How a view is called."""
+    return "from above" if plane == (0, 1) else f"from the side, along {'yx'[plane[0]]}"
+
+
+def draw_view(
+    figure: Figure, place: object, plane: Plane, motions: Sequence[Postures], *,
+    colours: Sequence[str] = ("black",), ways: Sequence[str] = (ORANGE,), targets: FloatArray | None = None,
+    title: str = "",
+) -> Axes:  # fmt: skip
+    """Draw arms in a plane of the base.
+
+    Args:
+        figure: Where to draw.
+        place: A cell of its grid.
+        plane: Two axes of the base.
+        motions: The arms, the first on top.
+        colours: Of the arms.
+        ways: Colours of the ways of their tips.
+        targets: Where the tip should have been, (K, 3) [m].
+        title: In place of the name of the view.
+    """
+    axes: Axes = figure.add_subplot(place)  # type: ignore[call-overload]
+    at = list(plane)
+    scale, unit = _unit(*motions)
+    if targets is not None:
+        trace(axes, *(scale * targets[:, at]).T, color=GREY, linewidth=5.0, alpha=0.35, zorder=2)
+    for motion, colour, way in reversed(list(zip(motions, colours, ways, strict=True))):
+        _draw_arm(axes, motion, scale, at, colour)
+        trace(axes, *(scale * motion.way[:, at]).T, color=way, linewidth=1.6, zorder=6)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(ROOM)
+    plain_axes(axes, count=(4, 4))
+    labels = [f"{'xyz'[k]} [{unit}]" for k in plane]
+    head(axes, title or f"The arm {name(plane)}, {labels[0]} and {labels[1]}")
+    return axes
+
+
+def _unit(*motions: Postures) -> tuple[float, str]:
+    """Factor and unit of lengths."""
+    extent = max(float(np.abs(motion.points).max()) for motion in motions)
+    return (1.0, "m") if extent > LARGE else (MILLIMETRES, "mm")
+
+
+def _draw_arm(axes: Axes, motion: Postures, scale: float, at: list[int], colour: str) -> None:
+    """The postures, the last one darkest; failed joints in red."""
+    count = len(motion.points)
+    for k, (points, failed) in enumerate(zip(scale * motion.points, motion.failed, strict=True)):
+        dark = FAINTEST + (1.0 - FAINTEST) * ((k + 1) / count) ** 2
+        last = k == count - 1
+        x, y = points[:, at].T
+        axes.plot(
+            x, y, color=colour, linewidth=4.0 if last else 3.0, alpha=dark, solid_capstyle="round",
+            solid_joinstyle="round", marker="o", markevery=slice(1, -1), markersize=5.5,
+            markerfacecolor="white", markeredgecolor=colour, markeredgewidth=1.2, zorder=3 + k / count,
+        )  # fmt: skip
+        if failed.any():
+            axes.plot(
+                x[1:-1][failed], y[1:-1][failed], linestyle="none", marker="X", color=RED, zorder=5,
+                markersize=10.0 if last else 7.0, alpha=max(dark, 0.5), markeredgecolor="white",
+                markeredgewidth=0.6,
+            )  # fmt: skip
+    bases = scale * motion.points[:, 0, at]
+    axes.plot(*bases.T, linestyle="none", marker="s", markersize=9, color="black", zorder=3)
+
+
+def arm_handles(motion: Postures, colour: str = "black") -> list[Line2D]:
+    """What the arms mean, for a legend."""
+    times = ", ".join(f"{t:.3g}" for t in motion.t)
+    found = [
+        Line2D([], [], color=colour, linewidth=3.0, marker="o", markersize=5.5, markerfacecolor="white",
+               label=f"arm at {times} s, the last darkest"),
+    ]  # fmt: skip
+    if motion.failed.any():
+        found.append(
+            Line2D([], [], color=RED, marker="X", markersize=9.0, linestyle="none", label="failed joint")
+        )
+    return found

@@ -1,0 +1,34 @@
+"""Plain axes write round numbers with as many decimals as they need."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+
+from ftqp.viz.figures.canvas import paper, save
+from ftqp.viz.figures.plain_axes import plain_axes, written
+
+
+@pytest.mark.parametrize(
+    ("ticks", "expected"),
+    [
+        ([0.0, 5.0, 10.0], ["0", "5", "10"]),
+        ([-0.25, 0.0, 0.25], ["−0.25", "0.00", "0.25"]),
+        ([-1e-12, 1.5, 3.0], ["0.0", "1.5", "3.0"]),
+        ([0.0, 1e-11, 2e-11], ["0", "1e−11", "2e−11"]),
+        ([4.0], ["4"]),
+    ],
+)
+def test_numbers_have_the_decimals_they_need(ticks, expected):
+    assert written(np.array(ticks)) == expected
+
+
+@pytest.mark.parametrize("scale", ["linear", "log"])
+def test_panel_with_plain_axes_is_drawn_and_has_no_other(tmp_path, scale):
+    figure = paper(3.0, 2.0, "title")
+    axes = figure.add_subplot()
+    axes.set_yscale(scale)
+    axes.plot([0.0, 1.0], [1e-3, 1e3])
+    plain_axes(axes)
+    assert save(figure, tmp_path / "a.png").stat().st_size > 2000
+    assert not axes.xaxis.get_visible() and not axes.yaxis.get_visible()
