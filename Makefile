@@ -5,19 +5,23 @@ BIN    := $(VENV)/bin
 PIP     = $(BIN)/python -m pip install --disable-pip-version-check --quiet
 PYTEST ?= $(BIN)/python -m pytest
 JOBS   ?= 2
+PYTHONS ?= python3.11 python3.12 python3.13
 # The rest (papers, random episodes, the bench, every compiled part) is for make test.
 QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/nasty tests/qp/judge tests/qp/recording tests/app/scenario \
           tests/app/replay tests/kernel/rows tests/kernel/arm tests/kernel/judge tests/kernel/maths tests/laws/test_laws.py tests/laws/test_faults.py \
           tests/test_package.py tests/test_texts.py
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test quick docs campaign bench bench-first-use wheel clean
+.PHONY: help demo test quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel clean
 
 help:
 	@echo "make demo       an arm loses a joint on its way and finishes; writes pictures"
 	@echo "make test       every check: ruff, mypy, import layers, all tests"
 	@echo "make quick      what to run before a commit: lint, layers, and the tests that are quick"
 	@echo "make docs       the documentation site, into site/, without a network once its tools are there"
+	@echo "make test-pythons   make test with each of $(PYTHONS) that is on this machine"
+	@echo "make test-lowest    the quick tests with the oldest version of each dependency that pyproject.toml allows"
+	@echo "make licences       what is installed and under which licence, into dist/sbom.json (CycloneDX) and a table"
 	@echo "make campaign   2000 random episodes (robot, path, fault, level, backend)"
 	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/speed.md"
 	@echo "make bench-first-use   seconds until ftqp is ready, against the first release"
@@ -43,6 +47,25 @@ quick: $(VENV)/.has-dev
 docs: $(VENV)/.has-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
 	@echo "open site/index.html"
+
+# An environment each; a Python that is not there is named and left out.
+test-pythons:
+	@for python in $(PYTHONS); do \
+	    if $$python -c 'import sys, venv' 2>/dev/null; then $(MAKE) test PYTHON=$$python VENV=.venv-$$python || exit 1; \
+	    else echo "$$python is not on this machine: left out"; fi; done
+
+test-lowest: VENV = .venv-lowest
+test-lowest:
+	$(PYTHON) -m venv $(VENV)
+	$(PYTHON) tests/lowest_versions.py pyproject.toml > $(VENV)/lowest.txt
+	$(PIP) --constraint $(VENV)/lowest.txt --editable ".[viz,sim]" pytest pytest-xdist hypothesis
+	FTQP_CACHE_DIR=$(CURDIR)/$(VENV)/cache $(PYTEST) -n $(JOBS) --dist loadfile -W default $(QUICK)
+
+licences: $(VENV)/.has-viz
+	$(PIP) "cyclonedx-bom>=5" "pip-licenses>=5"
+	mkdir -p dist
+	$(BIN)/cyclonedx-py environment $(BIN)/python --output-file dist/sbom.json
+	$(BIN)/pip-licenses --order=license
 
 campaign: $(VENV)/.has-dev
 	FTQP_EPISODES=2000 $(PYTEST) tests/laws -k episode

@@ -41,12 +41,14 @@ def test_compilation_is_announced_on_stderr_before_it_begins(monkeypatch, capfd)
         with announce():
             said.append(capfd.readouterr().err)
 
+    monkeypatch.setattr(first_use, "_told", False)
     monkeypatch.setattr(first_use, "compile_entries", compile_entries)
     first_use.warm_up(("step",), 8)
-    assert said == [first_use.NOTICE + "\n"]
+    first_use.warm_up(("torques",), 8)
+    assert said == [first_use.NOTICE + "\n", ""]
 
 
-def testnotice_names_the_remedy():
+def test_notice_names_the_remedy():
     assert "ftqp warmup" in first_use.NOTICE
 
 

@@ -20,17 +20,24 @@ ALONE: Final = (
 """The entry points that know no robot."""
 
 
+_told = False
+"""Whether a log or a pipe has been told already; a terminal shows it as long as it lasts."""
+
+
 @contextmanager
 def notice() -> Iterator[None]:
-    """Tell the user that something is being compiled, as long as it takes."""
+    """Tell the user that something is being compiled: a terminal every time, anything else once."""
+    global _told
     if sys.stderr.isatty():
         from rich.console import Console
 
         with Console(stderr=True).status(NOTICE):
             yield
     else:
-        sys.stderr.write(NOTICE + "\n")
-        sys.stderr.flush()
+        if not _told:
+            _told = True
+            sys.stderr.write(NOTICE + "\n")
+            sys.stderr.flush()
         yield
 
 
