@@ -18,7 +18,7 @@ DOCS = Path(__file__).parents[1]
 EXAMPLES = DOCS.parent / "examples"
 PICTURES = DOCS / "gallery"
 PRINTED = PICTURES / "printed.json"
-WIDTH, COLOURS = 1000, 64
+WIDTH, COLOURS = 1000, 256
 """Of a picture: pixels, and colours that are enough for lines and keep files small."""
 
 
