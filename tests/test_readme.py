@@ -3,11 +3,13 @@
 import contextlib
 import io
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
 
 import ftqp
+from ftqp.app.commands.cli import app
 from ftqp.app.output.console import ExitCode
 from ftqp.control.task import schemes
 from ftqp.control.task.task import MODES
@@ -114,6 +116,18 @@ def test_the_table_of_backends_names_each_of_them():
     assert set(first_column("choosing.md", "Backend")) >= {
         name for name in ftqp.qp.backend_names() if not name.startswith("qpsolvers:")
     }
+
+
+def test_the_table_of_extras_has_every_extra_once():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert sorted(first_column("start.md", "Install")) == sorted(extras["optional-dependencies"])
+
+
+def test_every_command_is_shown_with_an_example():
+    text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8").split("\nA scenario is")[0]
+    text = text.replace(" | ", "\n    ftqp ")
+    shown = set(re.findall(r"^    ftqp (\w+)", text, re.M))
+    assert shown == {one.name or one.callback.__name__ for one in app.registered_commands}
 
 
 def test_every_exit_code_is_in_the_table():
