@@ -17,7 +17,10 @@ import ftqp
 
 ROOT = Path(__file__).parents[1]
 TEXTS = sorted(
-    [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "solvers/README.md")]
+    [
+        ROOT / name
+        for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "solvers/README.md")
+    ]
     + [*(ROOT / "docs").rglob("*.md")]
 )
 SOURCES = sorted(

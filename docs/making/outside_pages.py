@@ -15,6 +15,7 @@ MOVED = {
     "README.md": "index.md",
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
+    "SECURITY.md": "security.md",
     "CITATION.cff": "CITATION.cff",
     "LICENSE": "LICENSE.txt",
 }
