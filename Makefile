@@ -12,7 +12,7 @@ QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/nast
           tests/test_package.py tests/test_texts.py
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel clean
+.PHONY: help demo pictures test quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel clean
 
 help:
 	@echo "make demo       an arm loses a joint on its way and finishes; writes pictures"
@@ -22,6 +22,7 @@ help:
 	@echo "make test-pythons   make test with each of $(PYTHONS) that is on this machine"
 	@echo "make test-lowest    the quick tests with the oldest version of each dependency that pyproject.toml allows"
 	@echo "make licences       what is installed and under which licence, into dist/sbom.json (CycloneDX) and a table"
+	@echo "make pictures   README's picture and animation, made by the live page in a browser (needs Chromium)"
 	@echo "make campaign   2000 random episodes (robot, path, fault, level, backend)"
 	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/speed.md"
 	@echo "make bench-first-use   seconds until ftqp is ready, against the first release"
@@ -66,6 +67,8 @@ licences: $(VENV)/.has-viz
 	mkdir -p dist
 	$(BIN)/cyclonedx-py environment $(BIN)/python --output-file dist/sbom.json
 	$(BIN)/pip-licenses --order=license
+pictures: $(VENV)/.has-dev
+	$(BIN)/python docs/making/live_pictures.py
 
 campaign: $(VENV)/.has-dev
 	FTQP_EPISODES=2000 $(PYTEST) tests/laws -k episode

@@ -18,6 +18,8 @@ from ftqp.viz.live.heat_map import failure_map, named_failure
 from ftqp.viz.live.history import SAMPLES, History
 from ftqp.viz.live.page import Page
 from ftqp.viz.live.scene import OVERLAYS, frame_names
+from ftqp.viz.live.shapes import Part
+from ftqp.viz.live.solids import box
 from ftqp.viz.live.source import HeatMap
 from ftqp.viz.live.status_head import joint_table, status_head
 
@@ -272,3 +274,27 @@ def test_history_keeps_ten_seconds_and_begins_anew_when_time_goes_back():
     assert np.isfinite(history.error).sum() == 1
     assert [s for s in history.status if s] == ["OK"]
     assert len(history.status) == SAMPLES
+
+
+def test_a_choice_that_is_refused_is_taken_back_in_the_page():
+    source = StillSource(ftqp.robots.load("panda"), robots=("panda", "iiwa14"))
+    with Page(source, port=0) as page:
+        use(controls(page)["robot"], "iiwa14")
+        assert source.orders == [Use(robot="iiwa14")]
+        source.facts["message"] = "The path cannot be reached by iiwa14."
+        page._panel.show(source.frame())
+        assert controls(page)["robot"].value == "panda"
+        assert source.orders == [Use(robot="iiwa14")]
+        assert "cannot be reached by iiwa14" in page._panel._head.content
+
+
+def test_bodies_of_meshes_are_grey_until_their_joint_fails():
+    robot = ftqp.robots.load("panda")
+    parts = [Part(name="body3", kind="body", frame=2, mesh=box(np.full(3, 0.1)))]
+    source = StillSource(robot)
+    with Page(source, port=0, parts=lambda _: parts) as page:
+        body = page._server.scene.get_handle_by_name(f"{frame_names('/arm-1', 3)[2]}/body3")
+        assert tuple(body.color) == colours.LINK
+        source.facts |= {"truth": np.array([0, 0, 1, 0, 0, 0, 0])}
+        page.refresh()
+        assert tuple(body.color) == colours.CONDITION[1]

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from threading import Event
 from time import monotonic
-from typing import Self, final
+from typing import Any, Self, final
 
 from ftqp.model.robot import Robot
 from ftqp.viz.live.frame import Frame
@@ -80,6 +80,10 @@ class Page:
         shown = "127.0.0.1" if self._host in ("0.0.0.0", "") else self._host
         return f"http://{f'[{shown}]' if ':' in shown else shown}:{self.port}"
 
+    def clients(self) -> list[Any]:
+        """viser's handles of the browsers that are connected, for pictures of what they see."""
+        return list(self._server.get_clients().values())
+
     @property
     def browsers(self) -> int:
         """How many browsers are connected."""
@@ -93,12 +97,17 @@ class Page:
             if stage.number != frame.stage:
                 return False
             self._change(stage, frame)
-        assert self._scene is not None and self._panel is not None
+        assert self._stage is not None and self._scene is not None and self._panel is not None
         now = monotonic()
         with self._server.atomic():
             self._scene.show(frame)
+            self._panel.follow(frame)
             if now - self._plotted >= 1.0 / PLOTS:
                 self._plotted = now
+                stage = self._source.stage()
+                if stage is not self._stage and stage.number == self._stage.number:
+                    self._stage = stage
+                    self._panel.keep(stage, frame)
                 self._panel.show(frame)
                 self._panel.plot()
         return True

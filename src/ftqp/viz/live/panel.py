@@ -53,11 +53,10 @@ class Panel:
         self, server: Any, stage: Stage, scene: Scene, frame: Frame, put: Callable[[Order], None]
     ) -> None:
         self._gui, self._stage, self._scene, self._put = server.gui, stage, scene, put
-        self._latest, self._history = frame, History(frame)
+        self._latest, self._history, self._answer = frame, History(frame), frame.message
         self._parts: list[Any] = []
         self._dropdowns: dict[str, Any] = {}
         self._slider: Any = None
-        self._followed = frame.t
         names = stage.robot.joints
         self._head = self._kept(self._gui.add_html(""))
         if stage.duration is None:
@@ -87,16 +86,22 @@ class Panel:
         self._side.set_width(330)
         self.show(frame)
 
-    def show(self, frame: Frame) -> None:
-        """Status, joints and slider; often enough ten times a second."""
+    def follow(self, frame: Frame) -> None:
+        """Keep what the plots will need of a frame that is not plotted itself."""
         self._latest = frame
         self._history.add(frame)
+
+    def show(self, frame: Frame) -> None:
+        """Status, joints and slider; often enough ten times a second."""
+        self.follow(frame)
         names = self._stage.robot.joints
         self._head.content = status_head(frame, self._stage.title, names, self._history.ribbon())
         self._table.content = joint_table(frame, names)
+        if frame.message != self._answer:  # a refusal, perhaps: what is chosen is what there is
+            self._answer = frame.message
+            self._choose()
         if self._slider is not None:
-            self._followed = min(max(frame.t, self._slider.min), self._slider.max)
-            self._slider.value = self._followed
+            self._slider.value = min(max(frame.t, self._slider.min), self._slider.max)
 
     def plot(self) -> None:
         """Draw the plots anew."""
@@ -110,9 +115,7 @@ class Panel:
         ):
             return False
         self._stage = stage
-        for name, value in self._chosen(stage).items():
-            if name in self._dropdowns and value in self._dropdowns[name].options:
-                self._dropdowns[name].value = value
+        self._choose()
         self.show(frame)
         return True
 
@@ -230,6 +233,12 @@ class Panel:
 
         dropdown.on_update(changed)
         self._dropdowns[key] = dropdown
+
+    def _choose(self) -> None:
+        """Let the dropdowns show what there is."""
+        for name, value in self._chosen(self._stage).items():
+            if name in self._dropdowns and value in self._dropdowns[name].options:
+                self._dropdowns[name].value = value
 
     def _chosen(self, stage: Stage) -> dict[str, str]:
         """What the dropdowns show."""

@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions
 from ftqp.model.robot import Robot
-from ftqp.sim.log.signals import CONDITIONS
+from ftqp.sim.log.signals import CONDITIONS, HEALTHY
 from ftqp.viz.live import colours
 from ftqp.viz.live.frame import Frame
 from ftqp.viz.live.shapes import BASE, Part, arm_parts, size_of
@@ -92,6 +92,8 @@ class Scene:
                 self._shown[i] = colour
                 for mesh in self._barrels[i]:
                     mesh.color = colour
+                for mesh in self._bodies[i]:
+                    mesh.color = colours.LINK if colour == colours.CONDITION[HEALTHY] else colour
         self._show_target(frame)
         self._show_twin(frame)
         self._show_ellipsoid(frame)
@@ -142,16 +144,25 @@ class Scene:
         homes, shadows = frame_names(self._name, n), frame_names(f"{self._name}/twin", n)
         self._joints = [add.add_frame(home, show_axes=False) for home in homes]
         self._barrels: list[list[Any]] = [[] for _ in range(n)]
+        self._bodies: list[list[Any]] = [[] for _ in range(n)]
         self._shown: list[colours.Colour | None] = [None] * n
         self._present: dict[str, bool] = {}
         twin = add.add_frame(f"{self._name}/twin", show_axes=False)
         self._ghosts = [add.add_frame(shadow, show_axes=False) for shadow in shadows]
-        fills = {"link": colours.LINK, "base": colours.BASE, "tip": colours.TRAIL, "joint": colours.UNKNOWN}
+        fills = {
+            "link": colours.LINK,
+            "body": colours.LINK,
+            "base": colours.BASE,
+            "tip": colours.TRAIL,
+            "joint": colours.UNKNOWN,
+        }
         for part in parts:
             home = self._name if part.frame == BASE else homes[part.frame]
             mesh = self._mesh(f"{home}/{part.name}", part.mesh, fills[part.kind], None)
             if part.kind == "joint":
                 self._barrels[part.frame].append(mesh)
+            if part.kind == "body":
+                self._bodies[part.frame].append(mesh)
             if part.frame != BASE:
                 thinner = Mesh(SHRUNK * part.mesh.vertices, part.mesh.faces)
                 self._mesh(f"{shadows[part.frame]}/{part.name}", thinner, colours.GHOST, SHADE)
@@ -170,7 +181,7 @@ class Scene:
             position=(0.0, 0.0, -0.02 * s),
         )  # fmt: skip
         self._said = self._label("said", "")
-        self._named = self._label("twin/named", "ghost: never told")
+        self._named = self._label("twin/named", "ghost: never told", anchor="top-center")
         self._overlays: dict[str, list[Any]] = {
             "target": [self._target],
             "path": ways,
@@ -195,9 +206,9 @@ class Scene:
             receive_shadow=False,
         )
 
-    def _label(self, name: str, text: str) -> Any:
+    def _label(self, name: str, text: str, anchor: str = "bottom-center") -> Any:
         """A text in the scene."""
-        return self._server.scene.add_label(f"{self._name}/{name}", text, anchor="bottom-center")
+        return self._server.scene.add_label(f"{self._name}/{name}", text, anchor=anchor)
 
     def _way(self, path: FloatArray) -> Any:
         """The path as a thin line."""
@@ -239,8 +250,8 @@ class Scene:
             self._stray.rest()
             return
         _place(self._ghosts, frame.ghost)
-        tip, top = frame.ghost[-1, :3, 3], frame.ghost[np.argmax(frame.ghost[:, 2, 3]), :3, 3]
-        self._named.position = top + np.array([0.0, 0.0, 0.1 * self.size])
+        tip = frame.ghost[-1, :3, 3]
+        self._named.position = tip - np.array([0.0, 0.0, 0.07 * self.size])
         self._stray.follow(tip, frame.tick, "naive twin" not in self._hidden)
 
     def _show_ellipsoid(self, frame: Frame) -> None:

@@ -30,7 +30,7 @@ class Part:
 
     Attributes:
         name: What it is called in the scene.
-        kind: ``joint``, ``link``, ``base`` or ``tip``.
+        kind: ``joint``, ``link``, ``base``, ``tip``, or ``body`` for a link that shows its joint's condition.
         frame: The joint frame in which its mesh stands, or ``BASE``.
         mesh: Its triangles.
     """
