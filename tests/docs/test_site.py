@@ -11,6 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 from tests.docs.making import ROOT, module
+from tests.viz.live.conftest import browser, opened  # noqa: F401  fixtures
 
 pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install "ftqp[docs]"')
 LOADED = re.compile(
@@ -122,3 +123,15 @@ def test_formulas_are_mathml_and_no_script(texts):
 def test_the_index_of_the_search_is_read_from_the_disk(site):
     text = (site / "search" / "search_index.js").read_text(encoding="utf-8")
     assert text.startswith("var __index = {") and "free-swinging" in text
+
+
+def test_the_search_finds_pages_in_a_browser_without_a_network(site, opened):  # noqa: F811
+    asked = []
+    tab = opened("about:blank", offline=True)
+    tab.on("request", lambda request: asked.append(request.url))
+    tab.goto((site / "index.html").as_uri())
+    tab.fill("input[name=query]", "ftqp.PathFollower")
+    found = tab.locator(".md-search-result__link").first
+    found.wait_for()
+    assert "reference/api/leaders.html" in found.get_attribute("href")
+    assert len(asked) > 5 and not [one for one in asked if not one.startswith(("file:", "data:", "about:"))]
