@@ -130,7 +130,7 @@ def lines(result: dict[str, Any]) -> list[str]:
         "solved",
         "iterations",
         "at a bound",
-        "worst |Ax - b|",
+        "worst error of Ax = b",
     )
     table = [f"| {' | '.join(head)} |", "|---|" + "---:|" * (len(head) - 1)]
     for row in result["rows"]:

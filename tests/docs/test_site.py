@@ -84,6 +84,14 @@ def test_every_link_of_a_page_leads_to_a_page_and_a_place_in_it(site, texts):
     assert not wrong
 
 
+def test_every_table_and_every_list_of_a_text_became_one(texts):
+    """A bar too many in a cell, or a list right below a line, would be left as it was written."""
+    for name, text in texts.items():
+        shown = re.sub(r"(?s)<pre.*?</pre>|<script.*?</script>|<code.*?</code>", "", text)
+        assert "|---" not in shown and "| ---" not in shown, name
+        assert not re.search(r"<p>[^<]*\n(?:- |1\. |\* )", shown) or name.startswith("reference/api/"), name
+
+
 def test_every_public_name_has_its_place_in_the_reference(texts):
     found = {
         one for name, text in texts.items() if name.startswith("reference/api/") for one in SAID.findall(text)

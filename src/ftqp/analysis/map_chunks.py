@@ -160,8 +160,8 @@ def map_chunk(task: WorkspaceTask | SpatialTask, some: FloatArray) -> dict[str, 
         some: Points, (P, 2) of a planar arm, (P, 3) of one in space [m].
 
     Returns:
-        By name, in percent (P, n + 1), the last column for any joint: ``R100, Ravg, Rsens, F100, Favg,
-        Fsens, C100, Cavg``, NaN where there is no configuration to say it; and counts (P,):
+        By name, in percent (P, n + 1), the last column for any joint: R100, Ravg, Rsens, F100, Favg,
+        Fsens, C100, Cavg, NaN where there is no configuration to say it; and counts (P,):
         ``configurations``, ``failed`` lines that ended at a singularity, ``runs`` after failures, and those
         of them that are ``unresolved``.
     """
