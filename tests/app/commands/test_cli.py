@@ -20,7 +20,7 @@ from ftqp.kernel.jit import COMPILED
 
 COMMANDS = (
     "demo", "run", "compare", "replay", "check", "inspect", "converge", "workspace", "robots", "backends",
-    "schemes", "warmup",
+    "schemes", "warmup", "report",
 )  # fmt: skip
 
 
@@ -361,9 +361,15 @@ def test_demo_tells_the_story(tmp_path: Path) -> None:
         "every limit was kept",
         "strayed at most",
         "completed",
+        "never told of the lock: stopped at",
+        "contrast.png",
+        "ftqp report",
         str(tmp_path / "out"),
     ):
         assert words in result.stdout
+    assert result.stdout.rstrip().endswith("ftqp view")
+    assert (tmp_path / "out" / "figures" / "contrast.png").stat().st_size > 20_000
+    assert ftqp.load_log(tmp_path / "out" / "never-told").metadata["faults"][0]["announced"] is None
 
 
 @pytest.mark.parametrize("name", ["panda-circle", "puma-step-10"])

@@ -238,6 +238,26 @@ def inspect(
     return inspection.inspect(source, tip, held, folder, as_json=as_json, survival=survival)
 
 
+@app.command(epilog="Example: ftqp report runs/circle runs/circle-daqp -o circle.html")
+@command
+def report(
+    results: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Folders of runs, or of ftqp coverage.")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page to make.")] = Path(
+        "report.html"
+    ),
+    full: Annotated[
+        bool, typer.Option("--full", help="Replay every picture of a run that is longer than a minute.")
+    ] = False,
+    as_json: Json = False,
+) -> ExitCode:
+    """Tell what happened in runs on one page that opens offline: words, numbers, figures, a 3-D replay."""
+    from ftqp.app.commands import reporting
+
+    return reporting.report(results, output, full=full, as_json=as_json)
+
+
 for analysis, example in ANALYSES.items():
     app.command(epilog=example)(command(analysis))
 

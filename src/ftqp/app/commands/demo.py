@@ -1,6 +1,7 @@
-"""The story for a newcomer: an arm loses a joint on its way and finishes, told in plain words."""
+"""The story for a newcomer: an arm loses a joint on its way and finishes; its twin, never told, does not."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -8,14 +9,18 @@ from ftqp.app.output import words
 from ftqp.app.output.console import ExitCode, say, tell, tell_json
 from ftqp.app.run import runs
 from ftqp.app.scenario.setup import load
+from ftqp.core.errors import MissingPackage
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import FILE_NAME, load_log
 
 SCENARIO = "panda-circle"
+NEVER, TWIN = "faults.0.announced=never", "never-told"
+"""What makes the naive twin, and its folder within that of the run."""
+CONTRAST = "contrast.png"
 
 
 def tell_story(out: Path | None, *, as_json: bool) -> ExitCode:
-    """Runs the bundled scenario and tells what happened.
+    """Runs the bundled scenario, once told of the failure and once not, and tells what happened.
 
     Raises:
         InputError: The output folder exists.
@@ -27,19 +32,54 @@ def tell_story(out: Path | None, *, as_json: bool) -> ExitCode:
         f"{setup.robot.name} goes round a circle in {setup.path.duration:g} s, "
         f"with {rate:g} commands a second ..."
     )
-    result = runs.run(setup, folder)
+    told = runs.run(setup, folder)
+    if told.summary["interrupted"]:
+        return _told(told, [words_of(told)], {}, as_json=as_json)
+    say("and once more, with a planner that is never told of the failure ...")
+    never = runs.run(load(SCENARIO, [NEVER]), folder / TWIN, drawn=False)
+    if never.summary["interrupted"]:
+        return _told(never, [words_of(never)], {}, as_json=as_json)
+    log, twin = (load_log(place / FILE_NAME) for place in (folder, folder / TWIN))
+    picture = _contrast(log, twin, folder / "figures" / CONTRAST)
+    facts = {"never_told": never.summary, "contrast": None if picture is None else str(picture)}
+    return _told(told, story(told, log, never, picture), facts, as_json=as_json)
+
+
+def _told(run: runs.Run, lines: list[str], more: dict[str, Any], *, as_json: bool) -> ExitCode:
+    """The end of the story, for a program or a person."""
     if as_json:
-        tell_json(result.summary)
-    elif result.summary["interrupted"]:
-        tell("\n".join(words.report(result.summary)))
+        tell_json(run.summary | more)
     else:
-        tell("\n".join(story(result, load_log(folder / FILE_NAME))))
-    return result.exit_code
+        tell("\n".join(lines))
+    return run.exit_code
 
 
-def story(result: runs.Run, log: Log) -> list[str]:
-    """What happened in a run with one lock, in plain words."""
-    facts = result.summary
+def words_of(run: runs.Run) -> str:
+    """A run that came to no end."""
+    return "\n".join(words.report(run.summary))
+
+
+def _contrast(told: Log, never: Log, file: Path) -> Path | None:
+    """The picture of both arms; None, after a note, when the package that draws it is missing."""
+    try:
+        from ftqp.viz.figures.naive_twin import draw_contrast
+    except MissingPackage:  # said already, when the figures of the run were to be drawn
+        return None
+    (fault,) = told.metadata["faults"]
+    title = f"{fault['joint']} locks: the same arm and planner, told of it and never told"
+    return draw_contrast(told, never, file, title)
+
+
+def story(told: runs.Run, log: Log, never: runs.Run, picture: Path | None) -> list[str]:
+    """What happened with one lock, told and not, in plain words.
+
+    Args:
+        told: The run whose planner was told.
+        log: Its log.
+        never: That of the naive twin.
+        picture: Of both, or None.
+    """
+    facts, twin = told.summary, never.summary
     (fault,) = facts["faults"]
     error, before = log["position_error"], log["t"] < fault["at"]
     joint, others = fault["joint"], len(log.metadata["joints"]) - 1
@@ -48,13 +88,16 @@ def story(result: runs.Run, log: Log) -> list[str]:
         f"At {fault['at']:g} s the brake of {joint} closed, and the other {others} joints took over.",
         f"Before, the tool strayed at most {words.length(float(np.max(error[before])))} from the circle, "
         f"afterwards at most {words.length(float(np.max(error[~before])))}.",
-        f"Once at rest, the failed joint moved {facts['max_failed_joint_motion'][joint]:g} rad.",
-        f"In all that, {limits}; the busiest joint used {100 * _busiest(log):.0f} % of its speed.",
+        f"Once at rest, the failed joint moved {facts['max_failed_joint_motion'][joint]:g} rad; {limits}; "
+        f"the busiest joint used {100 * _busiest(log):.0f} % of its speed.",
         f"The task: {words.ending(facts)}; a command took {facts['step_time_us']['p50']:.1f} us to compute.",
+        f"The same planner, never told of the lock: {words.ending(twin)}, "
+        f"{words.length(twin['max_position_error'])} from where the tool should be.",
         "",
-        f"Log and summary: {result.folder}",
-        *(f"Picture: {figure}" for figure in result.figures),
-        "Next: ftqp run planar6-stop, ftqp check panda-circle, ftqp --help",
+        *([] if picture is None else [f"Picture of both arms: {picture}"]),
+        f"More pictures, log, summary: {told.folder}",
+        f"One page of it all: ftqp report {told.folder} {never.folder}",
+        "The live page, where you break the joints: ftqp view",
     ]
 
 

@@ -81,7 +81,12 @@ def free_recording(wanted: Path | None, folder: Path) -> Path | None:
 
 
 def run(
-    setup: Setup, folder: Path, record: Path | None = None, advance: Callable[[float], None] | None = None
+    setup: Setup,
+    folder: Path,
+    record: Path | None = None,
+    advance: Callable[[float], None] | None = None,
+    *,
+    drawn: bool = True,
 ) -> Run:
     """Simulates ``setup`` and writes ``scenario.toml``, ``log.sqlite``, ``summary.json`` and ``figures/``.
 
@@ -90,6 +95,7 @@ def run(
         folder: a new folder.
         record: a new file for the QPs.
         advance: told the share that is done; without it a bar of its own shows it.
+        drawn: whether its figures are drawn.
 
     Raises:
         InputError: the folder or the recording cannot be made.
@@ -124,7 +130,7 @@ def run(
     log = load_log(folder / FILE_NAME)
     facts = summary(log) | {"interrupted": ended.interrupted, "folder": str(folder)} | kept
     write(folder / SUMMARY, json_text(facts))
-    figures = () if ended.interrupted else _figures(log, folder)
+    figures = _figures(log, folder) if drawn and not ended.interrupted else ()
     return Run(folder=folder, summary=facts, figures=figures)
 
 

@@ -13,27 +13,36 @@ table { border-collapse: collapse; margin: 1rem 0 }
 caption { text-align: left; font-weight: 600; padding: .3rem 0 }
 th, td { padding: .25rem .7rem; border-bottom: 1px solid #e4e4e4; text-align: left; vertical-align: top }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums }
-figure { margin: 1rem 0 } img { max-width: 100% } figcaption { color: #555; font-size: .9rem }
+figure { margin: 1rem 0 } img { max-width: 100% } figure svg { width: 100%; height: auto }
+iframe { width: 100%; height: 34rem; border: 1px solid #ddd; border-radius: 4px }
+pre { background: #f6f6f6; padding: .8rem; overflow-x: auto; font-size: .85rem }
+summary { cursor: pointer; font-weight: 600; padding: .4rem 0 } figcaption { color: #555; font-size: .9rem }
 footer { margin-top: 3rem; color: #555; font-size: .85rem; border-top: 1px solid #ddd; padding-top: .6rem }
 code { background: #f3f3f3; padding: .1rem .3rem; border-radius: 3px }
 """
 """How a page looks; no address is in it."""
 
 
-def page(title: str, parts: Iterable[str], footer: str = "") -> str:
+WIDE = "body { max-width: 84rem } p, table, pre { max-width: 60rem }"
+"""More of a page with large figures."""
+
+
+def page(title: str, parts: Iterable[str], footer: str = "", *, wide: bool = False) -> str:
     """A whole page.
 
     Args:
         title: Stands above it and names its window.
         parts: As made by the functions of this file, in order.
         footer: Stands below it, as plain text.
+        wide: Whether figures get more room than text.
     """
+    style = STYLE + WIDE if wide else STYLE
     below = f"<footer>{escape(footer)}</footer>" if footer else ""
     body = "\n".join([f"<h1>{escape(title)}</h1>", *parts, below])
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
+        f"<title>{escape(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
     )
 
 
@@ -83,4 +92,38 @@ def picture(file: Path, caption: str) -> str:
     return (
         f'<figure><img src="data:image/png;base64,{data}" alt="{escape(caption, quote=True)}">'
         f"<figcaption>{escape(caption)}</figcaption></figure>"
+    )
+
+
+def drawing(svg: str, caption: str) -> str:
+    """A drawing as a part of the page.
+
+    Args:
+        svg: Its element, whose texts are escaped already.
+        caption: Says what is seen, as plain text.
+    """
+    return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
+
+
+def folded(summary: str, text: str) -> str:
+    """A text as it is, for example a file, that opens on a click.
+
+    Args:
+        summary: Says what it is.
+        text: Set with its lines as they are.
+    """
+    return f"<details><summary>{escape(summary)}</summary><pre>{escape(text)}</pre></details>"
+
+
+def inner_page(page: str, title: str) -> str:
+    """A whole page within the page; its scripts run, but reach nothing outside of it.
+
+    Args:
+        page: The HTML of the inner page.
+        title: Says what it shows.
+    """
+    content = page.replace("&", "&amp;").replace('"', "&quot;")
+    return (
+        f'<iframe title="{escape(title, quote=True)}" sandbox="allow-scripts" loading="lazy" '
+        f'srcdoc="{content}"></iframe>'
     )

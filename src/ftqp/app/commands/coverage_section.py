@@ -1,0 +1,79 @@
+"""The section of a report on what ``ftqp coverage`` found."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from ftqp.app.commands.coverage_page import sentences
+from ftqp.app.run.runs import SUMMARY
+from ftqp.core.errors import InputError
+from ftqp.viz.pages.page import heading, paragraph, picture, table
+
+HEAT_MAP, MOTION = "coverage.png", "motion.png"
+NEEDED = ("scenario", "robot", "coverage", "per_joint", "pairs", "reasons", "best_effort")
+"""What the summary of a coverage result has at least."""
+
+
+def read_coverage(folder: Path) -> dict[str, Any] | None:
+    """The facts of a coverage result; None where a folder holds none.
+
+    Args:
+        folder: Made by ``ftqp coverage``.
+
+    Raises:
+        InputError: Its summary is not readable.
+    """
+    file = folder / SUMMARY
+    if not file.is_file():
+        return None
+    try:
+        facts = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"{file} is not readable: {error!s:.200}") from error
+    return facts if isinstance(facts, dict) and all(name in facts for name in NEEDED) else None
+
+
+def coverage_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
+    """The section.
+
+    Args:
+        label: Names the result.
+        facts: As `read_coverage` gives them.
+        folder: Where its pictures are; those that are missing are left out.
+
+    Raises:
+        InputError: The facts are not as ``ftqp coverage`` writes them.
+    """
+    try:
+        share, reasons, best = 100.0 * facts["coverage"], facts["reasons"], facts["best_effort"]
+        parts = [
+            heading(f"{label}: which failures are survived"),
+            paragraph(
+                f"The arm {facts['robot']} on the path of {facts['scenario']}: of {facts['pairs']} failures, "
+                f"each joint at each instant, {share:.1f} % are survived."
+            ),
+            *(paragraph(line) for line in sentences(facts)),
+            table(
+                "Joint by joint",
+                ("joint", "survived [%]", "off by at best where lost [mm]", "what most often ends the path"),
+                [
+                    (
+                        str(name), f"{100.0 * value:.1f}",
+                        "-" if best[name] is None else f"{1e3 * best[name]:.3g}",
+                        str(reasons[name] or "nothing does"),
+                    )
+                    for name, value in facts["per_joint"].items()
+                ],
+                numbers=("survived [%]", "off by at best where lost [mm]"),
+            ),
+        ]  # fmt: skip
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(
+            f"{folder / SUMMARY} is not as `ftqp coverage` writes it ({error!s:.80}); make it anew"
+        ) from error
+    captions = {
+        HEAT_MAP: "A row for each joint, the time of its failure from left to right. Green: survived.",
+        MOTION: "The arm at five instants, the last one darkest, and each joint with its limits shaded.",
+    }
+    present = [(folder / name, caption) for name, caption in captions.items() if (folder / name).is_file()]
+    return [*parts, *(picture(file, caption) for file, caption in present)]

@@ -1,0 +1,180 @@
+"""``ftqp report``: runs and coverage results as one page that opens without a network."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from ftqp import __version__
+from ftqp.app.commands.coverage_section import coverage_parts, read_coverage
+from ftqp.app.commands.run_words import sentences
+from ftqp.app.output.console import ExitCode, progress, say, tell, tell_json
+from ftqp.app.run.recorded_robot import recorded_robot
+from ftqp.app.run.runs import SUMMARY, write
+from ftqp.core.errors import FtqpError, InputError, MissingPackage
+from ftqp.sim.log.description import versions
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.log_file import FILE_NAME, load_log
+from ftqp.sim.log.metrics import summary
+from ftqp.viz.pages.page import page
+
+LARGEST: Final = 4_000_000
+"""Bytes of a report at most: it goes into a mail."""
+FIGURES: Final = 450_000
+"""Bytes that the figures and numbers of a run take, about; what is left goes to replays."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Result:
+    """What a report is made of.
+
+    Attributes:
+        label: Names it.
+        log: Of a run; None for a coverage result.
+        coverage: The facts and the folder of a coverage result; None for a run.
+    """
+
+    label: str
+    log: Log | None = None
+    coverage: tuple[dict[str, Any], Path] | None = None
+
+
+def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) -> ExitCode:
+    """Writes the page.
+
+    Args:
+        folders: Of runs, or of coverage results.
+        file: The new page.
+        full: Whether replays keep every picture.
+        as_json: Whether the facts are printed as JSON.
+
+    Raises:
+        InputError: A folder holds no result, or the file exists already.
+    """
+    if file.exists() or file.is_symlink():
+        raise InputError(f"report {file} exists, and nothing is overwritten; name another file by -o")
+    results = [read_result(folder, label) for folder, label in zip(folders, _labels(folders), strict=True)]
+    text, notes = made(results, full=full)
+    size = len(text.encode())
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"report {file} cannot be made: {error.strerror}") from error
+    write(file, text)
+    for note in notes:
+        say(f"note: {note}")
+    if as_json:
+        runs = [summary(result.log) | {"label": result.label} for result in results if result.log is not None]
+        tell_json({"report": str(file), "bytes": size, "notes": notes, "runs": runs})
+    else:
+        tell(f"{file}: {size / 1e6:.1f} MB; open it with any browser, without a network")
+    return ExitCode.DONE
+
+
+def read_result(folder: Path, label: str) -> Result:
+    """What a folder holds.
+
+    Args:
+        folder: Of a run or of a coverage result, or the file of a log.
+        label: Names it in the report.
+
+    Raises:
+        InputError: It holds no result.
+    """
+    if not folder.exists():
+        raise InputError(f"{folder} does not exist; expected the folder of a run, or of a coverage result")
+    if folder.is_file() or (folder / FILE_NAME).is_file():
+        log = load_log(folder)
+        if not len(log):
+            raise InputError(f"log {log.path} has no rows, expected at least one to report")
+        return Result(label=label, log=log)
+    found = read_coverage(folder)
+    if found is None:
+        raise InputError(
+            f"{folder} holds no result: expected {FILE_NAME} as `ftqp run` writes it, or {SUMMARY} "
+            "as `ftqp coverage` does"
+        )
+    return Result(label=label, coverage=(found, folder))
+
+
+def _labels(folders: Sequence[Path]) -> list[str]:
+    """Short names of the folders, whole ones where short ones are alike."""
+    short = [folder.resolve().name or str(folder) for folder in folders]
+    whole = [str(folder) for folder in folders]
+    labels = [name if short.count(name) == 1 else path for name, path in zip(short, whole, strict=True)]
+    return [f"{label} ({k})" if labels.count(label) > 1 else label for k, label in enumerate(labels, 1)]
+
+
+def made(results: Sequence[Result], *, full: bool) -> tuple[str, list[str]]:
+    """The page, and what is to be known of it.
+
+    Args:
+        results: What it is about, at least one.
+        full: Whether replays keep every picture.
+
+    Raises:
+        MissingPackage: The package that draws figures is not installed.
+    """
+    from ftqp.viz.report.run_report import ReportedRun, run_parts, side_by_side, versions_part
+
+    logs = {result.label: result.log for result in results if result.log is not None}
+    notes: list[str] = []
+    reported: list[ReportedRun] = []
+    room = LARGEST - FIGURES * max(len(logs), 1)
+    with progress("report", len(results)) as told:
+        for label, log in logs.items():
+            replay, plays = _replay(log, label, room, full=full)
+            room -= len(replay.encode()) if plays else 0
+            notes += [] if plays else [replay]
+            reported.append(
+                ReportedRun(
+                    label=label, log=log, facts=summary(log), sentences=sentences(log), replay=replay,
+                    scenario=_scenario(log), plays=plays,
+                )
+            )  # fmt: skip
+            told(len(reported))
+    parts: list[str] = []
+    if len(reported) > 1:
+        parts += side_by_side(reported)
+    for run in reported:
+        parts += run_parts(run, alone=len(reported) == 1)
+    for result in results:
+        if result.coverage is not None:
+            parts += coverage_parts(result.label, *result.coverage)
+    if reported:
+        parts.append(versions_part(reported, versions()))
+    text = page(_title(results), parts, f"Made by ftqp {__version__} from {_named(results)}.", wide=True)
+    return text, notes
+
+
+def _replay(log: Log, label: str, room: int, *, full: bool) -> tuple[str, bool]:
+    """The part of the page that plays a run, or a sentence that says why there is none."""
+    robot, why = recorded_robot(log.rows)
+    if robot is None:
+        return f"There is no replay: {why}.", False
+    try:
+        from ftqp.viz.report.replay import replay
+
+        return replay(log, robot, label, room, full=full), True
+    except MissingPackage as error:
+        return f"There is no replay: {error}.", False
+    except FtqpError as error:
+        return f"There is no replay: {str(error).splitlines()[0]}.", False
+
+
+def _scenario(log: Log) -> str:
+    text = log.metadata.get("resolved")
+    return text if isinstance(text, str) else ""
+
+
+def _title(results: Sequence[Result]) -> str:
+    if len(results) > 1:
+        return f"{len(results)} results side by side: {_named(results)!s:.200}"
+    result = results[0]
+    if result.log is None:
+        return f"What {result.label} survives"
+    return f"Run {result.log.metadata.get('scenario') or result.label}"
+
+
+def _named(results: Sequence[Result]) -> str:
+    return ", ".join(result.label for result in results)

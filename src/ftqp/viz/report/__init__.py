@@ -1,0 +1,1 @@
+"""Reports: what happened in runs, as one page that opens without a network."""

@@ -1,0 +1,52 @@
+"""Figures within a page carry no outside address and lose no number that a reader sees."""
+
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+
+from ftqp.viz.figures.canvas import curve, paper, save, tidy
+from ftqp.viz.report.inline_figures import cleaned
+
+
+@pytest.fixture
+def svg(tmp_path):
+    figure = paper(4.0, 3.0, "error 0.00085 <mm>", search=False)
+    axes = figure.add_subplot()
+    t = np.linspace(0.0, 1.0, 50_000)
+    y = np.zeros(len(t))
+    y[31_415] = 1.0
+    curve(axes, t, y)
+    tidy(axes, "time [s]", "")
+    return save(figure, tmp_path / "a.svg").read_text(encoding="utf-8")
+
+
+def test_texts_are_text_with_all_their_digits(svg):
+    assert "error 0.00085 &lt;mm&gt;" in cleaned(svg)
+
+
+def test_no_outside_address_is_left(svg):
+    text = cleaned(svg)
+    assert "http" in svg and "http" not in text
+    assert "xlink" not in text
+    assert text.startswith("<svg") and text.rstrip().endswith("</svg>")
+
+
+def test_peak_of_one_sample_in_many_is_in_the_drawing(svg):
+    text = cleaned(svg)
+    assert len(text) < 120_000
+    heights = [
+        {float(y) for _, y in re.findall(r"([-\d.]+) ([-\d.]+)", path)}
+        for path in re.findall(r' d="([^"]*)"', text)
+    ]
+    curves = [found for found in heights if len(found) == 2]
+    assert any(np.ptp(list(found)) > 100.0 for found in curves), "a line at zero, and one point far above it"
+
+
+def test_same_figure_is_the_same_text(svg, tmp_path):
+    figure = paper(2.0, 2.0, "a", search=False)
+    figure.add_subplot()
+    first, second = (save(figure, tmp_path / f"{k}.svg").read_text() for k in (1, 2))
+    assert first == second
