@@ -40,7 +40,8 @@ from ftqp.app.study.results_file import ResultsFile
 from ftqp.kernel.layout.survival import SURVIVED, Survival
 
 SCENARIOS = ("zhang7-path", "zhang7-short", "panda-y-line", "iiwa-x-line", "planar3-line")
-MOTIONS = ("as it is", "plan")
+OWN, PLANNED = "as it is", "plan"
+MOTIONS = (OWN, PLANNED)
 WORLDS = ("kinematic", "mujoco")
 TOLERANCE = {"kinematic": (2e-3, 2e-2), "mujoco": (5e-3, 3e-2)}
 """Largest errors of a run that survives [m, rad]."""
@@ -64,7 +65,7 @@ class Subject:
 
     Attributes:
         scenario: Its name.
-        motion: One of ``MOTIONS``.
+        motion: One of ``MOTIONS``, or the method of a plan.
         world: One of ``WORLDS``.
         plans: Where plans are kept.
     """
@@ -78,15 +79,22 @@ class Subject:
     def made(self) -> tuple[Any, Any, Any, Any]:
         """The setup, the task, the joints on it, and continuations."""
         servos = ["planner.drive.bandwidth=94.0"] if self.world == "mujoco" else []
-        file = self.plans / f"{self.scenario}.npz"
-        if self.motion == "plan":
-            setup = load(self.scenario, ["faults=", *servos], plan=file)
-            found = setup.planner.plan
-            task, q = found.task, found.q
-        else:
+        if self.motion == OWN:
             setup = load(self.scenario, ["faults=", *servos])
             task, q = healthy_motion(setup)
+        else:
+            setup = load(self.scenario, ["faults=", *servos], plan=self.file)
+            found = setup.planner.plan
+            task, q = found.task, found.q
         return setup, task, q, continuation_study(task)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Subject, (self.scenario, self.motion, self.world, self.plans)
+
+    @property
+    def file(self) -> Path:
+        """Where the plan is kept that makes this motion."""
+        return self.plans / f"{self.scenario}{'' if self.motion == PLANNED else f'-{self.motion}'}.npz"
 
     def case(self, joint: int, k: int) -> tuple[Any, ...]:
         """The row of one lock at sample k."""
@@ -95,15 +103,17 @@ class Subject:
         bounded = setup.robot.nv - 1 > task.m
         told = study.runs(q[k][None], [k], failed, bounded=bounded)
         left = study.runs(q[k][None], [k], failed, bounded=True, whole=True)
-        error, turned, ended = self._ridden(joint, float(task.t[k]))
+        ((error, turned),), ended = self.ridden(joint, float(task.t[k]))
         return (
             self.scenario, self.motion, self.world, joint, float(task.t[k]), Survival(told.status[0]).name,
             float(min(told.margin[0], 1e9)), float(told.hurry[0]), float(left.position[0]),
             float(left.rotation[0]), error, turned, ended,
         )  # fmt: skip
 
-    def _ridden(self, joint: int, at: float) -> tuple[float, float, str]:
-        """The true tip's largest errors after the lock [m, rad], and how the run ended."""
+    def ridden(
+        self, joint: int, at: float, settled: Sequence[float] = (SETTLED,)
+    ) -> tuple[list[tuple[float, float]], str]:
+        """The true tip's largest errors from some times after the lock on [m, rad], and how the run ended."""
         setup, task, _, _ = self.made
         robot, planner, dt = setup.robot, setup.planner, setup.planner.dt
         for name in list(planner.faults):
@@ -119,19 +129,20 @@ class Subject:
         ).run()  # fmt: skip
         log = result.log
         times = log["t"]
-        ticks = np.flatnonzero(times >= min(at + SETTLED, setup.path.duration))[::5]
-        ticks = np.append(ticks, len(times) - 1)
         if result.stopped_at is not None and times[-1] < setup.path.duration - dt:
-            return np.inf, np.inf, "stopped"
+            return [(np.inf, np.inf)] * len(settled), "stopped"
+        ticks = np.flatnonzero(times >= min(at + min(settled), setup.path.duration))[::5]
+        ticks = np.append(ticks, len(times) - 1)
         goals = setup.path.sample(times[ticks]).pose
         poses = np.stack([robot.pose(row) for row in log["q"][ticks]])
         counted = np.array([name in task.rows for name in ("x", "y", "z")])
         off = np.linalg.norm((goals[:, :3, 3] - poses[:, :3, 3])[:, counted], axis=1)
-        turn = np.zeros(1)
+        turn = np.zeros(len(ticks))
         if any(name.startswith("r") for name in task.rows):
             apart = goals[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2)
             turn = np.linalg.norm(Rotation.from_matrix(apart).as_rotvec(), axis=1)
-        return float(off.max()), float(turn.max()), result.final_status.name
+        late = [times[ticks] >= min(at + after, times[-1]) for after in settled]
+        return [(float(off[some].max()), float(turn[some].max())) for some in late], result.final_status.name
 
 
 @dataclass(frozen=True)

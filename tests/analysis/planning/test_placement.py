@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ftqp.analysis.planning import placement
+from ftqp.analysis.planning.plan_case import PlanCase
 from ftqp.analysis.planning.plan_settings import PlanSettings
 from ftqp.analysis.planning.planned import plan
 from ftqp.analysis.survival.task_path import task_path
@@ -43,7 +44,7 @@ def test_yaw_turns_the_tool_about_its_own_axis() -> None:
     start = np.diag([1.0, -1.0, -1.0, 1.0])
     start[:3, 3] = 0.45, 0.0, 0.35
     task = task_path(arm, Line(start, (0.0, 0.05, 0.0), duration=2.0), dt=0.2)
-    moved, how = placement.better_placed(task, ("yaw",), FEW, 0, lambda done, total, what: None)
+    moved, how = placement.better_placed(PlanCase(task=task, weights=np.ones(7), settings=FEW), ("yaw",))
     turned = task.goals[:, :3, :3] @ rotation_z(how["moved"]["yaw"])
     assert np.allclose(moved.goals[:, :3, :3], turned) and np.allclose(
         moved.goals[:, :3, 3], task.goals[:, :3, 3]
@@ -58,7 +59,9 @@ def test_interrupted_search_keeps_the_best_placement_so_far() -> None:
         if done == 3:
             raise KeyboardInterrupt
 
-    moved, how = placement.better_placed(TASK, ("base",), FEW, 0, interrupt)
+    moved, how = placement.better_placed(
+        PlanCase(task=TASK, weights=np.ones(3), settings=FEW, told=interrupt), ("base",)
+    )
     assert seen == [1, 2, 3] and set(how["moved"]) == {"base_x", "base_y"}
     assert np.allclose(moved.goals[:, 0, 3], TASK.goals[:, 0, 3] - how["moved"]["base_x"])
 

@@ -117,3 +117,16 @@ def test_file_that_cannot_be_written_is_refused_in_one_sentence(made, tmp_path) 
     (tmp_path / "folder.npz").mkdir()
     with pytest.raises(InputError, match="cannot be written"):
         made.save(tmp_path / "folder.npz")
+
+
+def test_plan_is_for_its_path_whatever_the_last_bits_of_the_path_are(tmp_path) -> None:
+    goals = TASK.goals.copy()
+    goals[:, 0, 3] += (
+        0.5e-9 - goals[0, 0, 3] % 1e-9 - 1e-12
+    )  # just below where the ninth decimal is rounded up
+    below = task_path(ARM, goals, rows="position", dt=0.1)
+    goals[:, 0, 3] += 2e-12
+    above = task_path(ARM, goals, rows="position", dt=0.1)
+    assert below.digest != above.digest
+    plan_of(below, Q, coverage=1.0, stride=4, method="dp", settings={}).save(tmp_path / "plan.npz")
+    assert load_plan(tmp_path / "plan.npz", ARM, above).task_digest == below.digest

@@ -55,6 +55,35 @@ def test_plan_is_on_its_path_and_within_the_speed_of_the_joints(free) -> None:
     assert np.isclose(free.energy, np.square(np.diff(free.q, axis=0)).sum() / 0.1)
 
 
+@pytest.mark.parametrize("method", ["dp", "constant", "spline", "gradient"])
+def test_a_joint_that_does_not_fail_is_given_up_for_the_others(method) -> None:
+    alike, found, scaled = (
+        plan(ARM, PATH, Q0, method, rows="position", dt=0.1, settings=FEW, weights=weights)
+        for weights in (None, {"j2": 1.0, "j3": 1.0}, {1: 64.0, 2: 64.0})
+    )
+    survived = found.report.per_joint
+    assert survived["j1"] < alike.report.per_joint["j1"] and survived["j2"] == survived["j3"] == 1.0
+    assert found.settings["weighted_coverage"] == 1.0 > found.coverage == found.report.coverage
+    assert method == "gradient" or found.energy < alike.energy
+    assert np.array_equal(scaled.q, found.q)
+
+
+@pytest.mark.parametrize(
+    ("weights", "sentence"),
+    [
+        ({"j4": 1.0}, "'j4' is not a joint"),
+        ({"j1": -1.0}, "weight of 'j1'"),
+        ({"j1": np.nan}, "weight of 'j1'"),
+        ({"j1": 0.0}, "weights are all zero"),
+        ({"j1": 1.0, 0: 1.0}, "name a joint twice"),
+        ([1.0, 1.0, 1.0], "weights is"),
+    ],
+)
+def test_weights_that_say_nothing_are_refused(weights, sentence) -> None:
+    with pytest.raises(InputError, match=sentence):
+        plan(ARM, PATH, rows="position", dt=0.1, settings=FEW, weights=weights)
+
+
 def test_same_seed_gives_the_same_plan(free) -> None:
     again = plan(ARM, TASK, settings=FEW)
     assert np.array_equal(again.q, free.q) and again.coverage == free.coverage

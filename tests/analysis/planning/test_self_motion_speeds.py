@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ftqp.analysis.planning.gradient_climb import gradient_plan, measure
+from ftqp.analysis.planning.plan_case import PlanCase
 from ftqp.analysis.planning.plan_settings import PlanSettings
 from ftqp.analysis.planning.planning_study import planning_study
 from ftqp.analysis.planning.self_motion_speeds import constant_plan, null_vectors, spline_plan
@@ -24,10 +25,15 @@ TASK = task_path(
 )
 STUDY = planning_study(TASK, 0.1)
 FEW = PlanSettings(thetas=tuple(np.linspace(-1.0, 1.0, 11)), evaluations=40)
+ALIKE = np.ones(3)
 
 
 def silent(done: int, total: int, what: str) -> None:
     assert 0 <= done <= total and what
+
+
+def case(settings=FEW, told=silent, task=TASK, weights=ALIKE) -> PlanCase:
+    return PlanCase(task=task, weights=weights, settings=settings, told=told)
 
 
 def coverage_of(q: np.ndarray) -> float:
@@ -42,20 +48,20 @@ def test_null_vectors_are_those_of_the_planar_arm() -> None:
 
 
 def test_best_constant_speed_is_that_of_all_that_are_tried() -> None:
-    found = constant_plan(STUDY, TASK, Q0[None], FEW, silent)
+    found = constant_plan(case(), Q0[None])
     each = [coverage_of(track(TASK, Q0, theta)) for theta in FEW.thetas]
     assert coverage_of(found.q) == max(each) == each[int(np.argmin(np.abs(FEW.thetas - found.speeds[0])))]
 
 
 def test_rule_of_least_energy_takes_nearly_no_self_motion() -> None:
-    found = constant_plan(STUDY, TASK, Q0[None], replace(FEW, select="energy"), silent)
+    found = constant_plan(case(replace(FEW, select="energy")), Q0[None])
     assert abs(found.speeds[0]) <= 0.2
-    assert coverage_of(found.q) < coverage_of(constant_plan(STUDY, TASK, Q0[None], FEW, silent).q)
+    assert coverage_of(found.q) < coverage_of(constant_plan(case(), Q0[None]).q)
 
 
 def test_spline_is_at_least_as_good_as_the_best_constant_speed() -> None:
-    constant = coverage_of(constant_plan(STUDY, TASK, Q0[None], FEW, silent).q)
-    spline = spline_plan(STUDY, TASK, Q0[None], FEW, silent)
+    constant = coverage_of(constant_plan(case(), Q0[None]).q)
+    spline = spline_plan(case(), Q0[None])
     assert coverage_of(spline.q) >= constant
     assert np.allclose(track(TASK, Q0, spline.speeds), spline.q, atol=1e-9)
 
@@ -65,14 +71,14 @@ def test_interrupted_search_of_splines_keeps_the_best_so_far() -> None:
         if what == "splines" and done == 10:
             raise KeyboardInterrupt
 
-    found = spline_plan(STUDY, TASK, Q0[None], FEW, interrupt)
-    assert coverage_of(found.q) >= coverage_of(constant_plan(STUDY, TASK, Q0[None], FEW, silent).q)
+    found = spline_plan(case(told=interrupt), Q0[None])
+    assert coverage_of(found.q) >= coverage_of(constant_plan(case(), Q0[None]).q)
 
 
 def test_gradient_climbs_higher_than_least_motion() -> None:
-    climbing = gradient_plan(STUDY, TASK, Q0, FEW, silent).q
+    climbing = gradient_plan(case(), Q0).q
     least = track(TASK, Q0, 0.0)
-    assert measure(STUDY, climbing).mean() > measure(STUDY, least).mean() + 0.1
+    assert measure(STUDY, climbing, ALIKE).mean() > measure(STUDY, least, ALIKE).mean() + 0.1
     assert np.abs(np.diff(climbing, axis=0)).max() < 0.2
     assert (
         max(np.abs(ARM.pose(climbing[k])[:2, 3] - TASK.goals[k, :2, 3]).max() for k in (10, 50, 100)) < 1e-9
@@ -86,13 +92,13 @@ def test_measure_falls_near_a_limit() -> None:
     )
     near = arm.neutral.copy()
     near[0] = arm.limits.q_max[0] - 1e-3
-    values = measure(planning_study(task, 0.1), np.stack([arm.neutral, near]))
+    values = measure(planning_study(task, 0.1), np.stack([arm.neutral, near]), ALIKE)
     assert values[1] < values[0]
 
 
 def test_path_that_no_speed_follows_is_refused_with_its_sample() -> None:
     far = task_path(ARM, Line(START, (3.0, 0.0, 0.0), duration=10.0), dt=0.1, rows="position")
     with pytest.raises(InputError, match=r"follows the path beyond sample \d+ \(t = "):
-        constant_plan(planning_study(far, 0.1), far, Q0[None], FEW, silent)
+        constant_plan(case(task=far), Q0[None])
     with pytest.raises(InputError, match=r"beyond sample \d+"):
-        gradient_plan(planning_study(far, 0.1), far, Q0, FEW, silent)
+        gradient_plan(case(task=far), Q0)

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation, Slerp
 from ftqp.analysis.circular_intervals import TURN
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.bellman import best_ways, farthest_waypoint
-from ftqp.analysis.planning.plan_settings import PlanSettings, Told, speeds
+from ftqp.analysis.planning.plan_case import PlanCase
+from ftqp.analysis.planning.plan_settings import speeds
 from ftqp.analysis.planning.refusals import unreached
 from ftqp.analysis.planning.sampled_nodes import sampled_nodes
 from ftqp.analysis.planning.survival_labels import node_labels
@@ -30,7 +31,7 @@ class GridPlan:
 
     Attributes:
         q: Configurations at the waypoints, unwrapped, (K + 1, nv) [rad or m].
-        coverage: Share of pairs of joint and waypoint that they survive.
+        coverage: Share of pairs of joint and waypoint that they survive, each with its joint's weight.
         bound: How many joints the best node of each waypoint can miss, (K,).
         nodes: How many nodes there were.
     """
@@ -41,41 +42,31 @@ class GridPlan:
     nodes: int
 
 
-def grid_plan(
-    study: GoalStudy,
-    fine: TaskPath,
-    q0: FloatArray | None,
-    settings: PlanSettings,
-    seed: int,
-    told: Told,
-) -> GridPlan:
+def grid_plan(case: PlanCase) -> GridPlan:
     """The way through nodes of all waypoints that survives most.
 
     A lock's survival depends on the joint, the waypoint and the configuration alone, so coverage is a sum
     over nodes, and Bellman's recursion finds the best way on the grid.
+    Some samples become waypoints. With one joint to spare locks are followed from waypoint to waypoint, with
+    more on all samples, for a QP goes one straight step.
     Source: docs/theory/fault-tolerant-plans.md, "The recursion".
 
     Args:
-        study: Of the arm and the task rows, with steps of the spacing.
-        fine: The task on all samples; some of them become waypoints. With one joint to spare locks are
-            followed from waypoint to waypoint, with more on all samples, for a QP goes one straight step.
-        q0: Where the arm starts, (nv,) [rad or m]; None leaves it free.
-        settings: The knobs.
-        seed: Of random starts.
-        told: Hears of progress.
+        case: What is planned for.
 
     Raises:
         InputError: A waypoint has no configuration within limits, or no way is slow enough.
     """
+    study, fine, q0, settings = case.study, case.task, case.start, case.settings
     task = waypoint_task(fine, settings.waypoints)
     farthest = settings.share * speeds(study.robot)
-    nodes = _nodes(study, task, q0, settings, farthest, seed, told)
+    nodes = _nodes(case, task, farthest)
     for k, found in enumerate(nodes):
         if not len(found):
             raise unreached(study, fine, round(task.t[k] / fine.dt))
     on = task if study.redundancy == 1 else fine
-    survives = node_labels(on, on.N // task.N, nodes, told)
-    costs = _costs(study, nodes, survives, settings)
+    survives = node_labels(case, on, on.N // task.N, nodes)
+    costs = _costs(case, nodes, survives)
     ways = best_ways(
         nodes,
         costs,
@@ -97,7 +88,7 @@ def grid_plan(
     kept = [survives[k][way[k]] for k in range(task.N)]
     return GridPlan(
         q=_unwrapped(study, np.array([nodes[k][a] for k, a in enumerate(way)]), q0),
-        coverage=float(np.mean(kept)),
+        coverage=float(np.mean(kept * case.weights)),
         bound=np.array([labels.sum(axis=1).max() for labels in survives], dtype=np.float64),
         nodes=sum(len(found) for found in nodes),
     )
@@ -122,44 +113,43 @@ def waypoint_task(fine: TaskPath, wanted: int) -> TaskPath:
     )
 
 
-def _nodes(
-    study: GoalStudy,
-    task: TaskPath,
-    q0: FloatArray | None,
-    settings: PlanSettings,
-    farthest: FloatArray,
-    seed: int,
-    told: Told,
-) -> list[FloatArray]:
+def _nodes(case: PlanCase, task: TaskPath, farthest: FloatArray) -> list[FloatArray]:
     """Nodes of all waypoints, by the number of joints to spare."""
 
     def tell(k: int) -> None:
-        told(k, task.N + 1, "nodes")
+        case.told(k, task.N + 1, "nodes")
 
+    study, settings = case.study, case.settings
     if study.redundancy == 1:
-        return curve_nodes(study, task.goals, spacing=settings.spacing, seed=seed, q0=q0, told=tell)
+        return curve_nodes(
+            study,
+            task.goals,
+            spacing=settings.spacing,
+            seed=case.seed,
+            q0=case.start,
+            told=tell,
+            portions=case.portions,
+        )
     return sampled_nodes(
         study,
         task.goals,
         count=settings.nodes,
         reach=farthest * task.dt,
-        seed=seed,
-        q0=q0,
+        seed=case.seed,
+        q0=case.start,
         told=tell,
     )
 
 
-def _costs(
-    study: GoalStudy, nodes: Sequence[FloatArray], survives: Sequence[BoolArray], settings: PlanSettings
-) -> list[FloatArray]:
-    """What it costs to be at each node: the share of coverage that is lost there, and the margin's share."""
-    K, nv = len(survives), study.robot.nv
+def _costs(case: PlanCase, nodes: Sequence[FloatArray], survives: Sequence[BoolArray]) -> list[FloatArray]:
+    """What it costs to be at each node: the weighted share of coverage lost there, and the margin's share."""
+    K, nv = len(survives), case.study.robot.nv
     costs = []
     for k, q in enumerate(nodes):
-        distance, middle = _openness(study, q)
-        lost = (~survives[k]).sum(axis=1) / nv if k < K else np.zeros(len(q))
+        distance, middle = _openness(case.study, q)
+        lost = (~survives[k] * case.weights).sum(axis=1) / nv if k < K else np.zeros(len(q))
         lost = np.where(distance < LEAST_MARGIN, 1.0, lost)
-        costs.append((lost + settings.margin * (1.0 - middle)) / K)
+        costs.append((lost + case.settings.margin * (1.0 - middle)) / K)
     return costs
 
 

@@ -3,9 +3,8 @@
 import numpy as np
 
 from ftqp.analysis.goals import GoalStudy
-from ftqp.analysis.planning.plan_settings import PlanSettings, Told
+from ftqp.analysis.planning.plan_case import PlanCase
 from ftqp.analysis.planning.self_motion_speeds import SpeedPlan, null_vectors
-from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 
@@ -17,29 +16,25 @@ EPSILON = 1e-4
 """Step of the slope [rad or m]."""
 
 
-def gradient_plan(
-    study: GoalStudy, task: TaskPath, start: FloatArray, settings: PlanSettings, told: Told
-) -> SpeedPlan:
+def gradient_plan(case: PlanCase, start: FloatArray) -> SpeedPlan:
     """The plan with theta = clip(gain dH/ds, fastest), s the way along the self-motion.
 
-    H = sum_j log(n_j^2 + 1e-4) + 0.01 sum_j log(1 - r_j^2), r_j = -1 and 1 at the limits of joint j. It looks
-    at each instant alone. Source: docs/theory/fault-tolerant-plans.md, "A gradient".
+    H = sum_j w_j log(n_j^2 + 1e-4) + 0.01 sum_j log(1 - r_j^2), r_j = -1 and 1 at the limits of joint j, w_j
+    its weight. It looks at each instant alone. Source: docs/theory/fault-tolerant-plans.md, "A gradient".
 
     Args:
-        study: Of the arm and the task rows.
-        task: The path.
+        case: What is planned for.
         start: Where the arm starts, (nv,) [rad or m].
-        settings: The knobs.
-        told: Hears of progress.
 
     Raises:
         InputError: The path is lost on the way.
     """
+    study, task, settings = case.study, case.task, case.settings
     q, speeds = np.empty((task.N + 1, study.robot.nv)), np.empty(task.N)
     q[0] = start
     for k in range(task.N):
         n = null_vectors(study, q[k][None])[0]
-        either = measure(study, np.stack([q[k] - EPSILON * n, q[k] + EPSILON * n]))
+        either = measure(study, np.stack([q[k] - EPSILON * n, q[k] + EPSILON * n]), case.weights)
         slope = (either[1] - either[0]) / (2.0 * EPSILON)
         speeds[k] = np.clip(settings.gain * slope, -settings.fastest, settings.fastest)
         ahead = q[k] + task.dt * speeds[k] * n
@@ -50,20 +45,21 @@ def gradient_plan(
                 "the method 'gradient'; take 'dp', or start elsewhere"
             )
         q[k + 1] = exact[0]
-        told(k + 1, task.N, "samples")
+        case.told(k + 1, task.N, "samples")
     return SpeedPlan(q=q, speeds=speeds)
 
 
-def measure(study: GoalStudy, q: FloatArray) -> FloatArray:
+def measure(study: GoalStudy, q: FloatArray, weights: FloatArray) -> FloatArray:
     """H of ``gradient_plan``, (k,).
 
     Args:
         study: Of the arm and the task rows.
         q: Configurations, (k, nv) [rad or m].
+        weights: Of the joints, (nv,), with the mean 1.
     """
     limits = study.robot.limits
     n = null_vectors(study, q)
-    value = np.log(n * n + FLOOR).sum(axis=1)
+    value = (weights * np.log(n * n + FLOOR)).sum(axis=1)
     both = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
     low, high = limits.q_min[both], limits.q_max[both]
     r = (2.0 * q[:, both] - low - high) / (high - low)

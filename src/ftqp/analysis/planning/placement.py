@@ -1,16 +1,17 @@
 """Where to put the task: the yaw of the tool and the arm's base, by what a coarse grid can survive."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any, Literal, get_args
+from dataclasses import dataclass, replace
+from typing import Any, Literal, final, get_args
 
 import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
 from ftqp.analysis.planning.dynamic_program import grid_plan
-from ftqp.analysis.planning.plan_settings import PlanSettings, Told
-from ftqp.analysis.planning.planning_study import planning_study
+from ftqp.analysis.planning.plan_case import PlanCase
+from ftqp.analysis.planning.plan_settings import PlanSettings
+from ftqp.analysis.planning.portions import Here
 from ftqp.analysis.survival.task_path import TaskPath, task_path
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown
@@ -32,47 +33,89 @@ LOST = 2.0
 """What a placement costs with which the path is not followed at all."""
 
 
-def better_placed(
-    task: TaskPath, freedoms: Sequence[Freedom], settings: PlanSettings, seed: int, told: Told
-) -> tuple[TaskPath, dict[str, Any]]:
+@final
+@dataclass(frozen=True, eq=False)
+class PlacementWork:
+    """Rates placements of a task.
+
+    Attributes:
+        task: The task, on a coarse grid.
+        freedoms: What may change.
+        placements: Values of ``_names``, a row each.
+        settings: The knobs, with coarse spacing and waypoints.
+        seed: Of random starts.
+        weights: Of the joints, (nv,).
+        threads: How many threads share the work; None is one a core.
+    """
+
+    task: TaskPath
+    freedoms: tuple[Freedom, ...]
+    placements: FloatArray
+    settings: PlanSettings
+    seed: int
+    weights: FloatArray
+    threads: int | None
+
+    def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
+        """What each of some placements costs."""
+        return [(self.cost(self.placements[item]).hex(),) for item in items]
+
+    def cost(self, x: FloatArray) -> float:
+        """What a placement costs: the share that a coarse grid with a free start does not survive.
+
+        Args:
+            x: The placement.
+        """
+        there = _moved(self.task, self.freedoms, x)
+        case = PlanCase(
+            task=there, weights=self.weights, settings=self.settings, seed=self.seed,
+            portions=Here(self.threads),
+        )  # fmt: skip
+        try:
+            return 1.0 - grid_plan(case).coverage
+        except InputError:
+            return LOST
+
+
+def better_placed(case: PlanCase, freedoms: Sequence[Freedom]) -> tuple[TaskPath, dict[str, Any]]:
     """The task moved so that a coarse grid with a free start survives most, and how it was moved.
 
     The task as it is, and placements spread evenly, are compared; a simplex goes on from the best. Moving the
-    base by b is moving the path by -b. A keyboard interrupt ends the search with the best so far.
+    base by b is moving the path by -b. A keyboard interrupt ends the search with the best so far, unless what
+    is done is kept.
     Source: docs/theory/fault-tolerant-plans.md, "Placement".
 
     Args:
-        task: The task.
+        case: What is planned for; its settings' spacing and waypoints are replaced.
         freedoms: What may change.
-        settings: The knobs, of which spacing and waypoints are replaced.
-        seed: Of the spread placements and of random starts.
-        told: Hears of progress.
 
     Raises:
         InputError: A freedom is unknown or changes nothing that counts, or no placement can be followed.
     """
+    task, settings, portions = case.task, case.settings, case.portions
     low, high = _box(task, freedoms)
-    coarse = task.coarse(WAYPOINTS)
     knobs = replace(settings, waypoints=WAYPOINTS, spacing=max(SPACING, settings.spacing))
+    spread = low + qmc.Sobol(len(low), seed=case.seed).random(SPREAD)[: SPREAD - 1] * (high - low)
+    spread = np.vstack([np.zeros(len(low)), spread])
+    work = PlacementWork(
+        task.coarse(WAYPOINTS), tuple(freedoms), spread, knobs, case.seed, case.weights, portions.threads
+    )
     tried: list[tuple[float, FloatArray]] = []
 
-    def cost(x: FloatArray) -> float:
+    def kept(value: float, x: FloatArray) -> float:
         inside = np.clip(x, low, high)
-        there = _moved(coarse, freedoms, inside)
-        try:
-            found = grid_plan(planning_study(there, knobs.spacing), there, None, knobs, seed, _silent)
-            value = 1.0 - found.coverage
-        except InputError:
-            value = LOST
-        value += float(np.abs(x - inside).sum())
-        tried.append((value, inside))
-        told(min(len(tried), SPREAD + REFINED), SPREAD + REFINED, "placements")
-        return value
+        whole = value + float(np.abs(x - inside).sum())
+        tried.append((whole, inside))
+        case.told(min(len(tried), SPREAD + REFINED), SPREAD + REFINED, "placements")
+        return whole
+
+    def cost(x: FloatArray) -> float:
+        inside, item = np.clip(x, low, high), len(tried) - SPREAD
+        return kept(float.fromhex(portions.one("moves", item, lambda: work.cost(inside).hex())), x)
 
     try:
-        cost(np.zeros(len(low)))
-        for share in qmc.Sobol(len(low), seed=seed).random(SPREAD)[: SPREAD - 1]:
-            cost(low + share * (high - low))
+        for x, text in zip(spread, portions.each("placements", work, SPREAD), strict=True):
+            kept(float.fromhex(text), x)
         first = min(tried, key=lambda one: one[0])[1]
         simplex = np.vstack([first, first + 0.15 * np.diag(high - low)])
         minimize(
@@ -82,7 +125,7 @@ def better_placed(
             options={"maxfev": REFINED, "initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-3},
         )
     except KeyboardInterrupt:
-        if not tried:
+        if portions.keeps or not tried:
             raise
     value, x = min(tried, key=lambda one: one[0])
     if value >= LOST:
@@ -92,10 +135,6 @@ def better_placed(
         )
     names = _names(task, freedoms)
     return _moved(task, freedoms, x), {"moved": {n: float(v) for n, v in zip(names, x, strict=True)}}
-
-
-def _silent(done: int, total: int, what: str) -> None:
-    """The parts of a placement are not told of."""
 
 
 def _names(task: TaskPath, freedoms: Sequence[Freedom]) -> list[str]:

@@ -1,18 +1,18 @@
 """Plans: the door to all methods, and what each makes of a task."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, get_args
 
 import numpy as np
 
-from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.dynamic_program import grid_plan
 from ftqp.analysis.planning.fault_plan import Plan, plan_of
 from ftqp.analysis.planning.gradient_climb import gradient_plan
 from ftqp.analysis.planning.placement import Freedom, better_placed
+from ftqp.analysis.planning.plan_case import PlanCase, silent
 from ftqp.analysis.planning.plan_settings import Method, PlanSettings, Told
-from ftqp.analysis.planning.planning_study import planning_study
+from ftqp.analysis.planning.portions import Here, Portions
 from ftqp.analysis.planning.refined_trajectory import smooth_trajectories
 from ftqp.analysis.planning.refusals import refuse_illegal, unreached
 from ftqp.analysis.planning.self_motion_speeds import constant_plan, spline_plan
@@ -20,7 +20,7 @@ from ftqp.analysis.planning.survival_labels import Survivals, survivals
 from ftqp.analysis.planning.waypoint_nodes import curve_nodes
 from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.task_path import TaskPath, task_path
-from ftqp.core.checks import FloatArray, instance
+from ftqp.core.checks import FloatArray, instance, non_negative
 from ftqp.core.errors import InputError, unknown
 from ftqp.model.robot import Robot
 
@@ -41,7 +41,9 @@ def plan(
     dt: float | None = None,
     settings: PlanSettings | None = None,
     optimise: Sequence[Freedom] = (),
+    weights: Mapping[str | int, float] | None = None,
     progress: Told | None = None,
+    portions: Portions | None = None,
 ) -> Plan:
     """The trajectory along a path that survives the failure of most joints at most instants.
 
@@ -63,7 +65,11 @@ def plan(
         settings: The knobs of all methods; None takes the defaults.
         optimise: What may change beside the start: ``"yaw"`` turns the tool about its own z axis, ``"base"``
             moves the arm's base. The plan's goals are then those of the moved path.
+        weights: What a lock of each joint counts, >= 0, by name or index, for example its failure rate or
+            1 / MTBF; only their ratios matter, and joints that are left out do not count. None: all alike.
         progress: Called with what is done, of how much, and what is being done.
+        portions: Who computes the independent parts of the work and keeps what is done; None does everything
+            here and keeps nothing.
 
     Raises:
         InputError: An argument is wrong, the path leaves the workspace or the limits, no trajectory that is
@@ -75,21 +81,32 @@ def plan(
     whole_number("seed", seed, 0)
     knobs = PlanSettings() if settings is None else settings
     instance("settings", knobs, PlanSettings, "PlanSettings")
-    told = progress if progress is not None else _silent
     task = _task(robot, path, rows, dt, q0)
     _refuse_method(task, method)
+    case = PlanCase(
+        task=task,
+        weights=joint_weights(robot, weights),
+        settings=knobs,
+        seed=seed,
+        told=silent if progress is None else progress,
+        portions=Here() if portions is None else portions,
+    )
     moved: dict[str, Any] = {}
     if optimise:
         if q0 is not None:
             raise InputError(
                 "q0 is given and the path may move, so that it need not begin there; leave q0 out"
             )
-        task, moved = better_placed(task, optimise, knobs, seed, told)
-    study = planning_study(task, knobs.spacing)
-    start = None if q0 is None else _start(study, task, robot.angles(q0))
-    q, found = _METHODS[method](study, task, start, knobs, seed, told)
+        task, moved = better_placed(case, optimise)
+        case = replace(case, task=task)
+    if q0 is not None:
+        case = replace(case, start=_start(case, robot.angles(q0)))
+    q, found = _METHODS[method](case)
     refuse_illegal(task, q, method)
     rated = survivals(task, q[None], knobs.stride)
+    if weights is not None:
+        found["weights"] = dict(zip(robot.joints, case.weights.tolist(), strict=True))
+        found["weighted_coverage"] = float(survivals(task, q[None], knobs.stride, case.weights).coverage[0])
     return plan_of(
         task,
         q,
@@ -100,8 +117,27 @@ def plan(
     )
 
 
-def _silent(done: int, total: int, what: str) -> None:
-    """Tell nobody."""
+def joint_weights(robot: Robot, weights: Mapping[str | int, float] | None) -> FloatArray:
+    """What a lock of each joint counts, (nv,), with the mean 1.
+
+    Args:
+        robot: The arm.
+        weights: As ``plan`` takes them.
+
+    Raises:
+        InputError: A joint is unknown or named twice, a weight is negative or not finite, or all are zero.
+    """
+    if weights is None:
+        return np.ones(robot.nv)
+    instance("weights", weights, Mapping, "numbers by joint, as {'j1': 2.0}")
+    found = np.zeros(robot.nv)
+    for joint, weight in weights.items():
+        found[robot.joint(joint)] = non_negative(f"weight of {joint!r}", weight)
+    if len({robot.joint(joint) for joint in weights}) < len(weights):
+        raise InputError(f"weights name a joint twice: {', '.join(map(str, weights))}; expected it once")
+    if not found.any():
+        raise InputError("weights are all zero, expected a joint at least whose failure counts")
+    return np.asarray(found / found.mean())
 
 
 def _task(robot: Robot, path: Any, rows: Any, dt: float | None, q0: Any) -> TaskPath:
@@ -131,8 +167,9 @@ def _refuse_method(task: TaskPath, method: str) -> None:
         )
 
 
-def _start(study: GoalStudy, task: TaskPath, q0: FloatArray) -> FloatArray:
+def _start(case: PlanCase, q0: FloatArray) -> FloatArray:
     """The start, exactly at the first sample."""
+    study, task = case.study, case.task
     study.limited.aim(task.goals[0])
     q, left, _ = study.limited.solutions(q0[None], near=True)
     if left[0] > study.tolerance:
@@ -143,36 +180,29 @@ def _start(study: GoalStudy, task: TaskPath, q0: FloatArray) -> FloatArray:
     return np.asarray(q[0])
 
 
-def _starts(study: GoalStudy, task: TaskPath, start: FloatArray | None, seed: int) -> FloatArray:
+def _starts(case: PlanCase) -> FloatArray:
     """The start, or nodes of the first self-motions where it is free, (s, nv)."""
-    if start is not None:
-        return start[None]
-    nodes = curve_nodes(study, task.goals[:1], spacing=START_SPACING, seed=seed)[0]
+    if case.start is not None:
+        return case.start[None]
+    nodes = curve_nodes(case.study, case.task.goals[:1], spacing=START_SPACING, seed=case.seed)[0]
     if not len(nodes):
-        raise unreached(study, task, 0)
+        raise unreached(case.study, case.task, 0)
     return nodes
 
 
 _Found = tuple[FloatArray, dict[str, Any]]
 
 
-def _by_grid(
-    study: GoalStudy,
-    task: TaskPath,
-    start: FloatArray | None,
-    knobs: PlanSettings,
-    seed: int,
-    told: Told,
-) -> _Found:
+def _by_grid(case: PlanCase) -> _Found:
     """Dynamic programming, smoothed and verified."""
-    grid = grid_plan(study, task, start, knobs, seed, told)
-    tried = list(smooth_trajectories(study, task, grid.q))
+    grid = grid_plan(case)
+    tried = list(smooth_trajectories(case.study, case.task, grid.q))
     if not tried:
         raise InputError(
             f"the way through {grid.nodes} nodes does not join to a trajectory on all samples of the path; "
             "take more waypoints or a smaller spacing"
         )
-    rated = survivals(task, np.stack([q for _, q in tried]), knobs.stride)
+    rated = survivals(case.task, np.stack([q for _, q in tried]), case.settings.stride, case.weights)
     best = _smoothest(rated)
     about = {
         "coverage_on_grid": grid.coverage,
@@ -190,49 +220,29 @@ def _smoothest(rated: Survivals) -> int:
     return int(np.argmax(legal & (rated.coverage >= best - NEARLY_BEST)))
 
 
-def _by_constant(
-    study: GoalStudy,
-    task: TaskPath,
-    start: FloatArray | None,
-    knobs: PlanSettings,
-    seed: int,
-    told: Told,
-) -> _Found:
+def _by_constant(case: PlanCase) -> _Found:
     """The paper's sweep."""
-    found = constant_plan(study, task, _starts(study, task, start, seed), knobs, told)
+    found = constant_plan(case, _starts(case))
     return found.q, {"theta": float(found.speeds[0])}
 
 
-def _by_spline(
-    study: GoalStudy,
-    task: TaskPath,
-    start: FloatArray | None,
-    knobs: PlanSettings,
-    seed: int,
-    told: Told,
-) -> _Found:
+def _by_spline(case: PlanCase) -> _Found:
     """A speed that changes over time."""
-    found = spline_plan(study, task, _starts(study, task, start, seed), knobs, told)
+    found = spline_plan(case, _starts(case))
     return found.q, {"theta": [round(float(speed), 6) for speed in found.speeds]}
 
 
-def _by_gradient(
-    study: GoalStudy,
-    task: TaskPath,
-    start: FloatArray | None,
-    knobs: PlanSettings,
-    seed: int,
-    told: Told,
-) -> _Found:
+def _by_gradient(case: PlanCase) -> _Found:
     """Up the slope of a measure; a free start is that of the best constant speed."""
-    starts = _starts(study, task, start, seed)
-    if start is None:
-        starts = constant_plan(study, task, starts, replace(knobs, select="coverage"), told).q[:1]
-    found = gradient_plan(study, task, starts[0], knobs, told)
+    starts = _starts(case)
+    if case.start is None:
+        by_coverage = replace(case, settings=replace(case.settings, select="coverage"))
+        starts = constant_plan(by_coverage, starts).q[:1]
+    found = gradient_plan(case, starts[0])
     return found.q, {"theta": [round(float(speed), 6) for speed in found.speeds]}
 
 
-_METHODS: Mapping[str, Any] = {
+_METHODS: Mapping[str, Callable[[PlanCase], _Found]] = {
     "dp": _by_grid,
     "constant": _by_constant,
     "spline": _by_spline,

@@ -1,6 +1,6 @@
 """Plans by the speed of the self-motion: one speed for all of a path, a spline over time, or a gradient."""
 
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -9,7 +9,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import minimize
 
 from ftqp.analysis.goals import GoalStudy
-from ftqp.analysis.planning.plan_settings import PlanSettings, Told
+from ftqp.analysis.planning.plan_case import PlanCase
 from ftqp.analysis.planning.survival_labels import survivals
 from ftqp.analysis.survival.continuing import continuation_study
 from ftqp.analysis.survival.task_path import TaskPath
@@ -45,9 +45,7 @@ class SpeedPlan:
     speeds: FloatArray
 
 
-def constant_plan(
-    study: GoalStudy, task: TaskPath, starts: FloatArray, settings: PlanSettings, told: Told
-) -> SpeedPlan:
+def constant_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
     """The best plan with one speed: q_dot = J^+ (x_dot + K e) + theta n, theta swept.
 
     Speeds with which the arm leaves its limits are left out, where there are others. By coverage the best is
@@ -56,43 +54,36 @@ def constant_plan(
     Source: zhang2016, section 3; docs/theory/fault-tolerant-plans.md, "One speed".
 
     Args:
-        study: Of the arm and the task rows.
-        task: The path.
+        case: What is planned for.
         starts: Where the arm may start, (s, nv) [rad or m].
-        settings: The knobs.
-        told: Hears of progress.
 
     Raises:
         InputError: With no speed the path is followed to its end.
     """
-    thetas = np.array(settings.thetas)
+    thetas = np.array(case.settings.thetas)
     if len(starts) > FINALISTS:
-        starts = _finalists(study, task, starts, thetas[:: min(TENTH, max(1, len(thetas) // 3))], told)
-    q, speeds = _tracks(study, task, np.repeat(starts, len(thetas), axis=0), np.tile(thetas, len(starts)))
-    rated = _rated(study, task, q, settings, told)
-    best = rated[0]
-    return SpeedPlan(q=q[best], speeds=np.full(task.N, speeds[best]))
+        starts = _finalists(case, starts, thetas[:: min(TENTH, max(1, len(thetas) // 3))])
+    begins, speeds = np.repeat(starts, len(thetas), axis=0), np.tile(thetas, len(starts))
+    q, kept = _tracks(case.task, begins, speeds)
+    best = _best(case, q, begins[kept], speeds[kept])
+    return SpeedPlan(q=q[best], speeds=np.full(case.task.N, speeds[kept][best]))
 
 
-def spline_plan(
-    study: GoalStudy, task: TaskPath, starts: FloatArray, settings: PlanSettings, told: Told
-) -> SpeedPlan:
+def spline_plan(case: PlanCase, starts: FloatArray) -> SpeedPlan:
     """The best plan found with a speed that changes over time: a spline through some knots.
 
     Nelder and Mead's simplex goes down 1 - (survived + completed/2) plus what is beyond the limits, from the
     best constant speed on. Source: docs/theory/fault-tolerant-plans.md, "A spline of speeds".
 
     Args:
-        study: Of the arm and the task rows.
-        task: The path.
+        case: What is planned for.
         starts: Where the arm may start, (s, nv) [rad or m].
-        settings: The knobs.
-        told: Hears of progress.
 
     Raises:
         InputError: With no constant speed the path is followed to its end.
     """
-    begin = constant_plan(study, task, starts, settings, told)
+    task, settings, weights = case.task, case.settings, case.weights
+    begin = constant_plan(case, starts)
     coarse = task.coarse(COARSE)
     start = begin.q[0]
     knots = np.linspace(task.t[0], task.t[-1], settings.knots)
@@ -105,25 +96,25 @@ def spline_plan(
 
     def cost(x: FloatArray) -> float:
         nonlocal tried, best
+        value = float.fromhex(case.portions.one("splines", tried, lambda: loss(x).hex()))
         tried += 1
-        value = loss(x)
         if value < best[0]:
             best = value, x.copy()
-        told(min(tried, settings.evaluations), settings.evaluations, "splines")
+        case.told(min(tried, settings.evaluations), settings.evaluations, "splines")
         return value
 
     def loss(x: FloatArray) -> float:
         q, last, _ = continuation_study(coarse).tracks(start[None], speeds_at(x, coarse.t)[None])
         if last[0] < coarse.N:
             return 2.0 + OUT_OF_LIMITS - float(last[0]) / coarse.N
-        found = survivals(coarse, q, 1)
+        found = survivals(coarse, q, 1, weights, case.portions.threads)
         beyond = found.excess[0] + max(0.0, found.hurry[0] - 1.0)
         return float(1.0 - found.coverage[0] - 0.5 * found.completed[0] + OUT_OF_LIMITS * beyond)
 
     first = best[1]
     spread = 0.25 * max(0.2, abs(float(begin.speeds[0])))
     simplex = np.vstack([first, first + spread * np.eye(settings.knots)])
-    with suppress(KeyboardInterrupt):
+    try:
         minimize(
             cost,
             first,
@@ -135,71 +126,132 @@ def spline_plan(
                 "fatol": 1e-5,
             },
         )
+    except KeyboardInterrupt:
+        if case.portions.keeps:
+            raise
     speeds = speeds_at(best[1], task.t)
     q, last, _ = continuation_study(task).tracks(start[None], speeds[None])
     if last[0] < task.N:
         return begin
-    both = survivals(task, np.stack([begin.q, q[0]]), settings.stride)
+    both = survivals(task, np.stack([begin.q, q[0]]), settings.stride, weights)
     better = (both.legal[1], both.coverage[1]) > (both.legal[0], both.coverage[0])
     return SpeedPlan(q=q[0], speeds=speeds) if better else begin
 
 
-def _finalists(
-    study: GoalStudy, task: TaskPath, starts: FloatArray, thetas: FloatArray, told: Told
-) -> FloatArray:
+@final
+@dataclass(frozen=True, eq=False)
+class StartWork:
+    """Rates starts by the best of some constant speeds.
+
+    Attributes:
+        task: The path, on a coarse grid.
+        starts: Where the arm may start, (s, nv) [rad or m].
+        thetas: The speeds, (k,) [rad/s].
+        weights: Of the joints, (nv,).
+        threads: How many threads share the work; None is one a core.
+    """
+
+    task: TaskPath
+    starts: FloatArray
+    thetas: FloatArray
+    weights: FloatArray
+    threads: int | None
+
+    def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
+        """Coverage with the best speed from each of some starts, less 1 where limits are left."""
+        task, thetas = self.task, self.thetas
+        return [(self._score(task, thetas, self.starts[item]).hex(),) for item in items]
+
+    def _score(self, task: TaskPath, thetas: FloatArray, start: FloatArray) -> float:
+        q, last, _ = continuation_study(task).tracks(
+            np.tile(start, (len(thetas), 1)), np.tile(thetas[:, None], (1, task.N)), self.threads
+        )
+        done = q[last == task.N]
+        if not len(done):
+            return -np.inf
+        found = survivals(task, done, 2, self.weights, self.threads)
+        return float(np.where(found.legal, found.coverage, found.coverage - 1.0).max())
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SpeedWork:
+    """Rates constant speeds.
+
+    Attributes:
+        task: The path.
+        starts: Where the arm starts with each speed, (c, nv) [rad or m].
+        thetas: The speeds, (c,) [rad/s].
+        stride: Failures at every so-many-th sample are looked at.
+        weights: Of the joints, (nv,).
+        threads: How many threads share the work; None is one a core.
+    """
+
+    task: TaskPath
+    starts: FloatArray
+    thetas: FloatArray
+    stride: int
+    weights: FloatArray
+    threads: int | None
+
+    def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
+        """Coverage with each of some speeds."""
+        some = list(items)
+        q, _ = _tracks(self.task, self.starts[some], self.thetas[some], self.threads)
+        found = survivals(self.task, q, self.stride, self.weights, self.threads)
+        return [(float(value).hex(),) for value in found.coverage]
+
+
+def _finalists(case: PlanCase, starts: FloatArray, thetas: FloatArray) -> FloatArray:
     """The starts with the best constant speeds, as far as a coarse grid shows."""
     some = starts[np.unique(np.linspace(0, len(starts) - 1, STARTS).round().astype(np.int64))]
-    coarse = task.coarse(COARSE)
+    work = StartWork(case.task.coarse(COARSE), some, thetas, case.weights, case.portions.threads)
     scores = np.full(len(some), -np.inf)
-    for k, start in enumerate(some):
-        q, last, _ = continuation_study(coarse).tracks(
-            np.tile(start, (len(thetas), 1)), np.tile(thetas[:, None], (1, coarse.N))
-        )
-        done = q[last == coarse.N]
-        if len(done):
-            found = survivals(coarse, done, 2)
-            scores[k] = np.where(found.legal, found.coverage, found.coverage - 1.0).max()
-        told(k + 1, len(some), "starts")
+    for k, text in enumerate(case.portions.each("starts", work, len(some))):
+        scores[k] = float.fromhex(text)
+        case.told(k + 1, len(some), "starts")
     return np.asarray(some[np.argsort(-scores, kind="stable")[:FINALISTS]])
 
 
 def _tracks(
-    study: GoalStudy, task: TaskPath, starts: FloatArray, thetas: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Motions that follow the path to its end, (P, N + 1, nv), and their speeds, (P,)."""
-    q, last, _ = continuation_study(task).tracks(starts, np.tile(thetas[:, None], (1, task.N)))
+    task: TaskPath, starts: FloatArray, thetas: FloatArray, threads: int | None = None
+) -> tuple[FloatArray, BoolArray]:
+    """Motions that follow the path to its end, (P, N + 1, nv), and which of the starts they have."""
+    q, last, _ = continuation_study(task).tracks(starts, np.tile(thetas[:, None], (1, task.N)), threads)
     done = last == task.N
     if not done.any():
         raise InputError(
-            f"with no speed of the self-motion {study.robot.name} follows the path beyond sample "
+            f"with no speed of the self-motion {task.robot.name} follows the path beyond sample "
             f"{last.max()} (t = {task.t[last.max()]:g} s); expected a path inside the workspace, or another "
             "start"
         )
-    return q[done], thetas[done]
+    return q[done], np.asarray(done)
 
 
-def _rated(
-    study: GoalStudy, task: TaskPath, q: FloatArray, settings: PlanSettings, told: Told
-) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Indices of motions, the best first."""
-    limits = study.robot.limits
+def _best(case: PlanCase, q: FloatArray, starts: FloatArray, thetas: FloatArray) -> int:
+    """Index of the best of some motions."""
+    task, settings = case.task, case.settings
+    limits = task.robot.limits
     speed = np.abs(np.diff(q, axis=1)).max(axis=1) / task.dt
     legal = ((q >= limits.q_min) & (q <= limits.q_max)).all(axis=(1, 2)) & (speed <= limits.v_max).all(axis=1)
     energy = (np.diff(q, axis=1) ** 2).sum(axis=(1, 2)) / task.dt
     candidates = np.flatnonzero(legal) if legal.any() else np.arange(len(q))
     if settings.select == "energy":
-        regular = np.array([bool(_keeps_signs(study, q[k])) for k in candidates])
+        regular = np.array([bool(_keeps_signs(case.study, q[k])) for k in candidates])
         kept = candidates[regular] if regular.any() else candidates
-        return np.asarray(kept[np.argsort(energy[kept], kind="stable")])
-    coverage = np.zeros(len(candidates))
+        return int(kept[np.argsort(energy[kept], kind="stable")][0])
+    coverage, count = np.zeros(len(candidates)), len(candidates)
+    work = SpeedWork(
+        task, starts[candidates], thetas[candidates], settings.stride, case.weights, case.portions.threads
+    )
     try:
-        for k, i in enumerate(candidates):
-            coverage[k] = survivals(task, q[i][None], settings.stride).coverage[0]
-            told(k + 1, len(candidates), "speeds")
+        for k, text in enumerate(case.portions.each("speeds", work, count)):
+            coverage[k] = float.fromhex(text)
+            case.told(k + 1, count, "speeds")
     except KeyboardInterrupt:
-        if not coverage.any():
+        if case.portions.keeps or not coverage.any():
             raise
-    return np.asarray(candidates[np.lexsort((energy[candidates], -coverage))])
+    return int(candidates[np.lexsort((energy[candidates], -coverage))][0])
 
 
 def _keeps_signs(study: GoalStudy, q: FloatArray) -> BoolArray:

@@ -2,19 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
 
-from ftqp.analysis.planning.plan_settings import Told
+from ftqp.analysis.planning.plan_case import PlanCase
 from ftqp.analysis.planning.refusals import OUTSIDE
 from ftqp.analysis.survival.continuing import continuation_study
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.kernel.entry.continuation_study import ContinuationStudy
 from ftqp.kernel.layout.survival import SURVIVED
-
-PORTION = 20_000
-"""Continuations between two words on progress."""
 
 
 @final
@@ -23,8 +22,8 @@ class Survivals:
     """What trajectories survive.
 
     Attributes:
-        coverage: Share of pairs of joint and instant, (P,).
-        completed: Mean share of the rest of the path that is done after a lock, (P,).
+        coverage: Share of pairs of joint and instant, each with the weight of its joint, (P,).
+        completed: Mean share of the rest of the path that is done after a lock, weighted alike, (P,).
         excess: How far the worst joint is outside its limits, (P,) [rad or m]; 0 inside.
         hurry: Largest |v| / v_max, (P,).
         energy: sum |dq|^2 / dt, (P,) [rad^2/s].
@@ -42,7 +41,48 @@ class Survivals:
         return np.asarray((self.excess <= OUTSIDE) & (self.hurry <= 1.0 + OUTSIDE))
 
 
-def node_labels(task: TaskPath, stride: int, nodes: Sequence[FloatArray], told: Told) -> list[BoolArray]:
+@final
+@dataclass(frozen=True, eq=False)
+class LockWork:
+    """Labels the nodes of some waypoints.
+
+    Attributes:
+        task: On the grid on which continuations go.
+        stride: Its samples between waypoints.
+        nodes: Configurations of each waypoint, (M, nv) [rad or m].
+        threads: How many threads share the work; None is one a core.
+    """
+
+    task: TaskPath
+    stride: int
+    nodes: tuple[FloatArray, ...]
+    threads: int | None
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        return LockWork, (self.task, self.stride, self.nodes, self.threads)
+
+    @cached_property
+    def _study(self) -> ContinuationStudy:
+        return continuation_study(self.task)
+
+    def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
+        """Which nodes survive which lock, for each of some waypoints: bits, as hexadecimal digits."""
+        nv, some = self.task.robot.nv, list(items)
+        sizes = [len(self.nodes[k]) for k in some]
+        q = np.repeat(np.vstack([self.nodes[k] for k in some]), nv, axis=0)
+        samples = np.repeat(self.stride * np.array(some), np.array(sizes) * nv)
+        ends = self._study.runs(
+            q,
+            samples,
+            np.tile(np.arange(nv), sum(sizes)),
+            bounded=self.task.redundancy > 1,
+            threads=self.threads,
+        )
+        labels = np.split(ends.status == SURVIVED, nv * np.cumsum(sizes)[:-1])
+        return [(np.packbits(one).tobytes().hex(),) for one in labels]
+
+
+def node_labels(case: PlanCase, task: TaskPath, stride: int, nodes: Sequence[FloatArray]) -> list[BoolArray]:
     """Whether each node survives a lock of each joint there, (M, nv) for each waypoint but the last.
 
     With one joint to spare the continuation is unique. With more, each sample takes the least motion that the
@@ -50,48 +90,54 @@ def node_labels(task: TaskPath, stride: int, nodes: Sequence[FloatArray], told: 
     Source: docs/theory/fault-tolerant-plans.md, "Labels".
 
     Args:
+        case: What is planned for.
         task: On the grid on which continuations go.
         stride: Its samples between waypoints.
         nodes: Configurations of each waypoint, (M, nv) [rad or m].
-        told: Hears of progress.
     """
-    nv = task.robot.nv
-    runs = continuation_study(task)
-    sizes = [len(q) for q in nodes[:-1]]
-    q = np.repeat(np.vstack(nodes[:-1]), nv, axis=0)
-    samples = np.repeat(stride * np.arange(len(sizes)), np.array(sizes) * nv)
-    failed = np.tile(np.arange(nv), sum(sizes))
-    survived = np.empty(len(q), dtype=np.bool_)
-    for first in range(0, len(q), PORTION):
-        some = slice(first, first + PORTION)
-        ends = runs.runs(q[some], samples[some], failed[some], bounded=task.redundancy > 1)
-        survived[some] = ends.status == SURVIVED
-        told(min(first + PORTION, len(q)), len(q), "locks")
-    return np.split(survived.reshape(-1, nv), np.cumsum(sizes)[:-1])
+    nv, last = task.robot.nv, len(nodes) - 1
+    work = LockWork(task, stride, tuple(nodes[:-1]), case.portions.threads)
+    found = []
+    for k, text in enumerate(case.portions.each("locks", work, last)):
+        bits = np.unpackbits(np.frombuffer(bytes.fromhex(text), dtype=np.uint8), count=len(nodes[k]) * nv)
+        found.append(bits.astype(np.bool_).reshape(-1, nv))
+        case.told(k + 1, last, "locks")
+    return found
 
 
-def survivals(task: TaskPath, q: FloatArray, stride: int) -> Survivals:
+def survivals(
+    task: TaskPath,
+    q: FloatArray,
+    stride: int,
+    weights: FloatArray | None = None,
+    threads: int | None = None,
+) -> Survivals:
     """What trajectories survive, each on its own.
 
     Args:
         task: The path.
         q: Trajectories on its samples, (P, N + 1, nv) [rad or m].
         stride: Instants are so many samples apart.
+        weights: What a lock of each joint counts, (nv,), with the mean 1; None is 1.
+        threads: How many threads share the work; None is one a core.
     """
     limits, nv = task.robot.limits, task.robot.nv
     at = np.arange(0, task.N, stride)
     starts = np.repeat(q[:, at].reshape(-1, nv), nv, axis=0)
     samples = np.tile(np.repeat(at, nv), len(q))
     failed = np.tile(np.arange(nv), len(q) * len(at))
-    ends = continuation_study(task).runs(starts, samples, failed, bounded=task.redundancy > 1)
+    ends = continuation_study(task).runs(
+        starts, samples, failed, bounded=task.redundancy > 1, threads=threads
+    )
     beyond = np.maximum(limits.q_min - q, q - limits.q_max).max(axis=2)
     outside = np.repeat((beyond[:, at] > OUTSIDE).ravel(), nv)
     survived = (ends.status == SURVIVED) & ~outside
     done = np.where(survived, 1.0, (ends.sample - samples) / (task.N - samples))
     v = np.diff(q, axis=1) / task.dt
+    counts = np.ones(len(failed)) if weights is None else weights[failed]
     return Survivals(
-        coverage=survived.reshape(len(q), -1).mean(axis=1),
-        completed=done.reshape(len(q), -1).mean(axis=1),
+        coverage=(counts * survived).reshape(len(q), -1).mean(axis=1),
+        completed=(counts * done).reshape(len(q), -1).mean(axis=1),
         excess=np.maximum(beyond.max(axis=1), 0.0),
         hurry=(np.abs(v) / limits.v_max).max(axis=(1, 2)),
         energy=(v * v).sum(axis=(1, 2)) * task.dt,

@@ -1,12 +1,16 @@
 """Nodes of a plan: all configurations, to a spacing, with which an arm can be at each waypoint of a path."""
 
+import base64
 from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from ftqp.analysis.circular_intervals import TURN
 from ftqp.analysis.goals import GoalStudy
+from ftqp.analysis.planning.portions import Here, Portions
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.study_session import TracedCurve
 
@@ -20,6 +24,13 @@ SHORTEST = 1e-3
 """A curve that is cut and shorter is left out [rad or m]: it grazes a limit."""
 
 
+class _Curve(NamedTuple):
+    """Points of a self-motion, (k, nv) [rad or m], and arc lengths of the segments that end in them, (k,)."""
+
+    q: FloatArray
+    parts: FloatArray
+
+
 def curve_nodes(
     study: GoalStudy,
     poses: FloatArray,
@@ -28,6 +39,7 @@ def curve_nodes(
     seed: int,
     q0: FloatArray | None = None,
     told: Callable[[int], None] | None = None,
+    portions: Portions | None = None,
 ) -> list[FloatArray]:
     """Nodes on all self-motion curves within the limits at each waypoint, one joint being to spare.
 
@@ -42,24 +54,25 @@ def curve_nodes(
         seed: Of the random starts.
         q0: A configuration at the first waypoint that becomes its first node, (nv,) [rad or m].
         told: Called with the number of waypoints that are done.
+        portions: Who keeps what is traced; None nobody.
 
     Returns:
         For each waypoint its nodes, (M, nv) [rad or m]; values of joints without limits in [0, 2 pi).
     """
-    session, nv = study.limited, study.robot.nv
+    nv, K = study.robot.nv, len(poses)
+    kept = Here() if portions is None else portions
     random = _random_starts(study, np.random.default_rng(seed), len(poses))
-    layers: list[list[TracedCurve]] = []
+    layers: list[list[_Curve]] = []
     before = np.empty((0, nv)) if q0 is None else q0[None]
     for k, pose in enumerate(poses):
-        session.aim(pose)
-        found = session.self_motions(np.vstack([before, random[k]]), quiet=_NEVER, curves=CURVES)
-        layers.append([curve for curve in found if len(curve.q) > 1 and curve.length > SHORTEST])
+        starts = np.vstack([before, random[k]])
+        layers.append(_curves(kept.one("nodes", k, partial(_traced, study, pose, starts)), nv))
         before = _starts(layers[-1], nv)
         if told is not None:
             told(k + 1)
-    for k in range(len(poses) - 2, -1, -1):
-        session.aim(poses[k])
-        layers[k] += _missing(study, layers[k], _starts(layers[k + 1], nv), spacing)
+    for k in range(K - 2, -1, -1):
+        more = partial(_missing, study, poses[k], layers[k], _starts(layers[k + 1], nv), spacing)
+        layers[k] = layers[k] + _curves(kept.one("nodes", 2 * K - 2 - k, more), nv)
     nodes = [_nodes(study, curves, spacing) for curves in layers]
     if q0 is not None:
         nodes[0] = np.vstack([turned(study, q0[None]), nodes[0]])
@@ -88,29 +101,48 @@ def _random_starts(study: GoalStudy, random: np.random.Generator, count: int) ->
     return random.uniform(low, high, (count, RANDOM_STARTS, study.robot.nv))
 
 
-def _starts(curves: Sequence[TracedCurve], nv: int) -> FloatArray:
+def _traced(study: GoalStudy, pose: FloatArray, starts: FloatArray) -> str:
+    """The self-motions at a waypoint that are found from some starts."""
+    study.limited.aim(pose)
+    return _text(study.limited.self_motions(starts, quiet=_NEVER, curves=CURVES))
+
+
+def _text(curves: Sequence[TracedCurve]) -> str:
+    """Curves that are long enough as a text, to the last bit."""
+    rows = [np.column_stack([one.parts, one.q]) for one in curves if len(one.q) > 1 and one.length > SHORTEST]
+    return " ".join(base64.b64encode(row.astype("<f8").tobytes()).decode() for row in rows)
+
+
+def _curves(text: str, nv: int) -> list[_Curve]:
+    """Curves from a text."""
+    rows = [np.frombuffer(base64.b64decode(word), dtype="<f8").reshape(-1, nv + 1) for word in text.split()]
+    return [_Curve(np.ascontiguousarray(row[:, 1:]), row[:, 0].copy()) for row in rows]
+
+
+def _starts(curves: Sequence[_Curve], nv: int) -> FloatArray:
     """Some nodes of each curve."""
     return np.vstack([np.empty((0, nv)), *(curve.q[::EVERY] for curve in curves)])
 
 
 def _missing(
-    study: GoalStudy, curves: Sequence[TracedCurve], starts: FloatArray, spacing: float
-) -> list[TracedCurve]:
-    """Curves of the goal that is aimed at through the starts, but for those that are known."""
+    study: GoalStudy, pose: FloatArray, curves: Sequence[_Curve], starts: FloatArray, spacing: float
+) -> str:
+    """Self-motions at a waypoint through the starts, but for those that are known."""
     session, limits = study.limited, study.robot.limits
     if not len(starts):
-        return []
+        return ""
+    session.aim(pose)
     q, left, _ = session.solutions(starts, near=True)
     inside = (q >= limits.q_min).all(axis=1) & (q <= limits.q_max).all(axis=1)
-    waiting, found = q[(left <= study.tolerance) & inside], []
+    waiting = q[(left <= study.tolerance) & inside]
+    found: list[TracedCurve] = []
     for curve in curves:
         waiting = _beside(study, curve.q, waiting, 2.0 * spacing)
     while len(waiting):
-        curve = session.curve(waiting[0])
-        waiting = _beside(study, curve.q, waiting[1:], 2.0 * spacing) if len(curve.q) else waiting[1:]
-        if len(curve.q) > 1 and curve.length > SHORTEST:
-            found.append(curve)
-    return found
+        traced = session.curve(waiting[0])
+        waiting = _beside(study, traced.q, waiting[1:], 2.0 * spacing) if len(traced.q) else waiting[1:]
+        found.append(traced)
+    return _text(found)
 
 
 def _beside(study: GoalStudy, known: FloatArray, q: FloatArray, reach: float) -> FloatArray:
@@ -120,7 +152,7 @@ def _beside(study: GoalStudy, known: FloatArray, q: FloatArray, reach: float) ->
     return np.asarray(q[~np.isfinite(away)])
 
 
-def _nodes(study: GoalStudy, curves: Sequence[TracedCurve], spacing: float) -> FloatArray:
+def _nodes(study: GoalStudy, curves: Sequence[_Curve], spacing: float) -> FloatArray:
     """Points of all curves, about a spacing apart, (M, nv)."""
     parts = [np.empty((0, study.robot.nv))]
     for curve in curves:

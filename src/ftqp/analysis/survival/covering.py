@@ -1,18 +1,20 @@
 """Which failures a motion survives: every joint, at every instant of a path."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import combinations
-from typing import Any, Literal, get_args
+from typing import Any, Literal, final, get_args
 
 import numpy as np
 
 from ftqp.analysis.planning.fault_plan import Plan
 from ftqp.analysis.spatial_map import whole_number
-from ftqp.analysis.survival.continuing import continuation_study, path_values
+from ftqp.analysis.survival.continuing import path_values
 from ftqp.analysis.survival.coverage_report import CoverageReport
-from ftqp.analysis.survival.planner_runs import planner_runs
+from ftqp.analysis.survival.pairs import Pairs
+from ftqp.analysis.survival.planner_runs import refuse_no_masses
 from ftqp.analysis.survival.task_path import TaskPath, task_path
-from ftqp.analysis.survival.tolerable_joints import tolerable_joints
+from ftqp.analysis.survival.tolerable_joints import Bound, bound_of
 from ftqp.analysis.tolerance.failed_sets import relative_manipulability
 from ftqp.analysis.tolerance.null_vectors import null_vector
 from ftqp.analysis.tolerance.structural_joints import structural_joints
@@ -20,6 +22,7 @@ from ftqp.control.paths import Path
 from ftqp.core.checks import FloatArray, IntArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError
 from ftqp.faults import kinds
+from ftqp.kernel.entry.continuation_study import Continuations
 from ftqp.kernel.layout.survival import Survival
 from ftqp.model.robot import Robot
 
@@ -81,6 +84,51 @@ def coverage(
         InputError: The motion does not follow the path, is not finite or has a wrong shape, the path belongs
             to another robot, or a setting is out of its range.
     """
+    case = coverage_case(
+        robot, path, q, stride=stride, lock=lock, post=post, rows=rows, joints=joints, fault=fault,
+        velocity=velocity, deceleration=deceleration, tolerance=tolerance, upper_bound=upper_bound,
+    )  # fmt: skip
+    found = case.pairs.runs(range(case.pairs.count), threads)
+    bound = case.bound
+    return case.report(found, None if bound is None else bound.counts(range(len(bound.samples)), threads))
+
+
+def coverage_case(
+    robot: Robot,
+    path: Any,
+    q: Any,
+    *,
+    stride: int = 4,
+    lock: Literal["instant", "ramp"] = "instant",
+    post: Literal["exact", "qp", "planner"] | None = None,
+    rows: Any = None,
+    joints: Any = None,
+    fault: Fault = "locked",
+    velocity: float = 0.5,
+    deceleration: Any = None,
+    tolerance: tuple[float, float] = FOLLOWED,
+    upper_bound: int | None = None,
+) -> "CoverageCase":
+    """What ``coverage`` has to verify, checked; for those who share the work out.
+
+    Args:
+        robot: As in ``coverage``, and so are the others.
+        path: The path.
+        q: The motion.
+        stride: Every so many samples are verified.
+        lock: How a joint comes to rest.
+        post: How the others go on.
+        rows: What of the task is to be kept.
+        joints: Which joints fail.
+        fault: How they fail.
+        velocity: Share of the speed that a degraded joint has left.
+        deceleration: Of a ramp.
+        tolerance: Errors that count as survived.
+        upper_bound: At how many samples any posture is looked at.
+
+    Raises:
+        InputError: As ``coverage``.
+    """
     instance("robot", robot, Robot, "a Robot")
     whole_number("stride", stride, 1)
     if isinstance(q, Plan):
@@ -99,63 +147,98 @@ def coverage(
     kept = task if rows is None else task.with_rows(rows)
     failures = _failures(robot, joints)
     rule = _rule(robot, kept, post, failures, fault)
-    study = continuation_study(
-        kept,
-        deceleration=None if deceleration is None else _decelerations(robot, deceleration),
-        tolerance=(limits[0], limits[1]),
-    )
-    samples = np.arange(0, task.N, stride)
-    speeds = _speeds(robot, motion, task.dt, lock, deceleration)
-    failed = np.array(failures, dtype=np.int64)
-    which, instant = (a.ravel() for a in np.meshgrid(np.arange(len(failures)), samples, indexing="ij"))
-    share = float(velocity) if fault == "degraded" else None
-    if rule == "planner":
-        told = [_told(robot.joints[failed[0]], fault, lock, velocity, deceleration) for failed in failures]
-        found = planner_runs(kept, motion, samples, told, (limits[0], limits[1]), threads)
-    else:
-        found = study.runs(
-            motion[instant],
-            instant,
-            failed[which],
-            speed=np.take_along_axis(speeds[instant], failed[which], axis=1),
-            bounded=rule == "qp",
-            share=share,
-            threads=threads,
-        )
-    shape = (len(failures), len(samples))
-    structural = (
-        structural_joints(robot, "position_axis" if kept.axis else kept.rows) if fault == "locked" else ()
-    )
-    status = _verdicts(robot, motion, instant, found.status, which, failures, structural).reshape(shape)
-    waypoints = np.zeros(0, np.int64)
-    most = None
+    if fault == "free_swinging":
+        refuse_no_masses(robot)
+    bound = None
     if upper_bound is not None:
         whole_number("upper_bound", upper_bound, 1)
-        waypoints, most = tolerable_joints(kept, upper_bound, threads=threads)
-    manipulability = _manipulability(J if rows is None else path_values(kept, motion)[1], failures)
-    return CoverageReport(
-        task=kept,
-        q=motion,
-        samples=frozen(samples),
-        failures=failures,
-        status=frozen(status),
-        position=frozen(found.position.reshape(shape)),
-        rotation=frozen(found.rotation.reshape(shape)),
-        margin=frozen(found.margin.reshape(shape)),
-        hurry=frozen(found.hurry.reshape(shape)),
-        jump=frozen(_jumps(motion, task.dt, samples, failures, manipulability)),
-        manipulability=frozen(manipulability),
-        structural=structural,
-        upper_bound=most,
-        waypoints=waypoints,
+        bound = bound_of(kept, upper_bound)
+    told: tuple[kinds.Fault, ...] = ()
+    if rule == "planner":
+        told = tuple(_told(robot.joints[one[0]], fault, lock, velocity, deceleration) for one in failures)
+    return CoverageCase(
+        pairs=Pairs(
+            task=kept,
+            q=motion,
+            samples=frozen(np.arange(0, task.N, stride)),
+            failures=failures,
+            speeds=_speeds(robot, motion, task.dt, lock, deceleration),
+            rule=rule,
+            share=float(velocity) if fault == "degraded" else None,
+            told=told,
+            deceleration=None if deceleration is None else _decelerations(robot, deceleration),
+            tolerance=(limits[0], limits[1]),
+        ),
+        bound=bound,
+        manipulability=_manipulability(J if rows is None else path_values(kept, motion)[1], failures),
         fault=fault,
         lock=lock,
-        post=rule,
-        tolerance=(limits[0], limits[1]),
-        _study=study,
-        _share=share,
-        _speeds=speeds,
     )
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CoverageCase:
+    """What is to be verified; made by ``coverage_case``.
+
+    Attributes:
+        pairs: The pairs of failure and instant.
+        bound: What any posture can do without; None where that is not asked for.
+        manipulability: Relative manipulability without each failure's joints, (N + 1, failures).
+        fault: How joints fail.
+        lock: ``instant`` or ``ramp``.
+    """
+
+    pairs: Pairs
+    bound: Bound | None
+    manipulability: FloatArray
+    fault: Fault
+    lock: str
+
+    def report(self, found: Continuations, most: IntArray | None) -> CoverageReport:
+        """The report.
+
+        Args:
+            found: What became of all pairs, in their order.
+            most: How many joints any posture can do without, (waypoints,); None where it was not asked for.
+        """
+        pairs, robot = self.pairs, self.pairs.task.robot
+        K, F = len(pairs.samples), len(pairs.failures)
+        kept, motion = pairs.task, pairs.q
+        structural: tuple[str, ...] = ()
+        if self.fault == "locked":
+            structural = structural_joints(robot, "position_axis" if kept.axis else kept.rows)
+        column, row = np.divmod(np.arange(pairs.count), F)
+        at = pairs.samples[column]
+        status = _verdicts(robot, motion, at, found.status, row, pairs.failures, structural)
+
+        def by_failure(values: Any) -> Any:
+            return frozen(np.ascontiguousarray(np.reshape(values, (K, F)).T))
+
+        bound = self.bound
+        return CoverageReport(
+            task=kept,
+            q=motion,
+            samples=pairs.samples,
+            failures=pairs.failures,
+            status=by_failure(status),
+            position=by_failure(found.position),
+            rotation=by_failure(found.rotation),
+            margin=by_failure(found.margin),
+            hurry=by_failure(found.hurry),
+            jump=frozen(_jumps(motion, kept.dt, pairs.samples, pairs.failures, self.manipulability)),
+            manipulability=frozen(self.manipulability),
+            structural=structural,
+            upper_bound=most,
+            waypoints=np.zeros(0, np.int64) if bound is None else bound.samples * bound.stride,
+            fault=self.fault,
+            lock=self.lock,
+            post=pairs.rule,
+            tolerance=pairs.tolerance,
+            _study=pairs.study,
+            _share=pairs.share,
+            _speeds=pairs.speeds,
+        )
 
 
 def _task(robot: Robot, path: Any, q: Any) -> TaskPath:

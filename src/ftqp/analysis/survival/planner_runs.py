@@ -1,6 +1,7 @@
 """Failures of a motion with which the planner itself goes on, in closed loop."""
 
 from collections.abc import Sequence
+from typing import final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -11,71 +12,67 @@ from ftqp.control.batch import rollout
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.target import Targets
 from ftqp.control.task.task import Task
-from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import Fault, FreeSwinging
-from ftqp.kernel.entry.continuation_study import Continuations
-from ftqp.kernel.layout.survival import Survival
+from ftqp.faults.kinds import Fault
+from ftqp.model.robot import Robot
 
 TICK = 2e-3
 """Time between the planner's steps [s]."""
 
 
-def planner_runs(
-    task: TaskPath,
-    q: FloatArray,
-    samples: IntArray,
-    faults: Sequence[Fault],
-    tolerance: tuple[float, float],
-    threads: int | None = None,
-) -> Continuations:
-    """What becomes of the task when the planner goes on after each fault, at each sample.
+@final
+class PlannerRuns:
+    """Runs of a planner of the task's rows that is told of faults at once, from states of a motion on.
 
-    ``ftqp.batch.rollout`` drives a planner of the task's rows, which is told at once, from the motion's state
-    at the sample to the end of the path. A pair is survived where the errors stay within the tolerances. A
-    joint that swings freely moves by gravity and by what the others do, so for it there is no other way.
+    ``ftqp.batch.rollout`` drives it from the motion's state at a sample to the end of the path. A joint that
+    swings freely moves by gravity and by what the others do, so for it there is no other way.
 
     Args:
         task: The task.
         q: The motion, (N + 1, nv) [rad or m].
-        samples: At which samples joints fail, (K,).
-        faults: How they fail, each on its own.
-        tolerance: Errors that count as survived [m, rad].
-        threads: How many threads share the work; None is one a core.
+    """
+
+    def __init__(self, task: TaskPath, q: FloatArray) -> None:
+        self._task, self._q, self._v = task, q, np.gradient(q, task.dt, axis=0)
+        rows = "position_axis" if task.axis else task.rows
+        self._planner = Planner(task.robot, dt=TICK, task=Task(rows=rows))
+
+    def at(
+        self, sample: int, faults: Sequence[Fault], threads: int | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """The largest errors after each of some faults at a sample, (faults,) [m] and [rad].
+
+        Args:
+            sample: At which joints fail.
+            faults: How they fail, each on its own.
+            threads: How many threads share the work; None is one a core.
+        """
+        done = rollout(
+            self._planner,
+            np.tile(self._q[sample], (len(faults), 1)),
+            np.tile(self._v[sample], (len(faults), 1)),
+            _targets(self._task, float(self._task.t[sample])),
+            faults=list(faults),
+            threads=threads,
+        )
+        return done.position_error, done.rotation_error
+
+
+def refuse_no_masses(robot: Robot) -> None:
+    """Refuses to let a joint swing freely on an arm without masses.
+
+    Args:
+        robot: The arm.
 
     Raises:
-        InputError: A joint swings freely on an arm that has no masses.
+        InputError: It has none.
     """
-    robot = task.robot
-    if not robot.has_inertia and any(isinstance(fault, FreeSwinging) for fault in faults):
+    if not robot.has_inertia:
         raise InputError(
             f"{robot.name} has no masses, so nobody knows how a free joint swings; give the model its "
             "masses, or take fault='locked'"
         )
-    rows = "position_axis" if task.axis else task.rows
-    planner = Planner(robot, dt=TICK, task=Task(rows=rows))
-    v = np.gradient(q, task.dt, axis=0)
-    shape = (len(faults), len(samples))
-    position, rotation = np.empty(shape), np.empty(shape)
-    for column, k in enumerate(samples):
-        done = rollout(
-            planner,
-            np.tile(q[k], (len(faults), 1)),
-            np.tile(v[k], (len(faults), 1)),
-            _targets(task, float(task.t[k])),
-            faults=list(faults),
-            threads=threads,
-        )
-        position[:, column], rotation[:, column] = done.position_error, done.rotation_error
-    kept = (position <= tolerance[0]) & (rotation <= tolerance[1])
-    return Continuations(
-        status=np.where(kept, int(Survival.SURVIVED), int(Survival.ERROR)).ravel(),
-        sample=np.where(kept, task.N, np.broadcast_to(samples, shape)).ravel(),
-        position=position.ravel(),
-        rotation=rotation.ravel(),
-        margin=np.full(position.size, np.nan),
-        hurry=np.full(position.size, np.nan),
-    )
 
 
 def _targets(task: TaskPath, begin: float) -> Targets:

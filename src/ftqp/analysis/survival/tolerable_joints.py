@@ -1,6 +1,8 @@
 """How many joints any posture at a sample of a path can do without: what no plan can exceed there."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 
@@ -26,10 +28,46 @@ COARSE = 60
 """Intervals of the grid on which they are continued."""
 
 
-def tolerable_joints(
-    task: TaskPath, waypoints: int, *, joints: Sequence[int] | None = None, threads: int | None = None
-) -> tuple[IntArray, IntArray]:
-    """The samples, (K,), and how many joints the best posture found there can do without, (K,).
+@final
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bound:
+    """How many joints any posture can do without at some samples of a path; made by ``bound_of``.
+
+    Attributes:
+        grid: The path, on the grid on which continuations go.
+        stride: Samples of the path between those of the grid.
+        samples: Of the grid, that are looked at, (K,).
+        joints: That are looked at, by index, (j,).
+    """
+
+    grid: TaskPath
+    stride: int
+    samples: IntArray
+    joints: IntArray
+
+    def counts(self, items: Sequence[int], threads: int | None = None) -> IntArray:
+        """How many joints the best posture found can do without, at some of the samples, (items,).
+
+        Args:
+            items: Which samples, by their place in ``samples``.
+            threads: How many threads share the work; None is one a core.
+        """
+        samples, which = self.samples[list(items)], self.joints
+        points = sample_postures(self.grid, samples, threads)
+        at = np.repeat(samples, [len(found) for found in points])
+        q = np.concatenate(points)
+        found = continuation_study(self.grid).runs(
+            np.repeat(q, len(which), axis=0),
+            np.repeat(at, len(which)),
+            np.tile(which, len(q)),
+            threads=threads,
+        )
+        count = (found.status == Survival.SURVIVED).reshape(len(q), len(which)).sum(axis=1)
+        return np.array([count[at == k].max(initial=0) for k in samples], dtype=np.int64)
+
+
+def bound_of(task: TaskPath, waypoints: int, *, joints: Sequence[int] | None = None) -> Bound:
+    """What looks at some samples of a path.
 
     Self-motions at each sample are cut at the joint limits; each of their points is continued to the end of
     the path without each joint, on a coarser grid of the same path. Fewer joints than the arm has prove that
@@ -39,7 +77,6 @@ def tolerable_joints(
         task: The task, of an arm with one joint more than rows.
         waypoints: How many samples, spread evenly from the first on.
         joints: Joints that are looked at, by index; None is all.
-        threads: How many threads share the work; None is one a core.
 
     Raises:
         InputError: The arm has not one joint to spare.
@@ -50,17 +87,30 @@ def tolerable_joints(
             f"for {task.m}; leave it out"
         )
     grid = task.coarse(max(COARSE, waypoints))
-    samples = np.unique(np.linspace(0, grid.N, waypoints + 1).astype(np.int64)[:-1])
-    points = sample_postures(grid, samples, threads)
-    which = np.arange(task.robot.nv) if joints is None else np.asarray(joints, dtype=np.int64)
-    at = np.repeat(samples, [len(found) for found in points])
-    q = np.concatenate(points)
-    found = continuation_study(grid).runs(
-        np.repeat(q, len(which), axis=0), np.repeat(at, len(which)), np.tile(which, len(q)), threads=threads
+    return Bound(
+        grid=grid,
+        stride=task.N // grid.N,
+        samples=np.unique(np.linspace(0, grid.N, waypoints + 1).astype(np.int64)[:-1]),
+        joints=np.arange(task.robot.nv) if joints is None else np.asarray(joints, dtype=np.int64),
     )
-    count = (found.status == Survival.SURVIVED).reshape(len(q), len(which)).sum(axis=1)
-    stride = task.N // grid.N
-    return samples * stride, np.array([count[at == k].max(initial=0) for k in samples])
+
+
+def tolerable_joints(
+    task: TaskPath, waypoints: int, *, joints: Sequence[int] | None = None, threads: int | None = None
+) -> tuple[IntArray, IntArray]:
+    """The samples, (K,), and how many joints the best posture found there can do without, (K,).
+
+    Args:
+        task: As in ``bound_of``.
+        waypoints: As there.
+        joints: As there.
+        threads: How many threads share the work; None is one a core.
+
+    Raises:
+        InputError: The arm has not one joint to spare.
+    """
+    bound = bound_of(task, waypoints, joints=joints)
+    return bound.samples * bound.stride, bound.counts(range(len(bound.samples)), threads)
 
 
 def sample_postures(task: TaskPath, samples: IntArray, threads: int | None = None) -> list[FloatArray]:

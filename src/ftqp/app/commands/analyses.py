@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from ftqp.app.commands.options import Dask, Jobs, Json, Out, Overrides, PlanFile, Source
+from ftqp.app.commands.options import Dask, Jobs, Json, Mtbf, Out, Overrides, PlanFile, Resume, Source
 from ftqp.app.output.console import ExitCode, tell_json, tell_table
 from ftqp.app.scenario import document
 
@@ -71,8 +71,17 @@ def coverage(
         str, typer.Option(metavar="HOW", help="instant, or ramp: the joint brakes first.")
     ] = "instant",
     fault: Annotated[
-        str, typer.Option(metavar="KIND", help="locked, or degraded: half its speed is left.")
+        str,
+        typer.Option(
+            metavar="KIND", help="locked, degraded: half its speed is left, or free_swinging: no torque is."
+        ),
     ] = "locked",
+    post: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HOW", help="How the others go on: exact, qp, or planner: it is run, which takes long."
+        ),
+    ] = None,
     rows: Annotated[
         str | None,
         typer.Option(
@@ -84,15 +93,15 @@ def coverage(
         int | None,
         typer.Option(metavar="N", help="Look at so many samples how many joints any posture can do without."),
     ] = None,
-    mtbf: Annotated[
-        str | None,
-        typer.Option(metavar="HOURS", help="Mean time between failures of a joint, or joint=hours,..."),
-    ] = None,
+    mtbf: Mtbf = None,
     overrides: Overrides = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Folder to make; runs/coverage-<scenario>-<time> if left out."),
     ] = None,
+    jobs: Jobs = None,
+    dask: Dask = None,
+    resume: Resume = False,
     as_json: Json = False,
 ) -> ExitCode:
     """Say which failures a motion survives, each joint at each instant; writes a page and pictures."""
@@ -100,7 +109,10 @@ def coverage(
 
     settings = {"stride": stride, "lock": lock, "fault": fault, "rows": rows, "upper_bound": bound}
     settings |= {"joints": "pairs"} if pairs else {}
-    return cover(scenario, overrides or (), plan, out, settings=settings, mtbf=mtbf, as_json=as_json)
+    return cover(
+        scenario, overrides or (), plan, out, settings=settings | {"post": post}, mtbf=mtbf, jobs=jobs,
+        dask=dask, resume=resume, as_json=as_json,
+    )  # fmt: skip
 
 
 def plan(
@@ -122,10 +134,14 @@ def plan(
     ] = None,
     stride: Annotated[int | None, typer.Option(metavar="N", help="Verify every so-many-th sample.")] = None,
     seed: Annotated[int, typer.Option(metavar="K", help="Of random starts.")] = 0,
+    mtbf: Mtbf = None,
     overrides: Overrides = None,
     report: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder to make for page and pictures.")
     ] = None,
+    jobs: Jobs = None,
+    dask: Dask = None,
+    resume: Resume = False,
     as_json: Json = False,
 ) -> ExitCode:
     """Find a motion along the path that survives more failures; `ftqp run --plan FILE` runs it."""
@@ -137,7 +153,7 @@ def plan(
     knobs = {name: value for name, value in given.items() if value is not None}
     return make_plan(
         scenario, overrides or (), file, folder, method=method, start=start, optimise=optimise, seed=seed,
-        knobs=knobs, as_json=as_json,
+        knobs=knobs, mtbf=mtbf, jobs=jobs, dask=dask, resume=resume, as_json=as_json,
     )  # fmt: skip
 
 

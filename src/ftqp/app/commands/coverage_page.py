@@ -21,7 +21,7 @@ def write_page(folder: Path, facts: dict[str, Any], figures: Sequence[Path]) -> 
     """
     heat_map, motion = figures
     share = 100.0 * facts["coverage"]
-    what = {"locked": "locks", "degraded": "loses speed"}[facts["fault"]]
+    what = {"locked": "locks", "degraded": "loses speed", "free_swinging": "swings freely"}[facts["fault"]]
     instants = f"{facts['instants']} instants"
     parts = [
         paragraph(

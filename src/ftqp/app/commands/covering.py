@@ -7,20 +7,25 @@ from typing import Any, Final
 
 import numpy as np
 
-from ftqp.analysis import CoverageReport, coverage
+from ftqp.analysis import CoverageReport
 from ftqp.analysis.planning.fault_plan import Plan
 from ftqp.analysis.survival.coverage_report import SENTENCES
+from ftqp.analysis.survival.covering import coverage_case
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.app.commands.coverage_page import PAGE, sentences, write_page
 from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
 from ftqp.app.run.healthy_motion import healthy_motion
 from ftqp.app.run.runs import SUMMARY, free_folder, write
 from ftqp.app.scenario.setup import load
-from ftqp.core.checks import FloatArray
+from ftqp.app.study.coverage_study import report_of
+from ftqp.app.study.driving import cluster_at
+from ftqp.app.study.results_file import FILE_NAME
+from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.kernel.layout.survival import Survival
 from ftqp.model.chain import frame_id
 from ftqp.model.posture import places
+from ftqp.model.robot import Robot
 
 HEAT_MAP, MOTION = "coverage.png", "motion.png"
 INSTANTS: Final = 5
@@ -52,6 +57,9 @@ def cover(
     *,
     settings: dict[str, Any],
     mtbf: str | None,
+    jobs: int | None,
+    dask: str | None,
+    resume: bool,
     as_json: bool,
 ) -> ExitCode:
     """Verify every pair of joint and instant of a scenario's motion, and say what is survived.
@@ -64,23 +72,33 @@ def cover(
         settings: Further arguments of ``ftqp.analysis.coverage``.
         mtbf: Mean time between failures, hours for each joint alike or joint=hours with commas; None is
             unknown.
+        jobs: Processes that share the work; None is this one, on all cores.
+        dask: Address of a Dask scheduler.
+        resume: Whether to go on with the rows that an interrupted run has kept in ``out``.
         as_json: Whether the facts are printed as JSON.
 
     Raises:
         InputError: A setting is wrong, or the folder cannot be made.
     """
+    cluster = cluster_at(jobs, dask)
+    folder = _folder(out, f"coverage-{Path(source).stem}", resume)
     setup = load(source, [*overrides, "faults="], plan=plan)
-    folder = free_folder(out, f"coverage-{setup.name}")
+    hours = None if mtbf is None else hours_by_joint(setup.robot, mtbf)
     led = setup.planner.plan
     if isinstance(led, Plan):
         found = Subject(name=setup.name, title=f"the plan by {led.method}", task=led.task, q=led.q)
     else:
         task, q = healthy_motion(setup)
         found = Subject(name=setup.name, title="the scenario's own motion", task=task, q=q)
-    rep = coverage(setup.robot, found.task, found.q, **settings)
+    case = coverage_case(setup.robot, found.task, found.q, **settings)
+    try:
+        rep = report_of(case, folder, settings, name=setup.name, jobs=jobs, cluster=cluster)
+    except KeyboardInterrupt:
+        say(f"what is done is kept; the same command with --out {folder} --resume goes on from there")
+        raise
     facts = facts_of(found, rep)
-    if mtbf is not None:
-        facts["mission"] = _mission(rep, mtbf)
+    if hours is not None:
+        facts["mission"] = mission_of(rep, hours)
     facts |= report(found, rep, facts, folder)
     if as_json:
         tell_json(facts)
@@ -88,6 +106,20 @@ def cover(
         tell_facts(facts)
         tell(f"  files: {folder}; read {folder / PAGE}")
     return ExitCode.DONE
+
+
+def _folder(out: Path | None, name: str, resume: bool) -> Path:
+    """The folder of a new report, or one whose rows are there to go on with."""
+    kept = out is not None and (out / FILE_NAME).is_file()
+    if resume and out is None:
+        raise InputError("--resume goes on with what a folder keeps, and none is named; name it by --out")
+    if kept and not resume:
+        raise InputError(
+            f"output folder {out} keeps what a run has done; go on by --resume, or name another folder"
+        )
+    if resume and not kept:
+        say(f"note: no run has kept anything in {out}; this one begins anew")
+    return out if kept and out is not None else free_folder(out, name)
 
 
 def facts_of(found: Subject, rep: CoverageReport) -> dict[str, Any]:
@@ -143,43 +175,60 @@ def _worst(errors: FloatArray) -> float | None:
     return float(known.max()) if len(known) else None
 
 
-def _mission(rep: CoverageReport, text: str) -> dict[str, float]:
-    """The probability that the task is finished, from mean times between failures.
+def hours_by_joint(robot: Robot, text: str) -> dict[str | int, float]:
+    """Mean times between failures by joint [h].
+
+    Args:
+        robot: The arm.
+        text: Hours for each joint alike, or joint=hours with commas.
 
     Raises:
-        InputError: The text is neither a number nor joint=number with commas.
+        InputError: The text is neither, a joint is unknown, or a time is not positive.
     """
     hours: dict[str | int, float] = {}
     try:
         if "=" not in text:
-            hours = dict.fromkeys(rep.task.robot.joints, float(text))
+            hours = dict.fromkeys(robot.joints, float(text))
         else:
             for part in text.split(","):
                 joint, _, value = part.partition("=")
                 hours[joint.strip()] = float(value)
     except ValueError as error:
         raise InputError(
-            f"--mtbf is {text!r}, expected hours, or joint=hours with commas, such as {rep.names[0]}=2e4"
+            f"--mtbf is {text!r}, expected hours, or joint=hours with commas, such as {robot.joints[0]}=2e4"
         ) from error
+    for name, time in hours.items():
+        robot.joint(name)
+        positive(f"mtbf of {name!r}", time, "h")
+    return hours
+
+
+def mission_of(rep: CoverageReport, hours: dict[str | int, float]) -> dict[str, float]:
+    """The probability that the task is finished.
+
+    Args:
+        rep: The report of the motion.
+        hours: Mean times between failures by joint [h].
+    """
     found = rep.mission_survival(hours)
     return {"low": found.low, "likely": found.likely, "high": found.high, "without": found.without,
             "coverage": found.coverage}  # fmt: skip
 
 
 def report(found: Subject, rep: CoverageReport, facts: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Write summary, pictures and page into a new folder; where they are.
+    """Write summary, pictures and page into a folder; where they are.
 
     Args:
         found: The motion.
         rep: Its report.
         facts: As ``facts_of`` gives them, or more.
-        folder: The folder to make.
+        folder: The folder; it is made if need be.
 
     Raises:
         InputError: The folder cannot be made.
     """
     try:
-        folder.mkdir(parents=True)
+        folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
     made: dict[str, Any] = {"folder": str(folder), "figures": [], "page": None}

@@ -10,12 +10,11 @@ from ftqp import __version__
 from ftqp.analysis.measures import MEASURES
 from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
 from ftqp.app.run.runs import free_folder, write
-from ftqp.app.study.driving import Driven, drive
+from ftqp.app.study.driving import Driven, cluster_at, drive
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile
-from ftqp.app.study.workers import Workers
 from ftqp.app.study.workspace_study import ANY, KIND, MapWork, WorkspaceStudy, load_study
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import InputError, MissingPackage
+from ftqp.core.errors import MissingPackage
 
 STUDY, SUMMARY = "study.toml", "summary.json"
 WHOLE = 100.0 - 1e-9
@@ -45,18 +44,9 @@ def map_workspace(
         InputError: The folder holds something else, or the cluster does not answer.
         FtqpError: Results cannot be written.
     """
-    if jobs is not None and jobs < 1:
-        raise InputError(f"--jobs is {jobs}, expected 1 process or more")
-    if jobs is not None and dask is not None:
-        raise InputError("--jobs and --dask both say who computes; leave one of them out")
+    cluster = cluster_at(jobs, dask)
     study = load_study(source, overrides)
     folder = out if out is not None and (out / FILE_NAME).is_file() else free_folder(out, study.name)
-
-    def cluster(work: Any) -> Workers:
-        from ftqp.app.study.dask_cluster import DaskCluster
-
-        return DaskCluster(work, str(dask))
-
     about = {"study": study.text, "ftqp": __version__, "robot": study.robot.name}
     with ResultsFile(folder, kind=KIND, key=study.key, columns=study.columns, about=about) as results:
         write(folder / STUDY, study.text)
@@ -66,7 +56,7 @@ def map_workspace(
             results,
             what=study.name,
             jobs=jobs,
-            cluster=None if dask is None else cluster,
+            cluster=cluster,
         )
         found = study.arrays(results.table())
     facts = _summary(study, found, driven, folder)

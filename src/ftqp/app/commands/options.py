@@ -32,3 +32,8 @@ Jobs = Annotated[
 Dask = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="Compute on the workers of this Dask scheduler.")
 ]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on from what an interrupted run has kept.")]
+Mtbf = Annotated[
+    str | None,
+    typer.Option(metavar="HOURS", help="Mean time between failures of a joint, or joint=hours,..."),
+]

@@ -8,9 +8,11 @@ from typing import Any
 from ftqp.analysis import Plan, PlanSettings, coverage, plan
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.app.commands import covering
-from ftqp.app.output.console import ExitCode, progress, tell, tell_json
+from ftqp.app.output.console import ExitCode, progress, say, tell, tell_json
 from ftqp.app.run.healthy_motion import task_of
 from ftqp.app.scenario.setup import load
+from ftqp.app.study.driving import cluster_at
+from ftqp.app.study.kept_portions import KeptPortions
 from ftqp.core.errors import InputError
 
 STARTS = ("free", "given")
@@ -28,6 +30,10 @@ def make_plan(
     optimise: str | None,
     seed: int,
     knobs: dict[str, Any],
+    mtbf: str | None,
+    jobs: int | None,
+    dask: str | None,
+    resume: bool,
     as_json: bool,
 ) -> ExitCode:
     """Plan, write the file, and say what the plan survives.
@@ -42,6 +48,10 @@ def make_plan(
         optimise: What may move beside the start, by names with commas; None is nothing.
         seed: Of random starts.
         knobs: Those fields of ``PlanSettings`` that are given.
+        mtbf: Mean times between failures, by which locks of joints are weighed; None weighs all alike.
+        jobs: Processes that share the work; None is this one, on all cores.
+        dask: Address of a Dask scheduler.
+        resume: Whether to go on from what an interrupted run has kept.
         as_json: Whether the facts are printed as JSON.
 
     Raises:
@@ -60,24 +70,51 @@ def make_plan(
         raise InputError(
             "--optimise moves the path, so that it need not begin at the scenario's start; leave --start out"
         )
+    cluster = cluster_at(jobs, dask)
     setup = load(source, [*overrides, "faults="])
     task = task_of(setup)
     chosen: Any = method
-    with _bar(setup.name) as told:
-        made = plan(
-            setup.robot,
-            task,
-            setup.q if start == "given" else None,
-            chosen,
-            seed,
-            settings=PlanSettings(**knobs),
-            optimise=freedoms,
-            progress=told,
-        )
-    made.save(file)
+    hours = None if mtbf is None else covering.hours_by_joint(setup.robot, mtbf)
+    settings, q0 = PlanSettings(**knobs), setup.q if start == "given" else None
+    weights = None if hours is None else {joint: 1.0 / value for joint, value in hours.items()}
+    part = file.with_name(f"{file.name}.part")
+    _refuse_leftovers(part, resume)
+    study = {
+        "method": method, "seed": seed, "optimise": freedoms, **settings.text(), "weights": weights,
+        "start": None if q0 is None else q0.tolist(), "path and robot": task.digest,
+    }  # fmt: skip
+    text = "\n".join(f"{name} = {value}" for name, value in study.items())
+    with (
+        _bar(setup.name) as told,
+        KeptPortions(part, text, jobs=jobs, cluster=cluster, told=told) as portions,
+    ):
+        try:
+            made = plan(
+                setup.robot,
+                task,
+                q0,
+                chosen,
+                seed,
+                settings=settings,
+                optimise=freedoms,
+                weights=weights,
+                progress=told,
+                portions=portions,
+            )
+        except KeyboardInterrupt:
+            say(f"what is done is kept in {part}; the same command with --resume goes on from there")
+            raise
+        except InputError:
+            if not resume:
+                portions.forget()
+            raise
+        made.save(file)
+        portions.forget()
     found = covering.Subject(name=setup.name, title=f"the plan by {method}", task=made.task, q=made.q)
     rep = coverage(setup.robot, None, made, stride=made.stride)
     facts = covering.facts_of(found, rep) | _about(made, task, file)
+    if hours is not None:
+        facts["mission"] = covering.mission_of(rep, hours)
     if folder is not None:
         facts |= covering.report(found, rep, facts, folder)
     if as_json:
@@ -86,6 +123,16 @@ def make_plan(
         covering.tell_facts(facts)
         _tell(facts)
     return ExitCode.DONE
+
+
+def _refuse_leftovers(part: Path, resume: bool) -> None:
+    """Refuses to begin anew where an interrupted plan is kept."""
+    if part.exists() and not resume:
+        raise InputError(
+            f"{part} keeps what an interrupted plan has done; go on from there by --resume, or remove it"
+        )
+    if resume and not part.exists():
+        say(f"note: nothing of an interrupted plan is kept in {part}; this one begins anew")
 
 
 @contextmanager

@@ -4,13 +4,16 @@ import os
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 from ftqp.app.output.console import progress
 from ftqp.app.study.chunk import Done, Work, compute
 from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.study.workers import LocalProcesses, ThisProcess, Workers
-from ftqp.core.errors import FtqpError
+from ftqp.core.errors import FtqpError, InputError
 
 SHORT = 20.0
 """Work of fewer seconds than this is done in this process, unless processes are asked for [s]."""
@@ -47,6 +50,7 @@ def drive(
     what: str,
     jobs: int | None = None,
     cluster: Callable[[Work], Workers] | None = None,
+    heard: Callable[[float], None] | None = None,
 ) -> Driven:
     """Compute the items of a study that have no row yet.
 
@@ -59,6 +63,7 @@ def drive(
         what: The study, for the progress bar.
         jobs: Processes of this machine; None takes all cores where the work is worth it.
         cluster: Makes the workers of a cluster, in place of processes.
+        heard: Hears how many items are done, in place of a bar.
 
     Raises:
         FtqpError: A chunk went wrong, or results cannot be written.
@@ -66,7 +71,7 @@ def drive(
     done = results.done()
     missing = [item for item in range(count) if item not in done]
     begun = count - len(missing)
-    with progress(what, float(count)) as told:
+    with progress(what, float(count)) if heard is None else nullcontext(heard) as told:
         told(begun)
         per_item = 0.0
         for size in (1, 1, 4)[: 3 if missing else 0]:  # the first one compiles
@@ -193,3 +198,26 @@ def _kept(
         raise
     results.write(done.items, done.rows, done.seconds, done.worker)
     return ()
+
+
+def cluster_at(jobs: int | None, dask: str | None) -> Callable[[Any], Workers] | None:
+    """Makes the workers of a cluster; None where processes do the work.
+
+    Args:
+        jobs: What ``--jobs`` says.
+        dask: What ``--dask`` says.
+
+    Raises:
+        InputError: There are no jobs, or both say who computes.
+    """
+    if jobs is not None and jobs < 1:
+        raise InputError(f"--jobs is {jobs}, expected 1 process or more")
+    if jobs is not None and dask is not None:
+        raise InputError("--jobs and --dask both say who computes; leave one of them out")
+    return None if dask is None else partial(_cluster, dask)
+
+
+def _cluster(address: str, work: Any) -> Workers:
+    from ftqp.app.study.dask_cluster import DaskCluster  # an optional package
+
+    return DaskCluster(work, address)

@@ -16,6 +16,8 @@ from ftqp.core.errors import FtqpError, InputError
 
 FILE_NAME = "results.sqlite"
 LOCK_NAME = "writer.lock"
+REMEDY = "name another folder by --out"
+"""What to do where a folder cannot be used, unless its owner says something else."""
 FORMAT = 1
 """Version of the file's layout."""
 KINDS = {"REAL", "INTEGER", "TEXT"}
@@ -38,6 +40,7 @@ class ResultsFile:
         key: What tells this study from every other one, for example a hash of its text.
         columns: The values of an item.
         about: More about the study, anything JSON can hold, by key.
+        remedy: What a person can do where the folder cannot be used, for messages.
 
     Raises:
         InputError: The file is of another study, of a newer version or no results file at all, another
@@ -45,22 +48,30 @@ class ResultsFile:
     """
 
     def __init__(
-        self, folder: Path, *, kind: str, key: str, columns: Columns, about: Mapping[str, Any] | None = None
+        self,
+        folder: Path,
+        *,
+        kind: str,
+        key: str,
+        columns: Columns,
+        about: Mapping[str, Any] | None = None,
+        remedy: str = REMEDY,
     ) -> None:
+        self._remedy = remedy
         self.path = folder / FILE_NAME
         self._columns = dict(columns)
         facts = {"format": FORMAT, "kind": kind, "key": key} | dict(about or {})
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._lock = _locked(folder)
+            self._lock = _locked(folder, remedy)
         except (sqlite3.Error, OSError) as error:
-            raise _unusable(self.path, error) from error
+            raise _unusable(self.path, error, remedy) from error
         self._connection = sqlite3.connect(self.path, isolation_level=None, timeout=PATIENCE)
         try:
             self._open(facts)
         except (sqlite3.Error, OSError) as error:
             self.close()
-            raise _unusable(self.path, error) from error
+            raise _unusable(self.path, error, remedy) from error
         except BaseException:
             self.close()
             raise
@@ -72,7 +83,7 @@ class ResultsFile:
         if self.path.stat().st_size == 0:
             self._make(facts)
         else:
-            _check(self._connection, self.path, facts, self._columns)
+            _check(self._connection, self.path, facts, self._columns, self._remedy)
         run("PRAGMA journal_mode = WAL")
         run("PRAGMA synchronous = NORMAL")
 
@@ -156,13 +167,13 @@ class ResultsFile:
         self.close()
 
 
-def _unusable(path: Path, error: Exception) -> InputError:
+def _unusable(path: Path, error: Exception, remedy: str) -> InputError:
     """What to say of a file that cannot be used."""
     reason = getattr(error, "strerror", None) or error
-    return InputError(f"{path} cannot be used as a results file: {reason}; name another folder by --out")
+    return InputError(f"{path} cannot be used as a results file: {reason}; {remedy}")
 
 
-def _locked(folder: Path) -> sqlite3.Connection:
+def _locked(folder: Path, remedy: str) -> sqlite3.Connection:
     """Holds the lock of a folder's only writer; the system lets it go when the process ends, however it does.
 
     Raises:
@@ -174,7 +185,7 @@ def _locked(folder: Path) -> sqlite3.Connection:
     except sqlite3.OperationalError as error:
         lock.close()
         raise InputError(
-            f"another process writes to {folder}; wait until it has ended, or name another folder by --out"
+            f"another process writes to {folder}; wait until it has ended, or {remedy}"
         ) from error
     return lock
 
@@ -204,7 +215,11 @@ def _facts(connection: sqlite3.Connection, path: Path) -> dict[str, Any]:
 
 
 def _check(
-    connection: sqlite3.Connection, path: Path, wanted: Mapping[str, Any], columns: Mapping[str, str]
+    connection: sqlite3.Connection,
+    path: Path,
+    wanted: Mapping[str, Any],
+    columns: Mapping[str, str],
+    remedy: str,
 ) -> None:
     """That the file is of this very study.
 
@@ -215,19 +230,17 @@ def _check(
     if facts.get("kind") != wanted["kind"]:
         raise InputError(
             f"{path} holds results of a study of kind {facts.get('kind')!r:.40}, this one is of kind "
-            f"{wanted['kind']!r}; name another folder by --out"
+            f"{wanted['kind']!r}; {remedy}"
         )
     if facts.get("ftqp") != wanted.get("ftqp"):
         raise InputError(
             f"{path} was made by ftqp {facts.get('ftqp')!s:.40}, this is {wanted.get('ftqp')}, and their "
-            "results are not mixed; name another folder by --out, or continue it with that version"
+            f"results are not mixed; {remedy}, or continue it with that version"
         )
     made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
     same = made.get("results") == _results_table(columns) and made.get("crashed") == _CRASHED
     if facts.get("key") != wanted["key"] or not same:
-        raise InputError(
-            f"{path} holds results of another study{_difference(facts, wanted)}; name another folder by --out"
-        )
+        raise InputError(f"{path} holds results of another study{_difference(facts, wanted)}; {remedy}")
 
 
 def _difference(facts: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:

@@ -1,0 +1,109 @@
+"""Pairs of a failure and an instant, each followed to the end of the path on its own."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, final
+
+import numpy as np
+
+from ftqp.analysis.survival.continuing import continuation_study
+from ftqp.analysis.survival.planner_runs import PlannerRuns
+from ftqp.analysis.survival.task_path import TaskPath
+from ftqp.core.checks import FloatArray, IntArray
+from ftqp.faults.kinds import Fault
+from ftqp.kernel.entry.continuation_study import Continuations, ContinuationStudy
+from ftqp.kernel.layout.survival import Survival
+
+
+@final
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pairs:
+    """All pairs of some failures with some instants of a motion; can be pickled.
+
+    Pairs are numbered instant by instant: number = instant * failures + failure. What becomes of one does not
+    depend on the others that it is computed with.
+
+    Attributes:
+        task: The path, with the rows that are to be kept after a failure.
+        q: The motion, (N + 1, nv) [rad or m].
+        samples: The instants, (K,).
+        failures: The joints of each failure, by index.
+        speeds: With which each joint begins to brake, (N + 1, nv) [rad/s or m/s].
+        rule: How the others go on.
+        share: What is left of the speed limit of a degraded joint; None: it is locked.
+        told: What a planner is told of each failure; none where continuations are computed.
+        deceleration: As ``continuation_study`` takes it.
+        tolerance: Errors that count as survived with ``qp`` and ``planner`` [m, rad].
+    """
+
+    task: TaskPath
+    q: FloatArray
+    samples: IntArray
+    failures: tuple[tuple[int, ...], ...]
+    speeds: FloatArray
+    rule: Literal["exact", "qp", "planner"]
+    share: float | None
+    told: tuple[Fault, ...]
+    deceleration: FloatArray | None
+    tolerance: tuple[float, float]
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _pairs, tuple(getattr(self, name) for name in self.__dataclass_fields__)
+
+    @property
+    def count(self) -> int:
+        """How many pairs there are."""
+        return len(self.samples) * len(self.failures)
+
+    @cached_property
+    def study(self) -> ContinuationStudy:
+        """Continuations on the path."""
+        return continuation_study(self.task, deceleration=self.deceleration, tolerance=self.tolerance)
+
+    @cached_property
+    def _planner(self) -> PlannerRuns:
+        return PlannerRuns(self.task, self.q)
+
+    def runs(self, items: Sequence[int], threads: int | None = None) -> Continuations:
+        """What becomes of some pairs.
+
+        Args:
+            items: Their numbers.
+            threads: How many threads share the work; None is one a core.
+        """
+        column, row = np.divmod(np.asarray(items, dtype=np.int64), len(self.failures))
+        at = self.samples[column]
+        if self.rule == "planner":
+            return self._run(at, row, threads)
+        failed = np.array(self.failures, dtype=np.int64)[row]
+        return self.study.runs(
+            self.q[at],
+            at,
+            failed,
+            speed=np.take_along_axis(self.speeds[at], failed, axis=1),
+            bounded=self.rule == "qp",
+            share=self.share,
+            threads=threads,
+        )
+
+    def _run(self, at: IntArray, row: IntArray, threads: int | None) -> Continuations:
+        """Pairs after which the planner goes on."""
+        position, rotation = np.empty(len(at)), np.empty(len(at))
+        for sample in np.unique(at):
+            some = np.flatnonzero(at == sample)
+            faults = [self.told[k] for k in row[some]]
+            position[some], rotation[some] = self._planner.at(int(sample), faults, threads)
+        kept = (position <= self.tolerance[0]) & (rotation <= self.tolerance[1])
+        return Continuations(
+            status=np.where(kept, int(Survival.SURVIVED), int(Survival.ERROR)),
+            sample=np.where(kept, self.task.N, at),
+            position=position,
+            rotation=rotation,
+            margin=np.full(len(at), np.nan),
+            hurry=np.full(len(at), np.nan),
+        )
+
+
+def _pairs(*values: object) -> Pairs:
+    return Pairs(**dict(zip(Pairs.__dataclass_fields__, values, strict=True)))  # type: ignore[arg-type]

@@ -1,0 +1,152 @@
+"""Which failures a motion survives as a study: a row for every pair of failure and instant."""
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, final
+
+import numpy as np
+
+from ftqp import __version__
+from ftqp.analysis.survival.coverage_report import CoverageReport
+from ftqp.analysis.survival.covering import CoverageCase
+from ftqp.analysis.survival.pairs import Pairs
+from ftqp.analysis.survival.tolerable_joints import Bound
+from ftqp.app.study.driving import Driven, drive
+from ftqp.app.study.results_file import ResultsFile
+from ftqp.app.study.workers import Workers
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import FtqpError
+from ftqp.kernel.entry.continuation_study import Continuations
+from ftqp.kernel.layout.survival import Survival
+
+KIND, BOUND = "coverage", "coverage bound"
+COLUMNS: Final = {
+    "failure": "TEXT", "t": "REAL", "status": "TEXT", "last_sample": "INTEGER", "position": "REAL",
+    "rotation": "REAL", "margin": "REAL", "hurry": "REAL",
+}  # fmt: skip
+BOUND_FOLDER: Final = "bound"
+
+
+@final
+@dataclass(frozen=True)
+class PairWork:
+    """Computes the rows of some pairs.
+
+    Attributes:
+        pairs: All pairs.
+        threads: How many threads compute a chunk; None is one a core.
+    """
+
+    pairs: Pairs
+    threads: int | None
+
+    def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
+        """The rows of the pairs with these numbers."""
+        pairs, found = self.pairs, self.pairs.runs(items, self.threads)
+        joints, F = pairs.task.robot.joints, len(pairs.failures)
+        names = ["+".join(joints[i] for i in failed) for failed in pairs.failures]
+        values = zip(
+            found.sample.tolist(), found.position.tolist(), found.rotation.tolist(), found.margin.tolist(),
+            found.hurry.tolist(), strict=True,
+        )  # fmt: skip
+        return [
+            (
+                names[item % F],
+                float(pairs.task.t[pairs.samples[item // F]]),
+                Survival(int(status)).name,
+                *more,
+            )
+            for item, status, more in zip(items, found.status, values, strict=True)
+        ]
+
+
+@final
+@dataclass(frozen=True)
+class BoundWork:
+    """Looks at any posture at some samples.
+
+    Attributes:
+        bound: All samples.
+        threads: How many threads compute a chunk; None is one a core.
+    """
+
+    bound: Bound
+    threads: int | None
+
+    def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
+        """How many joints any posture can do without, at the samples with these numbers."""
+        return [(int(count),) for count in self.bound.counts(items, self.threads)]
+
+
+def report_of(
+    case: CoverageCase,
+    folder: Path,
+    settings: Mapping[str, Any],
+    *,
+    name: str,
+    jobs: int | None,
+    cluster: Callable[[Any], Workers] | None,
+) -> CoverageReport:
+    """The report of a case, from its rows in a folder, those computed now that are missing.
+
+    Args:
+        case: What is to be verified.
+        folder: A new one, or one with rows of this very case.
+        settings: What the case was made with, for the message where the folder holds another one.
+        name: Of the scenario.
+        jobs: Processes, with a thread each; None is this one, with a thread a core.
+        cluster: Makes the workers of a cluster, in place of processes.
+
+    Raises:
+        InputError: The folder holds another case, or one of another version.
+        FtqpError: Rows cannot be written, or workers died at a pair again and again.
+    """
+    pairs, bound = case.pairs, case.bound
+    facts = {
+        **settings, "path and robot": pairs.task.digest,
+        "motion": hashlib.sha256(np.ascontiguousarray(pairs.q).tobytes()).hexdigest()[:32],
+    }  # fmt: skip
+    study = "\n".join(f"{key} = {value}" for key, value in facts.items())
+    common: dict[str, Any] = {
+        "key": hashlib.sha256(f"{__version__}\n{study}".encode()).hexdigest(),
+        "about": {"study": study, "ftqp": __version__, "robot": pairs.task.robot.name},
+    }
+    threads = None if jobs is None and cluster is None else 1
+    share: dict[str, Any] = {"what": name, "jobs": 1 if jobs is None else jobs, "cluster": cluster}
+    with ResultsFile(folder, kind=KIND, columns=COLUMNS, **common) as results:
+        _all(drive(PairWork(pairs, threads), pairs.count, results, **share))
+        found = _continuations(results.table())
+    most = None
+    if bound is not None:
+        columns = {"joints": "INTEGER"}
+        with ResultsFile(folder / BOUND_FOLDER, kind=BOUND, columns=columns, **common) as results:
+            _all(drive(BoundWork(bound, threads), len(bound.samples), results, **share))
+            most = np.array([row[1] for row in results.table()], dtype=np.int64)
+    return case.report(found, most)
+
+
+def _all(driven: Driven) -> None:
+    """That no item is missing."""
+    if driven.crashed:
+        raise FtqpError(
+            f"the worker died at {len(driven.crashed)} of {driven.items} items; the same command with "
+            "--resume tries them again"
+        )
+
+
+def _continuations(rows: Sequence[Sequence[Any]]) -> Continuations:
+    """What became of all pairs, from their rows; what was no number is empty on file."""
+
+    def column(k: int) -> FloatArray:
+        return np.array([np.nan if row[k] is None else row[k] for row in rows], dtype=np.float64)
+
+    return Continuations(
+        status=np.array([Survival[row[3]] for row in rows], dtype=np.int64),
+        sample=np.array([row[4] for row in rows], dtype=np.int64),
+        position=column(5),
+        rotation=column(6),
+        margin=column(7),
+        hurry=column(8),
+    )

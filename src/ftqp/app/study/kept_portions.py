@@ -1,0 +1,121 @@
+"""The parts of a plan on file: each stage of the work has a results file, and goes on from what it holds."""
+
+import hashlib
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Self, final
+
+from ftqp import __version__
+from ftqp.analysis.planning.portions import Portion
+from ftqp.app.study.driving import drive
+from ftqp.app.study.results_file import FILE_NAME, ResultsFile
+from ftqp.app.study.workers import Workers
+from ftqp.core.errors import FtqpError
+
+KIND = "plan"
+COLUMNS = {"value": "TEXT"}
+REMEDY = "plan into another file by -o, or remove that folder"
+
+
+@final
+class KeptPortions:
+    """Keeps what is done of a plan in a folder, and has processes or a cluster do what can be shared.
+
+    Args:
+        folder: Where it is kept, a folder of its own for each stage.
+        study: What tells the plan from every other one, a line for each fact; with another version of ftqp,
+            or another text, what the folder holds is refused.
+        jobs: Processes of this machine, with a thread each; None is this one, with a thread a core.
+        cluster: Makes the workers of a cluster, in place of processes.
+        told: Hears of what is done, of how much, and of what stage, of stages that are shared.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        study: str,
+        *,
+        jobs: int | None,
+        cluster: Callable[[Any], Workers] | None,
+        told: Callable[[int, int, str], None],
+    ) -> None:
+        self.folder, self._study, self._told = folder, study, told
+        self._jobs, self._cluster = jobs, cluster
+        self._open: dict[str, ResultsFile] = {}
+        self._known: dict[str, dict[int, str]] = {}
+
+    @property
+    def keeps(self) -> bool:
+        """That an interrupted plan is kept."""
+        return True
+
+    @property
+    def threads(self) -> int | None:
+        """One for each worker; all cores where this process is the only one."""
+        return None if self._jobs is None and self._cluster is None else 1
+
+    def each(self, stage: str, work: Portion, count: int) -> Iterator[str]:
+        """The texts of all items of a stage, in order, after those that are missing have been computed.
+
+        Raises:
+            InputError: What is kept belongs to another plan or version, or cannot be read.
+            FtqpError: It cannot be written, or workers died at an item again and again.
+        """
+        results, jobs = self._file(stage), 1 if self._jobs is None else self._jobs
+        driven = drive(
+            work, count, results, what=stage, jobs=jobs, cluster=self._cluster,
+            heard=lambda done: self._told(round(done), count, stage),
+        )  # fmt: skip
+        if driven.crashed:
+            raise FtqpError(
+                f"the worker died at {len(driven.crashed)} of {count} parts of the stage {stage!r}; the same "
+                "command with --resume tries them again"
+            )
+        return iter([text for _, text in results.table()])
+
+    def one(self, stage: str, item: int, work: Callable[[], str]) -> str:
+        """The text of one item, from the file where it is there.
+
+        Raises:
+            InputError: What is kept belongs to another plan or version, or cannot be read.
+            FtqpError: It cannot be written.
+        """
+        results = self._file(stage)
+        if stage not in self._known:
+            self._known[stage] = dict(results.table())
+        known = self._known[stage]
+        if item not in known:
+            known[item] = work()
+            results.write([item], [(known[item],)], 0.0, "")
+        return known[item]
+
+    def _file(self, stage: str) -> ResultsFile:
+        if stage not in self._open:
+            key = hashlib.sha256(f"{__version__}\n{self._study}\n{stage}".encode()).hexdigest()
+            about: Mapping[str, Any] = {"ftqp": __version__, "study": self._study}
+            self._open[stage] = ResultsFile(
+                self.folder / stage, kind=KIND, key=key, columns=COLUMNS, about=about, remedy=REMEDY
+            )
+        return self._open[stage]
+
+    def forget(self) -> None:
+        """Take what is kept away, once the plan is made."""
+        self.close()
+        for file in self.folder.glob(f"*/{FILE_NAME}"):
+            shutil.rmtree(file.parent, ignore_errors=True)
+        with suppress(OSError):
+            self.folder.rmdir()
+
+    def close(self) -> None:
+        """Let go of all files."""
+        for results in self._open.values():
+            results.close()
+        self._open.clear()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,133 @@
+"""``ftqp coverage`` and ``ftqp plan`` interrupted: what is done is kept, and going on ends the same."""
+
+import json
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+import ftqp
+from ftqp.analysis.planning import placement
+from ftqp.analysis.planning.placement import PlacementWork
+from ftqp.analysis.planning.self_motion_speeds import SpeedWork
+from ftqp.analysis.planning.survival_labels import LockWork
+from ftqp.app.commands.cli import app
+from ftqp.app.study import coverage_study, kept_portions
+from ftqp.app.study.coverage_study import PairWork
+
+LINE = "planar3-line"
+COARSE = ("--waypoints", "30", "--spacing", "0.15", "--set", "planner.dt=0.02")
+EVERY = ("--stride", "20")
+
+
+def asked(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [*map(str, arguments)])
+
+
+def text(result: Result) -> str:
+    return " ".join(result.output.split())
+
+
+def rows(folder: Path) -> list[Any]:
+    with sqlite3.connect(folder / "results.sqlite") as file:
+        names = "item, failure, t, status, last_sample, position, rotation, margin, hurry"
+        return file.execute(f"SELECT {names} FROM results ORDER BY item").fetchall()
+
+
+def interrupting(work: type, after: int, monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """Ctrl-C in the midst of the work, until what is returned is called."""
+    own, calls = work.__call__, []
+
+    def once(self: Any, items: Any) -> Any:
+        calls.append(items)
+        if len(calls) > after:
+            raise KeyboardInterrupt
+        return own(self, items)
+
+    monkeypatch.setattr(work, "__call__", once)
+    return lambda: monkeypatch.setattr(work, "__call__", own)
+
+
+def test_interrupted_coverage_goes_on_to_the_same_rows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = asked("coverage", LINE, *EVERY, "--out", tmp_path / "whole", "--json")
+    assert whole.exit_code == 0, whole.output
+    out = tmp_path / "out"
+    mend = interrupting(PairWork, 2, monkeypatch)
+    broken = asked("coverage", LINE, *EVERY, "--out", out)
+    mend()
+    assert broken.exit_code == 130 and f"--out {out} --resume goes on from there" in text(broken)
+    assert 0 < len(rows(out)) < len(rows(tmp_path / "whole"))
+    refused = asked("coverage", LINE, *EVERY, "--out", out)
+    assert refused.exit_code == 2 and "go on by --resume" in text(refused)
+    other = asked("coverage", LINE, "--stride", "10", "--out", out, "--resume")
+    assert other.exit_code == 2
+    assert "holds results of another study ('stride = 20' there, 'stride = 10' here)" in text(other)
+    with monkeypatch.context() as newer:
+        newer.setattr(coverage_study, "__version__", "99.0")
+        later = asked("coverage", LINE, *EVERY, "--out", out, "--resume")
+    assert later.exit_code == 2 and "was made by ftqp" in text(later)
+    done = asked("coverage", LINE, *EVERY, "--out", out, "--resume", "--json")
+    assert done.exit_code == 0, done.output
+    assert rows(out) == rows(tmp_path / "whole")
+    facts = [json.loads(result.stdout) for result in (whole, done)]
+    assert facts[0]["coverage"] == facts[1]["coverage"] and Path(facts[1]["page"]).exists()
+
+
+STAGES = [
+    (LockWork, 1, ()),
+    (SpeedWork, 1, ("--method", "constant", "--start", "given", "--stride", "50")),
+    (PlacementWork, 2, ("--optimise", "base")),
+]
+
+
+@pytest.mark.parametrize(("work", "after", "more"), STAGES)
+def test_interrupted_plan_goes_on_to_the_same_plan(
+    work: type, after: int, more: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, few in (("SPREAD", 4), ("REFINED", 2), ("WAYPOINTS", 10)):
+        monkeypatch.setattr(placement, name, few)
+    command = ("plan", LINE, *COARSE, *more, "-o")
+    whole, file = tmp_path / "whole.npz", tmp_path / "plan.npz"
+    assert asked(*command, whole).exit_code == 0
+    mend = interrupting(work, after, monkeypatch)
+    broken = asked(*command, file)
+    mend()
+    part = tmp_path / "plan.npz.part"
+    assert broken.exit_code == 130 and "with --resume goes on from there" in text(broken)
+    assert part.is_dir() and not file.exists()
+    assert "go on from there by --resume, or remove it" in text(asked(*command, file))
+    other = asked(*command, file, "--resume", "--seed", "1")
+    assert other.exit_code == 2
+    assert "('seed = 0' there, 'seed = 1' here); plan into another file by -o" in text(other)
+    with monkeypatch.context() as newer:
+        newer.setattr(kept_portions, "__version__", "99.0")
+        assert "was made by ftqp" in text(asked(*command, file, "--resume"))
+    done = asked(*command, file, "--resume")
+    assert done.exit_code == 0, done.output
+    assert np.array_equal(ftqp.analysis.load_plan(file).q, ftqp.analysis.load_plan(whole).q)
+    assert not part.exists()
+
+
+def test_processes_make_the_same_plan(tmp_path: Path) -> None:
+    for jobs, file in (((), "alone.npz"), (("--jobs", "2"), "two.npz")):
+        result = asked("plan", LINE, *COARSE, *jobs, "-o", tmp_path / file)
+        assert result.exit_code == 0, result.output
+    alone, two = (ftqp.analysis.load_plan(tmp_path / name) for name in ("alone.npz", "two.npz"))
+    assert np.array_equal(alone.q, two.q) and alone.settings == two.settings
+
+
+def test_resume_without_anything_to_go_on_with_begins_anew(tmp_path: Path) -> None:
+    result = asked("plan", LINE, *COARSE, "-o", tmp_path / "plan.npz", "--resume")
+    assert result.exit_code == 0 and "this one begins anew" in text(result)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["plan.npz"]
+
+
+def test_plan_that_cannot_be_made_leaves_nothing(tmp_path: Path) -> None:
+    result = asked("plan", LINE, *COARSE, "--set", "path.duration=0.5", "-o", tmp_path / "plan.npz")
+    assert result.exit_code == 2 and not list(tmp_path.iterdir())
