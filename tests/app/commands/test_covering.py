@@ -101,7 +101,7 @@ def test_a_plan_may_begin_where_the_scenario_does(tmp_path: Path) -> None:
         (("coverage", LINE, "--resume"), "name it by --out"),
         (("coverage", LINE, "--jobs", "0"), "--jobs is 0, expected 1 process or more"),
         (("coverage", LINE, "--post", "luck"), "expected 'exact', 'qp', 'planner'"),
-        (("coverage", LINE, "--fault", "free_swinging"), "no masses"),
+        (("coverage", "zhang7-short", "--fault", "free_swinging"), "no masses"),
         (("plan", LINE, "-o", "p.npz", "--mtbf", "j1=0"), "mtbf of 'j1' is 0"),
         (("plan", LINE, "-o", "p.npz", "--mtbf", "j9=1"), "j9"),
         (("plan", LINE, "-o", "p.npz", "--jobs", "2", "--dask", "tcp://here:1"), "leave one of them out"),

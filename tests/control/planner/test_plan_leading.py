@@ -85,6 +85,22 @@ def test_the_joints_are_where_the_plan_has_them_all_the_way(panda, level):
     assert planner.plan_time == pytest.approx(DURATION, abs=0.05)
 
 
+def test_a_plan_whose_tool_turns_about_its_free_axis_leads_all_the_same(panda):
+    path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
+    plan = made(panda, path)
+    plan.q[:, 6] += np.linspace(0.0, 1.0, ROWS + 1)  # the flange turns, and the task does not mind
+    planner = ftqp.Planner(panda, dt=DT, level="velocity", task=ftqp.Task(rows="position_axis"), plan=plan)
+    q, v = plan.q[0] - [0, 0, 0, 0, 0, 0, 0.2], np.zeros(7)  # so far off, the turn says nothing of the place
+    planner.reset(q)
+    times = np.arange(int(DURATION / DT)) * DT
+    found = path.sample(times)
+    for k in range(len(times)):
+        step = planner.step(q, v, ftqp.Target(found.pose[k], None, found.twist[k], found.acceleration[k]))
+        q, v = step.q.copy(), step.v.copy()
+    assert planner.plan_time == pytest.approx(DURATION, abs=0.05)
+    assert np.abs(q - plan.q[-1]).max() < 0.02
+
+
 def test_a_path_that_is_slowed_down_and_stopped_takes_the_plan_with_it(panda):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
     plan = made(panda, path)

@@ -11,6 +11,7 @@ from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import PlanMemory, Session
+from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.robot import Robot
 
 EVEN: Final = 1e-6
@@ -23,6 +24,7 @@ class PlanLeading:
 
     The tip says how far the plan has come, not the clock, so a path that waits or is stopped takes the plan
     with it. Where rows of the plan have the same tip, because the arm moves on the spot, the clock goes on.
+    Rotations count where the task has all of them; else the plan's may be others than the arm's.
 
     Args:
         plan: The plan, of this arm.
@@ -45,7 +47,8 @@ class PlanLeading:
         poses = np.stack([robot.pose(row) for row in self._q])
         tips = np.concatenate([poses[:, :3, 3], poses[:, :3, :3].reshape(-1, 9)], axis=1)
         task = session.K.task
-        length = float(task.length) if (task.rows[: task.m] >= 3).any() else 0.0
+        turns = {COMPONENTS.index(name) for name in robot.default_rows if name.startswith("r")}
+        length = float(task.length) if turns and turns <= set(task.rows[: task.m].tolist()) else 0.0
         self._memory = PlanMemory(self._q, tips, float(steps[0]), length)
         self._follow = self._memory.bind(session)
 
