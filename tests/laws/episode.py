@@ -10,6 +10,7 @@ from tests.arm_at import arm_at
 from tests.every_fault import draw_fault
 
 import ftqp
+from ftqp.referee.evidence import Evidence, Failure
 
 ROBOTS = ("panda", "iiwa14", "xarm7", "planar6", "srs7", "zhang7", "planar(10)")
 BACKENDS = ("active_set",) * 6 + ("dtrnn", "daqp", "proxqp", "quadprog", "osqp")
@@ -27,6 +28,8 @@ class Episode:
     ticks: int = 0
     broken: list[str] = field(default_factory=list)
     statuses: dict[str, int] = field(default_factory=dict)
+    evidence: Any = None
+    robot: Any = None
 
 
 def draw_path(generator: np.random.Generator, robot: Any, start: Any, duration: float) -> Any:
@@ -82,6 +85,7 @@ def run(seed: int) -> Episode:
     target = ftqp.Target(pose=path.start)
     planner.reset(q)
     v = np.zeros(robot.nv)
+    truth, sent, said = [(q, v)], [], []
     for k in range(len(t)):
         if k == at:
             planner.report(fault)
@@ -92,9 +96,38 @@ def run(seed: int) -> Episode:
         check(episode, planner, step, q, before, dt, k)
         q, v = step.q.copy(), step.v.copy()
         name = step.status.name
+        truth.append((q, v))
+        sent.append((q, v))
+        said.append(name)
         episode.statuses[name] = episode.statuses.get(name, 0) + 1
-    episode.ticks = len(t)
+    episode.ticks, episode.robot = len(t), robot
+    episode.evidence = Evidence(
+        dt=dt,
+        level=level,
+        q=np.array(truth)[:, 0],
+        v=np.array(truth)[:, 1],
+        sent_q=np.array(sent)[:, 0],
+        sent_v=np.array(sent)[:, 1],
+        status=said,
+        target=samples.pose,
+        rows=robot.default_rows,
+        tolerance=(planner.task.tolerance, planner.task.rotation_tolerance),
+        failures=[failure_of(robot, fault, at * dt, at * dt)],
+    )
     return episode
+
+
+def failure_of(robot: Any, fault: Any, since: float, told: float) -> Failure:
+    """What a referee is told of a fault."""
+    kinds = {ftqp.Locked: "locked", ftqp.FreeSwinging: "free", ftqp.Degraded: "degraded"}
+    return Failure(
+        joint=robot.joint(fault.joint),
+        kind=kinds[type(fault)],
+        since=since,
+        told=told,
+        shares={limit: getattr(fault, share) for limit, share in fault.shares.items()},
+        jumps=getattr(fault, "mode", "") == "instant",
+    )
 
 
 def check(episode: Episode, planner: Any, step: Any, q: Any, v: Any, dt: float, k: int) -> None:

@@ -1,0 +1,251 @@
+"""The laws that a run is held against, each from the truth and the model file alone."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.referee.evidence import Evidence
+from ftqp.referee.model_file import ModelFile
+from ftqp.referee.strictness import Strictness
+
+ROWS = ("x", "y", "z", "rx", "ry", "rz")
+OVER = 20
+"""A joint is at rest when it goes nowhere in so many ticks, whatever noise shakes it by ..."""
+STILL = 0.01
+"""... that is, less than this share of what its speed limit allows."""
+AT_REST = 0.2
+"""How long at the end of a run an arm whose target rests is watched [s]."""
+FULLY = 1e-6
+"""Full braking may miss this share of the acceleration limit."""
+TUBE, TUBE_TIME, TUBE_SIGMAS = 0.02, 0.1, 6.0
+"""A joint follows its command while it is as near as 0.02 rad or m, six sigma and what it moves in 0.1 s."""
+
+
+def health(arm: ModelFile, run: Evidence) -> tuple[BoolArray, dict[str, FloatArray]]:
+    """Which joints obey, (K, nv), and the limits that are left, (K, nv) by name, at each tick.
+
+    A weakened joint has its lower limits from when the planner is told.
+
+    Args:
+        arm: The arm.
+        run: The run.
+    """
+    t = run.dt * np.arange(len(run.status))
+    obeys = np.ones((len(t), len(arm.names)), dtype=np.bool_)
+    limits = {
+        name: np.tile(getattr(arm, name), (len(t), 1))
+        for name in ("q_min", "q_max", "v_max", "a_max", "tau_max")
+    }
+    for failure in run.failures:
+        if failure.kind == "degraded":
+            for name, share in failure.shares.items():
+                limits[name][t >= failure.told - 0.5 * run.dt, failure.joint] *= share
+        else:
+            obeys[t >= failure.since - 0.5 * run.dt, failure.joint] = False
+    return obeys, limits
+
+
+def jumps(run: Evidence) -> BoolArray:
+    """Ticks in which a joint stops in no time, so that velocities of the others jump, (K,).
+
+    Args:
+        run: The run.
+    """
+    t = run.dt * np.arange(len(run.status))
+    result = np.zeros(len(t), dtype=np.bool_)
+    for failure in run.failures:
+        if failure.jumps:
+            for moment in (failure.since, failure.told):
+                result |= np.abs(t - moment) < 1.5 * run.dt
+    return result
+
+
+def speed(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+    """By how much joints are faster than their limit after each tick, as a share of it, (K, nv).
+
+    A limit that has just shrunk is reached at full deceleration.
+    """
+    obeys, limits = health(arm, run)
+    before, after = np.abs(run.v[:-1]), np.abs(run.v[1:])
+    allowed = np.maximum(limits["v_max"], before - limits["a_max"] * run.dt)
+    over = np.where(np.isfinite(allowed), after / allowed - 1.0, 0.0)
+    return np.where(obeys & ~jumps(run)[:, None], over - strict.speed, 0.0)
+
+
+def acceleration(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+    """By how much velocities change faster than the limit, as a share of it, (K, nv)."""
+    obeys, limits = health(arm, run)
+    over = np.abs(np.diff(run.v, axis=0)) / (run.dt * limits["a_max"]) - 1.0
+    rounding = 4.0 * np.finfo(float).eps * np.abs(run.v[1:]) / (run.dt * limits["a_max"])
+    return np.where(obeys & ~jumps(run)[:, None], over - rounding - strict.acceleration, 0.0)
+
+
+def position(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+    """How far joints go beyond their range, or farther beyond than they were [rad or m], (K, nv).
+
+    A joint that could not brake in time any more, for its limits have just shrunk, has to brake fully.
+    """
+    obeys, limits = health(arm, run)
+    out = [np.maximum(q - limits["q_max"], limits["q_min"] - q) for q in (run.q[:-1], run.q[1:])]
+    late = _missing(run.q[:-1], run.v[:-1], limits, run) > 0.0
+    slower = (np.abs(run.v[:-1]) - np.abs(run.v[1:])) / run.dt
+    excused = late & (slower >= limits["a_max"] * (1.0 - FULLY))
+    over = out[1] - np.maximum(out[0], 0.0) - strict.position
+    return np.where(obeys & ~excused, over, 0.0)
+
+
+def braking(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+    """What is missing of the way that a joint needs to brake before its end, (K, nv) [rad or m].
+
+    Joints that could not brake in time before the tick do not count. At the velocity level braking goes in
+    whole ticks.
+    """
+    obeys, limits = health(arm, run)
+    missing = [_missing(q, v, limits, run) for q, v in ((run.q[:-1], run.v[:-1]), (run.q[1:], run.v[1:]))]
+    return np.where(obeys & (missing[0] <= 0.0) & ~jumps(run)[:, None], missing[1] - strict.position, 0.0)
+
+
+def _missing(q: FloatArray, v: FloatArray, limits: dict[str, FloatArray], run: Evidence) -> FloatArray:
+    fast, a = np.abs(v), limits["a_max"]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        way = np.where(np.isfinite(a), fast**2 / (2.0 * a), 0.0)
+        if run.level == "velocity":
+            steps = np.where(np.isfinite(a), np.floor(fast / (a * run.dt)), 0.0)
+            way = np.where(
+                np.isfinite(a), run.dt * (steps * fast - 0.5 * a * run.dt * steps * (steps + 1.0)), 0.0
+            )
+    room = np.where(v > 0.0, limits["q_max"] - q, q - limits["q_min"])
+    return way - room
+
+
+def torque(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+    """By how much joints carry more than their limit while OK is claimed, as a share of it, (K, nv)."""
+    if not arm.has_masses:
+        return np.zeros((len(run.status), len(arm.names)))
+    obeys, limits = health(arm, run)
+    tau = arm.torques(run.q[:-1], run.v[:-1], np.diff(run.v, axis=0) / run.dt)
+    claimed = np.array([status == "OK" for status in run.status])
+    over = np.abs(tau) / limits["tau_max"] - 1.0
+    return np.where(obeys & claimed[:, None] & ~jumps(run)[:, None], over - strict.torque, 0.0)
+
+
+def failed(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+    """How far a locked joint moves once it stands, or is sent to move after the planner was told, (K, nv)."""
+    result = np.zeros((len(run.status), len(arm.names)))
+    t = run.dt * np.arange(len(run.status))
+    for failure in run.failures:
+        if failure.kind != "locked":
+            continue
+        i = failure.joint
+        stood = np.cumsum((t >= failure.since) & (np.abs(run.v[:-1, i]) <= strict.standing)) > 1
+        moved = np.where(stood, np.abs(np.diff(run.q[:, i])), 0.0)
+        knows = stood & (t > failure.told + strict.grace)
+        sent = np.where(knows, run.dt * np.abs(run.sent_v[:, i]), 0.0)
+        result[:, i] = np.maximum(result[:, i], np.maximum(moved, sent) - strict.creep)
+    return result
+
+
+def honesty(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+    """How far the tip is beyond the tolerance, as a share of it, while OK is claimed too long, (K, 1)."""
+    position_error, rotation_error = errors(arm, run)
+    share = np.maximum(position_error / run.tolerance[0], rotation_error / run.tolerance[1])
+    claimed = np.array([status == "OK" for status in run.status])
+    return _lasting(np.where(claimed, share - 1.0, 0.0)[:, None], strict.grace, run.dt)
+
+
+def tracking(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+    """How far the tip is beyond the tolerance although it can follow, as a share of the tolerance, (K, 1)."""
+    position_error, rotation_error = errors(arm, run)
+    share = np.maximum(position_error / run.tolerance[0], rotation_error / run.tolerance[1]) - 1.0
+    return _lasting((share if run.can_be_followed else 0.0 * share)[:, None], strict.grace, run.dt)
+
+
+def inside(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+    """How far a joint that obeys is outside its range while OK is claimed, (K, nv) [rad or m]."""
+    obeys, limits = health(arm, run)
+    q = run.q[:-1]
+    out = np.maximum(q - limits["q_max"], limits["q_min"] - q) - strict.position
+    claimed = np.array([status == "OK" for status in run.status])[:, None]
+    return _lasting(np.where(obeys & claimed, out, 0.0), strict.grace, run.dt)
+
+
+def obedience(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+    """How far a joint is from what it was sent, beyond its tube, while OK is claimed too long, (K, nv)."""
+    tube = TUBE + TUBE_SIGMAS * strict.noise + TUBE_TIME * np.abs(run.sent_v)
+    away = np.abs(run.q[1:] - run.sent_q) - tube
+    claimed = np.array([status == "OK" for status in run.status])[:, None]
+    known = np.zeros_like(away, dtype=np.bool_)
+    t = run.dt * np.arange(len(run.status))
+    for failure in run.failures:
+        known[t >= failure.told, failure.joint] = True
+    return _lasting(np.where(claimed & ~known, away, 0.0), max(strict.grace, 0.05), run.dt)
+
+
+def rest(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+    """How fast joints go about at the end although the target rests, as a share of their limit, (K, nv)."""
+    result = np.zeros((len(run.status), len(arm.names)))
+    moving = np.flatnonzero(np.abs(np.diff(run.target, axis=0)).max(axis=(1, 2), initial=0.0))
+    last = 0 if not moving.size else int(moving[-1]) + 1
+    watched = round(AT_REST / run.dt)
+    if len(run.status) - last < max(round(strict.calm / run.dt), watched, OVER):
+        return result
+    obeys, _ = health(arm, run)
+    way = np.abs(run.q[OVER:] - run.q[:-OVER]) / (OVER * run.dt * arm.v_max)
+    result[OVER - 1 :] = np.where(np.isfinite(way), way, 0.0) - STILL
+    result[: len(result) - watched] = 0.0
+    return np.where(obeys, result, 0.0)
+
+
+def finite(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+    """Infinite where a position or velocity, true or sent, is not finite, (K, nv)."""
+    good = np.isfinite(run.sent_q) & np.isfinite(run.sent_v) & np.isfinite(run.q[1:]) & np.isfinite(run.v[1:])
+    return np.where(good, 0.0, np.inf)
+
+
+def errors(arm: ModelFile, run: Evidence) -> tuple[FloatArray, FloatArray]:
+    """Distance [m] and angle [rad] from the true tip to its target along the rows of the task, each (K,).
+
+    Args:
+        arm: The arm.
+        run: The run.
+    """
+    tip, target = arm.tips(run.q[:-1]), run.target
+    wanted = [row in run.rows for row in ROWS]
+    distance = (target[:, :3, 3] - tip[:, :3, 3])[:, wanted[:3]]
+    pairs = zip(target[:, :3, :3], tip[:, :3, :3], strict=True)
+    turns = np.array([pin.log3(wished @ there.T) for wished, there in pairs])
+    return np.linalg.norm(distance, axis=1), np.linalg.norm(turns[:, wanted[3:]], axis=1)
+
+
+def _lasting(values: FloatArray, time: float, dt: float) -> FloatArray:
+    """Where ``values`` are positive for longer than ``time`` [s]; 0 elsewhere."""
+    result = np.zeros_like(values)
+    long = round(time / dt)
+    for i in range(values.shape[1]):
+        since = 0
+        for k, value in enumerate(values[:, i] > 0.0):
+            since = since + 1 if value else 0
+            if since > long:
+                result[k, i] = values[k, i]
+    return result
+
+
+Law = Callable[[ModelFile, Evidence, Strictness], Any]
+LAWS: dict[str, tuple[Law, str]] = {
+    "finite": (finite, "what was sent or done is not a number"),
+    "speed": (speed, "faster than its limit, by this share"),
+    "acceleration": (acceleration, "accelerated more than its limit, by this share"),
+    "position": (position, "beyond the end of its range, by this [rad or m]"),
+    "braking": (braking, "cannot brake any more before the end of its range, by this [rad or m]"),
+    "torque": (torque, "carries more than its limit under the status OK, by this share"),
+    "failed": (failed, "is locked and moves, or is sent to move, by this in a tick [rad or m]"),
+    "honesty": (honesty, "OK was claimed although the tip is farther than the tolerance, by this share"),
+    "tracking": (tracking, "the target can be followed and was not, by this share of the tolerance"),
+    "inside": (inside, "OK was claimed although a joint is outside its range, by this [rad or m]"),
+    "obedience": (obedience, "OK was claimed although a joint is not where it was sent, by this [rad or m]"),
+    "rest": (rest, "the target rests and the joint does not, at this share of its speed limit"),
+}
+"""Laws by name: how much each is broken by, at which tick and joint, and what to say of it."""

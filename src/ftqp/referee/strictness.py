@@ -1,0 +1,47 @@
+"""How strictly a run is judged: to rounding where the plant is exact, to some percent in physics."""
+
+from dataclasses import dataclass
+from typing import final
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Strictness:
+    """What is let pass.
+
+    Attributes:
+        speed: Share of the speed limit.
+        acceleration: Share of the acceleration limit.
+        torque: Share of the torque limit.
+        position: Beyond the range of a joint [rad or m].
+        creep: How far a locked joint may move in a tick [rad or m].
+        standing: Speed below which a locked joint stands [rad/s or m/s].
+        grace: How long a claim may be wrong [s].
+        calm: How long an arm whose target rests may take to come to rest [s].
+        noise: Standard deviation of the measured positions [rad or m].
+    """
+
+    speed: float = 1e-9
+    acceleration: float = 1e-6
+    torque: float = 1e-6
+    position: float = 1e-9
+    creep: float = 0.0
+    standing: float = 0.0
+    grace: float = 0.0
+    calm: float = 1.0
+    noise: float = 0.0
+
+
+KINEMATIC = Strictness()
+"""Of a plant that does exactly what it is told."""
+PHYSICS = Strictness(
+    speed=0.02,
+    acceleration=float("inf"),
+    torque=0.02,
+    position=0.02,
+    creep=1e-4,
+    standing=1e-2,
+    grace=0.1,
+    calm=2.0,
+)
+"""Of an arm with drives, sensors and friction: 2 %, and a tenth of a second to notice what happened."""

@@ -1,0 +1,145 @@
+"""Each law on a run made by hand: a sound one breaks none, and a single wrong number breaks its law alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ftqp.core.errors import InputError
+from ftqp.model import catalog
+from ftqp.referee.evidence import Evidence, Failure
+from ftqp.referee.model_file import ModelFile
+from ftqp.referee.strictness import PHYSICS
+from ftqp.referee.verdict_from_outside import verdict
+
+ROBOT = catalog.load("panda")
+ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip)
+DT, TICKS, JOINT = 0.01, 300, 3
+NEVER = float("inf")
+
+
+def run(amplitude=0.02, **changes):
+    """Every joint swings gently for two seconds and then rests, the target being where the tip is."""
+    t = DT * np.arange(TICKS + 1)
+    w = 2.0 * np.pi
+    v = amplitude * w * np.outer(np.where(t < 2.0, np.sin(w * t), 0.0), np.ones(ROBOT.nv))
+    q = ROBOT.neutral + np.vstack([np.zeros(ROBOT.nv), np.cumsum(0.5 * DT * (v[1:] + v[:-1]), axis=0)])
+    evidence = Evidence(
+        dt=DT,
+        level="acceleration",
+        q=q,
+        v=v,
+        sent_q=q[1:].copy(),
+        sent_v=v[1:].copy(),
+        status=["OK"] * TICKS,
+        target=ARM.tips(q[:-1]),
+        rows=("x", "y", "z", "rx", "ry", "rz"),
+        tolerance=(1e-3, 1e-2),
+    )
+    return replace(evidence, **changes)
+
+
+def changed(array, tick, joint, value):
+    result = array.copy()
+    result[tick, joint] = value
+    return result
+
+
+def test_sound_run_breaks_no_law():
+    seen = verdict(ARM, run(can_be_followed=True))
+    assert seen.breaches == ()
+    assert seen.largest_error < 1e-12 and seen.rms_error <= seen.largest_error
+
+
+def test_arm_of_the_file_is_the_robot():
+    assert ARM.names == ROBOT.joints
+    for name in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
+        np.testing.assert_array_equal(getattr(ARM, name), getattr(ROBOT.limits, name))
+    q, v = ROBOT.neutral, np.linspace(-0.5, 0.5, ROBOT.nv)
+    np.testing.assert_allclose(ARM.tips(q[None])[0], ROBOT.pose(q), atol=1e-12)
+    tau = ROBOT.mass_matrix(q) @ (2.0 * v) + ROBOT.bias(q, v)
+    np.testing.assert_allclose(ARM.torques(q[None], v[None], 2.0 * v[None])[0], tau, atol=1e-9)
+
+
+def test_joint_without_end_has_no_limits_and_the_right_tip():
+    robot = catalog.load("planar", count=3, continuous=True)
+    arm = ModelFile.read(robot.to_urdf(), robot.tip, gravity=robot.chain.gravity)
+    assert np.isinf(arm.q_max).all()
+    q = np.array([[4.0, -5.0, 6.0]])
+    np.testing.assert_allclose(arm.tips(q)[0], robot.pose(q[0]), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "source", ["<robot", "<mujoco/>", ROBOT.to_urdf().replace("panda_hand_tcp", "other")]
+)
+def test_file_that_is_no_such_arm_is_refused(source):
+    with pytest.raises(InputError, match="the model file is"):
+        ModelFile.read(source, ROBOT.tip)
+
+
+TOP = float(ROBOT.limits.v_max[JOINT])
+END = float(ROBOT.limits.q_max[JOINT])
+
+
+@pytest.mark.parametrize(
+    ("law", "change"),
+    [
+        ("speed", lambda r: {"v": changed(r.v, 100, JOINT, TOP * (1.0 + 1e-8))}),
+        (
+            "acceleration",
+            lambda r: {"v": changed(r.v, 100, JOINT, r.v[99, JOINT] + 1.1 * DT * ARM.a_max[JOINT])},
+        ),
+        ("position", lambda r: {"q": changed(r.q, 100, JOINT, END + 1e-8)}),
+        ("braking", lambda r: {"q": changed(r.q, 30, JOINT, END - 1e-6)}),
+        ("inside", lambda r: {"q": changed(r.q, 100, JOINT, END + 1e-8)}),
+        ("honesty", lambda r: {"target": r.target + 0.01 * np.eye(4, k=3)}),
+        ("tracking", lambda r: {"target": r.target + 0.01 * np.eye(4, k=3), "can_be_followed": True}),
+        ("obedience", lambda r: {"sent_q": r.sent_q + 0.05}),
+        ("rest", lambda r: {"q": r.q + np.linspace(0.0, 0.5, TICKS + 1)[:, None]}),
+        ("finite", lambda r: {"sent_v": changed(r.sent_v, 7, JOINT, np.nan)}),
+        ("finite", lambda r: {"q": changed(r.q, 7, JOINT, np.inf)}),
+    ],
+)
+def test_wrong_number_breaks_its_law(law, change):
+    evidence = run()
+    seen = verdict(ARM, replace(evidence, **change(evidence)))
+    assert law in seen.laws
+    assert law in str(seen.breaches[0]) or len(seen.breaches) > 1
+
+
+def test_torque_beyond_its_limit_breaks_the_law_under_ok_alone():
+    weak = ModelFile.read(ROBOT.with_limits(tau_max=5.0).to_urdf(), ROBOT.tip)
+    assert verdict(weak, run()).laws == {"torque"}
+    assert verdict(weak, run(status=["RELAXED"] * TICKS)).laws == set()
+
+
+@pytest.mark.parametrize("which", ["q", "sent_v"])
+def test_locked_joint_that_moves_or_is_sent_to_move_is_found(which):
+    evidence = run()
+    t = DT * np.arange(TICKS + 1)
+    still = {name: getattr(evidence, name).copy() for name in ("q", "v", "sent_q", "sent_v")}
+    still["q"][t >= 1.0, JOINT], still["v"][t >= 1.0, JOINT] = still["q"][100, JOINT], 0.0
+    still["sent_q"][99:, JOINT], still["sent_v"][99:, JOINT] = still["q"][100, JOINT], 0.0
+    lock = Failure(joint=JOINT, kind="locked", since=1.0, told=1.0, jumps=True)
+    sound = replace(evidence, **still, failures=[lock], target=ARM.tips(still["q"][:-1]))
+    assert verdict(ARM, sound).laws == set()
+    moved = getattr(sound, which).copy()
+    moved[150:, JOINT] += 1e-9
+    assert verdict(ARM, replace(sound, **{which: moved})).laws == {"failed"}
+
+
+def test_weakened_joint_has_its_lower_limits_once_the_planner_knows():
+    fast = float(np.abs(run().v).max())
+    share = {"v_max": 0.9 * fast / TOP}
+    late = Failure(joint=JOINT, kind="degraded", since=0.0, told=0.0, shares=share)
+    assert verdict(ARM, run(failures=[late])).laws == {"speed"}
+    never = Failure(joint=JOINT, kind="degraded", since=0.0, told=NEVER, shares=share)
+    assert verdict(ARM, run(failures=[never])).laws == set()
+
+
+def test_claim_may_be_wrong_for_the_time_that_is_let_pass():
+    evidence = run()
+    for ticks, laws in ((8, set()), (20, {"honesty"})):
+        target = evidence.target.copy()
+        target[100 : 100 + ticks, 0, 3] += 0.01
+        assert verdict(ARM, replace(evidence, target=target), PHYSICS).laws == laws
