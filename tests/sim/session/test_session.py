@@ -1,41 +1,342 @@
-"""A session: orders between ticks, truth and belief, and a clock that skips nothing."""
+"""A session: orders between ticks, truth and belief, the naive twin, and a clock that skips nothing."""
+
+import gc
+import tracemalloc
 
 import numpy as np
 import pytest
 
 from ftqp.app.view.casting import cast_of
+from ftqp.control.planner.status import STATUSES
+from ftqp.faults.kinds import KINDS
+from ftqp.model import catalog
+from ftqp.sim.log.row_sink import MemoryRows
+from ftqp.sim.log.signals import HEALTHY
 from ftqp.sim.session.cast import Choice
-from ftqp.sim.session.orders import Break, Pause, Repair, Reset
+from ftqp.sim.session.facts import facts_of
+from ftqp.sim.session.orders import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
 from ftqp.sim.session.session import Session
 
-
-@pytest.fixture
-def panda():
-    return Session(cast_of, Choice(scenario="panda-y-line"))
+Y_LINE = Choice(scenario="panda-y-line", overrides=("faults=",))
+CIRCLE = Choice(scenario="panda-circle", overrides=("faults=",))
 
 
-def test_click_breaks_the_plant_and_the_planner_is_told_at_once(panda):
-    panda.put(Break("panda_joint2"))
-    panda.advance(0.004)
-    facts = panda.facts
-    assert facts.truth.tolist() == facts.belief.tolist() == [0, 1, 0, 0, 0, 0, 0]
-    assert facts.message == ""
-    panda.put(Repair(1))
-    panda.advance(0.004)
-    assert not panda.facts.truth.any() and not panda.facts.belief.any()
+def made(choice=Y_LINE, *, twin=False):
+    return Session(lambda wish: cast_of(wish, twin=twin), choice)
 
 
-def test_pause_makes_no_tick_and_reset_shows_the_same_first_frame(panda):
-    first = panda.facts
-    panda.put(Break(3, "degraded"))
-    panda.advance(0.1)
-    panda.put(Pause(True))
-    assert panda.advance(1.0) == 0
-    assert panda.facts.paused
-    tick = panda.facts.tick
-    panda.put(Reset())
-    panda.advance(0.0)
-    again = panda.facts
-    assert tick == 50 and again.tick == 0
+def after(session, *orders, seconds=0.004):
+    for order in orders:
+        session.put(order)
+    session.advance(seconds)
+    return session.facts
+
+
+def status(facts):
+    return STATUSES[facts.status].name
+
+
+@pytest.mark.parametrize("name", catalog.names())
+def test_every_joint_of_every_arm_locks_swings_weakens_and_is_repaired(name):
+    session = Session(lambda wish: cast_of(wish, twin=False), Choice(scenario="panda-circle", robot=name))
+    robot, dt = session.cast.robot, session.cast.arm.planner.dt
+    assert robot.nv >= 4
+    for i, joint in enumerate(robot.joints):
+        for kind in ("locked", "free_swinging", "degraded"):
+            facts = after(session, Break(joint, kind), seconds=dt)
+            if kind == "free_swinging" and not robot.has_inertia:
+                assert "has no inertia" in facts.message
+                assert not facts.truth.any() and not facts.belief.any()
+                continue
+            expected = np.full(robot.nv, HEALTHY)
+            expected[i] = KINDS[kind].number
+            np.testing.assert_array_equal(facts.truth, expected)
+            np.testing.assert_array_equal(facts.belief, expected)
+            assert facts.message == "" and status(facts) != "INVALID_INPUT"
+            facts = after(session, Repair(joint), seconds=dt)
+            assert not facts.truth.any() and not facts.belief.any()
+    assert session.facts.tick == robot.nv * (6 if robot.has_inertia else 5)
+
+
+def test_locked_joint_stands_and_goes_on_after_its_repair():
+    session = made()
+    after(session, seconds=1.0)
+    facts = after(session, Break("panda_joint6"), seconds=0.5)
+    assert facts.v[5] == 0.0 and status(facts) == "OK"
+    assert after(session, Repair(5), seconds=0.5).v[5] != 0.0
+
+
+def test_planner_that_is_never_told_believes_nothing():
+    facts = after(made(), Tell("never"), Break(2), seconds=0.5)
+    assert facts.truth[2] == 1 and not facts.belief.any()
+
+
+def test_planner_is_told_after_the_delay_and_not_before():
+    session = made()
+    after(session, Tell("after", 0.1), Break(2), seconds=0.1)
+    assert not session.facts.belief.any()
+    assert after(session, seconds=0.002).belief[2] == 1
+
+
+def test_telling_at_once_tells_of_what_was_kept_secret():
+    session = made()
+    after(session, Tell("never"), Break(2), Break(4, "degraded"))
+    facts = after(session, Tell("at once"))
+    np.testing.assert_array_equal(facts.belief, facts.truth)
+    assert facts.truth[2] == 1 and facts.truth[4] == 3
+
+
+def test_repair_before_the_delay_is_over_leaves_nothing_to_tell():
+    session = made()
+    after(session, Tell("after", 0.1), Break(2))
+    assert not after(session, Repair(2), seconds=0.3).belief.any()
+
+
+def test_arm_that_was_repaired_behind_its_planners_back_does_not_jump():
+    session = made(CIRCLE)
+    after(session, seconds=2.0)
+    before = after(session, Tell("never"), Break(1), seconds=0.3)
+    repaired = after(session, Repair(1), seconds=0.001)
+    assert np.abs(repaired.q - before.q).max() < 2e-3
+    assert "Back to the path" in repaired.message
+    goes_on = after(session, seconds=6.0)
+    assert goes_on.message == "" and status(goes_on) == "OK" and goes_on.position_error < 1e-4
+
+
+def test_detector_finds_what_nobody_tells():
+    session = made(CIRCLE)
+    facts = after(session, Tell("detector"))
+    assert "begins anew" in facts.message and session.tell == "detector"
+    after(session, seconds=3.0)
+    facts = after(session, Break(1), seconds=1.0)
+    assert facts.belief[1] == 1
+    assert "without a detector" in after(session, Tell("at once")).message
+
+
+@pytest.mark.parametrize(
+    ("order", "said"),
+    [
+        (Break("elbow"), "'elbow' is not a joint of panda"),
+        (Break(2, "tired"), "'tired' is no kind of fault; there are locked, free_swinging, degraded"),
+        (Break(2, "locked", {"glue": 1.0}), "no such setting"),
+        (Break(2, "degraded", {"velocity": 2.0}), "expected a share"),
+        (Repair(99), "99"),
+        (Speed(0.0), "expected a factor above 0"),
+        (Speed(float("nan")), "expected a factor above 0"),
+        (Tell("maybe"), "'maybe' is no way to tell the planner"),
+        (Tell("after", -1.0), "expected a number of seconds"),
+        (Seek(1.0), "Only a replay"),
+        (Play("elbow", 1.0), "'elbow' is not a joint of panda"),
+        (Play(2, -1.0), "ime of the fault"),
+        (Use(robot="hal9000"), "hal9000"),
+        (Use(scenario="/nowhere.toml"), "neither a file nor a bundled scenario"),
+        (Use(backend="abacus"), "abacus"),
+        (Use(scheme="pseudoinverse", robot="iiwa14"), "level"),
+        (Use(scenario="iiwa-moving-base-locked"), "has a moving base"),
+        (Use(robot="zhang7", scheme="mtn"), "inertia"),
+        (Aim(np.ones((4, 4))), "is not a rotation"),
+    ],
+)  # fmt: skip
+def test_order_that_cannot_be_done_is_answered_in_a_sentence_and_changes_nothing(order, said):
+    session, quiet = made(), made()
+    facts, expected = after(session, order, seconds=0.02), after(quiet, seconds=0.02)
+    assert said in facts.message and facts.message.endswith((".", ")"))
+    assert session.stage == 0 and facts.tick == expected.tick
+    np.testing.assert_array_equal(facts.q, expected.q)
+    np.testing.assert_array_equal(facts.truth, expected.truth)
+
+
+def test_path_out_of_reach_is_refused_and_the_old_arm_goes_on(tmp_path):
+    file = tmp_path / "far.toml"
+    file.write_text('[robot]\nname = "panda"\n[path]\nkind = "circle"\nradius = 3.0\nduration = 5.0\n')
+    session = made()
+    facts = after(session, Use(scenario=str(file)))
+    assert "reach" in facts.message and session.cast.title == "panda-y-line" and facts.stage == 0
+
+
+def test_another_arm_begins_at_tick_zero_with_another_stage():
+    session = made()
+    after(session, Break(3), seconds=0.1)
+    facts = after(session, Use(robot="planar6"), seconds=0.0)
+    assert (facts.stage, facts.tick, len(facts.q), facts.message) == (1, 0, 6, "")
+    assert not facts.truth.any()
+    facts = after(session, Use(scheme="mke"), seconds=0.01)
+    assert session.cast.arm.planner.scheme.name == "mke" and session.cast.robot.name == "planar6"
+    assert after(session, Use(scenario="iiwa-line"), seconds=0.0).stage == 3
+    assert session.choice == Choice(scenario="iiwa-line")
+
+
+def test_scenarios_own_fault_happens_and_reset_brings_it_again():
+    session = made(Choice(scenario="panda-circle", overrides=("faults.0.at=0.1",)))
+    assert after(session, seconds=0.2).truth[2] == 1
+    assert not after(session, Reset(), seconds=0.0).truth.any()
+    facts = after(session, seconds=0.2)
+    assert facts.truth[2] == facts.belief[2] == 1
+
+
+def test_pause_makes_no_tick_and_reset_shows_the_same_first_frame():
+    session = made(twin=True)
+    first = session.facts
+    after(session, Break(3, "degraded"), seconds=0.1)
+    paused = after(session, Pause(True), seconds=1.0)
+    assert (paused.tick, paused.paused) == (50, True)
+    assert session.advance(5.0) == 0
+    again = after(session, Reset(), Pause(False), seconds=0.0)
+    assert again.tick == 0 and not again.truth.any() and not again.belief.any()
+    for name in ("q", "v", "target_position", "target_quaternion", "status", "position_error"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
+    np.testing.assert_array_equal(again.twin.q, first.twin.q)
+
+
+def test_reset_run_is_the_run_again_bit_by_bit():
+    session = made()
+    first = after(session, seconds=0.5)
+    after(session, Break(2), seconds=0.5)
+    again = after(session, Reset(), seconds=0.5)
     np.testing.assert_array_equal(again.q, first.q)
-    assert not again.truth.any() and not again.belief.any()
+
+
+def test_parts_of_ticks_are_kept_and_no_tick_is_lost():
+    session = made()
+    made_ticks = sum(session.advance(1.0 / 30.0) for _ in range(30))
+    assert made_ticks == session.facts.tick == round(1.0 / session.cast.arm.planner.dt)
+
+
+def test_hundred_orders_between_two_ticks_are_all_done():
+    session = made()
+    orders = [Break(i % 7) if i % 2 else Repair((i - 1) % 7) for i in range(100)]
+    facts = after(session, *orders, seconds=0.002)
+    assert facts.tick == 1
+    np.testing.assert_array_equal(facts.truth, facts.belief)
+    assert facts.truth[99 % 7] == 1
+
+
+def test_rehearsed_failure_happens_at_its_time_and_is_the_only_one():
+    session = made(Choice(scenario="panda-y-line"))
+    facts = after(session, Play("panda_joint6", 0.2), seconds=0.198)
+    assert facts.tick == 99 and not facts.truth.any()
+    facts = after(session, seconds=1.5)
+    assert facts.truth.tolist() == facts.belief.tolist() == [0, 0, 0, 0, 0, 1, 0]
+    facts = after(session, Play("panda_joint1+panda_joint2", 0.0), seconds=0.01)
+    assert facts.truth.tolist() == [1, 1, 0, 0, 0, 0, 0]
+
+
+def test_hand_leads_the_tip_and_gives_the_path_back():
+    session = made(CIRCLE)
+    after(session, seconds=0.5)
+    pose = session.cast.robot.pose(session.facts.q)
+    pose[:3, 3] += (0.0, 0.1, 0.05)
+    facts = after(session, Aim(pose), seconds=3.0)
+    np.testing.assert_allclose(session.cast.robot.pose(facts.q), pose, atol=2e-3)
+    np.testing.assert_array_equal(facts.target_position, pose[:3, 3])
+    assert "Led by hand" in facts.message
+    facts = after(session, Aim(None), seconds=0.1)
+    assert "Back to the path" in facts.message
+    facts = after(session, seconds=5.0)
+    assert facts.message == "" and status(facts) == "OK"
+    on_circle = facts.target_position - session.cast.path.start[:3, 3]
+    assert 1e-4 < np.linalg.norm(on_circle) < 0.2
+
+
+def test_hand_that_points_out_of_reach_is_no_end():
+    session = made(CIRCLE)
+    pose = session.cast.robot.pose(session.facts.q)
+    pose[:3, 3] += (3.0, 0.0, 0.0)
+    facts = after(session, Aim(pose), seconds=3.0)
+    assert "behind" in facts.message and np.isfinite(facts.q).all()
+    facts = after(session, Aim(None), seconds=6.0)
+    assert status(facts) == "OK" and facts.message == ""
+
+
+def test_nan_in_the_state_is_said_in_words_and_reset_recovers():
+    session = made(twin=True)
+    after(session, Break(3), seconds=0.1)
+    session.cast.arm.plant._q[3] = np.nan
+    facts = after(session, seconds=0.1)
+    said = facts.message
+    assert "cannot go on" in said and "panda_joint4" in said and "Reset" in said
+    assert np.isfinite(facts.q).all()
+    assert session.advance(1.0) == 0 and session.facts.message == said
+    facts = after(session, Reset(), seconds=0.1)
+    assert facts.tick == 50 and status(facts) == "OK" and facts.message == ""
+
+
+def test_stopped_arm_stays_on_the_page_and_reset_recovers():
+    session = made(Choice(scenario="planar6-stop"))
+    facts = after(session, seconds=30.0)
+    assert status(facts) == "STOPPED" and facts.tick == 3000
+    assert status(after(session, Reset(), seconds=0.1)) == "OK"
+
+
+def test_twin_is_broken_with_the_arm_and_never_told():
+    session = made(CIRCLE, twin=True)
+    after(session, seconds=4.0)
+    same = session.facts
+    np.testing.assert_array_equal(same.twin.q, same.q)
+    facts = after(session, Break(2), seconds=2.0)
+    assert status(facts) in ("OK", "RELAXED") and facts.position_error < 1e-3
+    assert facts.twin.position_error > 10.0 * facts.position_error
+    assert not session.cast.twin.planner.faults
+    assert facts.twin.q[2] == pytest.approx(facts.q[2], abs=1e-2)
+
+
+@pytest.mark.parametrize("scenario", ["panda-mujoco-brake", "panda-mujoco-free", "modular11-locked"])
+def test_every_kind_of_arm_and_leader_plays(scenario):
+    session = made(Choice(scenario=scenario), twin=True)
+    facts = after(session, Break(1), seconds=0.1)
+    assert facts.truth[1] == facts.belief[1] == 1
+    facts = after(session, Repair(1), seconds=0.1)
+    assert facts.message == "" and np.isfinite(facts.q).all() and facts.twin is not None
+
+
+def test_path_with_progress_goes_there_and_back_without_end():
+    session = made(Choice(scenario="modular11-locked", overrides=("path.duration=2.0",)))
+    start, end = session.cast.path.start[:3, 3], session.cast.path.sample(2.0).pose[0, :3, 3]
+    reached = ["start"]
+    for _ in range(400):
+        at = after(session, seconds=0.1).target_position
+        for name, place in (("start", start), ("end", end)):
+            if np.linalg.norm(at - place) < 1e-3 and reached[-1] != name:
+                reached.append(name)
+    assert reached[:4] == ["start", "end", "start", "end"]
+    assert status(session.facts) in ("OK", "SCALED")
+
+
+def test_log_of_a_session_has_the_facts_that_were_shown():
+    session = made()
+    sink = MemoryRows(session.signals, {})
+    session.record(sink)
+    shown = [after(session, seconds=0.1), after(session, Break(2), seconds=0.1)]
+    shown += [after(session, Repair(2), seconds=0.1), after(session, Break(4, "degraded"), seconds=0.1)]
+    session.close()
+    log, first = sink.log, 1
+    assert len(log) == 200
+    for facts in shown:
+        kept = facts_of(log, facts.tick - first)
+        for name in ("q", "v", "truth", "belief", "target_position", "target_quaternion", "status"):
+            np.testing.assert_array_equal(getattr(kept, name), getattr(facts, name), err_msg=name)
+        assert (kept.t, kept.position_error, kept.step_time) == (
+            facts.t,
+            facts.position_error,
+            facts.step_time,
+        )
+
+
+def test_memory_stays_flat_while_joints_are_broken_and_repaired(monkeypatch):
+    monkeypatch.setattr("ftqp.sim.leader.SAMPLED", 32)  # targets are sampled ahead, and that block is no leak
+    session = made(twin=True)
+
+    def play():
+        for k in range(15):
+            after(session, Break(k % 7) if k % 2 else Repair((k - 1) % 7), seconds=1.0 / 30.0)
+        gc.collect()
+        return tracemalloc.get_traced_memory()[0]
+
+    tracemalloc.start()
+    try:
+        for _ in range(3):
+            before = play()
+        grown = max(play() for _ in range(2)) - before
+    finally:
+        tracemalloc.stop()
+    assert grown < 20_000

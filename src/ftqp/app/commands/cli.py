@@ -10,6 +10,7 @@ from ftqp import __version__
 from ftqp.app.commands.analyses import ANALYSES
 from ftqp.app.commands.exporting import export
 from ftqp.app.commands.options import Backend, Json, Out, Overrides, PlanFile, Scheme, Source
+from ftqp.app.commands.pages import PAGES
 from ftqp.app.output.console import ExitCode, command, say, tell, tell_json, tell_table
 from ftqp.app.scenario import document
 from ftqp.core.clock import now
@@ -258,8 +259,8 @@ def report(
     return reporting.report(results, output, full=full, as_json=as_json)
 
 
-for analysis, example in ANALYSES.items():
-    app.command(epilog=example)(command(analysis))
+for body, example in {**ANALYSES, **PAGES}.items():
+    app.command(epilog=example)(command(body))
 
 
 app.command(epilog="Example: ftqp export runs/panda-circle --format mcap -o panda-bag")(command(export))

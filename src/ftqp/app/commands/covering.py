@@ -20,6 +20,7 @@ from ftqp.app.scenario.setup import load
 from ftqp.app.study.coverage_study import report_of
 from ftqp.app.study.driving import cluster_at
 from ftqp.app.study.results_file import FILE_NAME
+from ftqp.app.view.verdicts_file import write_verdicts
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.kernel.layout.survival import Survival
@@ -100,11 +101,12 @@ def cover(
     if hours is not None:
         facts["mission"] = mission_of(rep, hours)
     facts |= report(found, rep, facts, folder)
+    write_verdicts(folder, rep, setup.name, setup.toml, settings.get("velocity"))
     if as_json:
         tell_json(facts)
     else:
         tell_facts(facts)
-        tell(f"  files: {folder}; read {folder / PAGE}")
+        tell(f"  files: {folder}; read {folder / PAGE}; ftqp view {folder} plays its failures")
     return ExitCode.DONE
 
 

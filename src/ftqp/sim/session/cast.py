@@ -1,8 +1,7 @@
 """Who plays in a session: the arm, its naive twin, what fails by itself, and what they are called."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass
 
 from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
@@ -36,13 +35,14 @@ class Player:
         return LedArm(self.planner, self.leader, self.plant, self.sensors)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
     """What a person has chosen to see; None is what the scenario says.
 
     Attributes:
         scenario: Name or path of a scenario.
         overrides: ``a.b=value`` each, put into the scenario before it is checked.
+        plan: File of a plan that leads the null space.
         robot: Name of a catalog robot.
         scheme: Name of a scheme.
         backend: Name of a backend.
@@ -51,6 +51,7 @@ class Choice:
 
     scenario: str
     overrides: tuple[str, ...] = ()
+    plan: str | None = None
     robot: str | None = None
     scheme: str | None = None
     backend: str | None = None
@@ -71,7 +72,7 @@ class Cast:
         arm: The arm and its planner.
         twin: The same once more, which is never told of failures; None without one.
         detects: Whether the planner has a detector, so that a click need not tell it.
-        facts: What else a log should say.
+        urdf: The file that the arm was read from, for pictures; None of an arm without one.
     """
 
     title: str
@@ -83,7 +84,7 @@ class Cast:
     arm: Player
     twin: Player | None = None
     detects: bool = False
-    facts: Mapping[str, Any] = field(default_factory=dict)
+    urdf: str | None = None
 
 
 Casting = Callable[[Choice], Cast]

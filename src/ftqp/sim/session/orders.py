@@ -135,15 +135,19 @@ class Seek:
 
 @dataclass(frozen=True, slots=True)
 class Play:
-    """Play one failure of a coverage report: the motion from its beginning, with this lock.
+    """Begin anew with one failure to come and none of the scenario's, such as one of a coverage report.
 
     Attributes:
-        joint: Its name or 0-based index.
-        time: When it locks [s].
+        joint: Its name or 0-based index; names with a plus sign between them fail together.
+        time: When it fails [s]; the planner is told as `Tell` says.
+        kind: A kind of fault.
+        settings: Settings of that kind.
     """
 
     joint: str | int
     time: float
+    kind: str = "locked"
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 Order = Break | Repair | Pause | Reset | Speed | Use | Tell | Aim | Seek | Play

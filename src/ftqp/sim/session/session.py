@@ -3,13 +3,15 @@
 from dataclasses import replace
 from math import floor, isfinite
 from queue import Empty, SimpleQueue
-from typing import final
+from typing import Literal, final
 
 import numpy as np
 
 from ftqp.core.errors import FtqpError, InputError
-from ftqp.faults.kinds import KINDS
+from ftqp.faults.kinds import KINDS, Fault
 from ftqp.sim.log.row_sink import RowSink
+from ftqp.sim.log.signals import Column
+from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.session.cast import Cast, Casting, Choice
 from ftqp.sim.session.facts import Facts
 from ftqp.sim.session.orders import (
@@ -18,8 +20,10 @@ from ftqp.sim.session.orders import (
     Break,
     Order,
     Pause,
+    Play,
     Repair,
     Reset,
+    Seek,
     Speed,
     Tell,
     Use,
@@ -77,6 +81,11 @@ class Session:
     def tell(self) -> str:
         """How the planner learns of failures, one of `ftqp.sim.session.orders.TELLS`."""
         return self._tell.how
+
+    @property
+    def signals(self) -> tuple[Column, ...]:
+        """The columns of a log of this session."""
+        return self._arm.signals
 
     def record(self, sink: RowSink) -> None:
         """Keep the row of every tick from the next one on; the caller closes the sink.
@@ -146,8 +155,10 @@ class Session:
                     self._twin.follow(order.pose)
             case Use():
                 return self._use(order)
-            case _:
-                return f"{type(order).__name__} is for replays and reports; a running session has none."
+            case Play():
+                self._rehearse(order)
+            case Seek():
+                return "Only a replay can go to another time; a running session cannot."
         return ""
 
     def _play(self, cast: Cast) -> None:
@@ -157,13 +168,14 @@ class Session:
         self._twin = None if cast.twin is None else WatchedArm(cast.twin)
         self._tell = Tell("detector" if cast.detects else "at once")
 
-    def _begin(self) -> None:
-        """Tick 0, nothing broken."""
+    def _begin(self, schedule: Schedule | None = None) -> None:
+        """Tick 0, nothing broken; what fails by itself comes from the schedule, or from the cast."""
         cast, dt = self.cast, self.cast.arm.planner.dt
         for arm in (self._arm, self._twin):
             if arm is not None:
                 arm.begin(cast.q, cast.v)
-        self._failing, self._announced = cast.schedule.failing(dt), cast.schedule.announced(dt)
+        events = cast.schedule if schedule is None else schedule
+        self._failing, self._announced = events.failing(dt), events.announced(dt)
         self._telling: dict[str, int] = {}
         self._k, self._left, self._broken, self._message = 0, 0.0, False, ""
         self._tick(last=True)
@@ -213,13 +225,7 @@ class Session:
         return robot.joints[robot.joint(joint)]
 
     def _break(self, order: Break) -> None:
-        joint = self._joint(order.joint)
-        if order.kind not in KINDS:
-            raise InputError(f"{order.kind!r} is no kind of fault; there are {', '.join(KINDS)}")
-        try:
-            fault = order.fault(joint)
-        except TypeError as error:
-            raise InputError(f"a fault of kind {order.kind} has no such setting: {error}") from error
+        joint, fault = self._joint(order.joint), self._fault(order)
         at_once = self._tell.how == "at once"
         self._arm.fail(fault)
         if at_once:
@@ -233,6 +239,31 @@ class Session:
         self._telling.pop(joint, None)
         if self._tell.how == "after":
             self._telling[joint] = self._due()
+
+    def _rehearse(self, order: Play) -> None:
+        """Begin anew with failures of this order alone."""
+        whole = order.joint
+        single = not isinstance(whole, str) or whole in self.cast.robot.joints
+        joints = [whole] if single else str(whole).split("+")
+        told: float | Literal["never"] | None = "never"
+        if self._tell.how in ("at once", "after"):
+            told = order.time + self._tell.delay if self._tell.how == "after" else None
+        faults = [self._fault(Break(joint, order.kind, order.settings)) for joint in joints]
+        self._begin(Schedule([FaultEvent(fault, at=order.time, announced=told) for fault in faults]))
+
+    def _fault(self, order: Break) -> Fault:
+        """The fault of an order, for a joint by name.
+
+        Raises:
+            InputError: There is no such joint, kind or setting.
+        """
+        joint = self._joint(order.joint)
+        if order.kind not in KINDS:
+            raise InputError(f"{order.kind!r} is no kind of fault; there are {', '.join(KINDS)}")
+        try:
+            return order.fault(joint)
+        except TypeError as error:
+            raise InputError(f"a fault of kind {order.kind} has no such setting: {error}") from error
 
     def _due(self) -> int:
         return self._k + round(self._tell.delay / self.cast.arm.planner.dt)

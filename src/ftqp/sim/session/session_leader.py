@@ -18,14 +18,17 @@ from ftqp.sim.plants.arm_model import Arm
 
 LAPS = 1_000_000
 """Laps of a path that goes by the clock; nobody watches longer."""
+DETOURS = 2
+"""The ways back after the direct one: to the posture of the start, and from there to the path again."""
 
 
 @final
 class SessionLeader(Leader):
     """Leads the arm along its path without end, to where a hand points, and back to the path.
 
-    The way back is an `ftqp.GoTo` to where the path begins; from there it begins anew. A path that is not
-    closed is followed to its end and back.
+    The way back is an `ftqp.GoTo` to where the path begins; from there it begins anew. Where that does not
+    get there, the arm first folds back to the posture in which it began, and where that does not help, it
+    waits. A path that is not closed is followed to its end and back.
 
     Args:
         planner: Gives the commands.
@@ -50,16 +53,16 @@ class SessionLeader(Leader):
             self._followers = (progress, PathFollower(planner, Backwards(path), stall=progress.stall))
         self._ways = ways if progress is None else tuple(map(ProgressLeader, self._followers))
         self._way = 0
-        self._ticks, self._begun, self._k = 1, 0, 0
+        self._begun = 0
         self._hand: TargetFollower | None = None
         self._back: GoTo | None = None
+        self._q, self._detours = planner.robot.neutral.copy(), 0
         self._aim = Target(pose=path.start)
 
     def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
         """Begin the path at (q, v), each (nv,)."""
         self._hand = self._back = None
-        self._ticks, self._begun = ticks, 0
-        self._way = 0
+        self._begun, self._way, self._q = 0, 0, q.copy()
         self._path.reset(q, v, ticks)
 
     def follow(self, pose: FloatArray | None) -> None:
@@ -72,13 +75,13 @@ class SessionLeader(Leader):
             if self._hand is not None:
                 self.go_back()
             return
+        self._aim = Target(pose=pose)
         if self._hand is None:
             self._hand, self._back = TargetFollower(self._planner), None
-        self._aim = Target(pose=pose)
 
     def go_back(self) -> None:
         """Go to where the path begins and follow it from there."""
-        self._hand, self._back = None, GoTo(self._planner, pose=self._start)
+        self._hand, self._back, self._detours = None, GoTo(self._planner, pose=self._start), 0
 
     def resume(self) -> None:
         """Try a path anew that was blocked, because a joint works again."""
@@ -87,15 +90,25 @@ class SessionLeader(Leader):
 
     def aim(self, k: int, q: FloatArray) -> None:
         """Find the target of tick k."""
-        self._k = k
-        if self._back is not None and self._back.status not in (GoToStatus.MOVING, GoToStatus.HALTED):
-            self._back = None
-            self._start_lap(k, 0)
+        if self._back is not None:
+            self._go_on_back(self._back, k)
         if self._hand is not None or self._back is not None:
             return
         if self._followers and self._followers[self._way].status is PathStatus.DONE:
             self._start_lap(k, (self._way + 1) % len(self._followers))
         self._path.aim(k - self._begun, q)
+
+    def _go_on_back(self, back: GoTo, k: int) -> None:
+        """The path once its start is reached; by the posture of the start where it is not reached."""
+        if back.status is GoToStatus.REACHED and self._detours % 2 == 0:
+            self._back = None
+            self._start_lap(k, 0)
+        elif back.done and back.status is not GoToStatus.HALTED and self._detours < DETOURS:
+            self._detours += 1
+            if self._detours % 2 == 1:
+                self._back = GoTo(self._planner, q=self._q)
+            else:
+                self._back = GoTo(self._planner, pose=self._start)
 
     def _start_lap(self, k: int, way: int) -> None:
         self._begun, self._way = k, way
@@ -133,7 +146,9 @@ class SessionLeader(Leader):
         if self._hand is not None:
             return f"Led by hand: {self._hand.status.value}."
         if self._back is not None:
-            return f"Back to the path: {self._back.sentence}."
+            waits = self._back.done and self._detours == DETOURS
+            ending = "; Reset begins anew, or lead the tip by hand" if waits else ""
+            return f"Back to the path: {self._back.sentence}{ending}."
         blocked = self._path.blocked
         return "" if blocked is None else f"The path does not go on: {blocked}."
 

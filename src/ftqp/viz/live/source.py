@@ -44,6 +44,7 @@ class Stage:
         backend: Name of the backend.
         tell: How the planner learns of failures, one of `ftqp.sim.session.orders.TELLS`.
         path: Points of the path in the frame of the base, (K, 3) [m]; None where there is none to draw.
+        urdf: The URDF that the arm was read from, whose meshes can be drawn; None of an arm without one.
         live: Whether joints can be broken; a replay takes ``Pause``, ``Speed`` and ``Seek`` only.
         duration: The end of a replay [s]; None of a live session.
         robots: Catalog robots that ``Use`` takes; none in a replay.
@@ -61,6 +62,7 @@ class Stage:
     backend: str
     tell: str = "at once"
     path: FloatArray | None = None
+    urdf: str | None = None
     live: bool = True
     duration: float | None = None
     robots: Sequence[str] = ()

@@ -1,0 +1,175 @@
+"""``ftqp view``: the live page of a scenario, a finished run, or a coverage report."""
+
+import os
+import signal
+import sys
+import webbrowser
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from ipaddress import ip_address
+from pathlib import Path
+from threading import Event, current_thread, main_thread
+from types import FrameType
+from typing import TYPE_CHECKING, Final
+from urllib.error import URLError
+from urllib.request import urlopen
+
+from ftqp.app.output.console import ExitCode, say, tell, tell_json
+from ftqp.app.run.runs import write
+from ftqp.app.view.frame_keeper import FrameKeeper
+from ftqp.app.view.subjects import shown
+from ftqp.core.errors import FtqpError, InputError, unknown
+from ftqp.model.robot import Robot
+from ftqp.sim.session.cast import Choice
+
+if TYPE_CHECKING:
+    from ftqp.viz.live.shapes import Part
+
+MESHES: Final = ("collision", "visual", "none")
+PATIENCE: Final = 10.0
+"""How long the page is given to answer for the first time [s]."""
+
+
+def view(
+    choice: Choice,
+    *,
+    host: str,
+    port: int,
+    speed: float,
+    browser: bool,
+    record: Path | None,
+    twin: bool,
+    meshes: str,
+    as_json: bool,
+) -> ExitCode:
+    """Serve the page until Ctrl-C.
+
+    Args:
+        choice: A scenario, the folder of a run or of a coverage report, and what takes the place of what a
+            scenario says.
+        host: The address to listen at.
+        port: The port; where it is in use, the next free one.
+        speed: Simulated seconds in a second.
+        browser: Whether a browser is opened.
+        record: A new file for a recording of what was shown; None for none.
+        twin: Whether the naive twin is shown, too.
+        meshes: Which meshes of a URDF are drawn, ``collision``, ``visual`` or ``none``.
+        as_json: Whether the address is printed as JSON.
+
+    Raises:
+        FtqpError: There is nothing that can be shown, or the page cannot be served.
+    """
+    from ftqp.viz.live.page import Page
+
+    if meshes not in MESHES:
+        raise unknown("kind of meshes", meshes, "a page", MESHES)
+    if record is not None:
+        _refuse_file(record)
+    if not _is_loopback(host):
+        say(
+            f"warning: the page is open to the network at {host}: anybody who reaches it can break joints of "
+            "this simulation; leave --host out to keep it to this machine"
+        )
+    with _until_interrupted() as ended, shown(choice, speed=speed, twin=twin) as (kind, source):
+        kept = FrameKeeper(source)
+        with Page(kept, host=host, port=port, parts=lambda robot: _parts(kept, robot, meshes)) as page:
+            try:
+                _wait_for(page.url)
+                if as_json:
+                    tell_json(
+                        {"url": page.url, "port": page.port, "kind": kind, "title": source.stage().title}
+                    )
+                else:
+                    tell(f"{source.stage().title}: {page.url}")
+                    say("Ctrl-C ends it.")
+                if browser:
+                    _open(page.url)
+                page.run(ended)
+            finally:
+                if record is not None:
+                    _write(record, kept, meshes)
+    return ExitCode.INTERRUPTED
+
+
+@contextmanager
+def _until_interrupted() -> Iterator[Event]:
+    """An event that Ctrl-C sets, in whatever code it comes; a second Ctrl-C interrupts at once."""
+    ended = Event()
+    if current_thread() is not main_thread():
+        yield ended
+        return
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        if ended.is_set():
+            raise KeyboardInterrupt
+        ended.set()
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield ended
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _parts(kept: FrameKeeper, robot: Robot, meshes: str) -> "Sequence[Part]":
+    """What the arm is drawn from."""
+    from ftqp.viz.live.meshes import mesh_parts
+
+    return mesh_parts(robot, kept.stage().urdf, "chain" if meshes == "none" else meshes)
+
+
+def _write(file: Path, kept: FrameKeeper, meshes: str) -> None:
+    """The recording of what was shown."""
+    from ftqp.viz.live.recording import recording
+
+    if len(kept.frames) < 2:
+        say(f"note: nothing moved, so there is no recording {file}")
+        return
+    stage, parts = kept.stage(), _parts(kept, kept.stage().robot, meshes)
+    write(file, recording(kept.frames, stage.robot, path=stage.path, title=stage.title, parts=parts))
+    say(f"recording: {file}")
+
+
+def _refuse_file(file: Path) -> None:
+    """Refuse a file that cannot be made.
+
+    Raises:
+        InputError: It exists, or its folder does not.
+    """
+    if file.exists() or file.is_symlink():
+        raise InputError(f"recording {file} exists, and nothing is overwritten; name another file")
+    if not file.absolute().parent.is_dir():
+        raise InputError(f"recording {file} cannot be made: {file.absolute().parent} is not a folder")
+
+
+def _is_loopback(host: str) -> bool:
+    """Whether only this machine reaches the address."""
+    if host == "localhost":
+        return True
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def _wait_for(url: str) -> None:
+    """Return once the page answers.
+
+    Raises:
+        FtqpError: It does not.
+    """
+    try:
+        with urlopen(url, timeout=PATIENCE) as answer:
+            answer.read(1)
+    except (URLError, OSError) as error:
+        raise FtqpError(f"the page at {url} does not answer: {error}") from error
+
+
+def _open(url: str) -> None:
+    """Open a browser where there is a screen; without one the address alone is told."""
+    if sys.platform.startswith("linux") and not (
+        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    ):
+        return
+    if not webbrowser.open(url):
+        say("note: no browser could be opened; open the address by hand")

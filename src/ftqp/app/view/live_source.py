@@ -1,0 +1,123 @@
+"""A session in a thread of its own, and its frames for a page."""
+
+from dataclasses import replace
+from threading import Event, Lock, Thread
+from time import monotonic
+from typing import Final, Self, final
+
+from ftqp.app.scenario import document
+from ftqp.app.view.verdicts_file import Verdicts
+from ftqp.control.paths import Hold
+from ftqp.control.task import schemes
+from ftqp.model import catalog
+from ftqp.qp import backends as known_backends
+from ftqp.sim.session.facts import Facts
+from ftqp.sim.session.orders import Order, Play
+from ftqp.sim.session.session import Session
+from ftqp.sim.session.session_leader import path_points
+from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
+from ftqp.viz.live.source import Stage
+
+PICTURES: Final = 30.0
+"""Pictures of a second: between two of them the session makes its ticks without a pause."""
+SMOOTH: Final = 0.1
+"""Share of the latest picture in the pace that is shown."""
+
+
+@final
+class LiveSource:
+    """Steps a session by the clock, and makes a frame of its facts when a page asks for one.
+
+    A picture advances the session by its speed over the pictures of a second. Where the machine is slower,
+    time goes slower, and ``pace`` says by how much: no tick is skipped, and what was missed is not made up.
+
+    Args:
+        session: What is shown; nothing but this object's thread steps it.
+        report: A coverage report whose failures can be played; None without one.
+        pictures: Pictures of a second, > 0.
+    """
+
+    def __init__(
+        self, session: Session, *, report: Verdicts | None = None, pictures: float = PICTURES
+    ) -> None:
+        self._session, self._report, self._pictures = session, report, pictures
+        self._over, self._drawing = Event(), Lock()
+        self._thread = Thread(target=self._run, name="ftqp session", daemon=True)
+        self._stage = self._staged()
+        self._drawn = DrawnArm(session.cast.robot)
+        self._shown: tuple[Facts, DrawnArm] = session.facts, self._drawn
+        self._last: tuple[Facts | None, Frame | None] = (None, None)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        self._thread.join()
+
+    def frame(self) -> Frame:
+        """The latest frame, made in the caller's thread."""
+        with self._drawing:
+            facts, drawn = self._shown
+            known, frame = self._last
+            if frame is None or known is not facts:
+                frame = frame_of(facts, drawn)
+                self._last = facts, frame
+            return frame
+
+    def stage(self) -> Stage:
+        """The stage of the latest frame, or a later one."""
+        return self._stage
+
+    def put(self, order: Order) -> None:
+        """Ask for something; it is applied between two ticks."""
+        if isinstance(order, Play) and self._report is not None:
+            order = replace(order, kind=self._report.kind, settings=self._report.settings)
+        self._session.put(order)
+
+    def _run(self) -> None:
+        """Advance picture by picture until it is over."""
+        session, period = self._session, 1.0 / self._pictures
+        before = due = monotonic()
+        while not self._over.is_set():
+            wanted = session.speed * period
+            dt, made = session.cast.arm.planner.dt, 0
+            made = session.advance(wanted)
+            now = monotonic()
+            if made:
+                reached = made * dt / max(now - before, period)
+                session.pace += SMOOTH * (min(reached, session.speed) - session.pace)
+            before = now
+            self._publish()
+            due = max(due + period, monotonic() - period)
+            self._over.wait(max(due - monotonic(), 0.0))
+
+    def _publish(self) -> None:
+        """Hand the facts to whoever draws; the stage first, because a frame names it."""
+        session = self._session
+        if session.stage != self._stage.number or session.tell != self._stage.tell:
+            if session.stage != self._stage.number:
+                self._drawn = DrawnArm(session.cast.robot)
+            self._stage = self._staged()
+        self._shown = session.facts, self._drawn
+
+    def _staged(self) -> Stage:
+        """The stage of the session's cast."""
+        session, cast = self._session, self._session.cast
+        report = None if session.stage else self._report
+        return Stage(
+            number=session.stage,
+            title=cast.title if report is None else f"{report.name}, failures of its motion",
+            robot=cast.robot,
+            scheme=cast.arm.planner.scheme.name,
+            backend=cast.arm.planner.backend,
+            tell=session.tell,
+            path=None if isinstance(cast.path, Hold) else path_points(cast.path),
+            urdf=cast.urdf,
+            robots=tuple(catalog.names()),
+            scenarios=tuple(document.bundled()),
+            schemes=tuple(schemes.names()),
+            backends=tuple(info.name for info in known_backends() if info.available),
+            heat=None if report is None else report.heat,
+        )

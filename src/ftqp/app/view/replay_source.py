@@ -1,0 +1,120 @@
+"""A finished run, played from its log."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import isfinite
+from threading import Lock
+from time import monotonic
+from typing import Any, final
+
+import numpy as np
+
+from ftqp import __version__
+from ftqp.app.view.recorded_way import robot_of, urdf_of, way_of
+from ftqp.core.errors import InputError
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.session.facts import facts_of
+from ftqp.sim.session.orders import Order, Pause, Reset, Seek, Speed
+from ftqp.sim.session.session import FASTEST
+from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
+from ftqp.viz.live.source import Stage
+
+
+@final
+class ReplaySource:
+    """Plays a log by the clock: Pause, Speed, Seek and Reset, which begins at time 0; it stands at its end.
+
+    Args:
+        log: The log; one that was cut short plays up to its last row.
+        title: What is shown.
+        clock: Seconds that only grow; by default those of the machine.
+
+    Raises:
+        InputError: The log is empty, or its arm cannot be made any more.
+    """
+
+    def __init__(self, log: Log, title: str, *, clock: Callable[[], float] = monotonic) -> None:
+        if not len(log):
+            raise InputError(f"{log.title} has no rows yet, so there is nothing to play")
+        self._log, self._clock = log, clock
+        self._t = np.asarray(log["t"], dtype=np.float64)
+        self._arm, self._lock = DrawnArm(robot_of(log)), Lock()
+        self._paused, self._speed, self._message = False, 1.0, notes_of(log)
+        self._at, self._since = float(self._t[0]), clock()
+        facts = log.metadata
+        self._stage = Stage(
+            number=0,
+            title=title,
+            robot=self._arm.robot,
+            scheme=str(facts.get("scheme", "")),
+            backend=str(facts.get("backend", "")),
+            path=way_of(log),
+            urdf=urdf_of(log),
+            live=False,
+            duration=float(self._t[-1]),
+        )
+
+    def frame(self) -> Frame:
+        """The frame of this moment."""
+        with self._lock:
+            t = self._now()
+            tick = max(int(np.searchsorted(self._t, t + 1e-9, side="right")) - 1, 0)
+            facts = replace(
+                facts_of(self._log, tick),
+                paused=self._paused,
+                speed=self._speed,
+                pace=self._speed,
+                message=self._message,
+            )
+            return frame_of(facts, self._arm)
+
+    def stage(self) -> Stage:
+        """The stage, always the same."""
+        return self._stage
+
+    def put(self, order: Order) -> None:
+        """Do it at once; what a finished run cannot do is said in the frame's message."""
+        with self._lock:
+            self._at, self._since = self._now(), self._clock()
+            match order:
+                case Pause():
+                    self._paused = bool(order.paused)
+                case Speed() if _is_number(order.factor) and 0.0 < order.factor <= FASTEST:
+                    self._speed = float(order.factor)
+                case Speed():
+                    self._message = (
+                        f"Speed is {order.factor!r}, expected a factor above 0 and at most {FASTEST:g}."
+                    )
+                case Seek() if _is_number(order.t):
+                    self._at = min(max(float(order.t), float(self._t[0])), float(self._t[-1]))
+                case Reset():
+                    self._at = float(self._t[0])
+                case _:
+                    self._message = "This is a finished run: nothing of it can be changed; view its scenario."
+
+    def _now(self) -> float:
+        """Time of the run that is shown [s]."""
+        gone = 0.0 if self._paused else self._speed * (self._clock() - self._since)
+        return min(self._at + gone, float(self._t[-1]))
+
+
+def notes_of(log: Log) -> str:
+    """What somebody who plays a log should know: it was cut short, or made by another version."""
+    notes = []
+    state = log.metadata.get("state")
+    if state == "running":
+        notes.append(
+            f"The log was cut short: it ends at {float(log['t'][-1]):.3f} s, as far as it was written."
+        )
+    elif state in ("interrupted", "broken", "failed"):
+        why = log.metadata.get("broken")
+        notes.append(f"The run was {state} at {float(log['t'][-1]):.3f} s{f': {why}' if why else ''}.")
+    versions = log.metadata.get("versions")
+    made: Any = versions.get("ftqp") if isinstance(versions, dict) else None
+    if made is not None and made != __version__:
+        notes.append(f"The run was made by ftqp {made}, this is {__version__}.")
+    return " ".join(notes)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and isfinite(value)

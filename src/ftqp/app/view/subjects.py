@@ -1,0 +1,77 @@
+"""What ``ftqp view`` is asked to show: a scenario without end, a finished run, or a coverage report."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path as File
+
+from ftqp.app.view.casting import cast_of
+from ftqp.app.view.live_source import LiveSource
+from ftqp.app.view.replay_source import ReplaySource
+from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
+from ftqp.core.errors import InputError
+from ftqp.sim.log.log_file import FILE_NAME, load_log
+from ftqp.sim.session.cast import Cast, Choice
+from ftqp.sim.session.orders import Speed
+from ftqp.sim.session.session import FASTEST, Session
+from ftqp.viz.live.source import Source
+
+
+@contextmanager
+def shown(choice: Choice, *, speed: float = 1.0, twin: bool = True) -> Iterator[tuple[str, Source]]:
+    """The kind of what is shown, ``live``, ``replay`` or ``coverage``, and its source.
+
+    Args:
+        choice: Its scenario may also be the folder of a run or of a coverage report, or a log; the rest of
+            the choice goes with scenarios.
+        speed: Simulated seconds in a second, > 0 and at most 100.
+        twin: Whether the naive twin plays, too.
+
+    Raises:
+        FtqpError: There is nothing that can be shown.
+    """
+    if not 0.0 < speed <= FASTEST:
+        raise InputError(f"speed is {speed:g}, expected a factor above 0 and at most {FASTEST:g}")
+    given = File(choice.scenario)
+    if given.is_dir() and (given / VERDICTS).is_file():
+        _alone(choice, "a coverage report")
+        report = read_verdicts(given)
+        session = Session(lambda wish: _cast(wish, twin), Choice(scenario=str(report.scenario)))
+        session.put(Speed(speed))
+        with LiveSource(session, report=report) as source:
+            yield "coverage", source
+    elif given.is_dir() or given.name == FILE_NAME or given.suffix == ".sqlite":
+        if given.is_dir() and not (given / FILE_NAME).is_file():
+            raise InputError(
+                f"folder {given} holds neither a run ({FILE_NAME}) nor a coverage report ({VERDICTS}); name "
+                "a folder that ftqp run or ftqp coverage has made"
+            )
+        _alone(choice, "a finished run")
+        log = load_log(given)
+        replay = ReplaySource(log, f"{log.metadata.get('scenario', given.stem)}, a finished run")
+        replay.put(Speed(speed))
+        yield "replay", replay
+    else:
+        session = Session(lambda wish: _cast(wish, twin), choice)
+        session.put(Speed(speed))
+        with LiveSource(session) as source:
+            yield "live", source
+
+
+def _cast(choice: Choice, twin: bool) -> Cast:
+    return cast_of(choice, twin=twin)
+
+
+def _alone(choice: Choice, what: str) -> None:
+    """Refuse settings of scenarios for what has none."""
+    named = {
+        "--set": choice.overrides,
+        "--scheme": choice.scheme,
+        "--backend": choice.backend,
+        "--plan": choice.plan,
+    }
+    given = [option for option, value in named.items() if value]
+    if given:
+        raise InputError(
+            f"{', '.join(given)} is for scenarios, but {choice.scenario} is {what}; leave it out or view "
+            "the scenario"
+        )

@@ -1,0 +1,116 @@
+"""The file beside a coverage report from which its failures can be played."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path as File
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from ftqp.app.output.console import json_text
+from ftqp.app.run.runs import SCENARIO, write
+from ftqp.core.errors import InputError
+from ftqp.kernel.layout.survival import Survival
+from ftqp.viz.live.source import HeatMap
+
+if TYPE_CHECKING:
+    from ftqp.analysis import CoverageReport  # slow to load, needed for writing only
+
+VERDICTS: Final = "verdicts.json"
+FORMAT: Final = 1
+LARGEST: Final = 50_000_000
+"""Bytes that are read at most."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Verdicts:
+    """What a coverage report holds for a page that plays its failures.
+
+    Attributes:
+        name: Of the scenario.
+        heat: The verdicts.
+        scenario: The file of the scenario, beside it.
+        kind: The kind of fault that was looked at.
+        settings: Settings of that kind.
+    """
+
+    name: str
+    heat: HeatMap
+    scenario: File
+    kind: str
+    settings: dict[str, Any]
+
+
+def write_verdicts(
+    folder: File, rep: "CoverageReport", name: str, scenario: str, share: float | None
+) -> None:
+    """Put the verdicts and the scenario into the folder of a report.
+
+    Args:
+        folder: The folder, which exists.
+        rep: The report.
+        name: Names the scenario.
+        scenario: The scenario's text.
+        share: What a degraded joint has left of its speed; None is what `ftqp.analysis.coverage` takes.
+
+    Raises:
+        FtqpError: A file cannot be written.
+    """
+    settings: dict[str, Any] = {}
+    if rep.fault == "locked":
+        settings = {"mode": rep.lock}
+    elif rep.fault == "degraded" and share is not None:
+        settings = {"velocity": share}
+    content = {
+        "format": FORMAT,
+        "scenario": name,
+        "failures": list(rep.names),
+        "times": rep.t,
+        "codes": rep.status,
+        "coverage": rep.coverage,
+        "fault": rep.fault,
+        "settings": settings,
+    }
+    write(folder / VERDICTS, json_text(content))
+    write(folder / SCENARIO, scenario)
+
+
+def read_verdicts(folder: File) -> Verdicts:
+    """The verdicts of a coverage report.
+
+    Args:
+        folder: Its folder.
+
+    Raises:
+        InputError: The folder holds none, or damaged ones.
+    """
+    from ftqp.viz.figures.coverage_map import COLOURS, LABELS
+
+    file = folder / VERDICTS
+    try:
+        if file.stat().st_size > LARGEST:
+            raise ValueError(f"it has more than {LARGEST / 1e6:.0f} MB")
+        content = json.loads(file.read_text(encoding="utf-8"))
+        names, times = [str(name) for name in content["failures"]], np.array(content["times"], dtype=float)
+        codes = np.array(content["codes"], dtype=np.int64)
+        known = {int(verdict) for verdict in Survival}
+        if content["format"] != FORMAT or codes.shape != (len(names), len(times)) or not codes.size:
+            raise ValueError("its parts do not fit together")
+        if not set(np.unique(codes).tolist()) <= known or not np.isfinite(times).all():
+            raise ValueError("it has verdicts that do not exist")
+        name = str(content["scenario"])
+        kind, settings, share = str(content["fault"]), dict(content["settings"]), float(content["coverage"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise InputError(
+            f"{file} is not the list of verdicts of a coverage report: {error!s:.200}; make it anew by "
+            "ftqp coverage"
+        ) from error
+    heat = HeatMap(
+        joints=tuple(names),
+        times=times,
+        codes=codes,
+        words={int(verdict): LABELS[verdict] for verdict in Survival},
+        colours={int(verdict): COLOURS[verdict] for verdict in Survival},
+        coverage=share,
+    )
+    return Verdicts(name=name, heat=heat, scenario=folder / SCENARIO, kind=kind, settings=settings)

@@ -1,0 +1,111 @@
+"""A session in its thread: readers, orders from other threads, and a clock that slows down."""
+
+from threading import Thread
+from time import monotonic, sleep
+
+import numpy as np
+import pytest
+
+from ftqp.app.view.casting import cast_of
+from ftqp.app.view.live_source import LiveSource
+from ftqp.sim.session.cast import Choice
+from ftqp.sim.session.orders import Break, Pause, Repair, Reset, Tell, Use
+from ftqp.sim.session.session import Session
+
+LONG = 60.0
+"""Seconds that a slow machine is given."""
+
+
+def until(condition):
+    begun = monotonic()
+    while not condition():
+        assert monotonic() - begun < LONG
+        sleep(0.01)
+
+
+@pytest.fixture
+def source():
+    session = Session(
+        lambda wish: cast_of(wish, twin=False), Choice(scenario="panda-y-line", overrides=("faults=",))
+    )
+    with LiveSource(session) as source:
+        yield source
+
+
+def test_clicks_of_two_threads_are_done_while_two_others_read(source):
+    frames, failed = [], []
+
+    def read():
+        last = -1
+        for _ in range(200):
+            frame = source.frame()
+            if frame.tick < last or len(frame.q) != len(frame.truth):
+                failed.append(frame)
+            last = frame.tick
+            frames.append(frame)
+            sleep(0.001)
+
+    def click(joint):
+        for k in range(50):
+            source.put(Repair(joint) if k % 2 else Break(joint))
+            sleep(0.01)  # a hundred orders a second from both together
+        source.put(Break(joint))
+
+    threads = [Thread(target=read) for _ in range(2)]
+    threads += [Thread(target=click, args=(joint,)) for joint in (2, 5)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    until(lambda: source.frame().belief.tolist() == [0, 0, 1, 0, 0, 1, 0])
+    assert not failed and len(frames) == 400
+    np.testing.assert_array_equal(source.frame().truth, source.frame().belief)
+
+
+def test_same_facts_give_the_same_frame_object(source):
+    source.put(Pause(True))
+    until(lambda: source.frame().paused)
+    until(lambda: source.frame().tick == source.frame().tick)
+    tick = source.frame().tick
+    sleep(0.2)
+    assert source.frame().tick == tick
+
+
+def test_stage_follows_the_arm_and_what_is_told(source):
+    assert source.stage().number == 0 and source.stage().tell == "at once"
+    source.put(Tell("never"))
+    until(lambda: source.stage().tell == "never")
+    source.put(Use(robot="planar6"))
+    until(lambda: source.frame().stage == 1)
+    stage = source.stage()
+    assert stage.number == 1 and stage.robot.name == "planar6" and stage.live and stage.duration is None
+    assert {"panda", "planar6"} <= set(stage.robots) and "panda-circle" in stage.scenarios
+    assert "active_set" in stage.backends and "mvn" in stage.schemes
+    assert stage.path.shape == (121, 3)
+    assert len(source.frame().q) == 6
+
+
+def test_refusal_is_a_message_of_a_frame_and_reset_takes_it_away(source):
+    source.put(Break("elbow"))
+    until(lambda: "'elbow' is not a joint" in source.frame().message)
+    source.put(Reset())
+    until(lambda: source.frame().message == "")
+
+
+def test_machine_that_is_too_slow_slows_the_clock_and_skips_no_tick():
+    session = Session(
+        lambda wish: cast_of(wish, twin=False), Choice(scenario="panda-y-line", overrides=("faults=",))
+    )
+    ticks, think = [], session._arm.think
+
+    def slow(k):
+        sleep(0.004)  # twice the time that a tick of 2 ms has
+        ticks.append(k)
+        think(k)
+
+    session._arm.think = slow
+    with LiveSource(session) as source:
+        until(lambda: source.frame().tick > 150)
+        pace = source.frame().pace
+    assert pace < 0.7
+    assert ticks == list(range(1, len(ticks) + 1))
