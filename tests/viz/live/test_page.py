@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.viz.live.stepped_source import SteppedSource
 from tests.viz.live.still_source import StillSource
 
 import ftqp
@@ -298,3 +299,19 @@ def test_bodies_of_meshes_are_grey_until_their_joint_fails():
         source.facts |= {"truth": np.array([0, 0, 1, 0, 0, 0, 0])}
         page.refresh()
         assert tuple(body.color) == colours.CONDITION[1]
+
+
+def test_pictures_leave_nothing_behind_that_grows():
+    source = SteppedSource(seconds=0.002, overrides=["faults=[]", "path.duration=3"])
+    source.put(Break("panda_joint3"))
+    with Page(source, port=0) as page:
+        kept = page._server._websock_server._broadcast_buffer.message_from_id
+
+        def drawn(count):
+            for _ in range(count):
+                page.refresh()
+                page._panel.show(source.frame())
+                page._panel.plot()
+            return len(kept), page.nodes()
+
+        assert drawn(60) == drawn(60)

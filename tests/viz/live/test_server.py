@@ -39,3 +39,27 @@ def test_only_this_machine_is_served_and_nothing_is_printed(capfd):
     finally:
         close_server(server)
     assert capfd.readouterr() == ("", "")
+
+
+def test_no_browser_can_ask_for_a_public_address():
+    server = open_server(port=0)
+    try:
+        asked = {message.__name__ for message in server._websock_server._incoming_handlers}
+        assert "GuiUpdateMessage" in asked
+        assert not {name for name in asked if "Share" in name}
+    finally:
+        close_server(server)
+
+
+def test_a_connection_that_is_dropped_at_once_is_no_news(caplog, capfd):
+    server = open_server(port=0)
+    try:
+        for _ in range(3):
+            socket.create_connection(("127.0.0.1", server.get_port()), timeout=10).close()
+        with socket.create_connection(("127.0.0.1", server.get_port()), timeout=10) as open_one:
+            open_one.sendall(b"nonsense\r\n\r\n")
+            open_one.recv(10)
+    finally:
+        close_server(server)
+    assert caplog.text == ""
+    assert capfd.readouterr().err == ""

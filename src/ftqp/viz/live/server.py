@@ -1,6 +1,7 @@
 """The server behind a page: the only file that imports viser."""
 
 import errno
+import logging
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
@@ -13,6 +14,7 @@ try:
     import msgspec
     import viser
     import zstandard
+    from viser import _messages
 except ImportError as error:
     raise MissingPackage("the live page", "viser", 'pip install "ftqp[viz]"') from error
 
@@ -36,9 +38,12 @@ def open_server(host: str = LOOPBACK, port: int = 8080, label: str = "ftqp") -> 
     Raises:
         InputError: The address is none of this machine, or no port is free.
     """
+    # A browser that opens a connection and drops it is no error; websockets prints a traceback for it.
+    logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
     with _silent():
         server = viser.ViserServer(host=host, port=free_port(host, port), label=label, verbose=False)
     server.scene.world_axes.visible = False
+    _keep_private(server)
     return server
 
 
@@ -46,6 +51,12 @@ def close_server(server: Any) -> None:
     """End a server and its threads; what it says about that is left out."""
     with _silent():
         server.stop()
+
+
+def _keep_private(server: Any) -> None:
+    """Let no browser ask for a public address: viser would open a tunnel through a server of others."""
+    for request in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
+        server._websock_server.unregister_handler(request)
 
 
 def free_port(host: str, port: int) -> int:
