@@ -125,6 +125,8 @@ def test_the_table_of_extras_has_every_extra_once():
 
 def test_every_command_is_shown_with_an_example():
     text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8").split("\nA scenario is")[0]
+    lines = re.findall(r"^    (ftqp .*?)(?:  |$)", text, re.M)
+    assert len(lines) == len(set(lines)) > 15
     text = text.replace(" | ", "\n    ftqp ")
     shown = set(re.findall(r"^    ftqp (\w+)", text, re.M))
     assert shown == {one.name or one.callback.__name__ for one in app.registered_commands}
