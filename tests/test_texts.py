@@ -149,6 +149,13 @@ def test_every_test_that_a_text_tells_to_run_exists(file):
         assert re.search(rf"(?:def test|class Test)\w*{words}", tests, re.I), f"{name} -k {words}"
 
 
+def test_every_target_of_make_that_a_text_names_exists():
+    targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
+    for file in TEXTS:
+        named = re.findall(r"(?:^ {4}|`)make ([\w-]+)", file.read_text(encoding="utf-8"), re.M)
+        assert set(named) <= targets, f"{relative(file)}: {set(named) - targets}"
+
+
 def test_no_table_of_a_text_is_cut_by_an_empty_line():
     for file in TEXTS:
         text = file.read_text(encoding="utf-8")
