@@ -197,6 +197,21 @@ def test_what_is_no_run_is_refused_in_one_sentence(source: str, said: str, tmp_p
     assert not (tmp_path / "page.html").exists()
 
 
+def test_folder_of_several_runs_names_them(told: Path, tmp_path: Path) -> None:
+    result = asked(told.parent, "-o", tmp_path / "page.html")
+    assert result.exit_code == 2
+    assert "it holds the runs told" in " ".join(result.output.split())
+
+
+def test_log_that_does_not_know_its_arm_is_refused(told: Path, tmp_path: Path) -> None:
+    (tmp_path / "log.sqlite").write_bytes((told / "log.sqlite").read_bytes())
+    with sqlite3.connect(tmp_path / "log.sqlite") as connection:
+        connection.execute("DELETE FROM metadata WHERE key = 'limits'")
+    result = asked(tmp_path, "-o", tmp_path / "page.html")
+    assert result.exit_code == 2
+    assert "does not say limits of its run" in result.output
+
+
 def test_report_that_exists_is_not_overwritten(told: Path, tmp_path: Path) -> None:
     (tmp_path / "page.html").write_text("mine", encoding="utf-8")
     result = asked(told, "-o", tmp_path / "page.html", "--json")

@@ -38,8 +38,8 @@ def test_every_axis_has_its_panel_with_extremes_and_unit(log, monkeypatch, tmp_p
     axes = kept[0].axes
     titles = [a.get_title() for a in axes]
     assert len(axes) == 8
-    worst = 100.0 * log["inertial_error"][:, 1].min()
-    assert f"Y error: {worst:+.3g} to" in titles[2] and titles[2].endswith("cm")
+    worst = 1e3 * log["inertial_error"][:, 1].min()
+    assert f"Y error: {worst:+.3g} to" in titles[2] and titles[2].endswith("mm")
     assert titles[5].startswith("rotation error about Z") and titles[5].endswith("deg")
     assert titles[6:] == ["disturbance: base position", "disturbance: base rotation"]
     assert axes[6].texts[0].get_text() == "none"

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from ftqp import __version__
 from ftqp.app.commands.coverage_section import coverage_parts, read_coverage
@@ -24,19 +24,25 @@ FIGURES: Final = 450_000
 """Bytes that the figures and numbers of a run take, about; what is left goes to replays."""
 
 
+NEEDED: Final = ("robot", "joints", "prismatic", "limits", "dt")
+"""What a log must say of its run to be reported."""
+SECTIONS: Final = ((read_coverage, coverage_parts),)
+"""Results that are no runs: what reads a folder, or gives None, and what makes the section of it."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Result:
     """What a report is made of.
 
     Attributes:
         label: Names it.
-        log: Of a run; None for a coverage result.
-        coverage: The facts and the folder of a coverage result; None for a run.
+        log: Of a run; None for another result.
+        parts: The section of another result.
     """
 
     label: str
     log: Log | None = None
-    coverage: tuple[dict[str, Any], Path] | None = None
+    parts: Sequence[str] = ()
 
 
 def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) -> ExitCode:
@@ -87,14 +93,20 @@ def read_result(folder: Path, label: str) -> Result:
         log = load_log(folder)
         if not len(log):
             raise InputError(f"log {log.path} has no rows, expected at least one to report")
+        absent = [name for name in NEEDED if name not in log.metadata]
+        if absent:
+            raise InputError(f"log {log.path} does not say {', '.join(absent)} of its run; run it anew")
         return Result(label=label, log=log)
-    found = read_coverage(folder)
-    if found is None:
-        raise InputError(
-            f"{folder} holds no result: expected {FILE_NAME} as `ftqp run` writes it, or {SUMMARY} "
-            "as `ftqp coverage` does"
-        )
-    return Result(label=label, coverage=(found, folder))
+    for read, parts in SECTIONS:
+        facts = read(folder)
+        if facts is not None:
+            return Result(label=label, parts=parts(label, facts, folder))
+    within = sorted(file.parent.name for file in folder.glob(f"*/{FILE_NAME}"))
+    raise InputError(
+        f"{folder} holds no result: expected {FILE_NAME} as `ftqp run` writes it, or {SUMMARY} "
+        "as `ftqp coverage` does"
+        + (f"; it holds the runs {', '.join(within)!s:.200}, name those" if within else "")
+    )
 
 
 def _labels(folders: Sequence[Path]) -> list[str]:
@@ -139,8 +151,7 @@ def made(results: Sequence[Result], *, full: bool) -> tuple[str, list[str]]:
     for run in reported:
         parts += run_parts(run, alone=len(reported) == 1)
     for result in results:
-        if result.coverage is not None:
-            parts += coverage_parts(result.label, *result.coverage)
+        parts += result.parts
     if reported:
         parts.append(versions_part(reported, versions()))
     text = page(_title(results), parts, f"Made by ftqp {__version__} from {_named(results)}.", wide=True)

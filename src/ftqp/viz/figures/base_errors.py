@@ -37,7 +37,7 @@ SHADES = {
     BaseStatus.HALTED: "#F5A9A9",
 }
 """Background while the inertial task is in another status than TRACKING."""
-UNITS = (("m", 1.0), ("cm", 1e2), ("mm", 1e3), ("\N{MICRO SIGN}m", 1e6))
+UNITS = (("mm", 1e3), ("\N{MICRO SIGN}m", 1e6))
 
 
 def draw(log: Log, path: str | Path) -> Path:
@@ -92,7 +92,7 @@ def draw(log: Log, path: str | Path) -> Path:
 def _unit(values: FloatArray) -> tuple[str, float]:
     """The unit of length in which the largest value has at least one digit before the point."""
     largest = float(np.abs(values).max()) if values.size else 0.0
-    return next(((unit, factor) for unit, factor in UNITS if factor * largest >= 1.0), UNITS[2])
+    return next(((unit, factor) for unit, factor in UNITS if factor * largest >= 1.0), UNITS[-1])
 
 
 def _ends(values: FloatArray) -> tuple[float, float]:
