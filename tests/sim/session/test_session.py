@@ -265,6 +265,7 @@ def test_stopped_arm_stays_on_the_page_and_reset_recovers():
     session = made(Choice(scenario="planar6-stop"))
     facts = after(session, seconds=30.0)
     assert status(facts) == "STOPPED" and facts.tick == 3000
+    assert "stopped the arm: the task error was beyond its threshold" in facts.message
     assert status(after(session, Reset(), seconds=0.1)) == "OK"
 
 

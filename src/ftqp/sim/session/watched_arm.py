@@ -133,6 +133,9 @@ class WatchedArm:
     @property
     def sentence(self) -> str:
         """What there is to say beside the status."""
+        why = self._player.planner.stopped_because
+        if why is not None:
+            return f"The planner has stopped the arm: {why}. Reset begins anew."
         return self._player.leader.sentence
 
     def think(self, k: int) -> None:

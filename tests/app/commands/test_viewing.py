@@ -1,0 +1,108 @@
+"""``ftqp view``: one sentence for bad input, an address for a page that answers, whole files after all."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from urllib.request import urlopen
+
+import pytest
+from typer.testing import CliRunner
+
+from ftqp.app.commands.cli import app
+
+
+def asked(*arguments):
+    return CliRunner().invoke(app, ["view", *map(str, arguments), "--no-browser"])
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "text.sqlite").write_text("this is no database")
+    (tmp_path / "there.html").write_text("x")
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad" / "verdicts.json").write_text("[" * 100_000)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nowhere"], "neither a file nor a bundled scenario"),
+        (["{}/empty"], "holds neither a run (log.sqlite) nor a coverage report (verdicts.json)"),
+        (["{}/text.sqlite"], "is not a log of ftqp"),
+        (["{}/bad"], "is not the list of verdicts of a coverage report"),
+        (["{}/bad", "--scheme", "mke"], "--scheme is for scenarios"),
+        (["--speed", "0"], "speed is 0, expected a factor above 0 and at most 100"),
+        (["--speed", "nan"], "speed is nan"),
+        (["--meshes", "pretty"], "it has collision, visual, none"),
+        (["--record", "{}/there.html"], "exists, and nothing is overwritten"),
+        (["--record", "{}/no/such.html"], "is not a folder"),
+        (["--backend", "abacus"], "abacus"),
+        (["iiwa-moving-base-locked"], "has a moving base"),
+        (["--port", "99999"], "99999"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_exit_code_2(folder, arguments, said):
+    result = asked(*(argument.replace("{}", str(folder)) for argument in arguments))
+    text = " ".join(result.output.split())
+    assert result.exit_code == 2, text
+    assert said in text and "Traceback" not in text
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for another process")
+def test_page_answers_at_the_next_free_port_and_ctrl_c_leaves_a_recording(tmp_path):
+    file = tmp_path / "shown.html"
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        command = [sys.executable, "-m", "ftqp", "view", "planar6-square", "--json", "--no-browser"]
+        process = subprocess.Popen(
+            [*command, "--port", str(port), "--record", str(file)],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        try:
+            assert process.stdout is not None
+            lines = ""
+            while not lines.rstrip().endswith("}"):
+                line = process.stdout.readline()
+                assert line, process.communicate()[1]
+                lines += line
+            told = json.loads(lines)
+            assert told["port"] > port and told["kind"] == "live" and told["title"] == "planar6-square"
+            assert told["url"] == f"http://127.0.0.1:{told['port']}"
+            with urlopen(told["url"], timeout=60.0) as answer:
+                assert b"<html" in answer.read(2000).lower()
+            process.send_signal(signal.SIGINT)
+            rest, errors = process.communicate(timeout=120.0)
+        finally:
+            process.kill()
+    assert process.returncode == 130, errors
+    assert rest == "" and f"recording: {file}" in errors.replace("\n", "")
+    assert file.stat().st_size > 100_000
+
+
+def test_missing_package_is_named_in_a_sentence():
+    code = "import sys; sys.modules['viser'] = None; from ftqp.app.commands.cli import main; main()"
+    result = subprocess.run(
+        [sys.executable, "-c", code, "view", "--no-browser"], capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 2 and "Traceback" not in result.stderr
+    assert 'pip install "ftqp[viz]"' in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("host", "loopback"),
+    [
+        ("127.0.0.1", True), ("localhost", True), ("::1", True),
+        ("0.0.0.0", False), ("192.168.0.7", False), ("pc", False),
+    ],
+)  # fmt: skip
+def test_only_this_machine_is_no_reason_to_warn(host, loopback):
+    from ftqp.app.commands.viewing import _is_loopback
+
+    assert _is_loopback(host) is loopback

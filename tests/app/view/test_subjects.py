@@ -1,0 +1,57 @@
+"""What a path on the command line stands for, and what a page then shows."""
+
+from time import monotonic, sleep
+
+import pytest
+
+import ftqp
+from ftqp.app.run import runs
+from ftqp.app.run.healthy_motion import healthy_motion
+from ftqp.app.scenario.setup import load
+from ftqp.app.view.subjects import shown
+from ftqp.app.view.verdicts_file import write_verdicts
+from ftqp.sim.session.cast import Choice
+from ftqp.sim.session.orders import Play
+
+
+def until(condition):
+    begun = monotonic()
+    while not condition():
+        assert monotonic() - begun < 60.0
+        sleep(0.01)
+
+
+def test_scenario_is_live_with_its_twin_unless_told_otherwise():
+    with shown(Choice(scenario="planar3-line"), speed=2.0) as (kind, source):
+        until(lambda: source.frame().tick > 10)
+        assert kind == "live" and source.frame().ghost is not None
+        until(lambda: source.frame().speed == 2.0)
+    with shown(Choice(scenario="planar3-line"), twin=False) as (_, source):
+        assert source.frame().ghost is None
+
+
+def test_folder_of_a_run_is_a_replay(tmp_path):
+    setup = load("planar3-line", ["simulation.duration=0.5"])
+    runs.run(setup, tmp_path / "run")
+    with shown(Choice(scenario=str(tmp_path / "run"))) as (kind, source):
+        stage = source.stage()
+        assert kind == "replay" and not stage.live and stage.duration == pytest.approx(0.5)
+        assert "planar3-line" in stage.title and source.frame().message == ""
+
+
+def test_failure_of_a_coverage_report_is_played_at_its_time(tmp_path):
+    setup = load("planar3-line", ["faults="])
+    task, q = healthy_motion(setup)
+    rep = ftqp.analysis.coverage(setup.robot, task, q, stride=200, lock="instant")
+    write_verdicts(tmp_path, rep, setup.name, setup.toml, None)
+    with shown(Choice(scenario=str(tmp_path))) as (kind, source):
+        stage = source.stage()
+        assert kind == "coverage" and "planar3-line" in stage.title
+        assert stage.heat is not None and stage.heat.codes.shape == rep.status.shape
+        until(lambda: source.frame().tick > 30)
+        assert not source.frame().truth.any()
+        source.put(Play("j2", 0.2))
+        until(lambda: source.frame().truth.any())
+        frame = source.frame()
+        assert frame.truth.tolist() == frame.belief.tolist() == [0, 1, 0]
+        assert frame.t >= 0.2 and frame.v[1] == 0.0
