@@ -128,7 +128,7 @@ class Session:
             try:
                 self._message = self._apply(order)
             except FtqpError as error:
-                self._message = f"{str(error)[:1].upper()}{str(error)[1:]}."
+                self._message = f"{error}."
 
     def _apply(self, order: Order) -> str:
         """Do what is ordered; a note for the operator, or nothing.

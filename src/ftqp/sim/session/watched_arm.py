@@ -134,9 +134,13 @@ class WatchedArm:
     def sentence(self) -> str:
         """What there is to say beside the status."""
         why = self._player.planner.stopped_because
-        if why is not None:
-            return f"The planner has stopped the arm: {why}. Reset begins anew."
-        return self._player.leader.sentence
+        notice = None if self._made is None else self._made.step.notice
+        said = [
+            "" if notice is None else f"{notice}.",
+            "" if why is None else f"The planner has stopped the arm: {why}. Reset begins anew.",
+            self._player.leader.sentence if why is None else "",
+        ]
+        return " ".join(part for part in said if part)
 
     def think(self, k: int) -> None:
         """The planner's step of tick k."""
