@@ -222,6 +222,13 @@ def test_velocity_figure_shows_a_limit_only_where_a_joint_comes_near_it(panda_lo
     assert "velocity [deg/s]" in texts(drawn[0])
 
 
+def test_arm_without_limits_of_torque_has_no_word_of_them(stopped_log, drawn, tmp_path):
+    joints.draw_torques(stopped_log, tmp_path / "a.png")
+    joints.draw_positions(stopped_log, tmp_path / "b.png")
+    assert "limit" not in texts(drawn[0])
+    assert "beyond the limit" in texts(drawn[1])
+
+
 def test_path_figure_draws_the_arm_at_five_instants_with_its_failed_joint(panda_log, drawn, tmp_path):
     tracking.draw(panda_log, tmp_path / "a.png")
     words = texts(drawn[0])

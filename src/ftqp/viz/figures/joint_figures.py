@@ -51,7 +51,7 @@ def draw_positions(log: Log, path: str | Path) -> Path:
         ]
         ends = (_scaled(limits["q_min"][i], factor), _scaled(limits["q_max"][i], factor))
         finish_panel(axes, log, i, shown, limits=ends, later=later, unit=unit)
-    handles = _handles(log, "working joint", "after it failed", "its range")
+    handles = _handles(log, "working joint", "after it failed", "its range", "q_max")
     if is_sensed(log):
         handles.insert(1, Line2D([], [], color="black", linewidth=0.8, label="sent to the arm"))
         handles.insert(2, Line2D([], [], color=ORANGE, linewidth=0.8, label="measured"))
@@ -75,7 +75,7 @@ def draw_velocities(log: Log, path: str | Path) -> Path:
             axes, log, i, [v], limits=_either_way(limit), later=_left(log, i, "v_max", limit), zero=True,
             unit=unit,
         )  # fmt: skip
-    handles = _handles(log, "working joint", "after it failed", "its speed limit")
+    handles = _handles(log, "working joint", "after it failed", "its speed limit", "v_max")
     return finish_figure(figure, log, path, _label(log, "velocity", "/s"), handles)
 
 
@@ -105,7 +105,7 @@ def draw_torques(log: Log, path: str | Path) -> Path:
             axes, log, i, [tau, carried], limits=_either_way(limit), later=_left(log, i, "tau_max", limit),
             zero=True, unit=unit if any(log.metadata["prismatic"]) else "", remark=remark,
         )  # fmt: skip
-    handles = _handles(log, "motor torque of the command", MOTOR_OF_FAILED, "the motor's limit")
+    handles = _handles(log, "motor torque of the command", MOTOR_OF_FAILED, "the motor's limit", "tau_max")
     if (braked & failed).any():
         carried_by = "carried by the brake of a locked joint, by the arm's model"
         handles.insert(1, Line2D([], [], color=WINE, linewidth=2.2, label=carried_by))
@@ -149,11 +149,13 @@ def _usual(measured: FloatArray) -> FloatArray:
     return np.percentile(seen, [1.0, 99.0]) if len(seen) else seen
 
 
-def _handles(log: Log, working: str, failed: str, share: str) -> list[Line2D | Patch]:
-    """What the curves, the shades and the bars mean."""
-    lines = [Line2D([], [], color=BLUE, label=working)]
+def _handles(log: Log, working: str, failed: str, share: str, limit: str) -> list[Line2D | Patch]:
+    """What the curves mean and, where a joint has such a limit, the shades and the bars."""
+    lines: list[Line2D | Patch] = [Line2D([], [], color=BLUE, label=working)]
     if (log["truth"] != HEALTHY).any():
         lines.append(Line2D([], [], color=RED, linewidth=2.2, label=failed))
+    if all(end is None for end in log.metadata["limits"][limit]):
+        return lines
     return [*lines, Patch(color=FORBIDDEN, label="beyond the limit"), bar_handle(share)]
 
 
