@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.analysis.planning.remaining import remaining
+from ftqp.analysis.planning.remaining import continuation, remaining
 from ftqp.analysis.survival.continuing import track
+from ftqp.analysis.survival.covering import coverage
 from ftqp.analysis.survival.task_path import task_path
 
 
@@ -101,3 +102,36 @@ def test_at_the_end_nothing_is_left_to_lose_and_without_faults_all_of_it_remains
     offers = remaining(task, q[0], 0.0, [])
     assert [offer.kind for offer in offers] == ["task", "stop"]
     assert len(offers[0].q) == task.N + 1
+
+
+def test_continuation_after_a_lock_is_the_verified_one_where_there_is_something_to_choose():
+    robot = ftqp.robots.load("planar", count=4)
+    path = ftqp.paths.Line(robot.pose(robot.neutral), [-0.3, 0.1, 0.0], duration=4.0)
+    task = task_path(robot, path, rows="position", dt=0.1)
+    q = track(task, robot.neutral)
+    verified = coverage(robot, task, q, stride=1)
+    assert verified.post == "qp" and verified.coverage == 1.0
+    for k, joint in ((0, 2), (17, 0)):
+        first, rows = continuation(task, q[k], task.t[k], [ftqp.Locked(joint)])
+        assert first == k and np.array_equal(rows, verified.continue_after(joint, task.t[k]))
+    assert continuation(task, q[5], task.t[5], [ftqp.Locked(0), ftqp.Locked(1)]) is None  # as many as rows
+    assert continuation(task, q[5], task.t[5], [ftqp.Degraded(0, velocity=0.5)]) is None
+    assert continuation(task, q[5], task.t[5], []) is None
+
+
+def test_a_degraded_joint_is_looked_ahead_on_with_the_speed_that_is_left(line):
+    task, q = line
+    k, hurry = 5, np.abs(np.diff(q, axis=0)).max(axis=0) / task.dt
+    enough, little = (float(share * hurry[1] / 50.0) for share in (1.5, 0.2))
+    whole = remaining(task, q[k], task.t[k], [ftqp.Degraded("j2", velocity=enough)])
+    assert whole[0].kind == "task" and len(whole[0].q) == task.N + 1 - k
+    for offer in remaining(task, q[k], task.t[k], [ftqp.Degraded("j2", velocity=little)]):
+        speed = np.abs(np.diff(offer.q[:, 1])).max(initial=0.0) / task.dt
+        assert speed <= 50.0 * little * (1.0 + 1e-9)
+    both = remaining(task, q[k], task.t[k], [ftqp.Locked("j3"), ftqp.Degraded("j2", velocity=little)])
+    assert both[0].kind == "until" and both[0].until < task.t[-1]
+    narrow = ftqp.Degraded("j2", q_min=q[k, 1] - 0.05, q_max=q[k, 1] + 0.05)
+    for offer in remaining(task, q[k], 0.5, [narrow]):
+        assert np.abs(offer.q[:, 1] - q[k, 1]).max() <= 0.05 + 1e-9, offer.kind
+    outside = ftqp.Degraded("j2", q_max=q[k, 1] - 0.05)
+    assert [offer.kind for offer in remaining(task, q[k], 0.5, [outside])] == ["stop"]

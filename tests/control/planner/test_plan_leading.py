@@ -19,6 +19,8 @@ class MadePlan:
     q: np.ndarray
     t: np.ndarray
     asked: list = field(default_factory=list)
+    after: tuple | None = None
+    failed: list = field(default_factory=list)
 
     def of(self, robot):
         if robot.name != "panda":
@@ -28,6 +30,10 @@ class MadePlan:
     def remaining(self, q, at, faults):
         self.asked.append((q, at, faults))
         return ()
+
+    def continuation(self, q, at, faults):
+        self.failed.append((at, faults))
+        return self.after
 
 
 @pytest.fixture(scope="module")
@@ -99,6 +105,30 @@ def test_a_plan_whose_tool_turns_about_its_free_axis_leads_all_the_same(panda):
         q, v = step.q.copy(), step.v.copy()
     assert planner.plan_time == pytest.approx(DURATION, abs=0.05)
     assert np.abs(q - plan.q[-1]).max() < 0.02
+
+
+def test_after_a_lock_the_verified_continuation_leads_and_after_a_repair_the_plan(panda):
+    path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
+    plan, other = made(panda, path), made(panda, path, -0.3)
+    planner = ftqp.Planner(panda, dt=DT, level="velocity", task=ftqp.Task(rows="position"), plan=plan)
+    plan.failed.clear()  # of a rehearsal
+    planner.reset(Q0)
+    assert plan.failed == []
+    plan.after = ROWS // 4, other.q[ROWS // 4 :]
+    times = np.arange(int(DURATION / DT)) * DT
+    found, q, v, away = path.sample(times), Q0, np.zeros(7), {}
+    for k in range(len(times)):
+        if k == len(times) // 4:
+            planner.report(ftqp.Locked("panda_joint7"))
+            ((time, faults),) = plan.failed
+            assert time == pytest.approx(planner.plan_time) and faults == (ftqp.Locked("panda_joint7"),)
+        if k == len(times) // 2:
+            away["other"] = np.abs(q - other.q[round(planner.plan_time / plan.t[1])])[:6].max()
+            planner.withdraw("panda_joint7")
+        step = planner.step(q, v, ftqp.Target(found.pose[k], None, found.twist[k], found.acceleration[k]))
+        q, v = step.q.copy(), step.v.copy()
+    assert away["other"] < 0.01 < 0.1 < np.abs(plan.q[-1] - other.q[-1])[:6].max()
+    assert np.abs(q - plan.q[-1])[:6].max() < 0.02
 
 
 def test_a_path_that_is_slowed_down_and_stopped_takes_the_plan_with_it(panda):

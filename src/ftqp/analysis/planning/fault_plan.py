@@ -10,7 +10,7 @@ import numpy as np
 
 from ftqp.analysis.planning.corridor import Corridor, corridor_of
 from ftqp.analysis.planning.plan_file import read_plan, write_plan
-from ftqp.analysis.planning.remaining import remaining
+from ftqp.analysis.planning.remaining import continuation, remaining
 from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.task_path import TaskPath, robot_digest, task_path
@@ -185,6 +185,24 @@ class Plan:
             InputError: The plan was read without its robot.
         """
         return remaining(self.task, q, at, faults)
+
+    def continuation(
+        self, q: FloatArray, at: float, faults: Sequence[Fault]
+    ) -> tuple[int, FloatArray] | None:
+        """The verified postures after locks, from a sample on; None where there is nothing to choose.
+
+        Args:
+            q: Where the arm is, (nv,) [rad or m].
+            at: The time that the tip has reached on the path [s].
+            faults: What has failed.
+
+        Returns:
+            The sample, and the joints from there on, (k, nv) [rad or m].
+
+        Raises:
+            InputError: The plan was read without its robot.
+        """
+        return continuation(self.task, q, at, faults)
 
     def save(self, file: str | Path) -> None:
         """Write the plan to a file for ``load_plan``; one of the same name is replaced.

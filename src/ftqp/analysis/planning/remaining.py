@@ -9,9 +9,10 @@ from ftqp.analysis.survival.continuing import continuation_study
 from ftqp.analysis.survival.task_path import TaskPath, task_path
 from ftqp.control.planner.leading_plan import Remaining
 from ftqp.core.checks import FloatArray
-from ftqp.faults.kinds import Fault, Locked
+from ftqp.faults.kinds import Degraded, Fault, Locked
 from ftqp.kernel.layout.continuation_room import FAILED_JOINTS
 from ftqp.kernel.layout.survival import SURVIVED
+from ftqp.model.robot import Robot
 
 FEWER: Final = {"pose": ("position_axis", "position"), "position_axis": ("position",)}
 """What rows of a task are given up for, the least first."""
@@ -36,8 +37,9 @@ class _Motion(NamedTuple):
 def remaining(task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault]) -> tuple[Remaining, ...]:
     """What can be done after faults at time ``at`` [s] and joints q, (nv,) [rad or m], least lost first.
 
-    Joints that are locked are looked ahead on, at most two; with any other fault only a stop is known to be
-    possible.
+    Joints that are locked are looked ahead on, at most two, and any that have less speed or range. With less
+    torque, or a joint that swings freely, only a stop is known to be possible: what then happens depends on
+    loads and speeds, and on the planner itself.
     Source: zhang2016, section 2.1, extended in docs/zhang2016.md.
 
     Args:
@@ -51,9 +53,15 @@ def remaining(task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault])
     stand = Remaining(
         kind="stop", rows="", until=at, q=q[None].copy(), sentence=f"stop and stand at {at:.3g} s of the path"
     )
-    if any(not isinstance(fault, Locked) for fault in faults) or len(faults) > FAILED_JOINTS:
+    failed = [robot.joint(fault.joint) for fault in faults if isinstance(fault, Locked)]
+    weak = [fault for fault in faults if isinstance(fault, Degraded) and fault.torque == 1.0]
+    if len(failed) + len(weak) < len(faults) or len(failed) > FAILED_JOINTS:
         return (stand,)
-    failed = [robot.joint(fault.joint) for fault in faults]
+    if weak:
+        robot = weakened(robot, weak)
+        if (q < robot.limits.q_min).any() or (q > robot.limits.q_max).any():
+            return (stand,)
+        task = task.with_robot(robot)
     own = "position_axis" if task.axis else "pose" if task.m == 6 else "+".join(task.rows)
     found = []
     whole = _continued(task, q, begin, failed)
@@ -75,6 +83,45 @@ def remaining(task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault])
             found.append(Remaining(kind="until", rows=own, until=time, q=whole.q, sentence=text))
     found += _retreat(task, q, begin, failed, own)
     return (*found, stand)
+
+
+def weakened(robot: Robot, faults: Sequence[Degraded]) -> Robot:
+    """The arm with the speeds and ranges that are left of it.
+
+    Args:
+        robot: The arm.
+        faults: Which joints have less, and how much.
+    """
+    limits = robot.limits
+    q_min, q_max, v_max = limits.q_min.copy(), limits.q_max.copy(), limits.v_max.copy()
+    for fault in faults:
+        i = robot.joint(fault.joint)
+        v_max[i] *= fault.velocity
+        q_min[i] = q_min[i] if fault.q_min is None else max(q_min[i], fault.q_min)
+        q_max[i] = q_max[i] if fault.q_max is None else min(q_max[i], fault.q_max)
+    return robot.with_limits(q_min=q_min, q_max=q_max, v_max=v_max)
+
+
+def continuation(
+    task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault]
+) -> tuple[int, FloatArray] | None:
+    """The postures with which the task was verified to go on after locks: first sample, and (k, nv) from it.
+
+    None where they leave nothing to choose, having as many joints as rows, and after faults of other kinds.
+
+    Args:
+        task: The path.
+        q: Where the arm is, (nv,) [rad or m].
+        at: The time that the tip has reached on the path [s].
+        faults: What has failed.
+    """
+    locks = [fault for fault in faults if isinstance(fault, Locked)]
+    choice = task.robot.nv - len(locks) - task.m
+    if not locks or len(locks) < len(faults) or len(locks) > FAILED_JOINTS or choice < 1:
+        return None
+    begin = min(int(np.floor(at / task.dt + SAME_TIME)), task.N)
+    found = _continued(task, q, begin, [task.robot.joint(lock.joint) for lock in locks])
+    return None if found is None else (begin, found.q)
 
 
 def _retreat(task: TaskPath, q: FloatArray, begin: int, failed: list[int], own: str) -> list[Remaining]:

@@ -79,9 +79,11 @@ def sentences(facts: dict[str, Any]) -> list[str]:
     else:
         said.append("Up to the last instant some failure is not survived.")
     near, turned = facts["worst_error"]
-    said.append(
-        f"After a survived failure the tip stays within {1e3 * near:.2g} mm and {turned:.2g} rad of its path."
-    )
+    if facts["coverage"] > 0.0:
+        said.append(
+            f"After a survived failure the tip stays within {1e3 * near:.2g} mm and {turned:.2g} rad of its "
+            "path."
+        )
     if facts["upper_bound"] is not None:
         least, joints = min(facts["upper_bound"]), len(facts["per_joint"])
         if least < joints:

@@ -48,6 +48,11 @@ class LeadingPlan(Protocol):
     def remaining(self, q: FloatArray, at: float, faults: Sequence[Fault]) -> tuple[Remaining, ...]:
         """What can be done after faults at time ``at`` [s] and joints q, (nv,), least lost first."""
 
+    def continuation(
+        self, q: FloatArray, at: float, faults: Sequence[Fault]
+    ) -> tuple[int, FloatArray] | None:
+        """The postures that are verified after faults, from a row on; None keeps those of the plan."""
+
 
 def plan_for(plan: LeadingPlan, robot: Robot) -> LeadingPlan:
     """A plan with its arm.
@@ -59,7 +64,7 @@ def plan_for(plan: LeadingPlan, robot: Robot) -> LeadingPlan:
     Raises:
         InputError: It is no plan, or one of another arm.
     """
-    for name in ("q", "t", "of", "remaining"):
+    for name in ("q", "t", "of", "remaining", "continuation"):
         if not hasattr(plan, name):
             raise InputError(
                 f"plan is {plan!r:.60}, expected one of ftqp.analysis.plan or ftqp.analysis.load_plan"

@@ -9,7 +9,7 @@ from ftqp.control.first_use import warm_up
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import Fault
+from ftqp.faults.kinds import Fault, Locked
 from ftqp.kernel.entry.session import PlanMemory, Session
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.robot import Robot
@@ -40,7 +40,8 @@ class PlanLeading:
     def __init__(self, plan: LeadingPlan, session: Session, robot: Robot) -> None:
         warm_up(("follow_plan",), session.capacity)
         self.plan = plan
-        self._q = np.ascontiguousarray(array("plan.q", plan.q, (len(plan.t), robot.nv), "(N + 1, nv)"))
+        self._rows = array("plan.q", plan.q, (len(plan.t), robot.nv), "(N + 1, nv)")
+        self._q = np.array(self._rows, order="C")  # what leads: the plan, or what goes on after a failure
         steps = np.diff(plan.t)
         if not len(steps) or not steps[0] > 0.0 or not np.allclose(steps, steps[0], rtol=EVEN, atol=0.0):
             raise InputError("plan.t is at uneven times, expected two or more times at equal distances")
@@ -51,11 +52,15 @@ class PlanLeading:
         length = float(task.length) if turns and turns <= set(task.rows[: task.m].tolist()) else 0.0
         self._memory = PlanMemory(self._q, tips, float(steps[0]), length)
         self._follow = self._memory.bind(session)
+        plan.continuation(
+            self._q[0], 0.0, (Locked(robot.joints[0]),)
+        )  # so that the first failure finds it ready
 
-    def begin(self, q: FloatArray) -> None:
+    def begin(self, q: FloatArray, faults: Mapping[str, Fault]) -> None:
         """Begin at the row of the plan that is nearest to q, (nv,) [rad or m], its first one if several."""
-        away = np.abs(self._q - q).max(axis=1)
+        away = np.abs(self._rows - q).max(axis=1)
         self._memory.begin(int(np.argmin(away)))
+        self.believe(q, faults)
         self._follow()
 
     @property
@@ -76,6 +81,18 @@ class PlanLeading:
             return tick(*inputs)
 
         return watched
+
+    def believe(self, q: FloatArray, faults: Mapping[str, Fault]) -> None:
+        """Lead to the postures verified for these faults, from joints q, (nv,) [rad or m], else to the plan.
+
+        With two or more joints to spare the null space has something left after a lock. This takes less than
+        a millisecond for some hundred rows; without, nothing is looked at.
+        """
+        self._q[:] = self._rows
+        found = self.plan.continuation(q, self.at, tuple(faults.values())) if faults else None
+        if found is not None:
+            first, rows = found
+            self._q[first : first + len(rows)] = rows
 
     def options(self, q: FloatArray, faults: Mapping[str, Fault]) -> tuple[Remaining, ...]:
         """What can still be done from joints q, (nv,) [rad or m], with these faults, least lost first."""

@@ -125,8 +125,7 @@ class Planner(PlannerFacts):
         self._reserve = braking_reserve(robot) if given.limits_torque else None
         self._out = Step(self._session, robot.joints)
         self._loop = ArmLoop(self._session, robot.joints)
-        self._rest = Rest(self._session)
-        self._timing = timing
+        self._rest, self._timing = Rest(self._session), timing
         self._at_rest = np.zeros(robot.nv)
         self._ordinary = self._solver.tick("clock"), None if timing else self._solver.direct("clock")
         self._free: FreeJoint | None = None
@@ -167,10 +166,9 @@ class Planner(PlannerFacts):
         state.a_command[:n] = 0.0
         K.criteria.posture[:n] = q if self.posture is None else self.posture
         if self._leading is not None:
-            self._leading.begin(q)
+            self._leading.begin(q, self.faults)
         self._loop.forget()
-        K.qp.warm = state.ticks = 0
-        state.is_reset = 1
+        K.qp.warm, state.ticks, state.is_reset = 0, 0, 1
         self._solver.forget()
         if self._degrading is not None:
             self._degrading.restore()
@@ -375,6 +373,8 @@ class Planner(PlannerFacts):
         self._adopt_reserve()
         K.qp.warm = 0
         self._solver.forget()
+        if self._leading is not None and K.state.is_reset:
+            self._leading.believe(K.state.q_command[: self.robot.nv].copy(), self.faults)
         self._tick, self._begin = self._ordinary
         if self._belief.needs_dynamics and self._solver.has_qp:
             if self._free is None:
