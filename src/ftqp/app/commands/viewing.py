@@ -1,5 +1,6 @@
 """``ftqp view``: the live page of a scenario, a finished run, or a coverage report."""
 
+import json
 import os
 import signal
 import sys
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 from urllib.error import URLError
 from urllib.request import urlopen
 
-from ftqp.app.output.console import ExitCode, say, tell, tell_json
+from ftqp.app.output.console import ExitCode, say, tell
 from ftqp.app.run.runs import write
 from ftqp.app.view.frame_keeper import FrameKeeper
 from ftqp.app.view.subjects import shown
@@ -76,9 +77,9 @@ def view(
             try:
                 _wait_for(page.url)
                 if as_json:
-                    tell_json(
-                        {"url": page.url, "port": page.port, "kind": kind, "title": source.stage().title}
-                    )
+                    facts = {"url": page.url, "port": page.port, "kind": kind, "title": source.stage().title}
+                    sys.stdout.write(json.dumps(facts) + "\n")  # one line, for who reads while the page is up
+                    sys.stdout.flush()
                 else:
                     tell(f"{source.stage().title}: {page.url}")
                     say("Ctrl-C ends it.")
