@@ -65,14 +65,14 @@ class Panel:
             self._clock((PAUSE, RESUME))
             self._time_slider(stage.duration)
         self._tabs = self._kept(self._gui.add_tab_group())
+        if stage.heat is not None:
+            with self._tabs.add_tab("Failures"):
+                FailureMap(self._gui, stage.heat, put)
         with self._tabs.add_tab("Joints"):
             self._table = self._gui.add_html("")
             if stage.live:
                 self._tell(stage)
                 self._breakers(names)
-        if stage.heat is not None:
-            with self._tabs.add_tab("Failures"):
-                FailureMap(self._gui, stage.heat, put)
         if stage.live:
             with self._tabs.add_tab("Setup"):
                 self._setup(stage)
