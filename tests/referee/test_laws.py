@@ -14,7 +14,7 @@ from ftqp.referee.verdict_from_outside import verdict
 
 ROBOT = catalog.load("panda")
 ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip)
-DT, TICKS, JOINT = 0.01, 300, 3
+DT, TICKS, JOINT = 0.01, 400, 3
 NEVER = float("inf")
 
 
@@ -95,7 +95,7 @@ END = float(ROBOT.limits.q_max[JOINT])
         ("honesty", lambda r: {"target": r.target + 0.01 * np.eye(4, k=3)}),
         ("tracking", lambda r: {"target": r.target + 0.01 * np.eye(4, k=3), "can_be_followed": True}),
         ("obedience", lambda r: {"sent_q": r.sent_q + 0.05}),
-        ("rest", lambda r: {"q": r.q + np.linspace(0.0, 0.5, TICKS + 1)[:, None]}),
+        ("rest", lambda r: {"q": r.q + 0.01 * np.sin(20.0 * DT * np.arange(TICKS + 1))[:, None]}),
         ("finite", lambda r: {"sent_v": changed(r.sent_v, 7, JOINT, np.nan)}),
         ("finite", lambda r: {"q": changed(r.q, 7, JOINT, np.inf)}),
     ],
@@ -105,6 +105,12 @@ def test_wrong_number_breaks_its_law(law, change):
     seen = verdict(ARM, replace(evidence, **change(evidence)))
     assert law in seen.laws
     assert law in str(seen.breaches[0]) or len(seen.breaches) > 1
+
+
+def test_posture_that_is_still_led_somewhere_does_not_swing():
+    evidence = run()
+    drift = 0.01 * DT * np.arange(TICKS + 1)[:, None]
+    assert "rest" not in verdict(ARM, replace(evidence, q=evidence.q + drift)).laws
 
 
 def test_torque_beyond_its_limit_breaks_the_law_under_ok_alone():

@@ -12,12 +12,13 @@ from ftqp.referee.model_file import ModelFile
 from ftqp.referee.strictness import Strictness
 
 ROWS = ("x", "y", "z", "rx", "ry", "rz")
-OVER = 20
-"""A joint is at rest when it goes nowhere in so many ticks, whatever noise shakes it by ..."""
+SMOOTH = 0.02
+"""What shakes a joint by less than this long is noise and goes nowhere [s]."""
 STILL = 0.01
-"""... that is, less than this share of what its speed limit allows."""
-AT_REST = 0.2
-"""How long at the end of a run an arm whose target rests is watched [s]."""
+"""A joint that goes to and fro by less than this share of its speed limit is at rest."""
+WATCHED = 1.0
+"""How long at most the end of a run is watched in which the target rests [s], and how long at least."""
+LEAST = 0.3
 FULLY = 1e-6
 """Full braking may miss this share of the acceleration limit."""
 TUBE, TUBE_TIME, TUBE_SIGMAS = 0.02, 0.1, 6.0
@@ -185,18 +186,23 @@ def obedience(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
 
 
 def rest(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
-    """How fast joints go about at the end although the target rests, as a share of their limit, (K, nv)."""
+    """How fast joints swing at the end although the target rests, as a share of their limit, (K, nv).
+
+    A posture that is still led to where a scheme wants it moves one way, and does not count.
+    """
     result = np.zeros((len(run.status), len(arm.names)))
     moving = np.flatnonzero(np.abs(np.diff(run.target, axis=0)).max(axis=(1, 2), initial=0.0))
-    last = 0 if not moving.size else int(moving[-1]) + 1
-    watched = round(AT_REST / run.dt)
-    if len(run.status) - last < max(round(strict.calm / run.dt), watched, OVER):
+    calm = (0 if not moving.size else int(moving[-1]) + 1) + round(strict.calm / run.dt)
+    first = max(calm, len(result) - round(WATCHED / run.dt))
+    over = max(1, round(SMOOTH / run.dt))
+    if (len(result) - first) * run.dt < LEAST:
         return result
     obeys, _ = health(arm, run)
-    way = np.abs(run.q[OVER:] - run.q[:-OVER]) / (OVER * run.dt * arm.v_max)
-    result[OVER - 1 :] = np.where(np.isfinite(way), way, 0.0) - STILL
-    result[: len(result) - watched] = 0.0
-    return np.where(obeys, result, 0.0)
+    q = run.q[first:]
+    share = (q[over:] - q[:-over]) / (over * run.dt * arm.v_max)
+    swings = np.minimum(share.max(axis=0), -share.min(axis=0))
+    result[-1] = np.where(obeys[first:].all(axis=0), np.maximum(swings - STILL, 0.0), 0.0)
+    return result
 
 
 def finite(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
@@ -246,6 +252,6 @@ LAWS: dict[str, tuple[Law, str]] = {
     "tracking": (tracking, "the target can be followed and was not, by this share of the tolerance"),
     "inside": (inside, "OK was claimed although a joint is outside its range, by this [rad or m]"),
     "obedience": (obedience, "OK was claimed although a joint is not where it was sent, by this [rad or m]"),
-    "rest": (rest, "the target rests and the joint does not, at this share of its speed limit"),
+    "rest": (rest, "the target rests and the joint swings, at this share of its speed limit"),
 }
 """Laws by name: how much each is broken by, at which tick and joint, and what to say of it."""

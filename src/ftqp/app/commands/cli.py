@@ -8,6 +8,7 @@ import typer
 
 from ftqp import __version__
 from ftqp.app.commands.analyses import ANALYSES
+from ftqp.app.commands.campaigning import campaign
 from ftqp.app.commands.exporting import export
 from ftqp.app.commands.options import Backend, Json, Out, Overrides, PlanFile, Scheme, Source
 from ftqp.app.commands.pages import PAGES
@@ -263,6 +264,9 @@ for body, example in {**ANALYSES, **PAGES}.items():
     app.command(epilog=example)(command(body))
 
 
+app.command(epilog="Example: ftqp campaign safety --set campaign.episodes=1000 --jobs 2 --table")(
+    command(campaign)
+)
 app.command(epilog="Example: ftqp export runs/panda-circle --format mcap -o panda-bag")(command(export))
 
 

@@ -24,7 +24,7 @@ MAX_DOTS = 500
 """Most dots in a row of a key; more would keep the parser busy for minutes."""
 
 
-SHELVES = {"scenario": "scenarios", "study": "studies"}
+SHELVES = {"scenario": "scenarios", "study": "studies", "campaign": "campaigns"}
 """The folders of the bundled files, by what they are."""
 
 

@@ -1,0 +1,239 @@
+"""What a campaign draws: distributions as a file writes them, and the scenario of one episode.
+
+A key of ``[vary]`` is a key of the scenario (``planner.dt``, ``faults.0.at``), its value one of
+
+    [a, b, c]                               one of these, equally likely
+    { one_of = [a, b], weights = [3, 1] }   one of these
+    { uniform = [low, high] }, { log_uniform = [low, high] }, { normal = [mean, deviation] }
+    { integers = [low, high] }              both ends included
+    { joint = "any" }                       the index of a joint of the arm that was drawn
+    { start = 0.2 }                         neutral, each joint off by up to that share of its range
+
+A number may be ``times`` or ``plus`` another key that was drawn before or is fixed:
+``"faults.0.at" = { uniform = [0.1, 0.9], times = "path.duration" }``.
+"""
+
+import copy
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from ftqp.app.scenario import composition
+from ftqp.app.schema.robot_section import RobotTable
+from ftqp.core.errors import InputError, unknown
+from ftqp.model.robot import Robot
+
+MARGIN = 0.02
+"""A start stays away from the ends of a joint's range by this share of it."""
+OPEN = 2.0
+"""What counts as the range of a joint without ends [rad or m]."""
+RELATED: Final = ("times", "plus")
+
+
+def _pair(name: str, value: Any) -> tuple[float, float]:
+    """Two numbers that rise."""
+    if (
+        not isinstance(value, list)
+        or len(value) != 2
+        or not all(isinstance(x, int | float) and not isinstance(x, bool) and np.isfinite(x) for x in value)
+    ):
+        raise InputError(f"{name} is {value!r:.60}, expected two numbers")
+    return float(value[0]), float(value[1])
+
+
+def _rising(name: str, value: Any, least: float = -np.inf) -> tuple[float, float]:
+    low, high = _pair(name, value)
+    if not least <= low <= high:
+        raise InputError(f"{name} is [{low:g}, {high:g}], expected [low, high] with low <= high")
+    return low, high
+
+
+def _uniform(value: Any, rng: np.random.Generator) -> float:
+    return float(rng.uniform(*_rising("uniform", value)))
+
+
+def _log_uniform(value: Any, rng: np.random.Generator) -> float:
+    low, high = _rising("log_uniform", value, least=np.nextafter(0.0, 1.0))
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def _normal(value: Any, rng: np.random.Generator) -> float:
+    mean, deviation = _pair("normal", value)
+    if deviation < 0.0:
+        raise InputError(f"normal has the deviation {deviation:g}, expected [mean, deviation] with one >= 0")
+    return float(rng.normal(mean, deviation))
+
+
+def _integers(value: Any, rng: np.random.Generator) -> int:
+    low, high = _rising("integers", value)
+    if low % 1.0 or high % 1.0:
+        raise InputError(f"integers is [{low:g}, {high:g}], expected whole numbers")
+    return int(rng.integers(int(low), int(high) + 1))
+
+
+NUMBERS: dict[str, Callable[[Any, np.random.Generator], float]] = {
+    "uniform": _uniform,
+    "log_uniform": _log_uniform,
+    "normal": _normal,
+    "integers": _integers,
+}
+"""Distributions of numbers by name."""
+OTHERS = ("one_of", "joint", "start")
+
+
+def episode(
+    scenario: Mapping[str, Any], vary: Mapping[str, Any], seed: int, number: int
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The scenario of an episode, and what was drawn for it, by key.
+
+    The same seed and number give the same episode, whichever others are drawn.
+
+    Args:
+        scenario: The tables that all episodes share.
+        vary: Distributions by key.
+        seed: Of the campaign.
+        number: Of the episode.
+
+    Raises:
+        InputError: A distribution or a key is wrong.
+    """
+    rng = np.random.default_rng([seed, number])
+    tables, drawn = copy.deepcopy(dict(scenario)), {}
+    later = []
+    for key, what in vary.items():
+        kind = _kind(key, what)
+        if kind in ("joint", "start"):
+            later.append((key, kind, what))
+            continue
+        drawn[key] = _one(what, kind, rng) if kind == "one_of" else _number(key, what, kind, rng, tables)
+        put(tables, key, drawn[key])
+    robot = _robot(tables) if later else None
+    for key, kind, what in later:
+        if robot is not None:
+            drawn[key] = int(rng.integers(robot.nv)) if kind == "joint" else _start(robot, what["start"], rng)
+            put(tables, key, drawn[key])
+    return tables, drawn
+
+
+def _kind(key: str, what: Any) -> str:
+    """Which distribution a value of ``[vary]`` is."""
+    if isinstance(what, list):
+        kind = "one_of"
+    elif isinstance(what, Mapping):
+        named = [name for name in what if name not in (*RELATED, "weights")]
+        if len(named) != 1:
+            raise InputError(f"vary.{key} names {len(named)} distributions, expected one")
+        kind = named[0]
+        if kind not in NUMBERS and kind not in OTHERS:
+            raise unknown("distribution", kind, f"vary.{key}", [*NUMBERS, *OTHERS])
+        if kind not in NUMBERS and any(name in what for name in RELATED):
+            raise InputError(
+                f"vary.{key} has times or plus beside {kind}, expected a distribution of numbers"
+            )
+    else:
+        raise InputError(f"vary.{key} is {what!r:.60}, expected a list of values or a distribution")
+    return kind
+
+
+def _one(what: Any, kind: str, rng: np.random.Generator) -> Any:
+    """One of several values."""
+    values, weights = (what, None) if isinstance(what, list) else (what[kind], what.get("weights"))
+    if not isinstance(values, list) or not values:
+        raise InputError(f"one_of is {values!r:.60}, expected a list of at least one value")
+    if weights is None:
+        return copy.deepcopy(values[int(rng.integers(len(values)))])
+    try:
+        shares = np.array(weights, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"weights is {weights!r:.60}, expected numbers") from error
+    if (
+        shares.shape != (len(values),)
+        or not (np.isfinite(shares) & (shares >= 0.0)).all()
+        or not shares.any()
+    ):
+        raise InputError(f"weights is {weights!r:.60}, expected {len(values)} numbers >= 0, not all 0")
+    return copy.deepcopy(values[int(rng.choice(len(values), p=shares / shares.sum()))])
+
+
+def _number(
+    key: str, what: Mapping[str, Any], kind: str, rng: np.random.Generator, tables: Mapping[str, Any]
+) -> float:
+    """A number, related to another one or not."""
+    value = NUMBERS[kind](what[kind], rng)
+    for relation in RELATED:
+        if relation in what:
+            other = look_up(tables, what[relation])
+            if not isinstance(other, int | float) or isinstance(other, bool):
+                raise InputError(f"vary.{key} is {relation} {what[relation]!r:.60}, which is no number there")
+            value = value * other if relation == "times" else value + other
+    return value
+
+
+def _start(robot: Robot, share: Any, rng: np.random.Generator) -> list[float]:
+    """The neutral posture, each joint off by up to a share of its range, and inside it."""
+    if not isinstance(share, int | float) or not 0.0 <= share <= 1.0:
+        raise InputError(f"start is {share!r:.60}, expected a share of the range from 0 to 1")
+    low, high = robot.limits.q_min, robot.limits.q_max
+    spread = np.where(np.isfinite(high - low), high - low, OPEN)
+    q = robot.neutral + share * rng.uniform(-1.0, 1.0, robot.nv) * spread
+    return [float(x) for x in np.clip(q, low + MARGIN * spread, high - MARGIN * spread)]
+
+
+def _robot(tables: Mapping[str, Any]) -> Robot:
+    from pathlib import Path
+
+    from pydantic import ValidationError
+
+    try:
+        return composition.robot(RobotTable.model_validate(tables.get("robot")), Path())
+    except ValidationError as error:
+        raise InputError(f"the robot of the scenario is wrong: {str(error).splitlines()[0]}") from error
+
+
+def look_up(tables: Mapping[str, Any], key: Any) -> Any:
+    """The value of a dotted key; None where there is none.
+
+    Args:
+        tables: Of a scenario.
+        key: For example ``faults.0.at``.
+    """
+    at: Any = tables
+    for part in str(key).split("."):
+        if isinstance(at, Mapping):
+            at = at.get(part)
+        elif isinstance(at, list) and part.isdigit() and int(part) < len(at):
+            at = at[int(part)]
+        else:
+            return None
+    return at
+
+
+def put(tables: dict[str, Any], key: str, value: Any) -> None:
+    """Put a value at a dotted key; tables on the way are made.
+
+    Args:
+        tables: Of a scenario.
+        key: For example ``faults.0.at``.
+        value: What to put there.
+
+    Raises:
+        InputError: The key leads through something that is no table.
+    """
+    at: Any = tables
+    *way, last = key.split(".")
+    for part in way:
+        if isinstance(at, dict):
+            at = at.setdefault(part, {})
+        elif isinstance(at, list) and part.isdigit() and int(part) < len(at):
+            at = at[int(part)]
+        else:
+            at = None
+    if isinstance(at, dict):
+        at[last] = value
+    elif isinstance(at, list) and last.isdigit() and int(last) < len(at):
+        at[int(last)] = value
+    else:
+        raise InputError(
+            f"vary.{key} leads to no table of the scenario; name keys as `ftqp check --keys` does"
+        )

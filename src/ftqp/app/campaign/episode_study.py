@@ -1,0 +1,198 @@
+"""A campaign as a study: a row an episode, drawn from its number alone, run, and judged from outside."""
+
+import hashlib
+import json
+import logging
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, final
+
+from pydantic import ValidationError
+
+from ftqp import __version__
+from ftqp.app.campaign.draws import episode
+from ftqp.app.campaign.shown_evidence import evidence, model_file
+from ftqp.app.scenario import document
+from ftqp.app.scenario.complaints import complaints
+from ftqp.app.scenario.setup import Setup, resolve, validated
+from ftqp.app.schema.campaign_file import CampaignFile
+from ftqp.core.errors import FtqpError, InputError, ScenarioError
+from ftqp.referee.laws import LAWS
+from ftqp.referee.model_file import ModelFile
+from ftqp.referee.strictness import KINEMATIC, PHYSICS, Strictness
+from ftqp.referee.verdict_from_outside import Verdict, verdict
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.loop import MEMORY, Simulation
+
+KIND = "campaign"
+COLUMNS = {
+    "drawn": "TEXT",
+    "outcome": "TEXT",
+    "status": "TEXT",
+    "said": "TEXT",
+    "ticks": "INTEGER",
+    "largest_error": "REAL",
+    "largest_ok_error": "REAL",
+    **{f"law_{name}": "REAL" for name in LAWS},
+    "sentences": "TEXT",
+}
+"""The values of an episode: a law's is by how much it was broken, 0 where it holds."""
+REFUSED, RAISED = "refused", "raised"
+"""Outcomes of an episode that was not run: its scenario cannot be, or something went wrong."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Campaign:
+    """A campaign that is ready to be run.
+
+    Attributes:
+        name: Names the campaign.
+        tables: Its tables.
+        text: The same as a TOML file.
+        folder: Where relative paths start.
+    """
+
+    name: str
+    tables: CampaignFile
+    text: str
+    folder: Path
+
+    @property
+    def key(self) -> str:
+        """What tells it from every other campaign: a hash of its text and the version, not of its length."""
+        content = self.tables.model_dump()
+        del content["campaign"]["episodes"]
+        text = json.dumps(content, sort_keys=True, default=str)
+        return hashlib.sha256(f"{__version__}\n{text}".encode()).hexdigest()
+
+    def drawn(self, number: int) -> tuple[dict[str, Any], dict[str, Any]]:
+        """The scenario's tables of an episode, and what was drawn for it.
+
+        Args:
+            number: Of the episode.
+
+        Raises:
+            InputError: A distribution is wrong.
+        """
+        return episode(self.tables.scenario, self.tables.vary, self.tables.campaign.seed, number)
+
+    def setup(self, number: int) -> Setup:
+        """An episode ready to be run.
+
+        Args:
+            number: Of the episode.
+
+        Raises:
+            InputError: A distribution is wrong.
+            ScenarioError: What was drawn is no scenario.
+        """
+        content, _ = self.drawn(number)
+        name = f"{self.name}-{number}"
+        found = document.Document(name=name, origin=f"episode {number}", folder=self.folder, content=content)
+        return resolve(found, validated(found))
+
+
+@final
+@dataclass(frozen=True)
+class EpisodeWork:
+    """Runs and judges episodes.
+
+    Attributes:
+        campaign: Theirs.
+        arms: Model files that were read, by the text of the robot's table.
+    """
+
+    campaign: Campaign
+    arms: dict[str, ModelFile] = field(default_factory=dict)
+
+    def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
+        """The rows of the episodes with these numbers, in the order of ``COLUMNS``."""
+        logging.getLogger("ftqp").setLevel(logging.ERROR)
+        return [tuple(row.get(name) for name in COLUMNS) for row in map(self._row, items)]
+
+    def _row(self, number: int) -> dict[str, Any]:
+        row: dict[str, Any] = {"drawn": json.dumps(self.campaign.drawn(number)[1])}
+        try:
+            return row | self._judged(self.campaign.setup(number))
+        except ScenarioError as error:
+            return row | {"outcome": REFUSED, "sentences": str(error), "ticks": 0}
+        except Exception as error:  # an exception is a result of the campaign: it is counted, not hidden
+            return row | {"outcome": RAISED, "sentences": f"{type(error).__name__}: {error}", "ticks": 0}
+
+    def _judged(self, setup: Setup) -> dict[str, Any]:
+        """What came of an episode."""
+        ended = Simulation(
+            setup.planner,
+            setup.path,
+            q=setup.q,
+            v=setup.v,
+            schedule=setup.schedule,
+            plant=setup.plant,
+            sensors=setup.sensors,
+            world=setup.world,
+            follower=setup.follower,
+            duration=setup.duration,
+            feed_forward=setup.tables.simulation.feed_forward,
+            log=MEMORY,
+        ).run()
+        if ended.log is None:
+            raise FtqpError("a simulation kept no log")
+        seen = self.verdict(setup, ended.log)
+        by_law = {f"law_{law}": 0.0 for law in LAWS} | {f"law_{b.law}": b.size for b in seen.breaches}
+        return {
+            "outcome": "broken" if seen.breaches else "sound",
+            "status": None if ended.final_status is None else ended.final_status.name,
+            "said": json.dumps({status.name: count for status, count in ended.status_counts.items()}),
+            "ticks": len(ended.log) - 1,
+            "largest_error": seen.largest_error,
+            "largest_ok_error": seen.largest_ok_error,
+            "sentences": "\n".join(str(breach) for breach in seen.breaches),
+            **by_law,
+        }
+
+    def verdict(self, setup: Setup, log: Log) -> Verdict:
+        """What the referee says of a run.
+
+        Args:
+            setup: The run.
+            log: Its log.
+        """
+        name = setup.tables.robot.model_dump_json()
+        if name not in self.arms:
+            self.arms[name] = model_file(setup)
+        strict: Strictness = PHYSICS if self.campaign.tables.campaign.judged == "in physics" else KINEMATIC
+        return verdict(self.arms[name], evidence(setup, log), strict)
+
+
+def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
+    """The campaign of a file; its first episode is drawn to see that it can be.
+
+    Args:
+        source: A path, or the name of a bundled campaign.
+        overrides: ``a.b=value`` each, put into the campaign before it is checked.
+
+    Raises:
+        ScenarioError: The campaign is wrong; carries every error.
+    """
+    found = document.read(source, overrides, kind=KIND)
+    try:
+        tables = CampaignFile.model_validate(found.content)
+    except ValidationError as error:
+        raise ScenarioError(f"{found.origin} has errors:", complaints(CampaignFile, error)) from error
+    folder = found.folder.resolve()
+    made = Campaign(name=found.name, tables=tables, text=document.toml(_plain(tables)), folder=folder)
+    try:
+        made.setup(0)
+    except InputError as error:
+        raise ScenarioError(f"{found.origin} has errors:", [str(error)]) from error
+    except ScenarioError as error:
+        if not tables.vary:
+            raise
+        del error  # what was drawn may be no scenario; such episodes are counted
+    return made
+
+
+def _plain(tables: CampaignFile) -> Mapping[str, Any]:
+    return tables.model_dump()

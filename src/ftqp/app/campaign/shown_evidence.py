@@ -1,0 +1,84 @@
+"""What the referee is shown of a simulated run: the truth from the log, the limits from the arm's file."""
+
+import numpy as np
+
+from ftqp.app.scenario.setup import Setup
+from ftqp.control.planner.status import STATUSES
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.referee.evidence import Evidence, Failure
+from ftqp.referee.model_file import ModelFile
+from ftqp.sim.log.log_arrays import Log
+
+KINDS = {Locked: "locked", FreeSwinging: "free", Degraded: "degraded"}
+
+
+def evidence(setup: Setup, log: Log) -> Evidence:
+    """What is shown of a run; its last row is the state at which the last judged tick ends.
+
+    Args:
+        setup: The run.
+        log: Its log, of at least two rows.
+
+    Raises:
+        InputError: The base moves: the referee knows arms that stand.
+    """
+    if setup.world is not None:
+        raise InputError("the base moves, which the referee does not judge; leave [base] out of a campaign")
+    q, v = log["q"], log["v"]
+    told = "q_command" in {name.split(".", 1)[0] for name in log.names}
+    sent_q, sent_v = (log["q_command"], log["v_command"]) if told else _sent(setup, log)
+    return Evidence(
+        dt=setup.planner.dt,
+        level=setup.planner.level,
+        q=q,
+        v=v,
+        sent_q=sent_q[:-1],
+        sent_v=sent_v[:-1],
+        status=[STATUSES[int(code)].name for code in log["status"][:-1]],
+        target=_poses(log["target"][:-1]),
+        rows=setup.planner.task.rows or setup.robot.default_rows,
+        tolerance=(setup.planner.task.tolerance, setup.planner.task.rotation_tolerance),
+        failures=[
+            Failure(
+                joint=setup.robot.joint(event.fault.joint),
+                kind=KINDS[type(event.fault)],
+                since=event.at,
+                told=np.inf if event.told is None else event.told,
+                shares={limit: getattr(event.fault, share) for limit, share in event.fault.shares.items()},
+                jumps=getattr(event.fault, "mode", "") == "instant",
+            )
+            for event in setup.schedule
+        ],
+    )
+
+
+def model_file(setup: Setup) -> ModelFile:
+    """The arm as the referee reads it, from its URDF.
+
+    Args:
+        setup: The run.
+    """
+    from ftqp.model.urdf_text import link_names
+
+    robot = setup.robot
+    return ModelFile.read(robot.to_urdf(), link_names(robot)[-1], gravity=robot.chain.gravity)
+
+
+def _sent(setup: Setup, log: Log) -> tuple[FloatArray, FloatArray]:
+    """The command for the end of each tick where the log leaves it out: it was integrated and obeyed."""
+    dt, half = setup.planner.dt, 0.5 if setup.planner.level == "acceleration" else 1.0
+    q, v, a = log["q"], log["v"], log["a"]
+    return q + dt * (v + half * dt * a), v + dt * a
+
+
+def _poses(target: FloatArray) -> FloatArray:
+    """Homogeneous transforms (K, 4, 4) of positions and unit quaternions x, y, z, w, (K, 7)."""
+    x, y, z, w = target[:, 3:].T
+    result = np.zeros((len(target), 4, 4))
+    result[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1)
+    result[:, 1, :3] = np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1)
+    result[:, 2, :3] = np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1)
+    result[:, :3, 3], result[:, 3, 3] = target[:, :3], 1.0
+    return result

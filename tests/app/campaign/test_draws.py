@@ -1,0 +1,101 @@
+"""What a campaign draws: from the number of the episode alone, and nothing that a file may not ask for."""
+
+import numpy as np
+import pytest
+
+from ftqp.app.campaign.draws import episode
+from ftqp.core.errors import InputError
+from ftqp.model import catalog
+
+SCENARIO = {
+    "robot": {"name": "planar"},
+    "path": {"kind": "circle", "duration": 2.0},
+    "faults": [{"kind": "locked", "joint": 0, "at": 0.0}],
+}
+
+
+def drawn(vary, numbers=200, seed=0):
+    return [episode(SCENARIO, vary, seed, number)[1] for number in range(numbers)]
+
+
+def test_episode_is_the_same_whichever_others_are_drawn():
+    vary = {"planner.dt": [0.001, 0.002], "path.radius": {"uniform": [0.1, 0.2]}, "start.q": {"start": 0.1}}
+    first = episode(SCENARIO, vary, 3, 17)
+    drawn(vary, 5, seed=3)
+    assert episode(SCENARIO, vary, 3, 17) == first
+    assert episode(SCENARIO, vary, 4, 17) != first != episode(SCENARIO, vary, 3, 18)
+    assert "planner" not in SCENARIO  # what episodes share is left as it is
+
+
+def test_numbers_follow_their_distribution():
+    vary = {
+        "a": {"uniform": [2.0, 3.0]},
+        "b": {"log_uniform": [1e-3, 1e3]},
+        "c": {"normal": [5.0, 0.1]},
+        "d": {"integers": [1, 3]},
+        "e": {"one_of": ["x", "y"], "weights": [9, 1]},
+    }
+    found = drawn(vary, 1000)
+    a, b, c = (np.array([one[key] for one in found]) for key in "abc")
+    assert 2.0 <= a.min() < 2.05 and 2.95 < a.max() <= 3.0
+    assert abs(np.median(np.log10(b))) < 0.3 and b.min() < 1e-2
+    assert abs(c.mean() - 5.0) < 0.02 and abs(c.std() - 0.1) < 0.02
+    assert {one["d"] for one in found} == {1, 2, 3}
+    assert 850 < sum(one["e"] == "x" for one in found) < 950
+
+
+def test_number_may_depend_on_another_one():
+    vary = {
+        "path.duration": {"uniform": [1.0, 4.0]},
+        "faults.0.at": {"uniform": [0.5, 0.5], "times": "path.duration"},
+        "faults.0.announced": {"uniform": [0.1, 0.2], "plus": "faults.0.at"},
+    }
+    for number in range(20):
+        tables, found = episode(SCENARIO, vary, 0, number)
+        assert found["faults.0.at"] == 0.5 * found["path.duration"] == tables["faults"][0]["at"]
+        assert 0.1 <= found["faults.0.announced"] - found["faults.0.at"] <= 0.2
+
+
+def test_joint_and_start_are_those_of_the_arm_that_was_drawn():
+    vary = {"faults.0.joint": {"joint": "any"}, "start.q": {"start": 0.2}, "robot.name": ["panda", "planar"]}
+    joints = {"panda": set(), "planar": set()}
+    for one in drawn(vary, 100):
+        robot = catalog.load(one["robot.name"])
+        joints[robot.name.partition("(")[0]].add(one["faults.0.joint"])
+        assert len(one["start.q"]) == robot.nv
+        assert (robot.limits.q_min < one["start.q"]).all() and (one["start.q"] < robot.limits.q_max).all()
+    assert joints["panda"] == set(range(7)) and max(joints["planar"]) == catalog.load("planar").nv - 1
+
+
+@pytest.mark.parametrize(
+    ("what", "message"),
+    [
+        ([], "expected a list of at least one value"),
+        (3, "expected a list of values or a distribution"),
+        ({}, "names 0 distributions"),
+        ({"uniform": [1, 2], "normal": [0, 1]}, "names 2 distributions"),
+        ({"unifrom": [1, 2]}, "did you mean 'uniform'"),
+        ({"uniform": [2, 1]}, r"expected \[low, high\] with low <= high"),
+        ({"uniform": [1]}, "expected two numbers"),
+        ({"uniform": [1, float("nan")]}, "expected two numbers"),
+        ({"log_uniform": [0, 1]}, "with low <= high"),
+        ({"normal": [0, -1]}, "deviation"),
+        ({"integers": [1.5, 2]}, "whole numbers"),
+        ({"one_of": [1, 2], "weights": [1]}, "expected 2 numbers >= 0"),
+        ({"one_of": [1, 2], "weights": [0, 0]}, "not all 0"),
+        ({"one_of": [1, 2], "weights": "x"}, "expected numbers"),
+        ({"uniform": [1, 2], "times": "path.kind"}, "which is no number"),
+        ({"uniform": [1, 2], "plus": "nowhere.x"}, "which is no number"),
+        ({"one_of": [1, 2], "plus": "path.duration"}, "beside one_of"),
+        ({"start": 2.0}, "share of the range"),
+    ],
+)
+def test_wrong_distribution_is_said_with_its_key_or_kind(what, message):
+    with pytest.raises(InputError, match=message):
+        episode(SCENARIO, {"start.q": what}, 0, 0)
+
+
+@pytest.mark.parametrize("key", ["path.kind.x", "faults.7.at", "faults.x"])
+def test_key_that_leads_nowhere_is_refused(key):
+    with pytest.raises(InputError, match="leads to no table of the scenario"):
+        episode(SCENARIO, {key: [1]}, 0, 0)

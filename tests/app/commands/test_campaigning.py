@@ -1,0 +1,153 @@
+"""``ftqp campaign``: a few short episodes, resumed, replayed, judged, refused."""
+
+import json
+import sqlite3
+
+import pytest
+from typer.testing import CliRunner
+
+from ftqp.app.campaign import episode_study
+from ftqp.app.commands.campaigning import summary
+from ftqp.app.commands.cli import app
+from ftqp.app.run import runs
+
+STUDY = """
+[campaign]
+seed = 5
+episodes = 6
+[scenario.robot]
+name = "planar"
+[scenario.path]
+kind = "circle"
+radius = 0.05
+duration = 0.4
+[[scenario.faults]]
+kind = "locked"
+joint = 0
+at = 0.1
+[vary]
+"faults.0.joint" = { joint = "any" }
+"planner.dt" = [0.005, 0.01]
+"""
+
+
+def campaign(*arguments):
+    result = CliRunner().invoke(app, ["campaign", *(str(x) for x in arguments)])
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.fixture(autouse=True)
+def no_figures(monkeypatch):
+    monkeypatch.setattr(runs, "_figures", lambda log, folder: ())
+
+
+@pytest.fixture
+def study(tmp_path):
+    file = tmp_path / "short.toml"
+    file.write_text(STUDY)
+    return file
+
+
+def rows(folder):
+    with sqlite3.connect(folder / "results.sqlite") as connection:
+        found = connection.execute("SELECT item, drawn, outcome, ticks FROM results ORDER BY item").fetchall()
+    connection.close()
+    return found
+
+
+def test_campaign_goes_on_where_it_was_and_counts_each_episode_once(study, tmp_path):
+    code, out, errors = campaign(study, "--out", tmp_path / "c", "--set", "campaign.episodes=4", "--json")
+    assert code == 0, errors
+    first = rows(tmp_path / "c")
+    assert json.loads(out)["computed_now"] == 4
+    code, out, _ = campaign(study, "--out", tmp_path / "c", "--json")
+    facts = json.loads(out)
+    assert code == 0 and facts["computed_now"] == 2 and facts["sound"] == facts["episodes"] == 6
+    assert facts["bound"] == pytest.approx(1.0 - 0.05 ** (1.0 / 6.0))
+    assert rows(tmp_path / "c")[:4] == first
+    assert facts["steps"] == sum(row[3] for row in rows(tmp_path / "c"))
+    assert sum(value["episodes"] for value in facts["by_key"]["planner.dt"].values()) == 6
+
+
+def test_any_episode_is_run_alone_by_its_number(study, tmp_path):
+    campaign(study, "--out", tmp_path / "c")
+    code, out, _ = campaign(study, "--replay", 3, "--out", tmp_path / "r", "--json")
+    facts = json.loads(out)
+    assert code == 0 and facts["broken"] == []
+    assert facts["drawn"] == json.loads(rows(tmp_path / "c")[3][1])
+    assert (tmp_path / "r" / "log.sqlite").exists()
+    code, _, errors = campaign(study, "--replay", 6, "--out", tmp_path / "s")
+    assert code == 2 and "episode 6 is none of short, expected 0 to 5" in errors
+
+
+def test_table_tells_value_by_value(study, tmp_path):
+    code, out, _ = campaign(study, "--out", tmp_path / "c", "--table")
+    assert code == 0
+    assert "6 episodes" in out and "planner.dt" in out and "0.005" in out
+    assert "with 0 of 6 broken, the true share is below 0.39 at 95 %" in out
+
+
+def test_scenario_that_cannot_be_is_counted_and_exception_is_not_hidden(study, tmp_path, monkeypatch):
+    judged = episode_study.EpisodeWork._judged
+
+    def some(self, setup):
+        if setup.name == f"short-{first}":
+            return 1 / 0
+        return judged(self, setup)
+
+    monkeypatch.setattr(episode_study.EpisodeWork, "_judged", some)
+    study.write_text(STUDY + '"path.radius" = [0.05, 50.0]')
+    made = episode_study.load_campaign(str(study))
+    first = next(k for k in range(12) if made.drawn(k)[1]["path.radius"] == 0.05)
+    code, out, _ = campaign(study, "--out", tmp_path / "c", "--set", "campaign.episodes=12", "--json")
+    facts = json.loads(out)
+    assert code == 1 and facts["bound"] is None
+    assert facts["refused"] > 0 and facts["refused"] + facts["sound"] + facts["raised"] == 12
+    assert facts["raised"] == 1
+    assert facts["examples"][0]["sentences"] == "ZeroDivisionError: division by zero"
+    assert facts["by_key"]["path.radius"]["50.0"]["refused"] == facts["refused"]
+
+
+def test_broken_law_ends_with_1_and_names_the_episode(study, tmp_path, monkeypatch):
+    monkeypatch.setattr(episode_study, "KINEMATIC", episode_study.Strictness(speed=-1.0))
+    code, out, _ = campaign(study, "--out", tmp_path / "c")
+    assert code == 1
+    assert "6 broke one" in out and "episode 0: speed from tick" in out and "--replay N" in out
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("episodes = 6", "episodes = 0"), "campaign.episodes"),
+        (("episodes = 6", "episodes = 1000000000"), "campaign.episodes"),
+        (("[0.005, 0.01]", "[]"), "expected a list of at least one value"),
+        (("seed = 5", "seeed = 5"), "did you mean 'seed'"),
+        (('{ joint = "any" }', "{ uniform = [3, 1] }"), "low <= high"),
+    ],
+)
+def test_campaign_that_contradicts_itself_is_refused_before_anything_is_made(
+    study, tmp_path, change, message
+):
+    study.write_text(STUDY.replace(*change))
+    code, _, errors = campaign(study, "--out", tmp_path / "c")
+    assert code == 2 and message in errors
+    assert not (tmp_path / "c").exists()
+
+
+def test_results_of_another_campaign_are_refused(study, tmp_path):
+    campaign(study, "--out", tmp_path / "c", "--set", "campaign.episodes=1")
+    code, _, errors = campaign(study, "--out", tmp_path / "c", "--set", "campaign.seed=6")
+    assert code == 2 and "another" in errors
+
+
+def test_bundled_campaign_can_be_drawn():
+    from ftqp.app.scenario import document
+
+    for name in document.bundled("campaign"):
+        made = episode_study.load_campaign(name)
+        assert made.setup(0).robot.name
+
+
+def test_summary_of_nothing_claims_nothing():
+    facts = summary("x", [])
+    assert facts["bound"] is None and facts["episodes"] == 0
