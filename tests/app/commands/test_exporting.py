@@ -7,8 +7,6 @@ import sys
 
 import numpy as np
 import pytest
-from mcap.reader import make_reader
-from mcap_ros2.decoder import DecoderFactory
 from scipy.io import loadmat
 from typer.testing import CliRunner
 
@@ -16,6 +14,10 @@ import ftqp
 from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
 from ftqp.model import catalog
+
+pytest.importorskip("rosbags", reason='needs the extra "ros": pip install "ftqp[ros]"')
+reader = pytest.importorskip("mcap.reader", reason="needs mcap, which the extra 'dev' brings")
+decoder = pytest.importorskip("mcap_ros2.decoder", reason="needs mcap-ros2-support, of the extra 'dev'")
 
 FORMATS = {"csv": "log.csv", "npz": "log.npz", "mat": "log.mat", "mcap": "bag", "trajectory": "trajectory"}
 SHORT = {
@@ -72,8 +74,8 @@ def test_bag_of_a_run_has_its_frames_and_its_arm(run):
         ftqp_command("export", run, "--format", "mcap")
     log, found = ftqp.load_log(run), {}
     with (run / "bag" / "bag.mcap").open("rb") as stream:
-        for _, channel, _, message in make_reader(
-            stream, decoder_factories=[DecoderFactory()]
+        for _, channel, _, message in reader.make_reader(
+            stream, decoder_factories=[decoder.DecoderFactory()]
         ).iter_decoded_messages():
             found.setdefault(channel.topic, []).append(message)
     assert {"/tf", "/robot_description", "/ftqp/status", "/joint_measured"} - set(found) <= {

@@ -7,9 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
-from mcap.reader import make_reader
-from mcap_ros2.decoder import DecoderFactory
 from tests.sim.export.conftest import COUNT, DT, NAMES, numbers, signals
 
 from ftqp.control.planner.status import STATUSES
@@ -18,6 +15,11 @@ from ftqp.model.robot import Robot
 from ftqp.sim.export.run_bag import write_bag
 from ftqp.sim.log.log_file import open_log
 from ftqp.sim.log.signals import Column
+
+pytest.importorskip("rosbags", reason='needs the extra "ros": pip install "ftqp[ros]"')
+reader = pytest.importorskip("mcap.reader", reason="needs mcap, which the extra 'dev' brings")
+yaml = pytest.importorskip("ruamel.yaml", reason="comes with rosbags")
+decoder = pytest.importorskip("mcap_ros2.decoder", reason="needs mcap-ros2-support, of the extra 'dev'")
 
 FROM = ("a", "tau", "tau_brake", "lb", "ub")
 
@@ -31,8 +33,8 @@ def read(folder):
     """Messages by topic, each with its time [ns]."""
     found = defaultdict(list)
     with (folder / f"{folder.name}.mcap").open("rb") as stream:
-        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-        for _, channel, message, decoded in reader.iter_decoded_messages():
+        found_by = reader.make_reader(stream, decoder_factories=[decoder.DecoderFactory()])
+        for _, channel, message, decoded in found_by.iter_decoded_messages():
             found[channel.topic].append((message.log_time, decoded))
     return found
 
@@ -105,7 +107,7 @@ def test_step_has_every_number_of_the_log(bag):
 
 def test_codes_are_named_in_the_file(folder):
     with (folder[0] / "bag.mcap").open("rb") as stream:
-        schemas = make_reader(stream).get_summary().schemas.values()
+        schemas = reader.make_reader(stream).get_summary().schemas.values()
     (text,) = [schema.data.decode() for schema in schemas if schema.name == "ftqp_msgs/msg/Step"]
     for code, status in enumerate(STATUSES):
         assert f"int32 STATUS_{status.name}={code}\n" in text
@@ -145,7 +147,9 @@ def test_description_is_the_arm_and_is_kept_for_late_comers(bag, arm, folder):
     assert time == 0
     again = Robot.from_urdf(message.data)
     np.testing.assert_allclose(again.pose(arm.neutral), arm.pose(arm.neutral), atol=1e-14)
-    about = yaml.safe_load((folder[0] / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    about = yaml.YAML(typ="safe").load((folder[0] / "metadata.yaml").read_text())[
+        "rosbag2_bagfile_information"
+    ]
     kept = {
         topic["topic_metadata"]["name"]: topic["topic_metadata"]["offered_qos_profiles"][0]["durability"]
         for topic in about["topics_with_message_count"]
