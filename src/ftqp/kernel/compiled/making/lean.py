@@ -41,9 +41,18 @@ _WAY = _Way()
 class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
     """The intermediate code of one function, neither optimised nor turned into machine code."""
 
-    def __init__(self, codegen: Any, name: str) -> None:
+    def __init__(self, codegen: Any, name: str, *, rare: bool = False) -> None:
         super().__init__(codegen, name)
+        self._rare = rare
         self._whole: Any = None
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        if self._rare:  # told in the source: llvmlite before 0.48 puts it on what the function returns
+            for function in ir_module.functions:
+                if not function.is_declaration and not function.linkage:
+                    for attribute in _APART:
+                        function.attributes.add(attribute)
+        super().add_ir_module(ir_module)
 
     def _optimize_functions(self, ll_module: Any) -> None:
         ll_module.data_layout = self._codegen._data_layout
@@ -94,6 +103,8 @@ def linked(library: Any, *, runtime: bool) -> Any:
 class _LinkedCompiler(numba_dispatcher._FunctionCompiler):  # type: ignore[misc,name-defined]
     """numba's compiler of one function, stopped at the intermediate code."""
 
+    rare = False
+
     def _compile_core(self, args: Any, return_type: Any) -> Any:
         if not _WAY.lean:
             return super()._compile_core(args, return_type)
@@ -111,7 +122,7 @@ class _LinkedCompiler(numba_dispatcher._FunctionCompiler):  # type: ignore[misc,
             return_type=return_type,
             flags=flags,
             locals=self.locals,
-            library=LinkedLibrary(context.codegen(), self.py_func.__qualname__),
+            library=LinkedLibrary(context.codegen(), self.py_func.__qualname__, rare=self.rare),
             pipeline_class=self.pipeline_class,
         )
 
@@ -121,22 +132,18 @@ class Helper(CPUDispatcher):  # type: ignore[misc]
 
     def __init__(self, function: Any, options: dict[str, Any], rare: bool = False) -> None:
         super().__init__(function, {}, {"nopython": True, **options})
-        self._rare = rare
         self._options = options
         self._alone: Any = None
         self._compiler = _LinkedCompiler(
             function, self.targetdescr, self.targetoptions, self.locals, compiler.Compiler
         )
+        self._compiler.rare = rare
 
     def add_overload(self, cres: Any) -> None:
         """Make a compiled signature known to callers in compiled code, not to Python."""
         if not isinstance(cres.library, LinkedLibrary):
             super().add_overload(cres)
             return
-        if self._rare:
-            code = cres.library._final_module.get_function(cres.fndesc.llvm_func_name)
-            for attribute in _APART:
-                code.add_function_attribute(attribute)
         key = object()
         self.targetctx.insert_user_function(key, cres.fndesc, [cres.library])
         self.overloads[tuple(cres.signature.args)] = cres._replace(entry_point=key)
