@@ -59,6 +59,7 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.layout.thresholds import SCALED_FROM
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
+from ftqp.kernel.rows.joint_intervals import AT_LIMIT
 from ftqp.kernel.rows.objective import objective
 from ftqp.kernel.rows.task_rows import compliance
 
@@ -132,7 +133,7 @@ def begin_rest(K: Any, time: float, rise: float) -> None:
     for k in range(faults.working):
         i = faults.order[k]
         wanted = -qp.g[i]
-        if state.q[i] < limits.q_min[i] or state.q[i] > limits.q_max[i]:
+        if state.q[i] < limits.q_min[i] - AT_LIMIT or state.q[i] > limits.q_max[i] + AT_LIMIT:
             qp.lb[i], qp.ub[i] = min(qp.lb[i], wanted), max(qp.ub[i], wanted)
     for k in range(task.m):
         task.slack[k] = 0.0
