@@ -13,6 +13,7 @@ from tests.app.study.jobs import COLUMNS, Squares, expected
 
 from ftqp.app.study.driving import drive
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile
+from ftqp.app.study.workers import LocalProcesses
 
 
 def results_in(folder: Path) -> ResultsFile:
@@ -150,3 +151,21 @@ def test_a_worker_that_is_killed_loses_nothing(tmp_path: Path) -> None:
     assert process.wait(timeout=60) == 0
     with results_in(tmp_path / "out") as results:
         assert results.table() == expected(200)
+
+
+def test_an_interrupt_while_a_process_starts_waits_until_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    began, before = [], signal.getsignal(signal.SIGINT)
+    workers = LocalProcesses(Squares(), 1)
+    try:
+
+        def starts(*_: object) -> None:
+            signal.raise_signal(signal.SIGINT)
+            began.append(True)
+
+        with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+            patch.setattr(workers._pool, "submit", starts)
+            workers.submit([1])
+        assert began == [True] and signal.getsignal(signal.SIGINT) is before
+        assert workers.submit([2]).result().items == (2,)
+    finally:
+        workers.close()

@@ -4,9 +4,10 @@ import os
 import signal
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait
 from typing import Any, final
@@ -99,8 +100,9 @@ class LocalProcesses(Workers):
         )
 
     def submit(self, items: Sequence[int]) -> "Future[Done]":
-        """Begin a chunk."""
-        return self._pool.submit(_compute_here, tuple(items))
+        """Begin a chunk; this starts a process where one is missing."""
+        with _uninterrupted():
+            return self._pool.submit(_compute_here, tuple(items))
 
     def died(self, error: BaseException) -> bool:
         """Whether a process was killed."""
@@ -114,6 +116,27 @@ class LocalProcesses(Workers):
     def close(self) -> None:
         """End the processes after what they are computing."""
         self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Puts Ctrl-C and SIGTERM off: a pool loses sight of a process that starts, and would wait for ever."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    signals = (signal.SIGINT, signal.SIGTERM)
+    handlers = [signal.signal(one, lambda number, frame: came.append(number)) for one in signals]
+    # a terminal's Ctrl-C goes to the new process, too, which cannot ignore it until it has loaded
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for one, handler in zip(signals, handlers, strict=True):
+            signal.signal(one, handler)
+    if came:
+        signal.raise_signal(came[0])
 
 
 _WORK: list[Any] = []
