@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
@@ -121,7 +122,7 @@ class LocalProcesses(Workers):
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
     """Puts Ctrl-C and SIGTERM off: a pool loses sight of a process that starts, and would wait for ever."""
-    if threading.current_thread() is not threading.main_thread():
+    if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
         yield
         return
     came: list[int] = []
