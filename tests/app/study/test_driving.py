@@ -169,3 +169,18 @@ def test_an_interrupt_while_a_process_starts_waits_until_it_has(monkeypatch: pyt
         assert workers.submit([2]).result().items == (2,)
     finally:
         workers.close()
+
+
+def test_a_chunk_that_comes_when_its_pool_has_just_broken_is_lost_like_those_in_it() -> None:
+    workers = LocalProcesses(Squares(), 1)
+    try:
+        workers.submit([1]).result()
+        for process in workers._pool._processes.values():
+            process.kill()
+        first = workers.submit([2]).exception()
+        second = workers.submit([3]).exception()
+        assert first is not None and second is not None and workers.died(first) and workers.died(second)
+        workers.renew()
+        assert workers.submit([4]).result().items == (4,)
+    finally:
+        workers.close()

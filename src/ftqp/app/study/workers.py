@@ -103,7 +103,12 @@ class LocalProcesses(Workers):
     def submit(self, items: Sequence[int]) -> "Future[Done]":
         """Begin a chunk; this starts a process where one is missing."""
         with _uninterrupted():
-            return self._pool.submit(_compute_here, tuple(items))
+            try:
+                return self._pool.submit(_compute_here, tuple(items))
+            except BrokenProcessPool as error:  # a chunk before this one has just killed its process
+                lost: Future[Done] = Future()
+                lost.set_exception(error)
+                return lost
 
     def died(self, error: BaseException) -> bool:
         """Whether a process was killed."""
