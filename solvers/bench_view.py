@@ -16,6 +16,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from threading import Event, Thread
 from time import monotonic, perf_counter, process_time, sleep
@@ -193,12 +194,14 @@ def _report(
     ratio = quantiles[True] / quantiles[False]
     half = len(memory) // 2
     load = ", ".join(f"{value:.1f}" for value in os.getloadavg())
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "viser"))
     return f"""# What the live page costs
 
 Made by `python solvers/bench_view.py`: scenario panda-circle with its naive twin for {minutes:g} minutes.
 Phases of {PHASE:g} s with and without the page take turns in one process; a joint is broken or repaired every
 second; browsers that look at the page: {browsers}. ftqp {__version__}, Python {platform.python_version()},
-{platform.machine()}, {os.cpu_count()} cores, load of the machine at the end {load}.
+{packages}, {platform.machine()}, {os.cpu_count()} cores, load of the
+machine at the end {load}.
 
 | planner's step [us] | steps | p50 | p99 | p99.9 |
 |---|---:|---:|---:|---:|
