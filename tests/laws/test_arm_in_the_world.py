@@ -38,7 +38,7 @@ def test_noise_delay_load_and_friction_are_lived_with(drive, seed):
 
 
 @pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
-@pytest.mark.parametrize("joint", [1, 2, 3, 5])
+@pytest.mark.parametrize("joint", [1, 3])
 def test_a_brake_that_nobody_told_is_seen_and_ends_at_rest(drive, joint):
     robot = ftqp.robots.load("panda")
     planner, arm = wired(robot, drive)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tests.every_fault import draw_fault
-from tests.laws.episode import Episode, check, draw_path, start_of
+from tests.laws.episode import SMALL, Episode, check, draw_path, start_of
 
 import ftqp
 
@@ -19,6 +19,7 @@ def drawn(seed):
     level = str(generator.choice(["velocity", "acceleration"]))
     dt = float(generator.choice([0.002, 0.005, 0.01]))
     backend = str(generator.choice(["active_set"] * 4 + ["daqp"]))
+    backend = backend if robot.nv <= SMALL else "active_set"
     q = start_of(generator, robot)
     duration = float(generator.uniform(0.5, 2.0))
     path = draw_path(generator, robot, robot.pose(q), duration)
@@ -56,7 +57,7 @@ def run(seed):
     return episode, np.array(progress), max(off), commands, follower
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(30))
 def test_limits_are_kept_and_progress_never_runs_backwards(seed):
     episode, progress, _, _, follower = run(seed)
     assert not episode.broken, f"{episode.description}: {episode.broken}"
