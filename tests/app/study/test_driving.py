@@ -154,7 +154,8 @@ def test_a_worker_that_is_killed_loses_nothing(tmp_path: Path) -> None:
 
 
 def test_an_interrupt_while_a_process_starts_waits_until_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    began, before = [], signal.getsignal(signal.SIGINT)
+    began, before = [], signal.default_int_handler
+    ours = signal.signal(signal.SIGINT, before)  # a process of pytest's own pool does not listen
     workers = LocalProcesses(Squares(), 1)
     try:
 
@@ -169,6 +170,7 @@ def test_an_interrupt_while_a_process_starts_waits_until_it_has(monkeypatch: pyt
         assert workers.submit([2]).result().items == (2,)
     finally:
         workers.close()
+        signal.signal(signal.SIGINT, ours)
 
 
 def test_a_chunk_that_comes_when_its_pool_has_just_broken_is_lost_like_those_in_it() -> None:
