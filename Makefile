@@ -16,7 +16,8 @@ QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/nast
 
 help:
 	@echo "make demo       an arm loses a joint on its way and finishes; writes pictures"
-	@echo "make test       every check: ruff, mypy, import layers, all tests"
+	@echo "make test       ruff, mypy, import layers, and every test but those of test-all"
+	@echo "make test-all   make test, and what takes long: scripts of studies from end to end, arrays of JAX, long runs"
 	@echo "make quick      what to run before a commit: lint, layers, and the tests that are quick"
 	@echo "make docs       the documentation site, into site/, without a network once its tools are there"
 	@echo "make test-pythons   make test with each of $(PYTHONS) that is on this machine"
@@ -37,7 +38,10 @@ test: $(VENV)/.has-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(PYTEST) -n $(JOBS) --dist loadfile
+	$(PYTEST) -n $(JOBS) --dist loadfile -m "not slow and not gpu"
+
+test-all: test
+	$(PYTEST) -n $(JOBS) --dist loadfile -m "slow or gpu"
 
 quick: $(VENV)/.has-dev
 	$(BIN)/ruff check .

@@ -195,6 +195,7 @@ class TestOtherModesWithFeedback:
 class TestBackends:
     """Acceptance 8, on the steps through the singularity."""
 
+    @pytest.mark.slow
     def test_external_backend_gives_the_same_rates(self) -> None:
         own, other = (planner(backend=name) for name in ("active_set", "daqp"))
         q, v = STARTS["R"].copy(), np.zeros(11)

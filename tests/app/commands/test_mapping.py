@@ -70,6 +70,7 @@ def test_a_map_goes_on_where_it_was(small: Path, tmp_path: Path) -> None:
     assert rows(tmp_path / "out") == whole
 
 
+@pytest.mark.slow
 def test_processes_compute_the_same_bits(small: Path, tmp_path: Path) -> None:
     assert asked(small, "--out", tmp_path / "one", "--jobs", 1).exit_code == 0
     assert asked(small, "--out", tmp_path / "two", "--jobs", 2).exit_code == 0
@@ -128,6 +129,7 @@ instants = 1
 """
 
 
+@pytest.mark.slow
 def test_a_plane_through_the_space_of_a_panda_is_mapped_and_drawn(tmp_path: Path) -> None:
     file = tmp_path / "space.toml"
     file.write_text(SPACE, encoding="utf-8")

@@ -53,7 +53,6 @@ def test_an_entry_point_of_one_size_takes_as_many_arguments_as_the_table_says(na
     assert len(inspect.signature(function).parameters) == len(EXACT[name].signature)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ENTRIES)
 def test_every_entry_point_can_be_made_and_kept(name, caplog):
     """Made means: its code allocates nothing and needs nothing of numba, else it is refused."""
