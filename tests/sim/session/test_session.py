@@ -148,6 +148,18 @@ def test_order_that_cannot_be_done_is_answered_in_a_sentence_and_changes_nothing
     np.testing.assert_array_equal(facts.truth, expected.truth)
 
 
+def test_whatever_goes_wrong_in_a_choice_is_told_and_the_old_arm_goes_on():
+    def casting(wish):
+        if wish.robot == "iiwa14":
+            raise KeyError("of a package from elsewhere")
+        return cast_of(wish, twin=False)
+
+    session = Session(casting, Y_LINE)
+    facts = after(session, Use(robot="iiwa14"))
+    assert "could not be done" in facts.message and "from elsewhere" in facts.message
+    assert session.cast.robot.name == "panda" and after(session).tick > facts.tick
+
+
 def test_path_out_of_reach_is_refused_and_the_old_arm_goes_on(tmp_path):
     file = tmp_path / "far.toml"
     file.write_text('[robot]\nname = "panda"\n[path]\nkind = "circle"\nradius = 3.0\nduration = 5.0\n')

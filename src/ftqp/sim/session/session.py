@@ -129,6 +129,8 @@ class Session:
                 self._message = self._apply(order)
             except FtqpError as error:
                 self._message = f"{error}."
+            except Exception as error:  # of a reader, a solver or a model from elsewhere: the page lives on
+                self._message = f"this could not be done, and the arm is as it was: {error!r:.300}."
 
     def _apply(self, order: Order) -> str:
         """Do what is ordered; a note for the operator, or nothing.
