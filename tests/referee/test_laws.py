@@ -3,11 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 from ftqp.referee.evidence import Evidence, Failure
+from ftqp.referee.laws import rotation_vectors
 from ftqp.referee.model_file import ModelFile
 from ftqp.referee.strictness import PHYSICS
 from ftqp.referee.verdict_from_outside import verdict
@@ -105,6 +107,15 @@ def test_wrong_number_breaks_its_law(law, change):
     seen = verdict(ARM, replace(evidence, **change(evidence)))
     assert law in seen.laws
     assert law in str(seen.breaches[0]) or len(seen.breaches) > 1
+
+
+def test_rotation_vectors_are_those_of_pinocchio_up_to_half_a_turn():
+    axes = np.random.default_rng(1).normal(size=(60, 3))
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    angles = np.concatenate([np.logspace(-12, 0.49, 55), np.pi - np.logspace(-9, -1, 5)])
+    R = np.array([pin.exp3(angle * axis) for angle, axis in zip(angles, axes, strict=True)])
+    np.testing.assert_allclose(rotation_vectors(R), [pin.log3(one) for one in R], rtol=1e-9, atol=1e-15)
+    assert (rotation_vectors(np.eye(3)[None]) == 0.0).all()
 
 
 def test_posture_that_is_still_led_somewhere_does_not_swing():

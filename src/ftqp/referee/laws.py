@@ -1,6 +1,7 @@
 """The laws that a run is held against, each from the truth and the model file alone."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,8 @@ WATCHED = 1.0
 LEAST = 0.3
 FULLY = 1e-6
 """Full braking may miss this share of the acceleration limit."""
+HALF_TURN = 1e-3
+"""Rotations so near to half a turn are left to pinocchio [1 + cosine of the angle]."""
 TUBE, TUBE_TIME, TUBE_SIGMAS = 0.02, 0.1, 6.0
 """A joint follows its command while it is as near as 0.02 rad or m, six sigma and what it moves in 0.1 s."""
 
@@ -211,8 +214,11 @@ def finite(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     return np.where(good, 0.0, np.inf)
 
 
+@lru_cache(maxsize=1)
 def errors(arm: ModelFile, run: Evidence) -> tuple[FloatArray, FloatArray]:
     """Distance [m] and angle [rad] from the true tip to its target along the rows of the task, each (K,).
+
+    Several laws ask for those of one run, so the last ones are kept.
 
     Args:
         arm: The arm.
@@ -221,15 +227,36 @@ def errors(arm: ModelFile, run: Evidence) -> tuple[FloatArray, FloatArray]:
     tip, target = arm.tips(run.q[:-1]), run.target
     wanted = [row in run.rows for row in ROWS]
     distance = (target[:, :3, 3] - tip[:, :3, 3])[:, wanted[:3]]
-    pairs = zip(target[:, :3, :3], tip[:, :3, :3], strict=True)
-    turns = np.array([pin.log3(wished @ there.T) for wished, there in pairs])
+    if not any(wanted[3:]):
+        return np.linalg.norm(distance, axis=1), np.zeros(len(tip))
+    turns = rotation_vectors(target[:, :3, :3] @ tip[:, :3, :3].transpose(0, 2, 1))
     return np.linalg.norm(distance, axis=1), np.linalg.norm(turns[:, wanted[3:]], axis=1)
+
+
+def rotation_vectors(R: FloatArray) -> FloatArray:
+    """The rotation vectors log(R) of rotations, (K, 3) [rad]; of (K, 3, 3).
+
+    log(R) = t w / |w| with w = (R32 - R23, R13 - R31, R21 - R12) / 2 and t = atan2(|w|, (tr R - 1) / 2).
+
+    Args:
+        R: Rotations.
+    """
+    w = 0.5 * np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
+    sine, cosine = np.linalg.norm(w, axis=1), 0.5 * (np.trace(R, axis1=1, axis2=2) - 1.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(sine > 0.0, np.arctan2(sine, cosine) / sine, 1.0)
+    result: FloatArray = share[:, None] * w
+    for k in np.flatnonzero(cosine < HALF_TURN - 1.0):
+        result[k] = pin.log3(R[k])
+    return result
 
 
 def _lasting(values: FloatArray, time: float, dt: float) -> FloatArray:
     """Where ``values`` are positive for longer than ``time`` [s]; 0 elsewhere."""
     result = np.zeros_like(values)
     long = round(time / dt)
+    if not (values > 0.0).any():
+        return result
     for i in range(values.shape[1]):
         since = 0
         for k, value in enumerate(values[:, i] > 0.0):

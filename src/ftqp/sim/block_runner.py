@@ -15,6 +15,8 @@ from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
 
+_NONE: IntArray = np.zeros(0, dtype=np.int64)
+
 
 @dataclass(frozen=True, slots=True)
 class _Ended:
@@ -68,7 +70,7 @@ class BlockRunner:
             end: number of the first tick that is not to be made: something happens there.
         """
         leader, blocks, plant, recorder = self._leader, self._blocks, self._plant, self._recorder
-        none = np.zeros(0, dtype=np.int64)
+        none = _NONE
         if leader is None or blocks is None or not isinstance(plant, KinematicPlant):
             return none
         believed = self._planner.faults

@@ -99,6 +99,7 @@ class Simulation:
             times that with a follower.
         feed_forward: ``"sampled"`` feeds forward the path's acceleration at t_k, ``"mean"`` its mean over dt.
         log: a new file for the log, ``"memory"`` for a log in the result, or ``None`` for none.
+        singularities: whether the log has the measures of singularity, which take time; they are NaN without.
         metadata: more to put into the log, for example the resolved scenario.
         world: the base under the arm where it moves, with the inertial task of this planner; the path is then
             one in the inertial frame. Without it the base stands.
@@ -122,6 +123,7 @@ class Simulation:
         duration: float | None = None,
         feed_forward: str = "sampled",
         log: str | File | None = None,
+        singularities: bool = True,
         metadata: Mapping[str, Any] | None = None,
         progress: Callable[[int, int], None] | None = None,
         world: MovingWorld | None = None,
@@ -168,7 +170,7 @@ class Simulation:
         self._q = robot.angles(q)
         self._v = np.zeros(robot.nv) if v is None else np.array(v, dtype=np.float64)
         self._believed = dict(planner.faults)
-        self._log = log
+        self._log, self._singularities = log, singularities
         self._signals = (
             *columns(robot.joints, robot.chain.prismatic, planner.level),
             *(() if world is None else base_columns(world.base.coordinates)),
@@ -201,7 +203,13 @@ class Simulation:
 
     def _recorded(self, sink: RowSink) -> Result:
         """All ticks and their rows; the state of the log says how it ended once every row is kept."""
-        recorder = TickRecorder(sink, self._planner, self._leader, sensed=self._arm.sensed)
+        recorder = TickRecorder(
+            sink,
+            self._planner,
+            self._leader,
+            sensed=self._arm.sensed,
+            singularities=self._singularities,
+        )
         try:
             result = self._ticks(recorder)
             recorder.flush()
@@ -257,13 +265,17 @@ class Simulation:
                 for event in announced.get(k, ()):
                     planner.report(event.fault)
                 codes = runner.run(k, events[bisect_right(events, k)])
-                if not len(codes):
-                    codes = np.array([self._tick(k, recorder)])
-                code = int(codes[-1])
-                counts += np.bincount(codes, minlength=len(counts))
-                if stopped_at is None and _STOPS[codes].any():
-                    stopped_at = (k + int(np.argmax(_STOPS[codes]))) * dt
-                done = k + len(codes)
+                if len(codes):
+                    code, done = int(codes[-1]), k + len(codes)
+                    counts += np.bincount(codes, minlength=len(counts))
+                    given_up = _STOPS[codes]
+                    if stopped_at is None and given_up.any():
+                        stopped_at = (k + int(np.argmax(given_up))) * dt
+                else:
+                    code, done = self._tick(k, recorder), k + 1
+                    counts[code] += 1
+                    if stopped_at is None and _STOPS[code]:
+                        stopped_at = k * dt
                 if self._progress is not None and clock.now() - told > PROGRESS_PERIOD:
                     told = clock.now()
                     self._progress(done, self._last + 1)

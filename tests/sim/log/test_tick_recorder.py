@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 
 from ftqp.control.paths import Circle
-from ftqp.faults.kinds import FreeSwinging, Locked
+from ftqp.control.planner.planner import Planner
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.leader import ClockLeader, ClockTargets
 from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.row_sink import MemoryRows
 from ftqp.sim.log.signals import columns
 from ftqp.sim.log.tick_recorder import TickRecorder
+from ftqp.sim.loop import MEMORY, Simulation
+from ftqp.sim.schedule import FaultEvent, Schedule
 
 DT = 0.01
 JACOBIAN = np.random.default_rng(0).standard_normal((6, 7)) * (np.arange(7) != 2)
@@ -65,3 +68,18 @@ def test_full_block_is_handed_on_at_once(made):
     recorder.free[:, recorder.layout.fields["jacobian"]] = JACOBIAN.ravel()
     recorder.keep(BLOCK, 6)
     assert len(rows.log) == BLOCK and len(recorder.free) == BLOCK
+
+
+def test_log_without_measures_of_singularity_is_the_same_otherwise(panda, start):
+    logs = []
+    for singularities in (True, False):
+        planner, path = Planner(panda, DT), Circle(start, 0.05, duration=0.5)
+        schedule = Schedule([FaultEvent(Degraded(1, velocity=0.5), at=0.2, announced=0.2)])
+        made = Simulation(
+            planner, path, q=panda.neutral, schedule=schedule, log=MEMORY, singularities=singularities
+        )
+        logs.append(made.run().log)
+    whole, lean = logs
+    assert np.isfinite(whole["sigma_min"]).all() and np.isnan(lean["sigma_min"]).all()
+    for name in set(whole.names) - {"sigma_min", "manipulability", "condition", "step_time"}:
+        np.testing.assert_array_equal(whole[name], lean[name])

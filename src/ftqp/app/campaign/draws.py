@@ -15,9 +15,11 @@ A number may be ``times`` or ``plus`` another key that was drawn before or is fi
 
 import copy
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from pydantic import ValidationError
 
 from ftqp.app.scenario import composition
 from ftqp.app.schema.robot_section import RobotTable
@@ -83,7 +85,12 @@ OTHERS = ("one_of", "joint", "start")
 
 
 def episode(
-    scenario: Mapping[str, Any], vary: Mapping[str, Any], seed: int, number: int
+    scenario: Mapping[str, Any],
+    vary: Mapping[str, Any],
+    seed: int,
+    number: int,
+    arms: Callable[[RobotTable, Path], Robot] = composition.robot,
+    folder: Path = Path(),
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """The scenario of an episode, and what was drawn for it, by key.
 
@@ -94,6 +101,8 @@ def episode(
         vary: Distributions by key.
         seed: Of the campaign.
         number: Of the episode.
+        arms: Makes the arm of ``[robot]``.
+        folder: Where relative paths start.
 
     Raises:
         InputError: A distribution or a key is wrong.
@@ -108,7 +117,7 @@ def episode(
             continue
         drawn[key] = _one(what, kind, rng) if kind == "one_of" else _number(key, what, kind, rng, tables)
         put(tables, key, drawn[key])
-    robot = _robot(tables) if later else None
+    robot = _robot(tables, arms, folder) if later else None
     for key, kind, what in later:
         if robot is not None:
             drawn[key] = int(rng.integers(robot.nv)) if kind == "joint" else _start(robot, what["start"], rng)
@@ -180,13 +189,9 @@ def _start(robot: Robot, share: Any, rng: np.random.Generator) -> list[float]:
     return [float(x) for x in np.clip(q, low + MARGIN * spread, high - MARGIN * spread)]
 
 
-def _robot(tables: Mapping[str, Any]) -> Robot:
-    from pathlib import Path
-
-    from pydantic import ValidationError
-
+def _robot(tables: Mapping[str, Any], arms: Callable[[RobotTable, Path], Robot], folder: Path) -> Robot:
     try:
-        return composition.robot(RobotTable.model_validate(tables.get("robot")), Path())
+        return arms(RobotTable.model_validate(tables.get("robot")), folder)
     except ValidationError as error:
         raise InputError(f"the robot of the scenario is wrong: {str(error).splitlines()[0]}") from error
 

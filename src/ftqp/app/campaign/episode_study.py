@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from ftqp import __version__
 from ftqp.app.campaign.draws import episode
+from ftqp.app.campaign.known_arms import KnownArms
 from ftqp.app.campaign.shown_evidence import evidence, model_file
 from ftqp.app.scenario import document
 from ftqp.app.scenario.complaints import complaints
@@ -52,12 +53,14 @@ class Campaign:
         tables: Its tables.
         text: The same as a TOML file.
         folder: Where relative paths start.
+        arms: Those that were read.
     """
 
     name: str
     tables: CampaignFile
     text: str
     folder: Path
+    arms: KnownArms = field(default_factory=KnownArms, compare=False, repr=False)
 
     @property
     def key(self) -> str:
@@ -76,7 +79,8 @@ class Campaign:
         Raises:
             InputError: A distribution is wrong.
         """
-        return episode(self.tables.scenario, self.tables.vary, self.tables.campaign.seed, number)
+        tables = self.tables
+        return episode(tables.scenario, tables.vary, tables.campaign.seed, number, self.arms, self.folder)
 
     def setup(self, number: int) -> Setup:
         """An episode ready to be run.
@@ -88,10 +92,21 @@ class Campaign:
             InputError: A distribution is wrong.
             ScenarioError: What was drawn is no scenario.
         """
-        content, _ = self.drawn(number)
+        return self.setup_of(number, self.drawn(number)[0])
+
+    def setup_of(self, number: int, content: dict[str, Any]) -> Setup:
+        """An episode ready to be run, from its tables.
+
+        Args:
+            number: Of the episode.
+            content: The scenario's tables as they were drawn.
+
+        Raises:
+            ScenarioError: What was drawn is no scenario.
+        """
         name = f"{self.name}-{number}"
         found = document.Document(name=name, origin=f"episode {number}", folder=self.folder, content=content)
-        return resolve(found, validated(found))
+        return resolve(found, validated(found), arms=self.arms)
 
 
 @final
@@ -113,9 +128,10 @@ class EpisodeWork:
         return [tuple(row.get(name) for name in COLUMNS) for row in map(self._row, items)]
 
     def _row(self, number: int) -> dict[str, Any]:
-        row: dict[str, Any] = {"drawn": json.dumps(self.campaign.drawn(number)[1])}
+        content, drawn = self.campaign.drawn(number)
+        row: dict[str, Any] = {"drawn": json.dumps(drawn)}
         try:
-            return row | self._judged(self.campaign.setup(number))
+            return row | self._judged(self.campaign.setup_of(number, content))
         except ScenarioError as error:
             return row | {"outcome": REFUSED, "sentences": str(error), "ticks": 0}
         except Exception as error:  # an exception is a result of the campaign: it is counted, not hidden
@@ -136,6 +152,7 @@ class EpisodeWork:
             duration=setup.duration,
             feed_forward=setup.tables.simulation.feed_forward,
             log=MEMORY,
+            singularities=False,
         ).run()
         if ended.log is None:
             raise FtqpError("a simulation kept no log")

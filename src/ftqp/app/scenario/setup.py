@@ -1,6 +1,6 @@
 """A scenario, resolved: from a file to robot, planner, path and faults of a run, or to all errors at once."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path as File
@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from ftqp.app.scenario import base_composition, composition, document, world_composition
 from ftqp.app.scenario.complaints import complaints
 from ftqp.app.schema import Scenario
+from ftqp.app.schema.robot_section import RobotTable
 from ftqp.control.drive.drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.following.path_follower import PathFollower
@@ -160,8 +161,20 @@ class _Errors:
             self.found.append(f"{place}: {error}")
 
 
-def resolve(found: document.Document, tables: Scenario, *, record: bool = False) -> Setup:
+def resolve(
+    found: document.Document,
+    tables: Scenario,
+    *,
+    record: bool = False,
+    arms: Callable[[RobotTable, File], Robot] = composition.robot,
+) -> Setup:
     """The objects that the tables stand for.
+
+    Args:
+        found: The scenario as it was read.
+        tables: Its tables.
+        record: Keep the planner's QPs, those that ``[recording]`` asks for.
+        arms: Makes the arm of ``[robot]``, for example one that was made before.
 
     Raises:
         ScenarioError: What the tables name does not exist or does not fit together; carries every error.
@@ -169,7 +182,7 @@ def resolve(found: document.Document, tables: Scenario, *, record: bool = False)
     errors, folder = _Errors(), found.folder
     arm: Robot | None = None
     with errors.at("robot"):
-        arm = composition.robot(tables.robot, folder)
+        arm = arms(tables.robot, folder)
     settings = _planner_settings(tables, folder, errors)
     recorder: Recorder | None = None
     if record and "backend" in settings:

@@ -31,11 +31,19 @@ class TickRecorder:
         planner: whose steps they hold.
         leader: what leads it.
         sensed: what of measurements, commands and torques is kept beside the truth: fields of a raw row.
+        singularities: whether the measures of singularity are filled in; they are NaN without.
     """
 
     def __init__(
-        self, sink: RowSink, planner: Planner, leader: Leader, *, sensed: Sequence[str] = ()
+        self,
+        sink: RowSink,
+        planner: Planner,
+        leader: Leader,
+        *,
+        sensed: Sequence[str] = (),
+        singularities: bool = True,
     ) -> None:
+        self._singularities = singularities
         self._sink, self._planner, self._leader = sink, planner, leader
         world = leader.world
         nv = planner.robot.nv
@@ -105,9 +113,10 @@ class TickRecorder:
         self._target[k], self._velocity[k] = target.pose[:3], target.twist[:3]
         self._tip[k] = leader.tip(q)[:3]
         slack, qp = step.slack, step.qp
-        jacobian = step.jacobian
-        self._task_rows = len(jacobian)
-        self._jacobian[k, : self._task_rows] = jacobian
+        if self._singularities:
+            jacobian = step.jacobian
+            self._task_rows = len(jacobian)
+            self._jacobian[k, : self._task_rows] = jacobian
         self._slack[k] = 0.0
         self._slack[k, : len(slack)] = slack
         self._scalars[k] = (
@@ -172,7 +181,8 @@ class TickRecorder:
             FtqpError: they cannot be kept, for example because the disk is full.
         """
         if self._filled:
-            self._measure()
+            if self._singularities:
+                self._measure()
             self._sink.write(self._first, table(self._block[: self._filled], self._layout))
         self._first, self._filled = self._first + self._filled, 0
         self._handed_on = clock.now()

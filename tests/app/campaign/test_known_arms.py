@@ -1,0 +1,26 @@
+"""Arms of a campaign are read once, and a copy for another process begins without any."""
+
+import pickle
+from pathlib import Path
+
+from ftqp.app.campaign.known_arms import MOST, KnownArms
+from ftqp.app.schema.robot_section import RobotTable
+
+
+def table(**keys):
+    return RobotTable.model_validate({"name": "planar"} | keys)
+
+
+def test_same_table_gives_the_same_arm_and_another_one_another():
+    arms = KnownArms()
+    first = arms(table(), Path())
+    assert arms(table(), Path()) is first
+    assert arms(table(acceleration=3.0), Path()) is not first
+    assert pickle.loads(pickle.dumps(arms))(table(), Path()) is not first
+
+
+def test_arms_of_a_campaign_that_draws_limits_do_not_pile_up():
+    arms = KnownArms()
+    for k in range(MOST + 5):
+        arms(table(acceleration=1.0 + k), Path())
+    assert len(arms._known) == MOST
