@@ -79,12 +79,14 @@ def main() -> int:
 
 def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
-    parser.add_argument("--rounds", type=int, default=5, metavar="N", help="times each (default 5)")
-    parser.add_argument("--stride", type=int, default=4, metavar="N", help="samples apart (default 4)")
+    parser.add_argument(
+        "--rounds", type=command_line.at_least_one, default=5, metavar="N", help="times each (default 5)"
+    )
+    parser.add_argument(
+        "--stride", type=command_line.at_least_one, default=4, metavar="N", help="samples apart (default 4)"
+    )
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
-    if options.rounds < 1 or options.stride < 1:
-        parser.error(f"--rounds {options.rounds} --stride {options.stride}, expected at least 1 each")
     return options
 
 

@@ -82,11 +82,11 @@ def main() -> int:
 
 def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
-    parser.add_argument("--rounds", type=int, default=5, metavar="N", help="circles of each (default 5)")
+    parser.add_argument(
+        "--rounds", type=command_line.at_least_one, default=5, metavar="N", help="circles of each (default 5)"
+    )
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
-    if options.rounds < 1:
-        parser.error(f"--rounds is {options.rounds}, expected at least 1")
     return options
 
 

@@ -198,11 +198,15 @@ def main() -> int:
 def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
     parser.add_argument("--against", default=FIRST_RELEASE, metavar="COMMIT", help="default %(default)s")
-    parser.add_argument("--runs", type=int, default=3, metavar="N", help="rounds, at least 1 (default 3)")
+    parser.add_argument(
+        "--runs",
+        type=command_line.at_least_one,
+        default=3,
+        metavar="N",
+        help="rounds, at least 1 (default 3)",
+    )
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
-    if options.runs < 1:
-        parser.error(f"--runs is {options.runs}, expected at least 1")
     return options
 
 

@@ -124,11 +124,11 @@ def main() -> int:
 
 def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
-    parser.add_argument("--runs", type=int, default=5, metavar="N", help="processes a level (default 5)")
+    parser.add_argument(
+        "--runs", type=command_line.at_least_one, default=5, metavar="N", help="processes a level (default 5)"
+    )
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
-    if options.runs < 1:
-        parser.error(f"--runs is {options.runs}, expected at least 1")
     return options
 
 

@@ -98,7 +98,12 @@ def _options() -> argparse.Namespace:
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--quick", action="store_true", help="few steps: shows that it works, figures mean little")
     command_line.add_ways(parser)
-    add("--steps", type=_at_least_one, metavar="N", help="at most so many timed steps a variant and way")
+    add(
+        "--steps",
+        type=command_line.at_least_one,
+        metavar="N",
+        help="at most so many timed steps a variant and way",
+    )
     add("--update-docs", action="store_true", help="put the tables into README.md and docs/speed.md, too")
     add("--out", type=Path, default=RESULTS, metavar="DIR", help="where results go")
     add("--env-dir", type=Path, default=environments.DEFAULT, metavar="DIR", help="the peers' environments")
@@ -108,13 +113,6 @@ def _options() -> argparse.Namespace:
     if options.update_docs and (not options.peers or options.quick or options.ways != WAYS):
         parser.error("--update-docs needs a full run with --peers, in every way and without --quick")
     return options
-
-
-def _at_least_one(value: str) -> int:
-    number = int(value)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"is {number}, expected at least 1")
-    return number
 
 
 def _measured(options: argparse.Namespace, messages: Console) -> dict[str, Any]:

@@ -285,15 +285,19 @@ def _tables(found: dict[str, Any]) -> list[Table]:
 
 def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
-    parser.add_argument("--cases", type=int, default=200, metavar="N", help="random locks each (default 200)")
+    parser.add_argument(
+        "--cases",
+        type=command_line.at_least_one,
+        default=200,
+        metavar="N",
+        help="random locks each (default 200)",
+    )
     parser.add_argument("--seed", type=int, default=12, metavar="K", help="of all cases (default 12)")
     parser.add_argument(
         "--keep", metavar="DIR", help="folder in which rows and plans are kept, to go on with"
     )
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
-    if options.cases < 1:
-        parser.error(f"--cases is {options.cases}, expected at least 1")
     return options
 
 

@@ -238,13 +238,17 @@ def _told(spread: Sequence[float] | None) -> str:
 
 def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
-    parser.add_argument("--cases", type=int, default=1000, metavar="N", help="random locks (default 1000)")
+    parser.add_argument(
+        "--cases",
+        type=command_line.at_least_one,
+        default=1000,
+        metavar="N",
+        help="random locks (default 1000)",
+    )
     parser.add_argument("--seed", type=int, default=11, metavar="K", help="of all cases (default 11)")
     parser.add_argument("--keep", metavar="DIR", help="folder in which rows are kept, to go on with")
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
-    if options.cases < 1:
-        parser.error(f"--cases is {options.cases}, expected at least 1")
     return options
 
 

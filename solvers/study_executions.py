@@ -149,17 +149,18 @@ def _table(found: Sequence[dict[str, Any]]) -> Table:
 
 def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
-    parser.add_argument("--cases", type=int, default=1000, metavar="N", help="locks each (default 1000)")
+    parser.add_argument(
+        "--cases", type=command_line.at_least_one, default=1000, metavar="N", help="locks each (default 1000)"
+    )
     parser.add_argument("--seed", type=int, default=2016, metavar="K", help="of the locks (default 2016)")
-    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes (default 1)")
+    parser.add_argument(
+        "--jobs", type=command_line.at_least_one, default=1, metavar="N", help="processes (default 1)"
+    )
     parser.add_argument(
         "--keep", metavar="DIR", help="folder in which rows and plans are kept, to go on with"
     )
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
-    for name in ("cases", "jobs"):
-        if getattr(options, name) < 1:
-            parser.error(f"--{name} is {getattr(options, name)}, expected at least 1")
     return options
 
 

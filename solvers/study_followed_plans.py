@@ -232,12 +232,12 @@ def _tables(led: list[dict[str, Any]], drawn: list[dict[str, Any]]) -> list[Tabl
 
 def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
-    parser.add_argument("--cases", type=int, default=60, metavar="N", help="locks each (default 60)")
+    parser.add_argument(
+        "--cases", type=command_line.at_least_one, default=60, metavar="N", help="locks each (default 60)"
+    )
     parser.add_argument("--seed", type=int, default=12, metavar="K", help="of the locks (default 12)")
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
-    if options.cases < 1:
-        parser.error(f"--cases is {options.cases}, expected at least 1")
     return options
 
 

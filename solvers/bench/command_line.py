@@ -13,6 +13,13 @@ def parser(document: str | None) -> argparse.ArgumentParser:
     )
 
 
+def at_least_one(text: str) -> int:
+    """A whole number that is 1 or more, for ``type`` of an option."""
+    if not text.isascii() or not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"is {text}, expected at least 1, a whole number")
+    return int(text)
+
+
 def add_ways(parser: argparse.ArgumentParser) -> None:
     """Add the choice of ways in which a step is called."""
     told = f"ways of calling (default {','.join(WAYS)})"
