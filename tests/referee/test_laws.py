@@ -145,6 +145,18 @@ def test_locked_joint_that_moves_or_is_sent_to_move_is_found(which):
     assert verdict(ARM, replace(sound, **{which: moved})).laws == {"failed"}
 
 
+@pytest.mark.parametrize(("kind", "outside", "laws"), [("free", True, set()), ("free", False, {"speed"})])
+def test_blow_of_a_free_joint_on_its_end_stop_is_not_the_other_joints_doing(kind, outside, laws):
+    evidence = run()
+    q, v = evidence.q.copy(), evidence.v.copy()
+    fallen = ARM.q_max[1] + (0.05 if outside else -0.5)
+    q[100:, 1], v[100:151, 1], v[151:, 1] = fallen, 2.0, 0.0
+    v[151, JOINT] = 3.0 * TOP
+    swings = Failure(joint=1, kind=kind, since=0.9, told=1.0)
+    shaken = replace(evidence, q=q, v=v, failures=[swings], status=["STOPPED"] * TICKS)
+    assert verdict(ARM, shaken, PHYSICS).laws - {"braking"} == laws
+
+
 def test_weakened_joint_has_its_lower_limits_once_the_planner_knows():
     fast = float(np.abs(run().v).max())
     share = {"v_max": 0.9 * fast / TOP}
@@ -152,6 +164,12 @@ def test_weakened_joint_has_its_lower_limits_once_the_planner_knows():
     assert verdict(ARM, run(failures=[late])).laws == {"speed"}
     never = Failure(joint=JOINT, kind="degraded", since=0.0, told=NEVER, shares=share)
     assert verdict(ARM, run(failures=[never])).laws == set()
+
+
+def test_tube_is_as_wide_as_the_noise_of_the_encoders_makes_it():
+    evidence = run(sent_q=run().q[1:] + 0.023)
+    assert verdict(ARM, evidence, PHYSICS).laws == {"obedience"}
+    assert verdict(ARM, evidence, replace(PHYSICS, noise=1e-3)).laws == set()
 
 
 def test_claim_may_be_wrong_for_the_time_that_is_let_pass():

@@ -24,6 +24,8 @@ FULLY = 1e-6
 """Full braking may miss this share of the acceleration limit."""
 HALF_TURN = 1e-3
 """Rotations so near to half a turn are left to pinocchio [1 + cosine of the angle]."""
+IMPACT = 0.1
+"""A joint that meets its end stop more slowly than this does not shake the others [rad/s or m/s]."""
 TUBE, TUBE_TIME, TUBE_SIGMAS = 0.02, 0.1, 6.0
 """A joint follows its command while it is as near as 0.02 rad or m, six sigma and what it moves in 0.1 s."""
 
@@ -52,11 +54,17 @@ def health(arm: ModelFile, run: Evidence) -> tuple[BoolArray, dict[str, FloatArr
     return obeys, limits
 
 
-def jumps(run: Evidence) -> BoolArray:
+def jumps(arm: ModelFile, run: Evidence, strict: Strictness) -> BoolArray:
     """Ticks in which a joint stops in no time, so that velocities of the others jump, (K,).
 
+    One that locks so does, and one that swings freely into its end stop: outside its range it loses more than
+    half of its speed in a tick. What that does to the others is mechanics, and no command's doing; in physics
+    they swing for a while.
+
     Args:
+        arm: The arm.
         run: The run.
+        strict: What is let pass.
     """
     t = run.dt * np.arange(len(run.status))
     result = np.zeros(len(t), dtype=np.bool_)
@@ -64,6 +72,14 @@ def jumps(run: Evidence) -> BoolArray:
         if failure.jumps:
             for moment in (failure.since, failure.told):
                 result |= np.abs(t - moment) < 1.5 * run.dt
+        if failure.kind == "free":
+            i = failure.joint
+            q, v = run.q[:, i], run.v[:, i]
+            outside = (q < arm.q_min[i]) | (q > arm.q_max[i])
+            lost = (np.abs(v[:-1]) > IMPACT) & (v[1:] * np.sign(v[:-1]) < 0.5 * np.abs(v[:-1]))
+            struck = (outside[:-1] | outside[1:]) & lost & (t >= failure.since)
+            after = max(1, round(strict.grace / run.dt))
+            result |= np.convolve(struck, np.ones(after + 1))[: len(t)] > 0.0
     return result
 
 
@@ -76,7 +92,7 @@ def speed(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     before, after = np.abs(run.v[:-1]), np.abs(run.v[1:])
     allowed = np.maximum(limits["v_max"], before - limits["a_max"] * run.dt)
     over = np.where(np.isfinite(allowed), after / allowed - 1.0, 0.0)
-    return np.where(obeys & ~jumps(run)[:, None], over - strict.speed, 0.0)
+    return np.where(obeys & ~jumps(arm, run, strict)[:, None], over - strict.speed, 0.0)
 
 
 def acceleration(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
@@ -84,7 +100,7 @@ def acceleration(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArra
     obeys, limits = health(arm, run)
     over = np.abs(np.diff(run.v, axis=0)) / (run.dt * limits["a_max"]) - 1.0
     rounding = 4.0 * np.finfo(float).eps * np.abs(run.v[1:]) / (run.dt * limits["a_max"])
-    return np.where(obeys & ~jumps(run)[:, None], over - rounding - strict.acceleration, 0.0)
+    return np.where(obeys & ~jumps(arm, run, strict)[:, None], over - rounding - strict.acceleration, 0.0)
 
 
 def position(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
@@ -109,7 +125,9 @@ def braking(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     """
     obeys, limits = health(arm, run)
     missing = [_missing(q, v, limits, run) for q, v in ((run.q[:-1], run.v[:-1]), (run.q[1:], run.v[1:]))]
-    return np.where(obeys & (missing[0] <= 0.0) & ~jumps(run)[:, None], missing[1] - strict.position, 0.0)
+    return np.where(
+        obeys & (missing[0] <= 0.0) & ~jumps(arm, run, strict)[:, None], missing[1] - strict.position, 0.0
+    )
 
 
 def _missing(q: FloatArray, v: FloatArray, limits: dict[str, FloatArray], run: Evidence) -> FloatArray:
@@ -133,7 +151,7 @@ def torque(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     tau = arm.torques(run.q[:-1], run.v[:-1], np.diff(run.v, axis=0) / run.dt)
     claimed = np.array([status == "OK" for status in run.status])
     over = np.abs(tau) / limits["tau_max"] - 1.0
-    return np.where(obeys & claimed[:, None] & ~jumps(run)[:, None], over - strict.torque, 0.0)
+    return np.where(obeys & claimed[:, None] & ~jumps(arm, run, strict)[:, None], over - strict.torque, 0.0)
 
 
 def failed(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:

@@ -99,3 +99,37 @@ def test_wrong_distribution_is_said_with_its_key_or_kind(what, message):
 def test_key_that_leads_nowhere_is_refused(key):
     with pytest.raises(InputError, match="leads to no table of the scenario"):
         episode(SCENARIO, {key: [1]}, 0, 0)
+
+
+def test_key_with_a_chance_is_drawn_as_often_as_it_says():
+    vary = {"planner.dt": {"one_of": [0.004], "chance": 0.25}}
+    found = drawn(vary, 1000)
+    assert 200 < sum("planner.dt" in one for one in found) < 300
+    without = next(number for number, one in enumerate(found) if not one)
+    assert "planner" not in episode(SCENARIO, vary, 0, without)[0]
+    assert drawn({"planner.dt": {"one_of": [1], "chance": 0.0}}) == [{}] * 200
+
+
+@pytest.mark.parametrize("chance", [-0.1, 1.1, "x", True])
+def test_chance_that_is_none_is_refused(chance):
+    with pytest.raises(InputError, match="expected a number from 0 to 1"):
+        episode(SCENARIO, {"planner.dt": {"one_of": [1], "chance": chance}}, 0, 0)
+
+
+def test_keys_of_a_list_that_was_drawn_shorter_are_left_out():
+    lock = {"kind": "locked", "joint": 0, "at": 0.0}
+    vary = {
+        "faults": [[], [lock]],
+        "faults.0.at": {"uniform": [0.5, 1.0]},
+        "faults.0.joint": {"joint": "any"},
+    }
+    healthy = 0
+    for number in range(40):
+        tables, found = episode(SCENARIO, vary, 0, number)
+        if found["faults"]:
+            assert tables["faults"][0]["at"] == found["faults.0.at"] >= 0.5
+            assert found["faults"] == [lock]
+        else:
+            assert tables["faults"] == [] and list(found) == ["faults"]
+            healthy += 1
+    assert 10 < healthy < 30

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ftqp.app.campaign import episode_study
-from ftqp.app.commands.campaigning import summary
+from ftqp.app.campaign.campaign_summary import summary
 from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
 

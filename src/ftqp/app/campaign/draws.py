@@ -10,7 +10,9 @@ A key of ``[vary]`` is a key of the scenario (``planner.dt``, ``faults.0.at``), 
     { start = 0.2 }                         neutral, each joint off by up to that share of its range
 
 A number may be ``times`` or ``plus`` another key that was drawn before or is fixed:
-``"faults.0.at" = { uniform = [0.1, 0.9], times = "path.duration" }``.
+``"faults.0.at" = { uniform = [0.1, 0.9], times = "path.duration" }``. With ``chance = 0.3`` a key is drawn in
+three episodes of ten, and in the others it is as the scenario has it. Keys of an entry that the list of this
+episode does not have, for it was drawn shorter, are left out: ``faults.0.at`` where ``faults`` is ``[]``.
 """
 
 import copy
@@ -31,6 +33,8 @@ MARGIN = 0.02
 OPEN = 2.0
 """What counts as the range of a joint without ends [rad or m]."""
 RELATED: Final = ("times", "plus")
+BESIDE: Final = (*RELATED, "weights", "chance")
+"""What may stand beside a distribution."""
 
 
 def _pair(name: str, value: Any) -> tuple[float, float]:
@@ -108,21 +112,46 @@ def episode(
         InputError: A distribution or a key is wrong.
     """
     rng = np.random.default_rng([seed, number])
-    tables, drawn = copy.deepcopy(dict(scenario)), {}
+    tables: dict[str, Any] = copy.deepcopy(dict(scenario))
+    drawn: dict[str, Any] = {}
     later = []
     for key, what in vary.items():
         kind = _kind(key, what)
+        if not _happens(key, what, rng):
+            continue
         if kind in ("joint", "start"):
             later.append((key, kind, what))
             continue
+        if _left_out(key, drawn):
+            continue
         drawn[key] = _one(what, kind, rng) if kind == "one_of" else _number(key, what, kind, rng, tables)
-        put(tables, key, drawn[key])
+        put(tables, key, copy.deepcopy(drawn[key]))
     robot = _robot(tables, arms, folder) if later else None
     for key, kind, what in later:
-        if robot is not None:
+        if robot is not None and not _left_out(key, drawn):
             drawn[key] = int(rng.integers(robot.nv)) if kind == "joint" else _start(robot, what["start"], rng)
-            put(tables, key, drawn[key])
+            put(tables, key, copy.deepcopy(drawn[key]))
     return tables, drawn
+
+
+def _happens(key: str, what: Any, rng: np.random.Generator) -> bool:
+    """Whether a key that has a chance is drawn in this episode."""
+    if not isinstance(what, Mapping) or "chance" not in what:
+        return True
+    chance = what["chance"]
+    if not isinstance(chance, int | float) or isinstance(chance, bool) or not 0.0 <= chance <= 1.0:
+        raise InputError(f"vary.{key} has the chance {chance!r:.60}, expected a number from 0 to 1")
+    return bool(rng.random() < chance)
+
+
+def _left_out(key: str, drawn: Mapping[str, Any]) -> bool:
+    """Whether a key is one of an entry that the list that was drawn does not have."""
+    parts = key.split(".")
+    for at, part in enumerate(parts):
+        entries = drawn.get(".".join(parts[:at]))
+        if isinstance(entries, list) and part.isdigit() and int(part) >= len(entries):
+            return True
+    return False
 
 
 def _kind(key: str, what: Any) -> str:
@@ -130,7 +159,7 @@ def _kind(key: str, what: Any) -> str:
     if isinstance(what, list):
         kind = "one_of"
     elif isinstance(what, Mapping):
-        named = [name for name in what if name not in (*RELATED, "weights")]
+        named = [name for name in what if name not in BESIDE]
         if len(named) != 1:
             raise InputError(f"vary.{key} names {len(named)} distributions, expected one")
         kind = named[0]

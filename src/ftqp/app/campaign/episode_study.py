@@ -4,13 +4,14 @@ import hashlib
 import json
 import logging
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, final
 
 from pydantic import ValidationError
 
 from ftqp import __version__
+from ftqp.app.campaign import found_failures
 from ftqp.app.campaign.draws import episode
 from ftqp.app.campaign.known_arms import KnownArms
 from ftqp.app.campaign.shown_evidence import evidence, model_file
@@ -36,6 +37,7 @@ COLUMNS = {
     "largest_error": "REAL",
     "largest_ok_error": "REAL",
     **{f"law_{name}": "REAL" for name in LAWS},
+    **found_failures.COLUMNS,
     "sentences": "TEXT",
 }
 """The values of an episode: a law's is by how much it was broken, 0 where it holds."""
@@ -167,6 +169,7 @@ class EpisodeWork:
             "largest_ok_error": seen.largest_ok_error,
             "sentences": "\n".join(str(breach) for breach in seen.breaches),
             **by_law,
+            **found_failures.detector_values(setup, ended.log),
         }
 
     def verdict(self, setup: Setup, log: Log) -> Verdict:
@@ -180,6 +183,8 @@ class EpisodeWork:
         if name not in self.arms:
             self.arms[name] = model_file(setup)
         strict: Strictness = PHYSICS if self.campaign.tables.campaign.judged == "in physics" else KINEMATIC
+        if setup.tables.sensors is not None:
+            strict = replace(strict, noise=setup.tables.sensors.position_noise)
         return verdict(self.arms[name], evidence(setup, log), strict)
 
 

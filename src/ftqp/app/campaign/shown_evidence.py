@@ -40,18 +40,27 @@ def evidence(setup: Setup, log: Log) -> Evidence:
         target=_poses(log["target"][:-1]),
         rows=setup.planner.task.rows or setup.robot.default_rows,
         tolerance=(setup.planner.task.tolerance, setup.planner.task.rotation_tolerance),
-        failures=[
-            Failure(
-                joint=setup.robot.joint(event.fault.joint),
-                kind=KINDS[type(event.fault)],
-                since=event.at,
-                told=np.inf if event.told is None else event.told,
-                shares={limit: getattr(event.fault, share) for limit, share in event.fault.shares.items()},
-                jumps=getattr(event.fault, "mode", "") == "instant",
-            )
-            for event in setup.schedule
-        ],
+        failures=failures(setup),
     )
+
+
+def failures(setup: Setup) -> list[Failure]:
+    """What really fails in a run.
+
+    Args:
+        setup: The run.
+    """
+    return [
+        Failure(
+            joint=setup.robot.joint(event.fault.joint),
+            kind=KINDS[type(event.fault)],
+            since=event.at,
+            told=np.inf if event.told is None else event.told,
+            shares={limit: getattr(event.fault, share) for limit, share in event.fault.shares.items()},
+            jumps=getattr(event.fault, "mode", "") == "instant",
+        )
+        for event in setup.schedule
+    ]
 
 
 def model_file(setup: Setup) -> ModelFile:

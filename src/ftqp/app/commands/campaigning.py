@@ -1,7 +1,6 @@
 """``ftqp campaign``: many episodes drawn from one scenario, resumable, each judged from outside."""
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,11 +11,6 @@ from ftqp.app.output.console import ExitCode, json_text, tell, tell_json, tell_t
 from ftqp.core.errors import InputError
 
 STUDY, SUMMARY = "campaign.toml", "summary.json"
-MOST_VALUES = 12
-"""A key with more values than this is not told value by value."""
-CONFIDENCE = 0.95
-SHOWN = 10
-"""Episodes that are named one by one."""
 
 
 def campaign(
@@ -43,6 +37,7 @@ def campaign(
     if replay is not None:
         return _replay(made, replay, out, as_json=as_json)
     from ftqp import __version__
+    from ftqp.app.campaign.campaign_summary import summary
     from ftqp.app.campaign.episode_study import COLUMNS, KIND, EpisodeWork
     from ftqp.app.run.runs import free_folder, write
     from ftqp.app.study.driving import cluster_at, drive
@@ -72,60 +67,6 @@ def campaign(
     return ExitCode.DONE if good else ExitCode.STOPPED
 
 
-def summary(name: str, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """What ``summary.json`` says of a campaign's rows.
-
-    ``bound`` is the largest share of broken episodes that is compatible with the rows at 95 %, where none
-    was broken: 1 - 0.05^(1/n).
-
-    Args:
-        name: Of the campaign.
-        rows: By column.
-    """
-    from ftqp.referee.laws import LAWS
-
-    counts = _counts(rows)
-    run = counts["sound"] + counts["broken"]
-    clean = not counts["broken"] and not counts["raised"] and run > 0
-    bad = [row for row in rows if row["outcome"] in ("broken", "raised")]
-    said: dict[str, int] = {}
-    for row in rows:
-        for status, ticks in json.loads(row["said"] or "{}").items():
-            said[status] = said.get(status, 0) + ticks
-    return {
-        "campaign": name,
-        "episodes": len(rows),
-        **counts,
-        "steps": sum(row["ticks"] or 0 for row in rows),
-        "bound": 1.0 - (1.0 - CONFIDENCE) ** (1.0 / run) if clean else None,
-        "laws": {law: sum((row[f"law_{law}"] or 0.0) > 0.0 for row in rows) for law in LAWS},
-        "said": said,
-        "largest_ok_error": max((row["largest_ok_error"] or 0.0 for row in rows), default=0.0),
-        "by_key": _by_key(rows),
-        "examples": [{key: row[key] for key in ("episode", "outcome", "sentences")} for row in bad[:SHOWN]],
-    }
-
-
-def _counts(rows: Sequence[dict[str, Any]]) -> dict[str, int]:
-    """How many episodes there were of each outcome."""
-    found = [row["outcome"] for row in rows]
-    return {outcome: found.count(outcome) for outcome in ("sound", "broken", "raised", "refused")}
-
-
-def _by_key(rows: Sequence[dict[str, Any]]) -> dict[str, dict[str, dict[str, int]]]:
-    """The same for each value of the keys that were drawn from a few."""
-    groups: dict[str, dict[str, list[dict[str, Any]]]] = {}
-    for row in rows:
-        for key, value in json.loads(row["drawn"]).items():
-            words = value if isinstance(value, str) else json.dumps(value)
-            groups.setdefault(key, {}).setdefault(words, []).append(row)
-    return {
-        key: {value: {"episodes": len(some), **_counts(some)} for value, some in sorted(values.items())}
-        for key, values in groups.items()
-        if len(values) <= MOST_VALUES
-    }
-
-
 def _tell(facts: dict[str, Any], *, whole: bool) -> None:
     """The summary for a person."""
     run = facts["sound"] + facts["broken"]
@@ -139,6 +80,8 @@ def _tell(facts: dict[str, Any], *, whole: bool) -> None:
         )
     if facts["bound"] is not None:
         tell(f"with 0 of {run} broken, the true share is below {facts['bound']:.2g} at 95 %")
+    if facts["detection"] is not None:
+        _tell_detection(facts["detection"])
     for example in facts["examples"]:
         tell(f"  episode {example['episode']}: {example['sentences'].splitlines()[0]}")
     if facts["examples"]:
@@ -149,6 +92,29 @@ def _tell(facts: dict[str, Any], *, whole: bool) -> None:
             cells = [(value, *(str(found[head]) for head in heads[1:])) for value, found in values.items()]
             tell_table(key, heads, cells, numbers=heads[1:])
     tell(f"{facts['seconds']:.1f} s of work; files: {facts['folder']}")
+
+
+def _tell_detection(found: dict[str, Any]) -> None:
+    """What a campaign's detectors did."""
+    if found["unannounced"]:
+        low, high = found["found_interval"]
+        delay = found["delay"]
+        tell(
+            f"{found['unannounced']} failures that nobody announced: {found['found']} found by their joint, "
+            f"{100 * found['found'] / found['unannounced']:.1f} % [{100 * low:.1f}, {100 * high:.1f}], "
+            f"{found['right_kind']} of them with the right kind"
+            + (
+                f"; after {delay['median']:.3g} s in the median, {delay['p95']:.3g} s in 95 of 100"
+                if delay is not None
+                else ""
+            )
+        )
+    if found["healthy_hours"] > 0.0:
+        tell(
+            f"{found['false_alarms']} false alarms in {found['healthy_hours']:.3g} h of healthy motion: at "
+            f"most {found['false_alarms_per_hour_at_most']:.2g} an hour (95 %); after a failure "
+            f"{found['wrong_joint']} alarms named a joint that works"
+        )
 
 
 def _replay(made: Any, number: int, out: Path | None, *, as_json: bool) -> ExitCode:

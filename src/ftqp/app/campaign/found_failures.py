@@ -1,0 +1,116 @@
+"""What a campaign keeps of a planner's detector: columns of an episode, and what all of them come to."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from ftqp.app.campaign.shown_evidence import failures
+from ftqp.app.scenario.setup import Setup
+from ftqp.referee.alarms import Alarm, detection
+from ftqp.sim.log.log_arrays import Log
+
+COLUMNS: Final = {
+    "healthy_time": "REAL",
+    "false_alarms": "INTEGER",
+    "unannounced": "INTEGER",
+    "found": "INTEGER",
+    "right_kind": "INTEGER",
+    "wrong_joint": "INTEGER",
+    "delay": "REAL",
+    "found_as": "TEXT",
+}
+"""Empty for episodes without a detector; times in seconds."""
+HOUR: Final = 3600.0
+CONFIDENCE: Final = 0.95
+
+
+def detector_values(setup: Setup, log: Log) -> dict[str, Any]:
+    """The columns of an episode; none without a detector.
+
+    Args:
+        setup: The run.
+        log: Its log.
+    """
+    said = log.metadata.get("detections")
+    if setup.tables.planner.detector is None or said is None:
+        return {}
+    alarms = [
+        Alarm(joint=setup.robot.joint(one["joint"]), at=one["detected_at"], kinds=frozenset(one["kinds"]))
+        for one in said
+    ]
+    found = detection(alarms, failures(setup), setup.planner.dt * (len(log) - 1))
+    return {
+        "healthy_time": found.healthy,
+        "false_alarms": found.false_alarms,
+        "unannounced": found.unannounced,
+        "found": found.found,
+        "right_kind": found.right_kind,
+        "wrong_joint": found.wrong_joint,
+        "delay": found.delay,
+        "found_as": found.said,
+    }
+
+
+def detector_summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
+    """What all episodes with a detector come to; None where there is none.
+
+    Intervals hold at 95 %: of shares by Clopper and Pearson, of the rate of false alarms as of a Poisson
+    process, of which ``at_most`` is the upper end.
+
+    Args:
+        rows: Of a campaign, by column.
+    """
+    watched = [row for row in rows if row["healthy_time"] is not None]
+    if not watched:
+        return None
+    import numpy as np
+    from scipy.stats import chi2  # slow to load
+
+    hours = sum(row["healthy_time"] for row in watched) / HOUR
+    false = sum(row["false_alarms"] for row in watched)
+    delays = [row["delay"] for row in watched if row["delay"] is not None]
+    said: dict[str, int] = {}
+    for row in watched:
+        if row["found_as"]:
+            said[row["found_as"]] = said.get(row["found_as"], 0) + 1
+    total = sum(row["unannounced"] for row in watched)
+    found = sum(row["found"] for row in watched)
+    return {
+        "healthy_hours": hours,
+        "false_alarms": false,
+        "false_alarms_per_hour": false / hours if hours > 0.0 else None,
+        "false_alarms_per_hour_at_most": float(0.5 * chi2.ppf(CONFIDENCE, 2 * false + 2)) / hours
+        if hours > 0.0
+        else None,
+        "unannounced": total,
+        "found": found,
+        "found_interval": share_interval(found, total),
+        "right_kind": sum(row["right_kind"] for row in watched),
+        "wrong_joint": sum(row["wrong_joint"] for row in watched),
+        "delay": None
+        if not delays
+        else {
+            name: float(np.percentile(delays, percent))
+            for name, percent in (("median", 50.0), ("p95", 95.0), ("max", 100.0))
+        },
+        "found_as": dict(sorted(said.items(), key=lambda pair: -pair[1])),
+    }
+
+
+def share_interval(count: int, total: int) -> tuple[float, float] | None:
+    """The shares that ``count`` of ``total`` are compatible with at 95 %; None of nothing.
+
+    Where all or none were counted the interval has one end alone, that of 5 %: 1 - 0.05^(1/n) of n.
+    Source: Clopper and Pearson 1934.
+
+    Args:
+        count: How many.
+        total: Of how many.
+    """
+    if total == 0:
+        return None
+    from scipy.stats import beta  # slow to load
+
+    tail = (1.0 - CONFIDENCE) / (1 if count in (0, total) else 2)
+    low = 0.0 if count == 0 else float(beta.ppf(tail, count, total - count + 1))
+    high = 1.0 if count == total else float(beta.ppf(1.0 - tail, count + 1, total - count))
+    return low, high

@@ -1,0 +1,44 @@
+"""What the rows of a campaign come to: values by size, and ranges where there are many."""
+
+import json
+
+import pytest
+
+from ftqp.app.campaign.campaign_summary import RANGES, summary
+from ftqp.app.campaign.episode_study import COLUMNS
+
+
+def row(number, drawn, outcome="sound", **values):
+    return dict.fromkeys(("episode", *COLUMNS)) | {
+        "episode": number,
+        "drawn": json.dumps(drawn),
+        "outcome": outcome,
+        "ticks": 10,
+        **values,
+    }
+
+
+def test_values_are_told_by_size_and_words_by_letter():
+    rows = [row(k, {"dt": [0.01, 0.002, 0.005][k % 3], "name": "ba"[k % 2]}) for k in range(12)]
+    found = summary("x", rows)["by_key"]
+    assert list(found["dt"]) == ["0.002", "0.005", "0.01"] and list(found["name"]) == ["a", "b"]
+    assert found["dt"]["0.005"]["episodes"] == 4
+
+
+def test_many_numbers_are_told_by_ranges_with_as_many_episodes_each():
+    rows = [row(k, {"at": 0.01 * k, "q": [k]}, "broken" if k > 90 else "sound") for k in range(100)]
+    found = summary("x", rows)["by_key"]
+    assert list(found) == ["at"] and len(found["at"]) == RANGES
+    assert [value["episodes"] for value in found["at"].values()] == [20] * RANGES
+    assert [value["broken"] for value in found["at"].values()] == [0, 0, 0, 0, 9]
+    assert next(iter(found["at"])) == "0 to 0.19"
+
+
+def test_broken_episodes_have_an_interval_and_laws_their_counts():
+    rows = [row(k, {}) for k in range(98)]
+    rows += [row(98, {}, "broken", law_honesty=0.5, sentences="x"), row(99, {}, "raised", sentences="y")]
+    found = summary("x", rows)
+    assert found["bound"] is None
+    assert found["broken_interval"] == pytest.approx((0.00243134, 0.0703839), rel=1e-4)
+    assert (found["violations"], found["exceptions"], found["false_ok"], found["swings"]) == (1, 1, 1, 0)
+    assert [one["episode"] for one in found["examples"]] == [98, 99]
