@@ -118,6 +118,14 @@ def test_rotation_vectors_are_those_of_pinocchio_up_to_half_a_turn():
     assert (rotation_vectors(np.eye(3)[None]) == 0.0).all()
 
 
+def test_of_a_tool_axis_its_direction_alone_counts():
+    evidence = run(axis=(0.0, 0.0, 1.0), rows=("x", "y", "z", "rx", "ry"))
+    for turned, laws in (([0.0, 0.0, 0.5], set()), ([0.02, 0.0, 0.5], {"honesty"})):
+        turn = np.eye(4)
+        turn[:3, :3] = pin.exp3(np.array(turned))
+        assert verdict(ARM, replace(evidence, target=evidence.target @ turn)).laws == laws
+
+
 def test_posture_that_is_still_led_somewhere_does_not_swing():
     evidence = run()
     drift = 0.01 * DT * np.arange(TICKS + 1)[:, None]

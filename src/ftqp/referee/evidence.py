@@ -46,6 +46,8 @@ class Evidence:
         rows: The rows of the task, of x, y, z, rx, ry, rz.
         tolerance: Largest position [m] and rotation error [rad] at which the task counts as followed.
         failures: What failed.
+        axis: A direction in the tip frame, (3,), whose own direction alone counts of the rotation; None: as
+            ``rows`` says.
         can_be_followed: Whether the target is known to be within reach, speed and strength of what works.
     """
 
@@ -60,4 +62,5 @@ class Evidence:
     rows: Sequence[str]
     tolerance: tuple[float, float]
     failures: Sequence[Failure] = ()
+    axis: tuple[float, float, float] | None = None
     can_be_followed: bool = False

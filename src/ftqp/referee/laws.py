@@ -245,6 +245,10 @@ def errors(arm: ModelFile, run: Evidence) -> tuple[FloatArray, FloatArray]:
     tip, target = arm.tips(run.q[:-1]), run.target
     wanted = [row in run.rows for row in ROWS]
     distance = (target[:, :3, 3] - tip[:, :3, 3])[:, wanted[:3]]
+    if run.axis is not None:
+        away, wished = tip[:, :3, :3] @ run.axis, target[:, :3, :3] @ run.axis
+        across = np.linalg.norm(np.cross(away, wished), axis=1)
+        return np.linalg.norm(distance, axis=1), np.arctan2(across, np.sum(away * wished, axis=1))
     if not any(wanted[3:]):
         return np.linalg.norm(distance, axis=1), np.zeros(len(tip))
     turns = rotation_vectors(target[:, :3, :3] @ tip[:, :3, :3].transpose(0, 2, 1))

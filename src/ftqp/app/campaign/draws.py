@@ -8,6 +8,8 @@ A key of ``[vary]`` is a key of the scenario (``planner.dt``, ``faults.0.at``), 
     { integers = [low, high] }              both ends included
     { joint = "any" }                       the index of a joint of the arm that was drawn
     { start = 0.2 }                         neutral, each joint off by up to that share of its range
+    { away = [0.9, 1.1] }                   the way from the tip at the start to a point in a random direction
+                                            from the shoulder, so far away in lengths of the stretched arm
 
 A number may be ``times`` or ``plus`` another key that was drawn before or is fixed:
 ``"faults.0.at" = { uniform = [0.1, 0.9], times = "path.duration" }``. With ``chance = 0.3`` a key is drawn in
@@ -85,7 +87,9 @@ NUMBERS: dict[str, Callable[[Any, np.random.Generator], float]] = {
     "integers": _integers,
 }
 """Distributions of numbers by name."""
-OTHERS = ("one_of", "joint", "start")
+OTHERS = ("one_of", "joint", "start", "away")
+OF_THE_ARM: Final = ("start", "joint", "away")
+"""Distributions that take the arm that was drawn, in the order in which they are drawn."""
 
 
 def episode(
@@ -119,7 +123,7 @@ def episode(
         kind = _kind(key, what)
         if not _happens(key, what, rng):
             continue
-        if kind in ("joint", "start"):
+        if kind in OF_THE_ARM:
             later.append((key, kind, what))
             continue
         if _left_out(key, drawn):
@@ -129,7 +133,7 @@ def episode(
     robot = _robot(tables, arms, folder) if later else None
     for key, kind, what in later:
         if robot is not None and not _left_out(key, drawn):
-            drawn[key] = int(rng.integers(robot.nv)) if kind == "joint" else _start(robot, what["start"], rng)
+            drawn[key] = _of_the_arm(kind, what[kind], robot, tables, rng)
             put(tables, key, copy.deepcopy(drawn[key]))
     return tables, drawn
 
@@ -206,6 +210,32 @@ def _number(
                 raise InputError(f"vary.{key} is {relation} {what[relation]!r:.60}, which is no number there")
             value = value * other if relation == "times" else value + other
     return value
+
+
+def _of_the_arm(
+    kind: str, what: Any, robot: Robot, tables: Mapping[str, Any], rng: np.random.Generator
+) -> Any:
+    """A joint, a start or a way of an arm."""
+    if kind == "joint":
+        return int(rng.integers(robot.nv))
+    if kind == "start":
+        return _start(robot, what, rng)
+    return _away(robot, what, look_up(tables, "start.q"), rng)
+
+
+def _away(robot: Robot, what: Any, q: Any, rng: np.random.Generator) -> list[float]:
+    """From the tip at a start to a point in a random direction from the shoulder."""
+    share = rng.uniform(*_rising("away", what, least=0.0))
+    found = composition.shoulder(robot)
+    if found is None:
+        raise InputError(
+            f"away is a distance from the shoulder, and {robot.joints[0]} slides: draw other robots"
+        )
+    centre, reach = found
+    direction = rng.standard_normal(3)
+    tip = robot.pose(robot.neutral if q is None else robot.angles(q))[:3, 3]
+    way = centre + share * reach * direction / np.linalg.norm(direction) - tip
+    return [float(x) for x in way]
 
 
 def _start(robot: Robot, share: Any, rng: np.random.Generator) -> list[float]:

@@ -4,6 +4,7 @@ import numpy as np
 
 from ftqp.app.scenario.setup import Setup
 from ftqp.control.planner.status import STATUSES
+from ftqp.control.task.task import ROW_SETS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
@@ -26,7 +27,8 @@ def evidence(setup: Setup, log: Log) -> Evidence:
     """
     if setup.world is not None:
         raise InputError("the base moves, which the referee does not judge; leave [base] out of a campaign")
-    q, v = log["q"], log["v"]
+    q, v, task = log["q"], log["v"], setup.planner.task
+    rows = ROW_SETS[task.rows] if isinstance(task.rows, str) else task.rows or setup.robot.default_rows
     told = "q_command" in {name.split(".", 1)[0] for name in log.names}
     sent_q, sent_v = (log["q_command"], log["v_command"]) if told else _sent(setup, log)
     return Evidence(
@@ -38,8 +40,9 @@ def evidence(setup: Setup, log: Log) -> Evidence:
         sent_v=sent_v[:-1],
         status=[STATUSES[int(code)].name for code in log["status"][:-1]],
         target=_poses(log["target"][:-1]),
-        rows=setup.planner.task.rows or setup.robot.default_rows,
-        tolerance=(setup.planner.task.tolerance, setup.planner.task.rotation_tolerance),
+        rows=rows,
+        axis=task.axis if task.rows == "position_axis" else None,
+        tolerance=(task.tolerance, task.rotation_tolerance),
         failures=failures(setup),
     )
 

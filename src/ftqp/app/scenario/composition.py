@@ -178,7 +178,7 @@ def path(table: PathTable, origin: FloatArray, folder: File) -> Path:
     Raises:
         InputError: a parameter out of its range, or a waypoint file that cannot be used.
     """
-    settings = _settings(table, "kind", "reference")
+    settings = _settings(table, "kind", "reference", "beyond_reach")
     match table:
         case LineTable():
             return Line(origin, **settings)
@@ -226,28 +226,36 @@ def quaternion_rotation(quaternion: list[float]) -> FloatArray:
     return np.asarray(Rotation.from_quat(quaternion).as_matrix())
 
 
+def shoulder(arm: Robot) -> tuple[FloatArray, float] | None:
+    """The point about which the arm reaches, (3,), and how far it reaches [m]; None where it slides along.
+
+    The height of the second joint along the axis of the first is no part of the reach.
+    """
+    chain = arm.chain
+    if chain.prismatic[0]:
+        return None
+    height = [*chain.translation[1:], chain.tip_translation][0][2]
+    return chain.translation[0] + height * chain.rotation[0][:, 2], reach_of(chain, arm.limits)
+
+
 def refuse_out_of_reach(arm: Robot, way: Path) -> None:
     """Refuses a path that leaves what the stretched arm can reach.
 
     Raises:
         InputError: The first time at which the path is farther from the first joint than the arm is long.
     """
-    if arm.chain.prismatic[0]:
+    found = shoulder(arm)
+    if found is None:
         return
+    centre, reach = found
     times = np.linspace(0.0, way.duration, 1001)
-    chain = arm.chain
-    height = [*chain.translation[1:], chain.tip_translation][0][
-        2
-    ]  # along the first axis; no part of the reach
-    centre = chain.translation[0] + height * chain.rotation[0][:, 2]
     distance = np.linalg.norm(way.sample(times).pose[:, :3, 3] - centre, axis=1)
-    reach = reach_of(arm.chain, arm.limits)
     beyond = distance > reach * (1.0 + 1e-9)
     if beyond.any():
         at = int(np.argmax(beyond))
         raise InputError(
             f"at t = {times[at]:.3g} s the path is {distance[at]:.4g} m from {arm.joints[0]}, out of reach: "
-            f"the stretched arm is {reach:.4g} m long"
+            f"the stretched arm is {reach:.4g} m long; allow it by path.beyond_reach = true"
         )
 
 

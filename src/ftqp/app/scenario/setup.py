@@ -297,6 +297,6 @@ def _path(
     way: Path | None = None
     with errors.at("path"):
         way = composition.path(tables.path, arm.pose(arm.neutral if start is None else start[0]), folder)
-        if tables.base is None:
+        if tables.base is None and not tables.path.beyond_reach:
             composition.refuse_out_of_reach(arm, way)
     return way

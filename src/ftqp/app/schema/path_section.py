@@ -19,6 +19,9 @@ class _Path(Table):
         description="'progress': the path waits for the arm, needs task mode scaled; 'time': the clock; "
         "by the task mode if absent",
     )
+    beyond_reach: bool = Field(
+        False, description="whether the path may lead farther than the stretched arm is long"
+    )
 
 
 class _Timed(_Path):
