@@ -4,6 +4,7 @@ You will see by how much the final configurations of three solvers differ from t
 """
 
 import argparse
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ times = np.arange(0.0, path.duration, 2e-3)
 sample = path.sample(times)
 
 
-def motion(backend):
+def motion(backend: str | dict[str, Any]) -> np.ndarray:
     """How the arm moves when `backend` solves its QPs and joint 3 locks half-way."""
     planner = ftqp.Planner(robot, dt=2e-3, backend=backend)
     q, v = robot.neutral.copy(), np.zeros(robot.nv)
@@ -35,9 +36,11 @@ def motion(backend):
     return np.array(made)
 
 
-reference, differences = motion("active_set"), {}
-for backend in ("daqp", "proxqp", {"name": "osqp", "tolerance": 1e-9}):
-    name = backend if isinstance(backend, str) else backend["name"]
+reference = motion("active_set")
+differences = {}
+backends: dict[str, str | dict[str, Any]]
+backends = {"daqp": "daqp", "proxqp": "proxqp", "osqp": {"name": "osqp", "tolerance": 1e-9}}
+for name, backend in backends.items():
     difference = np.abs(motion(backend) - reference).max(axis=1)
     differences[name] = (times, np.maximum(difference, 1e-17))
     print(f"{name} ends {difference[-1]:.1e} rad from active_set")

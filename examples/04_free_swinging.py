@@ -40,7 +40,7 @@ if given.figure:
 
     t = planner.dt * np.arange(len(motion))
     curves = {
-        "tip's error [mm]": {"error": (t, errors)},
+        "tip's error [mm]": {"error": (t, np.array(errors))},
         "joint 5 [rad]": {"free": (t, np.array(motion)[:, 4])},
     }
     draw_loop(given.figure, "A Panda's fifth joint swings freely", curves, arm=(robot, motion))

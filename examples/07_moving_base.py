@@ -20,7 +20,7 @@ planner = ftqp.Planner(robot, dt=5e-3, level="velocity")
 follower = ftqp.InertialTask(planner, ftqp.MovingBase(observer=ftqp.Observer()))
 
 
-def base(t):
+def base(t: float) -> np.ndarray:
     """Pose of the base in space: this is the world's, the planner never sees it."""
     angle, T = 0.1 * (1.0 - np.cos(1.2 * t)), np.eye(4)
     T[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
@@ -37,14 +37,14 @@ motion, errors, moved = [], [], []
 for k in range(2000):
     if k == 1000:
         planner.report(ftqp.Locked("iiwa_joint_3"))
-    tip = base(k * planner.dt) @ robot.pose(q)
-    step = follower.step(q, v, target, tip=tip)
-    carried = max(carried, np.linalg.norm((base(k * planner.dt) @ home - target.pose)[:3, 3]))
-    worst = max(worst, np.linalg.norm(follower.error[:3]))
+    step = follower.step(q, v, target, tip=base(k * planner.dt) @ robot.pose(q))
+    away = float(np.linalg.norm((base(k * planner.dt) @ home - target.pose)[:3, 3]))
+    held = float(np.linalg.norm(follower.error[:3]))
+    carried, worst = max(carried, away), max(worst, held)
     q, v = step.q.copy(), step.v.copy()
     motion.append(q)
-    errors.append(1e6 * np.linalg.norm(follower.error[:3]))
-    moved.append(1e3 * np.linalg.norm((base(k * planner.dt) @ home - target.pose)[:3, 3]))
+    errors.append(1e6 * held)
+    moved.append(1e3 * away)
 
 print(f"the base carries a rigid tool away by: {1e3 * carried:.1f} mm")
 print(f"largest error of the held tool: {1e3 * worst:.4f} mm")

@@ -18,7 +18,8 @@ given = arguments.parse_args()
 robot = ftqp.robots.load("modular11")
 start = np.deg2rad([0.0, -50.0, 0.0, -30.0, 0.0, 70.0, 0.0, 30.0, 0.0, 0.0, 0.0])
 path = ftqp.paths.Line(robot.pose(start), (-2.54, 0.0, 0.0), duration=20.0, law="constant")
-worst, beside = {}, {}
+worst: dict[str, float] = {}
+beside: dict[str, list[float]] = {}
 for mode in ("slack", "scaled"):
     task = ftqp.Task(mode=mode, kp=2.0)
     planner = ftqp.Planner(robot, dt=1e-2, level="velocity", task=task, emergency=None)
@@ -38,7 +39,7 @@ for mode in ("slack", "scaled"):
             sample = path.sample(k * planner.dt)
             step = planner.step(q, v, ftqp.Target(pose=sample.pose[0], twist=sample.twist[0]))
         q, v = step.q.copy(), step.v.copy()
-        beside[mode].append(1e3 * np.linalg.norm((robot.pose(q) - path.start)[1:3, 3]))
+        beside[mode].append(1e3 * float(np.linalg.norm((robot.pose(q) - path.start)[1:3, 3])))
         worst[mode] = max(beside[mode])
         motion.append(q)
         k += 1
