@@ -1,0 +1,201 @@
+"""Which samples are believed, what takes the place of others, and when patience with a sensor ends."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.kernel.feedback import samples
+
+ROBOT = ftqp.robots.load("planar", count=3)
+LIMITS = ROBOT.limits
+SIGMA = 1e-3
+
+
+class Arm:
+    """A planner and an arm that does what it is told, but for what is done to its samples."""
+
+    def __init__(self, dt=0.01, sigma=0.0, speed=0.0, **settings):
+        noise = ftqp.Noise(q=sigma) if sigma else None
+        self.planner = ftqp.Planner(ROBOT, dt, drive="position", noise=noise, **settings)
+        self.target = ftqp.Target(pose=ROBOT.pose(ROBOT.neutral))
+        self.dt, self.speed = dt, speed
+        self.reset()
+
+    def reset(self):
+        self.planner.reset(ROBOT.neutral)
+        self.q, self.v = ROBOT.neutral.copy(), np.zeros(3)
+
+    @property
+    def loop(self):
+        return self.planner.session().K.feedback
+
+    def tick(self, sample=None, **given):
+        """One step with these samples; the arm's own where there are none."""
+        self.target.position[1] += self.dt * self.speed
+        step = self.planner.step(self.q if sample is None else sample, None, self.target, **given)
+        self.q, self.v = step.q.copy(), step.v.copy()
+        return step
+
+    def off(self, joint, by):
+        """Samples of which one is off."""
+        return np.where(np.arange(3) == joint, self.q + by, self.q)
+
+
+def room(arm, joint, age, speed=0.0):
+    """How far a sample may be from what is expected, so many ticks after the last good one."""
+    t, sigma = age * arm.dt, arm.loop.sigma
+    top = max(LIMITS.v_max[joint], abs(speed))
+    return 1.3 * top * arm.dt + LIMITS.a_max[joint] * t * t + 8.5 * sigma + 1e-4
+
+
+@pytest.mark.parametrize("sigma", [0.0, SIGMA])
+@pytest.mark.parametrize("lost", [0, 1, 2])
+@pytest.mark.parametrize(("joint", "side"), [(0, 1.0), (2, -1.0)])
+def test_a_sample_is_believed_up_to_what_speed_acceleration_and_noise_allow(joint, side, lost, sigma):
+    for share, believed in ((0.999, True), (1.001, False)):
+        arm = Arm(dt=0.004, sigma=sigma)
+        arm.tick()
+        for _ in range(lost):
+            arm.tick(arm.off(joint, np.nan))
+            assert arm.loop.bad[joint] == 1 and arm.loop.refused == 1
+        expected = arm.q[joint]
+        sample = arm.off(joint, side * share * room(arm, joint, lost + 1))
+        arm.tick(sample)
+        assert arm.loop.bad[joint] == (not believed)
+        assert arm.loop.refused == (not believed)
+        assert arm.loop.seen[joint] == (sample[joint] if believed else pytest.approx(expected, abs=1e-12))
+        others = np.arange(3) != joint
+        assert np.array_equal(np.asarray(arm.loop.seen[:3])[others], sample[others])
+
+
+def test_a_moving_joint_is_expected_where_its_command_leads():
+    for share, believed in ((0.99, 0), (1.01, 1)):
+        arm = Arm(speed=0.3)
+        for _ in range(8):
+            arm.tick()
+        joint = int(np.argmax(np.abs(arm.v)))
+        assert abs(arm.v[joint]) > 0.02
+        back = -np.sign(arm.v[joint]) * share * room(arm, joint, 1)
+        arm.tick(arm.off(joint, back + arm.dt * arm.v[joint] - (arm.q - arm.loop.good[:3])[joint]))
+        assert arm.loop.bad[joint] == believed
+
+
+def test_a_joint_whose_speed_limit_is_lowered_is_still_believed_at_the_speed_that_it_has():
+    arm = Arm(speed=0.4, emergency=None)
+    for _ in range(8):
+        arm.tick()
+    joint = int(np.argmax(np.abs(arm.v)))
+    arm.planner.report(ftqp.Degraded(joint, velocity=0.001))
+    assert 1.3 * 0.001 * arm.dt + 5.0 * arm.dt**2 + 1e-4 < 1.2 * arm.dt * abs(arm.v[joint])
+    arm.tick(arm.off(joint, 1.2 * arm.dt * arm.v[joint]))
+    assert arm.loop.bad[joint] == 0
+
+
+def test_in_the_place_of_a_refused_sample_stands_the_command_with_the_last_following_error():
+    arm = Arm()
+    arm.tick()
+    arm.tick(arm.off(1, 0.003))
+    sent = arm.q.copy()
+    arm.tick(arm.off(1, np.inf))
+    assert arm.loop.seen[1] == pytest.approx(sent[1] + 0.003, abs=1e-12)
+    assert arm.loop.seen[0] == sent[0] and arm.loop.age[1] == 1 and arm.loop.age[0] == 0
+
+
+@pytest.mark.parametrize("bad", [11, 10])
+def test_patience_ends_after_twenty_milliseconds_of_bad_samples(bad):
+    arm = Arm(dt=0.002)
+    arm.tick()
+    for k in range(bad):
+        assert arm.planner.stopped_because is None, k
+        arm.tick(arm.off(1, np.nan))
+    assert (arm.planner.stopped_because is not None) == (bad == 11)
+    if bad == 11:
+        assert ROBOT.joints[1] in arm.planner.stopped_because
+        assert list(arm.loop.lost[:3]) == [0, 1, 0]
+        arm.tick()
+        assert arm.loop.bad[1] == 1, "a lost sensor is believed no more, whatever it says"
+        arm.reset()
+        arm.tick()
+        assert arm.loop.bad[1] == 0 and arm.planner.stopped_because is None
+
+
+@pytest.mark.parametrize(("good", "stops"), [(2, True), (3, False)])
+def test_a_good_sample_makes_up_for_a_fifth_of_a_bad_one(good, stops):
+    """Of 10.5 ticks of patience 10 - good/5 + 1 are spent in the end."""
+    arm = Arm(dt=0.002)
+    arm.tick()
+    for sample in (*[arm.off(0, np.nan)] * 10, *[None] * good, arm.off(0, np.nan)):
+        assert arm.planner.stopped_because is None
+        arm.tick(sample)
+    assert (arm.planner.stopped_because is not None) == stops
+    if not stops:
+        for _ in range(60):
+            arm.tick()
+        assert arm.loop.spent[0] == 0.0
+
+
+@pytest.mark.parametrize("what", ["v", "tip"])
+def test_what_else_is_not_finite_costs_patience_too(what):
+    arm = Arm(dt=0.002)
+    tip = ROBOT.pose(ROBOT.neutral)
+    arm.tick()
+    for k in range(11):
+        assert arm.planner.stopped_because is None
+        if what == "tip":
+            broken = tip.copy()
+            broken[(0, 2, 1)[k % 3], (0, 3, 2)[k % 3]] = np.nan
+            step = arm.tick(tip=broken)
+        else:
+            step = arm.planner.step(arm.q, np.array([0.0, np.inf, 0.0]), arm.target)
+        assert arm.loop.refused == 1
+        assert step.status is ftqp.StepStatus.INVALID_INPUT or arm.planner.stopped_because is not None
+    assert "v, tau or the tip" in arm.planner.stopped_because
+
+
+def frozen_since(speed, sigma):
+    """After how many repeated numbers a sensor counts as frozen while its joint moves; None in 60 ticks."""
+    arm = Arm(sigma=sigma, speed=speed, emergency=None)
+    for _ in range(20):
+        arm.tick()
+    joint = int(np.argmax(np.abs(arm.v)))
+    stuck, moved = arm.q[joint], abs(arm.v[joint])
+    for k in range(60):
+        q = arm.q.copy()
+        q[joint] = stuck
+        arm.tick(q)
+        if arm.loop.bad[joint]:
+            return k, moved
+    return None, moved
+
+
+def test_a_noisy_sensor_that_repeats_its_number_is_frozen_once_the_joint_should_have_moved():
+    after, moved = frozen_since(0.04, SIGMA)
+    assert after is not None and after > samples.FROZEN_SAMPLES
+    assert 0.5 * moved * after * 0.01 < 6.0 * SIGMA < 2.0 * moved * after * 0.01
+    assert frozen_since(0.04, 1e-5)[0] == samples.FROZEN_SAMPLES, "no sooner, however small the noise"
+    assert frozen_since(0.04, 0.0)[0] is None, "unknown noise: a number may well repeat"
+
+
+@pytest.mark.parametrize("drive", ["position", "velocity"])
+def test_after_a_reset_nothing_is_left_of_what_came_before(drive):
+    def driven(planner, rng):
+        planner.reset(ROBOT.neutral)
+        target, q, told = ftqp.Target(pose=ROBOT.pose(ROBOT.neutral)), ROBOT.neutral.copy(), []
+        for _ in range(12):
+            target.position[1] += 0.002
+            step = planner.step(q + 1e-3 * rng.standard_normal(3), None, target)
+            q = step.q.copy() if drive == "position" else q + 0.01 * step.v
+            told.append(np.concatenate([step.q, step.v, step.a, [step.code], step.brakes]))
+        return np.array(told)
+
+    def made():
+        return ftqp.Planner(ROBOT, 0.01, drive=drive, noise=ftqp.Noise(q=SIGMA))
+
+    fresh, used = made(), made()
+    expected = driven(fresh, np.random.default_rng(1))
+    driven(used, np.random.default_rng(2))
+    here, away = ftqp.Target(pose=ROBOT.pose(ROBOT.neutral)), np.array([0.0, 0.3, np.nan])
+    for _ in range(9):
+        used.step(ROBOT.neutral + away, np.array([np.nan, 0.0, 0.0]), here, tip=np.full((4, 4), np.nan))
+    assert used.stopped_because is not None
+    assert np.array_equal(driven(used, np.random.default_rng(1)), expected)
