@@ -33,12 +33,15 @@ help:
 demo: $(VENV)/.has-viz
 	$(BIN)/ftqp demo
 
+# The types are checked beside the tests, as that takes one core half a minute; what is wrong is told at the end.
 test: $(VENV)/.has-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(PYTEST) -n $(JOBS) --dist loadfile -m "not slow and not gpu"
+	@$(BIN)/mypy > $(VENV)/types.txt 2>&1 & types=$$!; \
+	$(PYTEST) -n $(JOBS) --dist loadfile -m "not slow and not gpu"; tests=$$?; \
+	wait $$types; types=$$?; cat $(VENV)/types.txt; \
+	[ $$tests -eq 0 ] && [ $$types -eq 0 ]
 
 test-all: test
 	$(PYTEST) -n $(JOBS) --dist loadfile -m "slow or gpu"

@@ -26,8 +26,15 @@ FAULTS: tuple[tuple[type[Fault], Callable[[np.random.Generator, int], Fault]], .
 """Each kind as often as it is to be drawn, and how it is drawn for a joint."""
 
 
-def draw_fault(generator: np.random.Generator, robot: Any) -> Fault:
-    """A random fault of a random joint; nothing swings freely on an arm without inertia."""
+def draw_fault(generator: np.random.Generator, robot: Any, swings: bool = True) -> Fault:
+    """A random fault of a random joint; nothing swings freely on an arm without inertia.
+
+    Args:
+        generator: What draws.
+        robot: The arm.
+        swings: Whether joints may swing freely.
+    """
     joint = int(generator.integers(robot.nv))
-    drawn = [draw for kind, draw in FAULTS if robot.has_inertia or kind is not ftqp.FreeSwinging]
+    swings = swings and robot.has_inertia
+    drawn = [draw for kind, draw in FAULTS if swings or kind is not ftqp.FreeSwinging]
     return drawn[int(generator.integers(len(drawn)))](generator, joint)

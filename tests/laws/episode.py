@@ -1,6 +1,5 @@
 """A random closed-loop episode, from robot to dt, and everything that must hold in it."""
 
-import os
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any
@@ -16,7 +15,8 @@ from ftqp.referee.evidence import Evidence, Failure
 ROBOTS = ("panda", "iiwa14", "xarm7", "planar6", "srs7", "zhang7", "planar(10)")
 BACKENDS = ("active_set",) * 6 + ("dtrnn", "daqp", "proxqp", "quadprog", "osqp")
 SMALL = 8
-"""Arms of more joints take active_set unless more episodes are asked for, as others take long to compile."""
+"""Arms of more joints take active_set, and no joint swings freely, unless everything is asked for: that
+takes long to compile."""
 SPEED_TOLERANCE = 1e-9
 """Share of a limit by which rounding may exceed it: one tolerance for every backend, robot and level."""
 
@@ -61,22 +61,27 @@ def start_of(generator: np.random.Generator, robot: Any) -> Any:
     return np.clip(q, low + margin, high - margin)
 
 
-def run(seed: int) -> Episode:
-    """Draw and run one episode; every law is checked on every tick."""
+def run(seed: int, everything: bool = False) -> Episode:
+    """Draw and run one episode; every law is checked on every tick.
+
+    Args:
+        seed: Of the episode.
+        everything: Whether arms of many joints are tried with all that there is.
+    """
     generator = np.random.default_rng(seed)
     robot = ftqp.robots.load(str(generator.choice(ROBOTS)))
     level = str(generator.choice(["velocity", "acceleration"]))
     dt = float(generator.choice([0.001, 0.002, 0.005, 0.01]))
     mode = str(generator.choice(["slack", "slack", "slack", "hard", "scaled", "lexicographic"]))
     backend = str(generator.choice(BACKENDS))
-    if robot.nv > SMALL and "FTQP_EPISODES" not in os.environ:
+    if robot.nv > SMALL and not everything:
         backend = "active_set"
     schemes = ["mvn", "rmp"] + (["mke", "dlsm"] if robot.has_inertia else [])
     scheme = str(generator.choice(schemes))
     q = start_of(generator, robot)
     duration = float(generator.uniform(0.5, 2.0))
     path = draw_path(generator, robot, robot.pose(q), duration)
-    fault = draw_fault(generator, robot)
+    fault = draw_fault(generator, robot, swings=everything or robot.nv <= SMALL)
     at = int(generator.integers(round(duration / dt)))
     stop = None if generator.random() < 0.5 else ftqp.EmergencyStop()
     name = f"{robot.name} {level} dt={dt} {mode} {backend} {scheme} {type(path).__name__} {duration:.2f} s"

@@ -27,7 +27,7 @@ def test_a_brake_told_at_once_costs_millimetres(drive):
 
 
 @pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_noise_delay_load_and_friction_are_lived_with(drive, seed):
     robot = ftqp.robots.load("panda")
     friction = np.array([0.5, 0.5, 0.5, 0.5, 0.17, 0.17, 0.17])
@@ -38,7 +38,7 @@ def test_noise_delay_load_and_friction_are_lived_with(drive, seed):
 
 
 @pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
-@pytest.mark.parametrize("joint", [1, 3])
+@pytest.mark.parametrize("joint", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_a_brake_that_nobody_told_is_seen_and_ends_at_rest(drive, joint):
     robot = ftqp.robots.load("panda")
     planner, arm = wired(robot, drive)

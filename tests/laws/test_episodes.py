@@ -2,7 +2,8 @@
 
 Each is judged twice: by what the planner says of itself, and from outside by ``ftqp.referee``.
 
-``FTQP_EPISODES`` sets how many (200 by default, 2,000 by ``make campaign``).
+A hundred go with the other tests, a hundred more with the slow ones; ``FTQP_EPISODES`` sets how many there
+are in all.
 """
 
 import os
@@ -14,14 +15,17 @@ from ftqp.referee.model_file import ModelFile
 from ftqp.referee.verdict_from_outside import verdict
 
 EPISODES = int(os.environ.get("FTQP_EPISODES", "200"))
-GROUP = 20
+GROUP, QUICK = 20, 5
+GROUPS = range((EPISODES + GROUP - 1) // GROUP)
 
 
-@pytest.mark.parametrize("group", range((EPISODES + GROUP - 1) // GROUP))
+@pytest.mark.parametrize(
+    "group", [k if k < QUICK else pytest.param(k, marks=pytest.mark.slow) for k in GROUPS]
+)
 def test_every_law_holds_in_random_episodes(group: int) -> None:
     arms: dict[str, ModelFile] = {}
     for seed in range(group * GROUP, min((group + 1) * GROUP, EPISODES)):
-        episode = run(seed)
+        episode = run(seed, everything=group >= QUICK)
         assert not episode.broken, f"seed {seed}: {episode.description}: {episode.broken}"
         assert episode.ticks == sum(episode.statuses.values())
         robot = episode.robot

@@ -29,7 +29,7 @@ def drawn(seed):
     return (
         ftqp.PathFollower(planner, path),
         q,
-        draw_fault(generator, robot),
+        draw_fault(generator, robot, swings=robot.nv <= SMALL),
         int(generator.integers(0.5 / dt)),
     )
 
@@ -57,7 +57,9 @@ def run(seed):
     return episode, np.array(progress), max(off), commands, follower
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize(
+    "seed", [*range(16), *(pytest.param(k, marks=pytest.mark.slow) for k in range(16, 40))]
+)
 def test_limits_are_kept_and_progress_never_runs_backwards(seed):
     episode, progress, _, _, follower = run(seed)
     assert not episode.broken, f"{episode.description}: {episode.broken}"
@@ -68,6 +70,6 @@ def test_limits_are_kept_and_progress_never_runs_backwards(seed):
     assert (follower.status is ftqp.PathStatus.BLOCKED) == (follower.blocked is not None)
 
 
-@pytest.mark.parametrize("seed", range(0, 40, 8))
+@pytest.mark.parametrize("seed", range(0, 24, 8))
 def test_same_inputs_give_the_same_commands(seed):
     assert run(seed)[3] == run(seed)[3]

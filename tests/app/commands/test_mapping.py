@@ -22,8 +22,8 @@ options = { lengths = [1.0, 0.8, 0.6], continuous = true }
 
 [map]
 goal = [1.2, 0.9]
-grid = 8
-configurations = 4
+grid = 5
+configurations = 3
 steps = 6
 """
 
