@@ -2,6 +2,7 @@
 
 import json
 import sqlite3
+from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
@@ -10,6 +11,7 @@ from ftqp.app.campaign import episode_study
 from ftqp.app.campaign.campaign_summary import summary
 from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
+from ftqp.app.study import driving
 
 STUDY = """
 [campaign]
@@ -132,6 +134,25 @@ def test_campaign_that_contradicts_itself_is_refused_before_anything_is_made(
     code, _, errors = campaign(study, "--out", tmp_path / "c")
     assert code == 2 and message in errors
     assert not (tmp_path / "c").exists()
+
+
+def test_episodes_are_asked_for_and_more_of_them_go_on_with_the_others(study, tmp_path):
+    for count, computed in ((2, 2), (3, 1)):
+        code, out, errors = campaign(study, "--episodes", count, "--out", tmp_path / "c", "--json")
+        assert code == 0, errors
+        assert json.loads(out)["computed_now"] == computed
+    assert len(rows(tmp_path / "c")) == 3
+    code, _, errors = campaign(study, "--episodes", 0, "--out", tmp_path / "d")
+    assert code == 2 and "campaign.episodes is 0" in errors and not (tmp_path / "d").exists()
+
+
+def test_episode_that_was_given_up_is_named_and_the_campaign_is_not_called_done(study, tmp_path, monkeypatch):
+    drive = driving.drive
+    monkeypatch.setattr(
+        driving, "drive", lambda *a, **k: replace(drive(*a, **k), crashed={1: "the worker died"})
+    )
+    code, out, _ = campaign(study, "--episodes", 1, "--out", tmp_path / "c")
+    assert code == 1 and "episode 1 was given up: the worker died" in out and "--replay 1" in out
 
 
 def test_results_of_another_campaign_are_refused(study, tmp_path):

@@ -158,6 +158,18 @@ def test_a_map_of_a_workspace_has_the_same_bits_on_a_cluster(tmp_path: Path, add
     assert here == there
 
 
+@pytest.mark.slow
+def test_a_campaign_has_the_same_rows_on_a_cluster(tmp_path: Path, address: str) -> None:
+    for name, workers in (("here", ["--jobs", "1"]), ("there", ["--dask", address])):
+        result = CliRunner().invoke(
+            app, ["campaign", "safety", "--episodes", "40", "--out", str(tmp_path / name), *workers]
+        )
+        assert result.exit_code == 0, result.output
+    here, there = (_rows(tmp_path / name) for name in ("here", "there"))
+    assert len(here) == 40
+    assert here == there
+
+
 def _rows(folder: Path) -> list[tuple[float, ...]]:
     """Every row of a study without its time and worker."""
     with closing(sqlite3.connect(folder / FILE_NAME)) as connection:

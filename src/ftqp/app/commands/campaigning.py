@@ -18,6 +18,12 @@ def campaign(
         str, typer.Argument(metavar="STUDY", help="A campaign file, or the name of a bundled one: safety.")
     ],
     overrides: Overrides = None,
+    episodes: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", help="How many episodes there are in all; more of them go on with the others."
+        ),
+    ] = None,
     out: Out = None,
     jobs: Jobs = None,
     dask: Dask = None,
@@ -33,7 +39,8 @@ def campaign(
     """Run a campaign of random episodes, or go on with it; every one is judged from outside."""
     from ftqp.app.campaign.episode_study import load_campaign
 
-    made = load_campaign(study, overrides or ())
+    more = () if episodes is None else (f"campaign.episodes={episodes}",)
+    made = load_campaign(study, (*(overrides or ()), *more))
     if replay is not None:
         return _replay(made, replay, out, as_json=as_json)
     from ftqp import __version__
@@ -77,6 +84,10 @@ def _tell(facts: dict[str, Any], *, whole: bool) -> None:
     if facts["refused"]:
         tell(
             f"{facts['refused']} were not run: what was drawn is no scenario, for example a path out of reach"
+        )
+    for item, reason in facts["crashed"].items():
+        tell(
+            f"  episode {item} was given up: {reason} each time; alone: the same command with --replay {item}"
         )
     if facts["bound"] is not None:
         tell(f"with 0 of {run} broken, the true share is below {facts['bound']:.2g} at 95 %")
