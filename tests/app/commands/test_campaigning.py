@@ -1,6 +1,7 @@
 """``ftqp campaign``: a few short episodes, resumed, replayed, judged, refused."""
 
 import json
+import signal
 import sqlite3
 from dataclasses import replace
 
@@ -12,6 +13,7 @@ from ftqp.app.campaign.campaign_summary import summary
 from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
 from ftqp.app.study import driving
+from ftqp.sim import block_runner
 
 STUDY = """
 [campaign]
@@ -153,6 +155,27 @@ def test_episode_that_was_given_up_is_named_and_the_campaign_is_not_called_done(
     )
     code, out, _ = campaign(study, "--episodes", 1, "--out", tmp_path / "c")
     assert code == 1 and "episode 1 was given up: the worker died" in out and "--replay 1" in out
+
+
+def test_interrupt_within_an_episode_leaves_no_row_of_half_an_episode(study, tmp_path, monkeypatch):
+    drawn, calls = block_runner.BlockRunner.run, []
+
+    def run(self, *arguments):
+        calls.append(self)
+        if len(calls) == 9:
+            signal.raise_signal(signal.SIGINT)
+        return drawn(self, *arguments)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(block_runner.BlockRunner, "run", run)
+        code, _, errors = campaign(study, "--out", tmp_path / "c", "--jobs", 1)
+    assert code == 130 and "interrupted" in errors
+    kept = rows(tmp_path / "c")
+    assert len(kept) < 6
+    assert campaign(study, "--out", tmp_path / "c", "--jobs", 1)[0] == 0
+    assert campaign(study, "--out", tmp_path / "whole", "--jobs", 1)[0] == 0
+    assert rows(tmp_path / "c")[: len(kept)] == kept
+    assert rows(tmp_path / "c") == rows(tmp_path / "whole")
 
 
 def test_results_of_another_campaign_are_refused(study, tmp_path):

@@ -156,6 +156,8 @@ class EpisodeWork:
             log=MEMORY,
             singularities=False,
         ).run()
+        if ended.interrupted:
+            raise KeyboardInterrupt
         if ended.log is None:
             raise FtqpError("a simulation kept no log")
         seen = self.verdict(setup, ended.log)

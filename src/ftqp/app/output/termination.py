@@ -2,6 +2,8 @@
 
 import signal
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import Any, Self, final
 
@@ -33,4 +35,37 @@ class Termination:
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         self.received = True
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def no_interrupt_lost() -> Iterator[None]:
+    """Raise KeyboardInterrupt at the end where Ctrl-C or SIGTERM came and the body did not end by it.
+
+    Libraries lose it on the way: numpy makes a TypeError of one that comes while it looks at a type.
+    """
+    came: list[int] = []
+
+    def listening(before: Callable[[int, FrameType | None], Any]) -> Callable[[int, FrameType | None], None]:
+        def hear(number: int, frame: FrameType | None) -> None:
+            came.append(number)
+            before(number, frame)
+
+        return hear
+
+    main = threading.current_thread() is threading.main_thread()
+    handlers = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)} if main else {}
+    heard = {one: before for one, before in handlers.items() if callable(before)}
+    try:
+        for one, before in heard.items():
+            signal.signal(one, listening(before))
+        yield
+    except Exception as error:
+        if came:
+            raise KeyboardInterrupt from error
+        raise
+    finally:
+        for one, before in heard.items():
+            signal.signal(one, before)
+    if came:
         raise KeyboardInterrupt

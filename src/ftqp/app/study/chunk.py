@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ftqp.app.output.termination import no_interrupt_lost
 from ftqp.core.clock import now
 
 Work = Callable[[Sequence[int]], list[tuple[Any, ...]]]
@@ -37,6 +38,7 @@ def compute(work: Work, items: Sequence[int]) -> Done:
         items: Numbers of the items.
     """
     began = now()
-    rows = work(items)
+    with no_interrupt_lost():
+        rows = work(items)
     worker = f"{socket.gethostname()}:{os.getpid()}"
     return Done(items=tuple(items), rows=rows, seconds=(now() - began) * 1e-9, worker=worker)
