@@ -126,6 +126,15 @@ def test_of_a_tool_axis_its_direction_alone_counts():
         assert verdict(ARM, replace(evidence, target=evidence.target @ turn)).laws == laws
 
 
+def test_target_counts_for_tracking_as_long_as_it_is_known_to_be_followable():
+    evidence = run()
+    target = evidence.target.copy()
+    target[150:, 0, 3] += 0.01
+    for until, laws in ((1.5, set()), (1.6, {"tracking"})):
+        late = replace(evidence, target=target, status=["RELAXED"] * TICKS, can_be_followed=True, until=until)
+        assert verdict(ARM, late).laws == laws
+
+
 def test_posture_that_is_still_led_somewhere_does_not_swing():
     evidence = run()
     drift = 0.01 * DT * np.arange(TICKS + 1)[:, None]

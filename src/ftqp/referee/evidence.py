@@ -49,6 +49,7 @@ class Evidence:
         axis: A direction in the tip frame, (3,), whose own direction alone counts of the rotation; None: as
             ``rows`` says.
         can_be_followed: Whether the target is known to be within reach, speed and strength of what works.
+        until: ... for how long; to the end without that [s].
     """
 
     dt: float
@@ -64,3 +65,4 @@ class Evidence:
     failures: Sequence[Failure] = ()
     axis: tuple[float, float, float] | None = None
     can_be_followed: bool = False
+    until: float = float("inf")

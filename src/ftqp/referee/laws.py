@@ -182,7 +182,8 @@ def tracking(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     """How far the tip is beyond the tolerance although it can follow, as a share of the tolerance, (K, 1)."""
     position_error, rotation_error = errors(arm, run)
     share = np.maximum(position_error / run.tolerance[0], rotation_error / run.tolerance[1]) - 1.0
-    return _lasting((share if run.can_be_followed else 0.0 * share)[:, None], strict.grace, run.dt)
+    known = run.can_be_followed & (run.dt * np.arange(len(share)) < run.until - 0.5 * run.dt)
+    return _lasting(np.where(known, share, 0.0)[:, None], strict.grace, run.dt)
 
 
 def inside(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:

@@ -100,6 +100,17 @@ class ModelFile:
             result[k] = pin.updateFramePlacement(self.model, data, self.tip).homogeneous
         return result
 
+    def tip_and_jacobian(self, data: Any, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The pose of the tip, (4, 4) [m], and its Jacobian along the base's axes, (6, nv).
+
+        Args:
+            data: Of the model, for what is computed on the way.
+            q: Configuration, (nv,) [rad or m].
+        """
+        (at,) = self._configurations(q[None])
+        J = pin.computeFrameJacobian(self.model, data, at, self.tip, pin.LOCAL_WORLD_ALIGNED)
+        return pin.updateFramePlacement(self.model, data, self.tip).homogeneous, J
+
     def torques(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """What the joints carry, tau = M a + h with rotors and viscous friction, (K, nv) [N m or N].
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ftqp.app.campaign.draws import episode
+from ftqp.app.scenario import composition
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 
@@ -133,3 +134,23 @@ def test_keys_of_a_list_that_was_drawn_shorter_are_left_out():
             assert tables["faults"] == [] and list(found) == ["faults"]
             healthy += 1
     assert 10 < healthy < 30
+
+
+def test_way_leads_so_many_lengths_of_the_arm_away_from_its_shoulder():
+    vary = {
+        "path.displacement": {"away": [0.9, 1.1]},
+        "start.q": {"start": 0.2},
+        "robot.name": ["panda", "iiwa14"],
+    }
+    for one in drawn(vary, 20):
+        robot = catalog.load(one["robot.name"])
+        centre, reach = composition.shoulder(robot)
+        end = robot.pose(np.array(one["start.q"]))[:3, 3] + one["path.displacement"]
+        assert 0.9 <= np.linalg.norm(end - centre) / reach <= 1.1
+
+
+def test_distance_from_the_shoulder_is_not_negative():
+    tables = {"robot": {"dh": [[0.0, 0.0, 1.0, 0.0]] * 2}}
+    assert "x" in episode(tables, {"x": {"away": [1.0, 1.0]}}, 0, 0)[1]
+    with pytest.raises(InputError, match="with low <= high"):
+        episode(tables, {"x": {"away": [-1.0, 1.0]}}, 0, 0)

@@ -13,6 +13,7 @@ from ftqp.app.campaign.campaign_summary import summary
 from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
 from ftqp.app.study import driving
+from ftqp.model import catalog
 from ftqp.sim import block_runner
 
 STUDY = """
@@ -110,6 +111,20 @@ def test_scenario_that_cannot_be_is_counted_and_exception_is_not_hidden(study, t
     assert facts["raised"] == 1
     assert facts["examples"][0]["sentences"] == "ZeroDivisionError: division by zero"
     assert facts["by_key"]["path.radius"]["50.0"]["refused"] == facts["refused"]
+
+
+def test_arm_that_does_not_follow_what_it_could_follow_breaks_tracking(study, tmp_path):
+    study.write_text(STUDY.replace("duration = 0.4", "duration = 3.0").replace("at = 0.1", "at = 1.5"))
+    code, out, _ = campaign(study, "--out", tmp_path / "c", "--json")
+    facts = json.loads(out)
+    assert code == 0 and 8.5 < facts["followable"] <= 9.1
+    robot = catalog.load("planar")
+    kept = {name: [at - 1e-3, at + 1e-3] for name, at in zip(robot.joints, robot.neutral, strict=True)}
+    words = ", ".join(f"{name} = {[float(end) for end in ends]}" for name, ends in kept.items())
+    lazy = f"scenario.planner.branch_limits={{ {words} }}"
+    code, out, _ = campaign(study, "--out", tmp_path / "d", "--set", lazy, "--json")
+    facts = json.loads(out)
+    assert code == 1 and facts["laws"]["tracking"] == facts["broken"] == 6 and facts["false_ok"] == 0
 
 
 def test_broken_law_ends_with_1_and_names_the_episode(study, tmp_path, monkeypatch):

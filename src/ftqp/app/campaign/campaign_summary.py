@@ -22,6 +22,8 @@ def summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
 
     ``bound`` is the largest share of broken episodes that is compatible with the rows at 95 %, where none
     was broken: 1 - 0.05^(1/n); ``broken_interval`` is the interval of that share in any case.
+    ``followable`` is for how long in all targets were certain to be within reach, so that tracking was
+    judged [s].
 
     Args:
         name: Of the campaign.
@@ -49,6 +51,7 @@ def summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
         "broken_interval": share_interval(found["broken"] + found["raised"], run + found["raised"]),
         "laws": laws,
         "said": said,
+        "followable": sum(row["followable"] or 0.0 for row in rows),
         "largest_ok_error": max((row["largest_ok_error"] or 0.0 for row in rows), default=0.0),
         "by_key": by_key(rows),
         "detection": detector_summary(rows),

@@ -88,8 +88,8 @@ NUMBERS: dict[str, Callable[[Any, np.random.Generator], float]] = {
 }
 """Distributions of numbers by name."""
 OTHERS = ("one_of", "joint", "start", "away")
-OF_THE_ARM: Final = ("start", "joint", "away")
-"""Distributions that take the arm that was drawn, in the order in which they are drawn."""
+OF_THE_ARM: Final = ("joint", "start", "away")
+"""Distributions that take the arm that was drawn."""
 
 
 def episode(
@@ -131,7 +131,7 @@ def episode(
         drawn[key] = _one(what, kind, rng) if kind == "one_of" else _number(key, what, kind, rng, tables)
         put(tables, key, copy.deepcopy(drawn[key]))
     robot = _robot(tables, arms, folder) if later else None
-    for key, kind, what in later:
+    for key, kind, what in sorted(later, key=lambda one: one[1] == "away"):  # which takes the start
         if robot is not None and not _left_out(key, drawn):
             drawn[key] = _of_the_arm(kind, what[kind], robot, tables, rng)
             put(tables, key, copy.deepcopy(drawn[key]))

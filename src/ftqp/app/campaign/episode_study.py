@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, final
 
+import numpy as np
 from pydantic import ValidationError
 
 from ftqp import __version__
@@ -20,10 +21,12 @@ from ftqp.app.scenario.complaints import complaints
 from ftqp.app.scenario.setup import Setup, resolve, validated
 from ftqp.app.schema.campaign_file import CampaignFile
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
+from ftqp.referee.evidence import Evidence
 from ftqp.referee.laws import LAWS
 from ftqp.referee.model_file import ModelFile
 from ftqp.referee.strictness import KINEMATIC, PHYSICS, Strictness
 from ftqp.referee.verdict_from_outside import Verdict, verdict
+from ftqp.referee.witness import followable
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import MEMORY, Simulation
 
@@ -36,11 +39,13 @@ COLUMNS = {
     "ticks": "INTEGER",
     "largest_error": "REAL",
     "largest_ok_error": "REAL",
+    "followable": "REAL",
     **{f"law_{name}": "REAL" for name in LAWS},
     **found_failures.COLUMNS,
     "sentences": "TEXT",
 }
-"""The values of an episode: a law's is by how much it was broken, 0 where it holds."""
+"""The values of an episode: a law's is by how much it was broken, 0 where it holds; ``followable`` is for how
+long the target was certain to be within reach, speed and strength, so that the law of tracking holds [s]."""
 REFUSED, RAISED = "refused", "raised"
 """Outcomes of an episode that was not run: its scenario cannot be, or something went wrong."""
 
@@ -160,7 +165,8 @@ class EpisodeWork:
             raise KeyboardInterrupt
         if ended.log is None:
             raise FtqpError("a simulation kept no log")
-        seen = self.verdict(setup, ended.log)
+        shown = self.shown(setup, ended.log)
+        seen = verdict(self._arm(setup), shown, self._strictness(setup))
         by_law = {f"law_{law}": 0.0 for law in LAWS} | {f"law_{b.law}": b.size for b in seen.breaches}
         return {
             "outcome": "broken" if seen.breaches else "sound",
@@ -169,6 +175,7 @@ class EpisodeWork:
             "ticks": len(ended.log) - 1,
             "largest_error": seen.largest_error,
             "largest_ok_error": seen.largest_ok_error,
+            "followable": shown.until,
             "sentences": "\n".join(str(breach) for breach in seen.breaches),
             **by_law,
             **found_failures.detector_values(setup, ended.log),
@@ -181,13 +188,37 @@ class EpisodeWork:
             setup: The run.
             log: Its log.
         """
+        return verdict(self._arm(setup), self.shown(setup, log), self._strictness(setup))
+
+    def shown(self, setup: Setup, log: Log) -> Evidence:
+        """What the referee is shown of a run, and for how long the target can certainly be followed.
+
+        Args:
+            setup: The run.
+            log: Its log.
+        """
+        run = evidence(setup, log)
+        healthy = min((failure.since for failure in run.failures), default=np.inf)
+        ticks = int(min(len(run.target), np.ceil(healthy / run.dt - 1e-9)))
+        until = 0.0
+        if run.axis is None and not setup.v.any():
+            until = followable(self._arm(setup), run.q[0], run.target[:ticks], run.rows, run.dt)
+        return replace(run, can_be_followed=True, until=until)
+
+    def _arm(self, setup: Setup) -> ModelFile:
+        """The arm of an episode as the referee reads it."""
         name = setup.tables.robot.model_dump_json()
         if name not in self.arms:
             self.arms[name] = model_file(setup)
-        strict: Strictness = PHYSICS if self.campaign.tables.campaign.judged == "in physics" else KINEMATIC
-        if setup.tables.sensors is not None:
-            strict = replace(strict, noise=setup.tables.sensors.position_noise)
-        return verdict(self.arms[name], evidence(setup, log), strict)
+        return self.arms[name]
+
+    def _strictness(self, setup: Setup) -> Strictness:
+        """What is let pass in an episode."""
+        table, sensors = self.campaign.tables.campaign, setup.tables.sensors
+        strict: Strictness = PHYSICS if table.judged == "in physics" else KINEMATIC
+        if table.calm is not None:
+            strict = replace(strict, calm=table.calm)
+        return strict if sensors is None else replace(strict, noise=sensors.position_noise)
 
 
 def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:

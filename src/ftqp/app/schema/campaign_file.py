@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from ftqp.app.schema.strict import Table
+from ftqp.app.schema.strict import Table, unit
 
 
 class EpisodesTable(Table):
@@ -16,6 +16,14 @@ class EpisodesTable(Table):
         "exactly",
         description="'exactly' to rounding, for arms that do what they are told; 'in physics' with 2 % on "
         "limits and 0.1 s to notice what happened",
+    )
+    calm: float | None = Field(
+        None,
+        gt=0,
+        le=1e6,
+        description="how long an arm may take to come to rest where its target rests, > 0; 1 s exactly, 2 s "
+        "in physics if absent",
+        json_schema_extra=unit("s"),
     )
 
 
