@@ -43,6 +43,27 @@ def test_wrong_array_is_refused_with_one_sentence(value, sentence):
     assert str(error.value) == sentence
 
 
+@pytest.mark.parametrize(
+    "value",
+    [
+        ["0.1", "0.2"],
+        ["1_000", "\uff11"],
+        np.array(["0.1", 2.0], dtype=object),
+        [b"1", b"2"],
+        np.array([1j, 2.0]),
+        np.zeros(2, dtype="datetime64[s]"),
+        np.zeros(2, dtype="timedelta64[s]"),
+        np.zeros(2, dtype=[("x", float)]),
+        [10**400, 0],
+        np.array([10**400, 0], dtype=object),
+    ],
+    ids=str,
+)
+def test_texts_dates_complex_and_endless_numbers_are_no_numbers(value):
+    with pytest.raises(InputError, match=r"^v is not an array of numbers: [^\n]*; expected shape \(2,\)$"):
+        array("v", value, (2,))
+
+
 def test_index_of_a_matrix_names_row_and_column():
     with pytest.raises(InputError, match=r"T contains NaN at index 1, 0; expected numbers"):
         array("T", [[0.0, 0.0], [np.nan, 0.0]], (2, 2))
@@ -59,7 +80,7 @@ def test_frozen_array_cannot_be_written():
         frozen(np.zeros(2))[0] = 1.0
 
 
-@pytest.mark.parametrize("value", [1, 0.5, "2", np.float32(3.0)])
+@pytest.mark.parametrize("value", [1, 0.5, np.array(2), np.float32(3.0)])
 def test_positive_number_passes_as_a_float(value):
     assert positive("dt", value) == float(value) and type(positive("dt", value)) is float
 
@@ -70,7 +91,7 @@ def test_number_that_is_not_positive_and_finite_is_refused(value):
         positive("dt", value, "s")
 
 
-@pytest.mark.parametrize("value", [None, "soon", [1.0, 2.0]])
+@pytest.mark.parametrize("value", [None, "soon", "2", "1_000", b"1", [1.0, 2.0], np.ones(1), 1j, 10**400])
 def test_what_is_no_number_is_refused(value):
     with pytest.raises(InputError, match=r"dt is .*, expected a number in s"):
         positive("dt", value, "s")

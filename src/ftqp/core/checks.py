@@ -29,12 +29,7 @@ def array(
     Raises:
         InputError: Not numbers, another shape, NaN, or infinite where it must be finite.
     """
-    try:
-        result = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            f"{name} is not an array of numbers: {value!r:.80}; expected shape {shape}"
-        ) from error
+    result = numbers(name, value, f"; expected shape {shape}")
     if result.shape != shape:
         expected = f"{symbol} = {shape}" if symbol else f"{shape}"
         raise InputError(f"{name} has shape {result.shape}, expected {expected}")
@@ -45,6 +40,35 @@ def array(
             f"{name} is infinite at index {_first(~np.isfinite(result))}; expected finite numbers"
         )
     return result
+
+
+def numbers(name: str, value: Any, expected: str = "") -> FloatArray:
+    """``value`` as a fresh contiguous array of float64 of whatever shape; NaN and infinities pass.
+
+    Texts are refused, which numpy would read as numbers, ``1_000`` and digits of other scripts included, and
+    so are complex numbers and dates, which it would cut.
+
+    Args:
+        name: How the user knows the value.
+        value: Anything numpy can turn into numbers.
+        expected: What to give, for the message.
+
+    Raises:
+        InputError: Not numbers.
+    """
+    try:
+        given = np.asarray(value)
+        kind = given.dtype.kind
+        if kind in "biuf" or (kind == "O" and not any(isinstance(x, str | bytes) for x in given.flat)):
+            return np.array(given, dtype=np.float64, order="C")
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"{name} is not an array of numbers: {shown(value)}{expected}") from error
+    raise InputError(f"{name} is not an array of numbers: {shown(value)}{expected}")
+
+
+def shown(value: Any) -> str:
+    """What a message shows of a value: its first 80 letters, in one line."""
+    return " ".join(f"{value!r:.80}".split())
 
 
 def _first(mask: BoolArray) -> str:
@@ -93,11 +117,26 @@ def non_negative(name: str, value: Any, unit: str = "") -> float:
     return _number(name, value, unit, least=0.0, strict=False)
 
 
-def _number(name: str, value: Any, unit: str, *, least: float, strict: bool) -> float:
+def as_number(name: str, value: Any, unit: str = "") -> float:
+    """``value`` as a float, which may be infinite or NaN; a text is none, whatever digits are in it.
+
+    Raises:
+        InputError: Not a number.
+    """
     try:
-        number = float(value)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} is {value!r}, expected a number{' in ' + unit if unit else ''}") from error
+        if not isinstance(value, str | bytes | bytearray) and not np.ndim(value):
+            return float(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(_no_number(name, value, unit)) from error
+    raise InputError(_no_number(name, value, unit))
+
+
+def _no_number(name: str, value: Any, unit: str) -> str:
+    return f"{name} is {shown(value)}, expected a number{' in ' + unit if unit else ''}"
+
+
+def _number(name: str, value: Any, unit: str, *, least: float, strict: bool) -> float:
+    number = as_number(name, value, unit)
     if not isfinite(number) or number < least or (strict and number == least):
         bound = "> 0" if strict else ">= 0"
         raise InputError(

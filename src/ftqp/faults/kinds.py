@@ -14,7 +14,7 @@ from math import isnan
 from types import MappingProxyType
 from typing import Any, ClassVar
 
-from ftqp.core.checks import non_negative, positive
+from ftqp.core.checks import as_number, non_negative, positive
 from ftqp.core.errors import InputError, nearest
 
 MODES = ("ramp", "instant")
@@ -168,7 +168,7 @@ class Degraded:
             _share(name, getattr(self, name))
         for name in ("q_min", "q_max"):
             value = getattr(self, name)
-            if value is not None and isnan(float(value)):
+            if value is not None and isnan(as_number(name, value, "rad or m")):
                 raise InputError(f"{name} is NaN, expected a joint position")
         if self.q_min is not None and self.q_max is not None and not self.q_min < self.q_max:
             raise InputError(f"q_min {self.q_min:g} is not below q_max {self.q_max:g}")

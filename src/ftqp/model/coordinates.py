@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import BoolArray, FloatArray, array
+from ftqp.core.checks import BoolArray, FloatArray, array, numbers
 
 
 def positions_of(model: Any, continuous: BoolArray, q: Any) -> FloatArray:
@@ -13,10 +13,10 @@ def positions_of(model: Any, continuous: BoolArray, q: Any) -> FloatArray:
     Raises:
         InputError: The shape is another one, or a number is NaN or infinite.
     """
-    nv = len(continuous)
-    if model.nq == nv or np.shape(q) == (nv,):
-        return array("q", q, (nv,), "(nv,)")
-    configuration = array("q", q, (int(model.nq),), "(nv,) or (nq,)")
+    nv, given = len(continuous), numbers("q", q)
+    if model.nq == nv or given.shape == (nv,):
+        return array("q", given, (nv,), "(nv,)")
+    configuration = array("q", given, (int(model.nq),), "(nv,) or (nq,)")
     result = np.empty(nv)
     for i, at in enumerate(model.idx_qs[1:]):
         if continuous[i]:

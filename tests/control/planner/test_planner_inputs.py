@@ -15,6 +15,8 @@ GOOD = (ftqp.StepStatus.OK, ftqp.StepStatus.RELAXED)
     ("change", "sentence"),
     [
         ({"q": np.zeros(6)}, r"q has shape \(6,\), expected \(nv,\) = \(7,\)"),
+        ({"q": [10**400] * 7}, r"q is not an array of numbers: \[1000000000"),
+        ({"v": np.zeros(7, dtype="datetime64[s]")}, r"v is not an array of numbers: array\(\['1970"),
         ({"q": np.zeros((7, 1))}, r"q has shape \(7, 1\), expected a vector"),
         ({"q": None}, r"q has shape \(\), expected a vector"),
         ({"q": "home"}, "q is not an array of numbers: 'home'"),
@@ -43,6 +45,23 @@ def test_programmers_mistake_raises_and_the_next_step_is_untouched(panda, home, 
     a = planner.step(panda.neutral, np.zeros(7), target)
     b = other.step(panda.neutral, np.zeros(7), target)
     np.testing.assert_array_equal(a.a, b.a)
+
+
+@pytest.mark.parametrize(
+    "wrong", [["0.1"] * 7, ["1_000"] * 7, np.zeros(7, "M8[s]"), [10**400] * 7, 0.5 + 0j, ...]
+)
+def test_start_that_is_not_given_in_numbers_is_refused(panda, wrong):
+    planner = ftqp.Planner(panda, DT)
+    with pytest.raises(InputError, match="q is not an array of numbers"):
+        planner.reset(wrong)
+    with pytest.raises(InputError, match="v is not an array of numbers"):
+        planner.reset(panda.neutral, wrong)
+
+
+@pytest.mark.parametrize("speed", ["0.5", "1_0", 0.0, 1.5, np.nan, 10**400, [0.5], None])
+def test_speed_that_is_no_share_is_refused(panda, speed):
+    with pytest.raises(InputError, match=r"^speed is "):
+        ftqp.Planner(panda, DT).speed = speed
 
 
 @pytest.mark.parametrize("backend", ["active_set", "dtrnn", "daqp"])

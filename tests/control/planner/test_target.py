@@ -297,3 +297,11 @@ def test_wrong_shape_written_into_a_target_is_refused(home, name, value):
     with pytest.raises(InputError, match=f"{name} "):
         setattr(target, name, value)
     np.testing.assert_array_equal(target.packed, before)
+
+
+@pytest.mark.parametrize(
+    "wrong", [..., None, 3, np.eye(4), [], np.zeros((0, 4, 4)), ["a"], np.zeros((2, 3, 4))]
+)
+def test_trajectory_of_what_is_no_pose_is_refused(wrong):
+    with pytest.raises(InputError, match=r"^pose "):
+        Targets(wrong)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, numbers
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import Mistake
@@ -27,27 +27,13 @@ def not_a_target(given: Any) -> InputError:
     return InputError(f"target is {type(given).__name__}, expected ftqp.Target(pose=...)")
 
 
-def _numbers(name: str, value: Any) -> FloatArray:
-    """``value`` as a contiguous array of whatever shape.
-
-    Complex numbers, dates and texts are refused, which numpy would cut or read as numbers.
-    """
-    try:
-        given = np.asarray(value)
-        if given.dtype.kind in "biufO":
-            return np.array(given, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error
-    raise InputError(f"{name} is not an array of numbers: {value!r:.80}")
-
-
 def vector(name: str, value: Any) -> FloatArray:
     """``value`` as a contiguous vector of whatever size; NaN and infinities pass, they are the world's doing.
 
     Raises:
         InputError: not numbers, or not one-dimensional.
     """
-    result = _numbers(name, value)
+    result = numbers(name, value)
     if result.ndim != 1:
         raise InputError(f"{name} has shape {result.shape}, expected a vector (nv,)")
     return result
@@ -59,7 +45,7 @@ def sized(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
     Raises:
         InputError: not numbers, or another shape.
     """
-    result = _numbers(name, value)
+    result = numbers(name, value)
     if result.shape != shape:
         raise InputError(f"{name} has shape {result.shape}, expected {shape}")
     return result

@@ -367,11 +367,11 @@ class Planner(PlannerFacts):
             self._vigilance.detector.fit(robot)
 
     def _adopt_belief(self) -> None:
-        """What follows from the belief: need of dynamics, braking reserve, a cold start."""
+        """What follows from the belief: dynamics, braking reserve, a cold start, a new look at rest."""
         K = self._session.K
         K.limits.dynamic = self._given.dynamic or self._belief.needs_dynamics
         self._adopt_reserve()
-        K.qp.warm = 0
+        K.qp.warm = K.watch.stopped = 0
         self._solver.forget()
         if self._leading is not None and K.state.is_reset:
             self._leading.believe(K.state.q_command[: self.robot.nv].copy(), self.faults)

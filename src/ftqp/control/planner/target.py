@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from ftqp.control.planner.given_arrays import sized
-from ftqp.core.checks import FloatArray, array
+from ftqp.core.checks import FloatArray, array, as_number, numbers
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
 from ftqp.kernel.entry.session import writer_of
@@ -179,10 +179,7 @@ class Target:
     def __setattr__(self, name: str, value: Any) -> None:
         """Write into the buffer: ``target.pose = T`` is ``target.pose[:] = T`` with the shape checked."""
         if name == "stamp" and self.packed[TARGET_HAS_ROTATION] < 0.0:
-            try:
-                object.__setattr__(self, name, float(value))
-            except (TypeError, ValueError) as error:
-                raise InputError(f"stamp is {value!r:.60}, expected a number") from error
+            object.__setattr__(self, name, as_number(name, value))
             return
         if name not in ("pose", "position", "twist", "acceleration"):
             raise AttributeError(
@@ -243,9 +240,12 @@ class Targets:
     __slots__ = ("_count", "packed", "row")
 
     def __init__(self, pose: Any, twist: Any = None, acceleration: Any = None) -> None:
-        count = len(pose)
+        poses = numbers("pose", pose)
+        count = len(poses) if poses.ndim == 3 else 0
+        if count == 0:
+            raise InputError(f"pose has shape {poses.shape}, expected (K, 4, 4), at least one pose")
         self.packed: FloatArray = np.zeros((count, TARGET_SIZE))
-        poses = array("pose", pose, (count, 4, 4), "(K, 4, 4)")
+        poses = array("pose", poses, (count, 4, 4), "(K, 4, 4)")
         worst = int(
             np.argmax(np.abs(np.swapaxes(poses[:, :3, :3], 1, 2) @ poses[:, :3, :3] - np.eye(3)).max((1, 2)))
         )

@@ -1,0 +1,39 @@
+"""An arm that is said to have stopped has stopped, whatever is learnt of its joints afterwards."""
+
+import numpy as np
+import pytest
+
+import ftqp
+
+DT = 2e-3
+SWINGS = 5
+"""The joint that swings."""
+
+
+def swinging_and_stopped(robot, level):
+    """A planner that has stopped an arm, a joint of which then swings, and the state of that arm."""
+    planner = ftqp.Planner(robot, DT, level=level, emergency=None)
+    q, v = robot.neutral.copy(), np.zeros(robot.nv)
+    planner.reset(q, v)
+    planner.stop()
+    target = ftqp.Target(pose=robot.pose(q))
+    assert planner.step(q, v, target).status is ftqp.StepStatus.STOPPED
+    planner.report(ftqp.FreeSwinging(SWINGS))
+    for _ in range(60):
+        step = planner.step(q, v, target)
+        q, v = step.reference.q.copy(), step.reference.v.copy()
+    assert abs(v[SWINGS]) > 0.1
+    return planner, q, v, target
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_joint_that_is_mended_while_it_swings_is_braked_under_the_status_stopping(level):
+    robot = ftqp.robots.load("panda")
+    planner, q, v, target = swinging_and_stopped(robot, level)
+    planner.withdraw(SWINGS)
+    for _ in range(400):
+        step = planner.step(q, v, target)
+        q, v = step.reference.q.copy(), step.reference.v.copy()
+        moves = np.abs(v / robot.limits.v_max).max() > 5e-3
+        assert step.status is (ftqp.StepStatus.STOPPING if moves else step.status)
+    assert step.status is ftqp.StepStatus.STOPPED and not moves
