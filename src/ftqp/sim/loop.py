@@ -1,7 +1,7 @@
 """The simulation loop: truth, target, planner, log and plant in the order in which they happen."""
 
 from bisect import bisect_right
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path as File
@@ -22,10 +22,12 @@ from ftqp.sim.leader import leader_along
 from ftqp.sim.led_arm import LedArm
 from ftqp.sim.log.description import description
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.log_parts import LogParts, PartedLog
 from ftqp.sim.log.log_writer import LogWriter
-from ftqp.sim.log.metrics import STOP_CODES
 from ftqp.sim.log.row_sink import MemoryRows, RowSink
-from ftqp.sim.log.signals import base_columns, columns, sensed_columns
+from ftqp.sim.log.signals import Column, base_columns, columns, sensed_columns
+from ftqp.sim.log.tallied_rows import TalliedRows
+from ftqp.sim.log.tally import STOP_CODES
 from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
@@ -62,6 +64,7 @@ class Result:
         blocked: why the path did not go on, or ``None``.
         broken: why the simulation of the arm could not go on, or ``None``.
         log: the log, where it was kept in memory.
+        summary: what happened in all ticks, ready for ``summary.json``, where the log is on file.
     """
 
     steps: int
@@ -76,6 +79,7 @@ class Result:
     blocked: str | None
     broken: str | None = None
     log: Log | None = None
+    summary: Mapping[str, Any] | None = None
 
 
 @final
@@ -98,7 +102,8 @@ class Simulation:
         duration: simulated time, the longest with a follower [s]; without it the path's duration, three
             times that with a follower.
         feed_forward: ``"sampled"`` feeds forward the path's acceleration at t_k, ``"mean"`` its mean over dt.
-        log: a new file for the log, ``"memory"`` for a log in the result, or ``None`` for none.
+        log: a new file for the log, the parts of a long one, ``"memory"`` for a log in the result, or
+            ``None`` for none.
         singularities: whether the log has the measures of singularity, which take time; they are NaN without.
         metadata: more to put into the log, for example the resolved scenario.
         world: the base under the arm where it moves, with the inertial task of this planner; the path is then
@@ -122,7 +127,7 @@ class Simulation:
         follower: PathFollower | None = None,
         duration: float | None = None,
         feed_forward: str = "sampled",
-        log: str | File | None = None,
+        log: str | File | LogParts | None = None,
         singularities: bool = True,
         metadata: Mapping[str, Any] | None = None,
         progress: Callable[[int, int], None] | None = None,
@@ -193,13 +198,15 @@ class Simulation:
         about = description(self._planner, self._schedule, self._path, self._last, reference)
         about |= {"drive": self._plant.drive, "plant_tolerance": self._plant.tolerance}
         about |= self._metadata | {"state": "running"}
-        memory = MemoryRows(self._signals, about) if self._log == MEMORY else None
-        sink = LogWriter(self._log, self._signals, about) if memory is None else memory
+        if self._log == MEMORY:
+            memory = MemoryRows(self._signals, about)
+            return replace(self._recorded(memory), log=memory.log)
+        tallied = TalliedRows(_file(self._log, self._signals, about), self._signals, about)
         try:
-            result = self._recorded(sink)
+            result = self._recorded(tallied)
         finally:
-            sink.close()
-        return result if memory is None else replace(result, log=memory.log)
+            tallied.close()
+        return replace(result, summary=tallied.facts())
 
     def _recorded(self, sink: RowSink) -> Result:
         """All ticks and their rows; the state of the log says how it ended once every row is kept."""
@@ -301,6 +308,11 @@ class Simulation:
             blocked=leader.blocked,
             broken=plant.failure,
         )
+
+
+def _file(log: str | File | LogParts, signals: Sequence[Column], about: Mapping[str, Any]) -> RowSink:
+    """A new log on file, in one piece or in parts."""
+    return PartedLog(log, signals, about) if isinstance(log, LogParts) else LogWriter(log, signals, about)
 
 
 def _told(planner: Planner) -> list[dict[str, Any]]:

@@ -26,7 +26,9 @@ def rows(arm=ARM, base=None, **metadata):
         row |= {f"base.{axis}": value for axis, value in zip("xyz", base, strict=True)}
     table = np.array([[row[column.name] for column in signals]])
     about = {"robot": "planar(3)", "joints": list(ARM.joints)} | metadata
-    return LogRows(path=None, columns=tuple(signals), metadata=about, count=1, blocks=lambda: iter([table]))
+    return LogRows(
+        path=None, columns=tuple(signals), metadata=about, count=1, read=lambda first: iter([table[first:]])
+    )
 
 
 SCENARIO = '[robot]\nname = "planar"\noptions = {{ count = {} }}\n[later]\nunknown = 1\n'

@@ -11,7 +11,8 @@ from ftqp.app.run import runs
 from ftqp.app.scenario.setup import load
 from ftqp.core.errors import MissingPackage
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.log_file import FILE_NAME, load_log
+from ftqp.sim.log.log_file import load_log
+from ftqp.sim.log.log_parts import FILE_NAME
 
 SCENARIO = "panda-circle"
 NEVER, TWIN = "faults.0.announced=never", "never-told"

@@ -14,7 +14,8 @@ from ftqp.app.run.runs import SUMMARY, write
 from ftqp.core.errors import FtqpError, InputError, MissingPackage
 from ftqp.sim.log.description import versions
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.log_file import FILE_NAME, load_log
+from ftqp.sim.log.log_file import load_log
+from ftqp.sim.log.log_parts import FILE_NAME, log_files
 from ftqp.sim.log.metrics import summary
 from ftqp.viz.pages.page import page
 
@@ -89,7 +90,7 @@ def read_result(folder: Path, label: str) -> Result:
     """
     if not folder.exists():
         raise InputError(f"{folder} does not exist; expected the folder of a run, or of a coverage result")
-    if folder.is_file() or (folder / FILE_NAME).is_file():
+    if folder.is_file() or log_files(folder):
         log = load_log(folder)
         if not len(log):
             raise InputError(f"log {log.path} has no rows, expected at least one to report")

@@ -24,9 +24,14 @@ def task_of(setup: Setup) -> TaskPath:
         setup: The scenario.
 
     Raises:
-        ScenarioError: The base moves, or the tool axis is not the third one.
+        ScenarioError: The base moves, the path has laps, or the tool axis is not the third one.
     """
     planner, task = setup.planner, setup.planner.task
+    if setup.tables.path.laps is not None:
+        raise ScenarioError(
+            f"{setup.name} repeats its path, and it is looked at once: take path.laps out, for example by "
+            "--set path.laps="
+        )
     if setup.world is not None:
         raise ScenarioError(
             f"{setup.name} has a base that moves; which failures a path survives is known for a base that "

@@ -13,13 +13,17 @@ from ftqp.app.scenario.setup import Setup
 from ftqp.core.errors import FtqpError, InputError, MissingPackage
 from ftqp.qp.recording.recording_file import free_file
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.log_file import FILE_NAME, load_log
-from ftqp.sim.log.metrics import summary
+from ftqp.sim.log.log_file import load_log, open_log
+from ftqp.sim.log.log_parts import FILE_NAME, LogParts
 from ftqp.sim.log.recorded_run import recorded
 from ftqp.sim.loop import Simulation
 
 RUNS = Path("runs")
 """Where runs go unless another folder is named."""
+NAMES = 1000
+"""So many names are tried where the clock gives one that is taken."""
+DRAWN = 256_000_000
+"""Bytes of a log that figures show at most; of a longer one they show the end."""
 SUMMARY, SCENARIO = "summary.json", "scenario.toml"
 
 
@@ -48,10 +52,15 @@ class Run:
 def free_folder(wanted: Path | None, name: str) -> Path:
     """The folder that a run may make: the one wanted, or ``runs/<name>-<time>``.
 
+    The clock of the machine only gives a name: where it was set back and the name is taken, a number follows.
+
     Raises:
         InputError: it exists, or lies below something that is not a folder.
     """
     folder = wanted or RUNS / f"{name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    if wanted is None:
+        named = (folder, *(folder.with_name(f"{folder.name}-{k}") for k in range(2, NAMES)))
+        folder = next((one for one in named if not one.exists() and not one.is_symlink()), folder)
     if folder.exists() or folder.is_symlink():
         raise InputError(
             f"output folder {folder} exists, and nothing is overwritten; name another one by --out"
@@ -114,24 +123,46 @@ def run(
             follower=setup.follower,
             duration=setup.duration,
             feed_forward=setup.tables.simulation.feed_forward,
-            log=folder / FILE_NAME,
+            log=_log(setup, folder),
             metadata=_about(setup),
             progress=lambda done, total: told(done / total),
         )
         try:
             folder.mkdir(parents=True)
-            (folder / SCENARIO).write_text(setup.toml, encoding="utf-8")
         except OSError as error:
             raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+        write(folder / SCENARIO, setup.toml)
         try:
             ended = simulation.run()
         finally:  # a log that cannot be written any more is no reason to lose the QPs, too
             kept = _record(setup, record)
-    log = load_log(folder / FILE_NAME)
-    facts = summary(log) | {"interrupted": ended.interrupted, "folder": str(folder)} | kept
+    facts = {**(ended.summary or {}), "interrupted": ended.interrupted, "folder": str(folder), **kept}
     write(folder / SUMMARY, json_text(facts))
-    figures = _figures(log, folder) if drawn and not ended.interrupted else ()
+    figures = _figures(_drawn(folder, setup.planner.dt), folder) if drawn and not ended.interrupted else ()
     return Run(folder=folder, summary=facts, figures=figures)
+
+
+def _log(setup: Setup, folder: Path) -> Path | LogParts:
+    """Where the log goes, in one piece or in parts."""
+    table = setup.tables.log
+    if table.part is None:
+        return folder / FILE_NAME
+    return LogParts(
+        path=folder / FILE_NAME, rows=max(1, round(table.part / setup.planner.dt)), keep=table.keep
+    )
+
+
+def _drawn(folder: Path, dt: float) -> Log:
+    """What the figures show: the log, or of a long one its end."""
+    with open_log(folder) as rows:
+        most = max(1, DRAWN // (8 * len(rows.columns)))
+        last = float(next(rows.blocks(rows.count - 1))[0, rows.groups()["t"][0]]) if rows.count else 0.0
+    if rows.count <= most:
+        return load_log(folder)
+    say(
+        f"note: the figures show the last {most * dt:g} s of the run, whose log is too long to be drawn whole"
+    )
+    return load_log(folder, begin=max(0.0, last - (most - 1) * dt))
 
 
 def _about(setup: Setup) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from ftqp.app.schema.strict import Table
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.following.stall import StallEscape
 from ftqp.control.paths import Circle, Hold, Line, Lissajous, Path, PointToPoint, Square, Waypoints
+from ftqp.control.paths.repeated import Repeated
 from ftqp.control.planner.planner import Planner
 from ftqp.control.task.directional_damping import DirectionalDamping
 from ftqp.control.task.emergency import EmergencyStop
@@ -178,7 +179,13 @@ def path(table: PathTable, origin: FloatArray, folder: File) -> Path:
     Raises:
         InputError: a parameter out of its range, or a waypoint file that cannot be used.
     """
-    settings = _settings(table, "kind", "reference", "beyond_reach")
+    once = _once(table, origin, folder)
+    return once if table.laps is None else Repeated(once, table.laps)
+
+
+def _once(table: PathTable, origin: FloatArray, folder: File) -> Path:
+    """The path without its laps."""
+    settings = _settings(table, "kind", "reference", "laps", "beyond_reach")
     match table:
         case LineTable():
             return Line(origin, **settings)
@@ -248,7 +255,8 @@ def refuse_out_of_reach(arm: Robot, way: Path) -> None:
     if found is None:
         return
     centre, reach = found
-    times = np.linspace(0.0, way.duration, 1001)
+    once = min(way.lap, way.duration) if isinstance(way, Repeated) else way.duration
+    times = np.linspace(0.0, once, 1001)
     distance = np.linalg.norm(way.sample(times).pose[:, :3, 3] - centre, axis=1)
     beyond = distance > reach * (1.0 + 1e-9)
     if beyond.any():

@@ -22,6 +22,12 @@ class _Path(Table):
     beyond_reach: bool = Field(
         False, description="whether the path may lead farther than the stretched arm is long"
     )
+    laps: Finite | None = Field(
+        None,
+        gt=0,
+        description="how many times the path is repeated, round and round where it is closed, else there and "
+        "back, > 0; followed once if absent",
+    )
 
 
 class _Timed(_Path):

@@ -4,6 +4,7 @@ from pydantic import Field, model_validator
 
 from ftqp.app.schema.base_section import BaseTable
 from ftqp.app.schema.fault_sections import FaultTable
+from ftqp.app.schema.log_section import LogTable
 from ftqp.app.schema.path_section import PathTable
 from ftqp.app.schema.planner_section import PlannerTable
 from ftqp.app.schema.robot_section import RobotTable
@@ -58,4 +59,5 @@ class Scenario(Table):
     sensors: SensorsTable | None = Field(
         None, description="what is measured of the joints; the planner is given the truth if absent"
     )
+    log: LogTable = Field(LogTable(), description="how the log of a long run is cut into files")
     recording: RecordingTable = Field(RecordingTable(), description="which QPs --record-qps keeps")

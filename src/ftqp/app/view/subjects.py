@@ -9,7 +9,8 @@ from ftqp.app.view.live_source import LiveSource
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
 from ftqp.core.errors import InputError
-from ftqp.sim.log.log_file import FILE_NAME, load_log
+from ftqp.sim.log.log_file import load_log
+from ftqp.sim.log.log_parts import FILE_NAME, log_files
 from ftqp.sim.session.cast import Cast, Choice
 from ftqp.sim.session.orders import Speed
 from ftqp.sim.session.session import FASTEST, Session
@@ -40,7 +41,7 @@ def shown(choice: Choice, *, speed: float = 1.0, twin: bool = True) -> Iterator[
         with LiveSource(session, report=report) as source:
             yield "coverage", source
     elif given.is_dir() or given.name == FILE_NAME or given.suffix == ".sqlite":
-        if given.is_dir() and not (given / FILE_NAME).is_file():
+        if given.is_dir() and not log_files(given):
             raise InputError(
                 f"folder {given} holds neither a run ({FILE_NAME}) nor a coverage report ({VERDICTS}); name "
                 "a folder that ftqp run or ftqp coverage has made"

@@ -57,7 +57,9 @@ class Log:
         """
         signals: dict[str, NDArray[Any]] = {}
         for index, column in enumerate(columns):
-            signal = np.ascontiguousarray(table[:, index])
+            signal = np.ascontiguousarray(
+                table[:, index]
+            )  # nothing is copied of a table that lies by columns
             whole = column.integer and bool(whole_numbers(signal[:, None])[0])
             signals[column.name] = signal.astype(np.int64) if whole else signal
         return cls(
@@ -111,11 +113,11 @@ class Log:
             ),
             metadata=self.metadata,
             count=len(self),
-            blocks=self._blocks,
+            read=self._blocks,
         )
 
-    def _blocks(self) -> Iterator[FloatArray]:
-        for first in range(0, len(self), BLOCK):
+    def _blocks(self, begin: int) -> Iterator[FloatArray]:
+        for first in range(begin, len(self), BLOCK):
             parts = [signal[first : first + BLOCK] for signal in self._signals.values()]
             yield np.stack(parts, axis=1).astype(np.float64)
 

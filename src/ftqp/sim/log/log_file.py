@@ -1,7 +1,9 @@
 """Reads a log file: opened read-only, its tables and checksums checked before anything is believed."""
 
 import json
+import os
 import sqlite3
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
@@ -10,15 +12,16 @@ from zlib import crc32
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, instance
-from ftqp.core.errors import InputError
+from ftqp.core.checks import FloatArray, instance, non_negative
+from ftqp.core.errors import InputError, unknown
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.log_parts import FILE_NAME, joined, log_files
 from ftqp.sim.log.log_rows import LogRows
-from ftqp.sim.log.log_writer import FORMAT, TABLES
+from ftqp.sim.log.log_writer import FORMAT, PATIENCE, TABLES
 from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.signals import Column
+from ftqp.sim.schedule import TIME_SLACK
 
-FILE_NAME = "log.sqlite"
 MOST_COLUMNS, MOST_FACTS = 2000, 1000
 """Signals and metadata that a log has at most."""
 LARGEST_VALUE = 16_000_000
@@ -34,18 +37,85 @@ class _NotALog(Exception):
     """Why a file is no log."""
 
 
-def load_log(path: str | Path) -> Log:
-    """The log in a file, or in the folder of a run.
+def load_log(
+    path: str | Path,
+    *,
+    begin: float | None = None,
+    end: float | None = None,
+    signals: Sequence[str] | None = None,
+) -> Log:
+    """The log in a file, or in the folder of a run, or a portion of it.
+
+    Only the portion is held in memory, so a log may be larger than that.
 
     Args:
-        path: The file, or the folder of a run in which it is ``log.sqlite``.
+        path: The file, or the folder of a run: its ``log.sqlite``, with the parts before it if there are any.
+        begin: No row before this time is loaded [s]; all from the first on without it.
+        end: No row after this time is loaded [s]; all to the last without it.
+        signals: Names of what is loaded, single signals or groups such as ``"q"``; all without it.
 
     Raises:
-        InputError: no such file, not a log of ftqp, or a damaged one.
+        InputError: No such file, not a log of ftqp, a damaged one, an unknown signal, or more than fits into
+            the memory of this machine.
     """
     with open_log(path) as rows:
-        table = np.concatenate([np.empty((0, len(rows.columns))), *rows.blocks()])
-        return Log.of_table(rows.path, table, rows.columns, rows.metadata)
+        places = _places(rows, signals)
+        first, last = _portion(rows, begin, end)
+        size = 8 * (last - first) * len(places)
+        if size > physical_memory():
+            raise InputError(
+                f"{rows.title} takes {size / 1e9:.1f} GB in memory, and this machine has "
+                f"{physical_memory() / 1e9:.1f} GB; load a portion of it with begin and end, some of its "
+                "signals, or one of its parts"
+            )
+        table, at = np.empty((len(places), last - first)), 0
+        for block in rows.blocks(first):
+            kept = block[: last - first - at]
+            table[:, at : at + len(kept)] = kept.T[places]
+            at += len(kept)
+            if at == last - first:
+                break
+        return Log.of_table(rows.path, table.T, [rows.columns[k] for k in places], rows.metadata)
+
+
+def _places(rows: LogRows, signals: Sequence[str] | None) -> list[int]:
+    """Places in a row of some signals, of all without them."""
+    if signals is None:
+        return list(range(len(rows.columns)))
+    instance("signals", signals, list | tuple, 'names such as ["t", "q"]')
+    groups = rows.groups() | {column.name: [place] for place, column in enumerate(rows.columns)}
+    for name in signals:
+        if name not in groups:
+            raise unknown("signal", name, rows.title, rows.groups())
+    return [place for name in signals for place in groups[name]]
+
+
+def _portion(rows: LogRows, begin: float | None, end: float | None) -> tuple[int, int]:
+    """The numbers of the first row within a time, and of the first one behind it."""
+    if begin is None and end is None:
+        return 0, rows.count
+    names = [column.name for column in rows.columns]
+    if "t" not in names:
+        raise InputError(f"{rows.title} has no signal t, so begin and end cannot be found; leave them out")
+    place = names.index("t")
+
+    def time(row: int) -> float:
+        return float(next(rows.blocks(row))[0, place])
+
+    def first_at(limit: float) -> int:
+        return bisect_left(range(rows.count), limit, key=time)
+
+    low = 0 if begin is None else first_at(non_negative("begin", begin, "s") - TIME_SLACK)
+    high = rows.count if end is None else first_at(non_negative("end", end, "s") + TIME_SLACK)
+    return low, max(low, high)
+
+
+def physical_memory() -> float:
+    """Bytes of memory that this machine has; infinite where it does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return float("inf")
 
 
 @contextmanager
@@ -53,16 +123,27 @@ def open_log(path: str | Path) -> Iterator[LogRows]:
     """The rows of a log, which are read while the context lasts, block after block.
 
     Args:
-        path: The file, or the folder of a run in which it is ``log.sqlite``.
+        path: The file, or the folder of a run: its ``log.sqlite``, with the parts before it if there are any.
 
     Raises:
         InputError: no such file, not a log of ftqp, or a damaged one; of damaged rows when they are read.
     """
     instance("path", path, str | Path, "the path of a log or of the folder of a run")
-    file = Path(path)
-    file = file / FILE_NAME if file.is_dir() else file
-    if not file.is_file():
+    given = Path(path)
+    files = log_files(given) if given.is_dir() else [given]
+    if not files or not files[0].is_file():
+        file = given / FILE_NAME if given.is_dir() else given
         raise InputError(f"log {file} does not exist; expected a {FILE_NAME} or the folder of a run")
+    if len(files) > 1:
+        yield joined(given, files, _one_file)
+        return
+    with _one_file(files[0]) as rows:
+        yield rows
+
+
+@contextmanager
+def _one_file(file: Path) -> Iterator[LogRows]:
+    """The rows of one file."""
     with ExitStack() as open_files:
         with _judged(file):
             connection = open_files.enter_context(_opened(file))
@@ -93,11 +174,11 @@ def _rows(file: Path, connection: sqlite3.Connection) -> LogRows:
     count = _count(connection) if chunked else connection.execute("SELECT count(*) FROM log").fetchone()[0]
     blocks = _chunks if chunked else _first_blocks
 
-    def read() -> Iterator[FloatArray]:
+    def read(first: int) -> Iterator[FloatArray]:
         with _judged(file):
-            yield from blocks(connection, columns)
+            yield from blocks(connection, columns, first)
 
-    return LogRows(path=file, columns=tuple(columns), metadata=metadata, count=count, blocks=read)
+    return LogRows(path=file, columns=tuple(columns), metadata=metadata, count=count, read=read)
 
 
 @contextmanager
@@ -105,7 +186,8 @@ def _opened(file: Path) -> Iterator[sqlite3.Connection]:
     """The file, read-only; but one whose writer was killed in the middle of a write is first put in order."""
     address = file.absolute().as_uri()
     for mode in ("ro", "rw"):
-        with closing(sqlite3.connect(f"{address}?mode={mode}", uri=True)) as connection:
+        reader = sqlite3.connect(f"{address}?mode={mode}", uri=True, timeout=PATIENCE)
+        with closing(reader) as connection:
             try:
                 connection.execute("PRAGMA trusted_schema = OFF")
                 connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
@@ -153,20 +235,25 @@ def _count(connection: sqlite3.Connection) -> int:
     return count
 
 
-def _chunks(connection: sqlite3.Connection, columns: Sequence[Column]) -> Iterator[FloatArray]:
-    """All rows, (K, columns) each; every chunk is measured before it is read, and checked before the next."""
+def _chunks(connection: sqlite3.Connection, columns: Sequence[Column], begin: int) -> Iterator[FloatArray]:
+    """The rows from one on, (K, columns) each; every chunk is measured before it is read, and then checked.
+
+    No lock is held between two chunks: the run may be going on.
+    """
     width = len(columns)
     connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(LARGEST_VALUE, 8 * BLOCK * width + 1000))
     measured = connection.execute(
-        "SELECT first, rows, crc, typeof(data), length(data) FROM chunks ORDER BY first"
-    )
+        "SELECT first, rows, crc, typeof(data), length(data) FROM chunks WHERE first + rows > ? "
+        "ORDER BY first",
+        (begin,),
+    ).fetchall()
     for first, rows, crc, kind, size in measured:
         if kind != "blob" or size != 8 * rows * width:
             raise _NotALog(f"its chunk at row {first} has {size} bytes, expected {8 * rows * width}")
-        (data,) = connection.execute("SELECT data FROM chunks WHERE first = ?", (first,)).fetchone()
-        if crc32(data) != crc:
+        found = connection.execute("SELECT data FROM chunks WHERE first = ?", (first,)).fetchall()
+        if len(found) != 1 or crc32(found[0][0]) != crc:
             raise _NotALog(f"its chunk at row {first} is damaged, its checksum differs")
-        yield np.frombuffer(data, dtype="<f8").reshape(rows, width)
+        yield np.frombuffer(found[0][0], dtype="<f8").reshape(rows, width)[max(begin - first, 0) :]
 
 
 def _first_columns(connection: sqlite3.Connection) -> list[Column]:
@@ -195,9 +282,11 @@ def _first_columns(connection: sqlite3.Connection) -> list[Column]:
     return columns
 
 
-def _first_blocks(connection: sqlite3.Connection, columns: Sequence[Column]) -> Iterator[FloatArray]:
-    """Rows of a log of format 1."""
+def _first_blocks(
+    connection: sqlite3.Connection, columns: Sequence[Column], begin: int
+) -> Iterator[FloatArray]:
+    """Rows of a log of format 1, from one on."""
     listed = ", ".join('"' + column.name.replace('"', '""') + '"' for column in columns)
-    cursor = connection.execute(f"SELECT {listed} FROM log ORDER BY k")
+    cursor = connection.execute(f"SELECT {listed} FROM log ORDER BY k LIMIT -1 OFFSET ?", (begin,))
     while rows := cursor.fetchmany(BLOCK):
         yield np.array(rows, dtype=np.float64)

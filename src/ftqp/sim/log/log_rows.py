@@ -26,19 +26,27 @@ class LogRows:
         columns: The signals, in the order of a row.
         metadata: Scenario, robot, joints, limits, faults, versions and state of the run.
         count: Rows, one a tick.
-        blocks: A function that reads all rows from the first on, in blocks (K, columns) of float64.
+        read: A function that reads the rows from one on, in blocks (K, columns) of float64.
     """
 
     path: Path | None
     columns: tuple[Column, ...]
     metadata: Mapping[str, Any]
     count: int
-    blocks: Callable[[], Iterator[FloatArray]]
+    read: Callable[[int], Iterator[FloatArray]]
 
     @property
     def title(self) -> str:
         """How a message names it."""
         return "log in memory" if self.path is None else f"log {self.path}"
+
+    def blocks(self, first: int = 0) -> Iterator[FloatArray]:
+        """The rows in blocks (K, columns) of float64, to be read as often as one likes.
+
+        Args:
+            first: The number of the row to begin with, >= 0.
+        """
+        return self.read(first)
 
     def groups(self) -> dict[str, list[int]]:
         """Places in a row of the signals that have the same part before the first dot, by that part.

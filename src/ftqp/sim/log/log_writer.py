@@ -6,9 +6,9 @@ block of little-endian float64, one row a tick, one number a signal, with its CR
 """
 
 import json
-import os
 import sqlite3
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Self, final
 from zlib import crc32
@@ -19,7 +19,11 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import FtqpError, InputError
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import Column
+from ftqp.sim.log.whole_files import whole_file
 
+PATIENCE = 60.0
+"""A reader of another process may keep the writer waiting so long [s]."""
+REMEDY = "choose another folder, logs are never overwritten"
 FORMAT = 2
 """Version of the log's layout."""
 TABLES = {
@@ -42,7 +46,8 @@ READING = (
 class LogWriter(RowSink):
     """A new log file; every write is on file when it returns.
 
-    A process killed at any moment leaves a file with every row that was written.
+    A process killed at any moment leaves a file with every row that was written, or none at all if it had not
+    been made yet.
 
     Args:
         path: the file to make; it must not exist.
@@ -57,29 +62,11 @@ class LogWriter(RowSink):
         self.path = Path(path)
         about = {"format": FORMAT, "layout": "chunks of float64 rows", "reading": READING}
         try:
-            os.close(os.open(self.path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-            self._connection = sqlite3.connect(self.path, isolation_level=None)
-            self._make_tables(columns, about | dict(metadata))
-        except FileExistsError as error:
-            raise InputError(
-                f"log file {self.path} exists already; choose another folder, logs are never overwritten"
-            ) from error
-        except (sqlite3.Error, OSError, UnicodeError) as error:
+            with whole_file(self.path, "log file", REMEDY) as part, closing(_opened(part)) as made:
+                _make_tables(made, columns, about | dict(metadata))
+            self._connection = _opened(self.path)
+        except (sqlite3.Error, UnicodeError) as error:
             raise InputError(f"log file {self.path} cannot be made: {error}") from error
-
-    def _make_tables(self, columns: Sequence[Column], metadata: Mapping[str, Any]) -> None:
-        """The tables, on file before the first step."""
-        run = self._connection.execute
-        run("PRAGMA synchronous = OFF")
-        run("BEGIN")
-        for statement in TABLES.values():
-            run(statement)
-        self._connection.executemany(
-            "INSERT INTO columns VALUES (?, ?, ?, ?, ?)",
-            [(k, c.name, c.unit, c.description, int(c.integer)) for k, c in enumerate(columns)],
-        )
-        self._connection.executemany("INSERT INTO metadata VALUES (?, ?)", _encoded(metadata))
-        run("COMMIT")
 
     def write(self, first: int, rows: FloatArray) -> None:
         """Put rows on file. Interrupted at any point, it can be called again.
@@ -124,6 +111,29 @@ class LogWriter(RowSink):
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _opened(path: Path) -> sqlite3.Connection:
+    """A connection that outlives a kill of its process, though not a loss of power."""
+    connection = sqlite3.connect(path, isolation_level=None, timeout=PATIENCE)
+    connection.execute("PRAGMA synchronous = OFF")
+    return connection
+
+
+def _make_tables(
+    connection: sqlite3.Connection, columns: Sequence[Column], metadata: Mapping[str, Any]
+) -> None:
+    """The tables, on file before the first step."""
+    run = connection.execute
+    run("BEGIN")
+    for statement in TABLES.values():
+        run(statement)
+    connection.executemany(
+        "INSERT INTO columns VALUES (?, ?, ?, ?, ?)",
+        [(k, c.name, c.unit, c.description, int(c.integer)) for k, c in enumerate(columns)],
+    )
+    connection.executemany("INSERT INTO metadata VALUES (?, ?)", _encoded(metadata))
+    run("COMMIT")
 
 
 def _encoded(metadata: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -8,27 +8,32 @@ from pathlib import Path
 
 from ftqp.core.errors import InputError
 
+OTHER_NAME = "choose another name"
+"""What to do where a file or folder exists already, unless its owner says something else."""
+
 
 @contextmanager
-def whole_file(path: str | Path) -> Iterator[Path]:
+def whole_file(path: str | Path, kind: str = "file", remedy: str = OTHER_NAME) -> Iterator[Path]:
     """A new file: the body writes the path that it gets, and the file gets its name when it is complete.
 
     Args:
         path: The file.
+        kind: What it is, for messages.
+        remedy: What a person can do where it exists already, for messages.
 
     Raises:
         InputError: It exists already or cannot be written.
     """
     file = Path(path)
-    _refuse_existing(file, "file")
+    _refuse_existing(file, kind, remedy)
     part = file.with_name(f".{file.name}.{os.getpid()}.part")
     try:
         yield part
-        _rename(part, file)
+        _rename(part, file, kind, remedy)
     except FileExistsError as error:
-        raise InputError(f"file {file} exists already; choose another name") from error
+        raise InputError(f"{kind} {file} exists already; {remedy}") from error
     except OSError as error:
-        raise InputError(f"file {file} cannot be written: {error.strerror or error}") from error
+        raise InputError(f"{kind} {file} cannot be written: {error.strerror or error}") from error
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
@@ -58,17 +63,17 @@ def whole_folder(path: str | Path) -> Iterator[Path]:
         shutil.rmtree(part, ignore_errors=True)
 
 
-def _refuse_existing(path: Path, kind: str) -> None:
+def _refuse_existing(path: Path, kind: str, remedy: str = OTHER_NAME) -> None:
     if path.exists() or path.is_symlink():
-        raise InputError(f"{kind} {path} exists already; choose another name")
+        raise InputError(f"{kind} {path} exists already; {remedy}")
 
 
-def _rename(part: Path, file: Path) -> None:
+def _rename(part: Path, file: Path, kind: str, remedy: str) -> None:
     """A second name for a complete file, which fails where the name was taken meanwhile."""
     try:
         os.link(part, file)
     except FileExistsError:
         raise
     except OSError:  # no second names on this file system
-        _refuse_existing(file, "file")
+        _refuse_existing(file, kind, remedy)
         part.replace(file)

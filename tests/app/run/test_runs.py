@@ -1,0 +1,185 @@
+"""Runs into folders: long ones in parts, two at once, on full disks, with clocks that are set back."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.app.run import runs
+from ftqp.app.run.healthy_motion import task_of
+from ftqp.app.scenario.document import Document
+from ftqp.app.scenario.setup import Setup, resolve, validated
+from ftqp.core import clock
+from ftqp.core.errors import FtqpError, InputError, ScenarioError
+from ftqp.sim.log import log_writer
+from ftqp.sim.log.log_parts import log_files
+
+
+def setup(**tables: Any) -> Setup:
+    content: dict[str, Any] = {
+        "robot": {"name": "panda"},
+        "planner": {"dt": 0.01},
+        "path": {"kind": "circle", "radius": 0.02, "duration": 0.5},
+    }
+    found = Document(name="test", origin="test", folder=Path.cwd(), content=content | tables)
+    return resolve(found, validated(found))
+
+
+ROUND = {"kind": "circle", "radius": 0.02, "duration": 0.5}
+
+
+def test_a_path_with_laps_is_repeated(tmp_path: Path) -> None:
+    slowly = ROUND | {"duration": 2.0}
+    one = runs.run(setup(path=slowly), tmp_path / "one", drawn=False)
+    four = runs.run(setup(path=slowly | {"laps": 4.0}), tmp_path / "four", drawn=False)
+    assert (one.summary["steps"], four.summary["steps"]) == (201, 801)
+    log = ftqp.load_log(tmp_path / "four")
+    np.testing.assert_array_equal(log["target"][:200], ftqp.load_log(tmp_path / "one")["target"][:200])
+    np.testing.assert_allclose(log["target"][600:800], log["target"][:200], atol=1e-12)
+    assert four.summary["completed"]
+    assert four.summary["max_position_error"] == pytest.approx(one.summary["max_position_error"], rel=0.1)
+    np.testing.assert_array_equal(log["t"], np.arange(801) * 0.01)
+
+
+@pytest.mark.parametrize(
+    ("laps", "said"),
+    [(0.0, "greater than 0"), (1e308, "duration of the path"), (float("nan"), "finite number")],
+)
+def test_laps_that_cannot_be_are_refused(laps: float, said: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        setup(path=ROUND | {"duration": 50.0, "laps": laps})
+    assert said in str(caught.value)
+
+
+def test_a_path_out_of_reach_is_found_whatever_the_laps() -> None:
+    with pytest.raises(ScenarioError, match="out of reach"):
+        setup(path=ROUND | {"radius": 3.0, "duration": 1.0, "laps": 2000.0})
+
+
+def test_what_a_path_survives_is_asked_of_one_lap() -> None:
+    with pytest.raises(ScenarioError, match=r"take path\.laps out"):
+        task_of(setup(path=ROUND | {"laps": 2.0}))
+
+
+def test_a_run_in_parts_sums_up_all_its_ticks(tmp_path: Path) -> None:
+    laps = {"path": ROUND | {"laps": 140.0}, "faults": [{"kind": "locked", "joint": 2, "at": 0.3}]}
+    whole = runs.run(setup(**laps), tmp_path / "whole", drawn=False).summary
+    parts = runs.run(setup(**laps, log={"part": 15.0, "keep": 2}), tmp_path / "parts", drawn=False).summary
+    for facts in (whole, parts):
+        del facts["folder"], facts["step_time_us"]
+    assert parts == whole
+    assert len(log_files(tmp_path / "parts")) == 2 and ftqp.load_log(tmp_path / "parts")["t"][0] > 15.0
+    scenario = (tmp_path / "parts" / "scenario.toml").read_text()
+    assert "part = 15.0" in scenario and "keep = 2" in scenario
+
+
+def test_parts_to_keep_need_their_length() -> None:
+    with pytest.raises(ScenarioError, match="part, their length, is not given"):
+        setup(log={"keep": 2})
+
+
+def test_figures_of_a_long_run_show_its_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drawn: list[Any] = []
+    monkeypatch.setattr(runs, "DRAWN", 20_000)
+    monkeypatch.setattr(runs, "_figures", lambda log, folder: drawn.append(log) or ())
+    runs.run(setup(path=ROUND | {"laps": 2.0}), tmp_path / "run")
+    assert 10 < len(drawn[0]) < 40 and drawn[0]["t"][-1] == 1.0
+    assert "the figures show the last" in capsys.readouterr().err
+
+
+def test_two_runs_into_one_folder_do_not_meet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first, second = setup(), setup()
+    folder = runs.free_folder(tmp_path / "out", "x")
+    assert runs.free_folder(tmp_path / "out", "x") == folder  # both have looked before either has made it
+    facts = runs.run(first, folder, drawn=False).summary
+    with pytest.raises(InputError, match="cannot be made: File exists"):
+        runs.run(second, folder, drawn=False)
+    assert (
+        json.loads((folder / "summary.json").read_text())["steps"]
+        == facts["steps"]
+        == len(ftqp.load_log(folder))
+    )
+
+
+@pytest.mark.parametrize("back", [0.0, 3600.0])
+def test_a_clock_that_is_set_back_names_no_folder_twice(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, back: float
+) -> None:
+    times = [1e9, 1e9 - back, 1e9]
+
+    class Clock(datetime):
+        @classmethod
+        def now(cls, tz: Any = None) -> datetime:
+            return datetime.fromtimestamp(times.pop(0))
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(runs, "datetime", Clock)
+    found = []
+    for _ in range(3):
+        found.append(runs.free_folder(None, "x"))
+        found[-1].mkdir(parents=True)
+    assert len(set(found)) == 3
+    assert found[2].name == f"{found[0].name}-{3 if back == 0.0 else 2}"
+
+
+def test_a_clock_that_is_set_back_changes_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    as_ever = runs.run(setup(), tmp_path / "one", drawn=False).summary
+    times = iter(range(10**6, 0, -1))
+    monkeypatch.setattr(time, "time", lambda: float(next(times)))
+    monkeypatch.setattr(time, "time_ns", lambda: 10**9 * next(times))
+    back = runs.run(setup(), tmp_path / "two", drawn=False).summary
+    for facts in (as_ever, back):
+        del facts["folder"], facts["step_time_us"]
+    assert back == as_ever
+    assert clock.now.__module__ == "ftqp.core.clock" and clock.now() <= clock.now()
+
+
+def test_a_disk_that_is_full_in_the_middle_keeps_what_was_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import sqlite3
+
+    opened = log_writer._opened
+
+    def small(path: Path) -> sqlite3.Connection:
+        connection = opened(path)
+        connection.execute("PRAGMA max_page_count = 600")
+        return connection
+
+    monkeypatch.setattr(log_writer, "_opened", small)
+    made = setup(path=ROUND | {"laps": 400.0})
+    with pytest.raises(FtqpError, match="cannot be written: database or disk is full"):
+        runs.run(made, tmp_path / "out", drawn=False)
+    log = ftqp.load_log(tmp_path / "out")
+    assert len(log) and log.metadata["state"] in ("failed", "running")
+    assert not (tmp_path / "out" / "summary.json").exists()
+
+
+@pytest.mark.skipif(os.name == "nt" or not hasattr(os, "geteuid") or os.geteuid() != 0, reason="needs root")
+@pytest.mark.slow
+def test_a_file_system_that_is_full_is_said_in_a_sentence(tmp_path: Path) -> None:
+    """A real one of 2 MB; where it cannot be mounted there is nothing to be tried."""
+    if subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", str(tmp_path)], check=False
+    ).returncode:
+        pytest.skip("no file system can be mounted here")
+    try:
+        ran = subprocess.run(
+            [sys.executable, "-m", "ftqp", "run", "panda-circle", "--out", str(tmp_path / "out"), "--json"],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert ran.returncode == 2 and "Traceback" not in ran.stderr
+        assert "cannot be written: database or disk is full" in json.loads(ran.stdout)["error"]
+        assert len(ftqp.load_log(tmp_path / "out")) > 0
+    finally:
+        subprocess.run(["umount", str(tmp_path)], check=False)

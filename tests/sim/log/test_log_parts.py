@@ -1,0 +1,228 @@
+"""A long log in parts: each is a log, all are one, and no interrupt loses what was written."""
+
+import resource
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from ftqp.core.errors import FtqpError, InputError
+from ftqp.sim.log import log_file, log_parts
+from ftqp.sim.log.log_file import load_log, open_log
+from ftqp.sim.log.log_parts import LogParts, PartedLog, log_files
+from ftqp.sim.log.log_writer import LogWriter
+from ftqp.sim.log.signals import Column
+
+COLUMNS = [Column("t", "s", "time"), Column("q.a", "rad", "position"), Column("q.b", "rad", "position")]
+
+
+def rows(first, count):
+    k = np.arange(first, first + count)
+    return np.stack([k * 0.1, k, -k], axis=1)
+
+
+def written(folder, count=100, keep=None, step=5):
+    log = PartedLog(LogParts(path=folder / "log.sqlite", rows=20, keep=keep), COLUMNS, {"dt": 0.1})
+    for first in range(0, count, step):
+        log.write(first, rows(first, step))
+    log.annotate({"state": "finished"})
+    log.close()
+
+
+def names(folder):
+    return [file.name for file in log_files(folder)]
+
+
+def test_parts_are_one_log_and_each_is_one(tmp_path):
+    written(tmp_path)
+    assert names(tmp_path) == [*(f"log-0000{k}.sqlite" for k in (1, 2, 3, 4)), "log.sqlite"]
+    log = load_log(tmp_path)
+    np.testing.assert_array_equal(log["q.a"], np.arange(100))
+    assert log.metadata["state"] == "finished"
+    part = load_log(tmp_path / "log-00002.sqlite")
+    np.testing.assert_array_equal(part["q.a"], np.arange(20, 40))
+    assert (part.metadata["state"], part.metadata["first_tick"], part.metadata["dt"]) == (
+        "continued",
+        20,
+        0.1,
+    )
+
+
+def test_only_the_newest_parts_are_kept_where_that_is_asked_for(tmp_path):
+    written(tmp_path, keep=2)
+    assert names(tmp_path) == ["log-00004.sqlite", "log.sqlite"]
+    np.testing.assert_array_equal(load_log(tmp_path)["q.a"], np.arange(60, 100))
+    (tmp_path / "one").mkdir()
+    written(tmp_path / "one", keep=1)
+    assert names(tmp_path / "one") == ["log.sqlite"]
+
+
+@pytest.mark.parametrize(
+    ("begin", "end", "first", "last"),
+    [
+        (2.0, 3.0, 20, 30),
+        (None, 0.95, 0, 9),
+        (9.0, None, 90, 99),
+        (3.05, 3.05, 31, 30),
+        (50.0, 60.0, 100, 99),
+    ],
+)
+def test_a_portion_is_what_lies_between_two_times(tmp_path, begin, end, first, last):
+    written(tmp_path)
+    log = load_log(tmp_path, begin=begin, end=end)
+    np.testing.assert_array_equal(log["q.a"], np.arange(first, last + 1))
+
+
+def test_signals_that_are_not_asked_for_are_not_loaded(tmp_path):
+    written(tmp_path)
+    assert load_log(tmp_path, signals=["t", "q"]).names == ("t", "q.a", "q.b")
+    assert load_log(tmp_path, signals=["q.b"]).names == ("q.b",)
+    with pytest.raises(InputError, match=r"'w' is not a signal of log .*; it has t, q"):
+        load_log(tmp_path, signals=["w"])
+    with pytest.raises(InputError, match="begin is -1"):
+        load_log(tmp_path, begin=-1.0)
+
+
+def test_a_portion_reads_no_part_that_it_does_not_need(tmp_path, monkeypatch):
+    written(tmp_path)
+    read = []
+    chunks = log_file._chunks
+    monkeypatch.setattr(log_file, "_chunks", lambda *args: read.append(args[2]) or chunks(*args))
+    with open_log(tmp_path) as log:
+        assert next(log.blocks(85))[0, 1] == 85
+    assert read == [5]
+
+
+def test_a_log_larger_than_the_memory_is_refused_with_the_remedy(tmp_path, monkeypatch):
+    written(tmp_path)
+    monkeypatch.setattr(log_file, "physical_memory", lambda: 2000.0)
+    with pytest.raises(InputError, match="load a portion of it with begin and end"):
+        load_log(tmp_path)
+    assert len(load_log(tmp_path, begin=1.0, end=2.0)) == 11
+
+
+def test_a_missing_part_is_said(tmp_path):
+    written(tmp_path)
+    (tmp_path / "log-00003.sqlite").unlink()
+    with pytest.raises(
+        InputError, match=r"log-00004.sqlite does not go on where the part before it ends, at tick 40"
+    ):
+        load_log(tmp_path)
+    assert len(load_log(tmp_path / "log-00004.sqlite")) == 20
+
+
+def test_a_run_that_was_killed_between_two_parts_has_all_rows(tmp_path):
+    written(tmp_path)
+    (tmp_path / "log.sqlite").unlink()
+    np.testing.assert_array_equal(load_log(tmp_path)["q.a"], np.arange(80))
+
+
+PLACES = {
+    "annotate": (LogWriter, "annotate"),
+    "close": (LogWriter, "close"),
+    "fsync": (log_parts, "_on_disk"),
+    "rename": (log_parts.Path, "rename"),
+    "unlink": (log_parts.Path, "unlink"),
+    "made": (PartedLog, "_made"),
+    "made-late": (PartedLog, "_made"),
+}
+
+
+@pytest.mark.parametrize("where", PLACES)
+def test_turning_to_a_new_part_can_be_interrupted_anywhere(tmp_path, monkeypatch, where):
+    log = PartedLog(LogParts(path=tmp_path / "log.sqlite", rows=20, keep=2), COLUMNS, {})
+    for first in (0, 20, 40):
+        log.write(first, rows(first, 20))
+    place, name = PLACES[where]
+    body = getattr(place, name)
+
+    def interrupted(*args, **keywords):
+        if where == "made-late":
+            body(*args, **keywords).close()
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(place, name, interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            log.write(60, rows(60, 20))
+    log.write(60, rows(60, 20))
+    log.annotate({"state": "interrupted"})
+    log.close()
+    assert names(tmp_path) == ["log-00003.sqlite", "log.sqlite"]
+    found = load_log(tmp_path)
+    np.testing.assert_array_equal(found["q.a"], np.arange(40, 80))
+    assert found.metadata["state"] == "interrupted"
+
+
+def test_a_disk_that_is_full_in_the_middle_keeps_all_parts_before(tmp_path):
+    log = PartedLog(LogParts(path=tmp_path / "log.sqlite", rows=20), COLUMNS, {})
+    for first in (0, 20, 40):
+        log.write(first, rows(first, 20))
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10, hard))
+    try:
+        with pytest.raises(FtqpError, match="cannot be"):
+            log.write(60, rows(60, 20))
+        with pytest.raises(FtqpError, match="cannot be"):
+            log.write(60, rows(60, 20))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    log.close()
+    np.testing.assert_array_equal(load_log(tmp_path)["q.a"], np.arange(60))
+
+
+def test_a_reader_keeps_no_writer_waiting_between_two_chunks(tmp_path):
+    log = LogWriter(tmp_path / "log.sqlite", COLUMNS, {})
+    for first in (0, 5, 10):
+        log.write(first, rows(first, 5))
+    with open_log(tmp_path) as found:
+        blocks = found.blocks()
+        next(blocks)
+        log._connection.execute("PRAGMA busy_timeout = 0")
+        log.write(15, rows(15, 5))
+        np.testing.assert_array_equal(np.concatenate(list(blocks))[:, 1], np.arange(5, 15))
+    log.close()
+
+
+def test_a_reader_of_another_program_makes_the_writer_wait_and_nothing_is_lost(tmp_path):
+    log = LogWriter(tmp_path / "log.sqlite", COLUMNS, {})
+    log.write(0, rows(0, 5))
+    begun, ended = threading.Event(), []
+
+    def reader():
+        import sqlite3
+
+        connection = sqlite3.connect(tmp_path / "log.sqlite")
+        cursor = connection.execute("SELECT name FROM columns")
+        cursor.fetchone()
+        begun.set()
+        time.sleep(0.2)
+        cursor.close()
+        ended.append(True)
+        connection.close()
+
+    thread = threading.Thread(target=reader)
+    thread.start()
+    begun.wait()
+    log.write(5, rows(5, 5))
+    assert ended
+    thread.join()
+    log.close()
+    assert len(load_log(tmp_path)) == 10
+
+
+@pytest.mark.parametrize("given", [{"rows": 0}, {"rows": 5, "keep": 0}])
+def test_parts_without_rows_are_refused(tmp_path, given):
+    with pytest.raises(InputError, match="expected 1 or more"):
+        LogParts(path=tmp_path / "log.sqlite", **given)
+
+
+def test_two_writers_of_one_log_do_not_meet(tmp_path):
+    first = LogWriter(tmp_path / "log.sqlite", COLUMNS, {})
+    with pytest.raises(InputError, match="exists already; choose another folder"):
+        LogWriter(tmp_path / "log.sqlite", COLUMNS, {})
+    first.write(0, rows(0, 5))
+    first.close()
+    assert len(load_log(tmp_path)) == 5
+    assert [file.name for file in tmp_path.iterdir()] == ["log.sqlite"]
