@@ -103,5 +103,16 @@ def test_a_joint_that_is_known_to_have_failed_asks_for_nothing():
         assert not planner.step(q, None, target).brakes.any()
 
 
+def test_a_joint_out_of_hand_is_seen_behind_one_that_has_failed():
+    planner = ftqp.Planner(ROBOT, 0.01, drive="position", task=ftqp.Task(rows=("x",)), emergency=None)
+    planner.reset(ROBOT.neutral)
+    planner.report(ftqp.Locked(0))
+    target, q = ftqp.Target(position=ROBOT.pose(ROBOT.neutral)[:3, 3]), ROBOT.neutral.copy()
+    for _ in range(16):
+        q[2] -= 1.28 * LIMITS.v_max[2] * 0.01
+        step = planner.step(q, None, target)
+    assert step.brakes.tolist() == [False, False, True]
+
+
 def test_a_joint_a_little_too_fast_is_not_out_of_hand():
     assert overspeed(1.15, emergency=None)[0] is None
