@@ -8,8 +8,9 @@ import osqp
 from scipy.sparse import csc_matrix
 
 from ftqp.core.checks import FloatArray
-from ftqp.qp.adapters.backend import Backend, Claim
+from ftqp.qp.adapters.backend import Claim
 from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.polished_backend import PolishedBackend
 
 NO_BOUND = 1e30
 """OSQP's infinity; a bound that is really infinite spoils its duality gap."""
@@ -28,13 +29,16 @@ CLAIMS = {
 class OsqpSettings:
     """Settings of OSQP.
 
-    Polishing is not one of them: OSQP writes to stdout when it finds nothing to polish.
-
     Attributes:
         tolerance: Absolute tolerance of the residuals, > 0 (``eps_abs``; ``eps_rel`` is 0). A larger one is
             faster and coarser.
-        max_iterations: The most iterations, >= 1. A smaller cap bounds the time of a solve and gives up more
-            often. (``max_iter``)
+        max_iterations: The most iterations of a solve, all attempts together, >= 1. A smaller cap bounds the
+            time of a solve and gives up more often. (``max_iter``)
+        polish: Whether an answer that is not solved after ``polish_after`` iterations is made exact, as
+            ``ftqp.qp.adapters.polished_backend`` does. False leaves OSQP to itself; its own polishing is not
+            used, because it writes to stdout when it finds nothing to polish.
+        polish_after: Iterations before that, >= 1. A larger number leaves more answers to OSQP alone and
+            takes longer where bounds are active.
         rho: The ADMM step at a cold start, > 0 (``rho``). A larger one weighs the constraints more beside the
             objective.
         sigma: The ADMM regularisation, > 0 (``sigma``). A larger one is better conditioned and slower.
@@ -46,7 +50,9 @@ class OsqpSettings:
     """
 
     tolerance: float = 1e-9
-    max_iterations: int = 10_000
+    max_iterations: int = 2_000
+    polish: bool = True
+    polish_after: int = 200
     rho: float = 0.1
     sigma: float = 1e-6
     alpha: float = 1.6
@@ -54,17 +60,22 @@ class OsqpSettings:
     infeasibility_tolerance: float = 1e-6
 
 
-class Osqp(Backend):
+class Osqp(PolishedBackend):
     """OSQP on a full pattern set up once, [I; A; C] and the upper triangle of H; later only values change."""
 
     package = "osqp"
     settings_type = OsqpSettings
 
     def __init__(self, settings: OsqpSettings) -> None:
-        super().__init__("osqp")
+        super().__init__(
+            "osqp",
+            first_cap=settings.polish_after,
+            cap=settings.max_iterations,
+            polish=settings.polish,
+        )
         self._settings = settings
 
-    def _prepare(self, qp: QPBuffers) -> None:
+    def _set_up(self, qp: QPBuffers) -> None:
         n, k = qp.n, len(qp.rows)
         # Column j of [I; A; C] has its one in row j and is full below the box; sorted, so values need no
         # permutation.
@@ -99,22 +110,26 @@ class Osqp(Backend):
         )
         # The compiled solver inside: OSQP's Python wrapper around it costs 10 us a tick.
         self._solver: Any = model._solver
+        self._native, self._native_cap = model.settings, chosen.max_iterations
         self._values, self._rows = values.reshape(-1), values[:, 1:].T
-        self._flat_H, self._triangle = qp.H.reshape(-1), rows * n + columns
+        self._triangle = rows * n + columns
         self._H_values: FloatArray = np.empty(len(rows))
         self._lower, self._upper = np.empty(n + k), np.empty(n + k)
         # As arrays, because numpy takes longer over a scalar than over the comparison.
         self._least, self._greatest = np.full(n + k, -NO_BOUND), np.full(n + k, NO_BOUND)
         self._zero_x, self._zero_y = np.zeros(n), np.zeros(n + k)
 
-    def _run(self, qp: QPBuffers, cold: bool) -> Claim:
+    def _answer(self, qp: QPBuffers, cold: bool, cap: int) -> Claim:
         solver = self._solver
+        if cap != self._native_cap:
+            self._native.max_iter = self._native_cap = cap
+            solver.update_settings(self._native)
         np.maximum(qp.lower, self._least, out=self._lower)
         np.minimum(qp.upper, self._greatest, out=self._upper)
         self._rows[...] = qp.rows
         H_values = None
         if cold or not qp.constant_hessian:
-            H_values = self._flat_H.take(self._triangle, None, self._H_values, "clip")
+            H_values = qp.flat.take(self._triangle, None, self._H_values, "clip")
         if solver.update_data_vec(qp.g, self._lower, self._upper) or solver.update_data_mat(
             H_values, None, self._values, None
         ):

@@ -11,8 +11,9 @@ from scipy.sparse import csc_matrix
 
 from ftqp.core.checks import positive
 from ftqp.core.errors import InputError, MissingPackage, unknown
-from ftqp.qp.adapters.backend import Backend, Claim
+from ftqp.qp.adapters.backend import Claim
 from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.polished_backend import PolishedBackend
 
 OTHER_SOLVERS = (
     "copt",
@@ -87,7 +88,7 @@ def solver_names() -> tuple[str, ...]:
     return tuple(sorted(qpsolvers.available_solvers))
 
 
-class Qpsolvers(Backend):
+class Qpsolvers(PolishedBackend):
     """One of qpsolvers' solvers, called anew at every solve.
 
     ``tolerance`` and ``max_iterations`` are translated for clarabel, daqp, osqp, piqp, proxqp and scs, which
@@ -99,20 +100,24 @@ class Qpsolvers(Backend):
     package = "qpsolvers"
 
     def __init__(self, solver: str, given: Mapping[str, Any]) -> None:
-        super().__init__(f"qpsolvers:{solver}")
+        own = dict(given)
+        polish = own.pop("polish", True)
+        if not isinstance(polish, bool):
+            raise InputError(f"qpsolvers:{solver}.polish is {polish!r}, expected true or false")
+        super().__init__(f"qpsolvers:{solver}", first_cap=0, cap=0, polish=polish, unsolved=Claim.FAILED)
         if solver not in qpsolvers.available_solvers:
             known = {*_DIALECTS, *OTHER_SOLVERS}
             if solver in known:
                 raise MissingPackage(f"backend {self.name!r}", solver, f'pip install "qpsolvers[{solver}]"')
             raise unknown("solver", solver, "qpsolvers", sorted({*known, *qpsolvers.available_solvers}))
         self._solver = solver
-        self._native = _translated(self.name, solver, given)
+        self._native = _translated(self.name, solver, own)
         self._sparse = solver in qpsolvers.sparse_solvers and solver not in qpsolvers.dense_solvers
 
-    def _prepare(self, qp: QPBuffers) -> None:
+    def _set_up(self, qp: QPBuffers) -> None:
         """Nothing to keep: qpsolvers sets its solvers up at every call."""
 
-    def _run(self, qp: QPBuffers, cold: bool) -> Claim:
+    def _answer(self, qp: QPBuffers, cold: bool, cap: int) -> Claim:
         equal = qp.l == qp.u
         fixed = np.flatnonzero(equal)
         below = np.flatnonzero(~equal & (qp.l > -np.inf))
@@ -138,7 +143,7 @@ class Qpsolvers(Backend):
             raise InputError(f"{self.name} refused the settings {self._native}: {error}") from error
         except (qpsolvers.QPError, ValueError, ArithmeticError, AssertionError):
             return Claim.FAILED
-        if not solution.found or solution.x is None:
+        if solution.x is None:
             return Claim.FAILED
         qp.x[:] = solution.x
         qp.multipliers[:] = 0.0
@@ -150,7 +155,7 @@ class Qpsolvers(Backend):
         if solution.z is not None and len(solution.z) == len(h):
             qp.z[below] -= solution.z[: len(below)]
             qp.z[above] += solution.z[len(below) :]
-        return Claim.SOLVED
+        return Claim.SOLVED if solution.found else Claim.MAX_ITERATIONS
 
 
 def _translated(name: str, solver: str, given: Mapping[str, Any]) -> dict[str, Any]:

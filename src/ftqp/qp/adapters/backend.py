@@ -31,14 +31,15 @@ class Backend(ABC):
     - data with NaN, or infinite where a number belongs, are FAILED, crossed bounds INFEASIBLE, without
       asking the solver;
     - an answer that is not finite is FAILED, whatever the solver calls it;
-    - a warm start that does not end in SOLVED is repeated cold, once; after a solve that did not end in
-      SOLVED, and the first time, a solve is cold whatever is asked.
+    - a warm start that does not end in SOLVED is repeated cold, once, unless it ran out of time; after a
+      solve that did not end in SOLVED, and the first time, a solve is cold whatever is asked.
 
     The outputs are written for SOLVED and MAX_ITERATIONS and left alone otherwise.
 
     Attributes:
         name: How users name the backend.
         iterations: Iterations of the last solve, in the solver's own counting.
+        overran: Whether the last solve was cut short by a time limit.
     """
 
     package: ClassVar[str]
@@ -47,8 +48,11 @@ class Backend(ABC):
     def __init__(self, name: str) -> None:
         self.name = name
         self.iterations = 0
+        self.overran = False
         self._spent = 0
         """Iterations that the warm attempt of this solve has taken; a repeat may count them to its cap."""
+        self._raised = False
+        """Whether the last attempt raised, which is told once, not every tick."""
         self._buffers: QPBuffers | None = None
 
     @final
@@ -86,6 +90,7 @@ class Backend(ABC):
                 f"backend {self.name!r} was asked to solve before setup(QPBuffers); call setup first"
             )
         self.iterations = self._spent = 0
+        self.overran = False
         self._b_above[:] = qp.b
         cold = cold or self._stale
         self._stale = True
@@ -93,7 +98,7 @@ class Backend(ABC):
         if refused is not None:
             return refused
         claim = self._attempt(qp, cold)
-        if claim is not Claim.SOLVED and not cold:
+        if claim is not Claim.SOLVED and not cold and not self.overran:
             self._spent = self.iterations
             claim = self._attempt(qp, True)
             self.iterations += self._spent
@@ -115,8 +120,11 @@ class Backend(ABC):
         try:
             claim = self._run(qp, cold)
         except Exception:  # whatever a foreign solver throws is its failure; a control loop must go on
-            _LOG.warning("solver %r raised; its answer counts as failed", self.name, exc_info=True)
+            if not self._raised:
+                _LOG.warning("solver %r raised; its answer counts as failed", self.name, exc_info=True)
+            self._raised = True
             return Claim.FAILED
+        self._raised = False
         if claim <= Claim.MAX_ITERATIONS:
             np.isfinite(qp.solution, self._solution.array)
             if 0 in self._solution.memory:

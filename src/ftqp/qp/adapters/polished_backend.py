@@ -1,0 +1,147 @@
+"""Solvers that come near an answer: posed so that they can get there, and polished where they do not."""
+
+from abc import abstractmethod
+from typing import final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.qp.adapters.backend import Backend, Claim
+from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.compliant_rows import compliance
+from ftqp.qp.adapters.eased import EasedQP
+from ftqp.qp.adapters.polish import polished
+
+LARGE = 1e5
+"""Compliant rows whose multipliers are above this are better posed in other units."""
+
+
+class PolishedBackend(Backend):
+    """A solver whose approximate answers are made exact where they have found which bounds are active.
+
+    What the solver itself calls solved is taken as it is. What it has not solved within ``first_cap``
+    iterations is polished. Where that is in vain, or the multipliers were large, a QP with compliant rows is
+    posed as an ``EasedQP``, whose answers are always polished. A warm solve goes on in the units of the last
+    one; a cold one tries both, and then gets what is left of ``cap``.
+    """
+
+    def __init__(
+        self, name: str, *, first_cap: int, cap: int, polish: bool, unsolved: Claim = Claim.MAX_ITERATIONS
+    ) -> None:
+        """Prepare for a solver.
+
+        Args:
+            name: How users name the backend.
+            first_cap: Iterations after which an answer is polished.
+            cap: The most iterations of a solve, all attempts together; 0 for a solver that counts none.
+            polish: Whether all this is done; without it the solver is asked once, for ``cap`` iterations.
+            unsolved: What an answer is called that stayed unsolved.
+        """
+        super().__init__(name)
+        self._cap, self._first_cap = cap, min(first_cap, cap)
+        self._polishes, self._unsolved = polish, unsolved
+        self._eased = self._held_eased = self._in_vain = False
+
+    @abstractmethod
+    def _set_up(self, qp: QPBuffers) -> None:
+        """Allocate the native solver for this size; do not rely on the content of the buffers."""
+
+    @abstractmethod
+    def _answer(self, qp: QPBuffers, cold: bool, cap: int) -> Claim:
+        """Solve what the buffers hold in at most ``cap`` iterations; write the outputs and ``iterations``.
+
+        The buffers are those of ``_set_up``, or others of that size, to which a change is always cold.
+        """
+
+    @final
+    def _prepare(self, qp: QPBuffers) -> None:
+        self._before: FloatArray = np.zeros_like(qp.solution)
+        self._other = EasedQP(qp.n, qp.m, qp.p)
+        self._eased = self._held_eased = self._in_vain = False
+        self._set_up(qp)
+
+    @final
+    def _run(self, qp: QPBuffers, cold: bool) -> Claim:
+        self.iterations = 0
+        np.copyto(self._before, qp.solution)
+        if not self._polishes:
+            claim = self._answer(qp, cold, self._cap)
+        elif cold:
+            claim = self._from_nothing(qp)
+        elif self._eased or self._held_eased:
+            claim = self._attempted(qp, self._eased, False, self._first_cap)
+        else:  # what nearly every tick of a loop is
+            claim = self._answer(qp, False, self._first_cap)
+            if claim is Claim.SOLVED:
+                return claim
+            if claim is Claim.MAX_ITERATIONS:
+                claim = self._finished(qp)
+        self._in_vain = claim is not Claim.SOLVED and not cold
+        if claim is Claim.MAX_ITERATIONS:
+            claim = self._unsolved
+        if claim > Claim.MAX_ITERATIONS:
+            np.copyto(qp.solution, self._before)
+        return claim
+
+    def _from_nothing(self, qp: QPBuffers) -> Claim:
+        """A cold solve, first in the units in which a warm one has not just been in vain."""
+        first = self._in_vain and not self._eased
+        self._eased = False
+        can_ease = compliance(qp) is not None
+        claim = Claim.MAX_ITERATIONS
+        for eased in (first, not first) if can_ease else (False,):
+            cap = min(self._first_cap, self._left)
+            if (self._cap and cap <= 0) or self.overran:
+                return claim
+            claim = self._attempted(qp, eased, True, cap)
+            if claim is Claim.SOLVED:
+                return claim
+        if claim is not Claim.INFEASIBLE and self._left > 0 and not self.overran:
+            claim = self._attempted(qp, can_ease, True, self._left)
+        return claim
+
+    @property
+    def _left(self) -> int:
+        """Iterations that this solve may still take."""
+        return self._cap - self._spent - self.iterations
+
+    def _attempted(self, qp: QPBuffers, eased: bool, cold: bool, cap: int) -> Claim:
+        """One attempt in the QP's own units or in others, and which suit the next solve."""
+        cold = cold or eased is not self._held_eased
+        self._held_eased = eased
+        if not eased:
+            claim = self._counted(qp, cold, cap)
+            return self._finished(qp) if claim is Claim.MAX_ITERATIONS else claim
+        soft = compliance(qp)
+        if soft is None:
+            return Claim.MAX_ITERATIONS
+        other = self._other
+        other.pose(qp, soft)
+        claim = self._counted(other.buffers, cold, cap)
+        if claim > Claim.MAX_ITERATIONS:
+            return claim
+        solved = polished(other.buffers, other.soft)
+        other.answer(qp)
+        if not solved:
+            return Claim.MAX_ITERATIONS
+        self._eased = _has_large_multipliers(qp)
+        return Claim.SOLVED
+
+    def _finished(self, qp: QPBuffers) -> Claim:
+        """What polishing makes of an answer in the QP's own units."""
+        soft = compliance(qp)
+        if not polished(qp, soft):
+            return Claim.MAX_ITERATIONS
+        self._eased = soft is not None and _has_large_multipliers(qp)
+        return Claim.SOLVED
+
+    def _counted(self, qp: QPBuffers, cold: bool, cap: int) -> Claim:
+        """The solver's own answer; its iterations add up."""
+        before = self.iterations
+        claim = self._answer(qp, cold, cap)
+        self.iterations += before
+        return claim
+
+
+def _has_large_multipliers(qp: QPBuffers) -> bool:
+    return float(np.abs(qp.y).max()) > LARGE
