@@ -1,0 +1,1 @@
+"""Corrupted inputs of ``planner.step`` and of the calls around it, and who judges what comes back."""
