@@ -96,6 +96,9 @@ CASES = {
 PARTS = 48
 """Into so many parts a log is cut."""
 LIMITATIONS = (
+    "Steps are as fast as the machine goes, which others used at the same time; nothing waits for real time.",
+    "The first 200,000 times of steps are kept for their quantiles, and counted in bins from then on: memory "
+    "grows a little until then, 3 min of a run at 1 kHz.",
     "Resident memory is what the system counts for the process, shared pages included, in the middle of the "
     "run; figures are drawn after it.",
     "Time error is the largest distance of a row's time from its tick divided by the ticks of a second.",
@@ -260,7 +263,6 @@ def table(found: dict[str, Any]) -> Table:
 def main() -> int:
     """Run the cases, print, write; 0 when done, 2 for bad input."""
     options = _options()
-
     keep = tempfile.TemporaryDirectory(dir=options.keep)
     with keep as folder, ThreadPoolExecutor(options.jobs) as at_a_time:
         found = list(at_a_time.map(lambda case: run(case, options.hours, Path(folder)), options.cases))

@@ -1,5 +1,6 @@
 import json
 import sqlite3
+import time
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -120,3 +121,14 @@ def test_a_crashed_item_is_noted_until_it_has_a_row(tmp_path: Path) -> None:
         assert results.crashed() == {4: "the worker died"}
         results.write([4], [(0.5, 7, "x")], 1.0, "a")
         assert results.crashed() == {}
+
+
+def test_a_clock_that_is_set_back_changes_no_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    times = iter(range(10**6, 0, -1))
+    monkeypatch.setattr(time, "time", lambda: float(next(times)))
+    monkeypatch.setattr(time, "time_ns", lambda: 10**9 * next(times))
+    with opened(tmp_path) as results:
+        results.write([0], [(0.5, 7, "x")], 1.0, "a")
+    with opened(tmp_path) as results:
+        results.write([1], [(0.5, 7, "x")], 1.0, "a")
+        assert results.done() == {0, 1} and results.seconds() == 2.0

@@ -4,6 +4,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -249,3 +250,13 @@ def test_compiled_function_is_fast_to_call_because_python_calls_it_directly(tiny
     function = tiny.kernel().load(tiny.summed, 8)
     assert type(function).__name__ == "builtin_function_or_method"
     assert ctypes.pythonapi.PyCFunction_GetFlags(ctypes.py_object(function)) == 0x80
+
+
+@needs_numba
+@pytest.mark.slow
+def test_two_processes_that_compile_at_the_same_time_do_not_meet(tiny: Any) -> None:
+    with ThreadPoolExecutor(2) as both:
+        first, second = both.map(lambda _: used(tiny), range(2))
+    assert first[0] == second[0] and float.fromhex(first[0]) == pytest.approx(expected(), abs=1e-14)
+    assert len(tiny.files()) == 1
+    assert used(tiny)[0] == first[0]

@@ -62,9 +62,7 @@ def free_folder(wanted: Path | None, name: str) -> Path:
         named = (folder, *(folder.with_name(f"{folder.name}-{k}") for k in range(2, NAMES)))
         folder = next((one for one in named if not one.exists() and not one.is_symlink()), folder)
     if folder.exists() or folder.is_symlink():
-        raise InputError(
-            f"output folder {folder} exists, and nothing is overwritten; name another one by --out"
-        )
+        raise _exists(folder)
     for parent in folder.absolute().parents:
         if parent.exists():
             if not parent.is_dir():
@@ -73,6 +71,10 @@ def free_folder(wanted: Path | None, name: str) -> Path:
                 raise InputError(f"output folder {folder} cannot be made: {parent} is not writable")
             break
     return folder
+
+
+def _exists(folder: Path) -> InputError:
+    return InputError(f"output folder {folder} exists, and nothing is overwritten; name another one by --out")
 
 
 def free_recording(wanted: Path | None, folder: Path) -> Path | None:
@@ -129,6 +131,8 @@ def run(
         )
         try:
             folder.mkdir(parents=True)
+        except FileExistsError as error:  # another run has just made it
+            raise _exists(folder) from error
         except OSError as error:
             raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
         write(folder / SCENARIO, setup.toml)
