@@ -4,25 +4,26 @@
     python solvers/compare_accuracy.py --quick              the first QPs of each sequence only
     python solvers/compare_accuracy.py --backends daqp-fast,osqp,my-profile.toml --sequences panda-healthy
 
-Every QP is solved from a cold start and, in the order of its sequence, from a warm one. No solver's flag is
-trusted. Tables go to the screen; tables, figures and one JSON object to ``--out``. Nothing is a pass or a
-fail.
+Every QP is solved from a cold start and, in the order of its sequence, from a warm one. Each contender has a
+process of its own and ``--limit`` seconds for a sequence: whoever hangs or crashes is left out of that
+sequence, with the reason, and the others go on. No solver's flag is trusted. Tables go to the screen; tables,
+figures and one JSON object to ``--out``. Nothing is a pass or a fail.
 """
 
 import argparse
 import sys
+from contextlib import ExitStack
 from typing import Any
 
 from bench import accuracy_report, console
-from bench.accuracy import STARTS, Answers, answers, settled, summed_up
+from bench.accuracy import STARTS, Answers, every_answer, settled, summed_up
 from bench.contenders import Contender, contenders, split
+from bench.isolation import Apart
 from bench.recorded import Recorded, recorded
 from bench.results import circumstances
 from bench.sequences import sequences
 from bench.truth import Fact, Truth, truth
 from rich.console import Console
-
-from ftqp import FtqpError
 
 
 def main() -> int:
@@ -43,14 +44,16 @@ def compared(chosen: argparse.Namespace, messages: Console) -> dict[str, Any]:
     result = circumstances("compare_accuracy", ready, {"quick": chosen.quick})
     about: dict[str, Any] = {}
     cells: list[dict[str, Any]] = []
-    for name, recording in recordings.items():
-        sequence = recorded(name, recording)
-        messages.print(f"solving {name}, {len(sequence)} QPs, {len(ready)} contenders")
-        true = truth(sequence.problems, sequence.solutions, sequence.feasible)
-        given = _answered(ready, sequence, left_out)
-        true = settled(true, [said for _, _, said in given])
-        cells += [summed_up(who, sequence, start, said, true) for who, start, said in given]
-        about[name] = _described(sequence, true)
+    with ExitStack() as stack:
+        processes = {who.name: stack.enter_context(Apart(chosen.limit)) for who in ready}
+        for name, recording in recordings.items():
+            sequence = recorded(name, recording)
+            messages.print(f"solving {name}, {len(sequence)} QPs, {len(ready)} contenders")
+            true = truth(sequence.problems, sequence.solutions, sequence.feasible)
+            given = _answered(ready, processes, sequence, left_out)
+            true = settled(true, [said for _, _, said in given])
+            cells += [summed_up(who, sequence, start, said, true) for who, start, said in given]
+            about[name] = _described(sequence, true)
     return {
         **result,
         "sequences": about,
@@ -61,16 +64,16 @@ def compared(chosen: argparse.Namespace, messages: Console) -> dict[str, Any]:
 
 
 def _answered(
-    ready: list[Contender], sequence: Recorded, left_out: dict[str, str]
+    ready: list[Contender], processes: dict[str, Apart], sequence: Recorded, left_out: dict[str, str]
 ) -> list[tuple[Contender, str, Answers]]:
     """Who said what from which start; who cannot take this sequence says why."""
     given = []
     for who in ready:
-        try:
-            solver = who.made()
-            given += [(who, start, answers(solver, sequence, start=start)) for start in STARTS]
-        except FtqpError as error:
-            left_out[f"{who.name} ({sequence.name})"] = str(error)
+        ended = processes[who.name].ask(every_answer, who, sequence)
+        if ended.reason:
+            left_out[f"{who.name} ({sequence.name})"] = ended.reason
+        else:
+            given += [(who, start, said) for start, said in zip(STARTS, ended.answer, strict=True)]
     return given
 
 

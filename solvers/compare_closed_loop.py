@@ -8,8 +8,9 @@
 A run agrees with active_set when no joint is ever farther than 1e-6 rad from where it is there. Some schemes
 are chaotic: every case is run twice with active_set, the second time from a start 1e-9 rad away, and where
 that grows beyond 1e-6 rad, joint differences say nothing and invariants are compared instead: completion,
-limits, task error. Tables go to the screen; longer ones, a figure a case and one JSON object to ``--out``.
-Nothing is a pass or a fail.
+limits, task error. Each run has a process of its own and ``--limit`` seconds: a backend that hangs or crashes
+is left out, with the reason. Tables go to the screen; longer ones, a figure a case and one JSON object to
+``--out``. Nothing is a pass or a fail.
 """
 
 import argparse
@@ -23,6 +24,7 @@ from typing import Any
 from bench import closed_loop_report, command_line, console
 from bench.closed_loop import AGREEMENT, NUDGE, Case, measured
 from bench.contenders import REFERENCE, contenders, split
+from bench.isolation import LIMIT
 from bench.results import RESULTS, circumstances
 from bench.speed import on_one_core
 from rich.console import Console
@@ -66,6 +68,7 @@ def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     add("--schemes", type=_names, metavar="X,Y", help="schemes in place of the scenarios' own")
     add("--backends", type=_names, metavar="A,B", help="backends or profiles (default: all there are)")
     add("--quick", action="store_true", help="short runs")
+    add("--limit", type=console.seconds, default=LIMIT, metavar="S", help="seconds for a run")
     add("--out", type=Path, default=RESULTS, metavar="DIR", help="where results go (solvers/results)")
     add("--name", metavar="NAME", help="added to the names of the files (quick, for a quick run)")
     add("--json", action="store_true", help="print one JSON object and nothing else")
@@ -119,7 +122,7 @@ def compared(chosen: argparse.Namespace, messages: Console, folder: Path) -> dic
     about: list[dict[str, Any]] = []
     for case, title in zip(todo, titles, strict=True):
         messages.print(f"running {title} with {len(ready)} backends")
-        rows, facts, declined = measured(case, ready, folder, quick=chosen.quick)
+        rows, facts, declined = measured(case, ready, folder, quick=chosen.quick, seconds=chosen.limit)
         cells += rows
         about.append(facts)
         left_out |= {f"{who} ({title})": why for who, why in declined.items()}

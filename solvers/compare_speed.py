@@ -5,21 +5,24 @@
     python solvers/compare_speed.py --backends active_set,daqp-fast,osqp --sequences panda-healthy
 
 One core; the contenders take turns, so that noise hits all alike, and each is compared with active_set in the
-same run. Tables go to the screen; tables, figures and one JSON object to ``--out``. Nothing is a pass or a
-fail.
+same run. Each has a process of its own and ``--limit`` seconds for a turn: whoever hangs or crashes is left
+out of that sequence, with the reason, and the others go on. Tables go to the screen; tables, figures and one
+JSON object to ``--out``. Nothing is a pass or a fail.
 """
 
 import argparse
 import sys
+from contextlib import ExitStack
 from dataclasses import asdict
 from typing import Any
 
 from bench import console, speed_report
 from bench.contenders import contenders, split
+from bench.isolation import Apart
 from bench.recorded import recorded
 from bench.results import circumstances
 from bench.sequences import sequences
-from bench.speed import FULL, QUICK, measured, on_one_core
+from bench.speed import EMPTY, FULL, QUICK, measured, on_one_core
 from bench.truth import Fact, truth
 from rich.console import Console
 
@@ -44,20 +47,24 @@ def compared(chosen: argparse.Namespace, messages: Console) -> dict[str, Any]:
     result = circumstances("compare_speed", ready, told)
     about: dict[str, Any] = {}
     cells: list[dict[str, Any]] = []
-    for name, recording in recordings.items():
-        sequence = recorded(name, recording)
-        messages.print(f"timing {name}, {len(sequence)} QPs, {len(ready)} contenders")
-        facts = truth(sequence.problems, sequence.solutions, sequence.feasible)
-        solvable = len(sequence) - facts.count(Fact.INFEASIBLE)
-        found, declined = measured(ready, sequence, settings, solvable)
-        cells += found
-        left_out |= {f"{who} ({name})": why for who, why in declined.items()}
-        about[name] = {
-            "qps": len(sequence),
-            "size": list(sequence.size),
-            "infeasible": facts.count(Fact.INFEASIBLE),
-            "origin": sequence.origin,
+    with ExitStack() as stack:
+        processes = {
+            name: stack.enter_context(Apart(chosen.limit)) for name in (EMPTY, *(who.name for who in ready))
         }
+        for name, recording in recordings.items():
+            sequence = recorded(name, recording)
+            messages.print(f"timing {name}, {len(sequence)} QPs, {len(ready)} contenders")
+            facts = truth(sequence.problems, sequence.solutions, sequence.feasible)
+            solvable = len(sequence) - facts.count(Fact.INFEASIBLE)
+            found, declined = measured(ready, processes, sequence, settings, solvable)
+            cells += found
+            left_out |= {f"{who} ({name})": why for who, why in declined.items()}
+            about[name] = {
+                "qps": len(sequence),
+                "size": list(sequence.size),
+                "infeasible": facts.count(Fact.INFEASIBLE),
+                "origin": sequence.origin,
+            }
     return {
         **result,
         "sequences": about,

@@ -69,12 +69,26 @@ def answers(solver: Backend, sequence: Recorded, *, start: str) -> Answers:
     points = np.full((len(sequence), qp.n), np.nan)
     for k, problem in enumerate(sequence.problems):
         qp.flat[:] = sequence.packed[k]  # the solution stays: some solvers start from it
-        claims.append(solver.solve(cold=start == "cold" or k == 0))
+        claims.append(Claim(solver.solve(cold=start == "cold" or k == 0)))
         iterations.append(int(solver.iterations))
         if claims[-1] <= Claim.MAX_ITERATIONS:
             found[k] = relative_residuals(problem, qp.x, qp.y, qp.z, qp.z_box)
             points[k] = qp.x
     return Answers(claims=claims, residuals=found, x=points, iterations=iterations)
+
+
+def every_answer(who: Contender, sequence: Recorded) -> list[Answers]:
+    """What a contender says from each kind of start.
+
+    Args:
+        who: The contender.
+        sequence: What it solves.
+
+    Raises:
+        FtqpError: It cannot take this sequence.
+    """
+    solver = who.made()
+    return [answers(solver, sequence, start=start) for start in STARTS]
 
 
 def outcome(claim: Claim, residual: float, fact: Fact) -> Outcome:

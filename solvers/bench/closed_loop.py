@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from bench.contenders import REFERENCE, Contender
+from bench.isolation import LIMIT, isolated
 from ftqp.app.compare.combinations import file_name
 from ftqp.app.scenario import document
 from ftqp.app.scenario.setup import Setup, load, validated
-from ftqp.core.errors import FtqpError
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.metrics import summary
@@ -65,9 +65,16 @@ class Case:
 
 
 def measured(
-    case: Case, ready: Sequence[Contender], folder: Path, *, quick: bool
+    case: Case, ready: Sequence[Contender], folder: Path, *, quick: bool, seconds: float = LIMIT
 ) -> tuple[list[dict[str, Any]], dict[str, Any], dict[str, str]]:
     """Every contender on one case; its logs and its figure go into ``folder``.
+
+    Args:
+        case: What is run.
+        ready: Who takes part.
+        folder: For logs and figures.
+        quick: Whether runs are short.
+        seconds: How long the run of a contender may take [s].
 
     Returns:
         one row a contender, what is known of the case, and why contenders could not take part.
@@ -93,11 +100,12 @@ def measured(
     rows, declined = [], {}
     logs: dict[str, Log] = {}
     for index, contender in enumerate(ready):
-        try:
-            logs[contender.name] = _run(case.setup(contender, quick=quick), folder / f"{index}.sqlite")
-        except FtqpError as error:
-            declined[contender.name] = " ".join(str(error).split())
+        file = folder / f"{index}.sqlite"
+        ended = isolated(_ran, case, contender, quick, file, seconds=seconds)
+        if ended.reason:
+            declined[contender.name] = " ".join(ended.reason.split())
             continue
+        logs[contender.name] = load_log(file)
         rows.append(_row(contender.name, logs[contender.name], base, about))
     own = next(row for row in rows if row["contender"] == REFERENCE)["step_time_us"]["p50"]
     for row in rows:
@@ -114,8 +122,18 @@ def measured(
     return rows, about, declined
 
 
+def _ran(case: Case, contender: Contender, quick: bool, file: Path) -> None:
+    """The run of one contender, in a process of its own."""
+    _simulated(case.setup(contender, quick=quick), file)
+
+
 def _run(setup: Setup, file: Path, nudge: float = 0.0) -> Log:
     """The log of the first run of a setup; ``nudge`` is added to the start of every joint [rad or m]."""
+    _simulated(setup, file, nudge)
+    return load_log(file)
+
+
+def _simulated(setup: Setup, file: Path, nudge: float = 0.0) -> None:
     Simulation(
         setup.planner,
         setup.path,
@@ -126,7 +144,6 @@ def _run(setup: Setup, file: Path, nudge: float = 0.0) -> Log:
         feed_forward=setup.tables.simulation.feed_forward,
         log=file,
     ).run()
-    return load_log(file)
 
 
 def _row(name: str, log: Log, base: Log, about: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import Any
 from rich.console import Console
 
 from bench import command_line
+from bench.isolation import LIMIT
 from bench.results import README, RESULTS, put_into_readme, stem, written
 from bench.tables import Table
 from ftqp import FtqpError
@@ -27,12 +28,24 @@ def options(document: str, arguments: Sequence[str] | None = None) -> argparse.N
     add("--backends", type=_names, metavar="A,B", help="profiles or backends (default: every profile)")
     add("--sequences", type=_names, metavar="A,B", help="recorded sequences (default: all)")
     add("--quick", action="store_true", help="first QPs of each sequence, no paper profiles")
+    add("--limit", type=seconds, default=LIMIT, metavar="S", help="seconds for a contender and sequence")
     add("--out", type=Path, default=RESULTS, metavar="DIR", help="where results go (solvers/results)")
     add("--name", metavar="NAME", help="added to the names of the files (quick, for a quick run)")
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--update-readme", action="store_true", help="put the summary into solvers/README.md")
     chosen: argparse.Namespace = parser.parse_args(arguments)
     return chosen
+
+
+def seconds(text: str) -> float:
+    """A time above 0, for ``type`` of an option."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"is {text!r}, expected seconds above 0")
+    return value
 
 
 def _names(text: str) -> list[str]:

@@ -1,7 +1,7 @@
 """How long solvers take for recorded QPs: the measuring half of compare_speed."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter_ns
 from typing import Any
@@ -10,9 +10,9 @@ import numpy as np
 
 from bench.accuracy import STARTS
 from bench.contenders import Contender
+from bench.isolation import Apart
 from bench.recorded import Recorded
 from bench.truth import relative_residuals
-from ftqp import FtqpError
 from ftqp.qp import Backend, Claim, QPBuffers
 from ftqp.qp.judge.kkt_residuals import ACCEPTANCE
 
@@ -136,13 +136,56 @@ class Runner:
         }
 
 
+_HELD: dict[str, Runner] = {}
+"""The runners of this process, by start; a process apart has those of one contender."""
+
+
+def prepared(name: str, who: Contender | None, sequence: Recorded, settings: Settings) -> list[float]:
+    """Set a contender up in this process, from either start, solve everything once: times of set-ups [us].
+
+    Args:
+        name: Its name.
+        who: It; None is the empty backend.
+        sequence: What it solves.
+        settings: How much is measured.
+
+    Raises:
+        FtqpError: It cannot take part.
+    """
+    make = Empty if who is None else who.made
+    _set_up(make(), sequence)  # the first one in a process loads code
+    setups = [_set_up(make(), sequence)[2] for _ in range(settings.setups)]
+    for start in STARTS:
+        solver, qp, _ = _set_up(make(), sequence)
+        _HELD[start] = Runner(name=name, start=start, solver=solver, qp=qp, sequence=sequence)
+        _HELD[start].first_pass()
+    return setups
+
+
+def turn(start: str, settings: Settings) -> bool:
+    """One turn of the contender of this process; whether it has had all of them."""
+    runner = _HELD[start]
+    runner.turn(settings)
+    return runner.done(settings)
+
+
+def row(start: str, solvable: int) -> dict[str, Any]:
+    """What was measured of the contender of this process."""
+    return _HELD[start].row(solvable)
+
+
 def measured(
-    contenders: Sequence[Contender], sequence: Recorded, settings: Settings, solvable: int
+    contenders: Sequence[Contender],
+    processes: Mapping[str, Apart],
+    sequence: Recorded,
+    settings: Settings,
+    solvable: int,
 ) -> tuple[list[dict[str, Any]], dict[str, str]]:
     """One sequence over all contenders, their turns interleaved.
 
     Args:
         contenders: Who takes part.
+        processes: Theirs and that of the empty backend, by name.
         sequence: What they solve.
         settings: How much is measured.
         solvable: How many of the QPs have a solution.
@@ -150,28 +193,34 @@ def measured(
     Returns:
         one cell a contender and start, and why others could not take part, by name.
     """
-    made: dict[str, Any] = {EMPTY: Empty, **{who.name: who.made for who in contenders}}
     left_out: dict[str, str] = {}
     setups: dict[str, list[float]] = {}
-    runners: list[Runner] = []
-    for name, make in made.items():
-        try:
-            setups[name] = [_set_up(make(), sequence)[2] for _ in range(settings.setups)]
-            for start in STARTS:
-                solver, qp, _ = _set_up(make(), sequence)
-                runners.append(Runner(name=name, start=start, solver=solver, qp=qp, sequence=sequence))
-        except FtqpError as error:
-            left_out[name] = str(error)
-    for runner in runners:
-        runner.first_pass()
-    going, round_number = list(runners), 0
-    while going:
-        first = round_number % len(going)
-        for runner in going[first:] + going[:first]:
-            runner.turn(settings)
-        going = [runner for runner in going if not runner.done(settings)]
+
+    def asked(name: str, work: Callable[..., Any], *arguments: Any) -> Any:
+        ended = processes[name].ask(work, *arguments)
+        if ended.reason:
+            left_out[name] = ended.reason
+        return ended.answer
+
+    for name, who in {EMPTY: None, **{who.name: who for who in contenders}}.items():
+        setups[name] = asked(name, prepared, name, who, sequence, settings)
+    going = [(name, start) for name in setups for start in STARTS]
+    round_number = 0
+    while going := [one for one in going if one[0] not in left_out]:
+        first, ended = round_number % len(going), set()
+        for name, start in going[first:] + going[:first]:
+            if name not in left_out and asked(name, turn, start, settings):
+                ended.add((name, start))
+        going = [one for one in going if one not in ended]
         round_number += 1
-    return [_cell(runner, setups[runner.name], solvable) for runner in runners], left_out
+    cells = []
+    for name, times in setups.items():
+        for start in STARTS:
+            found = None if name in left_out else asked(name, row, start, solvable)
+            if found is not None:
+                about = {"contender": name, "sequence": sequence.name, "start": start}
+                cells.append({**about, **found, "setup": round(float(np.median(times)), 3)})
+    return cells, left_out
 
 
 def _set_up(solver: Backend, sequence: Recorded) -> tuple[Backend, QPBuffers, float]:
@@ -180,16 +229,6 @@ def _set_up(solver: Backend, sequence: Recorded) -> tuple[Backend, QPBuffers, fl
     before = perf_counter_ns()
     solver.setup(qp)
     return solver, qp, (perf_counter_ns() - before) / 1e3
-
-
-def _cell(runner: Runner, setups: list[float], solvable: int) -> dict[str, Any]:
-    return {
-        "contender": runner.name,
-        "sequence": runner.sequence.name,
-        "start": runner.start,
-        **runner.row(solvable),
-        "setup": round(float(np.median(setups)), 3),
-    }
 
 
 def on_one_core() -> str:

@@ -7,6 +7,8 @@ import pytest
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1] / "solvers"))
+sys.path.append(str(HERE.parents[1]))
+"""Processes that tests start find work in ``tests``."""
 
 STUDIES = (
     "test_bench_", "test_compare_", "test_study_", "test_campaign_physics", "test_check_reports",

@@ -1,8 +1,11 @@
 """QPs whose answers are known, and backends that say what they are told to say."""
 
+import os
+import time
 from typing import Any
 
 import numpy as np
+from bench.contenders import Contender
 from bench.recorded import Recorded
 
 from ftqp.qp import QP, Backend, Claim, QPBuffers
@@ -48,3 +51,36 @@ def sequence(*problems: QP) -> Recorded:
     return Recorded(
         name="stand-in", problems=list(problems), packed=np.array(flats), solutions=solutions, origin={}
     )
+
+
+class Villain(Contender):
+    """A contender whose backend does what its name says."""
+
+    def made(self) -> Backend:
+        """Its backend."""
+        return Deed(self.name)
+
+
+class Deed(Backend):
+    """Solves nothing and does harm, unless it is good."""
+
+    package = "ftqp"
+
+    def __init__(self, deed: str) -> None:
+        super().__init__(deed)
+
+    def _prepare(self, qp: QPBuffers) -> None:
+        pass
+
+    def _run(self, qp: QPBuffers, cold: bool) -> Any:
+        if self.name == "hangs":
+            time.sleep(600.0)
+        if self.name == "dies":
+            os._exit(3)
+        if self.name == "raises":
+            raise RuntimeError("the solver broke")
+        if self.name == "nonsense":
+            return "solved"
+        qp.x[:], qp.z_box[:] = SOLUTION, (2.0, -2.0)
+        qp.y[:] = qp.z[:] = 0.0
+        return Claim.SOLVED

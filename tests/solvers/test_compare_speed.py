@@ -3,14 +3,16 @@
 import json
 import subprocess
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import pytest
 from bench import speed_report
 from bench.contenders import Contender
+from bench.isolation import Apart
 from bench.recorded import Recorded
-from bench.speed import DISCARD, Runner, Settings, measured
+from bench.speed import DISCARD, EMPTY, Runner, Settings, measured
 from tests.solvers.stand_ins import SOLVABLE, Scripted, sequence
 
 from ftqp.qp import Claim
@@ -68,7 +70,9 @@ def test_contenders_take_turns_and_one_that_cannot_says_why() -> None:
         Contender(name="active_set", settings={"name": "active_set"}),
         Contender(name="nobody", settings={"name": "qpsolvers:gurobi"}),
     ]
-    cells, left_out = measured(wanted, sequence(*[SOLVABLE] * 4), SETTINGS, 4)
+    with ExitStack() as stack:
+        processes = {name: stack.enter_context(Apart()) for name in (EMPTY, "active_set", "nobody")}
+        cells, left_out = measured(wanted, processes, sequence(*[SOLVABLE] * 4), SETTINGS, 4)
     assert {(cell["contender"], cell["start"]) for cell in cells} == {
         (name, start) for name in ("empty", "active_set") for start in ("cold", "warm")
     }
