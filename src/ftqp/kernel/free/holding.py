@@ -96,7 +96,7 @@ def begin_gain(K: Any, F: Any) -> bool:
     for a in range(w):
         F.step[a] = F.column[a]  # the column of inputs of the free joint, kept for the gain
     F.iteration = 0
-    return begin_doubling(A, G, H, F.W, F.S, F.T, 2 * n, RATE, F.pivots, F.column)
+    return begin_doubling(A, G, H, F.W, F.S, F.V, 2 * n, RATE, F.pivots, F.column)
 
 
 @jit
@@ -106,7 +106,7 @@ def go_on_doubling(K: Any, F: Any) -> float:
     F.iteration += 1
     if F.iteration > DOUBLINGS:
         return inf
-    return double(F.A, F.G, F.H, F.W, F.S, F.T, n, F.pivots, F.column)
+    return double(F.A, F.G, F.H, F.W, F.S, F.V, n, F.pivots, F.column)
 
 
 @jit

@@ -53,7 +53,7 @@ def free_dtype(capacity: int) -> np.dtype[Any]:
         "H": (D, D),
         "W": (D, D),
         "S": (D, D),
-        "T": (D, D),
+        "V": (D, D),
         "column": (D,),
         "gain": (N, D),
         "rests": (STARTS, N),
