@@ -21,9 +21,34 @@ def swinging_and_stopped(robot, level):
     planner.report(ftqp.FreeSwinging(SWINGS))
     for _ in range(60):
         step = planner.step(q, v, target)
+        faster = np.abs(step.reference.v / robot.limits.v_max)
+        faster[SWINGS] = 0.0
+        assert step.status is not ftqp.StepStatus.STOPPED or faster.max() < 5e-3
         q, v = step.reference.q.copy(), step.reference.v.copy()
     assert abs(v[SWINGS]) > 0.1
     return planner, q, v, target
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+def test_arm_that_catches_a_joint_that_failed_after_the_stop_is_not_said_to_rest(level):
+    swinging_and_stopped(ftqp.robots.load("panda"), level)
+
+
+def test_stop_of_a_joint_outside_its_range_keeps_an_acceleration_limit_that_was_just_lowered():
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, DT, emergency=None)
+    q, v = robot.neutral.copy(), np.zeros(robot.nv)
+    q[SWINGS], v[SWINGS] = robot.limits.q_max[SWINGS] + 0.1, 2.0
+    planner.reset(q, v)
+    planner.stop()
+    target = ftqp.Target(pose=robot.pose(robot.neutral))
+    for tick in range(60):
+        if tick == 40:
+            planner.report(ftqp.Degraded(SWINGS, acceleration=0.5))
+        step = planner.step(q, v, target)
+        q, v = step.reference.q.copy(), step.reference.v.copy()
+        share = 1.0 if tick < 40 else 0.5
+        assert abs(step.a[SWINGS]) <= share * robot.limits.a_max[SWINGS] * (1.0 + 1e-9)
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])

@@ -305,3 +305,13 @@ def test_wrong_shape_written_into_a_target_is_refused(home, name, value):
 def test_trajectory_of_what_is_no_pose_is_refused(wrong):
     with pytest.raises(InputError, match=r"^pose "):
         Targets(wrong)
+
+
+@pytest.mark.parametrize("shape", [(1, 16), (16, 1), (2, 8), (8, 2)])
+def test_sixteen_numbers_of_another_shape_are_no_pose_and_nothing_is_written(shape):
+    target = Target(pose=np.eye(4))
+    with pytest.raises(InputError, match=r"pose has shape"):
+        target.at(np.zeros(shape))
+    with pytest.raises(InputError, match=r"pose has shape"):
+        target.at(memoryview(np.zeros(shape)))
+    assert np.array_equal(target.pose, np.eye(4))

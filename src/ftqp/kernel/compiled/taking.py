@@ -35,7 +35,7 @@ def _plain_take(source: Any, first: int, into: int, count: int, dimensions: int)
     with view:
         if view.ndim == 0 or not view.c_contiguous or view.format.lstrip("@=<") != "d":
             return BAD_BUFFER
-        if dimensions not in (0, view.ndim):
+        if dimensions not in (0, view.ndim) or (dimensions == 2 and view.shape[0] != view.shape[1]):
             return BAD_BUFFER
         found = max(view.nbytes // 8 - first, 0)
         ctypes.memmove(into, view.tobytes()[8 * first :], 8 * min(found, count))
@@ -172,6 +172,10 @@ if COMPILED:
             return BAD_BUFFER
         found = BAD_BUFFER
         if _holds_float64(view) and (dimensions == 0 or _int(view + 36) == dimensions):
+            shape = _long(view + 48)
+            if dimensions == 2 and (shape == 0 or _long(shape) != _long(shape + 8)):
+                _close_buffer(view)
+                return BAD_BUFFER
             found = max(_long(view + 16) // 8 - first, 0)
             _copy(into, _long(view) + 8 * first, 8 * min(found, count))
         _close_buffer(view)
@@ -190,7 +194,7 @@ if COMPILED:
             first: index of the first number, in the order of memory.
             into: the address that the numbers go to.
             count: how many fit there; of more, only the first are copied.
-            dimensions: how many the buffer must have; 0 takes any.
+            dimensions: how many the buffer must have; 0 takes any, and 2 takes square matrices only.
         """
         if (
             _long(source + 8) == _fact(NDARRAY)
@@ -201,6 +205,8 @@ if COMPILED:
             if axes > 0 and (dimensions == 0 or dimensions == axes):
                 shape = _long(source + SHAPE_AT)
                 found = _long(shape)
+                if dimensions == 2 and found != _long(shape + 8):
+                    return BAD_BUFFER
                 for k in range(1, axes):
                     found *= _long(shape + 8 * k)
                 found = max(found - first, 0)

@@ -16,14 +16,14 @@ def deceleration(v: float, last: float, a_max: float, time: float, rise: float, 
 
     With a jerk limit j = a_max/rise, a^2/(2 j) + a dt/2 <= |v|, the speed that falling by j dt a tick takes,
     so that it ends at rest with a = 0; and a differs from the last one by j dt at most. An acceleration that
-    still speeds the joint up ends at once.
+    still speeds the joint up ends at once, and so does what a limit that was lowered since leaves of it.
     """
     a = min(abs(v) / time, a_max)
     if rise > dt:
         jerk = a_max / rise
         half = 0.5 * jerk * dt
         a = min(a, sqrt(half * half + 2.0 * jerk * abs(v)) - half)
-        braked = max(-last if v > 0.0 else last, 0.0)
+        braked = min(max(-last if v > 0.0 else last, 0.0), a_max)
         a = min(max(a, braked - jerk * dt), braked + jerk * dt, abs(v) / dt)
     return -a if v > 0.0 else a
 

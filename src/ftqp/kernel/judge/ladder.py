@@ -143,13 +143,16 @@ def begin_rest(K: Any, time: float, rise: float) -> None:
 
 @rare_jit
 def begin_stop(K: Any) -> None:
-    """Brake every healthy joint within its limits: STOPPING, then STOPPED for good once all are at rest."""
+    """Brake every healthy joint within its limits: STOPPING, then STOPPED for good once all are at rest.
+
+    Beside a joint that swings freely the others may have to move, however long ago they stopped.
+    """
     limits, faults, state, watch, ladder = K.limits, K.faults, K.state, K.watch, K.ladder
     ladder.verdict = STOPPED
     for k in range(faults.working):
         i = faults.order[k]
         top = limits.v_max[i] if limits.v_max[i] < inf else 1.0
-        if watch.stopped == 0 and abs(state.v[i]) > AT_REST * top:
+        if (watch.stopped == 0 or faults.movable > faults.working) and abs(state.v[i]) > AT_REST * top:
             ladder.verdict = STOPPING
     if watch.latched and ladder.verdict == STOPPED:
         watch.stopped = 1
