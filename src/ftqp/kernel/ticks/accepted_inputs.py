@@ -60,10 +60,18 @@ def accept_target(K: Any, target: Any, row: int) -> int:
 
 
 @jit
+def whole_turns(angle: float) -> float:
+    """How many whole turns an angle is off, so that at most half a turn is left; 0 where it is not finite."""
+    turns = angle / (2.0 * pi)
+    return float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if is_finite(turns) else 0.0
+
+
+@jit
 def accept_state(K: Any, nq: int) -> None:
     """The given state as joint values: n of them, or nq with (cos, sin) for each continuous joint.
 
-    An angle given by cosine and sine is unwrapped to the turn of the last command.
+    The angle of a continuous joint, as it is or by cosine and sine, is unwrapped to the turn of the last
+    command: an encoder may begin anew with every turn.
     """
     chain, state = K.chain, K.state
     n, given = chain.n, state.given_q
@@ -72,14 +80,14 @@ def accept_state(K: Any, nq: int) -> None:
     if nq == n:
         for i in range(n):
             state.q[i] = given[i]
+            if chain.continuous[i]:
+                state.q[i] -= 2.0 * pi * whole_turns(given[i] - state.q_command[i])
         return
     k = 0
     for i in range(n):
         if chain.continuous[i]:
             angle = atan2(given[k + 1], given[k]) - state.q_command[i]
-            turns = angle / (2.0 * pi)
-            whole = float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if is_finite(turns) else 0.0
-            state.q[i] = state.q_command[i] + angle - 2.0 * pi * whole
+            state.q[i] = state.q_command[i] + angle - 2.0 * pi * whole_turns(angle)
             if not (is_finite(given[k]) and is_finite(given[k + 1])):
                 state.q[i] = given[k] + given[k + 1]
             k += 2
