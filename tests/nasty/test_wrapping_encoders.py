@@ -55,3 +55,12 @@ def test_a_limited_joint_that_jumps_by_a_turn_is_still_not_believed():
     planner.reset(q, np.zeros(3))
     step = planner.step(q + 2.0 * np.pi * FIRST, np.zeros(3), ftqp.Target(pose=robot.pose(q)))
     assert step.status.name == "INVALID_INPUT"
+
+
+@pytest.mark.parametrize("wild", [1e300, -1e300, np.inf, np.nan])
+def test_what_is_no_angle_is_not_unwrapped_and_not_believed(wild):
+    planner = ftqp.Planner(ROBOT, 0.01, level="velocity", task=ftqp.Task(rows=["x", "y"]))
+    planner.reset(Q, np.zeros(3))
+    step = planner.step(np.array([wild, 1.2, 0.4]), np.zeros(3), ftqp.Target(pose=ROBOT.pose(Q)))
+    assert step.status.name == "INVALID_INPUT"
+    assert np.isfinite(step.q).all()

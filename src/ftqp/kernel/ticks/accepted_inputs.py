@@ -18,6 +18,8 @@ from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.rotation import is_rotation
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, several
 
+MOST_TURNS = 1e9
+"""An angle of more turns is none: no encoder tells it."""
 MOST_ROWS = 1 << 40
 """More rows of targets than any memory holds, few enough that their numbers can be counted."""
 
@@ -61,9 +63,9 @@ def accept_target(K: Any, target: Any, row: int) -> int:
 
 @jit
 def whole_turns(angle: float) -> float:
-    """How many whole turns an angle is off, so that at most half a turn is left; 0 where it is not finite."""
+    """How many whole turns an angle is off, so that at most half a turn is left; 0 for what is no angle."""
     turns = angle / (2.0 * pi)
-    return float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if is_finite(turns) else 0.0
+    return float(int(turns + (0.5 if turns >= 0.0 else -0.5))) if abs(turns) < MOST_TURNS else 0.0
 
 
 @jit
