@@ -136,7 +136,8 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     feedback.spent[i] = _spend(K, feedback.spent[i], bad)
     if bad:
         feedback.refused += 1
-        feedback.seen[i] = past.q[then, i] + feedback.offset[i]
+        off = feedback.offset[i] if K.faults.code[i] == HEALTHY else 0.0  # a failed joint's is its reference
+        feedback.seen[i] = past.q[then, i] + off
         if feedback.spent[i] > feedback.patience + 0.5 * state.dt:
             feedback.lost[i] = 1
     else:
@@ -173,6 +174,8 @@ def _believe_block(K: Any, at: int, then: int) -> bool:
 @jit
 def believe(K: Any) -> None:
     """q_u: each joint's sample where it is possible, else the reference plus the last good following error.
+
+    The reference of a failed joint is what was seen of it, so that nothing is added to that.
 
     The sample is that in ``state.q``. A sample that is not finite, farther away than physics allows, or
     frozen is refused; so is every sample of a sensor that counts as lost.
