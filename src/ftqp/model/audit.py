@@ -13,6 +13,11 @@ from ftqp.model.limits import JointLimits
 TRIANGLE_TOLERANCE = 1e-6
 """Relative slack of the checks of inertias: published figures are rounded to about six digits."""
 
+LARGEST_FIGURE = 1e15
+"""No mass, length, inertia or friction of an arm is larger [SI units]; their products stay finite."""
+LARGEST_LIMIT = 1e100
+"""No limit of a joint that is meant to be one is larger [SI units]."""
+
 NO_INERTIA = 1e-12
 """Moments of inertia [kg m2] this small are rounding."""
 
@@ -104,6 +109,13 @@ def limit_findings(names: Sequence[str], limits: JointLimits, continuous: BoolAr
                     f"joint {joint!r} cannot move: both limits are {low:g}; hold it with locked=[{joint!r}]"
                 )
             )
+        elif any(LARGEST_LIMIT < abs(end) < np.inf for end in (low, high)):
+            found.append(
+                unsafe(
+                    f"joint {joint!r} has the range {low:g} to {high:g}, which no joint has; "
+                    f"{_remedy('q_min, q_max', 'inf = no limit')}"
+                )
+            )
         elif not continuous[i] and (low == -np.inf or high == np.inf):
             found.append(note(f"joint {joint!r} has no position limit on {_open(low, high)}"))
         for field, what in (("v_max", "velocity"), ("a_max", "acceleration"), ("tau_max", "torque")):
@@ -125,6 +137,13 @@ def _magnitude(joint: str, what: str, field: str, value: float) -> list[Finding]
         ]
     if value < 0.0:
         return [unsafe(f"joint {joint!r} has a {what} limit of {value:g}, expected > 0; {_remedy(field)}")]
+    if LARGEST_LIMIT < value < np.inf:
+        return [
+            unsafe(
+                f"joint {joint!r} has a {what} limit of {value:g}, which no joint has; "
+                f"{_remedy(field, 'inf = no limit')}"
+            )
+        ]
     if value == np.inf and field == "v_max":
         return [warning(f"joint {joint!r} has no velocity limit; {_remedy(field)}")]
     return []
@@ -178,13 +197,30 @@ def rotor_findings(names: Sequence[str], armature: FloatArray) -> list[Finding]:
             "masses",
         )
         for name, value in zip(names, armature, strict=True)
-        if not 0.0 <= value < np.inf
+        if not 0.0 <= value <= LARGEST_FIGURE
+    ]
+
+
+def length_findings(names: Sequence[str], offset: FloatArray) -> list[Finding]:
+    """What is wrong with the places of joints and frames.
+
+    Args:
+        names: Of joints and frames, (count,).
+        offset: The place of each in the joint before it, (count, 3) [m].
+    """
+    return [
+        unsafe(f"{name!r} is {np.abs(place).max():g} m from the joint before it; correct the model")
+        for name, place in zip(names, offset, strict=True)
+        if not (np.abs(place) <= LARGEST_FIGURE).all()
     ]
 
 
 def _body_finding(what: str, mass: float, com: FloatArray, inertia: FloatArray) -> Finding | None:
     if not (np.isfinite(mass) and np.isfinite(com).all() and np.isfinite(inertia).all()):
         return unsafe(f"{what} has a mass, centre of mass or inertia that is not finite; {CORRECT}")
+    largest = max(abs(mass), float(np.abs(com).max()), float(np.abs(inertia).max()))
+    if largest > LARGEST_FIGURE:
+        return unsafe(f"{what} has the figure {largest:g} among its masses, which no arm has; {CORRECT}")
     if mass < 0.0:
         return unsafe(f"{what} has a mass of {mass:g} kg, expected > 0; {CORRECT}")
     principal = np.linalg.eigvalsh(0.5 * (inertia + inertia.T))

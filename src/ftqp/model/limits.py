@@ -68,7 +68,8 @@ class JointLimits:
         """
         speed = one_each("v_max", v_max, count)
         if a_max is None:
-            acceleration = np.where(speed > 0.0, speed / RISE_TIME, np.inf)
+            with np.errstate(over="ignore"):  # such a speed is refused later, in a sentence
+                acceleration = np.where(speed > 0.0, speed / RISE_TIME, np.inf)
         else:
             acceleration = one_each("a_max", a_max, count)
         return cls(

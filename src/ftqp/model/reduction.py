@@ -62,7 +62,13 @@ def reduced(
             raise InputError(
                 f"q_locked cannot hold {joint!r} of type {kind(model.joints[i])}; it is held at neutral"
             )
-    result = pin.buildReducedModel(_plain(model), sorted(held), q)
+    try:
+        result = pin.buildReducedModel(_plain(model), sorted(held), q)
+    except ValueError as error:
+        raise InputError(
+            f"{model.name} cannot be reduced to a chain ({' '.join(str(error).split())[:100]}); give every "
+            "joint and body a name of its own"
+        ) from error
     for frame in result.frames:
         frame.name = frame.name.partition(MARK)[2] or frame.name
     result.name = model.name

@@ -9,7 +9,7 @@ import pinocchio as pin
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
-from ftqp.model.audit import Finding, note, unsafe, warning
+from ftqp.model.audit import LARGEST_FIGURE, Finding, note, unsafe, warning
 from ftqp.model.chain import frame_id
 from ftqp.model.limits import JointLimits
 from ftqp.model.payload import Payload
@@ -89,7 +89,7 @@ def friction_findings(model: Any, limits: JointLimits) -> list[Finding]:
     viscous, coulomb = np.asarray(model.damping), np.asarray(model.friction)
     for what, values in (("viscous friction (damping)", viscous), ("Coulomb friction", coulomb)):
         for name, value in zip(names, values, strict=True):
-            if not 0.0 <= value < np.inf:
+            if not 0.0 <= value <= LARGEST_FIGURE:
                 found.append(unsafe(f"joint {name!r} has a {what} of {value:g}, expected >= 0"))
     if found or not (viscous.any() or coulomb.any()):
         return [replace(finding, about="friction") for finding in found]
@@ -99,7 +99,7 @@ def friction_findings(model: Any, limits: JointLimits) -> list[Finding]:
     )
     found.append(note(sentence))
     for i, name in enumerate(names):
-        needed = viscous[i] * limits.v_max[i]
+        needed = viscous[i] * limits.v_max[i] if viscous[i] else 0.0
         if np.isfinite(needed) and needed > limits.tau_max[i]:
             sentence = (
                 f"joint {name!r} needs {needed:.3g} N m against its viscous friction at its speed limit, "

@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.model.audit import Finding, body_findings, note, rotor_findings, unsafe
+from ftqp.model.audit import Finding, Severity, body_findings, length_findings, note, rotor_findings, unsafe
 from ftqp.model.chain import Chain
 from ftqp.model.limits import JointLimits
 
@@ -72,7 +72,10 @@ def dynamics_findings(model: Any) -> list[Finding]:
     bodies = [model.inertias[i] for i in range(1, model.njoints)]
     names = [str(model.names[i]) for i in range(1, model.njoints)]
     each = [name for i, name in enumerate(names, 1) for _ in range(model.nvs[i])]
+    places = [model.jointPlacements[i].translation for i in range(1, model.njoints)]
+    places += [frame.placement.translation for frame in model.frames]
     found = rotor_findings(each, model.armature)
+    found += length_findings([*names, *(str(frame.name) for frame in model.frames)], np.array(places))
     if found:
         return found
     mass = np.array([b.mass for b in bodies])
@@ -81,7 +84,7 @@ def dynamics_findings(model: Any) -> list[Finding]:
         return [note(f"{model.name} has no masses; torques are neither limited nor minimised")]
     com = np.array([b.lever for b in bodies])
     found = body_findings("the body behind joint", names, mass, com, inertia)
-    if any(np.isnan(value).any() for value in (mass, com, inertia)) or (mass < 0.0).any():
+    if any(finding.severity is Severity.UNSAFE for finding in found):
         return found
     M = pin.crba(model, model.createData(), pin.neutral(model))
     M = np.triu(M) + np.triu(M, 1).T

@@ -1,15 +1,14 @@
 """Waypoints from a file: CSV with a header, or NPZ with the same names."""
 
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, numbers
 from ftqp.core.errors import InputError, nearest
+from ftqp.core.npz import npz_arrays
 from ftqp.sim.csv_table import csv_columns, refuse_large, refuse_repeated
 
 POSITION = ("x", "y", "z")
@@ -18,6 +17,8 @@ COLUMNS = ("t", *POSITION, *ORIENTATION)
 WHAT = "waypoint file"
 LARGEST_FILE = 20_000_000
 """A waypoint file bigger than this is taken for a mistake [bytes]."""
+LARGEST_ARRAYS = 200_000_000
+"""So are arrays of more than that [bytes]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,11 +64,8 @@ def waypoint_table(path: str | Path) -> WaypointTable:
 def _read_npz(file: Path) -> dict[str, FloatArray]:
     """Columns by name; stacked arrays are taken apart."""
     try:
-        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-            arrays: dict[str, Any] = {
-                name: np.asarray(archive[name], dtype=np.float64) for name in archive.files
-            }
-    except (ValueError, zipfile.BadZipFile, EOFError, TypeError) as error:
+        arrays = {name: numbers(name, value) for name, value in npz_arrays(file, LARGEST_ARRAYS).items()}
+    except ValueError as error:
         raise InputError(f"waypoint file {file} is not an NPZ file of numbers") from error
     if "times" in arrays:
         arrays["t"] = arrays.pop("times")

@@ -3,8 +3,6 @@
 import hashlib
 import json
 import os
-import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -13,6 +11,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
+from ftqp.core.npz import npz_arrays
 
 FORMAT = 1
 """Version of the file's layout."""
@@ -98,27 +97,18 @@ def _no_plan(file: Path, reason: str) -> InputError:
 def _arrays(file: Path) -> tuple[dict[str, FloatArray], Any]:
     """The arrays of a file by name, and its text."""
     try:
-        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-            if not isinstance(archive, np.lib.npyio.NpzFile):
-                raise _no_plan(file, "it holds one array")
-            size = sum(entry.file_size for entry in archive.zip.infolist()) if archive.zip else 0
-            if size > LARGEST:
-                raise _no_plan(file, f"it holds {size:.2g} bytes")
-            if sorted(archive.files) != sorted((ABOUT, *ARRAYS)):
-                raise _no_plan(file, f"it has the arrays {', '.join(archive.files) or 'none'!s:.80}")
-            arrays = {name: archive[name] for name in ARRAYS}
-            for name, value in arrays.items():
-                if value.dtype != np.float64:
-                    raise _no_plan(file, f"{name} holds {value.dtype}")
-            return arrays, archive[ABOUT]
-    except InputError:
-        raise
-    except (ValueError, TypeError, EOFError, KeyError, MemoryError, RuntimeError) as error:
-        raise _no_plan(file, "it cannot be read or is truncated") from error
-    except (zipfile.BadZipFile, zlib.error) as error:
-        raise _no_plan(file, "it cannot be read or is truncated") from error
+        arrays = npz_arrays(file, LARGEST)
+    except ValueError as error:
+        raise _no_plan(file, f"it cannot be read or is truncated ({error!s:.100})") from error
     except OSError as error:
         raise InputError(f"plan {file} cannot be read: {error.strerror or error}") from error
+    if sorted(arrays) != sorted((ABOUT, *ARRAYS)):
+        raise _no_plan(file, f"it has the arrays {', '.join(arrays) or 'none'!s:.80}")
+    text = arrays.pop(ABOUT)
+    for name, value in arrays.items():
+        if value.dtype != np.float64:
+            raise _no_plan(file, f"{name} holds {value.dtype}")
+    return arrays, text
 
 
 def _about(file: Path, value: Any) -> dict[str, Any]:

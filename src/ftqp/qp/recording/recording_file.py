@@ -2,8 +2,6 @@
 
 import json
 import os
-import zipfile
-import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ftqp.core.errors import InputError, nearest
+from ftqp.core.npz import npz_arrays
 
 FORMAT = 1
 """Version of the file's layout."""
@@ -97,28 +96,19 @@ def _put(part: Path, file: Path) -> None:
 def _arrays(file: Path, expected: Sequence[str]) -> dict[str, NDArray[Any]]:
     """The arrays of a file, exactly those expected."""
     try:
-        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-            if not isinstance(archive, np.lib.npyio.NpzFile):
-                raise InputError(f"{file} is not a recording; expected the .npz of `ftqp run --record-qps`")
-            size = sum(entry.file_size for entry in archive.zip.infolist()) if archive.zip else 0
-            if size > LARGEST:
-                raise InputError(f"recording {file} holds {size:.2g} bytes, expected at most {LARGEST:.0e}")
-            _check_keys(file, archive.files, expected)
-            return {name: archive[name] for name in archive.files}
-    except (ValueError, TypeError, EOFError, KeyError, MemoryError, RuntimeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(_unreadable(file)) from error
-    except (zipfile.BadZipFile, zlib.error) as error:
-        raise InputError(_unreadable(file)) from error
+        arrays = npz_arrays(file, LARGEST)
+    except ValueError as error:
+        raise InputError(_unreadable(file, str(error))) from error
     except OSError as error:
         raise InputError(f"recording {file} cannot be read: {error.strerror or error}") from error
+    _check_keys(file, list(arrays), expected)
+    return arrays
 
 
-def _unreadable(file: Path) -> str:
+def _unreadable(file: Path, reason: str) -> str:
     return (
-        f"{file} is not a recording or is truncated; expected the .npz of `ftqp run --record-qps`, "
-        "with numbers only"
+        f"{file} is not a recording or is truncated ({reason:.100}); expected the .npz of "
+        "`ftqp run --record-qps`, with numbers only"
     )
 
 

@@ -1,0 +1,67 @@
+"""Arrays from an NPZ file that somebody else may have made: measured before they are read."""
+
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""How numpy packs an array."""
+ENCRYPTED = 0x1
+"""The bit of a member that takes a password."""
+HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
+"""What reads the head of an array, by the version of its format."""
+
+
+def npz_arrays(file: Path, largest: float) -> dict[str, NDArray[Any]]:
+    """The arrays of an NPZ file by name.
+
+    Nothing is unpacked that the file does not need for arrays of the sizes that it states, and those are
+    added up first: a small file cannot fill the memory.
+
+    Args:
+        file: The file.
+        largest: Bytes that all arrays together may have.
+
+    Raises:
+        ValueError: It is no NPZ file, is damaged, holds objects, or arrays of more bytes.
+        OSError: It cannot be read.
+    """
+    try:
+        with file.open("rb") as stream, zipfile.ZipFile(stream) as archive:
+            members = archive.infolist()
+            size = sum(member.file_size for member in members)
+            if size > largest:
+                raise ValueError(f"it holds {size:.2g} bytes, expected at most {largest:.2g}")
+            return {member.filename.removesuffix(".npy"): _array(archive, member) for member in members}
+    except (EOFError, KeyError, MemoryError, RuntimeError, SyntaxError, TypeError, zlib.error) as error:
+        raise ValueError("it is damaged") from error
+    except zipfile.BadZipFile as error:
+        raise ValueError("it is no archive of arrays, or is truncated") from error
+
+
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
+    """An array of the archive, whose head has to agree with the size of the member."""
+    if member.compress_type not in METHODS or member.flag_bits & ENCRYPTED:
+        raise ValueError(f"{member.filename!r:.60} is packed as numpy packs nothing")
+    with archive.open(member) as stream:
+        version = np.lib.format.read_magic(stream)
+        if version not in HEADERS:
+            raise ValueError(f"{member.filename!r:.60} is an array of a format that numpy does not write")
+        shape, _, kind = HEADERS[version](stream)
+        count = 1
+        for length in shape:
+            if isinstance(length, bool) or length < 0:
+                raise ValueError(f"{member.filename!r:.60} has the shape {shape!r:.60}")
+            count *= length
+        if kind.hasobject or count * kind.itemsize != member.file_size - stream.tell():
+            raise ValueError(f"{member.filename!r:.60} holds objects, or other numbers than it says")
+    with archive.open(member) as stream:
+        array: NDArray[Any] = np.lib.format.read_array(stream, allow_pickle=False)
+    return array
