@@ -18,14 +18,14 @@ from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, QP_CODES
 
 UNMEASURED = (np.nan,) * len(MEASURES)
-COMMIT_PERIOD = 400_000_000
-"""Rows wait at most this long, and a tick, before they are handed on [ns of wall time]: less than the half
-second that a killed run may lose by what a write takes."""
+COMMIT_PERIOD = 250_000_000
+"""Rows wait at most this long, and a tick, before they are handed on [ns of wall time]: a killed run may
+lose half a second, and a loaded machine keeps a process waiting."""
 
 
 @final
 class TickRecorder:
-    """Keeps the raw row of every tick, and hands the columns on after 0.4 s or 2048 rows.
+    """Keeps the raw row of every tick, and hands the columns on after 0.25 s or 2048 rows.
 
     Args:
         sink: where the rows go.
