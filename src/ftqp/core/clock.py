@@ -1,4 +1,4 @@
-"""The one clock; nothing that a planner returns depends on it."""
+"""The one clock; nothing that a planner returns depends on it, unless its solver is given a time limit."""
 
 from time import perf_counter_ns
 

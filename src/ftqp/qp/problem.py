@@ -115,6 +115,7 @@ class SolveStatus(Enum):
     MAX_ITERATIONS = "the solver stopped at its iteration limit before the QP was solved"
     INFEASIBLE = "the QP has no solution: its constraints contradict each other"
     FAILED = "the solver failed: it gave no answer, or one that the optimality conditions refute"
+    OUT_OF_TIME = "the solver ran out of its time limit before the QP was solved"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -150,7 +150,49 @@ def gives_up(claim):
     return answer
 
 
+def says(what):
+    """A right claim of the wrong type, or a wrong one."""
+
+    def answer(qp):
+        qp.solution[:] = 0.0
+        return what
+
+    return answer
+
+
+def spoils_the_problem(qp):
+    qp.flat[:] = np.nan
+    qp.solution[:] = 0.0
+    return Claim.SOLVED
+
+
+def exchanges_the_bounds(qp):
+    qp.lower[:], qp.upper[:] = qp.upper.copy(), qp.lower.copy()
+    qp.solution[:] = 1e3
+    return Claim.SOLVED
+
+
+def writes_another_shape(qp):
+    qp.x[:] = np.zeros(99)
+    return Claim.SOLVED
+
+
+def writes_complex_numbers(qp):
+    qp.x[:] = np.full(qp.n, 1j)
+    return Claim.SOLVED
+
+
 ANSWERS = {
+    "raises": raises,
+    "None": says(None),
+    "a word": says("SOLVED"),
+    "a claim that there is none": says(17),
+    "a float": says(0.5),
+    "an array": says(np.zeros(3)),
+    "spoils the problem": spoils_the_problem,
+    "exchanges the bounds": exchanges_the_bounds,
+    "another shape": writes_another_shape,
+    "complex numbers": writes_complex_numbers,
     "NaN": lies(np.nan),
     "infinity": lies(np.inf),
     "huge": lies(1e308),
@@ -163,6 +205,7 @@ ANSWERS = {
 }
 
 
+@pytest.mark.filterwarnings("ignore::numpy.exceptions.ComplexWarning")
 @pytest.mark.parametrize("mode", ["slack", "hard"])
 @pytest.mark.parametrize("answer", ANSWERS.values(), ids=ANSWERS)
 def test_no_answer_of_a_solver_leads_to_an_unsafe_command(panda, home, level, follow, answer, mode):
@@ -191,6 +234,51 @@ def test_backend_that_raises_is_a_failed_solver_and_the_planner_goes_on(panda, h
     assert (
         step.position_error < 1e-12 and step.status is ftqp.StepStatus.FALLBACK and np.isfinite(step.a).all()
     )
+
+
+@pytest.mark.parametrize("iterations", [None, "many", -5, 2**80, np.nan, 3.7, np.int64(4)])
+def test_iterations_of_any_kind_do_not_make_a_step_raise(panda, home, iterations):
+    class Counter(Puppet):
+        def _run(self, qp, cold):
+            self.iterations = iterations
+            return super()._run(qp, cold)
+
+    planner = ftqp.Planner(panda, DT, backend=Counter(zero_motion))
+    planner.reset(panda.neutral)
+    for _ in range(2):
+        step = planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home, twist=[0.1, 0, 0, 0, 0, 0]))
+        assert step.status is ftqp.StepStatus.FALLBACK and 0 <= step.qp.iterations < 2**32
+
+
+def test_a_backend_that_raises_at_every_tick_is_told_once_and_again_after_it_was_well(panda, home, caplog):
+    answers = [raises] * 4 + [zero_motion] * 2 + [raises] * 4
+    planner = ftqp.Planner(panda, DT, backend=Puppet(lambda qp: answers.pop(0)(qp)))
+    planner.reset(panda.neutral)
+    for _ in range(10):
+        planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home, twist=[0.1, 0, 0, 0, 0, 0]))
+    assert caplog.text.count("its answer counts as failed") == 2
+
+
+@pytest.mark.parametrize("backend", ["osqp", "daqp"])
+def test_a_solver_out_of_time_is_no_answer_and_says_so(panda, home, backend):
+    planner = ftqp.Planner(panda, DT, backend={"name": backend, "time_limit": 1e-9}, emergency=None)
+    planner.reset(panda.neutral)
+    q = panda.neutral
+    found = set()
+    for speed in (0.1, 30.0):  # DAQP looks at the clock after some changes of the set only
+        step = planner.step(q, np.zeros(7), ftqp.Target(pose=home, twist=[speed, speed, 0, 0, 0, 0]))
+        assert np.isfinite(step.q).all()
+        found.add((step.status, step.qp.status))
+    if backend == "osqp":
+        assert found == {(ftqp.StepStatus.FALLBACK, ftqp.qp.SolveStatus.OUT_OF_TIME)}
+
+
+@pytest.mark.parametrize("backend", ["osqp", "daqp"])
+def test_a_time_limit_that_suffices_changes_nothing(panda, home, backend):
+    path = ftqp.paths.Circle(home, 0.05, duration=1.4, axes=("y", "z"))
+    for a, b in side_by_side(panda, path, {"name": backend, "time_limit": 10.0}, 40, level="velocity"):
+        assert a.status is b.status is ftqp.StepStatus.OK
+        np.testing.assert_allclose(a.v, b.v, rtol=0.0, atol=1e-6)
 
 
 def test_solver_is_started_cold_after_a_report_and_after_a_failure(panda, home):

@@ -39,3 +39,11 @@ def test_a_wrong_setting_is_refused_in_one_sentence(given, sentence):
     with pytest.raises(InputError) as error:
         settings(Some, "some", given)
     assert sentence in str(error.value)
+
+
+@pytest.mark.parametrize(("name", "remedy"), [("proxqp", "max_iterations"), ("active_set", "leave it out")])
+def test_a_solver_without_a_clock_says_how_its_time_is_bounded(name, remedy):
+    from ftqp.qp import backend
+
+    with pytest.raises(InputError, match=f"backend '{name}' has no time_limit.*{remedy}"):
+        backend({"name": name, "time_limit": 1e-3})

@@ -41,6 +41,15 @@ def test_running_into_the_cap_is_reported():
     assert solve(case.problem, left_alone).status is SolveStatus.MAX_ITERATIONS
 
 
+@pytest.mark.parametrize("name", ["osqp", "daqp"])
+def test_running_out_of_time_is_reported(name):
+    rng = np.random.default_rng(0)
+    A = rng.normal(size=(60, 60))
+    hard = QP(A @ A.T + 1e-6 * np.eye(60), rng.normal(size=60), C=A, l=np.full(60, -0.1), u=np.full(60, 0.1))
+    assert solve(hard, name, time_limit=1e-9).status is SolveStatus.OUT_OF_TIME
+    assert solve(hard, name, time_limit=60.0).status is SolveStatus.SOLVED
+
+
 def liar(claim, x=None):
     """DAQP, made to claim ``claim`` and, if given, to answer ``x``."""
     solver = backend("daqp")

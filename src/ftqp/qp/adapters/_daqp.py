@@ -7,12 +7,16 @@ import numpy as np
 
 from ftqp.qp.adapters.backend import Backend, Claim
 from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.adapters.settings import optional
 
 EQUALITY = 5
 """DAQP's sense flag of a row that is always active and never leaves the working set."""
 
 CLAIMS = {1: Claim.SOLVED, -1: Claim.INFEASIBLE, -4: Claim.MAX_ITERATIONS}
 """DAQP's exit flags; all others (cycling, unbounded, not convex, dependent equalities, ...) are failures."""
+
+OUT_OF_TIME = -7
+"""DAQP's exit flag of a solve that ran out of its time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,6 +35,8 @@ class DaqpSettings:
             one is safer with nearly dependent rows and slower.
         progress_tolerance: The least progress that does not count as cycling, > 0 (``progress_tol``). A
             larger one gives up sooner.
+        time_limit: How long a solve may take, > 0 [s] (``time_limit``); None is without limit. A solve that
+            runs out of it is no answer. With a limit the same input may give another answer on another day.
     """
 
     tolerance: float = 1e-11
@@ -38,6 +44,7 @@ class DaqpSettings:
     dual_tolerance: float = 1e-12
     pivot_tolerance: float = 1e-8
     progress_tolerance: float = 1e-14
+    time_limit: float | None = optional(1e-3)
 
 
 class Daqp(Backend):
@@ -73,6 +80,7 @@ class Daqp(Backend):
             "iter_limit": chosen.max_iterations,
             "pivot_tol": chosen.pivot_tolerance,
             "progress_tol": chosen.progress_tolerance,
+            "time_limit": chosen.time_limit or 0.0,
         }
 
     def _run(self, qp: QPBuffers, cold: bool) -> Claim:
@@ -86,6 +94,7 @@ class Daqp(Backend):
             return Claim.INFEASIBLE if state == -1 else Claim.FAILED
         x, _, flag, info = self._model.solve()
         self.iterations = info["iterations"]
+        self.overran = flag == OUT_OF_TIME
         claim = CLAIMS.get(flag, Claim.FAILED)
         if claim <= Claim.MAX_ITERATIONS:
             qp.x[:] = x

@@ -11,6 +11,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.qp.adapters.backend import Claim
 from ftqp.qp.adapters.buffers import QPBuffers
 from ftqp.qp.adapters.polished_backend import PolishedBackend
+from ftqp.qp.adapters.settings import optional
 
 NO_BOUND = 1e30
 """OSQP's infinity; a bound that is really infinite spoils its duality gap."""
@@ -23,6 +24,9 @@ CLAIMS = {
     7: Claim.MAX_ITERATIONS,
 }
 """OSQP's status values: solved (inaccurately), infeasible (inaccurately), iterations; others are failures."""
+
+OUT_OF_TIME = 8
+"""OSQP's status value of a solve that ran out of its time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,6 +51,8 @@ class OsqpSettings:
             checks less and may overshoot the end.
         infeasibility_tolerance: The tolerance of OSQP's certificate of infeasibility, > 0 (``eps_prim_inf``).
             A larger one says "infeasible" sooner, and wrongly at last.
+        time_limit: How long a solve may take, > 0 [s] (``time_limit``); None is without limit. A solve that
+            runs out of it is no answer. With a limit the same input may give another answer on another day.
     """
 
     tolerance: float = 1e-9
@@ -58,6 +64,7 @@ class OsqpSettings:
     alpha: float = 1.6
     check_every: int = 25
     infeasibility_tolerance: float = 1e-6
+    time_limit: float | None = optional(1e-3)
 
 
 class Osqp(PolishedBackend):
@@ -72,6 +79,7 @@ class Osqp(PolishedBackend):
             first_cap=settings.polish_after,
             cap=settings.max_iterations,
             polish=settings.polish,
+            time_limit=settings.time_limit,
         )
         self._settings = settings
 
@@ -121,7 +129,13 @@ class Osqp(PolishedBackend):
 
     def _answer(self, qp: QPBuffers, cold: bool, cap: int) -> Claim:
         solver = self._solver
-        if cap != self._native_cap:
+        limit = self._settings.time_limit
+        if limit is not None:
+            left = self._seconds_left(limit)
+            if self.overran:
+                return Claim.FAILED
+            self._native.time_limit = left
+        if cap != self._native_cap or limit is not None:
             self._native.max_iter = self._native_cap = cap
             solver.update_settings(self._native)
         np.maximum(qp.lower, self._least, out=self._lower)
@@ -140,6 +154,7 @@ class Osqp(PolishedBackend):
         solver.solve()
         info = solver.info
         self.iterations = info.iter
+        self.overran = info.status_val == OUT_OF_TIME
         claim = CLAIMS.get(info.status_val, Claim.FAILED)
         if claim <= Claim.MAX_ITERATIONS:
             solution = solver.solution

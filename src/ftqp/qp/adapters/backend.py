@@ -10,6 +10,11 @@ from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import Claim as Claim
 from ftqp.qp.adapters.buffers import QPBuffers
 
+MOST_ITERATIONS = 2**31 - 1
+"""Iterations are reported up to this number."""
+OVERRAN = len(Claim)
+"""What a planner is told in place of a claim when the solver ran out of its time limit."""
+
 _LOG = logging.getLogger(__name__)
 
 
@@ -30,7 +35,8 @@ class Backend(ABC):
 
     - data with NaN, or infinite where a number belongs, are FAILED, crossed bounds INFEASIBLE, without
       asking the solver;
-    - an answer that is not finite is FAILED, whatever the solver calls it;
+    - an answer that is not finite is FAILED, whatever the solver calls it, and so is one with a claim or
+      iterations of another kind, or an exception;
     - a warm start that does not end in SOLVED is repeated cold, once, unless it ran out of time; after a
       solve that did not end in SOLVED, and the first time, a solve is cold whatever is asked.
 
@@ -119,10 +125,14 @@ class Backend(ABC):
     def _attempt(self, qp: QPBuffers, cold: bool) -> Claim:
         try:
             claim = self._run(qp, cold)
+            if claim.__class__ is not Claim:
+                claim = Claim(claim)
+            if self.iterations.__class__ is not int or not 0 <= self.iterations <= MOST_ITERATIONS:
+                self.iterations = min(max(int(self.iterations), 0), MOST_ITERATIONS)
         except Exception:  # whatever a foreign solver throws is its failure; a control loop must go on
             if not self._raised:
                 _LOG.warning("solver %r raised; its answer counts as failed", self.name, exc_info=True)
-            self._raised = True
+            self._raised, self.iterations = True, 0
             return Claim.FAILED
         self._raised = False
         if claim <= Claim.MAX_ITERATIONS:

@@ -6,6 +6,7 @@ from typing import final
 import numpy as np
 
 from ftqp.core.checks import FloatArray
+from ftqp.core.clock import now
 from ftqp.qp.adapters.backend import Backend, Claim
 from ftqp.qp.adapters.buffers import QPBuffers
 from ftqp.qp.adapters.compliant_rows import compliance
@@ -26,7 +27,14 @@ class PolishedBackend(Backend):
     """
 
     def __init__(
-        self, name: str, *, first_cap: int, cap: int, polish: bool, unsolved: Claim = Claim.MAX_ITERATIONS
+        self,
+        name: str,
+        *,
+        first_cap: int,
+        cap: int,
+        polish: bool,
+        unsolved: Claim = Claim.MAX_ITERATIONS,
+        time_limit: float | None = None,
     ) -> None:
         """Prepare for a solver.
 
@@ -36,11 +44,14 @@ class PolishedBackend(Backend):
             cap: The most iterations of a solve, all attempts together; 0 for a solver that counts none.
             polish: Whether all this is done; without it the solver is asked once, for ``cap`` iterations.
             unsolved: What an answer is called that stayed unsolved.
+            time_limit: How long a solve may take, all attempts together [s]; None is without limit, and
+                without a look at a clock.
         """
         super().__init__(name)
         self._cap, self._first_cap = cap, min(first_cap, cap)
         self._polishes, self._unsolved = polish, unsolved
         self._eased = self._held_eased = self._in_vain = False
+        self._time_limit, self._began = time_limit, 0
 
     @abstractmethod
     def _set_up(self, qp: QPBuffers) -> None:
@@ -63,6 +74,8 @@ class PolishedBackend(Backend):
     @final
     def _run(self, qp: QPBuffers, cold: bool) -> Claim:
         self.iterations = 0
+        if self._time_limit is not None and not self._in_vain:
+            self._began = now()
         np.copyto(self._before, qp.solution)
         if not self._polishes:
             claim = self._answer(qp, cold, self._cap)
@@ -74,7 +87,7 @@ class PolishedBackend(Backend):
             claim = self._answer(qp, False, self._first_cap)
             if claim is Claim.SOLVED:
                 return claim
-            if claim is Claim.MAX_ITERATIONS:
+            if claim is Claim.MAX_ITERATIONS and not self.overran:
                 claim = self._finished(qp)
         self._in_vain = claim is not Claim.SOLVED and not cold
         if claim is Claim.MAX_ITERATIONS:
@@ -105,20 +118,27 @@ class PolishedBackend(Backend):
         """Iterations that this solve may still take."""
         return self._cap - self._spent - self.iterations
 
+    def _seconds_left(self, limit: float) -> float:
+        """What is left of the time limit; 0 when it is over, and then the solve has overrun."""
+        left = limit - 1e-9 * (now() - self._began)
+        if left <= 0.0:
+            self.overran = True
+        return max(left, 0.0)
+
     def _attempted(self, qp: QPBuffers, eased: bool, cold: bool, cap: int) -> Claim:
         """One attempt in the QP's own units or in others, and which suit the next solve."""
         cold = cold or eased is not self._held_eased
         self._held_eased = eased
         if not eased:
             claim = self._counted(qp, cold, cap)
-            return self._finished(qp) if claim is Claim.MAX_ITERATIONS else claim
+            return self._finished(qp) if claim is Claim.MAX_ITERATIONS and not self.overran else claim
         soft = compliance(qp)
         if soft is None:
             return Claim.MAX_ITERATIONS
         other = self._other
         other.pose(qp, soft)
         claim = self._counted(other.buffers, cold, cap)
-        if claim > Claim.MAX_ITERATIONS:
+        if claim > Claim.MAX_ITERATIONS or self.overran:
             return claim
         solved = polished(other.buffers, other.soft)
         other.answer(qp)

@@ -15,6 +15,10 @@ else:
     Settings = TypeVar("Settings")
 
 
+TIME_LIMIT = "time_limit"
+"""What the setting is called by which a solver that has one ends in time."""
+
+
 def choice(default: str, *others: str) -> Any:
     """A field that holds one of some words, the first by default."""
     return field(default=default, metadata={"choices": (default, *others)})
@@ -41,6 +45,11 @@ def settings(kind: type[Settings], backend: str, given: Mapping[str, Any]) -> Se
     """
     known = {field.name: field for field in fields(kind)}
     for name in given:
+        if name == TIME_LIMIT and name not in known:
+            remedy = "bound its time by max_iterations" if "max_iterations" in known else "leave it out"
+            raise InputError(
+                f"backend {backend!r} has no {TIME_LIMIT}: its solver does not look at a clock; {remedy}"
+            )
         if name not in known:
             raise unknown("setting", name, f"backend {backend!r}", known)
     return kind(**{name: _field(f"{backend}.{name}", value, known[name]) for name, value in given.items()})

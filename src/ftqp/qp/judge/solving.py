@@ -68,6 +68,8 @@ def judged(problem: QP, solver: Backend, buffers: QPBuffers, claim: Claim) -> So
     x, y, z, z_box = (part.copy() for part in (buffers.x, buffers.y, buffers.z, buffers.z_box))
     found = residuals(problem, x, y, z, z_box)
     status, certificate = _status(problem, claim, good=accepted(problem, found, x, y))
+    if solver.overran and status not in (SolveStatus.SOLVED, SolveStatus.INFEASIBLE):
+        status = SolveStatus.OUT_OF_TIME
     return Solution(
         x=x,
         y=y,
