@@ -35,7 +35,8 @@ def _plain_take(source: Any, first: int, into: int, count: int, dimensions: int)
     with view:
         if view.ndim == 0 or not view.c_contiguous or view.format.lstrip("@=<") != "d":
             return BAD_BUFFER
-        if dimensions not in (0, view.ndim) or (dimensions == 2 and view.shape[0] != view.shape[1]):
+        shape = view.shape or ()
+        if dimensions not in (0, len(shape)) or (dimensions == 2 and shape[0] != shape[1]):
             return BAD_BUFFER
         found = max(view.nbytes // 8 - first, 0)
         ctypes.memmove(into, view.tobytes()[8 * first :], 8 * min(found, count))
