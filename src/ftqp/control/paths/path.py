@@ -10,6 +10,8 @@ from ftqp.core.checks import FloatArray, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose
 
+LONGEST = 1e9
+"""A path takes at most that long, thirty years [s]."""
 TIME_SLACK = 1e-9
 """Times nearer to each other than this count as equal [s], so that 3 * 0.1 s is 0.3 s."""
 
@@ -60,6 +62,8 @@ class Path(ABC):
     def __init__(self, start: Any, duration: float) -> None:
         self._start: FloatArray = frozen(pose(start, "start pose of the path"))
         self._duration = positive("duration of the path", duration, "s")
+        if self._duration > LONGEST:
+            raise InputError(f"duration of the path is {self._duration:g} s, expected at most {LONGEST:g} s")
 
     @final
     @property

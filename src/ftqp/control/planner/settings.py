@@ -30,6 +30,9 @@ from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.registry import backend as make_backend
 
+SHORTEST = 1e-6
+"""Sampling period of the fastest planner [s]."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
@@ -105,6 +108,8 @@ def settled(
     plan = None if plan is None else plan_for(plan, robot)
     robot = robot if branch_limits is None else within_branch(robot, branch_limits)
     dt = positive("dt", dt, "s")
+    if dt < SHORTEST:
+        raise InputError(f"dt is {dt:g} s, expected at least {SHORTEST:g} s; no arm takes commands so often")
     task = Task() if task is None else task
     instance("task", task, Task, 'an ftqp.Task or None, ftqp.Task(rows="position")')
     made = schemes.by_name(scheme if plan is None or scheme is not None else "rmp")

@@ -20,13 +20,17 @@ def profile(path: str | Path) -> dict[str, Any]:
     """
     path = Path(path)
     try:
+        if not (path.is_file() or path.is_dir()) and path.exists():
+            raise InputError(f"profile {path} is not a regular file; expected a TOML file")
         if path.stat().st_size > LARGEST:
             raise InputError(
                 f"profile {path} has {path.stat().st_size} bytes, expected a TOML file of at most {LARGEST}"
             )
         text = path.read_text(encoding="utf-8")
     except OSError as error:
-        raise InputError(f"profile {path} cannot be read ({error.strerror}); expected a TOML file") from error
+        raise InputError(
+            f"profile {path} cannot be read ({error.strerror or error}); expected a TOML file"
+        ) from error
     except UnicodeDecodeError as error:
         raise InputError(f"profile {path} is not a text file; expected a TOML file") from error
     try:
