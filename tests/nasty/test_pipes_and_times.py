@@ -36,5 +36,5 @@ def test_sampling_period_that_no_arm_takes_is_refused(dt):
 
 @pytest.mark.parametrize("duration", [1e10, 1e300])
 def test_path_of_a_thousand_years_is_refused(duration):
-    with pytest.raises(InputError, match="duration of the path is .* expected at most 1e\\+09 s"):
+    with pytest.raises(InputError, match=r"duration of the path is .* expected at most 1e\+09 s"):
         ftqp.paths.Line(np.eye(4), (0.1, 0.0, 0.0), duration=duration)

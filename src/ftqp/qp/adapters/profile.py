@@ -28,9 +28,8 @@ def profile(path: str | Path) -> dict[str, Any]:
             )
         text = path.read_text(encoding="utf-8")
     except OSError as error:
-        raise InputError(
-            f"profile {path} cannot be read ({error.strerror or error}); expected a TOML file"
-        ) from error
+        reason = error.strerror or error
+        raise InputError(f"profile {path} cannot be read ({reason}); expected a TOML file") from error
     except UnicodeDecodeError as error:
         raise InputError(f"profile {path} is not a text file; expected a TOML file") from error
     try:
