@@ -174,6 +174,34 @@ def test_blow_of_a_free_joint_on_its_end_stop_is_not_the_other_joints_doing(kind
     assert verdict(ARM, shaken, PHYSICS).laws - {"braking"} == laws
 
 
+def lock_with(sent, **changes):
+    """A joint that locks at 1 s, of which the planner is told at 2 s; what it is sent from then on."""
+    t = DT * np.arange(TICKS + 1)
+    evidence = run()
+    still = {name: getattr(evidence, name).copy() for name in ("q", "v", "sent_q", "sent_v")}
+    still["q"][t >= 1.0, JOINT], still["v"][t >= 1.0, JOINT] = still["q"][100, JOINT], 0.0
+    still["sent_v"][99:199, JOINT] = 0.03
+    still["sent_v"][199:, JOINT] = sent
+    lock = Failure(joint=JOINT, kind="locked", since=1.0, told=2.0, **changes)
+    return replace(evidence, **still, failures=[lock], status=["LAGGING"] * TICKS)
+
+
+def test_planner_that_is_told_late_may_bring_its_command_to_rest_as_the_fault_says():
+    ramp = np.maximum(0.03 - 0.5 * DT * np.arange(TICKS - 199), 0.0)
+    assert verdict(ARM, lock_with(ramp, deceleration=0.5)).laws == set()
+    assert verdict(ARM, lock_with(ramp + 1e-6, deceleration=0.5)).laws == {"failed"}
+    assert verdict(ARM, lock_with(ramp)).laws == {"failed"}
+
+
+def test_lock_that_another_failure_replaces_is_over():
+    evidence = lock_with(0.0, deceleration=0.5, until=3.0)
+    moved = evidence.q.copy()
+    moved[350:, JOINT] += 1e-9
+    assert verdict(ARM, replace(evidence, q=moved)).laws <= {"obedience"}
+    moved[250:, JOINT] += 1e-9
+    assert "failed" in verdict(ARM, replace(evidence, q=moved)).laws
+
+
 def test_weakened_joint_has_its_lower_limits_once_the_planner_knows():
     fast = float(np.abs(run().v).max())
     share = {"v_max": 0.9 * fast / TOP}

@@ -19,6 +19,9 @@ class Failure:
         told: When the planner was told [s]; infinite without that.
         shares: Of a weakened joint, what is left of ``q_min``, ``q_max``, ``v_max``, ``a_max``, ``tau_max``.
         jumps: Whether it stops in no time, and the others jump with it.
+        until: When another failure of the same joint takes its place [s].
+        deceleration: With which the planner may bring its command for the joint to rest once it knows
+            [rad/s2 or m/s2]; infinite: at once.
     """
 
     joint: int
@@ -27,6 +30,8 @@ class Failure:
     told: float
     shares: Mapping[str, float] = field(default_factory=dict)
     jumps: bool = False
+    until: float = float("inf")
+    deceleration: float = float("inf")
 
 
 @final

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.core.checks import BoolArray, FloatArray
-from ftqp.referee.evidence import Evidence
+from ftqp.referee.evidence import Evidence, Failure
 from ftqp.referee.model_file import ModelFile
 from ftqp.referee.strictness import Strictness
 
@@ -24,6 +24,8 @@ FULLY = 1e-6
 """Full braking may miss this share of the acceleration limit."""
 HALF_TURN = 1e-3
 """Rotations so near to half a turn are left to pinocchio [1 + cosine of the angle]."""
+ROUNDING, OBSERVED = 1e-12, 1e-4
+"""Of the end of a ramp, and of the speed with which it begins [rad/s or m/s]."""
 IMPACT = 0.1
 """A joint that meets its end stop more slowly than this does not shake the others [rad/s or m/s]."""
 TUBE, TUBE_TIME, TUBE_SIGMAS = 0.02, 0.1, 6.0
@@ -48,9 +50,11 @@ def health(arm: ModelFile, run: Evidence) -> tuple[BoolArray, dict[str, FloatArr
     for failure in run.failures:
         if failure.kind == "degraded":
             for name, share in failure.shares.items():
-                limits[name][t >= failure.told - 0.5 * run.dt, failure.joint] *= share
+                knows = (t >= failure.told - 0.5 * run.dt) & (t < failure.until - 0.5 * run.dt)
+                limits[name][knows, failure.joint] *= share
         else:
-            obeys[t >= failure.since - 0.5 * run.dt, failure.joint] = False
+            fails = (t >= failure.since - 0.5 * run.dt) & (t < failure.until - 0.5 * run.dt)
+            obeys[fails, failure.joint] = False
     return obeys, limits
 
 
@@ -163,11 +167,28 @@ def failed(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
             continue
         i = failure.joint
         stood = np.cumsum((t >= failure.since) & (np.abs(run.v[:-1, i]) <= strict.standing)) > 1
+        stood &= t < failure.until - 0.5 * run.dt
         moved = np.where(stood, np.abs(np.diff(run.q[:, i])), 0.0)
         knows = stood & (t > failure.told + strict.grace)
-        sent = np.where(knows, run.dt * np.abs(run.sent_v[:, i]), 0.0)
+        sent = np.where(knows, run.dt * (np.abs(run.sent_v[:, i]) - _ramp(run, failure, t)), 0.0)
         result[:, i] = np.maximum(result[:, i], np.maximum(moved, sent) - strict.creep)
     return result
+
+
+def _ramp(run: Evidence, failure: Failure, t: Any) -> Any:
+    """How fast a joint may still be sent to move while its command comes to rest, (K,) [rad/s or m/s].
+
+    A planner that was told late brings its own command to rest as it was told that the joint does, from what
+    it observed last, which need not be quite at rest.
+    """
+    if not np.isfinite(failure.deceleration) or not np.isfinite(failure.told):
+        return 0.0
+    first = int(np.searchsorted(t, failure.told - 0.5 * run.dt))
+    if first == 0 or first >= len(t):
+        return 0.0
+    left = abs(run.sent_v[first - 1, failure.joint]) - failure.deceleration * (t - t[first - 1])
+    observed = np.where(np.abs(t - t[first]) < 1.5 * run.dt, OBSERVED, ROUNDING)
+    return np.where(t >= t[first], np.maximum(left, observed) + ROUNDING, 0.0)
 
 
 def honesty(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:

@@ -4,11 +4,14 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from ftqp.control.paths import Circle
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.target import Target
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.sim.loop import MEMORY, Simulation
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.schedule import FaultEvent, Schedule
 
 DT = 1e-2
 
@@ -235,3 +238,15 @@ def test_joint_that_locks_before_its_limit_brakes_as_an_informed_planner_believe
         assert plant.q[2] == step.q[2] and plant.v[2] == step.v[2]
         assert limits.q_min[2] <= plant.q[2] <= limits.q_max[2]
     assert plant.v[2] == 0.0
+
+
+def test_locked_joint_stays_where_it_is_while_its_command_is_elsewhere(panda):
+    # blocks of ticks take the arm to be where it was sent, and a planner told late sends it elsewhere
+    planner = Planner(panda, 0.01, level="velocity")
+    schedule = Schedule([FaultEvent(Locked(3, mode="instant"), at=0.3, announced=0.45)])
+    path = Circle(panda.pose(panda.neutral), 0.1, duration=1.0)
+    made = Simulation(planner, path, q=panda.neutral, schedule=schedule, duration=1.5, log=MEMORY)
+    log = made.run().log
+    t = log["t"]
+    assert len(set(log["q.panda_joint4"][t > 0.305])) == 1
+    assert len(set(log["q.panda_joint4"][t < 0.305])) > 20

@@ -11,6 +11,7 @@ from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.referee.evidence import Evidence, Failure
 from ftqp.referee.model_file import ModelFile
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.plants.kinematic_plant import BRAKE_SHARE
 
 KINDS = {Locked: "locked", FreeSwinging: "free", Degraded: "degraded"}
 
@@ -53,17 +54,31 @@ def failures(setup: Setup) -> list[Failure]:
     Args:
         setup: The run.
     """
-    return [
-        Failure(
-            joint=setup.robot.joint(event.fault.joint),
-            kind=KINDS[type(event.fault)],
-            since=event.at,
-            told=np.inf if event.told is None else event.told,
-            shares={limit: getattr(event.fault, share) for limit, share in event.fault.shares.items()},
-            jumps=getattr(event.fault, "mode", "") == "instant",
+    events = sorted(setup.schedule, key=lambda event: event.at)
+    result = []
+    for k, event in enumerate(events):
+        joint, fault = setup.robot.joint(event.fault.joint), event.fault
+        later = [other.at for other in events[k + 1 :] if setup.robot.joint(other.fault.joint) == joint]
+        jumps = getattr(fault, "mode", "") == "instant"
+        result.append(
+            Failure(
+                joint=joint,
+                kind=KINDS[type(fault)],
+                since=event.at,
+                told=np.inf if event.told is None else event.told,
+                shares={limit: getattr(fault, share) for limit, share in fault.shares.items()},
+                jumps=jumps,
+                until=later[0] if later else np.inf,
+                deceleration=np.inf if jumps else _deceleration(setup, joint, fault),
+            )
         )
-        for event in setup.schedule
-    ]
+    return result
+
+
+def _deceleration(setup: Setup, joint: int, fault: object) -> float:
+    """With which a planner that is told of a fault brings its command for the joint to rest."""
+    own = getattr(fault, "deceleration", None)
+    return float(BRAKE_SHARE * setup.robot.limits.a_max[joint] if own is None else own)
 
 
 def model_file(setup: Setup) -> ModelFile:

@@ -34,15 +34,28 @@ def campaign(
         int | None,
         typer.Option(metavar="N", help="Run this episode alone, with log and figures, and judge it."),
     ] = None,
+    shrink: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Make a small scenario that breaks the law which this episode breaks, and a test of it.",
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> ExitCode:
     """Run a campaign of random episodes, or go on with it; every one is judged from outside."""
     from ftqp.app.campaign.episode_study import load_campaign
 
+    if replay is not None and shrink is not None:
+        raise InputError("--replay and --shrink both name an episode; leave one of them out")
     more = () if episodes is None else (f"campaign.episodes={episodes}",)
     made = load_campaign(study, (*(overrides or ()), *more))
     if replay is not None:
-        return _replay(made, replay, out, as_json=as_json)
+        return _replay(made, _numbered(made, replay), out, as_json=as_json)
+    if shrink is not None:
+        from ftqp.app.commands.campaign_shrinking import shrink as shrink_it
+
+        return shrink_it(made, _numbered(made, shrink), out, as_json=as_json)
     from ftqp import __version__
     from ftqp.app.campaign.campaign_summary import summary
     from ftqp.app.campaign.episode_study import COLUMNS, KIND, EpisodeWork
@@ -128,16 +141,21 @@ def _tell_detection(found: dict[str, Any]) -> None:
         )
 
 
+def _numbered(made: Any, number: int) -> int:
+    """The number of an episode of a campaign."""
+    if not 0 <= number < made.tables.campaign.episodes:
+        raise InputError(
+            f"episode {number} is none of {made.name}, expected 0 to {made.tables.campaign.episodes - 1}"
+        )
+    return number
+
+
 def _replay(made: Any, number: int, out: Path | None, *, as_json: bool) -> ExitCode:
     """One episode with its log and figures, judged again."""
     from ftqp.app.campaign.episode_study import EpisodeWork
     from ftqp.app.run import runs
     from ftqp.sim.log.log_file import load_log
 
-    if not 0 <= number < made.tables.campaign.episodes:
-        raise InputError(
-            f"episode {number} is none of {made.name}, expected 0 to {made.tables.campaign.episodes - 1}"
-        )
     setup, (_, drawn) = made.setup(number), made.drawn(number)
     folder = runs.free_folder(out, setup.name)
     result = runs.run(setup, folder)

@@ -96,6 +96,7 @@ class KinematicPlant(Plant):
         self._ticks = 0
         self._holds_acceleration = level == "acceleration"
         self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
+        self._sent = self._q.copy()
         self._faults: dict[int, Fault] = {}
 
     @property
@@ -145,6 +146,7 @@ class KinematicPlant(Plant):
         self._ticks = 0
         self._q[:] = self._robot.angles(q)
         self._v[:] = array("v", v, (self._robot.nv,), "(nv,)")
+        self._sent[:] = self._q
 
     def fail(self, fault: Fault) -> None:
         """From now on the joint of ``fault`` behaves as it says, and no longer as an earlier one said.
@@ -181,11 +183,14 @@ class KinematicPlant(Plant):
 
         Args:
             believed: What the planner believes, by joint name: a joint that stands still has to be known as
-                locked.
+                locked, and the last command has to have been to stay exactly where it is.
         """
         joints = self._robot.joints
         return all(
-            isinstance(fault, Locked) and self._v[i] == 0.0 and isinstance(believed.get(joints[i]), Locked)
+            isinstance(fault, Locked)
+            and self._v[i] == 0.0
+            and self._sent[i] == self._q[i]
+            and isinstance(believed.get(joints[i]), Locked)
             for i, fault in self._faults.items()
         )
 
@@ -196,6 +201,7 @@ class KinematicPlant(Plant):
             command: the planner's step for this tick.
         """
         self._ticks += 1
+        self._sent[:] = command.q
         if not self._faults:
             self._q[:] = command.q
             self._v[:] = command.v

@@ -1,0 +1,49 @@
+"""One scenario run and judged as an episode of a campaign is: what a test of a mended defect asks."""
+
+import logging
+import tomllib
+from pathlib import Path
+from typing import Any, Literal
+
+from ftqp.app.campaign.episode_study import RAISED, Campaign, EpisodeWork
+from ftqp.app.schema.campaign_file import CampaignFile, EpisodesTable
+from ftqp.core.errors import ScenarioError
+
+
+def broken_laws(
+    text: str, judged: Literal["exactly", "in physics"] = "exactly", calm: float | None = None
+) -> dict[str, str]:
+    """The laws that a scenario breaks, each with a sentence that says when, where and by how much.
+
+    Args:
+        text: The scenario as a TOML file has it; files are relative to the working directory.
+        judged: As in the table ``[campaign]``.
+        calm: As in the table ``[campaign]`` [s].
+
+    Raises:
+        ScenarioError: It is no scenario.
+    """
+    tables = CampaignFile(
+        campaign=EpisodesTable(episodes=1, judged=judged, calm=calm), scenario=tomllib.loads(text), vary={}
+    )
+    work = EpisodeWork(campaign=Campaign(name="scenario", tables=tables, text=text, folder=Path()))
+    return broken_by(work, tables.scenario)
+
+
+def broken_by(work: EpisodeWork, content: dict[str, Any]) -> dict[str, str]:
+    """The same for the tables of an episode; an exception counts as a law of its own name.
+
+    Args:
+        work: Of the campaign.
+        content: The tables.
+
+    Raises:
+        ScenarioError: It is no scenario.
+    """
+    logging.getLogger("ftqp").setLevel(logging.ERROR)
+    row = work.row_of(0, content)
+    if row["outcome"] == RAISED:
+        return {row["sentences"].partition(":")[0]: row["sentences"]}
+    if row["outcome"] == "refused":
+        raise ScenarioError(row["sentences"])
+    return {line.partition(" ")[0]: line for line in row["sentences"].splitlines()}
