@@ -1,4 +1,4 @@
-"""``ftqp report``: runs and coverage results as one page that opens without a network."""
+"""``ftqp report``: runs, coverage results and campaigns as one page that opens without a network."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from ftqp import __version__
+from ftqp.app.commands.campaign_section import campaign_parts, read_campaign
 from ftqp.app.commands.coverage_section import coverage_parts, read_coverage
 from ftqp.app.commands.run_words import sentences
 from ftqp.app.output.console import ExitCode, progress, say, tell, tell_json
@@ -27,7 +28,7 @@ FIGURES: Final = 450_000
 
 NEEDED: Final = ("robot", "joints", "prismatic", "limits", "dt")
 """What a log must say of its run to be reported."""
-SECTIONS: Final = ((read_coverage, coverage_parts),)
+SECTIONS: Final = ((read_coverage, coverage_parts), (read_campaign, campaign_parts))
 """Results that are no runs: what reads a folder, or gives None, and what makes the section of it."""
 
 
@@ -37,11 +38,13 @@ class Result:
 
     Attributes:
         label: Names it.
+        title: Of a page on it alone; made from the run without it.
         log: Of a run; None for another result.
         parts: The section of another result.
     """
 
     label: str
+    title: str = ""
     log: Log | None = None
     parts: Sequence[str] = ()
 
@@ -89,7 +92,9 @@ def read_result(folder: Path, label: str) -> Result:
         InputError: It holds no result.
     """
     if not folder.exists():
-        raise InputError(f"{folder} does not exist; expected the folder of a run, or of a coverage result")
+        raise InputError(
+            f"{folder} does not exist; expected the folder of a run, a coverage result or a campaign"
+        )
     if folder.is_file() or log_files(folder):
         log = load_log(folder)
         if not len(log):
@@ -101,11 +106,12 @@ def read_result(folder: Path, label: str) -> Result:
     for read, parts in SECTIONS:
         facts = read(folder)
         if facts is not None:
-            return Result(label=label, parts=parts(label, facts, folder))
+            title = f"What {label} survives" if read is read_coverage else f"Campaign {label}"
+            return Result(label=label, title=title, parts=parts(label, facts, folder))
     within = sorted(file.parent.name for file in folder.glob(f"*/{FILE_NAME}"))
     raise InputError(
         f"{folder} holds no result: expected {FILE_NAME} as `ftqp run` writes it, or {SUMMARY} "
-        "as `ftqp coverage` does"
+        "as `ftqp coverage` and `ftqp campaign` do"
         + (f"; it holds the runs {', '.join(within)!s:.200}, name those" if within else "")
     )
 
@@ -184,7 +190,7 @@ def _title(results: Sequence[Result]) -> str:
         return f"{len(results)} results side by side: {_named(results)!s:.200}"
     result = results[0]
     if result.log is None:
-        return f"What {result.label} survives"
+        return result.title
     return f"Run {result.log.metadata.get('scenario') or result.label}"
 
 

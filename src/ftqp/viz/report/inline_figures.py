@@ -47,7 +47,7 @@ def figures_of(log: Log) -> list[str]:
     parts = []
     for name, draw in DRAWINGS.items():
         if not absent.get(name, False):
-            parts.append(drawing(_inline(partial(draw, log)), CAPTIONS[name]))
+            parts.append(drawing(inline(partial(draw, log)), CAPTIONS[name]))
     return parts
 
 
@@ -59,13 +59,17 @@ def compared(logs: Mapping[str, Log], title: str) -> list[str]:
         title: What they have in common.
     """
     return [
-        drawing(_inline(lambda path: compared_runs.draw_errors(logs, title, path)), ERRORS),
-        drawing(_inline(lambda path: compared_runs.draw_statuses(logs, title, path)), STATUSES),
+        drawing(inline(lambda path: compared_runs.draw_errors(logs, title, path)), ERRORS),
+        drawing(inline(lambda path: compared_runs.draw_statuses(logs, title, path)), STATUSES),
     ]
 
 
-def _inline(draw: Callable[[Path], Path]) -> str:
-    """The drawing that a function writes to a file."""
+def inline(draw: Callable[[Path], Path]) -> str:
+    """The drawing that a function writes to a file.
+
+    Args:
+        draw: Writes the figure to the path that it is given, and returns it.
+    """
     with TemporaryDirectory() as folder:
         text = draw(Path(folder) / "figure.svg").read_text(encoding="utf-8")
     return cleaned(text)

@@ -1,0 +1,85 @@
+"""The section of a report on a campaign: what is in its folder is on the page; a broken folder is refused."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from ftqp.app.campaign.campaign_summary import summary
+from ftqp.app.campaign.episode_study import COLUMNS
+from ftqp.app.commands.cli import app
+from ftqp.app.study.results_file import ResultsFile
+
+NONE = dict.fromkeys(("episode", *COLUMNS))
+
+
+def episode(number):
+    bad = number % 10 == 7
+    return NONE | {
+        "episode": number,
+        "drawn": json.dumps({"robot.name": ["panda", "<planar>"][number % 2], "faults.0.at": 0.01 * number}),
+        "outcome": "broken" if bad else "sound",
+        "ticks": 100,
+        "largest_ok_error": 1e-6 * (number + 1),
+        "law_honesty": 0.5 if bad else 0.0,
+        "sentences": "honesty from tick 3 on, 1 ticks: OK was claimed <wrongly>: 0.5" if bad else "",
+        "healthy_time": 360.0,
+        **dict.fromkeys(("false_alarms", "unannounced", "found", "right_kind", "wrong_joint"), 1),
+        "delay": 0.1,
+        "found_as": "locked",
+    }
+
+
+@pytest.fixture
+def folder(tmp_path):
+    rows = [episode(number) for number in range(60)]
+    made = tmp_path / "c"
+    with ResultsFile(made, kind="campaign", key="x", columns=COLUMNS) as results:
+        values = [tuple(row[name] for name in COLUMNS) for row in rows]
+        results.write([row["episode"] for row in rows], values, 1.0, "here")
+    (made / "summary.json").write_text(json.dumps(summary("mine", rows)))
+    return made
+
+
+def report(*arguments):
+    result = CliRunner().invoke(app, ["report", *(str(x) for x in arguments)])
+    return result.exit_code, result.stderr
+
+
+def test_page_says_what_was_broken_where_and_by_which_command_it_runs_alone(folder, tmp_path):
+    code, errors = report(folder, "-o", tmp_path / "page.html")
+    assert code == 0, errors
+    page = (tmp_path / "page.html").read_text()
+    assert "Campaign c" in page and "60 random episodes, 6000 steps" in page
+    assert "ftqp campaign mine --replay 57" in page
+    assert "&lt;wrongly&gt;" in page and "<planar>" not in page.replace("&lt;planar&gt;", "")
+    assert page.count("<figure>") == 2 and "http://" not in page and "https://" not in page
+    assert "3.8 % to 21 %" in page  # 6 of 60, Clopper and Pearson
+    assert "false alarms an hour" in page
+
+
+def test_campaign_without_its_rows_still_has_its_tables(folder, tmp_path):
+    (folder / "results.sqlite").unlink()
+    assert report(folder, "-o", tmp_path / "page.html")[0] == 0
+    assert "robot.name" in (tmp_path / "page.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "message"),
+    [
+        ("summary.json", "{", "is not readable"),
+        ("summary.json", '{"campaign": 1}', "holds no result"),
+        (
+            "results.sqlite",
+            "no database at all, but long enough to be one" * 30,
+            "is not readable as results",
+        ),
+    ],
+)
+def test_folder_that_is_no_campaign_is_refused_with_a_sentence(folder, tmp_path, file, text, message):
+    for beside in folder.glob("results.sqlite-*"):
+        beside.unlink()
+    (folder / file).write_text(text)
+    code, errors = report(folder, "-o", tmp_path / "page.html")
+    assert code == 2 and message in errors
+    assert not (tmp_path / "page.html").exists()
