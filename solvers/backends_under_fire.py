@@ -38,6 +38,8 @@ LIMITATIONS = (
     "A tick of a stopped arm asks no solver; the share of all ticks and that of ticks in motion are given.",
     "Times are of the thread's processor, not of the wall, so that other programs do not count; they belong "
     "to this machine. They are those of ticks in motion, without the first one of an episode.",
+    "The worst step is a single one and holds whatever else befell the process in it, a collection of "
+    "garbage for example; it need not come again in the same episode.",
     "Episodes are kinematic: the arm does what it is told.",
 )
 
