@@ -191,3 +191,11 @@ def test_dynamics_are_needed_only_while_a_joint_swings_free(belief):
     assert belief.needs_dynamics
     belief.withdraw(3)
     assert not belief.needs_dynamics
+
+
+def test_a_range_of_which_one_position_is_left_is_no_range(belief):
+    end = float(PANDA.limits.q_max[3])
+    for empty in (end, end + 0.1):
+        with pytest.raises(InputError, match="the range left of panda_joint4 is empty"):
+            belief.report(Degraded(3, q_min=empty))
+    assert belief.faults == {}

@@ -11,7 +11,7 @@ import pytest
 from ftqp.kernel.jit import COMPILED
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent))
+sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -1,0 +1,95 @@
+"""A plugin for pytest, ``-p bench.plain_python``: how tests run where nothing is compiled.
+
+A tick takes some hundred times as long as plain Python. So each test may take so many seconds of CPU time and
+is skipped beyond them, a test with many parameters runs with some of them, hypothesis tries few examples, and
+the reserve of braking is made of few samples.
+"""
+
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+import ftqp
+from ftqp.control.planner import braking_reserve
+
+SECONDS = "FTQP_PLAIN_SECONDS"
+"""The environment variable with the CPU seconds that a test may take."""
+EXAMPLES = 4
+"""Examples of hypothesis."""
+CASES = 8
+"""Sets of parameters with which a test runs at most, the first and the last among them ..."""
+WHOLE = "whole"
+"""... unless its function has this attribute: then it takes its time, too."""
+SAMPLES = 6
+"""Samples of ``BrakingReserve``, instead of 400."""
+
+braking_reserve.SAMPLES = SAMPLES
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """Skip the test when its CPU time is over."""
+
+    def over(*_: Any) -> None:
+        pytest.skip("takes too long as plain Python")
+
+    before = signal.signal(signal.SIGPROF, over)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
+
+
+def pytest_sessionstart() -> None:
+    """What is imported at a first step is imported here: no test may be cut short in the middle of that."""
+    for level in ("acceleration", "velocity"):
+        robot = ftqp.robots.load("planar", count=3)
+        planner = ftqp.Planner(robot, 0.01, level=level)
+        planner.reset(robot.neutral)
+        planner.step(robot.neutral, np.zeros(robot.nv), ftqp.Target(pose=robot.pose(robot.neutral)))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Any:
+    """A test, as long as it may take."""
+    whole = getattr(getattr(item, "obj", None), WHOLE, False)
+    with limited(float(os.environ.get(SECONDS, "3")) * (100.0 if whole else 1.0)):
+        return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_fixture_setup() -> Any:
+    """What a test needs, likewise."""
+    with limited(float(os.environ.get(SECONDS, "3"))):
+        return (yield)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Few sets of parameters and few examples, always the same."""
+    groups: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        groups.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    kept: set[str] = set()
+    for group in groups.values():
+        last = len(group) - 1
+        if getattr(getattr(group[0], "obj", None), WHOLE, False):
+            kept |= {item.nodeid for item in group}
+        kept |= {group[round(k * last / (CASES - 1))].nodeid for k in range(CASES)}
+    config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in kept])
+    items[:] = [item for item in items if item.nodeid in kept]
+    for item in items:
+        function = getattr(item, "obj", None)
+        function = getattr(function, "__func__", function)
+        chosen = getattr(function, "_hypothesis_internal_use_settings", None)
+        if chosen is not None:
+            function._hypothesis_internal_use_settings = settings(  # type: ignore[union-attr]
+                chosen, max_examples=EXAMPLES, deadline=None, database=None, derandomize=True
+            )
