@@ -68,7 +68,8 @@ def a_qp_without_a_robot() -> Any:
         for rows in (0, 2):
             M = rng.normal(size=(5, 5))
             problem = ftqp.QP(
-                M @ M.T + np.eye(5), rng.normal(size=5), A=rng.normal(size=(2, 5)), b=rng.normal(size=2),
+                M @ M.T + np.eye(5), rng.normal(size=5),
+                A=rng.normal(size=(2, 5)), b=0.1 * rng.normal(size=2),
                 C=rng.normal(size=(rows, 5)) if rows else None, l=-np.ones(rows) if rows else None,
                 u=np.ones(rows) if rows else None, lb=-np.ones(5), ub=np.ones(5),
             )  # fmt: skip
