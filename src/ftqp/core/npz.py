@@ -3,6 +3,7 @@
 import zipfile
 import zlib
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,9 @@ def npz_arrays(file: Path, largest: float) -> dict[str, NDArray[Any]]:
             if size > largest:
                 raise ValueError(f"it holds {size:.2g} bytes, expected at most {largest:.2g}")
             return {member.filename.removesuffix(".npy"): _array(archive, member) for member in members}
-    except (EOFError, KeyError, MemoryError, RuntimeError, SyntaxError, TypeError, zlib.error) as error:
+    except (
+        EOFError, KeyError, MemoryError, RuntimeError, SyntaxError, TokenError, TypeError, zlib.error,
+    ) as error:  # fmt: skip
         raise ValueError("it is damaged") from error
     except zipfile.BadZipFile as error:
         raise ValueError("it is no archive of arrays, or is truncated") from error
