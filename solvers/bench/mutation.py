@@ -125,3 +125,5 @@ def _take_over_class(thing: type, other: type) -> None:
             _take_over(value.fget, new.fget)
         elif isinstance(value, FunctionType) and isinstance(new, FunctionType):
             _take_over(value, new)
+        elif not name.startswith("__") and isinstance(value, int | float | str) and new != value:
+            setattr(thing, name, new)

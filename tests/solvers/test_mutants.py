@@ -21,6 +21,8 @@ def limited(x, share=1.0):
 class Brake:
     """One that holds."""
 
+    number = 1
+
     def holds(self, x):
         return x <= MOST
 
@@ -67,6 +69,8 @@ def test_a_mutant_takes_the_place_of_methods_and_constants(module):
     brake = car.Brake()
     mutation.planted(mutant("x <= MOST", "x < MOST"))
     assert not brake.holds(2.0)
+    mutation.planted(mutant("number = 1", "number = 2"))
+    assert brake.number == 2
     mutation.planted(mutant("MOST = 2.0", "MOST = 3.0"))
     assert car.MOST == 3.0 == brakes.NEVER and brake.holds(3.0) and brake.most == 3.0
 
