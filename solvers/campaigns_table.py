@@ -3,6 +3,8 @@
     ftqp campaign safety --out runs/safety
     python solvers/campaigns_table.py runs/safety runs/physics --commit 1a2b3c4 --update-docs
 
+One commit stands for all folders, or there is one for each.
+
 Reads what `ftqp campaign` has left in each folder (summary.json, campaign.toml) and runs nothing.
 """
 
@@ -106,7 +108,7 @@ def main() -> int:
     """Read, print, write; 0 when done, 2 for bad input."""
     options = _options()
     try:
-        rows = [row(folder, options.commit) for folder in options.folders]
+        rows = [row(*one) for one in zip(options.folders, options.commit, strict=True)]
     except InputError as error:
         sys.stderr.write(f"{error}\n")
         return 2
@@ -133,9 +135,15 @@ def main() -> int:
 def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
     parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER", help="what --out named")
-    parser.add_argument("--commit", required=True, metavar="HASH", help="of the source that ran them")
+    parser.add_argument(
+        "--commit", nargs="+", required=True, metavar="HASH", help="of the source that ran them"
+    )
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
+    if len(options.commit) == 1:
+        options.commit *= len(options.folders)
+    if len(options.commit) != len(options.folders):
+        parser.error(f"--commit names {len(options.commit)}, expected 1 or {len(options.folders)}")
     return options
 
 
