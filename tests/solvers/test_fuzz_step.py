@@ -29,6 +29,11 @@ def test_corrupted_steps_keep_every_promise(number: int) -> None:
     assert outcome.wrong == [], outcome.sentence
 
 
+def test_arm_that_moves_again_beside_a_joint_that_swings_is_not_called_stopped() -> None:
+    outcome = episode.run(SEED, 352)  # STOPPED was said for good once all had been at rest
+    assert outcome.wrong == [], outcome.sentence
+
+
 def test_episode_replays_by_seed_and_number() -> None:
     first, again = (episode.run(SEED, 3, ticks=80, arms=ARMS) for _ in range(2))
     assert first == again

@@ -72,8 +72,6 @@ def verdict_on_free(K: Any) -> int:
     """STOPPING and STOPPED where the task is given up, OK where nothing of it is, else RELAXED."""
     limits, faults, state, task, free = K.limits, K.faults, K.state, K.task, K.free
     if K.watch.latched:
-        if K.watch.stopped:
-            return STOPPED
         if free.mode == ARREST or (free.mode == HOLD and abs(state.v[free.joint]) > HANGS):
             return STOPPING
         for k in range(faults.working):
