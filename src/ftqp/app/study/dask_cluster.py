@@ -1,5 +1,6 @@
 """A Dask cluster computes the chunks of a study."""
 
+import socket
 from collections.abc import Sequence
 from concurrent.futures import Future
 from typing import Any, final
@@ -38,12 +39,19 @@ class DaskCluster(Workers):
     def __init__(self, work: Work, address: str) -> None:
         try:
             from distributed import Client, KilledWorker
+            from distributed.comm import parse_address, parse_host_port
         except ImportError as error:
             raise MissingPackage(
                 "--dask", "distributed", 'install it with: pip install "ftqp[distributed]"'
             ) from error
         self._killed = KilledWorker
         try:
+            scheme, place = parse_address(address)
+            if scheme in (
+                "tcp",
+                "tls",
+            ):  # a client that finds nobody is left behind, and can block the next one
+                socket.create_connection(parse_host_port(place), TIMEOUT).close()
             self._client = Client(address, timeout=TIMEOUT, set_as_default=False)
         except (OSError, ValueError, TypeError, ImportError) as error:
             raise InputError(
