@@ -181,9 +181,11 @@ def test_interrupt_within_an_episode_leaves_no_row_of_half_an_episode(study, tmp
             signal.raise_signal(signal.SIGINT)
         return drawn(self, *arguments)
 
+    ignored = signal.signal(signal.SIGINT, signal.default_int_handler)  # pytest-xdist ignores Ctrl-C
     with monkeypatch.context() as patched:
         patched.setattr(block_runner.BlockRunner, "run", run)
         code, _, errors = campaign(study, "--out", tmp_path / "c", "--jobs", 1)
+    signal.signal(signal.SIGINT, ignored)
     assert code == 130 and "interrupted" in errors
     kept = rows(tmp_path / "c")
     assert len(kept) < 6

@@ -8,6 +8,14 @@ import pytest
 from ftqp.app.output.termination import Termination, no_interrupt_lost
 
 
+@pytest.fixture(autouse=True)
+def listening():
+    """A process of pytest-xdist ignores Ctrl-C."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.parametrize("one", [signal.SIGINT, signal.SIGTERM])
 def test_interrupt_that_the_body_swallows_is_raised_at_its_end(one):
     before = signal.getsignal(signal.SIGINT)

@@ -46,10 +46,18 @@ def test_numbers_are_taken_from_the_first_one_asked_for() -> None:
 
 
 def test_another_number_of_dimensions_is_refused() -> None:
-    A = np.arange(12.0)
-    for source in (A, A.reshape(3, 4), memoryview(A), memoryview(A.reshape(3, 4))):
-        assert taken(source, dimensions=np.ndim(source))[0] == 12
+    A = np.arange(16.0)
+    for source in (A, A.reshape(4, 4), memoryview(A), memoryview(A.reshape(4, 4))):
+        assert taken(source, dimensions=np.ndim(source))[0] == 16
         assert taken(source, dimensions=3 - np.ndim(source)) == (BAD_BUFFER, [])
+
+
+@pytest.mark.parametrize("shape", [(2, 8), (8, 2), (1, 16), (16, 1)])
+def test_two_dimensions_are_those_of_a_square_matrix(shape: tuple[int, int]) -> None:
+    A = np.arange(16.0).reshape(shape)
+    for source in (A, memoryview(A)):
+        assert taken(source, dimensions=2) == (BAD_BUFFER, [])
+        assert taken(source)[0] == 16
 
 
 def test_what_is_no_contiguous_float64_is_refused() -> None:
