@@ -18,21 +18,21 @@ from typing import Any
 from bench import command_line, docs
 from bench.results import RESULTS, appendix, circumstances, preamble, written
 from bench.tables import Table
-from scipy.stats import beta
 
+from ftqp.app.campaign.found_failures import share_interval
 from ftqp.core.errors import InputError
 
 LIMITS = ("speed", "acceleration", "position", "braking", "failed", "finite")
 CLAIMS = ("honesty", "inside", "obedience", "torque")
 OTHERS = ("rest", "tracking")
-CONFIDENCE = 0.95
 HEADINGS = (
     "campaign", "commit", "episodes", "steps", "limit broken", "OK not true", "swings at rest",
     "target left", "exceptions", "share at most",
 )  # fmt: skip
 NOTE = (
-    "Columns count episodes. The last one is the largest share of episodes that break a law or raise that is "
-    "compatible with what was found, at 95 % (Clopper and Pearson; 1 - 0.05^(1/n) where nothing was found)."
+    "Columns count episodes; one that breaks several laws of a column counts as often. The last one is the "
+    "upper end of the shares of episodes that break a law or raise that are compatible with what was found, "
+    "at 95 % (Clopper and Pearson; 1 - 0.05^(1/n) where nothing was found)."
 )
 CAMPAIGNS = docs.ROOT / "docs" / "campaigns.md"
 
@@ -65,7 +65,7 @@ def row(folder: Path, commit: str) -> dict[str, Any]:
             "claims": sum(laws[law] for law in CLAIMS),
             **{law: laws[law] for law in OTHERS},
             "exceptions": facts["raised"],
-            "at_most": float(beta.ppf(CONFIDENCE, bad + 1, run - bad)) if run > bad else 1.0,
+            "at_most": (share_interval(bad, run) or (0.0, 1.0))[1],
             "laws": laws,
             "said": facts["said"],
             "examples": facts["examples"],
