@@ -25,7 +25,7 @@ from ftqp.app.campaign.draws import put
 from ftqp.app.campaign.episode_study import EpisodeWork, load_campaign
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.core import clock
-from ftqp.sim.loop import MEMORY, Simulation
+from ftqp.sim.loop import MEMORY
 
 CAMPAIGN = "backends"
 USUAL, WHOLE = 200, 50
@@ -98,18 +98,7 @@ def _episode(
 ) -> tuple[dict[str, int], list[str], list[float]]:
     """How often each status was said, the laws that were broken, and what each step took [us]."""
     setup = work.campaign.setup_of(number, content)
-    ended = Simulation(
-        setup.planner,
-        setup.path,
-        q=setup.q,
-        v=setup.v,
-        schedule=setup.schedule,
-        plant=setup.plant,
-        sensors=setup.sensors,
-        world=setup.world,
-        follower=setup.follower,
-        duration=setup.duration,
-        feed_forward=setup.tables.simulation.feed_forward,
+    ended = setup.simulation(
         log=MEMORY,
         singularities=False,
     ).run()

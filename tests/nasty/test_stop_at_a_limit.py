@@ -10,7 +10,6 @@ import pytest
 from ftqp.app.campaign.shown_evidence import evidence, model_file
 from ftqp.app.scenario.setup import load
 from ftqp.referee.verdict_from_outside import verdict
-from ftqp.sim.loop import Simulation
 
 EPISODES = {
     1019: """
@@ -88,20 +87,7 @@ q = [
 def test_stop_that_ends_at_a_limit_keeps_it(number, tmp_path):
     (tmp_path / "episode.toml").write_text(EPISODES[number])
     setup = load(tmp_path / "episode.toml")
-    log = (
-        Simulation(
-            setup.planner,
-            setup.path,
-            q=setup.q,
-            v=setup.v,
-            schedule=setup.schedule,
-            plant=setup.plant,
-            duration=setup.duration,
-            log="memory",
-        )
-        .run()
-        .log
-    )
+    log = setup.simulation(log="memory").run().log
     seen = verdict(model_file(setup), evidence(setup, log))
     assert "STOPPED" in evidence(setup, log).status
     assert not seen.breaches, [str(breach) for breach in seen.breaches]

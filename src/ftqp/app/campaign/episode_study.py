@@ -28,7 +28,7 @@ from ftqp.referee.strictness import KINEMATIC, PHYSICS, Strictness
 from ftqp.referee.verdict_from_outside import Verdict, verdict
 from ftqp.referee.witness import followable
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.loop import MEMORY, Simulation
+from ftqp.sim.loop import MEMORY
 
 KIND = "campaign"
 COLUMNS = {
@@ -159,18 +159,7 @@ class EpisodeWork:
 
     def _judged(self, setup: Setup) -> dict[str, Any]:
         """What came of an episode."""
-        ended = Simulation(
-            setup.planner,
-            setup.path,
-            q=setup.q,
-            v=setup.v,
-            schedule=setup.schedule,
-            plant=setup.plant,
-            sensors=setup.sensors,
-            world=setup.world,
-            follower=setup.follower,
-            duration=setup.duration,
-            feed_forward=setup.tables.simulation.feed_forward,
+        ended = setup.simulation(
             log=MEMORY,
             singularities=False,
         ).run()

@@ -16,7 +16,6 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log, open_log
 from ftqp.sim.log.log_parts import FILE_NAME, LogParts
 from ftqp.sim.log.recorded_run import recorded
-from ftqp.sim.loop import Simulation
 
 RUNS = Path("runs")
 """Where runs go unless another folder is named."""
@@ -113,18 +112,7 @@ def run(
         FtqpError: the log or the summary cannot be written.
     """
     with progress(setup.name, 1.0) if advance is None else nullcontext(advance) as told:
-        simulation = Simulation(
-            setup.planner,
-            setup.path,
-            q=setup.q,
-            v=setup.v,
-            schedule=setup.schedule,
-            plant=setup.plant,
-            sensors=setup.sensors,
-            world=setup.world,
-            follower=setup.follower,
-            duration=setup.duration,
-            feed_forward=setup.tables.simulation.feed_forward,
+        simulation = setup.simulation(
             log=_log(setup, folder),
             metadata=_about(setup),
             progress=lambda done, total: told(done / total),

@@ -24,6 +24,7 @@ from ftqp.model.robot import Robot
 from ftqp.qp import Recorder
 from ftqp.qp import backend as qp_backend
 from ftqp.sim.base.moving_world import MovingWorld
+from ftqp.sim.loop import Simulation
 from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
@@ -94,6 +95,27 @@ class Setup:
     def toml(self) -> str:
         """The scenario as a TOML file in which no default is left out."""
         return document.toml(self.content)
+
+    def simulation(self, **settings: Any) -> Simulation:
+        """The run, ready to be simulated.
+
+        Args:
+            settings: Further arguments of ``Simulation``, such as ``log``.
+        """
+        return Simulation(
+            self.planner,
+            self.path,
+            q=self.q,
+            v=self.v,
+            schedule=self.schedule,
+            plant=self.plant,
+            sensors=self.sensors,
+            world=self.world,
+            follower=self.follower,
+            duration=self.duration,
+            feed_forward=self.tables.simulation.feed_forward,
+            **settings,
+        )
 
 
 def load(
