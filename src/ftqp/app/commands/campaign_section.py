@@ -1,13 +1,12 @@
 """The section of a report on what ``ftqp campaign`` found."""
 
-import json
 import sqlite3
 from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
 from ftqp.app.campaign.found_failures import share_interval
-from ftqp.app.run.runs import SUMMARY
+from ftqp.app.run.runs import SUMMARY, summary_with
 from ftqp.app.study.results_file import FILE_NAME
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.referee.laws import LAWS
@@ -35,14 +34,8 @@ def read_campaign(folder: Path) -> dict[str, Any] | None:
     Raises:
         InputError: Its summary or its results are not readable.
     """
-    file = folder / SUMMARY
-    if not file.is_file():
-        return None
-    try:
-        facts = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{file} is not readable: {error!s:.200}") from error
-    if not isinstance(facts, dict) or not all(name in facts for name in NEEDED):
+    facts = summary_with(folder, NEEDED)
+    if facts is None:
         return None
     return facts | {"bad": _bad(folder), "errors": _errors(folder)}
 

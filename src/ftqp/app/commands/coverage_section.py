@@ -1,11 +1,10 @@
 """The section of a report on what ``ftqp coverage`` found."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 from ftqp.app.commands.coverage_page import sentences
-from ftqp.app.run.runs import SUMMARY
+from ftqp.app.run.runs import SUMMARY, summary_with
 from ftqp.core.errors import InputError
 from ftqp.viz.pages.page import heading, paragraph, picture, table
 
@@ -23,14 +22,7 @@ def read_coverage(folder: Path) -> dict[str, Any] | None:
     Raises:
         InputError: Its summary is not readable.
     """
-    file = folder / SUMMARY
-    if not file.is_file():
-        return None
-    try:
-        facts = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{file} is not readable: {error!s:.200}") from error
-    return facts if isinstance(facts, dict) and all(name in facts for name in NEEDED) else None
+    return summary_with(folder, NEEDED)
 
 
 def coverage_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:

@@ -1,7 +1,8 @@
 """Runs a scenario into a folder: log, summary and figures, and says in words what happened."""
 
+import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -46,6 +47,26 @@ class Run:
         if self.summary["interrupted"]:
             return ExitCode.INTERRUPTED
         return ExitCode.DONE if self.summary["completed"] else ExitCode.STOPPED
+
+
+def summary_with(folder: Path, names: Iterable[str]) -> dict[str, Any] | None:
+    """The summary in a folder; None where there is none, or one without some of the names.
+
+    Args:
+        folder: Of a result.
+        names: What the summary of such a result has at least.
+
+    Raises:
+        InputError: It is not readable.
+    """
+    file = folder / SUMMARY
+    if not file.is_file():
+        return None
+    try:
+        facts = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"{file} is not readable: {error!s:.200}") from error
+    return facts if isinstance(facts, dict) and all(name in facts for name in names) else None
 
 
 def free_folder(wanted: Path | None, name: str) -> Path:
