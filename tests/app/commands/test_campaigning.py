@@ -13,8 +13,12 @@ from ftqp.app.campaign.campaign_summary import summary
 from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
 from ftqp.app.study import driving
+from ftqp.app.view.subjects import shown
+from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.sim import block_runner
+from ftqp.sim.session.cast import Choice
+from ftqp.sim.session.orders import Seek
 
 STUDY = """
 [campaign]
@@ -81,8 +85,29 @@ def test_any_episode_is_run_alone_by_its_number(study, tmp_path):
     assert code == 0 and facts["broken"] == []
     assert facts["drawn"] == json.loads(rows(tmp_path / "c")[3][1])
     assert (tmp_path / "r" / "log.sqlite").exists()
+    with shown(Choice(scenario=str(tmp_path / "r"))) as (kind, source):
+        assert kind == "replay" and source.stage().duration == pytest.approx(0.4)
+        assert source.stage().title == "short-3, a finished run" and source.frame().message == ""
     code, _, errors = campaign(study, "--replay", 6, "--out", tmp_path / "s")
     assert code == 2 and "episode 6 is none of short, expected 0 to 5" in errors
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "number"), [("safety", 5), ("physics", 1), ("detection", 1)])
+def test_episode_of_a_bundled_campaign_has_figures_and_a_page_that_shows_its_locked_joint_at_rest(
+    tmp_path, monkeypatch, name, number
+):
+    if name != "safety":
+        pytest.importorskip("mujoco", reason='needs mujoco (pip install "ftqp[sim]")')
+    monkeypatch.undo()
+    code, _, errors = campaign(name, "--replay", number, "--out", tmp_path / "r")
+    assert code == 0, errors
+    pictures = {"joints.png", "path.png", "status.png", "torques.png", "velocities.png"}
+    assert {file.name for file in (tmp_path / "r" / "figures").iterdir()} >= pictures
+    with shown(Choice(scenario=str(tmp_path / "r"))) as (_, source):
+        source.put(Seek(source.stage().duration))
+        frame = source.frame()
+    assert frame.truth.sum() == Locked.number and not frame.braking.any()
 
 
 def test_table_tells_value_by_value(study, tmp_path):

@@ -6,6 +6,7 @@ import pytest
 
 from ftqp.control.paths import Circle, Line, Square
 from ftqp.control.planner.planner import Planner
+from ftqp.control.planner.status import STATUSES
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.model import catalog
@@ -168,6 +169,15 @@ def test_path_in_space_is_drawn_in_space(panda_log, drawn, tmp_path):
     assert drawn[0].axes[0].name == "3d"
 
 
+def test_no_legend_hides_a_path(panda_log, stopped_log, drawn, tmp_path):
+    for log in (panda_log, stopped_log):
+        tracking.draw(log, tmp_path / "a.png")
+    for figure in drawn:
+        assert not [axes for axes in figure.axes if axes.get_legend()]
+        below = figure.legends[0].get_window_extent()
+        assert below.y1 <= min(axes.get_window_extent().y0 for axes in figure.axes)
+
+
 def test_stop_is_marked(stopped_log, drawn, tmp_path):
     stop = events.stop_time(stopped_log)
     assert stop is not None
@@ -259,6 +269,19 @@ def test_ribbon_tells_truth_from_belief(panda_log, drawn, tmp_path):
     assert "panda_joint3, as the planner believes" in words
     assert "panda_joint4, really and as believed" in words
     assert "OK: the task is followed and every limit is kept" in words
+
+
+def test_no_word_of_the_ribbon_leaves_the_picture(drawn, panda_log, tmp_path):
+    signals = {name: np.array(panda_log[name]) for name in panda_log.names}
+    signals["status"] = np.arange(len(panda_log)) % len(STATUSES)
+    log = Log(None, signals, panda_log.units, panda_log.descriptions, panda_log.metadata)
+    ribbon.draw(log, tmp_path / "a.png")
+    (figure,) = drawn
+    for legend in (*figure.legends, figure.axes[0].get_legend()):
+        place = legend.get_window_extent()
+        assert place.x0 >= 0.0 and place.x1 <= figure.bbox.width
+        assert place.y0 >= 0.0 and place.y1 <= figure.bbox.height
+        assert figure._suptitle.get_window_extent().y0 >= place.y1
 
 
 def test_ribbon_shows_every_spell(stopped_log, drawn, tmp_path):

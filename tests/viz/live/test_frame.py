@@ -7,6 +7,7 @@ import pytest
 
 from ftqp.app.scenario.setup import load
 from ftqp.app.view.casting import cast_of
+from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.sim.loop import Simulation
 from ftqp.sim.session.cast import Choice
@@ -116,3 +117,11 @@ def test_twin_is_drawn_where_it_is():
     np.testing.assert_allclose(frame.ghost[-1], robot.pose(other), atol=1e-12)
     np.testing.assert_allclose(frame.tip, robot.pose(robot.neutral), atol=1e-12)
     assert (frame.ghost_status, frame.ghost_error) == ("STOPPED", 0.03)
+
+
+def test_locked_joint_that_a_brake_holds_is_not_braking():
+    panda = catalog.load("panda")
+    locked, v = np.zeros(7, dtype=int), np.zeros(7)
+    locked[:2], v[:2] = Locked.number, (1e-6, 0.1)
+    frame = frame_of(facts(panda, truth=locked, v=v), DrawnArm(panda))
+    assert frame.braking.tolist() == [False, True, *5 * [False]]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
 
@@ -14,9 +15,11 @@ from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
     GREEN,
     GREY,
+    LETTER,
     ORANGE,
     PURPLE,
     RED,
+    SAMPLE,
     SKY,
     YELLOW,
     Axes,
@@ -28,6 +31,8 @@ from ftqp.viz.figures.canvas import (
     tidy,
 )
 
+WIDTH = 12.0
+"""Of the figure [inches]."""
 COLOURS = {
     "OK": GREEN,
     "RELAXED": YELLOW,
@@ -67,7 +72,10 @@ def draw(log: Log, path: str | Path) -> Path:
         else:
             ribbons += [(f"{name}, really", truth), (f"{name}, as the planner believes", belief)]
     title = f"Status of every step: {events.heading(log)}"
-    figure = paper(12.0, 2.6 + 0.45 * len(ribbons) + 0.25 * len(seen), title, search=False)
+    room = int((WIDTH - label_width([label for label, _ in ribbons]) - SAMPLE) / LETTER)
+    sentences = {code: wrap(f"{STATUSES[code].name}: {STATUSES[code].value}", room) for code in seen}
+    lines = sum(len(words) for words in sentences.values())
+    figure = paper(WIDTH, 2.6 + 0.45 * len(ribbons) + 0.25 * lines, title, search=False)
     axes = figure.add_subplot()
     spells(axes, log, log["status"], 0.0, dict(enumerate(STATUS_COLOURS)))
     labels, places = ["planner's status"], [0.0]
@@ -80,8 +88,7 @@ def draw(log: Log, path: str | Path) -> Path:
     axes.set_ylim(max(places) + 0.6, -0.6)
     axes.set_xlim(*events.time_span(log))
     events.mark(axes, log)
-    sentences = {code: f"{STATUSES[code].name}: {STATUSES[code].value}" for code in seen}
-    handles = [Patch(color=STATUS_COLOURS[code], label=label) for code, label in sentences.items()]
+    handles = [Patch(color=STATUS_COLOURS[code], label="\n".join(words)) for code, words in sentences.items()]
     axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=9)
     shown = sorted({int(code) for _, codes in ribbons for code in np.unique(codes)})
     meanings = [
@@ -91,7 +98,7 @@ def draw(log: Log, path: str | Path) -> Path:
         figure,
         [*meanings, *events.handles(log)],
         left=label_width(labels),
-        top=0.55 + 0.22 * len(seen),
+        top=0.55 + 0.22 * lines,
     )
     return save(figure, path)
 

@@ -50,7 +50,7 @@ def draw(log: Log, path: str | Path) -> Path:
     ratios = (1.0, 1.1) if arm is None else (1.0, 1.0, 1.1)
     grid = figure.add_gridspec(2, len(ratios), width_ratios=ratios)
     first = 0 if arm is None else 1
-    flat = _draw_path(figure, grid[:, first], log)
+    way, flat = _draw_path(figure, grid[:, first], log)
     turns = bool((log["rotation_error"] > 0.0).any())
     position = figure.add_subplot(grid[0, -1] if turns else grid[:, -1])
     emergency = log.metadata.get("emergency") or {}
@@ -58,7 +58,7 @@ def draw(log: Log, path: str | Path) -> Path:
     if turns:
         rotation = figure.add_subplot(grid[1, -1])
         _draw_error(rotation, log, "rotation_error", emergency.get("rotation"))
-    handles: list[Any] = events.handles(log)
+    handles: list[Any] = [*way.get_legend_handles_labels()[0], *events.handles(log)]
     if arm is not None:
         views = arm_views.planes(arm)
         for row, plane in enumerate(views):
@@ -109,7 +109,7 @@ def _level(axes: Axes, value: float, said: str, colour: str) -> None:
     )  # fmt: skip
 
 
-def _draw_path(figure: Figure, place: Any, log: Log) -> bool:
+def _draw_path(figure: Figure, place: Any, log: Log) -> tuple[Axes, bool]:
     """In the plane of what was asked and done where that is flat, else in space [mm]; whether it is flat."""
     origin = log["target"][0, :3]
     desired = MILLIMETRES * (log["target"][:, :3] - origin)
@@ -117,12 +117,12 @@ def _draw_path(figure: Figure, place: Any, log: Log) -> bool:
     spread = np.ptp(np.vstack([desired, actual]), axis=0)
     order = np.argsort(-spread, kind="stable")
     flat = bool(spread[order[2]] <= FLAT * spread[order[0]])
+    axes = figure.add_subplot(place, projection=None if flat else "3d")
     if flat:
-        _draw_flat(figure.add_subplot(place), log, desired, actual, sorted(int(i) for i in order[:2]))
+        _draw_flat(axes, log, desired, actual, sorted(int(i) for i in order[:2]))
     else:
-        space = figure.add_subplot(place, projection="3d")
-        _draw_in_space(space, log, desired, actual)
-    return flat
+        _draw_in_space(axes, log, desired, actual)
+    return axes, flat
 
 
 def _draw_flat(axes: Axes, log: Log, desired: FloatArray, actual: FloatArray, plane: list[int]) -> None:
@@ -138,7 +138,6 @@ def _draw_flat(axes: Axes, log: Log, desired: FloatArray, actual: FloatArray, pl
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.12)
     plain_axes(axes, count=(5, 7))
-    axes.legend(loc="best", fontsize=9, framealpha=0.9)
 
 
 def _draw_in_space(axes: Any, log: Log, desired: FloatArray, actual: FloatArray) -> None:
@@ -153,7 +152,6 @@ def _draw_in_space(axes: Any, log: Log, desired: FloatArray, actual: FloatArray)
     axes.set_title("Path", fontsize=10)
     for axis in "xyz":
         axes.locator_params(axis=axis, nbins=4)
-    axes.legend(loc="upper left", fontsize=9)
 
 
 def _points(log: Log) -> list[tuple[int, str, str, str, float]]:

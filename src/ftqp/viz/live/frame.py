@@ -20,6 +20,8 @@ from ftqp.sim.session.facts import Facts, IntArray, facts_of
 
 NEAR = 0.9
 """A joint beyond this share of its range is near its limit."""
+AT_REST = 1e-4
+"""A locked joint slower than this stands: simulated brakes give by 1e-6 rad/s for ever [rad/s or m/s]."""
 _BROKEN = np.array([0, *(kind.number for kind in KINDS.values() if not kind.works)])[1:]
 """Codes of joints that do not follow their commands."""
 _SENTENCES = {
@@ -189,7 +191,7 @@ def frame_of(facts: Facts, arm: DrawnArm) -> Frame:
         ghost_error=0.0 if facts.twin is None else facts.twin.position_error,
         truth=facts.truth,
         belief=facts.belief,
-        braking=locked & (facts.v != 0.0),
+        braking=locked & (np.abs(facts.v) > AT_REST),
         near_limit=arm.near(share),
         status=status.name,
         sentence=status.value if added is None else f"{status.value}; {added}",
