@@ -141,6 +141,22 @@ def test_posture_that_is_still_led_somewhere_does_not_swing():
     assert "rest" not in verdict(ARM, replace(evidence, q=evidence.q + drift)).laws
 
 
+def turning(drift):
+    """While the target rests, two joints move on and a third turns half-way, by 0.3 rad/s at most."""
+    evidence = run()
+    t = DT * np.arange(TICKS + 1)
+    q = evidence.q.copy()
+    q[:, :2] += drift * t[:, None]
+    q[:, JOINT] += 0.3 / np.pi * np.sin(np.pi * t)
+    target = np.repeat(evidence.target[:1], TICKS, axis=0)
+    return verdict(ARM, replace(evidence, q=q, target=target), PHYSICS).laws
+
+
+def test_joint_that_turns_on_the_way_of_an_arm_does_not_swing_and_one_that_turns_alone_does():
+    assert "rest" not in turning(0.5)
+    assert "rest" in turning(0.02)
+
+
 def test_torque_beyond_its_limit_breaks_the_law_under_ok_alone():
     weak = ModelFile.read(ROBOT.with_limits(tau_max=5.0).to_urdf(), ROBOT.tip)
     assert verdict(weak, run()).laws == {"torque"}

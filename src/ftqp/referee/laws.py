@@ -20,10 +20,14 @@ STILL = 0.01
 WATCHED = 1.0
 """How long at most the end of a run is watched in which the target rests [s], and how long at least."""
 LEAST = 0.3
+UNDER_WAY = 0.75
+"""An arm that comes farther than this share of the way that it goes is led somewhere."""
 FULLY = 1e-6
 """Full braking may miss this share of the acceleration limit."""
 HALF_TURN = 1e-3
 """Rotations so near to half a turn are left to pinocchio [1 + cosine of the angle]."""
+TELLING = 1e-9
+"""News that come between two ticks are heard at the later one, to this [s]."""
 ROUNDING, OBSERVED = 1e-12, 1e-4
 """Of the end of a ramp, and of the speed with which it begins [rad/s or m/s]."""
 IMPACT = 0.1
@@ -35,7 +39,8 @@ TUBE, TUBE_TIME, TUBE_SIGMAS = 0.02, 0.1, 6.0
 def health(arm: ModelFile, run: Evidence) -> tuple[BoolArray, dict[str, FloatArray]]:
     """Which joints obey, (K, nv), and the limits that are left, (K, nv) by name, at each tick.
 
-    A weakened joint has its lower limits from when the planner is told.
+    A weakened joint has its lower limits from when the planner is told; until then nobody knows that it does
+    not do what it is told.
 
     Args:
         arm: The arm.
@@ -48,13 +53,13 @@ def health(arm: ModelFile, run: Evidence) -> tuple[BoolArray, dict[str, FloatArr
         for name in ("q_min", "q_max", "v_max", "a_max", "tau_max")
     }
     for failure in run.failures:
+        fails = (t >= failure.since - 0.5 * run.dt) & (t < failure.until - 0.5 * run.dt)
         if failure.kind == "degraded":
+            knows = fails & (t >= failure.told - TELLING)
             for name, share in failure.shares.items():
-                knows = (t >= failure.told - 0.5 * run.dt) & (t < failure.until - 0.5 * run.dt)
                 limits[name][knows, failure.joint] *= share
-        else:
-            fails = (t >= failure.since - 0.5 * run.dt) & (t < failure.until - 0.5 * run.dt)
-            obeys[fails, failure.joint] = False
+            fails &= ~knows & (failure.told > failure.since)
+        obeys[fails, failure.joint] = False
     return obeys, limits
 
 
@@ -125,12 +130,14 @@ def braking(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     """What is missing of the way that a joint needs to brake before its end, (K, nv) [rad or m].
 
     Joints that could not brake in time before the tick do not count. At the velocity level braking goes in
-    whole ticks.
+    whole ticks. An arm whose servos hear noise is shaken by it about the command that keeps the way.
     """
     obeys, limits = health(arm, run)
     missing = [_missing(q, v, limits, run) for q, v in ((run.q[:-1], run.v[:-1]), (run.q[1:], run.v[1:]))]
     return np.where(
-        obeys & (missing[0] <= 0.0) & ~jumps(arm, run, strict)[:, None], missing[1] - strict.position, 0.0
+        obeys & (missing[0] <= 0.0) & ~jumps(arm, run, strict)[:, None],
+        missing[1] - strict.position - TUBE_SIGMAS * strict.noise,
+        0.0,
     )
 
 
@@ -231,7 +238,9 @@ def obedience(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
 def rest(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     """How fast joints swing at the end although the target rests, as a share of their limit, (K, nv).
 
-    A posture that is still led to where a scheme wants it moves one way, and does not count.
+    An arm on its way does not count, one that a scheme still leads to its posture, or a slow one whose target
+    is far: a joint that turns on such a way does not swing. On it the joints come most of the way that they
+    go, each measured by what it can go in a second.
     """
     result = np.zeros((len(run.status), len(arm.names)))
     moving = np.flatnonzero(np.abs(np.diff(run.target, axis=0)).max(axis=(1, 2), initial=0.0))
@@ -242,6 +251,10 @@ def rest(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
         return result
     obeys, _ = health(arm, run)
     q = run.q[first:]
+    by_speed = q / np.where(np.isfinite(arm.v_max), arm.v_max, 1.0)
+    gone, come = np.abs(np.diff(by_speed, axis=0)).sum(), np.abs(by_speed[-1] - by_speed[0]).sum()
+    if come > UNDER_WAY * gone:
+        return result
     share = (q[over:] - q[:-over]) / (over * run.dt * arm.v_max)
     swings = np.minimum(share.max(axis=0), -share.min(axis=0))
     result[-1] = np.where(obeys[first:].all(axis=0), np.maximum(swings - STILL, 0.0), 0.0)

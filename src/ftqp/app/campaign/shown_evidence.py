@@ -94,9 +94,20 @@ def model_file(setup: Setup) -> ModelFile:
 
 
 def _sent(setup: Setup, log: Log) -> tuple[FloatArray, FloatArray]:
-    """The command for the end of each tick where the log leaves it out: it was integrated and obeyed."""
+    """The command for the end of each tick where the log leaves it out: it was integrated and obeyed.
+
+    A joint that failed before the planner knew does not obey, and its command goes on from where the planner
+    takes it to be. What was sent to it is not in the log, and what it did takes that place.
+    """
     dt, half = setup.planner.dt, 0.5 if setup.planner.level == "acceleration" else 1.0
-    q, v, a = log["q"], log["v"], log["a"]
+    q, v, a = log["q"], log["v"], log["a"].copy()
+    t = dt * np.arange(len(q))
+    for failure in failures(setup):
+        if failure.told > failure.since:
+            unknown = (t >= failure.since - 0.5 * dt) & (t < failure.until)
+            a[unknown, failure.joint] = (np.diff(v[:, failure.joint], append=v[-1, failure.joint]) / dt)[
+                unknown
+            ]
     return q + dt * (v + half * dt * a), v + dt * a
 
 

@@ -38,7 +38,7 @@ class ArmLoop:
         self._release()
         K = self._session.K
         K.feedback.fresh = 1
-        K.calm.holding = K.calm.stood = K.calm.sure = 0
+        K.calm.holding = K.calm.hushed = K.calm.stood = K.calm.sure = K.calm.window = 0
 
     def _release(self) -> None:
         watch = self._session.K.watch

@@ -31,7 +31,7 @@ from ftqp.qp.problem import SolveStatus
 _ON_TASK = (StepStatus.OK, StepStatus.RELAXED, StepStatus.SCALED)
 _ROWS_OF = {Kept.NOTHING: 0, Kept.POSITION: 3, Kept.POSITION_AXIS: 5, Kept.POSE: 6}
 """How many rows of a pose each set has; a task of fewer rows has fewer."""
-_SOLVE_STATUSES = (*(SolveStatus[claim.name] for claim in Claim), SolveStatus.OUT_OF_TIME)
+_SOLVE_STATUSES = tuple(SolveStatus[claim.name] for claim in Claim)
 """What the residuals made of an answer, in the order of the kernel's claims."""
 ROUNDING = 10.0
 """A torque excess below so many tolerances of the solver is rounding."""

@@ -7,6 +7,7 @@ from ftqp.kernel.calm.brake import braked, feedback_rate, way_to_go
 from ftqp.kernel.calm.curvature import curvature, weigh_rows
 from ftqp.kernel.calm.metric import find_metric
 from ftqp.kernel.calm.rest import decide, watch_target
+from ftqp.kernel.calm.swing import gives_up, watch_swing
 from ftqp.kernel.calm.trigger import is_regular
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, CALM_STAGE, SCALE
@@ -34,7 +35,8 @@ def calms(K: Any, kp: float) -> bool:
     if not calm.on or kp == 0.0:  # without feedback the error asks for nothing
         return False
     watch_target(K)
-    if not calm.holding and is_regular(K):
+    watch_swing(K)
+    if not calm.holding and not gives_up(K) and is_regular(K):
         calm.sure = 0.0
         return False
     return _takes_part(K, kp)

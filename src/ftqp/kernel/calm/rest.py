@@ -3,6 +3,7 @@
 from math import inf, sqrt
 from typing import Any
 
+from ftqp.kernel.calm.swing import gives_up
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import TARGET_TWIST
 
@@ -111,6 +112,8 @@ def decide(K: Any, square: float) -> None:
     hopeless = calm.stood >= STOOD - SURE and calm.rho < GAIN and square > LEAST
     hopeless = hopeless and (calm.stood >= IMPATIENT or _is_slow(K))
     if calm.stood >= IMPATIENT and _is_near(K) and not _is_slow(K):
+        hopeless = True
+    if gives_up(K) and square > LEAST:
         hopeless = True
     calm.sure = calm.sure + K.state.dt if hopeless else 0.0
     if calm.sure >= SURE:

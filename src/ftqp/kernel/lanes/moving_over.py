@@ -53,7 +53,7 @@ def may_move_in(K: Any, code: int) -> bool:
         or K.watch.latched != 0
     ):
         return False
-    if K.calm.entered or K.calm.holding or faults.movable != faults.working:
+    if K.calm.entered or K.calm.holding or K.calm.hushed or faults.movable != faults.working:
         return False
     if feedback.lagging or feedback.late != 0.0 or feedback.rate != 1.0 or feedback.speed_margin != 0.0:
         return False
@@ -116,7 +116,7 @@ def move_out(K: Any, L: Any, l: int, S: Any, tick: int) -> None:
             K.faults.lock_velocity[i] = lane_of(L.faults.lock_velocity, i, l)
     state.ticks = tick
     K.feedback.fresh = 1
-    calm.stood, calm.sure = lane_of(L.calm.stood, 0, l), 0.0
+    calm.stood, calm.sure, calm.window = lane_of(L.calm.stood, 0, l), 0.0, 0.0
     for k in range(12):
         calm.anchor[k] = S.calm.anchor[k]
     K.watch.last_position_error = lane_of(L.watch.last_position_error, 0, l)

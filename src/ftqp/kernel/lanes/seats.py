@@ -54,7 +54,7 @@ def leave_seat(K: Any, seat: Any) -> None:
             calm.known[count] = i
             count += 1
     calm.known_working = count
-    calm.stood, calm.sure = seat.stood, 0.0
+    calm.stood, calm.sure, calm.window = seat.stood, 0.0, 0.0
     for k in range(12):
         calm.anchor[k] = seat.anchor[k]
     state.ticks = seat.tick

@@ -77,9 +77,10 @@ class Claim(IntEnum):
     MAX_ITERATIONS = 1
     INFEASIBLE = 2
     FAILED = 3
+    OUT_OF_TIME = 4
 
 
-SOLVED, MAX_ITERATIONS, INFEASIBLE, FAILED = map(int, Claim)
+SOLVED, MAX_ITERATIONS, INFEASIBLE, FAILED, OUT_OF_TIME = map(int, Claim)
 
 
 class Status(IntEnum):

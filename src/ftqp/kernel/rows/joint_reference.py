@@ -52,8 +52,8 @@ def aim_at_reference(K: Any, joints: Any) -> None:
 def joint_objective(K: Any, joints: Any) -> None:
     """H and g of the joints, no rows of the task; nothing is held that the task had held."""
     chain, faults, state, task, qp = K.chain, K.faults, K.state, K.task, K.qp
-    K.calm.holding = K.calm.entered = 0
-    K.calm.stood = K.calm.sure = 0.0
+    K.calm.holding = K.calm.hushed = K.calm.entered = 0
+    K.calm.stood = K.calm.sure = K.calm.window = 0.0
     for i in range(chain.n):
         demand = joints.x[i] + joints.kv * (joints.v[i] - state.v[i]) + joints.kp * (joints.q[i] - state.q[i])
         joints.demand[i] = demand if faults.code[i] == HEALTHY else 0.0

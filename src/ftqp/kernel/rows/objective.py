@@ -14,6 +14,7 @@ Source: docs/theory/schemes.md, which derives the coefficients of every recipe.
 
 from typing import Any
 
+from ftqp.kernel.calm.swing import hush
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FREE, HEALTHY, VELOCITY
 from ftqp.kernel.maths.elementary import select
@@ -67,6 +68,8 @@ def objective(K: Any) -> None:
         or criteria.torque != 0.0
     ):
         _couple(K)
+    if K.calm.hushed:
+        hush(K)
     if criteria.sways:
         draw_to(K, criteria.sway)
 

@@ -232,7 +232,7 @@ def _ask(K: Any) -> int:
 @jit
 def _turn(K: Any, calm: bool) -> None:
     """Posture criterion and directional damping, where the planner has them; calm does without the latter."""
-    if K.criteria.manipulability != 0.0:
+    if K.criteria.manipulability != 0.0 and not K.calm.hushed:
         add_manipulability(K)
     K.turned.on = 0
     if K.turned.factor > 0.0 and not calm:
@@ -298,7 +298,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
         add_drive(K, path)
     calm = waits(K, path) and calms(K, task.kp)
     path_rows(K, path)
-    if K.criteria.manipulability != 0.0:
+    if K.criteria.manipulability != 0.0 and not K.calm.hushed:
         add_manipulability(K)
     fade_feedback(K, path)
     K.ladder.stage = MAIN_STAGE

@@ -10,10 +10,10 @@ from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import Claim as Claim
 from ftqp.qp.adapters.buffers import QPBuffers
 
+UNSOLVED = (Claim.MAX_ITERATIONS, Claim.FAILED)
+"""What a solver may say that was cut short by its time limit."""
 MOST_ITERATIONS = 2**31 - 1
 """Iterations are reported up to this number."""
-OVERRAN = len(Claim)
-"""What a planner is told in place of a claim when the solver ran out of its time limit."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -40,7 +40,8 @@ class Backend(ABC):
     - a warm start that does not end in SOLVED is repeated cold, once, unless it ran out of time; after a
       solve that did not end in SOLVED, and the first time, a solve is cold whatever is asked.
 
-    The outputs are written for SOLVED and MAX_ITERATIONS and left alone otherwise.
+    The outputs are written for SOLVED and MAX_ITERATIONS and left alone otherwise. A solve that was cut short
+    by a time limit is OUT_OF_TIME.
 
     Attributes:
         name: How users name the backend.
@@ -109,7 +110,7 @@ class Backend(ABC):
             claim = self._attempt(qp, True)
             self.iterations += self._spent
         self._stale = claim is not Claim.SOLVED
-        return claim
+        return Claim.OUT_OF_TIME if self.overran and claim in UNSOLVED else claim
 
     def _refusal(self, qp: QPBuffers) -> Claim | None:
         """FAILED for NaN or infinite data, INFEASIBLE for crossed bounds, None for data fit for a solver."""

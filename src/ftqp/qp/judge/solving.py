@@ -68,8 +68,6 @@ def judged(problem: QP, solver: Backend, buffers: QPBuffers, claim: Claim) -> So
     x, y, z, z_box = (part.copy() for part in (buffers.x, buffers.y, buffers.z, buffers.z_box))
     found = residuals(problem, x, y, z, z_box)
     status, certificate = _status(problem, claim, good=accepted(problem, found, x, y))
-    if solver.overran and status not in (SolveStatus.SOLVED, SolveStatus.INFEASIBLE):
-        status = SolveStatus.OUT_OF_TIME
     return Solution(
         x=x,
         y=y,
@@ -90,4 +88,5 @@ def _status(problem: QP, claim: Claim, *, good: bool) -> tuple[SolveStatus, Cert
     certificate = infeasibility(problem)
     if certificate is not None:
         return SolveStatus.INFEASIBLE, certificate
-    return (SolveStatus.MAX_ITERATIONS if claim is Claim.MAX_ITERATIONS else SolveStatus.FAILED), None
+    told = claim in (Claim.MAX_ITERATIONS, Claim.OUT_OF_TIME)
+    return (SolveStatus[claim.name] if told else SolveStatus.FAILED), None

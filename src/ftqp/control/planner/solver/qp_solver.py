@@ -16,7 +16,7 @@ from ftqp.kernel.entry.table import ANY_SIZE
 from ftqp.kernel.layout.criteria import Criterion
 from ftqp.kernel.layout.enums import SOLVED, Level, Turn
 from ftqp.model.robot import Robot
-from ftqp.qp.adapters.backend import OVERRAN, Backend
+from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.buffers import QPBuffers
 
 IN_KERNEL: Final = "active_set"
@@ -135,4 +135,4 @@ class Solver:
         assert backend is not None
         claim = backend.solve(cold=self._cold)
         self._cold = claim != SOLVED
-        return finish(OVERRAN if backend.overran else int(claim), int(backend.iterations))
+        return finish(int(claim), int(backend.iterations))

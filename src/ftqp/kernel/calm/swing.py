@@ -1,0 +1,83 @@
+"""An arm that goes to and fro although its target stands: its scheme gives way to coming to rest."""
+
+from math import inf
+from typing import Any
+
+from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.layout.enums import ACCELERATION
+
+SETTLED = 1.0
+"""How long the target has stood before a swing counts [s]: until then the arm arrives."""
+WINDOW = 1.0
+"""Over how long a motion is looked at [s]."""
+TO_AND_FRO = 0.5
+"""It is a swing where the joints come no farther than this share of the way that they go ..."""
+LEAST_WAY = 0.005
+"""... and that is more than what one joint goes in a window at this share of its velocity limit."""
+TIMES = 2
+"""An arm that swings once comes to rest beside its task; seen so often, it no longer asks for its error."""
+
+
+@jit
+def watch_swing(K: Any) -> None:
+    """Whether the arm swings: its way and how far it has come, window by window, in what v_max goes in 1 s.
+
+    A swing is remembered until the target moves or another set of joints works. A motion that leads the arm
+    somewhere, however long it takes, is none.
+    Source: docs/theory/calm.md, "Schemes that do not rest".
+    """
+    calm = K.calm
+    if calm.stood < SETTLED:
+        calm.window = 0.0
+        calm.hushed = 0
+    elif not gives_up(K):
+        _look_back(K)
+
+
+@jit
+def gives_up(K: Any) -> bool:
+    """Whether the arm swings although its scheme has given way: not even its error is worth that."""
+    swung: bool = K.calm.hushed >= TIMES
+    return swung
+
+
+@rare_jit
+def _look_back(K: Any) -> None:
+    limits, faults, state, calm = K.limits, K.faults, K.state, K.calm
+    if calm.window == 0.0:
+        calm.way = 0.0
+        for i in range(K.chain.n):
+            calm.q_window[i] = state.q[i]
+    calm.window += state.dt
+    for k in range(faults.working):
+        i = faults.order[k]
+        calm.way += state.dt * abs(state.v[i]) / _top(limits, i)
+    if calm.window < WINDOW:
+        return
+    come = 0.0
+    for k in range(faults.working):
+        i = faults.order[k]
+        come += abs(state.q[i] + state.dt * state.v[i] - calm.q_window[i]) / _top(limits, i)
+    if calm.way > LEAST_WAY * WINDOW and come < TO_AND_FRO * calm.way:
+        calm.hushed += 1
+    calm.window = 0.0
+
+
+@jit
+def _top(limits: Any, i: int) -> Any:
+    return limits.v_max[i] if limits.v_max[i] < inf else 1.0
+
+
+@rare_jit
+def hush(K: Any) -> None:
+    """The objective of an arm that has swung: 1/2 (x + kv v)'H (x + kv v), or 1/2 x'H x of velocities."""
+    state, task, qp, n = K.state, K.task, K.qp, K.chain.n
+    kv = task.kv if state.level == ACCELERATION else 0.0
+    for i in range(n):
+        if qp.dense:
+            momentum = 0.0
+            for j in range(n):
+                momentum += qp.H[i, j] * state.v[j]
+        else:
+            momentum = qp.H_diagonal[i] * state.v[i]
+        qp.g[i] = kv * momentum
