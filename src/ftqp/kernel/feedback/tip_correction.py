@@ -112,9 +112,9 @@ def _rests(K: Any) -> bool:
 def correct(K: Any) -> None:
     """c'' = -kappa^2 (c + d) - 2 kappa c', and what it adds to the task: c to its error, the rest to b.
 
-    It rests while a sample is refused, during a stop, near a target that stands, and when the arm has swung
-    for so long that it gives up. The task's own gains do not see c: its velocity and acceleration are fed
-    forward, so that kappa alone decides how fast the arm's error is taken back.
+    It rests while a sample is refused, during a stop, near a target that stands, when the arm holds, and when
+    it has swung for so long that it gives up. The task's own gains do not see c: its velocity and acceleration
+    are fed forward, so that kappa alone decides how fast the arm's error is taken back.
     Source: docs/theory/feedback.md, "The tip".
     """
     feedback, state, task = K.feedback, K.state, K.task
@@ -125,7 +125,7 @@ def correct(K: Any) -> None:
             feedback.displaced = 1
     if not feedback.displaced:
         return
-    frozen = feedback.refused > 0 or K.watch.latched != 0 or _rests(K) or gives_up(K)
+    frozen = feedback.refused > 0 or K.watch.latched != 0 or _rests(K) or K.calm.holding or gives_up(K)
     for k in range(6):
         if frozen:
             rate[k] = feedback.push[k] = 0.0
