@@ -113,8 +113,8 @@ def correct(K: Any) -> None:
     """c'' = -kappa^2 (c + d) - 2 kappa c', and what it adds to the task: c to its error, the rest to b.
 
     It rests while a sample is refused, during a stop, near a target that stands, when the arm holds, and when
-    it has swung for so long that it gives up. The task's own gains do not see c: its velocity and acceleration
-    are fed forward, so that kappa alone decides how fast the arm's error is taken back.
+    it has swung for so long that it gives up. The task's own gains do not see c: its velocity and its
+    acceleration are fed forward, so that kappa alone decides how fast the arm's error is taken back.
     Source: docs/theory/feedback.md, "The tip".
     """
     feedback, state, task = K.feedback, K.state, K.task
