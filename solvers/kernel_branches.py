@@ -3,8 +3,9 @@
 The tests of each part run in a process of their own under coverage.py, with nothing compiled
 (``NUMBA_DISABLE_JIT=1``). A tick then takes some hundred times as long, so that each test may take
 ``--seconds`` of CPU time and is skipped beyond them, and runs with eight of its sets of parameters at most;
-hypothesis tries four examples, and the reserve of braking is made of six samples instead of 400
-(``solvers/bench/plain_python.py``). A branch counts as taken where any test took it.
+those of ``tests/kernel/plain_python``, which are made for it, run whole. Hypothesis tries four examples, and
+the reserve of braking is made of six samples instead of 400 (``solvers/bench/plain_python.py``). A branch
+counts as taken where any test took it.
 
     python solvers/kernel_branches.py [PART...] [--seconds 0.8] [--keep DIR] [--quick] [--out DIR] [--json]
 
@@ -38,6 +39,8 @@ PARTS = (
     "tests/nasty", "tests/qp/dtrnn", "tests/analysis", "tests/control/batch", "tests/sim",
 )  # fmt: skip
 """Tests that reach the kernel."""
+WITH_SLOW = PARTS[0]
+"""Of these the slow ones, too: they are made for plain Python, and are slow beside the others there only."""
 QUICK = ("tests/kernel/rows", "tests/kernel/maths")
 ELSEWHERE = {
     "compiled": "makes and loads machine code; plain Python does without it",
@@ -70,11 +73,12 @@ def measured(part: str, seconds: float, folder: Path) -> tuple[Path, str]:
         settings.write_text(f"[run]\nbranch = true\nsource = {KERNEL}\n", encoding="utf-8")
         path = os.pathsep.join([str(ROOT / "src"), str(ROOT / "solvers"), os.environ.get("PYTHONPATH", "")])
         plain = {"NUMBA_DISABLE_JIT": "1", "FTQP_PLAIN_SECONDS": f"{seconds:g}", "PYTHONPATH": path}
+        marks = "not gpu" if part.startswith(WITH_SLOW) else "not slow and not gpu"
         done = subprocess.run(
             [
                 sys.executable, "-m", "coverage", "run", f"--rcfile={settings}", f"--data-file={data}",
                 "-m", "pytest", "-p", "bench.plain_python", "-p", "no:cacheprovider", "-q", "--no-header",
-                "-W", "ignore::RuntimeWarning", "-m", "not slow and not gpu", part,
+                "-W", "ignore::RuntimeWarning", "-m", marks, part,
             ],
             cwd=ROOT, env={**os.environ, **plain}, capture_output=True, text=True, check=False,
         )  # fmt: skip
@@ -86,7 +90,7 @@ def measured(part: str, seconds: float, folder: Path) -> tuple[Path, str]:
 
 def branches(files: list[Path], folder: Path) -> list[dict[str, Any]]:
     """Branches and those taken, a row a file of the kernel, and the lines that were not left both ways."""
-    combined, told = folder / "combined", folder / "combined.json"
+    combined, told = folder / "combined", folder / "branches.json"
     run = [sys.executable, "-m", "coverage"]
     settings = f"--rcfile={folder / 'coverage.ini'}"
     subprocess.run(

@@ -13,6 +13,3 @@ def numbers(said):
 @pytest.mark.parametrize("name", RIDES)
 def test_a_ride_commands_numbers(name):
     assert np.isfinite(numbers(RIDES[name]())).all()
-
-
-test_a_ride_commands_numbers.whole = True  # solvers/bench/plain_python.py leaves none out

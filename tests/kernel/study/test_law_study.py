@@ -1,9 +1,5 @@
 """Runs and lines of any arm: against the planar kernels, and against motions followed one by one."""
 
-import os
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -61,26 +57,6 @@ def test_a_line_through_a_singularity_is_said_to_have_failed():
     bent = np.arccos((2.5 - 1.0) / 2.0)
     q, done = law.lines(np.array([[bent, -bent, -bent]]), poses, np.array([0.1, 0.0]))
     assert 0 < done[0] < 10 and np.isnan(q[0, -1]).all()
-
-
-PLAIN = """
-import numpy as np, ftqp
-from ftqp.analysis.goals import goal_study
-from ftqp.kernel.entry.law_study import LawStudy
-from ftqp.kernel.entry.planar_study import PlanarStudy
-arm = ftqp.robots.load("planar", lengths=(1, 1, 1), continuous=True)
-start, goal = np.array([[0.4, -0.9, 1.3]]), np.array([1.2, 0.9])
-endings, ends, sizes = LawStudy(goal_study(arm, goal, "position").free, np.eye(3), 1.0).runs(start, [1])
-others, far, _ = PlanarStudy(np.ones(3), np.eye(3), goal).runs(start, np.array([2]))
-assert endings[0] == others[0] == 0 and np.allclose(ends, far, atol=1e-8) and sizes[0] < 1e-9
-"""
-
-
-def test_plain_python_says_the_same():
-    """No field has the name of something that numpy's records have."""
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    done = subprocess.run([sys.executable, "-c", PLAIN], env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("rows", ["pose", "position"])

@@ -1,9 +1,5 @@
 """Runs of planar arms after failures: against a general integrator, in every seat, with any weights."""
 
-import os
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -95,43 +91,3 @@ def test_creeping_along_a_nearly_singular_curve_ends_at_the_goal():
     starts = np.deg2rad([[-153.985, -0.01, 87.875], [-54.028, 0.354, -155.163], [-154.43, -1.153, 163.427]])
     endings, _, facts = study.runs(starts, np.full(3, 2))
     assert (endings == Ending.CORRECT).all() and (facts[:, 2] > 400).all()
-
-
-SLOPES = """
-import numpy as np
-from ftqp.kernel.jit import carray, pointer
-from ftqp.kernel.entry.session import rooms
-from ftqp.kernel.layout.planar_memory import planar_dtype
-from ftqp.kernel.study.planar_rest import all_left, slopes
-rng = np.random.default_rng(0)
-for n in (2, 3, 5):
-    memory = np.zeros(1, planar_dtype(n)); P = rooms(memory)
-    B = rng.normal(size=(n, n))
-    P.link[:], P.M[:], P.goal[:] = rng.uniform(0.5, 1.5, n), B @ B.T + np.eye(n), (0.7, -0.4)
-    free = np.ones(8 * n); free[8:16] = 0.0
-    q = rng.uniform(-3, 3, n)
-    def at(q):
-        _, det, _ = slopes(P, np.repeat(q, 8), free)
-        return P.F.copy(), det
-    at(q)
-    slope, det_slope = P.slope.copy(), P.det_slope.copy()
-    for l in range(n):
-        h = np.zeros(n); h[l] = 1e-6
-        (a, da), (b, db) = at(q + h), at(q - h)
-        moves = 0.0 if l == 1 else 1.0
-        assert np.allclose(slope[:, l], moves * (a - b) / 2e-6, rtol=1e-7, atol=1e-7), (n, l)
-        assert np.isclose(det_slope[l], moves * (da - db) / 2e-6, rtol=1e-7, atol=1e-7), (n, l)
-    for _ in range(40):
-        S = rng.normal(size=(n, n)) - rng.uniform(0, 3) * np.eye(n)
-        S[1], S[:, 1] = 0.0, 0.0
-        P.slope[:] = S
-        left = np.linalg.eigvals(np.delete(np.delete(S, 1, 0), 1, 1)).real.max() < 0.0
-        assert all_left(P, free) == left, (n, S)
-"""
-
-
-def test_slopes_are_those_of_differences_and_stability_that_of_all_eigenvalues():
-    """As plain Python, where the helpers can be called one by one."""
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    done = subprocess.run([sys.executable, "-c", SLOPES], env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
