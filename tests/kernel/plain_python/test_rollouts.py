@@ -1,0 +1,143 @@
+"""Arms that are driven many at once, one after the other or from seats, move as a planner moves each."""
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.control.batch.own_faults import OwnFaults
+from ftqp.kernel.entry.rollouts import Batch, drive_on, seats_of
+from ftqp.kernel.layout.enums import Status
+
+DT, TICKS = 0.01, 18
+STATUSES = list(ftqp.StepStatus)
+FAULTS = [
+    None,
+    (ftqp.Locked(1), 4),
+    [(ftqp.Degraded(0, velocity=0.2), 2), (ftqp.Locked(2, mode="instant"), 9)],
+    None,
+    (ftqp.FreeSwinging(2, damping=0.5), 5),
+    (ftqp.Locked(0, deceleration=2.0), 17),
+]
+NOWHERE = 3
+"""The arm whose start is no number."""
+
+
+def robot():
+    return ftqp.robots.load("planar", count=3)
+
+
+def planner_of(**settings):
+    return ftqp.Planner(robot(), DT, **{"level": "velocity", "task": ftqp.Task(rows=("x", "y"))} | settings)
+
+
+def starts(spread=0.05):
+    q = robot().neutral + spread * np.random.default_rng(5).normal(size=(6, 3))
+    q[NOWHERE, 1] = np.nan
+    return q
+
+
+def targets(way=0.1):
+    arm = robot()
+    path = ftqp.paths.Line(arm.pose(arm.neutral), (-way, 0.5 * way, 0.0), duration=DT * TICKS)
+    sample = path.sample(DT * np.arange(TICKS))
+    return ftqp.Targets(sample.pose, sample.twist, sample.acceleration)
+
+
+def alone(planner, q, entry, given):
+    """q of every tick, v at the end, largest error and statuses of the same arm tick by tick."""
+    entry = [] if entry is None else entry if isinstance(entry, list) else [entry]
+    v, way, codes, worst = np.zeros(3), [], [], 0.0
+    planner.reset(q)
+    for k in range(len(given)):
+        for fault, at in entry:
+            if at == k:
+                planner.report(fault)
+        step = planner.step(q, v, given.at(k))
+        q, v = step.q.copy(), step.v.copy()
+        way.append(q)
+        codes.append(step.status)
+        worst = max(worst, step.position_error)
+    return np.array(way), v, worst, codes
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"level": "acceleration"},
+        {"task": ftqp.Task(rows=("x", "y"), damping=ftqp.DirectionalDamping())},
+        {"scheme": "mvn_manipulability"},
+    ],
+    ids=["velocity", "acceleration", "damped", "with gradients"],
+)
+@pytest.mark.parametrize("frees", [False, True])
+def test_every_arm_moves_as_a_planner_moves_it(settings, frees):
+    which = [k for k in range(6) if frees or k != 4]
+    q, faults, given = starts()[which], [FAULTS[k] for k in which], targets()
+    done = ftqp.batch.rollout(planner_of(**settings), q, targets=given, faults=faults, every=4, threads=1)
+    assert (done.counts.sum(axis=1) == TICKS).all()
+    for arm, k in enumerate(which):
+        if k == NOWHERE:
+            assert done.share(ftqp.StepStatus.INVALID_INPUT)[arm] == 1.0 and done.first_bad[arm] == 0
+            assert np.isnan(done.q[arm]).all() and np.isnan(done.trace[arm][:, 1]).all()
+            continue
+        way, v, worst, codes = alone(planner_of(**settings), q[arm], faults[arm], given)
+        np.testing.assert_allclose(done.trace[arm], way[3::4], rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(done.q[arm], way[-1], rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(done.v[arm], v, rtol=0.0, atol=1e-11)
+        assert done.position_error[arm] == pytest.approx(worst, abs=1e-12)
+        assert done.counts[arm].tolist() == [codes.count(status) for status in STATUSES]
+        bad = [at for at, code in enumerate(codes) if code is not ftqp.StepStatus.OK]
+        assert done.first_bad[arm] == (bad[0] if bad else -1)
+
+
+def batch_of(planner, q, faults, chunk):
+    """A batch, what its arms believe, and their seats after its ticks, taken ``chunk`` by ``chunk``."""
+    what_ifs = planner.what_ifs()
+    own = OwnFaults(faults, len(q), planner.robot, what_ifs)
+    who = np.arange(len(q))
+    batch = Batch.of(q.copy(), np.zeros_like(q), targets(1e-3).packed, *own.of(who), 5)
+    seats = seats_of(what_ifs.session, len(q))
+    ticks = []
+    for _ in range(1 if chunk == 0 else TICKS):
+        drive_on(what_ifs.session, batch, own.beliefs, who, seats if chunk else None, chunk, threads=2)
+        ticks.append(seats["tick"].copy())
+        if chunk and (seats["tick"] >= TICKS).all():
+            break
+    return batch, seats, ticks
+
+
+def test_an_arm_that_leaves_its_seat_goes_on_as_if_it_had_never_taken_it():
+    q, faults = starts(1e-5), FAULTS
+    whole, _, _ = batch_of(planner_of(), q, faults, 0)
+    seated, seats, ticks = batch_of(planner_of(), q, faults, 6)
+    for name in ("q", "v", "worst", "trace"):
+        assert np.allclose(getattr(whole, name), getattr(seated, name), rtol=0.0, atol=1e-12, equal_nan=True)
+    assert (whole.counts == seated.counts).all() and (whole.first_bad == seated.first_bad).all()
+    assert whole.counts[NOWHERE, Status.INVALID_INPUT] == TICKS
+    for first in ticks[0]:
+        assert first == TICKS or first % 6 == 1
+    assert ticks[0][0] < TICKS, "an arm whose ticks are common ones sits down between"
+    assert ticks[0][NOWHERE] == TICKS
+    assert seats["until"][0] == TICKS
+
+
+def test_a_flag_stops_arms_between_two_ticks():
+    planner, q = planner_of(), starts()[:2]
+    what_ifs = planner.what_ifs()
+    own = OwnFaults(None, 2, planner.robot, what_ifs)
+    batch = Batch.of(q.copy(), np.zeros_like(q), targets().packed, *own.of(np.arange(2)), 0)
+    session, stop = what_ifs.session, np.ones(1, dtype=np.int64)
+    seats = seats_of(session, 1)
+    from ftqp.kernel.entry.rollouts import _Workshop
+
+    shop = _Workshop(session, 1)
+    more = (2, np.arange(2), seats, 0)
+    call = session.bind(
+        "rollout_any", shop.records, shop.free, 0, 2, *batch.arguments(own.beliefs), *more, stop
+    )
+    assert call() == 0 and batch.counts.sum() == 0
+    shop = _Workshop(session, 4)
+    own_memory = (shop.records, shop.lanes, shop.work, 0, 2)
+    assert session.bind("rollout_4", *own_memory, *batch.arguments(own.beliefs), stop)() == 0
+    assert batch.counts.sum() == 0
