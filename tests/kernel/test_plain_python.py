@@ -39,11 +39,13 @@ def plainly(*arguments):
     return done.stdout
 
 
-def test_parts_of_the_kernel_pass_their_tests_as_plain_python():
-    rides = str(HERE / "test_rides.py")
-    said = plainly("-m", "pytest", "-q", "-p", "no:cacheprovider", str(HERE), "--ignore", rides)
+@pytest.mark.parametrize(
+    ("which", "least"), [("not slow", 250), pytest.param("slow", 60, marks=pytest.mark.slow)]
+)
+def test_parts_of_the_kernel_pass_their_tests_as_plain_python(which, least):
+    said = plainly("-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", which, str(HERE))
     counted = re.search(r"(\d+) passed", said)
-    assert counted is not None and int(counted[1]) >= 20 and "skipped" not in said
+    assert counted is not None and int(counted[1]) >= least and "skipped" not in said
 
 
 def numbers(said):

@@ -64,6 +64,7 @@ def test_joints_that_swing_freely_move_as_physics_says_and_the_others_as_little_
     assert np.abs(step.v[working]).max() > 1e-3 or len(working) <= 2
 
 
+@pytest.mark.slow
 def test_a_free_joint_of_an_arm_in_space_is_taken_into_account():
     robot = ftqp.robots.load("iiwa14")
     fault = ftqp.FreeSwinging(6, damping=0.5)
@@ -72,6 +73,7 @@ def test_a_free_joint_of_an_arm_in_space_is_taken_into_account():
     assert torques(robot, q, v, step)[6] == pytest.approx(-0.5 * step.v[6], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_limits_of_the_robust_inverse_are_those_of_the_joints_that_work():
     """Where it does not damp it is the least sum of (v/limit)^2 of those that work."""
     robot = ftqp.robots.load("panda")

@@ -22,17 +22,18 @@ KNOWN = {
     "torques measured": ("position", {"measured": True}),
     "no torques": ("position", {}),
 }
+EACH = [name if name == "no torques" else pytest.param(name, marks=pytest.mark.slow) for name in KNOWN]
 
 
-@pytest.mark.parametrize("known", KNOWN)
+@pytest.mark.parametrize("known", EACH)
 def test_a_healthy_arm_raises_no_suspicion(known):
     drive, told = KNOWN[known]
     tick, diagnosis = driven(detector(drive), most=150, **told)
     assert tick == 150 and not diagnosis.watching and diagnosis.suspicion < 0.5
 
 
-@pytest.mark.parametrize("known", KNOWN)
-@pytest.mark.parametrize("joint", [0, 2])
+@pytest.mark.parametrize("known", EACH)
+@pytest.mark.parametrize("joint", [0, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_joint_that_brakes_and_stands_is_locked(known, joint):
     drive, told = KNOWN[known]
     tick, diagnosis = driven(detector(drive), "locked", joint, **told)
@@ -42,7 +43,7 @@ def test_a_joint_that_brakes_and_stands_is_locked(known, joint):
     assert found.onset == pytest.approx(DT * (AT + 400), abs=6 * DT)
 
 
-@pytest.mark.parametrize("known", KNOWN)
+@pytest.mark.parametrize("known", EACH)
 @pytest.mark.parametrize("joint", [1, 2])
 def test_a_joint_with_all_of_its_torque_runs_away(known, joint):
     drive, told = KNOWN[known]
@@ -51,7 +52,7 @@ def test_a_joint_with_all_of_its_torque_runs_away(known, joint):
     assert diagnosis.isolated[f"j{joint + 1}"].onset == pytest.approx(DT * (AT + 400), abs=3 * DT)
 
 
-@pytest.mark.parametrize("known", KNOWN)
+@pytest.mark.parametrize("known", EACH)
 def test_a_joint_without_torque_swings_freely(known):
     drive, told = KNOWN[known]
     tick, diagnosis = driven(detector(drive), "share", 0, 0.0, most=180, **told)
@@ -62,6 +63,7 @@ def test_a_joint_without_torque_swings_freely(known):
     assert diagnosis.isolated["j1"].onset == pytest.approx(DT * (AT + 400), abs=10 * DT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("known", ["torques sent and measured", "torques demanded", "no torques"])
 def test_a_joint_with_half_of_its_torque_is_degraded_by_half(known):
     drive, told = KNOWN[known]
@@ -70,6 +72,7 @@ def test_a_joint_with_half_of_its_torque_is_degraded_by_half(known):
     assert found.kinds == {"degraded"} and found.share == pytest.approx(0.5, abs=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joint", [1, 2])
 def test_what_is_not_clear_is_said_to_be_either(joint):
     """Where the arm asks little of a joint its share shows late, and may be any small one."""
@@ -151,7 +154,7 @@ def test_a_sample_beyond_a_turn_of_a_joint_without_end_is_the_same_sample():
     assert samples(watch, range(AT, AT + 12), turned).isolated["j2"].kinds == {"sensor_biased"}
 
 
-@pytest.mark.parametrize("latency", [1, 3])
+@pytest.mark.parametrize("latency", [pytest.param(1, marks=pytest.mark.slow), 3])
 def test_late_samples_are_compared_with_the_reference_of_their_time(latency):
     def late(k, q):
         return q - reference(BEGIN + k)[0] + reference(BEGIN + k - latency)[0]
@@ -166,6 +169,7 @@ def test_late_samples_are_compared_with_the_reference_of_their_time(latency):
         assert np.allclose(watch._session.D.e[:3], DT * wrong * v, atol=5 * SIGMA + 1e-6)
 
 
+@pytest.mark.slow
 def test_a_suspicion_that_calms_down_ends():
     """After 300 quiet ticks, and not before; then nothing is suspected."""
     watch = detector("position")

@@ -10,6 +10,7 @@ def numbers(said):
     return [x for part in said for x in numbers(part)] if isinstance(said, list) else [float(said)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RIDES)
 def test_a_ride_commands_numbers(name):
     assert np.isfinite(numbers(RIDES[name]())).all()

@@ -18,6 +18,7 @@ FAULTS = [
     (ftqp.FreeSwinging(2, damping=0.5), 5),
     (ftqp.Locked(0, deceleration=2.0), 17),
 ]
+DAMPED = ftqp.Task(rows=("x", "y"), damping=ftqp.DirectionalDamping())
 NOWHERE = 3
 """The arm whose start is no number."""
 
@@ -64,13 +65,13 @@ def alone(planner, q, entry, given):
     "settings",
     [
         {},
-        {"level": "acceleration"},
-        {"task": ftqp.Task(rows=("x", "y"), damping=ftqp.DirectionalDamping())},
-        {"scheme": "mvn_manipulability"},
+        pytest.param({"level": "acceleration"}, marks=pytest.mark.slow),
+        pytest.param({"task": DAMPED}, marks=pytest.mark.slow),
+        pytest.param({"scheme": "mvn_manipulability"}, marks=pytest.mark.slow),
     ],
     ids=["velocity", "acceleration", "damped", "with gradients"],
 )
-@pytest.mark.parametrize("frees", [False, True])
+@pytest.mark.parametrize("frees", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_every_arm_moves_as_a_planner_moves_it(settings, frees):
     which = [k for k in range(6) if frees or k != 4]
     q, faults, given = starts()[which], [FAULTS[k] for k in which], targets()
@@ -107,6 +108,7 @@ def batch_of(planner, q, faults, chunk):
     return batch, seats, ticks
 
 
+@pytest.mark.slow
 def test_an_arm_that_leaves_its_seat_goes_on_as_if_it_had_never_taken_it():
     q, faults = starts(1e-5), FAULTS
     whole, _, _ = batch_of(planner_of(), q, faults, 0)
