@@ -61,6 +61,8 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         (
             "tests/kernel/judge",
             "tests/kernel/plain_python/test_least_excess.py",
+            "tests/kernel/plain_python/test_rungs_one_by_one.py",
+            "tests/kernel/plain_python/test_brought_to_rest.py",
         ),
     ),
     "stop": (
@@ -70,6 +72,9 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
             "tests/control/task/test_emergency.py",
             "tests/kernel/judge/test_rungs.py",
             "tests/kernel/judge/test_ladder.py",
+            "tests/kernel/plain_python/test_rungs_one_by_one.py",
+            "tests/kernel/plain_python/test_brought_to_rest.py",
+            "tests/control/moving_base",
             f"{PLANNER}/test_planner_stop.py",
             f"{PLANNER}/test_planner_tasks.py",
         ),

@@ -81,3 +81,32 @@ def test_kinds_have_numbers_of_their_own_in_logs():
 
 def test_every_kind_is_exported():
     assert all(getattr(ftqp, kind.__name__) is kind for kind in KINDS.values())
+
+
+def test_numbers_of_kinds_in_logs_stay_what_they_are():
+    """Logs of earlier releases are read by them."""
+    assert {name: kind.number for name, kind in KINDS.items()} == {
+        "locked": 1,
+        "free_swinging": 2,
+        "degraded": 3,
+    }
+
+
+def test_a_setting_may_be_what_its_table_says_and_nothing_beyond():
+    """The ranges that ``ftqp check --keys`` prints are those that a fault is made with."""
+    seen = 0
+    for kind in KINDS.values():
+        for field in fields(kind):
+            for key, bound in field.metadata.get("range", {}).items():
+                seen += 1
+                beside = 0.01 if key == "gt" else 0.0
+                assert getattr(kind(0, **{field.name: bound + beside}), field.name) == bound + beside
+                with pytest.raises(InputError, match=field.name):
+                    kind(0, **{field.name: bound + (0.01 if key == "le" else 0.0 if key == "gt" else -0.01)})
+    assert seen == 9
+
+
+def test_what_a_kind_takes_from_the_limits_is_a_setting_of_it():
+    assert dict(Degraded.shares) == {"v_max": "velocity", "a_max": "acceleration", "tau_max": "torque"}
+    assert not Locked.shares and not FreeSwinging.shares
+    assert (Locked.works, FreeSwinging.works, Degraded.works) == (False, False, True)

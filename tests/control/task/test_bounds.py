@@ -1,5 +1,7 @@
 """Bound conversions are found by name and refuse senseless parameters."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -50,3 +52,12 @@ def test_conversion_object_is_itself():
 def test_wrong_conversion_is_refused_with_one_sentence(given, sentence):
     with pytest.raises(InputError, match=sentence):
         bounds.by_name(given)
+
+
+def test_conversions_are_those_that_their_docstrings_describe_and_cannot_be_changed():
+    jin = Jin()
+    assert (jin.gamma_p, jin.gamma_v, jin.margin, jin.upsilon) == (20.0, 20.0, 0.1, 4.0)
+    for conversion, key in ((jin, "margin"), (Viability(), "anything"), (OneStep(), "anything")):
+        with pytest.raises((dataclasses.FrozenInstanceError, TypeError)):
+            setattr(conversion, key, 1.0)
+    assert len({Jin(), Jin(), Viability(), OneStep()}) == 3, "equal ones are one"

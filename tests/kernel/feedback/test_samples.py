@@ -207,3 +207,13 @@ def test_after_a_reset_nothing_is_left_of_what_came_before(drive):
         used.step(ROBOT.neutral + away, np.array([np.nan, 0.0, 0.0]), here, tip=np.full((4, 4), np.nan))
     assert used.stopped_because is not None
     assert np.array_equal(driven(used, np.random.default_rng(1)), expected)
+
+
+@pytest.mark.parametrize("joint", [0, 2])
+def test_a_joint_whose_sample_was_refused_is_believed_again_with_the_next_good_one(joint):
+    arm = Arm()
+    arm.tick()
+    arm.tick(arm.off(joint, np.nan))
+    assert (arm.loop.bad[joint], arm.loop.age[joint], arm.loop.refused) == (1, 1, 1)
+    arm.tick()
+    assert (arm.loop.bad[joint], arm.loop.age[joint], arm.loop.refused) == (0, 0, 0)

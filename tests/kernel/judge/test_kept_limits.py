@@ -32,6 +32,8 @@ def test_a_joint_is_outside_beyond_a_millionth_past_its_end_whether_it_works_or_
         assert kept_limits.joints_outside(K) == outside
         assert formula(kept_limits.is_beyond_range)(K, joint) == bool(outside)
         assert not formula(kept_limits.is_beyond_range)(K, (joint + 1) % N)
+        K.state.q[joint] = K.limits[end][joint] + side * OUTSIDE_FROM
+        assert not formula(kept_limits.is_beyond_range)(K, joint), "a millionth is none"
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

@@ -73,3 +73,28 @@ def test_an_angle_of_cosine_and_sine_is_that_of_the_turn_of_the_command(turns, b
     K.state.given_q[1:3] = [np.nan, 0.0]
     accepted_inputs.accept_state(K, 4)
     assert np.isnan(K.state.q[1]) and K.state.q[2] == -0.75
+
+
+def test_whole_turns_are_those_that_leave_half_a_turn_at_most():
+    for angle in np.linspace(-20.0, 20.0, 401):
+        assert accepted_inputs.whole_turns(angle) == np.round(angle / (2.0 * np.pi)), angle
+    assert accepted_inputs.whole_turns(np.nan) == 0.0 == accepted_inputs.whole_turns(1e300)
+
+
+@pytest.mark.parametrize("at", [1, 2])
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_an_angle_of_which_cosine_or_sine_is_no_number_is_none(at, bad):
+    K = record()
+    K.chain.n, K.chain.continuous[:3] = 3, [0, 1, 0]
+    K.state.given_q[:4] = [0.25, 0.6, 0.8, -0.75]
+    K.state.given_q[at] = bad
+    accepted_inputs.accept_state(K, 4)
+    assert not np.isfinite(K.state.q[1]) and K.state.q[2] == -0.75
+
+
+def test_only_joints_without_end_are_unwrapped():
+    K = record()
+    K.chain.n, K.chain.continuous[:3], K.state.q_command[:3] = 3, [0, 1, 0], 13.0
+    K.state.given_q[:3] = 0.5
+    accepted_inputs.accept_state(K, 3)
+    assert K.state.q[:3] == pytest.approx([0.5, 0.5 + 4.0 * np.pi, 0.5])

@@ -232,6 +232,7 @@ def test_a_lock_ramp_is_as_asked_where_there_is_room():
     assert lock_rate(2.0, 0.5, 1.0, 8.0, 1e-9) == pytest.approx(4.0)
     assert lock_rate(2.0, 0.01, 1.0, 8.0, DT) == 8.0 == lock_rate(2.0, -0.1, 1.0, 8.0, DT)
     assert lock_rate(2.0, 0.01, 9.0, 8.0, DT) == 9.0
+    assert lock_rate(0.0, 0.0, 1.0, 8.0, DT) == 8.0 == lock_rate(2.0, DT, 1.0, 8.0, DT), "no room is left"
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])

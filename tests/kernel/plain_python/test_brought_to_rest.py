@@ -1,0 +1,82 @@
+"""How an arm is brought to rest: when it stops, what it is drawn to, and the torques of such a tick."""
+
+from math import inf
+
+import numpy as np
+import pytest
+from records import chain_record
+from rungs import DT, N, record, stubs
+
+import ftqp
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.judge import coming_to_rest, ladder, verdict
+from ftqp.kernel.layout.enums import ACCELERATION, MAIN_STAGE, REST_STAGE, STOPPED, STOPPING, VELOCITY
+
+
+@pytest.mark.parametrize("limited", [True, False])
+def test_a_stop_brakes_until_all_joints_that_work_are_slower_than_a_thousandth(monkeypatch, limited):
+    top = 2.0 if limited else 1.0
+    for share, latched, stopped, free, says, ends in (
+        (1.1e-3, 1, 0, False, STOPPING, 0),
+        (0.9e-3, 1, 0, False, STOPPED, 1),
+        (0.9e-3, 0, 0, False, STOPPED, 0),
+        (1.1e-3, 1, 1, False, STOPPED, 1),
+        (1.1e-3, 1, 1, True, STOPPING, 1),
+        (-1.1e-3, 1, 0, False, STOPPING, 0),
+    ):
+        K = record()
+        K.limits.v_max[2] = 2.0 if limited else inf
+        K.state.v[2] = share * top
+        K.watch.latched, K.watch.stopped, K.watch.rise = latched, stopped, 0.2
+        if free:
+            K.faults.working = N - 1
+        given = []
+        stubs(monkeypatch, begin_rest=lambda K, time, rise, given=given: given.append((time, rise)))
+        ladder.begin_stop(K)
+        assert (K.ladder.verdict, K.watch.stopped) == (says, ends) and given == [(DT, 0.2)]
+    K = record()
+    K.faults.working, K.faults.movable, K.state.v[3] = N - 1, N - 1, 1.0
+    stubs(monkeypatch, begin_rest=None)
+    ladder.begin_stop(K)
+    assert K.ladder.verdict == STOPPED, "a joint that is locked is not asked"
+
+
+def test_a_rest_forgets_the_task_and_opens_only_intervals_of_joints_that_are_outside():
+    for q, opened in ((1.0 + 1e-3, True), (-1.0 - 1e-3, True), (1.0, False), (0.0, False)):
+        K = record(MAIN_STAGE)
+        K.state.q[1], K.state.v[1] = q, 0.04
+        K.task.slack[:2], K.task.scale = 5.0, 0.5
+        K.qp.lb[1], K.qp.ub[1] = 1.0, 2.0
+        ladder.begin_rest(K, 0.05, 0.0)
+        assert (K.qp.nx, K.qp.meq, K.qp.warm, K.ladder.stage) == (N, 0, 0, REST_STAGE)
+        assert not K.task.slack[:2].any() and K.task.scale == 0.0
+        wanted = -0.04 / 0.05
+        assert (K.qp.lb[1], K.qp.ub[1]) == ((pytest.approx(wanted), 2.0) if opened else (1.0, 2.0))
+        assert -K.qp.g[1] == pytest.approx(wanted)
+
+
+def test_a_deceleration_comes_up_and_goes_down_by_its_jerk_limit():
+    """What is braked now may be less than a tick ago by jerk dt only, and no more than ends at rest."""
+    jerk = 8.0 / 0.04
+    assert coming_to_rest.deceleration(0.05, -8.0, 8.0, 0.004, 0.04, 0.004) == pytest.approx(
+        -(8.0 - jerk * 0.004)
+    )
+    assert coming_to_rest.deceleration(1.0, -2.0, 8.0, 0.004, 0.04, 0.004) == pytest.approx(
+        -(2.0 + jerk * 0.004)
+    )
+    assert coming_to_rest.deceleration(1e-3, -8.0, 8.0, 0.004, 0.04, 0.004) == pytest.approx(-0.25)
+
+
+@pytest.mark.parametrize("level", [ACCELERATION, VELOCITY])
+def test_torques_of_a_tick_without_inertia_are_known_from_then_on(level):
+    robot = ftqp.robots.load("planar", count=3, vertical=True)
+    K, rng = chain_record(robot), np.random.default_rng(1)
+    K.state.level, K.state.dt = level, DT
+    q, v, a = K.state.q[:3], K.state.v[:3], K.state.a_command[:3]
+    q[:], v[:], a[:] = rng.normal(size=(3, 3))
+    forward_kinematics(K)
+    motion(K)
+    assert K.kinematics.has_dynamics == 0
+    verdict.torques_without_inertia(K)
+    assert K.state.tau[:3] == pytest.approx(robot.mass_matrix(q) @ a + robot.bias(q, v))
+    assert K.kinematics.has_dynamics == 1, "asked again they are not computed again"
