@@ -255,3 +255,17 @@ def test_a_motor_at_its_limit_unasked_runs_away_though_its_joint_hardly_moves():
     for asked, given, expected in ((-0.9, 0.9, True), (0.5, 0.9, True), (0.9, 0.9, False), (0.0, 0.8, False)):
         D.motor_torque[1], D.tau[1] = asked * TAU_MAX[1], given * TAU_MAX[1]
         assert bool(_runs_away(D, K, 1, 0)) == expected, (asked, given)
+
+
+@pytest.mark.parametrize("times", [1.5, 2.5, 5.0])
+def test_a_joint_that_jams_within_a_tick_is_locked_however_fast_it_was(times):
+    """By more than any motor could do in a tick: samples that are refused do not make the next ones wrong."""
+    watch, rng = detector("position"), np.random.default_rng(2)
+    way = times * watch._session.D.jump[1]
+    for k in range(AT + 60):
+        q, ahead = reference(BEGIN + k)[0] + SIGMA * rng.standard_normal(3), commanded(k)
+        q[1] += way * min(k, AT) - reference(BEGIN + k)[0][1]
+        ahead.q[1], ahead.v[1], ahead.a[1] = way * (k + 1), way / DT, 0.0
+        diagnosis = watch.update(q, None, None, ahead)
+    assert diagnosis.isolated["j2"].kinds == {"locked"} and list(diagnosis.isolated) == ["j2"]
+    assert watch._session.D.good[1] == q[1]

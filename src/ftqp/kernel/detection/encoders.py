@@ -70,7 +70,7 @@ def read_encoders(D: Any, K: Any, then: int) -> int:
     news = 0
     for i in range(D.n):
         sample, expected = D.q[i], D.good[i] + D.step[i]
-        refused = True
+        refused, moved, doubted = True, 0.0, D.off[i] > 0
         if not is_finite(sample):
             D.missing[i] += 1
         else:
@@ -78,6 +78,7 @@ def read_encoders(D: Any, K: Any, then: int) -> int:
             if K.chain.continuous[i] and abs(sample - expected) > 3.0:
                 turns = (sample - expected) / 6.283185307179586
                 sample -= 6.283185307179586 * float(int(turns + (0.5 if turns > 0.0 else -0.5)))
+            moved = sample - D.raw[i]
             if sample == D.raw[i]:
                 D.same[i] += 1
                 D.travel[i] += D.dt * abs(D.past_v[then, i])
@@ -93,7 +94,10 @@ def read_encoders(D: Any, K: Any, then: int) -> int:
             D.good[i] = expected
         else:
             D.off[i] = D.turns[i] = 0
-            D.step[i] = sample - D.good[i] if D.ticks > 0 else 0.0
+            step = sample - D.good[i]
+            if doubted and abs(moved) < abs(step):
+                step = moved  # ``good`` was only what was expected of samples that were refused
+            D.step[i] = step if D.ticks > 0 else 0.0
             D.good[i] = sample
         D.seen[i] = D.good[i]
         D.e[i] = D.good[i] - D.past_q[then, i]
