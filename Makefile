@@ -1,7 +1,7 @@
 # Every target sets up what it needs: a fresh machine needs only make, Python >= 3.11 and its venv module.
 PYTHON ?= python3
 VENV   ?= .venv
-BIN    := $(VENV)/bin
+BIN     = $(VENV)/bin
 PIP     = $(BIN)/python -m pip install --disable-pip-version-check --quiet
 PYTEST ?= $(BIN)/python -m pytest
 JOBS   ?= 2

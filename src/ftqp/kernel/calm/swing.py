@@ -4,7 +4,6 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import ACCELERATION
 
 SETTLED = 1.0
 """How long the target has stood before a swing counts [s]: until then the arm arrives."""
@@ -66,18 +65,3 @@ def _look_back(K: Any) -> None:
 @jit
 def _top(limits: Any, i: int) -> Any:
     return limits.v_max[i] if limits.v_max[i] < inf else 1.0
-
-
-@rare_jit
-def hush(K: Any) -> None:
-    """The objective of an arm that has swung: 1/2 (x + kv v)'H (x + kv v), or 1/2 x'H x of velocities."""
-    state, task, qp, n = K.state, K.task, K.qp, K.chain.n
-    kv = task.kv if state.level == ACCELERATION else 0.0
-    for i in range(n):
-        if qp.dense:
-            momentum = 0.0
-            for j in range(n):
-                momentum += qp.H[i, j] * state.v[j]
-        else:
-            momentum = qp.H_diagonal[i] * state.v[i]
-        qp.g[i] = kv * momentum

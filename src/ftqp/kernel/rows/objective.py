@@ -6,6 +6,8 @@
     - manipulability x' d/dq log sqrt det(J_H J_H')                   ``ftqp.kernel.rows.manipulability``
     - x'H sway                                                        small motions that only serve to tell
 
+Of an arm that swings beside its target only coming to rest is left, see ``ftqp.kernel.calm.swing``.
+
 x is the acceleration or the velocity. At the velocity level torque is that of the acceleration (x - v)/dt,
 times dt. D is the diagonal of joint weights. tau_H and J_H leave out every failed joint: its motor does not
 work, and to keep its torque in the objective would change the motion of the others.
@@ -14,9 +16,8 @@ Source: docs/theory/schemes.md, which derives the coefficients of every recipe.
 
 from typing import Any
 
-from ftqp.kernel.calm.swing import hush
-from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import FREE, HEALTHY, VELOCITY
+from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.layout.enums import ACCELERATION, FREE, HEALTHY, VELOCITY
 from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.trigonometry import sin_cos
 
@@ -69,7 +70,7 @@ def objective(K: Any) -> None:
     ):
         _couple(K)
     if K.calm.hushed:
-        hush(K)
+        _hush(K)
     if criteria.sways:
         draw_to(K, criteria.sway)
 
@@ -117,3 +118,18 @@ def _couple(K: Any) -> None:
     for i in range(n):
         for j in range(i):
             qp.H[j, i] = qp.H[i, j]
+
+
+@rare_jit
+def _hush(K: Any) -> None:
+    """The objective of an arm that has swung: 1/2 (x + kv v)'H (x + kv v), or 1/2 x'H x of velocities."""
+    state, task, qp, n = K.state, K.task, K.qp, K.chain.n
+    kv = task.kv if state.level == ACCELERATION else 0.0
+    for i in range(n):
+        if qp.dense:
+            momentum = 0.0
+            for j in range(n):
+                momentum += qp.H[i, j] * state.v[j]
+        else:
+            momentum = qp.H_diagonal[i] * state.v[i]
+        qp.g[i] = kv * momentum
