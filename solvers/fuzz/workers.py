@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -47,20 +47,37 @@ def outcomes(
         paths: Where the process finds its modules.
         plain: Whether it runs without compilation.
     """
-    end = first + count
     environment = {**os.environ, "PYTHONPATH": paths, "NUMBA_DISABLE_JIT": "1" if plain else "0"}
-    while first < end:
+
+    def command(first: int) -> list[str]:
         numbers = {"seed": seed, "first": first, "episodes": end - first, "ticks": ticks}
-        command = [sys.executable, "-X", "faulthandler", str(SCRIPT), "--worker"]
-        command += [f"--{name}={number}" for name, number in numbers.items()]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        return [str(SCRIPT), "--worker", *(f"--{name}={number}" for name, number in numbers.items())]
+
+    end = first + count
+    yield from apart(command, first, end, environment)
+
+
+def apart(
+    command: Callable[[int], list[str]], first: int, end: int, environment: dict[str, str]
+) -> Iterator[dict[str, Any]]:
+    """What came of numbered work in a process of its own; after a crash a new one goes on behind it.
+
+    Args:
+        command: What Python is started with, from the number with which it begins.
+        first: The first number.
+        end: The number behind the last one.
+        environment: Of the process.
+    """
+    while first < end:
+        line_of = [sys.executable, "-X", "faulthandler", *command(first)]
+        with subprocess.Popen(line_of, stdout=subprocess.PIPE, text=True, env=environment) as process:
             begun = first
             try:
                 for line in _lines(process):
                     if line.startswith("{"):
                         yield json.loads(line)
                         first = begun + 1
-                    else:
+                    elif line.strip().isdecimal():  # others are what libraries of solvers print
                         begun = int(line)
                 code = process.wait()
             finally:

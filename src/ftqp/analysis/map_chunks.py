@@ -8,7 +8,14 @@ import numpy as np
 from ftqp.analysis.measures import MEASURES, measures_of
 from ftqp.analysis.outcomes.weights import weights_inverse
 from ftqp.analysis.planar_links import PlanarLinks, spread_evenly
-from ftqp.analysis.spatial_map import SpatialTask, spatial_chunk, spatial_points, whole_number
+from ftqp.analysis.spatial_map import (
+    MOST_PARTS,
+    MOST_POINTS,
+    SpatialTask,
+    spatial_chunk,
+    spatial_points,
+    whole_number,
+)
 from ftqp.control.first_use import notice
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError
@@ -98,8 +105,9 @@ def workspace_task(
             is not a planar one.
     """
     instance("robot", robot, Robot, "a Robot")
-    for name, value, least in (("grid", grid, 2), ("configurations", configurations, 1), ("steps", steps, 1)):
-        whole_number(name, value, least)
+    whole_number("grid", grid, 2, int(MOST_POINTS**0.5))
+    for name, value in (("configurations", configurations), ("steps", steps)):
+        whole_number(name, value, 1, MOST_PARTS)
     _one_of("length", length, get_args(Length))
     _one_of("box", box, get_args(Box))
     M = weights_inverse(W, robot.nv)

@@ -21,6 +21,8 @@ from ftqp.model.robot import Robot
 
 Plane = Literal["xy", "xz", "yz"]
 
+MOST_POINTS, MOST_PARTS = 4_000_000, 100_000
+"""Nodes that a grid has at most, and configurations at a point and parts of a line."""
 WHOLE_CIRCLE = 10.0
 """The margin of a joint that no value takes out of range [rad]."""
 EDGE = -1e-9
@@ -103,13 +105,10 @@ def spatial_task(
             is out of its range.
     """
     instance("robot", robot, Robot, "a Robot")
-    for name, value, least in (
-        ("grid", grid, 2),
-        ("configurations", configurations, 1),
-        ("steps", steps, 1),
-        ("instants", instants, 1),
-    ):
-        whole_number(name, value, least)
+    finest = MOST_POINTS ** (1.0 / 3.0) if plane is None else MOST_POINTS**0.5
+    whole_number("grid", grid, 2, int(finest))
+    for name, value in (("configurations", configurations), ("steps", steps), ("instants", instants)):
+        whole_number(name, value, 1, MOST_PARTS)
     if plane is not None and plane not in get_args(Plane):
         raise InputError(f"plane is {plane!r}, expected 'xy', 'xz' or 'yz', or None for all of the space")
     M = weights_inverse(W, robot.nv)
@@ -123,19 +122,22 @@ def spatial_task(
     )  # fmt: skip
 
 
-def whole_number(name: str, value: Any, least: int) -> None:
-    """Refuses what is no whole number from a least one.
+def whole_number(name: str, value: Any, least: int, most: int | None = None) -> None:
+    """Refuses what is no whole number from a least one to a largest one.
 
     Args:
         name: How the user knows it.
         value: What was given.
         least: The least that will do.
+        most: The largest that will do; None is any.
 
     Raises:
         InputError: It is another one.
     """
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise InputError(f"{name} is {value!r}, expected a whole number from {least}")
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or value < least or (most is not None and value > most):
+        to = "" if most is None else f" to {most}"
+        raise InputError(f"{name} is {value!r:.40}, expected a whole number from {least}{to}")
 
 
 def spatial_points(task: SpatialTask) -> FloatArray:

@@ -9,10 +9,52 @@ FtqpError
 
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from re import sub
+from typing import Final
+from unicodedata import category
+
+HIDDEN: Final = ("Cc", "Cf", "Cs")
+"""Categories of characters that are not seen, and that may move the cursor or turn the text of a terminal."""
+
+
+LONGEST_WORD: Final = 300
+"""Letters of a word of a message at most: a longer one is no word, and is cut in its middle."""
+
+
+def printable(text: str, keep: str = "\n") -> str:
+    """A text in which characters that are not seen are written as escapes, for example ``\\x1b``.
+
+    Words from files of others get into messages, and terminals obey such characters.
+
+    Args:
+        text: What is to be shown.
+        keep: Characters that stay as they are.
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        letter.encode("unicode_escape").decode()
+        if letter not in keep and category(letter) in HIDDEN
+        else letter
+        for letter in text
+    )
 
 
 class FtqpError(Exception):
-    """Root of every exception that ftqp raises on purpose."""
+    """Root of every exception that ftqp raises on purpose.
+
+    Args:
+        text: One sentence: what, got, expected, remedy.
+    """
+
+    def __init__(self, text: str) -> None:
+        super().__init__(_short(printable(text)))
+
+
+def _short(text: str) -> str:
+    """A text whose longest words are cut."""
+    kept = LONGEST_WORD // 3
+    return sub(rf"\S{{{LONGEST_WORD},}}", lambda found: f"{found[0][:kept]}...{found[0][-kept:]}", text)
 
 
 class InputError(FtqpError, ValueError):
@@ -27,7 +69,7 @@ class ModelError(FtqpError):
     """
 
     def __init__(self, what: str, findings: Sequence[str] = ()) -> None:
-        self.findings = tuple(findings)
+        self.findings = tuple(_short(printable(finding, keep="")) for finding in findings)
         super().__init__("\n".join([what, *(f"  - {finding}" for finding in self.findings)]))
 
 
@@ -39,7 +81,7 @@ class ScenarioError(FtqpError):
     """
 
     def __init__(self, what: str, errors: Sequence[str] = ()) -> None:
-        self.errors = tuple(errors)
+        self.errors = tuple(_short(printable(error, keep="")) for error in errors)
         super().__init__("\n".join([what, *(f"  - {error}" for error in self.errors)]))
 
 
@@ -74,5 +116,5 @@ def unknown(kind: str, got: object, owner: str, valid: Iterable[str]) -> InputEr
     """
     names = list(valid)
     return InputError(
-        f"{got!r} is not a {kind} of {owner}{nearest(str(got), names)}; it has {', '.join(names)}"
+        f"{got!r:.80} is not a {kind} of {owner}{nearest(str(got), names)}; it has {', '.join(names)}"
     )

@@ -31,7 +31,7 @@ def within_branch(robot: Robot, limits: Mapping[str | int, Any]) -> Robot:
         name = robot.joints[i]
         try:
             first, last = (float(end) for end in ends)
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise InputError(f"branch limits of {name} are {ends!r:.60}, expected (low, high)") from error
         if np.isnan(first) or np.isnan(last):
             raise InputError(f"branch limits of {name} are ({first:g}, {last:g}), expected numbers")

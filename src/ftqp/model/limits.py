@@ -115,7 +115,7 @@ def one_each(name: str, value: Any, count: int) -> FloatArray:
     """
     try:
         result = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(
             f"{name} is not an array of numbers: {value!r:.80}; expected shape (nv,) = ({count},)"
         ) from error

@@ -1,6 +1,7 @@
 """A strict CSV file of numbers: a header with known names, the same number of values on every line."""
 
 import csv
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -8,6 +9,9 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
+
+NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|inf|infinity|nan)", re.ASCII | re.IGNORECASE)
+"""A number as other programs write it; Python would take ``1_000`` and digits of any script, too."""
 
 
 def csv_columns(
@@ -40,13 +44,12 @@ def csv_columns(
         if len(line) != len(header):
             raise InputError(f"{what} {file}, line {number} has {len(line)} values, expected {len(header)}")
         for column, text in enumerate(line):
-            try:
-                rows[number - 2, column] = float(text)
-            except ValueError as error:
+            if not NUMBER.fullmatch(text.strip()):
                 raise InputError(
                     f"{what} {file}, line {number}, column {header[column]!r} is {text!r:.40}, "
-                    "expected a number"
-                ) from error
+                    "expected a number such as -1.5 or 2e-3"
+                )
+            rows[number - 2, column] = float(text)
     return {name: rows[:, column] for column, name in enumerate(header)}
 
 

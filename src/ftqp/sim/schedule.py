@@ -9,6 +9,8 @@ from ftqp.core.checks import instance, non_negative, positive
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
 
+NEVER = 2.0**62
+"""No run has so many ticks."""
 TIME_SLACK = 1e-9
 """Times nearer to each other than this count as equal [s], so that 3 * 0.1 s is 0.3 s."""
 
@@ -58,7 +60,7 @@ class FaultEvent:
 
 def first_tick(time: float, dt: float) -> int:
     """The first tick k with k dt >= time, the two compared with a slack of 1e-9 s."""
-    return max(0, ceil((time - TIME_SLACK) / dt))
+    return max(0, ceil(min((time - TIME_SLACK) / dt, NEVER)))
 
 
 @final

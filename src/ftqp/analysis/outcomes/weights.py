@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array
+from ftqp.core.checks import FloatArray, array, numbers
 from ftqp.core.errors import InputError
 
 
@@ -20,7 +20,8 @@ def weights_inverse(W: Any, n: int) -> FloatArray:
     """
     if W is None:
         return np.eye(n)
-    given = np.diag(array("W", W, (n,), "(nv,)")) if np.ndim(W) == 1 else array("W", W, (n, n), "(nv, nv)")
+    W = numbers("W", W)
+    given = np.diag(array("W", W, (n,), "(nv,)")) if W.ndim == 1 else array("W", W, (n, n), "(nv, nv)")
     if not np.allclose(given, given.T, rtol=1e-9, atol=1e-12 * float(np.abs(given).max())):
         raise InputError(
             "W is not symmetric, expected a symmetric positive definite matrix; use (W + W.T) / 2"

@@ -17,6 +17,8 @@ FORMAT = 1
 """Version of the file's layout."""
 LARGEST = 2_000_000_000
 """Bytes of the arrays of a file that is read; more is taken for a mistake."""
+LARGEST_NUMBER = 1e9
+"""Joints and places of a plan are below this [rad or m]."""
 ABOUT = "about"
 """The array that holds the JSON text."""
 ARRAYS: Final = ("q", "goals")
@@ -72,8 +74,8 @@ def read_plan(path: str | Path) -> tuple[dict[str, FloatArray], dict[str, Any]]:
     q, goals = arrays["q"], arrays["goals"]
     if q.shape != (len(goals), len(about["joints"])) or goals.shape[1:] != (4, 4) or len(q) < 2:
         raise _no_plan(file, f"q has shape {q.shape} and goals {goals.shape}")
-    if not (np.isfinite(q).all() and np.isfinite(goals).all()):
-        raise _no_plan(file, "a number is not finite")
+    if not ((np.abs(q) < LARGEST_NUMBER).all() and (np.abs(goals) < LARGEST_NUMBER).all()):
+        raise _no_plan(file, f"a number is not finite, or beyond {LARGEST_NUMBER:g}, where no arm gets")
     if about.pop("content") != _content(arrays):
         raise InputError(f"plan {file} is damaged: its arrays are not those that were written; plan it again")
     return arrays, about
@@ -127,7 +129,7 @@ def _about(file: Path, value: Any) -> dict[str, Any]:
     good = (
         set(about) == KEYS
         and all(isinstance(about[key], str) for key in (*TEXTS, "content"))
-        and all(isinstance(about[key], int | float) for key in (*NUMBERS, "stride"))
+        and all(_is_number(about[key]) for key in (*NUMBERS, "stride"))
         and all(isinstance(about[key], list) and all(isinstance(x, str) for x in about[key]) for key in LISTS)
         and isinstance(about["axis"], bool)
         and isinstance(about["settings"], dict)
@@ -136,3 +138,8 @@ def _about(file: Path, value: Any) -> dict[str, Any]:
     if not good:
         raise _no_plan(file, "'about' does not say what a plan has to")
     return about
+
+
+def _is_number(value: Any) -> bool:
+    """Whether a value is a number below ``LARGEST_NUMBER``."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST_NUMBER

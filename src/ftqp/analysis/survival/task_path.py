@@ -227,7 +227,7 @@ def _given_goals(path: Any, names: tuple[str, ...], robot: Robot, start: FloatAr
     """Goals that are given sample by sample, as poses (N + 1, 4, 4)."""
     try:
         given = np.array(path, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(
             f"path is {path!r:.60}, expected an ftqp path, poses (N + 1, 4, 4) or points (N + 1, 2 or 3)"
         ) from error

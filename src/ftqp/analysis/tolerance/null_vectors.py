@@ -58,7 +58,7 @@ def jacobians(J: Any, *, spare: int | None = None) -> FloatArray:
     """
     try:
         matrices = np.asarray(J, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"J is {J!r:.60}, expected a Jacobian (m, n)") from error
     if matrices.ndim < 2 or matrices.shape[-1] < matrices.shape[-2]:
         raise InputError(

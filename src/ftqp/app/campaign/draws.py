@@ -25,13 +25,16 @@ from typing import Any, Final
 import numpy as np
 from pydantic import ValidationError
 
-from ftqp.app.scenario import composition
+from ftqp.app.scenario import composition, document
+from ftqp.app.scenario.complaints import complaints
 from ftqp.app.schema.robot_section import RobotTable
 from ftqp.core.errors import InputError, unknown
 from ftqp.model.robot import Robot
 
 MARGIN = 0.02
 """A start stays away from the ends of a joint's range by this share of it."""
+LARGEST = 1e15
+"""Numbers of a distribution are no larger; whole ones are exact up to here."""
 OPEN = 2.0
 """What counts as the range of a joint without ends [rad or m]."""
 RELATED: Final = ("times", "plus")
@@ -44,9 +47,11 @@ def _pair(name: str, value: Any) -> tuple[float, float]:
     if (
         not isinstance(value, list)
         or len(value) != 2
-        or not all(isinstance(x, int | float) and not isinstance(x, bool) and np.isfinite(x) for x in value)
+        or not all(
+            isinstance(x, int | float) and not isinstance(x, bool) and abs(x) <= LARGEST for x in value
+        )
     ):
-        raise InputError(f"{name} is {value!r:.60}, expected two numbers")
+        raise InputError(f"{name} is {value!r:.60}, expected two numbers from -{LARGEST:g} to {LARGEST:g}")
     return float(value[0]), float(value[1])
 
 
@@ -153,7 +158,7 @@ def _left_out(key: str, drawn: Mapping[str, Any]) -> bool:
     parts = key.split(".")
     for at, part in enumerate(parts):
         entries = drawn.get(".".join(parts[:at]))
-        if isinstance(entries, list) and part.isdigit() and int(part) >= len(entries):
+        if isinstance(entries, list) and part.isdigit() and document.entry(part, entries) is None:
             return True
     return False
 
@@ -187,7 +192,7 @@ def _one(what: Any, kind: str, rng: np.random.Generator) -> Any:
         return copy.deepcopy(values[int(rng.integers(len(values)))])
     try:
         shares = np.array(weights, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"weights is {weights!r:.60}, expected numbers") from error
     if (
         shares.shape != (len(values),)
@@ -206,8 +211,11 @@ def _number(
     for relation in RELATED:
         if relation in what:
             other = look_up(tables, what[relation])
-            if not isinstance(other, int | float) or isinstance(other, bool):
-                raise InputError(f"vary.{key} is {relation} {what[relation]!r:.60}, which is no number there")
+            if not isinstance(other, int | float) or isinstance(other, bool) or not abs(other) <= LARGEST:
+                raise InputError(
+                    f"vary.{key} is {relation} {what[relation]!r:.60}, which is no number there, or one "
+                    f"beyond {LARGEST:g}"
+                )
             value = value * other if relation == "times" else value + other
     return value
 
@@ -252,7 +260,8 @@ def _robot(tables: Mapping[str, Any], arms: Callable[[RobotTable, Path], Robot],
     try:
         return arms(RobotTable.model_validate(tables.get("robot")), folder)
     except ValidationError as error:
-        raise InputError(f"the robot of the scenario is wrong: {str(error).splitlines()[0]}") from error
+        found = "; ".join(complaints(RobotTable, error))
+        raise InputError(f"the robot of the scenario is wrong: {found}") from error
 
 
 def look_up(tables: Mapping[str, Any], key: Any) -> Any:
@@ -266,10 +275,9 @@ def look_up(tables: Mapping[str, Any], key: Any) -> Any:
     for part in str(key).split("."):
         if isinstance(at, Mapping):
             at = at.get(part)
-        elif isinstance(at, list) and part.isdigit() and int(part) < len(at):
-            at = at[int(part)]
         else:
-            return None
+            index = document.entry(part, at)
+            at = None if index is None else at[index]
     return at
 
 
@@ -289,14 +297,14 @@ def put(tables: dict[str, Any], key: str, value: Any) -> None:
     for part in way:
         if isinstance(at, dict):
             at = at.setdefault(part, {})
-        elif isinstance(at, list) and part.isdigit() and int(part) < len(at):
-            at = at[int(part)]
         else:
-            at = None
+            index = document.entry(part, at)
+            at = None if index is None else at[index]
+    index = document.entry(last, at)
     if isinstance(at, dict):
         at[last] = value
-    elif isinstance(at, list) and last.isdigit() and int(last) < len(at):
-        at[int(last)] = value
+    elif index is not None:
+        at[index] = value
     else:
         raise InputError(
             f"vary.{key} leads to no table of the scenario; name keys as `ftqp check --keys` does"

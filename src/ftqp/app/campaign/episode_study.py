@@ -141,7 +141,7 @@ class EpisodeWork:
             content, drawn = self.campaign.drawn(number)
         except InputError as error:  # an arm that cannot be, for example a load on one without masses
             return {"drawn": "{}", "outcome": REFUSED, "sentences": str(error), "ticks": 0}
-        return {"drawn": json.dumps(drawn)} | self.row_of(number, content)
+        return {"drawn": json.dumps(drawn, default=str)} | self.row_of(number, content)
 
     def row_of(self, number: int, content: dict[str, Any]) -> dict[str, Any]:
         """What came of an episode, by column, from its tables.

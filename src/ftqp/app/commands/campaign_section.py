@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from ftqp.app.campaign.found_failures import share_interval
 from ftqp.app.run.runs import SUMMARY, summary_with
-from ftqp.app.study.results_file import FILE_NAME
+from ftqp.app.study.results_file import FILE_NAME, refuse_other_tables
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.referee.laws import LAWS
 from ftqp.viz.pages.page import drawing, heading, paragraph, table
@@ -48,8 +48,9 @@ def _asked(folder: Path, question: str) -> list[tuple[Any, ...]]:
     try:
         with closing(sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)) as connection:
             connection.execute("PRAGMA trusted_schema = OFF")
+            refuse_other_tables(connection, file)
             return connection.execute(question).fetchall()
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:
         raise InputError(f"{file} is not readable as results of a campaign: {error!s:.200}") from error
 
 
@@ -89,9 +90,10 @@ def campaign_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]
             *(_by_key(key, values) for key, values in facts["by_key"].items()),
             _listed(facts),
         ]
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, ZeroDivisionError) as error:
         raise InputError(
-            f"{folder / SUMMARY} is not as `ftqp campaign` writes it ({error!s:.80}); make it anew"
+            f"{folder / SUMMARY} is not as `ftqp campaign` writes it: a part is missing or of another kind; "
+            "make it anew by the same command"
         ) from error
     return [part for part in parts if part]
 

@@ -171,7 +171,7 @@ def _replay(made: Any, number: int, out: Path | None, *, as_json: bool) -> ExitC
     if as_json:
         tell_json(facts)
     else:
-        tell(f"episode {number}: {json.dumps(drawn)}")
+        tell(f"episode {number}: {json.dumps(drawn, default=str)}")
         for sentence in facts["broken"] or ["every law holds"]:
             tell(f"  {sentence}")
         tell(f"files: {folder}; look at it: ftqp view {folder}")

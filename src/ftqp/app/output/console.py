@@ -17,7 +17,7 @@ from rich.table import Table
 
 from ftqp.app.output.termination import Termination
 from ftqp.core.clock import now
-from ftqp.core.errors import FtqpError, ModelError, ScenarioError
+from ftqp.core.errors import FtqpError, ModelError, ScenarioError, printable
 
 PATIENCE = 1_000_000_000
 """Work that takes longer than this gets a progress bar [ns]."""
@@ -40,12 +40,12 @@ class ExitCode(IntEnum):
 
 def say(text: str) -> None:
     """A message to the person at the terminal, on stderr."""
-    Console(stderr=True, highlight=False, markup=False, soft_wrap=True).print(text)
+    Console(stderr=True, highlight=False, markup=False, soft_wrap=True).print(printable(text))
 
 
 def tell(text: str) -> None:
     """A result for a person, on stdout."""
-    Console(highlight=False, markup=False, soft_wrap=True).print(text)
+    Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
 
 
 def tell_json(content: Mapping[str, Any]) -> None:
@@ -56,7 +56,8 @@ def tell_json(content: Mapping[str, Any]) -> None:
 
 def json_text(content: Mapping[str, Any]) -> str:
     """``content`` as strict JSON; numbers that JSON does not have (NaN, infinity) become null."""
-    return json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json.dumps(_plain(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return text.encode("utf-8", "backslashreplace").decode()  # half a letter, which no file can hold
 
 
 def _plain(value: Any) -> Any:
@@ -93,7 +94,7 @@ def tell_table(
             justify="right" if column in numbers else "left",
         )
     for row in rows:
-        table.add_row(*(escape(cell) for cell in row))
+        table.add_row(*(escape(printable(cell)) for cell in row))
     Console(highlight=False, width=table_width()).print(table)
 
 

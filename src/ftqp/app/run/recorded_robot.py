@@ -7,12 +7,15 @@ import numpy as np
 from pydantic import ValidationError
 
 from ftqp.app.scenario import composition
+from ftqp.app.scenario.complaints import complaints
 from ftqp.app.schema.robot_section import RobotTable
-from ftqp.core.errors import FtqpError
+from ftqp.core.errors import FtqpError, InputError
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_rows import LogRows
 
+FAR = 1e9
+"""No joint and no tip is beyond this [rad or m]."""
 NEAR = 1e-6
 """The tip of the arm and that of the log may be so far apart [m]: the log's comes from compiled formulas."""
 
@@ -28,11 +31,11 @@ def recorded_robot(rows: LogRows) -> tuple[Robot | None, str]:
     """
     try:
         robot = _made(rows)
-    except (ValidationError, FtqpError, tomllib.TOMLDecodeError, RecursionError) as error:
+    except (FtqpError, ValueError, RecursionError) as error:
         return None, f"the arm of {rows.title} cannot be made: {str(error).splitlines()[0]:.300}"
     if robot is None:
         return None, f"{rows.title} does not say which arm it is of"
-    joints = tuple(rows.metadata.get("joints", ()))
+    joints = tuple(rows.metadata.get("joints") or ())
     if robot.joints != joints:
         return None, f"{rows.title} has the joints {', '.join(joints)!s:.200}, {robot.name} has others"
     off = _distance(rows, robot)
@@ -49,7 +52,10 @@ def _made(rows: LogRows) -> Robot | None:
     text = rows.metadata.get("resolved")
     if isinstance(text, str):
         table = tomllib.loads(text).get("robot")
-        return composition.robot(RobotTable.model_validate(table), Path())
+        try:
+            return composition.robot(RobotTable.model_validate(table), Path())
+        except ValidationError as error:
+            raise InputError("; ".join(complaints(RobotTable, error))) from error
     name = rows.metadata.get("robot")
     if isinstance(name, str) and name.partition("(")[0] in catalog.names():
         return catalog.load(name)
@@ -62,7 +68,7 @@ def _distance(rows: LogRows, robot: Robot) -> float:
     if first is None or not {"q", "tip"} <= groups.keys():
         return float("nan")
     q, tip = first[0, groups["q"]], first[0, groups["tip"]][:3]
-    if not np.isfinite(q).all():
+    if not (np.abs([*q, *tip]) < FAR).all():
         return float("nan")
     there = robot.pose(q)[:3, 3]
     if "base" not in groups:

@@ -1,8 +1,9 @@
 """Turns what pydantic found wrong with a scenario into one sentence an error, each with its dotted path."""
 
-from collections.abc import Mapping
+import json
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -10,6 +11,8 @@ from pydantic.fields import FieldInfo
 from ftqp.app.schema.strict import kinds_of, tables_in
 from ftqp.core.errors import nearest
 
+LONGEST_KEY = 60
+"""Letters of a key that are shown at most."""
 MOST = 100
 """Errors that are told one by one; a file with more is not a scenario."""
 
@@ -57,6 +60,7 @@ class _Place:
     """
 
     path: str
+    key: str
     owner: type[BaseModel] | None
     field: FieldInfo | None
     choice: bool
@@ -77,20 +81,20 @@ def _place(model: type[BaseModel], loc: tuple[int | str, ...]) -> _Place:
     candidates: tuple[type[BaseModel], ...] = (model,)
     owner: type[BaseModel] | None = None
     field: FieldInfo | None = None
-    path, choice = "", False
+    path, key, choice = "", "", False
     for part in loc:
         if isinstance(part, int):
             path += f"[{part}]"
         elif len(candidates) > 1:
             candidates = tuple(c for c in candidates if part in kinds_of(c)) or candidates[:1]
         elif candidates:
-            owner = candidates[0]
-            path += f".{part}" if path else part
+            owner, key = candidates[0], part
+            path += f".{_name(part)}" if path else _name(part)
             field = owner.model_fields.get(part)
             candidates = tuple(tables_in(field.annotation)) if field else ()
         else:
             choice = True
-    return _Place(path=path, owner=owner, field=field, choice=choice)
+    return _Place(path=path, key=key, owner=owner, field=field, choice=choice)
 
 
 def _sentence(entry: Mapping[str, Any], place: _Place) -> str:
@@ -110,7 +114,7 @@ def _sentence(entry: Mapping[str, Any], place: _Place) -> str:
     if place.choice:
         return f"is {_shown(got)}; it is {place.meaning}"
     if kind == "literal_error":
-        valid = [str(value) for value in get_args(annotation)]
+        valid = [str(value) for value in _literals(annotation)]
         expected = f"one of {', '.join(valid)}" if len(valid) > 1 else valid[0]
         return f"is {_shown(got)}, expected {expected}{nearest(str(got), valid)}"
     if kind in _COMPARISONS:
@@ -124,11 +128,27 @@ def _sentence(entry: Mapping[str, Any], place: _Place) -> str:
     return f"is {_shown(got)}, expected {_KINDS.get(kind.split('_')[0], entry['msg'])}{place.unit}"
 
 
+def _literals(annotation: Any) -> Iterator[object]:
+    """The words that an annotation lets stand, within choices."""
+    for inner in get_args(annotation):
+        if get_origin(annotation) is Literal:
+            yield inner
+        else:
+            yield from _literals(inner)
+
+
 def _unknown_key(place: _Place) -> str:
-    table, _, key = place.path.rpartition(".")
+    table, key = place.path.removesuffix(_name(place.key)).removesuffix("."), place.key
     valid = list(place.owner.model_fields) if place.owner else []
     whose = f"[{table}]" if table else "a scenario"
     return f"is not a key of {whose}{nearest(key, valid)}; it has {', '.join(valid)}"
+
+
+def _name(key: str) -> str:
+    """A key as it stands in a file, quoted if it has to be, and not too long."""
+    bare = key.isascii() and key.replace("_", "").replace("-", "").isalnum()
+    text = key if bare else json.dumps(key, ensure_ascii=False)
+    return text if len(text) <= LONGEST_KEY else f"{text[: LONGEST_KEY - 3]}..."
 
 
 def _shown(value: Any) -> str:

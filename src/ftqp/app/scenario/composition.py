@@ -1,6 +1,6 @@
 """Makes the objects of a run from the tables of a scenario, one function a table."""
 
-from math import floor
+from math import floor, hypot
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
@@ -80,6 +80,8 @@ def robot(table: RobotTable, folder: File) -> Robot:
 def _loaded(table: RobotTable, folder: File, limits: dict[str, Any]) -> Robot:
     """The arm as its source has it, with other limits."""
     if table.name is not None:
+        if "name" in (table.options or {}):
+            raise InputError("options has name, which is the robot's own key beside them; leave it out")
         return catalog.load(table.name, **(table.options or {})).with_limits(**limits)
     if table.dh is not None:
         return Robot.from_dh(table.dh, table.convention or "standard", limits=limits)
@@ -225,7 +227,7 @@ def _goal(table: PointToPointTable, origin: FloatArray) -> FloatArray:
 
 def quaternion_rotation(quaternion: list[float]) -> FloatArray:
     """R, (3, 3), of a unit quaternion x, y, z, w."""
-    length = float(np.linalg.norm(quaternion))
+    length = hypot(*quaternion)
     if abs(length - 1.0) > 1e-3:
         raise InputError(f"orientation has the length {length:.4g}, expected a unit quaternion x, y, z, w")
     from scipy.spatial.transform import Rotation  # slow to load, needed with an orientation only
@@ -256,8 +258,9 @@ def refuse_out_of_reach(arm: Robot, way: Path) -> None:
         return
     centre, reach = found
     once = min(way.lap, way.duration) if isinstance(way, Repeated) else way.duration
-    times = np.linspace(0.0, once, 1001)
-    distance = np.linalg.norm(way.sample(times).pose[:, :3, 3] - centre, axis=1)
+    times = once * np.linspace(0.0, 1.0, 1001)
+    with np.errstate(over="ignore"):  # what is infinitely far is out of reach
+        distance = np.linalg.norm(way.sample(times).pose[:, :3, 3] - centre, axis=1)
     beyond = distance > reach * (1.0 + 1e-9)
     if beyond.any():
         at = int(np.argmax(beyond))

@@ -140,24 +140,37 @@ def _parsed(text: str, origin: str) -> dict[str, Any]:
         ) from error
 
 
+def entry(part: str, entries: Any) -> int | None:
+    """The index that a part of a dotted key names in a list; None where it names none.
+
+    Args:
+        part: For example the ``0`` of ``faults.0.at``.
+        entries: What may be a list.
+    """
+    if not isinstance(entries, list) or not (part.isascii() and part.isdigit() and len(part) < 10):
+        return None
+    return int(part) if int(part) < len(entries) else None
+
+
 def _override(content: dict[str, Any], text: str, kind: str) -> str | None:
     """Puts ``a.b=value`` into ``content``, or takes out ``a.b=``; returns what is wrong with it."""
     key, equals, raw = text.partition("=")
     parts = [part.strip() for part in key.split(".")]
     if not equals or not all(parts):
-        return f"--set {text!r} is not of the form a.b=value, for example --set planner.dt=0.002"
+        return f"--set {text!r:.100} is not of the form a.b=value, for example --set planner.dt=0.002"
     table: Any = content
     for part in parts[:-1]:
         table = _child(table, part)
         if table is None:
-            return f"--set {text!r}: {part!r} is not a table of this {kind}"
+            return f"--set {text!r:.100}: {part!r:.60} is not a table of this {kind}"
     last, value = parts[-1], _value(raw)
     if isinstance(table, list):
-        if not last.isdigit() or int(last) >= len(table):
-            return f"--set {text!r}: {last!r} is not an index below {len(table)}"
-        table[int(last)] = value
+        index = entry(last, table)
+        if index is None:
+            return f"--set {text!r:.100}: {last!r:.60} is not an index below {len(table)}"
+        table[index] = value
     elif not isinstance(table, dict):
-        return f"--set {text!r}: {parts[-2]!r} is a value, not a table"
+        return f"--set {text!r:.100}: {parts[-2]!r:.60} is a value, not a table"
     elif value == "":
         table.pop(last, None)
     else:
@@ -168,9 +181,8 @@ def _override(content: dict[str, Any], text: str, kind: str) -> str | None:
 def _child(table: Any, part: str) -> Any:
     if isinstance(table, dict):
         return table.setdefault(part, {})
-    if isinstance(table, list) and part.isdigit() and int(part) < len(table):
-        return table[int(part)]
-    return None
+    index = entry(part, table)
+    return None if index is None else table[index]
 
 
 def _value(raw: str) -> Any:

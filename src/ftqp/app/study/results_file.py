@@ -24,6 +24,7 @@ KINDS = {"REAL", "INTEGER", "TEXT"}
 PATIENCE = 10.0
 """A reader of another process may keep the writer waiting so long [s]."""
 _ABOUT = "CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL)"
+_RESULTS = "CREATE TABLE results (item INTEGER PRIMARY KEY,"
 _CRASHED = "CREATE TABLE crashed (item INTEGER PRIMARY KEY, reason TEXT NOT NULL)"
 
 Columns = Mapping[str, str]
@@ -69,7 +70,7 @@ class ResultsFile:
         self._connection = sqlite3.connect(self.path, isolation_level=None, timeout=PATIENCE)
         try:
             self._open(facts)
-        except (sqlite3.Error, OSError) as error:
+        except (sqlite3.Error, OSError, UnicodeDecodeError) as error:
             self.close()
             raise _unusable(self.path, error, remedy) from error
         except BaseException:
@@ -253,13 +254,28 @@ def _difference(facts: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     return ""
 
 
+def refuse_other_tables(connection: sqlite3.Connection, path: Path) -> None:
+    """Refuse a file whose results are no table, but for example a view that never ends.
+
+    Args:
+        connection: To the file.
+        path: The file.
+
+    Raises:
+        InputError: It has no such table.
+    """
+    made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
+    if not str(made.get("results")).startswith(_RESULTS):
+        raise InputError(f"{path} has no table results as a results file of ftqp has it; name another folder")
+
+
 def _results_table(columns: Mapping[str, str]) -> str:
     """The statement that makes the table of results."""
     for name, kind in columns.items():
         if kind not in KINDS:
             raise ValueError(f"column {name} has type {kind!r}, expected one of {sorted(KINDS)}")
     listed = ", ".join(f"{_quoted(name)} {kind}" for name, kind in columns.items())
-    return f"CREATE TABLE results (item INTEGER PRIMARY KEY, {listed}, seconds REAL, worker TEXT)"
+    return f"{_RESULTS} {listed}, seconds REAL, worker TEXT)"
 
 
 def _quoted(name: str) -> str:

@@ -91,20 +91,20 @@ def read_verdicts(folder: File) -> Verdicts:
         if file.stat().st_size > LARGEST:
             raise ValueError(f"it has more than {LARGEST / 1e6:.0f} MB")
         content = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise _no_verdicts(file, str(error)) from error
+    try:
         names, times = [str(name) for name in content["failures"]], np.array(content["times"], dtype=float)
         codes = np.array(content["codes"], dtype=np.int64)
         known = {int(verdict) for verdict in Survival}
         if content["format"] != FORMAT or codes.shape != (len(names), len(times)) or not codes.size:
-            raise ValueError("its parts do not fit together")
+            raise ValueError(f"format {FORMAT} has a verdict a failure and an instant")
         if not set(np.unique(codes).tolist()) <= known or not np.isfinite(times).all():
             raise ValueError("it has verdicts that do not exist")
         name = str(content["scenario"])
         kind, settings, share = str(content["fault"]), dict(content["settings"]), float(content["coverage"])
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(
-            f"{file} is not the list of verdicts of a coverage report: {error!s:.200}; make it anew by "
-            "ftqp coverage"
-        ) from error
+    except (ValueError, KeyError, TypeError, OverflowError) as error:
+        raise _no_verdicts(file, "its parts are missing, or do not fit together") from error
     heat = HeatMap(
         joints=tuple(names),
         times=times,
@@ -114,3 +114,10 @@ def read_verdicts(folder: File) -> Verdicts:
         coverage=share,
     )
     return Verdicts(name=name, heat=heat, scenario=folder / SCENARIO, kind=kind, settings=settings)
+
+
+def _no_verdicts(file: File, reason: str) -> InputError:
+    return InputError(
+        f"{file} is not the list of verdicts of a coverage report: {reason:.200}; make it anew by "
+        "ftqp coverage"
+    )

@@ -238,7 +238,7 @@ def _starts(planner: Planner, q: Any, v: Any, faults: Any) -> tuple[FloatArray, 
 def _numbers(name: str, value: Any) -> FloatArray:
     try:
         return np.asarray(value, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(
             f"{name} is no array of numbers ({error}), expected (B, nv), every arm of the same size"
         ) from error

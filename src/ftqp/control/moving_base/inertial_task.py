@@ -282,5 +282,5 @@ def _copy(name: str, value: Any, place: FloatArray) -> None:
         raise InputError(f"{name} has shape {np.shape(given)}, expected {place.shape}")
     try:
         place[...] = given
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error

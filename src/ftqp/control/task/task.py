@@ -123,7 +123,7 @@ class Task:
                     f"degrade has {name!r}{nearest(str(name), ROW_SETS)}, "
                     f"expected names among {', '.join(ROW_SETS)}"
                 )
-        if not np.linalg.norm(array("axis", self.axis, (3,))) > 0.0:
+        if not array("axis", self.axis, (3,)).any():
             raise InputError("axis is zero, expected the direction of the tool in the tip frame")
 
     @property
@@ -174,13 +174,14 @@ def row_indices(rows: Any) -> tuple[int, ...]:
                 f"rows are {', '.join(COMPONENTS)}"
             )
     if not names or len(set(names)) != len(names):
-        raise InputError(f"task rows are {names!r}, expected at least one row and none twice")
+        raise InputError(f"task rows are {names!r:.80}, expected at least one row and none twice")
     return tuple(sorted(COMPONENTS.index(name) for name in names))
 
 
 def axis_frame(axis: Any) -> FloatArray:
     """A rotation, (3, 3), whose third column is the unit vector along ``axis``."""
     z = array("axis", axis, (3,))
+    z /= np.abs(z).max()  # squares of what is very large or small would be nothing or infinite
     z /= np.linalg.norm(z)
     x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
     x /= np.linalg.norm(x)

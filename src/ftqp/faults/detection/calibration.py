@@ -1,6 +1,7 @@
 """What a detector knows of healthy motion, in a file."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Self, final
@@ -13,6 +14,8 @@ from ftqp.kernel.layout.enums import Residual
 
 FORMAT = 1
 """Version of the file."""
+LARGEST = 1e9
+"""No figure of a calibration is larger."""
 
 
 @final
@@ -116,7 +119,7 @@ class Calibration:
         """
         try:
             content = json.loads(Path(path).read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             reason = getattr(error, "strerror", None) or error
             raise InputError(
                 f"{path} cannot be read as a calibration: {reason}; make one with "
@@ -128,6 +131,7 @@ class Calibration:
                 f"{path} is no calibration of format {FORMAT}; make a new one with ftqp.Detector.calibrate"
             )
         values = {name: content[name] for name in names}
+        _refuse_strange(path, values)
         n = len(values["joints"])
         room = array("room of the calibration", values["room"], (len(Residual), n))
         return cls(
@@ -140,3 +144,33 @@ class Calibration:
                 "viscous": array("viscous of the calibration", values["viscous"], (n,)),
             }
         )
+
+
+def _refuse_strange(path: str | Path, values: Mapping[str, Any]) -> None:
+    """Refuse what is of another kind than a calibration has; its arrays are looked at where they are made.
+
+    Raises:
+        InputError: A value is.
+    """
+    for field in fields(Calibration):
+        value = values[field.name]
+        if field.name == "joints":
+            good = isinstance(value, list) and all(isinstance(name, str) for name in value)
+        elif field.name == "bandwidths":
+            good = isinstance(value, list) and len(value) == 2 and all(_figure(x) and x > 0 for x in value)
+        elif field.type in (str, bool):
+            good = type(value) is field.type
+        elif field.type in (int, float):
+            good = _figure(value) and (field.type is float or isinstance(value, int))
+        else:
+            good = True
+        if not good:
+            raise InputError(
+                f"{path} is no calibration: its {field.name} is {value!r:.60}; make a new one with "
+                "ftqp.Detector.calibrate"
+            )
+
+
+def _figure(value: Any) -> bool:
+    """Whether a value is a number that an arm may have."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST

@@ -255,7 +255,7 @@ class Detector:
                 continue
             try:
                 one = np.ascontiguousarray(value, dtype=np.float64)
-            except (TypeError, ValueError) as error:
+            except (TypeError, ValueError, OverflowError) as error:
                 raise InputError(f"{name} is no array of numbers, expected (nv,) = ({n},)") from error
             if one.shape != (n,):
                 raise InputError(f"{name} has shape {one.shape}, expected (nv,) = ({n},)")

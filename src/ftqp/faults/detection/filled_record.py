@@ -24,6 +24,9 @@ SLIP = 0.03
 FAINT = 0.5
 """A residual of torque below this share of its threshold shows no acceleration of a light joint either."""
 
+LEAST_ROOM = 1e-100
+"""A residual with less room than this is none to decide by."""
+
 
 def fill_record(
     D: Any,
@@ -73,8 +76,8 @@ def fill_record(
         sigma, D.quantum = known.sigma, max(known.quantum, quantum)
         D.coulomb[:n], D.viscous[:n] = known.coulomb, known.viscous
     D.sigma = sigma
-    with np.errstate(divide="ignore"):
-        D.sharp[:, :n] = np.where(room > 0.0, 1.0 / room, 0.0)
+    with np.errstate(divide="ignore", over="ignore"):
+        D.sharp[:, :n] = np.where(room > LEAST_ROOM, 1.0 / room, 0.0)
     D.room[:, :n] = np.where(np.isfinite(room), room, 1e30)
     D.faint[:n] = np.where(np.isfinite(room[Residual.TORQUE_SLOW]), FAINT, 0.0)
     D.tau_max[:n] = robot.limits.tau_max

@@ -80,7 +80,7 @@ def _column(name: str, value: Any, shape: tuple[int, ...]) -> FloatArray:
     """A read-only column of a log; NaN passes."""
     try:
         column = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name} of the log is no array of numbers; expected shape (K, nv)") from error
     if column.ndim != 2 or column.shape != shape or not len(column):
         raise InputError(

@@ -11,6 +11,8 @@ from ftqp.model.catalog.arm import arm
 from ftqp.model.robot import Robot
 from ftqp.model.serial import Inertial, placement
 
+LONGEST = 1e6
+"""A link of a made-up arm is no longer [m]."""
 REACH = 1.5
 """Length of the stretched arm [m]."""
 
@@ -70,10 +72,12 @@ def _lengths(count: Any, lengths: Any) -> list[float]:
         raise InputError(f"count is {count!r} beside lengths, which already say it; leave one of them out")
     try:
         sizes = np.atleast_1d(np.asarray(lengths, dtype=np.float64))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         sizes = np.empty(0)
-    if sizes.ndim != 1 or not 1 <= sizes.size <= JOINTS or not ((sizes > 0.0) & np.isfinite(sizes)).all():
-        raise InputError(f"lengths is {lengths!r:.80}, expected 1 to {JOINTS} positive numbers [m]")
+    if sizes.ndim != 1 or not 1 <= sizes.size <= JOINTS or not ((sizes > 0.0) & (sizes <= LONGEST)).all():
+        raise InputError(
+            f"lengths is {lengths!r:.80}, expected 1 to {JOINTS} positive numbers up to {LONGEST:g} [m]"
+        )
     return [float(size) for size in sizes]
 
 

@@ -36,6 +36,10 @@ def profile(path: str | Path) -> dict[str, Any]:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"profile {path} is not valid TOML: {error}") from error
+    except (RecursionError, ValueError) as error:
+        raise InputError(
+            f"profile {path} is not valid TOML: nested too deeply or a number out of range"
+        ) from error
     if "name" not in content:
         raise InputError(f'profile {path} has no name; expected a line like name = "daqp"')
     return content

@@ -168,7 +168,7 @@ def _parts(H: Any, g: Any, A: Any, b: Any, C: Any, l: Any, u: Any, lb: Any, ub: 
 def _numbers(name: str, value: Any) -> FloatArray:
     try:
         return np.ascontiguousarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error
 
 

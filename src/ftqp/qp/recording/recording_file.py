@@ -31,7 +31,7 @@ def write(path: str | Path, arrays: Mapping[str, NDArray[Any]], about: Mapping[s
     file = free_file(path)
     try:
         text = json.dumps({"format": FORMAT, **about}, allow_nan=False)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"metadata of the recording are not JSON: {error}") from error
     part = file.with_name(f".{file.name}.{os.getpid()}.part")
     try:

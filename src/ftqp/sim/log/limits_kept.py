@@ -59,7 +59,8 @@ class Excess:
             values = rows[signal]
             top = self._limit(t, values.shape, high, np.inf, first)
             bottom = -top if low is None else self._limit(t, values.shape, low, -np.inf, first)
-            excess = np.maximum(values - top, bottom - values)
+            with np.errstate(invalid="ignore", over="ignore"):  # inf - inf is no excess
+                excess = np.maximum(values - top, bottom - values)
             counts = works.copy()
             if signal in ("q", "v"):
                 for number, fault in self._weak:

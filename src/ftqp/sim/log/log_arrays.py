@@ -11,6 +11,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import unknown
 from ftqp.sim.log.log_rows import LogRows, whole_numbers
 from ftqp.sim.log.raw_rows import BLOCK
+from ftqp.sim.log.run_facts import RunFacts
 from ftqp.sim.log.signals import Column
 from ftqp.sim.log.table_files import write_csv, write_mat, write_npz
 
@@ -39,7 +40,7 @@ class Log:
         self.path = path
         self.units = dict(units)
         self.descriptions = dict(descriptions)
-        self.metadata = dict(metadata)
+        self.metadata = RunFacts(metadata)
         self._signals = dict(signals)
         self._stacks: dict[str, NDArray[Any]] = {}
 

@@ -19,6 +19,7 @@ from ftqp.sim.log.log_parts import FILE_NAME, joined, log_files
 from ftqp.sim.log.log_rows import LogRows
 from ftqp.sim.log.log_writer import FORMAT, PATIENCE, TABLES
 from ftqp.sim.log.raw_rows import BLOCK
+from ftqp.sim.log.run_facts import RunFacts, strange_fact
 from ftqp.sim.log.signals import Column
 from ftqp.sim.schedule import TIME_SLACK
 
@@ -26,6 +27,10 @@ MOST_COLUMNS, MOST_FACTS = 2000, 1000
 """Signals and metadata that a log has at most."""
 LARGEST_VALUE = 16_000_000
 """Bytes of a value in the file at most, apart from the rows' blobs."""
+OF_EACH_JOINT = ("q", "v", "a", "tau", "tau_brake", "lb", "ub", "belief", "truth")
+"""Groups of signals of which each joint has one."""
+LARGEST_CODE = 2.0**53
+"""Codes and counts are below this, and no NaN."""
 FIRST_TABLES = {
     "columns": "CREATE TABLE columns (name TEXT PRIMARY KEY, unit TEXT, description TEXT)",
     "metadata": "CREATE TABLE metadata (key TEXT PRIMARY KEY, value TEXT)",
@@ -171,6 +176,7 @@ def _rows(file: Path, connection: sqlite3.Connection) -> LogRows:
             raise _NotALog(f"it has no table {name} as a log has it")
     metadata = _metadata(connection)
     columns = _columns(connection) if chunked else _first_columns(connection)
+    _refuse_other_joints(columns, metadata.get("joints"))
     count = _count(connection) if chunked else connection.execute("SELECT count(*) FROM log").fetchone()[0]
     blocks = _chunks if chunked else _first_blocks
 
@@ -200,6 +206,14 @@ def _opened(file: Path) -> Iterator[sqlite3.Connection]:
             return
 
 
+def _refuse_other_joints(columns: Sequence[Column], joints: Sequence[str] | None) -> None:
+    """Refuse groups of signals of a joint each that are not of the joints of the run."""
+    for group in OF_EACH_JOINT if joints is not None else ():
+        named = [column.name for column in columns if column.name.startswith(f"{group}.")]
+        if named and named != [f"{group}.{joint}" for joint in joints or ()]:
+            raise _NotALog(f"its signals {group} are not of its joints, {', '.join(joints or ())!s:.100}")
+
+
 def _metadata(connection: sqlite3.Connection) -> dict[str, Any]:
     """What the run was about."""
     found = connection.execute(f"SELECT key, value FROM metadata LIMIT {MOST_FACTS + 1}").fetchall()
@@ -209,7 +223,9 @@ def _metadata(connection: sqlite3.Connection) -> dict[str, Any]:
     version = metadata.get("format", FORMAT)
     if version not in range(1, FORMAT + 1):
         raise _NotALog(f"it has format {version!r:.20}, expected 1 to {FORMAT}; a newer ftqp may read it")
-    return metadata
+    if strange := strange_fact(metadata):
+        raise _NotALog(strange)
+    return RunFacts(metadata)
 
 
 def _columns(connection: sqlite3.Connection) -> list[Column]:
@@ -240,7 +256,7 @@ def _chunks(connection: sqlite3.Connection, columns: Sequence[Column], begin: in
 
     No lock is held between two chunks: the run may be going on.
     """
-    width = len(columns)
+    width, codes = len(columns), [k for k, column in enumerate(columns) if column.integer]
     connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(LARGEST_VALUE, 8 * BLOCK * width + 1000))
     measured = connection.execute(
         "SELECT first, rows, crc, typeof(data), length(data) FROM chunks WHERE first + rows > ? "
@@ -253,7 +269,10 @@ def _chunks(connection: sqlite3.Connection, columns: Sequence[Column], begin: in
         found = connection.execute("SELECT data FROM chunks WHERE first = ?", (first,)).fetchall()
         if len(found) != 1 or crc32(found[0][0]) != crc:
             raise _NotALog(f"its chunk at row {first} is damaged, its checksum differs")
-        yield np.frombuffer(found[0][0], dtype="<f8").reshape(rows, width)[max(begin - first, 0) :]
+        block = np.frombuffer(found[0][0], dtype="<f8").reshape(rows, width)
+        if not (np.abs(block[:, codes]) < LARGEST_CODE).all():
+            raise _NotALog(f"its chunk at row {first} has a code or a count that is no number")
+        yield block[max(begin - first, 0) :]
 
 
 def _first_columns(connection: sqlite3.Connection) -> list[Column]:

@@ -38,7 +38,8 @@ class Extremes:
         finite = finite[np.isfinite(finite)]
         if len(finite):
             self._count += len(finite)
-            self._squares += float(np.sum(finite**2))
+            with np.errstate(over="ignore"):  # no run has such numbers; infinite is what their squares are
+                self._squares += float(np.sum(finite**2))
             self._largest = max(self._largest, float(finite.max()))
             self._smallest = min(self._smallest, float(finite.min()))
 

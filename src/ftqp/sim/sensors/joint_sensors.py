@@ -12,6 +12,9 @@ from ftqp.sim.plants.plant import Motors
 from ftqp.sim.schedule import first_tick
 from ftqp.sim.sensors.sensor_faults import Reading, SensorFault
 
+LATEST = 100_000
+"""Samples come no later than by so many ticks; all on their way are kept."""
+
 
 @final
 class JointSensors:
@@ -57,8 +60,10 @@ class JointSensors:
         faults: Iterable[SensorFault] = (),
         seed: int = 0,
     ) -> None:
-        if type(latency) is not int or latency < 0:
-            raise InputError(f"latency of the sensors is {latency!r}, expected a whole number of ticks >= 0")
+        if type(latency) is not int or not 0 <= latency <= LATEST:
+            raise InputError(
+                f"latency of the sensors is {latency!r:.40}, expected a whole number of ticks, 0 to {LATEST}"
+            )
         n = robot.nv
         self._dt, self._latency, self._seed = dt, latency, seed
         self._quantum = non_negative("quantum of the sensors", quantum, "rad")

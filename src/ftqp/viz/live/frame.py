@@ -231,6 +231,8 @@ def _target(facts: Facts) -> FloatArray | None:
 
 def _rotation(quaternion: FloatArray) -> FloatArray:
     """The rotation of a unit quaternion x, y, z, w, (3, 3)."""
+    if not (np.abs(quaternion) < 2.0).all():  # of a unit quaternion, as far as it is one
+        return np.full((3, 3), np.nan)
     x, y, z, w = quaternion
     return np.array(
         [

@@ -1,0 +1,119 @@
+"""What a log says of its run, believed only where it is of the kind that ftqp writes."""
+
+from collections.abc import Callable, Mapping
+from math import isfinite
+from typing import Any, Final, NoReturn, final
+
+from ftqp.core.errors import InputError
+from ftqp.faults.kinds import KINDS
+
+TEXTS: Final = (
+    "resolved", "robot", "scheme", "backend", "level", "task_mode", "path", "reference", "state",
+    "broken",
+)  # fmt: skip
+NUMBERS: Final = ("dt", "ticks", "duration", "path_duration")
+LIMITS: Final = ("q_min", "q_max", "v_max", "a_max", "tau_max")
+
+
+@final
+class RunFacts(dict[str, Any]):
+    """What a log says of its run, by key; it is an error in a sentence to ask for what it does not say."""
+
+    def __missing__(self, key: str) -> NoReturn:
+        raise InputError(
+            f"the log does not say {key!r} of its run, as every log of ftqp does; make it anew by ftqp run"
+        )
+
+
+def strange_fact(facts: Mapping[str, Any]) -> str | None:
+    """The first of the facts that is not as ftqp writes it, in words; None where all are.
+
+    Args:
+        facts: Of a run, by key; those that are missing, and those that ftqp does not know, are let pass.
+    """
+    for key in TEXTS:
+        if not isinstance(facts.get(key, ""), str | None):
+            return f"its {key} is {facts[key]!r:.40}, expected a text"
+    for key in NUMBERS:
+        if key in facts and not _number(facts[key]):
+            return f"its {key} is {facts[key]!r:.40}, expected a number"
+    if facts.get("dt", 1.0) <= 0.0:
+        return f"its dt is {facts['dt']!r:.40}, expected a number above 0"
+    joints = facts.get("joints")
+    if joints is not None and not _list(joints, lambda name: isinstance(name, str)):
+        return f"its joints are {joints!r:.40}, expected a list of names"
+    count = len(joints or ())
+    slides = facts.get("prismatic", [False] * count)
+    if not (_list(slides, lambda flag: isinstance(flag, bool)) and len(slides) == count):
+        return f"its prismatic is {slides!r:.40}, expected true or false for each of {count} joints"
+    return _strange_limits(facts, count) or _strange_faults(facts, count) or _strange_rest(facts)
+
+
+def _strange_limits(facts: Mapping[str, Any], count: int) -> str | None:
+    limits = facts.get("limits", {})
+    if not isinstance(limits, dict):
+        return f"its limits are {limits!r:.40}, expected a table"
+    for name, values in limits.items():
+        good = _list(values, lambda value: value is None or _number(value)) and len(values) == count
+        if name in LIMITS and not good:
+            return f"its limit {name} is {values!r:.40}, expected a number or null for each of {count} joints"
+    return None
+
+
+def _strange_faults(facts: Mapping[str, Any], count: int) -> str | None:
+    faults = facts.get("faults", [])
+    if not _list(faults, lambda fault: isinstance(fault, dict)):
+        return f"its faults are {faults!r:.40}, expected a list of tables"
+    for fault in faults:
+        index, told = fault.get("index"), fault.get("announced")
+        good = (
+            isinstance(fault.get("kind"), str)
+            and fault["kind"] in KINDS
+            and isinstance(fault.get("joint"), str)
+            and isinstance(index, int)
+            and not isinstance(index, bool)
+            and 0 <= index < count
+            and _number(fault.get("at"))
+            and (told is None or _number(told))
+        )
+        if not good:
+            return f"it has the fault {fault!r:.60}, expected its kind, joint, index, at and announced"
+    return None
+
+
+def _strange_rest(facts: Mapping[str, Any]) -> str | None:
+    found = facts.get("detections")
+    if found is not None and not _list(found, _is_detection):
+        return f"its detections are {found!r:.40}, expected tables with joint, detected_at and kinds"
+    versions, emergency = facts.get("versions"), facts.get("emergency")
+    if versions is not None and not (
+        isinstance(versions, dict) and _list(list(versions.values()), lambda text: isinstance(text, str))
+    ):
+        return f"its versions are {versions!r:.40}, expected texts by package"
+    if emergency is not None and not (
+        isinstance(emergency, dict)
+        and _list(list(emergency.values()), lambda value: value is None or _number(value))
+    ):
+        return f"its emergency is {emergency!r:.40}, expected numbers"
+    return None
+
+
+def _is_detection(one: Any) -> bool:
+    """Whether something is what a detector found."""
+    return (
+        isinstance(one, dict)
+        and isinstance(one.get("joint"), str)
+        and _number(one.get("detected_at"))
+        and _list(one.get("kinds"), lambda kind: isinstance(kind, str))
+    )
+
+
+def _list(value: Any, of: Callable[[Any], bool]) -> bool:
+    return isinstance(value, list) and all(of(item) for item in value)
+
+
+def _number(value: Any) -> bool:
+    """Whether a value is a finite number that a float can hold."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) < 1e300 and isfinite(value)
