@@ -1,6 +1,7 @@
 """Files that programs drew by grammar and that once ended in another way than a clear sentence."""
 
 import json
+import os
 import sqlite3
 import zlib
 from contextlib import closing
@@ -93,6 +94,12 @@ def test_profile_that_cannot_be_read_is_refused(tmp_path: Path, text: str):
         backend(tmp_path / "deep.toml")
 
 
+@pytest.mark.parametrize("name", ["daqp", "proxqp", "dtrnn"])
+def test_count_that_no_solver_can_hold_is_refused(name: str):
+    with pytest.raises(InputError, match="expected a whole number from 1 to 2147483647"):
+        backend({"name": name, "max_iterations": 2**63})
+
+
 @pytest.mark.parametrize("cell", ["1_000", "\uff11", "0x10", "1e", "--1"])
 def test_table_takes_numbers_as_other_programs_write_them(tmp_path: Path, cell: str):
     (tmp_path / "way.csv").write_text(f"x,y,z\n0,0,0\n+1,.5,-2E-3\n{cell},0,0\n", encoding="utf-8")
@@ -172,6 +179,16 @@ def test_calibration_of_other_kinds_is_refused(tmp_path: Path, key: str, value: 
     file.write_text(json.dumps(content | {key: value}))
     with pytest.raises(InputError, match=f"its {key} is"):
         Calibration.load(file)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes in its file system")
+def test_pipe_in_the_place_of_a_file_is_not_waited_for(tmp_path: Path):
+    os.mkfifo(tmp_path / "c.json")
+    os.mkfifo(tmp_path / VERDICTS)
+    with pytest.raises(InputError, match="is no calibration, but a folder, a device or a file"):
+        Calibration.load(tmp_path / "c.json")
+    with pytest.raises(InputError, match="it is no regular file"):
+        read_verdicts(tmp_path)
 
 
 def test_calibration_that_is_nested_without_end_is_refused(tmp_path: Path):

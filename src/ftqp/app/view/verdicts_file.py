@@ -88,6 +88,8 @@ def read_verdicts(folder: File) -> Verdicts:
 
     file = folder / VERDICTS
     try:
+        if file.exists() and not file.is_file():
+            raise ValueError("it is no regular file")
         if file.stat().st_size > LARGEST:
             raise ValueError(f"it has more than {LARGEST / 1e6:.0f} MB")
         content = json.loads(file.read_text(encoding="utf-8"))

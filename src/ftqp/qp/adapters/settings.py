@@ -19,6 +19,10 @@ TIME_LIMIT = "time_limit"
 """What the setting is called by which a solver that has one ends in time."""
 
 
+LARGEST_COUNT = 2**31 - 1
+"""What a whole number of a solver's settings is at most: solvers hold them in 32 bits."""
+
+
 def choice(default: str, *others: str) -> Any:
     """A field that holds one of some words, the first by default."""
     return field(default=default, metadata={"choices": (default, *others)})
@@ -75,7 +79,7 @@ def _value(name: str, value: Any, default: Any) -> bool | int | float:
     if isinstance(value, bool | str):
         raise InputError(f"{name} is {value!r}, expected a number")
     if isinstance(default, int):
-        if not isinstance(value, int) or value < 1:
-            raise InputError(f"{name} is {value!r}, expected a whole number >= 1")
+        if not isinstance(value, int) or not 1 <= value <= LARGEST_COUNT:
+            raise InputError(f"{name} is {value!r:.60}, expected a whole number from 1 to {LARGEST_COUNT}")
         return value
     return positive(name, value) if default > 0.0 else non_negative(name, value)
