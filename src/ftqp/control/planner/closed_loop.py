@@ -24,6 +24,7 @@ class Blocks:
     def __init__(self, session: Session, tick: Callable[..., int], robot: Robot) -> None:
         warm_up(("block",), session.capacity)
         n = robot.nv
+        self._K = session.K
         self._state = np.zeros(2 * n)
         self._q, self._v = self._state[:n], self._state[n:]
         self._tick, self._inertia = tick, int(robot.has_inertia)
@@ -44,6 +45,9 @@ class Blocks:
     ) -> int:
         """Make a tick for each target: how many were made, fewer where a step would have raised.
 
+        None is made while the planner takes a failed joint to be elsewhere than it is: that joint does not do
+        what it is told.
+
         Args:
             q: Joint positions at the first tick, (nv,) [rad or m].
             v: Joint velocities there, (nv,) [rad/s or m/s].
@@ -51,6 +55,8 @@ class Blocks:
             rows: Rows of numbers, (K, width), contiguous; the fields of ``BLOCK_FIELDS`` are filled in.
             places: Where each of them begins in a row, (11,).
         """
+        if self._K.faults.working < len(q) and not self._K.feedback.exact:
+            return 0
         self._q[:], self._v[:] = q, v
         packed = np.ascontiguousarray(targets)
         return self._block(
