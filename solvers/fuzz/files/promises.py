@@ -20,6 +20,8 @@ LONGEST = 1500
 """Letters that a line of a message has at most."""
 SECONDS = 20
 """A file that takes longer hangs."""
+COMPILING = 280
+"""But one for which parts of the kernel have to be compiled may take so long."""
 MEMORY = 6 * 2**30
 """Bytes that a process may take."""
 FOREIGN = re.compile(
@@ -47,21 +49,28 @@ class Outcome:
 
 
 class _Hangs(BaseException):
-    """The time is over."""
+    """The time is over: in which line of ftqp, and whether that compiles its kernel."""
+
+    def __init__(self, place: str, compiles: bool) -> None:
+        super().__init__(place)
+        self.place, self.compiles = place, compiles
 
 
-def judged(use: Callable[[], object], folder: Path, *, files: tuple[Path, ...]) -> Outcome:
+def judged(
+    use: Callable[[], object], folder: Path, *, files: tuple[Path, ...], seconds: int | None = None
+) -> Outcome:
     """Use a file, and hold what happens against the promises.
 
     Args:
         use: Reads it, and does with it what a user would.
         folder: Where it lies; nothing is to appear or to vanish there.
         files: Those that are to stay as they are, byte for byte.
+        seconds: How long it may take; without it ``SECONDS``, and longer where the kernel is compiled.
     """
     found = Outcome()
     before = _state(folder, files)
     try:
-        with _limited(), warnings.catch_warnings():
+        with _limited(seconds), warnings.catch_warnings():
             warnings.simplefilter("error", RuntimeWarning)
             warnings.simplefilter("ignore", ResourceWarning)
             use()
@@ -69,8 +78,10 @@ def judged(use: Callable[[], object], folder: Path, *, files: tuple[Path, ...]) 
     except FtqpError as error:
         found.sentence = str(error)
         found.wrong += unclear(error)
-    except _Hangs:
-        found.wrong.append(f"it was not done after {SECONDS} s, in {_place_of_hang()}")
+    except _Hangs as late:
+        if late.compiles and seconds is None:  # which is no matter of the file
+            return judged(use, folder, files=files, seconds=COMPILING)
+        found.wrong.append(f"it was not done after {seconds or SECONDS} s, in {late.place}")
     except (Exception, SystemExit) as error:
         place = traceback.extract_tb(error.__traceback__)
         own = [f for f in place if "ftqp" in f.filename]
@@ -108,24 +119,18 @@ def unclear(error: FtqpError) -> list[str]:
     return wrong
 
 
-_hung: list[str] = []
-
-
-def _place_of_hang() -> str:
-    return _hung.pop() if _hung else "?"
-
-
 @contextmanager
-def _limited() -> Iterator[None]:
+def _limited(seconds: int | None) -> Iterator[None]:
     """Ends what takes too long; in the script a watch outside ends what never comes back to Python."""
 
     def late(number: int, frame: Any) -> None:
-        own = [f for f in traceback.extract_stack(frame) if "ftqp" in f.filename]
-        _hung[:] = [f"{Path(own[-1].filename).name}:{own[-1].lineno}" if own else "?"]
-        raise _Hangs
+        stack = traceback.extract_stack(frame)
+        own = [line for line in stack if "ftqp" in line.filename]
+        place = f"{Path(own[-1].filename).name}:{own[-1].lineno}" if own else "?"
+        raise _Hangs(place, any("/numba/" in line.filename for line in stack))
 
     before = signal.signal(signal.SIGALRM, late)
-    signal.alarm(SECONDS)
+    signal.alarm(seconds or SECONDS)
     try:
         yield
     finally:

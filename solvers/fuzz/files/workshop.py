@@ -20,6 +20,7 @@ from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.view.verdicts_file import write_verdicts
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.kernel.layout.enums import Residual
+from ftqp.qp import QP, solve
 
 SCENARIO = "planar3-line"
 RUN, PLAN, CAMPAIGN, COVERAGE, CALIBRATION = "run", "plan.npz", "campaign", "coverage", "calibration.json"
@@ -42,6 +43,7 @@ def workshop() -> Path:
     write_verdicts(folder / COVERAGE, report, setup.name, setup.toml, None)
     _campaign(folder / CAMPAIGN)
     _calibration(folder / CALIBRATION)
+    solve(QP(np.eye(2), np.ones(2)), "dtrnn")  # compiled here, which is no matter of a file
     return folder
 
 
