@@ -171,7 +171,8 @@ def main() -> int:
         told = {part: measured(part, given.seconds, folder) for part in parts}
         rows = branches([data for data, _ in told.values()], folder)
     rows = [row for row in rows if row["file"].split("/")[0] not in ELSEWHERE]
-    result = results.circumstances("kernel_branches", (), {"seconds": given.seconds})
+    settings = {"seconds": given.seconds, "hash of the kernel": key_of("", given.seconds)}
+    result = results.circumstances("kernel_branches", (), settings)
     result |= {"rows": rows, "parts": {part: said for part, (_, said) in told.items()}, "share": share(rows)}
     result |= {"left_out": {}, "limitations": list(LIMITATIONS)}
     stem = results.stem("kernel_branches", name=None, quick=bool(given.parts) or given.quick)
