@@ -124,6 +124,14 @@ def _take_over_class(thing: type, other: type) -> None:
         if isinstance(value, property) and isinstance(new, property):
             _take_over(value.fget, new.fget)
         elif isinstance(value, FunctionType) and isinstance(new, FunctionType):
-            _take_over(value, new)
+            if value.__code__.co_freevars == new.__code__.co_freevars:
+                _take_over(value, new)
+            else:
+                type.__setattr__(thing, name, new)
         elif not name.startswith("__") and isinstance(value, int | float | str) and new != value:
             setattr(thing, name, new)
+    if "__dataclass_fields__" in vars(thing):
+        type.__setattr__(thing, "__dataclass_fields__", vars(other)["__dataclass_fields__"])
+        for name in ("__setattr__", "__delattr__"):  # of a frozen one
+            if name in vars(thing) and name not in vars(other):
+                type.__delattr__(thing, name)
