@@ -1,5 +1,6 @@
 """The mutation run: how a mutant takes its module's place, and what is said of a sample."""
 
+import dataclasses
 import sys
 from importlib import util
 
@@ -8,6 +9,8 @@ import pytest
 from bench import mutation
 
 SOURCE = '''"""A module."""
+
+from dataclasses import dataclass, field
 
 MOST = 2.0
 NEVER = MOST
@@ -29,6 +32,13 @@ class Brake:
     @property
     def most(self):
         return MOST
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One that cannot be changed."""
+
+    share: float = field(default=1.0, metadata={"most": 1.0})
 '''
 
 
@@ -38,7 +48,10 @@ def module(tmp_path, monkeypatch):
     file = tmp_path / "brakes.py"
     file.write_text(SOURCE, encoding="utf-8")
     loaded = []
-    for name, text in (("ftqp.brakes", SOURCE), ("ftqp.car", "from ftqp.brakes import MOST, Brake, limited")):
+    for name, text in (
+        ("ftqp.brakes", SOURCE),
+        ("ftqp.car", "from ftqp.brakes import MOST, Brake, Fault, limited"),
+    ):
         spec = util.spec_from_loader(name, loader=None)
         made = util.module_from_spec(spec)
         made.__file__ = str(file)
@@ -73,6 +86,31 @@ def test_a_mutant_takes_the_place_of_methods_and_constants(module):
     assert brake.number == 2
     mutation.planted(mutant("MOST = 2.0", "MOST = 3.0"))
     assert car.MOST == 3.0 == brakes.NEVER and brake.holds(3.0) and brake.most == 3.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("frozen=True, ", ""), ('{"most": 1.0}', '{"most": 2.0}'), ("default=1.0", "default=0.5")],
+)
+def test_a_mutant_takes_the_place_of_data_that_cannot_be_changed(module, old, new):
+    _, car = module
+    mutation.planted(mutant(old, new))
+    fault = car.Fault()
+    if old.startswith("frozen"):
+        fault.share = 0.25
+        assert fault.share == 0.25
+    else:
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            fault.share = 0.25
+        assert fault.share == (0.5 if "default" in new else 1.0)
+    assert dataclasses.fields(car.Fault)[0].metadata["most"] == (2.0 if "most" in new else 1.0)
+
+
+def test_an_equivalent_mutant_is_one_that_was_not_found_and_of_which_it_is_said_why():
+    (module, after), why = next(iter(mutants.EQUIVALENT.items()))
+    row = {"module": module, "after": f"    {after}", "outcome": "missed"}
+    assert mutants.reason(row) == why and mutants.reason(row | {"outcome": "found"}) == ""
+    assert mutants.reason(row | {"after": "return None"}) == ""
 
 
 def test_the_interval_of_a_share_is_that_of_wilson():
