@@ -17,6 +17,7 @@ from ftqp.app.commands.cli import app
 from ftqp.app.output.console import json_text
 from ftqp.app.run import runs
 from ftqp.app.scenario.setup import load
+from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.study.workspace_study import load_study
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
@@ -226,6 +227,19 @@ def test_results_that_never_end_are_not_read(tmp_path: Path):
         read_campaign(tmp_path)
 
 
+def test_results_that_are_no_text_are_refused(tmp_path: Path):
+    settings = {"kind": "k", "key": "k", "columns": {"drawn": "TEXT"}}
+    with ResultsFile(tmp_path, **settings) as results:
+        results.write([0], [("{}",)], 1.0, "me")
+    with closing(sqlite3.connect(tmp_path / "results.sqlite")) as connection, connection:
+        connection.execute("UPDATE results SET drawn = CAST(? AS TEXT)", (b"\xff",))
+    with (
+        ResultsFile(tmp_path, **settings) as results,
+        pytest.raises(InputError, match="a row of it is damaged"),
+    ):
+        results.table()
+
+
 @pytest.fixture(scope="module")
 def run(tmp_path_factory) -> Path:
     """The folder of a short run."""
@@ -273,9 +287,13 @@ def test_log_whose_codes_are_no_numbers_is_refused(run: Path, told):
         ((first, data),) = connection.execute("SELECT first, data FROM chunks").fetchall()
         names = [name for (name,) in connection.execute("SELECT name FROM columns ORDER BY place")]
     rows = np.frombuffer(data, "<f8").copy()
-    rows[names.index("status")] = np.nan
-    said = told("UPDATE chunks SET data = ?, crc = ?", rows.tobytes(), zlib.crc32(rows.tobytes()))
-    assert f"its chunk at row {first} has a code or a count that is no number" in said
+    for value, sentence in (
+        (np.nan, "a code or a count that is no number"),
+        (2.0**31, "a status that no step has"),
+    ):
+        rows[names.index("status")] = value
+        said = told("UPDATE chunks SET data = ?, crc = ?", rows.tobytes(), zlib.crc32(rows.tobytes()))
+        assert f"its chunk at row {first} has {sentence}" in said
 
 
 def test_log_that_does_not_say_something_names_it(run: Path):

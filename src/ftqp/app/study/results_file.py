@@ -135,7 +135,10 @@ class ResultsFile:
     def table(self) -> list[tuple[Any, ...]]:
         """All rows by item: its number, then its values."""
         names = ", ".join(_quoted(name) for name in ("item", *self._columns))
-        return self._connection.execute(f"SELECT {names} FROM results ORDER BY item").fetchall()
+        try:
+            return self._connection.execute(f"SELECT {names} FROM results ORDER BY item").fetchall()
+        except sqlite3.Error as error:
+            raise _unusable(self.path, "a row of it is damaged", self._remedy) from error
 
     def seconds(self) -> float:
         """What all items took together [s]."""
@@ -168,7 +171,7 @@ class ResultsFile:
         self.close()
 
 
-def _unusable(path: Path, error: Exception, remedy: str) -> InputError:
+def _unusable(path: Path, error: Exception | str, remedy: str) -> InputError:
     """What to say of a file that cannot be used."""
     reason = getattr(error, "strerror", None) or error
     return InputError(f"{path} cannot be used as a results file: {reason}; {remedy}")

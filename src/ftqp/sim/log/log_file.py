@@ -12,6 +12,7 @@ from zlib import crc32
 
 import numpy as np
 
+from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import FloatArray, instance, non_negative
 from ftqp.core.errors import InputError, unknown
 from ftqp.sim.log.log_arrays import Log
@@ -257,6 +258,7 @@ def _chunks(connection: sqlite3.Connection, columns: Sequence[Column], begin: in
     No lock is held between two chunks: the run may be going on.
     """
     width, codes = len(columns), [k for k, column in enumerate(columns) if column.integer]
+    status = [k for k, column in enumerate(columns) if column.name == "status" and column.integer]
     connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(LARGEST_VALUE, 8 * BLOCK * width + 1000))
     measured = connection.execute(
         "SELECT first, rows, crc, typeof(data), length(data) FROM chunks WHERE first + rows > ? "
@@ -272,6 +274,8 @@ def _chunks(connection: sqlite3.Connection, columns: Sequence[Column], begin: in
         block = np.frombuffer(found[0][0], dtype="<f8").reshape(rows, width)
         if not (np.abs(block[:, codes]) < LARGEST_CODE).all():
             raise _NotALog(f"its chunk at row {first} has a code or a count that is no number")
+        if status and not ((block[:, status] >= 0.0) & (block[:, status] < len(StepStatus))).all():
+            raise _NotALog(f"its chunk at row {first} has a status that no step has")
         yield block[max(begin - first, 0) :]
 
 
