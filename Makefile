@@ -66,7 +66,7 @@ test-lowest: VENV = .venv-lowest
 test-lowest:
 	$(PYTHON) -m venv $(VENV)
 	$(PYTHON) tests/lowest_versions.py pyproject.toml > $(VENV)/lowest.txt
-	$(PIP) --constraint $(VENV)/lowest.txt --editable ".[viz,sim]" pytest pytest-xdist hypothesis
+	$(PIP) --constraint $(VENV)/lowest.txt --editable ".[viz,sim,solvers,ros]" pytest pytest-xdist hypothesis import-linter
 	FTQP_CACHE_DIR=$(CURDIR)/$(VENV)/cache $(PYTEST) -n $(JOBS) --dist loadfile -W default $(QUICK)
 
 licences: $(VENV)/.has-viz

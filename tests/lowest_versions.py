@@ -5,7 +5,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-EXTRAS = ("viz", "sim")
+EXTRAS = ("viz", "sim", "solvers", "ros")
 """Extras whose packages are tried at their oldest, besides what is always installed."""
 
 

@@ -61,7 +61,7 @@ WRONG = {
     "NaN in ub": (changed("ub", lambda u: u * np.nan), "lb and ub leave nothing between them in QP 0"),
     "crossed": (changed("l", lambda l: l + 10.0), "l and u leave nothing between them in QP 0"),
     "skew H": (changed("H", lambda h: h + np.triu(np.ones((3, 3)), 1)), "H is not symmetric in QP 0"),
-    "claim": (changed("claim", lambda c: c + 7), "claim is 7, expected 0 to 3"),
+    "claim": (changed("claim", lambda c: c + 7), "claim is 7, expected 0 to 4"),
     "float claim": (changed("claim", lambda c: c + 0.5), "claim holds float64, expected whole numbers"),
     "cold": (changed("cold", lambda c: c.astype(int)), "cold holds int64, expected true or false"),
     "text": ({"b": np.array([["one"]] * 5)}, "b holds str96, expected numbers"),
