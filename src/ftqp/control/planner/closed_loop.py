@@ -8,7 +8,11 @@ import numpy as np
 from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.enums import BRAKING, LOCKED
 from ftqp.model.robot import Robot
+
+STILL_SAMPLES = 8
+"""After so many samples the kernel takes a locked joint to stand (``ftqp.kernel.feedback.reference``)."""
 
 
 @final
@@ -45,8 +49,8 @@ class Blocks:
     ) -> int:
         """Make a tick for each target: how many were made, fewer where a step would have raised.
 
-        None is made while the planner takes a failed joint to be elsewhere than it is: that joint does not do
-        what it is told.
+        None is made while the planner takes a failed joint to be elsewhere than it is, or does not know yet
+        that it stands: that joint does not do what it is told.
 
         Args:
             q: Joint positions at the first tick, (nv,) [rad or m].
@@ -55,7 +59,7 @@ class Blocks:
             rows: Rows of numbers, (K, width), contiguous; the fields of ``BLOCK_FIELDS`` are filled in.
             places: Where each of them begins in a row, (11,).
         """
-        if self._K.faults.working < len(q) and not self._K.feedback.exact:
+        if self._K.faults.working < len(q) and not self._is_settled():
             return 0
         self._q[:], self._v[:] = q, v
         packed = np.ascontiguousarray(targets)
@@ -72,3 +76,11 @@ class Blocks:
             rows.shape[1],
             places.ctypes.data,
         )
+
+    def _is_settled(self) -> bool:
+        """Whether the planner's failed joints are where they are measured, and known to stand if locked."""
+        feedback, code = self._K.feedback, self._K.faults.code
+        if not feedback.active:
+            return True
+        known = np.all(feedback.still[code == LOCKED] >= STILL_SAMPLES) and not np.any(code == BRAKING)
+        return bool(feedback.exact and known)
