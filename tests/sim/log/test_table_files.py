@@ -35,7 +35,7 @@ def table(count):
     numbers = rng.normal(size=(count, len(COLUMNS))) * 10.0 ** rng.integers(-300, 300, (count, len(COLUMNS)))
     for k, column in enumerate(COLUMNS):
         if column.integer:
-            numbers[:, k] = rng.integers(0, 9, count)
+            numbers[:, k] = rng.integers(0, 8, count)
     numbers[::3, -2], numbers[1::7, 2], numbers[2, 3] = np.nan, np.inf, -0.0
     return numbers
 
