@@ -1,6 +1,6 @@
 """Schemes whose self-motion hardly dies out, and failures that nobody sees, keep an arm swinging.
 
-Found by ``ftqp campaign wide`` (seed 2028, episodes 119 and 590) and ``ftqp campaign out-of-reach``.
+Found by ``ftqp campaign wide`` at 18391de (episodes 119 and 590); its episodes have changed since.
 """
 
 import numpy as np

@@ -15,8 +15,6 @@ from unicodedata import category
 
 HIDDEN: Final = ("Cc", "Cf", "Cs")
 """Categories of characters that are not seen, and that may move the cursor or turn the text of a terminal."""
-
-
 LONGEST_WORD: Final = 300
 """Letters of a word of a message at most: a longer one is no word, and is cut in its middle."""
 
