@@ -7,8 +7,8 @@ from ftqp.kernel.jit import jit, rare_jit
 
 SETTLED = 1.0
 """How long the target has stood before a swing counts [s]: until then the arm arrives."""
-WINDOW = 1.0
-"""Over how long a motion is looked at [s]."""
+WINDOW, LONG_WINDOW = 1.0, 4.0
+"""Over how long a motion is looked at [s], second by second and, for slow swings, four seconds at once."""
 TO_AND_FRO = 0.5
 """It is a swing where the joints come no farther than this share of the way that they go ..."""
 LEAST_WAY = 0.005
@@ -20,6 +20,8 @@ TIMES = 2
 @jit
 def watch_swing(K: Any) -> None:
     """Whether the arm swings: its way and how far it has come, window by window, in what v_max goes in 1 s.
+
+    ``calm.window`` is the time within the long window, of which every second is a short one.
 
     A swing is remembered until the target moves or another set of joints works. A motion that leads the arm
     somewhere, however long it takes, is none.
@@ -42,24 +44,48 @@ def gives_up(K: Any) -> bool:
 
 @rare_jit
 def _look_back(K: Any) -> None:
-    limits, faults, state, calm = K.limits, K.faults, K.state, K.calm
+    faults, state, calm = K.faults, K.state, K.calm
     if calm.window == 0.0:
-        calm.way = 0.0
-        for i in range(K.chain.n):
-            calm.q_window[i] = state.q[i]
-    calm.window += state.dt
+        calm.way = calm.long_way = 0.0
+        _begin_at(K, calm.q_long_window)
+    if calm.way == 0.0:
+        _begin_at(K, calm.q_window)
+    way = 0.0
     for k in range(faults.working):
         i = faults.order[k]
-        calm.way += state.dt * abs(state.v[i]) / _top(limits, i)
-    if calm.window < WINDOW:
-        return
+        way += state.dt * abs(state.v[i]) / _top(K.limits, i)
+    calm.way += way
+    calm.long_way += way
+    begun = calm.window // WINDOW
+    calm.window += state.dt
+    swings = False
+    if calm.window // WINDOW > begun:
+        swings = _goes_to_and_fro(K, WINDOW, calm.way, calm.q_window)
+        calm.way = 0.0
+    if calm.window >= LONG_WINDOW:
+        swings = swings or _goes_to_and_fro(K, LONG_WINDOW, calm.long_way, calm.q_long_window)
+        calm.window = 0.0
+    if swings:
+        calm.hushed += 1
+        calm.window = 0.0
+
+
+@jit
+def _begin_at(K: Any, q: Any) -> None:
+    for i in range(K.chain.n):
+        q[i] = K.state.q[i]
+
+
+@jit
+def _goes_to_and_fro(K: Any, window: float, way: float, q: Any) -> bool:
+    """Whether the joints went ``way`` since they were at q, and came no farther than half of that."""
+    faults, state = K.faults, K.state
     come = 0.0
     for k in range(faults.working):
         i = faults.order[k]
-        come += abs(state.q[i] + state.dt * state.v[i] - calm.q_window[i]) / _top(limits, i)
-    if calm.way > LEAST_WAY * WINDOW and come < TO_AND_FRO * calm.way:
-        calm.hushed += 1
-    calm.window = 0.0
+        come += abs(state.q[i] + state.dt * state.v[i] - q[i]) / _top(K.limits, i)
+    swings: bool = way > LEAST_WAY * window and come < TO_AND_FRO * way
+    return swings
 
 
 @jit

@@ -11,11 +11,11 @@ def calm_fields(N: int) -> list[Any]:
     ``on``: whether the planner wants it; ``entered``: whether the last tick was posed in calm; ``stood``:
     how long the target has stood [s]; ``sure``: how long it has been clear that little can be gained [s];
     ``holding``: the arm no longer tries, at the error ``held``. ``hushed``: how often it has been seen to
-    swing; ``way``: of its joints within the present ``window`` [s], which began at ``q_window``. ``rho``:
-    share of the error e'e that can be removed; ``beta``: share of the error that feedback asks for;
-    ``soft``: weight of the scheme's objective; ``psi``: how much of the metric there is; ``count``: how
-    many joints are free. ``anchor``: pose where the target stands. ``known``: the joints that worked at the
-    last tick, so many as ``known_working``.
+    swing; ``way`` and ``long_way``: of its joints within the present ``window`` [s], which began at
+    ``q_window`` and ``q_long_window``. ``rho``: share of the error e'e that can be removed; ``beta``: share
+    of the error that feedback asks for; ``soft``: weight of the scheme's objective; ``psi``: how much of
+    the metric there is; ``count``: how many joints are free. ``anchor``: pose where the target stands.
+    ``known``: the joints that worked at the last tick, so many as ``known_working``.
 
     ``reach`` and ``lipschitz`` bound the curvature and the change of the rows; ``sigma_seen`` is the smallest
     singular value when it was last looked at, at ``q_seen`` with ``seen_working`` joints.
@@ -28,14 +28,15 @@ def calm_fields(N: int) -> list[Any]:
     six, square = (TASK_ROWS, TASK_ROWS), (N, N)
     whole = ("on", "entered", "holding", "hushed", "count", "seen_working", "known_working")
     numbers = (
-        "stood", "sure", "held", "way", "window", "rho", "beta", "psi", "soft", "reach", "lipschitz",
-        "sigma_seen",
+        "stood", "sure", "held", "way", "long_way", "window", "rho", "beta", "psi", "soft", "reach",
+        "lipschitz", "sigma_seen",
     )  # fmt: skip
     return [
         *((name, "i8") for name in whole),
         *((name, "f8") for name in numbers),
         *((name, "i8", (N,)) for name in ("free", "known")),
-        *((name, "f8", (N,)) for name in ("q_seen", "q_window", "gradient", "kick", "delta", "direction")),
+        *((name, "f8", (N,)) for name in ("q_seen", "q_window", "q_long_window")),
+        *((name, "f8", (N,)) for name in ("gradient", "kick", "delta", "direction")),
         ("anchor", "f8", (12,)),
         *((name, "f8", (TASK_ROWS,)) for name in ("weighted", "e", "b", "rate", "squares")),
         ("A", "f8", (TASK_ROWS, N)),
