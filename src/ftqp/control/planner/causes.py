@@ -6,7 +6,7 @@ from typing import Any
 from ftqp.control.planner.certificate import Obstacle, Outside
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, LOCKED, Limit
 from ftqp.kernel.layout.rows import TORQUE, constraint_owner
-from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
+from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, OUTSIDE_SIGMAS
 
 ACTIVE = 1e-9
 """A multiplier above this share of the largest counts as active."""
@@ -14,15 +14,23 @@ _LIMIT_NAMES = {limit: limit.name.lower() for limit in (Limit.ACCELERATION, Limi
 
 
 def outside(parts: Any, joints: Sequence[str]) -> list[Outside]:
-    """Which limits were broken before the step, by whom, and by how much."""
+    """Which limits were broken before the step, by whom, and by how much.
+
+    A joint is beyond its range when its reference is, or when it is measured there, noise aside.
+    """
     found = []
+    room = OUTSIDE_FROM + OUTSIDE_SIGMAS * float(parts["sigma"][0])
+    active = bool(parts["active"][0])
     for i, joint in enumerate(joints):
         q, v, v_max = (float(parts[name][i]) for name in ("q_measured", "v_measured", "v_max"))
-        over = {
-            "upper position": q - float(parts["q_max"][i]),
-            "lower position": float(parts["q_min"][i]) - q,
-        }
-        found += [Outside(joint=joint, limit=k, amount=d) for k, d in over.items() if d > OUTSIDE_FROM]
+        seen = float(parts["seen"][i]) if active else q
+        q_min, q_max = float(parts["q_min"][i]), float(parts["q_max"][i])
+        for limit, d, measured in (
+            ("upper position", q - q_max, seen - q_max),
+            ("lower position", q_min - q, q_min - seen),
+        ):
+            if d > OUTSIDE_FROM or measured > room:
+                found.append(Outside(joint=joint, limit=limit, amount=max(d, measured)))
         if int(parts["code"][i]) == HEALTHY and abs(v) > v_max * (1.0 + OUTSIDE_FROM):
             side = "upper" if v > 0.0 else "lower"
             found.append(Outside(joint=joint, limit=f"{side} velocity", amount=abs(v) - v_max))

@@ -296,7 +296,8 @@ class Step:
     def outside(self) -> tuple[str, ...]:
         """The joints that were beyond their limits before the step, in their order; then it is never OK.
 
-        Beyond its range, a failed joint beyond its healthy one; or working, and faster than its limit.
+        Beyond its range as measured, noise aside, or as sent, a failed joint beyond its healthy one; or
+        working, and faster than its limit.
         """
         names = dict.fromkeys(found.joint for found in outside(self._parts, self._joints))
         return tuple(joint for joint in self._joints if joint in names)

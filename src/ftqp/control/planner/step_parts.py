@@ -17,6 +17,9 @@ PLACES_OF_A_STEP = {
     "tau_brake": ("state", "tau_brake"),
     "q_measured": ("state", "q"),
     "v_measured": ("state", "v"),
+    "seen": ("feedback", "seen"),
+    "sigma": ("feedback", "sigma"),
+    "active": ("feedback", "active"),
     "error": ("task", "seen"),
     "slack": ("task", "slack"),
     "row_scale": ("task", "row_scale"),
@@ -53,8 +56,8 @@ PLACES_OF_A_STEP = {
 }
 """Where each part of a step stands in the record."""
 JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "asks", "tau", "tau_brake",
-                "q_measured", "v_measured", "code", "lower", "upper", "z_box", "q_min", "q_max", "v_max",
-                "lower_by", "upper_by", "tau_stop", "contact", "viscous", "coulomb")  # fmt: skip
+                "q_measured", "v_measured", "seen", "code", "lower", "upper", "z_box", "q_min", "q_max",
+                "v_max", "lower_by", "upper_by", "tau_stop", "contact", "viscous", "coulomb")  # fmt: skip
 RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
 
 

@@ -7,6 +7,9 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.stray import OUT_TIME
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import INVALID_INPUT, LAGGING, OK, RELAXED, SCALED
+from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, OUTSIDE_SIGMAS
+from ftqp.kernel.maths.elementary import any_of
+from ftqp.kernel.maths.side_by_side import WIDTH, several
 
 BACK = 0.5
 """The lag is over when every error is below this share of its tolerance ..."""
@@ -35,12 +38,28 @@ def see_error(K: Any) -> None:
 
 
 @jit
+def _is_measured_outside(K: Any) -> bool:
+    """Whether a joint is measured beyond its range, farther than by six standard deviations of the noise.
+
+    The reference, at which the QP is posed, may be inside all the while.
+    """
+    limits, feedback = K.limits, K.feedback
+    room = OUTSIDE_FROM + OUTSIDE_SIGMAS * feedback.sigma
+    for at in range(0, len(feedback.seen), WIDTH):
+        q = several(feedback.seen, at)
+        if any_of((q < several(limits.q_min, at) - room) | (q > several(limits.q_max, at) + room)):
+            return True
+    return False
+
+
+@jit
 def spoken(K: Any, verdict: int) -> int:
     """The status: INVALID_INPUT of a refused sample, LAGGING with hysteresis, else the QP's own verdict.
 
     It is LAGGING when the measured tip is beyond the task's tolerance, or a joint has been outside its tube
-    for 20 ms, until everything is within half of that for 50 ms. Where the QP itself says that the task is
-    relaxed or scaled, and the arm follows the command, that goes first.
+    for 20 ms, until everything is within half of that for 50 ms; and while a joint is measured beyond its
+    range. Where the QP itself says that the task is relaxed or scaled, and the arm follows the command, that
+    goes first.
     """
     feedback, task, dt = K.feedback, K.task, K.state.dt
     if not feedback.active:
@@ -57,5 +76,7 @@ def spoken(K: Any, verdict: int) -> int:
     if feedback.refused:
         return INVALID_INPUT
     if feedback.lagging and (verdict == OK or feedback.gap >= 1.0):
+        return LAGGING
+    if verdict == OK and not feedback.exact and _is_measured_outside(K):
         return LAGGING
     return verdict

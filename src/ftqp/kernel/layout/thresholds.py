@@ -6,5 +6,7 @@ SCALED_FROM: Final = 0.999
 """A path scale or a path rate below this counts as scaled."""
 OUTSIDE_FROM: Final = 1e-6
 """A joint beyond its range by more than this [rad or m], or faster by more than this share, is outside."""
+OUTSIDE_SIGMAS: Final = 6.0
+"""One that is measured there is outside by so many standard deviations of its sensor's noise more."""
 ORTHONORMAL_TOLERANCE: Final = 1e-6
 """Largest entry of |R'R - I| that still counts as a rotation, as in ``ftqp.core.pose``."""
