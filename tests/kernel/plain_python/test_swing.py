@@ -40,6 +40,16 @@ def test_an_arm_that_goes_to_and_fro_for_two_windows_has_swung_twice_and_gives_u
     assert standing(to_and_fro(0.05), 4.5).calm.hushed == 2, "it is looked at no more"
 
 
+def test_a_swing_that_takes_seconds_is_seen_over_four_of_them():
+    def slowly(t):
+        return np.array([0.0, 0.3, -0.3]) * (t if t < 2.0 else 4.0 - t)  # no second of it is a swing
+
+    assert standing(slowly, 3.95).calm.hushed == 0
+    K = standing(slowly, 4.1)
+    assert K.calm.hushed == 1 and K.calm.window < 0.2, "it is looked at anew from there on"
+    assert standing(lambda t: slowly(t) + 0.5 * t, 4.1).calm.hushed == 0, "it gets somewhere all the same"
+
+
 def test_an_arm_that_gets_somewhere_or_hardly_moves_does_not_swing():
     assert standing(lambda t: t * np.array([0.1, 0.2, -0.1]), 3.1).calm.hushed == 0
     assert standing(to_and_fro(1e-4), 3.1).calm.hushed == 0

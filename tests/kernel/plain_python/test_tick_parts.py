@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from records import empty_record
 
+from ftqp.kernel.feedback import spoken
 from ftqp.kernel.judge import kept_limits, verdict
+from ftqp.kernel.layout.enums import LAGGING, OK, RELAXED
 from ftqp.kernel.ticks import tick
 
 N = 8
@@ -77,3 +79,18 @@ def test_joints_are_counted_that_are_all_beyond_their_range(side):
     assert kept_limits.joints_outside(K) == N
     K.state.q[:N] = np.where(np.arange(N) < 5, side * 1.5, 0.0)
     assert kept_limits.joints_outside(K) == 5
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("sigma", "beyond", "said"), [(0.0, 2e-6, LAGGING), (1e-4, 5e-4, OK), (1e-4, 7e-4, LAGGING)]
+)
+def test_ok_becomes_lagging_where_a_joint_is_measured_beyond_its_range(side, sigma, beyond, said):
+    K = empty_record()
+    K.chain.n, K.feedback.active, K.feedback.sigma = N, 1, sigma
+    K.feedback.tolerance = K.feedback.rotation_tolerance = 1.0
+    K.limits.q_min[:N], K.limits.q_max[:N] = -1.0, 1.0
+    K.feedback.seen[5] = side * (1.0 + beyond)
+    assert spoken.spoken(K, OK) == said and spoken.spoken(K, RELAXED) == RELAXED
+    K.feedback.exact = 1  # every sample is the reference, and that is inside
+    assert spoken.spoken(K, OK) == OK
