@@ -89,11 +89,14 @@ def test_joint_and_start_are_those_of_the_arm_that_was_drawn():
         ({"uniform": [1, 2], "plus": "nowhere.x"}, "which is no number"),
         ({"one_of": [1, 2], "plus": "path.duration"}, "beside one_of"),
         ({"start": 2.0}, "share of the range"),
+        ({"start": True}, "share of the range"),
+        ({"joint": 3}, 'expected "any"'),
     ],
 )
-def test_wrong_distribution_is_said_with_its_key_or_kind(what, message):
-    with pytest.raises(InputError, match=message):
+def test_wrong_distribution_is_said_with_its_key(what, message):
+    with pytest.raises(InputError, match=message) as refused:
         episode(SCENARIO, {"start.q": what}, 0, 0)
+    assert "vary.start.q" in str(refused.value)
 
 
 @pytest.mark.parametrize("key", ["path.kind.x", "faults.7.at", "faults.x"])

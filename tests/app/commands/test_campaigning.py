@@ -136,6 +136,9 @@ def test_scenario_that_cannot_be_is_counted_and_exception_is_not_hidden(study, t
     assert facts["raised"] == 1
     assert facts["examples"][0]["sentences"] == "ZeroDivisionError: division by zero"
     assert facts["by_key"]["path.radius"]["50.0"]["refused"] == facts["refused"]
+    assert "out of reach" in facts["refusals"][0]["sentences"]
+    code, out, _ = campaign(study, "--out", tmp_path / "c", "--set", "campaign.episodes=12")
+    assert code == 1 and "were not run, as what was drawn is no scenario; episode " in out
 
 
 def test_arm_that_does_not_follow_what_it_could_follow_breaks_tracking(study, tmp_path):
@@ -164,7 +167,10 @@ def test_broken_law_ends_with_1_and_names_the_episode(study, tmp_path, monkeypat
     [
         (("episodes = 6", "episodes = 0"), "campaign.episodes"),
         (("episodes = 6", "episodes = 1000000000"), "campaign.episodes"),
-        (("[0.005, 0.01]", "[]"), "expected a list of at least one value"),
+        (("[0.005, 0.01]", "[]"), "vary.planner.dt is [], expected a list of at least one value"),
+        (('"planner.dt"', '"planner.dtt"'), "planner.dtt is not a key of [planner] (did you mean 'dt'?)"),
+        (("[0.005, 0.01]", "[-1.0, 0.0]"), "draws no scenario: none of its first 6 episodes can be run"),
+        (('"planner.dt"', '"sensors.faults.1.at"'), "entry 1 of faults, which the scenario does not have"),
         (("seed = 5", "seeed = 5"), "did you mean 'seed'"),
         (('{ joint = "any" }', "{ uniform = [3, 1] }"), "low <= high"),
     ],

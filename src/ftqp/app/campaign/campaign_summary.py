@@ -55,8 +55,13 @@ def summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
         "largest_ok_error": max((row["largest_ok_error"] or 0.0 for row in rows), default=0.0),
         "by_key": by_key(rows),
         "detection": detector_summary(rows),
-        "examples": [{key: row[key] for key in ("episode", "outcome", "sentences")} for row in bad[:SHOWN]],
+        "examples": [_shown(row) for row in bad[:SHOWN]],
+        "refusals": [_shown(row) for row in rows if row["outcome"] == "refused"][:SHOWN],
     }
+
+
+def _shown(row: Row) -> dict[str, Any]:
+    return {key: row[key] for key in ("episode", "outcome", "sentences")}
 
 
 def counts(rows: Sequence[Row]) -> dict[str, int]:

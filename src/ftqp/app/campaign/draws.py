@@ -19,6 +19,7 @@ episode does not have, for it was drawn shorter, are left out: ``faults.0.at`` w
 
 import copy
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -62,30 +63,30 @@ def _rising(name: str, value: Any, least: float = -np.inf) -> tuple[float, float
     return low, high
 
 
-def _uniform(value: Any, rng: np.random.Generator) -> float:
-    return float(rng.uniform(*_rising("uniform", value)))
+def _uniform(name: str, value: Any, rng: np.random.Generator) -> float:
+    return float(rng.uniform(*_rising(name, value)))
 
 
-def _log_uniform(value: Any, rng: np.random.Generator) -> float:
-    low, high = _rising("log_uniform", value, least=np.nextafter(0.0, 1.0))
+def _log_uniform(name: str, value: Any, rng: np.random.Generator) -> float:
+    low, high = _rising(name, value, least=np.nextafter(0.0, 1.0))
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
-def _normal(value: Any, rng: np.random.Generator) -> float:
-    mean, deviation = _pair("normal", value)
+def _normal(name: str, value: Any, rng: np.random.Generator) -> float:
+    mean, deviation = _pair(name, value)
     if deviation < 0.0:
-        raise InputError(f"normal has the deviation {deviation:g}, expected [mean, deviation] with one >= 0")
+        raise InputError(f"{name} has the deviation {deviation:g}, expected [mean, deviation] with one >= 0")
     return float(rng.normal(mean, deviation))
 
 
-def _integers(value: Any, rng: np.random.Generator) -> int:
-    low, high = _rising("integers", value)
+def _integers(name: str, value: Any, rng: np.random.Generator) -> int:
+    low, high = _rising(name, value)
     if low % 1.0 or high % 1.0:
-        raise InputError(f"integers is [{low:g}, {high:g}], expected whole numbers")
+        raise InputError(f"{name} is [{low:g}, {high:g}], expected whole numbers")
     return int(rng.integers(int(low), int(high) + 1))
 
 
-NUMBERS: dict[str, Callable[[Any, np.random.Generator], float]] = {
+NUMBERS: dict[str, Callable[[str, Any, np.random.Generator], float]] = {
     "uniform": _uniform,
     "log_uniform": _log_uniform,
     "normal": _normal,
@@ -133,12 +134,12 @@ def episode(
             continue
         if _left_out(key, drawn):
             continue
-        drawn[key] = _one(what, kind, rng) if kind == "one_of" else _number(key, what, kind, rng, tables)
+        drawn[key] = _one(key, what, rng) if kind == "one_of" else _number(key, what, kind, rng, tables)
         put(tables, key, copy.deepcopy(drawn[key]))
     robot = _robot(tables, arms, folder) if later else None
     for key, kind, what in sorted(later, key=lambda one: one[1] == "away"):  # which takes the start
         if robot is not None and not _left_out(key, drawn):
-            drawn[key] = _of_the_arm(kind, what[kind], robot, tables, rng)
+            drawn[key] = _of_the_arm(key, kind, what[kind], robot, tables, rng)
             put(tables, key, copy.deepcopy(drawn[key]))
     return tables, drawn
 
@@ -183,23 +184,25 @@ def _kind(key: str, what: Any) -> str:
     return kind
 
 
-def _one(what: Any, kind: str, rng: np.random.Generator) -> Any:
+def _one(key: str, what: Any, rng: np.random.Generator) -> Any:
     """One of several values."""
-    values, weights = (what, None) if isinstance(what, list) else (what[kind], what.get("weights"))
+    values, weights = (what, None) if isinstance(what, list) else (what["one_of"], what.get("weights"))
     if not isinstance(values, list) or not values:
-        raise InputError(f"one_of is {values!r:.60}, expected a list of at least one value")
+        raise InputError(f"vary.{key} is {values!r:.60}, expected a list of at least one value")
     if weights is None:
         return copy.deepcopy(values[int(rng.integers(len(values)))])
     try:
         shares = np.array(weights, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"weights is {weights!r:.60}, expected numbers") from error
+        raise InputError(f"vary.{key}.weights is {weights!r:.60}, expected numbers") from error
     if (
         shares.shape != (len(values),)
         or not (np.isfinite(shares) & (shares >= 0.0)).all()
         or not shares.any()
     ):
-        raise InputError(f"weights is {weights!r:.60}, expected {len(values)} numbers >= 0, not all 0")
+        raise InputError(
+            f"vary.{key}.weights is {weights!r:.60}, expected {len(values)} numbers >= 0, not all 0"
+        )
     return copy.deepcopy(values[int(rng.choice(len(values), p=shares / shares.sum()))])
 
 
@@ -207,7 +210,7 @@ def _number(
     key: str, what: Mapping[str, Any], kind: str, rng: np.random.Generator, tables: Mapping[str, Any]
 ) -> float:
     """A number, related to another one or not."""
-    value = NUMBERS[kind](what[kind], rng)
+    value = NUMBERS[kind](f"vary.{key}.{kind}", what[kind], rng)
     for relation in RELATED:
         if relation in what:
             other = look_up(tables, what[relation])
@@ -221,23 +224,26 @@ def _number(
 
 
 def _of_the_arm(
-    kind: str, what: Any, robot: Robot, tables: Mapping[str, Any], rng: np.random.Generator
+    key: str, kind: str, what: Any, robot: Robot, tables: Mapping[str, Any], rng: np.random.Generator
 ) -> Any:
     """A joint, a start or a way of an arm."""
+    name = f"vary.{key}.{kind}"
     if kind == "joint":
+        if what != "any":
+            raise InputError(f'{name} is {what!r:.60}, expected "any"; a list names some joints')
         return int(rng.integers(robot.nv))
     if kind == "start":
-        return _start(robot, what, rng)
-    return _away(robot, what, look_up(tables, "start.q"), rng)
+        return _start(name, robot, what, rng)
+    return _away(name, robot, what, look_up(tables, "start.q"), rng)
 
 
-def _away(robot: Robot, what: Any, q: Any, rng: np.random.Generator) -> list[float]:
+def _away(name: str, robot: Robot, what: Any, q: Any, rng: np.random.Generator) -> list[float]:
     """From the tip at a start to a point in a random direction from the shoulder."""
-    share = rng.uniform(*_rising("away", what, least=0.0))
+    share = rng.uniform(*_rising(name, what, least=0.0))
     found = composition.shoulder(robot)
     if found is None:
         raise InputError(
-            f"away is a distance from the shoulder, and {robot.joints[0]} slides: draw other robots"
+            f"{name} is a distance from the shoulder, and {robot.joints[0]} slides: draw other robots"
         )
     centre, reach = found
     direction = rng.standard_normal(3)
@@ -246,10 +252,10 @@ def _away(robot: Robot, what: Any, q: Any, rng: np.random.Generator) -> list[flo
     return [float(x) for x in way]
 
 
-def _start(robot: Robot, share: Any, rng: np.random.Generator) -> list[float]:
+def _start(name: str, robot: Robot, share: Any, rng: np.random.Generator) -> list[float]:
     """The neutral posture, each joint off by up to a share of its range, and inside it."""
-    if not isinstance(share, int | float) or not 0.0 <= share <= 1.0:
-        raise InputError(f"start is {share!r:.60}, expected a share of the range from 0 to 1")
+    if not isinstance(share, int | float) or isinstance(share, bool) or not 0.0 <= share <= 1.0:
+        raise InputError(f"{name} is {share!r:.60}, expected a share of the range from 0 to 1")
     low, high = robot.limits.q_min, robot.limits.q_max
     spread = np.where(np.isfinite(high - low), high - low, OPEN)
     q = robot.neutral + share * rng.uniform(-1.0, 1.0, robot.nv) * spread
@@ -293,9 +299,14 @@ def put(tables: dict[str, Any], key: str, value: Any) -> None:
         InputError: The key leads through something that is no table.
     """
     at: Any = tables
-    *way, last = key.split(".")
-    for part in way:
+    last = key.split(".")[-1]
+    for part, after in pairwise(key.split(".")):
         if isinstance(at, dict):
+            if part not in at and after.isascii() and after.isdigit():
+                raise InputError(
+                    f"vary.{key} is of entry {after} of {part}, which the scenario does not have; give it, "
+                    f"for example as [[scenario.{part}]], or draw {part} first"
+                )
             at = at.setdefault(part, {})
         else:
             index = document.entry(part, at)

@@ -48,6 +48,8 @@ COLUMNS = {
 long the target was certain to be within reach, speed and strength, so that the law of tracking holds [s]."""
 SEEN_LATE = 0.05
 """With sensors a claim may be wrong for so long even where runs are judged exactly [s]."""
+TRIED = 20
+"""A campaign is refused when not one of its first episodes is a scenario."""
 REFUSED, RAISED = "refused", "raised"
 """Outcomes of an episode that was not run: its scenario cannot be, or something went wrong."""
 
@@ -228,7 +230,7 @@ class EpisodeWork:
 
 
 def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
-    """The campaign of a file; its first episode is drawn to see that it can be.
+    """The campaign of a file; its first episodes are drawn to see that one can be run.
 
     Args:
         source: A path, or the name of a bundled campaign.
@@ -245,14 +247,29 @@ def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
     folder = found.folder.resolve()
     made = Campaign(name=found.name, tables=tables, text=document.toml(_plain(tables)), folder=folder)
     try:
-        made.setup(0)
+        _try_some(made, found.origin)
     except InputError as error:
         raise ScenarioError(f"{found.origin} has errors:", [str(error)]) from error
-    except ScenarioError as error:
-        if not tables.vary:
-            raise
-        del error  # what was drawn may be no scenario; such episodes are counted
     return made
+
+
+def _try_some(made: Campaign, origin: str) -> None:
+    """What is drawn may be no scenario, and such episodes are counted; but not all of the first are to be."""
+    tried = min(TRIED, made.tables.campaign.episodes) if made.tables.vary else 1
+    for number in range(tried):
+        try:
+            made.setup(number)
+            return
+        except InputError as error:
+            if number == 0:  # a distribution is wrong
+                raise
+            refused = ScenarioError(f"episode {number} has errors:", [str(error)])
+        except ScenarioError as error:
+            refused = error
+    if not made.tables.vary:
+        raise refused
+    what = f"{origin} draws no scenario: none of its first {tried} episodes can be run, the last because"
+    raise ScenarioError(what, refused.errors)
 
 
 def _plain(tables: CampaignFile) -> Mapping[str, Any]:

@@ -95,8 +95,11 @@ def _tell(facts: dict[str, Any], *, whole: bool) -> None:
         f"no law, {facts['broken']} broke one, {facts['raised']} ended in an exception"
     )
     if facts["refused"]:
+        first = facts["refusals"][0]
+        reason = first["sentences"].splitlines()[-1].removeprefix("  - ")
         tell(
-            f"{facts['refused']} were not run: what was drawn is no scenario, for example a path out of reach"
+            f"{facts['refused']} were not run, as what was drawn is no scenario; episode {first['episode']}: "
+            f"{reason}"
         )
     for item, reason in facts["crashed"].items():
         tell(
