@@ -55,6 +55,16 @@ def test_faults_tasks_and_targets_need_no_compiler_and_no_pinocchio():
     assert python(code) == "[]"
 
 
+def test_first_step_loads_the_arm_and_the_compiled_kernel_and_no_scipy():
+    code = (
+        "import ftqp, sys; arm = ftqp.robots.load('panda'); planner = ftqp.Planner(arm, 1e-3); "
+        "planner.reset(arm.neutral); target = ftqp.Target(pose=arm.pose(arm.neutral)); "
+        "planner.step(arm.neutral, 0.0 * arm.neutral, target); "
+        "print([n for n in ('scipy', 'osqp', 'matplotlib', 'pydantic') if n in sys.modules])"
+    )
+    assert python(code) == "[]"
+
+
 def test_star_import_gives_the_exported_names():
     names = python("from ftqp import *; print(sorted(n for n in dir() if not n.startswith('_')))")
     assert names == str(sorted(n for n in ftqp.__all__ if not n.startswith("_")))

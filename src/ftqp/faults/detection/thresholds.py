@@ -4,7 +4,6 @@ from math import log, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.layout.enums import Residual
@@ -148,9 +147,11 @@ def thresholds(peaks: FloatArray, rate: float) -> FloatArray:
 
 def interval(alarms: int, hours: float) -> tuple[float, float]:
     """The exact 95 % interval of a rate [1/h] of which so many events were seen in so many hours."""
-    low = float(stats.chi2.ppf(0.025, 2 * alarms)) / 2.0 if alarms else 0.0
+    from scipy.stats import chi2  # a second to load, needed by a calibration only
+
+    low = float(chi2.ppf(0.025, 2 * alarms)) / 2.0 if alarms else 0.0
     tail = 0.05 if alarms == 0 else 0.025
-    return low / hours, float(stats.chi2.ppf(1.0 - tail, 2 * alarms + 2)) / 2.0 / hours
+    return low / hours, float(chi2.ppf(1.0 - tail, 2 * alarms + 2)) / 2.0 / hours
 
 
 def tested_thresholds(peaks: FloatArray, folds: IntArray, rate: float) -> Tail:
