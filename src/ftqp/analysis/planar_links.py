@@ -84,7 +84,8 @@ class PlanarLinks:
         for i in range(len(l)):
             if i == 0:
                 rest = l[1:]
-                low, high = max(0.0, 2.0 * rest.max() - rest.sum()), rest.sum()
+                high = float(rest.sum())
+                low = max(0.0, 2.0 * float(rest.max()) - high)
                 middle, sign = float(np.arctan2(goal[1], goal[0])), -1.0
                 size = R * R + l[0] ** 2, 2.0 * l[0] * R
             else:

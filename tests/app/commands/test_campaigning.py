@@ -1,6 +1,7 @@
 """``ftqp campaign``: a few short episodes, resumed, replayed, judged, refused."""
 
 import json
+import logging
 import signal
 import sqlite3
 from dataclasses import replace
@@ -108,6 +109,17 @@ def test_episode_of_a_bundled_campaign_has_figures_and_a_page_that_shows_its_loc
         source.put(Seek(source.stage().duration))
         frame = source.frame()
     assert frame.truth.sum() == Locked.number and not frame.braking.any()
+
+
+def test_level_of_the_log_is_afterwards_what_it_was(study):
+    log = logging.getLogger("ftqp")
+    before = log.level
+    try:
+        log.setLevel(logging.DEBUG)
+        episode_study.EpisodeWork(campaign=episode_study.load_campaign(str(study)))([0])
+        assert log.level == logging.DEBUG
+    finally:
+        log.setLevel(before)
 
 
 def test_table_tells_value_by_value(study, tmp_path):

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ftqp.analysis.outcomes.unaware_law import UnawareLaw
 from ftqp.core.checks import FloatArray
@@ -106,7 +107,7 @@ def rest_ahead(law: UnawareLaw, q: FloatArray, unit: float) -> Rest | None:
     return Rest(ending=Ending.ERRONEOUS, q=here, rate=0.0, curve=True)
 
 
-def _rate_at(law: UnawareLaw, rest: FloatArray, q: FloatArray, values: FloatArray) -> float:
+def _rate_at(law: UnawareLaw, rest: FloatArray, q: FloatArray, values: NDArray[np.complex128]) -> float:
     """The rate of a rest, of its eigenvalues; of one at a singular J from a little before it."""
     if law.flatness(rest) > ROUNDING:
         return float(-values.real.max())

@@ -3,7 +3,8 @@
 import hashlib
 import json
 import logging
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, final
@@ -135,7 +136,6 @@ class EpisodeWork:
 
     def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
         """The rows of the episodes with these numbers, in the order of ``COLUMNS``."""
-        logging.getLogger("ftqp").setLevel(logging.ERROR)
         return [tuple(row.get(name) for name in COLUMNS) for row in map(self._row, items)]
 
     def _row(self, number: int) -> dict[str, Any]:
@@ -153,7 +153,8 @@ class EpisodeWork:
             content: The scenario's tables as they were drawn.
         """
         try:
-            return self._judged(self.campaign.setup_of(number, content))
+            with _quietly():
+                return self._judged(self.campaign.setup_of(number, content))
         except ScenarioError as error:
             return {"outcome": REFUSED, "sentences": str(error), "ticks": 0}
         except Exception as error:  # an exception is a result of the campaign: it is counted, not hidden
@@ -227,6 +228,18 @@ class EpisodeWork:
             if setup.planner.drive.kind != "position":  # and its loop passes on what noise there is
                 strict = replace(strict, speed=PHYSICS.speed, acceleration=PHYSICS.acceleration)
         return strict if table.calm is None else replace(strict, calm=table.calm)
+
+
+@contextmanager
+def _quietly() -> Iterator[None]:
+    """What a planner tells its operator is not shown meanwhile."""
+    log = logging.getLogger("ftqp")
+    before = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
 
 
 def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:

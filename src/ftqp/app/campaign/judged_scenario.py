@@ -1,6 +1,5 @@
 """One scenario run and judged as an episode of a campaign is: what a test of a mended defect asks."""
 
-import logging
 import tomllib
 from pathlib import Path
 from typing import Any, Literal
@@ -40,7 +39,6 @@ def broken_by(work: EpisodeWork, content: dict[str, Any]) -> dict[str, str]:
     Raises:
         ScenarioError: It is no scenario.
     """
-    logging.getLogger("ftqp").setLevel(logging.ERROR)
     row = work.row_of(0, content)
     if row["outcome"] == RAISED:
         return {row["sentences"].partition(":")[0]: row["sentences"]}

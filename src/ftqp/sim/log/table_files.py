@@ -119,7 +119,8 @@ def write_mat(rows: LogRows, path: str | Path, told: Told = silent) -> None:
     about = {"signals": names, "units": units, "metadata": json.dumps(dict(rows.metadata))}
     with whole_file(path) as part, _columns_of(rows, part.parent, told) as columns:
         whole = rows.whole()
-        with part.open("xb") as file:
+        with part.open("xb") as opened:
+            file: Any = opened  # versions of scipy disagree on what a file may be
             for done, (name, places) in enumerate(groups.items()):
                 kind = np.int64 if all(whole[k] for k in places) else np.float64
                 values: NDArray[Any] = np.empty((rows.count, len(places)), kind, order="F")
@@ -128,9 +129,9 @@ def write_mat(rows: LogRows, path: str | Path, told: Told = silent) -> None:
                     for piece in columns(place):
                         values[at : at + len(piece), k] = piece
                         at += len(piece)
-                savemat(file, {name: values}, appendmat=False)  # type: ignore[arg-type]
+                savemat(file, {name: values}, appendmat=False)
                 told(0.5 + 0.5 * done / len(groups))
-            savemat(file, about, appendmat=False, long_field_names=True)  # type: ignore[arg-type]
+            savemat(file, about, appendmat=False, long_field_names=True)
 
 
 def _groups(rows: LogRows) -> dict[str, list[int]]:
