@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ftqp.core.checks import array, frozen, non_negative, positive
+from ftqp.core.checks import array, frozen, is_number, non_negative, positive
 from ftqp.core.errors import InputError
 
 
@@ -101,3 +101,20 @@ def test_zero_is_not_negative_but_minus_one_is():
     assert non_negative("gain", 0) == 0.0
     with pytest.raises(InputError, match=r"gain is -1, expected a finite number >= 0"):
         non_negative("gain", -1)
+
+
+@pytest.mark.parametrize("value", [0, -3, 1.5, 1e300, -1e300, 2**60])
+def test_plain_numbers_of_files_are_numbers(value):
+    assert is_number(value)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [True, None, "1", [1.0], np.float32(1.0), 1j, float("nan"), float("inf"), -float("inf"), 10**400, 1e301],
+)
+def test_what_cannot_be_computed_with_is_no_number(value):
+    assert not is_number(value)
+
+
+def test_number_has_the_size_that_is_asked_for():
+    assert is_number(-2, 2.0) and not is_number(2.1, 2.0)

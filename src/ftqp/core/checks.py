@@ -2,7 +2,7 @@
 
 from math import isfinite
 from types import UnionType
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,8 @@ from ftqp.core.errors import InputError
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
+LARGEST = 1e300
+"""No number of a file is larger than this, so that sums and products of some are finite."""
 
 
 def array(
@@ -64,6 +66,16 @@ def numbers(name: str, value: Any, expected: str = "") -> FloatArray:
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name} is not an array of numbers: {shown(value)}{expected}") from error
     raise InputError(f"{name} is not an array of numbers: {shown(value)}{expected}")
+
+
+def is_number(value: Any, most: float = LARGEST) -> TypeGuard[float]:
+    """Whether a value that was read from a file is a plain number and its size is one to compute with.
+
+    Args:
+        value: What was read; true, false, NaN, infinities and whole numbers beyond floats are none.
+        most: The largest size that counts.
+    """
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= most
 
 
 def shown(value: Any) -> str:

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, is_number
 from ftqp.core.errors import InputError
 from ftqp.core.npz import npz_arrays
 
@@ -129,7 +129,7 @@ def _about(file: Path, value: Any) -> dict[str, Any]:
     good = (
         set(about) == KEYS
         and all(isinstance(about[key], str) for key in (*TEXTS, "content"))
-        and all(_is_number(about[key]) for key in (*NUMBERS, "stride"))
+        and all(is_number(about[key], LARGEST_NUMBER) for key in (*NUMBERS, "stride"))
         and all(isinstance(about[key], list) and all(isinstance(x, str) for x in about[key]) for key in LISTS)
         and isinstance(about["axis"], bool)
         and isinstance(about["settings"], dict)
@@ -138,8 +138,3 @@ def _about(file: Path, value: Any) -> dict[str, Any]:
     if not good:
         raise _no_plan(file, "'about' does not say what a plan has to")
     return about
-
-
-def _is_number(value: Any) -> bool:
-    """Whether a value is a number below ``LARGEST_NUMBER``."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST_NUMBER

@@ -29,6 +29,7 @@ from pydantic import ValidationError
 from ftqp.app.scenario import composition, document
 from ftqp.app.scenario.complaints import complaints
 from ftqp.app.schema.robot_section import RobotTable
+from ftqp.core.checks import is_number
 from ftqp.core.errors import InputError, unknown
 from ftqp.model.robot import Robot
 
@@ -45,13 +46,7 @@ BESIDE: Final = (*RELATED, "weights", "chance")
 
 def _pair(name: str, value: Any) -> tuple[float, float]:
     """Two numbers that rise."""
-    if (
-        not isinstance(value, list)
-        or len(value) != 2
-        or not all(
-            isinstance(x, int | float) and not isinstance(x, bool) and abs(x) <= LARGEST for x in value
-        )
-    ):
+    if not isinstance(value, list) or len(value) != 2 or not all(is_number(x, LARGEST) for x in value):
         raise InputError(f"{name} is {value!r:.60}, expected two numbers from -{LARGEST:g} to {LARGEST:g}")
     return float(value[0]), float(value[1])
 
@@ -149,7 +144,7 @@ def _happens(key: str, what: Any, rng: np.random.Generator) -> bool:
     if not isinstance(what, Mapping) or "chance" not in what:
         return True
     chance = what["chance"]
-    if not isinstance(chance, int | float) or isinstance(chance, bool) or not 0.0 <= chance <= 1.0:
+    if not is_number(chance) or not 0.0 <= chance <= 1.0:
         raise InputError(f"vary.{key} has the chance {chance!r:.60}, expected a number from 0 to 1")
     return bool(rng.random() < chance)
 
@@ -214,7 +209,7 @@ def _number(
     for relation in RELATED:
         if relation in what:
             other = look_up(tables, what[relation])
-            if not isinstance(other, int | float) or isinstance(other, bool) or not abs(other) <= LARGEST:
+            if not is_number(other, LARGEST):
                 raise InputError(
                     f"vary.{key} is {relation} {what[relation]!r:.60}, which is no number there, or one "
                     f"beyond {LARGEST:g}"
@@ -254,7 +249,7 @@ def _away(name: str, robot: Robot, what: Any, q: Any, rng: np.random.Generator) 
 
 def _start(name: str, robot: Robot, share: Any, rng: np.random.Generator) -> list[float]:
     """The neutral posture, each joint off by up to a share of its range, and inside it."""
-    if not isinstance(share, int | float) or isinstance(share, bool) or not 0.0 <= share <= 1.0:
+    if not is_number(share) or not 0.0 <= share <= 1.0:
         raise InputError(f"{name} is {share!r:.60}, expected a share of the range from 0 to 1")
     low, high = robot.limits.q_min, robot.limits.q_max
     spread = np.where(np.isfinite(high - low), high - low, OPEN)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.planner.labels import SCALE, SLACK
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, is_number
 from ftqp.kernel.layout.rows import RowKind, kind_of
 from ftqp.qp import QP, Certificate, Solution
 
@@ -68,8 +68,7 @@ class _Units:
 
 
 def _positive(value: Any) -> float:
-    good = isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value) and value > 0
-    return float(value) if good else 1.0
+    return float(value) if is_number(value) and value > 0 else 1.0
 
 
 class LabelledQP:

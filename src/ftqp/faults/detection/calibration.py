@@ -8,7 +8,7 @@ from typing import Any, Self, final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array
+from ftqp.core.checks import FloatArray, array, is_number
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import Residual
 
@@ -165,11 +165,15 @@ def _refuse_strange(path: str | Path, values: Mapping[str, Any]) -> None:
         if field.name == "joints":
             good = isinstance(value, list) and all(isinstance(name, str) for name in value)
         elif field.name == "bandwidths":
-            good = isinstance(value, list) and len(value) == 2 and all(_figure(x) and x > 0 for x in value)
+            good = (
+                isinstance(value, list)
+                and len(value) == 2
+                and all(is_number(x, LARGEST) and x > 0 for x in value)
+            )
         elif field.type in (str, bool):
             good = type(value) is field.type
         elif field.type in (int, float):
-            good = _figure(value) and (field.type is float or isinstance(value, int))
+            good = is_number(value, LARGEST) and (field.type is float or isinstance(value, int))
         else:
             good = True
         if not good:
@@ -177,8 +181,3 @@ def _refuse_strange(path: str | Path, values: Mapping[str, Any]) -> None:
                 f"{path} is no calibration: its {field.name} is {value!r:.60}; make a new one with "
                 "ftqp.Detector.calibrate"
             )
-
-
-def _figure(value: Any) -> bool:
-    """Whether a value is a number that an arm may have."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST

@@ -1,9 +1,9 @@
 """What a log says of its run, believed only where it is of the kind that ftqp writes."""
 
 from collections.abc import Callable, Mapping
-from math import isfinite
 from typing import Any, Final, NoReturn, final
 
+from ftqp.core.checks import is_number
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import KINDS
 
@@ -35,7 +35,7 @@ def strange_fact(facts: Mapping[str, Any]) -> str | None:
         if not isinstance(facts.get(key, ""), str | None):
             return f"its {key} is {facts[key]!r:.40}, expected a text"
     for key in NUMBERS:
-        if key in facts and not _number(facts[key]):
+        if key in facts and not is_number(facts[key]):
             return f"its {key} is {facts[key]!r:.40}, expected a number"
     if facts.get("dt", 1.0) <= 0.0:
         return f"its dt is {facts['dt']!r:.40}, expected a number above 0"
@@ -54,7 +54,7 @@ def _strange_limits(facts: Mapping[str, Any], count: int) -> str | None:
     if not isinstance(limits, dict):
         return f"its limits are {limits!r:.40}, expected a table"
     for name, values in limits.items():
-        good = _list(values, lambda value: value is None or _number(value)) and len(values) == count
+        good = _list(values, lambda value: value is None or is_number(value)) and len(values) == count
         if name in LIMITS and not good:
             return f"its limit {name} is {values!r:.40}, expected a number or null for each of {count} joints"
     return None
@@ -73,8 +73,8 @@ def _strange_faults(facts: Mapping[str, Any], count: int) -> str | None:
             and isinstance(index, int)
             and not isinstance(index, bool)
             and 0 <= index < count
-            and _number(fault.get("at"))
-            and (told is None or _number(told))
+            and is_number(fault.get("at"))
+            and (told is None or is_number(told))
         )
         if not good:
             return f"it has the fault {fault!r:.60}, expected its kind, joint, index, at and announced"
@@ -92,7 +92,7 @@ def _strange_rest(facts: Mapping[str, Any]) -> str | None:
         return f"its versions are {versions!r:.40}, expected texts by package"
     if emergency is not None and not (
         isinstance(emergency, dict)
-        and _list(list(emergency.values()), lambda value: value is None or _number(value))
+        and _list(list(emergency.values()), lambda value: value is None or is_number(value))
     ):
         return f"its emergency is {emergency!r:.40}, expected numbers"
     return None
@@ -103,17 +103,10 @@ def _is_detection(one: Any) -> bool:
     return (
         isinstance(one, dict)
         and isinstance(one.get("joint"), str)
-        and _number(one.get("detected_at"))
+        and is_number(one.get("detected_at"))
         and _list(one.get("kinds"), lambda kind: isinstance(kind, str))
     )
 
 
 def _list(value: Any, of: Callable[[Any], bool]) -> bool:
     return isinstance(value, list) and all(of(item) for item in value)
-
-
-def _number(value: Any) -> bool:
-    """Whether a value is a finite number that a float can hold."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return abs(value) < 1e300 and isfinite(value)
