@@ -319,8 +319,7 @@ class Step:
         """Why the task is not followed exactly, or None when it is (or when no task was attempted)."""
         if self.status not in (StepStatus.RELAXED, StepStatus.FALLBACK):
             return None
-        task = self._session.K.task
-        names = [COMPONENTS[c] for c in task.rows[: int(task.m)]]
+        names = [COMPONENTS[int(c)] for c in self._parts["components"][: int(self._parts["m"][0])]]
         slack = self.slack
         if not self._parts["missed"][0] and self.status is StepStatus.RELAXED:
             slack = np.zeros_like(slack)

@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.feedback.observer import advanced, corrected, predicted
+from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
 from ftqp.kernel.feedback.reference import STILL_SAMPLES
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.stray import part_with, tube
@@ -117,8 +117,9 @@ def _observe_own(K: Any, j: int) -> None:
     else:
         q, v = advanced(K, feedback.own_q[j], feedback.own_v[j], past.own[before, place] + feedback.own_d[j])
         e = feedback.seen[j] - q
-        feedback.own_q[j], feedback.own_v[j], change = corrected(K, feedback.pole, q, v, e)
-        feedback.own_d[j] += change
+        feedback.own_q[j], v, change = corrected(K, feedback.pole, q, v, e)
+        v, d = plausible(K, v, feedback.own_d[j] + change, K.limits.v_max[j])
+        feedback.own_v[j], feedback.own_d[j] = v, d
         other, share = feedback.innovation[j], min(1.0, K.state.dt / COMPARED_TIME)
         feedback.own_missed[j] += share * (e * e - feedback.own_missed[j])
         feedback.dead_missed[j] += share * (other * other - feedback.dead_missed[j])

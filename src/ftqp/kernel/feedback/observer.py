@@ -8,8 +8,11 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.stray import part_with
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, TORQUE_DRIVE
-from ftqp.kernel.maths.elementary import any_of, select
+from ftqp.kernel.maths.elementary import any_of, larger, select, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, is_set, put, several
+
+FASTEST, UNLIMITED = 30.0, 1e4
+"""No joint is faster than this or twice its limit [rad/s or m/s]; one without a limit has the second."""
 
 
 @jit
@@ -28,11 +31,24 @@ def corrected(K: Any, z: Any, q: Any, v: Any, e: Any) -> tuple[Any, Any, Any]:
 
 
 @jit
+def plausible(K: Any, v: Any, d: Any, v_max: Any) -> tuple[Any, Any]:
+    """(v^, d^) as any joint may have them: |v| <= 2 v_max and 30 at least, |d| <= 2 of that within dt.
+
+    A sensor that lies about a failed joint would else lead the observer, and what it tells the others of
+    inertia and gravity, out of all bounds.
+    """
+    top = smaller(larger(2.0 * v_max, FASTEST), UNLIMITED)
+    most = 2.0 * top / K.state.dt
+    return smaller(larger(v, -top), top), smaller(larger(d, -most), most)
+
+
+@jit
 def predicted(K: Any, q: float, v: float, a: Any, i: int, d: float) -> tuple[float, float]:
     """(q, v) of the samples' time brought to now by what was sent since, column i of the ring a, and d."""
     feedback = K.feedback
     for ago in range(feedback.latency, 0, -1):
         q, v = advanced(K, q, v, a[slot(feedback, ago), i] + d)
+        v, d = plausible(K, v, d, K.limits.v_max[i])
     return q, v
 
 
@@ -57,8 +73,9 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
     elif not first:
         q, v = advanced(K, feedback.q_hat[i], feedback.v_hat[i], past.a[before, i] + feedback.d_hat[i])
         e = feedback.innovation[i] = feedback.seen[i] - q
-        feedback.q_hat[i], feedback.v_hat[i], change = corrected(K, z, q, v, e)
-        feedback.d_hat[i] += change
+        feedback.q_hat[i], v, change = corrected(K, z, q, v, e)
+        v, d = plausible(K, v, feedback.d_hat[i] + change, K.limits.v_max[i])
+        feedback.v_hat[i], feedback.d_hat[i] = v, d
     q, v = feedback.q_hat[i], feedback.v_hat[i]
     if not healthy or feedback.kind == TORQUE_DRIVE:
         q, v = predicted(K, q, v, past.a, i, feedback.d_hat[i])
@@ -86,7 +103,7 @@ def _observe_block(K: Any, at: int, before: int) -> bool:
     )
     e = several(feedback.seen, at) - q
     q, v, change = corrected(K, select(failed, feedback.pole_failed, feedback.pole), q, v, e)
-    d = d + change
+    v, d = plausible(K, v, d + change, several(K.limits.v_max, at))
     put(feedback.innovation, at, e)
     put(feedback.q_hat, at, q)
     put(feedback.v_hat, at, v)

@@ -77,6 +77,6 @@ def spoken(K: Any, verdict: int) -> int:
         return INVALID_INPUT
     if feedback.lagging and (verdict == OK or feedback.gap >= 1.0):
         return LAGGING
-    if verdict == OK and not feedback.exact and _is_measured_outside(K):
+    if verdict == OK and _is_measured_outside(K):
         return LAGGING
     return verdict

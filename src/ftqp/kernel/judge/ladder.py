@@ -179,6 +179,18 @@ def _verdict_on_solved(K: Any) -> int:
     return SCALED if K.task.scale < SCALED_FROM else OK
 
 
+@rare_jit
+def _sets_out(K: Any) -> bool:
+    """Whether joints that were at rest are sent to move: beside one that swings freely, or off a limit."""
+    limits, faults, state = K.limits, K.faults, K.state
+    for k in range(faults.working):
+        i = faults.order[k]
+        top = limits.v_max[i] if limits.v_max[i] < inf else 1.0
+        if abs(state.v_command[i]) > AT_REST * top:
+            return True
+    return False
+
+
 @jit
 def _finish(K: Any) -> int:
     """Write the command and settle the status; too many in a row without the task latch the stop."""
@@ -201,6 +213,8 @@ def _finish(K: Any) -> int:
             qp.z_box[i] = ladder.z_box_first[i]
         for j in range(qp.nc):
             qp.z[j] = ladder.z_first[j]
+    if ladder.verdict == STOPPED and _sets_out(K):
+        ladder.verdict = STOPPING
     ladder.status = spoken(K, ladder.verdict)
     return ladder.status
 

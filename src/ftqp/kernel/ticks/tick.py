@@ -157,8 +157,10 @@ def _stop(K: Any) -> bool:
 
 @rare_jit
 def _refuse_target(K: Any) -> bool:
-    """A target that cannot be used: the arm is brought to rest until one can."""
+    """A target that cannot be used: the arm is brought to rest until one can; its error is what it was."""
     _stop(K)
+    for k in range(6):
+        K.past.error[K.feedback.now, k] = K.task.error[k]
     if K.watch.latched == 0:
         K.ladder.verdict = INVALID_INPUT
     return False
