@@ -4,6 +4,7 @@ import json
 import logging
 import signal
 import sqlite3
+from contextlib import closing
 from dataclasses import replace
 
 import pytest
@@ -59,7 +60,7 @@ def study(tmp_path):
 
 
 def rows(folder):
-    with sqlite3.connect(folder / "results.sqlite") as connection:
+    with closing(sqlite3.connect(folder / "results.sqlite")) as connection, connection:
         found = connection.execute("SELECT item, drawn, outcome, ticks FROM results ORDER BY item").fetchall()
     connection.close()
     return found

@@ -4,6 +4,7 @@ import json
 import os
 import sqlite3
 import sys
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -137,7 +138,7 @@ def test_what_cannot_be_exported_is_said(tmp_path, monkeypatch, arguments, messa
 def test_run_cut_short_and_of_another_version_is_written_and_noted(run, tmp_path):
     data = (run / "log.sqlite").read_bytes()
     (tmp_path / "log.sqlite").write_bytes(data)
-    with sqlite3.connect(tmp_path / "log.sqlite") as connection:
+    with closing(sqlite3.connect(tmp_path / "log.sqlite")) as connection, connection:
         connection.execute("""UPDATE metadata SET value = '"running"' WHERE key = 'state'""")
         (text,) = connection.execute("SELECT value FROM metadata WHERE key = 'versions'").fetchone()
         versions = json.dumps(json.loads(text) | {"ftqp": "99.0"})

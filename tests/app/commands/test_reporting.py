@@ -3,6 +3,7 @@
 import json
 import re
 import sqlite3
+from contextlib import closing
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -138,7 +139,7 @@ def test_what_files_say_stays_text(tmp_path: Path, still: None) -> None:
     Simulation(
         Planner(robot, dt=0.01), path, q=robot.neutral, schedule=schedule, log=file, metadata=about
     ).run()
-    with sqlite3.connect(file) as connection:  # a joint of another name
+    with closing(sqlite3.connect(file)) as connection, connection:  # a joint of another name
         for table, key in (("columns", "name"), ("metadata", "value")):
             connection.execute(f"UPDATE {table} SET {key} = replace({key}, 'j2', ?)", (evil,))
     assert asked(tmp_path, "-o", tmp_path / "page.html").exit_code == 0
@@ -153,7 +154,7 @@ def test_log_that_is_cut_short_is_reported_as_far_as_it_goes(told: Path, tmp_pat
     cut = tmp_path / "cut"
     cut.mkdir()
     (cut / "log.sqlite").write_bytes((told / "log.sqlite").read_bytes())
-    with sqlite3.connect(cut / "log.sqlite") as connection:
+    with closing(sqlite3.connect(cut / "log.sqlite")) as connection, connection:
         connection.execute("UPDATE metadata SET value = '\"running\"' WHERE key = 'state'")
     assert asked(cut, "-o", tmp_path / "page.html").exit_code == 0
     assert "This log is cut short" in (tmp_path / "page.html").read_text(encoding="utf-8")
@@ -162,7 +163,7 @@ def test_log_that_is_cut_short_is_reported_as_far_as_it_goes(told: Path, tmp_pat
 def test_run_of_another_version_is_reported_and_says_so(told: Path, tmp_path: Path, still: None) -> None:
     old = tmp_path / "log.sqlite"
     old.write_bytes((told / "log.sqlite").read_bytes())
-    with sqlite3.connect(old) as connection:
+    with closing(sqlite3.connect(old)) as connection, connection:
         (text,) = connection.execute("SELECT value FROM metadata WHERE key = 'versions'").fetchone()
         changed = json.dumps(json.loads(text) | {"ftqp": "0.0.7"})
         connection.execute("UPDATE metadata SET value = ? WHERE key = 'versions'", (changed,))
@@ -173,7 +174,7 @@ def test_run_of_another_version_is_reported_and_says_so(told: Path, tmp_path: Pa
 def test_log_of_a_newer_format_is_refused_in_words(told: Path, tmp_path: Path) -> None:
     new = tmp_path / "log.sqlite"
     new.write_bytes((told / "log.sqlite").read_bytes())
-    with sqlite3.connect(new) as connection:
+    with closing(sqlite3.connect(new)) as connection, connection:
         connection.execute("INSERT OR REPLACE INTO metadata VALUES ('format', '99')")
     result = asked(new, "-o", tmp_path / "page.html")
     assert result.exit_code == 2
@@ -205,7 +206,7 @@ def test_folder_of_several_runs_names_them(told: Path, tmp_path: Path) -> None:
 
 def test_log_that_does_not_know_its_arm_is_refused(told: Path, tmp_path: Path) -> None:
     (tmp_path / "log.sqlite").write_bytes((told / "log.sqlite").read_bytes())
-    with sqlite3.connect(tmp_path / "log.sqlite") as connection:
+    with closing(sqlite3.connect(tmp_path / "log.sqlite")) as connection, connection:
         connection.execute("DELETE FROM metadata WHERE key = 'limits'")
     result = asked(tmp_path, "-o", tmp_path / "page.html")
     assert result.exit_code == 2
@@ -222,7 +223,7 @@ def test_report_that_exists_is_not_overwritten(told: Path, tmp_path: Path) -> No
 
 def test_run_without_rows_is_refused(told: Path, tmp_path: Path) -> None:
     (tmp_path / "log.sqlite").write_bytes((told / "log.sqlite").read_bytes())
-    with sqlite3.connect(tmp_path / "log.sqlite") as connection:
+    with closing(sqlite3.connect(tmp_path / "log.sqlite")) as connection, connection:
         connection.execute("DELETE FROM chunks")
     result = asked(tmp_path, "-o", tmp_path / "page.html")
     assert result.exit_code == 2

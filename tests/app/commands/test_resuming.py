@@ -3,6 +3,7 @@
 import json
 import sqlite3
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ def text(result: Result) -> str:
 
 
 def rows(folder: Path) -> list[Any]:
-    with sqlite3.connect(folder / "results.sqlite") as file:
+    with closing(sqlite3.connect(folder / "results.sqlite")) as file, file:
         names = "item, failure, t, status, last_sample, position, rotation, margin, hurry"
         return file.execute(f"SELECT {names} FROM results ORDER BY item").fetchall()
 

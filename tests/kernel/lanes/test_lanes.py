@@ -78,7 +78,9 @@ def test_lanes_are_so_many_numbers(width):
         x, y = INPUTS[first : first + width], INPUTS[::-1][first : first + width]
         lanes["room"]["x"][0] = x, y
         found = run(lanes.ctypes.data, record.ctypes.data)
-        expected = np.array([mixture.py_func(float(a), float(b)) for a, b in zip(x, y, strict=True)])
+        expected = np.array(
+            [mixture.py_func(np.float64(a), np.float64(b)) for a, b in zip(x, y, strict=True)]
+        )
         np.testing.assert_allclose(lanes["room"]["out"][0].T, expected, rtol=1e-14, atol=1e-14)
         np.testing.assert_allclose(lanes["room"]["y"][0], 9.0 * (x + y), rtol=1e-14)
         assert found % 1000 == sum(1 << lane for lane in (0, 2) if x[lane] > 0.0)
