@@ -239,3 +239,21 @@ def test_claim_may_be_wrong_for_the_time_that_is_let_pass():
         target = evidence.target.copy()
         target[100 : 100 + ticks, 0, 3] += 0.01
         assert verdict(ARM, replace(evidence, target=target), PHYSICS).laws == laws
+
+
+@pytest.mark.parametrize(("share", "laws"), [(1.0, set()), (0.8, {"position"})])
+def test_joint_whose_limits_have_shrunk_may_pass_its_end_while_it_brakes_fully(share, laws):
+    """Also in the tick in which it comes to rest and turns."""
+    weak = Failure(joint=JOINT, kind="degraded", since=0.0, told=0.0, shares={"v_max": 1.0, "a_max": 0.5})
+    step = DT * 0.5 * ROBOT.limits.a_max[JOINT] * share
+    t = np.arange(TICKS + 1)
+    speed = np.maximum((20.8 - t) * step, -0.2 * step)
+    evidence = run(amplitude=0.0, failures=[weak], status=["RELAXED"] * TICKS)
+    v, q = evidence.v.copy(), evidence.q.copy()
+    v[:, JOINT] = speed
+    q[:, JOINT] = (
+        END - 10.0 * DT * step + np.concatenate([[0.0], np.cumsum(0.5 * DT * (speed[1:] + speed[:-1]))])
+    )
+    assert q[:, JOINT].max() > END
+    seen = verdict(ARM, replace(evidence, q=q, v=v, sent_q=q[1:], sent_v=v[1:]))
+    assert seen.laws & {"position", "acceleration", "speed"} == laws

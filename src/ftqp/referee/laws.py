@@ -115,12 +115,13 @@ def acceleration(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArra
 def position(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     """How far joints go beyond their range, or farther beyond than they were [rad or m], (K, nv).
 
-    A joint that could not brake in time any more, for its limits have just shrunk, has to brake fully.
+    A joint that could not brake in time any more, for its limits have just shrunk, has to brake fully, also
+    in the tick in which it comes to rest and turns.
     """
     obeys, limits = health(arm, run)
     out = [np.maximum(q - limits["q_max"], limits["q_min"] - q) for q in (run.q[:-1], run.q[1:])]
     late = _missing(run.q[:-1], run.v[:-1], limits, run) > 0.0
-    slower = (np.abs(run.v[:-1]) - np.abs(run.v[1:])) / run.dt
+    slower = np.sign(run.v[:-1]) * (run.v[:-1] - run.v[1:]) / run.dt
     excused = late & (slower >= limits["a_max"] * (1.0 - FULLY))
     over = out[1] - np.maximum(out[0], 0.0) - strict.position
     return np.where(obeys & ~excused, over, 0.0)
