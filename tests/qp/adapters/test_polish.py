@@ -63,6 +63,16 @@ def test_a_contradiction_is_never_polished_into_an_answer():
         assert not polished(qp, None)
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e-12])
+def test_signs_of_multipliers_are_seen_in_whatever_unit_the_objective_is(unit):
+    """Two bounds that are guessed to be active are to be left, and multipliers may all be tiny."""
+    H, g = unit * np.diag([1.0, 0.5, 3.0]), -unit * np.array([1.0, 0.5, 1.0])
+    qp = ready(QP(H, g, lb=[-5.0] * 3, ub=[5.0] * 3))
+    qp.x[:], qp.z_box[:2] = [-5.0, -5.0, 0.3], -unit
+    assert polished(qp, None)
+    np.testing.assert_allclose(qp.x, [1.0, 1.0, 1.0 / 3.0], atol=1e-9)
+
+
 @pytest.mark.parametrize("unreachable", [0.0, 30.0])
 def test_eliminating_slacks_gives_the_same_answer(unreachable):
     qp, same = ready(compliant(4, 1e-4, unreachable)), ready(compliant(4, 1e-4, unreachable))

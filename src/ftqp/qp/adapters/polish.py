@@ -10,7 +10,11 @@ STEPS = 2
 """The most systems that are solved: one for the active bounds of the answer, one for those that its own
 solution asks for."""
 EXACT = 1e-9
-"""What an optimality condition may be off, as a share of the size of its terms, plus one."""
+"""What an optimality condition may be off, as a share of the size of its terms; where a bound is, plus one.
+
+Multipliers have no size of their own: in the units in which a QP is posed for a second attempt they may all
+be smaller than this.
+"""
 REGULAR = 1e-12
 """Subtracted from the diagonal of the rows, so that rows that depend on each other can be solved for, too."""
 REFINEMENTS = 2
@@ -68,7 +72,7 @@ def polished(qp: QPBuffers, soft: FloatArray | None) -> bool:
         x[free], z[kept] = solution[: len(free)], solution[len(free) :]
         force, pull = H @ x, rows.T @ z
         z_box = -(force + g + pull)
-        size = 1.0 + max(np.abs(force).max(), np.abs(g).max(), np.abs(pull).max())
+        size = max(np.abs(force).max(), np.abs(g).max(), np.abs(pull).max())
         if (np.abs(z_box[free]) > EXACT * size).any():
             return False
         z_box[free] = 0.0
@@ -78,7 +82,7 @@ def polished(qp: QPBuffers, soft: FloatArray | None) -> bool:
             _kept(x, lb, ub, EXACT * reach)
             and _kept(value, low, high, EXACT * (reach + np.abs(value)))
             and _signed(z_box, down & ~fixed, up, EXACT * size)
-            and _signed(z, below & ~equal, above, EXACT * (1.0 + np.abs(z).max(initial=0.0)))
+            and _signed(z, below & ~equal, above, EXACT * np.abs(z).max(initial=0.0))
         ):
             break
     else:
