@@ -152,6 +152,11 @@ def test_scenario_that_cannot_be_is_counted_and_exception_is_not_hidden(study, t
     assert "out of reach" in facts["refusals"][0]["sentences"]
     code, out, _ = campaign(study, "--out", tmp_path / "c", "--set", "campaign.episodes=12")
     assert code == 1 and "were not run, as what was drawn is no scenario; episode " in out
+    with closing(sqlite3.connect(tmp_path / "c" / "results.sqlite")) as connection, connection:
+        connection.execute("UPDATE results SET sentences = NULL WHERE outcome = 'refused'")
+    assert (
+        "no reason was kept" in campaign(study, "--out", tmp_path / "c", "--set", "campaign.episodes=12")[1]
+    )
 
 
 def test_arm_that_does_not_follow_what_it_could_follow_breaks_tracking(study, tmp_path):

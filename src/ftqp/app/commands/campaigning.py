@@ -96,7 +96,7 @@ def _tell(facts: dict[str, Any], *, whole: bool) -> None:
     )
     if facts["refused"]:
         first = facts["refusals"][0]
-        reason = first["sentences"].splitlines()[-1].removeprefix("  - ")
+        reason = ((first["sentences"] or "").splitlines() or ["no reason was kept"])[-1].removeprefix("  - ")
         tell(
             f"{facts['refused']} were not run, as what was drawn is no scenario; episode {first['episode']}: "
             f"{reason}"
