@@ -62,7 +62,6 @@ def study(tmp_path):
 def rows(folder):
     with closing(sqlite3.connect(folder / "results.sqlite")) as connection, connection:
         found = connection.execute("SELECT item, drawn, outcome, ticks FROM results ORDER BY item").fetchall()
-    connection.close()
     return found
 
 

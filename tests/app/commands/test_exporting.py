@@ -143,7 +143,6 @@ def test_run_cut_short_and_of_another_version_is_written_and_noted(run, tmp_path
         (text,) = connection.execute("SELECT value FROM metadata WHERE key = 'versions'").fetchone()
         versions = json.dumps(json.loads(text) | {"ftqp": "99.0"})
         connection.execute("UPDATE metadata SET value = ? WHERE key = 'versions'", (versions,))
-    connection.close()
     code, out, errors = ftqp_command("export", tmp_path, "--format", "mcap", "--json")
     notes = json.loads(out)["notes"]
     assert code == 0 and len(notes) == 2

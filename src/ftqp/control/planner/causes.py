@@ -22,8 +22,8 @@ def outside(parts: Any, joints: Sequence[str]) -> list[Outside]:
     room = OUTSIDE_FROM + OUTSIDE_SIGMAS * float(parts["sigma"][0])
     active = bool(parts["active"][0])
     for i, joint in enumerate(joints):
-        q, v, v_max = (float(parts[name][i]) for name in ("q_measured", "v_measured", "v_max"))
-        seen = float(parts["seen"][i]) if active else q
+        q, v, v_max = (float(parts[name][i]) for name in ("q_before", "v_before", "v_max"))
+        seen = float(parts["q_measured"][i]) if active else q
         q_min, q_max = float(parts["q_min"][i]), float(parts["q_max"][i])
         for limit, d, measured in (
             ("upper position", q - q_max, seen - q_max),

@@ -179,7 +179,7 @@ class Step:
         """Fill in the torques of a step that is kept, by a session of its own in the state of this step."""
         session, n = self._session.copy(), len(self._joints)
         state = session.K.state
-        state.q[:n], state.v[:n] = self._parts["q_measured"], self._parts["v_measured"]
+        state.q[:n], state.v[:n] = self._parts["q_before"], self._parts["v_before"]
         state.a_command[:n] = self.a
         session.K.faults.code[:n] = self._parts["code"]
         session.torques()()

@@ -15,9 +15,9 @@ PLACES_OF_A_STEP = {
     "asks": ("feedback", "asks"),
     "tau": ("state", "tau"),
     "tau_brake": ("state", "tau_brake"),
-    "q_measured": ("state", "q"),
-    "v_measured": ("state", "v"),
-    "seen": ("feedback", "seen"),
+    "q_before": ("state", "q"),
+    "v_before": ("state", "v"),
+    "q_measured": ("feedback", "seen"),
     "sigma": ("feedback", "sigma"),
     "active": ("feedback", "active"),
     "error": ("task", "seen"),
@@ -56,7 +56,7 @@ PLACES_OF_A_STEP = {
 }
 """Where each part of a step stands in the record."""
 JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "asks", "tau", "tau_brake",
-                "q_measured", "v_measured", "seen", "code", "lower", "upper", "z_box", "q_min", "q_max",
+                "q_before", "v_before", "q_measured", "code", "lower", "upper", "z_box", "q_min", "q_max",
                 "v_max", "lower_by", "upper_by", "tau_stop", "contact", "viscous", "coulomb")  # fmt: skip
 RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
 
