@@ -12,7 +12,7 @@ QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/nast
           tests/test_package.py tests/test_texts.py
 
 .DEFAULT_GOAL := help
-.PHONY: help demo pictures test quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel clean
+.PHONY: help demo pictures test test-all quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel clean
 
 help:
 	@echo "make demo       an arm loses a joint on its way and finishes; writes pictures"

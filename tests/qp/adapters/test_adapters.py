@@ -1,6 +1,6 @@
 """Every backend against planted solutions, in a loop of changing data, and on data that no QP should have."""
 
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -190,10 +190,10 @@ def test_an_infeasible_qp_is_refused_soon_and_the_next_one_is_solved(name):
         assert solver.solve(cold=True) is Claim.SOLVED
         fill(qp, infeasible(rng, 7, 3, 4))
         for cold in (False, True, False):
-            began = perf_counter()
+            began = process_time()  # a machine that is busy elsewhere is no fault of the solver
             claim = solver.solve(cold=cold)
             assert claim is not Claim.SOLVED
-            assert perf_counter() - began < 2.0
+            assert process_time() - began < 2.0
             if name in ("daqp", "dtrnn") or (name in ("active_set", "quadprog") and k == 0):
                 assert claim is Claim.INFEASIBLE
         fill(qp, case.problem)
