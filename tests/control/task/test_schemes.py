@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.arm_at import arm_at
-from tests.kernel.ticks import Ticks, hessian
+from tests.kernel.session_ticks import Ticks, hessian
 
 import ftqp
 from ftqp.control.task import schemes

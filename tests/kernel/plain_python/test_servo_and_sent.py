@@ -175,14 +175,20 @@ def test_a_position_arm_gets_a_lead_and_an_arm_that_is_not_fed_back_its_command(
     K, _ = record(j2=LOCKED)
     K.state.q_command[:N], K.state.v_command[:N] = rng.normal(size=(2, N))
     K.feedback.kind, K.feedback.lead = DriveKind.POSITION, 0.03
+    K.limits.q_min[:N], K.limits.q_max[:N] = -10.0, 10.0
     K.feedback.active = 0
     sent.send(K)
     assert (K.feedback.q_sent[:N] == K.state.q_command[:N]).all()
     K.feedback.active = 1
     sent.send(K)
     lead = np.array([0.03, 0.03, 0.0, 0.03])
-    assert K.feedback.q_sent[:N] == pytest.approx(K.state.q_command[:N] + lead * K.state.v_command[:N])
+    wanted = K.state.q_command[:N] + lead * K.state.v_command[:N]
+    assert K.feedback.q_sent[:N] == pytest.approx(wanted)
     assert K.feedback.v_sent[:N] == pytest.approx(K.state.v_command[:N] + lead * K.state.a_command[:N])
+    top = K.limits.q_max[0] = K.state.q_command[0] + 0.5 * (wanted[0] - K.state.q_command[0])
+    inside = min(top, wanted[0]) if wanted[0] > K.state.q_command[0] else wanted[0]
+    sent.send(K)
+    assert K.feedback.q_sent[0] == pytest.approx(inside)
 
 
 def test_without_an_inertia_that_can_be_solved_nothing_is_shared():
