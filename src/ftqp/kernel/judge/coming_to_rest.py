@@ -8,6 +8,8 @@ from ftqp.kernel.layout.enums import ACCELERATION
 
 FREE_SHARE = 1e-3
 """Weight of a free-swinging joint beside the others."""
+BRAKING_SHARE = 0.25
+"""Where torque limits cannot be kept in a stop, each joint brakes by this share of what it wants at least."""
 
 
 @jit
@@ -47,3 +49,21 @@ def draw_to_rest(K: Any, time: float, rise: float, weight: float) -> None:
         i = faults.order[k]
         a = deceleration(state.v[i], state.a_command[i], limits.a_max[i], time, rise, state.dt)
         qp.g[i] = -weight * (a if state.level == ACCELERATION else state.v[i] + state.dt * a)
+
+
+@rare_jit
+def only_brake(K: Any, share: float) -> None:
+    """Narrow the box to between that share of x_rest and x_rest; a limit that wants more goes before.
+
+    An excess of torque that nothing removes, for example a load that a motor cannot carry, would else have
+    the joints swing at their limits for ever to lessen it. With the share 0 no joint speeds up.
+    """
+    faults, state, qp = K.faults, K.state, K.qp
+    for k in range(faults.working):
+        i = faults.order[k]
+        rest = -qp.g[i] / qp.H_diagonal[i]
+        coast = 0.0 if state.level == ACCELERATION else state.v[i]
+        least = coast + share * (rest - coast)
+        low, high = min(rest, least), max(rest, least)
+        lb, ub = qp.lb[i], qp.ub[i]
+        qp.lb[i], qp.ub[i] = min(max(low, lb), ub), max(min(high, ub), lb)

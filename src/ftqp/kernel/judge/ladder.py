@@ -19,7 +19,7 @@ from ftqp.kernel.active_set.active_set import active_set
 from ftqp.kernel.feedback.sent import send
 from ftqp.kernel.feedback.spoken import spoken
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.judge.coming_to_rest import draw_to_rest
+from ftqp.kernel.judge.coming_to_rest import BRAKING_SHARE, draw_to_rest, only_brake
 from ftqp.kernel.judge.kept_limits import joints_outside
 from ftqp.kernel.judge.least_excess import (
     begin_least_excess,
@@ -157,6 +157,8 @@ def begin_stop(K: Any) -> None:
     if watch.latched and ladder.verdict == STOPPED:
         watch.stopped = 1
     begin_rest(K, state.dt, watch.rise)
+    if faults.movable == faults.working:
+        only_brake(K, 0.0)
 
 
 @jit
@@ -330,6 +332,8 @@ def _advance(K: Any, claim: int) -> int:
         begin_rest(K, max(DECAY_TIME, K.state.dt), 0.0)
     elif stage == REST_STAGE:
         qp.soft_rows = REST_ELASTIC
+        if K.watch.latched:
+            only_brake(K, BRAKING_SHARE)
         ladder.stage = REST_ELASTIC_STAGE
     else:
         _clip(K)
