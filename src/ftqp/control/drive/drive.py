@@ -9,6 +9,7 @@ from ftqp.control.drive.noise import Noise
 from ftqp.core.checks import non_negative, positive
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.layout.enums import DELAYS, DriveKind
+from ftqp.kernel.layout.thresholds import LATELY
 
 KINDS = {kind.name.lower(): kind for kind in DriveKind}
 KAPPA_UNKNOWN = 10.0
@@ -130,6 +131,7 @@ class Drive:
         if lead is None:
             lead = 2.0 / self.bandwidth if self.bandwidth is not None and not self.takes_velocity else 0.0
         observer = OBSERVER_SHARE * w if self.kind == "torque" else OBSERVER
+        felt = FELT_NOISE * noise.q * observer**2 * sqrt(observer * dt)
         return {
             "kappa": min(own, KAPPA_DELAY / delay, KAPPA_MOST, rattles),
             "hold": min(hold, HOLD_DELAY / delay, HOLD_MOST),
@@ -138,7 +140,8 @@ class Drive:
             "pole": exp(-observer * dt),
             "pole_failed": exp(-OBSERVER_FAILED * dt),
             "failed_noise": OBSERVER_FAILED * sqrt(OBSERVER_FAILED * dt),
-            "felt_noise": FELT_NOISE * noise.q * observer**2 * sqrt(observer * dt),
+            "felt_noise": felt,
+            "missing_noise": felt / (sqrt(3.0) * observer * LATELY),  # of its mean over that time
             "slowness": 1.0 - exp(-FEED_FORWARD_SHARE * w * dt),
             "sigma": noise.q,
             "patience": PATIENCE,

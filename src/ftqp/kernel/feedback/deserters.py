@@ -4,11 +4,13 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
+from ftqp.kernel.feedback.pairs import heeds, is_soft, partner, soften
 from ftqp.kernel.feedback.reference import STILL_SAMPLES
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.stray import part_with, tube
+from ftqp.kernel.feedback.stray import part_with
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY
+from ftqp.kernel.layout.thresholds import LATELY
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 USUAL_TIME = 0.1
@@ -22,14 +24,10 @@ MISSING_TIME = 0.003
 """... for so long [s]."""
 DESERTER_STILL = 0.03
 """Slower than this [rad/s or m/s], beside noise, it rests."""
-FOLLOWS_POSITION, FOLLOWS_SPEED = 0.3, 0.05
-"""It obeys again when its error is below these shares of its tube and of its speed limit, beside noise ..."""
 CLEARER, COMPARED_TIME, CLEARER_TIME = 4.0, 0.015, 0.005
 """It also obeys again when it moves as predicted, so much better (squared), for such times [s] ..."""
 MOVES = 0.1
 """... and by at least this speed [rad/s or m/s], beside noise."""
-PARALLEL = 0.7
-"""A joint whose axis is so near to that of another, M_ij^2/(M_ii M_jj), is not left out ..."""
 SMALL = 1e-6
 """Predictions as good as this [rad or m] are not compared."""
 CLEARED_TIME, FOLLOWS_TIME = 0.05, 0.2
@@ -129,20 +127,6 @@ def _observe_own(K: Any, j: int) -> None:
 
 
 @jit
-def _is_paired(K: Any, j: int) -> bool:
-    """Whether another joint does almost the same as joint j.
-
-    Beside a joint that gives way the inertia of the other is M_ii (1 - M_ij^2/(M_ii M_jj)): too little for a
-    loop with delay.
-    """
-    M = K.feedback.M
-    for i in range(K.chain.n):
-        if i != j and M[i, j] * M[i, j] > PARALLEL * M[i, i] * M[j, j]:
-            return True
-    return False
-
-
-@jit
 def _unusual(K: Any) -> int:
     """The joint whose motor alone explains what is unusual, (M d)_i less what is usual there, or -1.
 
@@ -153,8 +137,10 @@ def _unusual(K: Any) -> int:
     worst, most, total, found = -1, 0.0, 0.0, 0.0
     feedback.heard += 1
     share = min(1.0, max(K.state.dt / USUAL_TIME, 1.0 / feedback.heard))
+    missing, lately = feedback.missing, min(1.0, K.state.dt / LATELY)
     for i in range(n):
         if faults.code[i] != HEALTHY or deserts[i]:
+            missing[i] = 0.0
             continue
         rho = -usual[i]
         for j in range(n):
@@ -164,11 +150,12 @@ def _unusual(K: Any) -> int:
                 if deserts[j]:
                     rho -= M[i, j] * d[j]
         usual[i] += share * rho
+        missing[i] += lately * (rho - missing[i])
         energy = rho * rho / M[i, i]
         total += energy
         if energy > most:
             worst, most, found = i, energy, rho
-    if worst < 0 or _is_paired(K, worst):
+    if worst < 0 or partner(K, worst) >= 0:
         return -1
     if most < ALONE * total or abs(found) < MISSING_SHARE * K.limits.tau_max[worst]:
         return -1
@@ -176,17 +163,6 @@ def _unusual(K: Any) -> int:
     for j in range(n):
         noise += feedback.M[worst, j] * feedback.M[worst, j]
     return worst if abs(found) > NOISE_LEVELS * feedback.felt_noise * sqrt(noise) else -1
-
-
-@jit
-def _heeds(K: Any, j: int) -> bool:
-    """Whether joint j is where its command is, and as fast."""
-    feedback, state = K.feedback, K.state
-    off = abs(feedback.q_now[j] - state.q_command[j])
-    slower = abs(feedback.v_now[j] - state.v_command[j])
-    noise = NOISE_LEVELS * feedback.sigma * feedback.failed_noise
-    near: bool = off < FOLLOWS_POSITION * tube(K, j)
-    return near and slower < FOLLOWS_SPEED * K.limits.v_max[j] + noise
 
 
 @jit
@@ -230,9 +206,9 @@ def _watch(K: Any, j: int, replaced: bool) -> None:
     if stands(K, j) != stood:
         _retell(K, j)
     if not feedback.asks[j]:
-        feedback.heeded[j] = feedback.heeded[j] + 1 if _heeds(K, j) else 0
-        heeds = feedback.heeded[j] * K.state.dt > FOLLOWS_TIME
-        if _is_paired(K, j) or _is_clearer(K, j) or replaced or heeds:
+        feedback.heeded[j] = feedback.heeded[j] + 1 if heeds(K, j) else 0
+        obeys = feedback.heeded[j] * K.state.dt > FOLLOWS_TIME
+        if partner(K, j) >= 0 or _is_clearer(K, j) or replaced or obeys:
             _take_back(K, j)
 
 
@@ -247,6 +223,7 @@ def look_for_deserters(K: Any) -> None:
     if feedback.exact:
         return
     suspect = _suspected(K, _unusual(K))
+    soften(K)
     feedback.deserters, found = 0, -1
     for j in range(K.chain.n):
         if K.faults.code[j] != HEALTHY:
@@ -258,7 +235,7 @@ def look_for_deserters(K: Any) -> None:
     for j in range(K.chain.n):
         if feedback.deserts[j]:
             _watch(K, j, found >= 0)
-        elif j == found or (feedback.asks[j] and K.faults.code[j] == HEALTHY):
+        elif j == found or (feedback.asks[j] and K.faults.code[j] == HEALTHY and not is_soft(feedback, j)):
             _leave_out(K, j)
         feedback.deserters += feedback.deserts[j]
 

@@ -4,6 +4,7 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.stray import part_with
 from ftqp.kernel.jit import jit, rare_jit
@@ -81,7 +82,8 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
         q, v = predicted(K, q, v, past.a, i, feedback.d_hat[i])
     feedback.q_now[i], feedback.v_now[i] = q, v
     if healthy and not feedback.deserts[i]:
-        feedback.d_slow[i] += feedback.slowness * (feedback.d_hat[i] - feedback.d_slow[i])
+        if not is_soft(feedback, i):
+            feedback.d_slow[i] += feedback.slowness * (feedback.d_hat[i] - feedback.d_slow[i])
     else:
         feedback.d_slow[i] = 0.0
 
@@ -127,7 +129,7 @@ def observe(K: Any, first: bool) -> None:
     """
     feedback = K.feedback
     then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
-    together = feedback.latency == 0 and not first
+    together = feedback.latency == 0 and not first and not feedback.softened
     for at in range(0, len(feedback.seen), WIDTH):
         if not together or not _observe_block(K, at, before):
             for i in range(at, min(at + WIDTH, K.chain.n)):

@@ -45,6 +45,7 @@ def begin(K: Any) -> None:
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
     feedback.quiet = feedback.deserters = feedback.heard = 0
+    feedback.softened = feedback.agreeing = 0
     feedback.stored = feedback.until_stored = 0
     feedback.culprit = -1
     for k in range(6):
@@ -52,12 +53,12 @@ def begin(K: Any) -> None:
     for i in range(n):
         q, v = state.q_command[i], state.v_command[i]
         feedback.seen[i] = feedback.good[i] = feedback.raw[i] = feedback.q_hat[i] = feedback.q_now[i] = q
-        feedback.v_hat[i] = feedback.v_now[i] = v
+        feedback.v_hat[i] = feedback.v_now[i] = feedback.v_sent[i] = v
         feedback.d_hat[i] = feedback.d_slow[i] = feedback.offset[i] = feedback.spent[i] = 0.0
         feedback.age[i] = feedback.same[i] = feedback.lost[i] = feedback.still[i] = feedback.bad[i] = 0
         feedback.strayed[i] = feedback.hurried[i] = feedback.asks[i] = 0
         feedback.deserts[i] = feedback.doubted[i] = feedback.heeded[i] = 0
-        feedback.wound[i] = feedback.usual[i] = 0.0
+        feedback.wound[i] = feedback.usual[i] = feedback.missing[i] = 0.0
         feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 1
         for s in range(feedback.span):
             past.q[s, i], past.v[s, i], past.a[s, i] = q, v, 0.0

@@ -3,6 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.feedback.deserters import reckon_with_deserters, tell_of_deserters
+from ftqp.kernel.feedback.pairs import is_soft, softly
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE
@@ -153,10 +154,15 @@ def _torques(K: Any) -> None:
     n, w, now = K.chain.n, feedback.stiffness, feedback.now
     for i in range(n):
         wanted[i] = state.a_command[i]
+        feedback.softly[i] = 0.0
         if faults.code[i] == HEALTHY and not feedback.bad[i]:
             back = w * w * (state.q[i] - feedback.q_now[i]) + 2.0 * w * (state.v[i] - feedback.v_now[i])
             most = FEEDBACK_SHARE * limits.tau_max[i] / M[i, i]
-            wanted[i] += min(max(back, -most), most)
+            back = min(max(back, -most), most)
+            if is_soft(feedback, i):
+                feedback.softly[i] = softly(K, i, state.a_command, back)
+            else:
+                wanted[i] += back
     for k in range(faults.working, faults.movable):
         _swing(K, faults.order[k], wanted)
     slips = SLIPS + SLIP_SIGMAS * feedback.sigma * feedback.failed_noise
@@ -175,7 +181,7 @@ def _torques(K: Any) -> None:
             _send_to_deserter(K, i, wanted)
             continue
         tau = _model_torque(K, i, wanted)
-        sent = min(max(tau + _forward(K, i), -limits.tau_max[i]), limits.tau_max[i])
+        sent = min(max(tau + _forward(K, i) + feedback.softly[i], -limits.tau_max[i]), limits.tau_max[i])
         extra[count] = sent - tau
         changed = changed or extra[count] != 0.0
         feedback.tau_sent[i] = sent
@@ -210,17 +216,30 @@ def _held(K: Any, i: int, off: float) -> float:
 
 
 @jit
+def _faded(K: Any, i: int, extra: float) -> float:
+    """v_r and what is left of the last tick's feedback, which a_max takes away, within the velocity limit."""
+    top, step = K.limits.v_max[i], K.limits.a_max[i] * K.state.dt
+    left = max(abs(extra) - step, 0.0)
+    v = K.state.v_command[i] + (left if extra > 0.0 else -left)
+    return min(max(v, -top), top)
+
+
+@jit
 def send(K: Any) -> None:
     """q, v and tau for the arm's interface, from the reference that the planner has just commanded.
 
-    position:  q_r + lead v_r,  v_r + lead a_r
+    position:  q_r + lead v_r within the range of the joint,  v_r + lead a_r
     velocity:  v_r + k_q e + k_q^2/8 int e, e = q_r - q^ at the samples' time, within the velocity limit
     torque:    see ``_torques``
 
-    A joint that has failed, or whose sample was refused, gets no feedback.
+    A joint that has failed gets no feedback, nor does one whose sample was refused: what a velocity arm had
+    of it fades by a_max.
     """
-    feedback, past, state, faults = K.feedback, K.past, K.state, K.faults
+    feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
     lead = feedback.lead
+    if feedback.refused and feedback.kind == VELOCITY_DRIVE:
+        for i in range(K.chain.n):
+            feedback.bent[i] = feedback.v_sent[i] - past.v[feedback.now, i]
     for at in range(0, len(state.q), WIDTH):
         put(feedback.q_sent, at, several(state.q_command, at))
         put(feedback.v_sent, at, several(state.v_command, at))
@@ -236,10 +255,14 @@ def send(K: Any) -> None:
         then = slot(feedback, feedback.latency)
         for k in range(faults.working):
             i = faults.order[k]
-            if not feedback.bad[i]:
+            if feedback.bad[i]:
+                feedback.v_sent[i] = _faded(K, i, feedback.bent[i])
+            else:
                 feedback.v_sent[i] = _held(K, i, past.q[then, i] - feedback.q_hat[i])
     elif lead != 0.0:
         for k in range(faults.working):
             i = faults.order[k]
-            feedback.q_sent[i] += lead * state.v_command[i]
+            q = state.q_command[i]
+            low, high = min(limits.q_min[i], q), max(limits.q_max[i], q)
+            feedback.q_sent[i] = min(max(q + lead * state.v_command[i], low), high)
             feedback.v_sent[i] += lead * state.a_command[i]

@@ -20,21 +20,22 @@ def feedback_fields(N: int) -> Fields:
     rests; ``deserts``: joints that do not obey, ``deserters`` of them; ``doubted``, ``heeded``: ticks that a
     joint seems not to, and to obey again; ``heard``: ticks of observation; ``usual``: torques that disturb
     for long; ``asked``: accelerations that those joints should have; ``own_``: their observer if they obey,
-    ``alone``: their inertia then; ``place``: the suspect's column of ``past.own``;
+    ``alone``: their inertia then; ``place``: the suspect's column of ``past.own``; ``softened``:
+    ``soft_one`` and ``soft_other`` are on one axis, and one of them seems not to obey, ``softly``: what holds
+    them, ``agreeing``: ticks that both obey; ``missing``: torques, less ``usual``, in a short mean;
     ``felt_noise``: of d_hat; ``wound``: integral part of a velocity arm's hold; ``speed_margin``: share of
     the speed limits that is left to servos.
     """
     names = ("seen", "good", "raw", "offset", "spent", "q_hat", "v_hat", "d_hat", "d_slow", "q_now", "v_now",
-             "q_sent", "v_sent", "tau_sent", "h", "wound", "bent", "usual", "asked",
+             "q_sent", "v_sent", "tau_sent", "h", "wound", "bent", "usual", "asked", "softly", "missing",
              "own_q", "own_v", "own_d", "own_slow", "alone",
              "innovation", "own_missed", "dead_missed")  # fmt: skip
     return [
         *scalars("i8", "active fresh kind latency span now refused exact displaced has_tip quiet"),
         *scalars("i8", "lagging out settled far stored until_stored stride culprit straying"),
-        *scalars("i8", "deserters heard place_taken"),
-        *scalars(
-            "f8", "kappa hold lead stiffness pole pole_failed slowness failed_noise felt_noise sigma patience"
-        ),
+        *scalars("i8", "deserters heard place_taken softened agreeing soft_one soft_other"),
+        *scalars("f8", "kappa hold lead stiffness pole pole_failed slowness sigma patience"),
+        *scalars("f8", "failed_noise felt_noise missing_noise"),
         *scalars(
             "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"
         ),

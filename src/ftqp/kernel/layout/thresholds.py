@@ -10,3 +10,5 @@ OUTSIDE_SIGMAS: Final = 6.0
 """One that is measured there is outside by so many standard deviations of its sensor's noise more."""
 ORTHONORMAL_TOLERANCE: Final = 1e-6
 """Largest entry of |R'R - I| that still counts as a rotation, as in ``ftqp.core.pose``."""
+LATELY: Final = 0.02
+"""Torques that two joints on one axis lack are looked at in the mean over such a time [s]."""

@@ -1,0 +1,109 @@
+"""Two joints of a torque arm that turn about nearly the same axis, one of which does not obey."""
+
+from math import sqrt
+from typing import Any
+
+from ftqp.kernel.feedback.stray import tube
+from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.layout.enums import HEALTHY
+
+PARALLEL = 0.7
+"""Two axes are nearly one when M_ij^2/(M_ii M_jj) is larger ..."""
+LACKING = 0.02
+"""... and one of both lacks, in the mean over ``LATELY``, this share of its torque limit ..."""
+ALONE = 0.8
+"""... which is this share of all that is unusual. Then the feedback of both is soft ..."""
+AGREE_TIME = 0.2
+"""... until both are where their commands are for so long [s]."""
+NEAR, SLOW = 0.3, 0.05
+"""A joint obeys when its error is below these shares of its tube and of its speed limit, beside noise."""
+NOISE_LEVELS = 4.0
+
+
+@jit
+def partner(K: Any, j: int) -> int:
+    """The joint that does almost the same as joint j, or -1.
+
+    Beside a joint that gives way the inertia of the other is M_ii (1 - M_ij^2/(M_ii M_jj)): too little for a
+    loop with delay.
+    """
+    M = K.feedback.M
+    found, most = -1, PARALLEL
+    for i in range(K.chain.n):
+        alike = M[i, j] * M[i, j] / (M[i, i] * M[j, j])
+        if i != j and alike > most:
+            found, most = i, alike
+    return found
+
+
+@jit
+def heeds(K: Any, j: int) -> bool:
+    """Whether joint j is where its command is, and as fast."""
+    feedback, state = K.feedback, K.state
+    off = abs(feedback.q_now[j] - state.q_command[j])
+    slower = abs(feedback.v_now[j] - state.v_command[j])
+    noise = NOISE_LEVELS * feedback.sigma * feedback.failed_noise
+    near: bool = off < NEAR * tube(K, j)
+    return near and slower < SLOW * K.limits.v_max[j] + noise
+
+
+@jit
+def _missing(K: Any) -> int:
+    """The joint whose motor alone explains what has been unusual for a while, or -1."""
+    feedback, M, missing = K.feedback, K.feedback.M, K.feedback.missing
+    worst, most, total = -1, 0.0, 0.0
+    for i in range(K.chain.n):
+        energy = missing[i] * missing[i] / M[i, i]
+        total += energy
+        if energy > most:
+            worst, most = i, energy
+    if worst < 0 or most < ALONE * total or abs(missing[worst]) < LACKING * K.limits.tau_max[worst]:
+        return -1
+    noise = 0.0
+    for j in range(K.chain.n):
+        noise += M[worst, j] * M[worst, j]
+    return worst if abs(missing[worst]) > NOISE_LEVELS * feedback.missing_noise * sqrt(noise) else -1
+
+
+@rare_jit
+def soften(K: Any) -> None:
+    """The feedback of a suspect and of the joint on the same axis is soft until both obey again.
+
+    Which of the two fails is not asked: a loop that is stable beside either is enough.
+    Source: docs/theory/feedback.md, "The torque drive".
+    """
+    feedback, faults, dt = K.feedback, K.faults, K.state.dt
+    if faults.working == K.chain.n:
+        suspect = _missing(K)
+        other = partner(K, suspect) if suspect >= 0 else -1
+        if other >= 0:
+            if not feedback.softened:
+                feedback.soft_one, feedback.soft_other = suspect, other
+            feedback.softened, feedback.agreeing = 1, 0
+    if not feedback.softened:
+        return
+    one, another = feedback.soft_one, feedback.soft_other
+    feedback.agreeing = feedback.agreeing + 1 if heeds(K, one) and heeds(K, another) else 0
+    failed = faults.code[one] != HEALTHY or faults.code[another] != HEALTHY
+    if failed or feedback.agreeing * dt > AGREE_TIME:
+        feedback.softened = 0
+
+
+@jit
+def is_soft(feedback: Any, i: int) -> bool:
+    """Whether the feedback of joint i is soft."""
+    soft: bool = feedback.softened != 0 and (i == feedback.soft_one or i == feedback.soft_other)
+    return soft
+
+
+@jit
+def softly(K: Any, i: int, a: Any, back: float) -> float:
+    """M_ii (1 - r) (a_i + b_i) - M_ii a_i - M_ij a_j, with r = |M_ij|/sqrt(M_ii M_jj), beside M a.
+
+    M_ii (1 - r) is the least inertia that the pair has in any direction, whoever of the two obeys.
+    """
+    M = K.feedback.M
+    j = K.feedback.soft_other if i == K.feedback.soft_one else K.feedback.soft_one
+    share = 1.0 - abs(M[i, j]) / sqrt(M[i, i] * M[j, j])
+    tau: float = M[i, i] * (share * (a[i] + back) - a[i]) - M[i, j] * a[j]
+    return tau

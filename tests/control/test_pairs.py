@@ -1,0 +1,64 @@
+"""Two joints of a torque arm on nearly the same axis: one motor fails unannounced, the other stays slow."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.ride import target_at
+from tests.servo_arm import TorqueArm
+
+import ftqp
+
+DT, NOISE = 2e-3, 1e-4
+START = np.array([0.458, 0.22, 0.461, -1.673, 0.5, 1.376, 0.555])
+"""The axes of joints 1 and 3 are 13 degrees apart."""
+FAILS, END = 600, 2400
+
+
+class Unheeding(TorqueArm):
+    """A torque arm of which one motor gives no torque any more; brakes close when they are asked for."""
+
+    dead: int | None = None
+
+    def command(self, step):
+        tau = step.tau.copy()
+        if self.dead is not None:
+            tau[self.dead] = 0.0
+        self.braked |= step.brakes
+        super().command(SimpleNamespace(tau=tau))
+
+
+def led(seed=0):
+    """A planner, its arm with noisy encoders, and their circle."""
+    robot = ftqp.robots.load("iiwa14")
+    task, noise = ftqp.Task(rows="position"), ftqp.Noise(q=NOISE)
+    planner = ftqp.Planner(robot, DT, drive="torque", noise=noise, task=task)
+    arm = Unheeding(robot, START, DT, sigma=NOISE, seed=seed)
+    planner.reset(arm.q)
+    return robot, planner, arm, ftqp.paths.Circle(robot.pose(START), 0.07, duration=6.0, axes=("x", "y"))
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("dead", [0, 2])
+def test_neighbour_of_a_motor_that_fails_on_the_same_axis_keeps_its_speed_limit(dead, seed):
+    """What little inertia both have against each other let noise shake them, to three times the limit."""
+    robot, planner, arm, path = led(seed)
+    fastest = 0.0
+    for k in range(END):
+        if k == FAILS:
+            arm.dead = dead
+        arm.command(planner.step(arm.measured(), None, target_at(path, k * DT)))
+        fastest = max(fastest, float(np.max(np.abs(arm.v) / robot.limits.v_max)))
+    assert planner.faults == {}
+    assert fastest < 1.0
+
+
+def test_pair_of_which_one_was_held_for_a_moment_follows_again():
+    robot, planner, arm, path = led()
+    for k in range(END):
+        target = target_at(path, k * DT)
+        tau = planner.step(arm.measured(), None, target).tau
+        arm.braked[0] = FAILS <= k < FAILS + 15
+        arm.command(SimpleNamespace(tau=tau, brakes=arm.braked.copy()))
+    assert planner.stopped_because is None
+    assert np.linalg.norm(robot.pose(arm.q)[:3, 3] - target.position) < 2e-3
