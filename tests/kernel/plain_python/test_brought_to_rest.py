@@ -30,13 +30,15 @@ def test_a_stop_brakes_until_all_joints_that_work_are_slower_than_a_thousandth(m
         K.watch.latched, K.watch.stopped, K.watch.rise = latched, stopped, 0.2
         if free:
             K.faults.working = N - 1
-        given = []
+        given, shares = [], []
         stubs(monkeypatch, begin_rest=lambda K, time, rise, given=given: given.append((time, rise)))
+        stubs(monkeypatch, only_brake=lambda K, share, shares=shares: shares.append(share))
         ladder.begin_stop(K)
         assert (K.ladder.verdict, K.watch.stopped) == (says, ends) and given == [(DT, 0.2)]
+        assert shares == ([] if free else [0.0]), "beside a joint that swings the others may have to move"
     K = record()
     K.faults.working, K.faults.movable, K.state.v[3] = N - 1, N - 1, 1.0
-    stubs(monkeypatch, begin_rest=None)
+    stubs(monkeypatch, begin_rest=None, only_brake=None)
     ladder.begin_stop(K)
     assert K.ladder.verdict == STOPPED, "a joint that is locked is not asked"
 
@@ -53,6 +55,26 @@ def test_a_rest_forgets_the_task_and_opens_only_intervals_of_joints_that_are_out
         wanted = -0.04 / 0.05
         assert (K.qp.lb[1], K.qp.ub[1]) == ((pytest.approx(wanted), 2.0) if opened else (1.0, 2.0))
         assert -K.qp.g[1] == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("level", [ACCELERATION, VELOCITY])
+def test_a_stop_leaves_each_joint_between_coasting_and_what_it_wants_unless_a_limit_wants_more(level):
+    for v, rest, lb, ub, share, low, high in (
+        (1.0, -4.0, -8.0, 8.0, 0.0, -4.0, 0.0),
+        (1.0, -4.0, -8.0, 8.0, 0.25, -4.0, -1.0),
+        (-1.0, 4.0, -8.0, 8.0, 0.25, 1.0, 4.0),
+        (1.0, -4.0, -8.0, -6.0, 0.25, -6.0, -6.0),
+        (1.0, -4.0, 2.0, 3.0, 0.25, 2.0, 2.0),
+        (0.0, 0.0, -8.0, 8.0, 0.25, 0.0, 0.0),
+    ):
+        K = record()
+        K.state.level = level
+        coast = 0.0 if level == ACCELERATION else v
+        K.state.v[1] = v
+        K.qp.H_diagonal[:N], K.qp.g[1] = 2.0, -2.0 * (coast + rest)
+        K.qp.lb[1], K.qp.ub[1] = coast + lb, coast + ub
+        coming_to_rest.only_brake(K, share)
+        assert (K.qp.lb[1], K.qp.ub[1]) == pytest.approx((coast + low, coast + high))
 
 
 def test_a_deceleration_comes_up_and_goes_down_by_its_jerk_limit():
