@@ -144,6 +144,30 @@ def test_a_study_that_is_interrupted_leaves_a_file_that_goes_on(tmp_path: Path) 
         assert results.table() == expected(200)
 
 
+def test_a_second_interrupt_ends_a_study_as_soon_as_the_first(tmp_path: Path) -> None:
+    process = begun(tmp_path, 30)
+    children = _children(process.pid)
+    for _ in range(2):
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.1)
+    try:
+        assert process.wait(timeout=30) != 0
+    finally:
+        process.kill()
+    assert children and not any(_is_alive(child) for child in children)
+    with results_in(tmp_path / "out") as results:
+        assert 30 <= len(results.done()) < 200
+
+
+def test_workers_end_without_finishing_what_nobody_waits_for() -> None:
+    workers = LocalProcesses(Squares(seconds=0.01), 1)
+    workers.submit([1]).result()
+    workers.submit(range(2, 100_000))
+    began = time.monotonic()
+    workers.close()
+    assert time.monotonic() - began < 60.0
+
+
 def test_a_worker_that_is_killed_loses_nothing(tmp_path: Path) -> None:
     process = begun(tmp_path, 20)
     for child in _children(process.pid)[-1:]:

@@ -46,7 +46,7 @@ class Workers(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """End, without waiting for chunks that have not begun."""
+        """End, without waiting for chunks that have not ended."""
 
 
 @final
@@ -116,17 +116,23 @@ class LocalProcesses(Workers):
 
     def renew(self) -> None:
         """Start new processes in place of a pool with a dead one."""
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        self.close()
         self._pool = self._started()
 
     def close(self) -> None:
-        """End the processes after what they are computing."""
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        """End the processes at once; nobody waits any more for what they are computing."""
+        with _uninterrupted():
+            for process in tuple((self._pool._processes or {}).values()):  # public since Python 3.14
+                process.kill()
+            self._pool.shutdown(wait=True, cancel_futures=True)
 
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Puts Ctrl-C and SIGTERM off: a pool loses sight of a process that starts, and would wait for ever."""
+    """Puts Ctrl-C and SIGTERM off.
+
+    A pool loses sight of a process that starts, or of its own thread that ends, and would wait for ever.
+    """
     if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
         yield
         return
