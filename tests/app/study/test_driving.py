@@ -6,7 +6,9 @@ import sqlite3
 import subprocess
 import sys
 import time
+from concurrent.futures import Future
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.app.study.jobs import COLUMNS, Squares, expected
@@ -206,6 +208,31 @@ def test_a_chunk_that_comes_when_its_pool_has_just_broken_is_lost_like_those_in_
         first = workers.submit([2]).exception()
         second = workers.submit([3]).exception()
         assert first is not None and second is not None and workers.died(first) and workers.died(second)
+        workers.renew()
+        assert workers.submit([4]).result().items == (4,)
+    finally:
+        workers.close()
+
+
+def test_a_chunk_that_comes_while_its_pool_breaks_is_lost_like_those_in_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    workers = LocalProcesses(Squares(), 1)
+    own = workers._pool.submit
+    try:
+        workers.submit([1]).result()
+
+        def breaks(*arguments: Any) -> Any:
+            monkeypatch.setattr(workers._pool, "_broken", "a child process terminated abruptly")
+            raise ValueError("bad value(s) in fds_to_keep")  # of a pipe that was closed meanwhile
+
+        monkeypatch.setattr(workers._pool, "submit", breaks)
+        lost = workers.submit([2]).exception()
+        assert lost is not None and workers.died(lost)
+        monkeypatch.setattr(workers._pool, "submit", lambda *_: Future())  # nobody will ever end it
+        lost = workers.submit([3]).exception(timeout=30.0)
+        assert lost is not None and workers.died(lost)
+        monkeypatch.setattr(workers._pool, "submit", own)
         workers.renew()
         assert workers.submit([4]).result().items == (4,)
     finally:

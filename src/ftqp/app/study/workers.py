@@ -104,11 +104,16 @@ class LocalProcesses(Workers):
         """Begin a chunk; this starts a process where one is missing."""
         with _uninterrupted():
             try:
-                return self._pool.submit(_compute_here, tuple(items))
-            except BrokenProcessPool as error:  # a chunk before this one has just killed its process
-                lost: Future[Done] = Future()
-                lost.set_exception(error)
-                return lost
+                future = self._pool.submit(_compute_here, tuple(items))
+            except (BrokenProcessPool, OSError, ValueError):  # the last two of a process that was to start
+                if not self._pool._broken:
+                    raise
+            else:
+                if not self._pool._broken:
+                    return future
+            lost: Future[Done] = Future()  # a chunk before this one has just killed its process
+            lost.set_exception(BrokenProcessPool("a process of the pool has just died"))
+            return lost
 
     def died(self, error: BaseException) -> bool:
         """Whether a process was killed."""
