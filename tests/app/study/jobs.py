@@ -18,17 +18,19 @@ class Squares:
     Attributes:
         seconds: how long an item takes [s].
         deadly: the item at which the worker kills itself.
+        all_deadly_below: the item below which each is deadly.
         fails: the item at which the work raises.
     """
 
     seconds: float = 0.0
     deadly: int = -1
+    all_deadly_below: int = 0
     fails: int = -1
 
     def __call__(self, items: Sequence[int]) -> list[tuple[Any, ...]]:
         rows = []
         for item in items:
-            if item == self.deadly:
+            if item == self.deadly or item < self.all_deadly_below:
                 os.kill(os.getpid(), signal.SIGKILL)
             if item == self.fails:
                 raise ArithmeticError(f"item {item} cannot be computed")

@@ -13,9 +13,11 @@ from typing import Any
 import pytest
 from tests.app.study.jobs import COLUMNS, Squares, expected
 
+from ftqp.app.study.course import HOPELESS
 from ftqp.app.study.driving import drive
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile
 from ftqp.app.study.workers import LocalProcesses
+from ftqp.core.errors import FtqpError
 
 
 def results_in(folder: Path) -> ResultsFile:
@@ -43,6 +45,75 @@ def test_an_item_that_always_kills_its_worker_is_noted_and_the_others_finish(tmp
         driven = drive(Squares(deadly=23), 40, results, what="squares", jobs=2)
         assert driven.crashed == {23: "the worker died"}
         assert results.done() == set(range(40)) - {23}
+
+
+def test_an_item_that_kills_takes_a_worker_with_it_and_not_the_command_also_among_the_first(
+    tmp_path: Path,
+) -> None:
+    with results_in(tmp_path) as results:
+        driven = drive(Squares(deadly=2), 8, results, what="squares", jobs=2)
+        assert driven.crashed == {2: "the worker died"}
+        assert results.done() == set(range(8)) - {2}
+
+
+@pytest.mark.parametrize("jobs", [None, 1, 2])
+def test_an_item_that_was_given_up_is_tried_again_after_all_others_and_elsewhere(
+    tmp_path: Path, jobs: int | None
+) -> None:
+    with results_in(tmp_path) as results:
+        for item in (0, 3):
+            results.crash(item, "the worker died")
+        driven = drive(Squares(deadly=3), 10, results, what="squares", jobs=jobs)
+        assert driven.crashed == {3: "the worker died"} and driven.computed == 9
+        assert results.done() == set(range(10)) - {3}
+
+
+def test_many_items_that_were_given_up_do_not_keep_a_study_from_its_end(tmp_path: Path) -> None:
+    with results_in(tmp_path) as results:
+        for item in range(HOPELESS + 1):
+            results.crash(item, "the worker died")
+        driven = drive(Squares(all_deadly_below=HOPELESS + 1), 10, results, what="squares", jobs=2)
+        assert set(driven.crashed) == set(range(HOPELESS + 1)) and driven.computed == 9 - HOPELESS
+
+
+def test_workers_that_die_at_everything_are_not_tried_with_everything(tmp_path: Path) -> None:
+    with results_in(tmp_path) as results:
+        with pytest.raises(FtqpError, match="workers die at every item, the last 5 in succession"):
+            drive(Squares(all_deadly_below=100), 100, results, what="squares", jobs=2)
+        assert len(results.crashed()) == HOPELESS
+
+
+ALONE = """
+import sys
+from pathlib import Path
+from ftqp.app.study.driving import drive
+from ftqp.app.study.results_file import ResultsFile
+from tests.app.study.jobs import COLUMNS, Squares
+
+with ResultsFile(Path(sys.argv[1]), kind="squares", key="k", columns=COLUMNS) as results:
+    drive(Squares(deadly=7), 20, results, what="squares", jobs=1)
+"""
+
+
+def test_a_process_that_dies_of_an_item_leaves_it_to_a_worker_when_the_study_goes_on(tmp_path: Path) -> None:
+    root = Path(__file__).parents[3]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(root / "src"), str(root)])}
+    died = subprocess.run(
+        [sys.executable, "-c", ALONE, str(tmp_path)], env=environment, cwd=root, check=False, timeout=60
+    )
+    assert died.returncode == -signal.SIGKILL
+    with results_in(tmp_path) as results:
+        assert 7 in results.crashed()
+        driven = drive(Squares(deadly=7), 20, results, what="squares", jobs=1)
+        assert driven.crashed == {7: "the worker died"}
+        assert results.done() == set(range(20)) - {7}
+
+
+def test_an_interrupted_or_failed_item_is_not_taken_for_one_that_kills(tmp_path: Path) -> None:
+    with results_in(tmp_path) as results:
+        with pytest.raises(ArithmeticError):
+            drive(Squares(fails=0), 10, results, what="squares", jobs=1)
+        assert results.crashed() == {}
 
 
 def test_a_chunk_that_raises_ends_the_study_with_its_error_and_keeps_the_rest(tmp_path: Path) -> None:

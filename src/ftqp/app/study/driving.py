@@ -1,28 +1,25 @@
 """Drives a study: the items without a row go to workers in chunks, and every chunk goes on file at once."""
 
 import os
-from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from contextlib import nullcontext
+from contextlib import ExitStack, closing, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from ftqp.app.output.console import progress
-from ftqp.app.study.chunk import Done, Work, compute
+from ftqp.app.study.chunk import Work
+from ftqp.app.study.course import Course
 from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.study.workers import LocalProcesses, ThisProcess, Workers
-from ftqp.core.errors import FtqpError, InputError
+from ftqp.core.errors import InputError
 
 SHORT = 20.0
 """Work of fewer seconds than this is done in this process, unless processes are asked for [s]."""
-PER_WORKER = 2
-"""So many chunks wait for a worker or are with it at a time."""
-HOPELESS = 5
-"""Workers that die at so many items in succession do not work at all."""
 ROUNDS = 4
 """A worker gets at least so many chunks, so that no one waits long for the last."""
+TRIED = (1, 1, 4)
+"""So many items go before all others, to see what an item takes; the first one compiles."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,6 +52,7 @@ def drive(
     """Compute the items of a study that have no row yet.
 
     Interrupted at any point, it loses the chunks that are being computed, and goes on when called again.
+    Items at which a process died before, a worker's or this one, come last, and in processes of their own.
 
     Args:
         work: What computes the rows of some items.
@@ -68,136 +66,59 @@ def drive(
     Raises:
         FtqpError: A chunk went wrong, or results cannot be written.
     """
-    done = results.done()
+    done, suspected = results.done(), results.crashed()
     missing = [item for item in range(count) if item not in done]
     begun = count - len(missing)
     with progress(what, float(count)) if heard is None else nullcontext(heard) as told:
         told(begun)
-        per_item = 0.0
-        for size in (1, 1, 4)[: 3 if missing else 0]:  # the first one compiles
-            first, missing = missing[:size], missing[size:]
-            if first:
-                tried = compute(work, first)
-                results.write(tried.items, tried.rows, tried.seconds, tried.worker)
-                per_item = tried.seconds / len(first)
-        told(count - len(missing))
         if missing:
-            workers = _workers(work, per_item * len(missing), jobs, cluster)
-            try:
-                _run(workers, _chunks(missing, per_item, workers), results, told)
-            finally:
-                workers.close()
-    crashed = results.crashed()
+            first = [item for item in missing if item not in suspected]
+            last = [item for item in missing if item in suspected]
+            _drive(work, first, last, Course(results, count, told), jobs, cluster)
     return Driven(
-        items=count, computed=count - begun - len(crashed), crashed=crashed, seconds=results.seconds()
+        items=count,
+        computed=results.count() - len(done),
+        crashed=results.crashed(),
+        seconds=results.seconds(),
     )
 
 
-def _workers(
-    work: Work, seconds: float, jobs: int | None, cluster: Callable[[Work], Workers] | None
-) -> Workers:
-    """Who computes work of so many seconds."""
+def _drive(
+    work: Work,
+    first: Sequence[int],
+    last: Sequence[int],
+    course: Course,
+    jobs: int | None,
+    cluster: Callable[[Work], Workers] | None,
+) -> None:
+    """Computes all these items; the last ones are known to kill, and that is never to be this process."""
+    with ExitStack() as ended:
+        workers = ended.enter_context(closing(_workers(work, jobs, cluster)))
+        per_item = 0.0
+        for size in TRIED:
+            tried, first = tuple(first[:size]), first[size:]
+            per_item = course.run(workers, [tried] if tried else []) or per_item
+        cores = os.cpu_count() or 1
+        if jobs is None and not workers.apart and cores > 1 and per_item * len(first) >= SHORT:
+            workers = ended.enter_context(closing(LocalProcesses(work, cores)))
+        course.run(workers, _chunks(first, per_item, workers))
+        if last and not workers.apart:
+            workers = ended.enter_context(closing(LocalProcesses(work, 1)))
+        course.run(workers, _chunks(last, per_item, workers), suspected=True)
+
+
+def _workers(work: Work, jobs: int | None, cluster: Callable[[Work], Workers] | None) -> Workers:
+    """Who computes the first items, and all others unless it turns out that they are worth processes."""
     if cluster is not None:
         return cluster(work)
-    count = jobs or (1 if seconds < SHORT else os.cpu_count() or 1)
-    return ThisProcess(work) if count == 1 else LocalProcesses(work, count)
+    return ThisProcess(work) if jobs is None or jobs == 1 else LocalProcesses(work, jobs)
 
 
-def _chunks(missing: Sequence[int], per_item: float, workers: Workers) -> deque[tuple[int, ...]]:
+def _chunks(missing: Sequence[int], per_item: float, workers: Workers) -> list[tuple[int, ...]]:
     """The items in chunks, as long as the workers want them, but enough to go round."""
     most = max(1, len(missing) // (ROUNDS * workers.count))
     size = min(most, max(1, round(workers.chunk_seconds / max(per_item, 1e-6))))
-    return deque(tuple(missing[at : at + size]) for at in range(0, len(missing), size))
-
-
-def _run(
-    workers: Workers,
-    chunks: deque[tuple[int, ...]],
-    results: ResultsFile,
-    told: Callable[[float], None],
-) -> None:
-    """All chunks, and every one on file when it comes back.
-
-    A chunk whose worker died is computed again while no other is; if it kills its worker again, so are its
-    items one by one, and one that does it for the third time is noted as crashed.
-
-    Raises:
-        FtqpError: No worker lives, or a chunk went wrong.
-    """
-    deaths = 0
-    running: dict[Future[Done], tuple[int, ...]] = {}
-    suspects: deque[tuple[int, ...]] = deque()
-    while chunks or running or suspects:
-        alone = bool(suspects) and not running
-        _fill(workers, suspects if suspects else chunks, running, 1 if suspects else _most(workers))
-        ended = wait(running, return_when=FIRST_COMPLETED).done
-        lost = [items for items in (_kept(workers, running, future, results) for future in ended) if items]
-        if lost and workers.share_fate:
-            wait(running)
-            lost += [
-                items for items in (_kept(workers, running, f, results) for f in tuple(running)) if items
-            ]
-        if lost:
-            workers.renew()
-        for items in lost:
-            if not alone:
-                suspects.append(items)
-            elif len(items) > 1:
-                suspects.extend((item,) for item in items)
-            else:
-                results.crash(items[0], "the worker died")
-                deaths += 1
-        deaths = deaths if lost else 0
-        if deaths >= HOPELESS:
-            raise FtqpError(
-                f"workers die at every item, the last {deaths} in succession; what they said is above, and "
-                "what was computed before is on file"
-            )
-        told(results.count())
-
-
-def _most(workers: Workers) -> int:
-    """How many chunks are under way at a time."""
-    return PER_WORKER * workers.count if workers.count > 1 else 1
-
-
-def _fill(
-    workers: Workers,
-    chunks: deque[tuple[int, ...]],
-    running: dict["Future[Done]", tuple[int, ...]],
-    most: int,
-) -> None:
-    """Give the workers enough to do."""
-    while chunks and len(running) < most:
-        items = chunks.popleft()
-        running[workers.submit(items)] = items
-
-
-def _kept(
-    workers: Workers,
-    running: dict["Future[Done]", tuple[int, ...]],
-    future: "Future[Done]",
-    results: ResultsFile,
-) -> tuple[int, ...]:
-    """Puts what came back on file; the items that were lost because their worker died.
-
-    Raises:
-        FtqpError: The workers went away, or results cannot be written.
-    """
-    items = running.pop(future)
-    try:
-        done = future.result()
-    except CancelledError as error:
-        raise FtqpError(
-            f"the workers went away while items {items[0]} to {items[-1]} were computed; what was computed "
-            "before is on file, and the same command goes on from there"
-        ) from error
-    except Exception as error:
-        if workers.died(error):
-            return items
-        raise
-    results.write(done.items, done.rows, done.seconds, done.worker)
-    return ()
+    return [tuple(missing[at : at + size]) for at in range(0, len(missing), size)]
 
 
 def cluster_at(jobs: int | None, dask: str | None) -> Callable[[Any], Workers] | None:

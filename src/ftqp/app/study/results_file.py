@@ -21,11 +21,15 @@ REMEDY = "name another folder by --out"
 FORMAT = 1
 """Version of the file's layout."""
 KINDS = {"REAL", "INTEGER", "TEXT"}
+EVERY = 2**63 - 1
+"""No item has a number as large as this."""
 PATIENCE = 10.0
 """A reader of another process may keep the writer waiting so long [s]."""
 _ABOUT = "CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL)"
 _RESULTS = "CREATE TABLE results (item INTEGER PRIMARY KEY,"
 _CRASHED = "CREATE TABLE crashed (item INTEGER PRIMARY KEY, reason TEXT NOT NULL)"
+_CRASH = "INSERT OR REPLACE INTO crashed VALUES (?, ?)"
+_ACQUIT = "DELETE FROM crashed WHERE item = ?"
 
 Columns = Mapping[str, str]
 """Names of the values of an item with their types: REAL, INTEGER or TEXT."""
@@ -102,9 +106,10 @@ class ResultsFile:
         """The numbers of the items that have a row."""
         return {item for (item,) in self._connection.execute("SELECT item FROM results")}
 
-    def count(self) -> int:
-        """How many items have a row."""
-        return int(self._connection.execute("SELECT count(*) FROM results").fetchone()[0])
+    def count(self, below: int = EVERY) -> int:
+        """How many items with numbers below this one have a row."""
+        found = self._connection.execute("SELECT count(*) FROM results WHERE item < ?", [below])
+        return int(found.fetchone()[0])
 
     def write(self, items: Sequence[int], rows: Sequence[Sequence[Any]], seconds: float, worker: str) -> None:
         """Put the rows of a chunk on file, all or none; an item that has a row keeps it.
@@ -121,15 +126,24 @@ class ResultsFile:
         share = seconds / max(len(items), 1)
         marks = ", ".join("?" * (len(self._columns) + 3))
         values = [(item, *row, share, worker) for item, row in zip(items, rows, strict=True)]
-        self._commit(f"INSERT OR IGNORE INTO results VALUES ({marks})", values)
-        self._commit("DELETE FROM crashed WHERE item = ?", [(item,) for item in items])
+        self._commit(
+            {f"INSERT OR IGNORE INTO results VALUES ({marks})": values, _ACQUIT: [(item,) for item in items]}
+        )
 
     def crash(self, item: int, reason: str) -> None:
         """Note that the worker of an item died; it is tried again when the study is continued."""
-        self._commit("INSERT OR REPLACE INTO crashed VALUES (?, ?)", [(item, reason)])
+        self._commit({_CRASH: [(item, reason)]})
+
+    def suspect(self, items: Sequence[int]) -> None:
+        """Note that this process computes items itself; should it die of one, it is tried again elsewhere."""
+        self._commit({_CRASH: [(item, "the process died") for item in items]})
+
+    def acquit(self, items: Sequence[int]) -> None:
+        """Forget that a process died, or might have died, at items."""
+        self._commit({_ACQUIT: [(item,) for item in items]})
 
     def crashed(self) -> dict[int, str]:
-        """The items at which a worker died, with the reason."""
+        """The items at which a worker died, or a process that computed them itself, with the reason."""
         return dict(self._connection.execute("SELECT item, reason FROM crashed ORDER BY item"))
 
     def table(self) -> list[tuple[Any, ...]]:
@@ -140,18 +154,20 @@ class ResultsFile:
         except sqlite3.Error as error:
             raise _unusable(self.path, "a row of it is damaged", self._remedy) from error
 
-    def seconds(self) -> float:
-        """What all items took together [s]."""
-        (total,) = self._connection.execute("SELECT coalesce(sum(seconds), 0.0) FROM results").fetchone()
+    def seconds(self, below: int = EVERY) -> float:
+        """What all items with numbers below this one took together [s]."""
+        asked = "SELECT coalesce(sum(seconds), 0.0) FROM results WHERE item < ?"
+        (total,) = self._connection.execute(asked, [below]).fetchone()
         return float(total)
 
-    def _commit(self, statement: str, values: Iterable[tuple[Any, ...]]) -> None:
-        """Everything or nothing."""
+    def _commit(self, changes: Mapping[str, Iterable[tuple[Any, ...]]]) -> None:
+        """Everything or nothing: statements with the values for which each is run."""
         try:
             if self._connection.in_transaction:
                 self._connection.execute("ROLLBACK")
             self._connection.execute("BEGIN IMMEDIATE")
-            self._connection.executemany(statement, values)
+            for statement, values in changes.items():
+                self._connection.executemany(statement, values)
             self._connection.execute("COMMIT")
         except sqlite3.Error as error:
             raise FtqpError(

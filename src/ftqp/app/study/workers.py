@@ -26,11 +26,13 @@ class Workers(ABC):
         count: How many chunks are computed at a time.
         chunk_seconds: How long a chunk should take, so that what it costs to send it vanishes [s].
         share_fate: Whether a worker that dies takes all chunks under way with it.
+        apart: Whether this process lives on when a worker dies.
     """
 
     count: int
     chunk_seconds: float
     share_fate = False
+    apart = True
 
     @abstractmethod
     def submit(self, items: Sequence[int]) -> "Future[Done]":
@@ -55,6 +57,7 @@ class ThisProcess(Workers):
 
     count = 1
     chunk_seconds = 0.2
+    apart = False
 
     def __init__(self, work: Work) -> None:
         self._work = work
