@@ -40,6 +40,17 @@ def test_only_what_is_missing_is_computed(tmp_path: Path) -> None:
         assert results.table() == expected(20)
 
 
+def test_only_items_of_the_study_are_counted_where_it_had_more_before(tmp_path: Path) -> None:
+    with results_in(tmp_path) as results:
+        drive(Squares(), 20, results, what="squares")
+        whole = results.seconds()
+        results.crash(25, "the worker died")
+        told: list[float] = []
+        driven = drive(Squares(), 10, results, what="squares", heard=told.append)
+    assert (driven.items, driven.computed, driven.crashed) == (10, 0, {})
+    assert 0.0 < driven.seconds < whole and max(told) == 10
+
+
 def test_an_item_that_always_kills_its_worker_is_noted_and_the_others_finish(tmp_path: Path) -> None:
     with results_in(tmp_path) as results:
         driven = drive(Squares(deadly=23), 40, results, what="squares", jobs=2)

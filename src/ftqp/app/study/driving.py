@@ -30,7 +30,7 @@ class Driven:
         items: Items of the study.
         computed: Those that were computed now.
         crashed: Those at which a worker died, with the reason.
-        seconds: Processor time of all rows on file [s].
+        seconds: Processor time of the rows of these items [s].
     """
 
     items: int
@@ -77,9 +77,9 @@ def drive(
             _drive(work, first, last, Course(results, count, told), jobs, cluster)
     return Driven(
         items=count,
-        computed=results.count() - len(done),
-        crashed=results.crashed(),
-        seconds=results.seconds(),
+        computed=results.count(count) - begun,
+        crashed={item: reason for item, reason in results.crashed().items() if 0 <= item < count},
+        seconds=results.seconds(count),
     )
 
 
