@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from ftqp.app.study.results_file import FILE_NAME, FORMAT, ResultsFile
+from ftqp.app.study.results_file import FILE_NAME, ResultsFile
+from ftqp.app.study.results_layout import FORMAT
 from ftqp.core.errors import FtqpError, InputError
 
 COLUMNS = {"error": "REAL", "ticks": "INTEGER", "kind": "TEXT"}

@@ -6,33 +6,31 @@ which a worker died. An item has one row, whatever was computed twice; a process
 all rows that were written.
 """
 
-import json
 import sqlite3
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self, final
 
+from ftqp.app.study.results_layout import (
+    FORMAT,
+    RESULTS,
+    Columns,
+    make_tables,
+    quoted,
+    refuse_other_studies,
+)
 from ftqp.core.errors import FtqpError, InputError
 
 FILE_NAME = "results.sqlite"
 LOCK_NAME = "writer.lock"
 REMEDY = "name another folder by --out"
 """What to do where a folder cannot be used, unless its owner says something else."""
-FORMAT = 1
-"""Version of the file's layout."""
-KINDS = {"REAL", "INTEGER", "TEXT"}
 EVERY = 2**63 - 1
 """No item has a number as large as this."""
 PATIENCE = 10.0
 """A reader of another process may keep the writer waiting so long [s]."""
-_ABOUT = "CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL)"
-_RESULTS = "CREATE TABLE results (item INTEGER PRIMARY KEY,"
-_CRASHED = "CREATE TABLE crashed (item INTEGER PRIMARY KEY, reason TEXT NOT NULL)"
 _CRASH = "INSERT OR REPLACE INTO crashed VALUES (?, ?)"
 _ACQUIT = "DELETE FROM crashed WHERE item = ?"
-
-Columns = Mapping[str, str]
-"""Names of the values of an item with their types: REAL, INTEGER or TEXT."""
 
 
 @final
@@ -86,21 +84,11 @@ class ResultsFile:
         run = self._connection.execute
         run("PRAGMA trusted_schema = OFF")
         if self.path.stat().st_size == 0:
-            self._make(facts)
+            make_tables(self._connection, facts, self._columns)
         else:
-            _check(self._connection, self.path, facts, self._columns, self._remedy)
+            refuse_other_studies(self._connection, self.path, facts, self._columns, self._remedy)
         run("PRAGMA journal_mode = WAL")
         run("PRAGMA synchronous = NORMAL")
-
-    def _make(self, facts: Mapping[str, Any]) -> None:
-        """The tables, all or none."""
-        run = self._connection.execute
-        run("BEGIN")
-        run(_ABOUT)
-        run(_CRASHED)
-        run(_results_table(self._columns))
-        self._connection.executemany("INSERT INTO about VALUES (?, ?)", _encoded(facts))
-        run("COMMIT")
 
     def done(self) -> set[int]:
         """The numbers of the items that have a row."""
@@ -148,7 +136,7 @@ class ResultsFile:
 
     def table(self) -> list[tuple[Any, ...]]:
         """All rows by item: its number, then its values."""
-        names = ", ".join(_quoted(name) for name in ("item", *self._columns))
+        names = ", ".join(quoted(name) for name in ("item", *self._columns))
         try:
             return self._connection.execute(f"SELECT {names} FROM results ORDER BY item").fetchall()
         except sqlite3.Error as error:
@@ -210,69 +198,6 @@ def _locked(folder: Path, remedy: str) -> sqlite3.Connection:
     return lock
 
 
-def _facts(connection: sqlite3.Connection, path: Path) -> dict[str, Any]:
-    """What the file says about its study, checked to be one that this ftqp can read.
-
-    Raises:
-        InputError: It is no results file, or a newer one.
-    """
-    made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
-    if made.get("about") != _ABOUT:
-        raise InputError(f"{path} is not a results file of ftqp: it has no table about as such a file has it")
-    rows = connection.execute("SELECT key, substr(value, 1, 2000000) FROM about LIMIT 1000").fetchall()
-    try:
-        facts = {str(key): json.loads(value) for key, value in rows}
-    except (ValueError, TypeError, RecursionError) as error:
-        raise InputError(f"{path} is not a results file of ftqp: its table about is damaged") from error
-    version = facts.get("format")
-    if not isinstance(version, int) or isinstance(version, bool) or version < 1:
-        raise InputError(f"{path} is not a results file of ftqp: its format is {version!r:.40}")
-    if version > FORMAT:
-        raise InputError(
-            f"{path} has format {version}, this ftqp reads up to {FORMAT}; a newer ftqp made it and can go on"
-        )
-    return facts
-
-
-def _check(
-    connection: sqlite3.Connection,
-    path: Path,
-    wanted: Mapping[str, Any],
-    columns: Mapping[str, str],
-    remedy: str,
-) -> None:
-    """That the file is of this very study.
-
-    Raises:
-        InputError: It is not.
-    """
-    facts = _facts(connection, path)
-    if facts.get("kind") != wanted["kind"]:
-        raise InputError(
-            f"{path} holds results of a study of kind {facts.get('kind')!r:.40}, this one is of kind "
-            f"{wanted['kind']!r}; {remedy}"
-        )
-    if facts.get("ftqp") != wanted.get("ftqp"):
-        raise InputError(
-            f"{path} was made by ftqp {facts.get('ftqp')!s:.40}, this is {wanted.get('ftqp')}, and their "
-            f"results are not mixed; {remedy}, or continue it with that version"
-        )
-    made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
-    same = made.get("results") == _results_table(columns) and made.get("crashed") == _CRASHED
-    if facts.get("key") != wanted["key"] or not same:
-        raise InputError(f"{path} holds results of another study{_difference(facts, wanted)}; {remedy}")
-
-
-def _difference(facts: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
-    """The first line in which the texts of two studies differ."""
-    there = str(facts.get("study", "")).splitlines()
-    here = str(wanted.get("study", "")).splitlines()
-    for old, new in zip(there, here, strict=False):
-        if old != new:
-            return f" ({old.strip()!r:.60} there, {new.strip()!r:.60} here)"
-    return ""
-
-
 def refuse_other_tables(connection: sqlite3.Connection, path: Path) -> None:
     """Refuse a file whose results are no table, but for example a view that never ends.
 
@@ -284,22 +209,5 @@ def refuse_other_tables(connection: sqlite3.Connection, path: Path) -> None:
         InputError: It has no such table.
     """
     made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
-    if not str(made.get("results")).startswith(_RESULTS):
+    if not str(made.get("results")).startswith(RESULTS):
         raise InputError(f"{path} has no table results as a results file of ftqp has it; name another folder")
-
-
-def _results_table(columns: Mapping[str, str]) -> str:
-    """The statement that makes the table of results."""
-    for name, kind in columns.items():
-        if kind not in KINDS:
-            raise ValueError(f"column {name} has type {kind!r}, expected one of {sorted(KINDS)}")
-    listed = ", ".join(f"{_quoted(name)} {kind}" for name, kind in columns.items())
-    return f"{_RESULTS} {listed}, seconds REAL, worker TEXT)"
-
-
-def _quoted(name: str) -> str:
-    return '"' + name.replace('"', '""') + '"'
-
-
-def _encoded(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    return [(key, json.dumps(value, allow_nan=False)) for key, value in facts.items()]

@@ -1,0 +1,125 @@
+"""The layout of a results file: its tables, what it says of its study, and what is refused as another one."""
+
+import json
+import sqlite3
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ftqp.core.errors import InputError
+
+FORMAT = 1
+"""Version of the file's layout."""
+KINDS = {"REAL", "INTEGER", "TEXT"}
+ABOUT = "CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL)"
+CRASHED = "CREATE TABLE crashed (item INTEGER PRIMARY KEY, reason TEXT NOT NULL)"
+RESULTS = "CREATE TABLE results (item INTEGER PRIMARY KEY,"
+
+Columns = Mapping[str, str]
+"""Names of the values of an item with their types: REAL, INTEGER or TEXT."""
+
+
+def make_tables(connection: sqlite3.Connection, facts: Mapping[str, Any], columns: Columns) -> None:
+    """Make the tables, all or none.
+
+    Args:
+        connection: To an empty file.
+        facts: What the file says of its study, by key.
+        columns: The values of an item.
+    """
+    run = connection.execute
+    run("BEGIN")
+    run(ABOUT)
+    run(CRASHED)
+    run(_results_table(columns))
+    encoded = [(key, json.dumps(value, allow_nan=False)) for key, value in facts.items()]
+    connection.executemany("INSERT INTO about VALUES (?, ?)", encoded)
+    run("COMMIT")
+
+
+def _facts(connection: sqlite3.Connection, path: Path) -> dict[str, Any]:
+    """What the file says about its study, checked to be one that this ftqp can read.
+
+    Raises:
+        InputError: It is no results file, or a newer one.
+    """
+    made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
+    if made.get("about") != ABOUT:
+        raise InputError(f"{path} is not a results file of ftqp: it has no table about as such a file has it")
+    rows = connection.execute("SELECT key, substr(value, 1, 2000000) FROM about LIMIT 1000").fetchall()
+    try:
+        facts = {str(key): json.loads(value) for key, value in rows}
+    except (ValueError, TypeError, RecursionError) as error:
+        raise InputError(f"{path} is not a results file of ftqp: its table about is damaged") from error
+    version = facts.get("format")
+    if not isinstance(version, int) or isinstance(version, bool) or version < 1:
+        raise InputError(f"{path} is not a results file of ftqp: its format is {version!r:.40}")
+    if version > FORMAT:
+        raise InputError(
+            f"{path} has format {version}, this ftqp reads up to {FORMAT}; a newer ftqp made it and can go on"
+        )
+    return facts
+
+
+def refuse_other_studies(
+    connection: sqlite3.Connection,
+    path: Path,
+    wanted: Mapping[str, Any],
+    columns: Columns,
+    remedy: str,
+) -> None:
+    """Refuse a file that is not of this very study.
+
+    Args:
+        connection: To the file.
+        path: The file.
+        wanted: What it is to say of its study, by key.
+        columns: The values of an item.
+        remedy: What a person can do.
+
+    Raises:
+        InputError: It is of another study or version, or no results file.
+    """
+    facts = _facts(connection, path)
+    if facts.get("kind") != wanted["kind"]:
+        raise InputError(
+            f"{path} holds results of a study of kind {facts.get('kind')!r:.40}, this one is of kind "
+            f"{wanted['kind']!r}; {remedy}"
+        )
+    if facts.get("ftqp") != wanted.get("ftqp"):
+        raise InputError(
+            f"{path} was made by ftqp {facts.get('ftqp')!s:.40}, this is {wanted.get('ftqp')}, and their "
+            f"results are not mixed; {remedy}, or continue it with that version"
+        )
+    made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
+    same = made.get("results") == _results_table(columns) and made.get("crashed") == CRASHED
+    if facts.get("key") != wanted["key"] or not same:
+        raise InputError(f"{path} holds results of another study{_difference(facts, wanted)}; {remedy}")
+
+
+def _difference(facts: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    """The first line in which the texts of two studies differ."""
+    there = str(facts.get("study", "")).splitlines()
+    here = str(wanted.get("study", "")).splitlines()
+    for old, new in zip(there, here, strict=False):
+        if old != new:
+            return f" ({old.strip()!r:.60} there, {new.strip()!r:.60} here)"
+    return ""
+
+
+def _results_table(columns: Mapping[str, str]) -> str:
+    """The statement that makes the table of results."""
+    for name, kind in columns.items():
+        if kind not in KINDS:
+            raise ValueError(f"column {name} has type {kind!r}, expected one of {sorted(KINDS)}")
+    listed = ", ".join(f"{quoted(name)} {kind}" for name, kind in columns.items())
+    return f"{RESULTS} {listed}, seconds REAL, worker TEXT)"
+
+
+def quoted(name: str) -> str:
+    """A column's name as SQL wants it.
+
+    Args:
+        name: Of the column.
+    """
+    return '"' + name.replace('"', '""') + '"'
