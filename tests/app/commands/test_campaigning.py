@@ -260,3 +260,16 @@ def test_bundled_campaign_can_be_drawn():
 def test_summary_of_nothing_claims_nothing():
     facts = summary("x", [])
     assert facts["bound"] is None and facts["episodes"] == 0
+
+
+def test_row_that_no_campaign_writes_is_refused_and_computed_anew_once_it_is_taken_out(study, tmp_path):
+    assert campaign(study, "--out", tmp_path / "c")[0] == 0
+    whole = rows(tmp_path / "c")
+    with closing(sqlite3.connect(tmp_path / "c" / "results.sqlite")) as connection, connection:
+        connection.execute("UPDATE results SET outcome = 'zzz' WHERE item = 3")
+    code, _, errors = campaign(study, "--out", tmp_path / "c")
+    assert code == 2 and "row 3 of" in errors and "'zzz' as outcome, expected one of sound, broken" in errors
+    with closing(sqlite3.connect(tmp_path / "c" / "results.sqlite")) as connection, connection:
+        connection.execute("DELETE FROM results WHERE item = 3")
+    assert campaign(study, "--out", tmp_path / "c")[0] == 0
+    assert rows(tmp_path / "c") == whole

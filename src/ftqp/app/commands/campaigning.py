@@ -58,6 +58,7 @@ def campaign(
         return shrink_it(made, _numbered(made, shrink), out, as_json=as_json)
     from ftqp import __version__
     from ftqp.app.campaign.campaign_summary import summary
+    from ftqp.app.campaign.episode_rows import episode_rows
     from ftqp.app.campaign.episode_study import COLUMNS, KIND, EpisodeWork
     from ftqp.app.run.runs import free_folder, write
     from ftqp.app.study.driving import cluster_at, drive
@@ -69,9 +70,9 @@ def campaign(
     count = made.tables.campaign.episodes
     with ResultsFile(folder, kind=KIND, key=made.key, columns=COLUMNS, about=about) as results:
         write(folder / STUDY, made.text)
+        episode_rows(results, count)  # what cannot be summed up is said before anything is computed
         driven = drive(EpisodeWork(campaign=made), count, results, what=made.name, jobs=jobs, cluster=cluster)
-        names = ("episode", *COLUMNS)
-        rows = [dict(zip(names, row, strict=True)) for row in results.table() if row[0] < count]
+        rows = episode_rows(results, count)
     facts = summary(made.name, rows) | {
         "computed_now": driven.computed,
         "crashed": {str(item): reason for item, reason in driven.crashed.items()},

@@ -27,6 +27,8 @@ REMEDY = "name another folder by --out"
 """What to do where a folder cannot be used, unless its owner says something else."""
 EVERY = 2**63 - 1
 """No item has a number as large as this."""
+MEANT = {"REAL": "a number", "INTEGER": "a whole number", "TEXT": "a text"}
+"""What a column of a type holds, in words."""
 PATIENCE = 10.0
 """A reader of another process may keep the writer waiting so long [s]."""
 _CRASH = "INSERT OR REPLACE INTO crashed VALUES (?, ?)"
@@ -135,12 +137,45 @@ class ResultsFile:
         return dict(self._connection.execute("SELECT item, reason FROM crashed ORDER BY item"))
 
     def table(self) -> list[tuple[Any, ...]]:
-        """All rows by item: its number, then its values."""
+        """All rows by item: its number, then its values, each empty or of its column's type.
+
+        Raises:
+            InputError: A value is of another type, or the file is damaged.
+        """
         names = ", ".join(quoted(name) for name in ("item", *self._columns))
         try:
+            self._refuse_other_types()
             return self._connection.execute(f"SELECT {names} FROM results ORDER BY item").fetchall()
-        except sqlite3.Error as error:
+        except (sqlite3.Error, UnicodeDecodeError) as error:
             raise _unusable(self.path, "a row of it is damaged", self._remedy) from error
+
+    def _refuse_other_types(self) -> None:
+        """That items have numbers from 0 on and values their types, which SQLite leaves to whoever writes."""
+        (least,) = self._connection.execute("SELECT min(item) FROM results").fetchone()
+        if least is not None and least < 0:
+            raise self.wrong(least, "item", least, "a number from 0 on")
+        for name, kind in self._columns.items():
+            found = self._connection.execute(
+                f"SELECT item, substr({quoted(name)}, 1, 100) FROM results "
+                f"WHERE typeof({quoted(name)}) NOT IN (?, 'null') LIMIT 1",
+                [kind.lower()],
+            ).fetchone()
+            if found is not None:
+                raise self.wrong(found[0], name, found[1], MEANT[kind])
+
+    def wrong(self, item: int, column: str, value: Any, expected: str) -> InputError:
+        """What to say of a value that the study did not write.
+
+        Args:
+            item: The row.
+            column: The column.
+            value: What is there.
+            expected: What could be there.
+        """
+        return InputError(
+            f"row {item} of {self.path} has {value!r:.60} as {column}, expected {expected}; take it out by "
+            f'sqlite3 FILE "DELETE FROM results WHERE item = {item}", and it is computed anew'
+        )
 
     def seconds(self, below: int = EVERY) -> float:
         """What all items with numbers below this one took together [s]."""
