@@ -1,4 +1,5 @@
 import json
+import os
 import sqlite3
 import time
 from contextlib import closing
@@ -114,6 +115,45 @@ def test_a_full_disk_is_said_and_rows_before_it_are_kept(tmp_path: Path) -> None
         ):
             results.write(range(1, 5000), [(0.5, 7, "y" * 100)] * 4999, 1.0, "a")
         assert results.done() == {0}
+
+
+@pytest.mark.parametrize("room", [1024 * k for k in (2, 6, 12, 20, 24, 28, 32, 36, 44)])
+def test_a_disk_that_is_nearly_full_is_said_in_a_sentence_whatever_fails_first(
+    tmp_path: Path, room: int
+) -> None:
+    resource = pytest.importorskip("resource", reason="needs a system that limits the size of files")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    rows = [(0.5, 7, "y" * 400)] * 10
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, before[1]))
+        with pytest.raises(FtqpError) as said, opened(tmp_path) as results:
+            for k in range(100):
+                results.write(range(10 * k, 10 * k + 10), rows, 1.0, "a")
+                results.done(), results.count(), results.crashed(), results.seconds(), results.table()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert "full" in str(said.value) and "another process" not in str(said.value)
+    with opened(tmp_path) as results:  # there is room again
+        kept = results.count()
+        assert kept % 10 == 0 and kept < 1000
+        results.write(range(1000), rows * 100, 1.0, "a")
+        assert results.count() == 1000
+
+
+@pytest.mark.parametrize("page", [1, 3, 4, 5, 8, 11])
+def test_a_damaged_page_is_said_in_a_sentence(tmp_path: Path, page: int) -> None:
+    with opened(tmp_path) as results:
+        results.write(range(300), [(0.5, 7, "y" * 100)] * 300, 1.0, "a")
+    whole = bytearray((tmp_path / FILE_NAME).read_bytes())
+    assert len(whole) > 4096 * 12
+    whole[4096 * page : 4096 * (page + 1)] = os.urandom(4096)
+    (tmp_path / FILE_NAME).write_bytes(whole)
+    with (
+        pytest.raises(FtqpError, match=rf"{FILE_NAME} (cannot be|is not a|holds)"),
+        opened(tmp_path) as results,
+    ):
+        results.crash(1, "x")
+        results.done(), results.count(), results.crashed(), results.seconds(), results.table()
 
 
 def test_a_crashed_item_is_noted_until_it_has_a_row(tmp_path: Path) -> None:

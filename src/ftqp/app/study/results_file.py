@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self, final
 
+from ftqp.app.study.disk_trouble import CURED, code, reason
 from ftqp.app.study.results_layout import (
     FORMAT,
     RESULTS,
@@ -19,10 +20,10 @@ from ftqp.app.study.results_layout import (
     quoted,
     refuse_other_studies,
 )
+from ftqp.app.study.writer_lock import locked
 from ftqp.core.errors import FtqpError, InputError
 
 FILE_NAME = "results.sqlite"
-LOCK_NAME = "writer.lock"
 REMEDY = "name another folder by --out"
 """What to do where a folder cannot be used, unless its owner says something else."""
 EVERY = 2**63 - 1
@@ -68,7 +69,7 @@ class ResultsFile:
         facts = {"format": FORMAT, "kind": kind, "key": key} | dict(about or {})
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._lock = _locked(folder, remedy)
+            self._lock = locked(folder, remedy)
         except (sqlite3.Error, OSError) as error:
             raise _unusable(self.path, error, remedy) from error
         self._connection = sqlite3.connect(self.path, isolation_level=None, timeout=PATIENCE)
@@ -93,13 +94,16 @@ class ResultsFile:
         run("PRAGMA synchronous = NORMAL")
 
     def done(self) -> set[int]:
-        """The numbers of the items that have a row."""
-        return {item for (item,) in self._connection.execute("SELECT item FROM results")}
+        """The numbers of the items that have a row.
+
+        Raises:
+            InputError: The file cannot be read, as it is damaged or the disk is full.
+        """
+        return {item for (item,) in self._read("SELECT item FROM results")}
 
     def count(self, below: int = EVERY) -> int:
         """How many items with numbers below this one have a row."""
-        found = self._connection.execute("SELECT count(*) FROM results WHERE item < ?", [below])
-        return int(found.fetchone()[0])
+        return int(self._read("SELECT count(*) FROM results WHERE item < ?", below)[0][0])
 
     def write(self, items: Sequence[int], rows: Sequence[Sequence[Any]], seconds: float, worker: str) -> None:
         """Put the rows of a chunk on file, all or none; an item that has a row keeps it.
@@ -134,7 +138,7 @@ class ResultsFile:
 
     def crashed(self) -> dict[int, str]:
         """The items at which a worker died, or a process that computed them itself, with the reason."""
-        return dict(self._connection.execute("SELECT item, reason FROM crashed ORDER BY item"))
+        return dict(self._read("SELECT item, reason FROM crashed ORDER BY item"))
 
     def table(self) -> list[tuple[Any, ...]]:
         """All rows by item: its number, then its values, each empty or of its column's type.
@@ -143,25 +147,17 @@ class ResultsFile:
             InputError: A value is of another type, or the file is damaged.
         """
         names = ", ".join(quoted(name) for name in ("item", *self._columns))
-        try:
-            self._refuse_other_types()
-            return self._connection.execute(f"SELECT {names} FROM results ORDER BY item").fetchall()
-        except (sqlite3.Error, UnicodeDecodeError) as error:
-            raise _unusable(self.path, "a row of it is damaged", self._remedy) from error
+        self._refuse_other_types()
+        return self._read(f"SELECT {names} FROM results ORDER BY item")
 
     def _refuse_other_types(self) -> None:
         """That items have numbers from 0 on and values their types, which SQLite leaves to whoever writes."""
-        (least,) = self._connection.execute("SELECT min(item) FROM results").fetchone()
-        if least is not None and least < 0:
-            raise self.wrong(least, "item", least, "a number from 0 on")
+        for (item,) in self._read("SELECT item FROM results WHERE item < 0 LIMIT 1"):
+            raise self.wrong(item, "item", item, "a number from 0 on")
         for name, kind in self._columns.items():
-            found = self._connection.execute(
-                f"SELECT item, substr({quoted(name)}, 1, 100) FROM results "
-                f"WHERE typeof({quoted(name)}) NOT IN (?, 'null') LIMIT 1",
-                [kind.lower()],
-            ).fetchone()
-            if found is not None:
-                raise self.wrong(found[0], name, found[1], MEANT[kind])
+            asked = f"SELECT item, substr({quoted(name)}, 1, 100) FROM results WHERE typeof({quoted(name)}) "
+            for item, value in self._read(f"{asked} NOT IN (?, 'null') LIMIT 1", kind.lower()):
+                raise self.wrong(item, name, value, MEANT[kind])
 
     def wrong(self, item: int, column: str, value: Any, expected: str) -> InputError:
         """What to say of a value that the study did not write.
@@ -180,8 +176,14 @@ class ResultsFile:
     def seconds(self, below: int = EVERY) -> float:
         """What all items with numbers below this one took together [s]."""
         asked = "SELECT coalesce(sum(seconds), 0.0) FROM results WHERE item < ?"
-        (total,) = self._connection.execute(asked, [below]).fetchone()
-        return float(total)
+        return float(self._read(asked, below)[0][0])
+
+    def _read(self, asked: str, *values: Any) -> list[tuple[Any, ...]]:
+        """What the file answers."""
+        try:
+            return self._connection.execute(asked, values).fetchall()
+        except (sqlite3.Error, UnicodeDecodeError) as error:
+            raise _unusable(self.path, error, self._remedy) from error
 
     def _commit(self, changes: Mapping[str, Iterable[tuple[Any, ...]]]) -> None:
         """Everything or nothing: statements with the values for which each is run."""
@@ -194,8 +196,8 @@ class ResultsFile:
             self._connection.execute("COMMIT")
         except sqlite3.Error as error:
             raise FtqpError(
-                f"results file {self.path} cannot be written: {error}; what was written before is kept, and "
-                "the same command goes on from there"
+                f"results file {self.path} cannot be written: {reason(error)}; what was written before is "
+                "kept, and the same command goes on from there"
             ) from error
 
     def close(self) -> None:
@@ -210,27 +212,13 @@ class ResultsFile:
         self.close()
 
 
-def _unusable(path: Path, error: Exception | str, remedy: str) -> InputError:
+def _unusable(path: Path, error: Exception, remedy: str) -> InputError:
     """What to say of a file that cannot be used."""
-    reason = getattr(error, "strerror", None) or error
-    return InputError(f"{path} cannot be used as a results file: {reason}; {remedy}")
-
-
-def _locked(folder: Path, remedy: str) -> sqlite3.Connection:
-    """Holds the lock of a folder's only writer; the system lets it go when the process ends, however it does.
-
-    Raises:
-        InputError: Another process holds it.
-    """
-    lock = sqlite3.connect(folder / LOCK_NAME, isolation_level=None, timeout=0.0)
-    try:
-        lock.execute("BEGIN EXCLUSIVE")
-    except sqlite3.OperationalError as error:
-        lock.close()
-        raise InputError(
-            f"another process writes to {folder}; wait until it has ended, or {remedy}"
-        ) from error
-    return lock
+    if isinstance(error, sqlite3.Error | UnicodeDecodeError) and not code(error):  # a text that is none
+        return InputError(f"{path} cannot be used as a results file: a row of it is damaged; {remedy}")
+    if code(error) in CURED:
+        remedy = f"free the disk, and what is there goes on, or {remedy}"
+    return InputError(f"{path} cannot be used as a results file: {reason(error)}; {remedy}")
 
 
 def refuse_other_tables(connection: sqlite3.Connection, path: Path) -> None:
