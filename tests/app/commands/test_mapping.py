@@ -88,10 +88,11 @@ def test_another_study_does_not_go_on_in_the_folder(small: Path, tmp_path: Path)
 
 def test_a_folder_of_something_else_is_left_alone(small: Path, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "mine.txt").touch()
     result = asked(small, "--out", tmp_path / "out")
     assert result.exit_code == 2
     assert "exists, and nothing is overwritten" in result.stderr
-    assert not list((tmp_path / "out").iterdir())
+    assert [entry.name for entry in (tmp_path / "out").iterdir()] == ["mine.txt"]
 
 
 @pytest.mark.parametrize(

@@ -60,12 +60,13 @@ def campaign(
     from ftqp.app.campaign.campaign_summary import summary
     from ftqp.app.campaign.episode_rows import episode_rows
     from ftqp.app.campaign.episode_study import COLUMNS, KIND, EpisodeWork
-    from ftqp.app.run.runs import free_folder, write
+    from ftqp.app.commands.study_folder import study_folder
+    from ftqp.app.run.runs import write
     from ftqp.app.study.driving import cluster_at, drive
-    from ftqp.app.study.results_file import FILE_NAME, ResultsFile
+    from ftqp.app.study.results_file import ResultsFile
 
     cluster = cluster_at(jobs, dask)
-    folder = out if out is not None and (out / FILE_NAME).is_file() else free_folder(out, made.name)
+    folder = study_folder(out, made.name)
     about = {"study": made.text, "ftqp": __version__}
     count = made.tables.campaign.episodes
     with ResultsFile(folder, kind=KIND, key=made.key, columns=COLUMNS, about=about) as results:

@@ -13,9 +13,10 @@ from ftqp.analysis.survival.coverage_report import SENTENCES
 from ftqp.analysis.survival.covering import coverage_case
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.app.commands.coverage_page import PAGE, sentences, write_page
+from ftqp.app.commands.study_folder import study_folder
 from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
 from ftqp.app.run.healthy_motion import healthy_motion
-from ftqp.app.run.runs import SUMMARY, free_folder, write
+from ftqp.app.run.runs import SUMMARY, write
 from ftqp.app.scenario.setup import load
 from ftqp.app.study.coverage_study import report_of
 from ftqp.app.study.driving import cluster_at
@@ -121,7 +122,7 @@ def _folder(out: Path | None, name: str, resume: bool) -> Path:
         )
     if resume and not kept:
         say(f"note: no run has kept anything in {out}; this one begins anew")
-    return out if kept and out is not None else free_folder(out, name)
+    return study_folder(out, name)
 
 
 def facts_of(found: Subject, rep: CoverageReport) -> dict[str, Any]:

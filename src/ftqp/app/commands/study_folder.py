@@ -1,0 +1,32 @@
+"""The folder of a study: a new one, or one that the study can go on in."""
+
+from pathlib import Path
+
+from ftqp.app.run.runs import free_folder
+from ftqp.app.study.results_file import FILE_NAME
+from ftqp.app.study.writer_lock import LOCK_NAME
+
+LEFT = {LOCK_NAME, f"{LOCK_NAME}-journal"}
+"""What a study leaves that ended before it had a results file."""
+
+
+def study_folder(out: Path | None, name: str) -> Path:
+    """The folder wanted where it holds results, or nothing but the lock of a study; else as for a run.
+
+    Args:
+        out: The folder wanted; None is ``runs/<name>-<time>``.
+        name: Of the study.
+
+    Raises:
+        InputError: It holds something else, or cannot be made.
+    """
+    if out is not None and ((out / FILE_NAME).is_file() or _is_empty(out)):
+        return out
+    return free_folder(out, name)
+
+
+def _is_empty(folder: Path) -> bool:
+    try:
+        return {entry.name for entry in folder.iterdir()} <= LEFT
+    except OSError:
+        return False
