@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from ftqp.app.study.results_file import FILE_NAME, ResultsFile
+from ftqp.app.study.results_file import FILE_NAME, ResultsFile, read_only
 from ftqp.app.study.results_layout import FORMAT
 from ftqp.core.errors import FtqpError, InputError
 
@@ -173,3 +173,42 @@ def test_a_clock_that_is_set_back_changes_no_study(tmp_path: Path, monkeypatch: 
     with opened(tmp_path) as results:
         results.write([1], [(0.5, 7, "x")], 1.0, "a")
         assert results.done() == {0, 1} and results.seconds() == 2.0
+
+
+def mode_of_journal(file: Path) -> int:
+    """What the header of a database says: 2 where readers have to write beside it, 1 where not."""
+    return file.read_bytes()[18]
+
+
+def test_finished_file_can_be_read_where_nobody_can_write(tmp_path: Path) -> None:
+    with opened(tmp_path) as results:
+        results.write([0], [(0.5, 7, "x")], 1.0, "a")
+        assert mode_of_journal(tmp_path / FILE_NAME) == 2
+    assert mode_of_journal(tmp_path / FILE_NAME) == 1
+    with opened(tmp_path) as results:
+        assert results.done() == {0}
+
+
+def test_file_of_an_older_version_is_read_without_anything_written_beside_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with opened(tmp_path) as results:
+        results.write([0], [(0.5, 7, "x")], 1.0, "a")
+    with closing(sqlite3.connect(tmp_path / FILE_NAME)) as connection:
+        connection.execute("PRAGMA journal_mode = WAL")
+    assert mode_of_journal(tmp_path / FILE_NAME) == 2
+    monkeypatch.setattr(os, "access", lambda *_: False)  # whoever runs the tests may
+    with closing(read_only(tmp_path / FILE_NAME)) as connection:
+        assert connection.execute("SELECT item FROM results").fetchall() == [(0,)]
+        assert not list(tmp_path.glob(f"{FILE_NAME}-*"))
+
+
+def test_file_that_is_being_read_is_closed_all_the_same(tmp_path: Path) -> None:
+    with opened(tmp_path) as results:
+        results.write([0], [(0.5, 7, "x")], 1.0, "a")
+        with closing(read_only(tmp_path / FILE_NAME)) as connection:
+            reader = connection.execute("SELECT item FROM results")
+            results.close()
+            assert reader.fetchall() == [(0,)]
+    with opened(tmp_path) as results:
+        assert results.done() == {0}

@@ -7,7 +7,8 @@ from typing import Any, Final
 
 from ftqp.app.campaign.found_failures import share_interval
 from ftqp.app.run.runs import SUMMARY, summary_with
-from ftqp.app.study.results_file import FILE_NAME, refuse_other_tables
+from ftqp.app.study.disk_trouble import reason
+from ftqp.app.study.results_file import FILE_NAME, read_only, refuse_other_tables
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.referee.laws import LAWS
 from ftqp.viz.pages.page import drawing, heading, paragraph, table
@@ -46,12 +47,12 @@ def _asked(folder: Path, question: str) -> list[tuple[Any, ...]]:
     if not file.is_file():
         return []
     try:
-        with closing(sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)) as connection:
+        with closing(read_only(file)) as connection:
             connection.execute("PRAGMA trusted_schema = OFF")
             refuse_other_tables(connection, file)
             return connection.execute(question).fetchall()
     except (sqlite3.Error, UnicodeDecodeError) as error:
-        raise InputError(f"{file} is not readable as results of a campaign: {error!s:.200}") from error
+        raise InputError(f"{file} is not readable as results of a campaign: {reason(error):.200}") from error
 
 
 def _bad(folder: Path) -> list[tuple[Any, ...]]:

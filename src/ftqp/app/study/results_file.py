@@ -6,12 +6,14 @@ which a worker died. An item has one row, whatever was computed twice; a process
 all rows that were written.
 """
 
+import os
 import sqlite3
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self, final
 
-from ftqp.app.study.disk_trouble import CURED, code, reason
+from ftqp.app.study.disk_trouble import CURE, CURED, code, reason
 from ftqp.app.study.results_layout import (
     FORMAT,
     RESULTS,
@@ -201,7 +203,10 @@ class ResultsFile:
             ) from error
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Let go of the file, as one that can be read where nobody can write."""
+        with suppress(sqlite3.Error):  # somebody reads it, or the disk is full: it is as good as it was
+            self._connection.execute("PRAGMA busy_timeout = 0")
+            self._connection.execute("PRAGMA journal_mode = DELETE")
         self._connection.close()
         self._lock.close()
 
@@ -217,8 +222,20 @@ def _unusable(path: Path, error: Exception, remedy: str) -> InputError:
     if isinstance(error, sqlite3.Error | UnicodeDecodeError) and not code(error):  # a text that is none
         return InputError(f"{path} cannot be used as a results file: a row of it is damaged; {remedy}")
     if code(error) in CURED:
-        remedy = f"free the disk, and what is there goes on, or {remedy}"
+        remedy = f"{CURE}, or {remedy}"
     return InputError(f"{path} cannot be used as a results file: {reason(error)}; {remedy}")
+
+
+def read_only(file: Path) -> sqlite3.Connection:
+    """A connection to a file that is only read, also one of an older ftqp in a folder that nobody can write.
+
+    Args:
+        file: The results file, which exists.
+    """
+    logged = file.with_name(f"{file.name}-wal").exists()
+    still = not logged and not os.access(file.parent, os.W_OK)
+    how = "immutable=1" if still else "mode=ro"
+    return sqlite3.connect(f"{file.resolve().as_uri()}?{how}", uri=True)
 
 
 def refuse_other_tables(connection: sqlite3.Connection, path: Path) -> None:

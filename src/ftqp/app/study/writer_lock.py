@@ -3,7 +3,7 @@
 import sqlite3
 from pathlib import Path
 
-from ftqp.app.study.disk_trouble import BUSY, CURED, code, reason
+from ftqp.app.study.disk_trouble import BUSY, CURE, CURED, code, reason
 from ftqp.core.errors import InputError
 
 LOCK_NAME = "writer.lock"
@@ -39,10 +39,7 @@ def _refused(file: Path, error: sqlite3.Error, remedy: str) -> InputError:
     if code(error) in BUSY:
         return InputError(f"another process writes to {file.parent}; wait until it has ended, or {remedy}")
     if code(error) in CURED:
-        return InputError(
-            f"folder {file.parent} cannot be written: {reason(error)}; free the disk, and the same command "
-            f"goes on, or {remedy}"
-        )
+        return InputError(f"folder {file.parent} cannot be written: {reason(error)}; {CURE}, or {remedy}")
     return _strange(file, reason(error))
 
 
