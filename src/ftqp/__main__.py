@@ -1,5 +1,15 @@
-"""``python -m ftqp`` is the command ``ftqp``, where the folder of scripts is not on the path."""
+"""The command ``ftqp``, also as ``python -m ftqp`` where the folder of scripts is not on the path."""
 
-from ftqp.app.commands.cli import main
+from ftqp.app.output.termination import end_on_interrupt
 
-main()
+
+def main() -> None:
+    """The command, which Ctrl-C ends also while it is loaded."""
+    end_on_interrupt()
+    from ftqp.app.commands import cli  # slow to load
+
+    cli.main()
+
+
+if __name__ == "__main__":
+    main()

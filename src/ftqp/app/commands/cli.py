@@ -13,6 +13,7 @@ from ftqp.app.commands.exporting import export
 from ftqp.app.commands.options import Backend, Json, Out, Overrides, PlanFile, Scheme, Source
 from ftqp.app.commands.pages import PAGES
 from ftqp.app.output.console import ExitCode, command, say, tell, tell_json, tell_table
+from ftqp.app.output.termination import end_on_interrupt
 from ftqp.app.scenario import document
 from ftqp.core.clock import now
 
@@ -29,6 +30,7 @@ app = typer.Typer(
 
 def main() -> None:
     """The program ``ftqp``."""
+    end_on_interrupt()
     try:
         app()
     except KeyboardInterrupt:

@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ftqp.app.output.termination import Termination
+from ftqp.app.output.termination import INTERRUPTED, Termination
 from ftqp.core.clock import now
 from ftqp.core.errors import FtqpError, ModelError, ScenarioError, printable
 
@@ -34,7 +34,7 @@ class ExitCode(IntEnum):
     DONE = 0
     STOPPED = 1
     BAD_INPUT = 2
-    INTERRUPTED = 130
+    INTERRUPTED = INTERRUPTED
     TERMINATED = 143
 
 
@@ -160,6 +160,7 @@ def command(body: Callable[Parameters, ExitCode]) -> Callable[Parameters, None]:
             try:
                 code = body(*args, **kwargs)
             except KeyboardInterrupt:
+                termination.over()
                 say("interrupted")
                 code = ExitCode.INTERRUPTED
             except FtqpError as error:
