@@ -12,10 +12,11 @@ from ftqp.app.commands.campaigning import campaign
 from ftqp.app.commands.exporting import export
 from ftqp.app.commands.options import Backend, Json, Out, Overrides, PlanFile, Scheme, Source
 from ftqp.app.commands.pages import PAGES
-from ftqp.app.output.console import ExitCode, command, say, tell, tell_json, tell_table
+from ftqp.app.output.console import ExitCode, command, say, standard_output, tell, tell_json, tell_table
 from ftqp.app.output.termination import end_on_interrupt
 from ftqp.app.scenario import document
 from ftqp.core.clock import now
+from ftqp.core.errors import FtqpError
 
 app = typer.Typer(
     name="ftqp",
@@ -31,11 +32,17 @@ app = typer.Typer(
 def main() -> None:
     """The program ``ftqp``."""
     end_on_interrupt()
+    if sys.stdout is None:
+        say("error: standard output is closed, expected one for results; open it, for example by: > FILE")
+        sys.exit(ExitCode.BAD_INPUT)
     try:
         app()
     except KeyboardInterrupt:
         say("interrupted")
         sys.exit(ExitCode.INTERRUPTED)
+    except FtqpError as error:
+        say(f"error: {error}")
+        sys.exit(ExitCode.BAD_INPUT)
 
 
 def _version(wanted: bool) -> None:
@@ -204,7 +211,8 @@ def check(
     if as_json:
         tell_json({"scenario": setup.name, "valid": True, "resolved": setup.content})
     else:
-        sys.stdout.write(setup.toml)
+        with standard_output():
+            sys.stdout.write(setup.toml)
     for finding in setup.robot.findings:
         say(f"note: {setup.robot.name}: {finding}")
     say(f"{setup.name} is valid")

@@ -2,9 +2,10 @@
 
 import json
 import math
+import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from enum import IntEnum
 from functools import wraps
 from typing import Any, ParamSpec
@@ -45,13 +46,36 @@ def say(text: str) -> None:
 
 def tell(text: str) -> None:
     """A result for a person, on stdout."""
-    Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
+    with standard_output():
+        Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
 
 
 def tell_json(content: Mapping[str, Any]) -> None:
     """A result for a program: one JSON object on stdout."""
-    sys.stdout.write(json_text(content))
-    sys.stdout.flush()
+    with standard_output():
+        sys.stdout.write(json_text(content))
+
+
+@contextmanager
+def standard_output() -> Iterator[None]:
+    """What is written to stdout within is there at the end.
+
+    Raises:
+        FtqpError: It cannot be written, for example because the disk is full.
+    """
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever reads has had enough
+        raise
+    except OSError as error:
+        with suppress(
+            OSError
+        ):  # what is still kept back goes nowhere; else the process ends with it once more
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise FtqpError(
+            f"results cannot be written to standard output: {error.strerror or error}; send it elsewhere"
+        ) from error
 
 
 def json_text(content: Mapping[str, Any]) -> str:
@@ -95,7 +119,8 @@ def tell_table(
         )
     for row in rows:
         table.add_row(*(escape(printable(cell)) for cell in row))
-    Console(highlight=False, width=table_width()).print(table)
+    with standard_output():
+        Console(highlight=False, width=table_width()).print(table)
 
 
 def table_width() -> int:
@@ -164,10 +189,10 @@ def command(body: Callable[Parameters, ExitCode]) -> Callable[Parameters, None]:
                 say("interrupted")
                 code = ExitCode.INTERRUPTED
             except FtqpError as error:
+                say(f"error: {error}")
                 if kwargs.get("as_json"):
                     facts = {"error": str(error).partition("\n")[0]}
                     tell_json({**facts, "errors": list(_details(error))})
-                say(f"error: {error}")
                 code = ExitCode.BAD_INPUT
         if code is ExitCode.INTERRUPTED and termination.received:
             code = ExitCode.TERMINATED

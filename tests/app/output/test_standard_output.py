@@ -1,0 +1,42 @@
+"""Standard output that is full, closed, or read by somebody who has had enough."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize(
+    "arguments", [("schemes",), ("schemes", "--json"), ("check", "panda-circle"), ("check", "none", "--json"),
+                  ("--version",)]
+)  # fmt: skip
+def test_standard_output_that_is_full_is_said_in_a_sentence(arguments: tuple[str, ...]) -> None:
+    command = [sys.executable, "-m", "ftqp", *arguments]
+    with open("/dev/full", "w") as full:
+        result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    said = " ".join(result.stderr.split())
+    assert result.returncode == 2
+    assert "error: results cannot be written to standard output: No space left on device; send it" in said
+    assert "Traceback" not in said and "Exception" not in said
+    assert "none" not in arguments or "none is neither a file nor" in said
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a shell that closes standard output")
+@pytest.mark.parametrize("arguments", ["schemes", "schemes --json", "run panda-circle --out never"])
+def test_standard_output_that_is_closed_is_said_before_anything_is_done(
+    arguments: str, tmp_path: Path
+) -> None:
+    command = f'"{sys.executable}" -m ftqp {arguments} >&-'
+    result = subprocess.run(command, shell=True, stderr=subprocess.PIPE, text=True, check=False, cwd=tmp_path)
+    assert result.returncode == 2 and not list(tmp_path.iterdir())
+    assert result.stderr.startswith("error: standard output is closed, expected one for results")
+
+
+def test_reader_who_has_had_enough_is_no_error() -> None:
+    command = [sys.executable, "-m", "ftqp", "check", "--keys"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as begun:
+        assert begun.stdout is not None and begun.stderr is not None
+        begun.stdout.close()
+        assert b"Traceback" not in begun.stderr.read()
