@@ -235,6 +235,8 @@ def test_interrupt_within_an_episode_leaves_no_row_of_half_an_episode(study, tmp
         code, _, errors = campaign(study, "--out", tmp_path / "c", "--jobs", 1)
     signal.signal(signal.SIGINT, ignored)
     assert code == 130 and "interrupted" in errors
+    onward = f"the same command with --out {tmp_path / 'c'} goes on from there"
+    assert f"what is done is kept; {onward}" in " ".join(errors.split())
     kept = rows(tmp_path / "c")
     assert len(kept) < 6
     assert campaign(study, "--out", tmp_path / "c", "--jobs", 1)[0] == 0

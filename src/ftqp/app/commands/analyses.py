@@ -6,7 +6,18 @@ from typing import Annotated
 
 import typer
 
-from ftqp.app.commands.options import Dask, Jobs, Json, Mtbf, Out, Overrides, PlanFile, Resume, Source
+from ftqp.app.commands.options import (
+    Dask,
+    Jobs,
+    Json,
+    Mtbf,
+    Out,
+    Overrides,
+    PlanFile,
+    Resume,
+    Source,
+    StudyOut,
+)
 from ftqp.app.output.console import ExitCode, tell_json, tell_table
 from ftqp.app.scenario import document
 
@@ -28,10 +39,7 @@ def workspace(
         str | None, typer.Argument(metavar="[STUDY]", help="A study's file, or the name of a bundled one.")
     ] = None,
     overrides: Overrides = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder to make, or one with this study's results to go on with."),
-    ] = None,
+    out: StudyOut = None,
     jobs: Jobs = None,
     dask: Dask = None,
     as_json: Json = False,

@@ -6,11 +6,13 @@ from typing import Annotated, Any
 
 import typer
 
-from ftqp.app.commands.options import Dask, Jobs, Json, Out, Overrides
+from ftqp.app.commands.options import Dask, Jobs, Json, Overrides, StudyOut
 from ftqp.app.output.console import ExitCode, json_text, tell, tell_json, tell_table
 from ftqp.core.errors import InputError
 
 STUDY, SUMMARY = "campaign.toml", "summary.json"
+ALONE = "the same command with --replay {}, and with no --out or another one"
+"""Runs an episode alone; a run's folder is a new one."""
 
 
 def campaign(
@@ -21,10 +23,10 @@ def campaign(
     episodes: Annotated[
         int | None,
         typer.Option(
-            metavar="N", help="How many episodes there are in all; more of them go on with the others."
+            metavar="N", help="How many episodes there are in all; more of them go on with those in --out."
         ),
     ] = None,
-    out: Out = None,
+    out: StudyOut = None,
     jobs: Jobs = None,
     dask: Dask = None,
     table: Annotated[
@@ -43,7 +45,7 @@ def campaign(
     ] = None,
     as_json: Json = False,
 ) -> ExitCode:
-    """Run a campaign of random episodes, or go on with it; every one is judged from outside."""
+    """Run a campaign of random episodes, or go on with that in --out; every one is judged from outside."""
     from ftqp.app.campaign.episode_study import load_campaign
 
     if replay is not None and shrink is not None:
@@ -60,7 +62,7 @@ def campaign(
     from ftqp.app.campaign.campaign_summary import summary
     from ftqp.app.campaign.episode_rows import episode_rows
     from ftqp.app.campaign.episode_study import COLUMNS, KIND, EpisodeWork
-    from ftqp.app.commands.study_folder import study_folder
+    from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
     from ftqp.app.run.runs import write
     from ftqp.app.study.driving import cluster_at, drive
     from ftqp.app.study.results_file import ResultsFile
@@ -69,7 +71,10 @@ def campaign(
     folder = study_folder(out, made.name)
     about = {"study": made.text, "ftqp": __version__}
     count = made.tables.campaign.episodes
-    with ResultsFile(folder, kind=KIND, key=made.key, columns=COLUMNS, about=about) as results:
+    with (
+        told_how_to_go_on(folder),
+        ResultsFile(folder, kind=KIND, key=made.key, columns=COLUMNS, about=about) as results,
+    ):
         write(folder / STUDY, made.text)
         episode_rows(results, count)  # what cannot be summed up is said before anything is computed
         driven = drive(EpisodeWork(campaign=made), count, results, what=made.name, jobs=jobs, cluster=cluster)
@@ -104,9 +109,7 @@ def _tell(facts: dict[str, Any], *, whole: bool) -> None:
             f"{reason}"
         )
     for item, reason in facts["crashed"].items():
-        tell(
-            f"  episode {item} was given up: {reason} each time; alone: the same command with --replay {item}"
-        )
+        tell(f"  episode {item} was given up: {reason} each time; alone: {ALONE.format(item)}")
     if facts["bound"] is not None:
         tell(f"with 0 of {run} broken, the true share is below {facts['bound']:.2g} at 95 %")
     if facts["detection"] is not None:
@@ -114,7 +117,7 @@ def _tell(facts: dict[str, Any], *, whole: bool) -> None:
     for example in facts["examples"]:
         tell(f"  episode {example['episode']}: {example['sentences'].splitlines()[0]}")
     if facts["examples"]:
-        tell("  one of them alone, with its log: the same command with --replay N")
+        tell(f"  one of them alone, with its log: {ALONE.format('N')}")
     if whole:
         for key, values in facts["by_key"].items():
             heads = ("value", "episodes", "broken", "raised", "refused")

@@ -274,7 +274,7 @@ for body, example in {**ANALYSES, **PAGES}.items():
     app.command(epilog=example)(command(body))
 
 
-app.command(epilog="Example: ftqp campaign safety --episodes 1000 --jobs 2 --table")(command(campaign))
+app.command(epilog="Example: ftqp campaign safety --episodes 1000 --table --out runs/safe")(command(campaign))
 app.command(epilog="Example: ftqp export runs/panda-circle --format mcap -o panda-bag")(command(export))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp import __version__
 from ftqp.analysis.measures import MEASURES
-from ftqp.app.commands.study_folder import study_folder
+from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
 from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
 from ftqp.app.run.runs import write
 from ftqp.app.study.driving import Driven, cluster_at, drive
@@ -49,7 +49,10 @@ def map_workspace(
     study = load_study(source, overrides)
     folder = study_folder(out, study.name)
     about = {"study": study.text, "ftqp": __version__, "robot": study.robot.name}
-    with ResultsFile(folder, kind=KIND, key=study.key, columns=study.columns, about=about) as results:
+    with (
+        told_how_to_go_on(folder),
+        ResultsFile(folder, kind=KIND, key=study.key, columns=study.columns, about=about) as results,
+    ):
         write(folder / STUDY, study.text)
         driven = drive(
             MapWork(study.task),
@@ -140,7 +143,8 @@ def _tell(study: WorkspaceStudy, facts: dict[str, Any]) -> None:
     tell("R: the goal stays within reach; F: where it does, the tip gets there; C: both, on the whole way.")
     tell("100: configurations with all of it; avg: their mean; sens: the best minus the worst.")
     if facts["crashed"]:
-        tell(f"{len(facts['crashed'])} starts killed their worker; the same command tries them again.")
+        again = f"the same command with --out {facts['folder']} tries them again"
+        tell(f"{len(facts['crashed'])} starts killed their worker; {again}.")
     tell(f"{facts['cpu_seconds']:.1f} s of processor time; files: {facts['folder']}")
 
 

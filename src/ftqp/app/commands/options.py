@@ -22,6 +22,15 @@ Scheme = Annotated[str | None, typer.Option(metavar="NAME", help="Scheme, in pla
 Out = Annotated[
     Path | None, typer.Option(metavar="DIR", help="Folder to make; runs/<scenario>-<time> if left out.")
 ]
+StudyOut = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        metavar="DIR",
+        help="Folder to make, or one with results of this very study to go on with; a new one, "
+        "runs/<study>-<time>, if left out.",
+    ),
+]
 
 PlanFile = Annotated[
     Path | None, typer.Option("--plan", metavar="FILE", help="A trajectory, made by ftqp plan -o FILE.")

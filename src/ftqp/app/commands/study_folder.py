@@ -1,7 +1,10 @@
 """The folder of a study: a new one, or one that the study can go on in."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+from ftqp.app.output.console import say
 from ftqp.app.run.runs import free_folder
 from ftqp.app.study.results_file import FILE_NAME
 from ftqp.app.study.writer_lock import LOCK_NAME
@@ -23,6 +26,20 @@ def study_folder(out: Path | None, name: str) -> Path:
     if out is not None and ((out / FILE_NAME).is_file() or _is_empty(out)):
         return out
     return free_folder(out, name)
+
+
+@contextmanager
+def told_how_to_go_on(folder: Path) -> Iterator[None]:
+    """Whoever interrupts a study is told what goes on with it, which its folder is part of.
+
+    Args:
+        folder: Of the study.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        say(f"what is done is kept; the same command with --out {folder} goes on from there")
+        raise
 
 
 def _is_empty(folder: Path) -> bool:

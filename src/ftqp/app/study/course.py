@@ -114,7 +114,7 @@ class Course:
         except CancelledError as error:
             raise FtqpError(
                 f"the workers went away while items {items[0]} to {items[-1]} were computed; what was "
-                "computed before is on file, and the same command goes on from there"
+                f"computed before is on file, and {self._results.onward} goes on from there"
             ) from error
         except Exception as error:
             if workers.died(error):

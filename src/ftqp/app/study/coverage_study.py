@@ -112,6 +112,7 @@ def report_of(
     common: dict[str, Any] = {
         "key": hashlib.sha256(f"{__version__}\n{study}".encode()).hexdigest(),
         "about": {"study": study, "ftqp": __version__, "robot": pairs.task.robot.name},
+        "onward": f"the same command with --out {folder} --resume",
     }
     threads = None if jobs is None and cluster is None else 1
     share: dict[str, Any] = {"what": name, "jobs": 1 if jobs is None else jobs, "cluster": cluster}

@@ -13,7 +13,7 @@ MEANINGS: Final = {
 """What SQLite's errors mean by their code; the last one says so itself."""
 CURED: Final = (sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY, sqlite3.SQLITE_FULL)
 """Errors that are over, and nothing is lost, once the disk can be written again."""
-CURE: Final = "free the disk, or make it writable, and the same command goes on"
+CURE: Final = "free the disk, or make it writable, and nothing is lost"
 """What a person can do about those."""
 BUSY: Final = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 """Errors that say that another process is at work."""

@@ -96,8 +96,9 @@ class KeptPortions:
             key = hashlib.sha256(f"{__version__}\n{self._study}\n{stage}".encode()).hexdigest()
             about: Mapping[str, Any] = {"ftqp": __version__, "study": self._study}
             self._open[stage] = ResultsFile(
-                self.folder / stage, kind=KIND, key=key, columns=COLUMNS, about=about, remedy=REMEDY
-            )
+                self.folder / stage, kind=KIND, key=key, columns=COLUMNS, about=about, remedy=REMEDY,
+                onward="the same command with --resume",
+            )  # fmt: skip
         return self._open[stage]
 
     def forget(self) -> None:

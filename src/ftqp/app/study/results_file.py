@@ -49,6 +49,11 @@ class ResultsFile:
         columns: The values of an item.
         about: More about the study, anything JSON can hold, by key.
         remedy: What a person can do where the folder cannot be used, for messages.
+        onward: What goes on where this ended; None is the same command with ``--out`` and the folder.
+
+    Attributes:
+        path: Of the file.
+        onward: What goes on where this ended.
 
     Raises:
         InputError: The file is of another study, of a newer version or no results file at all, another
@@ -64,8 +69,10 @@ class ResultsFile:
         columns: Columns,
         about: Mapping[str, Any] | None = None,
         remedy: str = REMEDY,
+        onward: str | None = None,
     ) -> None:
         self._remedy = remedy
+        self.onward = onward or f"the same command with --out {folder}"
         self.path = folder / FILE_NAME
         self._columns = dict(columns)
         facts = {"format": FORMAT, "kind": kind, "key": key} | dict(about or {})
@@ -199,7 +206,7 @@ class ResultsFile:
         except sqlite3.Error as error:
             raise FtqpError(
                 f"results file {self.path} cannot be written: {reason(error)}; what was written before is "
-                "kept, and the same command goes on from there"
+                f"kept, and {self.onward} goes on from there"
             ) from error
 
     def close(self) -> None:
