@@ -249,6 +249,13 @@ def test_results_of_another_campaign_are_refused(study, tmp_path):
     assert code == 2 and "another" in errors
 
 
+def test_difference_that_is_told_is_not_the_number_of_episodes(study, tmp_path):
+    campaign(study, "--out", tmp_path / "c", "--episodes", 1)
+    changed = ("--set", "scenario.path.radius=0.07")
+    code, _, errors = campaign(study, "--out", tmp_path / "c", "--episodes", 2, *changed)
+    assert code == 2 and "episodes = " not in errors and "radius = 0.05" in errors and "0.07" in errors
+
+
 def test_bundled_campaign_can_be_drawn():
     from ftqp.app.scenario import document
 
