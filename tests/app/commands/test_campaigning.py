@@ -1,5 +1,6 @@
 """``ftqp campaign``: a few short episodes, resumed, replayed, judged, refused."""
 
+import hashlib
 import json
 import logging
 import signal
@@ -10,6 +11,7 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
+from ftqp import __version__
 from ftqp.app.campaign import episode_study
 from ftqp.app.campaign.campaign_summary import summary
 from ftqp.app.commands.cli import app
@@ -254,6 +256,27 @@ def test_difference_that_is_told_is_not_the_number_of_episodes(study, tmp_path):
     changed = ("--set", "scenario.path.radius=0.07")
     code, _, errors = campaign(study, "--out", tmp_path / "c", "--episodes", 2, *changed)
     assert code == 2 and "episodes = " not in errors and "radius = 0.05" in errors and "0.07" in errors
+
+
+def test_results_of_an_arm_whose_file_was_changed_meanwhile_are_refused(study, tmp_path):
+    arm = tmp_path / "arm.urdf"
+    arm.write_text(catalog.load("panda").to_urdf())
+    study.write_text(STUDY.replace('name = "planar"', 'urdf = "arm.urdf"'))
+    code, _, errors = campaign(study, "--out", tmp_path / "c", "--episodes", 1)
+    assert code == 0, errors
+    assert campaign(study, "--out", tmp_path / "c", "--episodes", 2)[0] == 0
+    arm.write_text(arm.read_text() + "<!-- another one -->")
+    code, _, errors = campaign(study, "--out", tmp_path / "c", "--episodes", 3)
+    assert code == 2 and "of another study" in errors and "of arm.urdf" in errors
+    assert len(rows(tmp_path / "c")) == 2
+
+
+def test_key_of_a_campaign_that_names_no_file_is_that_of_its_text_alone(study):
+    made = episode_study.load_campaign(str(study))
+    content = made.tables.model_dump()
+    del content["campaign"]["episodes"]
+    text = f"{__version__}\n{json.dumps(content, sort_keys=True)}"
+    assert made.files == {} and made.key == hashlib.sha256(text.encode()).hexdigest()
 
 
 def test_bundled_campaign_can_be_drawn():

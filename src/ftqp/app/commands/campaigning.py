@@ -65,7 +65,7 @@ def campaign(
 
     cluster = cluster_at(jobs, dask)
     folder = out if out is not None and (out / FILE_NAME).is_file() else free_folder(out, made.name)
-    about = {"study": made.text, "ftqp": __version__}
+    about = {"study": made.whole_text, "ftqp": __version__}
     count = made.tables.campaign.episodes
     with ResultsFile(folder, kind=KIND, key=made.key, columns=COLUMNS, about=about) as results:
         write(folder / STUDY, made.text)

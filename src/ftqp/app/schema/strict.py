@@ -1,7 +1,7 @@
 """What every table of a scenario shares: strict types, unknown keys refused, units, short forms."""
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, Final, get_args
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
@@ -45,6 +45,10 @@ PerJoint = Annotated[list[Limit], BeforeValidator(_one_per_joint)]
 
 Named = Annotated[dict[str, Any], BeforeValidator(_named)]
 """A name, or a table with a name and settings that their owner checks."""
+
+
+NAMES_A_FILE: Final[dict[str, Any]] = {"file": True}
+"""What marks a field that names a file."""
 
 
 def unit(symbol: str) -> dict[str, Any]:
