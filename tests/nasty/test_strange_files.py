@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ftqp.app.campaign.episode_study import EpisodeWork, load_campaign
-from ftqp.app.commands.campaign_section import read_campaign
+from ftqp.app.campaign.kept_campaign import kept_campaign
 from ftqp.app.commands.cli import app
 from ftqp.app.output.console import json_text
 from ftqp.app.run import runs
@@ -225,7 +225,7 @@ def test_results_that_never_end_are_not_read(tmp_path: Path):
             "SELECT x AS item, x AS outcome, x AS sentences, x AS largest_ok_error FROM c"
         )
     with pytest.raises(InputError, match="has no table results"):
-        read_campaign(tmp_path)
+        kept_campaign(tmp_path)
 
 
 def test_results_that_are_no_text_are_refused(tmp_path: Path):

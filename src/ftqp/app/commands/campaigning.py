@@ -10,8 +10,6 @@ from ftqp.app.commands.options import Dask, Jobs, Json, Out, Overrides
 from ftqp.app.output.console import ExitCode, json_text, tell, tell_json, tell_table
 from ftqp.core.errors import InputError
 
-STUDY, SUMMARY = "campaign.toml", "summary.json"
-
 
 def campaign(
     study: Annotated[
@@ -59,13 +57,15 @@ def campaign(
     from ftqp import __version__
     from ftqp.app.campaign.campaign_summary import summary
     from ftqp.app.campaign.episode_study import COLUMNS, KIND, EpisodeWork
-    from ftqp.app.run.runs import free_folder, write
+    from ftqp.app.campaign.kept_campaign import STUDY, command_of
+    from ftqp.app.run.runs import SUMMARY, free_folder, write
     from ftqp.app.study.driving import cluster_at, drive
     from ftqp.app.study.results_file import FILE_NAME, ResultsFile
 
     cluster = cluster_at(jobs, dask)
     folder = out if out is not None and (out / FILE_NAME).is_file() else free_folder(out, made.name)
-    about = {"study": made.whole_text, "ftqp": __version__}
+    command = command_of(study, overrides or ())
+    about = {"study": made.whole_text, "ftqp": __version__, "name": made.name, "command": command}
     count = made.tables.campaign.episodes
     with ResultsFile(folder, kind=KIND, key=made.key, columns=COLUMNS, about=about) as results:
         write(folder / STUDY, made.text)

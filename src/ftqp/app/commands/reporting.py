@@ -6,12 +6,14 @@ from pathlib import Path
 from typing import Final
 
 from ftqp import __version__
-from ftqp.app.commands.campaign_section import campaign_parts, read_campaign
+from ftqp.app.campaign.kept_campaign import kept_campaign
+from ftqp.app.commands.campaign_section import campaign_parts
 from ftqp.app.commands.coverage_section import coverage_parts, read_coverage
 from ftqp.app.commands.run_words import sentences
 from ftqp.app.output.console import ExitCode, progress, say, tell, tell_json
 from ftqp.app.run.recorded_robot import recorded_robot
 from ftqp.app.run.runs import SUMMARY, write
+from ftqp.app.study.results_file import FILE_NAME as RESULTS
 from ftqp.core.errors import FtqpError, InputError, MissingPackage
 from ftqp.sim.log.description import versions
 from ftqp.sim.log.log_arrays import Log
@@ -28,7 +30,7 @@ FIGURES: Final = 450_000
 
 NEEDED: Final = ("robot", "joints", "prismatic", "limits", "dt")
 """What a log must say of its run to be reported."""
-SECTIONS: Final = ((read_coverage, coverage_parts), (read_campaign, campaign_parts))
+SECTIONS: Final = ((read_coverage, coverage_parts), (kept_campaign, campaign_parts))
 """Results that are no runs: what reads a folder, or gives None, and what makes the section of it."""
 
 
@@ -110,8 +112,8 @@ def read_result(folder: Path, label: str) -> Result:
             return Result(label=label, title=title, parts=parts(label, facts, folder))
     within = sorted(file.parent.name for file in folder.glob(f"*/{FILE_NAME}"))
     raise InputError(
-        f"{folder} holds no result: expected {FILE_NAME} as `ftqp run` writes it, or {SUMMARY} "
-        "as `ftqp coverage` and `ftqp campaign` do"
+        f"{folder} holds no result: expected {FILE_NAME} as `ftqp run` writes it, {SUMMARY} as `ftqp "
+        f"coverage` does, or {RESULTS} as `ftqp campaign` does"
         + (f"; it holds the runs {', '.join(within)!s:.200}, name those" if within else "")
     )
 
