@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ftqp.app.campaign.draws import episode
+from ftqp.app.campaign.draws import episode, refuse_wrong
 from ftqp.app.scenario import composition
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
@@ -93,16 +93,48 @@ def test_joint_and_start_are_those_of_the_arm_that_was_drawn():
         ({"joint": 3}, 'expected "any"'),
     ],
 )
-def test_wrong_distribution_is_said_with_its_key(what, message):
+def test_wrong_distribution_is_said_with_its_key_and_before_anything_is_drawn(what, message):
     with pytest.raises(InputError, match=message) as refused:
         episode(SCENARIO, {"start.q": what}, 0, 0)
     assert "vary.start.q" in str(refused.value)
+    for vary in ({"start.q": what}, {"start": [{}], "start.q": what}):
+        with pytest.raises(InputError, match=message):
+            refuse_wrong(SCENARIO, vary)
+    if isinstance(what, dict) and what:
+        with pytest.raises(InputError, match=message):
+            refuse_wrong(SCENARIO, {"start.q": what | {"chance": 0.0}})
 
 
 @pytest.mark.parametrize("key", ["path.kind.x", "faults.7.at", "faults.x"])
 def test_key_that_leads_nowhere_is_refused(key):
+    for refuse in (refuse_wrong, lambda *tables: episode(*tables, 0, 0)):
+        with pytest.raises(InputError, match="leads to no table of the scenario"):
+            refuse(SCENARIO, {key: [1]})
     with pytest.raises(InputError, match="leads to no table of the scenario"):
-        episode(SCENARIO, {key: [1]}, 0, 0)
+        refuse_wrong(SCENARIO, {key: {"one_of": [1], "chance": 0.0}})
+
+
+@pytest.mark.parametrize(
+    "vary",
+    [
+        {"faults": [[], [{}, {}]], "faults.1.at": [0.5], "faults.1.joint": {"joint": "any"}},
+        {"faults.1.joint": {"joint": "any"}, "faults": [[], [{}, {}]]},
+        {
+            "path": [{"kind": "hold", "duration": 1.0}],
+            "faults.0.at": {"uniform": [0, 1], "times": "path.duration"},
+        },
+        {"planner.dt": [0.01], "path.duration": {"uniform": [1, 2], "times": "planner.dt"}},
+    ],
+)
+def test_what_depends_on_other_draws_is_not_refused_beforehand(vary):
+    refuse_wrong(SCENARIO, vary)
+    episode(SCENARIO, vary, 0, 0)
+
+
+def test_number_that_is_related_to_nothing_is_refused_beforehand_whatever_its_chance():
+    vary = {"path.duration": {"uniform": [1, 2], "times": "planner.dt", "chance": 0.01}, "planner.dt": [0.01]}
+    with pytest.raises(InputError, match=r"is times 'planner\.dt', which is no number there"):
+        refuse_wrong(SCENARIO, vary)
 
 
 def test_key_with_a_chance_is_drawn_as_often_as_it_says():
@@ -116,8 +148,10 @@ def test_key_with_a_chance_is_drawn_as_often_as_it_says():
 
 @pytest.mark.parametrize("chance", [-0.1, 1.1, "x", True])
 def test_chance_that_is_none_is_refused(chance):
-    with pytest.raises(InputError, match="expected a number from 0 to 1"):
-        episode(SCENARIO, {"planner.dt": {"one_of": [1], "chance": chance}}, 0, 0)
+    vary = {"planner.dt": {"one_of": [1], "chance": chance}}
+    for refuse in (refuse_wrong, lambda *tables: episode(*tables, 0, 0)):
+        with pytest.raises(InputError, match="expected a number from 0 to 1"):
+            refuse(SCENARIO, vary)
 
 
 def test_keys_of_a_list_that_was_drawn_shorter_are_left_out():

@@ -18,6 +18,7 @@ from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
 from ftqp.app.study import driving
 from ftqp.app.view.subjects import shown
+from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.sim import block_runner
@@ -201,6 +202,34 @@ def test_campaign_that_contradicts_itself_is_refused_before_anything_is_made(
     code, _, errors = campaign(study, "--out", tmp_path / "c")
     assert code == 2 and message in errors
     assert not (tmp_path / "c").exists()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_wrong_distribution_is_refused_whatever_the_seed_draws(study, tmp_path, seed):
+    study.write_text(STUDY + '"path.radius" = { uniform = [0.2, 0.1], chance = 0.5 }')
+    code, _, errors = campaign(study, "--out", tmp_path / "c", "--set", f"campaign.seed={seed}")
+    assert code == 2 and "vary.path.radius.uniform is [0.2, 0.1]" in errors
+
+
+def test_campaign_whose_first_episode_has_an_arm_that_cannot_be_is_run(study, tmp_path):
+    load = '{ name = "srs7", payload = { mass = 1.0 } }'
+    study.write_text(STUDY + f'"robot" = [{{ name = "planar" }}, {load}]')
+    made = [episode_study.load_campaign(str(study), [f"campaign.seed={seed}"]) for seed in range(8)]
+    seed = next(k for k in range(8) if _arm_cannot_be(made[k]))
+    code, out, errors = campaign(study, "--out", tmp_path / "c", "--set", f"campaign.seed={seed}", "--json")
+    assert code == 0, errors
+    facts = json.loads(out)
+    assert facts["refusals"][0]["episode"] == 0 and "srs7 has no masses" in facts["refusals"][0]["sentences"]
+    assert facts["sound"] > 0
+
+
+def _arm_cannot_be(made):
+    """Whether the first episode has no arm."""
+    try:
+        made.drawn(0)
+    except InputError:
+        return True
+    return False
 
 
 def test_episodes_are_asked_for_and_more_of_them_go_on_with_the_others(study, tmp_path):

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from ftqp import __version__
 from ftqp.app.campaign import found_failures
-from ftqp.app.campaign.draws import episode
+from ftqp.app.campaign.draws import episode, refuse_wrong
 from ftqp.app.campaign.known_arms import KnownArms
 from ftqp.app.campaign.named_files import named_files
 from ftqp.app.campaign.shown_evidence import evidence, model_file
@@ -276,9 +276,10 @@ def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
     folder = found.folder.resolve()
     made = Campaign(name=found.name, tables=tables, text=document.toml(_plain(tables)), folder=folder)
     try:
-        _try_some(made, found.origin)
+        refuse_wrong(tables.scenario, tables.vary)
     except InputError as error:
         raise ScenarioError(f"{found.origin} has errors:", [str(error)]) from error
+    _try_some(made, found.origin)
     return made
 
 
@@ -289,9 +290,7 @@ def _try_some(made: Campaign, origin: str) -> None:
         try:
             made.setup(number)
             return
-        except InputError as error:
-            if number == 0:  # a distribution is wrong
-                raise
+        except InputError as error:  # an arm that cannot be, for example a load on one without masses
             refused = ScenarioError(f"episode {number} has errors:", [str(error)])
         except ScenarioError as error:
             refused = error
