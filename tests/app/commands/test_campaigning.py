@@ -3,8 +3,10 @@
 import hashlib
 import json
 import logging
+import shlex
 import signal
 import sqlite3
+import tomllib
 from contextlib import closing
 from dataclasses import replace
 
@@ -14,6 +16,7 @@ from typer.testing import CliRunner
 from ftqp import __version__
 from ftqp.app.campaign import episode_study
 from ftqp.app.campaign.campaign_summary import summary
+from ftqp.app.campaign.kept_campaign import command_of, kept_campaign
 from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
 from ftqp.app.study import driving
@@ -92,8 +95,28 @@ def test_any_episode_is_run_alone_by_its_number(study, tmp_path):
     with shown(Choice(scenario=str(tmp_path / "r"))) as (kind, source):
         assert kind == "replay" and source.stage().duration == pytest.approx(0.4)
         assert source.stage().title == "short-3, a finished run" and source.frame().message == ""
-    code, _, errors = campaign(study, "--replay", 6, "--out", tmp_path / "s")
-    assert code == 2 and "episode 6 is none of short, expected 0 to 5" in errors
+    for number in (-1, 10**9):
+        code, _, errors = campaign(study, "--replay", number, "--out", tmp_path / "s")
+        assert code == 2 and f"episode {number} is none of short, expected 0 to 999999999" in errors
+
+
+def test_episode_beyond_those_of_the_file_is_the_one_that_more_episodes_would_have(study, tmp_path):
+    _, out, _ = campaign(study, "--replay", 8, "--out", tmp_path / "r", "--json")
+    campaign(study, "--out", tmp_path / "c", "--episodes", 9)
+    assert json.loads(out)["drawn"] == json.loads(rows(tmp_path / "c")[8][1])
+
+
+def test_command_in_the_report_runs_the_episode_again(study, tmp_path, monkeypatch):
+    monkeypatch.setattr(episode_study, "KINEMATIC", episode_study.Strictness(speed=-1.0))
+    changed = ("--set", "scenario.path.radius=0.07", "--set", 'scenario.description="a b"')
+    assert campaign(study, "--out", tmp_path / "c", "--episodes", 8, *changed)[0] == 1
+    command = kept_campaign(tmp_path / "c")["command"]
+    code, out, _ = campaign(*shlex.split(command)[2:], "--replay", 7, "--out", tmp_path / "r", "--json")
+    facts = json.loads(out)
+    assert code == 1 and facts["drawn"] == json.loads(rows(tmp_path / "c")[7][1])
+    resolved = tomllib.loads((tmp_path / "r" / "scenario.toml").read_text())
+    assert resolved["path"]["radius"] == 0.07 and resolved["description"] == "a b"
+    assert command_of("-x.toml", ()) == "ftqp campaign ./-x.toml"
 
 
 @pytest.mark.slow

@@ -2,13 +2,16 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 
 from ftqp.app.commands.options import Dask, Jobs, Json, Out, Overrides
 from ftqp.app.output.console import ExitCode, json_text, tell, tell_json, tell_table
 from ftqp.core.errors import InputError
+
+NUMBERS: Final = 1_000_000_000
+"""Numbers of episodes are below this."""
 
 
 def campaign(
@@ -145,11 +148,9 @@ def _tell_detection(found: dict[str, Any]) -> None:
 
 
 def _numbered(made: Any, number: int) -> int:
-    """The number of an episode of a campaign."""
-    if not 0 <= number < made.tables.campaign.episodes:
-        raise InputError(
-            f"episode {number} is none of {made.name}, expected 0 to {made.tables.campaign.episodes - 1}"
-        )
+    """The number of an episode, which the seed defines however many episodes were asked for."""
+    if not 0 <= number < NUMBERS:
+        raise InputError(f"episode {number} is none of {made.name}, expected 0 to {NUMBERS - 1}")
     return number
 
 
