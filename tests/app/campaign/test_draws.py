@@ -84,7 +84,19 @@ def test_joint_and_start_are_those_of_the_arm_that_was_drawn():
         ({"integers": [1.5, 2]}, "whole numbers"),
         ({"one_of": [1, 2], "weights": [1]}, "expected 2 numbers >= 0"),
         ({"one_of": [1, 2], "weights": [0, 0]}, "not all 0"),
-        ({"one_of": [1, 2], "weights": "x"}, "expected numbers"),
+        *(
+            ({"one_of": [1, 2], "weights": weights}, r"expected 2 numbers >= 0 up to 1e\+15, not all 0")
+            for weights in (
+                "x",
+                "12",
+                3,
+                [[1, 2]],
+                ["1_000", "\uff12"],
+                [True, False],
+                [1e308, 1e308],
+                [1, -1],
+            )
+        ),
         ({"uniform": [1, 2], "times": "path.kind"}, "which is no number"),
         ({"uniform": [1, 2], "plus": "nowhere.x"}, "which is no number"),
         ({"one_of": [1, 2], "plus": "path.duration"}, "beside one_of"),

@@ -230,18 +230,17 @@ def _one(key: str, what: Any, rng: np.random.Generator) -> Any:
         raise InputError(f"vary.{key} is {values!r:.60}, expected a list of at least one value")
     if weights is None:
         return copy.deepcopy(values[int(rng.integers(len(values)))])
-    try:
-        shares = np.array(weights, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"vary.{key}.weights is {weights!r:.60}, expected numbers") from error
     if (
-        shares.shape != (len(values),)
-        or not (np.isfinite(shares) & (shares >= 0.0)).all()
-        or not shares.any()
+        not isinstance(weights, list)
+        or len(weights) != len(values)
+        or not all(is_number(share, LARGEST) and share >= 0.0 for share in weights)
+        or not any(weights)
     ):
         raise InputError(
-            f"vary.{key}.weights is {weights!r:.60}, expected {len(values)} numbers >= 0, not all 0"
+            f"vary.{key}.weights is {weights!r:.60}, expected {len(values)} numbers >= 0 up to {LARGEST:g}, "
+            "not all 0"
         )
+    shares = np.array(weights, dtype=np.float64)
     return copy.deepcopy(values[int(rng.choice(len(values), p=shares / shares.sum()))])
 
 
