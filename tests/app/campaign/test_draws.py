@@ -79,7 +79,8 @@ def test_joint_and_start_are_those_of_the_arm_that_was_drawn():
         ({"uniform": [2, 1]}, r"expected \[low, high\] with low <= high"),
         ({"uniform": [1]}, "expected two numbers"),
         ({"uniform": [1, float("nan")]}, "expected two numbers"),
-        ({"log_uniform": [0, 1]}, "with low <= high"),
+        ({"log_uniform": [0, 1]}, "with 0 < low <= high"),
+        ({"away": [-1, 0]}, "with 0 <= low <= high"),
         ({"normal": [0, -1]}, "deviation"),
         ({"integers": [1.5, 2]}, "whole numbers"),
         ({"one_of": [1, 2], "weights": [1]}, "expected 2 numbers >= 0"),
@@ -201,5 +202,5 @@ def test_way_leads_so_many_lengths_of_the_arm_away_from_its_shoulder():
 def test_distance_from_the_shoulder_is_not_negative():
     tables = {"robot": {"dh": [[0.0, 0.0, 1.0, 0.0]] * 2}}
     assert "x" in episode(tables, {"x": {"away": [1.0, 1.0]}}, 0, 0)[1]
-    with pytest.raises(InputError, match="with low <= high"):
+    with pytest.raises(InputError, match="with 0 <= low <= high"):
         episode(tables, {"x": {"away": [-1.0, 1.0]}}, 0, 0)

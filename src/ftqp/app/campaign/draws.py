@@ -51,10 +51,10 @@ def _pair(name: str, value: Any) -> tuple[float, float]:
     return float(value[0]), float(value[1])
 
 
-def _rising(name: str, value: Any, least: float = -np.inf) -> tuple[float, float]:
+def _rising(name: str, value: Any, least: float = -np.inf, words: str = "") -> tuple[float, float]:
     low, high = _pair(name, value)
     if not least <= low <= high:
-        raise InputError(f"{name} is [{low:g}, {high:g}], expected [low, high] with low <= high")
+        raise InputError(f"{name} is [{low:g}, {high:g}], expected [low, high] with {words}low <= high")
     return low, high
 
 
@@ -63,7 +63,7 @@ def _uniform(name: str, value: Any, rng: np.random.Generator) -> float:
 
 
 def _log_uniform(name: str, value: Any, rng: np.random.Generator) -> float:
-    low, high = _rising(name, value, least=np.nextafter(0.0, 1.0))
+    low, high = _rising(name, value, least=np.nextafter(0.0, 1.0), words="0 < ")
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
@@ -291,7 +291,7 @@ def _share(name: str, what: Any) -> None:
 
 
 def _distance(name: str, what: Any) -> tuple[float, float]:
-    return _rising(name, what, least=0.0)
+    return _rising(name, what, least=0.0, words="0 <= ")
 
 
 ARM: Final[dict[str, Callable[[str, Any], object]]] = {"joint": _any, "start": _share, "away": _distance}
