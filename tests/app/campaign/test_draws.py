@@ -1,5 +1,7 @@
 """What a campaign draws: from the number of the episode alone, and nothing that a file may not ask for."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -116,6 +118,19 @@ def test_wrong_distribution_is_said_with_its_key_and_before_anything_is_drawn(wh
     if isinstance(what, dict) and what:
         with pytest.raises(InputError, match=message):
             refuse_wrong(SCENARIO, {"start.q": what | {"chance": 0.0}})
+
+
+@pytest.mark.parametrize(
+    ("robot", "message"),
+    [
+        (2, "scenario.robot is 2, expected a table"),
+        ({}, "scenario.robot names no robot, expected exactly one of name, urdf, mjcf, dh"),
+        ({"nam": "panda"}, "scenario.robot.nam is not a key of [scenario.robot] (did you mean 'name'?)"),
+    ],
+)
+def test_robot_that_is_none_is_said_with_its_table(robot, message):
+    with pytest.raises(InputError, match=re.escape(message)):
+        episode(SCENARIO | {"robot": robot}, {"faults.0.joint": {"joint": "any"}}, 0, 0)
 
 
 @pytest.mark.parametrize("key", ["path.kind.x", "faults.7.at", "faults.x"])

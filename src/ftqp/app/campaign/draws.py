@@ -325,8 +325,7 @@ def _robot(tables: Mapping[str, Any], arms: Callable[[RobotTable, Path], Robot],
     try:
         return arms(RobotTable.model_validate(tables.get("robot")), folder)
     except ValidationError as error:
-        found = "; ".join(complaints(RobotTable, error))
-        raise InputError(f"the robot of the scenario is wrong: {found}") from error
+        raise InputError("; ".join(complaints(RobotTable, error, "scenario.robot"))) from error
 
 
 def look_up(tables: Mapping[str, Any], key: Any) -> Any:

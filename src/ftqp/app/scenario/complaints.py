@@ -35,16 +35,17 @@ _KINDS = {
 }
 
 
-def complaints(model: type[BaseModel], error: ValidationError) -> tuple[str, ...]:
+def complaints(model: type[BaseModel], error: ValidationError, above: str = "") -> tuple[str, ...]:
     """Every error of ``error`` as a sentence, in the order of the file, none twice.
 
     Args:
         model: The class that was validated; its fields give the valid keys, units and descriptions.
         error: What pydantic raised.
+        above: The dotted path of the table that was validated; nothing where it is the whole file.
     """
     sentences: dict[str, None] = {}
     for entry in error.errors(include_url=False):
-        place = _place(model, entry["loc"])
+        place = _place(model, entry["loc"], above)
         sentences[f"{place.path or 'the file'} {_sentence(entry, place)}"] = None
     if len(sentences) <= MOST:
         return tuple(sentences)
@@ -77,11 +78,11 @@ class _Place:
         return f"{self.field.description}{self.unit}" if self.field else "needed"
 
 
-def _place(model: type[BaseModel], loc: tuple[int | str, ...]) -> _Place:
+def _place(model: type[BaseModel], loc: tuple[int | str, ...], above: str) -> _Place:
     candidates: tuple[type[BaseModel], ...] = (model,)
     owner: type[BaseModel] | None = None
     field: FieldInfo | None = None
-    path, key, choice = "", "", False
+    path, key, choice = above, "", False
     for part in loc:
         if isinstance(part, int):
             path += f"[{part}]"
