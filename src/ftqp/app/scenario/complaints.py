@@ -8,7 +8,8 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from ftqp.app.schema.strict import kinds_of, tables_in
+from ftqp.app.schema.scenario_file import Scenario
+from ftqp.app.schema.strict import Table, kinds_of, tables_in
 from ftqp.core.errors import nearest
 
 LONGEST_KEY = 60
@@ -141,8 +142,11 @@ def _literals(annotation: Any) -> Iterator[object]:
 def _unknown_key(place: _Place) -> str:
     table, key = place.path.removesuffix(_name(place.key)).removesuffix("."), place.key
     valid = list(place.owner.model_fields) if place.owner else []
-    whose = f"[{table}]" if table else "a scenario"
-    return f"is not a key of {whose}{nearest(key, valid)}; it has {', '.join(valid)}"
+    whole = place.owner.whole if place.owner and issubclass(place.owner, Table) else Table.whole
+    whose = f"[{table}]" if table else whole
+    below = not table and "scenario" in valid and key in Scenario.model_fields
+    hint = f"; a scenario's tables stand below [scenario], here as [scenario.{key}]" if below else ""
+    return f"is not a key of {whose}{nearest(key, valid)}; it has {', '.join(valid)}{hint}"
 
 
 def _name(key: str) -> str:

@@ -1,7 +1,7 @@
 """What every table of a scenario shares: strict types, unknown keys refused, units, short forms."""
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Final, get_args
+from typing import Annotated, Any, ClassVar, Final, get_args
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
@@ -57,7 +57,13 @@ def unit(symbol: str) -> dict[str, Any]:
 
 
 class Table(BaseModel):
-    """A table of a scenario: strict types, unknown keys refused, read-only."""
+    """A table of a scenario: strict types, unknown keys refused, read-only.
+
+    Attributes:
+        whole: What a person calls a file of such tables.
+    """
+
+    whole: ClassVar[str] = "a scenario"
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
