@@ -108,6 +108,13 @@ def test_campaign_of_which_only_the_text_tells_how_to_run_it_is_run_by_that(fold
     assert f"ftqp campaign {folder}/campaign.toml --replay 7" in (tmp_path / "page.html").read_text()
 
 
+def test_names_that_are_too_long_are_refused_with_a_sentence(folder, tmp_path):
+    code, errors = report(tmp_path / ("x" * 300), "-o", tmp_path / "page.html")
+    assert code == 2 and "does not exist" in errors
+    code, errors = report(folder, "-o", tmp_path / ("x" * 300))
+    assert code == 2 and "File name too long" in errors
+
+
 def test_results_of_another_kind_are_no_campaign(tmp_path):
     with ResultsFile(tmp_path / "c", kind="workspace", key="x", columns=COLUMNS):
         pass

@@ -61,12 +61,12 @@ def campaign(
     from ftqp.app.campaign.campaign_summary import summary
     from ftqp.app.campaign.episode_study import COLUMNS, KIND, EpisodeWork
     from ftqp.app.campaign.kept_campaign import STUDY, command_of
-    from ftqp.app.run.runs import SUMMARY, free_folder, write
+    from ftqp.app.run.runs import SUMMARY, results_folder, write
     from ftqp.app.study.driving import cluster_at, drive
     from ftqp.app.study.results_file import FILE_NAME, ResultsFile
 
     cluster = cluster_at(jobs, dask)
-    folder = out if out is not None and (out / FILE_NAME).is_file() else free_folder(out, made.name)
+    folder = results_folder(out, made.name, FILE_NAME)
     command = command_of(study, overrides or ())
     about = {"study": made.whole_text, "ftqp": __version__, "name": made.name, "command": command}
     count = made.tables.campaign.episodes

@@ -9,7 +9,7 @@ import numpy as np
 from ftqp import __version__
 from ftqp.analysis.measures import MEASURES
 from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
-from ftqp.app.run.runs import free_folder, write
+from ftqp.app.run.runs import results_folder, write
 from ftqp.app.study.driving import Driven, cluster_at, drive
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile
 from ftqp.app.study.workspace_study import ANY, KIND, MapWork, WorkspaceStudy, load_study
@@ -46,7 +46,7 @@ def map_workspace(
     """
     cluster = cluster_at(jobs, dask)
     study = load_study(source, overrides)
-    folder = out if out is not None and (out / FILE_NAME).is_file() else free_folder(out, study.name)
+    folder = results_folder(out, study.name, FILE_NAME)
     about = {"study": study.text, "ftqp": __version__, "robot": study.robot.name}
     with ResultsFile(folder, kind=KIND, key=study.key, columns=study.columns, about=about) as results:
         write(folder / STUDY, study.text)

@@ -1,5 +1,6 @@
 """``ftqp report``: runs, coverage results and campaigns as one page that opens without a network."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,7 +64,7 @@ def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) ->
     Raises:
         InputError: A folder holds no result, or the file exists already.
     """
-    if file.exists() or file.is_symlink():
+    if os.path.lexists(file):
         raise InputError(f"report {file} exists, and nothing is overwritten; name another file by -o")
     results = [read_result(folder, label) for folder, label in zip(folders, _labels(folders), strict=True)]
     text, notes = made(results, full=full)
@@ -93,7 +94,7 @@ def read_result(folder: Path, label: str) -> Result:
     Raises:
         InputError: It holds no result.
     """
-    if not folder.exists():
+    if not os.path.exists(folder):  # a name that is too long is none, either
         raise InputError(
             f"{folder} does not exist; expected the folder of a run, a coverage result or a campaign"
         )
