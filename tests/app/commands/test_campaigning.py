@@ -300,6 +300,14 @@ def test_interrupt_within_an_episode_leaves_no_row_of_half_an_episode(study, tmp
     assert rows(tmp_path / "c") == rows(tmp_path / "whole")
 
 
+@pytest.mark.parametrize("option", ["--episodes", "--replay", "--shrink", "--jobs"])
+@pytest.mark.parametrize("text", ["1_0", "\uff11", " 1", "1.0", "0x1", "x", "9" * 5000])
+def test_option_that_is_no_whole_number_in_plain_digits_is_refused(study, tmp_path, option, text):
+    code, _, errors = campaign(study, option, text, "--out", tmp_path / "c")
+    assert code == 2 and option in errors and "digits" in errors
+    assert not (tmp_path / "c").exists()
+
+
 def test_results_of_another_campaign_are_refused(study, tmp_path):
     campaign(study, "--out", tmp_path / "c", "--set", "campaign.episodes=1")
     code, _, errors = campaign(study, "--out", tmp_path / "c", "--set", "campaign.seed=6")

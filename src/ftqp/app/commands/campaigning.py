@@ -6,7 +6,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from ftqp.app.commands.options import Dask, Jobs, Json, Out, Overrides
+from ftqp.app.commands.options import Dask, Jobs, Json, Out, Overrides, whole_number
 from ftqp.app.output.console import ExitCode, json_text, tell, tell_json, tell_table
 from ftqp.core.errors import InputError
 
@@ -22,7 +22,9 @@ def campaign(
     episodes: Annotated[
         int | None,
         typer.Option(
-            metavar="N", help="How many episodes there are in all; more of them go on with the others."
+            metavar="N",
+            parser=whole_number,
+            help="How many episodes there are in all; more of them go on with the others.",
         ),
     ] = None,
     out: Out = None,
@@ -33,12 +35,17 @@ def campaign(
     ] = False,
     replay: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Run this episode alone, with log and figures, and judge it."),
+        typer.Option(
+            metavar="N",
+            parser=whole_number,
+            help="Run this episode alone, with log and figures, and judge it.",
+        ),
     ] = None,
     shrink: Annotated[
         int | None,
         typer.Option(
             metavar="N",
+            parser=whole_number,
             help="Make a small scenario that breaks the law which this episode breaks, and a test of it.",
         ),
     ] = None,
