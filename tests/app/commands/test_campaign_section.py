@@ -115,6 +115,10 @@ def test_names_that_are_too_long_are_refused_with_a_sentence(folder, tmp_path):
     assert code == 2 and "File name too long" in errors
 
 
+def test_help_of_the_report_names_campaigns():
+    assert "campaigns" in CliRunner().invoke(app, ["report", "--help"], env={"COLUMNS": "200"}).stdout
+
+
 def test_results_of_another_kind_are_no_campaign(tmp_path):
     with ResultsFile(tmp_path / "c", kind="workspace", key="x", columns=COLUMNS):
         pass

@@ -56,7 +56,7 @@ def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) ->
     """Writes the page.
 
     Args:
-        folders: Of runs, or of coverage results.
+        folders: Of runs, coverage results or campaigns.
         file: The new page.
         full: Whether replays keep every picture.
         as_json: Whether the facts are printed as JSON.
@@ -88,7 +88,7 @@ def read_result(folder: Path, label: str) -> Result:
     """What a folder holds.
 
     Args:
-        folder: Of a run or of a coverage result, or the file of a log.
+        folder: Of a run, a coverage result or a campaign, or the file of a log.
         label: Names it in the report.
 
     Raises:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path as File
 
+from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.view.casting import cast_of
 from ftqp.app.view.live_source import LiveSource
 from ftqp.app.view.replay_source import ReplaySource
@@ -44,6 +45,11 @@ def shown(choice: Choice, *, speed: float = 1.0, twin: bool = True) -> Iterator[
             yield "coverage", source
     elif folder or given.name == FILE_NAME or given.suffix == ".sqlite":
         if folder and not log_files(given):
+            if (given / STUDY).is_file():
+                raise InputError(
+                    f"folder {given} holds a campaign, of which `ftqp report {given}` tells; to view an "
+                    "episode, run it by the campaign's command with --replay N, and name its folder"
+                )
             raise InputError(
                 f"folder {given} holds neither a run ({FILE_NAME}) nor a coverage report ({VERDICTS}); name "
                 "a folder that ftqp run or ftqp coverage has made"
