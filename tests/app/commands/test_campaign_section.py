@@ -115,6 +115,15 @@ def test_names_that_are_too_long_are_refused_with_a_sentence(folder, tmp_path):
     assert code == 2 and "File name too long" in errors
 
 
+def test_name_that_is_no_text_is_shown_by_escapes(tmp_path):
+    about = {"name": "bad\udcff", "command": "ftqp campaign 'bad\udcff.toml'"}
+    with ResultsFile(tmp_path / "c", kind="campaign", key="x", columns=COLUMNS, about=about) as results:
+        results.write([7], [tuple(episode(7)[name] for name in COLUMNS)], 1.0, "here")
+    code, errors = report(tmp_path / "c", "-o", tmp_path / "page.html")
+    assert code == 0, errors
+    assert r"bad\udcff: 1 random episodes" in (tmp_path / "page.html").read_text()
+
+
 def test_help_of_the_report_names_campaigns():
     assert "campaigns" in CliRunner().invoke(app, ["report", "--help"], env={"COLUMNS": "200"}).stdout
 

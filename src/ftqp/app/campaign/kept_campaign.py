@@ -13,7 +13,7 @@ from ftqp.app.campaign.campaign_summary import Row, summary
 from ftqp.app.campaign.episode_study import COLUMNS, KIND
 from ftqp.app.run.runs import summary_with
 from ftqp.app.study.results_file import FILE_NAME, refuse_other_tables
-from ftqp.core.errors import InputError
+from ftqp.core.errors import InputError, printable
 
 STUDY: Final = "campaign.toml"
 """The campaign as it was asked for last, every default filled in."""
@@ -102,7 +102,7 @@ def _rows(connection: sqlite3.Connection) -> list[Row]:
 def _facts(
     folder: Path, about: Mapping[str, Any], rows: Sequence[Row], crashed: Sequence[Listed]
 ) -> dict[str, Any]:
-    name = str(about.get("name") or _name(folder))
+    name = printable(str(about.get("name") or _name(folder)), keep="")
     wanted = _wanted(folder, str(about.get("study", "")))
     known = {row["episode"] for row in rows} | {item for item, *_ in crashed}
     bad = [
