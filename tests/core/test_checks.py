@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ftqp.core.checks import array, frozen, is_number, non_negative, positive
+from ftqp.core.checks import array, beyond, frozen, is_number, non_negative, positive
 from ftqp.core.errors import InputError
 
 
@@ -118,3 +118,9 @@ def test_what_cannot_be_computed_with_is_no_number(value):
 
 def test_number_has_the_size_that_is_asked_for():
     assert is_number(-2, 2.0) and not is_number(2.1, 2.0)
+
+
+def test_whole_numbers_that_python_would_not_write_are_found_by_their_keys():
+    large = 16**5000
+    content = {"a": {"b": [1, -large]}, "c": 10**300, "d": True, "e": 1e308, "f": [{"g": large}]}
+    assert list(beyond(content)) == ["a.b[1]", "f[0].g"]

@@ -21,8 +21,8 @@ import numpy as np
 
 from ftqp.analysis.planning import plan_file
 from ftqp.app.campaign.episode_study import COLUMNS, KIND
+from ftqp.app.campaign.kept_campaign import kept_campaign
 from ftqp.app.commands import campaign_section
-from ftqp.app.commands.campaign_section import read_campaign
 from ftqp.app.commands.exporting import FORMATS, export
 from ftqp.app.commands.run_words import sentences
 from ftqp.app.run import runs
@@ -89,7 +89,7 @@ def results(rng: Random, folder: Path) -> Case:
 
 def _reported(folder: Path, drawn: bool) -> None:
     """The section of a report on a campaign, with pictures or without."""
-    facts = read_campaign(folder)
+    facts = kept_campaign(folder)
     if facts is None:
         return
     with (

@@ -1,5 +1,6 @@
 """Checks of arrays and numbers at construction time, each with one clear sentence."""
 
+from collections.abc import Iterator, Mapping
 from math import isfinite
 from types import UnionType
 from typing import Any, TypeGuard
@@ -76,6 +77,25 @@ def is_number(value: Any, most: float = LARGEST) -> TypeGuard[float]:
         most: The largest size that counts.
     """
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= most
+
+
+def beyond(content: Any, key: str = "") -> Iterator[str]:
+    """The dotted keys of whole numbers that are larger than any number of a file.
+
+    Python does not even write those of more than 4,300 digits, which files may have as hexadecimal ones.
+
+    Args:
+        content: Tables, lists and values as a TOML or JSON file has them, not nested deeply.
+        key: Where the content stands.
+    """
+    if isinstance(content, Mapping):
+        for name, inner in content.items():
+            yield from beyond(inner, f"{key}.{name}" if key else str(name))
+    elif isinstance(content, list):
+        for at, inner in enumerate(content):
+            yield from beyond(inner, f"{key}[{at}]")
+    elif isinstance(content, int) and abs(content) > LARGEST:
+        yield key
 
 
 def shown(value: Any) -> str:

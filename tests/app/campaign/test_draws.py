@@ -1,9 +1,11 @@
 """What a campaign draws: from the number of the episode alone, and nothing that a file may not ask for."""
 
+import re
+
 import numpy as np
 import pytest
 
-from ftqp.app.campaign.draws import episode
+from ftqp.app.campaign.draws import episode, refuse_wrong
 from ftqp.app.scenario import composition
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
@@ -79,12 +81,25 @@ def test_joint_and_start_are_those_of_the_arm_that_was_drawn():
         ({"uniform": [2, 1]}, r"expected \[low, high\] with low <= high"),
         ({"uniform": [1]}, "expected two numbers"),
         ({"uniform": [1, float("nan")]}, "expected two numbers"),
-        ({"log_uniform": [0, 1]}, "with low <= high"),
+        ({"log_uniform": [0, 1]}, "with 0 < low <= high"),
+        ({"away": [-1, 0]}, "with 0 <= low <= high"),
         ({"normal": [0, -1]}, "deviation"),
         ({"integers": [1.5, 2]}, "whole numbers"),
         ({"one_of": [1, 2], "weights": [1]}, "expected 2 numbers >= 0"),
         ({"one_of": [1, 2], "weights": [0, 0]}, "not all 0"),
-        ({"one_of": [1, 2], "weights": "x"}, "expected numbers"),
+        *(
+            ({"one_of": [1, 2], "weights": weights}, r"expected 2 numbers >= 0 up to 1e\+15, not all 0")
+            for weights in (
+                "x",
+                "12",
+                3,
+                [[1, 2]],
+                ["1_000", "\uff12"],
+                [True, False],
+                [1e308, 1e308],
+                [1, -1],
+            )
+        ),
         ({"uniform": [1, 2], "times": "path.kind"}, "which is no number"),
         ({"uniform": [1, 2], "plus": "nowhere.x"}, "which is no number"),
         ({"one_of": [1, 2], "plus": "path.duration"}, "beside one_of"),
@@ -93,16 +108,61 @@ def test_joint_and_start_are_those_of_the_arm_that_was_drawn():
         ({"joint": 3}, 'expected "any"'),
     ],
 )
-def test_wrong_distribution_is_said_with_its_key(what, message):
+def test_wrong_distribution_is_said_with_its_key_and_before_anything_is_drawn(what, message):
     with pytest.raises(InputError, match=message) as refused:
         episode(SCENARIO, {"start.q": what}, 0, 0)
     assert "vary.start.q" in str(refused.value)
+    for vary in ({"start.q": what}, {"start": [{}], "start.q": what}):
+        with pytest.raises(InputError, match=message):
+            refuse_wrong(SCENARIO, vary)
+    if isinstance(what, dict) and what:
+        with pytest.raises(InputError, match=message):
+            refuse_wrong(SCENARIO, {"start.q": what | {"chance": 0.0}})
+
+
+@pytest.mark.parametrize(
+    ("robot", "message"),
+    [
+        (2, "scenario.robot is 2, expected a table"),
+        ({}, "scenario.robot names no robot, expected exactly one of name, urdf, mjcf, dh"),
+        ({"nam": "panda"}, "scenario.robot.nam is not a key of [scenario.robot] (did you mean 'name'?)"),
+    ],
+)
+def test_robot_that_is_none_is_said_with_its_table(robot, message):
+    with pytest.raises(InputError, match=re.escape(message)):
+        episode(SCENARIO | {"robot": robot}, {"faults.0.joint": {"joint": "any"}}, 0, 0)
 
 
 @pytest.mark.parametrize("key", ["path.kind.x", "faults.7.at", "faults.x"])
 def test_key_that_leads_nowhere_is_refused(key):
+    for refuse in (refuse_wrong, lambda *tables: episode(*tables, 0, 0)):
+        with pytest.raises(InputError, match="leads to no table of the scenario"):
+            refuse(SCENARIO, {key: [1]})
     with pytest.raises(InputError, match="leads to no table of the scenario"):
-        episode(SCENARIO, {key: [1]}, 0, 0)
+        refuse_wrong(SCENARIO, {key: {"one_of": [1], "chance": 0.0}})
+
+
+@pytest.mark.parametrize(
+    "vary",
+    [
+        {"faults": [[], [{}, {}]], "faults.1.at": [0.5], "faults.1.joint": {"joint": "any"}},
+        {"faults.1.joint": {"joint": "any"}, "faults": [[], [{}, {}]]},
+        {
+            "path": [{"kind": "hold", "duration": 1.0}],
+            "faults.0.at": {"uniform": [0, 1], "times": "path.duration"},
+        },
+        {"planner.dt": [0.01], "path.duration": {"uniform": [1, 2], "times": "planner.dt"}},
+    ],
+)
+def test_what_depends_on_other_draws_is_not_refused_beforehand(vary):
+    refuse_wrong(SCENARIO, vary)
+    episode(SCENARIO, vary, 0, 0)
+
+
+def test_number_that_is_related_to_nothing_is_refused_beforehand_whatever_its_chance():
+    vary = {"path.duration": {"uniform": [1, 2], "times": "planner.dt", "chance": 0.01}, "planner.dt": [0.01]}
+    with pytest.raises(InputError, match=r"is times 'planner\.dt', which is no number there"):
+        refuse_wrong(SCENARIO, vary)
 
 
 def test_key_with_a_chance_is_drawn_as_often_as_it_says():
@@ -116,8 +176,10 @@ def test_key_with_a_chance_is_drawn_as_often_as_it_says():
 
 @pytest.mark.parametrize("chance", [-0.1, 1.1, "x", True])
 def test_chance_that_is_none_is_refused(chance):
-    with pytest.raises(InputError, match="expected a number from 0 to 1"):
-        episode(SCENARIO, {"planner.dt": {"one_of": [1], "chance": chance}}, 0, 0)
+    vary = {"planner.dt": {"one_of": [1], "chance": chance}}
+    for refuse in (refuse_wrong, lambda *tables: episode(*tables, 0, 0)):
+        with pytest.raises(InputError, match="expected a number from 0 to 1"):
+            refuse(SCENARIO, vary)
 
 
 def test_keys_of_a_list_that_was_drawn_shorter_are_left_out():
@@ -155,5 +217,5 @@ def test_way_leads_so_many_lengths_of_the_arm_away_from_its_shoulder():
 def test_distance_from_the_shoulder_is_not_negative():
     tables = {"robot": {"dh": [[0.0, 0.0, 1.0, 0.0]] * 2}}
     assert "x" in episode(tables, {"x": {"away": [1.0, 1.0]}}, 0, 0)[1]
-    with pytest.raises(InputError, match="with low <= high"):
+    with pytest.raises(InputError, match="with 0 <= low <= high"):
         episode(tables, {"x": {"away": [-1.0, 1.0]}}, 0, 0)

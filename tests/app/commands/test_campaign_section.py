@@ -1,6 +1,8 @@
 """The section of a report on a campaign: what is in its folder is on the page; a broken folder is refused."""
 
 import json
+import sqlite3
+from contextlib import closing
 
 import pytest
 from typer.testing import CliRunner
@@ -34,10 +36,12 @@ def episode(number):
 def folder(tmp_path):
     rows = [episode(number) for number in range(60)]
     made = tmp_path / "c"
-    with ResultsFile(made, kind="campaign", key="x", columns=COLUMNS) as results:
+    about = {"name": "mine", "command": "ftqp campaign mine.toml --set campaign.seed=2"}
+    with ResultsFile(made, kind="campaign", key="x", columns=COLUMNS, about=about) as results:
         values = [tuple(row[name] for name in COLUMNS) for row in rows]
         results.write([row["episode"] for row in rows], values, 1.0, "here")
     (made / "summary.json").write_text(json.dumps(summary("mine", rows)))
+    (made / "campaign.toml").write_text("[campaign]\nepisodes = 60\n")
     return made
 
 
@@ -51,7 +55,8 @@ def test_page_says_what_was_broken_where_and_by_which_command_it_runs_alone(fold
     assert code == 0, errors
     page = (tmp_path / "page.html").read_text()
     assert "Campaign c" in page and "60 random episodes, 6000 steps" in page
-    assert "ftqp campaign mine --replay 57" in page
+    assert "ftqp campaign mine.toml --set campaign.seed=2 --replay 57" in page
+    assert "given up" not in page and "not finished" not in page
     assert "&lt;wrongly&gt;" in page and "<planar>" not in page.replace("&lt;planar&gt;", "")
     assert page.count("<figure>") == 2 and "http://" not in page and "https://" not in page
     assert "3.8 % to 21 %" in page  # 6 of 60, Clopper and Pearson
@@ -64,11 +69,84 @@ def test_campaign_without_its_rows_still_has_its_tables(folder, tmp_path):
     assert "robot.name" in (tmp_path / "page.html").read_text()
 
 
+def test_summary_that_is_none_is_no_result(folder, tmp_path):
+    (folder / "results.sqlite").unlink()
+    (folder / "summary.json").write_text('{"campaign": 1}')
+    code, errors = report(folder, "-o", tmp_path / "page.html")
+    assert code == 2 and "holds no result" in errors
+
+
+def test_page_is_made_of_the_rows_and_says_what_is_missing_and_what_was_given_up(folder, tmp_path):
+    with ResultsFile(folder, kind="campaign", key="x", columns=COLUMNS) as results:
+        results.crash(63, "the worker died")
+        results.write([60], [tuple(episode(60)[name] for name in COLUMNS)], 1.0, "here")
+    (folder / "campaign.toml").write_text("[campaign]\nepisodes = 3000\n")
+    assert report(folder, "-o", tmp_path / "page.html")[0] == 0
+    page = (tmp_path / "page.html").read_text()
+    assert "61 random episodes" in page and "60 random" not in page
+    assert "2938 more episodes were asked for and have no result" in page
+    assert "1 more were given up" in page and "--replay 63" in page
+    (folder / "summary.json").unlink()
+    assert report(folder, "-o", tmp_path / "again.html")[0] == 0
+    assert (tmp_path / "again.html").read_text() == page
+
+
+def test_campaign_of_which_less_was_asked_for_last_is_told_whole(folder, tmp_path):
+    (folder / "campaign.toml").write_text("[campaign]\nepisodes = 20\n")
+    (folder / "summary.json").write_text(
+        json.dumps(summary("mine", [episode(number) for number in range(20)]))
+    )
+    assert report(folder, "-o", tmp_path / "page.html")[0] == 0
+    page = (tmp_path / "page.html").read_text()
+    assert "60 random episodes" in page and "6 broke one" in page and "not finished" not in page
+
+
+def test_campaign_of_which_only_the_text_tells_how_to_run_it_is_run_by_that(folder, tmp_path):
+    with closing(sqlite3.connect(folder / "results.sqlite")) as connection, connection:
+        connection.execute("DELETE FROM about WHERE key = 'command'")
+    assert report(folder, "-o", tmp_path / "page.html")[0] == 0
+    assert f"ftqp campaign {folder}/campaign.toml --replay 7" in (tmp_path / "page.html").read_text()
+
+
+def test_names_that_are_too_long_are_refused_with_a_sentence(folder, tmp_path):
+    code, errors = report(tmp_path / ("x" * 300), "-o", tmp_path / "page.html")
+    assert code == 2 and "does not exist" in errors
+    code, errors = report(folder, "-o", tmp_path / ("x" * 300))
+    assert code == 2 and "File name too long" in errors
+
+
+def test_name_that_is_no_text_is_shown_by_escapes(tmp_path):
+    about = {"name": "bad\udcff", "command": "ftqp campaign 'bad\udcff.toml'"}
+    with ResultsFile(tmp_path / "c", kind="campaign", key="x", columns=COLUMNS, about=about) as results:
+        results.write([7], [tuple(episode(7)[name] for name in COLUMNS)], 1.0, "here")
+    code, errors = report(tmp_path / "c", "-o", tmp_path / "page.html")
+    assert code == 0, errors
+    assert r"bad\udcff: 1 random episodes" in (tmp_path / "page.html").read_text()
+
+
+def test_help_of_the_report_names_campaigns():
+    assert "campaigns" in CliRunner().invoke(app, ["report", "--help"], env={"COLUMNS": "200"}).stdout
+
+
+def test_results_of_another_kind_are_no_campaign(tmp_path):
+    with ResultsFile(tmp_path / "c", kind="workspace", key="x", columns=COLUMNS):
+        pass
+    code, errors = report(tmp_path / "c", "-o", tmp_path / "page.html")
+    assert code == 2 and "holds no result" in errors
+
+
+@pytest.mark.parametrize("statement", ["drawn = 3", "said = '['", "ticks = 'x'", "law_honesty = 'x'"])
+def test_rows_that_no_campaign_writes_are_refused_with_a_sentence(folder, tmp_path, statement):
+    with closing(sqlite3.connect(folder / "results.sqlite")) as connection, connection:
+        connection.execute(f"UPDATE results SET {statement} WHERE item = 3")
+    code, errors = report(folder, "-o", tmp_path / "page.html")
+    assert code == 2 and "is not as `ftqp campaign` writes it" in errors
+
+
 @pytest.mark.parametrize(
     ("file", "text", "message"),
     [
         ("summary.json", "{", "is not readable"),
-        ("summary.json", '{"campaign": 1}', "holds no result"),
         (
             "results.sqlite",
             "no database at all, but long enough to be one" * 30,

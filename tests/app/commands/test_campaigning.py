@@ -1,21 +1,27 @@
 """``ftqp campaign``: a few short episodes, resumed, replayed, judged, refused."""
 
+import hashlib
 import json
 import logging
+import shlex
 import signal
 import sqlite3
+import tomllib
 from contextlib import closing
 from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
 
+from ftqp import __version__
 from ftqp.app.campaign import episode_study
 from ftqp.app.campaign.campaign_summary import summary
+from ftqp.app.campaign.kept_campaign import command_of, kept_campaign
 from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
 from ftqp.app.study import driving
 from ftqp.app.view.subjects import shown
+from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.sim import block_runner
@@ -89,8 +95,28 @@ def test_any_episode_is_run_alone_by_its_number(study, tmp_path):
     with shown(Choice(scenario=str(tmp_path / "r"))) as (kind, source):
         assert kind == "replay" and source.stage().duration == pytest.approx(0.4)
         assert source.stage().title == "short-3, a finished run" and source.frame().message == ""
-    code, _, errors = campaign(study, "--replay", 6, "--out", tmp_path / "s")
-    assert code == 2 and "episode 6 is none of short, expected 0 to 5" in errors
+    for number in (-1, 10**9):
+        code, _, errors = campaign(study, "--replay", number, "--out", tmp_path / "s")
+        assert code == 2 and f"episode {number} is none of short, expected 0 to 999999999" in errors
+
+
+def test_episode_beyond_those_of_the_file_is_the_one_that_more_episodes_would_have(study, tmp_path):
+    _, out, _ = campaign(study, "--replay", 8, "--out", tmp_path / "r", "--json")
+    campaign(study, "--out", tmp_path / "c", "--episodes", 9)
+    assert json.loads(out)["drawn"] == json.loads(rows(tmp_path / "c")[8][1])
+
+
+def test_command_in_the_report_runs_the_episode_again(study, tmp_path, monkeypatch):
+    monkeypatch.setattr(episode_study, "KINEMATIC", episode_study.Strictness(speed=-1.0))
+    changed = ("--set", "scenario.path.radius=0.07", "--set", 'scenario.description="a b"')
+    assert campaign(study, "--out", tmp_path / "c", "--episodes", 8, *changed)[0] == 1
+    command = kept_campaign(tmp_path / "c")["command"]
+    code, out, _ = campaign(*shlex.split(command)[2:], "--replay", 7, "--out", tmp_path / "r", "--json")
+    facts = json.loads(out)
+    assert code == 1 and facts["drawn"] == json.loads(rows(tmp_path / "c")[7][1])
+    resolved = tomllib.loads((tmp_path / "r" / "scenario.toml").read_text())
+    assert resolved["path"]["radius"] == 0.07 and resolved["description"] == "a b"
+    assert command_of("-x.toml", ()) == "ftqp campaign ./-x.toml"
 
 
 @pytest.mark.slow
@@ -189,6 +215,9 @@ def test_broken_law_ends_with_1_and_names_the_episode(study, tmp_path, monkeypat
         (("[0.005, 0.01]", "[-1.0, 0.0]"), "draws no scenario: none of its first 6 episodes can be run"),
         (('"planner.dt"', '"sensors.faults.1.at"'), "entry 1 of faults, which the scenario does not have"),
         (("seed = 5", "seeed = 5"), "did you mean 'seed'"),
+        (("scenario.robot", "robot"), "robot is not a key of a campaign; it has description, campaign"),
+        (("scenario.robot", "robot"), "tables stand below [scenario], here as [scenario.robot]"),
+        (("scenario.robot", "robott"), "robott is not a key of a campaign; it has description, campaign, "),
         (('{ joint = "any" }', "{ uniform = [3, 1] }"), "low <= high"),
     ],
 )
@@ -199,6 +228,34 @@ def test_campaign_that_contradicts_itself_is_refused_before_anything_is_made(
     code, _, errors = campaign(study, "--out", tmp_path / "c")
     assert code == 2 and message in errors
     assert not (tmp_path / "c").exists()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_wrong_distribution_is_refused_whatever_the_seed_draws(study, tmp_path, seed):
+    study.write_text(STUDY + '"path.radius" = { uniform = [0.2, 0.1], chance = 0.5 }')
+    code, _, errors = campaign(study, "--out", tmp_path / "c", "--set", f"campaign.seed={seed}")
+    assert code == 2 and "vary.path.radius.uniform is [0.2, 0.1]" in errors
+
+
+def test_campaign_whose_first_episode_has_an_arm_that_cannot_be_is_run(study, tmp_path):
+    load = '{ name = "srs7", payload = { mass = 1.0 } }'
+    study.write_text(STUDY + f'"robot" = [{{ name = "planar" }}, {load}]')
+    made = [episode_study.load_campaign(str(study), [f"campaign.seed={seed}"]) for seed in range(8)]
+    seed = next(k for k in range(8) if _arm_cannot_be(made[k]))
+    code, out, errors = campaign(study, "--out", tmp_path / "c", "--set", f"campaign.seed={seed}", "--json")
+    assert code == 0, errors
+    facts = json.loads(out)
+    assert facts["refusals"][0]["episode"] == 0 and "srs7 has no masses" in facts["refusals"][0]["sentences"]
+    assert facts["sound"] > 0
+
+
+def _arm_cannot_be(made):
+    """Whether the first episode has no arm."""
+    try:
+        made.drawn(0)
+    except InputError:
+        return True
+    return False
 
 
 def test_episodes_are_asked_for_and_more_of_them_go_on_with_the_others(study, tmp_path):
@@ -245,10 +302,46 @@ def test_interrupt_within_an_episode_leaves_no_row_of_half_an_episode(study, tmp
     assert rows(tmp_path / "c") == rows(tmp_path / "whole")
 
 
+@pytest.mark.parametrize("option", ["--episodes", "--replay", "--shrink", "--jobs"])
+@pytest.mark.parametrize("text", ["1_0", "\uff11", " 1", "1.0", "0x1", "x", "9" * 5000])
+def test_option_that_is_no_whole_number_in_plain_digits_is_refused(study, tmp_path, option, text):
+    code, _, errors = campaign(study, option, text, "--out", tmp_path / "c")
+    assert code == 2 and option in errors and "digits" in errors
+    assert not (tmp_path / "c").exists()
+
+
 def test_results_of_another_campaign_are_refused(study, tmp_path):
     campaign(study, "--out", tmp_path / "c", "--set", "campaign.episodes=1")
     code, _, errors = campaign(study, "--out", tmp_path / "c", "--set", "campaign.seed=6")
     assert code == 2 and "another" in errors
+
+
+def test_difference_that_is_told_is_not_the_number_of_episodes(study, tmp_path):
+    campaign(study, "--out", tmp_path / "c", "--episodes", 1)
+    changed = ("--set", "scenario.path.radius=0.07")
+    code, _, errors = campaign(study, "--out", tmp_path / "c", "--episodes", 2, *changed)
+    assert code == 2 and "episodes = " not in errors and "radius = 0.05" in errors and "0.07" in errors
+
+
+def test_results_of_an_arm_whose_file_was_changed_meanwhile_are_refused(study, tmp_path):
+    arm = tmp_path / "arm.urdf"
+    arm.write_text(catalog.load("panda").to_urdf())
+    study.write_text(STUDY.replace('name = "planar"', 'urdf = "arm.urdf"'))
+    code, _, errors = campaign(study, "--out", tmp_path / "c", "--episodes", 1)
+    assert code == 0, errors
+    assert campaign(study, "--out", tmp_path / "c", "--episodes", 2)[0] == 0
+    arm.write_text(arm.read_text() + "<!-- another one -->")
+    code, _, errors = campaign(study, "--out", tmp_path / "c", "--episodes", 3)
+    assert code == 2 and "of another study" in errors and "of arm.urdf" in errors
+    assert len(rows(tmp_path / "c")) == 2
+
+
+def test_key_of_a_campaign_that_names_no_file_is_that_of_its_text_alone(study):
+    made = episode_study.load_campaign(str(study))
+    content = made.tables.model_dump()
+    del content["campaign"]["episodes"]
+    text = f"{__version__}\n{json.dumps(content, sort_keys=True)}"
+    assert made.files == {} and made.key == hashlib.sha256(text.encode()).hexdigest()
 
 
 def test_bundled_campaign_can_be_drawn():

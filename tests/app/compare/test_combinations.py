@@ -95,7 +95,16 @@ def test_a_scenario_named_twice_is_refused(short: Path) -> None:
         combinations([str(short)] * 2, backends=None, schemes=None)
 
 
-@pytest.mark.parametrize("text", ["{name=", "{ tolerance = 1.0 }", "nothing.toml"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{name=",
+        "{ tolerance = 1.0 }",
+        "nothing.toml",
+        "{name=9" + "9" * 5000 + "}",
+        "{name=0xf" + "f" * 5000 + "}",
+    ],
+)
 def test_a_wrong_table_or_profile_is_a_sentence(short: Path, text: str) -> None:
     with pytest.raises(ScenarioError, match="--backends: "):
         combinations([str(short)], backends=text, schemes=None)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import ftqp
+from ftqp.app.commands.study_folder import study_folder
 from ftqp.app.run import runs
 from ftqp.app.run.healthy_motion import task_of
 from ftqp.app.scenario.document import Document
@@ -109,6 +110,24 @@ def test_two_runs_into_one_folder_do_not_meet(tmp_path: Path, monkeypatch: pytes
         == facts["steps"]
         == len(ftqp.load_log(folder))
     )
+
+
+@pytest.mark.parametrize("name", ["x" * 300, f"{'x' * 300}/y"])
+def test_name_that_is_too_long_for_a_folder_is_refused(tmp_path: Path, name: str) -> None:
+    for find in (runs.free_folder, study_folder):
+        with pytest.raises(InputError, match="cannot be made: File name too long"):
+            find(tmp_path / name, "x")
+    assert not runs.holds(tmp_path / name, "results.sqlite")
+
+
+@pytest.mark.parametrize("name", ["x" * 248, "\u00fc" * 200])
+def test_folder_that_is_named_after_a_long_name_has_its_beginning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    folder = runs.free_folder(None, name)
+    folder.mkdir(parents=True)
+    assert folder.name.rpartition("-20")[0] in name and folder.name.startswith(name[:100])
 
 
 @pytest.mark.parametrize("back", [0.0, 3600.0])

@@ -1,5 +1,6 @@
 """A scenario's text: found, read within limits, overridden, written back."""
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -122,3 +123,20 @@ def test_paths_of_a_file_are_relative_to_its_folder(tmp_path: Path) -> None:
 def test_empty_list_of_tables_stays_at_the_top() -> None:
     content = {"path": {"kind": "hold"}, "faults": [], "simulation": {"seed": 1}}
     assert tomllib.loads(document.toml(content)) == content
+
+
+HUGE = f"0x{'f' * 5000}"
+
+
+@pytest.mark.parametrize("key", ["planner.dt", "description", "path.radius", "x.y.z", "faults.0.at"])
+def test_whole_number_that_cannot_even_be_shown_is_refused_by_its_key(key: str) -> None:
+    shown = key.replace(".0.", "[0].")
+    with pytest.raises(ScenarioError, match=re.escape(f"{shown} is a whole number beyond 1e+300 in size")):
+        document.read("panda-circle", [f"{key}={HUGE}"])
+
+
+def test_whole_number_that_cannot_even_be_shown_is_refused_in_a_file(tmp_path: Path) -> None:
+    for kind in ("scenario", "study", "campaign"):
+        (tmp_path / "x.toml").write_text(f"[campaign]\nseed = [1, {HUGE}]\n")
+        with pytest.raises(ScenarioError, match=r"campaign\.seed\[1\] is a whole number beyond"):
+            document.read(str(tmp_path / "x.toml"), kind=kind)

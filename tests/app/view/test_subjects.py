@@ -5,11 +5,13 @@ from time import monotonic, sleep
 import pytest
 
 import ftqp
+from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.run import runs
 from ftqp.app.run.healthy_motion import healthy_motion
 from ftqp.app.scenario.setup import load
 from ftqp.app.view.subjects import shown
 from ftqp.app.view.verdicts_file import write_verdicts
+from ftqp.core.errors import InputError
 from ftqp.sim.session.cast import Choice
 from ftqp.sim.session.orders import Play
 
@@ -37,6 +39,15 @@ def test_folder_of_a_run_is_a_replay(tmp_path):
         stage = source.stage()
         assert kind == "replay" and not stage.live and stage.duration == pytest.approx(0.5)
         assert "planar3-line" in stage.title and source.frame().message == ""
+
+
+def test_folder_of_a_campaign_is_refused_with_what_shows_it(tmp_path):
+    (tmp_path / STUDY).write_text("")
+    with (
+        pytest.raises(InputError, match=r"holds a campaign, .* `ftqp report .* --replay N"),
+        shown(Choice(scenario=str(tmp_path))),
+    ):
+        pass
 
 
 def test_failure_of_a_coverage_report_is_played_at_its_time(tmp_path):

@@ -153,3 +153,23 @@ def test_times_must_be_finite(start):
 def test_start_must_be_a_pose():
     with pytest.raises(InputError, match="start pose of the path has a rotation part"):
         Line(np.diag([1.0, 1.0, -1.0, 1.0]), [1.0, 0, 0], duration=1.0)
+
+
+SHORT = {
+    "line": lambda start, T: Line(start, [0.1, -0.2, 0.05], duration=T),
+    "square": lambda start, T: Square(start, 0.2, duration=T),
+    "circle": lambda start, T: Circle(start, 0.1, duration=T),
+    "lissajous": lambda start, T: Lissajous(start, (0.1, 0.05), duration=T),
+    "point_to_point": lambda start, T: PointToPoint(start, goal(start), duration=T),
+    "waypoints": lambda start, T: Waypoints(start, start[None, :3, 3] + 0.1, duration=T),
+    "hold": lambda start, T: Hold(start, duration=T),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("duration", [1e-300, 1e-160, 1e-9])
+def test_path_that_takes_no_time_is_refused(start, kind, duration):
+    with pytest.raises(InputError, match=r"duration of the path is .*, expected more than"):
+        SHORT[kind](start, duration)
+    shortest = SHORT[kind](start, 1e-8)
+    assert np.isfinite(shortest.sample(5e-9).acceleration).all()

@@ -18,7 +18,7 @@ episode does not have, for it was drawn shorter, are left out: ``faults.0.at`` w
 """
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -51,10 +51,10 @@ def _pair(name: str, value: Any) -> tuple[float, float]:
     return float(value[0]), float(value[1])
 
 
-def _rising(name: str, value: Any, least: float = -np.inf) -> tuple[float, float]:
+def _rising(name: str, value: Any, least: float = -np.inf, words: str = "") -> tuple[float, float]:
     low, high = _pair(name, value)
     if not least <= low <= high:
-        raise InputError(f"{name} is [{low:g}, {high:g}], expected [low, high] with low <= high")
+        raise InputError(f"{name} is [{low:g}, {high:g}], expected [low, high] with {words}low <= high")
     return low, high
 
 
@@ -63,7 +63,7 @@ def _uniform(name: str, value: Any, rng: np.random.Generator) -> float:
 
 
 def _log_uniform(name: str, value: Any, rng: np.random.Generator) -> float:
-    low, high = _rising(name, value, least=np.nextafter(0.0, 1.0))
+    low, high = _rising(name, value, least=np.nextafter(0.0, 1.0), words="0 < ")
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
@@ -139,14 +139,58 @@ def episode(
     return tables, drawn
 
 
-def _happens(key: str, what: Any, rng: np.random.Generator) -> bool:
-    """Whether a key that has a chance is drawn in this episode."""
+def refuse_wrong(scenario: Mapping[str, Any], vary: Mapping[str, Any]) -> None:
+    """Refuse distributions that are wrong, and keys that lead nowhere, whatever their chance.
+
+    What of them depends on what is drawn is not looked at: the arm, and entries of lists that are drawn, too.
+
+    Args:
+        scenario: The tables that all episodes share.
+        vary: Distributions by key.
+
+    Raises:
+        InputError: The first that is wrong.
+    """
+    rng = np.random.default_rng(0)
+    tables: dict[str, Any] = copy.deepcopy(dict(scenario))
+    before: list[str] = []
+    kinds = {key: _kind(key, what) for key, what in vary.items()}
+    for key, kind in sorted(kinds.items(), key=lambda one: one[1] in OF_THE_ARM):  # which are drawn last
+        what, value = vary[key], None
+        _chance(key, what)
+        if kind == "one_of":
+            value = _one(key, what, rng)
+        elif kind in OF_THE_ARM:
+            ARM[kind](f"vary.{key}.{kind}", what[kind])
+        else:
+            value = NUMBERS[kind](f"vary.{key}.{kind}", what[kind], rng)
+            for relation in RELATED:
+                if relation in what and not _touched(str(what[relation]), before):
+                    _related(key, what, relation, tables)
+        if not _touched(key, before):
+            put(tables, key, copy.deepcopy(value))
+        before.append(key)
+
+
+def _touched(key: str, others: Iterable[str]) -> bool:
+    """Whether what stands at a key depends on what is drawn for other ones."""
+    return any(f"{key}.".startswith(f"{other}.") or other.startswith(f"{key}.") for other in others)
+
+
+def _chance(key: str, what: Any) -> float | None:
+    """In which share of episodes a key is drawn; None where it always is."""
     if not isinstance(what, Mapping) or "chance" not in what:
-        return True
+        return None
     chance = what["chance"]
     if not is_number(chance) or not 0.0 <= chance <= 1.0:
         raise InputError(f"vary.{key} has the chance {chance!r:.60}, expected a number from 0 to 1")
-    return bool(rng.random() < chance)
+    return chance
+
+
+def _happens(key: str, what: Any, rng: np.random.Generator) -> bool:
+    """Whether a key that has a chance is drawn in this episode."""
+    chance = _chance(key, what)
+    return chance is None or bool(rng.random() < chance)
 
 
 def _left_out(key: str, drawn: Mapping[str, Any]) -> bool:
@@ -186,18 +230,17 @@ def _one(key: str, what: Any, rng: np.random.Generator) -> Any:
         raise InputError(f"vary.{key} is {values!r:.60}, expected a list of at least one value")
     if weights is None:
         return copy.deepcopy(values[int(rng.integers(len(values)))])
-    try:
-        shares = np.array(weights, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"vary.{key}.weights is {weights!r:.60}, expected numbers") from error
     if (
-        shares.shape != (len(values),)
-        or not (np.isfinite(shares) & (shares >= 0.0)).all()
-        or not shares.any()
+        not isinstance(weights, list)
+        or len(weights) != len(values)
+        or not all(is_number(share, LARGEST) and share >= 0.0 for share in weights)
+        or not any(weights)
     ):
         raise InputError(
-            f"vary.{key}.weights is {weights!r:.60}, expected {len(values)} numbers >= 0, not all 0"
+            f"vary.{key}.weights is {weights!r:.60}, expected {len(values)} numbers >= 0 up to {LARGEST:g}, "
+            "not all 0"
         )
+    shares = np.array(weights, dtype=np.float64)
     return copy.deepcopy(values[int(rng.choice(len(values), p=shares / shares.sum()))])
 
 
@@ -208,14 +251,20 @@ def _number(
     value = NUMBERS[kind](f"vary.{key}.{kind}", what[kind], rng)
     for relation in RELATED:
         if relation in what:
-            other = look_up(tables, what[relation])
-            if not is_number(other, LARGEST):
-                raise InputError(
-                    f"vary.{key} is {relation} {what[relation]!r:.60}, which is no number there, or one "
-                    f"beyond {LARGEST:g}"
-                )
+            other = _related(key, what, relation, tables)
             value = value * other if relation == "times" else value + other
     return value
+
+
+def _related(key: str, what: Mapping[str, Any], relation: str, tables: Mapping[str, Any]) -> float:
+    """The other number of a number that is related to one."""
+    other = look_up(tables, what[relation])
+    if not is_number(other, LARGEST):
+        raise InputError(
+            f"vary.{key} is {relation} {what[relation]!r:.60}, which is no number there, or one "
+            f"beyond {LARGEST:g}"
+        )
+    return other
 
 
 def _of_the_arm(
@@ -223,18 +272,35 @@ def _of_the_arm(
 ) -> Any:
     """A joint, a start or a way of an arm."""
     name = f"vary.{key}.{kind}"
+    ARM[kind](name, what)
     if kind == "joint":
-        if what != "any":
-            raise InputError(f'{name} is {what!r:.60}, expected "any"; a list names some joints')
         return int(rng.integers(robot.nv))
     if kind == "start":
-        return _start(name, robot, what, rng)
+        return _start(robot, what, rng)
     return _away(name, robot, what, look_up(tables, "start.q"), rng)
+
+
+def _any(name: str, what: Any) -> None:
+    if what != "any":
+        raise InputError(f'{name} is {what!r:.60}, expected "any"; a list names some joints')
+
+
+def _share(name: str, what: Any) -> None:
+    if not is_number(what) or not 0.0 <= what <= 1.0:
+        raise InputError(f"{name} is {what!r:.60}, expected a share of the range from 0 to 1")
+
+
+def _distance(name: str, what: Any) -> tuple[float, float]:
+    return _rising(name, what, least=0.0, words="0 <= ")
+
+
+ARM: Final[dict[str, Callable[[str, Any], object]]] = {"joint": _any, "start": _share, "away": _distance}
+"""What refuses a wrong value of a distribution that takes the arm."""
 
 
 def _away(name: str, robot: Robot, what: Any, q: Any, rng: np.random.Generator) -> list[float]:
     """From the tip at a start to a point in a random direction from the shoulder."""
-    share = rng.uniform(*_rising(name, what, least=0.0))
+    share = rng.uniform(*_distance(name, what))
     found = composition.shoulder(robot)
     if found is None:
         raise InputError(
@@ -247,10 +313,8 @@ def _away(name: str, robot: Robot, what: Any, q: Any, rng: np.random.Generator) 
     return [float(x) for x in way]
 
 
-def _start(name: str, robot: Robot, share: Any, rng: np.random.Generator) -> list[float]:
+def _start(robot: Robot, share: float, rng: np.random.Generator) -> list[float]:
     """The neutral posture, each joint off by up to a share of its range, and inside it."""
-    if not is_number(share) or not 0.0 <= share <= 1.0:
-        raise InputError(f"{name} is {share!r:.60}, expected a share of the range from 0 to 1")
     low, high = robot.limits.q_min, robot.limits.q_max
     spread = np.where(np.isfinite(high - low), high - low, OPEN)
     q = robot.neutral + share * rng.uniform(-1.0, 1.0, robot.nv) * spread
@@ -261,8 +325,7 @@ def _robot(tables: Mapping[str, Any], arms: Callable[[RobotTable, Path], Robot],
     try:
         return arms(RobotTable.model_validate(tables.get("robot")), folder)
     except ValidationError as error:
-        found = "; ".join(complaints(RobotTable, error))
-        raise InputError(f"the robot of the scenario is wrong: {found}") from error
+        raise InputError("; ".join(complaints(RobotTable, error, "scenario.robot"))) from error
 
 
 def look_up(tables: Mapping[str, Any], key: Any) -> Any:

@@ -14,8 +14,9 @@ from pydantic import ValidationError
 
 from ftqp import __version__
 from ftqp.app.campaign import found_failures
-from ftqp.app.campaign.draws import episode
+from ftqp.app.campaign.draws import episode, refuse_wrong
 from ftqp.app.campaign.known_arms import KnownArms
+from ftqp.app.campaign.named_files import named_files
 from ftqp.app.campaign.shown_evidence import evidence, model_file
 from ftqp.app.scenario import document
 from ftqp.app.scenario.complaints import complaints
@@ -76,11 +77,26 @@ class Campaign:
 
     @property
     def key(self) -> str:
-        """What tells it from every other campaign: a hash of its text and the version, not of its length."""
+        """What tells it from every other campaign: a hash of its text, the files it names and the version.
+
+        Its length is no part of it.
+        """
         content = self.tables.model_dump()
         del content["campaign"]["episodes"]
         text = json.dumps(content, sort_keys=True, default=str)
+        if files := self.files:
+            text += f"\n{json.dumps(files)}"
         return hashlib.sha256(f"{__version__}\n{text}".encode()).hexdigest()
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The files that it names, each with the hash of its bytes."""
+        return named_files(self.tables.scenario, self.tables.vary, self.folder)
+
+    @property
+    def whole_text(self) -> str:
+        """Its text, with a line for each file that it names: two campaigns that differ have other ones."""
+        return self.text + "".join(f"# hash {digest[:12]} of {name}\n" for name, digest in self.files.items())
 
     def drawn(self, number: int) -> tuple[dict[str, Any], dict[str, Any]]:
         """The scenario's tables of an episode, and what was drawn for it.
@@ -260,9 +276,10 @@ def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
     folder = found.folder.resolve()
     made = Campaign(name=found.name, tables=tables, text=document.toml(_plain(tables)), folder=folder)
     try:
-        _try_some(made, found.origin)
+        refuse_wrong(tables.scenario, tables.vary)
     except InputError as error:
         raise ScenarioError(f"{found.origin} has errors:", [str(error)]) from error
+    _try_some(made, found.origin)
     return made
 
 
@@ -273,9 +290,7 @@ def _try_some(made: Campaign, origin: str) -> None:
         try:
             made.setup(number)
             return
-        except InputError as error:
-            if number == 0:  # a distribution is wrong
-                raise
+        except InputError as error:  # an arm that cannot be, for example a load on one without masses
             refused = ScenarioError(f"episode {number} has errors:", [str(error)])
         except ScenarioError as error:
             refused = error

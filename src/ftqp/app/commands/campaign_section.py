@@ -1,20 +1,14 @@
 """The section of a report on what ``ftqp campaign`` found."""
 
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
 from ftqp.app.campaign.found_failures import share_interval
-from ftqp.app.run.runs import SUMMARY, summary_with
-from ftqp.app.study.disk_trouble import reason
-from ftqp.app.study.results_file import FILE_NAME, read_only, refuse_other_tables
-from ftqp.core.errors import InputError, MissingPackage
+from ftqp.app.run.runs import SUMMARY
+from ftqp.core.errors import InputError, MissingPackage, printable
 from ftqp.referee.laws import LAWS
 from ftqp.viz.pages.page import drawing, heading, paragraph, table
 
-NEEDED: Final = ("campaign", "episodes", "sound", "broken", "raised", "refused", "laws", "by_key")
-"""What the summary of a campaign has at least."""
 LISTED: Final = 200
 """Episodes that are listed at most."""
 HISTOGRAM: Final = (
@@ -26,56 +20,12 @@ SHARES: Final = (
 )
 
 
-def read_campaign(folder: Path) -> dict[str, Any] | None:
-    """The facts of a campaign with its rows; None where a folder holds none.
-
-    Args:
-        folder: Made by ``ftqp campaign``.
-
-    Raises:
-        InputError: Its summary or its results are not readable.
-    """
-    facts = summary_with(folder, NEEDED)
-    if facts is None:
-        return None
-    return facts | {"bad": _bad(folder), "errors": _errors(folder)}
-
-
-def _asked(folder: Path, question: str) -> list[tuple[Any, ...]]:
-    """What the results file answers; nothing where there is none."""
-    file = folder / FILE_NAME
-    if not file.is_file():
-        return []
-    try:
-        with closing(read_only(file)) as connection:
-            connection.execute("PRAGMA trusted_schema = OFF")
-            refuse_other_tables(connection, file)
-            return connection.execute(question).fetchall()
-    except (sqlite3.Error, UnicodeDecodeError) as error:
-        raise InputError(f"{file} is not readable as results of a campaign: {reason(error):.200}") from error
-
-
-def _bad(folder: Path) -> list[tuple[Any, ...]]:
-    return _asked(
-        folder,
-        "SELECT item, outcome, sentences FROM results WHERE outcome IN ('broken', 'raised') ORDER BY item "
-        f"LIMIT {LISTED + 1}",
-    )
-
-
-def _errors(folder: Path) -> list[float]:
-    rows = _asked(
-        folder, "SELECT largest_ok_error FROM results WHERE outcome IN ('sound', 'broken') LIMIT 2000000"
-    )
-    return [float(value) for (value,) in rows if isinstance(value, int | float) and 0.0 <= value < 1e300]
-
-
 def campaign_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
     """The section.
 
     Args:
         label: Names the campaign in the report.
-        facts: As `read_campaign` gives them.
+        facts: As `kept_campaign` gives them.
         folder: Of the campaign.
 
     Raises:
@@ -107,6 +57,16 @@ def _sentences(facts: dict[str, Any]) -> list[str]:
         f"{facts['broken']} broke one, {facts['raised']} ended in an exception; {facts['refused']} were not "
         "run, for what was drawn is no scenario."
     ]
+    if facts["given_up"]:
+        lines.append(
+            f"{facts['given_up']} more were given up, as the process that ran them died each time; they are "
+            "listed below, and tried again when the campaign goes on."
+        )
+    if facts["missing"]:
+        lines.append(
+            f"The campaign is not finished: {facts['missing']} more episodes were asked for and have no "
+            "result yet; the command that began it goes on with them."
+        )
     if run + facts["raised"]:
         low, high = share_interval(bad, run + facts["raised"]) or (0.0, 1.0)
         lines.append(
@@ -199,15 +159,16 @@ def _by_key(key: str, values: dict[str, dict[str, int]]) -> str:
 
 
 def _listed(facts: dict[str, Any]) -> str:
-    """The episodes that broke a law, each with the command that runs it alone."""
-    bad = facts["bad"]
+    """The episodes that went wrong, each with the command that runs it alone."""
+    bad = facts["listed"]
     if not bad:
         return ""
     rows = [
-        (str(item), str(outcome), f"{str(said).splitlines()[0] if said else '':.200}",
-         f"ftqp campaign {facts['campaign']} --replay {item}")
+        (str(item), outcome, f"{said.splitlines()[0] if said else '':.200}",
+         printable(f"{facts['command']} --replay {item}"))
         for item, outcome, said in bad[:LISTED]
     ]  # fmt: skip
+    title = "Episodes that broke a law" + (" or were given up" if facts["given_up"] else "")
     more = f", the first {LISTED}" if len(bad) > LISTED else ""
     heads = ("episode", "outcome", "what was broken first", "alone, with log and figures")
-    return table(f"Episodes that broke a law{more}", heads, rows, numbers=("episode",))
+    return table(f"{title}{more}", heads, rows, numbers=("episode",))

@@ -2,16 +2,17 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 
-from ftqp.app.commands.options import Dask, Jobs, Json, Overrides, StudyOut
+from ftqp.app.commands.options import Dask, Jobs, Json, Overrides, StudyOut, whole_number
 from ftqp.app.output.console import ExitCode, json_text, tell, tell_json, tell_table
 from ftqp.core.errors import InputError
 
-STUDY, SUMMARY = "campaign.toml", "summary.json"
-ALONE = "the same command with --replay {}, and with no --out or another one"
+NUMBERS: Final = 1_000_000_000
+"""Numbers of episodes are below this."""
+ALONE: Final = "the same command with --replay {}, and with no --out or another one"
 """Runs an episode alone; a run's folder is a new one."""
 
 
@@ -23,7 +24,9 @@ def campaign(
     episodes: Annotated[
         int | None,
         typer.Option(
-            metavar="N", help="How many episodes there are in all; more of them go on with those in --out."
+            metavar="N",
+            parser=whole_number,
+            help="How many episodes there are in all; more of them go on with those in --out.",
         ),
     ] = None,
     out: StudyOut = None,
@@ -34,12 +37,17 @@ def campaign(
     ] = False,
     replay: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Run this episode alone, with log and figures, and judge it."),
+        typer.Option(
+            metavar="N",
+            parser=whole_number,
+            help="Run this episode alone, with log and figures, and judge it.",
+        ),
     ] = None,
     shrink: Annotated[
         int | None,
         typer.Option(
             metavar="N",
+            parser=whole_number,
             help="Make a small scenario that breaks the law which this episode breaks, and a test of it.",
         ),
     ] = None,
@@ -62,14 +70,16 @@ def campaign(
     from ftqp.app.campaign.campaign_summary import summary
     from ftqp.app.campaign.episode_rows import episode_rows
     from ftqp.app.campaign.episode_study import COLUMNS, KIND, EpisodeWork
+    from ftqp.app.campaign.kept_campaign import STUDY, command_of
     from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
-    from ftqp.app.run.runs import write
+    from ftqp.app.run.runs import SUMMARY, write
     from ftqp.app.study.driving import cluster_at, drive
     from ftqp.app.study.results_file import ResultsFile
 
     cluster = cluster_at(jobs, dask)
     folder = study_folder(out, made.name)
-    about = {"study": made.text, "ftqp": __version__}
+    command = command_of(study, overrides or ())
+    about = {"study": made.whole_text, "ftqp": __version__, "name": made.name, "command": command}
     count = made.tables.campaign.episodes
     with (
         told_how_to_go_on(folder),
@@ -150,11 +160,9 @@ def _tell_detection(found: dict[str, Any]) -> None:
 
 
 def _numbered(made: Any, number: int) -> int:
-    """The number of an episode of a campaign."""
-    if not 0 <= number < made.tables.campaign.episodes:
-        raise InputError(
-            f"episode {number} is none of {made.name}, expected 0 to {made.tables.campaign.episodes - 1}"
-        )
+    """The number of an episode, which the seed defines however many episodes were asked for."""
+    if not 0 <= number < NUMBERS:
+        raise InputError(f"episode {number} is none of {made.name}, expected 0 to {NUMBERS - 1}")
     return number
 
 

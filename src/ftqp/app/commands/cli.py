@@ -254,7 +254,7 @@ def inspect(
 @command
 def report(
     results: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", help="Folders of runs, or of ftqp coverage.")
+        list[Path], typer.Argument(metavar="RUN...", help="Folders of runs, coverage results or campaigns.")
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The page to make.")] = Path(
         "report.html"

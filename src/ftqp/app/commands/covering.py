@@ -16,7 +16,7 @@ from ftqp.app.commands.coverage_page import PAGE, sentences, write_page
 from ftqp.app.commands.study_folder import study_folder
 from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
 from ftqp.app.run.healthy_motion import healthy_motion
-from ftqp.app.run.runs import SUMMARY, write
+from ftqp.app.run.runs import SUMMARY, holds, write
 from ftqp.app.scenario.setup import load
 from ftqp.app.study.coverage_study import report_of
 from ftqp.app.study.driving import cluster_at
@@ -113,7 +113,7 @@ def cover(
 
 def _folder(out: Path | None, name: str, resume: bool) -> Path:
     """The folder of a new report, or one whose rows are there to go on with."""
-    kept = out is not None and (out / FILE_NAME).is_file()
+    kept = out is not None and holds(out, FILE_NAME)
     if resume and out is None:
         raise InputError("--resume goes on with what a folder keeps, and none is named; name it by --out")
     if kept and not resume:

@@ -1,9 +1,27 @@
 """Options that several commands of the command line have."""
 
+import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
+
+WHOLE: Final = re.compile(r"[+-]?[0-9]{1,18}")
+
+
+def whole_number(text: str) -> int:
+    """The number that an option says; Python would also take ``1_0`` and digits of other scripts.
+
+    Args:
+        text: What stands behind the option.
+
+    Raises:
+        BadParameter: It is no whole number in plain digits.
+    """
+    if WHOLE.fullmatch(text) is None:
+        raise typer.BadParameter(f"{text!r:.60} is no whole number; expected digits alone, for example 1000")
+    return int(text)
+
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.")]
 Source = Annotated[
@@ -36,7 +54,10 @@ PlanFile = Annotated[
     Path | None, typer.Option("--plan", metavar="FILE", help="A trajectory, made by ftqp plan -o FILE.")
 ]
 Jobs = Annotated[
-    int | None, typer.Option(metavar="N", help="Processes; all cores if left out and the work is long.")
+    int | None,
+    typer.Option(
+        metavar="N", parser=whole_number, help="Processes; all cores if left out and the work is long."
+    ),
 ]
 Dask = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="Compute on the workers of this Dask scheduler.")

@@ -1,17 +1,20 @@
 """``ftqp report``: runs, coverage results and campaigns as one page that opens without a network."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from ftqp import __version__
-from ftqp.app.commands.campaign_section import campaign_parts, read_campaign
+from ftqp.app.campaign.kept_campaign import kept_campaign
+from ftqp.app.commands.campaign_section import campaign_parts
 from ftqp.app.commands.coverage_section import coverage_parts, read_coverage
 from ftqp.app.commands.run_words import sentences
 from ftqp.app.output.console import ExitCode, progress, say, tell, tell_json
 from ftqp.app.run.recorded_robot import recorded_robot
 from ftqp.app.run.runs import SUMMARY, write
+from ftqp.app.study.results_file import FILE_NAME as RESULTS
 from ftqp.core.errors import FtqpError, InputError, MissingPackage
 from ftqp.sim.log.description import versions
 from ftqp.sim.log.log_arrays import Log
@@ -28,7 +31,7 @@ FIGURES: Final = 450_000
 
 NEEDED: Final = ("robot", "joints", "prismatic", "limits", "dt")
 """What a log must say of its run to be reported."""
-SECTIONS: Final = ((read_coverage, coverage_parts), (read_campaign, campaign_parts))
+SECTIONS: Final = ((read_coverage, coverage_parts), (kept_campaign, campaign_parts))
 """Results that are no runs: what reads a folder, or gives None, and what makes the section of it."""
 
 
@@ -53,7 +56,7 @@ def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) ->
     """Writes the page.
 
     Args:
-        folders: Of runs, or of coverage results.
+        folders: Of runs, coverage results or campaigns.
         file: The new page.
         full: Whether replays keep every picture.
         as_json: Whether the facts are printed as JSON.
@@ -61,7 +64,7 @@ def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) ->
     Raises:
         InputError: A folder holds no result, or the file exists already.
     """
-    if file.exists() or file.is_symlink():
+    if os.path.lexists(file):
         raise InputError(f"report {file} exists, and nothing is overwritten; name another file by -o")
     results = [read_result(folder, label) for folder, label in zip(folders, _labels(folders), strict=True)]
     text, notes = made(results, full=full)
@@ -85,13 +88,13 @@ def read_result(folder: Path, label: str) -> Result:
     """What a folder holds.
 
     Args:
-        folder: Of a run or of a coverage result, or the file of a log.
+        folder: Of a run, a coverage result or a campaign, or the file of a log.
         label: Names it in the report.
 
     Raises:
         InputError: It holds no result.
     """
-    if not folder.exists():
+    if not os.path.exists(folder):  # a name that is too long is none, either
         raise InputError(
             f"{folder} does not exist; expected the folder of a run, a coverage result or a campaign"
         )
@@ -110,8 +113,8 @@ def read_result(folder: Path, label: str) -> Result:
             return Result(label=label, title=title, parts=parts(label, facts, folder))
     within = sorted(file.parent.name for file in folder.glob(f"*/{FILE_NAME}"))
     raise InputError(
-        f"{folder} holds no result: expected {FILE_NAME} as `ftqp run` writes it, or {SUMMARY} "
-        "as `ftqp coverage` and `ftqp campaign` do"
+        f"{folder} holds no result: expected {FILE_NAME} as `ftqp run` writes it, {SUMMARY} as `ftqp "
+        f"coverage` does, or {RESULTS} as `ftqp campaign` does"
         + (f"; it holds the runs {', '.join(within)!s:.200}, name those" if within else "")
     )
 

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ftqp.app.output.console import say
-from ftqp.app.run.runs import free_folder
+from ftqp.app.run.runs import free_folder, holds
 from ftqp.app.study.results_file import FILE_NAME
 from ftqp.app.study.writer_lock import LOCK_NAME
 
@@ -23,7 +23,7 @@ def study_folder(out: Path | None, name: str) -> Path:
     Raises:
         InputError: It holds something else, or cannot be made.
     """
-    if out is not None and ((out / FILE_NAME).is_file() or _is_empty(out)):
+    if out is not None and (holds(out, FILE_NAME) or _is_empty(out)):
         return out
     return free_folder(out, name)
 

@@ -55,7 +55,7 @@ def _made(rows: LogRows) -> Robot | None:
         try:
             return composition.robot(RobotTable.model_validate(table), Path())
         except ValidationError as error:
-            raise InputError("; ".join(complaints(RobotTable, error))) from error
+            raise InputError("; ".join(complaints(RobotTable, error, "robot"))) from error
     name = rows.metadata.get("robot")
     if isinstance(name, str) and name.partition("(")[0] in catalog.names():
         return catalog.load(name)

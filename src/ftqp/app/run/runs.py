@@ -18,6 +18,8 @@ from ftqp.sim.log.log_file import load_log, open_log
 from ftqp.sim.log.log_parts import FILE_NAME, LogParts
 from ftqp.sim.log.recorded_run import recorded
 
+LONGEST = 200
+"""Bytes of a name that a folder has at most: with the time and a number they fit into what systems allow."""
 RUNS = Path("runs")
 """Where runs go unless another folder is named."""
 NAMES = 1000
@@ -73,14 +75,38 @@ def free_folder(wanted: Path | None, name: str) -> Path:
     """The folder that a run may make: the one wanted, or ``runs/<name>-<time>``.
 
     The clock of the machine only gives a name: where it was set back and the name is taken, a number follows.
+    A name that is too long for a folder is cut.
 
     Raises:
-        InputError: it exists, or lies below something that is not a folder.
+        InputError: it exists, lies below something that is not a folder, or cannot be for another reason.
     """
-    folder = wanted or RUNS / f"{name}-{datetime.now():%Y%m%d-%H%M%S-%f}"
-    if wanted is None:
-        named = (folder, *(folder.with_name(f"{folder.name}-{k}") for k in range(2, NAMES)))
-        folder = next((one for one in named if not one.exists() and not one.is_symlink()), folder)
+    letters = name.encode(errors="surrogatepass")
+    short = name if len(letters) <= LONGEST else letters[:LONGEST].decode(errors="ignore")
+    folder = wanted or RUNS / f"{short}-{datetime.now():%Y%m%d-%H%M%S-%f}"
+    try:
+        return _free(folder, named=wanted is not None)
+    except OSError as error:  # for example a name that is too long
+        raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+
+
+def holds(folder: Path, file: str) -> bool:
+    """Whether there is a file in a folder, which one that cannot be does not hold.
+
+    Args:
+        folder: Any name.
+        file: The name of the file.
+    """
+    try:
+        return (folder / file).is_file()
+    except OSError:
+        return False
+
+
+def _free(folder: Path, *, named: bool) -> Path:
+    """A folder that can be made, by this name or, where it was not asked for by name, by a similar one."""
+    if not named:
+        names = (folder, *(folder.with_name(f"{folder.name}-{k}") for k in range(2, NAMES)))
+        folder = next((one for one in names if not one.exists() and not one.is_symlink()), folder)
     if folder.exists() or folder.is_symlink():
         raise _exists(folder)
     for parent in folder.absolute().parents:

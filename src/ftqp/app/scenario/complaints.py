@@ -8,7 +8,8 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from ftqp.app.schema.strict import kinds_of, tables_in
+from ftqp.app.schema.scenario_file import Scenario
+from ftqp.app.schema.strict import Table, kinds_of, tables_in
 from ftqp.core.errors import nearest
 
 LONGEST_KEY = 60
@@ -35,16 +36,17 @@ _KINDS = {
 }
 
 
-def complaints(model: type[BaseModel], error: ValidationError) -> tuple[str, ...]:
+def complaints(model: type[BaseModel], error: ValidationError, above: str = "") -> tuple[str, ...]:
     """Every error of ``error`` as a sentence, in the order of the file, none twice.
 
     Args:
         model: The class that was validated; its fields give the valid keys, units and descriptions.
         error: What pydantic raised.
+        above: The dotted path of the table that was validated; nothing where it is the whole file.
     """
     sentences: dict[str, None] = {}
     for entry in error.errors(include_url=False):
-        place = _place(model, entry["loc"])
+        place = _place(model, entry["loc"], above)
         sentences[f"{place.path or 'the file'} {_sentence(entry, place)}"] = None
     if len(sentences) <= MOST:
         return tuple(sentences)
@@ -77,11 +79,11 @@ class _Place:
         return f"{self.field.description}{self.unit}" if self.field else "needed"
 
 
-def _place(model: type[BaseModel], loc: tuple[int | str, ...]) -> _Place:
+def _place(model: type[BaseModel], loc: tuple[int | str, ...], above: str) -> _Place:
     candidates: tuple[type[BaseModel], ...] = (model,)
     owner: type[BaseModel] | None = None
     field: FieldInfo | None = None
-    path, key, choice = "", "", False
+    path, key, choice = above, "", False
     for part in loc:
         if isinstance(part, int):
             path += f"[{part}]"
@@ -140,8 +142,11 @@ def _literals(annotation: Any) -> Iterator[object]:
 def _unknown_key(place: _Place) -> str:
     table, key = place.path.removesuffix(_name(place.key)).removesuffix("."), place.key
     valid = list(place.owner.model_fields) if place.owner else []
-    whose = f"[{table}]" if table else "a scenario"
-    return f"is not a key of {whose}{nearest(key, valid)}; it has {', '.join(valid)}"
+    whole = place.owner.whole if place.owner and issubclass(place.owner, Table) else Table.whole
+    whose = f"[{table}]" if table else whole
+    below = not table and "scenario" in valid and key in Scenario.model_fields
+    hint = f"; a scenario's tables stand below [scenario], here as [scenario.{key}]" if below else ""
+    return f"is not a key of {whose}{nearest(key, valid)}; it has {', '.join(valid)}{hint}"
 
 
 def _name(key: str) -> str:

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from datetime import date, time
 from difflib import get_close_matches
 from importlib.resources import files
+from itertools import islice
 from pathlib import Path
 from re import split
 from typing import Any
 
+from ftqp.core.checks import LARGEST, beyond
 from ftqp.core.errors import ScenarioError
 
 MAX_BYTES = 1_000_000
@@ -23,6 +25,8 @@ MAX_DEPTH = 8
 MAX_DOTS = 500
 """Most dots in a row of a key; more would keep the parser busy for minutes."""
 
+MOST = 100
+"""Numbers that are too large are told one by one up to here."""
 
 SHELVES = {"scenario": "scenarios", "study": "studies", "campaign": "campaigns"}
 """The folders of the bundled files, by what they are."""
@@ -85,6 +89,11 @@ def read(source: str, overrides: Iterable[str] = (), kind: str = "scenario") -> 
     errors = [error for override in overrides if (error := _override(content, override, kind))]
     if _depth(content) > MAX_DEPTH:
         errors.append(f"the tables are nested deeper than {MAX_DEPTH} levels, which no {kind} needs")
+    else:
+        errors += [
+            f"{key} is a whole number beyond {LARGEST:g} in size, expected one within it"
+            for key in islice(beyond(content), MOST)
+        ]
     if errors:
         raise ScenarioError(f"{origin} cannot be used:", errors)
     return Document(name=name, origin=origin, folder=folder, content=content)

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, field_serializer
 
-from ftqp.app.schema.strict import Finite, Table, Vector, unit
+from ftqp.app.schema.strict import NAMES_A_FILE, Finite, Table, Vector, unit
 
 Coordinate = Literal["track", "rotation", "tilt", "x", "y", "z", "rx", "ry", "rz"]
 _COORDINATE = "track, rotation or tilt of a platform; x, y, z, rx, ry or rz of a free base"
@@ -55,7 +55,7 @@ class RecordedTable(Table):
     """
 
     kind: Literal["recorded"]
-    file: str = Field(description="a .csv file, relative to the scenario")
+    file: str = Field(description="a .csv file, relative to the scenario", json_schema_extra=NAMES_A_FILE)
 
 
 DisturbanceTable = Annotated[

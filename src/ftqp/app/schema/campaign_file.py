@@ -1,6 +1,6 @@
 """A campaign: a scenario, what of it is drawn anew for every episode, and how many episodes there are."""
 
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -29,6 +29,8 @@ class EpisodesTable(Table):
 
 class CampaignFile(Table):
     """A whole campaign."""
+
+    whole: ClassVar[str] = "a campaign"
 
     description: str = Field("", description="what a reader should know")
     campaign: EpisodesTable = Field(EpisodesTable(), description="how many episodes, of which numbers")

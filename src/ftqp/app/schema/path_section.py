@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ftqp.app.schema.strict import Finite, Named, Quaternion, Table, Vector, unit
+from ftqp.app.schema.strict import NAMES_A_FILE, Finite, Named, Quaternion, Table, Vector, unit
 
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"] | list[Finite]
 Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
@@ -82,7 +82,9 @@ class WaypointsTable(_Path):
     """
 
     kind: Literal["waypoints"]
-    file: str = Field(description="a .csv or .npz file, relative to the scenario")
+    file: str = Field(
+        description="a .csv or .npz file, relative to the scenario", json_schema_extra=NAMES_A_FILE
+    )
     relative: bool = Field(False, description="whether the points count from the start position")
     duration: Finite | None = Field(
         None, gt=0, description="needed when the file has no times, > 0", json_schema_extra=unit("s")

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, field_serializer, model_validator
 
 from ftqp.app.schema.drive_section import AnyDrive, DriveTable, MeasurementNoiseTable
-from ftqp.app.schema.strict import Finite, Limit, Named, Table, Vector, unit
+from ftqp.app.schema.strict import NAMES_A_FILE, Finite, Limit, Named, Table, Vector, unit
 from ftqp.control.following.stall import PATTERNS, StallEscape
 from ftqp.control.task.directional_damping import DirectionalDamping
 from ftqp.control.task.emergency import EmergencyStop
@@ -134,7 +134,9 @@ class DetectorTable(Table):
         json_schema_extra=unit("s"),
     )
     calibration: str | None = Field(
-        None, description="a file made by a calibration; thresholds are guessed from the noise if absent"
+        None,
+        description="a file made by a calibration; thresholds are guessed from the noise if absent",
+        json_schema_extra=NAMES_A_FILE,
     )
 
 
@@ -160,7 +162,9 @@ class PlannerTable(Table):
         None,
         description="a QP backend or a table with its settings, see `ftqp backends`; active_set if absent",
     )
-    profile: str | None = Field(None, description="a backend's TOML profile, in place of backend")
+    profile: str | None = Field(
+        None, description="a backend's TOML profile, in place of backend", json_schema_extra=NAMES_A_FILE
+    )
     posture: list[Finite] | None = Field(
         None,
         description="the posture that rmp returns to; the start if absent",
@@ -170,6 +174,7 @@ class PlannerTable(Table):
         None,
         description="a file of `ftqp plan`: the arm starts as it does, and its postures lead the null space; "
         "scheme is rmp if absent",
+        json_schema_extra=NAMES_A_FILE,
     )
     branch_limits: dict[str, Range] | None = Field(
         None,

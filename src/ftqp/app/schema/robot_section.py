@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from ftqp.app.schema.strict import Finite, PerJoint, Quaternion, Table, Vector, unit
+from ftqp.app.schema.strict import NAMES_A_FILE, Finite, PerJoint, Quaternion, Table, Vector, unit
 
 
 class LimitsTable(Table):
@@ -50,8 +50,8 @@ class RobotTable(Table):
     options: dict[str, Any] | None = Field(
         None, description="of a robot of the catalog, for example { lengths = [1, 1, 1], continuous = true }"
     )
-    urdf: str | None = Field(None, description="a URDF file")
-    mjcf: str | None = Field(None, description="an MJCF file")
+    urdf: str | None = Field(None, description="a URDF file", json_schema_extra=NAMES_A_FILE)
+    mjcf: str | None = Field(None, description="an MJCF file", json_schema_extra=NAMES_A_FILE)
     dh: list[list[Finite]] | None = Field(
         None, description="a table of rows theta [rad], d [m], a [m], alpha [rad]", min_length=1
     )

@@ -1,7 +1,7 @@
 """What every table of a scenario shares: strict types, unknown keys refused, units, short forms."""
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, ClassVar, Final, get_args
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
@@ -47,13 +47,23 @@ Named = Annotated[dict[str, Any], BeforeValidator(_named)]
 """A name, or a table with a name and settings that their owner checks."""
 
 
+NAMES_A_FILE: Final[dict[str, Any]] = {"file": True}
+"""What marks a field that names a file."""
+
+
 def unit(symbol: str) -> dict[str, Any]:
     """What marks a field's unit."""
     return {"unit": symbol}
 
 
 class Table(BaseModel):
-    """A table of a scenario: strict types, unknown keys refused, read-only."""
+    """A table of a scenario: strict types, unknown keys refused, read-only.
+
+    Attributes:
+        whole: What a person calls a file of such tables.
+    """
+
+    whole: ClassVar[str] = "a scenario"
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 

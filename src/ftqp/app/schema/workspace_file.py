@@ -1,6 +1,6 @@
 """A study of a workspace: what happens from every start when a joint locks and nobody notices."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -73,6 +73,8 @@ class MapTable(Table):
 
 class WorkspaceFile(Table):
     """A whole study of a workspace."""
+
+    whole: ClassVar[str] = "a study"
 
     description: str = Field("", description="what a reader should know")
     robot: RobotTable = Field(description="the arm")

@@ -98,9 +98,11 @@ def refuse_other_studies(
 
 
 def _difference(facts: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
-    """The first line in which the texts of two studies differ."""
-    there = str(facts.get("study", "")).splitlines()
-    here = str(wanted.get("study", "")).splitlines()
+    """The first line in which the texts of two studies differ; the number of episodes is none."""
+    there, here = (
+        [line for line in str(of.get("study", "")).splitlines() if not line.startswith("episodes = ")]
+        for of in (facts, wanted)
+    )
     for old, new in zip(there, here, strict=False):
         if old != new:
             return f" ({old.strip()!r:.60} there, {new.strip()!r:.60} here)"

@@ -1,9 +1,11 @@
 """What ``ftqp view`` is asked to show: a scenario without end, a finished run, or a coverage report."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path as File
 
+from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.view.casting import cast_of
 from ftqp.app.view.live_source import LiveSource
 from ftqp.app.view.replay_source import ReplaySource
@@ -33,15 +35,21 @@ def shown(choice: Choice, *, speed: float = 1.0, twin: bool = True) -> Iterator[
     if not 0.0 < speed <= FASTEST:
         raise InputError(f"speed is {speed:g}, expected a factor above 0 and at most {FASTEST:g}")
     given = File(choice.scenario)
-    if given.is_dir() and (given / VERDICTS).is_file():
+    folder = os.path.isdir(given)  # a name that is too long is none
+    if folder and (given / VERDICTS).is_file():
         _alone(choice, "a coverage report")
         report = read_verdicts(given)
         session = Session(lambda wish: _cast(wish, twin), Choice(scenario=str(report.scenario)))
         session.put(Speed(speed))
         with LiveSource(session, report=report) as source:
             yield "coverage", source
-    elif given.is_dir() or given.name == FILE_NAME or given.suffix == ".sqlite":
-        if given.is_dir() and not log_files(given):
+    elif folder or given.name == FILE_NAME or given.suffix == ".sqlite":
+        if folder and not log_files(given):
+            if (given / STUDY).is_file():
+                raise InputError(
+                    f"folder {given} holds a campaign, of which `ftqp report {given}` tells; to view an "
+                    "episode, run it by the campaign's command with --replay N, and name its folder"
+                )
             raise InputError(
                 f"folder {given} holds neither a run ({FILE_NAME}) nor a coverage report ({VERDICTS}); name "
                 "a folder that ftqp run or ftqp coverage has made"

@@ -56,7 +56,7 @@ class Path(ABC):
 
     Args:
         start: The pose of E in W at time 0, (4, 4) or anything with ``.homogeneous``.
-        duration: How long the motion lasts, > 0 [s].
+        duration: How long the motion lasts, > 1e-9 and at most 1e9 [s].
     """
 
     def __init__(self, start: Any, duration: float) -> None:
@@ -64,6 +64,10 @@ class Path(ABC):
         self._duration = positive("duration of the path", duration, "s")
         if self._duration > LONGEST:
             raise InputError(f"duration of the path is {self._duration:g} s, expected at most {LONGEST:g} s")
+        if self._duration <= TIME_SLACK:  # all its times would count as equal
+            raise InputError(
+                f"duration of the path is {self._duration:g} s, expected more than {TIME_SLACK:g} s"
+            )
 
     @final
     @property

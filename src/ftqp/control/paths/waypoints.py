@@ -138,7 +138,11 @@ def _knots(times: Any, duration: float | None, count: int, at_start: bool) -> Fl
         if knots[0] < -TIME_SLACK:
             raise InputError(f"times of the waypoints start at {knots[0]:g} s, expected times >= 0")
         return knots
-    end = positive("duration of the path", duration, "s")
+    end, least = positive("duration of the path", duration, "s"), (count + 1) * TIME_SLACK
+    if end <= least:
+        raise InputError(
+            f"duration of the path is {end:g} s, expected more than {least:g} s for {count} waypoints"
+        )
     return np.linspace(0.0, end, count) if at_start else np.linspace(0.0, end, count + 1)[1:]
 
 

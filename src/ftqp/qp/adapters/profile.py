@@ -4,6 +4,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from ftqp.core.checks import LARGEST as MOST
+from ftqp.core.checks import beyond
 from ftqp.core.errors import InputError
 
 LARGEST = 64 * 1024
@@ -34,12 +36,17 @@ def profile(path: str | Path) -> dict[str, Any]:
         raise InputError(f"profile {path} is not a text file; expected a TOML file") from error
     try:
         content = tomllib.loads(text)
+        large = next(beyond(content), None)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"profile {path} is not valid TOML: {error}") from error
     except (RecursionError, ValueError) as error:
         raise InputError(
             f"profile {path} is not valid TOML: nested too deeply or a number out of range"
         ) from error
+    if large is not None:
+        raise InputError(
+            f"profile {path}: {large} is a whole number beyond {MOST:g} in size, expected one within it"
+        )
     if "name" not in content:
         raise InputError(f'profile {path} has no name; expected a line like name = "daqp"')
     return content

@@ -1,0 +1,142 @@
+"""What a campaign's folder holds, finished or not: facts from its rows, whatever its summary says."""
+
+import json
+import shlex
+import sqlite3
+import tomllib
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any, Final
+
+from ftqp.app.campaign.campaign_summary import Row, summary
+from ftqp.app.campaign.episode_study import COLUMNS, KIND
+from ftqp.app.run.runs import summary_with
+from ftqp.app.study.disk_trouble import reason
+from ftqp.app.study.results_file import FILE_NAME, read_only, refuse_other_tables
+from ftqp.core.errors import InputError, printable
+
+STUDY: Final = "campaign.toml"
+"""The campaign as it was asked for last, every default filled in."""
+NEEDED: Final = ("campaign", "episodes", "sound", "broken", "raised", "refused", "laws", "by_key")
+"""What the summary of a campaign has at least."""
+LARGEST: Final = 2_000_000
+"""Letters of a text about the campaign that are read at most."""
+GIVEN_UP: Final = "given up"
+"""What is said in place of an outcome where the worker died each time."""
+
+Listed = tuple[int, str, str]
+"""An episode that is named: its number, its outcome, and what went wrong."""
+
+
+def command_of(study: str, overrides: Sequence[str]) -> str:
+    """The command that runs a campaign, to which ``--replay N`` can be added.
+
+    Args:
+        study: A path, or the name of a bundled campaign.
+        overrides: ``a.b=value`` each.
+    """
+    named = f"./{study}" if study.startswith("-") else study
+    return shlex.join(["ftqp", "campaign", named, *(word for one in overrides for word in ("--set", one))])
+
+
+def kept_campaign(folder: Path) -> dict[str, Any] | None:
+    """The facts of a campaign, as its summary has them, and more; None where a folder holds none.
+
+    ``listed`` are the episodes that went wrong, ``errors`` the largest distances from the target while OK was
+    claimed, ``given_up`` says at how many the worker died, ``missing`` how many more were asked for and have
+    no result, and ``command`` runs the campaign. Without its rows there is what the summary says.
+
+    Args:
+        folder: Made by ``ftqp campaign``.
+
+    Raises:
+        InputError: Its summary or its results are not readable.
+    """
+    file = folder / FILE_NAME
+    if not file.is_file():
+        facts = summary_with(folder, NEEDED)
+        return None if facts is None else {"listed": [], "errors": [], "given_up": 0, "missing": 0} | facts
+    try:
+        with closing(read_only(file)) as connection:
+            connection.execute("PRAGMA trusted_schema = OFF")
+            refuse_other_tables(connection, file)
+            _refuse_views(connection, file)
+            about = _about(connection)
+            if about.get("kind") != KIND:
+                return None
+            rows = _rows(connection)
+            crashed = connection.execute("SELECT item, reason FROM crashed ORDER BY item").fetchall()
+        return _facts(folder, about, rows, [(int(item), GIVEN_UP, str(reason)) for item, reason in crashed])
+    except (sqlite3.Error, UnicodeDecodeError) as error:
+        raise InputError(f"{file} is not readable as results of a campaign: {reason(error):.200}") from error
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"{file} is not as `ftqp campaign` writes it: a value of it is missing or of another kind; make "
+            "it anew in another folder"
+        ) from error
+
+
+def _refuse_views(connection: sqlite3.Connection, file: Path) -> None:
+    """Refuse what looks like the other tables of results, but for example never ends."""
+    made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
+    for name in ("about", "crashed"):
+        if not str(made.get(name)).startswith(f"CREATE TABLE {name} ("):
+            raise InputError(f"{file} has no table {name} as a results file of ftqp has it")
+
+
+def _about(connection: sqlite3.Connection) -> dict[str, Any]:
+    rows = connection.execute(f"SELECT key, substr(value, 1, {LARGEST}) FROM about LIMIT 1000").fetchall()
+    return {str(key): json.loads(value) for key, value in rows}
+
+
+def _rows(connection: sqlite3.Connection) -> list[Row]:
+    """All rows by column; None where an older file does not have one."""
+    asked = connection.execute("SELECT * FROM results ORDER BY item")
+    names = ["episode" if name == "item" else name for name, *_ in asked.description]
+    none = dict.fromkeys(COLUMNS)
+    return [none | dict(zip(names, row, strict=True)) for row in asked]
+
+
+def _facts(
+    folder: Path, about: Mapping[str, Any], rows: Sequence[Row], crashed: Sequence[Listed]
+) -> dict[str, Any]:
+    name = printable(str(about.get("name") or _name(folder)), keep="")
+    wanted = _wanted(folder, str(about.get("study", "")))
+    known = {row["episode"] for row in rows} | {item for item, *_ in crashed}
+    bad = [
+        (row["episode"], str(row["outcome"]), str(row["sentences"] or ""))
+        for row in rows
+        if row["outcome"] in ("broken", "raised")
+    ]
+    errors = [row["largest_ok_error"] for row in rows if row["outcome"] in ("sound", "broken")]
+    return summary(name, rows) | {
+        "listed": sorted([*bad, *crashed]),
+        "errors": [float(x) for x in errors if isinstance(x, int | float) and 0.0 <= x < 1e300],
+        "given_up": len(crashed),
+        "missing": max(0, wanted - sum(item < wanted for item in known)),
+        "command": str(about.get("command") or command_of(str(folder / STUDY), ())),
+    }
+
+
+def _name(folder: Path) -> str:
+    """The name of a campaign whose results do not say it."""
+    try:
+        facts = summary_with(folder, ("campaign",))
+    except InputError:
+        facts = None
+    return str(facts["campaign"]) if facts else folder.resolve().name
+
+
+def _wanted(folder: Path, text: str) -> int:
+    """How many episodes were asked for last; 0 where nothing says it."""
+    file = folder / STUDY
+    try:
+        if file.is_file() and file.stat().st_size <= LARGEST:
+            text = file.read_text(encoding="utf-8")
+        count = tomllib.loads(text)["campaign"]["episodes"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return 0
+    return count if isinstance(count, int) and count < LARGEST * LARGEST else 0
