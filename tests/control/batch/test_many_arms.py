@@ -99,6 +99,36 @@ def test_law_holds_for_other_robots_tasks_and_schemes(name, level, settings):
 
 
 @pytest.mark.parametrize(
+    ("scheme", "level"), [("rmp", "velocity"), ("rmp", "acceleration"), ("dlsm", "velocity")]
+)
+def test_arms_of_a_planner_without_a_posture_return_each_to_its_own_start(scheme, level):
+    """Three starts, two of them twice, and a planner that has been reset elsewhere."""
+    robot = ftqp.robots.load("panda")
+
+    def planner_of():
+        return ftqp.Planner(robot, DT, level=level, scheme=scheme)
+
+    elsewhere = planner_of()
+    elsewhere.reset(robot.neutral + 0.3)
+    q, targets = starts(robot, 0.1)[[0, 1, 0, 2, 1]], circle(robot, 0.02)
+    faults = [None, None, (ftqp.Locked(2), 40), None, (ftqp.Degraded(1, velocity=0.2), 50)]
+    for planner in (planner_of(), elsewhere):
+        done = ftqp.batch.rollout(planner, q, targets=targets, faults=faults)
+        assert_same(done, planner_of, robot, q, faults, targets)
+
+
+def test_posture_of_a_planner_that_was_never_reset_holds_for_every_arm():
+    robot = ftqp.robots.load("panda")
+
+    def planner_of():
+        return ftqp.Planner(robot, DT, level="velocity", scheme="rmp", posture=robot.neutral + 0.1)
+
+    q, targets = starts(robot)[:2], circle(robot, 0.02)
+    done = ftqp.batch.rollout(planner_of(), q, targets=targets)
+    assert_same(done, planner_of, robot, q, [None, None], targets)
+
+
+@pytest.mark.parametrize(
     ("level", "weak"),
     [
         ("velocity", [2.0, 87.0, 3.0, 87.0, 1.0, 12.0, 0.2]),
