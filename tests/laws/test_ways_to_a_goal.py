@@ -1,8 +1,11 @@
-"""Ways to a goal: whatever fails on the way, every limit is kept and the end is said."""
+"""Ways to a goal: whatever fails on the way, every limit is kept and the end is said, of an arm at rest."""
 
 import numpy as np
+import pinocchio as pin
+import pytest
 
 import ftqp
+from ftqp.core.pose import rotation_exp, transform
 
 LEVELS = ["acceleration", "velocity"]
 DT = 4e-3
@@ -44,3 +47,94 @@ def test_random_ways_end_within_limits_and_say_so():
         if seed % 2 and goto.status is ftqp.GoToStatus.UNREACHABLE:
             off = np.abs(goto.joint_error) > 1e-3
             assert off.any() and not off[planner.view().working].any(), f"seed {seed}"
+
+
+def solid(mass):
+    axes = " ".join(f'{axis}="{0.02 * mass}"' for axis in ("ixx", "iyy", "izz"))
+    return f'<inertial><mass value="{mass}"/><inertia {axes} ixy="0" ixz="0" iyz="0"/></inertial>'
+
+
+SLIDER = f"""<robot name="slider">
+<link name="base"/><link name="l1">{solid(0.5)}</link><link name="l2">{solid(4)}</link>
+<link name="l3">{solid(1.5)}</link><link name="tool"/>
+<joint name="turn" type="continuous"><parent link="base"/><child link="l1"/>
+<axis xyz="-0.82 0.09 0.57"/><limit effort="400" velocity="8"/></joint>
+<joint name="slide" type="prismatic"><parent link="l1"/><child link="l2"/><axis xyz="0 0 -1"/>
+<origin xyz="-0.49 0.26 -0.27" rpy="-1.69 1.42 -0.81"/>
+<limit lower="-0.6" upper="0.19" effort="50" velocity="0.1"/></joint>
+<joint name="tilt" type="revolute"><parent link="l2"/><child link="l3"/><axis xyz="-0.2 0.68 -0.7"/>
+<origin xyz="-0.04 -0.04 -0.18" rpy="3.07 0.03 0.85"/>
+<limit lower="-0.75" upper="0.71" effort="50" velocity="1"/></joint>
+<joint name="hold" type="fixed"><parent link="l3"/><child link="tool"/>
+<origin xyz="0.1 0 0.05" rpy="0.3 0.2 0.1"/></joint></robot>"""
+"""An arm whose second joint is slow, and which swings for long at a pose out of its reach."""
+
+
+def ended(goto, q, longest):
+    """The end of a way: q there, and the largest share of a speed limit in the 2 s after it."""
+    planner = goto.planner
+    ticks, after, share = round(longest / planner.dt), round(2.0 / planner.dt), 0.0
+    while ticks > 0 and not goto.done:
+        q = goto.step(q, None).q.copy()
+        ticks -= 1
+    assert goto.done
+    end = q
+    for _ in range(after):
+        step = goto.step(q, None)
+        q, share = step.q.copy(), max(share, float(np.max(np.abs(step.v) / planner.robot.limits.v_max)))
+    return end, share
+
+
+def test_arm_that_swings_out_of_reach_is_said_to_rest_when_it_does():
+    """Every half swing ends in a moment without speed, which is no rest."""
+    planner, start = (
+        ftqp.Planner(ftqp.Robot.from_urdf(SLIDER, tip="tool"), 0.01),
+        np.array([1.19, 0.14, 0.16]),
+    )
+    planner.reset(start)
+    goal = transform(rotation_exp(np.array([2.0, -0.4, 0.9])), np.array([0.24, -0.14, 0.6]))
+    goto = ftqp.GoTo(planner, pose=goal)
+    _, share = ended(goto, start, 25.0)
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE and share < 0.02
+    assert f"{1e3 * goto.position_error:.3g} mm" in goto.sentence and goto.position_error > 0.5
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_arm_that_is_too_weak_for_its_load_at_a_pose_rests_where_it_is_strong_enough(level):
+    panda = ftqp.robots.load("panda")
+    planner = ftqp.Planner(panda, DT, level=level)
+    planner.reset(panda.neutral)
+    planner.carry(ftqp.Payload(8.0))
+    goto = ftqp.GoTo(planner, pose=panda.pose(np.array([0.0, 1.47, 0.0, -0.2, 0.0, 1.6, 0.8])))
+    q, share = ended(goto, panda.neutral, 20.0)
+    model = planner.robot.model
+    held = np.abs(pin.computeGeneralizedGravity(model, model.createData(), q))
+    assert goto.status is ftqp.GoToStatus.UNREACHABLE and share < 0.02
+    assert (held < panda.limits.tau_max).all()
+
+
+def test_arm_that_its_motors_cannot_hold_is_stopped_and_that_is_said(caplog):
+    panda = ftqp.robots.load("panda")
+    planner = ftqp.Planner(panda, DT)
+    planner.reset(panda.neutral)
+    planner.carry(ftqp.Payload(30.0))
+    goal = panda.pose(panda.neutral)
+    goal[:3, 3] += 0.5
+    goto = ftqp.GoTo(planner, pose=goal)
+    ended(goto, panda.neutral, 30.0)
+    assert goto.status is ftqp.GoToStatus.HALTED
+    assert caplog.messages[-1] == (
+        "the arm does not come to rest beside its goal, so its planner stops it; call resume() or reset() to "
+        "go on"
+    )
+
+
+def test_joints_that_the_scheme_goes_on_moving_do_not_keep_a_pose_from_being_reached():
+    panda = ftqp.robots.load("panda")
+    planner, start = ftqp.Planner(panda, DT, scheme="man"), panda.neutral.copy()
+    start += np.random.default_rng(1).uniform(-0.4, 0.4, 7)
+    planner.reset(start)
+    goto = ftqp.GoTo(planner, pose=panda.pose(panda.neutral))
+    ended(goto, start, 20.0)
+    assert goto.status is ftqp.GoToStatus.REACHED
+    assert goto.sentence == "the tip is at its goal, while the scheme goes on moving the joints"

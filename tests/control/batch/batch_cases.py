@@ -1,4 +1,4 @@
-"""Targets, starts and faults that the tests of batches share."""
+"""Targets, starts, faults and the law that the tests of batches share."""
 
 import numpy as np
 
@@ -34,3 +34,38 @@ def faults_of(robot):
         (ftqp.Locked(robot.joints[n - 1], mode="instant"), 0),
         (ftqp.Locked(2 % n), TICKS - 1),
     ]
+
+
+OFF_Q, OFF_V = 1e-11, 1e-10
+"""Rounding, grown over the ticks; a wrong tick shows at 1e-7."""
+
+
+def alone(planner_of, robot, q, entry, targets):
+    """The same arm tick by tick: final q, v, largest errors, ticks per status, the first that was not OK."""
+    planner, v = planner_of(), np.zeros(robot.nv)
+    entry = [] if entry is None else entry if isinstance(entry, list) else [entry]
+    told = [one if isinstance(one, tuple) else (one, 0) for one in entry]
+    planner.reset(q)
+    counts, worst, bad = np.zeros(len(STATUSES), dtype=int), np.zeros(2), -1
+    for k in range(len(targets)):
+        for fault, at in told:
+            if at == k:
+                planner.report(fault)
+        step = planner.step(q, v, targets.at(k))
+        q, v = step.q.copy(), step.v.copy()
+        counts[STATUSES.index(step.status)] += 1
+        if bad < 0 and step.status is not ftqp.StepStatus.OK:
+            bad = k
+        worst = np.maximum(worst, (step.position_error, step.rotation_error))
+    return q, v, worst, counts, bad
+
+
+def assert_same(done, planner_of, robot, q, faults, targets):
+    for arm in range(len(q)):
+        own = alone(planner_of, robot, q[arm], faults[arm], targets)
+        np.testing.assert_allclose(done.q[arm], own[0], rtol=0.0, atol=OFF_Q, err_msg=f"q of arm {arm}")
+        np.testing.assert_allclose(done.v[arm], own[1], rtol=0.0, atol=OFF_V, err_msg=f"v of arm {arm}")
+        found = done.position_error[arm], done.rotation_error[arm]
+        np.testing.assert_allclose(found, own[2], rtol=0.0, atol=1e-10)
+        np.testing.assert_array_equal(done.counts[arm], own[3], err_msg=f"statuses of arm {arm}")
+        assert done.first_bad[arm] == own[4], f"first bad tick of arm {arm}"

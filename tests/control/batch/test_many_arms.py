@@ -8,47 +8,13 @@ import time
 
 import numpy as np
 import pytest
-from batch_cases import ARMS, DT, STATUSES, TICKS, circle, faults_of, starts
+from batch_cases import ARMS, DT, STATUSES, TICKS, assert_same, circle, faults_of, starts
 
 import ftqp
 from ftqp.control.batch import many_arms
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry import rollouts
 from ftqp.kernel.entry.threads import thread_count
-
-OFF_Q, OFF_V = 1e-11, 1e-10
-"""Rounding, grown over the ticks; a wrong tick shows at 1e-7."""
-
-
-def alone(planner_of, robot, q, entry, targets):
-    """The same arm tick by tick: final q, v, largest errors, ticks per status, the first that was not OK."""
-    planner, v = planner_of(), np.zeros(robot.nv)
-    entry = [] if entry is None else entry if isinstance(entry, list) else [entry]
-    told = [one if isinstance(one, tuple) else (one, 0) for one in entry]
-    planner.reset(q)
-    counts, worst, bad = np.zeros(len(STATUSES), dtype=int), np.zeros(2), -1
-    for k in range(len(targets)):
-        for fault, at in told:
-            if at == k:
-                planner.report(fault)
-        step = planner.step(q, v, targets.at(k))
-        q, v = step.q.copy(), step.v.copy()
-        counts[STATUSES.index(step.status)] += 1
-        if bad < 0 and step.status is not ftqp.StepStatus.OK:
-            bad = k
-        worst = np.maximum(worst, (step.position_error, step.rotation_error))
-    return q, v, worst, counts, bad
-
-
-def assert_same(done, planner_of, robot, q, faults, targets):
-    for arm in range(len(q)):
-        own = alone(planner_of, robot, q[arm], faults[arm], targets)
-        np.testing.assert_allclose(done.q[arm], own[0], rtol=0.0, atol=OFF_Q, err_msg=f"q of arm {arm}")
-        np.testing.assert_allclose(done.v[arm], own[1], rtol=0.0, atol=OFF_V, err_msg=f"v of arm {arm}")
-        found = done.position_error[arm], done.rotation_error[arm]
-        np.testing.assert_allclose(found, own[2], rtol=0.0, atol=1e-10)
-        np.testing.assert_array_equal(done.counts[arm], own[3], err_msg=f"statuses of arm {arm}")
-        assert done.first_bad[arm] == own[4], f"first bad tick of arm {arm}"
 
 
 @pytest.mark.parametrize("width", [4, 8])
@@ -96,6 +62,36 @@ def test_law_holds_for_other_robots_tasks_and_schemes(name, level, settings):
     faults, targets = faults_of(robot)[:6], circle(robot, 0.02)
     done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=faults)
     assert_same(done, planner_of, robot, q, faults, targets)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "level"), [("rmp", "velocity"), ("rmp", "acceleration"), ("dlsm", "velocity")]
+)
+def test_arms_of_a_planner_without_a_posture_return_each_to_its_own_start(scheme, level):
+    """Three starts, two of them twice, and a planner that has been reset elsewhere."""
+    robot = ftqp.robots.load("panda")
+
+    def planner_of():
+        return ftqp.Planner(robot, DT, level=level, scheme=scheme)
+
+    elsewhere = planner_of()
+    elsewhere.reset(robot.neutral + 0.3)
+    q, targets = starts(robot, 0.1)[[0, 1, 0, 2, 1]], circle(robot, 0.02)
+    faults = [None, None, (ftqp.Locked(2), 40), None, (ftqp.Degraded(1, velocity=0.2), 50)]
+    for planner in (planner_of(), elsewhere):
+        done = ftqp.batch.rollout(planner, q, targets=targets, faults=faults)
+        assert_same(done, planner_of, robot, q, faults, targets)
+
+
+def test_posture_of_a_planner_that_was_never_reset_holds_for_every_arm():
+    robot = ftqp.robots.load("panda")
+
+    def planner_of():
+        return ftqp.Planner(robot, DT, level="velocity", scheme="rmp", posture=robot.neutral + 0.1)
+
+    q, targets = starts(robot)[:2], circle(robot, 0.02)
+    done = ftqp.batch.rollout(planner_of(), q, targets=targets)
+    assert_same(done, planner_of, robot, q, [None, None], targets)
 
 
 @pytest.mark.parametrize(

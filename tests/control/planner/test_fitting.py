@@ -1,6 +1,7 @@
 """Loads and tools that are changed while the planner drives the arm."""
 
 import logging
+import pickle
 
 import numpy as np
 import pytest
@@ -70,6 +71,25 @@ def test_state_faults_and_count_of_steps_are_kept(panda):
     assert int(planner.session().K.qp.warm) == warm
     _, _, (step,) = moved(planner, 1, q, v)
     assert step.v[2] == 0.0 or abs(step.v[2]) < abs(v[2])
+
+
+@pytest.mark.parametrize("torque_limits", [True, False], ids=["limited", "unlimited"])
+def test_steps_of_before_tell_torques_of_the_arm_that_they_were_made_for(panda, level, torque_limits):
+    planner = started(panda, level=level, torque_limits=torque_limits)
+    q, v, (*_, kept) = moved(planner, 5)
+    at = arm_at(panda, *moved(started(panda, level=level, torque_limits=torque_limits), 4)[:2])
+    live = planner.step(q, v, ftqp.Target(pose=panda.pose(panda.neutral)))
+    expected = arm_at(panda, q, v)
+    planner.carry(LOAD)
+    late = live.copy()
+    planner.tool(PLACE)
+    np.testing.assert_allclose(kept.tau, at.M @ kept.a + at.h, atol=1e-9)
+    for step in (live, late, pickle.loads(pickle.dumps(late))):
+        np.testing.assert_allclose(step.tau, expected.M @ step.a + expected.h, atol=1e-9)
+    q, v = live.q.copy(), live.v.copy()
+    live = planner.step(q, v, ftqp.Target(pose=planner.robot.pose(q)))
+    loaded = arm_at(panda.with_payload(LOAD), q, v)
+    np.testing.assert_allclose(live.tau, loaded.M @ live.a + loaded.h, atol=1e-9)
 
 
 def test_heavier_arm_counts_on_less_braking(panda):

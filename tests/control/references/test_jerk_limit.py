@@ -72,3 +72,22 @@ def test_state_that_is_no_number_stands_still():
     motion = Motion(2)
     assert not motion.plan(State(np.zeros(2), np.array([np.nan, 0.0]), np.zeros(2)), np.ones(2), V, A, J)
     assert not motion.at(1.0).v.any()
+
+
+def test_state_far_beyond_the_limits_from_which_no_way_is_found_brakes():
+    """The tip of an arm that is stopped while it falls: the library's result has no name in Python."""
+    state = State(
+        np.array([-0.8238240613752218, -0.39175996453986994, -1.0589034618422886, 0.0, 0.0, 0.0]),
+        np.array([-8.413436147302066, 7.386395483543982, 2.21020407867279,
+                  1.2666350405446873, -1.2334056203403378, 8.583281455225793]),
+        np.array([-78.62341780331217, -56.732153297097554, -1.5873244358313647,
+                  -19.501984853129557, 29.606228266388825, 45.62731848518811]),
+    )  # fmt: skip
+    goal = np.array([-2.992076585140862, -1.3771937509825887, -1.7024985962979589,
+                     -0.7765740730302972, -0.4156192669968259, -1.3641853933742747])  # fmt: skip
+    v_max = np.array([0.4037902263249171, 0.2913621623145703, 0.045404223326142114,
+                      0.5062684128821746, 0.7685729585338466, 1.184477902507385])  # fmt: skip
+    motion = Motion(6)
+    assert not motion.plan(state, goal, v_max, 4.0 * v_max, 80.0 * v_max)
+    _, v, _ = samples(motion)
+    assert np.abs(v[-1]).max() < 1e-6

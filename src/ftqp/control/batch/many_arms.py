@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.control.batch.by_planner import ByPlanner, needs_planner
 from ftqp.control.batch.own_faults import OwnFaults
 from ftqp.control.first_use import warm_up
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
 from ftqp.control.planner.target import Targets
-from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.rollouts import Batch, drive, lane_width
 from ftqp.kernel.entry.threads import thread_count
@@ -97,9 +98,11 @@ def rollout(
 
     Each arm does exactly what it is told, as on ``ftqp.KinematicPlant``: its command is its next state. The
     commands are those of ``planner.step`` to rounding, from a ``reset`` at the start on; every arm has the
-    task, scheme, bounds, posture and believed faults of the planner, which does not change. Most ticks are
-    computed for several arms side by side; an arm at a limit or near a singularity is stepped alone, which
-    takes ten times as long and more.
+    task, scheme, bounds, posture and believed faults of the planner, which does not change. A planner that
+    was made without a posture has each arm return to its own start, and only arms with the same start are
+    then driven with each other. Most ticks are computed for several arms side by side; an arm at a limit or
+    near a singularity is stepped alone, which takes ten times as long and more. An arm one of whose joints
+    swings freely without gravity, or that is told of more while one swings freely, is stepped by a planner.
 
     With ``engine="jax"`` the ticks of many arms side by side are array code on JAX's device; it is for many
     thousands of arms and a GPU. The other ticks, and whole arms whose planner has none of them (a scheme that
@@ -157,11 +160,11 @@ def rollout(
     workers = thread_count() if threads is None else _whole("threads", threads)
     alone = own.free if not (what_ifs.rich or what_ifs.frees) else np.ones(arms, dtype=bool)
     result = _empty(starts, speeds, ticks, step)
+    finite = np.isfinite(starts).all(axis=1) & np.isfinite(speeds).all(axis=1)
+    stepped = needs_planner(own, what_ifs, starts) & finite
     done = 0
-    for apart in (False, True):
-        chosen = np.flatnonzero(alone == apart)
-        if not len(chosen):
-            continue
+    for apart, chosen in _together(alone, stepped, starts if what_ifs.return_to_start else None):
+        what_ifs.return_to(starts[chosen[0]])
         batch = Batch.of(starts[chosen], speeds[chosen], targets.packed, *own.of(chosen), step)
         name = "rollout_any" if apart or engine == "jax" else f"rollout_{lane_width()}"
         warm_up((name,), what_ifs.session.capacity)
@@ -171,8 +174,14 @@ def rollout(
         done += len(chosen)
         for name, value in _parts(batch).items():
             getattr(result, name)[chosen] = value
+    planners = ByPlanner(what_ifs, targets, step)
+    for arm in np.flatnonzero(stepped).tolist():
+        planners.drive(result, arm, own.told(arm))
+        done += 1
+        if progress is not None:
+            progress(done, arms)
     for name in ("q", "v"):
-        getattr(result, name)[~np.isfinite(starts).all(axis=1) | ~np.isfinite(speeds).all(axis=1)] = np.nan
+        getattr(result, name)[~finite] = np.nan
     return result
 
 
@@ -192,6 +201,26 @@ def _driver(engine: str) -> Callable[..., None]:
 
         return drive_arrays
     return partial(drive, side_by_side=True)
+
+
+def _together(alone: BoolArray, stepped: BoolArray, starts: FloatArray | None) -> list[tuple[bool, IntArray]]:
+    """Arms that are driven with each other, by their indices, and whether they are stepped one by one.
+
+    Args:
+        alone: Which arms are stepped one by one, (B,).
+        stepped: Which are left to a planner, (B,).
+        starts: Where only arms with the same start are alike, (B, nv); None: where all are.
+    """
+    groups = [(apart, np.flatnonzero((alone == apart) & ~stepped)) for apart in (False, True)]
+    if starts is not None and len(starts):
+        same = np.unique(starts, axis=0, return_inverse=True)[1].ravel()
+        ordered = [(apart, arms[np.argsort(same[arms], kind="stable")]) for apart, arms in groups]
+        groups = [
+            (apart, part)
+            for apart, arms in ordered
+            for part in np.split(arms, np.flatnonzero(np.diff(same[arms])) + 1)
+        ]
+    return [(apart, arms) for apart, arms in groups if len(arms)]
 
 
 def _parts(batch: Batch) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.planner.what_ifs import WhatIfs
-from ftqp.core.checks import IntArray
+from ftqp.core.checks import BoolArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import KINDS, Fault, FreeSwinging
 from ftqp.kernel.entry.rollouts import beliefs_of
@@ -31,7 +31,8 @@ class OwnFaults:
         events: Tick, index of what is then believed, and joint, (E, 3), by arm, then by tick.
         starts: Where the events of each arm begin, (B + 1,).
         beliefs: What is believed after each event.
-        free: Arms one of whose joints is to swing freely, (B,) truth values.
+        freed: Which joints of which arm swing freely sooner or later, (B, nv) truth values.
+        later: Arms that are told of another fault while a joint swings freely, (B,) truth values.
 
     Raises:
         InputError: Not one entry an arm, an entry of another kind, or a tick that is no whole number from 0.
@@ -41,20 +42,35 @@ class OwnFaults:
         self._robot, self._what_ifs = robot, what_ifs
         self._rooms: list[dict[str, Any]] = []
         self._known: dict[tuple[Fault, ...], int] = {}
-        self.free = np.zeros(arms, dtype=bool)
+        self._free_before = [robot.joint(f.joint) for f in what_ifs.told if isinstance(f, FreeSwinging)]
+        self.freed, self.later = np.zeros((arms, robot.nv), dtype=bool), np.zeros(arms, dtype=bool)
         events: list[tuple[int, int, int]] = []
         starts = [0]
-        known: dict[int, tuple[list[tuple[int, int, int]], bool]] = {}
-        for arm, entry in enumerate(_entries(faults, arms)):
+        known: dict[int, tuple[list[tuple[int, int, int]], list[int], bool]] = {}
+        self._entries = _entries(faults, arms)
+        for arm, entry in enumerate(self._entries):
             own = known.get(id(entry))  # many arms may be given the very same entry, which lives on
             if own is None:
-                own = known[id(entry)] = self._events_of(entry, arm)
+                own = known[id(entry)] = self._events_of(arm)
             events += own[0]
-            self.free[arm] = own[1]
+            self.freed[arm, own[1]], self.later[arm] = True, own[2]
             starts.append(len(events))
         self.events: IntArray = np.array(events or [(0, 0, 0)], dtype=np.int64)
         self.starts: IntArray = np.array(starts, dtype=np.int64)
         self.beliefs = beliefs_of(what_ifs.session.capacity, self._rooms)
+
+    @property
+    def free(self) -> BoolArray:
+        """Arms one of whose joints swings freely sooner or later, (B,)."""
+        return np.asarray(self.freed.any(axis=1))
+
+    def told(self, arm: int) -> list[tuple[Fault, int]]:
+        """What one arm is told and at which tick, by tick.
+
+        Args:
+            arm: Its index.
+        """
+        return sorted(_told(self._entries[arm], arm), key=lambda pair: pair[1])
 
     def of(self, arms: Any) -> tuple[IntArray, IntArray]:
         """The events and starts of some of the arms.
@@ -62,20 +78,25 @@ class OwnFaults:
         Args:
             arms: Their indices.
         """
-        if len(arms) == len(self.free):
+        if len(arms) == len(self.later):
             return self.events, self.starts
         own = [self.events[self.starts[arm] : self.starts[arm + 1]] for arm in arms]
         starts = np.cumsum([0, *map(len, own)], dtype=np.int64)
         return np.concatenate([*own, self.events[:1]]), starts
 
-    def _events_of(self, entry: Any, arm: int) -> tuple[list[tuple[int, int, int]], bool]:
-        """The events of one arm, and whether a joint of it is to swing freely."""
+    def _events_of(self, arm: int) -> tuple[list[tuple[int, int, int]], list[int], bool]:
+        """The events of one arm, its joints that swing freely, and whether it is told more while they do."""
         told: tuple[Fault, ...] = ()
-        events = []
-        for fault, tick in sorted(_told(entry, arm), key=lambda pair: pair[1]):
-            told = (*told, fault)
-            events.append((tick, self._believed(told), self._robot.joint(fault.joint)))
-        return events, any(isinstance(fault, FreeSwinging) for fault in told)
+        events, free = [], list(self._free_before)
+        since, later = (0 if free else None), False
+        for fault, tick in self.told(arm):
+            told, joint = (*told, fault), self._robot.joint(fault.joint)
+            events.append((tick, self._believed(told), joint))
+            later = later or (since is not None and tick > since)
+            if isinstance(fault, FreeSwinging):
+                free.append(joint)
+                since = tick if since is None else since
+        return events, free, later
 
     def _believed(self, told: tuple[Fault, ...]) -> int:
         """The index of what is believed by an arm that was told of these faults."""

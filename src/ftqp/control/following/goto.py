@@ -1,11 +1,12 @@
 """Going to a pose or a posture and resting there, whatever fails on the way."""
 
+import logging
 from enum import Enum
 from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.following.led_joints import LedJoints
+from ftqp.control.following.led_joints import HELD, LedJoints
 from ftqp.control.following.led_tip import LedTip
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import JointState
@@ -18,20 +19,23 @@ from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import rotation_vector
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
 
+_LOG = logging.getLogger("ftqp")
 EXACT = 1e-6
 """A command so near to the goal has arrived [m, rad]."""
 SETTLED = 0.1
 """Share of the tolerances within which an arm at its pose is not waited for any longer."""
 PATIENCE = 1.0
-"""A slow arm that comes no nearer for so long rests as near as it gets [s]."""
+"""An arm that comes no nearer and is slow for so long rests as near as it gets [s]."""
 RESTLESS_PATIENCE = 5.0
-"""The same for an arm that still moves [s]."""
+"""One that comes no nearer for so long and is not slow is led to where it rests [s]."""
 NEARER = 0.02
 """Share of the distance, and of the tolerance, that counts as coming nearer."""
 SLOW = 0.02
 """An arm whose joints are all slower than this share of their limit is slow."""
 AT_REST = 1e-3
 """And at rest below this share."""
+ONLY_THE_TIP = "the tip is at its goal, while the scheme goes on moving the joints"
+"""The sentence of a pose that is reached where the joints do not come to rest."""
 
 
 class GoToStatus(Enum):
@@ -50,8 +54,9 @@ class GoTo:
     A posture is neared by a motion of the joints, as fast as the limits that are believed allow, a pose by a
     straight motion of the tip; both with limited jerk, and both within every limit of the planner. When a
     joint fails, the way is planned anew at the same tick from the position and velocity of the command: the
-    others go to their places, or the tip as near as it gets. A goal that moves no more is told as
-    ``UNREACHABLE`` together with the distance.
+    others go to their places, or the tip as near as it gets. A goal that is not reached is told as
+    ``UNREACHABLE`` together with the distance, once the arm rests. An arm that swings beside a pose goes back
+    to where it was nearest and its motors can hold it, and rests there; else the planner stops it.
 
     Args:
         planner: The planner that is led; with any scheme, task and backend.
@@ -109,8 +114,10 @@ class GoTo:
         self._status = GoToStatus.MOVING
         self._belief = self._view.belief
         self._ticks = -1
-        self._best, self._since = np.inf, 0
-        self._settling = False
+        self._best = self._least = np.inf
+        self._since = self._slow = self._there = 0
+        self._settling = self._turned_back = self._only_the_tip = False
+        self._aim, self._nearest = self.pose, np.zeros(0)
         if self._joints is not None:
             self._joints.begin()
 
@@ -138,7 +145,7 @@ class GoTo:
             self._begin()  # a joint has failed or works again, or somebody else has led the planner
         if self._tip is not None:
             step = self._tip.step(
-                q, v, pose=self.pose, twist=np.zeros(6), tau=tau, tip=tip, waits=not self._settling
+                q, v, pose=self._aim, twist=np.zeros(6), tau=tau, tip=tip, waits=not self._settling
             )
         else:
             assert self._joints is not None
@@ -180,7 +187,7 @@ class GoTo:
         """Where the arm stands, by how much it misses its goal, and which joints miss theirs."""
         text = self._status.value
         if self._status is GoToStatus.REACHED:
-            return text
+            return ONLY_THE_TIP if self._only_the_tip else text
         text += f": the tip is {1e3 * self.position_error:.3g} mm and {self.rotation_error:.3g} rad from it"
         if self._joints is None:
             return text
@@ -208,10 +215,14 @@ class GoTo:
             return
         commanded, measured = self._distances(step)
         speed = self._speed()
+        self._slow = self._slow + 1 if speed < SLOW else 0
+        self._there = self._there + 1 if measured <= 1.0 else 0
         if commanded <= EXACT and speed < AT_REST and (measured <= 1.0 or self._failed_are_off):
-            self._status = GoToStatus.REACHED if measured <= 1.0 else GoToStatus.UNREACHABLE
+            self._rest(measured)
             return
         distance = max(commanded / self._tolerance, measured)
+        if self._settling and distance < self._least and self._is_held:
+            self._least, self._nearest = distance, self._view.command.q
         nearer = distance < self._best - NEARER * min(self._best, 1.0 + distance) or self._best == np.inf
         if nearer:
             self._best, self._since = distance, 0
@@ -221,8 +232,37 @@ class GoTo:
         if self._tip is not None and not self._settling:
             if waited > PATIENCE or step.holding:
                 self._settling, self._since = True, 0  # the reference goes on and stands
-        elif step.holding or waited > RESTLESS_PATIENCE or (waited > PATIENCE and speed < SLOW):
-            self._status = GoToStatus.REACHED if measured <= 1.0 else GoToStatus.UNREACHABLE
+        elif self._tip is not None and self._tip.reference.twist.any():
+            self._since = self._slow = 0
+        elif min(self._since, self._slow) * self.planner.dt > PATIENCE:
+            self._rest(measured)
+        elif waited > RESTLESS_PATIENCE:
+            self._end_swing(self._there * self.planner.dt > PATIENCE)
+
+    def _rest(self, measured: float) -> None:
+        """The verdict on an arm at rest, so many tolerances from where it was led."""
+        there = measured <= 1.0 and self._aim is self.pose
+        self._status = GoToStatus.REACHED if there else GoToStatus.UNREACHABLE
+
+    def _end_swing(self, there: bool) -> None:
+        """Lead an arm that does not come to rest to where it was nearest and can be held, or stop it.
+
+        Args:
+            there: Whether its tip stays at its goal: then it is the scheme that moves the joints.
+        """
+        if there and self._tip is not None:
+            self._status, self._only_the_tip = GoToStatus.REACHED, True
+        elif self._tip is None or self._turned_back or self._least == np.inf:
+            _LOG.warning(
+                "the arm does not come to rest beside its goal, so its planner stops it; call resume() or "
+                "reset() to go on"
+            )
+            self.planner.stop()
+        else:
+            rest = np.zeros(len(self._nearest))
+            self._aim = self._view.tip_at(JointState(self._nearest, rest, rest)).pose
+            self._best, self._since, self._settling, self._turned_back = np.inf, 0, False, True
+            self._tip.begin()
 
     def _distances(self, step: Step) -> tuple[float, float]:
         """The command's distance from the goal, and the arm's over the tolerances."""
@@ -232,8 +272,8 @@ class GoTo:
             return commanded, arm / self._tolerance
         assert self._tip is not None
         reference = self._tip.reference
-        left = float(np.linalg.norm(self.pose[:3, 3] - reference.p))
-        turn = float(np.linalg.norm(rotation_vector(self.pose[:3, :3] @ reference.R.T)))
+        left = float(np.linalg.norm(self._aim[:3, 3] - reference.p))
+        turn = float(np.linalg.norm(rotation_vector(self._aim[:3, :3] @ reference.R.T)))
         position, rotation = left + step.position_error, turn + step.rotation_error
         far = max(position / self._tolerance, rotation / self._rotation_tolerance)
         return max(left, turn) if far <= SETTLED else max(position, rotation), far
@@ -245,6 +285,16 @@ class GoTo:
             return False
         off = np.abs(self._joints.way_from(self._view.measured)) > self._tolerance
         return bool(off.any() and not off[self._view.working].any())
+
+    @property
+    def _is_held(self) -> bool:
+        """Whether the motors can hold the arm at rest where it is commanded."""
+        view, working = self._view, self._view.working
+        limit = view.limits.tau[working]
+        if not np.isfinite(limit).any():
+            return True
+        held = view.holding_torques(view.command.q[None])[0, working]
+        return bool((np.abs(held) <= HELD * limit).all())
 
     def _speed(self) -> float:
         """Largest speed of a joint that works, as a share of its limit."""

@@ -123,8 +123,7 @@ class Planner(PlannerFacts):
             robot, self._session.K.limits, self._session.K.faults, torque_limits=given.limits_torque
         )
         self._reserve = braking_reserve(robot) if given.limits_torque else None
-        self._out = Step(self._session, robot.joints)
-        self._loop = ArmLoop(self._session, robot.joints)
+        self._out, self._loop = Step(self._session, robot.joints), ArmLoop(self._session, robot.joints)
         self._rest, self._timing = Rest(self._session), timing
         self._at_rest = np.zeros(robot.nv)
         self._ordinary = self._solver.tick("clock"), None if timing else self._solver.direct("clock")
@@ -361,6 +360,7 @@ class Planner(PlannerFacts):
 
     def _fit(self, robot: Robot) -> None:
         """Let the kernel see another arm of the same joints."""
+        self._out.leave_arm()
         self.robot = robot
         load_chain(self._session.K, **robot.chain.constants())
         if self._vigilance is not None:

@@ -1,7 +1,8 @@
 """Step: what one tick gives back, read from the planner's record when it is asked for."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -10,8 +11,8 @@ from ftqp.control.planner.causes import obstacles, outside
 from ftqp.control.planner.certificate import Certificate, Obstacle, Unreached
 from ftqp.control.planner.free_joint import Impact, impact, notice
 from ftqp.control.planner.status import STATUSES, StepStatus
-from ftqp.control.planner.step_facts import Measures, QPReport, measures_of
-from ftqp.control.planner.step_parts import JOINTS_ONLY, PLACES_OF_A_STEP, RESIDUALS, KeptParts
+from ftqp.control.planner.step_facts import Measures, QPReport, Reference, measures_of
+from ftqp.control.planner.step_parts import JOINTS_ONLY, PLACES_OF_A_STEP, RESIDUALS, ArmOfSteps, KeptParts
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import (
@@ -37,20 +38,6 @@ ROUNDING = 10.0
 """A torque excess below so many tolerances of the solver is rounding."""
 
 
-class Reference(NamedTuple):
-    """A state of the arm that the planner commands.
-
-    Attributes:
-        q: Joint positions, (nv,) [rad or m].
-        v: Joint velocities, (nv,) [rad/s or m/s].
-        a: Joint accelerations of the step, (nv,) [rad/s2 or m/s2].
-    """
-
-    q: FloatArray
-    v: FloatArray
-    a: FloatArray
-
-
 class Step:
     """One command and what there is to know of it.
 
@@ -70,10 +57,10 @@ class Step:
         duration: How long the step took [s]; None unless the planner was made with ``timing=True``.
     """
 
-    __slots__ = ("_fill_in", "_joints", "_parts", "_session", "a", "code", "duration", "q", "task_error", "v")
+    __slots__ = ("_arm", "_fill_in", "_joints", "_parts", "a", "code", "duration", "q", "task_error", "v")
 
     def __init__(self, session: Session, joints: Sequence[str]) -> None:
-        self._session = session
+        self._arm = ArmOfSteps(session)
         self._joints = tuple(joints)
         n, nc = len(self._joints), int(session.K.ladder.p)
         parts = {name: session.field(*place) for name, place in PLACES_OF_A_STEP.items()}
@@ -91,6 +78,10 @@ class Step:
         self.v: FloatArray = parts["v"]
         self.a: FloatArray = parts["a"]
         self.task_error: FloatArray = parts["error"]
+
+    @property
+    def _session(self) -> Session:
+        return self._arm.session
 
     def _number(self, name: str) -> float:
         return float(self._parts[name][0])
@@ -111,7 +102,7 @@ class Step:
         return self._torques("tau_brake")
 
     @property
-    def reference(self) -> "Reference":
+    def reference(self) -> Reference:
         """The planner's own state at the end of the step, which the loops of the drive hold the arm to."""
         return Reference(self._parts["q_reference"], self._parts["v_reference"], self.a)
 
@@ -163,9 +154,8 @@ class Step:
                 return np.full(len(self._joints), np.nan)
             if self._fill_in is None:
                 warm_up(("torques",), self._session.capacity)
-                self._fill_in = (
-                    self._torques_of_copy if isinstance(parts, KeptParts) else self._session.torques()
-                )
+                kept = isinstance(parts, KeptParts)
+                self._fill_in = partial(self._arm.fill_in_torques, parts) if kept else self._session.torques()
             self._fill_in()
             parts["has_dynamics"][0] = 1
         result: FloatArray = parts[name]
@@ -174,16 +164,6 @@ class Step:
     def _takes_torques(self) -> bool:
         """Whether torques are what is sent to the arm."""
         return bool(self._parts["kind"][0] == TORQUE_DRIVE)
-
-    def _torques_of_copy(self) -> None:
-        """Fill in the torques of a step that is kept, by a session of its own in the state of this step."""
-        session, n = self._session.copy(), len(self._joints)
-        state = session.K.state
-        state.q[:n], state.v[:n] = self._parts["q_before"], self._parts["v_before"]
-        state.a_command[:n] = self.a
-        session.K.faults.code[:n] = self._parts["code"]
-        session.torques()()
-        self._parts["tau"][:], self._parts["tau_brake"][:] = state.tau[:n], state.tau_brake[:n]
 
     @property
     def position_error(self) -> float:
@@ -367,7 +347,15 @@ class Step:
             numbers[begin:end] = self._parts[name]
         layout["jacobian"] = (at, len(numbers))
         numbers[at:] = jacobian
-        return _kept(self._session, self._joints, layout, numbers, self.code, self.duration)
+        return _kept(self._arm, self._joints, layout, numbers, self.code, self.duration)
+
+    def leave_arm(self) -> None:
+        """Stay with the arm that this step and its copies were made for: the planner's becomes another."""
+        session = self._session
+        if session.K.state.ticks > 0:
+            self._torques("tau_brake")
+        self._arm.keep()
+        self._arm = ArmOfSteps(session)
 
     def __copy__(self) -> "Step":
         return self.copy()
@@ -378,7 +366,7 @@ class Step:
     def __reduce__(self) -> tuple[Any, ...]:
         kept = self.copy()
         parts = kept._parts
-        return _kept, (self._session, self._joints, parts._layout, parts._numbers, self.code, self.duration)
+        return _kept, (self._arm, self._joints, parts._layout, parts._numbers, self.code, self.duration)
 
     def __repr__(self) -> str:
         errors = f"position_error={self.position_error:.2e}, rotation_error={self.rotation_error:.2e}"
@@ -386,7 +374,7 @@ class Step:
 
 
 def _kept(
-    session: Session,
+    arm: ArmOfSteps,
     joints: tuple[str, ...],
     layout: dict[str, tuple[int, int]],
     numbers: FloatArray,
@@ -395,7 +383,7 @@ def _kept(
 ) -> Step:
     """A step that owns its numbers."""
     step = Step.__new__(Step)
-    step._session, step._joints = session, joints
+    step._arm, step._joints = arm, joints
     step.code, step.duration = code, duration
     step._adopt(KeptParts(layout, numbers))
     return step

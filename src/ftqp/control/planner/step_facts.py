@@ -8,6 +8,20 @@ from ftqp.core.checks import FloatArray, IntArray
 from ftqp.qp.problem import SolveStatus
 
 
+class Reference(NamedTuple):
+    """A state of the arm that the planner commands.
+
+    Attributes:
+        q: Joint positions, (nv,) [rad or m].
+        v: Joint velocities, (nv,) [rad/s or m/s].
+        a: Joint accelerations of the step, (nv,) [rad/s2 or m/s2].
+    """
+
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+
+
 class QPReport(NamedTuple):
     """How the QP of a step went.
 

@@ -1,7 +1,10 @@
 """Where the parts of a step stand in the planner's record, and what keeps them beyond the next step."""
 
+from typing import final
+
 from ftqp.control.planner.free_joint import PLACES
 from ftqp.core.checks import FloatArray
+from ftqp.kernel.entry.session import Session
 
 PLACES_OF_A_STEP = {
     "q": ("feedback", "q_sent"),
@@ -72,3 +75,37 @@ class KeptParts:
     def __getitem__(self, name: str) -> FloatArray:
         begin, end = self._layout[name]
         return self._numbers[begin:end]
+
+
+@final
+class ArmOfSteps:
+    """The arm that steps were made for: the planner's own, until that gets another load or tool.
+
+    Args:
+        session: The planner's.
+
+    Attributes:
+        session: Whose record has the constants of the arm.
+    """
+
+    __slots__ = ("session",)
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+
+    def keep(self) -> None:
+        """Stay the arm that it is now, whatever becomes of the planner's."""
+        self.session = self.session.copy()
+
+    def fill_in_torques(self, parts: KeptParts) -> None:
+        """The torques of a step that is kept, by a session of its own in the state of that step.
+
+        Args:
+            parts: Those of the step.
+        """
+        session, n = self.session.copy(), len(parts["tau"])
+        state = session.K.state
+        state.q[:n], state.v[:n], state.a_command[:n] = parts["q_before"], parts["v_before"], parts["a"]
+        session.K.faults.code[:n] = parts["code"]
+        session.torques()()
+        parts["tau"][:], parts["tau_brake"][:] = state.tau[:n], state.tau_brake[:n]

@@ -7,6 +7,7 @@ from ftqp.control.planner.braking_reserve import BrakingReserve, count_on
 from ftqp.control.planner.free_joint import KEPT_OF
 from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.solver.qp_solver import Solver
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, FreeSwinging
@@ -29,8 +30,12 @@ class WhatIfs:
 
     Attributes:
         session: What every arm begins with.
+        robot: The arm.
+        given: What the planner was made with.
+        told: The faults that it believes in.
         rich: Whether a tick has directional damping or a gradient of the manipulability.
         frees: Whether the planner believes that a joint swings freely.
+        return_to_start: Whether the scheme draws each arm to a posture, and that is its own start.
 
     Raises:
         InputError: A foreign solver, a network, a closed form, a plan, or a task that may give rows up.
@@ -48,15 +53,27 @@ class WhatIfs:
         _refuse_foreign(given, solver)
         session = session.copy()
         self.session, self.rich = session, solver.rich
-        self._robot, self._given, self._reserve, self._told = robot, given, reserve, tuple(faults.values())
-        self.frees = any(isinstance(fault, FreeSwinging) for fault in self._told)
+        self.robot, self.given, self.told, self._reserve = robot, given, tuple(faults.values()), reserve
+        self.frees = any(isinstance(fault, FreeSwinging) for fault in self.told)
         K = session.K
         ArmLoop(session, robot.joints).forget()
+        self.return_to_start = given.posture is None and float(K.criteria.norm_q) != 0.0
+        if given.posture is not None:
+            K.criteria.posture[: robot.nv] = given.posture
         K.qp.warm = K.state.ticks = 0
         K.state.is_reset = 1
         K.ladder.external = K.criteria.sways = 0
         K.free.joint, K.free.allowed = -1, sum(1 << KEPT_OF[name] for name in given.task.kept_sets)
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
+
+    def return_to(self, start: FloatArray) -> None:
+        """Let arms be drawn to their start, where the planner has no posture of its own.
+
+        Args:
+            start: Of all the arms that are driven next, (nv,) [rad or m].
+        """
+        if self.return_to_start:
+            self.session.K.criteria.posture[: len(start)] = start
 
     def believing(self, faults: tuple[Fault, ...]) -> dict[str, Any]:
         """The rooms of limits and faults, by name, of a planner that was told of these, one after the other.
@@ -68,12 +85,12 @@ class WhatIfs:
             InputError: An unknown joint, no fault, or one that the robot's model has too little for.
         """
         K = self.session.copy().K
-        belief = Belief(self._robot, K.limits, K.faults, torque_limits=self._given.limits_torque)
-        for fault in (*self._told, *faults):
+        belief = Belief(self.robot, K.limits, K.faults, torque_limits=self.given.limits_torque)
+        for fault in (*self.told, *faults):
             belief.report(fault)
-        K.limits.dynamic = self._given.dynamic or belief.needs_dynamics
-        on_demand = self._given.on_demand and not belief.needs_dynamics
-        count_on(self._reserve, K.limits, self._robot.nv, level=self._given.level, on_demand=on_demand)
+        K.limits.dynamic = self.given.dynamic or belief.needs_dynamics
+        on_demand = self.given.on_demand and not belief.needs_dynamics
+        count_on(self._reserve, K.limits, self.robot.nv, level=self.given.level, on_demand=on_demand)
         return {room: K[room].copy() for room in BELIEF_ROOMS}
 
 

@@ -124,6 +124,6 @@ class Motion:
         self._rests = not end.any()
         try:
             result = self._solver.calculate(given, self._trajectory)
-        except ruckig.RuckigError:  # numbers that the library refuses
+        except (ruckig.RuckigError, ValueError):  # it refuses the numbers, or has no name for what it found
             return False
         return bool(result in (ruckig.Result.Working, ruckig.Result.Finished))
