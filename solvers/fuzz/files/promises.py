@@ -18,7 +18,7 @@ from ftqp.core.errors import FtqpError, ModelError, ScenarioError
 
 LONGEST = 1500
 """Letters that a line of a message has at most."""
-SECONDS = 20
+SECONDS = 60
 """A file that takes longer hangs."""
 COMPILING = 280
 """But one for which parts of the kernel have to be compiled may take so long."""
