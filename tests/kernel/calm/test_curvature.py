@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ticks import Ticks
+from session_ticks import Ticks
 
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics

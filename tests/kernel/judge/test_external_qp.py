@@ -4,7 +4,7 @@ import daqp
 import numpy as np
 import pytest
 from random_qps import EQUALITY
-from ticks import Ticks
+from session_ticks import Ticks
 
 import ftqp
 from ftqp.kernel.judge.external_qp import sizes, unpack

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
-from ticks import Ticks
+from session_ticks import Ticks
 
 import ftqp
 from ftqp.kernel.layout import enums as codes

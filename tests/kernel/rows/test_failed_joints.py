@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from records import empty_record
-from ticks import Ticks, hessian
+from session_ticks import Ticks, hessian
 
 import ftqp
 from ftqp.kernel.entry.session import ArmSession

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from random_chains import random_robot
-from ticks import Ticks, hessian
+from session_ticks import Ticks, hessian
 
 import ftqp
 from ftqp.control.following.path_intervals import path_table
