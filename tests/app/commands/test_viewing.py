@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+from time import sleep
 from urllib.request import urlopen
 
 import pytest
@@ -53,31 +54,40 @@ def test_bad_input_is_one_sentence_and_exit_code_2(folder, arguments, said):
     assert said in text and "Traceback" not in text
 
 
+def viewed(port, file, seconds):
+    """A page that is shown for some seconds, then interrupted: its exit code and what it said on both streams."""
+    command = [sys.executable, "-m", "ftqp", "view", "planar6-square", "--json", "--no-browser"]
+    process = subprocess.Popen(
+        [*command, "--port", str(port), "--record", str(file)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        assert process.stdout is not None
+        told = json.loads(process.stdout.readline())
+        assert told["port"] > port and told["kind"] == "live" and told["title"] == "planar6-square"
+        assert told["url"] == f"http://127.0.0.1:{told['port']}"
+        with urlopen(told["url"], timeout=60.0) as answer:
+            assert b"<html" in answer.read(2000).lower()
+        sleep(seconds)
+        process.send_signal(signal.SIGINT)
+        rest, errors = process.communicate(timeout=120.0)
+    finally:
+        process.kill()
+    return process.returncode, rest, errors.replace("\n", "")
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for another process")
 def test_page_answers_at_the_next_free_port_and_ctrl_c_leaves_a_recording(tmp_path):
     file = tmp_path / "shown.html"
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        port = taken.getsockname()[1]
-        command = [sys.executable, "-m", "ftqp", "view", "planar6-square", "--json", "--no-browser"]
-        process = subprocess.Popen(
-            [*command, "--port", str(port), "--record", str(file)],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        try:
-            assert process.stdout is not None
-            told = json.loads(process.stdout.readline())
-            assert told["port"] > port and told["kind"] == "live" and told["title"] == "planar6-square"
-            assert told["url"] == f"http://127.0.0.1:{told['port']}"
-            with urlopen(told["url"], timeout=60.0) as answer:
-                assert b"<html" in answer.read(2000).lower()
-            process.send_signal(signal.SIGINT)
-            rest, errors = process.communicate(timeout=120.0)
-        finally:
-            process.kill()
-    assert process.returncode == 130, errors
-    assert rest == "" and f"recording: {file}" in errors.replace("\n", "")
+        for seconds in (0.5, 5.0, 30.0):  # until the arm moves, on a busy machine
+            code, rest, errors = viewed(taken.getsockname()[1], file, seconds)
+            assert (code, rest) == (130, ""), errors
+            if "nothing moved" not in errors:
+                break
+    assert f"recording: {file}" in errors
     assert file.stat().st_size > 100_000
 
 
