@@ -55,7 +55,7 @@ def test_bad_input_is_one_sentence_and_exit_code_2(folder, arguments, said):
 
 
 def viewed(port, file, seconds):
-    """A page that is shown for some seconds, then interrupted: its exit code and what it said on both streams."""
+    """A page that is shown for some seconds, then interrupted: its exit code and both of its streams."""
     command = [sys.executable, "-m", "ftqp", "view", "planar6-square", "--json", "--no-browser"]
     process = subprocess.Popen(
         [*command, "--port", str(port), "--record", str(file)],
