@@ -1,5 +1,7 @@
 """Ways to a goal: whatever fails on the way, every limit is kept and the end is said, of an arm at rest."""
 
+import logging
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -121,6 +123,7 @@ def test_arm_that_its_motors_cannot_hold_is_stopped_and_that_is_said(caplog):
     goal = panda.pose(panda.neutral)
     goal[:3, 3] += 0.5
     goto = ftqp.GoTo(planner, pose=goal)
+    caplog.set_level(logging.WARNING, logger="ftqp")
     ended(goto, panda.neutral, 30.0)
     assert goto.status is ftqp.GoToStatus.HALTED
     assert caplog.messages[-1] == (

@@ -1,5 +1,7 @@
 """Arms of a batch beside whose free joint Python decides: they move as a planner moves them, too."""
 
+import logging
+
 import numpy as np
 import pytest
 from batch_cases import DT, STATUSES, TICKS, assert_same, circle, starts
@@ -25,6 +27,7 @@ def test_rows_are_given_up_beside_a_free_joint_without_gravity(level, caplog):
     def planner_of():
         return ftqp.Planner(PANDA, 5e-3, level=level)
 
+    caplog.set_level(logging.WARNING, logger="ftqp")
     done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=faults)
     assert not caplog.records
     assert_same(done, planner_of, PANDA, q, faults, targets)
