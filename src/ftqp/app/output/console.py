@@ -69,9 +69,7 @@ def standard_output() -> Iterator[None]:
     except BrokenPipeError:  # whoever reads has had enough
         raise
     except OSError as error:
-        with suppress(
-            OSError
-        ):  # what is still kept back goes nowhere; else the process ends with it once more
+        with suppress(OSError):  # what is kept back goes nowhere; else the process would end with it again
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise FtqpError(
             f"results cannot be written to standard output: {error.strerror or error}; send it elsewhere"
