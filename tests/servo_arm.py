@@ -4,6 +4,7 @@ They share nothing with the planner's own model but the robot's numbers; dynamic
 """
 
 from collections import deque
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio
@@ -83,3 +84,16 @@ class TorqueArm(ServoArm):
                 a[f], a[k] = a_f, a_k
             self.advance(a, h)
         self.past.append(self.q.copy())
+
+
+class Unheeding(TorqueArm):
+    """A torque arm of which one motor gives no torque any more; brakes close when they are asked for."""
+
+    dead: int | None = None
+
+    def command(self, step):
+        tau = step.tau.copy()
+        if self.dead is not None:
+            tau[self.dead] = 0.0
+        self.braked |= step.brakes
+        super().command(SimpleNamespace(tau=tau))

@@ -1,26 +1,11 @@
 """Joints of a torque arm whose motors do not obey, although nobody said so."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from tests.ride import DT, START, circle, target_at
-from tests.servo_arm import TorqueArm
+from tests.servo_arm import Unheeding
 
 import ftqp
-
-
-class Unheeding(TorqueArm):
-    """A torque arm of which one motor gives no torque any more; brakes close when they are asked for."""
-
-    dead: int | None = None
-
-    def command(self, step):
-        tau = step.tau.copy()
-        if self.dead is not None:
-            tau[self.dead] = 0.0
-        self.braked |= step.brakes
-        super().command(SimpleNamespace(tau=tau))
 
 
 def led(latency, duration):

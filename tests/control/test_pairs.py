@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.ride import target_at
-from tests.servo_arm import TorqueArm
+from tests.servo_arm import Unheeding
 
 import ftqp
 
@@ -13,19 +13,6 @@ DT, NOISE = 2e-3, 1e-4
 START = np.array([0.458, 0.22, 0.461, -1.673, 0.5, 1.376, 0.555])
 """The axes of joints 1 and 3 are 13 degrees apart."""
 FAILS, END = 600, 2400
-
-
-class Unheeding(TorqueArm):
-    """A torque arm of which one motor gives no torque any more; brakes close when they are asked for."""
-
-    dead: int | None = None
-
-    def command(self, step):
-        tau = step.tau.copy()
-        if self.dead is not None:
-            tau[self.dead] = 0.0
-        self.braked |= step.brakes
-        super().command(SimpleNamespace(tau=tau))
 
 
 def led(seed=0):
