@@ -60,7 +60,19 @@ def steps(level, mode, priority, damping, scheme, backend, leader):
     return done
 
 
-@pytest.mark.parametrize("chosen", list(product(*CHOICES.values())), ids="-".join)
+def taking_long(chosen):
+    """Whether code is compiled for it that no other test needs: the network for paths and for bases."""
+    of = dict(zip(CHOICES, chosen, strict=True))
+    return of["backend"] == "dtrnn" and of["leader"] in ("path", "base") and not broken(of)
+
+
+@pytest.mark.parametrize(
+    "chosen",
+    [
+        pytest.param(chosen, id="-".join(chosen), marks=[pytest.mark.slow] if taking_long(chosen) else [])
+        for chosen in product(*CHOICES.values())
+    ],
+)
 def test_every_combination_works_or_is_refused_with_the_sentence_of_the_table(chosen):
     sentences = broken(dict(zip(CHOICES, chosen, strict=True)))
     if sentences:

@@ -9,7 +9,7 @@ from ftqp.kernel.entry.session import ArmSession
 from ftqp.model.catalog import load
 from ftqp.model.robot import Robot
 
-SIZES = (*range(2, 13), 16, 20, 25, 31, 32)
+SIZES = (*range(2, 13), 16, *(pytest.param(n, marks=pytest.mark.slow) for n in (20, 25, 31, 32)))
 
 
 def arm_of(robot):

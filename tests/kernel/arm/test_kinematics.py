@@ -7,7 +7,7 @@ from random_chains import configuration, random_robot
 
 from ftqp.kernel.entry.session import ArmSession
 
-SIZES = (*range(2, 13), 16, 20, 25, 31, 32)
+SIZES = (*range(2, 13), 16, *(pytest.param(n, marks=pytest.mark.slow) for n in (20, 25, 31, 32)))
 
 
 def relative(got, expected):

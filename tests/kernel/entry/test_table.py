@@ -29,6 +29,9 @@ OBJECTS = {
 }
 """What compiled code takes as Python objects: what a caller hands to a step, and the step itself."""
 
+LONG = {"network_path", "network_base"}
+"""What takes long to compile, and is a solver and a leader that other entries have one of each."""
+
 
 def capacity_of(name):
     """The class of records that a test makes it for."""
@@ -53,7 +56,9 @@ def test_an_entry_point_of_one_size_takes_as_many_arguments_as_the_table_says(na
     assert len(inspect.signature(function).parameters) == len(EXACT[name].signature)
 
 
-@pytest.mark.parametrize("name", ENTRIES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in ENTRIES]
+)
 def test_every_entry_point_can_be_made_and_kept(name, caplog):
     """Made means: its code allocates nothing and needs nothing of numba, else it is refused."""
     with caplog.at_level(logging.WARNING, "ftqp"):

@@ -10,7 +10,10 @@ from ftqp.kernel.judge.verdict import judge
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.layout.enums import JOINTS
 
-SIZES = ((2, 2, 8), (7, 6, 8), (8, 5, 8), (12, 6, JOINTS), (30, 6, JOINTS), (32, 3, JOINTS))
+SIZES = (
+    *((2, 2, 8), (7, 6, 8), (8, 5, 8)),
+    *(pytest.param(n, m, JOINTS, marks=pytest.mark.slow) for n, m in ((12, 6), (30, 6), (32, 3))),
+)
 
 
 def posed(seed=0, n=7, m=6, capacity=8, held=(), soft=1e-7, wide=1e3):

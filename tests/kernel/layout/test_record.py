@@ -84,7 +84,9 @@ def test_no_field_is_hidden_by_an_attribute_of_numpy_s_records(name):
 
 
 @pytest.mark.skipif(not COMPILED, reason="this run is without compilation")
-@pytest.mark.parametrize("name", ["record", "path", "base", "reduced problem"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("record", marks=pytest.mark.slow), "path", "base", "reduced problem"]
+)
 def test_every_field_is_the_same_place_to_compiled_code_and_to_plain_python(name):
     dtype = LAYOUTS[name]
     made = {}
