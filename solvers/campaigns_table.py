@@ -19,6 +19,7 @@ from bench import command_line, docs
 from bench.results import RESULTS, appendix, circumstances, preamble, written
 from bench.tables import Table
 
+from ftqp.app.campaign.campaign_summary import fallback_share
 from ftqp.app.campaign.found_failures import share_interval
 from ftqp.core.errors import InputError
 
@@ -67,6 +68,7 @@ def row(folder: Path, commit: str) -> dict[str, Any]:
             "exceptions": facts["raised"],
             "at_most": (share_interval(bad, run) or (0.0, 1.0))[1],
             "laws": laws,
+            "backends": facts["by_key"].get("planner.backend", {}),
             "said": facts["said"],
             "examples": facts["examples"],
         }
@@ -88,6 +90,23 @@ def table(rows: list[dict[str, Any]]) -> Table:
         for one in rows
     ]  # fmt: skip
     return Table(title="Episodes that broke a law", headings=HEADINGS, rows=cells, notes=(NOTE,))
+
+
+def fallbacks(rows: list[dict[str, Any]]) -> list[Table]:
+    """How often the answers of solvers were not used, of each campaign that draws its solver."""
+    return [
+        Table(
+            title=f"Answers that were not used, in `{one['campaign']}` at {one['commit']}",
+            headings=("backend", "episodes", "ticks", "FALLBACK ticks"),
+            rows=[
+                (f"`{name}`", f"{found['episodes']:,}", f"{found['ticks']:,}", fallback_share(found))
+                for name, found in one["backends"].items()
+            ],
+            notes=("Where a solver gives no usable answer in a tick, the kernel's active set answers.",),
+        )
+        for one in rows
+        if len(one["backends"]) > 1
+    ]
 
 
 def _commands(rows: list[dict[str, Any]]) -> list[str]:
@@ -120,15 +139,19 @@ def main() -> int:
     }
     result["command"] = "python solvers/campaigns_table.py FOLDER..."
     whole = table(rows)
-    docs.told(
-        result, "Campaigns", [whole], argparse.Namespace(json=options.json, out=None, update_docs=False)
-    )
+    tables = [whole, *fallbacks(rows)]
+    docs.told(result, "Campaigns", tables, argparse.Namespace(json=options.json, out=None, update_docs=False))
     out = options.out or (RESULTS if options.update_docs else None)
     if out is not None:
-        lines = [*preamble("Campaigns", result), *whole.markdown(), *_commands(rows), *appendix(result)]
+        lines = [
+            *preamble("Campaigns", result),
+            *[line for one in tables for line in one.markdown()],
+            *_commands(rows),
+            *appendix(result),
+        ]
         report, *_ = written(result, "\n".join(lines), out, "campaigns_table")
         if options.update_docs:
-            docs.shown(result, report, {docs.README: [whole], CAMPAIGNS: [whole]})
+            docs.shown(result, report, {docs.README: [whole], CAMPAIGNS: tables})
     return 0
 
 

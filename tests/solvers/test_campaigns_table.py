@@ -31,6 +31,12 @@ def campaign(tmp_path):
         "steps": 5000,
         "laws": dict.fromkeys(LAWS, 0) | {"braking": 1, "honesty": 2, "rest": 1}, "crashed": {},
         "said": {"OK": 4000, "STOPPED": 1000},
+        "by_key": {
+            "planner.backend": {
+                "daqp": {"episodes": 50, "ticks": 2000, "fallbacks": 5},
+                "osqp": {"episodes": 53, "ticks": 3000, "fallbacks": 0},
+            }
+        },
         "examples": [{"episode": 7, "outcome": "broken", "sentences": "braking from tick 3 on\nand more"}],
     }  # fmt: skip
     folder = tmp_path / "mine"
@@ -56,6 +62,7 @@ def test_counts_bound_and_command_of_a_campaign_are_told(campaign, tmp_path):
     report = (tmp_path / "out" / "campaigns_table.md").read_text()
     assert "`ftqp campaign mine --episodes 103` at 1a2b3c4, seed 12" in report
     assert "OK 80.00 %" in report and "episode 7: braking from tick 3 on\n" in report
+    assert "| `daqp` | 50 | 2,000 | 0.25 % |\n| `osqp` | 53 | 3,000 | 0.00 % |" in report
 
 
 def test_folder_without_a_campaign_is_one_sentence(tmp_path):

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from ftqp.app.campaign.campaign_summary import RANGES, summary
+from ftqp.app.campaign.campaign_summary import RANGES, fallback_share, summary
 from ftqp.app.campaign.episode_study import COLUMNS
 
 
@@ -32,6 +32,18 @@ def test_many_numbers_are_told_by_ranges_with_as_many_episodes_each():
     assert [value["episodes"] for value in found["at"].values()] == [20] * RANGES
     assert [value["broken"] for value in found["at"].values()] == [0, 0, 0, 0, 9]
     assert next(iter(found["at"])) == "0 to 0.19"
+
+
+def test_ticks_whose_answer_was_not_used_are_told_by_value():
+    said = [{"OK": 190, "FALLBACK": 10}, {"OK": 97, "FALLBACK": 3}, {"STOPPED": 50}, None]
+    rows = [
+        row(k, {"backend": "ab"[k > 1]}, said=None if one is None else json.dumps(one))
+        for k, one in enumerate(said)
+    ]
+    found = summary("x", [*rows, row(4, {"backend": "c"}, "refused")])["by_key"]["backend"]
+    assert [found[name]["fallbacks"] for name in "abc"] == [13, 0, 0]
+    assert [found[name]["ticks"] for name in "abc"] == [300, 50, 0]
+    assert [fallback_share(found[name]) for name in "abc"] == ["4.33 %", "0.00 %", "-"]
 
 
 def test_broken_episodes_have_an_interval_and_laws_their_counts():

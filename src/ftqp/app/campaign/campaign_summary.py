@@ -1,10 +1,12 @@
 """What the rows of a campaign come to: counts, bounds, and how they spread over what was drawn."""
 
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from ftqp.app.campaign.found_failures import CONFIDENCE, detector_summary, share_interval
+from ftqp.control.planner.status import StepStatus
 from ftqp.referee.laws import LAWS
 
 OUTCOMES: Final = ("sound", "broken", "raised", "refused")
@@ -33,10 +35,6 @@ def summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
     run = found["sound"] + found["broken"]
     clean = not found["broken"] and not found["raised"] and run > 0
     bad = [row for row in rows if row["outcome"] in ("broken", "raised")]
-    said: dict[str, int] = {}
-    for row in rows:
-        for status, ticks in json.loads(row["said"] or "{}").items():
-            said[status] = said.get(status, 0) + ticks
     laws = {law: sum((row[f"law_{law}"] or 0.0) > 0.0 for row in rows) for law in LAWS}
     return {
         "campaign": name,
@@ -50,7 +48,7 @@ def summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
         "bound": 1.0 - (1.0 - CONFIDENCE) ** (1.0 / run) if clean else None,
         "broken_interval": share_interval(found["broken"] + found["raised"], run + found["raised"]),
         "laws": laws,
-        "said": said,
+        "said": dict(_said(rows)),
         "followable": sum(row["followable"] or 0.0 for row in rows),
         "largest_ok_error": max((row["largest_ok_error"] or 0.0 for row in rows), default=0.0),
         "by_key": by_key(rows),
@@ -58,6 +56,14 @@ def summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
         "examples": [_shown(row) for row in bad[:SHOWN]],
         "refusals": [_shown(row) for row in rows if row["outcome"] == "refused"][:SHOWN],
     }
+
+
+def _said(rows: Sequence[Row]) -> Counter[str]:
+    """Ticks by what planners said of them."""
+    said: Counter[str] = Counter()
+    for row in rows:
+        said.update(json.loads(row["said"] or "{}"))
+    return said
 
 
 def _shown(row: Row) -> dict[str, Any]:
@@ -74,8 +80,19 @@ def counts(rows: Sequence[Row]) -> dict[str, int]:
     return {outcome: found.count(outcome) for outcome in OUTCOMES}
 
 
+def fallback_share(found: Mapping[str, int]) -> str:
+    """The share of ticks in which the solver's answer was not used, for a reader.
+
+    Args:
+        found: What ``by_key`` says of a value.
+    """
+    return f"{100.0 * found['fallbacks'] / found['ticks']:.2f} %" if found["ticks"] else "-"
+
+
 def by_key(rows: Sequence[Row]) -> dict[str, dict[str, dict[str, int]]]:
     """The same for each value of the keys that were drawn from a few, and by ranges of those of many numbers.
+
+    ``ticks`` of them were judged, and in ``fallbacks`` of those the solver's answer was not used.
 
     Args:
         rows: By column.
@@ -94,10 +111,15 @@ def by_key(rows: Sequence[Row]) -> dict[str, dict[str, dict[str, int]]]:
                 continue
             values = _ranges(pairs)
         result[key] = {
-            value: {"episodes": len(some), **counts(some)}
+            value: {"episodes": len(some), **counts(some), **_ticks(some)}
             for value, some in (values if len(values) > MOST_VALUES else dict(_sorted(values))).items()
         }
     return result
+
+
+def _ticks(rows: Sequence[Row]) -> dict[str, int]:
+    said = _said(rows)
+    return {"ticks": said.total(), "fallbacks": said[StepStatus.FALLBACK.name]}
 
 
 def _sorted(values: Mapping[str, list[Row]]) -> list[tuple[str, list[Row]]]:

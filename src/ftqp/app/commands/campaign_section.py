@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any, Final
 
+from ftqp.app.campaign.campaign_summary import fallback_share
 from ftqp.app.campaign.found_failures import share_interval
 from ftqp.app.run.runs import SUMMARY
 from ftqp.core.errors import InputError, MissingPackage, printable
@@ -144,7 +145,7 @@ def _pictures(facts: dict[str, Any]) -> list[str]:
 
 
 def _by_key(key: str, values: dict[str, dict[str, int]]) -> str:
-    heads = ("value", "episodes", "broke a law", "exceptions", "not run", "at most (95 %)")
+    heads = ("value", "episodes", "broke a law", "exceptions", "not run", "at most (95 %)", "FALLBACK ticks")
     rows = []
     for value, found in values.items():
         bad, run = found["broken"] + found["raised"], found["episodes"] - found["refused"]
@@ -153,6 +154,7 @@ def _by_key(key: str, values: dict[str, dict[str, int]]) -> str:
             (
                 f"{value:.80}", str(found["episodes"]), str(found["broken"]), str(found["raised"]),
                 str(found["refused"]), "-" if interval is None else _percent(interval[1]),
+                fallback_share(found),
             )
         )  # fmt: skip
     return table(key, heads, rows, numbers=heads[1:])

@@ -129,9 +129,14 @@ def _tell(facts: dict[str, Any], *, whole: bool) -> None:
     if facts["examples"]:
         tell(f"  one of them alone, with its log: {ALONE.format('N')}")
     if whole:
+        from ftqp.app.campaign.campaign_summary import fallback_share
+
         for key, values in facts["by_key"].items():
-            heads = ("value", "episodes", "broken", "raised", "refused")
-            cells = [(value, *(str(found[head]) for head in heads[1:])) for value, found in values.items()]
+            heads = ("value", "episodes", "broken", "raised", "refused", "FALLBACK ticks")
+            cells = [
+                (value, *(str(found[head]) for head in heads[1:-1]), fallback_share(found))
+                for value, found in values.items()
+            ]
             tell_table(key, heads, cells, numbers=heads[1:])
     tell(f"{facts['seconds']:.1f} s of work; files: {facts['folder']}")
 
