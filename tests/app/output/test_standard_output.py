@@ -10,7 +10,7 @@ import pytest
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
 @pytest.mark.parametrize(
     "arguments", [("schemes",), ("schemes", "--json"), ("check", "panda-circle"), ("check", "none", "--json"),
-                  ("--version",)]
+                  ("--version",), ("--help",), ("run", "--help"), ()]
 )  # fmt: skip
 def test_standard_output_that_is_full_is_said_in_a_sentence(arguments: tuple[str, ...]) -> None:
     command = [sys.executable, "-m", "ftqp", *arguments]

@@ -36,7 +36,12 @@ def main() -> None:
         say("error: standard output is closed, expected one for results; open it, for example by: > FILE")
         sys.exit(ExitCode.BAD_INPUT)
     try:
-        app()
+        try:
+            app()
+        except OSError:
+            with standard_output():  # a full disk, on which help was to be written, says so again
+                sys.stdout.write("\n")
+            raise
     except KeyboardInterrupt:
         say("interrupted")
         sys.exit(ExitCode.INTERRUPTED)
