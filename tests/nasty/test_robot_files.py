@@ -128,3 +128,30 @@ def test_figures_that_are_no_finite_numbers_are_refused(value: str) -> None:
 def test_mjcf_that_is_no_arm_is_refused(text: str) -> None:
     with pytest.raises(FtqpError):
         Robot.from_mjcf(text)
+
+
+def test_mjcf_in_several_files_is_refused_before_a_part_of_it_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "arm.xml"
+    path.write_text(
+        '<mujoco><include file="limits.xml"/><worldbody><body name="a"><joint name="j" axis="0 0 1"/>'
+        '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>'
+    )
+    with pytest.raises(InputError, match=r"includes 'limits.xml', expected one file .*'arm.xml'\)\.to_xml"):
+        Robot.from_mjcf(path)
+    with pytest.raises(InputError, match=r"^MJCF includes 'limits.xml', expected one file"):
+        Robot.from_mjcf(path.read_text())
+
+
+def test_mjcf_that_mujoco_has_made_one_of_is_read(tmp_path: Path) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    path = tmp_path / "arm.xml"
+    (tmp_path / "limits.xml").write_text(
+        '<mujocoinclude><compiler angle="radian"/><default><joint range="-1.5 1.5"/></default>'
+        "</mujocoinclude>"
+    )
+    path.write_text(
+        '<mujoco><include file="limits.xml"/><worldbody><body name="a"><joint name="j" axis="0 0 1"/>'
+        '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>'
+    )
+    robot = Robot.from_mjcf(mujoco.MjSpec.from_file(str(path)).to_xml())
+    assert (robot.limits.q_min, robot.limits.q_max) == (-1.5, 1.5)

@@ -34,9 +34,10 @@ def read(source: Any) -> Source:
     """An MJCF file or text as it was read.
 
     Raises:
-        InputError: The file cannot be read or pinocchio does not understand it.
+        InputError: The file cannot be read, includes others, or pinocchio does not understand it.
     """
     text, root, path = xml_of(source, "MJCF", "mujoco")
+    _refuse_parts(root, path)
     name = root.get("model") or "robot"
     model = _model(text, path)
     model.name = name
@@ -56,6 +57,19 @@ def read(source: Any) -> Source:
         followers=followers,
         findings=findings,
         postures=read_model.postures,
+    )
+
+
+def _refuse_parts(root: ElementTree.Element, path: Path | None) -> None:
+    """Pinocchio would leave out what stands in other files, limits among it, without a word."""
+    part = next(root.iter("include"), None)
+    if part is None:
+        return
+    name = "MJCF" if path is None else f"MJCF {str(path)!r}"
+    file = "FILE" if path is None else path.name
+    raise InputError(
+        f"{name} includes {part.get('file')!r:.80}, expected one file with the whole arm; name the file that "
+        f"has the arm itself, or let MuJoCo make one of all: mujoco.MjSpec.from_file({file!r}).to_xml()"
     )
 
 
