@@ -45,6 +45,7 @@ def folder(tmp_path):
         (["--backend", "abacus"], "abacus"),
         (["iiwa-moving-base-locked"], "has a moving base"),
         (["--port", "99999"], "99999"),
+        (["a" * 300 + ".sqlite"], "does not exist"),
     ],
 )
 def test_bad_input_is_one_sentence_and_exit_code_2(folder, arguments, said):

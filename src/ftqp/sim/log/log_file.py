@@ -136,9 +136,10 @@ def open_log(path: str | Path) -> Iterator[LogRows]:
     """
     instance("path", path, str | Path, "the path of a log or of the folder of a run")
     given = Path(path)
-    files = log_files(given) if given.is_dir() else [given]
-    if not files or not files[0].is_file():
-        file = given / FILE_NAME if given.is_dir() else given
+    folder = os.path.isdir(given)  # a name that is too long is none
+    files = log_files(given) if folder else [given]
+    if not files or not os.path.isfile(files[0]):
+        file = given / FILE_NAME if folder else given
         raise InputError(f"log {file} does not exist; expected a {FILE_NAME} or the folder of a run")
     if len(files) > 1:
         yield joined(given, files, _one_file)
