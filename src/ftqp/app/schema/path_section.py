@@ -59,7 +59,7 @@ class CircleTable(_Timed):
     kind: Literal["circle"]
     radius: Finite = Field(gt=0, description="radius, > 0", json_schema_extra=unit("m"))
     axes: list[Axis] = Field(["x", "y"], min_length=2, max_length=2, description=_AXES)
-    turns: Finite = Field(1.0, gt=0, description="how many times round, > 0")
+    turns: Finite = Field(1.0, gt=0, le=1e6, description="how many times round, > 0, at most 1e6")
     law: Named = Field({"name": "quintic"}, description=_LAW)
 
 
