@@ -17,7 +17,7 @@ from ftqp.kernel.entry import rollouts
 from ftqp.kernel.entry.threads import thread_count
 
 
-@pytest.mark.parametrize("width", [4, 8])
+@pytest.mark.parametrize("width", [pytest.param(4, marks=pytest.mark.slow), 8])
 @pytest.mark.parametrize("level", ["velocity", "acceleration"])
 def test_every_arm_moves_as_a_planner_moves_it(monkeypatch, level, width):
     monkeypatch.setattr(rollouts, "lane_width", lambda: width)
