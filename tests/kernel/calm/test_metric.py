@@ -61,7 +61,9 @@ def test_an_error_called_harmless_is():
     assert 50 < regular < 290
 
 
-@pytest.mark.parametrize("name", ["panda", "iiwa14", "planar(4)", "modular11"])
+@pytest.mark.parametrize(
+    "name", ["panda", "iiwa14", "planar(4)", pytest.param("modular11", marks=pytest.mark.slow)]
+)
 def test_bounds_on_the_curvature_hold_and_the_closer_one_is_close(name):
     robot, K = record_of(name)
     rng, ratios = np.random.default_rng(4), []
@@ -132,6 +134,7 @@ def test_a_saddle_is_left_by_a_kick():
     assert np.abs(K.calm.A[:2, :4].T @ K.calm.e[:2]).max() < 1e-15
 
 
+@pytest.mark.slow
 def test_there_is_no_kick_while_the_rows_can_remove_most_of_the_error():
     """Self-motions of a redundant arm bend the error both ways, and are no saddles."""
     robot, K = record_of("modular11")
