@@ -69,7 +69,8 @@ def _refuse_parts(root: ElementTree.Element, path: Path | None) -> None:
     file = "FILE" if path is None else path.name
     raise InputError(
         f"{name} includes {part.get('file')!r:.80}, expected one file with the whole arm; name the file that "
-        f"has the arm itself, or let MuJoCo make one of all: mujoco.MjSpec.from_file({file!r}).to_xml()"
+        "has the arm itself, or let MuJoCo make one of all: "
+        f"mujoco.mj_saveLastXML('whole.xml', mujoco.MjModel.from_xml_path({file!r}))"
     )
 
 
