@@ -206,6 +206,11 @@ def test_one_fault_gives_one_clear_sentence(
     assert sentence in refused(good, override)
 
 
+def test_circle_of_more_turns_than_numbers_can_hold_is_refused(refused: Callable[..., str]) -> None:
+    said = refused(Path("panda-circle"), "path.turns=1e300")
+    assert "path.turns is 1e+300, expected a number at most 1e+06" in said
+
+
 def test_crossed_limits_are_refused(refused: Callable[..., str], good: Path) -> None:
     said = refused(good, "robot.limits.q_min=1.0", "robot.limits.q_max=-1.0")
     assert said.count("q_min") == 7
