@@ -68,7 +68,10 @@ def row(folder: Path, commit: str) -> dict[str, Any]:
             "exceptions": facts["raised"],
             "at_most": (share_interval(bad, run) or (0.0, 1.0))[1],
             "laws": laws,
-            "backends": facts["by_key"].get("planner.backend", {}),
+            "backends": {
+                name: (found["episodes"], found["ticks"], fallback_share(found))
+                for name, found in facts["by_key"].get("planner.backend", {}).items()
+            },
             "said": facts["said"],
             "examples": facts["examples"],
         }
@@ -99,8 +102,8 @@ def fallbacks(rows: list[dict[str, Any]]) -> list[Table]:
             title=f"Answers that were not used, in `{one['campaign']}` at {one['commit']}",
             headings=("backend", "episodes", "ticks", "FALLBACK ticks"),
             rows=[
-                (f"`{name}`", f"{found['episodes']:,}", f"{found['ticks']:,}", fallback_share(found))
-                for name, found in one["backends"].items()
+                (f"`{name}`", f"{episodes:,}", f"{ticks:,}", share)
+                for name, (episodes, ticks, share) in one["backends"].items()
             ],
             notes=("Where a solver gives no usable answer in a tick, the kernel's active set answers.",),
         )

@@ -69,3 +69,12 @@ def test_folder_without_a_campaign_is_one_sentence(tmp_path):
     done = told(tmp_path, "--commit", "x")
     assert done.returncode == 2 and "holds no campaign that was run" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_summary_of_before_ticks_were_counted_is_one_sentence(campaign):
+    facts = json.loads((campaign / "summary.json").read_text())
+    del facts["by_key"]["planner.backend"]["daqp"]["ticks"]
+    (campaign / "summary.json").write_text(json.dumps(facts))
+    done = told(campaign, "--commit", "x")
+    assert done.returncode == 2 and "the same command writes it at its end" in done.stderr
+    assert "Traceback" not in done.stderr
