@@ -67,8 +67,8 @@ class Ticks:
         """Begin at (q, v)."""
         K, n = self.K, self.robot.nv
         state = K.state
-        state.q_command[:n] = state.q[:n] = q
-        state.v_command[:n] = state.v[:n] = np.zeros(n) if v is None else v
+        K.gate.q[:n] = K.gate.sent[:n] = state.q_command[:n] = state.q[:n] = q
+        K.gate.v[:n] = state.v_command[:n] = state.v[:n] = np.zeros(n) if v is None else v
         K.criteria.posture[:n] = q if self.posture is None else self.posture
         K.qp.warm, state.ticks, state.is_reset = 0, 0, 1
         K.feedback.fresh = 1

@@ -174,7 +174,7 @@ def test_a_velocity_arm_is_held_with_an_integral_and_within_its_limits():
 def test_a_position_arm_gets_a_lead_and_an_arm_that_is_not_fed_back_its_command():
     K, _ = record(j2=LOCKED)
     K.state.q_command[:N], K.state.v_command[:N] = rng.normal(size=(2, N))
-    K.feedback.kind, K.feedback.lead = DriveKind.POSITION, 0.03
+    K.feedback.kind, K.gate.lead = DriveKind.POSITION, 0.03
     K.limits.q_min[:N], K.limits.q_max[:N] = -10.0, 10.0
     K.feedback.active = 0
     sent.send(K)

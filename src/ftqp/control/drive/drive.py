@@ -110,7 +110,7 @@ class Drive:
         return ticks
 
     def gains(self, dt: float, noise: Noise, reach: float) -> dict[str, float]:
-        """Bandwidths of every loop, by their names in the record's room ``feedback``.
+        """Bandwidths of every loop, by their names in the record's room ``feedback``, and ``lead``.
 
         Args:
             dt: The sampling period [s].

@@ -12,7 +12,7 @@ from ftqp.control.planner.status import STOP_REASONS
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.enums import DriveKind, StopReason
+from ftqp.kernel.layout.enums import AS_TOLD, DriveKind, StopReason
 from ftqp.model.robot import Robot
 
 STEP: Final = 0.05
@@ -37,7 +37,7 @@ class ArmLoop:
         """After a reset no stop is latched and nothing is known of the arm but the given state."""
         self._release()
         K = self._session.K
-        K.feedback.fresh = 1
+        K.feedback.fresh = AS_TOLD
         K.calm.holding = K.calm.hushed = K.calm.stood = K.calm.sure = K.calm.window = 0
 
     def _release(self) -> None:

@@ -9,10 +9,8 @@ from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import BRAKING, LOCKED
+from ftqp.kernel.layout.thresholds import STILL_SAMPLES
 from ftqp.model.robot import Robot
-
-STILL_SAMPLES = 8
-"""After so many samples the kernel takes a locked joint to stand (``ftqp.kernel.feedback.reference``)."""
 
 
 @final

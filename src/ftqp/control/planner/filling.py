@@ -85,7 +85,9 @@ def filled(
     feedback.stride = int(REMEMBERED / ((HISTORY - 2) * dt)) + 1
     feedback.speed = 1.0
     feedback.tolerance, feedback.rotation_tolerance = task.tolerance, task.rotation_tolerance
-    for name, value in drive.gains(dt, noise, 6.0 * robot.length).items():
+    gains = drive.gains(dt, noise, 6.0 * robot.length)
+    K.gate.lead = gains.pop("lead")
+    for name, value in gains.items():
         setattr(feedback, name, value)
     K.ladder.p = constraint_count(robot.nv, robot.has_inertia)
     return session

@@ -160,8 +160,9 @@ class Planner(PlannerFacts):
         q = self.robot.angles(q)
         v = np.zeros(n) if v is None else array("v", v, (n,), "(nv,)")
         state = K.state
-        state.q_command[:n] = state.q[:n] = q
-        state.v_command[:n] = state.v[:n] = v
+        K.gate.q[:n] = state.q_command[:n] = state.q[:n] = q
+        K.gate.sent[:n] = q + K.gate.lead * v
+        K.gate.v[:n] = state.v_command[:n] = state.v[:n] = v
         state.a_command[:n] = 0.0
         K.criteria.posture[:n] = q if self.posture is None else self.posture
         if self._leading is not None:

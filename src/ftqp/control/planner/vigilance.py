@@ -245,8 +245,8 @@ class Vigilance:
         self._second.end(i)
         name, K = self._robot.joints[i], self._K
         top = float(K.limits.v_max[i])
-        K.state.q_command[i] = K.feedback.q_now[i]
-        K.state.v_command[i] = min(max(float(K.feedback.v_now[i]), -top), top)
+        K.gate.q[i] = K.feedback.q_now[i]
+        K.gate.v[i] = min(max(float(K.feedback.v_now[i]), -top), top)
         K.state.a_command[i] = 0.0
         at = float(K.state.ticks) * self._dt
         _LOG.warning("%s moves, so that it is not locked. The planner counts on it as healthy again.", name)

@@ -13,7 +13,7 @@ from ftqp.kernel.judge.ladder import climb
 from ftqp.kernel.lanes.common_tick import common_tick, settle
 from ftqp.kernel.lanes.moving_over import have_lanes, may_move_in, move_in, move_out
 from ftqp.kernel.lanes.seats import leave_seat, take_seat
-from ftqp.kernel.layout.enums import FREE, INVALID_INPUT, OK, RELAXED, SOLVED, TARGET_SIZE, Status
+from ftqp.kernel.layout.enums import AS_TOLD, FREE, INVALID_INPUT, OK, RELAXED, SOLVED, TARGET_SIZE, Status
 from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.lane_rooms import lanes_dtype, seats_dtype
 from ftqp.kernel.layout.record import belief_dtype, record_dtype
@@ -99,9 +99,10 @@ def _begin(K: Any, q: Any, v: Any) -> bool:
     """Put an arm on its start; whether that is one."""
     good = True
     for i in range(K.chain.n):
-        K.state.q_command[i], K.state.v_command[i] = q[i], v[i]
+        K.gate.q[i] = K.gate.sent[i] = K.state.q_command[i] = q[i]
+        K.gate.v[i] = K.state.v_command[i] = v[i]
         good = good and is_finite(q[i]) and is_finite(v[i])
-    K.feedback.fresh = 1
+    K.feedback.fresh = AS_TOLD
     return good
 
 

@@ -5,12 +5,11 @@ from typing import Any
 
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
 from ftqp.kernel.feedback.pairs import heeds, is_soft, partner, soften
-from ftqp.kernel.feedback.reference import STILL_SAMPLES
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.stray import part_with
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY
-from ftqp.kernel.layout.thresholds import LATELY
+from ftqp.kernel.layout.thresholds import LATELY, STILL_SAMPLES
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 USUAL_TIME = 0.1

@@ -5,6 +5,7 @@ from typing import Any
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.feedback.pairs import is_soft
+from ftqp.kernel.feedback.reference import return_to_work
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.stray import part_with
 from ftqp.kernel.jit import jit, rare_jit
@@ -59,6 +60,8 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
     feedback, past, faults = K.feedback, K.past, K.faults
     healthy = faults.code[i] == HEALTHY
     if healthy:
+        if feedback.known_failed[i]:
+            return_to_work(K, i)
         feedback.known_failed[i] = 0
     elif not feedback.known_failed[i]:
         feedback.known_failed[i] = 1

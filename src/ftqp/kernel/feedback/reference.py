@@ -4,14 +4,14 @@ from typing import Any
 
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import HEALTHY, LOCKED
+from ftqp.kernel.layout.enums import HEALTHY, LOCKED, POSITION_DRIVE
+from ftqp.kernel.layout.thresholds import STILL_SAMPLES
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 STILL = 0.01
-"""A locked joint that is observed to be slower than this [rad/s or m/s], beside noise, rests ..."""
-STILL_SAMPLES = 8
-"""... after so many samples."""
+"""A locked joint that is observed to be slower than this [rad/s or m/s], beside noise, rests after
+``STILL_SAMPLES``."""
 FOLLOW = 0.05
 """A resting joint's place in the reference takes this share of what the sensor says each tick."""
 
@@ -48,6 +48,28 @@ def refer(K: Any) -> None:
             v = 0.0
         past.q[now, i], past.v[now, i] = q, v
         state.q[i], state.v[i] = q, v
+
+
+@jit
+def place_of(K: Any, i: int, wanted: float) -> float:
+    """A position that may be sent to joint i: in its range, or no farther outside than the last one."""
+    limits, last = K.limits, K.gate.sent[i]
+    low, high = min(limits.q_min[i], last), max(limits.q_max[i], last)
+    return min(max(wanted, low), high)
+
+
+@rare_jit
+def return_to_work(K: Any, i: int) -> None:
+    """A joint that had failed works again: what it is sent goes on from what it was sent.
+
+    An arm that takes positions stands there, if the joint obeys; the lead is added again when it is sent.
+    """
+    gate, state, feedback, past = K.gate, K.state, K.feedback, K.past
+    if feedback.kind == POSITION_DRIVE:
+        q = place_of(K, i, gate.sent[i] - gate.lead * state.v_command[i])
+        gate.q[i] = state.q_command[i] = q
+        for s in range(feedback.span):
+            past.q[s, i] = q
 
 
 @rare_jit

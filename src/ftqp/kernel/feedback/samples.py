@@ -4,7 +4,7 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.layout.enums import FREE, HEALTHY, STOPPED_BY_SENSOR
+from ftqp.kernel.layout.enums import AS_SENT, FREE, HEALTHY, STOPPED_BY_SENSOR
 from ftqp.kernel.maths.elementary import any_of, larger
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
@@ -34,9 +34,14 @@ def slot(feedback: Any, ago: int) -> int:
 
 @rare_jit
 def begin(K: Any) -> None:
-    """After a reset: the arm is where it was said to be, and nothing is known of what came before."""
+    """After a reset: the arm is where it was said to be, and nothing is known of what came before.
+
+    After a tick whose command was not let through, too; the arm is then where it is measured, if that is a
+    number, and a sensor that was lost stays so.
+    """
     feedback, past, state = K.feedback, K.past, K.state
     n = K.chain.n
+    anew = feedback.fresh != AS_SENT
     feedback.fresh = 0
     feedback.now = 0
     feedback.refused = feedback.lagging = feedback.out = feedback.settled = feedback.far = 0
@@ -52,11 +57,16 @@ def begin(K: Any) -> None:
         feedback.c[k] = feedback.c_rate[k] = feedback.push[k] = feedback.off[k] = 0.0
     for i in range(n):
         q, v = state.q_command[i], state.v_command[i]
-        feedback.seen[i] = feedback.good[i] = feedback.raw[i] = feedback.q_hat[i] = feedback.q_now[i] = q
+        at = q if anew or not is_finite(state.q[i]) else state.q[i]
+        feedback.seen[i] = feedback.good[i] = feedback.raw[i] = feedback.q_hat[i] = feedback.q_now[i] = at
         feedback.v_hat[i] = feedback.v_now[i] = feedback.v_sent[i] = v
-        feedback.d_hat[i] = feedback.d_slow[i] = feedback.offset[i] = feedback.spent[i] = 0.0
-        feedback.age[i] = feedback.same[i] = feedback.lost[i] = feedback.still[i] = feedback.bad[i] = 0
-        feedback.strayed[i] = feedback.hurried[i] = feedback.asks[i] = 0
+        feedback.d_hat[i] = feedback.d_slow[i] = 0.0
+        feedback.offset[i] = at - q
+        feedback.age[i] = feedback.same[i] = feedback.still[i] = feedback.bad[i] = 0
+        feedback.strayed[i] = feedback.hurried[i] = 0
+        if anew:
+            feedback.spent[i] = 0.0
+            feedback.lost[i] = feedback.asks[i] = 0
         feedback.deserts[i] = feedback.doubted[i] = feedback.heeded[i] = 0
         feedback.wound[i] = feedback.usual[i] = feedback.missing[i] = 0.0
         feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 1

@@ -236,7 +236,7 @@ def send(K: Any) -> None:
     of it fades by a_max.
     """
     feedback, past, state, faults, limits = K.feedback, K.past, K.state, K.faults, K.limits
-    lead = feedback.lead
+    lead = K.gate.lead
     if feedback.refused and feedback.kind == VELOCITY_DRIVE:
         for i in range(K.chain.n):
             feedback.bent[i] = feedback.v_sent[i] - past.v[feedback.now, i]

@@ -16,6 +16,7 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.active_set.active_set import active_set
+from ftqp.kernel.feedback.gate import pass_gate
 from ftqp.kernel.feedback.sent import send
 from ftqp.kernel.feedback.spoken import spoken
 from ftqp.kernel.jit import jit, rare_jit
@@ -199,7 +200,8 @@ def _finish(K: Any) -> int:
     task, watch, ladder, qp = K.task, K.watch, K.ladder, K.qp
     command(K)
     send(K)
-    without_task = ladder.stage == REST_STAGE or ladder.stage == REST_ELASTIC_STAGE
+    shut = not pass_gate(K)
+    without_task = shut or ladder.stage == REST_STAGE or ladder.stage == REST_ELASTIC_STAGE
     watch.fallbacks = watch.fallbacks + 1 if ladder.verdict == FALLBACK and without_task else 0
     if watch.fallbacks > watch.fallback_limit and watch.latched == 0:
         watch.latched = 1
@@ -208,7 +210,7 @@ def _finish(K: Any) -> int:
     if ladder.stage == CALM_STAGE:
         if ladder.external:
             qp.warm = 0
-    elif ladder.stage != MAIN_STAGE:
+    elif shut or ladder.stage != MAIN_STAGE:
         qp.warm = 0
     elif task.mode == LEXICOGRAPHIC and ladder.verdict == RELAXED:
         for i in range(K.chain.n):  # the second stage keeps the residual: only the first knows what causes it

@@ -4,6 +4,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, lane_of, put_lane
 from ftqp.kernel.layout.enums import (
+    AS_TOLD,
     BRAKING,
     HARD,
     HEALTHY,
@@ -109,13 +110,13 @@ def move_out(K: Any, L: Any, l: int, S: Any, tick: int) -> None:
     """
     state, calm = K.state, K.calm
     for i in range(K.chain.n):
-        state.q_command[i] = lane_of(L.state.q, i, l)
-        state.v_command[i] = lane_of(L.state.v, i, l)
+        K.gate.q[i] = K.gate.sent[i] = state.q_command[i] = lane_of(L.state.q, i, l)
+        K.gate.v[i] = state.v_command[i] = lane_of(L.state.v, i, l)
         state.a_command[i] = lane_of(L.lane.a_last, i, l)
         if K.faults.code[i] == BRAKING:
             K.faults.lock_velocity[i] = lane_of(L.faults.lock_velocity, i, l)
     state.ticks = tick
-    K.feedback.fresh = 1
+    K.feedback.fresh = AS_TOLD
     calm.stood, calm.sure, calm.window = lane_of(L.calm.stood, 0, l), 0.0, 0.0
     for k in range(12):
         calm.anchor[k] = S.calm.anchor[k]

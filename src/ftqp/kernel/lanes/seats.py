@@ -3,7 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.enums import BRAKING, HEALTHY, INSTANT, LOCKED
+from ftqp.kernel.layout.enums import AS_TOLD, BRAKING, HEALTHY, INSTANT, LOCKED
 
 
 @jit
@@ -45,7 +45,9 @@ def leave_seat(K: Any, seat: Any) -> None:
     state, faults, calm, watch = K.state, K.faults, K.calm, K.watch
     count = 0
     for i in range(K.chain.n):
-        state.q_command[i], state.v_command[i], state.a_command[i] = seat.q[i], seat.v[i], seat.a_last[i]
+        K.gate.q[i] = K.gate.sent[i] = state.q_command[i] = seat.q[i]
+        K.gate.v[i] = state.v_command[i] = seat.v[i]
+        state.a_command[i] = seat.a_last[i]
         if faults.code[i] == INSTANT:
             faults.code[i] = LOCKED
         if faults.code[i] == BRAKING:
@@ -58,7 +60,7 @@ def leave_seat(K: Any, seat: Any) -> None:
     for k in range(12):
         calm.anchor[k] = seat.anchor[k]
     state.ticks = seat.tick
-    K.feedback.fresh = 1
+    K.feedback.fresh = AS_TOLD
     watch.last_position_error = seat.last_position_error
     watch.last_rotation_error = seat.last_rotation_error
     watch.rising = watch.fallbacks = 0

@@ -383,6 +383,11 @@ class CurveEnd(IntEnum):
 
 CUT, CLOSED, UNFINISHED = map(int, CurveEnd)
 
+AS_TOLD: Final = 1
+"""The loop begins anew where the arm was said to be ..."""
+AS_SENT: Final = 2
+"""... or at what was last sent, as a command was not let through."""
+
 TARGET_POSE: Final = 0
 """Offset of the pose, 16 numbers by rows, in a packed target."""
 TARGET_TWIST: Final = 16

@@ -7,8 +7,9 @@ from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
 def feedback_fields(N: int) -> Fields:
     """The loop between the reference and the arm, see ``ftqp.kernel.feedback``.
 
-    ``active``: this tick is posed at the reference; ``kind``: what the arm takes; ``latency``: ticks by which
-    samples are late; ``span``, ``now``: length and place of the ring ``past``; ``refused``: bad samples now;
+    ``active``: this tick is posed at the reference; ``fresh``: the loop begins anew, and how; ``kind``: what
+    the arm takes; ``latency``: ticks by which samples are late; ``span``, ``now``: length and place of the
+    ring ``past``; ``refused``: bad samples now;
     ``stride``: ticks between kept targets; ``culprit``: the joint that is farthest from its command, -1
     none; ``kappa``, ``hold``, ``stiffness``: bandwidth of the tip's, a velocity arm's and a torque arm's
     loop [1/s]; ``pole``, ``pole_failed``, ``slowness``: of the observer; ``sigma``: noise of the samples;
@@ -34,7 +35,7 @@ def feedback_fields(N: int) -> Fields:
         *scalars("i8", "active fresh kind latency span now refused exact displaced has_tip quiet"),
         *scalars("i8", "lagging out settled far stored until_stored stride culprit straying"),
         *scalars("i8", "deserters heard place_taken softened agreeing soft_one soft_other"),
-        *scalars("f8", "kappa hold lead stiffness pole pole_failed slowness sigma patience"),
+        *scalars("f8", "kappa hold stiffness pole pole_failed slowness sigma patience"),
         *scalars("f8", "failed_noise felt_noise missing_noise"),
         *scalars(
             "f8", "tolerance rotation_tolerance gap tip_gap gap_filtered rate rate_change late up speed"

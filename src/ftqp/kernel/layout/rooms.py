@@ -5,6 +5,7 @@ from ftqp.kernel.layout.criteria import COEFFICIENTS
 from ftqp.kernel.layout.enums import DELAYS, TARGET_SIZE, TASK_ROWS
 from ftqp.kernel.layout.feedback_rooms import feedback_fields, history_fields, past_fields
 from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
+from ftqp.kernel.layout.gate_room import gate_fields
 from ftqp.kernel.layout.rows import constraint_capacity
 
 
@@ -390,6 +391,7 @@ ROOMS = {
     "watch": _watch,
     "ladder": _ladder,
     "feedback": feedback_fields,
+    "gate": gate_fields,
     "kinematics": _kinematics,
     "chain": _chain,
     "qp": _qp,

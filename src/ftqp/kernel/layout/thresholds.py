@@ -12,3 +12,5 @@ ORTHONORMAL_TOLERANCE: Final = 1e-6
 """Largest entry of |R'R - I| that still counts as a rotation, as in ``ftqp.core.pose``."""
 LATELY: Final = 0.02
 """Torques that two joints on one axis lack are looked at in the mean over such a time [s]."""
+STILL_SAMPLES: Final = 8
+"""A locked joint that has been seen to rest for so many samples stands."""

@@ -211,7 +211,8 @@ def lock_instantly(K: Any) -> None:
     for k in range(faults.movable):
         i = faults.order[k]
         state.v[i] += share * delta[i]
+        K.gate.v[i] += share * delta[i]
     for i in range(n):
         if faults.code[i] == INSTANT:
-            state.v[i] = 0.0
+            state.v[i] = K.gate.v[i] = 0.0
             faults.code[i] = LOCKED

@@ -4,6 +4,7 @@ from math import atan2, inf, pi
 from typing import Any
 
 from ftqp.kernel.compiled.taking import take
+from ftqp.kernel.feedback.gate import open_gate
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import (
     NO_ROTATION,
@@ -28,6 +29,8 @@ MOST_ROWS = 1 << 40
 def accept_arrays(K: Any, q: Any, v: Any) -> int:
     """Copy q, (n,) or (nq,), and v, (n,): how many numbers q has, or a mistake (negative).
 
+    The tick begins at what was last let through.
+
     Args:
         K: the record.
         q: any object with a buffer of contiguous float64; its address in compiled code.
@@ -42,6 +45,7 @@ def accept_arrays(K: Any, q: Any, v: Any) -> int:
         return WRONG_SHAPE
     if not state.is_reset:
         return NOT_RESET
+    open_gate(K)
     return nq
 
 

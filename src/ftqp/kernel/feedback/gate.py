@@ -1,0 +1,215 @@
+"""The gate: what leaves a tick is finite, inside the range, and near what left the last one.
+
+It is the last thing that a tick does, it looks at numbers alone, whatever made them, and it keeps for itself
+what it has let through. Every tick begins at that, so that nothing between two ticks can move the reference.
+Source: docs/theory/feedback.md, "The gate".
+"""
+
+from math import inf
+from typing import Any
+
+from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.feedback.observer import feel
+from ftqp.kernel.feedback.reference import place_of
+from ftqp.kernel.feedback.samples import ROOM, SIGMAS, SPEED_SHARE
+from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.layout.enums import (
+    ACCELERATION,
+    AS_SENT,
+    FALLBACK,
+    FREE,
+    HEALTHY,
+    INVALID_INPUT,
+    LOCKED,
+    OK,
+    POSITION_DRIVE,
+    RELAXED,
+    SCALED,
+    STOPPING,
+    TORQUE_DRIVE,
+    VELOCITY_DRIVE,
+    VIABILITY,
+)
+from ftqp.kernel.layout.thresholds import STILL_SAMPLES
+from ftqp.kernel.maths.elementary import larger, smaller
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, put, several
+from ftqp.kernel.rows.failed_joints import braked_velocity
+
+ROUNDING = 1e-9
+"""What rounding may add to a position, a speed or a torque: this, and this share of it."""
+UNLIMITED = 1e4
+"""No joint is sent faster than this [rad/s or m/s], whatever its limit says."""
+
+
+@jit
+def open_gate(K: Any) -> None:
+    """Begin a tick at what was last let through."""
+    gate, state = K.gate, K.state
+    for at in range(0, len(gate.q), WIDTH):
+        put(state.q_command, at, several(gate.q, at))
+        put(state.v_command, at, several(gate.v, at))
+
+
+@jit
+def _keeps(value: Any, most: Any) -> Any:
+    """|value| <= most, rounding aside; never of what is no number."""
+    return abs(value) <= most * (1.0 + ROUNDING) + ROUNDING
+
+
+@jit
+def _near(K: Any, q: Any, v: Any, q_last: Any, v_last: Any, q_min: Any, q_max: Any, v_max: Any) -> Any:
+    """Whether (q, v) follows upon (q_last, v_last): by way, speed and range.
+
+    A joint that is beyond its range comes back or brakes.
+    """
+    fastest = larger(abs(v), abs(v_last))
+    by_way = _keeps(q - q_last, K.state.dt * fastest)
+    by_speed = _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last)))
+    above = (q <= q_max + ROUNDING) | (v <= ROUNDING) | (v < v_last)
+    under = (q >= q_min - ROUNDING) | (v >= -ROUNDING) | (v > v_last)
+    return by_way & by_speed & above & under
+
+
+@jit
+def _lets_through(K: Any, at: int) -> bool:
+    """Whether the commands of the joints from ``at`` on may leave: the reference, and what is made of it."""
+    gate, state, feedback, limits = K.gate, K.state, K.feedback, K.limits
+    there, failed = below(K.chain.n, at), is_set(K.faults.code, at)
+    q, v, a = several(state.q_command, at), several(state.v_command, at), several(state.a_command, at)
+    q_last, v_last = several(gate.q, at), several(gate.v, at)
+    v_max, dt = several(limits.v_max, at), state.dt
+    good = (abs(q) < inf) & (abs(v) < inf) & (abs(a) < inf)
+    q_sent, v_sent = several(feedback.q_sent, at), several(feedback.v_sent, at)
+    good = good & (abs(q_sent) < inf) & (abs(v_sent) < inf)
+    if feedback.active:
+        near = _near(K, q, v, q_last, v_last, several(limits.q_min, at), several(limits.q_max, at), v_max)
+        if limits.conversion == VIABILITY:
+            near = near & _keeps(v - v_last, dt * several(limits.a_max, at))
+        if feedback.kind == POSITION_DRIVE:
+            way = dt * larger(abs(v), abs(v_last)) + gate.lead * abs(v - v_last)
+            near = near & _keeps(q_sent - several(gate.sent, at), way)
+        elif feedback.kind == VELOCITY_DRIVE:
+            near = near & _keeps(v_sent, larger(smaller(v_max, UNLIMITED), abs(v)))
+        else:
+            tau = several(feedback.tau_sent, at)
+            near = near & _keeps(tau, several(limits.tau_max, at)) & (abs(tau) < inf)
+    else:
+        near = _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last)))
+    return all_of(good & (near | failed) | ~there)
+
+
+@jit
+def _toward(last: Any, wanted: Any, most: Any) -> Any:
+    """``wanted``, no farther than ``most`` from ``last``."""
+    return smaller(larger(wanted, last - most), last + most)
+
+
+@jit
+def _send_to_failed(K: Any) -> None:
+    """Where failed joints are sent, beside where they are believed to be: always inside their range.
+
+    A locked joint is sent where it came to rest, and to where it is seen once it is seen to stand there. A
+    sensor that drifts moves the estimate, and with it what is told to the others, but not what is sent.
+    """
+    gate, state, faults, feedback = K.gate, K.state, K.faults, K.feedback
+    for k in range(faults.working, K.chain.n):
+        i = faults.order[k]
+        wanted = state.q_command[i]
+        if faults.code[i] == LOCKED and feedback.still[i] < STILL_SAMPLES:
+            wanted = gate.sent[i]
+        if faults.code[i] != FREE:
+            top = max(min(K.limits.v_max[i], UNLIMITED), abs(gate.v[i]), abs(state.v_command[i]))
+            wanted = _toward(gate.sent[i], wanted, state.dt * top)
+        feedback.q_sent[i] = place_of(K, i, wanted)
+
+
+@rare_jit
+def _send_as_measured(K: Any) -> bool:
+    """Above a moving base commands begin at the samples: whether all went where they were to go.
+
+    A sample that no joint can have reached since the last tick takes the command along only as far as the
+    joint can go.
+    """
+    gate, state, feedback, limits = K.gate, K.state, K.feedback, K.limits
+    whole = True
+    for i in range(K.chain.n):
+        if K.faults.code[i] != HEALTHY:
+            continue
+        top = max(min(limits.v_max[i], UNLIMITED), abs(state.v_command[i]))
+        room = SPEED_SHARE * top * state.dt + SIGMAS * feedback.sigma + ROOM
+        near = _toward(gate.sent[i], feedback.q_sent[i], room)
+        whole = whole and near == feedback.q_sent[i]
+        feedback.q_sent[i] = place_of(K, i, near)
+    return whole
+
+
+@rare_jit
+def _brake(K: Any) -> None:
+    """The command that was last let through, braked, in the place of this tick's; all else begins anew."""
+    gate, state, feedback, faults, limits = K.gate, K.state, K.feedback, K.faults, K.limits
+    n, dt = K.chain.n, state.dt
+    for i in range(n):
+        q, v = gate.q[i], gate.v[i]
+        after = v
+        if faults.code[i] == LOCKED:
+            after = 0.0
+        elif faults.code[i] != FREE:
+            after = braked_velocity(v, limits.a_max[i], dt)
+        way = 0.5 * dt * (v + after) if state.level == ACCELERATION else dt * after
+        low, high = min(limits.q_min[i], q), max(limits.q_max[i], q)
+        end = min(max(q + way, low), high)
+        if end != q + way:
+            after = 0.0
+        state.q[i], state.v[i] = q, v
+        state.q_command[i], state.v_command[i], state.a_command[i] = end, after, (after - v) / dt
+        ahead = (gate.sent[i] - q) * (after / v) if v != 0.0 else 0.0  # of the lead
+        sent = _toward(gate.sent[i], end + ahead, dt * max(abs(v), min(limits.v_max[i], UNLIMITED)))
+        feedback.q_sent[i], feedback.v_sent[i] = place_of(K, i, sent), after
+        K.task.slack[i % 6] = K.qp.z_box[i] = 0.0
+        feedback.q_now[i], feedback.v_now[i] = q, v
+    K.kinematics.has_dynamics = 0
+    if feedback.kind == TORQUE_DRIVE:
+        feel(K)
+        for i in range(n):
+            tau = feedback.h[i]
+            for j in range(n):
+                tau += feedback.M[i, j] * state.a_command[j]
+            tau = min(max(tau, -limits.tau_max[i]), limits.tau_max[i])
+            tau = tau if abs(tau) < inf else gate.tau[i]
+            feedback.tau_sent[i] = tau if faults.code[i] == HEALTHY else 0.0
+    else:
+        forward_kinematics(K)
+    for j in range(len(K.qp.z)):
+        K.qp.z[j] = 0.0
+    K.task.scale = 0.0
+    calm = K.calm
+    calm.holding = calm.hushed = calm.entered = 0
+    calm.stood = calm.sure = calm.window = 0.0
+    K.qp.warm = 0
+    K.free.joint = -1
+    feedback.fresh = AS_SENT
+
+
+@jit
+def pass_gate(K: Any) -> bool:
+    """Let the command through, or brake the last one in its place: whether it went through."""
+    gate, state, feedback = K.gate, K.state, K.feedback
+    through = True
+    for at in range(0, len(gate.q), WIDTH):
+        through = through and _lets_through(K, at)
+    if not through:
+        gate.shut += 1
+        _brake(K)
+        K.ladder.verdict = STOPPING if K.watch.latched else FALLBACK
+    elif not feedback.active and not _send_as_measured(K):
+        verdict = K.ladder.verdict
+        if verdict == OK or verdict == RELAXED or verdict == SCALED:
+            K.ladder.verdict = INVALID_INPUT
+    if K.faults.working < K.chain.n:
+        _send_to_failed(K)
+    for at in range(0, len(gate.q), WIDTH):
+        put(gate.q, at, several(state.q_command, at))
+        put(gate.v, at, several(state.v_command, at))
+        put(gate.sent, at, several(feedback.q_sent, at))
+        put(gate.tau, at, several(feedback.tau_sent, at))
+    return through
