@@ -19,9 +19,35 @@ def K():
     return Session(7).K
 
 
+class Held:
+    """A belief and the record that it is written into."""
+
+    def __init__(self, robot, K):
+        self.K, self.belief = K, Belief(robot)
+        self.belief.write(K.limits, K.faults)
+
+    def _hold(self, belief):
+        belief.write(self.K.limits, self.K.faults, self.belief)
+        self.belief = belief
+
+    def report(self, fault):
+        self._hold(self.belief.reported(fault))
+
+    def withdraw(self, joint):
+        self._hold(self.belief.without(joint))
+
+    @property
+    def faults(self):
+        return self.belief.faults
+
+    @property
+    def needs_dynamics(self):
+        return self.belief.needs_dynamics
+
+
 @pytest.fixture
 def belief(K):
-    return Belief(PANDA, K.limits, K.faults)
+    return Held(PANDA, K)
 
 
 def limits_of(K):
@@ -109,11 +135,11 @@ def test_withdrawing_a_healthy_joint_changes_nothing(belief, K):
     assert set(belief.faults) == {"panda_joint4"} and K.faults.code[3] == BRAKING
 
 
-def test_restore_forgets_every_fault(belief, K):
+def test_a_healthy_belief_forgets_every_fault(belief, K):
     belief.report(Locked(3))
     belief.report(Degraded(1, velocity=0.5))
-    belief.restore()
-    assert belief.faults == {} and not K.faults.code[:7].any()
+    Belief(PANDA).write(K.limits, K.faults)
+    assert not K.faults.code[:7].any()
     np.testing.assert_array_equal(K.limits.v_max[:7], PANDA.limits.v_max)
 
 
@@ -176,7 +202,7 @@ def test_what_is_no_fault_is_refused(belief, fault):
 def test_free_swinging_joint_needs_the_inertia_of_the_robot():
     srs7 = catalog.load("srs7")
     K = Session(srs7.nv).K
-    belief = Belief(srs7, K.limits, K.faults)
+    belief = Held(srs7, K)
     with pytest.raises(
         InputError, match=r"srs7 has no inertia, so the motion of free-swinging .* is unknown"
     ):

@@ -52,9 +52,10 @@ class Ticks:
             robot, self.task, criterion, bounds.by_name("viability"), None, level=level, dt=dt
         )
         self.K = K = self.session.K
-        self.belief = Belief(robot, K.limits, K.faults, torque_limits=torque_limits)
+        self.belief = Belief(robot, torque_limits=torque_limits)
         for fault in faults:
-            self.belief.report(fault)
+            self.belief = self.belief.reported(fault)
+        self.belief.write(K.limits, K.faults)
         n, limits = robot.nv, K.limits
         limits.dynamic = torque_limits or criterion.needs_inertia or self.belief.needs_dynamics
         reserve = braking_reserve(robot) if torque_limits else None

@@ -192,7 +192,7 @@ def interval_session(planner: ftqp.Planner) -> Session:
     criterion = ftqp.schemes.mvn().at(level)
     session = filled(robot, planner.task, criterion, planner.bounds, None, level=level, dt=planner.dt)
     limits = session.K.limits
-    Belief(robot, limits, session.K.faults)
+    Belief(robot).write(limits, session.K.faults)
     a_max, tau_max = robot.limits.a_max, robot.limits.tau_max
     limits.a_brake[: robot.nv] = braking_reserve(robot).share(a_max, tau_max) * a_max
     return session

@@ -1,6 +1,7 @@
-"""Belief: which joints are held to have failed, written into two rooms of the planner's record."""
+"""Belief: which joints are held to have failed, and what follows for two rooms of the planner's record."""
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Self, final
 
 import numpy as np
 
@@ -16,36 +17,39 @@ With the full limit healthy joints saturate when they compensate (``docs/theory/
 """
 
 
+@final
 class Belief:
-    """What a planner holds to be true of its joints, kept in step with the record that the kernel reads.
+    """What a planner holds to be true of its joints; it never changes, another belief takes its place.
 
     Args:
         robot: The healthy robot.
-        limits: The record's room of limits; what is believed of them is written here.
-        faults: The record's room of fault codes.
         torque_limits: Whether torque limits are believed in at all.
+        faults: What is believed, by joint index.
     """
 
-    def __init__(self, robot: Robot, limits: Any, faults: Any, *, torque_limits: bool = True) -> None:
-        self._robot = robot
-        self._tau_max = robot.limits.tau_max if torque_limits else np.full(robot.nv, np.inf)
-        self._limits = limits
-        self._codes = faults
-        self._faults: dict[int, Fault] = {}
-        self.restore()
+    __slots__ = ("_faults", "_robot", "_torque_limits")
+
+    def __init__(
+        self, robot: Robot, *, torque_limits: bool = True, faults: Mapping[int, Fault] | None = None
+    ) -> None:
+        self._robot, self._torque_limits = robot, torque_limits
+        self._faults = dict(sorted((faults or {}).items()))
+
+    def _but(self, faults: Mapping[int, Fault]) -> Self:
+        return type(self)(self._robot, torque_limits=self._torque_limits, faults=faults)
 
     @property
     def faults(self) -> dict[str, Fault]:
-        """The faults believed now, by joint name."""
-        return {self._robot.joints[i]: fault for i, fault in sorted(self._faults.items())}
+        """The faults believed now, by joint name; a copy."""
+        return {self._robot.joints[i]: fault for i, fault in self._faults.items()}
 
     @property
     def needs_dynamics(self) -> bool:
         """Whether a row of the QP needs the inertia: a joint swings free."""
         return any(isinstance(fault, FreeSwinging) for fault in self._faults.values())
 
-    def report(self, fault: Fault) -> None:
-        """Hold a fault to be true from the next tick on; it replaces what was believed of that joint.
+    def reported(self, fault: Fault) -> Self:
+        """This belief and a fault, which replaces what was believed of that joint.
 
         Args:
             fault: The fault, of one of the kinds in ``ftqp.faults.kinds.KINDS``.
@@ -63,27 +67,12 @@ class Belief:
                 f"{self._robot.name} has no inertia, so the motion of free-swinging {self._robot.joints[i]} "
                 "is unknown; give the model its masses, or report ftqp.Locked"
             )
-        before = self._faults.get(i)
-        if before == fault:
-            return
-        low, high = self._range(i, fault) if isinstance(fault, Degraded) else (-np.inf, np.inf)
-        self._restore_limits(i)
-        self._faults[i] = fault
-        code = self._codes.code
-        if isinstance(fault, Locked):
-            self._lock(i, fault, int(code[i]) if isinstance(before, Locked) else HEALTHY)
-        elif isinstance(fault, FreeSwinging):
-            code[i] = FREE
-            self._codes.friction[i] = fault.damping
-            self._codes.coulomb[i] = fault.friction + self._robot.coulomb[i]
-        else:
-            code[i] = HEALTHY
-            self._lower(i, fault)
-            if isinstance(fault, Degraded):
-                self._limits.q_min[i], self._limits.q_max[i] = low, high
+        if isinstance(fault, Degraded):
+            self._range(i, fault)
+        return self if self._faults.get(i) == fault else self._but(self._faults | {i: fault})
 
-    def withdraw(self, joint: str | int) -> None:
-        """Hold the joint to be healthy again.
+    def without(self, joint: str | int) -> Self:
+        """This belief, but the joint is healthy.
 
         Args:
             joint: The joint's name or its 0-based index.
@@ -92,27 +81,46 @@ class Belief:
             InputError: The joint is unknown.
         """
         i = self._robot.joint(joint)
-        if self._faults.pop(i, None) is not None:
-            self._restore_limits(i)
-            self._codes.code[i] = HEALTHY
+        if i not in self._faults:
+            return self
+        return self._but({j: fault for j, fault in self._faults.items() if j != i})
 
-    def restore(self) -> None:
-        """Hold every joint to be healthy."""
-        self._faults.clear()
+    def write(self, limits: Any, codes: Any, before: "Belief | None" = None) -> None:
+        """Write what follows from the belief into a record; as often as one likes, before the next tick.
+
+        Args:
+            limits: The record's room of limits.
+            codes: The record's room of fault codes.
+            before: What was believed at the last tick, so that a joint of which nothing else is believed goes
+                on as it is, and one that is being locked does so under another fault of the kind; None is
+                nothing, and every joint begins anew.
+        """
         for i in range(self._robot.nv):
-            self._restore_limits(i)
-        self._codes.code[:] = HEALTHY
+            was, fault = (None if before is None else before._faults.get(i)), self._faults.get(i)
+            if before is not None and was == fault:
+                continue
+            self._restore(i, limits, codes)
+            if isinstance(fault, Locked):
+                self._lock(i, fault, codes, int(codes.code[i]) if isinstance(was, Locked) else HEALTHY)
+            elif isinstance(fault, FreeSwinging):
+                codes.code[i] = FREE
+                codes.friction[i] = fault.damping
+                codes.coulomb[i] = fault.friction + self._robot.coulomb[i]
+            else:
+                codes.code[i] = HEALTHY
+                if fault is not None:
+                    self._lower(i, fault, limits)
 
-    def _restore_limits(self, i: int) -> None:
-        limits = self._robot.limits
+    def _restore(self, i: int, limits: Any, codes: Any) -> None:
+        healthy = self._robot.limits
         for name in ("q_min", "q_max", "v_max", "a_max"):
-            getattr(self._limits, name)[i] = getattr(limits, name)[i]
-        self._limits.tau_max[i] = self._tau_max[i]
-        self._codes.friction[i] = self._codes.coulomb[i] = 0.0
+            getattr(limits, name)[i] = getattr(healthy, name)[i]
+        limits.tau_max[i] = healthy.tau_max[i] if self._torque_limits else np.inf
+        codes.friction[i] = codes.coulomb[i] = 0.0
 
-    def _lock(self, i: int, fault: Locked, code: int) -> None:
+    def _lock(self, i: int, fault: Locked, codes: Any, code: int) -> None:
         """Lock joint i of this ``code``: locked it stays so, braking it goes on from where it is."""
-        codes, rate = self._codes, fault.deceleration
+        rate = fault.deceleration
         codes.lock_rate[i] = LOCK_SHARE * self._robot.limits.a_max[i] if rate is None else rate
         codes.reset_mode = RESETS.index(fault.reset)
         if code == LOCKED:
@@ -121,10 +129,12 @@ class Belief:
         if code != BRAKING:
             codes.lock_velocity[i] = np.inf
 
-    def _lower(self, i: int, fault: Fault) -> None:
-        """What is left of the limits of joint i, which ``_restore_limits`` has just made healthy."""
+    def _lower(self, i: int, fault: Fault, limits: Any) -> None:
+        """What is left of the limits of joint i, which ``_restore`` has just made healthy."""
         for limit, share in fault.shares.items():
-            getattr(self._limits, limit)[i] *= getattr(fault, share)
+            getattr(limits, limit)[i] *= getattr(fault, share)
+        if isinstance(fault, Degraded):
+            limits.q_min[i], limits.q_max[i] = self._range(i, fault)
 
     def _range(self, i: int, fault: Degraded) -> tuple[float, float]:
         """What is left of the range of joint i."""

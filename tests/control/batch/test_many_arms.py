@@ -105,17 +105,14 @@ def test_torque_limits_that_bind_now_and_then_bind_every_arm_alike(level, weak):
     robot = ftqp.robots.load("panda").with_limits(tau_max=np.array(weak))
     binding = []
 
-    def planner_of():
-        planner = ftqp.Planner(robot, DT, level=level)
-        step = planner.step
-
-        def watched(*given):
-            taken = step(*given)
+    class Watched(ftqp.Planner):
+        def step(self, *given):
+            taken = super().step(*given)
             binding.append(bool((np.abs(taken.tau) > 0.999 * robot.limits.tau_max).any()))
             return taken
 
-        planner.step = watched
-        return planner
+    def planner_of():
+        return Watched(robot, DT, level=level)
 
     q, faults, targets = starts(robot, 3e-3)[:6], faults_of(robot)[:6], circle(robot, 0.05)
     done = ftqp.batch.rollout(ftqp.Planner(robot, DT, level=level), q, targets=targets, faults=faults)

@@ -103,7 +103,7 @@ class TestWarmStart:
     def put_back(self, planner):
         """The arm is where it was, and nothing else is forgotten."""
         K = planner._session.K
-        K.gate.q[:7], K.gate.v[:7] = self.q, self.v
+        K.gate.q[:7], K.gate.v[:7], K.gate.sent[:7] = self.q, self.v, self.q
         K.feedback.fresh = 1
 
     def step(self, planner):

@@ -1,7 +1,7 @@
 """The arm as it is fitted now, with a load and a tool, and whether its motors can hold that."""
 
 import logging
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
@@ -14,45 +14,42 @@ from ftqp.model.robot import Robot
 _LOG = logging.getLogger("ftqp")
 
 
+@final
 class Fitting:
-    """A bare robot and what is mounted on it.
+    """A bare robot and what is mounted on it; it never changes, another fitting takes its place.
 
     Args:
-        robot: The bare robot; loads and tools are in the frame of its tip.
+        bare: The bare robot; loads and tools are in the frame of its tip.
+        payload: The load; None is none.
+        place: Pose of the controlled point, (4, 4); None is the robot's own tip.
 
     Attributes:
+        robot: The robot as it is fitted.
         payload: The load; None is none.
     """
 
-    def __init__(self, robot: Robot) -> None:
-        self._bare = robot
-        self.payload: Payload | None = None
-        self._place: FloatArray | None = None
+    __slots__ = ("_bare", "_place", "payload", "robot")
 
-    def carrying(self, payload: Payload | None) -> Robot:
+    def __init__(self, bare: Robot, payload: Payload | None = None, place: FloatArray | None = None) -> None:
+        self._bare, self._place, self.payload = bare, place, payload
+        robot = bare if payload is None else bare.with_payload(payload)
+        self.robot = robot if place is None else robot.with_tip(place, f"{robot.tip} tool")
+
+    def carrying(self, payload: Payload | None) -> "Fitting":
         """The robot with another load.
 
         Raises:
             InputError: This is no payload, or a robot without masses.
         """
-        robot = self._fitted(payload, self._place)
-        self.payload = payload
-        return robot
+        return Fitting(self._bare, payload, self._place)
 
-    def holding(self, T: Any) -> Robot:
+    def holding(self, T: Any) -> "Fitting":
         """The robot with another controlled point, (4, 4) in the frame of the bare robot's tip.
 
         Raises:
             InputError: T is no pose.
         """
-        place = None if T is None else pose(T, "T")
-        robot = self._fitted(self.payload, place)
-        self._place = place
-        return robot
-
-    def _fitted(self, payload: Payload | None, place: FloatArray | None) -> Robot:
-        robot = self._bare if payload is None else self._bare.with_payload(payload)
-        return robot if place is None else robot.with_tip(place, f"{robot.tip} tool")
+        return Fitting(self._bare, self.payload, None if T is None else pose(T, "T"))
 
 
 def weight_sentence(robot: Robot, q: FloatArray, tau_max: FloatArray) -> str:

@@ -1,13 +1,15 @@
 """What a caller hands to a step, converted once; a wrong shape or type is one clear sentence."""
 
+from operator import index
 from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, numbers
+from ftqp.core.checks import FloatArray, numbers, shown
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import Mistake
+from ftqp.kernel.layout.thresholds import MOST_ROWS
 
 _MISTAKES: dict[int, str] = {
     Mistake.NOT_RESET: "the planner has no start; call planner.reset(q) before the first step",
@@ -23,8 +25,19 @@ _MISTAKES: dict[int, str] = {
 
 
 def not_a_target(given: Any) -> InputError:
-    """The error for something else in a target's place."""
+    """The error for something else in a target's place, or for one that was turned to no row."""
+    row = getattr(given, "row", 0)
+    if hasattr(given, "packed") and not is_row(row):
+        return InputError(f"target.row is {shown(row)}, expected a whole number; take targets.at(k)")
     return InputError(f"target is {type(given).__name__}, expected ftqp.Target(pose=...)")
+
+
+def is_row(row: Any) -> bool:
+    """Whether this is the number of a row, as the kernel takes it; whether there is such a row, it sees."""
+    try:
+        return 0 <= index(row) < MOST_ROWS
+    except TypeError:
+        return False
 
 
 def vector(name: str, value: Any) -> FloatArray:

@@ -1,15 +1,22 @@
 """What can be read of a planner between its steps."""
 
+from ftqp.control.drive.drive import Drive
+from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
-from ftqp.control.planner.fitting import Fitting
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
 from ftqp.control.planner.plan_leading import PlanLeading
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.vigilance import Vigilance
+from ftqp.control.planner.wanted import Wanted
+from ftqp.control.task.bounds import Bounds
+from ftqp.control.task.emergency import EmergencyStop
+from ftqp.control.task.resolvers import Resolver
+from ftqp.control.task.scheme import Scheme
+from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.faults.belief import Belief
+from ftqp.core.fixed import Fixed
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import Session
@@ -17,18 +24,39 @@ from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
 
+ANEW = "the planner was laid out for it; make another one, ftqp.Planner(robot, {name}=...)"
+"""What to do about an attribute that a planner was made with."""
+
 
 class PlannerFacts:
     """What a planner believes, has found and has been given, to be read between steps."""
 
-    robot: Robot
+    __slots__ = ("__weakref__", "_given", "_leading", "_loop", "_session", "_vigilance", "_wanted")
     _given: Settings
     _session: Session
-    _belief: Belief
     _loop: ArmLoop
-    _fitting: Fitting
     _leading: PlanLeading | None
     _vigilance: Vigilance | None
+    _wanted: Wanted
+
+    robot: Fixed[Robot] = Fixed(
+        "_wanted.fitting.robot",
+        "The arm as it is fitted now, with its load and tool.",
+        "planner.carry(payload) mounts a load, planner.tool(T) a tool; for another arm make another planner",
+    )
+    dt: Fixed[float] = Fixed("_given.dt", "The sampling period [s].", ANEW)
+    level: Fixed[str] = Fixed("_given.level", "``acceleration`` or ``velocity``, what the QP decides.", ANEW)
+    task: Fixed[Task] = Fixed("_given.task", "Which rows of the pose are followed, and how.", ANEW)
+    scheme: Fixed[Scheme | Resolver] = Fixed("_given.scheme", "What the arm does with its redundancy.", ANEW)
+    bounds: Fixed[Bounds] = Fixed("_given.bounds", "How limits become intervals.", ANEW)
+    emergency: Fixed[EmergencyStop | None] = Fixed(
+        "_given.emergency", "When it stops the arm of its own accord; None: never.", ANEW
+    )
+    posture: Fixed[FloatArray | None] = Fixed(
+        "_given.posture", "Where ``rmp`` and ``dlsm`` return to, (nv,) [rad or m].", ANEW
+    )
+    drive: Fixed[Drive] = Fixed("_given.drive", "What the arm takes.", ANEW)
+    noise: Fixed[Noise] = Fixed("_given.noise", "How noisy the measurements are.", ANEW)
 
     @property
     def backend(self) -> str:
@@ -49,7 +77,7 @@ class PlannerFacts:
     @property
     def faults(self) -> dict[str, Fault]:
         """The faults believed now, by joint name."""
-        return self._belief.faults
+        return self._wanted.belief.faults
 
     @property
     def stopped_because(self) -> str | None:
@@ -86,7 +114,7 @@ class PlannerFacts:
     @property
     def payload(self) -> Payload | None:
         """The load that is carried beside the robot's own bodies; None is none."""
-        return self._fitting.payload
+        return self._wanted.fitting.payload
 
     @property
     def diagnosis(self) -> Diagnosis | None:

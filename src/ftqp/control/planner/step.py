@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -12,7 +12,14 @@ from ftqp.control.planner.certificate import Certificate, Obstacle, Unreached
 from ftqp.control.planner.free_joint import Impact, impact, notice
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.control.planner.step_facts import Measures, QPReport, Reference, measures_of
-from ftqp.control.planner.step_parts import JOINTS_ONLY, PLACES_OF_A_STEP, RESIDUALS, ArmOfSteps, KeptParts
+from ftqp.control.planner.step_parts import (
+    JOINTS_ONLY,
+    PLACES_OF_A_STEP,
+    RESIDUALS,
+    ArmOfSteps,
+    KeptParts,
+    Said,
+)
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import (
@@ -47,37 +54,57 @@ class Step:
     Args:
         session: The planner's, whose record the step reads.
         joints: Names of the joints, (nv,).
+        said: What the planner writes of each step.
 
     Attributes:
         q: The joint positions to be sent, for the end of the step, (nv,) [rad or m].
         v: The joint velocities to be sent, (nv,) [rad/s or m/s]; exactly 0.0 for a locked joint.
         a: The joint accelerations of the command, (nv,) [rad/s2 or m/s2]; exactly 0.0 for a locked joint.
         task_error: From the measured tip to the target, along W, (6,): position [m], rotation vector [rad].
-        code: The status as a number, the position of ``status`` in ``StepStatus``.
-        duration: How long the step took [s]; None unless the planner was made with ``timing=True``.
+
+    All arrays are views that cannot be written; ``step.q.copy()`` can.
     """
 
-    __slots__ = ("_arm", "_fill_in", "_joints", "_parts", "a", "code", "duration", "q", "task_error", "v")
+    __slots__ = ("_arm", "_fill_in", "_joints", "_parts", "_said", "a", "q", "task_error", "v")
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    task_error: FloatArray
+    _arm: ArmOfSteps
+    _joints: tuple[str, ...]
+    _parts: Any
+    _said: Said
+    _fill_in: Callable[[], Any] | None
 
-    def __init__(self, session: Session, joints: Sequence[str]) -> None:
-        self._arm = ArmOfSteps(session)
-        self._joints = tuple(joints)
-        n, nc = len(self._joints), int(session.K.ladder.p)
-        parts = {name: session.field(*place) for name, place in PLACES_OF_A_STEP.items()}
+    def __init__(self, session: Session, joints: Sequence[str], said: Said) -> None:
+        n, nc = len(joints), int(session.K.ladder.p)
+        parts = {name: session.view(*place) for name, place in PLACES_OF_A_STEP.items()}
         for name in JOINTS_ONLY:
             parts[name] = parts[name][:n]
         parts["z"] = parts["z"][:nc]
-        self.duration: float | None = None
-        self.code: int = int(session.K.ladder.status)
-        self._adopt(parts)
+        self._own(ArmOfSteps(session), joints, parts, said)
 
-    def _adopt(self, parts: Any) -> None:
-        self._parts = parts
-        self._fill_in: Callable[[], Any] | None = None
-        self.q: FloatArray = parts["q"]
-        self.v: FloatArray = parts["v"]
-        self.a: FloatArray = parts["a"]
-        self.task_error: FloatArray = parts["error"]
+    def _own(self, arm: ArmOfSteps, joints: Sequence[str], parts: Any, said: Said) -> None:
+        own = {"_arm": arm, "_joints": tuple(joints), "_parts": parts, "_said": said, "_fill_in": None}
+        own |= {"q": parts["q"], "v": parts["v"], "a": parts["a"], "task_error": parts["error"]}
+        for name, value in own.items():
+            object.__setattr__(self, name, value)
+
+    def __setattr__(self, name: str, value: Any) -> NoReturn:
+        raise AttributeError(
+            f"step.{name} cannot be set: a step is what the planner has said; change a copy, "
+            "q = step.q.copy(), and give what you measure to planner.step"
+        )
+
+    @property
+    def code(self) -> int:
+        """The status as a number, the position of ``status`` in ``StepStatus``."""
+        return self._said.code
+
+    @property
+    def duration(self) -> float | None:
+        """How long the step took [s]; None unless the planner was made with ``timing=True``."""
+        return self._said.duration
 
     @property
     def _session(self) -> Session:
@@ -89,7 +116,7 @@ class Step:
     @property
     def status(self) -> StepStatus:
         """What the step says to the operator."""
-        return STATUSES[self.code]
+        return STATUSES[self._said.code]
 
     @property
     def tau(self) -> FloatArray:
@@ -152,12 +179,13 @@ class Step:
         if not parts["has_dynamics"][0]:
             if not parts["has_inertia"][0]:
                 return np.full(len(self._joints), np.nan)
-            if self._fill_in is None:
+            fill_in = self._fill_in
+            if fill_in is None:
                 warm_up(("torques",), self._session.capacity)
                 kept = isinstance(parts, KeptParts)
-                self._fill_in = partial(self._arm.fill_in_torques, parts) if kept else self._session.torques()
-            self._fill_in()
-            parts["has_dynamics"][0] = 1
+                fill_in = partial(self._arm.fill_in_torques, parts) if kept else self._session.torques()
+                object.__setattr__(self, "_fill_in", fill_in)
+            fill_in()
         result: FloatArray = parts[name]
         return result
 
@@ -355,7 +383,8 @@ class Step:
         if session.K.state.ticks > 0:
             self._torques("tau_brake")
         self._arm.keep()
-        self._arm = ArmOfSteps(session)
+        object.__setattr__(self, "_arm", ArmOfSteps(session))
+        object.__setattr__(self, "_fill_in", None)
 
     def __copy__(self) -> "Step":
         return self.copy()
@@ -383,7 +412,5 @@ def _kept(
 ) -> Step:
     """A step that owns its numbers."""
     step = Step.__new__(Step)
-    step._arm, step._joints = arm, joints
-    step.code, step.duration = code, duration
-    step._adopt(KeptParts(layout, numbers))
+    step._own(arm, joints, KeptParts(layout, numbers), Said(code, duration))
     return step

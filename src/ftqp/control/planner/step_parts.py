@@ -64,6 +64,21 @@ JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", 
 RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
 
 
+@final
+class Said:
+    """What a planner writes of each step, beside the record.
+
+    Args:
+        code: The status as a number.
+        duration: How long the step took [s]; None where that is not measured.
+    """
+
+    __slots__ = ("code", "duration")
+
+    def __init__(self, code: int, duration: float | None = None) -> None:
+        self.code, self.duration = code, duration
+
+
 class KeptParts:
     """The parts of a step in one array of their own, in the layout that all steps of a planner share."""
 
@@ -73,6 +88,13 @@ class KeptParts:
         self._layout, self._numbers = layout, numbers
 
     def __getitem__(self, name: str) -> FloatArray:
+        """A part, to be read."""
+        part = self.part(name)
+        part.flags.writeable = False
+        return part
+
+    def part(self, name: str) -> FloatArray:
+        """A part, to be written."""
         begin, end = self._layout[name]
         return self._numbers[begin:end]
 
@@ -108,4 +130,5 @@ class ArmOfSteps:
         state.q[:n], state.v[:n], state.a_command[:n] = parts["q_before"], parts["v_before"], parts["a"]
         session.K.faults.code[:n] = parts["code"]
         session.torques()()
-        parts["tau"][:], parts["tau_brake"][:] = state.tau[:n], state.tau_brake[:n]
+        parts.part("tau")[:], parts.part("tau_brake")[:] = state.tau[:n], state.tau_brake[:n]
+        parts.part("has_dynamics")[:] = 1.0

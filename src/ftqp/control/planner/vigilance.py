@@ -170,7 +170,8 @@ class Vigilance:
         self.findings[:] = [finding for finding in self.findings if finding.joint != name]
 
     def told(self, fault: Fault) -> None:
-        """A user has reported a fault: what becomes of that belief is the user's."""
+        """A user has reported a fault: the others are looked at, and what becomes of it is the user's."""
+        self.detector.believe(fault)
         self._second.end(self._robot.joint(fault.joint))
 
     def _suspect(self) -> int | None:

@@ -85,9 +85,10 @@ class WhatIfs:
             InputError: An unknown joint, no fault, or one that the robot's model has too little for.
         """
         K = self.session.copy().K
-        belief = Belief(self.robot, K.limits, K.faults, torque_limits=self.given.limits_torque)
+        belief = Belief(self.robot, torque_limits=self.given.limits_torque)
         for fault in (*self.told, *faults):
-            belief.report(fault)
+            belief = belief.reported(fault)
+        belief.write(K.limits, K.faults)
         K.limits.dynamic = self.given.dynamic or belief.needs_dynamics
         on_demand = self.given.on_demand and not belief.needs_dynamics
         count_on(self._reserve, K.limits, self.robot.nv, level=self.given.level, on_demand=on_demand)

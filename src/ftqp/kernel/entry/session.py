@@ -77,6 +77,12 @@ class Session:
         view = self._memory[room][name]
         return view if view.ndim == 1 else view[0]
 
+    def view(self, room: str, name: str) -> Any:
+        """The same, for those who only read."""
+        view = self.field(room, name).view()
+        view.flags.writeable = False
+        return view
+
     def copy(self) -> "Session":
         """A session of its own that holds the same."""
         other = Session.__new__(Session)

@@ -105,22 +105,21 @@ def _toward(last: Any, wanted: Any, most: Any) -> Any:
 
 
 @jit
-def _send_to_failed(K: Any) -> None:
-    """Where failed joints are sent, beside where they are believed to be: always inside their range.
+def _send_to_held(K: Any) -> None:
+    """Where joints that are held are sent, beside where they are believed to be: always inside their range.
 
     A locked joint is sent where it came to rest, and to where it is seen once it is seen to stand there. A
-    sensor that drifts moves the estimate, and with it what is told to the others, but not what is sent.
+    sensor that drifts moves the estimate, and with it what is told to the others, but not what is sent. Of a
+    joint that swings freely, which no motor moves, the estimate itself is said.
     """
     gate, state, faults, feedback = K.gate, K.state, K.faults, K.feedback
-    for k in range(faults.working, K.chain.n):
+    for k in range(faults.movable, K.chain.n):
         i = faults.order[k]
         wanted = state.q_command[i]
         if faults.code[i] == LOCKED and feedback.still[i] < STILL_SAMPLES:
             wanted = gate.sent[i]
-        if faults.code[i] != FREE:
-            top = max(min(K.limits.v_max[i], UNLIMITED), abs(gate.v[i]), abs(state.v_command[i]))
-            wanted = _toward(gate.sent[i], wanted, state.dt * top)
-        feedback.q_sent[i] = place_of(K, i, wanted)
+        top = max(min(K.limits.v_max[i], UNLIMITED), abs(gate.v[i]), abs(state.v_command[i]))
+        feedback.q_sent[i] = place_of(K, i, _toward(gate.sent[i], wanted, state.dt * top))
 
 
 @rare_jit
@@ -205,8 +204,7 @@ def pass_gate(K: Any) -> bool:
         verdict = K.ladder.verdict
         if verdict == OK or verdict == RELAXED or verdict == SCALED:
             K.ladder.verdict = INVALID_INPUT
-    if K.faults.working < K.chain.n:
-        _send_to_failed(K)
+    _send_to_held(K)
     for at in range(0, len(gate.q), WIDTH):
         put(gate.q, at, several(state.q_command, at))
         put(gate.v, at, several(state.v_command, at))

@@ -14,3 +14,5 @@ LATELY: Final = 0.02
 """Torques that two joints on one axis lack are looked at in the mean over such a time [s]."""
 STILL_SAMPLES: Final = 8
 """A locked joint that has been seen to rest for so many samples stands."""
+MOST_ROWS: Final = 1 << 40
+"""More rows of targets than any memory holds, few enough that their numbers can be counted."""

@@ -15,14 +15,13 @@ from ftqp.kernel.layout.enums import (
     TWIST_ALONE,
     WRONG_SHAPE,
 )
+from ftqp.kernel.layout.thresholds import MOST_ROWS
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.rotation import is_rotation
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, several
 
 MOST_TURNS = 1e9
 """An angle of more turns is none: no encoder tells it."""
-MOST_ROWS = 1 << 40
-"""More rows of targets than any memory holds, few enough that their numbers can be counted."""
 
 
 @jit

@@ -91,9 +91,10 @@ class Solver:
         """The next solve begins cold."""
         self._cold = True
 
-    def direct(self, leader: str) -> Tick | None:
-        """The compiled tick itself, where Python has no part in it; None with an external backend."""
-        return None if self._family == "external" else self.tick(leader)
+    @property
+    def is_compiled(self) -> bool:
+        """Whether Python has no part in a tick."""
+        return self._family != "external"
 
     def tick(self, leader: str, *memory: Any) -> Tick:
         """A tick led by ``clock``, ``path``, ``base`` or ``joints``: from its inputs to a status or mistake.

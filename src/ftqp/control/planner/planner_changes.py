@@ -1,0 +1,234 @@
+"""What a planner is told between its steps: it happens as a whole, or not at all.
+
+A change is made in two parts. First everything that it needs is worked out, and may be refused; then one
+immutable ``Wanted`` takes the place of the last, which is the instant at which the change has happened. What
+the kernel and the planner's parts make of it is derived from it, as often as it takes: whoever is interrupted
+meanwhile, by an exception at any line, leaves the rest to the next call.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ftqp.control.planner.braking_reserve import braking_reserve, count_on
+from ftqp.control.planner.degrading import Degrading
+from ftqp.control.planner.fitting import Fitting, warn_of_weight
+from ftqp.control.planner.free_joint import FreeJoint
+from ftqp.control.planner.one_thread import OneThread, guarded
+from ftqp.control.planner.planner_facts import PlannerFacts
+from ftqp.control.planner.solver.qp_solver import Solver
+from ftqp.control.planner.start import StartWatch
+from ftqp.control.planner.step import Step
+from ftqp.control.planner.wanted import Start, Wanted
+from ftqp.core.checks import array, frozen
+from ftqp.core.errors import InputError
+from ftqp.faults.belief import Belief
+from ftqp.faults.kinds import Fault
+from ftqp.kernel.layout.record import load_chain
+from ftqp.model.payload import Payload
+
+Tick = Callable[..., int]
+
+
+class PlannerChanges(PlannerFacts):
+    """Starts, faults, loads and tools, each of which a planner is told as a whole."""
+
+    __slots__ = (
+        "_adopted", "_begin", "_degrading", "_fast", "_free", "_inside", "_ordinary", "_out", "_solver",
+        "_start", "_step_arm", "_tick", "_timing",
+    )  # fmt: skip
+    _adopted: Wanted | None
+    _begin: Tick | None
+    _degrading: Degrading | None
+    _fast: Tick | None
+    _free: FreeJoint | None
+    _inside: OneThread
+    _ordinary: tuple[Tick, Tick | None]
+    _out: Step
+    _solver: Solver
+    _start: StartWatch
+    _step_arm: Fitting
+    _tick: Tick
+    _timing: bool
+
+    @guarded("reset")
+    def reset(self, q: Any, v: Any = None) -> None:
+        """Begin at (q, v): the latch of a stop, warm starts and the last command are forgotten, not faults.
+
+        A start that is near a singularity of the task, that a motor cannot hold, or that leaves no redundancy
+        gets one warning on the logger ``ftqp``.
+
+        Args:
+            q: Measured configuration, (nv,) joint values or (nq,) [rad or m].
+            v: Measured velocity, (nv,) [rad/s or m/s]; None is rest.
+
+        Raises:
+            InputError: A wrong shape, or a number that is not finite.
+        """
+        n = self.robot.nv
+        q = frozen(self.robot.angles(q))
+        v = frozen(np.zeros(n) if v is None else array("v", v, (n,), "(nv,)"))
+        self._change(start=Start(q, v))
+
+    @guarded("report")
+    def report(self, fault: Fault) -> None:
+        """Believe ``fault`` from the next step on, of any kind in ``ftqp.faults.kinds.KINDS``.
+
+        Args:
+            fault: The fault; it takes the place of another one of the same joint.
+
+        Raises:
+            InputError: An unknown joint, or not a fault.
+        """
+        belief, told = self._wanted.belief.reported(fault), self._vigilance
+        self._change(belief=belief, then=told and partial(told.told, fault))
+
+    @guarded("withdraw")
+    def withdraw(self, joint: str | int) -> None:
+        """Believe the joint to be healthy again from the next step on.
+
+        Args:
+            joint: Its name or 0-based index; one that is healthy stays so.
+
+        Raises:
+            InputError: An unknown joint.
+        """
+        belief, told = self._wanted.belief.without(joint), self._vigilance
+        self._change(belief=belief, then=told and partial(told.forget, joint))
+
+    @guarded("carry")
+    def carry(self, payload: Payload | None) -> None:
+        """Count on this load at the tip from the next step on, in the place of the last one.
+
+        State, faults and the solver's memory stay; ``planner.robot`` is then the loaded arm, which brakes
+        earlier. A load that it cannot hold where it is gets one warning on the logger ``ftqp``. This takes
+        some ten milliseconds: call it while the arm rests.
+
+        Args:
+            payload: The load, in the frame of the robot's own tip, whatever the tool is; None is none.
+
+        Raises:
+            InputError: This is no payload, or a robot without masses.
+        """
+        fitting = self._wanted.fitting.carrying(payload)
+        limited = self._given.limits_torque
+        self._change(fitting=fitting, reserve=braking_reserve(fitting.robot) if limited else None)
+        if payload is not None:
+            K, n = self._session.K, self.robot.nv
+            q = K.state.q_command[:n] if K.state.is_reset else None
+            warn_of_weight(self.robot, q, K.limits.tau_max[:n])
+
+    @guarded("tool")
+    def tool(self, T: Any) -> None:
+        """Control another point from the next step on; targets are then poses of that point.
+
+        State, faults and the solver's memory stay, and so do masses: a tool that weighs something is a
+        payload, too. A target that is not moved along with the point is somewhere else for the arm.
+
+        Args:
+            T: Pose of the point in the frame of the robot's own tip, (4, 4) [m]; None is that tip.
+
+        Raises:
+            InputError: T is no pose, or a plan leads the planner, which is one of its own tip.
+        """
+        if self._leading is not None:
+            raise InputError("the planner follows a plan of another tip; plan for robot.with_tip(T) instead")
+        self._change(fitting=self._wanted.fitting.holding(T))
+
+    def _believe(self, fault: Fault) -> None:
+        """Believe a fault that the detector has found, and let it look at the other joints."""
+        told = self._vigilance
+        self._change(
+            belief=self._wanted.belief.reported(fault), then=told and partial(told.detector.believe, fault)
+        )
+
+    def _disbelieve(self, joint: str | int) -> None:
+        """Believe that a joint is healthy, as the detector has found."""
+        self._change(belief=self._wanted.belief.without(joint))
+
+    def _change(self, **told: Any) -> None:
+        """Want something else, and let it happen; what an interrupted change has left comes first."""
+        self._heal()
+        wanted = replace(self._wanted, **{"then": None} | told)
+        self._begin = None  # until all of it has happened, steps look at what is wanted
+        self._wanted = wanted
+        self._heal()
+
+    def _heal(self) -> None:
+        """Let what is wanted happen as far as it has not; once begun it may be begun again."""
+        while self._adopted is not self._wanted:
+            self._adopt(self._adopted, self._wanted)
+        self._begin = self._fast
+
+    def _adopt(self, before: Wanted | None, wanted: Wanted) -> None:
+        """Derive from what is wanted all that differs from what it was."""
+        K = self._session.K
+        if before is not None and before.fitting is not wanted.fitting:
+            self._mount(wanted.fitting)
+        if before is None or before.belief is not wanted.belief:
+            wanted.belief.write(K.limits, K.faults, None if before is None else before.belief)
+            self._adopt_belief(wanted.belief)
+        if before is None or before.belief is not wanted.belief or before.reserve is not wanted.reserve:
+            given, needed = self._given, wanted.belief.needs_dynamics
+            count_on(
+                wanted.reserve, K.limits, wanted.fitting.robot.nv,
+                level=given.level, on_demand=given.on_demand and not needed,
+            )  # fmt: skip
+        if wanted.start is not None and (before is None or before.start is not wanted.start):
+            self._begin_at(wanted.start)
+        if wanted.then is not None:
+            wanted.then()
+        self._adopted = wanted
+
+    def _mount(self, fitting: Fitting) -> None:
+        """Let the kernel see the arm as it is fitted; steps that are kept stay with the arm that they had."""
+        if self._step_arm is not fitting:
+            self._out.leave_arm()
+            self._step_arm = fitting
+        load_chain(self._session.K, **fitting.robot.chain.constants())
+        if self._vigilance is not None:
+            self._vigilance.detector.fit(fitting.robot)
+
+    def _begin_at(self, start: Start) -> None:
+        """Forget everything but what is believed."""
+        K, n = self._session.K, len(start.q)
+        state = K.state
+        K.gate.q[:n] = state.q_command[:n] = state.q[:n] = start.q
+        K.gate.sent[:n] = start.q + K.gate.lead * start.v
+        K.gate.v[:n] = state.v_command[:n] = state.v[:n] = start.v
+        state.a_command[:n] = 0.0
+        K.criteria.posture[:n] = start.q if self._given.posture is None else self._given.posture
+        if self._leading is not None:
+            self._leading.begin(start.q, self.faults)
+        self._loop.forget()
+        K.qp.warm, state.ticks, state.is_reset = 0, 0, 1
+        self._solver.forget()
+        if self._degrading is not None:
+            self._degrading.restore()
+        if self._free is not None:
+            self._free.restore()
+        self._start.look(self.robot, K, start.q)
+        if self._vigilance is not None:
+            self._vigilance.reset(start.q)
+
+    def _adopt_belief(self, belief: Belief) -> None:
+        """What follows from the belief: dynamics, a cold start, a new look at rest, who makes the tick."""
+        K, vigilance = self._session.K, self._vigilance
+        K.limits.dynamic = self._given.dynamic or belief.needs_dynamics
+        K.qp.warm = K.watch.stopped = 0
+        self._solver.forget()
+        if self._leading is not None and K.state.is_reset:
+            self._leading.believe(K.gate.q[: self.robot.nv].copy(), belief.faults)
+        tick, fast = self._ordinary
+        if belief.needs_dynamics and self._solver.has_qp:
+            if self._free is None:
+                self._free = FreeJoint(self._session, self.robot, self._given.task.kept_sets)
+            self._free.begin()
+            tick = self._free.tick if vigilance is None else vigilance.watched(self._free.tick)
+            fast = None
+        elif self._free is not None:
+            self._free.end()
+        self._tick, self._fast = tick, fast

@@ -1,0 +1,38 @@
+"""Attributes that are set once: whoever sets one later is told how to get what was meant."""
+
+from operator import attrgetter
+from typing import Any, Generic, NoReturn, TypeVar, overload
+
+T = TypeVar("T")
+
+
+class Fixed(Generic[T]):
+    """An attribute that can be read and not be set.
+
+    Args:
+        path: Where its object keeps it, dotted.
+        about: What it is, with its unit: the documentation of the attribute.
+        remedy: What to do in place of setting it, in words; ``{name}`` is the attribute.
+    """
+
+    def __init__(self, path: str, about: str, remedy: str) -> None:
+        self._read, self.__doc__, self._remedy = attrgetter(path), about, remedy
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, owner: None, kind: type) -> "Fixed[T]": ...
+
+    @overload
+    def __get__(self, owner: Any, kind: type) -> T: ...
+
+    def __get__(self, owner: Any, kind: type) -> "Fixed[T] | T":
+        if owner is None:
+            return self
+        value: T = self._read(owner)
+        return value
+
+    def __set__(self, owner: Any, value: Any) -> NoReturn:
+        what = type(owner).__name__.lower()
+        raise AttributeError(f"{what}.{self._name} cannot be set: {self._remedy.format(name=self._name)}")
