@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import KINDS, RESETS, Degraded, Fault, FreeSwinging, Locked
+from ftqp.faults.kinds import RESETS, Degraded, Fault, FreeSwinging, Locked, not_served, refuse_unknown
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 from ftqp.model.robot import Robot
 
@@ -54,9 +54,7 @@ class Belief:
             InputError: The joint is unknown, this is no fault, or a joint is to swing freely of a robot
                 without inertia.
         """
-        if type(fault) not in KINDS.values():
-            *names, last = (f"ftqp.{kind.__name__}" for kind in KINDS.values())
-            raise InputError(f"{fault!r} is not a fault; expected {', '.join(names)} or {last}")
+        refuse_unknown(fault)
         i = self._robot.joint(fault.joint)
         if isinstance(fault, FreeSwinging) and not self._robot.has_inertia:
             raise InputError(
@@ -66,21 +64,25 @@ class Belief:
         before = self._faults.get(i)
         if before == fault:
             return
-        low, high = self._range(i, fault) if isinstance(fault, Degraded) else (-np.inf, np.inf)
-        self._restore_limits(i)
-        self._faults[i] = fault
         code = self._codes.code
-        if isinstance(fault, Locked):
-            self._lock(i, fault, int(code[i]) if isinstance(before, Locked) else HEALTHY)
-        elif isinstance(fault, FreeSwinging):
-            code[i] = FREE
-            self._codes.friction[i] = fault.damping
-            self._codes.coulomb[i] = fault.friction + self._robot.coulomb[i]
-        else:
-            code[i] = HEALTHY
-            self._lower(i, fault)
-            if isinstance(fault, Degraded):
+        match fault:
+            case Locked():
+                self._restore_limits(i)
+                self._lock(i, fault, int(code[i]) if isinstance(before, Locked) else HEALTHY)
+            case FreeSwinging():
+                self._restore_limits(i)
+                code[i] = FREE
+                self._codes.friction[i] = fault.damping
+                self._codes.coulomb[i] = fault.friction + self._robot.coulomb[i]
+            case Degraded():
+                low, high = self._range(i, fault)
+                self._restore_limits(i)
+                code[i] = HEALTHY
+                self._lower(i, fault)
                 self._limits.q_min[i], self._limits.q_max[i] = low, high
+            case _:
+                not_served(fault, "the planner")
+        self._faults[i] = fault
 
     def withdraw(self, joint: str | int) -> None:
         """Hold the joint to be healthy again.
