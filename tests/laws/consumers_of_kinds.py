@@ -99,24 +99,23 @@ def campaign_of(folder: Path) -> Path:
     return file
 
 
-def log_with_the_kind() -> Log:
-    """A run with a lock, as if the joint stuck."""
+def log_with(number: int, **said: Any) -> Log:
+    """A run with a lock, as if the joint had that number and its fault was another."""
     event = ftqp.FaultEvent(ftqp.Locked(JOINT), 0.05, "never")
     log = ftqp.Simulation(
         planner(), PATH, q=ROBOT.neutral, log="memory", schedule=ftqp.Schedule([event])
     ).run().log  # fmt: skip
     signals = {name: log[name] for name in log.names}
     truth = signals[f"truth.{JOINT}"].copy()
-    truth[truth == ftqp.Locked.number] = 4
+    truth[truth == ftqp.Locked.number] = number
     signals[f"truth.{JOINT}"] = truth
-    number = {"kind": "sticky", "grip": 1.0}
-    facts = {**log.metadata, "faults": [{**log.metadata["faults"][0], **number}]}
+    facts = {**log.metadata, "faults": [{**log.metadata["faults"][0], **said}]}
     return Log(None, signals, log.units, log.descriptions, facts)
 
 
 def shown(folder: Path, fault: Any) -> dict[str, Any]:
     """What is made of the table alone."""
-    log = log_with_the_kind()
+    log = log_with(4, kind="sticky", grip=1.0)
     replay = ReplaySource(log, "run", clock=lambda: 0.0)
     replay.put(Seek(0.08))
     frame = replay.frame()
@@ -149,6 +148,7 @@ def main(folder: Path, kind: Any, registered: bool) -> None:
     motion = np.tile(coverage.neutral, (3, 1))
     hold = ftqp.paths.Hold(coverage.pose(coverage.neutral), duration=0.02)
     campaign = str(campaign_of(folder))
+    strange = log_with(9)
     consumers: dict[str, Callable[[], Any]] = {
         "planner": lambda: planner().report(fault),
         "batch": lambda: rollout(fault),
@@ -159,7 +159,9 @@ def main(folder: Path, kind: Any, registered: bool) -> None:
         "scenario": lambda: load(str(file)),
         "campaign": lambda: load_campaign(campaign),
         "coverage": lambda: ftqp.analysis.coverage(coverage, hold, motion, fault="sticky"),
-        "log with a code of its own": lambda: Log(None, {"truth.j": np.array([0, 9])}, {}, {}, {}),
+        "replay": lambda: ReplaySource(strange, "run"),
+        "figures": lambda: save_figures(strange, folder / "strange"),
+        "summary": lambda: summary(strange),
     }
     found: dict[str, Any] = {}
     for name, consume in consumers.items():

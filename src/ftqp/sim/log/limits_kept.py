@@ -8,6 +8,7 @@ import numpy as np
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.faults.kinds import KINDS, kind_of
 from ftqp.sim.log.signal_blocks import Signals
+from ftqp.sim.log.signals import refuse_unknown_conditions
 from ftqp.sim.schedule import TIME_SLACK
 
 BRAKED = 1e-3
@@ -54,6 +55,7 @@ class Excess:
         if not len(t):
             return
         first = float(t[0]) if self._first is None else self._first
+        refuse_unknown_conditions(rows["truth"], "the log")
         works, worst, inside = ~np.isin(rows["truth"], IDLE), dict(self.worst), dict(self._inside)
         for signal, low, high in LIMITED:
             values = rows[signal]

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import InputError, unknown
+from ftqp.core.errors import unknown
 from ftqp.sim.log.log_rows import LogRows, whole_numbers
 from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.run_facts import RunFacts
-from ftqp.sim.log.signals import CONDITIONS, Column
+from ftqp.sim.log.signals import Column
 from ftqp.sim.log.table_files import write_csv, write_mat, write_npz
 
 
@@ -27,9 +27,6 @@ class Log:
         units: unit of each signal.
         descriptions: sentence of each signal.
         metadata: scenario, robot, joints, limits, faults, versions and state of the run.
-
-    Raises:
-        InputError: A joint is in a condition that no kind of fault has.
     """
 
     def __init__(
@@ -45,7 +42,6 @@ class Log:
         self.descriptions = dict(descriptions)
         self.metadata = RunFacts(metadata)
         self._signals = dict(signals)
-        _refuse_unknown_conditions(self._signals)
         self._stacks: dict[str, NDArray[Any]] = {}
 
     @classmethod
@@ -162,16 +158,3 @@ class Log:
             InputError: the file exists already, cannot be made, or the log is too long for MAT.
         """
         write_mat(self.rows, path)
-
-
-def _refuse_unknown_conditions(signals: Mapping[str, NDArray[Any]]) -> None:
-    """Refuse codes of ``truth`` and ``belief`` that nothing could be said of."""
-    for name, values in signals.items():
-        if name.partition(".")[0] in ("truth", "belief"):
-            strange = values[~np.isin(values, list(CONDITIONS))]
-            if len(strange):
-                codes = ", ".join(f"{code} {word}" for code, word in CONDITIONS.items())
-                raise InputError(
-                    f"{name} of the log is {strange[0]:g}, expected one of {codes}; read the log with the "
-                    "version of ftqp that wrote it"
-                )
