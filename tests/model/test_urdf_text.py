@@ -15,7 +15,7 @@ from ftqp.model import catalog
 from ftqp.model.robot import Robot
 from ftqp.model.urdf_text import LARGEST, link_names, roll_pitch_yaw
 
-LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max")
+LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max", "j_max")
 ALL = [*catalog.names(), "planar(3)"]
 
 
@@ -139,6 +139,15 @@ def test_rotors_and_accelerations_stand_where_drake_reads_them() -> None:
     assert [float(x.get(f"{drake}acceleration", "")) for x in limit] == robot.limits.a_max.tolist()
     rotors = root.findall(f"transmission/actuator/{drake}rotor_inertia")
     assert [float(x.get("value", "")) for x in rotors] == [x for x in robot.chain.armature if x]
+
+
+def test_limits_of_urdf_1_2_are_written_where_there_are_any() -> None:
+    robot = catalog.load("planar(3)").with_limits(a_max=[2.0, np.inf, 4.0], j_max=[np.inf, 30.0, 0.1])
+    same_everywhere(robot, Robot.from_urdf(robot.to_urdf(), gravity=robot.chain.gravity))
+    limits = ElementTree.fromstring(robot.to_urdf()).findall("joint/limit")
+    assert [limit.get("acceleration") for limit in limits] == ["2.0", None, "4.0"]
+    assert [limit.get("deceleration") for limit in limits] == ["2.0", None, "4.0"]
+    assert [limit.get("jerk") for limit in limits] == [None, "30.0", "0.1"]
 
 
 def test_gear_ratio_counts_twice() -> None:

@@ -6,7 +6,7 @@ from typing import Any, Self, final
 import numpy as np
 
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import KINDS, RESETS, Degraded, Fault, FreeSwinging, Locked
+from ftqp.faults.kinds import RESETS, Degraded, Fault, FreeSwinging, Locked, not_served, refuse_unknown
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 from ftqp.model.robot import Robot
 
@@ -58,17 +58,20 @@ class Belief:
             InputError: The joint is unknown, this is no fault, or a joint is to swing freely of a robot
                 without inertia.
         """
-        if type(fault) not in KINDS.values():
-            *names, last = (f"ftqp.{kind.__name__}" for kind in KINDS.values())
-            raise InputError(f"{fault!r} is not a fault; expected {', '.join(names)} or {last}")
+        refuse_unknown(fault)
         i = self._robot.joint(fault.joint)
         if isinstance(fault, FreeSwinging) and not self._robot.has_inertia:
             raise InputError(
                 f"{self._robot.name} has no inertia, so the motion of free-swinging {self._robot.joints[i]} "
                 "is unknown; give the model its masses, or report ftqp.Locked"
             )
-        if isinstance(fault, Degraded):
-            self._range(i, fault)
+        match fault:
+            case Locked() | FreeSwinging():
+                pass
+            case Degraded():
+                self._range(i, fault)
+            case _:
+                not_served(fault, "the planner")
         return self if self._faults.get(i) == fault else self._but(self._faults | {i: fault})
 
     def without(self, joint: str | int) -> Self:
@@ -100,16 +103,22 @@ class Belief:
             if before is not None and was == fault:
                 continue
             self._restore(i, limits, codes)
-            if isinstance(fault, Locked):
-                self._lock(i, fault, codes, int(codes.code[i]) if isinstance(was, Locked) else HEALTHY)
-            elif isinstance(fault, FreeSwinging):
-                codes.code[i] = FREE
-                codes.friction[i] = fault.damping
-                codes.coulomb[i] = fault.friction + self._robot.coulomb[i]
-            else:
-                codes.code[i] = HEALTHY
-                if fault is not None:
-                    self._lower(i, fault, limits)
+            match fault:
+                case None:
+                    codes.code[i] = HEALTHY
+                case Locked():
+                    self._lock(i, fault, codes, int(codes.code[i]) if isinstance(was, Locked) else HEALTHY)
+                case FreeSwinging():
+                    codes.code[i] = FREE
+                    codes.friction[i] = fault.damping
+                    codes.coulomb[i] = fault.friction + self._robot.coulomb[i]
+                case Degraded():
+                    codes.code[i] = HEALTHY
+                    for limit, share in fault.shares.items():
+                        getattr(limits, limit)[i] *= getattr(fault, share)
+                    limits.q_min[i], limits.q_max[i] = self._range(i, fault)
+                case _:
+                    not_served(fault, "the planner")
 
     def _restore(self, i: int, limits: Any, codes: Any) -> None:
         healthy = self._robot.limits
@@ -128,13 +137,6 @@ class Belief:
         codes.code[i] = INSTANT if fault.mode == "instant" else BRAKING
         if code != BRAKING:
             codes.lock_velocity[i] = np.inf
-
-    def _lower(self, i: int, fault: Fault, limits: Any) -> None:
-        """What is left of the limits of joint i, which ``_restore`` has just made healthy."""
-        for limit, share in fault.shares.items():
-            getattr(limits, limit)[i] *= getattr(fault, share)
-        if isinstance(fault, Degraded):
-            limits.q_min[i], limits.q_max[i] = self._range(i, fault)
 
     def _range(self, i: int, fault: Degraded) -> tuple[float, float]:
         """What is left of the range of joint i."""

@@ -1,21 +1,25 @@
 """The kinds of joint fault that a planner can be told of.
 
-A fault changes the bounds of a joint and never the size of the QP. This file is the one list of kinds:
-scenarios, logs, figures and messages read what they need from the classes below and from ``KINDS``.
+A fault changes the bounds of a joint and never the size of the QP. This file is the one table of kinds:
+scenarios, logs, figures, the live page, campaigns and messages read what they need from the classes below and
+from ``KINDS``, and whoever does something of its own for each kind matches over them and ends in
+``not_served``: mypy finds the place that forgot a kind, and at run time it says so in a sentence.
 
 Each kind has a name in files (``kind``), a verb for messages (``happens``), a number in logs (``number``);
 ``works`` says whether the joint still follows its commands, within limits that may be lower, and ``shares``
-which of its settings is the share left of which limit: ``v_max``, ``a_max`` or ``tau_max``.
+which of its settings is the share left of which limit: ``v_max``, ``a_max`` or ``tau_max``. ``button`` is the
+word on its button of the live page, ``judged`` its name in ``ftqp.referee``, ``colour`` that of figures, and
+``live_colour`` that of the live page.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import isnan
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Never, NoReturn
 
 from ftqp.core.checks import as_number, non_negative, positive
-from ftqp.core.errors import InputError, nearest
+from ftqp.core.errors import InputError, nearest, unknown
 
 MODES = ("ramp", "instant")
 RESETS = ("kinematic", "momentum", "task")
@@ -83,6 +87,10 @@ class Locked:
 
     kind: ClassVar[str] = "locked"
     happens: ClassVar[str] = "locks"
+    button: ClassVar[str] = "lock"
+    judged: ClassVar[str] = "locked"
+    colour: ClassVar[str] = "#D55E00"
+    live_colour: ClassVar[str] = "#D62728"
     number: ClassVar[int] = 1
     works: ClassVar[bool] = False
     shares: ClassVar[Mapping[str, str]] = NOTHING
@@ -121,6 +129,10 @@ class FreeSwinging:
 
     kind: ClassVar[str] = "free_swinging"
     happens: ClassVar[str] = "swings freely"
+    button: ClassVar[str] = "free"
+    judged: ClassVar[str] = "free"
+    colour: ClassVar[str] = "#CC79A7"
+    live_colour: ClassVar[str] = "#F08C14"
     number: ClassVar[int] = 2
     works: ClassVar[bool] = False
     shares: ClassVar[Mapping[str, str]] = NOTHING
@@ -150,6 +162,10 @@ class Degraded:
 
     kind: ClassVar[str] = "degraded"
     happens: ClassVar[str] = "is degraded"
+    button: ClassVar[str] = "weak"
+    judged: ClassVar[str] = "degraded"
+    colour: ClassVar[str] = "#F0E442"
+    live_colour: ClassVar[str] = "#9452C8"
     number: ClassVar[int] = 3
     works: ClassVar[bool] = True
     shares: ClassVar[Mapping[str, str]] = MappingProxyType(
@@ -176,7 +192,83 @@ class Degraded:
 
 Fault = Locked | FreeSwinging | Degraded
 """Any fault."""
-KINDS: Mapping[str, type[Fault]] = MappingProxyType(
-    {kind.kind: kind for kind in (Locked, FreeSwinging, Degraded)}
-)
+FACTS = ("kind", "happens", "number", "works", "shares", "button", "judged", "colour", "live_colour")
+"""What every kind says of itself ..."""
+OWN = ("kind", "number", "button", "colour", "live_colour")
+"""... and what no two may have in common."""
+RECIPE = "CONTRIBUTING.md, 'Add a kind of fault'"
+
+
+def table_of(*kinds: type[Fault]) -> Mapping[str, type[Fault]]:
+    """Kinds by their names.
+
+    Args:
+        kinds: The classes.
+
+    Raises:
+        InputError: A kind leaves something unsaid, or says of itself what another one does.
+    """
+    for kind in kinds:
+        left_out = [fact for fact in FACTS if getattr(kind, fact, None) is None]
+        if left_out:
+            raise InputError(
+                f"the kind of fault {kind.__name__} has no {', '.join(left_out)}, expected all of "
+                f"{', '.join(FACTS)}; see {RECIPE}"
+            )
+    for fact in OWN:
+        said = [getattr(kind, fact) for kind in kinds]
+        twice = [kind.__name__ for kind in kinds if said.count(getattr(kind, fact)) > 1]
+        if twice:
+            raise InputError(
+                f"{' and '.join(twice)} have the same {fact}, expected one of each; see {RECIPE}"
+            )
+    return MappingProxyType({kind.kind: kind for kind in kinds})
+
+
+KINDS: Mapping[str, type[Fault]] = table_of(Locked, FreeSwinging, Degraded)
 """The kinds of fault by the names that scenarios and logs give them."""
+
+
+def kind_of(name: str) -> type[Fault]:
+    """The kind of that name.
+
+    Args:
+        name: As in files.
+
+    Raises:
+        InputError: There is none.
+    """
+    if name not in KINDS:
+        raise unknown("kind of fault", name, "ftqp", KINDS)
+    return KINDS[name]
+
+
+def refuse_unknown(fault: Any) -> None:
+    """Refuse what is no fault of a kind in ``KINDS``.
+
+    Args:
+        fault: What was given.
+
+    Raises:
+        InputError: It is none.
+    """
+    if type(fault) not in KINDS.values():
+        *names, last = (f"ftqp.{kind.__name__}" for kind in KINDS.values())
+        raise InputError(f"{fault!r:.200} is not a fault; expected {', '.join(names)} or {last}")
+
+
+def not_served(fault: Never, who: str) -> NoReturn:
+    """End a ``match`` over the kinds of fault: mypy accepts the call only where none is left.
+
+    Args:
+        fault: One of a kind that no case was written for.
+        who: Who cannot do anything with it.
+
+    Raises:
+        InputError: Always.
+    """
+    refuse_unknown(fault)
+    raise InputError(
+        f"{who} does not serve a joint that {fault.happens} ({fault!r:.200}), expected a kind that it has a "
+        f"case for, such as ftqp.Locked; write the case, see {RECIPE}"
+    )

@@ -21,6 +21,14 @@ LARGEST_LIMIT = 1e100
 NO_INERTIA = 1e-12
 """Moments of inertia [kg m2] this small are rounding."""
 
+MAGNITUDES = (
+    ("v_max", "velocity"),
+    ("a_max", "acceleration"),
+    ("tau_max", "torque"),
+    ("j_max", "jerk"),
+)
+"""Limits of a joint that are the same to both sides, with their words."""
+
 CORRECT = "correct the model or drop all masses with kinematics_only=True"
 
 
@@ -39,7 +47,8 @@ class Finding:
     Attributes:
         severity: How bad it is.
         sentence: What, got, expected, remedy.
-        about: What it is about: ``masses``, ``limits``, ``friction``, or nothing in particular.
+        about: What it is about: ``masses``, ``limits``, ``friction``, a limit that a file has or lacks
+            (``a_max``, ``j_max``), or nothing in particular.
     """
 
     severity: Severity
@@ -118,7 +127,7 @@ def limit_findings(names: Sequence[str], limits: JointLimits, continuous: BoolAr
             )
         elif not continuous[i] and (low == -np.inf or high == np.inf):
             found.append(note(f"joint {joint!r} has no position limit on {_open(low, high)}"))
-        for field, what in (("v_max", "velocity"), ("a_max", "acceleration"), ("tau_max", "torque")):
+        for field, what in MAGNITUDES:
             found += _magnitude(joint, what, field, float(getattr(limits, field)[i]))
     return [replace(finding, about="limits") for finding in found]
 

@@ -1,7 +1,7 @@
 """How a robot comes together: reduced to a chain, limits completed, audited, then refused or built."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,14 @@ from ftqp.core.checks import array, frozen, positive
 from ftqp.core.errors import InputError, ModelError
 from ftqp.model import audit
 from ftqp.model.audit import Finding
-from ftqp.model.chain import chain_of
+from ftqp.model.chain import Chain, chain_of
 from ftqp.model.limits import RISE_TIME, JointLimits
 from ftqp.model.neutral import Arm, neutral_posture
 from ftqp.model.reading.source import Source, follower_findings
 from ftqp.model.reduction import reduced, tip_of
 from ftqp.model.refitting import friction_findings, has_masses, write_friction
 from ftqp.model.shape import dynamics_findings, reach_of
+from ftqp.model.torque_reserve import SAMPLES, acceleration_by_torque
 
 ROWS = ("x", "y", "z", "rx", "ry", "rz")
 """Names of the task rows: linear then angular, along the axes of W."""
@@ -65,7 +66,9 @@ def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
         arm.armature = np.zeros(arm.nv)
     if not has_masses(arm):
         write_friction(arm, 0.0, 0.0)
-    findings += [f for f in source.findings if not (wishes.kinematics_only and f.about == "masses")]
+    given = _given(wishes, arm.nv)
+    dropped = {*given, "masses"} if wishes.kinematics_only else {*given}
+    findings += [f for f in source.findings if f.about not in dropped]
     findings += dynamics_findings(arm)
     try:
         chain = chain_of(arm, tip)
@@ -73,10 +76,14 @@ def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
         audit.refuse_unsafe(arm.name, [*map(audit.unsafe, error.findings), *findings])
         raise
     findings += follower_findings(source.followers, chain.names, wishes.locked)
-    bounds = _limits([source.limits[name] for name in chain.names], wishes, findings)
+    written = [source.limits[name] for name in chain.names]
+    bounds = _limits(written, given)
     findings += audit.limit_findings(chain.names, bounds, chain.continuous)
     findings += friction_findings(arm, bounds)
     audit.refuse_unsafe(arm.name, findings)
+    guessed = [i for i, joint in enumerate(written) if "a_max" not in joint and "a_max" not in given]
+    if guessed:
+        findings.append(_guess(arm, chain, bounds, guessed))
     write_limits(arm, bounds)
     rows = _rows(wishes.default_rows)
     length = _length(wishes.length, LENGTH_FRACTION * reach_of(chain, bounds))
@@ -99,9 +106,8 @@ def _length(given: float | None, default: float) -> float:
     return default if given is None else positive("length", given, "m")
 
 
-def _limits(written: Sequence[Mapping[str, float]], wishes: Wishes, findings: list[Finding]) -> JointLimits:
-    """The limits as written, replaced by those given; accelerations by rule where nobody gave them."""
-    count = len(written)
+def _given(wishes: Wishes, count: int) -> dict[str, Any]:
+    """The limits that the user gives in place of the model's."""
     changes: dict[str, Any] = {}
     if isinstance(wishes.limits, JointLimits):
         if len(wishes.limits) != count:
@@ -115,18 +121,38 @@ def _limits(written: Sequence[Mapping[str, float]], wishes: Wishes, findings: li
         )
     if wishes.acceleration is not None:
         changes["a_max"] = wishes.acceleration
+    return changes
+
+
+def _limits(written: Sequence[Mapping[str, float]], given: Mapping[str, Any]) -> JointLimits:
+    """The limits as written, replaced by those given; accelerations by rule where nobody gave them."""
     own = {key: np.array([joint[key] for joint in written]) for key in ("q_min", "q_max", "v_max", "tau_max")}
-    own["v_max"] = changes.get("v_max", own["v_max"])
-    if "a_max" not in changes and all("a_max" in joint for joint in written):
-        changes["a_max"] = np.array([joint["a_max"] for joint in written])
-    if "a_max" not in changes:
-        findings.append(
-            audit.note(
-                f"no acceleration limit is known; a_max = v_max / {RISE_TIME:g} s is taken; "
-                "give acceleration=... to replace it"
-            )
-        )
-    return JointLimits.of(count, **own).replaced(changes)
+    own["v_max"] = given.get("v_max", own["v_max"])
+    own["j_max"] = np.array([joint.get("j_max", np.inf) for joint in written])
+    rule = JointLimits.of(len(written), **own).a_max
+    own["a_max"] = np.array([joint.get("a_max", by) for joint, by in zip(written, rule, strict=True)])
+    return JointLimits.of(len(written), **own).replaced({"a_max": own["a_max"], **given})
+
+
+def _guess(arm: Any, chain: Chain, limits: JointLimits, guessed: Sequence[int]) -> Finding:
+    """That accelerations follow the rule, with what the torques would allow; a warning where that is less."""
+    names = [chain.names[i] for i in guessed]
+    joints = "" if len(names) == len(chain.names) else f" for {', '.join(names)}"
+    says = f"no acceleration limit is known{joints}; a_max = v_max / {RISE_TIME:g} s is taken"
+    remedy = "give acceleration=... to replace it"
+    if not has_masses(arm):
+        return replace(audit.note(f"{says}; {remedy}"), about="a_max")
+    allowed = acceleration_by_torque(arm, chain.continuous, limits)
+    figures = ", ".join(
+        f"{chain.names[i]} {limits.a_max[i]:.3g} (torque allows {allowed[i]:.3g})"
+        if np.isfinite(allowed[i])
+        else f"{chain.names[i]} {limits.a_max[i]:.3g} (no torque limit)"
+        for i in guessed
+    )
+    beyond = [chain.names[i] for i in guessed if limits.a_max[i] > allowed[i]]
+    more = f", which {', '.join(beyond)} cannot keep up everywhere" if beyond else ""
+    said = f"{says}{more}: {figures}, in rad/s2 or m/s2, at the heaviest of {SAMPLES} postures; {remedy}"
+    return replace((audit.warning if beyond else audit.note)(said), about="a_max")
 
 
 def write_limits(arm: Any, limits: JointLimits) -> None:

@@ -12,7 +12,7 @@ from ftqp.core.errors import InputError, unknown
 RISE_TIME = 0.2
 """Time [s] from rest to v_max where no acceleration limit is known, a_max = v_max / RISE_TIME.
 
-A URDF has no acceleration limit. Arms whose makers publish both figures take 0.13 s to 0.29 s (Panda) and
+Few URDFs have one. Arms whose makers publish both figures take 0.13 s to 0.29 s (Panda) and
 0.16 s (xArm7); 0.2 s is the middle of that range.
 """
 
@@ -27,6 +27,8 @@ class JointLimits:
         v_max: The largest speed, (nv,), > 0 [rad/s or m/s].
         a_max: The largest acceleration, (nv,), > 0 [rad/s2 or m/s2]; it also says how late a joint may brake.
         tau_max: The largest torque or force, (nv,), > 0 [N m or N].
+        j_max: The largest jerk, (nv,), > 0 [rad/s3 or m/s3]. Motions to a posture (``ftqp.GoTo``) keep it; a
+            tick of the planner has no bound on jerk.
     """
 
     q_min: FloatArray
@@ -34,6 +36,7 @@ class JointLimits:
     v_max: FloatArray
     a_max: FloatArray
     tau_max: FloatArray
+    j_max: FloatArray = np.inf  # type: ignore[assignment]  # one number becomes one each
 
     def __post_init__(self) -> None:
         count = np.size(self.q_min)
@@ -51,6 +54,7 @@ class JointLimits:
         v_max: Any = np.inf,
         a_max: Any = None,
         tau_max: Any = np.inf,
+        j_max: Any = np.inf,
     ) -> Self:
         """Limits of ``count`` joints from arrays (nv,) or one number for all joints.
 
@@ -62,6 +66,7 @@ class JointLimits:
             a_max: The largest acceleration [rad/s2 or m/s2]; None is ``v_max / RISE_TIME``, or no limit
                 without v_max.
             tau_max: The largest torque or force [N m or N].
+            j_max: The largest jerk [rad/s3 or m/s3].
 
         Raises:
             InputError: These are no numbers, or as many as neither one nor nv.
@@ -78,6 +83,7 @@ class JointLimits:
             v_max=speed,
             a_max=acceleration,
             tau_max=one_each("tau_max", tau_max, count),
+            j_max=one_each("j_max", j_max, count),
         )
 
     def __len__(self) -> int:

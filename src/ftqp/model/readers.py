@@ -98,7 +98,10 @@ class Readers:
     ) -> Self:
         """A robot from a URDF; meshes are not loaded.
 
-        A URDF has no acceleration limit: give ``acceleration``, or ``v_max / RISE_TIME`` is taken.
+        Limits of acceleration, deceleration and jerk are read as URDF 1.2 has them, and those of acceleration
+        as Drake has them. A joint has one ``a_max``, with which it also brakes: the smallest of them, and a
+        finding says so where they differ. Where a file has none, give ``acceleration``, or
+        ``v_max / RISE_TIME`` is taken, and a finding says what the torques would allow.
 
         Args:
             source: The path of a file, or the XML itself.

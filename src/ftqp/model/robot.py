@@ -190,6 +190,7 @@ class Robot(Readers):
         v_max: Any = None,
         a_max: Any = None,
         tau_max: Any = None,
+        j_max: Any = None,
     ) -> Self:
         """This robot with some limits replaced, each (nv,) or one number for all; None keeps what there is.
 
@@ -201,16 +202,19 @@ class Robot(Readers):
             v_max: The largest speed, > 0 [rad/s or m/s].
             a_max: The largest acceleration, > 0 [rad/s2 or m/s2].
             tau_max: The largest torque or force, > 0 [N m or N].
+            j_max: The largest jerk, > 0 [rad/s3 or m/s3], which motions to a posture keep.
 
         Raises:
             InputError: A limit has a wrong shape.
             ModelError: The limits are unsafe.
         """
         given = {"q_min": q_min, "q_max": q_max, "v_max": v_max, "a_max": a_max, "tau_max": tau_max}
-        limits = self.limits.replaced({name: value for name, value in given.items() if value is not None})
+        given["j_max"] = j_max
+        changes = {name: value for name, value in given.items() if value is not None}
+        limits = self.limits.replaced(changes)
         model = self.model.copy()
         write_limits(model, limits)
-        found = [f for f in self.findings if f.about not in ("limits", "friction")]
+        found = [f for f in self.findings if f.about not in ("limits", "friction", *changes)]
         found += audit.limit_findings(self.joints, limits, self.continuous)
         found += friction_findings(model, limits)
         audit.refuse_unsafe(self.name, found)
@@ -271,8 +275,8 @@ class Robot(Readers):
 
         A link stands behind each joint, with its inertia and with cylinders to look at; the joint turns about
         or slides along its own z axis, and a fixed joint ends in the tip. A turning joint without end stops
-        becomes a ``continuous`` one. Acceleration limits and rotor inertias are written as Drake's
-        extensions, which only Drake and ``from_urdf`` read; other tools see the arm without its rotors.
+        becomes a ``continuous`` one. Limits of acceleration and jerk are written as in URDF 1.2, those of
+        acceleration and rotor inertias as Drake's extensions, too; older tools skip them.
         Gravity, ``neutral``, ``default_rows`` and ``length`` are no part of a URDF: hand them to
         ``from_urdf``.
 

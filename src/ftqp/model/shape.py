@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError
 from ftqp.model.audit import Finding, Severity, body_findings, length_findings, note, rotor_findings, unsafe
 from ftqp.model.chain import Chain
@@ -65,6 +65,23 @@ def neutral_of(limits: JointLimits, wanted: FloatArray | None) -> FloatArray:
         elif np.isfinite(b):
             result[i] = min(0.0, b - HALF_OPEN)
     return result
+
+
+def random_postures(
+    limits: JointLimits, prismatic: BoolArray, count: int, generator: np.random.Generator
+) -> FloatArray:
+    """Random postures inside the limits, (count, nv), half a turn or half a metre where there are none.
+
+    Args:
+        limits: Limits of the joints.
+        prismatic: Joints that slide, (nv,).
+        count: The number of postures.
+        generator: Where they are drawn from.
+    """
+    wide = np.where(prismatic, 0.5, np.pi)
+    low = np.where(np.isfinite(limits.q_min), limits.q_min, -wide)
+    high = np.where(np.isfinite(limits.q_max), limits.q_max, wide)
+    return generator.uniform(low, np.maximum(low, high), (count, len(limits)))
 
 
 def dynamics_findings(model: Any) -> list[Finding]:

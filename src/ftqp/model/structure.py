@@ -9,6 +9,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.model.chain import frame_id
 from ftqp.model.posture import NEAR_SINGULAR, scaled_jacobian
 from ftqp.model.robot import Robot
+from ftqp.model.shape import random_postures
 
 SAMPLES = 400
 """Postures that are looked at: enough that one in a hundred is met with a probability of 0.98."""
@@ -50,7 +51,9 @@ def locks(robot: Robot, rows: Sequence[str]) -> Locks:
     J = np.array(
         [
             scaled_jacobian(model, data, tip, robot.configuration(q), rows, robot.length)
-            for q in _postures(robot)
+            for q in random_postures(
+                robot.limits, robot.chain.prismatic, SAMPLES, np.random.default_rng(SEED)
+            )
         ]
     )
     healthy = _sigma(J, m) / robot.length
@@ -68,12 +71,3 @@ def _sigma(J: FloatArray, m: int) -> FloatArray:
     if J.shape[2] < m:
         return np.zeros(len(J))
     return np.asarray(np.linalg.svd(J, compute_uv=False)[:, m - 1], dtype=np.float64)
-
-
-def _postures(robot: Robot) -> FloatArray:
-    """Random postures inside the limits, (SAMPLES, nv), half a turn or half a metre where there are none."""
-    limits, generator = robot.limits, np.random.default_rng(SEED)
-    wide = np.where(robot.chain.prismatic, 0.5, np.pi)
-    low = np.where(np.isfinite(limits.q_min), limits.q_min, -wide)
-    high = np.where(np.isfinite(limits.q_max), limits.q_max, wide)
-    return generator.uniform(low, np.maximum(low, high), (SAMPLES, robot.nv))

@@ -2,8 +2,9 @@
 
 A joint's frame is that of ``Chain``, so that poses, M and h of what is read back are the same to rounding.
 URDF has no word for infinity (the largest float stands for it, as in pinocchio), none for gravity, and none
-for accelerations or rotors: those are written as Drake's extensions, which ``Robot.from_urdf`` and Drake read
-and every other tool skips.
+for rotors: those are written as Drake's extensions, which ``Robot.from_urdf`` and Drake read and every other
+tool skips. Limits of acceleration, deceleration and jerk are words of URDF 1.2; that of acceleration is
+written as Drake has it, too. The file names no version, for readers of 1.0 refuse a later one.
 """
 
 from math import atan2, cos, hypot, sin
@@ -96,8 +97,9 @@ def _remark(robot: "Robot") -> str:
     gravity = " ".join(_number(value) for value in robot.chain.gravity)
     return (
         f" Written by ftqp from its chain of joints: SI units and radians. {LARGEST!r} stands for no limit. "
-        "Acceleration limits are drake:acceleration, rotor inertias (seen at the joint) drake:rotor_inertia; "
-        f"other tools than Drake and ftqp skip them. Gravity, which is no part of URDF: {gravity} m/s2. "
+        "Acceleration limits are acceleration and deceleration (URDF 1.2) and drake:acceleration, jerk "
+        "limits jerk, rotor inertias (seen at the joint) drake:rotor_inertia; other tools skip them. "
+        f"Gravity, which is no part of URDF: {gravity} m/s2. "
     )
 
 
@@ -150,15 +152,14 @@ def _write_joint(root: Element, robot: "Robot", i: int, parent: str, child: str)
     _place(joint, chain.translation[i], chain.rotation[i])
     SubElement(joint, "axis", xyz="0 0 1")
     ends = {} if kind == "continuous" else {"lower": _number(low), "upper": _number(high)}
+    rates = {"acceleration": limits.a_max[i], "deceleration": limits.a_max[i], "jerk": limits.j_max[i]}
     SubElement(
         joint,
         "limit",
         ends
-        | {
-            "velocity": _number(limits.v_max[i]),
-            "effort": _number(limits.tau_max[i]),
-            "drake:acceleration": _number(limits.a_max[i]),
-        },
+        | {"velocity": _number(limits.v_max[i]), "effort": _number(limits.tau_max[i])}
+        | {key: _number(rate) for key, rate in rates.items() if np.isfinite(rate)}
+        | {"drake:acceleration": _number(limits.a_max[i])},
     )
     if chain.viscous[i] or chain.coulomb[i]:
         rub = {"damping": _number(chain.viscous[i]), "friction": _number(chain.coulomb[i])}

@@ -5,6 +5,10 @@ from dataclasses import dataclass, field
 from typing import final
 
 from ftqp.core.checks import FloatArray
+from ftqp.core.errors import unknown
+
+KINDS = ("locked", "free", "degraded")
+"""What the laws know of a joint that has failed."""
 
 
 @final
@@ -14,7 +18,7 @@ class Failure:
 
     Attributes:
         joint: Its 0-based index.
-        kind: ``locked``, ``free`` or ``degraded``.
+        kind: One of ``KINDS``.
         since: When it failed [s].
         told: When the planner was told [s]; infinite without that.
         shares: Of a weakened joint, what is left of ``q_min``, ``q_max``, ``v_max``, ``a_max``, ``tau_max``.
@@ -22,6 +26,9 @@ class Failure:
         until: When another failure of the same joint takes its place [s].
         deceleration: With which the planner may bring its command for the joint to rest once it knows
             [rad/s2 or m/s2]; infinite: at once.
+
+    Raises:
+        InputError: The laws know no such kind.
     """
 
     joint: int
@@ -32,6 +39,10 @@ class Failure:
     jumps: bool = False
     until: float = float("inf")
     deceleration: float = float("inf")
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise unknown("kind of failure", self.kind, "the referee", KINDS)
 
 
 @final

@@ -7,7 +7,7 @@ from typing import Any, Literal, final
 
 from ftqp.core.checks import instance, non_negative, positive
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import Fault
+from ftqp.faults.kinds import Fault, refuse_unknown
 
 NEVER = 2.0**62
 """No run has so many ticks."""
@@ -26,7 +26,7 @@ class FaultEvent:
         announced: when the planner is told [s]; ``None`` at once, ``"never"`` not at all.
 
     Raises:
-        InputError: a time that is negative or not finite, or an announcement before the fault.
+        InputError: no fault, a time that is negative or not finite, or an announcement before the fault.
     """
 
     fault: Fault
@@ -34,6 +34,7 @@ class FaultEvent:
     announced: float | Literal["never"] | None = None
 
     def __post_init__(self) -> None:
+        refuse_unknown(self.fault)
         object.__setattr__(self, "at", non_negative("time of the fault", self.at, "s"))
         if self.announced is None or self.announced == "never":
             return

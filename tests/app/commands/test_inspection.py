@@ -57,11 +57,41 @@ def test_file_is_read_with_its_friction_and_the_rule_for_accelerations_is_named(
     found = facts(tmp_path, file, "--tip", "hand")
     assert found["limits_from"] == {
         "q_min": "file", "q_max": "file", "v_max": "file", "tau_max": "file", "a_max": "rule v_max / 0.2 s",
+        "j_max": "file",
     }  # fmt: skip
     assert [joint["viscous"] for joint in found["joints"]] == [0.5, 0.0]
     assert found["friction"] is True
     assert any(finding["sentence"].startswith("joint friction is known") for finding in found["findings"])
     assert found["possible"] == {"pose": False, "position": False}
+
+
+def test_limits_of_acceleration_and_jerk_are_those_of_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "crane.urdf"
+    first = URDF.replace('velocity="1.5"', 'velocity="1.5" acceleration="3" deceleration="2" jerk="40"')
+    file.write_text(first, encoding="utf-8")
+    found = facts(tmp_path, file, "--tip", "hand")
+    a, b = found["joints"]
+    assert (a["a_max"], a["j_max"], b["a_max"], b["j_max"]) == (2.0, 40.0, 10.0, None)
+    assert found["limits_from"]["a_max"] == "file, for some joints of the rule v_max / 0.2 s"
+    both = first.replace('velocity="2"', 'velocity="2" acceleration="5"')
+    file.write_text(both, encoding="utf-8")
+    assert facts(tmp_path / "both", file, "--tip", "hand")["limits_from"]["a_max"] == "file"
+    said = invoke(file, "--tip", "hand", "--out", tmp_path / "said").stdout
+    assert "j_max" in said and "a by torque" in said
+    assert "limits of acceleration 3, deceleration 2" in " ".join(said.split())
+
+
+def test_acceleration_by_torque_is_what_pinocchio_moves_with_it(tmp_path: Path) -> None:
+    """At the heaviest posture no torque is left over, and nowhere is there less."""
+    robot = ftqp.robots.load("panda")
+    least = np.array([joint["a_by_torque"] for joint in facts(tmp_path, "panda")["joints"]])
+    rng = np.random.default_rng(1)
+    for q in rng.uniform(robot.limits.q_min, robot.limits.q_max, (50, robot.nv)):
+        for i in range(robot.nv):
+            a = np.zeros(robot.nv)
+            a[i] = 0.8 * least[i]
+            tau = robot.mass_matrix(q) @ a + np.abs(robot.bias(q, a * 0.0))
+            assert tau[i] <= robot.limits.tau_max[i]
 
 
 def test_mjcf_is_told_from_urdf_by_its_content(tmp_path: Path) -> None:

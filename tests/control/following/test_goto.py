@@ -68,6 +68,19 @@ def test_way_to_a_posture_is_as_fast_as_the_slowest_joint_allows():
     assert least <= arrival <= least + 0.15
 
 
+def test_jerk_limit_of_a_joint_is_kept_on_the_way_to_a_posture() -> None:
+    start = HOME.copy()
+    start[0] = 2.0
+    j_max = np.array([20.0, *[np.inf] * (PANDA.nv - 1)])
+    robot = PANDA.with_limits(j_max=j_max)
+    planner = ftqp.Planner(robot, dt=DT)
+    planner.reset(start)
+    steps = go(ftqp.GoTo(planner, q=HOME), start)
+    assert abs(steps[-1].q[0] - HOME[0]) < 1e-3
+    jerk = np.abs(np.diff([step.a[0] for step in steps])) / DT
+    assert 10.0 < jerk.max() <= 20.0 * (1.0 + 1e-6)
+
+
 @pytest.mark.parametrize("settings", [
     {"scheme": "mtn"}, {"scheme": "pseudoinverse", "level": "velocity"}, {"backend": "osqp"},
     {"task": ftqp.Task(mode="scaled")}, {"task": ftqp.Task(mode="lexicographic")},

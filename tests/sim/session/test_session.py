@@ -119,7 +119,7 @@ def test_detector_finds_what_nobody_tells():
     ("order", "said"),
     [
         (Break("elbow"), "'elbow' is not a joint of panda"),
-        (Break(2, "tired"), "'tired' is no kind of fault; there are locked, free_swinging, degraded"),
+        (Break(2, "tired"), "'tired' is not a kind of fault of ftqp; it has locked, free_swinging, degraded"),
         (Break(2, "locked", {"glue": 1.0}), "no such setting"),
         (Break(2, "degraded", {"velocity": 2.0}), "expected a share"),
         (Repair(99), "99"),

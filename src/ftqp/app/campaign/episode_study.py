@@ -17,7 +17,7 @@ from ftqp.app.campaign import found_failures
 from ftqp.app.campaign.draws import episode, refuse_wrong
 from ftqp.app.campaign.known_arms import KnownArms
 from ftqp.app.campaign.named_files import named_files
-from ftqp.app.campaign.shown_evidence import evidence, model_file
+from ftqp.app.campaign.shown_evidence import evidence, failures, model_file
 from ftqp.app.scenario import document
 from ftqp.app.scenario.complaints import complaints
 from ftqp.app.scenario.setup import Setup, resolve, validated
@@ -134,7 +134,12 @@ class Campaign:
         """
         name = f"{self.name}-{number}"
         found = document.Document(name=name, origin=f"episode {number}", folder=self.folder, content=content)
-        return resolve(found, validated(found), arms=self.arms)
+        setup = resolve(found, validated(found), arms=self.arms)
+        try:
+            failures(setup)
+        except InputError as error:  # nobody could judge it
+            raise ScenarioError(f"episode {number} has errors:", [str(error)]) from error
+        return setup
 
 
 @final

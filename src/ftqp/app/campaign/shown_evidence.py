@@ -7,13 +7,10 @@ from ftqp.control.planner.status import STATUSES
 from ftqp.control.task.task import ROW_SETS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.referee.evidence import Evidence, Failure
 from ftqp.referee.model_file import ModelFile
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.plants.kinematic_plant import BRAKE_SHARE
-
-KINDS = {Locked: "locked", FreeSwinging: "free", Degraded: "degraded"}
 
 
 def evidence(setup: Setup, log: Log) -> Evidence:
@@ -53,6 +50,9 @@ def failures(setup: Setup) -> list[Failure]:
 
     Args:
         setup: The run.
+
+    Raises:
+        InputError: The referee does not judge such a fault.
     """
     events = sorted(setup.schedule, key=lambda event: event.at)
     result = []
@@ -63,7 +63,7 @@ def failures(setup: Setup) -> list[Failure]:
         result.append(
             Failure(
                 joint=joint,
-                kind=KINDS[type(fault)],
+                kind=fault.judged,
                 since=event.at,
                 told=np.inf if event.told is None else event.told,
                 shares={limit: getattr(fault, share) for limit, share in fault.shares.items()},

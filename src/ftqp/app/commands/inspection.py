@@ -14,11 +14,13 @@ from ftqp.model.limits import RISE_TIME
 from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, places, scaled_jacobian
 from ftqp.model.robot import Robot
 from ftqp.model.structure import Locks, locks
+from ftqp.model.torque_reserve import acceleration_by_torque
 
 TASKS = {"pose": COMPONENTS, "position": COMPONENTS[:3]}
 """Tasks whose locks are looked at, by name."""
 PICTURE = Path("figures") / "arm.png"
-NUMBERS = ("q_min", "q_max", "v_max", "a_max", "tau_max", "neutral", "gravity", "of tau_max")
+LIMITS = ("q_min", "q_max", "v_max", "a_max", "j_max", "tau_max")
+NUMBERS = (*LIMITS, "a by torque", "neutral", "gravity", "of tau_max")
 
 
 def robot_of(source: str, tip: str | None, locked: list[str]) -> Robot:
@@ -80,6 +82,11 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
         else np.full(robot.nv, np.nan)
     )
     share = tau / robot.limits.tau_max
+    reserve = (
+        acceleration_by_torque(model, robot.continuous, robot.limits)
+        if robot.has_inertia
+        else np.full(robot.nv, np.nan)
+    )
     tasks = _tasks(robot)
     by_task = {name: locks(robot, rows) for name, rows in tasks.items()}
     return {
@@ -90,7 +97,7 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
         "has_inertia": robot.has_inertia,
         "length": robot.length,
         "mass": float(robot.chain.mass.sum()) if robot.has_inertia else None,
-        "joints": [_joint(robot, i, tau[i], share[i], by_task) for i in range(robot.nv)],
+        "joints": [_joint(robot, i, tau[i], share[i], reserve[i], by_task) for i in range(robot.nv)],
         "limits_from": _origin(robot, source),
         "friction": bool(robot.viscous.any() or robot.coulomb.any()),
         "sigma_min": least_singular_value(J),
@@ -126,13 +133,16 @@ def _tasks(robot: Robot) -> dict[str, tuple[str, ...]]:
     return TASKS if own in TASKS.values() else {", ".join(own): own, **TASKS}
 
 
-def _joint(robot: Robot, i: int, tau: float, share: float, by_task: dict[str, Locks]) -> dict[str, Any]:
+def _joint(
+    robot: Robot, i: int, tau: float, share: float, reserve: float, by_task: dict[str, Locks]
+) -> dict[str, Any]:
     limits, chain, name = robot.limits, robot.chain, robot.joints[i]
     kind = "prismatic" if chain.prismatic[i] else "continuous" if chain.continuous[i] else "revolute"
     return {
         "name": name,
         "kind": kind,
-        **{key: float(getattr(limits, key)[i]) for key in ("q_min", "q_max", "v_max", "a_max", "tau_max")},
+        **{key: float(getattr(limits, key)[i]) for key in LIMITS},
+        "a_by_torque": float(reserve),
         "neutral": float(robot.neutral[i]),
         "gravity": float(tau),
         "gravity_share": float(share),
@@ -145,10 +155,12 @@ def _joint(robot: Robot, i: int, tau: float, share: float, by_task: dict[str, Lo
 
 def _origin(robot: Robot, source: str) -> dict[str, str]:
     """Where each kind of limit comes from."""
-    ruled = any(str(finding).startswith("no acceleration limit is known") for finding in robot.findings)
+    guess = [str(f) for f in robot.findings if str(f).startswith("no acceleration limit is known")]
+    rule = f"rule v_max / {RISE_TIME:g} s"
+    some = any(one.startswith("no acceleration limit is known for") for one in guess)
     return {
-        **dict.fromkeys(("q_min", "q_max", "v_max", "tau_max"), source),
-        "a_max": f"rule v_max / {RISE_TIME:g} s" if ruled else source,
+        **dict.fromkeys(LIMITS, source),
+        "a_max": f"{source}, for some joints of the {rule}" if some else rule if guess else source,
     }
 
 
@@ -180,10 +192,7 @@ def _tell(found: dict[str, Any]) -> None:
             str(k),
             joint["name"],
             joint["kind"],
-            *(
-                _figure(joint[key])
-                for key in ("q_min", "q_max", "v_max", "a_max", "tau_max", "neutral", "gravity")
-            ),
+            *(_figure(joint[key]) for key in (*LIMITS, "a_by_torque", "neutral", "gravity")),
             _percent(joint["gravity_share"]),
             f"{_figure(joint['viscous'])}, {_figure(joint['coulomb'])}"
             if found["friction"]
@@ -227,6 +236,11 @@ def _sentences(found: dict[str, Any]) -> list[str]:
         )
     for task in found["redundancy"]:
         lines.append(f"Task {task}: {_redundancy(found, task)}")
+    if found["gravity_margin"] is not None:
+        lines.append(
+            "'a by torque' is the acceleration that a motor can give beside gravity while the other joints "
+            "rest, at the heaviest of 100 random postures."
+        )
     lines.append(
         "'left' is the share of 400 random postures at which a lock of the joint leaves the task regular."
     )

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ftqp.faults.kinds import KINDS
+from ftqp.faults.kinds import kind_of
 
 KEPT = 1e-9
 """A limit exceeded by less than this was kept; less is rounding [SI units]."""
@@ -47,7 +47,7 @@ def ending(facts: Mapping[str, Any]) -> str:
 
 def fault_sentence(fault: Mapping[str, Any]) -> str:
     """A fault of the summary in words."""
-    what = KINDS[fault["kind"]].happens
+    what = kind_of(fault["kind"]).happens
     told = fault["announced"]
     if told is None:
         heard = "the planner is never told"

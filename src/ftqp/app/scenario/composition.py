@@ -34,7 +34,7 @@ from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.faults.detection.detector import Detector
-from ftqp.faults.kinds import KINDS
+from ftqp.faults.kinds import kind_of
 from ftqp.model import catalog
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
@@ -308,7 +308,7 @@ def fault(table: AnyFaultTable) -> FaultEvent:
     Raises:
         InputError: a parameter out of its range.
     """
-    made = KINDS[table.kind](**_settings(table, "kind", "at", "announced"))
+    made = kind_of(table.kind)(**_settings(table, "kind", "at", "announced"))
     return FaultEvent(made, at=table.at, announced=table.announced)
 
 

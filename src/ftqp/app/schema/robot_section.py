@@ -21,6 +21,11 @@ class LimitsTable(Table):
     tau_max: PerJoint | None = Field(
         None, description="torque limits, > 0", json_schema_extra=unit("N m or N")
     )
+    j_max: PerJoint | None = Field(
+        None,
+        description="jerk limits of motions to a posture, > 0",
+        json_schema_extra=unit("rad/s3 or m/s3"),
+    )
 
 
 class PayloadTable(Table):
@@ -66,7 +71,7 @@ class RobotTable(Table):
     )
     acceleration: PerJoint | None = Field(
         None,
-        description="acceleration limits, which URDF and MJCF do not carry, > 0",
+        description="acceleration limits in place of the model's, > 0; MJCF and most URDFs have none",
         json_schema_extra=unit("rad/s2 or m/s2"),
     )
     limits: LimitsTable | None = Field(None, description="limits that replace those of the model")

@@ -13,6 +13,7 @@ from ftqp import __version__
 from ftqp.app.view.recorded_way import robot_of, urdf_of, way_of
 from ftqp.core.errors import InputError
 from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.log.signals import refuse_unknown_conditions
 from ftqp.sim.session.facts import facts_of
 from ftqp.sim.session.orders import Order, Pause, Reset, Seek, Speed
 from ftqp.sim.session.session import FASTEST
@@ -36,6 +37,8 @@ class ReplaySource:
     def __init__(self, log: Log, title: str, *, clock: Callable[[], float] = monotonic) -> None:
         if not len(log):
             raise InputError(f"{log.title} has no rows yet, so there is nothing to play")
+        for name in ("truth", "belief"):
+            refuse_unknown_conditions(log[name], log.title)
         self._log, self._clock = log, clock
         self._t = np.asarray(log["t"], dtype=np.float64)
         self._arm, self._lock = DrawnArm(robot_of(log)), Lock()

@@ -158,7 +158,8 @@ def rollout(
     _look_at_memory(memory(planner, arms, ticks, step, engine=engine), arms)
     own = OwnFaults(faults, arms, planner.robot, what_ifs)
     workers = thread_count() if threads is None else _whole("threads", threads)
-    alone = own.free if not (what_ifs.rich or what_ifs.frees) else np.ones(arms, dtype=bool)
+    apart = what_ifs.rich or what_ifs.frees or (engine == "jax" and not what_ifs.has_arrays)
+    alone = np.ones(arms, dtype=bool) if apart else own.free
     result = _empty(starts, speeds, ticks, step)
     finite = np.isfinite(starts).all(axis=1) & np.isfinite(speeds).all(axis=1)
     stepped = needs_planner(own, what_ifs, starts) & finite

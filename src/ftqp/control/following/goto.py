@@ -65,7 +65,7 @@ class GoTo:
         limits: How fast the tip moves to a pose; None is ``TipLimits()``. The joints' own limits set the
             pace to a posture.
         rise_time: How long the joints' accelerations take to reach their limits on the way to a posture, > 0
-            [s]. A longer one is softer and later.
+            [s]. A longer one is softer and later. A joint with a jerk limit ``j_max`` keeps that, too.
         tolerance: How near the tip, or every joint, has to be to its goal, > 0 [m or rad].
         rotation_tolerance: How near the attitude of the tip has to be to its goal, > 0 [rad].
 

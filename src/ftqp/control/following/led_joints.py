@@ -118,7 +118,8 @@ class LedJoints:
         a_max = ACCELERATION_SHARE * np.maximum(limits.a, LEAST_ACCELERATION * robot.limits.a_max)[working]
         start = State(*(part[working] for part in command))
         v_max = self._speed * SPEED_SHARE * limits.v[working]
-        jerk = ACCELERATION_SHARE * robot.limits.a_max[working] / self._rise_time
+        jerk = np.minimum(robot.limits.a_max / self._rise_time, robot.limits.j_max)[working]
+        jerk *= ACCELERATION_SHARE
         self._motion.plan(start, goal, v_max, a_max, jerk)
         if not self._may_be_too_heavy(limits.tau[working]):
             return

@@ -24,15 +24,8 @@ NOT_SEEN = -1.0
 def have_lanes(K: Any) -> bool:
     """Whether the ticks of such a planner may be common ones at all."""
     criteria, task = K.criteria, K.task
-    coupled = (
-        criteria.inertia != 0.0
-        or criteria.inertia_v != 0.0
-        or criteria.inertia_h != 0.0
-        or criteria.torque != 0.0
-        or criteria.manipulability != 0.0
-    )
     return bool(
-        not coupled
+        not criteria.apart
         and criteria.norm > 0.0
         and (task.mode == SLACK or task.mode == HARD)
         and task.m > 0

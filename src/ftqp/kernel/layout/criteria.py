@@ -1,12 +1,30 @@
-"""The coefficients of the objective: what a criterion is to the record, one field a coefficient."""
+"""The coefficients of the objective: what a criterion is to the record, one field a coefficient.
+
+Each declares what serves it. What it does not declare counts as not served: arms of a batch then take the
+tick of a planner one by one, and external solvers are handed H anew at every tick; no term is left out.
+"""
 
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+LANES, ARRAYS = "lanes", "arrays"
+"""What may compute a term beside a planner's own tick: several arms side by side, and array code for JAX."""
 
-def _coefficient(*, weight: bool = False, inertia: bool = False) -> Any:
-    """A field of a criterion: whether it weighs a quadratic form, and whether its term needs M or h."""
-    return field(default=0.0, metadata={"weight": weight, "inertia": inertia})
+
+def _coefficient(
+    *, weight: bool = False, inertia: bool = False, steady: bool = False, served: tuple[str, ...] = ()
+) -> Any:
+    """A field of a criterion.
+
+    Args:
+        weight: Whether it weighs a quadratic form.
+        inertia: Whether its term needs M or h.
+        steady: Whether H is the same at every tick, however large it is.
+        served: Which of ``LANES`` and ``ARRAYS`` compute its term.
+    """
+    return field(
+        default=0.0, metadata={"weight": weight, "inertia": inertia, "steady": steady, "served": served}
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,14 +42,14 @@ class Criterion:
         manipulability: Factor of -x' d/dq log sqrt det(J J'), >= 0 [rad2/s at the velocity level].
     """
 
-    norm: float = _coefficient(weight=True)
-    norm_v: float = _coefficient()
-    norm_q: float = _coefficient()
+    norm: float = _coefficient(weight=True, steady=True, served=(LANES, ARRAYS))
+    norm_v: float = _coefficient(steady=True, served=(LANES, ARRAYS))
+    norm_q: float = _coefficient(steady=True, served=(LANES, ARRAYS))
     inertia: float = _coefficient(weight=True, inertia=True)
-    inertia_v: float = _coefficient(inertia=True)
-    inertia_h: float = _coefficient(inertia=True)
+    inertia_v: float = _coefficient(inertia=True, steady=True)
+    inertia_h: float = _coefficient(inertia=True, steady=True)
     torque: float = _coefficient(weight=True, inertia=True)
-    manipulability: float = _coefficient()
+    manipulability: float = _coefficient(steady=True)
 
     def __add__(self, other: "Criterion") -> "Criterion":
         return Criterion(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
@@ -57,8 +75,15 @@ class Criterion:
     @property
     def has_constant_hessian(self) -> bool:
         """Whether H is ``norm`` times the joint weights at every tick, so that a solver may keep it."""
-        others = (f for f in fields(self) if f.metadata["weight"] and f.name != "norm")
-        return all(getattr(self, f.name) == 0.0 for f in others)
+        return all(getattr(self, f.name) == 0.0 for f in fields(self) if not f.metadata["steady"])
+
+    def is_served_by(self, what: str) -> bool:
+        """Whether every coefficient that is not zero declares that its term is computed there.
+
+        Args:
+            what: ``LANES`` or ``ARRAYS``.
+        """
+        return all(getattr(self, f.name) == 0.0 for f in fields(self) if what not in f.metadata["served"])
 
 
 COEFFICIENTS = tuple(f.name for f in fields(Criterion))

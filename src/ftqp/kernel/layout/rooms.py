@@ -85,9 +85,9 @@ def _task(N: int) -> Fields:
 
 
 def _criteria(N: int) -> Fields:
-    """Coefficients of the objective, see ``ftqp.kernel.rows.objective``; ``sways``: ``sway`` counts."""
+    """Coefficients, see ``ftqp.kernel.rows.objective``; ``sways``: ``sway`` counts; ``apart``: no lanes."""
     return [
-        *scalars("i8", "sways"),
+        *scalars("i8", "sways apart"),
         *scalars("f8", " ".join(COEFFICIENTS)),
         *floats({"weight": (N,), "posture": (N,), "sway": (N,)}),
     ]

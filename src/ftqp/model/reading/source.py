@@ -9,7 +9,7 @@ import numpy as np
 from ftqp.model.audit import Finding, unsafe, warning
 
 Written = Mapping[str, float]
-"""q_min, q_max, v_max, tau_max of a joint as a file has them, NaN where one is missing; a_max if there."""
+"""q_min, q_max, v_max, tau_max of a joint as a file has them, NaN where missing; a_max, j_max if there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,7 +1,7 @@
 """Reading URDF: the tree is audited first, then pinocchio gets a cleaned copy without meshes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, ModelError
-from ftqp.model.audit import Finding, body_findings, unsafe
+from ftqp.model.audit import Finding, body_findings, note, unsafe
 from ftqp.model.reading import srdf
 from ftqp.model.reading.safe_xml import xml_of
 from ftqp.model.reading.source import Source, unlimited
@@ -22,6 +22,9 @@ MOVING = ("revolute", "prismatic", "continuous")
 
 DRAKE = "{http://drake.mit.edu}"
 """The namespace of Drake's extensions, which say what URDF has no word for."""
+
+RATES = ("acceleration", "deceleration", f"{DRAKE}acceleration")
+"""Attributes of a limit that bound the acceleration: those of URDF 1.2, and Drake's."""
 
 SYMMETRIC = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
@@ -143,11 +146,41 @@ def _audit_joints(tree: Tree, chain: Sequence[str], locked: Sequence[str | int])
             continue
         if not np.isfinite(_friction(joint)).all():
             tree.findings.append(unsafe(f"joint {name!r} has damping or friction that is no finite number"))
+        _audit_rates(tree, name, joint)
         axis = _axis(joint)
         if not np.isfinite(axis).all():
             tree.findings.append(unsafe(f"joint {name!r} has an axis that is not three finite numbers"))
         elif not axis.any():
             tree.findings.append(unsafe(f"joint {name!r} has a zero axis, expected a direction"))
+
+
+def _audit_rates(tree: Tree, name: str, joint: Element) -> None:
+    """Limits of acceleration, deceleration and jerk that are none, or that differ where a joint has one."""
+    limit = joint.find("limit")
+    if limit is None:
+        return
+    for key in (*RATES, "jerk"):
+        text = limit.get(key)
+        if text is not None and not _number(text) > 0.0:
+            about = "j_max" if key == "jerk" else "a_max"
+            bad = unsafe(
+                f"joint {name!r} has the limit {_plain(key)}={text!r:.60}, expected a number > 0; "
+                f"correct the file or give limits={{...}} with {about}"
+            )
+            tree.findings.append(replace(bad, about=about))
+    rates = {_plain(key): unlimited(_number(limit.get(key, ""))) for key in RATES if key in limit.attrib}
+    least = min(rates.values(), default=np.nan)
+    if all(rate > 0.0 for rate in rates.values()) and any(rate != least for rate in rates.values()):
+        said = ", ".join(f"{key} {rate:g}" for key, rate in rates.items())
+        both = note(
+            f"joint {name!r} has limits of {said}; a joint speeds up and brakes with one a_max, so the "
+            f"smallest, {least:g}, is taken"
+        )
+        tree.findings.append(replace(both, about="a_max"))
+
+
+def _plain(key: str) -> str:
+    return key.replace(DRAKE, "drake:")
 
 
 def _axis(joint: Element) -> FloatArray:
@@ -203,7 +236,8 @@ def _write_rotors(model: Any, root: Element, tree: Tree) -> None:
 def _limits(joint: Element) -> dict[str, float]:
     """q_min, q_max, v_max, tau_max of a joint as written; NaN where one is missing or not a number.
 
-    a_max is among them where it is written, as Drake has it; the largest float is no limit.
+    a_max and j_max are among them where they are written; a_max is the smallest of what bounds accelerations.
+    The largest float is no limit.
     """
     if joint.get("type") == "continuous":
         low, high, default = -np.inf, np.inf, np.inf
@@ -216,8 +250,11 @@ def _limits(joint: Element) -> dict[str, float]:
         low, high = (_number(limit.get(key, "0")) for key in ("lower", "upper"))
     speed, effort = (_number(limit.get(key, str(default))) for key in ("velocity", "effort"))
     found = {"q_min": low, "q_max": high, "v_max": speed, "tau_max": effort}
-    if (rate := limit.get(f"{DRAKE}acceleration")) is not None:
-        found["a_max"] = _number(rate)
+    rates = [_number(limit.get(key, "")) for key in RATES if key in limit.attrib]
+    if rates:
+        found["a_max"] = min(rates)
+    if (jerk := limit.get("jerk")) is not None:
+        found["j_max"] = _number(jerk)
     return {key: unlimited(value) for key, value in found.items()}
 
 

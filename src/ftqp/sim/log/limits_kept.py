@@ -6,8 +6,9 @@ from typing import Any, Final, final
 import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray
-from ftqp.faults.kinds import KINDS
+from ftqp.faults.kinds import KINDS, kind_of
 from ftqp.sim.log.signal_blocks import Signals
+from ftqp.sim.log.signals import refuse_unknown_conditions
 from ftqp.sim.schedule import TIME_SLACK
 
 BRAKED = 1e-3
@@ -54,6 +55,7 @@ class Excess:
         if not len(t):
             return
         first = float(t[0]) if self._first is None else self._first
+        refuse_unknown_conditions(rows["truth"], "the log")
         works, worst, inside = ~np.isin(rows["truth"], IDLE), dict(self.worst), dict(self._inside)
         for signal, low, high in LIMITED:
             values = rows[signal]
@@ -64,7 +66,7 @@ class Excess:
             counts = works.copy()
             if signal in ("q", "v"):
                 for number, fault in self._weak:
-                    if KINDS[fault["kind"]].works:
+                    if kind_of(fault["kind"]).works:
                         i, since = fault["index"], t >= fault["announced"] - TIME_SLACK
                         been = np.logical_or.accumulate(since & (excess[:, i] <= 0.0))
                         been |= inside.get((number, signal), False)
@@ -81,7 +83,7 @@ class Excess:
         healthy = np.array([infinite if value is None else value for value in self._limits[name]])
         values: FloatArray = np.broadcast_to(healthy, shape)
         for _, fault in self._weak:
-            i, shares = fault["index"], KINDS[fault["kind"]].shares
+            i, shares = fault["index"], kind_of(fault["kind"]).shares
             since = t >= fault["announced"] - TIME_SLACK
             from_start = first >= fault["announced"] - TIME_SLACK
             narrower = fault.get(name) if name in ("q_min", "q_max") else None
@@ -109,7 +111,7 @@ class Motion:
         self._faults = [
             (number, fault)
             for number, fault in enumerate(metadata.get("faults", []))
-            if not KINDS[fault["kind"]].works
+            if not kind_of(fault["kind"]).works
         ]
         self._rest = BRAKED if metadata.get("plant_tolerance") else 0.0
         self._at_rest: dict[int, bool] = {}
@@ -124,7 +126,7 @@ class Motion:
         at_rest, begun, moved = dict(self._at_rest), dict(self._from), dict(self._moved)
         for number, fault in self._faults:
             i = fault["index"]
-            failed = rows["truth"][:, i] == KINDS[fault["kind"]].number
+            failed = rows["truth"][:, i] == kind_of(fault["kind"]).number
             failed = failed & (t >= fault["at"] - TIME_SLACK)
             if fault["kind"] == "locked":
                 rested = np.logical_or.accumulate(failed & (np.abs(rows["v"][:, i]) <= self._rest))

@@ -3,6 +3,10 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ftqp.control.following.path_follower import PathStatus
 from ftqp.control.moving_base.inertial_task import BaseStatus
@@ -20,6 +24,27 @@ HEALTHY = 0
 """Code of a joint that works in the columns ``truth`` and ``belief``; a kind of fault has its ``number``."""
 CONDITIONS = {HEALTHY: "healthy"} | {kind.number: name.replace("_", "-") for name, kind in KINDS.items()}
 """What each code of these columns means."""
+
+
+def refuse_unknown_conditions(codes: NDArray[Any], where: str) -> None:
+    """Refuse codes of ``truth`` or ``belief`` that nothing could be said of.
+
+    Args:
+        codes: The codes.
+        where: Whose they are, for the sentence.
+
+    Raises:
+        InputError: No kind of fault has one of them.
+    """
+    strange = codes[~np.isin(codes, list(CONDITIONS))]
+    if len(strange):
+        words = ", ".join(f"{code} {word}" for code, word in CONDITIONS.items())
+        raise InputError(
+            f"{where} has a joint in condition {strange[0]:g}, expected one of {words}; read it with the "
+            "version of ftqp that wrote it"
+        )
+
+
 QP_CODES: dict[SolveStatus | None, int] = {None: -1} | {s: code for code, s in enumerate(SolveStatus)}
 """Code of each outcome of a QP in the column ``qp_status``; None: the step needed no QP."""
 PATH_CODES: dict[PathStatus | None, int] = {None: 0} | {s: code for code, s in enumerate(PathStatus, start=1)}

@@ -10,7 +10,7 @@ from ftqp.control.planner.step import Step
 from ftqp.control.planner.step_facts import measures_of
 from ftqp.core import clock
 from ftqp.core.checks import FloatArray
-from ftqp.faults.kinds import Fault
+from ftqp.faults.kinds import Fault, refuse_unknown
 from ftqp.sim.leader import Leader
 from ftqp.sim.log.derived_columns import table
 from ftqp.sim.log.raw_rows import BLOCK, FELT, MEASURES, TASK_ROWS, RawLayout
@@ -75,6 +75,7 @@ class TickRecorder:
 
     def fail(self, fault: Fault) -> None:
         """From this row on the joint has really failed."""
+        refuse_unknown(fault)
         self._truth[self._planner.robot.joint(fault.joint)] = fault.number
 
     def repair(self, joint: str | int) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, array, instance, non_negative, positive
 from ftqp.core.errors import InputError, unknown
-from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
+from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.arm_model import Arm
 from ftqp.sim.plants.plant import Command, Plant
@@ -158,14 +158,19 @@ class KinematicPlant(Plant):
             InputError: unknown joint, or a free-swinging joint of a robot without inertia.
         """
         i = self._robot.joint(fault.joint)
-        if isinstance(fault, FreeSwinging) and not self._robot.has_inertia:
-            raise InputError(
-                f"{self._robot.name} has no inertia, so the motion of free-swinging "
-                f"{self._robot.joints[i]} is unknown; give the model its masses"
-            )
+        match fault:
+            case Locked(mode="instant", reset="kinematic"):
+                self._v[i] = 0.0
+            case FreeSwinging() if not self._robot.has_inertia:
+                raise InputError(
+                    f"{self._robot.name} has no inertia, so the motion of free-swinging "
+                    f"{self._robot.joints[i]} is unknown; give the model its masses"
+                )
+            case Locked() | FreeSwinging() | Degraded():
+                pass
+            case _:
+                not_served(fault, "plant 'kinematic'")
         self._faults[i] = fault
-        if isinstance(fault, Locked) and fault.mode == "instant" and fault.reset == "kinematic":
-            self._v[i] = 0.0
 
     def repair(self, joint: str | int) -> None:
         """From now on the joint works as if it had never failed.
@@ -208,15 +213,20 @@ class KinematicPlant(Plant):
             return
         after = np.array(command.v)
         for i, fault in self._faults.items():
-            if isinstance(fault, Locked):
-                after[i] = self._braked(i, fault)
-            elif isinstance(fault, Degraded):
-                after[i] = self._saturated(i, fault, after[i])
+            match fault:
+                case Locked():
+                    after[i] = self._braked(i, fault)
+                case Degraded():
+                    after[i] = self._saturated(i, fault, after[i])
+                case FreeSwinging():
+                    pass  # together with the others below
+                case _:
+                    not_served(fault, "plant 'kinematic'")
         free = [i for i, fault in self._faults.items() if isinstance(fault, FreeSwinging)]
         if free:
             after[free] = self._swung(free, after)
         q = np.array(command.q)
-        for i in self._faults:
+        for i, fault in self._faults.items():
             if self._v[i] == 0.0 and after[i] == 0.0:
                 q[i] = self._q[i]
             elif (
@@ -226,13 +236,15 @@ class KinematicPlant(Plant):
                 after[i] = command.v[i] if after[i] != 0.0 else 0.0
             else:
                 q[i] = self._integrated(i, after[i])
-            fault = self._faults[i]
-            if isinstance(fault, Locked) and fault.mode == "instant":
-                q[i] = self._q[i]
-            if isinstance(fault, Degraded):
-                q[i], after[i] = self._stopped(i, fault, q[i], after[i])
-            if isinstance(fault, FreeSwinging):
-                q[i], after[i] = self._struck(i, q[i], after[i])
+            match fault:
+                case Locked():
+                    q[i] = self._q[i] if fault.mode == "instant" else q[i]
+                case Degraded():
+                    q[i], after[i] = self._stopped(i, fault, q[i], after[i])
+                case FreeSwinging():
+                    q[i], after[i] = self._struck(i, q[i], after[i])
+                case _:
+                    not_served(fault, "plant 'kinematic'")
         self._q[:], self._v[:] = q, after
 
     def _integrated(self, i: int, after: float) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, array, instance, positive
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked
+from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.joint_servo import JointServo
 from ftqp.sim.plants.mishaps import Jammed, Mishap, Misread, Runaway, Weakened
@@ -153,21 +153,26 @@ class MujocoPlant(Plant):
             InputError: unknown joint.
         """
         i = self._robot.joint(fault.joint)
-        self._work(i)
         match fault:
             case Locked(mode="instant"):
+                self._work(i)
                 self._limit[i] = 0.0
                 self._physics.fix(i)
             case Locked():
+                self._work(i)
                 self._brake(i)
             case FreeSwinging():
+                self._work(i)
                 self._limit[i] = 0.0
                 self._physics.resist(i, self._coulomb[i] + fault.friction, self._viscous[i] + fault.damping)
             case Degraded():
+                self._work(i)
                 self._limit[i] *= fault.torque
                 low = self._low[i] if fault.q_min is None else max(fault.q_min, self._low[i])
                 high = self._high[i] if fault.q_max is None else min(fault.q_max, self._high[i])
                 self._physics.stop_at(i, low, high)
+            case _:
+                not_served(fault, "plant 'mujoco'")
 
     def repair(self, joint: str | int) -> None:
         """From now on the joint works as if it had never failed.

@@ -6,7 +6,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.errors import InputError, unknown
-from ftqp.faults.kinds import Fault, Locked
+from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.plant import Command, Plant
 
@@ -115,12 +115,16 @@ class ServoPlant(Plant):
             InputError: unknown joint, or a kind of fault other than ``Locked``.
         """
         i = self._robot.joint(fault.joint)
-        if not isinstance(fault, Locked):
-            raise InputError(
-                f"plant 'servo' knows locked joints only, but {self._robot.joints[i]} is "
-                f"{type(fault).__name__}; take plant 'kinematic'"
-            )
-        self._works[i] = False
+        match fault:
+            case Locked():
+                self._works[i] = False
+            case FreeSwinging() | Degraded():
+                raise InputError(
+                    f"plant 'servo' knows locked joints only, but {self._robot.joints[i]} is "
+                    f"{type(fault).__name__}; take plant 'kinematic'"
+                )
+            case _:
+                not_served(fault, "plant 'servo'")
         self._v[i] = 0.0
 
     def repair(self, joint: str | int) -> None:

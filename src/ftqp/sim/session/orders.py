@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Any
 
 from ftqp.core.checks import FloatArray
-from ftqp.faults.kinds import KINDS, Fault
+from ftqp.faults.kinds import Degraded, Fault, kind_of
 
 TELLS = ("at once", "after", "never", "detector")
 """Ways in which the planner learns of a failure."""
@@ -20,7 +20,7 @@ class Break:
 
     Attributes:
         joint: Its name or 0-based index.
-        kind: A kind of fault, ``locked``, ``free_swinging`` or ``degraded``.
+        kind: A kind of fault, of ``ftqp.faults.kinds.KINDS``.
         settings: Settings of that kind; a degraded joint without any has what `WEAK` leaves.
     """
 
@@ -35,12 +35,11 @@ class Break:
             joint: The joint's name.
 
         Raises:
-            KeyError: There is no such kind.
             TypeError: The kind has no such setting.
-            InputError: A setting is out of its range.
+            InputError: There is no such kind, or a setting is out of its range.
         """
-        settings = self.settings or (WEAK if self.kind == "degraded" else {})
-        return KINDS[self.kind](joint, **settings)
+        settings = self.settings or (WEAK if self.kind == Degraded.kind else {})
+        return kind_of(self.kind)(joint, **settings)
 
 
 @dataclass(frozen=True, slots=True)

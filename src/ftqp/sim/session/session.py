@@ -8,7 +8,7 @@ from typing import Literal, final
 import numpy as np
 
 from ftqp.core.errors import FtqpError, InputError
-from ftqp.faults.kinds import KINDS, Fault
+from ftqp.faults.kinds import Fault
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import Column
 from ftqp.sim.schedule import FaultEvent, Schedule
@@ -260,8 +260,6 @@ class Session:
             InputError: There is no such joint, kind or setting.
         """
         joint = self._joint(order.joint)
-        if order.kind not in KINDS:
-            raise InputError(f"{order.kind!r} is no kind of fault; there are {', '.join(KINDS)}")
         try:
             return order.fault(joint)
         except TypeError as error:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.faults.kinds import KINDS, Locked
+from ftqp.faults.kinds import Locked, kind_of
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.metrics import is_sensed
 from ftqp.sim.log.signals import HEALTHY
@@ -178,7 +178,7 @@ def _left(log: Log, i: int, name: str, limit: float | None) -> list[tuple[float,
     """What degradations leave of a limit that holds either way, and since when."""
     found = []
     for fault in degradations(log, i):
-        share = KINDS[fault["kind"]].shares.get(name)
+        share = kind_of(fault["kind"]).shares.get(name)
         if share is not None and limit is not None:
             found.append((fault["at"], *_either_way(fault[share] * limit)))
     return found

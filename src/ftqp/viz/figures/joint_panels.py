@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.faults.kinds import KINDS
+from ftqp.faults.kinds import kind_of
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
@@ -174,7 +174,7 @@ def _bar(
 
 def degradations(log: Log, i: int) -> list[dict[str, Any]]:
     """The faults after which joint i still works, perhaps with less of its limits."""
-    return [fault for fault in events.faults(log) if KINDS[fault["kind"]].works and fault["index"] == i]
+    return [fault for fault in events.faults(log) if kind_of(fault["kind"]).works and fault["index"] == i]
 
 
 def bar_handle(what: str) -> Patch:

@@ -7,6 +7,7 @@ import numpy as np
 from ftqp.core.errors import InputError
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.metrics import is_sensed
+from ftqp.sim.log.signals import refuse_unknown_conditions
 from ftqp.viz.figures import base_errors as base
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import status_ribbon as ribbon
@@ -36,10 +37,13 @@ def save_figures(log: Log, folder: str | Path) -> list[Path]:
         torques (left out where the arm has no inertia), status, base (of a run on a moving base).
 
     Raises:
-        InputError: an empty log, or a folder that cannot be written.
+        InputError: an empty log, a condition of joints that no kind of fault has, or a folder that cannot be
+            written.
     """
     if not len(log):
         raise InputError(f"log {log.path} has no rows, expected at least one to draw")
+    for name in ("truth", "belief"):
+        refuse_unknown_conditions(log[name], log.title)
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:

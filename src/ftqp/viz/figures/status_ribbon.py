@@ -8,7 +8,7 @@ import numpy as np
 
 from ftqp.control.planner.status import STATUSES
 from ftqp.core.checks import IntArray
-from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.faults.kinds import KINDS
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import CONDITIONS, HEALTHY
 from ftqp.viz.figures import events
@@ -46,9 +46,7 @@ STATUS_COLOURS = tuple(COLOURS.get(status.name, GREY) for status in STATUSES)
 """Colours of the statuses, in the order of their codes."""
 CONDITION_COLOURS = {
     HEALTHY: "#DDEEE6",
-    Locked.number: RED,
-    FreeSwinging.number: PURPLE,
-    Degraded.number: YELLOW,
+    **{kind.number: kind.colour for kind in KINDS.values()},
 }
 """Colours of joints by the codes of their conditions."""
 THINNEST = 0.002

@@ -3,18 +3,22 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.faults.kinds import KINDS
 from ftqp.sim.log.signals import HEALTHY
 
 Colour = tuple[int, int, int]
 """Red, green and blue, 0 to 255."""
 
+
+def _rgb(colour: str) -> Colour:
+    """The three parts of ``#RRGGBB``."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
 CONDITION: Mapping[int, Colour] = MappingProxyType(
     {
         HEALTHY: (46, 112, 184),
-        Locked.number: (214, 39, 40),
-        FreeSwinging.number: (240, 140, 20),
-        Degraded.number: (148, 82, 200),
+        **{kind.number: _rgb(kind.live_colour) for kind in KINDS.values()},
     }
 )
 """Colour of a joint by the code of its condition."""

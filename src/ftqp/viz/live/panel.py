@@ -5,6 +5,7 @@ from functools import partial
 from typing import Any, final
 
 from ftqp.core.checks import FloatArray
+from ftqp.faults.kinds import KINDS
 from ftqp.sim.session.orders import (
     TELLS,
     Aim,
@@ -27,7 +28,7 @@ from ftqp.viz.live.scene import OVERLAYS, Scene
 from ftqp.viz.live.source import Stage
 from ftqp.viz.live.status_head import joint_table, status_head
 
-ACTIONS = {"lock": "locked", "free": "free_swinging", "weak": "degraded"}
+ACTIONS = {kind.button: name for name, kind in KINDS.items()}
 """Words on the buttons of a joint, and the kinds of fault that they make; the last button repairs."""
 REPAIR = "repair"
 ROWS = 12

@@ -1,0 +1,169 @@
+"""What a stranger adds works everywhere or is refused in a sentence; nothing is dropped silently."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.core.errors import InputError
+from ftqp.faults import kinds
+from ftqp.kernel.layout.criteria import ARRAYS, LANES, Criterion, _coefficient
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
+REFUSES = (
+    "planner", "batch", "kinematic plant", "servo plant", "mujoco plant", "simulation", "scenario",
+    "campaign", "coverage", "session", "session that plays", "ftqp run", "ftqp compare", "ftqp campaign",
+    "replay", "figures", "summary",
+)  # fmt: skip
+"""Who has to say that he cannot serve a kind of fault that nobody wrote a case for."""
+
+
+def said_by(script, *arguments, source=ROOT / "src", **environment):
+    """What a process says as JSON in its last line."""
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", str(HERE / script), *map(str, arguments)],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(source), str(ROOT))), **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, (done.stdout + done.stderr)[-4000:]
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.mark.parametrize("how", ["registered", "unheard"])
+def test_kind_of_fault_without_a_case_is_refused_by_every_consumer(how, tmp_path):
+    pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
+    found = said_by("stranger_kind.py", tmp_path, how)
+    assert set(REFUSES) <= set(found)
+    for who in REFUSES:
+        said = found[who]
+        assert "SILENT" not in said and "RAISED" not in said and "KeyError" not in said, (who, said)
+        remedy = r"does not serve a joint that sticks .*CONTRIBUTING|expected|it has locked, free_swinging"
+        assert re.search(remedy, said, re.DOTALL), (who, said)
+        assert re.search("[Ss]tick|Unheard|in condition 9", said), (who, said)
+    if how == "unheard":
+        return
+    assert "is not a kind of failure of the referee; it has locked, free, degraded" in found["referee"]
+    shown = found["shown"]
+    assert shown["described"]["kind"] == shown["condition"] == shown["button"] == "sticky"
+    assert shown["words"] == "j2 sticks at 0.05 s; the planner is never told"
+    assert shown["colours"] == ["#112233", "#445566"]
+    assert all(shown[name] for name in ("moved", "figures", "page", "legend", "bag"))
+
+
+def test_kind_that_leaves_something_unsaid_is_refused_when_it_enters_the_table():
+    with pytest.raises(InputError, match=r"Bare has no happens, number, works, .* expected all of"):
+        kinds.table_of(ftqp.Locked, type("Bare", (), {"kind": "bare"}))
+    with pytest.raises(InputError, match="Locked and Again have the same number, expected one of each"):
+        said = {fact: getattr(ftqp.Degraded, fact) for fact in kinds.FACTS}
+        kinds.table_of(ftqp.Locked, type("Again", (), {**said, "number": ftqp.Locked.number}))
+
+
+@pytest.mark.slow
+def test_mypy_names_every_place_that_a_new_kind_has_no_case_in(tmp_path):
+    """The kind goes into a copy of the source as CONTRIBUTING says; mypy then finds what is left to write."""
+    source = tmp_path / "src"
+    shutil.copytree(ROOT / "src", source, ignore=shutil.ignore_patterns("__pycache__"))
+    file = source / "ftqp" / "faults" / "kinds.py"
+    text = file.read_text()
+    stranger = re.search(
+        r"@dataclass\(frozen=True, slots=True\)\nclass Locked:.*?(?=\n\n\n@dataclass)", text, re.S
+    )
+    text = text.replace(
+        "\nFault = Locked",
+        stranger[0].replace("class Locked", "class Sticky") + "\n\n\nFault = Sticky | Locked",
+    )
+    file.write_text(text)
+    settings = ["--config-file", ROOT / "pyproject.toml", "--cache-dir", tmp_path / "cache"]
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", *settings, source / "ftqp"],
+        cwd=tmp_path,
+        env={**os.environ, "MYPYPATH": str(source)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    places = set(
+        re.findall(r"(\w+)\.py:\d+: error: Argument 1 to \"not_served\" has incompatible", done.stdout)
+    )
+    assert places == {"belief", "kinematic_plant", "servo_plant", "mujoco_plant"}, done.stdout[-3000:]
+
+
+def test_coefficient_that_declares_nothing_is_served_by_nothing_but_the_tick():
+    bare = _coefficient()
+    assert bare.metadata["served"] == () and not bare.metadata["steady"]
+    for field in fields(Criterion):
+        one = Criterion(**{field.name: 0.5})
+        for what in (LANES, ARRAYS):
+            assert one.is_served_by(what) is (what in field.metadata["served"])
+    assert Criterion(norm=1.0, norm_v=2.0, norm_q=3.0).is_served_by(LANES)
+    assert not Criterion(norm=1.0, torque=1e-9).is_served_by(LANES)
+
+
+def test_batch_is_told_to_leave_the_lanes_by_what_a_criterion_does_not_declare(monkeypatch):
+    """Arms are then driven one by one, as a planner drives them."""
+    robot, dt = ftqp.robots.load("planar6"), 0.01
+    path = ftqp.paths.Line(robot.pose(robot.neutral), (0.02, 0.0, 0.0), duration=0.3)
+    sample = path.sample(dt * np.arange(30))
+    targets = ftqp.Targets(sample.pose, sample.twist, sample.acceleration)
+
+    def done(scheme):
+        planner = ftqp.Planner(robot, dt, scheme=scheme)
+        apart = bool(planner.what_ifs().session.K.criteria.apart)
+        rollout = ftqp.batch.rollout(planner, np.tile(robot.neutral, (5, 1)), targets=targets)
+        q, v = robot.neutral, np.zeros(robot.nv)
+        planner.reset(q)
+        for k in range(len(targets)):
+            step = planner.step(q, v, targets.at(k))
+            q, v = step.q.copy(), step.v.copy()
+        np.testing.assert_allclose(rollout.q, np.tile(q, (5, 1)), rtol=0.0, atol=1e-9)
+        return apart, rollout.q[0]
+
+    (in_lanes, served), (apart, _) = done("mvn"), done("mtn")
+    assert not in_lanes and apart
+    monkeypatch.setattr(Criterion, "is_served_by", lambda self, what: False)
+    alone, same = done("mvn")
+    assert alone
+    np.testing.assert_allclose(same, served, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_coefficient_of_a_stranger_is_computed_by_step_backend_and_batch_alike(tmp_path):
+    """A copy of the source with a new coefficient as CONTRIBUTING says, compiled in a folder of its own."""
+    source = tmp_path / "src"
+    shutil.copytree(ROOT / "src", source, ignore=shutil.ignore_patterns("__pycache__"))
+    edits = {
+        "layout/criteria.py": (
+            "    manipulability: float = _coefficient(steady=True)\n",
+            "    manipulability: float = _coefficient(steady=True)\n    ballast: float = _coefficient()\n",
+        ),
+        "rows/objective.py": (
+            "    if K.calm.hushed:\n        _hush(K)\n",
+            "    if criteria.ballast != 0.0:\n        for i in range(K.chain.n):\n"
+            "            K.qp.g[i] += criteria.ballast * (i + 1.0)\n"
+            "    if K.calm.hushed:\n        _hush(K)\n",
+        ),
+    }
+    for name, (before, after) in edits.items():
+        file = source / "ftqp" / "kernel" / name
+        text = file.read_text()
+        assert text.count(before) == 1
+        file.write_text(text.replace(before, after))
+    found = SimpleNamespace(
+        **said_by("stranger_criterion.py", source=source, FTQP_CACHE_DIR=str(tmp_path / "kernel"))
+    )
+    assert found.effect > 1e-3, "the coefficient does something"
+    assert found.rollout < 1e-9 and found.backend < 1e-6
+    assert found.jax is None or found.jax < 1e-9
