@@ -46,7 +46,7 @@ def blocks(text: str) -> list[str]:
 
 def complaints(folder, monkeypatch, code: dict[str, str]) -> str:
     """What mypy says of pieces of code by name, as strictly as of the examples."""
-    api = pytest.importorskip("mypy.api", reason='needs mypy (pip install "ftqp[dev]")')
+    api = pytest.importorskip("mypy.api", reason='needs mypy (pip install -e ".[dev]")')
     for name in FOREIGN:
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text("from typing import Any\ndef __getattr__(name: str) -> Any: ...\n")

@@ -23,13 +23,10 @@ def test_wrong_value_is_also_a_value_error():
 
 
 def test_missing_package_is_also_an_import_error():
-    error = MissingPackage("backend 'osqp'", "osqp", 'pip install "ftqp[osqp]"')
+    error = MissingPackage("backend 'osqp'", "osqp", "pip install osqp")
     assert isinstance(error, ImportError)
-    assert (error.package, error.remedy) == ("osqp", 'pip install "ftqp[osqp]"')
-    assert (
-        str(error)
-        == "backend 'osqp' needs the package 'osqp', which is not installed; pip install \"ftqp[osqp]\""
-    )
+    assert (error.package, error.remedy) == ("osqp", "pip install osqp")
+    assert str(error) == "backend 'osqp' needs the package 'osqp', which is not installed; pip install osqp"
 
 
 @pytest.mark.parametrize(("kind", "field"), [(ModelError, "findings"), (ScenarioError, "errors")])

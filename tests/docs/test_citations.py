@@ -3,7 +3,7 @@
 import pytest
 from tests.docs.making import module
 
-pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install "ftqp[docs]"')
+pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[docs]"')
 from mkdocs.exceptions import PluginError
 
 

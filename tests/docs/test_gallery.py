@@ -5,7 +5,7 @@ import json
 import pytest
 from tests.docs.making import ROOT, module
 
-pytest.importorskip("PIL", reason='needs the extra "viz": pip install "ftqp[viz]"')
+pytest.importorskip("PIL", reason='needs the extra "viz": pip install -e ".[viz]"')
 PICTURES = ROOT / "docs" / "gallery"
 
 

@@ -5,7 +5,7 @@ import re
 import pytest
 from tests.docs.making import ROOT, module
 
-pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install "ftqp[docs]"')
+pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[docs]"')
 
 
 def in_nav():

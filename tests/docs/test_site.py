@@ -13,7 +13,7 @@ import pytest
 from tests.docs.making import ROOT, module
 from tests.viz.live.conftest import browser, opened  # noqa: F401  fixtures
 
-pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install "ftqp[docs]"')
+pytest.importorskip("mkdocs", reason='needs the extra "docs": pip install -e ".[docs]"')
 LOADED = re.compile(
     r"<(?:script|link|img|source|iframe|video|audio|object)\b[^>]*?\b(?:src|href|data)=[\"']?([^\"'\s>]+)"
 )

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
+pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 import ftqp
 from ftqp.sim.plants.arm_model import Arm

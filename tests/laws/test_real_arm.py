@@ -18,7 +18,7 @@ from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
 from ftqp.sim.sensors.sensor_faults import Dropped, Frozen, Offset, Scattered
 
-pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
+pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 from ftqp.sim.plants.joint_servo import BANDWIDTH, JointServo
 from ftqp.sim.plants.mujoco_plant import MujocoPlant

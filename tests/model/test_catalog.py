@@ -16,7 +16,7 @@ from ftqp.model.robot import Robot
 
 ROBOT_DATA = next(Path(sys.prefix).glob("**/share/example-robot-data/robots"), None)
 needs_robot_data = pytest.mark.skipif(
-    ROBOT_DATA is None, reason="example-robot-data is not installed: pip install 'ftqp[robots]'"
+    ROBOT_DATA is None, reason="example-robot-data is not installed: pip install -e '.[robots]'"
 )
 INCH = 0.0254
 

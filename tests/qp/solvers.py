@@ -6,7 +6,7 @@ import pytest
 
 EXACT, ITERATIVE = 1e-9, 1e-6
 
-needs_quadprog = pytest.mark.skipif(find_spec("quadprog") is None, reason='needs pip install "ftqp[solvers]"')
+needs_quadprog = pytest.mark.skipif(find_spec("quadprog") is None, reason='needs pip install -e ".[solvers]"')
 QUADPROG = pytest.param("quadprog", marks=[pytest.mark.solvers, needs_quadprog])
 NATIVE = ["active_set", "dtrnn", "daqp", QUADPROG, "osqp", "proxqp"]
 ADAPTED = ["qpsolvers:daqp", "qpsolvers:osqp", "qpsolvers:proxqp"]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
+pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 SCRIPT = Path(__file__).parents[2] / "solvers" / "campaign_physics.py"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 SCRIPT = Path(__file__).parents[2] / "solvers" / "check_reports.py"
-pytest.importorskip("viser", reason='needs the extra "viz": pip install "ftqp[viz]"')
+pytest.importorskip("viser", reason='needs the extra "viz": pip install -e ".[viz]"')
 
 
 def test_report_of_a_scenario_passes_the_check(tmp_path: Path) -> None:

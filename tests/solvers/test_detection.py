@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
+pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 from bench import detection_cases as drawn
 from bench import detection_figures, detection_files, detection_report, detection_scores

@@ -25,7 +25,7 @@ def test_profile_solves_a_qp_with_active_bounds_cold_and_warm(file: Path) -> Non
     try:
         solver = backend(file)
     except MissingPackage as error:
-        pytest.skip(f'needs pip install "ftqp[solvers]": {error}')
+        pytest.skip(f'needs pip install -e ".[solvers]": {error}')
     qp = sequence(SOLVABLE).buffers()
     solver.setup(qp)
     for cold in (True, False):

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 if find_spec("qpbenchmark") is None:
-    pytest.skip('needs pip install "ftqp[dev]"', allow_module_level=True)
+    pytest.skip('needs pip install -e ".[dev]"', allow_module_level=True)
 
 SOLVERS = Path(__file__).resolve().parents[2] / "solvers"
 SET = SOLVERS / "qpbenchmark_set.py"

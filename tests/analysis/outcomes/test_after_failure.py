@@ -1,5 +1,8 @@
 """Motions of arms in space after failures that nobody is told of."""
 
+import re
+import threading
+
 import numpy as np
 import pytest
 
@@ -7,6 +10,7 @@ import ftqp
 from ftqp.analysis import outcome, point_to_point, qp_rates
 from ftqp.analysis.goals import goal_study
 from ftqp.analysis.outcomes.unaware_law import UnawareLaw
+from ftqp.core.errors import InputError
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +77,46 @@ def test_failure_on_the_way_begins_on_the_line_of_the_healthy_arm(panda, goal):
     begin, end = panda.pose(panda.neutral)[:3, 3], goal[:3, 3]
     assert panda.pose(half.path[0])[:3, 3] == pytest.approx(0.5 * (begin + end), abs=1e-6)
     assert whole.kind == "correct" and whole.errors[0] < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("lengths", "goal", "q", "reach"),
+    [
+        (
+            (1, 1, 1),
+            (4.0, 0.5),
+            (0.3, 0.5, 0.4),
+            3.0,
+        ),  # the arm stretches out towards a goal beyond its reach
+        ((1, 1), (3.0, 0.0), (0.3, 0.5), 2.0),
+        ((1, 0.5), (-1.0, 0.0), (0.3, 0.5), 0.5),  # the way leads through the hole that the folded arm leaves
+    ],
+)
+@pytest.mark.parametrize("beyond", [1e-3, 0.5, 1.0])
+def test_singularity_of_the_healthy_arm_on_its_way_is_said_with_what_is_done(lengths, goal, q, reach, beyond):
+    arm = ftqp.robots.load("planar", lengths=lengths, continuous=True)
+    begin = arm.pose(np.array(q))[:2, 3]
+    way = np.array(goal) - begin
+    shares = np.roots([way @ way, 2.0 * begin @ way, begin @ begin - reach**2]).real
+    done = shares[(shares > 0.0) & (shares < 1.0)].min()  # of the line, up to the circle of singular postures
+    at = min(done + beyond, 1.0)
+    said = []
+
+    def ask():
+        try:
+            outcome(arm, goal, np.array(q), 0, at=at)
+        except InputError as error:
+            said.append(str(error))
+
+    user = threading.Thread(target=ask, daemon=True)
+    user.start()
+    user.join(60.0)
+    assert said, "it hangs, or does not refuse"
+    found = re.search(r"does only (\S+) of the motion's distance: it meets a singularity", said[0])
+    assert found is not None, said
+    assert float(found[1]) == pytest.approx(done, abs=1e-5)
+    before = outcome(arm, goal, np.array(q), 0, at=0.9 * done)
+    assert arm.pose(before.path[0])[:2, 3] == pytest.approx(begin + 0.9 * done * way, abs=1e-6)
 
 
 def test_horizon_asks_what_is_reached_in_time(panda, goal):

@@ -22,8 +22,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """Two runs of a healthy arm with friction, its torques measured."""
     folders = [tmp_path_factory.mktemp("runs") / f"healthy-{seed}" for seed in (2, 3)]
     for seed, folder in zip((2, 3), folders, strict=True):
-        settings = ["faults=", "sensors.torque_noise=0.1", "path.duration=4.0", f"simulation.seed={seed}",
-                    f"simulation.mujoco.coulomb={FRICTION}"]  # fmt: skip
+        settings = ["faults=", "sensors.torque_noise=0.1", "path.duration=25.0", "path.turns=6",
+                    f"simulation.seed={seed}", f"simulation.mujoco.coulomb={FRICTION}"]  # fmt: skip
         given = [part for one in settings for part in ("--set", one)]
         result = asked("run", "panda-undetected", *given, "--out", folder)
         assert result.exit_code == 0, result.output
@@ -32,7 +32,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 def test_a_run_keeps_torques_and_what_the_drive_asked_for(runs: list[Path]) -> None:
     log = ftqp.load_log(runs[0])
-    assert log["tau_measured"].shape == log["tau_demand"].shape == (4001, 7)
+    assert log["tau_measured"].shape == log["tau_demand"].shape == (25001, 7)
     apart = (log["tau_measured"] - log["tau_demand"])[100:]
     assert apart.std() == pytest.approx(0.1, rel=0.1)
     assert log.units["tau_demand.panda_joint1"] == "N m"
@@ -56,6 +56,14 @@ def test_a_rate_that_the_runs_do_not_show_is_refused_and_nothing_written(
     file = tmp_path / "healthy.json"
     result = asked("calibrate", *runs, "--out", file)
     assert result.exit_code == 2 and "at best" in result.output and not file.exists()
+
+
+def test_a_run_of_half_a_minute_is_refused_even_to_extrapolate_from(runs: list[Path], tmp_path: Path) -> None:
+    file = tmp_path / "healthy.json"
+    result = asked("calibrate", runs[0], "--out", file, "--alarms", "1", "--extrapolate")
+    said = " ".join(result.output.split())
+    assert result.exit_code == 2 and "25 s of healthy motion, expected 50 s at least" in said
+    assert not file.exists()
 
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:

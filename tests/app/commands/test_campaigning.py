@@ -125,7 +125,7 @@ def test_episode_of_a_bundled_campaign_has_figures_and_a_page_that_shows_its_loc
     tmp_path, monkeypatch, name, number
 ):
     if name != "safety":
-        pytest.importorskip("mujoco", reason='needs mujoco (pip install "ftqp[sim]")')
+        pytest.importorskip("mujoco", reason='needs mujoco (pip install -e ".[sim]")')
     monkeypatch.undo()
     code, _, errors = campaign(name, "--replay", number, "--out", tmp_path / "r")
     assert code == 0, errors

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 import ftqp
 from ftqp.app.commands.cli import app
 from ftqp.control import first_use
+from ftqp.core.extras import remedy_for_extra
 from ftqp.kernel.compiled.kernel import kept_in
 from ftqp.kernel.jit import COMPILED
 
@@ -73,7 +74,7 @@ def test_run_writes_log_summary_and_resolved_scenario(short: Path, tmp_path: Pat
 
 
 def test_run_draws_figures(short: Path, tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+    pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
     invoke("run", short, "--out", tmp_path / "out")
     pictures = list((tmp_path / "out" / "figures").glob("*.png"))
     assert len(pictures) >= 3
@@ -90,7 +91,7 @@ def test_run_without_matplotlib_says_so_and_goes_on(short: Path, tmp_path: Path)
         check=False,
     )
     assert result.returncode == 0, result.stderr
-    assert 'pip install "ftqp[viz]"' in result.stderr
+    assert remedy_for_extra("viz") in result.stderr
     assert not (tmp_path / "out" / "figures").exists()
 
 

@@ -14,9 +14,10 @@ from typer.testing import CliRunner
 import ftqp
 from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
+from ftqp.core.extras import remedy_for_extra
 from ftqp.model import catalog
 
-pytest.importorskip("rosbags", reason='needs the extra "ros": pip install "ftqp[ros]"')
+pytest.importorskip("rosbags", reason='needs the extra "ros": pip install -e ".[ros]"')
 reader = pytest.importorskip("mcap.reader", reason="needs mcap, which the extra 'dev' brings")
 decoder = pytest.importorskip("mcap_ros2.decoder", reason="needs mcap-ros2-support, of the extra 'dev'")
 
@@ -166,7 +167,6 @@ def test_without_rosbags_the_extra_is_named(run, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rosbags.interfaces", None)
     code, _, errors = ftqp_command("export", run, "--format", "mcap", "-o", tmp_path / "bag")
     assert code == 2
-    assert (
-        "a ROS 2 bag needs the package 'rosbags', which is not installed; pip install \"ftqp[ros]\"" in errors
-    )
+    needs = "a ROS 2 bag needs the package 'rosbags', which is not installed"
+    assert f"{needs}; {remedy_for_extra('ros')}" in errors
     assert os.listdir(tmp_path) == []

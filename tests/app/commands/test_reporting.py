@@ -16,11 +16,12 @@ from ftqp.app.commands import reporting
 from ftqp.app.commands.cli import app
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import MissingPackage
+from ftqp.core.extras import remedy_for_extra
 from ftqp.model import catalog
 from ftqp.sim.loop import Simulation
 from ftqp.sim.schedule import FaultEvent, Schedule
 
-pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 
 OUTSIDE = re.compile(r"^\s*(?:[a-z]+:)?//|^\s*(?:https?|ftp|file):", re.IGNORECASE)
 
@@ -89,7 +90,7 @@ def still(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_report_has_words_numbers_figures_replay_and_scenario(told: Path, tmp_path: Path) -> None:
-    pytest.importorskip("viser", reason='needs the extra "viz": pip install "ftqp[viz]"')
+    pytest.importorskip("viser", reason='needs the extra "viz": pip install -e ".[viz]"')
     file = tmp_path / "new" / "page.html"
     result = asked(told, "-o", file, "--json")
     assert result.exit_code == 0, result.output
@@ -234,7 +235,7 @@ def test_without_viser_a_note_takes_the_place_of_the_replay(
     told: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def missing(*_: object, **__: object) -> str:
-        raise MissingPackage("the replay", "viser", 'pip install "ftqp[viz]"')
+        raise MissingPackage("the replay", "viser", remedy_for_extra("viz"))
 
     replaying = pytest.importorskip("ftqp.viz.report.replay", reason="needs viser", exc_type=MissingPackage)
     monkeypatch.setattr(replaying, "replay", missing)

@@ -13,6 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ftqp.app.commands.cli import app
+from ftqp.core.extras import remedy_for_extra
 
 
 def asked(*arguments):
@@ -98,7 +99,7 @@ def test_missing_package_is_named_in_a_sentence():
         [sys.executable, "-c", code, "view", "--no-browser"], capture_output=True, text=True, check=False
     )
     assert result.returncode == 2 and "Traceback" not in result.stderr
-    assert 'pip install "ftqp[viz]"' in result.stderr
+    assert remedy_for_extra("viz") in result.stderr
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ def test_csv_has_a_line_for_every_run_in_si_units(compared: tuple[Any, Path]) ->
 
 
 def test_markdown_has_the_table_and_the_figures(compared: tuple[Any, Path]) -> None:
-    pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+    pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
     _, out = compared
     text = (out / "comparison.md").read_text()
     assert "## short, scheme mvn" in text
@@ -170,7 +170,7 @@ def test_ctrl_c_keeps_finished_runs_and_shows_what_there_is(short: Path, tmp_pat
 
 
 def test_scenarios_of_the_same_arm_and_path_are_drawn_in_one_figure(tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+    pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
     longer = SHORT.replace("duration = 0.5", "duration = 0.6")
     assert longer != SHORT
     never = SHORT + 'announced = "never"\n'

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 import ftqp
 from ftqp.app.commands.cli import app
+from ftqp.core.extras import remedy_for_extra
 from ftqp.qp import Recorder, Recording
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 
@@ -242,7 +243,7 @@ def test_a_missing_package_is_named_with_its_remedy(file: Path, monkeypatch: pyt
     monkeypatch.delitem(__import__("sys").modules, "ftqp.qp.adapters._osqp")
     result = invoke("replay", file, "--tick", 3, "--backend", "osqp")
     assert result.exit_code == 2
-    assert 'pip install "ftqp[solvers]"' in result.stderr
+    assert remedy_for_extra("solvers") in result.stderr
     rows = answer(file, "--tick", 3, "--backends", "osqp,daqp")["backends"]
     assert [row["status"] for row in rows] == ["SOLVED", None, "SOLVED"]
     assert "'osqp' is not installed" in rows[1]["verdict"]

@@ -10,7 +10,7 @@ from ftqp.app.scenario.document import Document
 from ftqp.app.scenario.setup import Setup, resolve, validated
 from ftqp.core.errors import ScenarioError
 
-pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
+pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 from ftqp.sim.plants.mujoco_plant import MujocoPlant
 

@@ -13,12 +13,13 @@ from batch_cases import DT, STATUSES, circle, faults_of, starts
 
 import ftqp
 from ftqp.core.errors import InputError
+from ftqp.core.extras import remedy_for_extra
 from ftqp.kernel.entry.session import ArmSession, Session
 from ftqp.kernel.layout.record import load_chain
 
 pytestmark = [
     pytest.mark.gpu,
-    pytest.mark.skipif(find_spec("jax") is None, reason='needs pip install "ftqp[gpu]"'),
+    pytest.mark.skipif(find_spec("jax") is None, reason='needs pip install -e ".[gpu]"'),
 ]
 OFF = 1e-9
 """What two ways of rounding may grow to over the ticks."""
@@ -456,4 +457,4 @@ def test_missing_jax_is_named_with_its_remedy():
         "except ftqp.MissingPackage as error: sys.stdout.write(str(error))\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
-    assert "pip install" in done.stdout and "ftqp[gpu]" in done.stdout, done.stderr
+    assert remedy_for_extra("gpu") in done.stdout, done.stderr

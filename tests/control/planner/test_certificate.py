@@ -8,8 +8,8 @@ import pytest
 import ftqp
 from ftqp.control.planner.certificate import Certificate, Obstacle, Outside, Unreached
 
-Z = Unreached(direction="z", amount=-0.25)
-RX = Unreached(direction="rx", amount=1e-3)
+Z = Unreached(direction="z", amount=-0.25, unit="m/s2")
+RX = Unreached(direction="rx", amount=1e-3, unit="rad/s2")
 ELBOW = Obstacle(joint="elbow", limit="upper position", weight=1.0)
 WRIST = Obstacle(joint="wrist", limit="locked", weight=0.5)
 
@@ -20,9 +20,9 @@ WRIST = Obstacle(joint="wrist", limit="locked", weight=0.5)
         (
             (Z, RX),
             (ELBOW, WRIST),
-            "the task misses z by -0.25, rx by +0.001; in the way: elbow at upper position, wrist at locked",
+            "the task misses z by -0.25 m/s2, rx by +0.001 rad/s2; "
+            "in the way: elbow at upper position, wrist at locked",
         ),
-        ((Z,), (), "the task misses z by -0.25; in the way: the arm cannot move that way (singular)"),
         ((), (ELBOW,), "the task misses nothing; in the way: elbow at upper position"),
     ],
 )
@@ -36,13 +36,13 @@ def test_certificate_cannot_be_changed():
 
 
 def test_certificate_says_which_joints_are_outside_and_what_a_lock_has_thrown():
-    beyond = Outside(joint="elbow", limit="upper position", amount=0.05)
+    beyond = Outside(joint="elbow", limit="upper position", amount=0.05, unit="rad")
     outside = Certificate(unreached=(), obstacles=(), outside=(beyond,))
-    assert str(outside) == "outside: elbow beyond upper position by 0.05"
-    both = Certificate(unreached=(Z,), obstacles=(), outside=(beyond,), jump=0.25)
+    assert str(outside) == "outside: elbow beyond upper position by 0.05 rad"
+    both = Certificate(unreached=(Z,), obstacles=(), outside=(beyond,), jump=0.25, without_bound="singular")
     assert str(both) == (
-        "the task misses z by -0.25; in the way: the arm cannot move that way (singular); "
-        "outside: elbow beyond upper position by 0.05; 25% of the jump at the lock was made"
+        "the task misses z by -0.25 m/s2; in the way: the arm cannot move that way (singular); "
+        "outside: elbow beyond upper position by 0.05 rad; 25% of the jump at the lock was made"
     )
 
 
@@ -69,3 +69,54 @@ def test_ok_is_not_said_while_a_joint_is_outside_its_limits(level, side, what, f
     (found,) = step.certificate.outside
     assert (found.joint, found.limit) == ("panda_joint5", f"{side} {what}")
     assert found.amount == pytest.approx(0.03 if what == "position" else 0.2)
+
+
+def far_target(robot, q):
+    pose = robot.pose(q).copy()
+    pose[:3, 3] += (0.3, 0.1, -0.2)
+    return ftqp.Target(pose=pose)
+
+
+@pytest.mark.parametrize(("level", "per"), [("acceleration", "s2"), ("velocity", "s")])
+def test_calm_is_not_called_singular_and_amounts_have_the_units_of_the_level(level, per):
+    panda = ftqp.robots.load("panda")
+    planner = ftqp.Planner(panda, 2e-3, level=level)
+    q = panda.neutral
+    planner.reset(q)
+    target, said = far_target(panda, q), []
+    for _ in range(500):
+        step = planner.step(q, None, target)
+        q = step.q.copy()
+        found = step.certificate
+        if found is not None and found.unreached and not found.obstacles and step.sigma_min > 0.3:
+            said.append(found)
+            for missing in found.unreached:
+                unit = "rad" if missing.direction.startswith("r") else "m"
+                assert missing.unit == f"{unit}/{per}" and f"{missing.amount:+.3g} {unit}/{per}" in str(found)
+    assert said and all(found.without_bound == "calm" for found in said)
+    assert "no limit, but the damping with which the arm comes to rest" in str(said[0])
+
+
+@pytest.mark.parametrize("level", ["acceleration", "velocity"])
+@pytest.mark.parametrize(("q", "cause"), [(np.zeros(4), "singular"), (np.full(4, 0.5), "objective")])
+def test_singular_is_said_of_the_direction_that_the_arm_cannot_move_in(level, q, cause):
+    robot = ftqp.robots.load("planar(4)")
+    planner = ftqp.Planner(robot, 2e-3, level=level, task=ftqp.Task(rows=("x", "y"), slack=1.0, calm=False))
+    planner.reset(q)
+    twist = np.array([1e-3, 0.0, 0.0, 0.0, 0.0, 0.0])  # a straight arm cannot move along itself
+    found = planner.step(q, None, ftqp.Target(pose=robot.pose(q), twist=twist)).certificate
+    assert found.unreached[0].direction == "x" and not found.obstacles
+    assert found.without_bound == cause
+    assert ("singular" in str(found)) == (cause == "singular")
+
+
+def test_joint_that_slides_is_outside_by_metres():
+    table = [[0.0, 0.0, 0.4, 0.0], [0.0, 0.0, 0.3, np.pi], [0.0, 0.0, 0.0, 0.0]]  # a SCARA
+    limits = {"q_min": [-2, -2, 0], "q_max": [2, 2, 0.2], "v_max": 1.0, "a_max": 5.0}
+    robot = ftqp.Robot.from_dh(table, limits=limits, prismatic=[2])
+    q = np.array([0.3, 0.4, 0.25])
+    planner = ftqp.Planner(robot, 2e-3, task=ftqp.Task(rows="position"))
+    planner.reset(q)
+    step = planner.step(q, None, ftqp.Target(pose=robot.pose(q)))
+    (found,) = step.certificate.outside
+    assert (found.joint, found.unit) == (robot.joints[2], "m") and "by 0.05 m" in str(step.certificate)

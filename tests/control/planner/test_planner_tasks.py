@@ -1,5 +1,7 @@
 """What each task mode gives up, and what it says about it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
@@ -70,6 +72,16 @@ def test_infeasible_task_is_relaxed_with_a_certificate_of_directions_and_joints(
         assert u.amount == pytest.approx(
             missing[("x", "y", "z", "rx", "ry", "rz").index(u.direction)], rel=1e-9
         )
+
+
+@pytest.mark.parametrize("backend", ["active_set", "dtrnn", "daqp", "proxqp", "osqp"])
+def test_hard_task_that_no_command_keeps_is_relaxed_as_the_page_of_choices_says(panda, home, level, backend):
+    target = ftqp.Target(pose=home, twist=[0.0, 0.0, 9.0, 0.0, 0.0, 0.0], acceleration=[0, 0, 900.0, 0, 0, 0])
+    planner = started(panda, level=level, task=ftqp.Task(mode="hard"), backend=backend)
+    step = planner.step(panda.neutral, np.zeros(7), target)
+    page = (Path(__file__).parents[3] / "docs" / "choosing.md").read_text(encoding="utf-8")
+    (row,) = (line for line in page.splitlines() if "| `hard` |" in line)
+    assert f"`{step.status.name}`" in row and f"`{step.qp.status.name}`" in row
 
 
 def test_certificate_of_a_locked_arm_names_the_locked_joints(panda, home):

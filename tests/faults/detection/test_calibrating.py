@@ -7,7 +7,7 @@ from tests.shaken import DT, SIGMA, Shaken
 import ftqp
 from ftqp.core.errors import InputError
 
-TICKS = 4000
+TICKS = 50_000
 RATE = 4000.0
 
 
@@ -47,9 +47,20 @@ def test_claim_names_hours_alarms_and_interval(calibrated):
 
 def test_rate_that_the_log_is_too_short_for_is_refused_unless_extrapolated(robot, motion):
     detector = ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=SIGMA))
-    with pytest.raises(InputError, match="record 30 h"):
+    with pytest.raises(InputError, match=r"50 s of .* takes 108000 s; record 30 h"):
         detector.calibrate(motion.log())
     assert "extrapolated" in str(detector.calibrate(motion.log(), extrapolate=True).calibration)
+
+
+@pytest.mark.parametrize("extrapolate", [False, True])
+def test_log_too_short_to_fit_a_tail_to_is_refused_in_seconds(robot, motion, extrapolate):
+    detector = ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=SIGMA))
+    for ticks, seconds in ((6000, "6 s"), (TICKS - 1, "49.975 s")):
+        short = ftqp.MotionLog(
+            **{k: c if c is None else c[:ticks] for k, c in motion.log().columns().items()}
+        )
+        with pytest.raises(InputError, match=rf"has {seconds} of healthy motion, expected 50 s at least"):
+            detector.calibrate(short, RATE, extrapolate=extrapolate)
 
 
 def test_fewer_alarms_ask_for_larger_thresholds(robot, motion, calibrated):
@@ -120,7 +131,7 @@ def test_columns_of_other_shapes_are_refused(motion):
 
 def test_friction_and_load_are_told_apart(robot):
     """The motors of the log also carry 0.4 kg and overcome friction, of which the model knows nothing."""
-    motion = Shaken(robot, 8000)
+    motion = Shaken(robot, TICKS)
     coulomb, viscous = np.linspace(0.2, 0.8, 7), np.linspace(0.5, 0.1, 7)
     carrying = robot.with_payload(ftqp.Payload(0.4))
     every = range(len(motion.q))

@@ -44,7 +44,7 @@ def arm(request, robot):
     """The robot, its drive, and a detector that was calibrated on its healthy motion."""
     drive = request.param
     blank = ftqp.Detector(robot=robot, dt=DT, drive=drive, noise=ftqp.Noise(q=SIGMA))
-    logs = [ftqp.MotionLog(**motion(robot, drive, seed, 3000)) for seed in (1, 2, 3)]
+    logs = [ftqp.MotionLog(**motion(robot, drive, seed, 3000)) for seed in range(101, 118)]
     return robot, drive, blank.calibrate(logs, 1.0, extrapolate=True)
 
 

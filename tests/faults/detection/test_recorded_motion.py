@@ -72,7 +72,7 @@ def test_a_run_in_which_a_joint_fails_is_not_healthy(whose: str) -> None:
 
 def test_a_detector_calibrates_on_the_log_of_a_run() -> None:
     robot = ftqp.robots.load("planar", lengths=[0.5, 0.5]).with_limits(a_max=20.0)
-    random, t = np.random.default_rng(0), DT * np.arange(6000)
+    random, t = np.random.default_rng(0), DT * np.arange(60_000)
     q = np.stack([np.sin(t), 0.5 * np.cos(1.3 * t)], axis=1)
     v = np.stack([np.cos(t), -0.65 * np.sin(1.3 * t)], axis=1)
     a = np.stack([-np.sin(t), -0.845 * np.cos(1.3 * t)], axis=1)
@@ -85,6 +85,6 @@ def test_a_detector_calibrates_on_the_log_of_a_run() -> None:
     blank = ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=1e-4))
     found = blank.calibrate(log, 10.0, extrapolate=True).calibration
     assert found is not None and found.sigma == pytest.approx(1e-4, rel=0.1)
-    assert found.hours == pytest.approx(6.0 / 3600.0)
+    assert found.hours == pytest.approx(60.0 / 3600.0)
     with pytest.raises(InputError, match="at best"):
         blank.calibrate([log, log], 0.1)

@@ -4,6 +4,7 @@ import sys
 import pytest
 
 from ftqp import InputError, MissingPackage
+from ftqp.core.extras import remedy_for_extra
 from ftqp.qp import Backend, backend, backends
 from ftqp.qp.adapters.registry import backend_names
 
@@ -53,7 +54,7 @@ def test_a_missing_package_says_how_to_install_it(monkeypatch, name, package):
     with pytest.raises(MissingPackage) as error:
         backend(name)
     assert error.value.package == package
-    assert 'pip install "ftqp[solvers]"' in str(error.value)
+    assert remedy_for_extra("solvers") in str(error.value)
     rows = {row.name: row for row in backends()}
     row = rows[name if package != "qpsolvers" else "qpsolvers:<name>"]
     assert not row.available

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from planted import infeasible, planted
 
+from ftqp.core.extras import remedy_for_extra
 from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, MAX_ITERATIONS, SOLVED
 from ftqp.qp import QP, Claim, SolveStatus, accepted, dtrnn, residuals, solve
 
 pytestmark = [
     pytest.mark.gpu,
-    pytest.mark.skipif(find_spec("jax") is None, reason='needs pip install "ftqp[gpu]"'),
+    pytest.mark.skipif(find_spec("jax") is None, reason='needs pip install -e ".[gpu]"'),
 ]
 PARTS = ("H", "g", "A", "b", "C", "l", "u", "lb", "ub")
 PRODUCT = dict(
@@ -258,4 +259,4 @@ def test_a_missing_jax_is_named_with_its_remedy():
         "except MissingPackage as error: sys.stdout.write(str(error))\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
-    assert "pip install" in done.stdout and "ftqp[gpu]" in done.stdout, done.stderr
+    assert remedy_for_extra("gpu") in done.stdout, done.stderr

@@ -16,7 +16,7 @@ from ftqp.sim.export.run_bag import write_bag
 from ftqp.sim.log.log_file import open_log
 from ftqp.sim.log.signals import Column
 
-pytest.importorskip("rosbags", reason='needs the extra "ros": pip install "ftqp[ros]"')
+pytest.importorskip("rosbags", reason='needs the extra "ros": pip install -e ".[ros]"')
 reader = pytest.importorskip("mcap.reader", reason="needs mcap, which the extra 'dev' brings")
 yaml = pytest.importorskip("ruamel.yaml", reason="comes with rosbags")
 decoder = pytest.importorskip("mcap_ros2.decoder", reason="needs mcap-ros2-support, of the extra 'dev'")

@@ -8,7 +8,7 @@ import pytest
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Locked
 
-pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
+pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 from ftqp.sim.plants.joint_servo import JointServo
 from ftqp.sim.plants.mishaps import Jammed, Misread, Runaway, Weakened

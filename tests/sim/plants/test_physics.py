@@ -7,10 +7,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from ftqp.core.extras import remedy_for_extra
 from ftqp.model import catalog
 from ftqp.model.payload import Payload
 
-pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
+pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 from ftqp.core.errors import MissingPackage
 from ftqp.sim.plants.physics import Physics
@@ -134,5 +135,5 @@ def test_missing_mujoco_is_said_with_the_command_that_installs_it():
         "try:\n    import ftqp.sim.plants.physics\nexcept MissingPackage as error:\n    print(error)"
     )
     said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
-    assert 'pip install "ftqp[sim]"' in said
+    assert remedy_for_extra("sim") in said
     assert issubclass(MissingPackage, ImportError)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 
 from ftqp.viz.figures import arm_picture
 

@@ -12,7 +12,7 @@ from ftqp.sim.base.moving_world import MovingWorld
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.loop import Simulation
 
-pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 
 from ftqp.viz.figures import base_errors as base
 from ftqp.viz.figures.run_figures import save_figures

@@ -17,7 +17,7 @@ from ftqp.sim.loop import Simulation
 from ftqp.sim.plants.arm_model import Arm
 from ftqp.sim.schedule import FaultEvent, Schedule
 
-pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 
 from ftqp.viz.figures import agreement, canvas, curves
 from ftqp.viz.figures import compared_runs as comparison

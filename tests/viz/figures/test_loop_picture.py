@@ -5,7 +5,7 @@ import pytest
 
 import ftqp
 
-pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 from ftqp.viz.figures import loop_picture
 
 T = np.linspace(0.0, 2.0, 50)

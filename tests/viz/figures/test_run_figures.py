@@ -8,6 +8,7 @@ from ftqp.control.paths import Circle, Line, Square
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import STATUSES
 from ftqp.core.errors import InputError
+from ftqp.core.extras import remedy_for_extra
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.model import catalog
 from ftqp.sim.log.log_arrays import Log
@@ -19,7 +20,7 @@ from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
 from ftqp.sim.sensors.sensor_faults import Offset
 
-pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 
 from ftqp.viz.figures import canvas, events, joint_panels, tracking
 from ftqp.viz.figures import joint_figures as joints
@@ -327,7 +328,7 @@ def test_missing_matplotlib_says_how_to_install_it():
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert "matplotlib" in done.stdout
-    assert 'pip install "ftqp[viz]"' in done.stdout
+    assert remedy_for_extra("viz") in done.stdout
 
 
 def test_drawing_leaves_no_global_state():

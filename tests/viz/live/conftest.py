@@ -21,7 +21,7 @@ def chromium():
 
 @pytest.fixture(scope="module")
 def browser():
-    sync_api = pytest.importorskip("playwright.sync_api", reason='needs playwright (pip install "ftqp[dev]")')
+    sync_api = pytest.importorskip("playwright.sync_api", reason='needs playwright (pip install -e ".[dev]")')
     if chromium() is None:
         pytest.skip("needs Chromium: apt install chromium, or FTQP_CHROMIUM=/path/to/it")
     with sync_api.sync_playwright() as playwright:

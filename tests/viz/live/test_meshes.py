@@ -122,7 +122,7 @@ def test_simplified_meshes_are_light_and_keep_their_shape():
 
 
 @pytest.mark.robots
-@pytest.mark.skipif(ROBOT_DATA is None, reason='example-robot-data is missing: pip install "ftqp[robots]"')
+@pytest.mark.skipif(ROBOT_DATA is None, reason='example-robot-data is missing: pip install -e ".[robots]"')
 def test_panda_has_light_collision_meshes_and_visual_ones_fall_back_without_their_reader(capsys):
     file = ROBOT_DATA / "panda_description" / "urdf" / "panda.urdf"
     robot = ftqp.Robot.from_urdf(

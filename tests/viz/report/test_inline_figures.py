@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install "ftqp[viz]"')
+pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 
 from ftqp.viz.figures.canvas import curve, paper, save, tidy
 from ftqp.viz.report.inline_figures import cleaned

@@ -1,11 +1,12 @@
 """What becomes of one motion to a goal when joints lock and nobody tells the law."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
 from scipy.integrate import DOP853, Radau, solve_ivp
+from scipy.optimize import brentq
 
 from ftqp.analysis.goals import goal_study
 from ftqp.analysis.outcomes.limit_cycle import cycle_through
@@ -97,8 +98,8 @@ def outcome(
         v_max: The largest commanded speed of the task, > 0 [m/s]; None is no limit. The way is the same.
 
     Raises:
-        InputError: The start is singular, W is not positive definite, there is no such joint, all are locked,
-            or a number is out of its range.
+        InputError: The start is singular, the healthy arm meets a singularity before ``at``, W is not
+            positive definite, there is no such joint, all are locked, or a number is out of its range.
     """
     study = goal_study(robot, goal, rows)
     which = locked_joints(robot, locked)
@@ -139,20 +140,44 @@ def locked_joints(robot: Robot, locked: str | int | Sequence[str | int]) -> tupl
 
 
 def _moved_on(law: UnawareLaw, q: FloatArray, share: float) -> FloatArray:
-    """The configuration after a share of the healthy motion's distance."""
+    """The configuration after a share of the healthy motion's distance.
+
+    A healthy arm takes its error straight to zero, |e| = |e_0| exp(-kappa t), unless it meets a singularity:
+    one that lies before the wanted error ends the way.
+    """
     if share == 0.0:
         return q
-    wanted = max(1.0 - share, 1e-9) * float(np.linalg.norm(law.error(q)))
 
-    def left(s: float, y: FloatArray) -> float:
-        return float(np.linalg.norm(law.error(y[:-1]))) - wanted
+    def size(y: FloatArray) -> float:
+        return float(np.linalg.norm(law.error(y)))
 
-    left.terminal = True  # type: ignore[attr-defined]
-    options: dict[str, Any] = {"method": "DOP853", "rtol": TOLERANCE, "atol": TOLERANCE}
-    way = solve_ivp(law.scaled, (0.0, 1e3), np.append(q, 0.0), events=left, **options)
-    if way.status != 1:
-        raise InputError("the healthy arm meets a singularity on its way; choose another q0")
-    return np.asarray(way.y[:-1, -1])
+    whole = size(q)
+    wanted = max(1.0 - share, 1e-9) * whole
+    solver = DOP853(law.scaled, 0.0, np.append(q, 0.0), 1e3, rtol=TOLERANCE, atol=TOLERANCE)
+    done, missed = 0.0, "it is not there in the steps it was given"
+    for step in range(1, STEPS + 1):
+        solver.step()
+        if solver.status == "failed":
+            missed = "it meets a singularity"
+            break
+        left = size(solver.y[:-1])
+        if left <= wanted:
+            return _where(solver, lambda y: size(y[:-1]) - wanted)[:-1]
+        done = 1.0 - left / whole
+        met = singularity_ahead(law, solver.y[:-1]) if step % LOOKS == 0 else None
+        if met is not None and size(met.q) > wanted:
+            done, missed = 1.0 - size(met.q) / whole, "it meets a singularity"
+            break
+    raise InputError(
+        f"at is {share:g}, but the healthy arm does only {done:.5g} of the motion's distance: {missed}; "
+        "choose a smaller at, another q0 or a goal within reach"
+    )
+
+
+def _where(solver: DOP853, crossed: Callable[[FloatArray], float]) -> FloatArray:
+    """The state within the last step of a solver at which a function of it is zero."""
+    way = solver.dense_output()
+    return np.asarray(way(brentq(lambda s: crossed(way(s)), solver.t_old, solver.t)))
 
 
 @final

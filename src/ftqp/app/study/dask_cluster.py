@@ -9,6 +9,7 @@ from ftqp import __version__
 from ftqp.app.study.chunk import Done, Work, compute
 from ftqp.app.study.workers import Workers
 from ftqp.core.errors import InputError, MissingPackage
+from ftqp.core.extras import remedy_for_extra
 
 TIMEOUT = 10.0
 """A scheduler has so long to answer [s]."""
@@ -41,9 +42,7 @@ class DaskCluster(Workers):
             from distributed import Client, KilledWorker
             from distributed.comm import parse_address, parse_host_port
         except ImportError as error:
-            raise MissingPackage(
-                "--dask", "distributed", 'install it with: pip install "ftqp[distributed]"'
-            ) from error
+            raise MissingPackage("--dask", "distributed", remedy_for_extra("distributed")) from error
         self._killed = KilledWorker
         try:
             scheme, place = parse_address(address)

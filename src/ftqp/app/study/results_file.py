@@ -24,6 +24,7 @@ from ftqp.app.study.results_layout import (
 )
 from ftqp.app.study.writer_lock import locked
 from ftqp.core.errors import FtqpError, InputError
+from ftqp.sim.log.side_files import strange_side_file
 
 FILE_NAME = "results.sqlite"
 REMEDY = "name another folder by --out"
@@ -76,6 +77,7 @@ class ResultsFile:
         self.path = folder / FILE_NAME
         self._columns = dict(columns)
         facts = {"format": FORMAT, "kind": kind, "key": key} | dict(about or {})
+        _refuse_strange_sides(self.path)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = locked(folder, remedy)
@@ -238,11 +240,23 @@ def read_only(file: Path) -> sqlite3.Connection:
 
     Args:
         file: The results file, which exists.
+
+    Raises:
+        InputError: A file beside it is a pipe or another one at which SQLite would wait.
     """
+    _refuse_strange_sides(file)
     logged = file.with_name(f"{file.name}-wal").exists()
     still = not logged and not os.access(file.parent, os.W_OK)
     how = "immutable=1" if still else "mode=ro"
     return sqlite3.connect(f"{file.resolve().as_uri()}?{how}", uri=True)
+
+
+def _refuse_strange_sides(file: Path) -> None:
+    if side := strange_side_file(file):
+        raise InputError(
+            f"{file} cannot be used as a results file: {side.name} beside it is no regular file; delete that "
+            "one, if it is not yours"
+        )
 
 
 def refuse_other_tables(connection: sqlite3.Connection, path: Path) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from ftqp.app.study.disk_trouble import BUSY, CURE, CURED, code, reason
 from ftqp.core.errors import InputError
+from ftqp.sim.log.side_files import strange_side_file
 
 LOCK_NAME = "writer.lock"
 
@@ -22,6 +23,8 @@ def locked(folder: Path, remedy: str) -> sqlite3.Connection:
     file = folder / LOCK_NAME
     if file.is_symlink() or (file.exists() and not file.is_file()):
         raise _strange(file, "it is no file of its own")
+    if side := strange_side_file(file):
+        raise _strange(side, "it is no regular file")
     try:
         lock = sqlite3.connect(file, isolation_level=None, timeout=0.0)
     except sqlite3.Error as error:

@@ -122,7 +122,7 @@ def rollout(
             all arms there are as many arms as entries.
         every: After how many ticks q is kept in ``trace``; None keeps none.
         engine: ``numba`` computes everything on the CPU; ``jax`` what it can on JAX's default device, in
-            float64, and needs ``pip install "ftqp[gpu]"``.
+            float64, and needs the extra ``gpu``.
         threads: How many threads of the CPU share the arms out, >= 1; None is all cores. The result is the
             same with any number.
         progress: Called in this thread with the number of arms that are done and of all, now and then.

@@ -75,3 +75,14 @@ def warn_of_weight(robot: Robot, q: FloatArray | None, tau_max: FloatArray) -> N
     """One warning on the logger ``ftqp`` where a motor cannot hold the arm at rest at q, or at neutral."""
     if sentence := weight_sentence(robot, robot.neutral if q is None else q, tau_max):
         _LOG.warning("%s: %s", robot.name, sentence)
+
+
+def warn_of_rotors(robot: Robot) -> None:
+    """One warning on the logger ``ftqp`` where torques go to an arm whose model has no rotor inertia."""
+    if not robot.chain.armature.any():
+        _LOG.warning(
+            "%s: no rotor inertia is in the model, and behind a gear it can be most of what a joint "
+            "accelerates: torques for the rest may lose even a healthy arm; give it by armature in MJCF or a "
+            "pinocchio model, or by drake:rotor_inertia and drake:gear_ratio in URDF",
+            robot.name,
+        )

@@ -12,6 +12,7 @@ from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.accepted_robot import accepted
 from ftqp.control.planner.arm_loop import accepted_drive
 from ftqp.control.planner.filling import LEVELS
+from ftqp.control.planner.fitting import warn_of_rotors
 from ftqp.control.planner.leading_plan import LeadingPlan, plan_for
 from ftqp.control.planner.solver.qp_solver import IN_KERNEL, NETWORK
 from ftqp.control.task import bounds as bound_conversions
@@ -117,6 +118,8 @@ def settled(
     instance("emergency", emergency, EmergencyStop | None, "an ftqp.EmergencyStop or None")
     taken, noise = accepted_drive(robot, drive, noise)
     torque_drive = taken.kind == "torque"
+    if torque_drive:
+        warn_of_rotors(robot)
     posture = None if posture is None else array("posture", posture, (robot.nv,), "(nv,)")
     solver = None if isinstance(backend, str) and backend == IN_KERNEL else make_backend(backend)
     name = IN_KERNEL if solver is None else solver.name

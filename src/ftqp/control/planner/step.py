@@ -7,8 +7,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ftqp.control.first_use import warm_up
-from ftqp.control.planner.causes import obstacles, outside
-from ftqp.control.planner.certificate import Certificate, Obstacle, Unreached
+from ftqp.control.planner.causes import obstacles, outside, unreached, without_bound
+from ftqp.control.planner.certificate import Certificate, Obstacle
 from ftqp.control.planner.free_joint import Impact, impact, notice
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.control.planner.step_facts import Measures, QPReport, Reference, measures_of
@@ -327,21 +327,17 @@ class Step:
         """Why the task is not followed exactly, or None when it is (or when no task was attempted)."""
         if self.status not in (StepStatus.RELAXED, StepStatus.FALLBACK):
             return None
-        names = [COMPONENTS[int(c)] for c in self._parts["components"][: int(self._parts["m"][0])]]
-        slack = self.slack
+        slack, bounds = self.slack, tuple(self._obstacles())
         if not self._parts["missed"][0] and self.status is StepStatus.RELAXED:
             slack = np.zeros_like(slack)
-        largest = float(np.abs(slack).max())
-        unreached = [
-            Unreached(direction=name, amount=float(s))
-            for name, s in zip(names, slack, strict=True)
-            if abs(s) > 1e-3 * largest
-        ]
+        missing = tuple(unreached(self._parts, slack))
+        free = missing and not bounds
         return Certificate(
-            unreached=tuple(sorted(unreached, key=lambda u: -abs(u.amount))),
-            obstacles=tuple(self._obstacles()),
+            unreached=missing,
+            obstacles=bounds,
             outside=tuple(outside(self._parts, self._joints)),
             jump=self._number("jump"),
+            without_bound=without_bound(self._parts, self.jacobian, self.code) if free else "",
         )
 
     @property

@@ -43,6 +43,9 @@ PLACES_OF_A_STEP = {
     "v_max": ("limits", "v_max"),
     "lower_by": ("limits", "lower_by"),
     "upper_by": ("limits", "upper_by"),
+    "prismatic": ("chain", "prismatic"),
+    "level": ("state", "level"),
+    "stage": ("ladder", "stage"),
     "claim": ("ladder", "claim"),
     "iterations": ("ladder", "qp_iterations"),
     "residual_task": ("ladder", "residual_task"),
@@ -60,7 +63,8 @@ PLACES_OF_A_STEP = {
 """Where each part of a step stands in the record."""
 JOINTS_ONLY = ("q", "v", "a", "q_reference", "v_reference", "tau_sent", "lost", "asks", "tau", "tau_brake",
                 "q_before", "v_before", "q_measured", "code", "lower", "upper", "z_box", "q_min", "q_max",
-                "v_max", "lower_by", "upper_by", "tau_stop", "contact", "viscous", "coulomb")  # fmt: skip
+                "v_max", "prismatic", "lower_by", "upper_by", "tau_stop", "contact", "viscous",
+                "coulomb")  # fmt: skip
 RESIDUALS = ("residual_task", "residual_bounds", "residual_dual")
 
 

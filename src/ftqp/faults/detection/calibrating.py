@@ -9,7 +9,7 @@ from ftqp.core.errors import InputError
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.faults.detection.joint_friction import Friction, friction_of
 from ftqp.faults.detection.motion_log import MotionLog
-from ftqp.faults.detection.thresholds import BLOCK, FOLDS, largest_jumps, tested_thresholds
+from ftqp.faults.detection.thresholds import BLOCK, FEWEST, FOLDS, TOP, largest_jumps, tested_thresholds
 from ftqp.kernel.entry.detection_session import DetectionSession
 from ftqp.kernel.layout.enums import Residual
 from ftqp.model.robot import Robot
@@ -62,10 +62,12 @@ def calibrated(
     """
     _refuse_unfit(robot, logs)
     hours = sum(len(log) for log in logs) * dt / 3600.0
+    _refuse_short(logs, dt)
     if rate * hours < EVERY and not extrapolate:
         raise InputError(
-            f"{hours:.3g} h of healthy motion show at best {EVERY / hours:.3g} false alarms an hour (95 %), "
-            f"but {rate:g} are wanted; record {EVERY / rate:.3g} h, ask for more alarms, or extrapolate=True"
+            f"{3600.0 * hours:.3g} s of healthy motion show at best {EVERY / hours:.3g} false alarms an hour "
+            f"(95 %), but {rate:g} are wanted, which takes {3600.0 * EVERY / rate:.6g} s; record "
+            f"{EVERY / rate:.3g} h, ask for more alarms, or extrapolate=True"
         )
     quantum = max(quantum, _quantum(logs))
     sigma = _noise(logs, quantum)
@@ -126,6 +128,18 @@ def _refuse_unfit(robot: Robot, logs: Sequence[MotionLog]) -> None:
         )
 
 
+def _refuse_short(logs: Sequence[MotionLog], dt: float) -> None:
+    """Refuse logs whose largest residuals are too few to fit a tail to, extrapolated or not."""
+    ticks = max(round(BLOCK / dt), 1)
+    seconds, needed = sum(len(log) // ticks for log in logs) * BLOCK, FEWEST / TOP * BLOCK
+    if seconds < needed:
+        raise InputError(
+            f"the log has {seconds:g} s of healthy motion, expected {needed:g} s at least: thresholds are "
+            f"fitted to the largest {TOP:.0%} of the residuals, {FEWEST} or more, each that of "
+            f"{1000.0 * BLOCK:g} ms; record more motion"
+        )
+
+
 def _quantum(logs: Sequence[MotionLog]) -> float:
     """The smallest step of the positions where all steps are multiples of it, else 0."""
     steps = np.abs(np.concatenate([np.diff(log.q[:4000], axis=0).ravel() for log in logs[:20]]))
@@ -175,10 +189,7 @@ def _peaks(
                 f"the encoder of joint {i + 1} fails in log {number} at row {int(D.since[i])}: the log is "
                 "not healthy; leave that motion out"
             )
-    everything = np.concatenate(found) if found else np.zeros((0, len(Residual), n))
-    if len(everything) < 2 * FOLDS:
-        raise InputError("the log is shorter than 0.2 s; record at least some minutes of healthy motion")
-    return everything
+    return np.concatenate(found)
 
 
 def _refuse_outliers(robot: Robot, peaks: FloatArray, dt: float) -> None:

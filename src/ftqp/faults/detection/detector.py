@@ -356,8 +356,8 @@ class Detector:
                 calibration then says so.
 
         Raises:
-            InputError: The log is too short for the rate, is not healthy, lets a joint rest all the time, or
-                is noisier than was stated.
+            InputError: The log is shorter than 50 s or too short for the rate, is not healthy, lets a joint
+                rest all the time, or is noisier than was stated.
         """
         session = self._working()
         rate = self.false_alarms_per_hour if false_alarms_per_hour is None else false_alarms_per_hour

@@ -11,12 +11,14 @@ from types import ModuleType
 from typing import Any
 
 from ftqp.core.errors import InputError, MissingPackage, unknown
+from ftqp.core.extras import remedy_for_extra
 from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.profile import profile
 from ftqp.qp.adapters.settings import settings
 from ftqp.qp.adapters.steady_rounding import PACKAGE, steady_rounding
 
-INSTALL = 'pip install "ftqp[solvers]"'
+EXTRA = "solvers"
+"""The extra that brings the packages of the backends."""
 PREFIX = "qpsolvers:"
 IN_KERNEL = "in the kernel"
 NATIVE = "native"
@@ -169,7 +171,7 @@ def _class(name: str, entry: _Entry) -> Any:
     except ModuleNotFoundError as error:
         if error.name is None or error.name.split(".")[0] == "ftqp":
             raise
-        raise MissingPackage(f"backend {name!r}", error.name, INSTALL) from error
+        raise MissingPackage(f"backend {name!r}", error.name, remedy_for_extra(EXTRA)) from error
     return getattr(module, entry.cls)
 
 
@@ -186,5 +188,5 @@ def _info(name: str, entry: _Entry) -> BackendInfo:
         version=found,
         available=available,
         reason="" if available else f"package {entry.imports!r} is not installed",
-        install="" if entry.kind == IN_KERNEL else INSTALL,
+        install="" if entry.kind == IN_KERNEL else remedy_for_extra(EXTRA),
     )

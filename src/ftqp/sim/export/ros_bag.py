@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import Any, Final, Self, final
 
 from ftqp.core.errors import MissingPackage
+from ftqp.core.extras import remedy_for_extra
 
 try:
     from rosbags.interfaces import (
@@ -22,7 +23,7 @@ try:
     from rosbags.rosbag2.enums import CompressionFormat
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 except ImportError as error:
-    raise MissingPackage("a ROS 2 bag", "rosbags", 'pip install "ftqp[ros]"') from error
+    raise MissingPackage("a ROS 2 bag", "rosbags", remedy_for_extra("ros")) from error
 
 FOREVER = QosTime(2147483647, 4294967295)
 """No deadline, as ROS 2 writes it."""

@@ -21,6 +21,7 @@ from ftqp.sim.log.log_rows import LogRows
 from ftqp.sim.log.log_writer import FORMAT, PATIENCE, TABLES
 from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.run_facts import RunFacts, strange_fact
+from ftqp.sim.log.side_files import strange_side_file
 from ftqp.sim.log.signals import Column
 from ftqp.sim.schedule import TIME_SLACK
 
@@ -192,6 +193,8 @@ def _rows(file: Path, connection: sqlite3.Connection) -> LogRows:
 @contextmanager
 def _opened(file: Path) -> Iterator[sqlite3.Connection]:
     """The file, read-only; but one whose writer was killed in the middle of a write is first put in order."""
+    if side := strange_side_file(file):
+        raise _NotALog(f"{side.name} beside it is no regular file; delete that one, if it is not yours")
     address = file.absolute().as_uri()
     for mode in ("ro", "rw"):
         reader = sqlite3.connect(f"{address}?mode={mode}", uri=True, timeout=PATIENCE)

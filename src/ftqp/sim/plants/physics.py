@@ -7,12 +7,13 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import MissingPackage
+from ftqp.core.extras import remedy_for_extra
 from ftqp.model.chain import Chain
 
 try:
     import mujoco
 except ImportError as error:
-    raise MissingPackage("plant 'mujoco'", "mujoco", 'pip install "ftqp[sim]"') from error
+    raise MissingPackage("plant 'mujoco'", "mujoco", remedy_for_extra("sim")) from error
 
 HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 """Impedance of brakes and end stops in MuJoCo's terms: with its default ones a brake creeps."""

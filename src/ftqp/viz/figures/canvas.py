@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage
+from ftqp.core.extras import remedy_for_extra
 
 try:
     from matplotlib import rc_context
@@ -22,7 +23,7 @@ try:
     from matplotlib.text import Text
     from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 except ImportError as error:
-    raise MissingPackage("drawing figures", "matplotlib", 'pip install "ftqp[viz]"') from error
+    raise MissingPackage("drawing figures", "matplotlib", remedy_for_extra("viz")) from error
 
 DOTS_PER_INCH = 110
 BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = (

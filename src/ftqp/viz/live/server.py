@@ -9,6 +9,7 @@ from io import StringIO
 from typing import Any
 
 from ftqp.core.errors import InputError, MissingPackage
+from ftqp.core.extras import remedy_for_extra
 
 try:
     import msgspec
@@ -16,7 +17,7 @@ try:
     import zstandard
     from viser import _messages
 except ImportError as error:
-    raise MissingPackage("the live page", "viser", 'pip install "ftqp[viz]"') from error
+    raise MissingPackage("the live page", "viser", remedy_for_extra("viz")) from error
 
 VERSION = str(viser.__version__)
 """Version of viser; recordings are read by the client of the same version, which is in them."""

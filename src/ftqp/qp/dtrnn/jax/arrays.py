@@ -7,13 +7,14 @@ from functools import partial
 from typing import Any, Final
 
 from ftqp.core.errors import MissingPackage
+from ftqp.core.extras import remedy_for_extra
 
 try:
     import jax
     import jax.numpy as jnp
     from jax import lax
 except ImportError as error:
-    raise MissingPackage("the engine 'jax'", "jax", 'pip install "ftqp[gpu]"') from error
+    raise MissingPackage("the engine 'jax'", "jax", remedy_for_extra("gpu")) from error
 
 Array = jax.Array
 jit = jax.jit
