@@ -4,6 +4,16 @@ Names are loaded when they are first used: ``import ftqp`` loads numpy only; pin
 first robot or planner.
 """
 
+import sys
+
+# Python puts the current folder on the path for ``python -m ftqp``, and a stranger's numpy.py may lie in it.
+if (
+    sys.argv[:1] == ["-m"]
+    and sys.orig_argv[-len(sys.argv)].removeprefix("-m").partition(".")[0] == "ftqp"
+    and not (sys.flags.safe_path or sys.path[0] == __file__.rpartition("ftqp")[0][:-1])
+):
+    del sys.path[0]
+
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 

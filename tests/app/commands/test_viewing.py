@@ -7,6 +7,7 @@ import socket
 import subprocess
 import sys
 from time import sleep
+from urllib.error import HTTPError
 from urllib.request import urlopen
 
 import pytest
@@ -67,7 +68,10 @@ def viewed(port, file, seconds):
         assert process.stdout is not None
         told = json.loads(process.stdout.readline())
         assert told["port"] > port and told["kind"] == "live" and told["title"] == "planar6-square"
-        assert told["url"] == f"http://127.0.0.1:{told['port']}"
+        address, _, token = told["url"].rpartition("/")
+        assert address == f"http://127.0.0.1:{told['port']}" and len(token) > 20
+        with pytest.raises(HTTPError, match="403"):
+            urlopen(address, timeout=60.0)
         with urlopen(told["url"], timeout=60.0) as answer:
             assert b"<html" in answer.read(2000).lower()
         sleep(seconds)
@@ -110,6 +114,6 @@ def test_missing_package_is_named_in_a_sentence():
     ],
 )  # fmt: skip
 def test_only_this_machine_is_no_reason_to_warn(host, loopback):
-    from ftqp.app.commands.viewing import _is_loopback
+    from ftqp.viz.live.gate import is_loopback
 
-    assert _is_loopback(host) is loopback
+    assert is_loopback(host) is loopback

@@ -167,21 +167,23 @@ def _pickled(content: bytes) -> bytes:
 
 @needs_numba
 @pytest.mark.parametrize(
-    "damage",
+    ("damage", "told"),
     [
-        lambda content: b"",
-        lambda content: b"\n" * 100,
-        lambda content: b"ftqp compiled kernel\n{" + b"[" * 50_000 + b"\n",
-        lambda content: content + b"more",
-        lambda content: content.replace(b'"format": 1', b'"format": 2'),
-        _half,
-        _other_processor,
-        _flipped,
-        _pickled,
+        (lambda content: b"", True),
+        (lambda content: b"\n" * 100, True),
+        (lambda content: b"ftqp compiled kernel\n{" + b"[" * 50_000 + b"\n", True),
+        (lambda content: content + b"more", True),
+        (lambda content: content[:30], True),
+        (lambda content: content[:-1], True),
+        (lambda content: content.replace(b'"format": 1', b'"format": 2'), False),
+        (_half, True),
+        (_other_processor, False),
+        (_flipped, True),
+        (_pickled, True),
     ],
 )
 def test_damaged_file_is_compiled_anew_and_replaced(
-    tiny: Any, damage: Any, log: pytest.LogCaptureFixture
+    tiny: Any, damage: Any, told: bool, log: pytest.LogCaptureFixture
 ) -> None:
     before = sum_of(tiny.kernel().load(tiny.summed, 8))
     (file,) = tiny.files()
@@ -192,7 +194,20 @@ def test_damaged_file_is_compiled_anew_and_replaced(
     assert kernel.missing([(tiny.summed, 8)]) == [(tiny.summed, 8)]
     assert sum_of(kernel.load(tiny.summed, 8)) == before
     assert tiny.kernel().missing([(tiny.summed, 8)]) == []
-    assert log.messages == []
+    assert len(log.messages) == told
+    assert all(f"{file} is damaged, so its machine code is not loaded" in said for said in log.messages)
+
+
+@needs_numba
+def test_file_that_others_can_write_is_compiled_anew_and_replaced(
+    tiny: Any, log: pytest.LogCaptureFixture
+) -> None:
+    tiny.kernel().load(tiny.summed, 8)
+    (file,) = tiny.files()
+    file.chmod(0o666)
+    assert sum_of(tiny.kernel().load(tiny.summed, 8)) == pytest.approx(expected(), abs=1e-14)
+    assert [f"{file} is no file of yours that only you can write" in said for said in log.messages] == [True]
+    assert file.stat().st_mode & 0o777 == 0o600
 
 
 @needs_numba

@@ -283,6 +283,49 @@ def test_stopped_arm_stays_on_the_page_and_reset_recovers():
     assert status(after(session, Reset(), seconds=0.1)) == "OK"
 
 
+def test_stopped_arm_goes_on_when_it_is_resumed():
+    session = made(CIRCLE, twin=True)
+    after(session, seconds=2.0)
+    session.cast.arm.planner.stop()
+    session.cast.twin.planner.stop()
+    stopped = after(session, seconds=1.0)
+    assert status(stopped) == "STOPPED" and "Resume tries again" in stopped.message
+    still = after(session, Pause(True), seconds=1.0)
+    assert still.paused and still.tick == stopped.tick
+    began = after(session, Pause(False), seconds=0.01)
+    assert status(began) != "STOPPED" and not began.paused and "Back to the path" in began.message
+    assert np.abs(began.q - stopped.q).max() < 1e-3
+    later = after(session, seconds=3.0)
+    assert status(later) == "OK" and later.message == "" and STATUSES[later.twin.status].name == "OK"
+
+
+def test_arm_whose_failure_lasts_stops_again_after_it_is_resumed():
+    session = made(Choice(scenario="planar6-stop"))
+    stopped = after(session, seconds=30.0)
+    session.put(Pause(False))
+    assert status(after(session, seconds=0.05)) == "RELAXED"
+    again = after(session, seconds=1.0)
+    assert status(again) == "STOPPED" and again.message == stopped.message
+
+
+def test_resume_of_an_arm_that_goes_on_changes_nothing():
+    sessions = made(CIRCLE), made(CIRCLE)
+    for session in sessions:
+        after(session, Break(2), seconds=0.5)
+    resumed, other = after(sessions[0], Pause(False), seconds=0.5), after(sessions[1], seconds=0.5)
+    np.testing.assert_array_equal(resumed.q, other.q)
+    assert resumed.message == other.message == ""
+
+
+def test_resume_that_a_lost_sensor_forbids_says_so():
+    dropped = ("faults=", 'sensors.faults=[{kind="dropped", joint=2, at=0.1}]')
+    session = made(Choice(scenario="panda-detected", overrides=dropped))
+    assert status(after(session, seconds=0.5)) == "STOPPED"
+    facts = after(session, Pause(False), seconds=0.1)
+    assert status(facts) == "STOPPED" and "The arm does not go on: " in facts.message
+    assert "panda_joint3" in facts.message
+
+
 def test_operator_is_told_of_a_joint_that_swings_towards_its_stop():
     facts = after(made(CIRCLE), Break(1, "free_swinging"), seconds=0.05)
     assert "panda_joint2 swings freely" in facts.message

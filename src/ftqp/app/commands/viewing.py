@@ -7,7 +7,6 @@ import sys
 import webbrowser
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from ipaddress import ip_address
 from pathlib import Path
 from threading import Event, current_thread, main_thread
 from types import FrameType
@@ -60,16 +59,18 @@ def view(
     Raises:
         FtqpError: There is nothing that can be shown, or the page cannot be served.
     """
+    from ftqp.viz.live.gate import is_loopback
     from ftqp.viz.live.page import Page
 
     if meshes not in MESHES:
         raise unknown("kind of meshes", meshes, "a page", MESHES)
     if record is not None:
         _refuse_file(record)
-    if not _is_loopback(host):
+    if not is_loopback(host):
         say(
-            f"warning: the page is open to the network at {host}: anybody who reaches it can break joints of "
-            "this simulation; leave --host out to keep it to this machine"
+            f"warning: the page is open to the network at {host}: anybody who reaches it and learns its "
+            "address, which is not encrypted, can break joints of this simulation; leave --host out to "
+            "keep it to this machine"
         )
     with _until_interrupted() as ended, shown(choice, speed=speed, twin=twin) as (kind, source):
         kept = FrameKeeper(source)
@@ -141,16 +142,6 @@ def _refuse_file(file: Path) -> None:
         raise InputError(f"recording {file} exists, and nothing is overwritten; name another file")
     if not file.absolute().parent.is_dir():
         raise InputError(f"recording {file} cannot be made: {file.absolute().parent} is not a folder")
-
-
-def _is_loopback(host: str) -> bool:
-    """Whether only this machine reaches the address."""
-    if host == "localhost":
-        return True
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def _wait_for(url: str) -> None:

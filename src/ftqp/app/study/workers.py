@@ -14,9 +14,13 @@ from multiprocessing.connection import wait
 from typing import Any, final
 
 from ftqp.app.study.chunk import Done, Work, compute
+from ftqp.core.errors import InputError
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Every worker has a core of its own, so numerical libraries start no threads."""
+_SAFE_PATH = "PYTHONSAFEPATH"
+"""Python then imports nothing from the current folder, where a stranger's files may lie: workers are started
+as ``python -c``, which would."""
 
 
 class Workers(ABC):
@@ -86,6 +90,9 @@ class LocalProcesses(Workers):
     Args:
         work: What computes the rows.
         count: How many processes.
+
+    Raises:
+        InputError: Python was told to ignore the variable that keeps the current folder out of workers.
     """
 
     chunk_seconds = 1.0
@@ -99,6 +106,12 @@ class LocalProcesses(Workers):
     def _started(self) -> ProcessPoolExecutor:
         for name in _THREADS:
             os.environ.setdefault(name, "1")
+        os.environ[_SAFE_PATH] = "1"
+        if sys.flags.ignore_environment and not sys.flags.safe_path:
+            raise InputError(
+                f"python -E ignores {_SAFE_PATH}, so processes would import from the current folder; give "
+                "python -P, too, or --jobs 1"
+            )
         return ProcessPoolExecutor(
             self.count, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._work,)
         )

@@ -127,6 +127,29 @@ def read_own(path: Path) -> bytes | None:
         os.close(handle)
 
 
+def installed_problem(place: Path) -> str:
+    """Why somebody else could have changed a file or folder of the installation; empty where nobody could.
+
+    It must belong to us, to root, or to whoever installed this very Python file, and no other user may write.
+    """
+    what = os.stat(place)
+    if not hasattr(os, "getuid"):
+        return ""
+    if what.st_uid not in (os.getuid(), 0, os.stat(__file__).st_uid):
+        return "belongs to another user"
+    return "can be written by other users" if _others_write(what) else ""
+
+
+def refused(place: Path, problem: str) -> None:
+    """Say in one sentence that compiled code which is there is not used."""
+    _LOG.warning(
+        "%s %s, so its machine code is not loaded; the kernel is compiled anew, or runs as plain Python "
+        "where numba is missing",
+        place,
+        problem,
+    )
+
+
 def write_own(path: Path, content: bytes) -> str:
     """Write a file in one go: there is all of it, or nothing; why it failed, empty where it did not."""
     temporary = ""

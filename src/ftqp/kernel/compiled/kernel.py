@@ -1,6 +1,7 @@
 """The compiled kernel of a process: from a wheel's library, from our folder, or compiled now."""
 
 import logging
+import os
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any
 
 from ftqp.kernel.compiled import folder, mode
 from ftqp.kernel.compiled.entry_point import EntryPoint
-from ftqp.kernel.compiled.stored import packed, unpacked
+from ftqp.kernel.compiled.stored import is_whole, packed, unpacked
 from ftqp.kernel.compiled.wheel import Library, library_of
 
 _LOG = logging.getLogger("ftqp")
@@ -34,6 +35,7 @@ class Kernel:
         self._ready: dict[Wanted, Callable[..., int]] = {}
         self._lock = RLock()
         self._warned = folder.Warned()
+        self._refused: set[Path] = set()
         self._library: Library | None = None
         self._library_was_sought = False
         self._key = ""
@@ -98,11 +100,25 @@ class Kernel:
         from ftqp.kernel.compiled.machine_code import linked_function
 
         place = self._place(entry, capacity)
-        content = None if place is None else folder.read_own(place)
+        if place is None:
+            return None
+        content = folder.read_own(place)
         if content is None:
+            if os.path.isfile(place):
+                self._refuse(place, "is no file of yours that only you can write")
             return None
         code = unpacked(content, self._facts(entry, capacity))
-        return None if code is None else linked_function(code, entry.symbol(capacity))
+        if code is None:
+            if not is_whole(content):
+                self._refuse(place, "is damaged")
+            return None
+        return linked_function(code, entry.symbol(capacity))
+
+    def _refuse(self, place: Path, problem: str) -> None:
+        """Say once that a file is not used."""
+        if place not in self._refused:
+            self._refused.add(place)
+            folder.refused(place, problem)
 
     def _compiled(self, entry: EntryPoint, capacity: int) -> Callable[..., int]:
         from ftqp.kernel.compiled.machine_code import linked_function

@@ -145,6 +145,7 @@ class Session:
                 self._repair(order.joint)
             case Pause():
                 self.paused = bool(order.paused)
+                return "" if self.paused else self._resume()
             case Reset():
                 self._begin()
             case Speed():
@@ -162,6 +163,13 @@ class Session:
             case Seek():
                 return "Only a replay can go to another time; a running session cannot."
         return ""
+
+    def _resume(self) -> str:
+        """Let a planner that has stopped its arm go on; why it does not, or nothing."""
+        if self._twin is not None:
+            self._twin.resume()
+        why = self._arm.resume()
+        return f"The arm does not go on: {why}. Reset begins anew." if why else ""
 
     def _play(self, cast: Cast) -> None:
         """Let another cast play."""

@@ -110,6 +110,23 @@ class WatchedArm:
             if not leader.by_hand:
                 leader.go_back()
 
+    def resume(self) -> str:
+        """Let a planner that has stopped go on from where the arm is, back to where its path begins.
+
+        Returns:
+            Why the planner does not go on, for example a lost sensor; empty where it does or had not stopped.
+        """
+        planner, leader = self._player.planner, self._player.leader
+        why = planner.stopped_because
+        if why is None:
+            return ""
+        if not planner.resume():
+            return why
+        leader.resume()
+        if not leader.by_hand:
+            leader.go_back()
+        return ""
+
     def follow(self, pose: FloatArray | None) -> None:
         """Let a hand lead, or give the path back."""
         self._player.leader.follow(pose)
@@ -137,7 +154,9 @@ class WatchedArm:
         notice = None if self._made is None else self._made.step.notice
         said = [
             "" if notice is None else f"{notice}.",
-            "" if why is None else f"The planner has stopped the arm: {why}. Reset begins anew.",
+            ""
+            if why is None
+            else f"The planner has stopped the arm: {why}. Resume tries again, Reset begins anew.",
             self._player.leader.sentence if why is None else "",
         ]
         return " ".join(part for part in said if part)

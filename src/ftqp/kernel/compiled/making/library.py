@@ -11,7 +11,7 @@ from ftqp.kernel.compiled.entry_point import EntryPoint
 from ftqp.kernel.compiled.making.emit import object_code
 from ftqp.kernel.compiled.making.processor import baseline
 from ftqp.kernel.compiled.mode import source_key
-from ftqp.kernel.compiled.wheel import FITS, LIBRARY, MANIFEST, platform_facts
+from ftqp.kernel.compiled.wheel import FITS, LIBRARY, MANIFEST, fingerprint, platform_facts
 
 BASELINES = {
     "x86_64": ("x86-64-v3", ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt")),
@@ -74,7 +74,13 @@ def build_library(folder: Path, wanted: Iterable[tuple[EntryPoint, int]], source
             ],
             check=True,
         )
-    manifest = {**platform_facts(), "cpu": cpu, "source": source_key(source), "entries": entries}
+    manifest = {
+        **platform_facts(),
+        "cpu": cpu,
+        "source": source_key(source),
+        "sha256": fingerprint((folder / LIBRARY).read_bytes()),
+        "entries": entries,
+    }
     (folder / MANIFEST).write_text(json.dumps(manifest, indent=1, sort_keys=True) + "\n", encoding="utf-8")
 
 
