@@ -44,7 +44,8 @@ def said_by(script, *arguments, source=ROOT / "src", **environment):
 
 @pytest.mark.parametrize("how", ["registered", "unheard"])
 def test_kind_of_fault_without_a_case_is_refused_by_every_consumer(how, tmp_path):
-    pytest.importorskip("mujoco", reason='needs the extra "sim": pip install "ftqp[sim]"')
+    for package in ("mujoco", "matplotlib", "rosbags", "viser"):
+        pytest.importorskip(package, reason="every consumer needs its extra: pip install 'ftqp[dev]'")
     found = said_by("stranger_kind.py", tmp_path, how)
     assert set(REFUSES) <= set(found)
     for who in REFUSES:
@@ -142,6 +143,7 @@ def test_batch_is_told_to_leave_the_lanes_by_what_a_criterion_does_not_declare(m
 @pytest.mark.slow
 def test_coefficient_of_a_stranger_is_computed_by_step_backend_and_batch_alike(tmp_path):
     """A copy of the source with a new coefficient as CONTRIBUTING says, compiled in a folder of its own."""
+    pytest.importorskip("osqp", reason='needs the extra "solvers": pip install "ftqp[solvers]"')
     source = tmp_path / "src"
     shutil.copytree(ROOT / "src", source, ignore=shutil.ignore_patterns("__pycache__"))
     edits = {
