@@ -113,6 +113,11 @@ def frozen(value: NDArray[Any]) -> NDArray[Any]:
     return value
 
 
+def seen(value: NDArray[Any]) -> NDArray[Any]:
+    """A view of ``value`` that cannot be written, for those who may look at it."""
+    return frozen(value.view())
+
+
 def instance(name: str, value: Any, kind: type | UnionType, expected: str) -> None:
     """Refuses a ``value`` that is not of a ``kind``.
 

@@ -4,6 +4,8 @@ from operator import attrgetter
 from typing import Any, Generic, NoReturn, TypeVar, overload
 
 T = TypeVar("T")
+MADE = "the object was laid out for it; make another one"
+"""The remedy where there is no verb that changes an attribute."""
 
 
 class Fixed(Generic[T]):

@@ -13,8 +13,9 @@ from ftqp.control.planner.planner_view import JointState
 from ftqp.control.planner.step import Step
 from ftqp.control.references.jerk_limit import RISE_TIME
 from ftqp.control.references.tip_limits import TipLimits
-from ftqp.core.checks import FloatArray, instance, positive
+from ftqp.core.checks import FloatArray, frozen, instance, positive
 from ftqp.core.errors import InputError
+from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import rotation_vector
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
@@ -76,6 +77,9 @@ class GoTo:
     Source: docs/theory/ways-to-a-goal.md.
     """
 
+    planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
+    pose: Fixed[FloatArray] = Fixed("_pose", "Where the tip shall rest, (4, 4); read-only.", MADE)
+
     def __init__(
         self,
         planner: Planner,
@@ -90,14 +94,14 @@ class GoTo:
         instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
         if (pose is None) == (q is None):
             raise InputError("a GoTo needs exactly one of pose and q; pose is of the tip, q of all joints")
-        self.planner = planner
+        self._planner = planner
         self._tolerance = positive("tolerance", tolerance, "m or rad")
         self._rotation_tolerance = positive("rotation_tolerance", rotation_tolerance, "rad")
         rise_time = positive("rise_time", rise_time, "s")
         self._tip: LedTip | None = None
         self._joints: LedJoints | None = None
         if pose is not None:
-            self.pose = checked_pose(pose, "pose")
+            self._pose = frozen(checked_pose(pose, "pose"))
             self._tip = LedTip(planner, TipLimits() if limits is None else limits)
             self._view = self._tip.view
         else:
@@ -107,7 +111,7 @@ class GoTo:
             self._joints = LedJoints(planner, goal, rise_time)
             self._view = self._joints.view
             rest = np.zeros(len(goal))
-            self.pose = self._view.tip_at(JointState(goal, rest, rest)).pose
+            self._pose = frozen(self._view.tip_at(JointState(goal, rest, rest)).pose)
         self._begin()
 
     def _begin(self) -> None:
@@ -117,7 +121,7 @@ class GoTo:
         self._best = self._least = np.inf
         self._since = self._slow = self._there = 0
         self._settling = self._turned_back = self._only_the_tip = False
-        self._aim, self._nearest = self.pose, np.zeros(0)
+        self._aim, self._nearest = self._pose, np.zeros(0)
         if self._joints is not None:
             self._joints.begin()
 
@@ -128,7 +132,7 @@ class GoTo:
             q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
             v: The measured velocity, (nv,) [rad/s or m/s]; None is rest.
         """
-        self.planner.reset(q, v)
+        self._planner.reset(q, v)
         self._begin()
 
     def step(self, q: Any, v: Any, *, tau: Any = None, tip: Any = None) -> Step:
@@ -174,12 +178,12 @@ class GoTo:
     @property
     def position_error(self) -> float:
         """Distance of the commanded tip from its goal, which for a posture is where that puts the tip [m]."""
-        return float(np.linalg.norm(self.pose[:3, 3] - self._view.tip.pose[:3, 3]))
+        return float(np.linalg.norm(self._pose[:3, 3] - self._view.tip.pose[:3, 3]))
 
     @property
     def rotation_error(self) -> float:
         """Angle of the commanded tip from its goal [rad]."""
-        turn = self.pose[:3, :3] @ self._view.tip.pose[:3, :3].T
+        turn = self._pose[:3, :3] @ self._view.tip.pose[:3, :3].T
         return float(np.linalg.norm(rotation_vector(turn)))
 
     @property
@@ -191,7 +195,7 @@ class GoTo:
         text += f": the tip is {1e3 * self.position_error:.3g} mm and {self.rotation_error:.3g} rad from it"
         if self._joints is None:
             return text
-        robot, faults = self.planner.robot, self.planner.faults
+        robot, faults = self._planner.robot, self._planner.faults
         missing = [
             f"{joint}{_failed(faults.get(joint))} by {abs(way):.3g} {'m' if slides else 'rad'}"
             for joint, way, slides in zip(robot.joints, self._joints.way, robot.chain.prismatic, strict=True)
@@ -228,20 +232,20 @@ class GoTo:
             self._best, self._since = distance, 0
             return
         self._since += 1
-        waited = self._since * self.planner.dt
+        waited = self._since * self._planner.dt
         if self._tip is not None and not self._settling:
             if waited > PATIENCE or step.holding:
                 self._settling, self._since = True, 0  # the reference goes on and stands
         elif self._tip is not None and self._tip.reference.twist.any():
             self._since = self._slow = 0
-        elif min(self._since, self._slow) * self.planner.dt > PATIENCE:
+        elif min(self._since, self._slow) * self._planner.dt > PATIENCE:
             self._rest(measured)
         elif waited > RESTLESS_PATIENCE:
-            self._end_swing(self._there * self.planner.dt > PATIENCE)
+            self._end_swing(self._there * self._planner.dt > PATIENCE)
 
     def _rest(self, measured: float) -> None:
         """The verdict on an arm at rest, so many tolerances from where it was led."""
-        there = measured <= 1.0 and self._aim is self.pose
+        there = measured <= 1.0 and self._aim is self._pose
         self._status = GoToStatus.REACHED if there else GoToStatus.UNREACHABLE
 
     def _end_swing(self, there: bool) -> None:
@@ -257,7 +261,7 @@ class GoTo:
                 "the arm does not come to rest beside its goal, so its planner stops it; call resume() or "
                 "reset() to go on"
             )
-            self.planner.stop()
+            self._planner.stop()
         else:
             rest = np.zeros(len(self._nearest))
             self._aim = self._view.tip_at(JointState(self._nearest, rest, rest)).pose
@@ -302,7 +306,7 @@ class GoTo:
         return float((np.abs(self._view.command.v) / top)[self._view.working].max(initial=0.0))
 
     def __repr__(self) -> str:
-        return f"GoTo({self.planner.robot.name}, {self._status.name})"
+        return f"GoTo({self._planner.robot.name}, {self._status.name})"
 
 
 def _inside(planner: Planner, q: Any) -> FloatArray:

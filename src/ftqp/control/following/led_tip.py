@@ -7,10 +7,10 @@ import numpy as np
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.target import Target
+from ftqp.control.planner.target import Target, target_on
 from ftqp.control.references.tip_limits import TipLimits
 from ftqp.control.references.tip_reference import TipReference
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, seen
 from ftqp.core.pose import rotation_vector
 from ftqp.kernel.layout.enums import INVALID_INPUT, STOPPED, STOPPING
 
@@ -42,6 +42,7 @@ class LedTip:
         self.reference = TipReference(limits, planner.dt)
         self.on_leash = False
         self.target = Target(pose=np.eye(4))
+        self.shown = target_on(seen(self.target.packed))
         self._begun = -1
 
     def begin(self) -> None:

@@ -13,8 +13,9 @@ from ftqp.control.paths.path import Path
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, target_on
-from ftqp.core.checks import instance
+from ftqp.core.checks import instance, seen
 from ftqp.core.errors import InputError
+from ftqp.core.fixed import MADE, Fixed
 from ftqp.kernel.entry.session import PathMemory
 from ftqp.kernel.layout.enums import OK, RELAXED, SCALED
 from ftqp.kernel.layout.record import capacity_for
@@ -61,6 +62,12 @@ class PathFollower:
     Source: Bedrossian 1993, extended in ``docs/theory/path-progress.md``.
     """
 
+    planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
+    path: Fixed[Path] = Fixed("_path", "What the tip follows, in its own time.", MADE)
+    stall: Fixed[StallEscape | None] = Fixed(
+        "_stall", "When a stalled path is helped on, and when it is called blocked.", MADE
+    )
+
     def __init__(
         self,
         planner: Planner,
@@ -72,14 +79,12 @@ class PathFollower:
         instance("path", path, Path, "a path of ftqp.paths, for example ftqp.paths.Circle(pose, 0.1)")
         if stall is not None and not isinstance(stall, StallEscape):
             raise InputError(f"stall is {stall!r:.60}, expected an ftqp.StallEscape or None")
-        self.planner = planner
-        self.path = path
-        self.stall = stall
+        self._planner, self._path, self._stall = planner, path, stall
         memory = PathMemory(capacity_for(planner.robot.nv), path_table(path))
         self._lead = planner.lead(memory)
         self._state = memory.path
-        self._target = target_on(memory.path.target)
-        self._target.packed[:] = Target(pose=path.start).packed
+        memory.path.target[:] = Target(pose=path.start).packed
+        self._target = target_on(seen(memory.path.target))
         self._rate = memory.memory["rate"]
         self._duration = path.duration
         self._below = -1.0 if stall is None else stall.below
@@ -107,7 +112,7 @@ class PathFollower:
             q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
             v: The measured velocity, (nv,) [rad/s or m/s]; None is rest.
         """
-        self.planner.reset(q, v)
+        self._planner.reset(q, v)
         self._begin()
 
     def begin(self) -> None:
@@ -124,10 +129,10 @@ class PathFollower:
             tip: The measured pose of the tip, (4, 4), or None to take that of the model.
         """
         step = self._lead.step(q, v, (), tau, tip)
-        if self.stall is not None:
+        if self._stall is not None:
             self._mean += self._share * (self._rate[0] - self._mean)
             if self._mean < self._below or self._stalled > 0.0:
-                self._watch(self.stall, step)
+                self._watch(self._stall, step)
         return step
 
     @property
@@ -172,12 +177,12 @@ class PathFollower:
             self._stalled = self._stood = 0.0
             self._rest()
             return
-        self._stood += self.planner.dt
+        self._stood += self._planner.dt
         if state.found or state.progress > self._stood_at + STANDS * self._standing:
             self._stood, self._stood_at = 0.0, state.progress
         if self._mean < stall.below:
             tried = max(self._stalled / stall.patience, self._stood / self._standing)
-            self._stalled += self.planner.dt
+            self._stalled += self._planner.dt
             state.speed = stall.speed
             if tried >= 1.0:
                 self._block(step)
@@ -190,14 +195,16 @@ class PathFollower:
         """Nothing has helped: the path waits from now on."""
         self._rest()
         self._state.limit = 0.0
-        self._blockage = Blockage(self.planner, self._lead, self._target, self.progress, self._duration, step)
+        self._blockage = Blockage(
+            self._planner, self._lead, self._target, self.progress, self._duration, step
+        )
 
     def _try(self, stall: StallEscape, pattern: int) -> None:
         """Draw the null space along a pattern."""
         if pattern == self._pattern:
             return
         self._pattern = pattern
-        robot = self.planner.robot
+        robot = self._planner.robot
         unit = np.where(robot.chain.prismatic, self._lead.length, 1.0)
         along = stall.drive(stall.patterns[pattern], self._lead.working)
         self._state.drive[: robot.nv] = stall.speed * unit * along

@@ -14,6 +14,7 @@ from ftqp.control.planner.target import Target, Targets
 from ftqp.control.references.tip_limits import TipLimits
 from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import InputError
+from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import ORTHONORMAL_TOLERANCE
 from ftqp.kernel.layout.enums import (
     STOPPED,
@@ -59,11 +60,13 @@ class TargetFollower:
     Source: docs/theory/ways-to-a-goal.md.
     """
 
+    planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
+
     def __init__(self, planner: Planner, limits: TipLimits | None = None, *, dead_man: float = 0.2) -> None:
         instance("planner", planner, Planner, "an ftqp.Planner, ftqp.Planner(robot)")
         if not isinstance(limits, TipLimits | None):
             raise InputError(f"limits are {limits!r:.60}, expected ftqp.TipLimits(...) or None")
-        self.planner = planner
+        self._planner = planner
         self._dead_man = positive("dead_man", dead_man, "s")
         self._led = LedTip(planner, TipLimits() if limits is None else limits)
         self._turns = any(row.startswith("r") for row in planner.task_rows)
@@ -84,7 +87,7 @@ class TargetFollower:
             q: The measured configuration, (nv,) joint values or (nq,) [rad or m].
             v: The measured velocity, (nv,) [rad/s or m/s]; None is rest.
         """
-        self.planner.reset(q, v)
+        self._planner.reset(q, v)
         self._begin()
 
     def step(self, q: Any, v: Any, target: Target | Targets, *, tau: Any = None, tip: Any = None) -> Step:
@@ -109,11 +112,11 @@ class TargetFollower:
             pose = self._pose(wanted[TARGET_POSE:TARGET_TWIST].reshape(4, 4), kind > 0.0)
             twist = wanted[TARGET_TWIST : TARGET_TWIST + 6]
             if kind == 0.0 and self._turns:
-                return self.planner.step(q, v, target)  # which says what is wrong
+                return self._planner.step(q, v, target)  # which says what is wrong
             if pose is None or not np.isfinite(twist).all():
                 self._status = TargetStatus.INVALID
                 self._led.begin()
-                return self.planner.step(q, v, self._nowhere, tau=tau, tip=tip)
+                return self._planner.step(q, v, self._nowhere, tau=tau, tip=tip)
             self._status = TargetStatus.FOLLOWING
             step = self._led.step(q, v, pose=pose, twist=twist, tau=tau, tip=tip)
         if step.code in (STOPPING, STOPPED):
@@ -130,7 +133,7 @@ class TargetFollower:
     @property
     def target(self) -> Target:
         """Pose, twist and acceleration of the reference that the last step aimed at."""
-        return self._led.target
+        return self._led.shown
 
     def _is_fresh(self, target: Target) -> bool:
         """Take the twist if its stamp is new, and count how long none has come."""
@@ -140,7 +143,7 @@ class TargetFollower:
             if not self._turns:
                 self._twist[3:] = 0.0
         else:
-            self._age += self.planner.dt
+            self._age += self._planner.dt
         fresh = self._age < self._dead_man
         if not fresh:
             self._twist = np.zeros(6)
@@ -158,4 +161,4 @@ class TargetFollower:
         return None if off > ORTHONORMAL_TOLERANCE or np.linalg.det(R) < 0.0 else pose
 
     def __repr__(self) -> str:
-        return f"TargetFollower({self.planner.robot.name}, {self._status.name})"
+        return f"TargetFollower({self._planner.robot.name}, {self._status.name})"

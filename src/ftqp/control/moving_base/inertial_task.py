@@ -12,8 +12,9 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.task.compatibility import refuse
-from ftqp.core.checks import FloatArray, instance, non_negative, positive
+from ftqp.core.checks import FloatArray, instance, non_negative, positive, seen
 from ftqp.core.errors import InputError, nearest
+from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
 from ftqp.kernel.entry.session import BaseMemory
 from ftqp.kernel.layout.enums import (
@@ -142,6 +143,19 @@ class InertialTask:
     Source: Holt and Desrochers 1994; ``docs/theory/moving-base.md`` says what differs.
     """
 
+    planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
+    base: Fixed[MovingBase] = Fixed("_base", "What is known of the base.", MADE)
+    gain: Fixed[float] = Fixed("_gain", "The share of the error that one step removes.", MADE)
+    base_pose: Fixed[FloatArray] = Fixed(
+        "_base_pose", "Pose of the base when it was measured last, (4, 4) along I; read-only.", MADE
+    )
+    error: Fixed[FloatArray] = Fixed(
+        "_error", "From the tip to the target, (6,) along I [m, rad]; read-only.", MADE
+    )
+    setpoint: Fixed[FloatArray] = Fixed(
+        "_setpoint", "Sum of the commands since the start, (nv,) [rad or m]; read-only.", MADE
+    )
+
     def __init__(
         self,
         planner: Planner,
@@ -151,39 +165,38 @@ class InertialTask:
         tolerance: float = TOLERANCE,
     ) -> None:
         instance("planner", planner, Planner, 'an ftqp.Planner, ftqp.Planner(robot, level="velocity")')
-        self.base = MovingBase() if base is None else base
-        instance("base", self.base, MovingBase, "an ftqp.MovingBase or None")
-        self.gain = checked_gain(gain)
+        base = self._base = MovingBase() if base is None else base
+        instance("base", base, MovingBase, "an ftqp.MovingBase or None")
+        self._gain = checked_gain(gain)
         refuse(leader="base", level=planner.level, mode=planner.task.mode)
         if planner.task.kp is not None:
             raise InputError(
                 f"task kp is {planner.task.kp:g}, but here gain sets it to gain/dt; leave kp out"
             )
-        delay = round(self.base.delay / planner.dt)
+        delay = round(base.delay / planner.dt)
         if delay >= DELAYS:
             raise InputError(
-                f"delay is {self.base.delay:g} s, {delay} samples of {planner.dt:g} s; expected at most "
+                f"delay is {base.delay:g} s, {delay} samples of {planner.dt:g} s; expected at most "
                 f"{DELAYS - 1} samples"
             )
-        self.planner = planner
+        self._planner = planner
         memory = BaseMemory(capacity_for(planner.robot.nv))
         state = memory.base
-        state.gain = self.gain
-        state.attitude = ATTITUDES[self.base.attitude]
-        state.nominal[:] = self.base.rotation().ravel()
-        state.delay, state.patience = delay, self.base.patience
+        state.gain = self._gain
+        state.attitude = ATTITUDES[base.attitude]
+        state.nominal[:] = base.rotation().ravel()
+        state.delay, state.patience = delay, base.patience
         state.rank, state.tolerance = RANK_THRESHOLD, positive("tolerance", tolerance, "m")
-        state.anti_windup = self.base.anti_windup
-        observer = self.base.observer
-        state.observer = 0.0 if observer is None else observer.factor(planner.dt, self.gain)
+        state.anti_windup = base.anti_windup
+        observer = base.observer
+        state.observer = 0.0 if observer is None else observer.factor(planner.dt, self._gain)
         state.freezes = observer is not None and observer.frozen
         state.code = BaseCode.STALE
         self._state = state
         self._lead = planner.lead(memory)
-        self.base_pose: FloatArray = state.pose
-        self.error: FloatArray = state.error
-        self.setpoint: FloatArray = state.setpoint[: planner.robot.nv]
-        self.base_pose[3] = (0.0, 0.0, 0.0, 1.0)
+        state.pose[3] = (0.0, 0.0, 0.0, 1.0)
+        self._base_pose, self._error = seen(state.pose), seen(state.error)
+        self._setpoint = seen(state.setpoint[: planner.robot.nv])
 
     @property
     def status(self) -> BaseStatus:
@@ -208,13 +221,13 @@ class InertialTask:
             q: The measured configuration, (nv,) or (nq,) [rad or m].
             v: The measured velocity, (nv,) [rad/s or m/s]; None is rest.
         """
-        self.planner.reset(q, v)
+        self._planner.reset(q, v)
         state = self._state
         for name in ("ticks", "seen", "rates", "ever", "hold", "leaning"):
             setattr(state, name, 0)
         state.shift[:] = state.twist[:] = 0.0
         state.age = 0.0
-        self.setpoint[:] = self._lead.q
+        self._state.setpoint[: len(self._setpoint)] = self._lead.q
         state.code = BaseCode.STALE
 
     def step(
@@ -272,7 +285,7 @@ class InertialTask:
         return HAS_TIP | HAS_POSITION
 
     def __repr__(self) -> str:
-        return f"InertialTask({self.planner.robot.name}, {self.status.name}, gain={self.gain:g})"
+        return f"InertialTask({self._planner.robot.name}, {self.status.name}, gain={self.gain:g})"
 
 
 def _copy(name: str, value: Any, place: FloatArray) -> None:

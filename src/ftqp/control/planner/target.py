@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from ftqp.control.planner.given_arrays import sized
-from ftqp.core.checks import FloatArray, array, as_number, numbers
+from ftqp.core.checks import FloatArray, array, as_number, frozen, numbers, seen
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
 from ftqp.kernel.entry.session import writer_of
@@ -82,7 +82,7 @@ class Target:
                 "twist that nobody renews is not followed for ever; a target with a pose or position has none"
             )
         if stamp is not None:
-            self._own(np.zeros(TARGET_SIZE))
+            self._own(_buffer())
             self.packed[TARGET_HAS_ROTATION] = -1.0
             self.pose[:] = np.eye(4)
             self.twist[:] = sized("twist", twist, (6,))
@@ -92,7 +92,7 @@ class Target:
             raise InputError(
                 "a target needs exactly one of pose and position; a pose gives both position and rotation"
             )
-        self._own(np.zeros(TARGET_SIZE))
+        self._own(_buffer())
         if position is None:
             matrix = sized("pose", getattr(pose, "homogeneous", pose), (4, 4))
             self.pose[:] = checked_pose(matrix) if np.isfinite(matrix).all() else matrix
@@ -161,6 +161,8 @@ class Target:
 
     def _write_converted(self, pose: Any, twist: Any, acceleration: Any) -> None:
         """As ``at``, of anything that is taken for such arrays."""
+        if not self.packed.flags.writeable:
+            raise InputError("this target is somebody else's, to be looked at; make a Target(pose=...)")
         if self.packed[TARGET_HAS_ROTATION] < 0.0:
             raise InputError(
                 "a target with a twist alone is at no pose; write target.twist and target.stamp, or make a "
@@ -186,19 +188,26 @@ class Target:
                 f"a target has pose, position, twist and acceleration to be written, not {name!r}"
             )
         view = getattr(self, name)
+        if not view.flags.writeable:
+            raise InputError("this target is somebody else's, to be looked at; make a Target(pose=...)")
         view[...] = sized(name, getattr(value, "homogeneous", value), view.shape)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self.packed.copy(), self.stamp)
 
     def __copy__(self) -> "Target":
-        return _restored(self.packed.copy(), self.stamp)
+        return _restored(self.packed, self.stamp)
 
     def __repr__(self) -> str:
         if self.packed[TARGET_HAS_ROTATION] < 0.0:
             return f"Target(twist={np.array2string(self.twist, precision=4)}, stamp={self.stamp:g})"
         what = "pose" if self.packed[TARGET_HAS_ROTATION] else "position"
         return f"Target({what} at {np.array2string(self.position, precision=4)})"
+
+
+def _buffer() -> FloatArray:
+    """Memory of a target, (29,), which nobody can make shorter while compiled code writes into it."""
+    return np.frombuffer(bytearray(8 * TARGET_SIZE))
 
 
 def _not_written(*_: Any) -> int:
@@ -215,12 +224,15 @@ def _six(name: str, value: Any, has_rotation: bool) -> FloatArray:
 
 def target_on(packed: FloatArray) -> Target:
     """A target whose one buffer is ``packed``, (29,), which somebody else writes."""
-    return _restored(packed)
+    target = Target.__new__(Target)
+    target._own(packed)
+    return target
 
 
 def _restored(packed: FloatArray, stamp: float = nan) -> Target:
-    target = Target.__new__(Target)
-    target._own(packed)
+    """A target that holds the same as one before it."""
+    target = target_on(_buffer())
+    target.packed[:] = packed
     object.__setattr__(target, "stamp", stamp)
     return target
 
@@ -244,20 +256,21 @@ class Targets:
         count = len(poses) if poses.ndim == 3 else 0
         if count == 0:
             raise InputError(f"pose has shape {poses.shape}, expected (K, 4, 4), at least one pose")
-        self.packed: FloatArray = np.zeros((count, TARGET_SIZE))
+        packed = np.zeros((count, TARGET_SIZE))
         poses = array("pose", poses, (count, 4, 4), "(K, 4, 4)")
         worst = int(
             np.argmax(np.abs(np.swapaxes(poses[:, :3, :3], 1, 2) @ poses[:, :3, :3] - np.eye(3)).max((1, 2)))
         )
         checked_pose(poses[worst], f"pose[{worst}]")
-        self.packed[:, TARGET_POSE:TARGET_TWIST] = poses.reshape(count, 16)
-        self.packed[:, TARGET_HAS_ROTATION] = 1.0
+        packed[:, TARGET_POSE:TARGET_TWIST] = poses.reshape(count, 16)
+        packed[:, TARGET_HAS_ROTATION] = 1.0
         for name, value, begin in (
             ("twist", twist, TARGET_TWIST),
             ("acceleration", acceleration, TARGET_ACCELERATION),
         ):
             if value is not None:
-                self.packed[:, begin : begin + 6] = array(name, value, (count, 6), "(K, 6)")
+                packed[:, begin : begin + 6] = array(name, value, (count, 6), "(K, 6)")
+        self.packed: FloatArray = seen(frozen(packed))
         self._count = count
         self.row = 0
 

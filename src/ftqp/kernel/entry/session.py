@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, seen
 from ftqp.kernel.entry.compile import load
 from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
 from ftqp.kernel.layout.free_memory import free_dtype
@@ -79,9 +79,7 @@ class Session:
 
     def view(self, room: str, name: str) -> Any:
         """The same, for those who only read."""
-        view = self.field(room, name).view()
-        view.flags.writeable = False
-        return view
+        return seen(self.field(room, name))
 
     def copy(self) -> "Session":
         """A session of its own that holds the same."""

@@ -1,0 +1,246 @@
+"""What a planner is told happens as a whole or not at all, whatever line an exception comes at."""
+
+import itertools
+import signal
+import threading
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.interrupted import Interrupt, interrupted
+
+import ftqp
+from ftqp.control.planner.planner_view import JointState
+from ftqp.faults.belief import Belief
+from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
+from ftqp.kernel.layout.record import BELIEF_ROOMS
+
+PANDA = ftqp.robots.load("panda")
+DT = 1e-3
+LOAD = ftqp.Payload(mass=0.5, com=[0.0, 0.0, 0.05])
+TOOL = np.array([[1.0, 0, 0, 0.02], [0, 1, 0, 0], [0, 0, 1, 0.1], [0, 0, 0, 1]])
+HELD = {BRAKING, LOCKED, INSTANT}
+KINDS = {
+    "clock": dict,
+    "detector": lambda: {"detector": ftqp.Detector()},
+    "timed": lambda: {"timing": True, "level": "velocity"},
+}
+
+
+class Ride:
+    """A Panda that holds its place and does what it is told."""
+
+    def __init__(self, kind="clock"):
+        self.planner = ftqp.Planner(PANDA, DT, **KINDS[kind]())
+        self.q = PANDA.neutral.copy()
+        self.planner.reset(self.q)
+        self.target = ftqp.Target(pose=PANDA.pose(self.q))
+
+    def step(self):
+        step = self.planner.step(self.q, None, self.target)
+        self.q = step.q.copy()
+        return step
+
+
+def agreement(planner):
+    """What is said of a planner's belief and what its kernel goes by, where they differ."""
+    K, faults = planner._session.K, planner.faults
+    healthy = Belief(PANDA)
+    for fault in faults.values():
+        healthy = healthy.reported(fault)
+    rooms = {room: K[room].copy() for room in BELIEF_ROOMS}
+    expected = SimpleNamespace(**rooms)
+    healthy.write(expected.limits, expected.faults)
+    found = []
+    for i, name in enumerate(PANDA.joints):
+        code, fault = int(K.faults.code[i]), faults.get(name)
+        held, free = isinstance(fault, ftqp.Locked), isinstance(fault, ftqp.FreeSwinging)
+        if (code in HELD) != held or (code == FREE) != free or (code == HEALTHY) != (not held and not free):
+            found.append(f"{name}: {fault} and code {code}")
+        for limit in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
+            if getattr(K.limits, limit)[i] != getattr(expected.limits, limit)[i]:
+                found.append(f"{name}: {limit}")
+    if bool(K.limits.dynamic) != (planner._given.dynamic or healthy.needs_dynamics):
+        found.append("dynamic")
+    free = any(isinstance(fault, ftqp.FreeSwinging) for fault in faults.values())
+    if free != (planner._free is not None and planner._free._on):
+        found.append("who makes the tick")
+    return found
+
+
+CHANGES = {
+    "lock": (lambda p: p.report(ftqp.Locked(3)), lambda p: p.withdraw(3), lambda p: len(p.faults) == 1),
+    "free": (lambda p: p.report(ftqp.FreeSwinging(5)), lambda p: p.withdraw(5), lambda p: len(p.faults) == 1),
+    "weak": (
+        lambda p: p.report(ftqp.Degraded(1, velocity=0.5, q_min=-1.0)),
+        lambda p: p.withdraw(1),
+        lambda p: len(p.faults) == 1,
+    ),
+    "reset": (lambda p: p.reset(PANDA.neutral + 0.1), lambda p: p.reset(PANDA.neutral), None),
+    "carry": (lambda p: p.carry(LOAD), lambda p: p.carry(None), lambda p: p.payload is not None),
+    "tool": (lambda p: p.tool(TOOL), lambda p: p.tool(None), lambda p: p.robot.tip != PANDA.tip),
+}
+
+
+def settled(planner, ride, happened, way):
+    """After an interruption: it happened or it did not, for the planner and for its kernel."""
+    said = happened(planner) if happened is not None else None
+    if way == "reset":
+        ride.q = planner._session.K.gate.q[:7].copy()
+    ride.step()
+    assert agreement(planner) == []
+    assert said is None or happened(planner) == said
+    assert planner._adopted is planner._wanted
+    mass = planner._session.K.chain.mass[:7].sum()
+    assert (mass > PANDA_MASS + 0.4) == (planner.payload is not None)
+    assert np.allclose(planner.robot.pose(PANDA.neutral)[:3, 3], tip_of(planner), atol=1e-12)
+
+
+def tip_of(planner):
+    at_rest = JointState(PANDA.neutral, np.zeros(7), np.zeros(7))
+    return planner.view().tip_at(at_rest).pose[:3, 3]
+
+
+PANDA_MASS = ftqp.Planner(PANDA, DT)._session.K.chain.mass[:7].sum()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("way", CHANGES)
+def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way):
+    there, back, happened = CHANGES[way]
+    ride = Ride(kind)
+    planner = ride.planner
+    stride = 7 if way == "carry" else 1  # it takes milliseconds, most of them to look at the motors
+    for call, lines in ((there, itertools.count(0, stride)), (back, itertools.count(3 % stride, stride))):
+        cut = 0
+        for line in lines:
+            was_cut = interrupted(lambda call=call: call(planner), line)
+            settled(planner, ride, happened, way)
+            if not was_cut:
+                break
+            cut += 1
+            (back if call is there else there)(planner)  # begins anew, so that every line is met
+            ride.q = PANDA.neutral.copy()
+            if way != "reset":
+                planner.reset(ride.q)
+        assert cut > 20
+        if happened is not None:
+            assert happened(planner) == (call is there)
+
+
+@pytest.mark.parametrize("way", CHANGES)
+def test_calling_again_after_an_interruption_is_as_calling_once(way):
+    there, _, _ = CHANGES[way]
+    twin = Ride()
+    there(twin.planner)
+    for line in range(0, 60, 3):
+        ride = Ride()
+        interrupted(lambda ride=ride: there(ride.planner), line)
+        there(ride.planner)
+        ride.q = twin_q = PANDA.neutral.copy()
+        once = Ride()
+        there(once.planner)
+        for _ in range(20):
+            got, expected = ride.step(), once.step()
+            assert np.array_equal(got.q, expected.q) and got.status is expected.status
+        assert twin_q is not None
+
+
+def test_real_signals_leave_belief_and_kernel_at_one():
+    def raises(*_):
+        raise Interrupt
+
+    ride, random, cut = Ride("detector"), np.random.default_rng(5), 0
+    before = signal.signal(signal.SIGALRM, raises)
+    try:
+        for k in range(400):
+            joint = int(random.integers(7))
+            try:
+                signal.setitimer(signal.ITIMER_REAL, float(random.uniform(2e-5, 6e-4)))
+                if k % 2:
+                    ride.planner.report(
+                        ftqp.Locked(joint) if k % 4 == 1 else ftqp.Degraded(joint, torque=0.8)
+                    )
+                else:
+                    ride.planner.withdraw(joint)
+                ride.planner.step(ride.q, None, ride.target)
+                while True:
+                    time.sleep(1e-4)
+            except Interrupt:
+                cut += 1
+            ride.step()
+            assert agreement(ride.planner) == []
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert cut == 400
+
+
+@pytest.mark.parametrize("what", [float("nan"), 12.0, "x"])
+def test_a_change_that_is_refused_changes_nothing(what):
+    ride = Ride()
+    wanted = ride.planner._wanted
+    for call in (
+        lambda: ride.planner.report(ftqp.Locked("panda_joint9")),
+        lambda: ride.planner.withdraw(17),
+        lambda: ride.planner.carry(what),
+        lambda: ride.planner.tool(what),
+        lambda: ride.planner.reset([what] * 7 if what != 12.0 else [0.0]),
+    ):
+        with pytest.raises(ftqp.FtqpError):
+            call()
+        assert ride.planner._wanted is wanted
+    assert ride.step().status is ftqp.StepStatus.OK
+
+
+class Slow:
+    """A configuration that takes its time to be read, as a driver's may."""
+
+    def __init__(self, q, inside, go_on):
+        self._q, self._inside, self._go_on = q, inside, go_on
+
+    def __array__(self, dtype=None, copy=None):
+        self._inside.set()
+        assert self._go_on.wait(20.0)
+        return np.asarray(self._q)
+
+
+@pytest.mark.parametrize("second", ["report", "withdraw", "reset", "carry", "tool", "step"])
+def test_a_second_thread_inside_a_call_is_refused_with_a_sentence(second):
+    ride, inside, go_on = Ride(), threading.Event(), threading.Event()
+    calls = {
+        "report": lambda: ride.planner.report(ftqp.Locked(3)),
+        "withdraw": lambda: ride.planner.withdraw(3),
+        "reset": lambda: ride.planner.reset(PANDA.neutral),
+        "carry": lambda: ride.planner.carry(LOAD),
+        "tool": lambda: ride.planner.tool(TOOL),
+        "step": lambda: ride.planner.step(list(ride.q), None, ride.target),
+    }
+    first = threading.Thread(target=lambda: ride.planner.step(Slow(ride.q, inside, go_on), None, ride.target))
+    first.start()
+    assert inside.wait(20.0)
+    try:
+        with pytest.raises(
+            ftqp.FtqpError, match=rf"planner\.{second} is called while another thread is inside planner\.step"
+        ):
+            calls[second]()
+    finally:
+        go_on.set()
+        first.join()
+    assert ride.planner.faults == {} and ride.step().status is ftqp.StepStatus.OK
+    calls[second]()
+
+
+def test_a_thread_that_an_exception_carried_out_does_not_keep_others_out():
+    ride = Ride()
+
+    def cut(line):
+        interrupted(lambda: ride.planner.report(ftqp.Locked(3)), line)
+
+    for line in range(60):
+        thread = threading.Thread(target=cut, args=(line,))
+        thread.start()
+        thread.join()
+        ride.planner.withdraw(3)
+        ride.step()
+        assert agreement(ride.planner) == []

@@ -1,0 +1,37 @@
+"""Calls that are interrupted: an exception at the n-th line of ftqp that they run."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+SOURCE = str(Path(__file__).resolve().parents[1] / "src" / "ftqp")
+
+
+class Interrupt(Exception):
+    """What a signal handler might raise."""
+
+
+def interrupted(call: Callable[[], Any], line: int) -> bool:
+    """Whether the call was cut short by ``Interrupt`` before the ``line``-th line of ftqp, from 0 on."""
+    count = -1
+
+    def look(frame: Any, event: str, _: Any) -> Any:
+        nonlocal count
+        if not frame.f_code.co_filename.startswith(SOURCE):
+            return None
+        if event == "line":
+            count += 1
+            if count == line:
+                raise Interrupt
+        return look
+
+    before = sys.gettrace()
+    sys.settrace(look)
+    try:
+        call()
+    except Interrupt:
+        return True
+    finally:
+        sys.settrace(before)
+    return False
