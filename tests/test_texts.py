@@ -10,10 +10,12 @@ import tokenize
 import unicodedata
 from functools import cache
 from pathlib import Path
+from types import MemberDescriptorType
 
 import pytest
 
 import ftqp
+from ftqp.core.fixed import Fixed
 
 ROOT = Path(__file__).parents[1]
 TEXTS = sorted(
@@ -106,7 +108,7 @@ def missing(dotted, start=None):
             found = member(found, part)
         except AttributeError:
             return f"{first} has no {part}: {dotted}"
-        if isinstance(found, property):
+        if isinstance(found, property | Fixed | MemberDescriptorType):
             found = None
         first = f"{first}.{part}"
     return None

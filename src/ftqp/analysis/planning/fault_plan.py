@@ -15,7 +15,7 @@ from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.task_path import TaskPath, robot_digest, task_path
 from ftqp.control.planner.leading_plan import Remaining
-from ftqp.core.checks import FloatArray, frozen, positive
+from ftqp.core.checks import FloatArray, frozen, positive, seen
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
 from ftqp.model.robot import Robot
@@ -60,6 +60,10 @@ class Plan:
     robot_digest: str
     task_digest: str
     robot: Robot | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("q", "goals"):
+            object.__setattr__(self, name, seen(getattr(self, name)))
 
     def __repr__(self) -> str:
         """Arm, method, samples and coverage."""

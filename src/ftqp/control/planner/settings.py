@@ -23,7 +23,7 @@ from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
-from ftqp.core.checks import FloatArray, array, instance, positive
+from ftqp.core.checks import FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.layout.rows import has_rows_beside_torque
 from ftqp.model.branch import within_branch
@@ -120,7 +120,7 @@ def settled(
     torque_drive = taken.kind == "torque"
     if torque_drive:
         warn_of_rotors(robot)
-    posture = None if posture is None else array("posture", posture, (robot.nv,), "(nv,)")
+    posture = None if posture is None else frozen(array("posture", posture, (robot.nv,), "(nv,)"))
     solver = None if isinstance(backend, str) and backend == IN_KERNEL else make_backend(backend)
     name = IN_KERNEL if solver is None else solver.name
     refuse(

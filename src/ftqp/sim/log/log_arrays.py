@@ -7,7 +7,7 @@ from typing import Any, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, frozen, seen
 from ftqp.core.errors import unknown
 from ftqp.sim.log.log_rows import LogRows, whole_numbers
 from ftqp.sim.log.raw_rows import BLOCK
@@ -41,7 +41,7 @@ class Log:
         self.units = dict(units)
         self.descriptions = dict(descriptions)
         self.metadata = RunFacts(metadata)
-        self._signals = dict(signals)
+        self._signals = {name: seen(signal) for name, signal in signals.items()}
         self._stacks: dict[str, NDArray[Any]] = {}
 
     @classmethod
@@ -100,7 +100,7 @@ class Log:
             if not parts:
                 groups = dict.fromkeys(key.split(".", 1)[0] for key in self._signals)
                 raise unknown("signal", name, self.title, groups)
-            self._stacks[name] = np.stack(parts, axis=1)
+            self._stacks[name] = frozen(np.stack(parts, axis=1))
         return self._stacks[name]
 
     @property
