@@ -22,7 +22,6 @@ from ftqp.kernel.layout.enums import (
     INVALID_INPUT,
     LOCKED,
     OK,
-    POSITION_DRIVE,
     RELAXED,
     SCALED,
     STOPPING,
@@ -72,30 +71,33 @@ def _near(K: Any, q: Any, v: Any, q_last: Any, v_last: Any, q_min: Any, q_max: A
 
 @jit
 def _lets_through(K: Any, at: int) -> bool:
-    """Whether the commands of the joints from ``at`` on may leave: the reference, and what is made of it."""
+    """Whether the commands of the joints from ``at`` on may leave: the reference, and what is made of it.
+
+    Comparisons do not hold of what is no number. Of a joint that has failed no more is asked than that.
+    """
     gate, state, feedback, limits = K.gate, K.state, K.feedback, K.limits
-    there, failed = below(K.chain.n, at), is_set(K.faults.code, at)
-    q, v, a = several(state.q_command, at), several(state.v_command, at), several(state.a_command, at)
-    q_last, v_last = several(gate.q, at), several(gate.v, at)
+    q, v, v_last = several(state.q_command, at), several(state.v_command, at), several(gate.v, at)
     v_max, dt = several(limits.v_max, at), state.dt
-    good = (abs(q) < inf) & (abs(v) < inf) & (abs(a) < inf)
-    q_sent, v_sent = several(feedback.q_sent, at), several(feedback.v_sent, at)
-    good = good & (abs(q_sent) < inf) & (abs(v_sent) < inf)
     if feedback.active:
-        near = _near(K, q, v, q_last, v_last, several(limits.q_min, at), several(limits.q_max, at), v_max)
+        q_min, q_max = several(limits.q_min, at), several(limits.q_max, at)
+        near = _near(K, q, v, several(gate.q, at), v_last, q_min, q_max, v_max)
         if limits.conversion == VIABILITY:
             near = near & _keeps(v - v_last, dt * several(limits.a_max, at))
-        if feedback.kind == POSITION_DRIVE:
-            way = dt * larger(abs(v), abs(v_last)) + gate.lead * abs(v - v_last)
-            near = near & _keeps(q_sent - several(gate.sent, at), way)
-        elif feedback.kind == VELOCITY_DRIVE:
-            near = near & _keeps(v_sent, larger(smaller(v_max, UNLIMITED), abs(v)))
-        else:
+        if feedback.kind == VELOCITY_DRIVE:
+            near = near & _keeps(several(feedback.v_sent, at), larger(smaller(v_max, UNLIMITED), abs(v)))
+        elif feedback.kind == TORQUE_DRIVE:
             tau = several(feedback.tau_sent, at)
             near = near & _keeps(tau, several(limits.tau_max, at)) & (abs(tau) < inf)
+        elif gate.lead != 0.0:
+            way = dt * larger(abs(v), abs(v_last)) + gate.lead * abs(v - v_last)
+            near = near & _keeps(several(feedback.q_sent, at) - several(gate.sent, at), way)
+            near = near & (abs(several(feedback.v_sent, at)) < inf)
     else:
-        near = _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last)))
-    return all_of(good & (near | failed) | ~there)
+        near = _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last))) & (abs(q) < inf)
+    if K.faults.working < K.chain.n:
+        finite = (abs(q) < inf) & (abs(v) < inf) & (abs(several(state.a_command, at)) < inf)
+        near = near | (is_set(K.faults.code, at) & finite)
+    return all_of(near | ~below(K.chain.n, at))
 
 
 @jit
@@ -209,5 +211,6 @@ def pass_gate(K: Any) -> bool:
         put(gate.q, at, several(state.q_command, at))
         put(gate.v, at, several(state.v_command, at))
         put(gate.sent, at, several(feedback.q_sent, at))
-        put(gate.tau, at, several(feedback.tau_sent, at))
+        if feedback.kind == TORQUE_DRIVE:
+            put(gate.tau, at, several(feedback.tau_sent, at))
     return through
