@@ -218,13 +218,10 @@ class Planner(PlannerChanges):
         for part in (self._leading, self._vigilance):
             tick = tick if part is None else part.watched(tick)
 
+        path = leader if isinstance(leader, PathMemory) else None
+
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
-            self._heal()
-            if self._free is not None and self._free.leads and isinstance(leader, PathMemory):
-                held = self._free.held_target(leader)
-                if held is not None:
-                    return self._led(None, q, v, (held, 0), tau, tip)
-            return self._led(tick, q, v, target, tau, tip)
+            return self._led(tick, q, v, target, tau, tip, path)
 
         return Lead(step, self._session, leader)
 
@@ -238,9 +235,26 @@ class Planner(PlannerChanges):
         return Blocks(self._session, self._tick, self.robot) if whole else None
 
     @guarded("step")
-    def _led(self, tick: Any, q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:
-        """A step of any leader, None the clock, with measured torques or tip, converted arrays and times."""
+    def _led(
+        self,
+        tick: Any,
+        q: Any,
+        v: Any,
+        target: tuple[Any, ...],
+        tau: Any,
+        tip: Any,
+        path: PathMemory | None = None,
+    ) -> Step:
+        """A step of any leader, None the clock, with measured torques or tip, converted arrays and times.
+
+        A joint that swings freely leads in the place of a path, which stands.
+        """
         self._heal()
+        self._begin = None  # so that another thread's step comes here, too, where it is refused
+        if path is not None and self._free is not None and self._free.leads:
+            held = self._free.held_target(path)
+            if held is not None:
+                tick, target = None, (held, 0)
         tick = self._tick if tick is None else tick
         began = now() if self._timing else 0
         v = self._at_rest if v is None else v
@@ -258,6 +272,7 @@ class Planner(PlannerChanges):
             self._rest.tell(out)
         if self._timing:
             said.duration = (now() - began) * 1e-9
+        self._begin = self._fast
         return out
 
     def __reduce__(self) -> NoReturn:
