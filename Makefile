@@ -17,7 +17,7 @@ QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/nast
 help:
 	@echo "make demo       an arm loses a joint on its way and finishes; writes pictures"
 	@echo "make test       ruff, mypy, import layers, and every test but those of test-all"
-	@echo "make test-all   make test, and what takes long: scripts of studies from end to end, arrays of JAX, long runs"
+	@echo "make test-all   make test, and what takes long: scripts of studies from end to end, long runs"
 	@echo "make quick      what to run before a commit: lint, layers, and the tests that are quick"
 	@echo "make docs       the documentation site, into site/, without a network once its tools are there"
 	@echo "make test-pythons   make test with each of $(PYTHONS) that is on this machine"
@@ -39,12 +39,12 @@ test: $(VENV)/.has-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	@$(BIN)/mypy > $(VENV)/types.txt 2>&1 & types=$$!; \
-	$(PYTEST) -n $(JOBS) --dist loadfile -m "not slow and not gpu"; tests=$$?; \
+	$(PYTEST) -n $(JOBS) --dist loadfile -m "not slow"; tests=$$?; \
 	wait $$types; types=$$?; cat $(VENV)/types.txt; \
 	[ $$tests -eq 0 ] && [ $$types -eq 0 ]
 
 test-all: test
-	$(PYTEST) -n $(JOBS) --dist loadfile -m "slow or gpu"
+	$(PYTEST) -n $(JOBS) --dist loadfile -m slow
 
 quick: $(VENV)/.has-dev
 	$(BIN)/ruff check .

@@ -1,8 +1,7 @@
 """How many QPs a second the recurrent network solves at once, against their number.
 
-    python solvers/bench_dtrnn_batch.py                  up to 100,000 QPs on one thread of the CPU
-    python solvers/bench_dtrnn_batch.py --engine jax     on the device that JAX finds
-    python solvers/bench_dtrnn_batch.py --quick          shows that it works; figures mean little
+    python solvers/bench_dtrnn_batch.py            up to 100,000 QPs on one thread of the CPU
+    python solvers/bench_dtrnn_batch.py --quick    shows that it works; figures mean little
 
 Two kinds of QPs with n = 7 and m = 6, each from a cold start: those of a Panda's pose task at random postures
 (minimum velocity norm, velocity limits), and random ones whose box holds several variables. Every answer is
@@ -31,7 +30,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--engine", choices=("numba", "jax"), default="numba")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--out", type=Path, default=Path(__file__).resolve().parent / "results")
@@ -45,7 +43,7 @@ def main() -> int:
     from ftqp import FtqpError
 
     counts = (1, 100) if options.quick else (1, 10, 100, 1_000, 10_000, 100_000)
-    settings = {"engine": options.engine, "threads": options.threads, "quick": options.quick}
+    settings = {"threads": options.threads, "quick": options.quick}
     result = circumstances("bench_dtrnn_batch", (), settings)
     try:
         result["rows"] = [measured(kind, count, options) for kind in KINDS for count in counts]
@@ -100,11 +98,11 @@ def measured(kind: str, count: int, options: argparse.Namespace) -> dict[str, An
     from ftqp.qp import dtrnn
 
     given = problems(kind, count)
-    dtrnn.solve_batch(**given, engine=options.engine)
+    dtrnn.solve_batch(**given)
     best = float("inf")
     for _ in range(3):
         before = perf_counter()
-        found = dtrnn.solve_batch(**given, engine=options.engine)
+        found = dtrnn.solve_batch(**given)
         best = min(best, perf_counter() - before)
     solved = found.codes == 0
     rest = np.abs(np.einsum("kij,kj->ki", given["A"], found.x) - given["b"])[solved]
@@ -148,14 +146,12 @@ def written(result: dict[str, Any], options: argparse.Namespace) -> list[Path]:
     from bench import results
 
     name = results.stem("bench_dtrnn_batch", name=None, quick=options.quick)
-    if options.engine != "numba":
-        name += f"-{options.engine}"
     versions = ", ".join(f"{name} {number}" for name, number in result["versions"].items())
     machine = ", ".join(f"{key} {value}" for key, value in result["machine"].items())
     text = [
         "# Batches of the recurrent network",
         "",
-        f"{result['date']}, engine {options.engine}. Made by `{result['command']}`.",
+        f"{result['date']}. Made by `{result['command']}`.",
         "",
         *lines(result),
         "",
@@ -183,7 +179,7 @@ def draw(result: dict[str, Any], folder: Path, name: str) -> list[Path]:
     axes.set(
         xlabel="QPs in one call",
         ylabel="QPs a second and thread",
-        title=f"n = 7, m = 6, cold starts, {result['settings']['engine']}",
+        title="n = 7, m = 6, cold starts",
     )
     axes.grid(alpha=0.3, which="both")
     axes.legend()

@@ -73,12 +73,12 @@ def measured(part: str, seconds: float, folder: Path) -> tuple[Path, str]:
         settings.write_text(f"[run]\nbranch = true\nsource = {KERNEL}\n", encoding="utf-8")
         path = os.pathsep.join([str(ROOT / "src"), str(ROOT / "solvers"), os.environ.get("PYTHONPATH", "")])
         plain = {"NUMBA_DISABLE_JIT": "1", "FTQP_PLAIN_SECONDS": f"{seconds:g}", "PYTHONPATH": path}
-        marks = "not gpu" if part.startswith(WITH_SLOW) else "not slow and not gpu"
+        marks = [] if part.startswith(WITH_SLOW) else ["-m", "not slow"]
         done = subprocess.run(
             [
                 sys.executable, "-m", "coverage", "run", f"--rcfile={settings}", f"--data-file={data}",
                 "-m", "pytest", "-p", "bench.plain_python", "-p", "no:cacheprovider", "-q", "--no-header",
-                "-W", "ignore::RuntimeWarning", "-m", marks, part,
+                "-W", "ignore::RuntimeWarning", *marks, part,
             ],
             cwd=ROOT, env={**os.environ, **plain}, capture_output=True, text=True, check=False,
         )  # fmt: skip

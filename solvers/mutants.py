@@ -150,7 +150,7 @@ def run(
         done = subprocess.run(
             [
                 sys.executable, "-m", "pytest", "-p", "bench.plain_python", "-p", "bench.mutation_run", "-q",
-                "-s", "-p", "no:cacheprovider", "-W", "ignore::RuntimeWarning", "-m", "not slow and not gpu",
+                "-s", "-p", "no:cacheprovider", "-W", "ignore::RuntimeWarning", "-m", "not slow",
                 *(test for test in tests if (ROOT / test).exists()),
             ],
             cwd=ROOT, env={**os.environ, **plain, **threads, JOB: str(job)}, stdout=subprocess.DEVNULL,

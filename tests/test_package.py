@@ -45,7 +45,7 @@ def python(code):
 
 def test_import_loads_numpy_only():
     heavy = ["numba", "llvmlite", "pinocchio", "scipy", "osqp", "proxsuite", "daqp", "qpsolvers"]
-    heavy += ["quadprog", "matplotlib", "mujoco", "pydantic", "typer", "rich", "jax"]
+    heavy += ["quadprog", "matplotlib", "mujoco", "pydantic", "typer", "rich"]
     assert python(f"import ftqp, sys; print([n for n in {heavy} if n in sys.modules])") == "[]"
 
 

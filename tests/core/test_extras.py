@@ -67,7 +67,7 @@ def test_every_extra_that_the_code_names_exists() -> None:
         for file in (ROOT / "src").rglob("*.py")
         for extra in re.findall(r'remedy_for_extra\("(\w+)"\)', file.read_text(encoding="utf-8"))
     }
-    assert {"viz", "sim", "gpu", "ros", "distributed"} <= named
+    assert {"viz", "sim", "ros", "distributed"} <= named
     assert named <= set(known["project"]["optional-dependencies"])
 
 

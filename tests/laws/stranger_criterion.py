@@ -1,7 +1,6 @@
 """How far apart step, batch and backend are for a coefficient that a copy of the source has more, as JSON."""
 
 import json
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -36,19 +35,14 @@ def stepped(**settings: Any) -> np.ndarray:
     return np.array(ends)
 
 
-def apart(engine: str, wanted: np.ndarray) -> float:
-    return float(
-        np.abs(ftqp.batch.rollout(planner(0.2), STARTS, targets=TARGETS, engine=engine).q - wanted).max()
-    )
-
-
 WANTED = stepped(ballast=0.2)
 print(
     json.dumps(
         {
             "effect": float(np.abs(WANTED - stepped(ballast=0.0)).max()),
-            "rollout": apart("numba", WANTED),
-            "jax": None if find_spec("jax") is None else apart("jax", WANTED),
+            "rollout": float(
+                np.abs(ftqp.batch.rollout(planner(0.2), STARTS, targets=TARGETS).q - WANTED).max()
+            ),
             "backend": float(np.abs(stepped(ballast=0.2, backend="osqp") - WANTED).max()),
         }
     )

@@ -16,7 +16,7 @@ import pytest
 import ftqp
 from ftqp.core.errors import InputError
 from ftqp.faults import kinds
-from ftqp.kernel.layout.criteria import ARRAYS, LANES, Criterion, _coefficient
+from ftqp.kernel.layout.criteria import LANES, Criterion, _coefficient
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
@@ -107,8 +107,7 @@ def test_coefficient_that_declares_nothing_is_served_by_nothing_but_the_tick():
     assert bare.metadata["served"] == () and not bare.metadata["steady"]
     for field in fields(Criterion):
         one = Criterion(**{field.name: 0.5})
-        for what in (LANES, ARRAYS):
-            assert one.is_served_by(what) is (what in field.metadata["served"])
+        assert one.is_served_by(LANES) is (LANES in field.metadata["served"])
     assert Criterion(norm=1.0, norm_v=2.0, norm_q=3.0).is_served_by(LANES)
     assert not Criterion(norm=1.0, torque=1e-9).is_served_by(LANES)
 
@@ -168,4 +167,3 @@ def test_coefficient_of_a_stranger_is_computed_by_step_backend_and_batch_alike(t
     )
     assert found.effect > 1e-3, "the coefficient does something"
     assert found.rollout < 1e-9 and found.backend < 1e-6
-    assert found.jax is None or found.jax < 1e-9

@@ -14,6 +14,18 @@ def circle(robot, radius=0.03):
     return ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
 
 
+def robot_of(name):
+    """An arm of the catalog, or one whose third and fifth joints slide."""
+    if name != "sliding":
+        return ftqp.robots.load(name)
+    table = [
+        (0.0, 0.3, 0.0, 1.2), (0.3, 0.1, 0.3, -0.9), (0.2, 0.2, 0.0, 1.5), (0.5, 0.1, 0.2, -1.1),
+        (-0.4, 0.15, 0.1, 0.8), (0.3, 0.1, 0.05, 0.3), (0.2, 0.1, 0.1, -1.0),
+    ]  # fmt: skip
+    limits = {"q_min": -3.0, "q_max": 3.0, "v_max": 2.0}
+    return ftqp.Robot.from_dh(table, limits=limits, acceleration=8.0, prismatic=(2, 4))
+
+
 def starts(robot, spread=1e-3):
     return robot.neutral + spread * np.random.default_rng(5).normal(size=(ARMS, robot.nv))
 

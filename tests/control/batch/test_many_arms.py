@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 import pytest
-from batch_cases import ARMS, DT, STATUSES, TICKS, assert_same, circle, faults_of, starts
+from batch_cases import ARMS, DT, STATUSES, TICKS, assert_same, circle, faults_of, robot_of, starts
 
 import ftqp
 from ftqp.control.batch import many_arms
@@ -41,6 +41,7 @@ def test_every_arm_moves_as_a_planner_moves_it(monkeypatch, level, width):
         ("iiwa14", "velocity", {"task": ftqp.Task(mode="hard")}),
         ("iiwa14", "acceleration", {"scheme": "rmp"}),
         ("planar6", "velocity", {}),
+        ("sliding", "acceleration", {}),
         ("puma560", "acceleration", {"task": ftqp.Task(rows="position"), "torque_limits": False}),
         ("panda", "velocity", {"task": ftqp.Task(rows="position_axis")}),
         ("panda", "velocity", {"task": ftqp.Task(mode="scaled")}),
@@ -51,7 +52,7 @@ def test_every_arm_moves_as_a_planner_moves_it(monkeypatch, level, width):
     ],
 )
 def test_law_holds_for_other_robots_tasks_and_schemes(name, level, settings):
-    robot = ftqp.robots.load(name)
+    robot = robot_of(name)
     q = starts(robot, 1e-2)[:6]
 
     def planner_of():
@@ -218,6 +219,21 @@ def test_target_that_is_no_number_stops_all_arms(study):
     assert np.isfinite(done.q).all() and (done.counts[:, -1] > 0).all()
 
 
+def test_arms_rest_at_a_target_that_stands_and_go_on_when_it_leaves(study):
+    planner, _, q = study
+    robot, faults = planner.robot, [None, (ftqp.Locked(1), 400), None]
+    poses = np.repeat(robot.pose(robot.neutral)[None], 900, axis=0)
+    poses[600:, 0, 3] += 5.0  # out of reach
+
+    def planner_of():
+        return ftqp.Planner(robot, DT, level="velocity", emergency=None)
+
+    targets = ftqp.Targets(poses)
+    done = ftqp.batch.rollout(planner_of(), q[:3], targets=targets, faults=faults)
+    assert_same(done, planner_of, robot, q[:3], faults, targets)
+    assert (done.counts[:, STATUSES.index(ftqp.StepStatus.RELAXED)] > 200).all()
+
+
 def test_kept_positions_are_those_on_the_way(study):
     planner, targets, q = study
     faults = faults_of(planner.robot)
@@ -326,6 +342,9 @@ def test_memory_of_a_million_arms_is_said_before_it_is_taken(study, caplog, monk
         ({"faults": [ftqp.Locked(9)] + [None] * 10}, "9"),
         ({"every": 0}, "every is 0, expected a whole number from 1"),
         ({"threads": 0}, "threads is 0, expected a whole number from 1"),
+        ({"engine": "jax"}, "engine 'jax' is gone; leave engine out, as the compiled one gives the same"),
+        ({"engine": "cuda"}, "engine is 'cuda', expected none; leave it out, there is one engine now"),
+        ({"engine": 3}, "engine is 3, expected none"),
         ({"planner": None}, "planner is of type NoneType, expected an ftqp.Planner"),
     ],
 )
@@ -333,6 +352,19 @@ def test_wrong_input_is_refused_with_one_sentence(study, given, sentence):
     planner, targets, q = study
     with pytest.raises(InputError, match=sentence):
         ftqp.batch.rollout(**({"planner": planner, "q": q, "targets": targets} | given))
+
+
+@pytest.mark.parametrize("engine", ["kernel", "numba"])
+def test_only_engine_may_still_be_named_with_a_warning(study, engine):
+    planner, targets, q = study
+    with pytest.warns(DeprecationWarning, match=f"engine='{engine}' is deprecated and has no effect") as said:
+        named = ftqp.batch.rollout(planner, q[:2], targets=targets, engine=engine)
+        needed = ftqp.batch.memory(planner, 10, engine=engine)
+    assert [warning.filename for warning in said] == [__file__] * 2
+    np.testing.assert_array_equal(named.q, ftqp.batch.rollout(planner, q[:2], targets=targets).q)
+    assert needed == ftqp.batch.memory(planner, 10)
+    with pytest.raises(InputError, match="engine 'jax' is gone"):
+        ftqp.batch.memory(planner, 10, engine="jax")
 
 
 def test_planners_that_are_not_compiled_as_a_whole_are_refused(study):

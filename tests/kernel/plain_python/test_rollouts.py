@@ -1,12 +1,11 @@
-"""Arms that are driven many at once, one after the other or from seats, move as a planner moves each."""
+"""Arms that are driven many at once, one after the other or side by side, move as a planner moves each."""
 
 import numpy as np
 import pytest
 
 import ftqp
 from ftqp.control.batch.own_faults import OwnFaults
-from ftqp.kernel.entry.rollouts import Batch, drive_on, seats_of
-from ftqp.kernel.layout.enums import Status
+from ftqp.kernel.entry.rollouts import Batch
 
 DT, TICKS = 0.01, 18
 STATUSES = list(ftqp.StepStatus)
@@ -92,52 +91,16 @@ def test_every_arm_moves_as_a_planner_moves_it(settings, frees):
         assert done.first_bad[arm] == (bad[0] if bad else -1)
 
 
-def batch_of(planner, q, faults, chunk):
-    """A batch, what its arms believe, and their seats after its ticks, taken ``chunk`` by ``chunk``."""
-    what_ifs = planner.what_ifs()
-    own = OwnFaults(faults, len(q), planner.robot, what_ifs)
-    who = np.arange(len(q))
-    batch = Batch.of(q.copy(), np.zeros_like(q), targets(1e-3).packed, *own.of(who), 5)
-    seats = seats_of(what_ifs.session, len(q))
-    ticks = []
-    for _ in range(1 if chunk == 0 else TICKS):
-        drive_on(what_ifs.session, batch, own.beliefs, who, seats if chunk else None, chunk, threads=2)
-        ticks.append(seats["tick"].copy())
-        if chunk and (seats["tick"] >= TICKS).all():
-            break
-    return batch, seats, ticks
-
-
-@pytest.mark.slow
-def test_an_arm_that_leaves_its_seat_goes_on_as_if_it_had_never_taken_it():
-    q, faults = starts(1e-5), FAULTS
-    whole, _, _ = batch_of(planner_of(), q, faults, 0)
-    seated, seats, ticks = batch_of(planner_of(), q, faults, 6)
-    for name in ("q", "v", "worst", "trace"):
-        assert np.allclose(getattr(whole, name), getattr(seated, name), rtol=0.0, atol=1e-12, equal_nan=True)
-    assert (whole.counts == seated.counts).all() and (whole.first_bad == seated.first_bad).all()
-    assert whole.counts[NOWHERE, Status.INVALID_INPUT] == TICKS
-    for first in ticks[0]:
-        assert first == TICKS or first % 6 == 1
-    assert ticks[0][0] < TICKS, "an arm whose ticks are common ones sits down between"
-    assert ticks[0][NOWHERE] == TICKS
-    assert seats["until"][0] == TICKS
-
-
 def test_a_flag_stops_arms_between_two_ticks():
     planner, q = planner_of(), starts()[:2]
     what_ifs = planner.what_ifs()
     own = OwnFaults(None, 2, planner.robot, what_ifs)
     batch = Batch.of(q.copy(), np.zeros_like(q), targets().packed, *own.of(np.arange(2)), 0)
     session, stop = what_ifs.session, np.ones(1, dtype=np.int64)
-    seats = seats_of(session, 1)
     from ftqp.kernel.entry.rollouts import _Workshop
 
     shop = _Workshop(session, 1)
-    more = (2, np.arange(2), seats, 0)
-    call = session.bind(
-        "rollout_any", shop.records, shop.free, 0, 2, *batch.arguments(own.beliefs), *more, stop
-    )
+    call = session.bind("rollout_any", shop.records, shop.free, 0, 2, *batch.arguments(own.beliefs), stop)
     assert call() == 0 and batch.counts.sum() == 0
     shop = _Workshop(session, 4)
     own_memory = (shop.records, shop.lanes, shop.work, 0, 2)

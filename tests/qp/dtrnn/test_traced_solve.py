@@ -1,13 +1,10 @@
 """The network as a solver of its own: any QP, the trace of its convergence, starts, modes, batches."""
 
-import importlib
-import sys
-
 import numpy as np
 import pytest
 from planted import infeasible, planted
 
-from ftqp import InputError, MissingPackage
+from ftqp import InputError
 from ftqp.qp import QP, Claim, SolveStatus, accepted, solve
 from ftqp.qp import dtrnn as network
 from ftqp.qp.dtrnn.dtrnn_settings import METHODS, DtrnnSettings
@@ -212,7 +209,8 @@ def test_one_bad_problem_of_a_batch_spoils_no_other():
         (dict(H=np.eye(2), g=[1.0, 1.0], C=[[1.0, 0.0]]), "C was given without bounds"),
         (dict(H=[[1.0, 1.0], [0.0, 1.0]], g=[1.0, 1.0]), "H is not symmetric"),
         (dict(H=np.eye(2), g="x"), "g is not an array of numbers"),
-        (dict(H=np.eye(2), g=[1.0, 1.0], engine="cuda"), "engine is 'cuda', expected one of numba, jax"),
+        (dict(H=np.eye(2), g=[1.0, 1.0], engine="cuda"), "engine is 'cuda', expected none; leave it out"),
+        (dict(H=np.eye(2), g=[1.0, 1.0], engine="jax"), "engine 'jax' is gone; leave engine out"),
         (dict(H=np.eye(2), g=[1.0, 1.0], method="m4"), "dtrnn.method is 'm4'"),
     ],
 )
@@ -222,12 +220,9 @@ def test_a_malformed_batch_is_one_clear_sentence(parts, sentence):
     assert sentence in str(error.value) and "\n" not in str(error.value)
 
 
-def test_a_batch_without_jax_says_how_to_install_it(monkeypatch):
-    # A test before this one may have imported it: then the package has it as an attribute, too.
-    monkeypatch.delattr(importlib.import_module("ftqp.qp.dtrnn"), "jax", raising=False)
-    for name in list(sys.modules):
-        if name.split(".")[0] == "jax" or name.startswith("ftqp.qp.dtrnn.jax"):
-            monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "jax", None)
-    with pytest.raises(MissingPackage, match="gpu"):
-        network.solve_batch(np.eye(2), [1.0, 1.0], engine="jax")
+def test_the_only_engine_may_still_be_named_with_a_warning():
+    parts = stack([case(k) for k in range(3)])
+    with pytest.warns(DeprecationWarning, match="leave it out, as there is one engine now") as said:
+        named = network.solve_batch(**parts, engine="numba")
+    assert said[0].filename == __file__
+    np.testing.assert_array_equal(named.x, network.solve_batch(**parts).x)

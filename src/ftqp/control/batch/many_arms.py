@@ -4,7 +4,6 @@ import logging
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,14 +15,12 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
 from ftqp.control.planner.target import Targets
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
-from ftqp.core.errors import InputError, nearest
+from ftqp.core.errors import InputError
+from ftqp.core.one_engine import check_engine
 from ftqp.kernel.entry.rollouts import Batch, drive, lane_width
 from ftqp.kernel.entry.threads import thread_count
-from ftqp.kernel.layout.lane_rooms import seats_dtype
-from ftqp.kernel.layout.record import capacity_for
 
 _LOG = logging.getLogger("ftqp")
-ENGINES = ("numba", "jax")
 WORTH_SAYING = 500e6
 """A batch that takes more memory than this says so [bytes]."""
 
@@ -62,11 +59,9 @@ class Rollout:
 
 
 def memory(
-    planner: Planner, arms: int, ticks: int = 0, every: int | None = None, *, engine: str = "numba"
+    planner: Planner, arms: int, ticks: int = 0, every: int | None = None, *, engine: str | None = None
 ) -> int:
     """What a rollout takes beside its faults [bytes]; nothing is allocated.
-
-    What ``jax`` takes on its device is not counted.
 
     Args:
         planner: As for ``rollout``.
@@ -74,12 +69,15 @@ def memory(
         ticks: How many.
         every: As for ``rollout``.
         engine: As for ``rollout``.
+
+    Raises:
+        InputError: Another engine.
     """
+    check_engine(engine)
     n = planner.robot.nv
-    seat = seats_dtype(capacity_for(n)).itemsize if _known(engine) == "jax" else 0
     kept = ticks // every if every else 0
     once = 2 * n + 3 + len(StepStatus) + kept * n  # of the result, and again of what is driven
-    return arms * (8 * (2 * once + 2 * n + 1) + seat)
+    return arms * 8 * (2 * once + 2 * n + 1)
 
 
 def rollout(
@@ -90,7 +88,7 @@ def rollout(
     *,
     faults: Any = None,
     every: int | None = None,
-    engine: str = "numba",
+    engine: str | None = None,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Rollout:
@@ -104,11 +102,6 @@ def rollout(
     near a singularity is stepped alone, which takes ten times as long and more. An arm one of whose joints
     swings freely without gravity, or that is told of more while one swings freely, is stepped by a planner.
 
-    With ``engine="jax"`` the ticks of many arms side by side are array code on JAX's device; it is for many
-    thousands of arms and a GPU. The other ticks, and whole arms whose planner has none of them (a scheme that
-    couples joints, damped directions, a scaled or lexicographic task, a joint that swings freely), are
-    computed on the CPU as without it, and the result is the same to rounding.
-
     Ctrl-C stops all threads within a moment and raises ``KeyboardInterrupt``; nothing is returned then.
 
     Args:
@@ -121,8 +114,7 @@ def rollout(
             a list of those. A tick after the end is never reached. None spares every arm. With one start for
             all arms there are as many arms as entries.
         every: After how many ticks q is kept in ``trace``; None keeps none.
-        engine: ``numba`` computes everything on the CPU; ``jax`` what it can on JAX's default device, in
-            float64, and needs the extra ``gpu``.
+        engine: Deprecated and without effect, as there is one engine, the compiled one; leave it out.
         threads: How many threads of the CPU share the arms out, >= 1; None is all cores. The result is the
             same with any number.
         progress: Called in this thread with the number of arms that are done and of all, now and then.
@@ -131,9 +123,8 @@ def rollout(
         What became of the arms, in their order.
 
     Raises:
-        InputError: A wrong shape, entry or number, a planner of another backend, an unknown engine, or not
+        InputError: A wrong shape, entry or number, a planner of another backend, another engine, or not
             memory enough.
-        MissingPackage: The engine is ``jax`` and JAX is not installed.
 
     Example:
         >>> import numpy as np, ftqp
@@ -150,16 +141,15 @@ def rollout(
         raise InputError(f"planner is of type {type(planner).__name__}, expected an ftqp.Planner")
     if not isinstance(targets, Targets):
         raise InputError(f"targets is of type {type(targets).__name__}, expected ftqp.Targets(poses, twists)")
-    drive_common, drive_alone = _driver(engine), partial(drive, side_by_side=False)
+    check_engine(engine)
     what_ifs = planner.what_ifs()
     starts, speeds = _starts(planner, q, v, faults)
     arms, ticks = len(starts), len(targets)
     step = _whole("every", every) if every is not None else 0
-    _look_at_memory(memory(planner, arms, ticks, step, engine=engine), arms)
+    _look_at_memory(memory(planner, arms, ticks, step), arms)
     own = OwnFaults(faults, arms, planner.robot, what_ifs)
     workers = thread_count() if threads is None else _whole("threads", threads)
-    apart = what_ifs.rich or what_ifs.frees or (engine == "jax" and not what_ifs.has_arrays)
-    alone = np.ones(arms, dtype=bool) if apart else own.free
+    alone = np.ones(arms, dtype=bool) if what_ifs.rich or what_ifs.frees else own.free
     result = _empty(starts, speeds, ticks, step)
     finite = np.isfinite(starts).all(axis=1) & np.isfinite(speeds).all(axis=1)
     stepped = needs_planner(own, what_ifs, starts) & finite
@@ -167,11 +157,10 @@ def rollout(
     for apart, chosen in _together(alone, stepped, starts if what_ifs.return_to_start else None):
         what_ifs.return_to(starts[chosen[0]])
         batch = Batch.of(starts[chosen], speeds[chosen], targets.packed, *own.of(chosen), step)
-        name = "rollout_any" if apart or engine == "jax" else f"rollout_{lane_width()}"
+        name = "rollout_any" if apart else f"rollout_{lane_width()}"
         warm_up((name,), what_ifs.session.capacity)
         say = None if progress is None else _shifted(progress, done, arms)
-        drive_them = drive_alone if apart else drive_common
-        drive_them(what_ifs.session, batch, own.beliefs, threads=workers, progress=say)
+        drive(what_ifs.session, batch, own.beliefs, threads=workers, side_by_side=not apart, progress=say)
         done += len(chosen)
         for name, value in _parts(batch).items():
             getattr(result, name)[chosen] = value
@@ -184,24 +173,6 @@ def rollout(
     for name in ("q", "v"):
         getattr(result, name)[~finite] = np.nan
     return result
-
-
-def _known(engine: str) -> str:
-    if engine not in ENGINES:
-        raise InputError(
-            f"engine is {engine!r}{nearest(str(engine), ENGINES)}, expected one of {', '.join(ENGINES)}"
-        )
-    return engine
-
-
-def _driver(engine: str) -> Callable[..., None]:
-    """What drives arms that may go side by side."""
-    if _known(engine) == "jax":
-        # Here and not above: an optional package.
-        from ftqp.control.batch.jax import drive_arrays
-
-        return drive_arrays
-    return partial(drive, side_by_side=True)
 
 
 def _together(alone: BoolArray, stepped: BoolArray, starts: FloatArray | None) -> list[tuple[bool, IntArray]]:

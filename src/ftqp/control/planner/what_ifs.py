@@ -12,7 +12,6 @@ from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, FreeSwinging
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.criteria import ARRAYS
 from ftqp.kernel.layout.record import BELIEF_ROOMS
 from ftqp.model.robot import Robot
 
@@ -35,7 +34,6 @@ class WhatIfs:
         given: What the planner was made with.
         told: The faults that it believes in.
         rich: Whether a tick has directional damping or a gradient of the manipulability.
-        has_arrays: Whether array code computes every term of the scheme.
         frees: Whether the planner believes that a joint swings freely.
         return_to_start: Whether the scheme draws each arm to a posture, and that is its own start.
 
@@ -53,7 +51,6 @@ class WhatIfs:
         faults: dict[str, Fault],
     ) -> None:
         _refuse_foreign(given, solver)
-        self.has_arrays = given.criterion.is_served_by(ARRAYS)
         session = session.copy()
         self.session, self.rich = session, solver.rich
         self.robot, self.given, self.told, self._reserve = robot, given, tuple(faults.values()), reserve

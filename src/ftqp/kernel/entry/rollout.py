@@ -12,10 +12,9 @@ from ftqp.kernel.jit import COMPILED, as_mask, bits, carray, jit, lane_of, lane_
 from ftqp.kernel.judge.ladder import climb
 from ftqp.kernel.lanes.common_tick import common_tick, settle
 from ftqp.kernel.lanes.moving_over import have_lanes, may_move_in, move_in, move_out
-from ftqp.kernel.lanes.seats import leave_seat, take_seat
 from ftqp.kernel.layout.enums import AS_TOLD, FREE, INVALID_INPUT, OK, RELAXED, SOLVED, TARGET_SIZE, Status
 from ftqp.kernel.layout.free_memory import free_dtype
-from ftqp.kernel.layout.lane_rooms import lanes_dtype, seats_dtype
+from ftqp.kernel.layout.lane_rooms import lanes_dtype
 from ftqp.kernel.layout.record import belief_dtype, record_dtype
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.turned_rows import turn_back
@@ -306,7 +305,7 @@ def rollout_any(capacity: int) -> Callable[..., int]:
     """Arms one after the other, with directional damping, gradients, and joints that swing freely."""
     dtype, beliefs_are = record_dtype(capacity), belief_dtype(capacity)
     words = dtype.itemsize // 8
-    free, seats_are = free_dtype(capacity), seats_dtype(capacity)
+    free = free_dtype(capacity)
 
     def rollout_any(
         model_at: int,
@@ -327,47 +326,25 @@ def rollout_any(capacity: int) -> Callable[..., int]:
         first_bad_at: int,
         trace_at: int,
         every: int,
-        arms: int,
-        who_at: int,
-        seats_at: int,
-        chunk: int,
         stop_at: int,
     ) -> int:
-        """As ``rollout``; ``own_at``: one record that is worked in, ``free_at``: memory for a free joint.
-
-        The arms are ``who[first]`` to ``who[last - 1]`` of ``arms``. With a ``chunk`` of 0 each goes from its
-        start to the end. Else it goes on from its seat, whose tick is 0 at its start, until its next tick is
-        1 + a multiple of ``chunk`` and likely to be a common one, or to the end, and takes its seat anew.
-        """
+        """As ``rollout``; ``own_at``: one record that is worked in, ``free_at``: memory for a free joint."""
         model, own = carray(pointer(model_at), (words,), WHOLE), carray(pointer(own_at), (words,), WHOLE)
         beliefs = carray(pointer(beliefs_at), believed, beliefs_are)
         K, F = carray(pointer(own_at), 1, dtype)[0], carray(pointer(free_at), 1, free)[0]
         stop = carray(pointer(stop_at), 1, WHOLE)
         n = carray(pointer(model_at), 1, dtype)[0].chain.n
         kept = ticks // every if every > 0 else 0
-        q, v, targets = _given(arms, n, ticks, q_at, v_at, targets_at)
-        starts, events = _told(arms, starts_at, events_at)
-        worst, counts, first_bad, trace = _found(arms, n, kept, worst_at, counts_at, first_bad_at, trace_at)
-        who = carray(pointer(who_at), (last,), WHOLE)
-        seats = carray(pointer(seats_at), (arms if chunk > 0 else 1,), seats_are)
-        for a in range(first, last):
-            r = who[a]
-            seat = seats[r if chunk > 0 else 0]
+        q, v, targets = _given(last, n, ticks, q_at, v_at, targets_at)
+        starts, events = _told(last, starts_at, events_at)
+        worst, counts, first_bad, trace = _found(last, n, kept, worst_at, counts_at, first_bad_at, trace_at)
+        for r in range(first, last):
             for w in range(words):
                 own[w] = model[w]
-            common = chunk > 0 and have_lanes(K)
-            at, k, present = starts[r], 0, True
-            if chunk > 0 and seat.tick > 0:
-                k = seat.tick
-                while at < starts[r + 1] and events[at, 0] < k:
-                    believe_event(K, beliefs[events[at, 1]], events[at, 2])
-                    at += 1
-                leave_seat(K, seat)
-            else:
-                present = _begin(K, q[r], v[r])
-            while k < ticks:
+            at, present = starts[r], _begin(K, q[r], v[r])
+            for k in range(ticks):
                 if stop[0] != 0:
-                    return a - first
+                    return r - first
                 while at < starts[r + 1] and events[at, 0] <= k:
                     believe_event(K, beliefs[events[at, 1]], events[at, 2])
                     at += 1
@@ -379,11 +356,6 @@ def rollout_any(capacity: int) -> Callable[..., int]:
                 if kept > 0 and (k + 1) % every == 0 and k // every < kept:
                     for i in range(n):
                         trace[r, k // every, i] = K.state.q_command[i]
-                k += 1
-                if common and (k - 1) % chunk == 0 and present and may_move_in(K, code):
-                    break
-            if chunk > 0:
-                take_seat(K, seat, k, events[at, 0] if at < starts[r + 1] else ticks)
             for i in range(n):
                 q[r, i], v[r, i] = K.state.q_command[i], K.state.v_command[i]
         return last - first

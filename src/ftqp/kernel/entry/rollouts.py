@@ -15,7 +15,7 @@ from ftqp.kernel.entry.session import Session
 from ftqp.kernel.entry.table import ENTRIES
 from ftqp.kernel.layout.enums import Status
 from ftqp.kernel.layout.free_memory import free_dtype
-from ftqp.kernel.layout.lane_rooms import LANES, lanes_memory, seats_dtype
+from ftqp.kernel.layout.lane_rooms import LANES, lanes_memory
 from ftqp.kernel.layout.record import belief_dtype, record_dtype
 
 PORTION_TICKS = 200_000
@@ -132,62 +132,16 @@ def drive(
             terms and with joints that swing freely.
         progress: Called with the number of arms that are done and of all.
     """
-    arms = len(batch.q)
-    if not side_by_side:
-        who = np.arange(arms, dtype=np.int64)
-        drive_on(session, batch, beliefs, who, threads=threads, progress=progress)
-        return
-    width = lane_width()
+    width = lane_width() if side_by_side else 1
+    name = f"rollout_{width}" if side_by_side else "rollout_any"
 
     def call(shop: _Workshop, first: int, last: int, stop: Any) -> int:
-        own = (shop.records, shop.lanes, shop.work, first, last)
-        done: int = session.bind(f"rollout_{width}", *own, *batch.arguments(beliefs), stop)()
+        own = (shop.records, shop.lanes, shop.work) if side_by_side else (shop.records, shop.free)
+        done: int = session.bind(name, *own, first, last, *batch.arguments(beliefs), stop)()
         return done
 
-    load(ENTRIES[f"rollout_{width}"], session.capacity)
-    _share_out(session, width, arms, len(batch.targets), call, threads, progress)
-
-
-def drive_on(
-    session: Session,
-    batch: Batch,
-    beliefs: Any,
-    who: IntArray,
-    seats: Any = None,
-    chunk: int = 0,
-    *,
-    threads: int,
-    progress: Progress | None = None,
-) -> None:
-    """Drive some arms of a batch one after the other, as ``drive`` does, from their starts or their seats on.
-
-    Args:
-        session: As for ``drive``.
-        batch: All arms; those that are driven are filled in.
-        beliefs: As for ``drive``.
-        who: Indices of those that are driven.
-        seats: Those of all arms, by ``seats_of``; None drives from the start to the end.
-        chunk: An arm takes its seat where its next tick is 1 + a multiple of this and likely to be a common
-            one; at the latest behind its last tick.
-        threads: As for ``drive``.
-        progress: Called with the number of arms that are done and of those that are driven.
-    """
-    if seats is None:
-        seats, chunk = seats_of(session, 1), 0
-
-    def call(shop: _Workshop, first: int, last: int, stop: Any) -> int:
-        own = (shop.records, shop.free, first, last)
-        where = (len(batch.q), who, seats, chunk)
-        done: int = session.bind("rollout_any", *own, *batch.arguments(beliefs), *where, stop)()
-        return done
-
-    load(ENTRIES["rollout_any"], session.capacity)
-    _share_out(session, 1, len(who), chunk or len(batch.targets), call, threads, progress)
-
-
-def seats_of(session: Session, arms: int) -> Any:
-    """Seats of arms that have not begun, (B,)."""
-    return np.zeros(arms, seats_dtype(session.capacity))
+    load(ENTRIES[name], session.capacity)
+    _share_out(session, width, len(batch.q), len(batch.targets), call, threads, progress)
 
 
 def _share_out(

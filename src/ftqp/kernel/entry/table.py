@@ -48,7 +48,7 @@ ENTRIES: Final = {
         _entry("block", "ftqp.kernel.ticks.block_of_ticks", "iooooiiiiiii"),
         _entry("rollout_4", _ROLLOUT, "i" * 20, nogil=True),
         _entry("rollout_8", _ROLLOUT, "i" * 20, nogil=True),
-        _entry("rollout_any", _ROLLOUT, "i" * 23, nogil=True),
+        _entry("rollout_any", _ROLLOUT, "i" * 19, nogil=True),
         _entry("write_target", "ftqp.kernel.entry.target_entry", "iooo"),
         _entry("follow_plan", "ftqp.kernel.entry.plan_entry", "ii"),
         _entry("detect", _DETECTION, "iioooooo"),

@@ -7,8 +7,8 @@ tick of a planner one by one, and external solvers are handed H anew at every ti
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-LANES, ARRAYS = "lanes", "arrays"
-"""What may compute a term beside a planner's own tick: several arms side by side, and array code for JAX."""
+LANES = "lanes"
+"""What may compute a term beside a planner's own tick: the tick of several arms side by side."""
 
 
 def _coefficient(
@@ -20,7 +20,7 @@ def _coefficient(
         weight: Whether it weighs a quadratic form.
         inertia: Whether its term needs M or h.
         steady: Whether H is the same at every tick, however large it is.
-        served: Which of ``LANES`` and ``ARRAYS`` compute its term.
+        served: What else computes its term, ``LANES`` or nothing.
     """
     return field(
         default=0.0, metadata={"weight": weight, "inertia": inertia, "steady": steady, "served": served}
@@ -42,9 +42,9 @@ class Criterion:
         manipulability: Factor of -x' d/dq log sqrt det(J J'), >= 0 [rad2/s at the velocity level].
     """
 
-    norm: float = _coefficient(weight=True, steady=True, served=(LANES, ARRAYS))
-    norm_v: float = _coefficient(steady=True, served=(LANES, ARRAYS))
-    norm_q: float = _coefficient(steady=True, served=(LANES, ARRAYS))
+    norm: float = _coefficient(weight=True, steady=True, served=(LANES,))
+    norm_v: float = _coefficient(steady=True, served=(LANES,))
+    norm_q: float = _coefficient(steady=True, served=(LANES,))
     inertia: float = _coefficient(weight=True, inertia=True)
     inertia_v: float = _coefficient(inertia=True, steady=True)
     inertia_h: float = _coefficient(inertia=True, steady=True)
@@ -81,7 +81,7 @@ class Criterion:
         """Whether every coefficient that is not zero declares that its term is computed there.
 
         Args:
-            what: ``LANES`` or ``ARRAYS``.
+            what: ``LANES``.
         """
         return all(getattr(self, f.name) == 0.0 for f in fields(self) if what not in f.metadata["served"])
 

@@ -82,26 +82,6 @@ def lanes_dtype(capacity: int, width: int) -> np.dtype[Any]:
     )
 
 
-@cache
-def seats_dtype(capacity: int) -> np.dtype[Any]:
-    """The type of what is kept of an arm between two stretches of ticks, in its own record or elsewhere.
-
-    ``tick`` comes next; ``until`` is that of the arm's next fault. The other fields are those of the lanes,
-    ``anchor`` is where the target stands.
-    """
-    numbers = ("guard", "stood", "last_position_error", "last_rotation_error")
-    joints = ("q", "v", "a_last", "works", "lock_velocity", "lock_rate", "q_min", "q_max", "v_max", "a_max",
-              "a_brake", "tau_max")  # fmt: skip
-    return np.dtype(
-        [
-            *((name, "i8") for name in ("tick", "until")),
-            *((name, "f8") for name in numbers),
-            *((name, "f8", (capacity,)) for name in joints),
-            ("anchor", "f8", (12,)),
-        ]
-    )
-
-
 def lanes_memory(capacity: int, width: int) -> tuple[Any, int]:
     """Zeroed memory of one group of arms, and the address in it where a vector register may begin."""
     size, register = lanes_dtype(capacity, width).itemsize, 8 * width

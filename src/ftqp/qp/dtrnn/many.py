@@ -1,4 +1,4 @@
-"""Thousands of QPs of the same sizes at once, on the CPU (numba) or on whatever JAX finds."""
+"""Thousands of QPs of the same sizes at once, on all cores."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,14 +6,13 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
-from ftqp.core.errors import InputError, nearest
+from ftqp.core.errors import InputError
+from ftqp.core.one_engine import check_engine
 from ftqp.kernel.entry.workspace import solve_many
 from ftqp.qp.adapters.backend import Claim
 from ftqp.qp.adapters.settings import settings
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
 from ftqp.qp.problem import SYMMETRY_TOLERANCE
-
-ENGINES = ("numba", "jax")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,7 +62,7 @@ def solve_batch(
     ub: Any = None,
     *,
     method: str = "implicit",
-    engine: str = "numba",
+    engine: str | None = None,
     mode: str = "product",
     scaling: bool | None = None,
     newton: bool | None = None,
@@ -74,7 +73,7 @@ def solve_batch(
     """Solve B independent QPs of the same sizes, each from zero.
 
     A QP with crossed bounds is infeasible, one with NaN or an indefinite Hessian failed; the others are not
-    touched.
+    touched. They are shared out among all cores (``NUMBA_NUM_THREADS`` limits them).
 
     Args:
         H: Hessians, (B, n, n), or (n, n) for all; the same holds for every other part.
@@ -87,8 +86,7 @@ def solve_batch(
         lb: Lower bounds of x, (B, n), -inf is none, or None.
         ub: Upper bounds of x, (B, n), inf is none, or None.
         method: The iteration: ``implicit``, ``94lvi`` or ``e47``, see ``DtrnnSettings``.
-        engine: ``numba`` runs on every core of the CPU (``NUMBA_NUM_THREADS`` limits them), ``jax`` on its
-            device.
+        engine: Deprecated and without effect, as there is one engine, the compiled one; leave it out.
         mode: When to stop: ``product`` proves the answer, ``paper`` stops at a small |e|.
         scaling: Whether to scale objective and rows; None is what suits method and mode.
         newton: Whether to try Newton jumps; None is yes in product mode.
@@ -100,13 +98,9 @@ def solve_batch(
         The answers with the network's own claims; one call judges none of them by residuals.
 
     Raises:
-        InputError: Shapes that do not fit, a wrong setting, an unknown engine, or H not symmetric.
-        MissingPackage: JAX is not installed.
+        InputError: Shapes that do not fit, a wrong setting, another engine, or H not symmetric.
     """
-    if engine not in ENGINES:
-        raise InputError(
-            f"engine is {engine!r}{nearest(str(engine), ENGINES)}, expected one of {', '.join(ENGINES)}"
-        )
+    check_engine(engine)
     given = dict(
         method=method,
         mode=mode,
@@ -118,9 +112,9 @@ def solve_batch(
     )
     chosen = settings(DtrnnSettings, "dtrnn", given)
     parts = _parts(H, g, A, b, C, l, u, lb, ub)
-    if engine == "jax":
-        return _on_jax(parts, chosen)
-    return _on_numba(parts, chosen)
+    count = max(len(value) for value in parts.values())
+    x, y, z, z_box, codes, iterations, residual = solve_many(tuple(parts.values()), chosen.numbers(), count)
+    return BatchSolution(x=x, y=y, z=z, z_box=z_box, codes=codes, iterations=iterations, residual=residual)
 
 
 def _parts(H: Any, g: Any, A: Any, b: Any, C: Any, l: Any, u: Any, lb: Any, ub: Any) -> dict[str, FloatArray]:
@@ -170,26 +164,3 @@ def _numbers(name: str, value: Any) -> FloatArray:
         return np.ascontiguousarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name} is not an array of numbers: {value!r:.80}") from error
-
-
-def _on_numba(parts: dict[str, FloatArray], chosen: DtrnnSettings) -> BatchSolution:
-    count = max(len(value) for value in parts.values())
-    x, y, z, z_box, codes, iterations, residual = solve_many(tuple(parts.values()), chosen.numbers(), count)
-    return BatchSolution(x=x, y=y, z=z, z_box=z_box, codes=codes, iterations=iterations, residual=residual)
-
-
-def _on_jax(parts: dict[str, FloatArray], chosen: DtrnnSettings) -> BatchSolution:
-    # Here and not above: an optional package.
-    from ftqp.qp.dtrnn import jax as _dtrnn_jax
-
-    x, y, z, z_box, codes, iterations, residual = _dtrnn_jax.solve_batch(
-        *parts.values(),
-        method=chosen.method,
-        scaling=chosen.scaled,
-        newton=chosen.jumps,
-        gamma=chosen.step_size,
-        tolerance=chosen.accuracy,
-        max_iterations=chosen.cap,
-        paper=chosen.paper,
-    )
-    return BatchSolution(x=x, y=y, z=z, z_box=z_box, codes=codes, iterations=iterations, residual=residual)
