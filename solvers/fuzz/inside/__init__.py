@@ -1,1 +1,1 @@
-"""Planners that are disturbed from inside: their memory, their lines, their threads, their caller's objects."""
+"""Planners that are disturbed from inside: in their memory, at any line, by threads and by objects."""

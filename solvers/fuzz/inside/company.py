@@ -90,7 +90,9 @@ def thread_inside(world: World) -> Any:
             raise
         step = None
     _ended(world, other, None if steps else told)
-    return world.make() if step is None or other.done else step  # what came behind the tick counts from the next
+    return (
+        world.make() if step is None or other.done else step
+    )  # what came behind the tick counts from the next
 
 
 def thread_beside_a_call(world: World, mine: Told) -> None:

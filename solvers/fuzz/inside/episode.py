@@ -30,10 +30,10 @@ GENERATORS = {
 }
 """What is done before a step, and how often."""
 CALMER = 0.3
-"""Share of the episodes in which the record is left alone, so that beliefs and calls meet an arm that works."""
+"""Share of the episodes in which the record is left alone, so that calls meet an arm that works."""
 IDLE = ("STOPPED", "STOPPING", "INVALID_INPUT", "FALLBACK")
 STAYS = 15
-"""An arm that has been stopped for so many ticks, or has no usable command, begins anew with a good record."""
+"""An arm that has stopped for so many ticks, or has no usable command, begins anew with a good record."""
 
 
 @final
@@ -101,7 +101,11 @@ class _Run:
         self, number: int, rng: Any, ticks: int, made: Any, signals: Any, generators: dict[str, float] | None
     ) -> None:
         robot, planner = made.robot, made.planner
-        self.outcome, self.signals, self.ticks = Outcome(number=number, sentence=made.sentence), signals, ticks
+        self.outcome, self.signals, self.ticks = (
+            Outcome(number=number, sentence=made.sentence),
+            signals,
+            ticks,
+        )
         shares = dict(GENERATORS if generators is None else generators)
         if generators is None and rng.random() < CALMER:
             shares["nothing"] += shares.pop("scribbles into the record")

@@ -7,7 +7,18 @@ from typing import Any, final
 import ftqp
 from fuzz.cases import DRIVES, SCHEMES, TIMES, robot_of
 
-ROBOTS = ("panda", "panda", "panda", "iiwa14", "xarm7", "planar(4)", "srs7", "puma560", "turning", "modular11")
+ROBOTS = (
+    "panda",
+    "panda",
+    "panda",
+    "iiwa14",
+    "xarm7",
+    "planar(4)",
+    "srs7",
+    "puma560",
+    "turning",
+    "modular11",
+)
 MODES = ("slack", "slack", "hard", "scaled", "lexicographic")
 BACKENDS = ("active_set",) * 30 + ("dtrnn", "daqp")
 WATCHED_BY, DEGRADES_BY = 12, 6

@@ -189,7 +189,7 @@ def _into_array(world: World, owner: str, path: str, x: Array) -> None:
 
 
 def _by_force(world: World, x: Array, way: Callable[[Array, Any], None]) -> None:
-    """Write through an array that numpy lets one make writable, or through the memory that it is a view of."""
+    """Write through an array that numpy lets one make writable, or through the memory it is a view of."""
     if world.rng.random() < 0.5:
         try:
             x.setflags(write=True)

@@ -70,6 +70,7 @@ class Watch:
         self.q, self.v = np.array(q, dtype=float), np.array(v, dtype=float)
         self._sent, self._tick = self.q + self._lead * self.v, -1
         self._was_locked = self._was_free = self._was_failed = np.zeros(self._n, dtype=bool)
+        self._late, self._speed = np.zeros(self._n), np.zeros(self._n)
         self._jumped, self._a_was = False, self._a_max
 
     def jump(self) -> None:
@@ -102,9 +103,16 @@ class Watch:
         self._drives = np.flatnonzero(self._kinds == 0)
         self._all_work = len(self._drives) == n
 
-    def look(self, step: Any) -> bool:
-        """Judge a step that the planner has just made: whether nothing was wrong."""
+    def look(self, step: Any, speed: Array) -> bool:
+        """Judge a step that the planner has just made: whether nothing was wrong.
+
+        Args:
+            step: The step.
+            speed: How fast the joints really were when it was made, (nv,) [rad/s or m/s]: what has failed may
+                be faster than its limit, and what has been mended is not inside its range at once.
+        """
         planner, block = self.planner, self._block
+        self._speed = np.abs(speed)
         before = self.beyond + self.infinite + self.disagreements
         reference, tick = step.reference, planner.tick
         parts = (step.q, step.v, step.a, reference.q, reference.v)
@@ -138,8 +146,9 @@ class Watch:
         passed = max(1, tick - self._tick)
         time, last = passed * dt, np.abs(self.v)
         top = np.maximum(v, last)
-        most = np.maximum(np.maximum(v_max, last), v if passed > 1 else last)
+        most = np.maximum(np.maximum(v_max, last), v if passed > 1 else self._speed)
         over[0] = np.maximum(self._low - sent, sent - self._high)
+        self._excuse(over[0], time)
         over[1] = _over(sent - self._sent, time * most + passed * self._lead * dt * self._healthy["a_max"])
         over[2] = _over(v, np.maximum(v_max, last))
         over[3] = _over(q - self.q, time * (most if self._jumped or passed > 1 else top))
@@ -158,11 +167,23 @@ class Watch:
         over[2:, failed] = -1.0
         if (over <= 0.0).all():
             return
-        row, joint = np.unravel_index(int(np.argmax(over)), over.shape)
-        self._say("beyond", tick, f"joint {joint}: {BEYOND[row]} by {over[row, joint]:.3g} ({status})")
+        row = int(np.argmax((over > 0.0).any(axis=1)))
+        joint = int(np.argmax(over[row]))
+        by = over[row, joint]
+        self._say("beyond", tick, f"joint {joint}: {BEYOND[row]} by {by:.3g} ({status})")
+
+    def _excuse(self, over: Array, time: float) -> None:
+        """A joint that was mended while it was fast cannot brake in its range at once."""
+        mended = self._was_failed & (self._kinds == 0)
+        if mended.any():
+            room = self._speed**2 / (2.0 * self._a_max) + self._speed * time
+            self._late = np.where(mended, np.maximum(room, self._late), self._late)
+        if self._late.any():
+            self._late[(over <= 0.0) & (np.abs(self._block[4]) == 0.0)] = 0.0
+            over -= self._late
 
     def _agree(self, planner: Any, tick: int) -> None:
-        """The kernel holds for failed what the planner says, with the limits that are left, and drives the rest."""
+        """The kernel holds for failed what the planner says, with what limits are left, and drives others."""
         self._believe(planner.faults)
         code = self._code
         if not np.array_equal(KIND[code], self._kinds):

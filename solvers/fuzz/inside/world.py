@@ -67,6 +67,8 @@ class World:
         """The target as it is at a tick."""
         T = self.base.copy()
         T[:3, 3] += 0.05 * np.sin(1.5 * k * self.planner.dt) * np.array([1.0, -0.6, 0.4])
+        if self.target.packed[-1] != 1.0:  # it was made none
+            self.target = ftqp.Target(pose=T)
         self.target.at(T)
 
     def make(self) -> Any:
@@ -83,7 +85,7 @@ class World:
         """Let the arm do what a step says, and judge it."""
         self.steps += 1
         self.step = step
-        if not self.watch.look(step):
+        if not self.watch.look(step, self.arm[1]):
             return
         self._agreed()
         self.obey()
