@@ -2,11 +2,11 @@
 
 An episode is a random planner (arm, level, drive, scheme, with and without detector and rows to give up)
 whose arm does what it is told. Before its steps everything that is handed out is written into, and so is
-every float of the planner's record but those that its gate judges by; while it is told of faults, loads and tools, and
-while it steps, exceptions are raised at any line of ftqp, signals arrive, other threads call, and objects of
-the caller raise or call back. After every step numbers are finite, commands within limits and near the last
-one, and what the planner believes is what its kernel has and what it was told. Episodes run in a process of
-their own, so that a crash is seen.
+every float of the planner's record but those that its gate judges by; while it is told of faults, loads and
+tools, and while it steps, exceptions are raised at any line of ftqp, signals arrive, other threads call, and
+objects of the caller raise or call back. After every step numbers are finite, commands within limits and
+near the last one, and what the planner believes is what its kernel has and what it was told. Episodes run in
+a process of their own, so that a crash is seen.
 
     python solvers/fuzz_inside.py --steps 2000000       # until so many steps were made and judged
     python solvers/fuzz_inside.py --replay 4711         # one episode alone, in this process
