@@ -151,6 +151,7 @@ DEFECTS = {
         "judge.verdict",
         "x = min(max(qp.x[i], qp.lb[i]), qp.ub[i])",
         "x = qp.x[i]",
+        ("feedback.gate", "    if not through:\n", "    if False:\n"),  # else the gate brakes in its place
     ),
     "a locked column kept": (
         lost_joint,
@@ -177,14 +178,16 @@ DEFECTS = {
         "    return 1e9\n",
     ),
 }
-"""Each defect: the run that shows it, the module of the kernel, the line, and what takes its place."""
+"""Each defect: the run that shows it, the module of the kernel, the line, and what takes its place; and
+what is changed with it, where the kernel would make up for it."""
 
 
 def main():
     found = {}
-    for name, (make, module, old, new) in DEFECTS.items():
+    for name, (make, *change, beside) in ((name, (*one, None)[:5]) for name, one in DEFECTS.items()):
+        changes = [change] if beside is None else [change, beside]
         for planted in (False, True):
-            if planted:
+            for module, old, new in changes if planted else ():
                 plant(import_module(f"ftqp.kernel.{module}"), old, new)
             robot, evidence = make()
             arm = ModelFile.read(robot.to_urdf(), robot.tip, gravity=robot.chain.gravity)
@@ -194,7 +197,8 @@ def main():
             print(name, "planted" if planted else "not planted", statuses, file=sys.stderr)
             for breach in seen.breaches:
                 print("   ", breach, file=sys.stderr)
-        plant(import_module(f"ftqp.kernel.{module}"), old, old)
+        for module, old, _ in changes:
+            plant(import_module(f"ftqp.kernel.{module}"), old, old)
     print(json.dumps(found))
 
 

@@ -210,11 +210,18 @@ def test_beliefs_of_the_planner_hold_for_every_arm(study):
     np.testing.assert_allclose(by_planner.q, by_fault.q, rtol=0.0, atol=1e-12)
 
 
+def part_of(targets, ticks):
+    """The first targets of a trajectory."""
+    packed = targets.packed[:ticks]
+    return ftqp.Targets(packed[:, :16].reshape(-1, 4, 4), packed[:, 16:22], packed[:, 22:28])
+
+
 def test_target_that_is_no_number_stops_all_arms(study):
     planner, targets, q = study
-    broken = ftqp.Targets(np.repeat(np.eye(4)[None], TICKS, axis=0))
-    broken.packed[:] = targets.packed
-    broken.packed[150:, 3] = np.nan
+    broken = part_of(targets, TICKS)
+    memory = broken.packed.base  # what the kernel reads; nobody is handed it to be written
+    memory.setflags(write=True)
+    memory[150:, 3] = np.nan
     done = ftqp.batch.rollout(planner, q[:2], targets=broken)
     assert np.isfinite(done.q).all() and (done.counts[:, -1] > 0).all()
 
@@ -239,8 +246,7 @@ def test_kept_positions_are_those_on_the_way(study):
     faults = faults_of(planner.robot)
     done = ftqp.batch.rollout(planner, q, targets=targets, faults=faults, every=7)
     assert done.trace.shape == (ARMS, TICKS // 7, 7)
-    short = ftqp.Targets(targets.packed[:70, :16].reshape(-1, 4, 4))
-    short.packed[:] = targets.packed[:70]
+    short = part_of(targets, 70)
     part = ftqp.batch.rollout(planner, q, targets=short, faults=faults)
     np.testing.assert_allclose(done.trace[:, 9], part.q, rtol=0.0, atol=1e-13)
 

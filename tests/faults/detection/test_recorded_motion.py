@@ -64,8 +64,10 @@ def test_a_run_of_something_else_is_refused(log: Log, sentence: str) -> None:
 
 @pytest.mark.parametrize("whose", ["truth", "belief"])
 def test_a_run_in_which_a_joint_fails_is_not_healthy(whose: str) -> None:
-    log = kept_log()
-    log[f"{whose}.b"][3:] = 1
+    healthy = kept_log()
+    signals = {name: healthy[name].copy() for name in healthy.names}
+    signals[f"{whose}.b"][3:] = 1
+    log = Log(None, signals, healthy.units, healthy.descriptions, healthy.metadata)
     with pytest.raises(InputError, match=r"not healthy: b fails, or is believed to, at 0.003 s"):
         motion_of(log, JOINTS, DT, "position")
 

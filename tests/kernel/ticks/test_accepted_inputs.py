@@ -259,14 +259,12 @@ def test_no_buffer_is_held_after_a_step(planner, aim):
     v.clear()
 
 
-def test_a_target_whose_numbers_are_gone_is_a_clean_error(planner, fed_copies, aim):
+def test_a_target_whose_numbers_are_others_is_a_clean_error(planner, fed_copies, aim):
     check(planner, fed_copies, Q, V, aim)
     spoilt = ftqp.Target(pose=aim.pose.copy())
-    for change in (lambda p: p.resize(3, refcheck=False), lambda p: retype(p, np.int64)):
-        spoilt = ftqp.Target(pose=aim.pose.copy())
-        change(spoilt.packed)
-        with pytest.raises(ftqp.InputError, match="make a new Target"):
-            planner.step(Q, V, spoilt)
+    retype(spoilt.packed, np.int64)
+    with pytest.raises(ftqp.InputError, match="make a new Target"):
+        planner.step(Q, V, spoilt)
     check(planner, fed_copies, Q, V, aim)
 
 
@@ -274,7 +272,7 @@ def test_a_target_whose_numbers_are_gone_is_a_clean_error(planner, fed_copies, a
 def test_a_row_that_a_trajectory_does_not_have_is_a_clean_error(planner, fed_copies, aim, row):
     targets = ftqp.Targets(pose=np.stack([aim.pose] * 5))
     targets.row = row
-    with pytest.raises(ftqp.InputError, match="make a new Target"):
+    with pytest.raises(ftqp.InputError, match=r"make a new Target|take targets\.at"):
         planner.step(Q, V, targets)
     check(planner, fed_copies, Q, V, aim)
 

@@ -106,7 +106,6 @@ class LocalProcesses(Workers):
     def _started(self) -> ProcessPoolExecutor:
         for name in _THREADS:
             os.environ.setdefault(name, "1")
-        os.environ[_SAFE_PATH] = "1"
         if sys.flags.ignore_environment and not sys.flags.safe_path:
             raise InputError(
                 f"python -E ignores {_SAFE_PATH}, so processes would import from the current folder; give "
@@ -118,7 +117,7 @@ class LocalProcesses(Workers):
 
     def submit(self, items: Sequence[int]) -> "Future[Done]":
         """Begin a chunk; this starts a process where one is missing."""
-        with _uninterrupted():
+        with _uninterrupted(), _safe_path():
             try:
                 future = self._pool.submit(_compute_here, tuple(items))
             except (BrokenProcessPool, OSError, ValueError):  # the last two of a process that was to start
@@ -170,6 +169,20 @@ def _uninterrupted() -> Iterator[None]:
             signal.signal(one, handler)
     if came:
         signal.raise_signal(came[0])
+
+
+@contextmanager
+def _safe_path() -> Iterator[None]:
+    """Lets Python processes that start meanwhile keep the current folder out, and no others."""
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_SAFE_PATH]
+        else:
+            os.environ[_SAFE_PATH] = before
 
 
 _WORK: list[Any] = []

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, final
 
 import numpy as np
@@ -186,9 +187,9 @@ class Diagnosis:
     def __init__(self, names: tuple[str, ...], look: Callable[[str], Any]) -> None:
         self._names, self._look = names, look
         self._worst = look("worst")
-        self.joints: Mapping[str, JointDiagnosis] = {
-            name: JointDiagnosis(name, i, look) for i, name in enumerate(names)
-        }
+        self.joints: Mapping[str, JointDiagnosis] = MappingProxyType(
+            {name: JointDiagnosis(name, i, look) for i, name in enumerate(names)}
+        )
 
     @property
     def suspicion(self) -> float:

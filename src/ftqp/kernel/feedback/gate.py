@@ -29,15 +29,13 @@ from ftqp.kernel.layout.enums import (
     VELOCITY_DRIVE,
     VIABILITY,
 )
-from ftqp.kernel.layout.thresholds import STILL_SAMPLES
+from ftqp.kernel.layout.thresholds import STILL_SAMPLES, UNLIMITED
 from ftqp.kernel.maths.elementary import larger, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, put, several
 from ftqp.kernel.rows.failed_joints import braked_velocity
 
 ROUNDING = 1e-9
 """What rounding may add to a position, a speed or a torque: this, and this share of it."""
-UNLIMITED = 1e4
-"""No joint is sent faster than this [rad/s or m/s], whatever its limit says."""
 
 
 @jit
@@ -213,4 +211,7 @@ def pass_gate(K: Any) -> bool:
         put(gate.sent, at, several(feedback.q_sent, at))
         if feedback.kind == TORQUE_DRIVE:
             put(gate.tau, at, several(feedback.tau_sent, at))
+    for k in range(K.faults.working, K.faults.movable):  # where it may be sent once its motor works again
+        i = K.faults.order[k]
+        gate.sent[i] = min(max(gate.sent[i], K.limits.q_min[i]), K.limits.q_max[i])
     return through

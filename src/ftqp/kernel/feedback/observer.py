@@ -10,11 +10,9 @@ from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.stray import part_with
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, TORQUE_DRIVE
+from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of, larger, select, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, is_set, put, several
-
-FASTEST, UNLIMITED = 30.0, 1e4
-"""No joint is faster than this or twice its limit [rad/s or m/s]; one without a limit has the second."""
 
 
 @jit

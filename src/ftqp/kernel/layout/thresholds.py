@@ -16,3 +16,7 @@ STILL_SAMPLES: Final = 8
 """A locked joint that has been seen to rest for so many samples stands."""
 MOST_ROWS: Final = 1 << 40
 """More rows of targets than any memory holds, few enough that their numbers can be counted."""
+FASTEST: Final = 30.0
+"""No joint is faster than this [rad/s or m/s], or than twice its limit."""
+UNLIMITED: Final = 1e4
+"""... and one without a limit not faster than this, nor is it sent so fast."""
