@@ -254,3 +254,12 @@ def test_others_brake_as_hard_beside_a_free_joint_when_they_are_stopped(level):
     for _ in range(round(0.4 / DT)):  # 0.8 rad/s at 7.5 rad/s2, which takes 0.05 s to come up
         plant.advance(planner.step(plant.q, plant.v, target))
     assert np.abs(plant.v[1:]).max() < 1e-3
+
+
+@pytest.mark.parametrize("reach", [np.nan, np.inf, 1e308])
+def test_a_swing_whose_reach_is_no_number_is_told_without_it(reach):
+    run = Run(4, 0.02, damping=0.5)
+    step = run.planner.step(run.plant.q, run.plant.v, run.target)
+    assert step.notice
+    run.planner._session.K.free.reach = reach
+    assert step.notice.startswith("panda_joint5 swings freely")

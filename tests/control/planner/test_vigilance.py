@@ -304,3 +304,14 @@ def test_the_detector_counts_on_a_load_that_the_planner_carries() -> None:
 def test_what_is_no_detector_is_refused() -> None:
     with pytest.raises(InputError, match=r"detector is 'on', expected an ftqp.Detector or None"):
         planner_of("on")  # type: ignore[arg-type]
+
+
+def test_what_a_detector_holds_of_each_joint_cannot_be_taken_away():
+    planner = planner_of(ftqp.Detector())
+    with pytest.raises(AttributeError):
+        planner.diagnosis.joints.clear()
+    with pytest.raises(TypeError):
+        planner.diagnosis.joints["panda_joint1"] = None
+    with pytest.raises(AttributeError):
+        planner.diagnosis.joints = {}
+    assert len(planner.diagnosis.joints) == 7

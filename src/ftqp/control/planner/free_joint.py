@@ -158,7 +158,8 @@ def notice(parts: Any, joints: tuple[str, ...]) -> str | None:
     if i < 0:
         return None
     joint, mode, hit = joints[i], int(parts["free_mode"][0]), impact(parts)
-    clear = f"keep clear {max(1, ceil(10.0 * float(parts['reach'][0]))) / 10.0:.1f} m"
+    reach = 10.0 * float(parts["reach"][0])
+    clear = f"keep clear {max(1, ceil(reach)) / 10.0:.1f} m" if isfinite(reach) else "keep clear"
     if mode == DECIDE:
         return f"{joint} swings freely: the others brake while it is decided what can be kept"
     if mode == HOLD:
