@@ -134,7 +134,7 @@ class Plan:
         Raises:
             InputError: The plan was read without its robot.
         """
-        from ftqp.analysis.survival.covering import coverage  # which takes plans, and so knows this class
+        from ftqp.analysis.survival.coverage import coverage  # which takes plans, and so knows this class
 
         return coverage(self.task.robot, self.task, self.q, stride=self.stride)
 

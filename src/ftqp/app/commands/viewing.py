@@ -59,8 +59,8 @@ def view(
     Raises:
         FtqpError: There is nothing that can be shown, or the page cannot be served.
     """
-    from ftqp.viz.live.gate import is_loopback
-    from ftqp.viz.live.page import Page
+    from ftqp.viz.live.live_page import Page
+    from ftqp.viz.live.page_access import is_loopback
 
     if meshes not in MESHES:
         raise unknown("kind of meshes", meshes, "a page", MESHES)

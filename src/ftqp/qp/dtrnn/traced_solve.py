@@ -8,8 +8,8 @@ import numpy as np
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen
 from ftqp.core.errors import InputError
 from ftqp.qp.adapters.backend import Claim
+from ftqp.qp.adapters.backend_settings import settings
 from ftqp.qp.adapters.buffers import QPBuffers
-from ftqp.qp.adapters.settings import settings
 from ftqp.qp.dtrnn.dtrnn_settings import METHODS, MODES, DtrnnSettings
 from ftqp.qp.dtrnn.many import BatchSolution, solve_batch
 from ftqp.qp.judge.solving import judged, loaded

@@ -11,7 +11,7 @@ from ftqp.analysis.planning.fault_plan import Plan
 from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.continuing import path_values
 from ftqp.analysis.survival.coverage_report import CoverageReport
-from ftqp.analysis.survival.pairs import Pairs
+from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.planner_runs import refuse_no_masses
 from ftqp.analysis.survival.task_path import TaskPath, task_path
 from ftqp.analysis.survival.tolerable_joints import Bound, bound_of
