@@ -50,6 +50,22 @@ def test_import_loads_numpy_only():
     assert python(f"import ftqp, sys; print([n for n in {heavy} if n in sys.modules])") == "[]"
 
 
+def test_help_of_the_command_line_loads_no_arm_and_no_compiler():
+    heavy = [
+        "numba",
+        "pinocchio",
+        "scipy",
+        "osqp",
+        "matplotlib",
+        "mujoco",
+        "viser",
+        "pydantic",
+        "distributed",
+    ]
+    code = f"import ftqp.app.commands.cli, sys; print([n for n in {heavy} if n in sys.modules])"
+    assert python(code) == "[]"
+
+
 def test_faults_tasks_and_targets_need_no_compiler_and_no_pinocchio():
     code = (
         "import ftqp, sys; ftqp.Locked(0); ftqp.Task(); ftqp.schemes.mvn(); ftqp.EmergencyStop(); "
