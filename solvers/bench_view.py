@@ -27,10 +27,10 @@ from ftqp import __version__
 from ftqp.app.view.casting import cast_of
 from ftqp.app.view.live_source import LiveSource
 from ftqp.sim.session.cast import Choice
+from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.orders import Break, Repair
-from ftqp.sim.session.session import Session
 from ftqp.viz.live.frame import DrawnArm, frame_of
-from ftqp.viz.live.page import Page
+from ftqp.viz.live.live_page import Page
 
 RESULTS = Path(__file__).parent / "results"
 CHROMIUM = (

@@ -28,7 +28,7 @@ from bench import command_line, results
 from joblib import Parallel, delayed
 
 import ftqp
-from ftqp.control.drive.drive import Drive
+from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
 from ftqp.sim.log.metrics import STATUSES

@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,22 @@ def test_import_loads_numpy_only():
     assert python(f"import ftqp, sys; print([n for n in {heavy} if n in sys.modules])") == "[]"
 
 
+def test_help_of_the_command_line_loads_no_arm_and_no_compiler():
+    heavy = [
+        "numba",
+        "pinocchio",
+        "scipy",
+        "osqp",
+        "matplotlib",
+        "mujoco",
+        "viser",
+        "pydantic",
+        "distributed",
+    ]
+    code = f"import ftqp.app.commands.cli, sys; print([n for n in {heavy} if n in sys.modules])"
+    assert python(code) == "[]"
+
+
 def test_faults_tasks_and_targets_need_no_compiler_and_no_pinocchio():
     code = (
         "import ftqp, sys; ftqp.Locked(0); ftqp.Task(); ftqp.schemes.mvn(); ftqp.EmergencyStop(); "
@@ -70,3 +87,9 @@ def test_first_step_loads_the_arm_and_the_compiled_kernel_and_no_scipy():
 def test_star_import_gives_the_exported_names():
     names = python("from ftqp import *; print(sorted(n for n in dir() if not n.startswith('_')))")
     assert names == str(sorted(n for n in ftqp.__all__ if not n.startswith("_")))
+
+
+def test_a_file_name_occurs_once():
+    files = [file for file in Path(ftqp.__file__).parent.rglob("*.py") if file.name != "__init__.py"]
+    counts = Counter(file.name for file in files)
+    assert len(files) > 100 and [name for name, count in counts.items() if count > 1] == []

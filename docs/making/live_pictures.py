@@ -21,11 +21,11 @@ from playwright.sync_api import sync_playwright
 
 from ftqp.app.view.casting import cast_of
 from ftqp.sim.session.cast import Choice
+from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.orders import Break, Order
-from ftqp.sim.session.session import Session
 from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
-from ftqp.viz.live.page import Page
-from ftqp.viz.live.source import Stage
+from ftqp.viz.live.frame_source import Stage
+from ftqp.viz.live.live_page import Page
 
 FOLDER = Path(__file__).parents[1] / "pictures"
 SCENARIO = Choice(scenario="panda-circle", overrides=("faults=[]", "path.duration=6", "path.radius=0.13"))

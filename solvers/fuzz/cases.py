@@ -96,7 +96,9 @@ def read_again(robot: Any) -> ModelFile:
     Args:
         robot: The robot.
     """
-    return ModelFile.read(robot.to_urdf(), link_names(robot)[-1], gravity=robot.chain.gravity)
+    return ModelFile.read(
+        robot.to_urdf(), link_names(robot.joints, robot.tip)[-1], gravity=robot.chain.gravity
+    )
 
 
 def drawn(rng: np.random.Generator, arms: tuple[str, ...] = ROBOTS) -> Case:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import ftqp
-from ftqp.referee import laws
+from ftqp.referee import run_laws
 from ftqp.referee.evidence import Evidence, Failure
 from ftqp.referee.strictness import KINEMATIC
 from fuzz.account import Account, Epoch
@@ -99,7 +99,7 @@ def _of_epoch(case: Case, account: Account, epoch: Epoch, end: int, begun_wrong:
         tolerance=(1.0, 1.0),
         failures=failures,
     )
-    _, limits = laws.health(arm, run)
+    _, limits = run_laws.health(arm, run)
     wrong = (np.abs(run.v[:-1]) > arm.v_max * (1.0 + NEARLY)) | _cannot_brake(run, limits)
     begun_wrong[:] = np.where(
         epoch.again | np.isin(np.arange(len(arm.names)), [*epoch.healed]), wrong[0], begun_wrong
@@ -110,7 +110,7 @@ def _of_epoch(case: Case, account: Account, epoch: Epoch, end: int, begun_wrong:
     for name in ("speed", "acceleration", "position", "braking"):
         if not case.viable:
             break
-        law, sentence = laws.LAWS[name]
+        law, sentence = run_laws.LAWS[name]
         over = law(arm, run, KINEMATIC)
         if name != "acceleration":
             over = np.where(excused, 0.0, over)
@@ -216,7 +216,7 @@ def _honesty(case: Case, account: Account, K: int, world: Any) -> list[str]:
         rows=case.rows[:3] if by_axis else case.rows,
         tolerance=(case.planner.task.tolerance, case.planner.task.rotation_tolerance),
     )
-    distance, turn = laws.errors(case.arm, run)
+    distance, turn = run_laws.errors(case.arm, run)
     if by_axis:  # the direction of the tool, not the turn about it
         axes = case.arm.tips(q)[:, :3, 2], run.target[:, :3, 2]
         turn = np.arcsin(np.clip(np.linalg.norm(np.cross(*axes), axis=1), 0.0, 1.0))

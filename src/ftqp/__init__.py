@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from ftqp.control import batch as batch
     from ftqp.control import paths as paths
     from ftqp.control.drive.computed_torque import ComputedTorque as ComputedTorque
-    from ftqp.control.drive.drive import Drive as Drive
     from ftqp.control.drive.identification import ServoLag as ServoLag
     from ftqp.control.drive.identification import servo_lag as servo_lag
+    from ftqp.control.drive.joint_drive import Drive as Drive
     from ftqp.control.drive.noise import Noise as Noise
     from ftqp.control.following.goto import GoTo as GoTo
     from ftqp.control.following.goto import GoToStatus as GoToStatus
@@ -104,7 +104,7 @@ _HOME = {
     "Degraded": "ftqp.faults.kinds",
     "Detector": "ftqp.faults.detection.detector",
     "Diagnosis": "ftqp.faults.detection.diagnosis",
-    "Drive": "ftqp.control.drive.drive",
+    "Drive": "ftqp.control.drive.joint_drive",
     "DirectionalDamping": "ftqp.control.task.directional_damping",
     "EmergencyStop": "ftqp.control.task.emergency",
     "FaultEvent": "ftqp.sim.schedule",

@@ -27,8 +27,8 @@ from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.mujoco_plant import MujocoPlant
 from ftqp.sim.plants.servo_plant import ServoPlant
 from ftqp.sim.session.cast import Choice
+from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.orders import Break, Play, Seek
-from ftqp.sim.session.session import Session
 from ftqp.viz.figures.run_figures import save_figures
 from ftqp.viz.figures.status_ribbon import CONDITION_COLOURS
 from ftqp.viz.live import colours

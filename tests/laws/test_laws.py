@@ -3,6 +3,7 @@
 The planner cannot peek, it repeats itself, and it forgets repaired faults.
 """
 
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import grimp
@@ -116,6 +117,14 @@ def test_planner_and_its_beliefs_cannot_import_the_simulation():
     assert "ftqp.control.planner.planner" in below and "ftqp.sim.schedule" in above
     assert not {(a, b) for a in below for b in graph.find_modules_directly_imported_by(a) if b in above}
     assert graph.find_shortest_chain("ftqp.control.planner.planner", "ftqp.sim.schedule") is None
+
+
+def test_imports_go_round_in_no_circle():
+    """Those inside functions and those for type checkers count; none waits for an optional package."""
+    graph = grimp.build_graph("ftqp")
+    imported = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
+    assert "ftqp.app.study.dask_cluster" in imported["ftqp.app.study.driving"]  # which a function imports
+    assert len(list(TopologicalSorter(imported).static_order())) == len(imported) > 500
 
 
 def test_planner_reads_no_clock_into_its_command_and_draws_no_unseeded_number():

@@ -70,7 +70,7 @@ def test_pinocchio_reads_the_same_arm(name: str) -> None:
     model.gravity = robot.model.gravity
     model.armature = robot.chain.armature
     assert list(model.names)[1:] == list(robot.joints)
-    data, tip = model.createData(), model.getFrameId(link_names(robot)[-1])
+    data, tip = model.createData(), model.getFrameId(link_names(robot.joints, robot.tip)[-1])
     for q in postures(robot):
         at = np.concatenate(
             [[np.cos(x), np.sin(x)] if model.joints[i + 1].nq == 2 else [x] for i, x in enumerate(q)]
@@ -95,7 +95,7 @@ def test_mujoco_reads_the_same_arm(name: str) -> None:
     for q in postures(robot):
         data.qpos[:] = q
         mujoco.mj_forward(model, data)
-        tip = data.body(link_names(robot)[-1])
+        tip = data.body(link_names(robot.joints, robot.tip)[-1])
         np.testing.assert_allclose(tip.xpos, robot.pose(q)[:3, 3], rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(tip.xmat.reshape(3, 3), robot.pose(q)[:3, :3], rtol=0.0, atol=1e-12)
 
@@ -126,7 +126,7 @@ def test_links_get_names_of_their_own() -> None:
     robot = Robot.from_dh(
         np.tile([0.0, 0.1, 0.2, 0.5], (3, 1)), joints=("tip", "tip_link", "base"), limits={"v_max": 1.0}
     )
-    assert link_names(robot) == ("base", "tip_link", "tip_link_link", "base_link", "tip_")
+    assert link_names(robot.joints, robot.tip) == ("base", "tip_link", "tip_link_link", "base_link", "tip_")
     again = Robot.from_urdf(robot.to_urdf())
     np.testing.assert_allclose(again.pose(robot.neutral), robot.pose(robot.neutral), atol=1e-12)
 

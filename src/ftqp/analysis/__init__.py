@@ -38,8 +38,8 @@ from ftqp.analysis.rest.rest_kinds import RestKind as RestKind
 from ftqp.analysis.spatial_map import SpatialTask as SpatialTask
 from ftqp.analysis.spatial_map import spatial_task as spatial_task
 from ftqp.analysis.survival.continuing import track as track
+from ftqp.analysis.survival.coverage import coverage as coverage
 from ftqp.analysis.survival.coverage_report import CoverageReport as CoverageReport
-from ftqp.analysis.survival.covering import coverage as coverage
 from ftqp.analysis.survival.mission_survival import MissionSurvival as MissionSurvival
 from ftqp.analysis.survival.not_survived import NotSurvived as NotSurvived
 from ftqp.analysis.survival.survival_map import SurvivalMap as SurvivalMap

@@ -283,4 +283,4 @@ class Robot(Readers):
         Raises:
             InputError: A name cannot stand in XML.
         """
-        return urdf_text(self)
+        return urdf_text(self.name, self.joints, self.tip, self.chain, self.limits)

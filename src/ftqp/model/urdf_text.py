@@ -7,8 +7,8 @@ tool skips. Limits of acceleration, deceleration and jerk are words of URDF 1.2;
 written as Drake has it, too. The file names no version, for readers of 1.0 refuse a later one.
 """
 
+from collections.abc import Sequence
 from math import atan2, cos, hypot, sin
-from typing import TYPE_CHECKING
 from unicodedata import category
 from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 
@@ -16,11 +16,10 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
+from ftqp.model.chain import Chain
+from ftqp.model.limits import JointLimits
 from ftqp.model.reading.urdf import SYMMETRIC
 from ftqp.model.shape import reach_of
-
-if TYPE_CHECKING:
-    from ftqp.model.robot import Robot
 
 BASE = "base"
 """The link that stands still."""
@@ -34,50 +33,56 @@ SHORT = 1e-6
 DRAKE = "http://drake.mit.edu"
 
 
-def urdf_text(robot: "Robot") -> str:
+def urdf_text(name: str, joints: Sequence[str], tip: str, chain: Chain, limits: JointLimits) -> str:
     """The URDF of a robot, see ``Robot.to_urdf``.
 
     Args:
-        robot: The arm.
+        name: The robot's name.
+        joints: Names of its joints.
+        tip: Name of its controlled frame.
+        chain: Its geometry and masses.
+        limits: The limits of its joints.
 
     Raises:
         InputError: A name cannot stand in XML, or joints would share a link.
     """
-    for name in (robot.name, robot.tip, *robot.joints):
-        _refuse_unprintable(name)
-    root = Element("robot", {"name": robot.name, "xmlns:drake": DRAKE})
-    root.append(Comment(_remark(robot)))
-    links = link_names(robot)
-    size = reach_of(robot.chain, robot.limits)
+    for one in (name, tip, *joints):
+        _refuse_unprintable(one)
+    root = Element("robot", {"name": name, "xmlns:drake": DRAKE})
+    root.append(Comment(_remark(chain)))
+    links = link_names(joints, tip)
+    size = reach_of(chain, limits)
     base = SubElement(root, "link", name=links[0])
-    _bar(base, robot.chain.translation[0], size)
-    for i in range(robot.nv):
-        _write_link(root, robot, i, links[i + 1], size)
-        _write_joint(root, robot, i, links[i], links[i + 1])
+    _bar(base, chain.translation[0], size)
+    for i, joint in enumerate(joints):
+        _write_link(root, chain, i, links[i + 1], size)
+        _write_joint(root, chain, limits, i, (links[i], joint, links[i + 1]))
     SubElement(root, "link", name=links[-1])
-    end = SubElement(root, "joint", name=_free(f"{robot.tip}_mount", robot.joints), type="fixed")
+    end = SubElement(root, "joint", name=_free(f"{tip}_mount", joints), type="fixed")
     SubElement(end, "parent", link=links[-2])
     SubElement(end, "child", link=links[-1])
-    _place(end, robot.chain.tip_translation, robot.chain.tip_rotation)
-    for rotor in np.flatnonzero(robot.chain.armature):
-        _write_rotor(root, robot, int(rotor))
+    _place(end, chain.tip_translation, chain.tip_rotation)
+    for joint, inertia in zip(joints, chain.armature, strict=True):
+        if inertia:
+            _write_rotor(root, joint, float(inertia))
     indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
 
 
-def link_names(robot: "Robot") -> tuple[str, ...]:
+def link_names(joints: Sequence[str], tip: str) -> tuple[str, ...]:
     """Names of the links, base to tip, nv + 2: ``base``, one behind each joint, and the tip's own name.
 
     Args:
-        robot: The arm.
+        joints: Names of the joints.
+        tip: Name of the controlled frame.
     """
     taken = [BASE]
-    for joint in robot.joints:
+    for joint in joints:
         taken.append(_free(f"{joint}_link", taken))
-    return (*taken, _free(robot.tip, [*taken, *robot.joints]))
+    return (*taken, _free(tip, [*taken, *joints]))
 
 
-def _free(name: str, taken: "list[str] | tuple[str, ...]") -> str:
+def _free(name: str, taken: Sequence[str]) -> str:
     """``name``, made longer until nothing else has it."""
     while name in taken:
         name += "_"
@@ -92,9 +97,9 @@ def _refuse_unprintable(name: str) -> None:
         )
 
 
-def _remark(robot: "Robot") -> str:
+def _remark(chain: Chain) -> str:
     """What the file does not hold, for who reads it."""
-    gravity = " ".join(_number(value) for value in robot.chain.gravity)
+    gravity = " ".join(_number(value) for value in chain.gravity)
     return (
         f" Written by ftqp from its chain of joints: SI units and radians. {LARGEST!r} stands for no limit. "
         "Acceleration limits are acceleration and deceleration (URDF 1.2) and drake:acceleration, jerk "
@@ -103,9 +108,8 @@ def _remark(robot: "Robot") -> str:
     )
 
 
-def _write_link(root: Element, robot: "Robot", i: int, name: str, size: float) -> None:
+def _write_link(root: Element, chain: Chain, i: int, name: str, size: float) -> None:
     """The body behind joint i, its mass and what is drawn of it."""
-    chain = robot.chain
     link = SubElement(root, "link", name=name)
     mass, inertia = float(chain.mass[i]), chain.inertia[i]
     if mass or inertia.any():
@@ -117,7 +121,7 @@ def _write_link(root: Element, robot: "Robot", i: int, name: str, size: float) -
             body, "inertia", {key: _number(value) for key, value in zip(SYMMETRIC, moments, strict=True)}
         )
     _cylinder(link, np.zeros(3), np.eye(3), THICK * size, 2.0 * THICK * size)
-    _bar(link, chain.translation[i + 1] if i + 1 < robot.nv else chain.tip_translation, size)
+    _bar(link, chain.translation[i + 1] if i + 1 < len(chain.mass) else chain.tip_translation, size)
 
 
 def _bar(link: Element, to: FloatArray, size: float) -> None:
@@ -141,12 +145,14 @@ def _cylinder(link: Element, at: FloatArray, rotation: FloatArray, radius: float
     SubElement(shape, "cylinder", radius=f"{radius:.6g}", length=f"{length:.6g}")
 
 
-def _write_joint(root: Element, robot: "Robot", i: int, parent: str, child: str) -> None:
-    """Joint i with its place, limits and friction."""
-    chain, limits = robot.chain, robot.limits
+def _write_joint(
+    root: Element, chain: Chain, limits: JointLimits, i: int, names: tuple[str, str, str]
+) -> None:
+    """Joint i, named between its two links, with its place, limits and friction."""
+    parent, name, child = names
     low, high = float(limits.q_min[i]), float(limits.q_max[i])
     kind = "prismatic" if chain.prismatic[i] else "continuous" if (low, high) == ENDLESS else "revolute"
-    joint = SubElement(root, "joint", name=robot.joints[i], type=kind)
+    joint = SubElement(root, "joint", name=name, type=kind)
     SubElement(joint, "parent", link=parent)
     SubElement(joint, "child", link=child)
     _place(joint, chain.translation[i], chain.rotation[i])
@@ -166,16 +172,15 @@ def _write_joint(root: Element, robot: "Robot", i: int, parent: str, child: str)
         SubElement(joint, "dynamics", rub)
 
 
-def _write_rotor(root: Element, robot: "Robot", i: int) -> None:
-    """The rotor of joint i, in the words of ROS and Drake."""
-    joint = robot.joints[i]
+def _write_rotor(root: Element, joint: str, inertia: float) -> None:
+    """The rotor of a joint, in the words of ROS and Drake."""
     transmission = SubElement(root, "transmission", name=f"{joint}_transmission")
     SubElement(transmission, "type").text = "transmission_interface/SimpleTransmission"
     SubElement(transmission, "joint", name=joint)
     actuator = SubElement(transmission, "actuator", name=f"{joint}_actuator")
     SubElement(actuator, "mechanicalReduction").text = "1"
     SubElement(actuator, "drake:gear_ratio", value="1")
-    SubElement(actuator, "drake:rotor_inertia", value=_number(robot.chain.armature[i]))
+    SubElement(actuator, "drake:rotor_inertia", value=_number(inertia))
 
 
 def _place(element: Element, at: FloatArray, rotation: FloatArray) -> None:

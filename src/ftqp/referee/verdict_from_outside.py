@@ -6,8 +6,8 @@ from typing import final
 import numpy as np
 
 from ftqp.referee.evidence import Evidence
-from ftqp.referee.laws import LAWS, errors
 from ftqp.referee.model_file import ModelFile
+from ftqp.referee.run_laws import LAWS, errors
 from ftqp.referee.strictness import KINEMATIC, Strictness
 
 

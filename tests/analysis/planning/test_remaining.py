@@ -6,7 +6,7 @@ import pytest
 import ftqp
 from ftqp.analysis.planning.remaining import continuation, remaining
 from ftqp.analysis.survival.continuing import track
-from ftqp.analysis.survival.covering import coverage
+from ftqp.analysis.survival.coverage import coverage
 from ftqp.analysis.survival.task_path import task_path
 
 

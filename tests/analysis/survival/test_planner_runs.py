@@ -5,7 +5,7 @@ import pytest
 
 import ftqp
 from ftqp.analysis.survival.continuing import track
-from ftqp.analysis.survival.covering import coverage
+from ftqp.analysis.survival.coverage import coverage
 from ftqp.analysis.survival.planner_runs import TICK, _targets
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.core.errors import InputError

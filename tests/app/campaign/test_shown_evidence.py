@@ -5,7 +5,7 @@ import pytest
 
 from ftqp.app.campaign.shown_evidence import evidence, model_file
 from ftqp.app.scenario.setup import load
-from ftqp.referee.laws import errors
+from ftqp.referee.run_laws import errors
 from ftqp.referee.verdict_from_outside import verdict
 from ftqp.sim.loop import MEMORY, Simulation
 

@@ -114,6 +114,6 @@ def test_missing_package_is_named_in_a_sentence():
     ],
 )  # fmt: skip
 def test_only_this_machine_is_no_reason_to_warn(host, loopback):
-    from ftqp.viz.live.gate import is_loopback
+    from ftqp.viz.live.page_access import is_loopback
 
     assert is_loopback(host) is loopback

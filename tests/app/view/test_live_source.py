@@ -9,8 +9,8 @@ import pytest
 from ftqp.app.view.casting import cast_of
 from ftqp.app.view.live_source import LiveSource
 from ftqp.sim.session.cast import Choice
+from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.orders import Break, Pause, Repair, Reset, Tell, Use
-from ftqp.sim.session.session import Session
 
 LONG = 60.0
 """Seconds that a slow machine is given."""

@@ -6,7 +6,7 @@ from scipy import signal
 from tests.shaken import DT, SIGMA, Shaken, watch
 
 import ftqp
-from ftqp.faults.detection.thresholds import noise_of_acceleration
+from ftqp.faults.detection.residual_thresholds import noise_of_acceleration
 
 BANDWIDTHS = (60.0, 200.0)
 

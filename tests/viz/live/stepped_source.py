@@ -7,9 +7,9 @@ import numpy as np
 
 from ftqp.app.view.casting import cast_of
 from ftqp.sim.session.cast import Choice
-from ftqp.sim.session.session import Session
+from ftqp.sim.session.live_session import Session
 from ftqp.viz.live.frame import DrawnArm, frame_of
-from ftqp.viz.live.source import Stage
+from ftqp.viz.live.frame_source import Stage
 
 
 class SteppedSource:

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ftqp.core.pose import quaternions
-from ftqp.sim.session.facts import Facts
+from ftqp.sim.session.tick_facts import Facts
 from ftqp.viz.live.frame import DrawnArm, frame_of
-from ftqp.viz.live.source import Stage
+from ftqp.viz.live.frame_source import Stage
 
 
 class StillSource:

@@ -9,7 +9,7 @@ import pytest
 from tests.viz.live.stepped_source import SteppedSource
 
 from ftqp.sim.session.orders import Aim
-from ftqp.viz.live.page import Page
+from ftqp.viz.live.live_page import Page
 
 PATIENCE = 120.0
 """How long anything may take on a busy machine [s]."""

@@ -11,8 +11,8 @@ from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.sim.loop import Simulation
 from ftqp.sim.session.cast import Choice
-from ftqp.sim.session.facts import Facts, TwinFacts
-from ftqp.sim.session.session import Session
+from ftqp.sim.session.live_session import Session
+from ftqp.sim.session.tick_facts import Facts, TwinFacts
 from ftqp.viz.live.frame import DrawnArm, frame_of, frames_of
 
 CLOCK = {"step_time_us"}

@@ -15,7 +15,7 @@ from websockets.sync.client import connect
 
 import ftqp
 from ftqp.sim.session.orders import Break, Pause
-from ftqp.viz.live.page import Page
+from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.server import HEADERS, PATIENCE, VERSION
 
 CAMERA = {

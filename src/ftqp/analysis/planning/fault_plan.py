@@ -12,6 +12,7 @@ from ftqp.analysis.planning.corridor import Corridor, corridor_of
 from ftqp.analysis.planning.plan_file import read_plan, write_plan
 from ftqp.analysis.planning.remaining import continuation, remaining
 from ftqp.analysis.spatial_map import whole_number
+from ftqp.analysis.survival.coverage_case import coverage_case
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.task_path import TaskPath, robot_digest, task_path
 from ftqp.control.planner.leading_plan import Remaining
@@ -134,9 +135,7 @@ class Plan:
         Raises:
             InputError: The plan was read without its robot.
         """
-        from ftqp.analysis.survival.covering import coverage  # which takes plans, and so knows this class
-
-        return coverage(self.task.robot, self.task, self.q, stride=self.stride)
+        return coverage_case(self.task.robot, self.task, self.q, stride=self.stride).verify()
 
     def continue_after(self, joint: str | int, time: float) -> FloatArray:
         """How the arm finishes the path when a joint locks: configurations from that sample on, (K, nv).

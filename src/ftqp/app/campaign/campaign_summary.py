@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from ftqp.app.campaign.found_failures import CONFIDENCE, detector_summary, share_interval
 from ftqp.control.planner.status import StepStatus
-from ftqp.referee.laws import LAWS
+from ftqp.referee.run_laws import LAWS
 
 OUTCOMES: Final = ("sound", "broken", "raised", "refused")
 MOST_VALUES: Final = 12

@@ -24,8 +24,8 @@ from ftqp.app.scenario.setup import Setup, resolve, validated
 from ftqp.app.schema.campaign_file import CampaignFile
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
 from ftqp.referee.evidence import Evidence
-from ftqp.referee.laws import LAWS
 from ftqp.referee.model_file import ModelFile
+from ftqp.referee.run_laws import LAWS
 from ftqp.referee.strictness import KINEMATIC, PHYSICS, Strictness
 from ftqp.referee.verdict_from_outside import Verdict, verdict
 from ftqp.referee.witness import followable

@@ -7,6 +7,7 @@ from ftqp.control.planner.status import STATUSES
 from ftqp.control.task.task import ROW_SETS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
+from ftqp.model.urdf_text import link_names
 from ftqp.referee.evidence import Evidence, Failure
 from ftqp.referee.model_file import ModelFile
 from ftqp.sim.log.log_arrays import Log
@@ -87,10 +88,10 @@ def model_file(setup: Setup) -> ModelFile:
     Args:
         setup: The run.
     """
-    from ftqp.model.urdf_text import link_names
-
     robot = setup.robot
-    return ModelFile.read(robot.to_urdf(), link_names(robot)[-1], gravity=robot.chain.gravity)
+    return ModelFile.read(
+        robot.to_urdf(), link_names(robot.joints, robot.tip)[-1], gravity=robot.chain.gravity
+    )
 
 
 def _sent(setup: Setup, log: Log) -> tuple[FloatArray, FloatArray]:

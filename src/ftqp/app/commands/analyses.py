@@ -66,9 +66,9 @@ def calibrate(
     as_json: Json = False,
 ) -> ExitCode:
     """Learn a detector's thresholds, noise and friction from runs of the healthy arm."""
-    from ftqp.app.commands import calibration
+    from ftqp.app.commands import detector_calibration
 
-    return calibration.calibrate(runs, out, alarms=alarms, extrapolate=extrapolate, as_json=as_json)
+    return detector_calibration.calibrate(runs, out, alarms=alarms, extrapolate=extrapolate, as_json=as_json)
 
 
 def coverage(

@@ -1,19 +1,15 @@
 """``ftqp campaign``: many episodes drawn from one scenario, resumable, each judged from outside."""
 
-import json
-from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
 
 from ftqp.app.commands.options import Dask, Jobs, Json, Overrides, StudyOut, whole_number
-from ftqp.app.output.console import ExitCode, json_text, tell, tell_json, tell_table
+from ftqp.app.output.console import ExitCode
 from ftqp.core.errors import InputError
 
 NUMBERS: Final = 1_000_000_000
 """Numbers of episodes are below this."""
-ALONE: Final = "the same command with --replay {}, and with no --out or another one"
-"""Runs an episode alone; a run's folder is a new one."""
 
 
 def campaign(
@@ -55,113 +51,20 @@ def campaign(
 ) -> ExitCode:
     """Run a campaign of random episodes, or go on with that in --out; every one is judged from outside."""
     from ftqp.app.campaign.episode_study import load_campaign
+    from ftqp.app.campaign.kept_campaign import command_of
+    from ftqp.app.commands.campaign_episodes import replay_episode, run_episodes
+    from ftqp.app.commands.campaign_shrinking import shrink as shrink_it
 
     if replay is not None and shrink is not None:
         raise InputError("--replay and --shrink both name an episode; leave one of them out")
     more = () if episodes is None else (f"campaign.episodes={episodes}",)
     made = load_campaign(study, (*(overrides or ()), *more))
     if replay is not None:
-        return _replay(made, _numbered(made, replay), out, as_json=as_json)
+        return replay_episode(made, _numbered(made, replay), out, as_json=as_json)
     if shrink is not None:
-        from ftqp.app.commands.campaign_shrinking import shrink as shrink_it
-
         return shrink_it(made, _numbered(made, shrink), out, as_json=as_json)
-    from ftqp import __version__
-    from ftqp.app.campaign.campaign_summary import summary
-    from ftqp.app.campaign.episode_rows import episode_rows
-    from ftqp.app.campaign.episode_study import COLUMNS, KIND, EpisodeWork
-    from ftqp.app.campaign.kept_campaign import STUDY, command_of
-    from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
-    from ftqp.app.run.runs import SUMMARY, write
-    from ftqp.app.study.driving import cluster_at, drive
-    from ftqp.app.study.results_file import ResultsFile
-
-    cluster = cluster_at(jobs, dask)
-    folder = study_folder(out, made.name)
     command = command_of(study, overrides or ())
-    about = {"study": made.whole_text, "ftqp": __version__, "name": made.name, "command": command}
-    count = made.tables.campaign.episodes
-    with (
-        told_how_to_go_on(folder),
-        ResultsFile(folder, kind=KIND, key=made.key, columns=COLUMNS, about=about) as results,
-    ):
-        write(folder / STUDY, made.text)
-        episode_rows(results, count)  # what cannot be summed up is said before anything is computed
-        driven = drive(EpisodeWork(campaign=made), count, results, what=made.name, jobs=jobs, cluster=cluster)
-        rows = episode_rows(results, count)
-    facts = summary(made.name, rows) | {
-        "computed_now": driven.computed,
-        "crashed": {str(item): reason for item, reason in driven.crashed.items()},
-        "seconds": driven.seconds,
-        "folder": str(folder),
-    }
-    write(folder / SUMMARY, json_text(facts))
-    if as_json:
-        tell_json(facts)
-    else:
-        _tell(facts, whole=table)
-    good = not driven.crashed and not facts["broken"] and not facts["raised"]
-    return ExitCode.DONE if good else ExitCode.STOPPED
-
-
-def _tell(facts: dict[str, Any], *, whole: bool) -> None:
-    """The summary for a person."""
-    run = facts["sound"] + facts["broken"]
-    tell(
-        f"{facts['campaign']}: {facts['episodes']} episodes, {facts['steps']} steps; {facts['sound']} broke "
-        f"no law, {facts['broken']} broke one, {facts['raised']} ended in an exception"
-    )
-    if facts["refused"]:
-        first = facts["refusals"][0]
-        reason = ((first["sentences"] or "").splitlines() or ["no reason was kept"])[-1].removeprefix("  - ")
-        tell(
-            f"{facts['refused']} were not run, as what was drawn is no scenario; episode {first['episode']}: "
-            f"{reason}"
-        )
-    for item, reason in facts["crashed"].items():
-        tell(f"  episode {item} was given up: {reason} each time; alone: {ALONE.format(item)}")
-    if facts["bound"] is not None:
-        tell(f"with 0 of {run} broken, the true share is below {facts['bound']:.2g} at 95 %")
-    if facts["detection"] is not None:
-        _tell_detection(facts["detection"])
-    for example in facts["examples"]:
-        tell(f"  episode {example['episode']}: {example['sentences'].splitlines()[0]}")
-    if facts["examples"]:
-        tell(f"  one of them alone, with its log: {ALONE.format('N')}")
-    if whole:
-        from ftqp.app.campaign.campaign_summary import fallback_share
-
-        for key, values in facts["by_key"].items():
-            heads = ("value", "episodes", "broken", "raised", "refused", "FALLBACK ticks")
-            cells = [
-                (value, *(str(found[head]) for head in heads[1:-1]), fallback_share(found))
-                for value, found in values.items()
-            ]
-            tell_table(key, heads, cells, numbers=heads[1:])
-    tell(f"{facts['seconds']:.1f} s of work; files: {facts['folder']}")
-
-
-def _tell_detection(found: dict[str, Any]) -> None:
-    """What a campaign's detectors did."""
-    if found["unannounced"]:
-        low, high = found["found_interval"]
-        delay = found["delay"]
-        tell(
-            f"{found['unannounced']} failures that nobody announced: {found['found']} found by their joint, "
-            f"{100 * found['found'] / found['unannounced']:.1f} % [{100 * low:.1f}, {100 * high:.1f}], "
-            f"{found['right_kind']} of them with the right kind"
-            + (
-                f"; after {delay['median']:.3g} s in the median, {delay['p95']:.3g} s in 95 of 100"
-                if delay is not None
-                else ""
-            )
-        )
-    if found["healthy_hours"] > 0.0:
-        tell(
-            f"{found['false_alarms']} false alarms in {found['healthy_hours']:.3g} h of healthy motion: at "
-            f"most {found['false_alarms_per_hour_at_most']:.2g} an hour (95 %); after a failure "
-            f"{found['wrong_joint']} alarms named a joint that works"
-        )
+    return run_episodes(made, command, out, jobs=jobs, dask=dask, table=table, as_json=as_json)
 
 
 def _numbered(made: Any, number: int) -> int:
@@ -169,31 +72,3 @@ def _numbered(made: Any, number: int) -> int:
     if not 0 <= number < NUMBERS:
         raise InputError(f"episode {number} is none of {made.name}, expected 0 to {NUMBERS - 1}")
     return number
-
-
-def _replay(made: Any, number: int, out: Path | None, *, as_json: bool) -> ExitCode:
-    """One episode with its log and figures, judged again."""
-    from ftqp.app.campaign.episode_study import EpisodeWork
-    from ftqp.app.run import runs
-    from ftqp.sim.log.log_file import load_log
-
-    setup, (_, drawn) = made.setup(number), made.drawn(number)
-    folder = runs.free_folder(out, setup.name)
-    result = runs.run(setup, folder)
-    seen = EpisodeWork(campaign=made).verdict(made.setup(number), load_log(folder))
-    facts = {
-        "campaign": made.name,
-        "episode": number,
-        "drawn": drawn,
-        "broken": [str(breach) for breach in seen.breaches],
-        "folder": str(folder),
-        "summary": result.summary,
-    }
-    if as_json:
-        tell_json(facts)
-    else:
-        tell(f"episode {number}: {json.dumps(drawn, default=str)}")
-        for sentence in facts["broken"] or ["every law holds"]:
-            tell(f"  {sentence}")
-        tell(f"files: {folder}; look at it: ftqp view {folder}")
-    return ExitCode.STOPPED if seen.breaches else ExitCode.DONE

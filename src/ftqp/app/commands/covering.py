@@ -9,8 +9,8 @@ import numpy as np
 
 from ftqp.analysis import CoverageReport
 from ftqp.analysis.planning.fault_plan import Plan
+from ftqp.analysis.survival.coverage_case import coverage_case
 from ftqp.analysis.survival.coverage_report import SENTENCES
-from ftqp.analysis.survival.covering import coverage_case
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.app.commands.coverage_page import PAGE, sentences, write_page
 from ftqp.app.commands.study_folder import study_folder

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ftqp import __version__
 from ftqp.app.commands.options import Json
 from ftqp.app.output.console import ExitCode, progress, say, tell, tell_json
 from ftqp.core.errors import InputError, unknown
@@ -126,8 +127,6 @@ def _written(
 
 def _notes(metadata: Any) -> list[str]:
     """What is unusual about a run."""
-    from ftqp import __version__
-
     notes = []
     state, by = metadata.get("state", "finished"), (metadata.get("versions") or {}).get("ftqp", __version__)
     if state != "finished":

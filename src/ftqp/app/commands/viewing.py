@@ -21,6 +21,8 @@ from ftqp.app.view.subjects import shown
 from ftqp.core.errors import FtqpError, InputError, unknown
 from ftqp.model.robot import Robot
 from ftqp.sim.session.cast import Choice
+from ftqp.viz.live.meshes import mesh_parts
+from ftqp.viz.live.page_access import is_loopback
 
 if TYPE_CHECKING:
     from ftqp.viz.live.shapes import Part
@@ -59,8 +61,7 @@ def view(
     Raises:
         FtqpError: There is nothing that can be shown, or the page cannot be served.
     """
-    from ftqp.viz.live.gate import is_loopback
-    from ftqp.viz.live.page import Page
+    from ftqp.viz.live.live_page import Page
 
     if meshes not in MESHES:
         raise unknown("kind of meshes", meshes, "a page", MESHES)
@@ -115,8 +116,6 @@ def _until_interrupted() -> Iterator[Event]:
 
 def _parts(kept: FrameKeeper, robot: Robot, meshes: str) -> "Sequence[Part]":
     """What the arm is drawn from."""
-    from ftqp.viz.live.meshes import mesh_parts
-
     return mesh_parts(robot, kept.stage().urdf, "chain" if meshes == "none" else meshes)
 
 

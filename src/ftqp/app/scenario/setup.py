@@ -12,7 +12,7 @@ from ftqp.app.scenario import base_composition, composition, document, world_com
 from ftqp.app.scenario.complaints import complaints
 from ftqp.app.schema import Scenario
 from ftqp.app.schema.robot_section import RobotTable
-from ftqp.control.drive.drive import Drive
+from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path

@@ -8,9 +8,11 @@ from ftqp.app.schema.planner_section import PlannerTable
 from ftqp.app.schema.simulation_section import MujocoTable
 from ftqp.app.schema.strict import Table
 from ftqp.model.robot import Robot
+from ftqp.sim.plants.joint_servo import JointServo
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.plant import Plant
 from ftqp.sim.plants.servo_plant import ServoPlant
+from ftqp.sim.plants.true_arm import TrueArm
 from ftqp.sim.sensors.joint_sensors import JointSensors
 from ftqp.sim.sensors.sensor_faults import SENSOR_KINDS
 
@@ -41,9 +43,7 @@ def plant(tables: Scenario, arm: Robot) -> Plant:
 
 def _mujoco(table: MujocoTable, arm: Robot, planner: PlannerTable) -> Plant:
     """The arm in physics, with the planner's drive; MuJoCo is loaded here and not before."""
-    from ftqp.sim.plants.joint_servo import JointServo
     from ftqp.sim.plants.mujoco_plant import MujocoPlant
-    from ftqp.sim.plants.true_arm import TrueArm
 
     true = TrueArm(
         payload=None if table.payload is None else payload(table.payload),

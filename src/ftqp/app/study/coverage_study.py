@@ -9,9 +9,9 @@ from typing import Any, Final, final
 import numpy as np
 
 from ftqp import __version__
+from ftqp.analysis.survival.coverage_case import CoverageCase
 from ftqp.analysis.survival.coverage_report import CoverageReport
-from ftqp.analysis.survival.covering import CoverageCase
-from ftqp.analysis.survival.pairs import Pairs
+from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.tolerable_joints import Bound
 from ftqp.app.study.driving import Driven, drive
 from ftqp.app.study.results_file import ResultsFile

@@ -17,9 +17,7 @@ TIMEOUT = 10.0
 
 def _version() -> str:
     """The version of ftqp of a worker."""
-    from ftqp import __version__ as version
-
-    return version
+    return __version__
 
 
 @final

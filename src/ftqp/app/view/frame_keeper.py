@@ -5,7 +5,7 @@ from typing import Final, final
 from ftqp.model.robot import Robot
 from ftqp.sim.session.orders import Order
 from ftqp.viz.live.frame import Frame
-from ftqp.viz.live.source import Source, Stage
+from ftqp.viz.live.frame_source import Source, Stage
 
 MOST: Final = 1800
 """Frames that are kept at most, one minute of 30 a second; every other one goes when they are reached."""

@@ -11,12 +11,12 @@ from ftqp.control.paths import Hold
 from ftqp.control.task import schemes
 from ftqp.model import catalog
 from ftqp.qp import backends as known_backends
-from ftqp.sim.session.facts import Facts
+from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.orders import Order, Play
-from ftqp.sim.session.session import Session
 from ftqp.sim.session.session_leader import path_points
+from ftqp.sim.session.tick_facts import Facts
 from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
-from ftqp.viz.live.source import Stage
+from ftqp.viz.live.frame_source import Stage
 
 PICTURES: Final = 30.0
 """Pictures of a second: between two of them the session makes its ticks without a pause."""

@@ -14,11 +14,11 @@ from ftqp.app.view.recorded_way import robot_of, urdf_of, way_of
 from ftqp.core.errors import InputError
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import refuse_unknown_conditions
-from ftqp.sim.session.facts import facts_of
+from ftqp.sim.session.live_session import FASTEST
 from ftqp.sim.session.orders import Order, Pause, Reset, Seek, Speed
-from ftqp.sim.session.session import FASTEST
+from ftqp.sim.session.tick_facts import facts_of
 from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
-from ftqp.viz.live.source import Stage
+from ftqp.viz.live.frame_source import Stage
 
 
 @final

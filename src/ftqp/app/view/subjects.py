@@ -14,9 +14,9 @@ from ftqp.core.errors import InputError
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.log_parts import FILE_NAME, log_files
 from ftqp.sim.session.cast import Cast, Choice
+from ftqp.sim.session.live_session import FASTEST, Session
 from ftqp.sim.session.orders import Speed
-from ftqp.sim.session.session import FASTEST, Session
-from ftqp.viz.live.source import Source
+from ftqp.viz.live.frame_source import Source
 
 
 @contextmanager

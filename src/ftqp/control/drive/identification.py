@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.control.drive.drive import Drive
+from ftqp.control.drive.joint_drive import Drive
 from ftqp.core.checks import FloatArray, array, non_negative, positive
 from ftqp.core.errors import InputError
 

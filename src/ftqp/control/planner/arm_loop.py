@@ -6,7 +6,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.drive.drive import Drive, by_name
+from ftqp.control.drive.joint_drive import Drive, by_name
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.status import STOP_REASONS
 from ftqp.core.checks import FloatArray, positive

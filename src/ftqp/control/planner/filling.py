@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ftqp.control.drive.drive import KINDS, Drive
+from ftqp.control.drive.joint_drive import KINDS, Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.task.bounds import Bounds, Jin
 from ftqp.control.task.emergency import EmergencyStop

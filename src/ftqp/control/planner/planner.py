@@ -6,7 +6,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from ftqp.control.drive.drive import Drive
+from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.braking_reserve import braking_reserve

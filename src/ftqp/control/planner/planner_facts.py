@@ -1,6 +1,6 @@
 """What can be read of a planner between its steps."""
 
-from ftqp.control.drive.drive import Drive
+from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining

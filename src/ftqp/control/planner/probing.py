@@ -6,7 +6,7 @@ from typing import Final, final
 
 import numpy as np
 
-from ftqp.control.drive.drive import Drive
+from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.planner.settings import Settings
 from ftqp.control.task.resolvers import Resolver
 from ftqp.core.checks import BoolArray, FloatArray, IntArray

@@ -7,7 +7,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.drive.drive import Drive
+from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.given_arrays import sized

@@ -9,7 +9,14 @@ from ftqp.core.errors import InputError
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.faults.detection.joint_friction import Friction, friction_of
 from ftqp.faults.detection.motion_log import MotionLog
-from ftqp.faults.detection.thresholds import BLOCK, FEWEST, FOLDS, TOP, largest_jumps, tested_thresholds
+from ftqp.faults.detection.residual_thresholds import (
+    BLOCK,
+    FEWEST,
+    FOLDS,
+    TOP,
+    largest_jumps,
+    tested_thresholds,
+)
 from ftqp.kernel.entry.detection_session import DetectionSession
 from ftqp.kernel.layout.enums import Residual
 from ftqp.model.robot import Robot

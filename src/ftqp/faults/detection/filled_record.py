@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.faults.detection.calibration import Calibration
-from ftqp.faults.detection.thresholds import largest_jumps, uncalibrated
+from ftqp.faults.detection.residual_thresholds import largest_jumps, uncalibrated
 from ftqp.kernel.layout.detection_room import LOAD_EVERY
 from ftqp.kernel.layout.enums import Residual
 from ftqp.model.robot import Robot

@@ -9,9 +9,9 @@ from scipy.sparse import csc_matrix
 
 from ftqp.core.checks import FloatArray
 from ftqp.qp.adapters.backend import Claim
+from ftqp.qp.adapters.backend_settings import optional
 from ftqp.qp.adapters.buffers import QPBuffers
 from ftqp.qp.adapters.polished_backend import PolishedBackend
-from ftqp.qp.adapters.settings import optional
 
 NO_BOUND = 1e30
 """OSQP's infinity; a bound that is really infinite spoils its duality gap."""

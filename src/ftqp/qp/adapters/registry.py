@@ -13,8 +13,8 @@ from typing import Any
 from ftqp.core.errors import InputError, MissingPackage, unknown
 from ftqp.core.extras import remedy_for_extra
 from ftqp.qp.adapters.backend import Backend
+from ftqp.qp.adapters.backend_settings import settings
 from ftqp.qp.adapters.profile import profile
-from ftqp.qp.adapters.settings import settings
 from ftqp.qp.adapters.steady_rounding import PACKAGE, steady_rounding
 
 EXTRA = "solvers"

@@ -7,9 +7,10 @@ import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen
 from ftqp.core.errors import InputError
+from ftqp.qp.adapters._dtrnn import Dtrnn
 from ftqp.qp.adapters.backend import Claim
+from ftqp.qp.adapters.backend_settings import settings
 from ftqp.qp.adapters.buffers import QPBuffers
-from ftqp.qp.adapters.settings import settings
 from ftqp.qp.dtrnn.dtrnn_settings import METHODS, MODES, DtrnnSettings
 from ftqp.qp.dtrnn.many import BatchSolution, solve_batch
 from ftqp.qp.judge.solving import judged, loaded
@@ -97,9 +98,6 @@ def solve(
     Raises:
         InputError: Not a QP, a wrong setting, or a start that does not fit.
     """
-    # Here and not above: the backend loads numba.
-    from ftqp.qp.adapters._dtrnn import Dtrnn
-
     if not isinstance(problem, QP):
         raise InputError(f"the problem is a {type(problem).__name__}, expected an ftqp.QP")
     given = dict(

@@ -130,7 +130,7 @@ class Topics:
         self._add(name, form, make("geometry_msgs/msg/PoseStamped", header=header, pose=pose))
 
     def _frames(self, robot: Robot) -> None:
-        form, chain, links = Form(), robot.chain, link_names(robot)
+        form, chain, links = Form(), robot.chain, link_names(robot.joints, robot.tip)
         frames = []
         if "base" in self._ticks:
             frames.append(self._frame(form, WORLD, BASE, lambda ticks: ticks["base"]))

@@ -13,7 +13,7 @@ from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, Column, columns, sensed_columns
 from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.session.cast import Player
-from ftqp.sim.session.facts import Facts, IntArray, TwinFacts, quaternion_of
+from ftqp.sim.session.tick_facts import Facts, IntArray, TwinFacts, quaternion_of
 
 APART = 1e-6
 """A joint farther from its command than this was repaired elsewhere than its planner thinks [rad or m]."""

@@ -16,7 +16,7 @@ from ftqp.kernel.entry.session import ArmSession
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import PATH_CODES
-from ftqp.sim.session.facts import Facts, IntArray, facts_of
+from ftqp.sim.session.tick_facts import Facts, IntArray, facts_of
 
 NEAR = 0.9
 """A joint beyond this share of its range is near its limit."""

@@ -20,12 +20,12 @@ from ftqp.sim.session.orders import (
     Use,
 )
 from ftqp.viz.live.frame import Frame
+from ftqp.viz.live.frame_source import Stage
 from ftqp.viz.live.heat_map import FailureMap
 from ftqp.viz.live.history import History
 from ftqp.viz.live.legend import legend
 from ftqp.viz.live.plots import Plots
 from ftqp.viz.live.scene import OVERLAYS, Scene
-from ftqp.viz.live.source import Stage
 from ftqp.viz.live.status_head import joint_table, status_head
 
 ACTIONS = {kind.button: name for name, kind in KINDS.items()}

@@ -15,8 +15,8 @@ from typing import Any
 
 from ftqp.core.errors import FtqpError, InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
-from ftqp.viz.live.gate import Gate
 from ftqp.viz.live.heard import is_taken
+from ftqp.viz.live.page_access import Gate
 
 try:
     import msgspec

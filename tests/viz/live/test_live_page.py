@@ -15,13 +15,13 @@ from ftqp.model.catalog import CATALOG
 from ftqp.sim.log.signals import CONDITIONS
 from ftqp.sim.session.orders import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
 from ftqp.viz.live import colours
+from ftqp.viz.live.frame_source import HeatMap
 from ftqp.viz.live.heat_map import failure_map, named_failure
 from ftqp.viz.live.history import SAMPLES, History
-from ftqp.viz.live.page import Page
+from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.scene import OVERLAYS, frame_names
 from ftqp.viz.live.shapes import Part
 from ftqp.viz.live.solids import box
-from ftqp.viz.live.source import HeatMap
 from ftqp.viz.live.status_head import joint_table, status_head
 
 NASTY = ("<script>alert(1)</script>", '"><img src=x onerror=alert(2)>')

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.drive.drive import Drive, by_name
+from ftqp.control.drive.joint_drive import Drive, by_name
 
 QUIET = ftqp.Noise()
 

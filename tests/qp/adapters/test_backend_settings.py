@@ -3,7 +3,7 @@ from dataclasses import dataclass
 import pytest
 
 from ftqp import InputError
-from ftqp.qp.adapters.settings import settings
+from ftqp.qp.adapters.backend_settings import settings
 
 
 @dataclass(frozen=True, kw_only=True)

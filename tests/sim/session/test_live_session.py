@@ -13,9 +13,9 @@ from ftqp.model import catalog
 from ftqp.sim.log.row_sink import MemoryRows
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.sim.session.cast import Choice
-from ftqp.sim.session.facts import facts_of
+from ftqp.sim.session.live_session import Session
 from ftqp.sim.session.orders import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
-from ftqp.sim.session.session import Session
+from ftqp.sim.session.tick_facts import facts_of
 
 Y_LINE = Choice(scenario="panda-y-line", overrides=("faults=",))
 CIRCLE = Choice(scenario="panda-circle", overrides=("faults=",))

@@ -6,8 +6,8 @@ from typing import Protocol
 
 from ftqp.core.checks import FloatArray
 from ftqp.model.robot import Robot
-from ftqp.sim.session.facts import IntArray
 from ftqp.sim.session.orders import Order
+from ftqp.sim.session.tick_facts import IntArray
 from ftqp.viz.live.frame import Frame
 
 

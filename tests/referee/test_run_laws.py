@@ -9,8 +9,8 @@ import pytest
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 from ftqp.referee.evidence import Evidence, Failure
-from ftqp.referee.laws import rotation_vectors
 from ftqp.referee.model_file import ModelFile
+from ftqp.referee.run_laws import rotation_vectors
 from ftqp.referee.strictness import PHYSICS
 from ftqp.referee.verdict_from_outside import verdict
 

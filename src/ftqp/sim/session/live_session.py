@@ -13,7 +13,6 @@ from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import Column
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.session.cast import Cast, Casting, Choice
-from ftqp.sim.session.facts import Facts
 from ftqp.sim.session.orders import (
     TELLS,
     Aim,
@@ -28,6 +27,7 @@ from ftqp.sim.session.orders import (
     Tell,
     Use,
 )
+from ftqp.sim.session.tick_facts import Facts
 from ftqp.sim.session.watched_arm import WatchedArm
 
 FASTEST = 100.0

@@ -7,12 +7,12 @@ from typing import Any, Self, final
 
 from ftqp.model.robot import Robot
 from ftqp.viz.live.frame import Frame
-from ftqp.viz.live.gate import Gate
+from ftqp.viz.live.frame_source import Source, Stage
+from ftqp.viz.live.page_access import Gate
 from ftqp.viz.live.panel import Panel
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.server import LOOPBACK, close_server, open_server
 from ftqp.viz.live.shapes import Part, arm_parts
-from ftqp.viz.live.source import Source, Stage
 
 PICTURES = 30.0
 """Pictures of the scene in a second."""

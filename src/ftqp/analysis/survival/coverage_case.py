@@ -1,4 +1,4 @@
-"""Which failures a motion survives: every joint, at every instant of a path."""
+"""What has to be verified of a motion that is to survive failures, checked, and the report of it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,11 +7,10 @@ from typing import Any, Literal, final, get_args
 
 import numpy as np
 
-from ftqp.analysis.planning.fault_plan import Plan
 from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.continuing import path_values
 from ftqp.analysis.survival.coverage_report import CoverageReport
-from ftqp.analysis.survival.pairs import Pairs
+from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.planner_runs import refuse_no_masses
 from ftqp.analysis.survival.task_path import TaskPath, task_path
 from ftqp.analysis.survival.tolerable_joints import Bound, bound_of
@@ -35,64 +34,6 @@ Fault = Literal["locked", "degraded", "free_swinging"]
 FAULTS = get_args(Fault)
 
 
-def coverage(
-    robot: Robot,
-    path: Any,
-    q: Any,
-    *,
-    stride: int = 4,
-    lock: Literal["instant", "ramp"] = "instant",
-    post: Literal["exact", "qp", "planner"] | None = None,
-    rows: Any = None,
-    joints: Any = None,
-    fault: Fault = "locked",
-    velocity: float = 0.5,
-    deceleration: Any = None,
-    tolerance: tuple[float, float] = FOLLOWED,
-    upper_bound: int | None = None,
-    threads: int | None = None,
-) -> CoverageReport:
-    """Which failures a motion survives: each (joint, instant) is continued to the end of the path.
-
-    Source: zhang2016, section 2.1; paredis1996; docs/theory/coverage.md.
-
-    Args:
-        robot: The arm.
-        path: The path, a ``TaskPath`` or a path of ``ftqp.paths``; None is that of a plan.
-        q: The motion, (N + 1, nv), a configuration for each sample of the path, or a plan [rad or m].
-        stride: Every so many samples are verified, >= 1. A larger one is faster and coarser.
-        lock: ``instant``, or ``ramp``: the joint brakes with its deceleration while the others go on.
-        post: How the others go on: ``exact`` follows the path with as many joints as rows, ``qp`` takes one
-            bounded QP a sample, and ``planner`` drives an ``ftqp.Planner`` in closed loop, which takes some
-            tenths of a second an instant. None is ``exact`` where it is possible, else ``qp``.
-        rows: What of the task is to be kept after a failure; None is all of it. ``"position"`` gives rotation
-            up, ``"position_axis"`` the turn about the tool.
-        joints: Which joints fail, by name or index, sets of two for joints that fail together, or ``"pairs"``
-            for all sets of two; None is each alone.
-        fault: ``locked``, ``degraded``: the joint goes on with a share of its speed, or ``free_swinging``: it
-            has no torque, and the planner goes on.
-        velocity: The share of the speed limit that a degraded joint has left, in (0, 1].
-        deceleration: Of a ramp, (nv,) or one number, > 0 [rad/s2 or m/s2]; None is a quarter of each joint's
-            acceleration limit.
-        tolerance: Errors of position and rotation within which a pair counts as survived with ``qp``, > 0
-            [m, rad].
-        upper_bound: At how many samples it is looked how many joints any posture can do without; None does
-            not look, for it takes some tenths of a second each.
-        threads: How many threads share the work; None is one a core.
-
-    Raises:
-        InputError: The motion does not follow the path, is not finite or has a wrong shape, the path belongs
-            to another robot, or a setting is out of its range.
-    """
-    case = coverage_case(
-        robot, path, q, stride=stride, lock=lock, post=post, rows=rows, joints=joints, fault=fault,
-        velocity=velocity, deceleration=deceleration, tolerance=tolerance, upper_bound=upper_bound,
-    )  # fmt: skip
-    found = case.pairs.runs(range(case.pairs.count), threads)
-    bound = case.bound
-    return case.report(found, None if bound is None else bound.counts(range(len(bound.samples)), threads))
-
-
 def coverage_case(
     robot: Robot,
     path: Any,
@@ -113,8 +54,8 @@ def coverage_case(
 
     Args:
         robot: As in ``coverage``, and so are the others.
-        path: The path.
-        q: The motion.
+        path: The path, a ``TaskPath`` or a path of ``ftqp.paths``.
+        q: The motion, (N + 1, nv) [rad or m].
         stride: Every so many samples are verified.
         lock: How a joint comes to rest.
         post: How the others go on.
@@ -131,9 +72,6 @@ def coverage_case(
     """
     instance("robot", robot, Robot, "a Robot")
     whole_number("stride", stride, 1)
-    if isinstance(q, Plan):
-        own = q.of(robot, path)
-        path, q = own.task, own.q
     task = _task(robot, path, q)
     motion = frozen(array("q", q, (task.N + 1, robot.nv), "(N + 1, nv)"))
     if lock not in ("instant", "ramp"):
@@ -194,6 +132,15 @@ class CoverageCase:
     manipulability: FloatArray
     fault: Fault
     lock: str
+
+    def verify(self, threads: int | None = None) -> CoverageReport:
+        """The report, with every pair followed here and now.
+
+        Args:
+            threads: How many threads share the work; None is one a core.
+        """
+        found, bound = self.pairs.runs(range(self.pairs.count), threads), self.bound
+        return self.report(found, None if bound is None else bound.counts(range(len(bound.samples)), threads))
 
     def report(self, found: Continuations, most: IntArray | None) -> CoverageReport:
         """The report.

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ftqp.viz.live.gate import Gate
+from ftqp.viz.live.page_access import Gate
 
 HERE = "127.0.0.1:8080"
 
