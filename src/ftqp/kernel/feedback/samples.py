@@ -49,7 +49,7 @@ def begin(K: Any) -> None:
     feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
-    feedback.quiet = feedback.deserters = feedback.heard = 0
+    feedback.quiet = feedback.unresponsive_count = feedback.heard = 0
     feedback.softened = feedback.agreeing = 0
     feedback.stored = feedback.until_stored = 0
     feedback.culprit = -1
@@ -67,7 +67,7 @@ def begin(K: Any) -> None:
         if anew:
             feedback.spent[i] = 0.0
             feedback.lost[i] = feedback.asks[i] = 0
-        feedback.deserts[i] = feedback.doubted[i] = feedback.heeded[i] = 0
+        feedback.unresponsive[i] = feedback.doubted[i] = feedback.heeded[i] = 0
         feedback.wound[i] = feedback.usual[i] = feedback.missing[i] = 0.0
         feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 1
         for s in range(feedback.span):

@@ -12,7 +12,6 @@ from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.calm_qp import begin_calm, calms
 from ftqp.kernel.calm.path_outlook import outlook
 from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
-from ftqp.kernel.feedback.deserters import look_for_deserters
 from ftqp.kernel.feedback.gap import measure_gap, norms, wait
 from ftqp.kernel.feedback.late_targets import play_back
 from ftqp.kernel.feedback.observer import feel, observe
@@ -21,6 +20,7 @@ from ftqp.kernel.feedback.samples import believe
 from ftqp.kernel.feedback.spoken import see_error
 from ftqp.kernel.feedback.stray import look_for_strays
 from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
+from ftqp.kernel.feedback.unresponsive import find_unresponsive
 from ftqp.kernel.free.decision import think
 from ftqp.kernel.free.end_stop import end_stops
 from ftqp.kernel.free.free_command import ask_for_motion, verdict_on_free
@@ -113,7 +113,7 @@ def _see(K: Any) -> bool:
     observe(K, first)
     if feedback.kind == TORQUE_DRIVE:
         feel(K)
-        look_for_deserters(K)
+        find_unresponsive(K)
     refer(K)
     look_at_tip(K)
     look_for_strays(K)
