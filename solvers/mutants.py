@@ -81,12 +81,16 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ),
     ),
     "samples": (
-        ("ftqp.kernel.ticks.accepted_inputs", "ftqp.kernel.feedback.samples", "ftqp.kernel.feedback.stray"),
+        (
+            "ftqp.kernel.ticks.accepted_inputs",
+            "ftqp.kernel.feedback.samples",
+            "ftqp.kernel.feedback.error_band",
+        ),
         (
             "tests/kernel/ticks/test_accepted_inputs.py",
             "tests/kernel/feedback",
             "tests/kernel/plain_python/test_accepted_inputs.py",
-            "tests/kernel/plain_python/test_stray.py",
+            "tests/kernel/plain_python/test_error_band.py",
         ),
     ),
 }
@@ -108,7 +112,7 @@ EQUIVALENT: dict[tuple[str, str], str] = {
         "ftqp.kernel.feedback.samples",
         "feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 2",
     ): "a flag that is read as zero or not",
-    ("ftqp.kernel.feedback.stray", "feedback.asks[i] = 2"): "a flag that is read as zero or not",
+    ("ftqp.kernel.feedback.error_band", "feedback.asks[i] = 2"): "a flag that is read as zero or not",
     ("ftqp.faults.kinds", "@dataclass(frozen=True, slots=False)"): "takes more memory, and is frozen as well",
 }
 """By module and changed line: why a mutant does what the module does, so that it is not counted."""

@@ -230,7 +230,7 @@ def test_what_a_joint_that_stands_may_be(rooms, sign):
 
 def test_how_much_a_joint_stands_out_is_by_the_torque_that_is_known(rooms):
     D, _, _ = rooms
-    D.excess[:], D.sharp[:], D.strayed[1] = 0.0, 2.0, 7.0
+    D.excess[:], D.sharp[:], D.deviation[1] = 0.0, 2.0, 7.0
     D.excess[MOTOR_SLOW + 1, 1], D.excess[TORQUE_SLOW, 1], D.excess[OWN_SLOW + 1, 1] = 1.0, 3.0, 4.0
     for effort_, known, motor, expected in (
         (0, 0, 0, 7.0),

@@ -4,10 +4,10 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.feedback.error_band import part_with
 from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.reference import return_to_work
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.stray import part_with
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, TORQUE_DRIVE
 from ftqp.kernel.maths.elementary import any_of, larger, select, smaller

@@ -63,7 +63,7 @@ def begin(K: Any) -> None:
         feedback.d_hat[i] = feedback.d_slow[i] = 0.0
         feedback.offset[i] = at - q
         feedback.age[i] = feedback.same[i] = feedback.still[i] = feedback.bad[i] = 0
-        feedback.strayed[i] = feedback.hurried[i] = 0
+        feedback.outside_band[i] = feedback.hurried[i] = 0
         if anew:
             feedback.spent[i] = 0.0
             feedback.lost[i] = feedback.asks[i] = 0

@@ -2,9 +2,9 @@
 
 from typing import Any
 
+from ftqp.kernel.feedback.error_band import OUT_TIME
 from ftqp.kernel.feedback.gap import norms
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.stray import OUT_TIME
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import INVALID_INPUT, LAGGING, OK, RELAXED, SCALED
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, OUTSIDE_SIGMAS
@@ -56,10 +56,10 @@ def _is_measured_outside(K: Any) -> bool:
 def spoken(K: Any, verdict: int) -> int:
     """The status: INVALID_INPUT of a refused sample, LAGGING with hysteresis, else the QP's own verdict.
 
-    It is LAGGING when the measured tip is beyond the task's tolerance, or a joint has been outside its tube
-    for 20 ms, until everything is within half of that for 50 ms; and while a joint is measured beyond its
-    range. Where the QP itself says that the task is relaxed or scaled, and the arm follows the command, that
-    goes first.
+    It is LAGGING when the measured tip is beyond the task's tolerance, or a joint has been outside its
+    error band for 20 ms, until everything is within half of that for 50 ms; and while a joint is measured
+    beyond its range. Where the QP itself says that the task is relaxed or scaled, and the arm follows the
+    command, that goes first.
     """
     feedback, task, dt = K.feedback, K.task, K.state.dt
     if not feedback.active:

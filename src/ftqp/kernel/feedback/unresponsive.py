@@ -3,10 +3,10 @@
 from math import sqrt
 from typing import Any
 
+from ftqp.kernel.feedback.error_band import part_with
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
 from ftqp.kernel.feedback.pairs import heeds, is_soft, partner, soften
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.stray import part_with
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.thresholds import LATELY, STILL_SAMPLES

@@ -12,13 +12,13 @@ from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.calm_qp import begin_calm, calms
 from ftqp.kernel.calm.path_outlook import outlook
 from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
+from ftqp.kernel.feedback.error_band import find_out_of_hand
 from ftqp.kernel.feedback.gap import measure_gap, norms, wait
 from ftqp.kernel.feedback.late_targets import play_back
 from ftqp.kernel.feedback.observer import feel, observe
 from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
 from ftqp.kernel.feedback.samples import believe
 from ftqp.kernel.feedback.spoken import see_error
-from ftqp.kernel.feedback.stray import look_for_strays
 from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
 from ftqp.kernel.feedback.unresponsive import find_unresponsive
 from ftqp.kernel.free.decision import think
@@ -116,7 +116,7 @@ def _see(K: Any) -> bool:
         find_unresponsive(K)
     refer(K)
     look_at_tip(K)
-    look_for_strays(K)
+    find_out_of_hand(K)
     leave_margin(K)
     correct(K)
     measure_gap(K)
