@@ -7,8 +7,8 @@ from ftqp.kernel.detection.acceleration_banks import observe_accelerations
 from ftqp.kernel.detection.carried import begin_load
 from ftqp.kernel.detection.effort import compare_torques, feel_arm
 from ftqp.kernel.detection.encoders import read_encoders
+from ftqp.kernel.detection.fault_isolation import isolate_fault
 from ftqp.kernel.detection.suspicion import CALM_AGAIN, remember, suspect
-from ftqp.kernel.detection.told_apart import tell_apart
 from ftqp.kernel.detection.usual import begin_usual, take_usual
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.detection_room import WINDOW
@@ -119,7 +119,7 @@ def _judge(D: Any, K: Any, then: int) -> int:
         D.deviation[i] = max(D.deviation[i], TORQUE_COUNTS * D.z[i])
         for r in range(ERROR_RESIDUAL, ACCELERATION_FAST + 1):
             D.deviation[i] = max(D.deviation[i], D.excess[r, i] * D.sharp[r, i])
-    joint, kinds = tell_apart(D, K, then)
+    joint, kinds = isolate_fault(D, K, then)
     if joint >= 0 and kinds != 0:
         for k in range(7):
             hit = 1.0 if kinds & (1 << k) else 0.0

@@ -1,4 +1,4 @@
-"""What is wrong with a joint: one verdict a tick of suspicion, a set of kinds as a number."""
+"""Fault isolation: what is wrong with which joint, one answer a tick of suspicion, kinds as a number."""
 
 from math import exp
 from typing import Any
@@ -167,7 +167,7 @@ def _lost_torque(D: Any, K: Any, i: int, then: int) -> int:
 
 
 @jit
-def tell_apart(D: Any, K: Any, then: int) -> tuple[int, int]:
+def isolate_fault(D: Any, K: Any, then: int) -> tuple[int, int]:
     """The joint and the set of kinds that this tick speaks for; -1 and 0 where it speaks for none.
 
     A joint that stands goes first, then one that runs away, then lost torque.
