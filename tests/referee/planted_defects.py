@@ -166,7 +166,7 @@ DEFECTS = {
     ),
     "status forced to OK": (
         out_of_reach,
-        "judge.ladder",
+        "judge.fallback_cascade",
         "        if code != READY and code != SOLVE:\n            return code\n",
         "        if code != READY and code != SOLVE:\n            return 0\n",
     ),

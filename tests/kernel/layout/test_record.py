@@ -121,12 +121,12 @@ def test_a_record_of_a_small_arm_is_small_and_larger_ones_grow_with_their_class(
 
 
 def test_what_every_tick_touches_comes_first():
-    """State, faults, limits, task and ladder lie on the first page; what only some planners use is last."""
+    """State, faults, limits, task and cascade lie on the first page; what only some planners use is last."""
     dtype = record_dtype(8)
     assert tuple(dtype.names) == tuple(ROOMS)
     begin = {name: dtype.fields[name][1] for name in dtype.names}
     end = {name: begin[name] + dtype[name].itemsize for name in dtype.names}
-    first = ("state", "faults", "limits", "task", "criteria", "watch", "ladder")
+    first = ("state", "faults", "limits", "task", "criteria", "watch", "cascade")
     assert dtype.names[: len(first)] == first
     assert max(end[name] for name in first) <= PAGE
     assert all(begin[name] >= end["qp"] for name in ("scratch", "turned"))

@@ -122,7 +122,7 @@ class Planner(PlannerChanges):
             braking_reserve(robot) if given.limits_torque else None,
         )
         self._adopted, self._step_arm = None, self._wanted.fitting
-        self._said = Said(int(self._session.K.ladder.status))
+        self._said = Said(int(self._session.K.cascade.status))
         self._out, self._loop = (
             Step(self._session, robot.joints, self._said),
             ArmLoop(self._session, robot.joints),

@@ -168,7 +168,7 @@ WRONG_SHAPE, NO_ROTATION, NOT_RESET, NOT_READ, TWIST_ALONE = map(int, Mistake)
 
 
 class Stage(IntEnum):
-    """Which QP of the ladder is being solved."""
+    """Which QP of the fallback cascade is being solved."""
 
     FIRST = 0
     MAIN = 1
