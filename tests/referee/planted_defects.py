@@ -167,8 +167,8 @@ DEFECTS = {
     "status forced to OK": (
         out_of_reach,
         "judge.fallback_cascade",
-        "        if code != READY and code != SOLVE:\n            return code\n",
-        "        if code != READY and code != SOLVE:\n            return 0\n",
+        "        if code != QP_READY and code != SOLVE:\n            return code\n",
+        "        if code != QP_READY and code != SOLVE:\n            return 0\n",
     ),
     "error band off": (
         stuck_joint,

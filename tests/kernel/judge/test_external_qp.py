@@ -32,7 +32,7 @@ def packed(mode, level, *faults, scheme="dlsm"):
     outside.K.cascade.external = 1
     buffers = QPBuffers.zeros(*sizes(outside.K))
     prepare = outside.session.bind("prepare_clock", buffers.flat)
-    assert prepare(Q, V, target.packed, target.row) == codes.READY
+    assert prepare(Q, V, target.packed, target.row) == codes.QP_READY
     inside.tick(Q, V, target)
     return buffers, outside.K, inside.K
 

@@ -28,7 +28,7 @@ def record(stage: int = MAIN_STAGE, mode: int = SLACK, **cascade_is: Any) -> Any
 def stubs(monkeypatch: Any, **said: Any) -> list[str]:
     """Parts of the cascade that answer what the test says, and the names of those that were asked."""
     asked: list[str] = []
-    said = {"command": None, "send": None, "pass_gate": True, "spoken": lambda K, code: code} | said
+    said = {"command": None, "send": None, "pass_gate": True, "report_status": lambda K, code: code} | said
     for name, value in said.items():
 
         def part(*given: Any, name: str = name, value: Any = value) -> Any:

@@ -21,7 +21,7 @@ from ftqp.kernel.layout.enums import (
     MAIN_STAGE,
     OK,
     PLAIN_STAGE,
-    READY,
+    QP_READY,
     RELAX_STAGE,
     RELAXED,
     REST_ELASTIC_STAGE,
@@ -242,7 +242,7 @@ def test_lexicographic_stages_put_the_objective_aside_and_take_what_the_first_le
         K.qp.x[:N], K.qp.b[:2], K.qp.z_box[:N], K.qp.z[:2], K.qp.warm = x, 9.0, 0.5, 0.25, 7
         K.turned.softness[:2] = 1.0
         K.cascade.stage = FIRST_STAGE
-        assert fallback_cascade._advance(K, claim) == READY
+        assert fallback_cascade._advance(K, claim) == QP_READY
         assert (
             np.array_equal(K.qp.g[:N], g) and np.array_equal(K.qp.H_diagonal[:N], H) and K.qp.dense == dense
         )
@@ -347,7 +347,7 @@ def test_the_solver_is_asked_for_every_qp_but_straight_answers_of_the_main_one(m
             monkeypatch, straight=is_straight, active_set=FAILED,
             _advance=lambda K, claim, said=said: said.append((claim, int(K.cascade.checked))) or OK,
         )  # fmt: skip
-        assert fallback_cascade.run_cascade(K, READY, INFEASIBLE) == OK
+        assert fallback_cascade.run_cascade(K, QP_READY, INFEASIBLE) == OK
         assert ("straight" in asked) == (stage == MAIN_STAGE) and ("active_set" in asked) == solver
         assert said == [(FAILED, 0) if solver else (SOLVED, 1)]
         assert K.cascade.qp_iterations == (9 if stage in (MAIN_STAGE, CALM_STAGE) else -5)
@@ -356,9 +356,9 @@ def test_the_solver_is_asked_for_every_qp_but_straight_answers_of_the_main_one(m
 def test_the_cascade_goes_on_until_there_is_a_command_and_waits_for_an_external_solver(monkeypatch):
     K = record(MAIN_STAGE, external=1)
     asked = stubs(monkeypatch)
-    assert fallback_cascade.run_cascade(K, READY, SOLVED) == READY and asked == []
-    codes = [SOLVE, READY, OK]
-    for external, first, solved, ends in ((0, SOLVE, 3, OK), (1, SOLVE, 2, READY), (1, 99, 1, READY)):
+    assert fallback_cascade.run_cascade(K, QP_READY, SOLVED) == QP_READY and asked == []
+    codes = [SOLVE, QP_READY, OK]
+    for external, first, solved, ends in ((0, SOLVE, 3, OK), (1, SOLVE, 2, QP_READY), (1, 99, 1, QP_READY)):
         left = list(codes)
         K = record(RELAX_STAGE, external=external)
         asked = stubs(monkeypatch, active_set=SOLVED, _advance=lambda K, claim, left=left: left.pop(0))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from records import empty_record
 
-from ftqp.kernel.feedback import spoken
+from ftqp.kernel.feedback import status_report
 from ftqp.kernel.judge import kept_limits, solution_check
 from ftqp.kernel.layout.enums import LAGGING, OK, RELAXED
 from ftqp.kernel.ticks import tick
@@ -91,4 +91,4 @@ def test_ok_becomes_lagging_where_a_joint_is_measured_beyond_its_range(side, sig
     K.feedback.tolerance = K.feedback.rotation_tolerance = 1.0
     K.limits.q_min[:N], K.limits.q_max[:N] = -1.0, 1.0
     K.feedback.seen[5] = side * (1.0 + beyond)
-    assert spoken.spoken(K, OK) == said and spoken.spoken(K, RELAXED) == RELAXED
+    assert status_report.report_status(K, OK) == said and status_report.report_status(K, RELAXED) == RELAXED

@@ -18,7 +18,7 @@ from ftqp.kernel.layout.enums import (
     FREE,
     MAIN_STAGE,
     OK,
-    READY,
+    QP_READY,
     RELAXED,
     SOLVE,
     SOLVED,
@@ -191,7 +191,7 @@ def resolve(K: Any, P: Any, prepared: int) -> int:
     chain, task, cascade, qp = K.chain, K.task, K.cascade, K.qp
     cascade.kappa = 0.0
     code = prepared
-    if code != READY:  # a stop or an input that is not finite
+    if code != QP_READY:  # a stop or an input that is not finite
         return run_cascade(K, code, SOLVED)
     resolve_task(K, P)
     cascade.kappa = P.kappa

@@ -18,7 +18,7 @@ from typing import Any
 from ftqp.kernel.active_set.active_set import active_set
 from ftqp.kernel.feedback.gate import pass_gate
 from ftqp.kernel.feedback.sent import send
-from ftqp.kernel.feedback.spoken import spoken
+from ftqp.kernel.feedback.status_report import report_status
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.judge.coming_to_rest import BRAKING_SHARE, draw_to_rest, only_brake
 from ftqp.kernel.judge.kept_limits import joints_outside
@@ -43,7 +43,7 @@ from ftqp.kernel.layout.enums import (
     MAIN_STAGE,
     OK,
     PLAIN_STAGE,
-    READY,
+    QP_READY,
     RELAX_STAGE,
     RELAXED,
     REST_ELASTIC_STAGE,
@@ -219,7 +219,7 @@ def _finish(K: Any) -> int:
             qp.z[j] = cascade.z_first[j]
     if cascade.outcome == STOPPED and _sets_out(K):
         cascade.outcome = STOPPING
-    cascade.status = spoken(K, cascade.outcome)
+    cascade.status = report_status(K, cascade.outcome)
     return cascade.status
 
 
@@ -294,7 +294,7 @@ def _advance(K: Any, claim: int) -> int:
         return _advance_in_calm(K, claim)
     if stage == FIRST_STAGE:
         _begin_second_stage(K, claim)
-        return READY
+        return QP_READY
     good = claim == SOLVED and (cascade.checked != 0 or check_solution(K))
     if K.limits.on_demand and not K.kinematics.has_dynamics and not (good and keeps_torque(K)):
         add_constraints(K)  # the same QP again, now with torque rows
@@ -349,16 +349,16 @@ def run_cascade(K: Any, code: int, claim: int) -> int:
 
     Args:
         K: the record, its stage prepared.
-        code: READY or SOLVE when the solver is to run first, anything else when ``claim`` is already an
+        code: QP_READY or SOLVE when the solver is to run first, anything else when ``claim`` is already an
             answer.
         claim: the answer of an external solver.
     """
     cascade, qp = K.cascade, K.qp
     cascade.checked = 0
     while True:
-        if code == READY and cascade.external:
-            return READY
-        if code == READY or code == SOLVE:
+        if code == QP_READY and cascade.external:
+            return QP_READY
+        if code == QP_READY or code == SOLVE:
             if cascade.stage == MAIN_STAGE and straight(K):
                 cascade.checked, claim = 1, SOLVED
             else:
@@ -366,5 +366,5 @@ def run_cascade(K: Any, code: int, claim: int) -> int:
             if cascade.stage == MAIN_STAGE or cascade.stage == CALM_STAGE:
                 cascade.qp_iterations = qp.iterations
         code = _advance(K, claim)
-        if code != READY and code != SOLVE:
+        if code != QP_READY and code != SOLVE:
             return code

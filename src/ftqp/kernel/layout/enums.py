@@ -138,7 +138,7 @@ class StopReason(IntEnum):
 class Turn(IntEnum):
     """What a tick waits for, where it has no status yet."""
 
-    READY = 100
+    QP_READY = 100
     """The QP is assembled and waits for a solver."""
     SOLVE = 101
     """A substitute QP waits for the in-kernel solver."""
@@ -146,7 +146,7 @@ class Turn(IntEnum):
     """A solver has answered."""
 
 
-READY, SOLVE, ANSWERED = map(int, Turn)
+QP_READY, SOLVE, ANSWERED = map(int, Turn)
 
 
 class Mistake(IntEnum):

@@ -11,7 +11,7 @@ from typing import Any
 from ftqp.kernel.dtrnn.planner_qp import solve_planner_qp
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.fallback_cascade import run_cascade
-from ftqp.kernel.layout.enums import ANSWERED, MAIN_STAGE, READY, SOLVED
+from ftqp.kernel.layout.enums import ANSWERED, MAIN_STAGE, QP_READY, SOLVED
 from ftqp.kernel.layout.network_memory import VALID
 from ftqp.kernel.layout.path_table import COLUMNS
 from ftqp.kernel.layout.record import base_dtype, path_dtype, record_dtype
@@ -28,7 +28,7 @@ def _solved(K: Any, memory: Any, warm: int, prepared: int) -> int:
     if warm == 0:
         memory[VALID] = 0.0
     code = run_cascade(K, prepared, SOLVED)
-    while code == READY:
+    while code == QP_READY:
         code = run_cascade(K, ANSWERED, solve_planner_qp(cascade, qp, memory))
     qp.warm = 1 if cascade.stage == MAIN_STAGE and memory[VALID] != 0.0 else 0
     return code

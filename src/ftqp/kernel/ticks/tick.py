@@ -18,7 +18,7 @@ from ftqp.kernel.feedback.late_targets import play_back
 from ftqp.kernel.feedback.observer import feel, observe
 from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
 from ftqp.kernel.feedback.samples import believe
-from ftqp.kernel.feedback.spoken import see_error
+from ftqp.kernel.feedback.status_report import see_error
 from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
 from ftqp.kernel.feedback.unresponsive import find_unresponsive
 from ftqp.kernel.free.decision import think
@@ -33,7 +33,7 @@ from ftqp.kernel.layout.enums import (
     INVALID_INPUT,
     LEXICOGRAPHIC,
     MAIN_STAGE,
-    READY,
+    QP_READY,
     SCALE,
     SOLVE,
     STOPPED_BY_ERROR,
@@ -208,7 +208,7 @@ def _may_go_on_as_measured(K: Any, valid: bool) -> bool:
 
 @jit
 def _ask(K: Any) -> int:
-    """How firmly the task is asked for, by its mode: READY, or SOLVE when another QP comes first."""
+    """How firmly the task is asked for, by its mode: QP_READY, or SOLVE when another QP comes first."""
     task, turned, qp = K.task, K.turned, K.qp
     K.cascade.stage = MAIN_STAGE
     leave_calm(K)
@@ -228,7 +228,7 @@ def _ask(K: Any) -> int:
         return SOLVE
     else:
         compliance(K, task.slack_ratio)
-    return READY
+    return QP_READY
 
 
 @jit
@@ -243,7 +243,7 @@ def _turn(K: Any, calm: bool) -> None:
 
 @jit
 def prepare_plain(K: Any) -> int:
-    """A tick led by the clock: READY when the QP is the task's, SOLVE when it is another."""
+    """A tick led by the clock: QP_READY when the QP is the task's, SOLVE when it is another."""
     valid = _see(K)
     _bound(K)
     _limit(K)
@@ -312,7 +312,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
         begin_calm_on_path(K, path, task.kp)
         return SOLVE
     leave_calm(K)
-    return READY
+    return QP_READY
 
 
 @jit
@@ -376,4 +376,4 @@ def prepare_on_joints(K: Any, joints: Any) -> int:
     joint_objective(K, joints)
     K.turned.on = K.calm.holding = 0
     K.cascade.stage = MAIN_STAGE
-    return READY
+    return QP_READY

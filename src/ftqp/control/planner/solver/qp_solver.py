@@ -119,7 +119,7 @@ class Solver:
 
         def tick(*inputs: Any) -> int:
             code = prepare(*inputs)
-            return self._solved(finish) if code == Turn.READY else code
+            return self._solved(finish) if code == Turn.QP_READY else code
 
         return tick
 

@@ -1,4 +1,4 @@
-"""What the operator is told of the arm, beside what the QP says of itself."""
+"""The status report: what the operator is told of the arm, beside what the QP says of itself."""
 
 from typing import Any
 
@@ -53,7 +53,7 @@ def _is_measured_outside(K: Any) -> bool:
 
 
 @jit
-def spoken(K: Any, outcome: int) -> int:
+def report_status(K: Any, outcome: int) -> int:
     """The status: INVALID_INPUT of a refused sample, LAGGING with hysteresis, else the QP's own outcome.
 
     It is LAGGING when the measured tip is beyond the task's tolerance, or a joint has been outside its
