@@ -35,7 +35,7 @@ PARTS = (
     "tests/kernel/dtrnn", "tests/kernel/layout", "tests/kernel/entry", "tests/kernel/study",
     "tests/control/planner", "tests/control/task",
     "tests/control/drive", "tests/control/moving_base", "tests/control/following",
-    "tests/control/test_rates.py", "tests/control/test_deserters.py", "tests/faults", "tests/laws",
+    "tests/control/test_rates.py", "tests/control/test_unresponsive.py", "tests/faults", "tests/laws",
     "tests/nasty", "tests/qp/dtrnn", "tests/analysis", "tests/control/batch", "tests/sim",
 )  # fmt: skip
 """Tests that reach the kernel."""

@@ -1,4 +1,4 @@
-"""Which changes of the safety modules their tests notice: limits, faults, ladder, stop and samples.
+"""Which changes of the safety modules their tests notice: limits, faults, cascade, stop and samples.
 
 A mutant is a module with one operator, comparison, number, condition or loop changed (the operators of
 cosmic-ray that keep the types, ``solvers/bench/mutation.py``). A sample of them, drawn at random in each
@@ -7,7 +7,7 @@ one fails. The score is the share of mutants that are found, a module weighted b
 
     python solvers/mutants.py [GROUP...] [--count 6] [--seed 3] [--budget 4] [--keep DIR] [--json]
 
-It needs ``pip install cosmic-ray coverage``. Groups: limits, faults, ladder, stop, samples. Everything runs
+It needs ``pip install cosmic-ray coverage``. Groups: limits, faults, cascade, stop, samples. Everything runs
 as plain Python (``solvers/bench/plain_python.py``) and each mutant in a process forked from one that has
 imported and collected already: cosmic-ray's own runs start Python and import everything anew for each mutant,
 some five seconds, and change the source of the kernel, by whose hash compiled code is kept. With ``--keep``
@@ -56,12 +56,16 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
             f"{PLANNER}/test_planner_faults.py",
         ),
     ),
-    "ladder": (
-        ("ftqp.kernel.judge.ladder", "ftqp.kernel.judge.verdict", "ftqp.kernel.judge.least_excess"),
+    "cascade": (
+        (
+            "ftqp.kernel.judge.fallback_cascade",
+            "ftqp.kernel.judge.solution_check",
+            "ftqp.kernel.judge.least_excess",
+        ),
         (
             "tests/kernel/judge",
             "tests/kernel/plain_python/test_least_excess.py",
-            "tests/kernel/plain_python/test_rungs_one_by_one.py",
+            "tests/kernel/plain_python/test_stages_one_by_one.py",
             "tests/kernel/plain_python/test_brought_to_rest.py",
         ),
     ),
@@ -70,9 +74,9 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         (
             "tests/kernel/judge/test_coming_to_rest.py",
             "tests/control/task/test_emergency.py",
-            "tests/kernel/judge/test_rungs.py",
-            "tests/kernel/judge/test_ladder.py",
-            "tests/kernel/plain_python/test_rungs_one_by_one.py",
+            "tests/kernel/judge/test_lower_stages.py",
+            "tests/kernel/judge/test_fallback_cascade.py",
+            "tests/kernel/plain_python/test_stages_one_by_one.py",
             "tests/kernel/plain_python/test_brought_to_rest.py",
             "tests/kernel/plain_python/test_tick_parts.py",
             "tests/control/moving_base",
@@ -81,12 +85,16 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ),
     ),
     "samples": (
-        ("ftqp.kernel.ticks.accepted_inputs", "ftqp.kernel.feedback.samples", "ftqp.kernel.feedback.stray"),
+        (
+            "ftqp.kernel.ticks.accepted_inputs",
+            "ftqp.kernel.feedback.samples",
+            "ftqp.kernel.feedback.error_band",
+        ),
         (
             "tests/kernel/ticks/test_accepted_inputs.py",
             "tests/kernel/feedback",
             "tests/kernel/plain_python/test_accepted_inputs.py",
-            "tests/kernel/plain_python/test_stray.py",
+            "tests/kernel/plain_python/test_error_band.py",
         ),
     ),
 }
@@ -101,14 +109,14 @@ EQUIVALENT: dict[tuple[str, str], str] = {
         "beyond = (q < several(limits.q_min, at) + OUTSIDE_FROM) | (",
     ): "asks for the exact look, joint by joint, more often",
     (
-        "ftqp.kernel.judge.verdict",
+        "ftqp.kernel.judge.solution_check",
         "worst, min(abs(z), qp.ub[i] - qp.x[i]) if z >= 0.0 else min(abs(z), qp.x[i] - qp.lb[i])",
     ): "z is not 0 there",
     (
         "ftqp.kernel.feedback.samples",
         "feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 2",
     ): "a flag that is read as zero or not",
-    ("ftqp.kernel.feedback.stray", "feedback.asks[i] = 2"): "a flag that is read as zero or not",
+    ("ftqp.kernel.feedback.error_band", "feedback.asks[i] = 2"): "a flag that is read as zero or not",
     ("ftqp.faults.kinds", "@dataclass(frozen=True, slots=False)"): "takes more memory, and is frozen as well",
 }
 """By module and changed line: why a mutant does what the module does, so that it is not counted."""

@@ -140,14 +140,16 @@ class Reading:
     counts: dict[str, int] = field(default_factory=dict)
     ns: list[int] = field(default_factory=list)
     error: float = 0.0
-    strayed: float = 0.0
+    locked_motion: float = 0.0
 
     def judge(self, task: TaskPath, case: Case, k: int, q: list[float]) -> None:
         """Notes how far the tip is from target k, and how far the locked joint has moved."""
         reached = np.array(q)
         self.error = max(self.error, float(np.linalg.norm(task.pose(reached)[:3, 3] - task.poses[k][:3, 3])))
         if case.locked is not None:
-            self.strayed = max(self.strayed, abs(float(reached[case.locked] - case.q[case.locked])))
+            self.locked_motion = max(
+                self.locked_motion, abs(float(reached[case.locked] - case.q[case.locked]))
+            )
 
     def row(self) -> dict[str, Any]:
         """Times [us], largest distance from the target [m], motion of the locked joint [rad], statuses."""
@@ -161,7 +163,7 @@ class Reading:
             **rounded,
             "steps": len(self.ns),
             "position_error": round(self.error, 9),
-            "locked_joint_motion": self.strayed,
+            "locked_joint_motion": self.locked_motion,
             "statuses": self.counts,
         }
 

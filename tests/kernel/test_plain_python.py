@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 HERE = ROOT / "tests" / "kernel" / "plain_python"
 COMPARED = (
-    "torque_drive_with_a_joint_that_deserts",
+    "torque_drive_with_an_unresponsive_joint",
     "velocity_drive_that_lags",
     "position_drive_with_a_lead_and_a_sensor_that_drops_out",
     "target_that_runs_away_and_stops_the_arm",

@@ -167,14 +167,14 @@ DEFECTS = {
     ),
     "status forced to OK": (
         out_of_reach,
-        "judge.ladder",
-        "        if code != READY and code != SOLVE:\n            return code\n",
-        "        if code != READY and code != SOLVE:\n            return 0\n",
+        "judge.fallback_cascade",
+        "        if code != QP_READY and code != SOLVE:\n            return code\n",
+        "        if code != QP_READY and code != SOLVE:\n            return 0\n",
     ),
-    "tube off": (
+    "error band off": (
         stuck_joint,
-        "feedback.stray",
-        "    return TUBE + TUBE_SIGMAS * feedback.sigma + TUBE_TIME * v\n",
+        "feedback.error_band",
+        "    return ERROR_BAND + BAND_SIGMAS * feedback.sigma + BAND_TIME * v\n",
         "    return 1e9\n",
     ),
 }

@@ -13,7 +13,7 @@ SHOWN_BY = {
     "a locked column kept": "tracking",
     "viability off": "braking",
     "status forced to OK": "honesty",
-    "tube off": "obedience",
+    "error band off": "obedience",
 }
 
 

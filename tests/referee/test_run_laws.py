@@ -227,7 +227,7 @@ def test_weakened_joint_has_its_lower_limits_once_the_planner_knows():
     assert verdict(ARM, run(failures=[never])).laws == set()
 
 
-def test_tube_is_as_wide_as_the_noise_of_the_encoders_makes_it():
+def test_error_band_is_as_wide_as_the_noise_of_the_encoders_makes_it():
     evidence = run(sent_q=run().q[1:] + 0.023)
     assert verdict(ARM, evidence, PHYSICS).laws == {"obedience"}
     assert verdict(ARM, evidence, replace(PHYSICS, noise=1e-3)).laws == set()

@@ -36,7 +36,7 @@ def loaded(model: Any, tip: str, payload: Any) -> Any:
     return copy
 
 
-def tipped(model: Any, tip: str, place: Any, name: str) -> Any:
+def with_tip(model: Any, tip: str, place: Any, name: str) -> Any:
     """A copy of the model with one more frame, ``name``, at the pose ``place`` in the frame ``tip``.
 
     Raises:
@@ -52,7 +52,7 @@ def tipped(model: Any, tip: str, place: Any, name: str) -> Any:
     return copy
 
 
-def rubbed(model: Any, viscous: FloatArray, coulomb: FloatArray) -> Any:
+def with_friction(model: Any, viscous: FloatArray, coulomb: FloatArray) -> Any:
     """A copy of the model with other friction.
 
     Args:

@@ -17,7 +17,7 @@ from ftqp.model.limits import JointLimits, one_each
 from ftqp.model.payload import Payload
 from ftqp.model.readers import Readers
 from ftqp.model.reduction import joint_index
-from ftqp.model.refitting import friction_findings, loaded, rubbed, tipped
+from ftqp.model.refitting import friction_findings, loaded, with_friction, with_tip
 from ftqp.model.shape import neutral_of
 from ftqp.model.urdf_text import urdf_text
 
@@ -240,7 +240,7 @@ class Robot(Readers):
             now if given is None else one_each(name, given, self.nv)
             for name, given, now in (("viscous", viscous, self.viscous), ("coulomb", coulomb, self.coulomb))
         ]
-        model = rubbed(self.model, *rub)
+        model = with_friction(self.model, *rub)
         found = [f for f in self.findings if f.about != "friction"] + friction_findings(model, self.limits)
         audit.refuse_unsafe(self.name, found)
         return replace(self, model=model, chain=chain_of(model, self.tip), findings=tuple(found))
@@ -267,7 +267,7 @@ class Robot(Readers):
         Raises:
             InputError: T is no pose, or the name is taken.
         """
-        model = tipped(self.model, self.tip, T, name)
+        model = with_tip(self.model, self.tip, T, name)
         return replace(self, model=model, chain=chain_of(model, name), tip=name)
 
     def to_urdf(self) -> str:

@@ -32,7 +32,7 @@ ROUNDING, OBSERVED = 1e-12, 1e-4
 """Of the end of a ramp, and of the speed with which it begins [rad/s or m/s]."""
 IMPACT = 0.1
 """A joint that meets its end stop more slowly than this does not shake the others [rad/s or m/s]."""
-TUBE, TUBE_TIME, TUBE_SIGMAS = 0.02, 0.1, 6.0
+ERROR_BAND, BAND_TIME, BAND_SIGMAS = 0.02, 0.1, 6.0
 """A joint follows its command while it is as near as 0.02 rad or m, six sigma and what it moves in 0.1 s."""
 
 
@@ -137,7 +137,7 @@ def braking(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     missing = [_missing(q, v, limits, run) for q, v in ((run.q[:-1], run.v[:-1]), (run.q[1:], run.v[1:]))]
     return np.where(
         obeys & (missing[0] <= 0.0) & ~jumps(arm, run, strict)[:, None],
-        missing[1] - strict.position - TUBE_SIGMAS * strict.noise,
+        missing[1] - strict.position - BAND_SIGMAS * strict.noise,
         0.0,
     )
 
@@ -225,9 +225,9 @@ def inside(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
 
 
 def obedience(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
-    """How far a joint is from what it was sent, beyond its tube, while OK is claimed too long, (K, nv)."""
-    tube = TUBE + TUBE_SIGMAS * strict.noise + TUBE_TIME * np.abs(run.sent_v)
-    away = np.abs(run.q[1:] - run.sent_q) - tube
+    """How far a joint is outside its error band, while OK is claimed too long, (K, nv)."""
+    band = ERROR_BAND + BAND_SIGMAS * strict.noise + BAND_TIME * np.abs(run.sent_v)
+    away = np.abs(run.q[1:] - run.sent_q) - band
     claimed = np.array([status == "OK" for status in run.status])[:, None]
     known = np.zeros_like(away, dtype=np.bool_)
     t = run.dt * np.arange(len(run.status))

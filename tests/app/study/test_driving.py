@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from tests.app.study.jobs import COLUMNS, Squares, expected
 
-from ftqp.app.study.course import HOPELESS
+from ftqp.app.study.course import DEAD_WORKERS
 from ftqp.app.study.driving import drive
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile
 from ftqp.app.study.workers import LocalProcesses
@@ -81,17 +81,17 @@ def test_an_item_that_was_given_up_is_tried_again_after_all_others_and_elsewhere
 
 def test_many_items_that_were_given_up_do_not_keep_a_study_from_its_end(tmp_path: Path) -> None:
     with results_in(tmp_path) as results:
-        for item in range(HOPELESS + 1):
+        for item in range(DEAD_WORKERS + 1):
             results.crash(item, "the worker died")
-        driven = drive(Squares(all_deadly_below=HOPELESS + 1), 10, results, what="squares", jobs=2)
-        assert set(driven.crashed) == set(range(HOPELESS + 1)) and driven.computed == 9 - HOPELESS
+        driven = drive(Squares(all_deadly_below=DEAD_WORKERS + 1), 10, results, what="squares", jobs=2)
+        assert set(driven.crashed) == set(range(DEAD_WORKERS + 1)) and driven.computed == 9 - DEAD_WORKERS
 
 
 def test_workers_that_die_at_everything_are_not_tried_with_everything(tmp_path: Path) -> None:
     with results_in(tmp_path) as results:
         with pytest.raises(FtqpError, match="workers die at every item, the last 5 in succession"):
             drive(Squares(all_deadly_below=100), 100, results, what="squares", jobs=2)
-        assert len(results.crashed()) == HOPELESS
+        assert len(results.crashed()) == DEAD_WORKERS
 
 
 ALONE = """

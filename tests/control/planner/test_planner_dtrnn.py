@@ -169,4 +169,4 @@ def test_an_answer_is_accepted_at_the_tolerance_of_its_mode(panda, mode, accepte
     criterion = ftqp.schemes.mvn().at("acceleration")
     session = filled(panda, ftqp.Task(), criterion, Viability(), None, level="acceleration", dt=DT)
     network_memory(ftqp.qp.backend({"name": "dtrnn", "mode": mode}), session)
-    assert session.K.ladder.accept == pytest.approx(accepted)
+    assert session.K.cascade.accept == pytest.approx(accepted)

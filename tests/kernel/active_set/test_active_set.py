@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import quadprog
-from lone_qps import lone_qp
 from random_qps import FEASIBLE, INFEASIBLE, by_daqp, feasible, hessian, infeasible, nudged, unplanned
+from standalone_qps import standalone_qp
 
 from ftqp.kernel.layout import enums as codes
 
@@ -16,7 +16,7 @@ AGREEMENT = 1e-9
 def loaded(case):
     """Memory that holds the case."""
     n, m = len(case.g), len(case.b)
-    ws = lone_qp(n, m, len(case.l))
+    ws = standalone_qp(n, m, len(case.l))
     for name in ("H", "g", "A", "b", "soft", "C", "l", "u", "lb", "ub"):
         getattr(ws, name)[...] = getattr(case, name)
     ws.Q.dense, ws.Q.H_diagonal[:n] = case.dense, np.diag(case.H)
@@ -158,7 +158,7 @@ def test_limits_that_meet_in_one_point_are_not_taken_for_infeasible():
     rng = np.random.default_rng(24)
     for _ in range(200):
         n, p = 4, 30
-        ws = lone_qp(n, 0, p)
+        ws = standalone_qp(n, 0, p)
         ws.Q.dense = 1
         tip, C = rng.normal(size=n), rng.normal(size=(p, n))
         ws.H[:], ws.C[:], ws.u[:], ws.l[:] = hessian(rng, n, True), C, C @ tip, -np.inf

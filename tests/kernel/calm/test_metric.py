@@ -10,7 +10,7 @@ from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.curvature import curvature, spread, weigh_rows
 from ftqp.kernel.calm.metric import find_metric
 from ftqp.kernel.calm.trigger import curvature_bound, is_regular, largest_curvature
-from ftqp.kernel.feedback.spoken import see_error
+from ftqp.kernel.feedback.status_report import see_error
 from ftqp.kernel.rows.task_rows import task_rows
 
 

@@ -78,6 +78,6 @@ def test_coulomb_friction_holds_a_joint_that_hardly_moves(drive):
 
 
 def test_friction_slows_a_joint_that_slides():
-    free, rubbed = (free_velocity(0.5, 1.0 - 0.6, 2.0, 0.3, mu, STEP) for mu in (0.0, 2.0))
+    free, with_friction = (free_velocity(0.5, 1.0 - 0.6, 2.0, 0.3, mu, STEP) for mu in (0.0, 2.0))
     assert abs(free - (2.0 + STEP * (1.0 - 0.6) / 0.503)) < 1e-14
-    assert abs(rubbed - (free - STEP * 2.0 / 0.503)) < 1e-14
+    assert abs(with_friction - (free - STEP * 2.0 / 0.503)) < 1e-14

@@ -29,10 +29,10 @@ def packed(mode, level, *faults, scheme="dlsm"):
     )
     for ticks in (outside, inside):
         ticks.reset(Q, V)
-    outside.K.ladder.external = 1
+    outside.K.cascade.external = 1
     buffers = QPBuffers.zeros(*sizes(outside.K))
     prepare = outside.session.bind("prepare_clock", buffers.flat)
-    assert prepare(Q, V, target.packed, target.row) == codes.READY
+    assert prepare(Q, V, target.packed, target.row) == codes.QP_READY
     inside.tick(Q, V, target)
     return buffers, outside.K, inside.K
 
@@ -48,7 +48,7 @@ def test_packed_qp_has_the_solution_of_the_kernel(mode, level):
         upper[b.n : b.n + b.m] = b.b
         x, _, flag, _ = daqp.solve(b.H, b.g, b.rows, upper, b.lower, sense, primal_tol=1e-11, dual_tol=1e-12)
         if mode == "hard" and flag != 1:
-            assert inside.ladder.status == codes.RELAXED
+            assert inside.cascade.status == codes.RELAXED
             continue
         assert flag == 1
         assert np.abs(x[:7] - inside.qp.x[:7]).max() < 1e-6 * (1.0 + np.abs(x[:7]).max())

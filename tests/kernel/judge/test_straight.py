@@ -5,8 +5,8 @@ import pytest
 from records import believe, empty_record
 
 from ftqp.kernel.active_set.active_set import active_set
+from ftqp.kernel.judge.solution_check import check_solution
 from ftqp.kernel.judge.straight import straight
-from ftqp.kernel.judge.verdict import judge
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.layout.enums import JOINTS
 
@@ -20,8 +20,8 @@ def posed(seed=0, n=7, m=6, capacity=8, held=(), soft=1e-7, wide=1e3):
     """A record whose QP has a diagonal H and bounds far away; joints ``held`` are fixed at their x."""
     rng = np.random.default_rng(seed)
     K = empty_record(capacity)
-    K.chain.n, K.ladder.accept, K.qp.tolerance, K.qp.max_iterations = n, 1e-6, 1e-9, 100
-    K.qp.nx, K.qp.meq, K.task.m, K.ladder.stage = n, m, m, codes.MAIN_STAGE
+    K.chain.n, K.cascade.accept, K.qp.tolerance, K.qp.max_iterations = n, 1e-6, 1e-9, 100
+    K.qp.nx, K.qp.meq, K.task.m, K.cascade.stage = n, m, m, codes.MAIN_STAGE
     believe(K, dict.fromkeys(held, codes.LOCKED))
     qp = K.qp
     qp.H_diagonal[:n], qp.g[:n] = rng.uniform(0.1, 10.0, n), rng.normal(size=n)
@@ -48,12 +48,12 @@ def test_it_is_the_active_sets_answer(n, m, capacity, soft, failed):
     held = (n // 2,) if failed and n > m else ()
     ours, theirs = (posed(n, n, m, capacity, held, soft) for _ in range(2))
     assert straight(ours)
-    assert active_set(theirs.qp) == codes.SOLVED and judge(theirs)
+    assert active_set(theirs.qp) == codes.SOLVED and check_solution(theirs)
     for name, value in answer(ours).items():
         expected = answer(theirs)[name]
         assert value == pytest.approx(expected, rel=1e-9, abs=1e-9 * (1.0 + np.abs(expected).max())), name
     assert ours.task.slack[:m] == pytest.approx(theirs.task.slack[:m], abs=1e-10)
-    assert ours.ladder.residual_task < 1e-10 and ours.ladder.residual_dual < 1e-10
+    assert ours.cascade.residual_task < 1e-10 and ours.cascade.residual_dual < 1e-10
     assert ours.qp.iterations == 1 and ours.qp.warm == 0
 
 
@@ -123,7 +123,7 @@ def test_hard_rows_that_depend_on_each_other_are_left_to_the_active_set():
         ("qp", "nx", 8),
         ("qp", "warm", 1),
         ("qp", "meq", 0),
-        ("ladder", "external", 1),
+        ("cascade", "external", 1),
         ("faults", "movable", 8),
     ],
 )
@@ -136,5 +136,5 @@ def test_other_qps_are_not_taken(room, field, value):
 def test_an_answer_that_is_not_good_enough_is_not_taken():
     K = posed(6)
     assert straight(K)
-    K.ladder.accept = 0.0
+    K.cascade.accept = 0.0
     assert not straight(K)

@@ -9,7 +9,6 @@ import pytest
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session, rooms
 from ftqp.kernel.jit import COMPILED, jit
-from ftqp.kernel.layout.lone_memory import alone_dtype
 from ftqp.kernel.layout.record import (
     CAPACITIES,
     ROOMS,
@@ -22,6 +21,7 @@ from ftqp.kernel.layout.record import (
     record_dtype,
 )
 from ftqp.kernel.layout.reduced_problem import reduced_dtype
+from ftqp.kernel.layout.standalone_memory import standalone_dtype
 
 LAYOUTS = {
     "record": record_dtype(8),
@@ -30,7 +30,7 @@ LAYOUTS = {
     "base": base_dtype(8),
     "joints": joints_dtype(8),
     "reduced problem": reduced_dtype(8),
-    "QP alone": alone_dtype(),
+    "QP alone": standalone_dtype(),
 }
 PAGE = 4096
 """Bytes."""
@@ -121,18 +121,18 @@ def test_a_record_of_a_small_arm_is_small_and_larger_ones_grow_with_their_class(
 
 
 def test_what_every_tick_touches_comes_first():
-    """State, faults, limits, task and ladder lie on the first page; what only some planners use is last."""
+    """State, faults, limits, task and cascade lie on the first page; what only some planners use is last."""
     dtype = record_dtype(8)
     assert tuple(dtype.names) == tuple(ROOMS)
     begin = {name: dtype.fields[name][1] for name in dtype.names}
     end = {name: begin[name] + dtype[name].itemsize for name in dtype.names}
-    first = ("state", "faults", "limits", "task", "criteria", "watch", "ladder")
+    first = ("state", "faults", "limits", "task", "criteria", "watch", "cascade")
     assert dtype.names[: len(first)] == first
     assert max(end[name] for name in first) <= PAGE
     assert all(begin[name] >= end["qp"] for name in ("scratch", "turned"))
 
 
-@pytest.mark.parametrize("dtype", [record_dtype(8)["qp"], alone_dtype()], ids=["planner", "alone"])
+@pytest.mark.parametrize("dtype", [record_dtype(8)["qp"], standalone_dtype()], ids=["planner", "alone"])
 def test_vectors_of_a_qp_come_before_its_growing_matrices(dtype):
     first = min(dtype.fields[name][1] for name in GROWING)
     late = {name for name in dtype.names if dtype.fields[name][1] >= first}

@@ -49,7 +49,7 @@ def test_counts_labels_and_owners_agree_with_the_rows_that_are_filled(level):
     K = constrained(level)
     filled = int(K.qp.nc)
     labels = constraint_labels(PANDA.joints, True)
-    assert filled == constraint_count(7, True) == len(labels) == int(K.ladder.p)
+    assert filled == constraint_count(7, True) == len(labels) == int(K.cascade.p)
     assert np.isfinite(K.qp.C[:filled, :7]).all()
     assert not np.isnan(K.qp.l[:filled]).any() and not np.isnan(K.qp.u[:filled]).any()
     assert np.isnan(K.qp.C[filled:]).all() and np.isnan(K.qp.l[filled:]).all()

@@ -10,7 +10,7 @@ import ftqp
 
 
 @ride
-def torque_drive_with_a_joint_that_deserts() -> Any:
+def torque_drive_with_an_unresponsive_joint() -> Any:
     robot = arm(3)
     planner = ftqp.Planner(robot, DT, drive="torque", task=ftqp.Task(rows=("x", "y")), emergency=None)
     return led(planner, 45, moves=torque_arm(robot, stuck=1), measures_v=False, speed=0.1)

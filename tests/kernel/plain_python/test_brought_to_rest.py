@@ -5,11 +5,11 @@ from math import inf
 import numpy as np
 import pytest
 from records import chain_record
-from rungs import DT, N, record, stubs
+from stages import DT, N, record, stubs
 
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.judge import coming_to_rest, ladder, verdict
+from ftqp.kernel.judge import coming_to_rest, fallback_cascade, solution_check
 from ftqp.kernel.layout.enums import ACCELERATION, MAIN_STAGE, REST_STAGE, STOPPED, STOPPING, VELOCITY
 
 
@@ -33,14 +33,14 @@ def test_a_stop_brakes_until_all_joints_that_work_are_slower_than_a_thousandth(m
         given, shares = [], []
         stubs(monkeypatch, begin_rest=lambda K, time, rise, given=given: given.append((time, rise)))
         stubs(monkeypatch, only_brake=lambda K, share, shares=shares: shares.append(share))
-        ladder.begin_stop(K)
-        assert (K.ladder.verdict, K.watch.stopped) == (says, ends) and given == [(DT, 0.2)]
+        fallback_cascade.begin_stop(K)
+        assert (K.cascade.outcome, K.watch.stopped) == (says, ends) and given == [(DT, 0.2)]
         assert shares == ([] if free else [0.0]), "beside a joint that swings the others may have to move"
     K = record()
     K.faults.working, K.faults.movable, K.state.v[3] = N - 1, N - 1, 1.0
     stubs(monkeypatch, begin_rest=None, only_brake=None)
-    ladder.begin_stop(K)
-    assert K.ladder.verdict == STOPPED, "a joint that is locked is not asked"
+    fallback_cascade.begin_stop(K)
+    assert K.cascade.outcome == STOPPED, "a joint that is locked is not asked"
 
 
 def test_a_rest_forgets_the_task_and_opens_only_intervals_of_joints_that_are_outside():
@@ -49,8 +49,8 @@ def test_a_rest_forgets_the_task_and_opens_only_intervals_of_joints_that_are_out
         K.state.q[1], K.state.v[1] = q, 0.04
         K.task.slack[:2], K.task.scale = 5.0, 0.5
         K.qp.lb[1], K.qp.ub[1] = 1.0, 2.0
-        ladder.begin_rest(K, 0.05, 0.0)
-        assert (K.qp.nx, K.qp.meq, K.qp.warm, K.ladder.stage) == (N, 0, 0, REST_STAGE)
+        fallback_cascade.begin_rest(K, 0.05, 0.0)
+        assert (K.qp.nx, K.qp.meq, K.qp.warm, K.cascade.stage) == (N, 0, 0, REST_STAGE)
         assert not K.task.slack[:2].any() and K.task.scale == 0.0
         wanted = -0.04 / 0.05
         assert (K.qp.lb[1], K.qp.ub[1]) == ((pytest.approx(wanted), 2.0) if opened else (1.0, 2.0))
@@ -99,6 +99,6 @@ def test_torques_of_a_tick_without_inertia_are_known_from_then_on(level):
     forward_kinematics(K)
     motion(K)
     assert K.kinematics.has_dynamics == 0
-    verdict.torques_without_inertia(K)
+    solution_check.torques_without_inertia(K)
     assert K.state.tau[:3] == pytest.approx(robot.mass_matrix(q) @ a + robot.bias(q, v))
     assert K.kinematics.has_dynamics == 1, "asked again they are not computed again"

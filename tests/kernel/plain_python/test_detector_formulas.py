@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 from failing_arm import DT, TAU_MAX, arm, detector
 
-from ftqp.kernel.detection import carried, culprit, effort, told_apart, torque_share
+from ftqp.kernel.detection import carried, culprit, effort, fault_isolation, torque_share
 from ftqp.kernel.detection.standing import FEWEST
 from ftqp.kernel.layout.enums import (
     ACCELERATION_SLOW,
@@ -205,13 +205,13 @@ def standing(rooms, load, friction, residual, *, patience=0, noise=(1e-5, 0.0), 
     K.kinematics.h[1], D.x[TORQUE_SLOW, 1] = load, residual
     D.patience, D.watch = patience, 10
     (D.sigma, D.quantum), D.same[1], D.travel[1] = noise, same, 1.0
-    return told_apart._held(D, K, 1, 0)
+    return fault_isolation._held(D, K, 1, 0)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_what_a_joint_that_stands_may_be(rooms, sign):
     """A free one would fall under the load, a degraded one would overcome friction, a frozen one repeats."""
-    held = told_apart.HELD
+    held = fault_isolation.HELD
     assert standing(rooms, sign * 20.0, 0.0, 0.0) == IS_LOCKED
     assert standing(rooms, sign * 20.0, 1.0, -sign * 400.0) == IS_LOCKED, "the loop pushes hard"
     assert standing(rooms, sign * 0.99 * held, 0.0, 0.0) == IS_LOCKED + IS_FREE
@@ -230,7 +230,7 @@ def test_what_a_joint_that_stands_may_be(rooms, sign):
 
 def test_how_much_a_joint_stands_out_is_by_the_torque_that_is_known(rooms):
     D, _, _ = rooms
-    D.excess[:], D.sharp[:], D.strayed[1] = 0.0, 2.0, 7.0
+    D.excess[:], D.sharp[:], D.deviation[1] = 0.0, 2.0, 7.0
     D.excess[MOTOR_SLOW + 1, 1], D.excess[TORQUE_SLOW, 1], D.excess[OWN_SLOW + 1, 1] = 1.0, 3.0, 4.0
     for effort_, known, motor, expected in (
         (0, 0, 0, 7.0),
@@ -239,7 +239,7 @@ def test_how_much_a_joint_stands_out_is_by_the_torque_that_is_known(rooms):
         (1, 1, 1, 2.0 / 0.67),
     ):
         D.has_effort, D.known, D.has_motor = effort_, known, motor
-        assert told_apart._shown(D, 1) == pytest.approx(expected)
+        assert fault_isolation._shown(D, 1) == pytest.approx(expected)
 
 
 def fitted(rooms, share, *, spread=0.9, size=50.0, unsure=0.05, watch=100, coulomb=0.0, asked=1, room=0.01):
@@ -253,11 +253,11 @@ def fitted(rooms, share, *, spread=0.9, size=50.0, unsure=0.05, watch=100, coulo
 
     def fit(D, K, i, then):
         D.fit_share, D.fit_spread, D.fit_size, D.fit_best = share, spread, size, 0
-        D.fit_gg[0] = (told_apart.UNSURE / unsure) ** 2
+        D.fit_gg[0] = (fault_isolation.UNSURE / unsure) ** 2
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(told_apart, "fit_share", fit)
-        return told_apart._lost_torque(D, K, 1, 0)
+        patch.setattr(fault_isolation, "fit_share", fit)
+        return fault_isolation._lost_torque(D, K, 1, 0)
 
 
 def test_the_share_says_whether_torque_is_lost_or_all_of_it(rooms):
@@ -320,7 +320,7 @@ def test_a_runaway_goes_where_nobody_sent_it_with_torque_that_came_at_once(rooms
         v = beyond + (v_ref if way == "beyond" else 0.0)
         D.past_v[0, 1], D.d[1, 1], K.kinematics.h[1] = side * v_ref, side * jump, side * load
         D.kept[:, 1], D.at = side * v * DT * np.arange(len(D.kept)), len(D.kept) - 1
-        return bool(told_apart._runs_away(D, K, 1, 0))
+        return bool(fault_isolation._runs_away(D, K, 1, 0))
 
     full = TAU_MAX[1]
     assert runs(0.16, 0.5 * full) and not runs(0.14, 0.5 * full)
@@ -333,5 +333,5 @@ def test_a_runaway_goes_where_nobody_sent_it_with_torque_that_came_at_once(rooms
 def test_no_joint_is_named_where_none_explains_anything(rooms):
     D, K, _ = rooms
     D.blind[:N], D.z[:N], D.worst = 1, 0.0, 0.0
-    assert told_apart.tell_apart(D, K, 0) == (-1, 0)
+    assert fault_isolation.isolate_fault(D, K, 0) == (-1, 0)
     assert D.suspect == -1 and FEWEST == 16

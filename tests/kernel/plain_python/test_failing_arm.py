@@ -246,7 +246,7 @@ def test_no_number_at_all_at_the_first_tick_is_a_rest_at_nought():
 
 def test_a_motor_at_its_limit_unasked_runs_away_though_its_joint_hardly_moves():
     """FULL of the largest torque against what is asked is enough; with what is asked it is not."""
-    from ftqp.kernel.detection.told_apart import _runs_away
+    from ftqp.kernel.detection.fault_isolation import _runs_away
 
     watch = detector("torque")
     driven(watch, most=AT, measured=True)

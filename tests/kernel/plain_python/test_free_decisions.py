@@ -271,23 +271,23 @@ def test_thinking_begins_anew_gives_up_what_is_latched_and_puts_the_state_back(m
 def test_what_is_said_of_an_arm_with_a_free_joint():
     K, _ = hanging()
     K.watch.latched, K.free.mode = 1, ARREST
-    assert free_command.verdict_on_free(K) == free_command.STOPPING
+    assert free_command.outcome_beside_free(K) == free_command.STOPPING
     K.free.mode = STILL
     K.state.v[0] = 2e-3
-    assert free_command.verdict_on_free(K) == free_command.STOPPING
+    assert free_command.outcome_beside_free(K) == free_command.STOPPING
     K.state.v[0] = 0.5e-3
-    assert free_command.verdict_on_free(K) == free_command.STOPPED and K.watch.stopped == 1
+    assert free_command.outcome_beside_free(K) == free_command.STOPPED and K.watch.stopped == 1
     K.free.mode, K.state.v[1] = HOLD, 0.06
-    assert free_command.verdict_on_free(K) == free_command.STOPPING
+    assert free_command.outcome_beside_free(K) == free_command.STOPPING
     K.watch.latched, K.watch.stopped = 0, 0
     K.task.uses_rotation = 0
     for rows, far, code in ((1, 0.009, free_command.OK), (1, 0.011, free_command.RELAXED)):
         K.free.rows, K.task.position_error = rows, far
-        assert free_command.verdict_on_free(K) == code
+        assert free_command.outcome_beside_free(K) == code
     K.task.uses_rotation, K.task.position_error = 1, 0.0
     for rows, tool, code in ((1, 0, free_command.RELAXED), (2, 0, free_command.RELAXED),
                              (2, 1, free_command.OK), (3, 0, free_command.OK)):  # fmt: skip
         K.free.rows, K.task.tool_rows = rows, tool
-        assert free_command.verdict_on_free(K) == code
+        assert free_command.outcome_beside_free(K) == code
     K.feedback.lagging = 1
-    assert free_command.verdict_on_free(K) == free_command.RELAXED
+    assert free_command.outcome_beside_free(K) == free_command.RELAXED

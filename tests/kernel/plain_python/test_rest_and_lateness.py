@@ -214,7 +214,7 @@ def test_a_displacement_is_bounded_by_its_norm_and_rests_where_it_is():
 )
 def test_a_row_says_what_became_of_the_solvers_claim(claim, status, mode, missed, outcome):
     K = empty_record()
-    K.ladder.claim, K.ladder.status, K.ladder.missed, K.task.mode = claim, status, missed, mode
+    K.cascade.claim, K.cascade.status, K.cascade.missed, K.task.mode = claim, status, missed, mode
     assert block_of_ticks.qp_outcome(K) == outcome
 
 

@@ -28,7 +28,7 @@ def test_servos_ask_for_what_moves_those_that_obey_and_say_when_a_motor_is_full(
     S.q[:7], S.v[:7] = q + 0.01 * rng.normal(size=7), 0.2 * rng.normal(size=7)
     K.state.q[:7], K.state.v[:7] = q, v
     S.limit[:7] = S.tau_max[:7] = robot.limits.tau_max
-    S.strays[[j for j in range(7) if j not in obeys]] = 1.0
+    S.unresponsive[[j for j in range(7) if j not in obeys]] = 1.0
     forward_kinematics(K)
     motion(K)
     dynamics(K)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from records import empty_record
 
-from ftqp.kernel.feedback import spoken
-from ftqp.kernel.judge import kept_limits, verdict
+from ftqp.kernel.feedback import status_report
+from ftqp.kernel.judge import kept_limits, solution_check
 from ftqp.kernel.layout.enums import LAGGING, OK, RELAXED
 from ftqp.kernel.ticks import tick
 
@@ -63,11 +63,11 @@ def test_directions_are_damped_where_a_planner_says_so_and_not_in_calm(monkeypat
 def test_a_multiplier_of_a_bound_that_is_not_met_does_not_pass(z):
     for x, lb, ub, passes in ((0.0, -1.0, 1.0, False), (z, -1.0, 1.0, True), (0.0, 0.0, 0.0, True)):
         K = empty_record()
-        K.qp.nx, K.ladder.accept = 1, 1e-6
+        K.qp.nx, K.cascade.accept = 1, 1e-6
         K.qp.H_diagonal[0], K.qp.x[0], K.qp.z_box[0] = 1.0, x, z
         K.qp.g[0], K.qp.lb[0], K.qp.ub[0] = -x - z, lb, ub
-        assert bool(verdict.judge(K)) == passes
-        assert (K.ladder.residual_dual > 0.1) != passes
+        assert bool(solution_check.check_solution(K)) == passes
+        assert (K.cascade.residual_dual > 0.1) != passes
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -91,4 +91,4 @@ def test_ok_becomes_lagging_where_a_joint_is_measured_beyond_its_range(side, sig
     K.feedback.tolerance = K.feedback.rotation_tolerance = 1.0
     K.limits.q_min[:N], K.limits.q_max[:N] = -1.0, 1.0
     K.feedback.seen[5] = side * (1.0 + beyond)
-    assert spoken.spoken(K, OK) == said and spoken.spoken(K, RELAXED) == RELAXED
+    assert status_report.report_status(K, OK) == said and status_report.report_status(K, RELAXED) == RELAXED

@@ -13,8 +13,8 @@ from ftqp.core.errors import FtqpError
 
 PER_WORKER = 2
 """So many chunks wait for a worker or are with it at a time."""
-HOPELESS = 5
-"""Workers that die at so many items in succession do not work at all."""
+DEAD_WORKERS = 5
+"""So many dead workers at items in succession mean that workers do not work at all."""
 
 
 @final
@@ -65,7 +65,7 @@ class Course:
                     self._results.crash(items[0], "the worker died")
                     self._deaths += not suspected
             self._deaths = self._deaths if lost else 0
-            if self._deaths >= HOPELESS:
+            if self._deaths >= DEAD_WORKERS:
                 raise FtqpError(
                     f"workers die at every item, the last {self._deaths} in succession; what they said is "
                     "above, and what was computed before is on file"

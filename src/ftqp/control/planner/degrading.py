@@ -30,7 +30,7 @@ class Degrading:
 
     def __init__(self, session: Session, sets: Sequence[str]) -> None:
         K = session.K
-        self._task, self._ladder = K.task, K.ladder
+        self._task, self._cascade = K.task, K.cascade
         self._whole = int(K.task.m), int(K.task.tool_rows)
         self._sets = tuple(name for name in sets if len(ROW_SETS[name]) < self._whole[0])
         self._most = round(PATIENCE / float(K.state.dt))
@@ -53,7 +53,7 @@ class Degrading:
             code: The tick's status.
         """
         task = self._task
-        if code == RELAXED and self._ladder.missed:
+        if code == RELAXED and self._cascade.missed:
             self._late += 1
             if self._late > self._most and task.given_up < len(self._sets):
                 name = self._sets[task.given_up]

@@ -79,7 +79,7 @@ def filled(
     watch.rise = STOP_RISE
     watch.fallback_limit = max(1, round(PATIENCE / dt))
     K.qp.tolerance, K.qp.max_iterations = TOLERANCE, 50 * (robot.nv + 10)
-    K.ladder.accept = ACCEPT
+    K.cascade.accept = ACCEPT
     feedback = K.feedback
     feedback.kind, feedback.latency = KINDS[drive.kind], drive.ticks(dt)
     feedback.span = feedback.latency + 2
@@ -90,5 +90,5 @@ def filled(
     K.gate.lead = gains.pop("lead")
     for name, value in gains.items():
         setattr(feedback, name, value)
-    K.ladder.p = constraint_count(robot.nv, robot.has_inertia)
+    K.cascade.p = constraint_count(robot.nv, robot.has_inertia)
     return session

@@ -77,7 +77,7 @@ class FreeJoint:
         self._memory = FreeMemory(session.capacity)
         self._tick: Callable[..., int] = session.bind("step_free", self._memory.memory)
         self._bits = sum(1 << KEPT_OF[name] for name in allowed)
-        self._external = int(session.K.ladder.external)
+        self._external = int(session.K.cascade.external)
         self._degrading = Degrading(session, allowed)
         self._said: Any = None
         self._on = False
@@ -103,7 +103,7 @@ class FreeJoint:
         K = self._session.K
         K.free.joint, K.free.allowed = -1, self._bits
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
-        K.ladder.external = 0
+        K.cascade.external = 0
         self._on, self._said = True, None
 
     def end(self) -> None:
@@ -111,7 +111,7 @@ class FreeJoint:
         K = self._session.K
         K.free.joint, K.free.impact_side = -1, 0
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
-        K.ladder.external = self._external
+        K.cascade.external = self._external
         self._degrading.restore()
         self._on = False
 

@@ -12,6 +12,7 @@ from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.closed_loop import Blocks
 from ftqp.control.planner.degrading import Degrading
+from ftqp.control.planner.fault_response import FaultResponse
 from ftqp.control.planner.filling import filled
 from ftqp.control.planner.fitting import Fitting
 from ftqp.control.planner.free_joint import FreeJoint
@@ -29,7 +30,6 @@ from ftqp.control.planner.start import StartWatch
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.step_parts import Said
 from ftqp.control.planner.target import Target, Targets
-from ftqp.control.planner.vigilance import Vigilance
 from ftqp.control.planner.wanted import Wanted
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.task.bounds import Bounds
@@ -122,7 +122,7 @@ class Planner(PlannerChanges):
             braking_reserve(robot) if given.limits_torque else None,
         )
         self._adopted, self._step_arm = None, self._wanted.fitting
-        self._said = Said(int(self._session.K.ladder.status))
+        self._said = Said(int(self._session.K.cascade.status))
         self._out, self._loop = (
             Step(self._session, robot.joints, self._said),
             ArmLoop(self._session, robot.joints),
@@ -133,14 +133,14 @@ class Planner(PlannerChanges):
         degrades = given.task.degrade is not None and self._solver.sizes_may_change
         self._degrading = Degrading(self._session, given.task.kept_sets) if degrades else None
         self._leading = None if given.plan is None else PlanLeading(given.plan, self._session, robot)
-        self._vigilance: Vigilance | None = None
+        self._fault_response: FaultResponse | None = None
         if detector is not None:
-            self._vigilance = Vigilance(
+            self._fault_response = FaultResponse(
                 detector, self._session, robot, given.drive, given.noise, self._loop, self._believe,
                 self._disbelieve, probing_of(self._session, given, detector),
             )  # fmt: skip
         tick = self._solver.tick("clock")
-        parts = [part for part in (self._degrading, self._leading, self._vigilance) if part is not None]
+        parts = [part for part in (self._degrading, self._leading, self._fault_response) if part is not None]
         for part in parts:
             tick = part.watched(tick)
         self._ordinary = tick, None if timing or parts or not self._solver.is_compiled else tick
@@ -157,8 +157,8 @@ class Planner(PlannerChanges):
             Whether the planner goes on; it does not while a lost sensor forbids it, and needs ``reset``.
         """
         goes_on = self._loop.resume()
-        if goes_on and self._vigilance is not None:
-            self._vigilance.go_on()
+        if goes_on and self._fault_response is not None:
+            self._fault_response.go_on()
         return goes_on
 
     def step(self, q: Any, v: Any = None, target: Any = None, *, tau: Any = None, tip: Any = None) -> Step:
@@ -215,7 +215,7 @@ class Planner(PlannerChanges):
         kind = {PathMemory: "path", BaseMemory: "base", JointsMemory: "joints"}[type(leader)]
         refuse(leader=kind, level=self.level, mode=self.task.mode)
         tick = self._solver.tick(kind, *leader.arguments())
-        for part in (self._leading, self._vigilance):
+        for part in (self._leading, self._fault_response):
             tick = tick if part is None else part.watched(tick)
 
         path = leader if isinstance(leader, PathMemory) else None
@@ -258,8 +258,8 @@ class Planner(PlannerChanges):
         tick = self._tick if tick is None else tick
         began = now() if self._timing else 0
         v = self._at_rest if v is None else v
-        if self._vigilance is not None:
-            self._vigilance.feel(tau)
+        if self._fault_response is not None:
+            self._fault_response.feel(tau)
         if tau is None and tip is None:
             code = converted_tick(tick, q, v, target)
         else:

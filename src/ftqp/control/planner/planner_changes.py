@@ -83,7 +83,7 @@ class PlannerChanges(PlannerFacts):
         Raises:
             InputError: An unknown joint, or not a fault.
         """
-        belief, told = self._wanted.belief.reported(fault), self._vigilance
+        belief, told = self._wanted.belief.reported(fault), self._fault_response
         self._change(belief=belief, then=told and partial(told.told, fault))
 
     @guarded("withdraw")
@@ -96,7 +96,7 @@ class PlannerChanges(PlannerFacts):
         Raises:
             InputError: An unknown joint.
         """
-        belief, told = self._wanted.belief.without(joint), self._vigilance
+        belief, told = self._wanted.belief.without(joint), self._fault_response
         self._change(belief=belief, then=told and partial(told.forget, joint))
 
     @guarded("carry")
@@ -140,7 +140,7 @@ class PlannerChanges(PlannerFacts):
 
     def _believe(self, fault: Fault) -> None:
         """Believe a fault that the detector has found, and let it look at the other joints."""
-        told = self._vigilance
+        told = self._fault_response
         self._change(
             belief=self._wanted.belief.reported(fault), then=told and partial(told.detector.believe, fault)
         )
@@ -189,8 +189,8 @@ class PlannerChanges(PlannerFacts):
             self._out.leave_arm()
             self._step_arm = fitting
         load_chain(self._session.K, **fitting.robot.chain.constants())
-        if self._vigilance is not None:
-            self._vigilance.detector.fit(fitting.robot)
+        if self._fault_response is not None:
+            self._fault_response.detector.fit(fitting.robot)
 
     def _begin_at(self, start: Start) -> None:
         """Forget everything but what is believed."""
@@ -211,12 +211,12 @@ class PlannerChanges(PlannerFacts):
         if self._free is not None:
             self._free.restore()
         self._start.look(self.robot, K, start.q)
-        if self._vigilance is not None:
-            self._vigilance.reset(start.q)
+        if self._fault_response is not None:
+            self._fault_response.reset(start.q)
 
     def _adopt_belief(self, belief: Belief) -> None:
         """What follows from the belief: dynamics, a cold start, a new look at rest, who makes the tick."""
-        K, vigilance = self._session.K, self._vigilance
+        K, response = self._session.K, self._fault_response
         K.limits.dynamic = self._given.dynamic or belief.needs_dynamics
         K.qp.warm = K.watch.stopped = 0
         self._solver.forget()
@@ -227,7 +227,7 @@ class PlannerChanges(PlannerFacts):
             if self._free is None:
                 self._free = FreeJoint(self._session, self.robot, self._given.task.kept_sets)
             self._free.begin()
-            tick = self._free.tick if vigilance is None else vigilance.watched(self._free.tick)
+            tick = self._free.tick if response is None else response.watched(self._free.tick)
             fast = None
         elif self._free is not None:
             self._free.end()

@@ -3,11 +3,11 @@
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
+from ftqp.control.planner.fault_response import FaultResponse
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
 from ftqp.control.planner.plan_leading import PlanLeading
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.settings import Settings
-from ftqp.control.planner.vigilance import Vigilance
 from ftqp.control.planner.wanted import Wanted
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.emergency import EmergencyStop
@@ -31,12 +31,12 @@ ANEW = "the planner was laid out for it; make another one, ftqp.Planner(robot, {
 class PlannerFacts:
     """What a planner believes, has found and has been given, to be read between steps."""
 
-    __slots__ = ("__weakref__", "_given", "_leading", "_loop", "_session", "_vigilance", "_wanted")
+    __slots__ = ("__weakref__", "_fault_response", "_given", "_leading", "_loop", "_session", "_wanted")
     _given: Settings
     _session: Session
     _loop: ArmLoop
     _leading: PlanLeading | None
-    _vigilance: Vigilance | None
+    _fault_response: FaultResponse | None
     _wanted: Wanted
 
     robot: Fixed[Robot] = Fixed(
@@ -119,12 +119,12 @@ class PlannerFacts:
     @property
     def diagnosis(self) -> Diagnosis | None:
         """What the detector holds for likely; None without one."""
-        return None if self._vigilance is None else self._vigilance.diagnosis
+        return None if self._fault_response is None else self._fault_response.diagnosis
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What the detector has found since ``reset`` and the planner acted upon, in order."""
-        return () if self._vigilance is None else tuple(self._vigilance.findings)
+        return () if self._fault_response is None else tuple(self._fault_response.findings)
 
     def view(self) -> PlannerView:
         """The planner's own state and belief, to be read: for what is built around it."""

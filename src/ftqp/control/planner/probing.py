@@ -27,7 +27,7 @@ DURATION: Final = 0.2
 """Of one motion there and back [s]."""
 SHOWN: Final = 0.03
 """A joint whose reference moved fast enough for so long has shown whether it works [s]."""
-HOPELESS: Final = 10.0
+LEFT_ALONE: Final = 10.0
 """A joint that a probing did not move is left alone for so long [s]."""
 OF_LIMIT: Final = 0.5
 """Share of the acceleration limits that it takes at most."""
@@ -168,7 +168,7 @@ class Probing:
 
     def _give_up(self, i: int) -> None:
         """Leave a joint alone for a while that no self-motion moves, or that friction holds."""
-        self._idle[i] = -HOPELESS
+        self._idle[i] = -LEFT_ALONE
         if i not in self._told:
             self._told.add(i)
             _LOG.info("%s cannot be probed: no self-motion moves it far enough.", self._robot.joints[i])

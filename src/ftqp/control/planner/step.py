@@ -77,7 +77,7 @@ class Step:
     _fill_in: Callable[[], Any] | None
 
     def __init__(self, session: Session, joints: Sequence[str], said: Said) -> None:
-        n, nc = len(joints), int(session.K.ladder.p)
+        n, nc = len(joints), int(session.K.cascade.p)
         parts = {name: session.view(*place) for name, place in PLACES_OF_A_STEP.items()}
         for name in JOINTS_ONLY:
             parts[name] = parts[name][:n]

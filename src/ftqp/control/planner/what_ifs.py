@@ -62,7 +62,7 @@ class WhatIfs:
             K.criteria.posture[: robot.nv] = given.posture
         K.qp.warm = K.state.ticks = 0
         K.state.is_reset = 1
-        K.ladder.external = K.criteria.sways = 0
+        K.cascade.external = K.criteria.sways = 0
         K.free.joint, K.free.allowed = -1, sum(1 << KEPT_OF[name] for name in given.task.kept_sets)
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
 

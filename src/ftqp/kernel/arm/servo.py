@@ -16,7 +16,7 @@ def wanted(K: Any, S: Any) -> None:
 @jit
 def _obeys(S: Any, i: int) -> bool:
     """Whether joint i does what its servo wants."""
-    obeys: bool = S.limit[i] > 0.0 and S.strays[i] == 0.0
+    obeys: bool = S.limit[i] > 0.0 and S.unresponsive[i] == 0.0
     return obeys
 
 

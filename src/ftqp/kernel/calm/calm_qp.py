@@ -113,7 +113,7 @@ def begin_calm(K: Any, kp: float) -> None:
 @jit
 def pose_calm(K: Any, kp: float) -> None:
     """The same over the joints, from what ``task.asked`` says of the rows."""
-    chain, state, task, calm, ladder, qp = K.chain, K.state, K.task, K.calm, K.ladder, K.qp
+    chain, state, task, calm, cascade, qp = K.chain, K.state, K.task, K.calm, K.cascade, K.qp
     n, m = chain.n, task.m
     kv = task.kv if state.level == ACCELERATION else 0.0
     for k in range(m):
@@ -142,4 +142,4 @@ def pose_calm(K: Any, kp: float) -> None:
     if calm.entered == 0:
         qp.warm = 0
     calm.entered = 1
-    ladder.stage = CALM_STAGE
+    cascade.stage = CALM_STAGE

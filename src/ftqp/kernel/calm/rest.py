@@ -109,13 +109,13 @@ def decide(K: Any, square: float) -> None:
             calm.holding = 0
             calm.stood = calm.sure = 0.0
         return
-    hopeless = calm.stood >= STOOD - SURE and calm.rho < GAIN and square > LEAST
-    hopeless = hopeless and (calm.stood >= IMPATIENT or _is_slow(K))
+    futile = calm.stood >= STOOD - SURE and calm.rho < GAIN and square > LEAST
+    futile = futile and (calm.stood >= IMPATIENT or _is_slow(K))
     if calm.stood >= IMPATIENT and _is_near(K) and not _is_slow(K):
-        hopeless = True
+        futile = True
     if gives_up(K) and square > LEAST:
-        hopeless = True
-    calm.sure = calm.sure + K.state.dt if hopeless else 0.0
+        futile = True
+    calm.sure = calm.sure + K.state.dt if futile else 0.0
     if calm.sure >= SURE:
         calm.holding = 1
         calm.held = sqrt(square)

@@ -2,7 +2,7 @@
 
 Everything before is that of every tick. A closed form x_cf inside the box and the torque rows is the command;
 else the command is the allowed one that is nearest, min |x - x_cf|^2 over box and torque rows, and the status
-is RELAXED. When that QP cannot be solved, the ladder goes on (``ftqp.kernel.judge.ladder``).
+is RELAXED. When that QP cannot be solved, the cascade goes on (``ftqp.kernel.judge.fallback_cascade``).
 """
 
 from typing import Any
@@ -11,14 +11,14 @@ from ftqp.kernel.closed_forms.approximate_inverse import approximate_inverse, wr
 from ftqp.kernel.closed_forms.gathering import gather
 from ftqp.kernel.closed_forms.pseudoinverses import closed_form
 from ftqp.kernel.jit import jit
-from ftqp.kernel.judge.ladder import climb
+from ftqp.kernel.judge.fallback_cascade import run_cascade
 from ftqp.kernel.layout.enums import (
     ANSWERED,
     APPROXIMATE,
     FREE,
     MAIN_STAGE,
     OK,
-    READY,
+    QP_READY,
     RELAXED,
     SOLVE,
     SOLVED,
@@ -188,13 +188,13 @@ def _has_moved(K: Any, P: Any) -> bool:
 @jit
 def resolve(K: Any, P: Any, prepared: int) -> int:
     """A prepared tick with the closed form: the status."""
-    chain, task, ladder, qp = K.chain, K.task, K.ladder, K.qp
-    ladder.kappa = 0.0
+    chain, task, cascade, qp = K.chain, K.task, K.cascade, K.qp
+    cascade.kappa = 0.0
     code = prepared
-    if code != READY:  # a stop or an input that is not finite
-        return climb(K, code, SOLVED)
+    if code != QP_READY:  # a stop or an input that is not finite
+        return run_cascade(K, code, SOLVED)
     resolve_task(K, P)
-    ladder.kappa = P.kappa
+    cascade.kappa = P.kappa
     n = chain.n
     qp.nx, qp.meq, qp.dense = n, 0, 0
     for i in range(n):
@@ -207,12 +207,12 @@ def resolve(K: Any, P: Any, prepared: int) -> int:
     for k in range(task.m):
         qp.y[k] = 0.0
     _task_slack(K)
-    code = climb(K, ANSWERED if _is_allowed(K) else SOLVE, SOLVED)
-    if ladder.stage == MAIN_STAGE:
-        if ladder.qp_iterations == 0:
-            ladder.claim = -1
+    code = run_cascade(K, ANSWERED if _is_allowed(K) else SOLVE, SOLVED)
+    if cascade.stage == MAIN_STAGE:
+        if cascade.qp_iterations == 0:
+            cascade.claim = -1
         elif _has_moved(K, P) and (code == OK or code == RELAXED):
             _task_slack(K)
-            ladder.missed = 1
-            ladder.status = code = RELAXED
+            cascade.missed = 1
+            cascade.status = code = RELAXED
     return code

@@ -1,1 +1,1 @@
-"""Failures that nobody announced: observers, residuals, suspicion, and what they are told apart by."""
+"""Failures that nobody announced: observers, residuals, suspicion and fault isolation."""

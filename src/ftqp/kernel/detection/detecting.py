@@ -7,8 +7,8 @@ from ftqp.kernel.detection.acceleration_banks import observe_accelerations
 from ftqp.kernel.detection.carried import begin_load
 from ftqp.kernel.detection.effort import compare_torques, feel_arm
 from ftqp.kernel.detection.encoders import read_encoders
+from ftqp.kernel.detection.fault_isolation import isolate_fault
 from ftqp.kernel.detection.suspicion import CALM_AGAIN, remember, suspect
-from ftqp.kernel.detection.told_apart import tell_apart
 from ftqp.kernel.detection.usual import begin_usual, take_usual
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.detection_room import WINDOW
@@ -57,7 +57,7 @@ def begin(D: Any) -> None:
         q = D.q_ref[i] - D.dt * D.v_ref[i]
         D.good[i] = D.q[i] if is_finite(D.q[i]) else q
         D.raw[i] = D.good[i]
-        D.step[i] = D.travel[i] = D.hop[i] = D.strayed[i] = 0.0
+        D.step[i] = D.travel[i] = D.hop[i] = D.deviation[i] = 0.0
         D.same[i] = D.missing[i] = D.off[i] = D.turns[i] = D.sensor[i] = 0
         D.kinds[i] = 0
         D.blind[i] = 1 if D.believed[i] else 0
@@ -116,10 +116,10 @@ def _judge(D: Any, K: Any, then: int) -> int:
     """The verdict of a tick of suspicion, and whether it makes a finding."""
     feel_arm(D, K, then)
     for i in range(D.n):
-        D.strayed[i] = max(D.strayed[i], TORQUE_COUNTS * D.z[i])
+        D.deviation[i] = max(D.deviation[i], TORQUE_COUNTS * D.z[i])
         for r in range(ERROR_RESIDUAL, ACCELERATION_FAST + 1):
-            D.strayed[i] = max(D.strayed[i], D.excess[r, i] * D.sharp[r, i])
-    joint, kinds = tell_apart(D, K, then)
+            D.deviation[i] = max(D.deviation[i], D.excess[r, i] * D.sharp[r, i])
+    joint, kinds = isolate_fault(D, K, then)
     if joint >= 0 and kinds != 0:
         for k in range(7):
             hit = 1.0 if kinds & (1 << k) else 0.0
@@ -170,7 +170,7 @@ def _look_anew(D: Any) -> None:
     D.fitted = D.suspect = -1
     D.agreed = D.watch = 0
     for i in range(D.n):
-        D.strayed[i] = 0.0
+        D.deviation[i] = 0.0
 
 
 @jit

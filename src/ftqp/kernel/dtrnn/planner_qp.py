@@ -34,7 +34,7 @@ def _same_structure(qp: Any, kept: Any) -> bool:
 
 
 @jit
-def solve_planner_qp(ladder: Any, qp: Any, memory: Any) -> int:
+def solve_planner_qp(cascade: Any, qp: Any, memory: Any) -> int:
     """The QP that stands in a planner's record, from the warm start if there is one; the claim."""
     n, m, p = qp.nx, qp.meq, qp.nc
     at = KEPT + n + p
@@ -60,12 +60,12 @@ def solve_planner_qp(ladder: Any, qp: Any, memory: Any) -> int:
         qp.lb,
         qp.ub,
     )
-    ladder.qp_iterations = 0
+    cascade.qp_iterations = 0
     if code != SOLVED:
         return code
     if warm:
         start(net, n, m, x, y, z)
-    code, ladder.qp_iterations = dtrnn(net, options_of(memory), matrix_view(rest, 0, 0, 4))
+    code, cascade.qp_iterations = dtrnn(net, options_of(memory), matrix_view(rest, 0, 0, 4))
     publish(
         net, n, m, p, qp.dense, qp.H, qp.H_diagonal, qp.g, qp.A, qp.C, qp.lb, qp.ub, qp.x, qp.y, qp.z,
         qp.z_box

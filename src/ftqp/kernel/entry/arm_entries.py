@@ -8,7 +8,7 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.arm.servo import ask, wanted
 from ftqp.kernel.compiled.taking import take
 from ftqp.kernel.jit import carray, pointer
-from ftqp.kernel.judge.verdict import torques_without_inertia
+from ftqp.kernel.judge.solution_check import torques_without_inertia
 from ftqp.kernel.layout.enums import WRONG_SHAPE
 from ftqp.kernel.layout.record import arm_dtype, record_dtype
 from ftqp.kernel.layout.servo_memory import servo_dtype

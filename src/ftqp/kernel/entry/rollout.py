@@ -9,7 +9,7 @@ from ftqp.kernel.calm.rest import target_stands
 from ftqp.kernel.calm.trigger import measure_arm
 from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import COMPILED, as_mask, bits, carray, jit, lane_of, lane_record, pointer
-from ftqp.kernel.judge.ladder import climb
+from ftqp.kernel.judge.fallback_cascade import run_cascade
 from ftqp.kernel.lanes.common_tick import common_tick, settle
 from ftqp.kernel.lanes.moving_over import have_lanes, may_move_in, move_in, move_out
 from ftqp.kernel.layout.enums import AS_TOLD, FREE, INVALID_INPUT, OK, RELAXED, SOLVED, TARGET_SIZE, Status
@@ -67,7 +67,7 @@ def _accept(K: Any, target: Any) -> None:
 def tick_alone(K: Any, target: Any) -> int:
     """A tick of the arm in its own record, which it follows exactly."""
     _accept(K, target)
-    return climb(K, prepare_plain(K), SOLVED)
+    return run_cascade(K, prepare_plain(K), SOLVED)
 
 
 @jit
@@ -75,10 +75,10 @@ def any_tick_alone(K: Any, F: Any, target: Any) -> int:
     """The same, whatever terms the planner has and also where a joint swings freely."""
     _accept(K, target)
     if _frees(K):
-        code = climb(K, prepare_free(K, F), SOLVED)
+        code = run_cascade(K, prepare_free(K, F), SOLVED)
         stop_torques(K)
     else:
-        code = climb(K, prepare_rich(K), SOLVED)
+        code = run_cascade(K, prepare_rich(K), SOLVED)
     if K.turned.on:
         turn_back(K)
     return code

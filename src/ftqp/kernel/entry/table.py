@@ -15,7 +15,7 @@ _STEPS, _EXTERNAL = "ftqp.kernel.ticks.steps", "ftqp.kernel.ticks.external_steps
 _NETWORK, _CLOSED = "ftqp.kernel.ticks.network_steps", "ftqp.kernel.ticks.closed_form_steps"
 _ROLLOUT = "ftqp.kernel.entry.rollout"
 _DETECTION = "ftqp.kernel.entry.detect_entries"
-_ARM, _ALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.lone_entries"
+_ARM, _STANDALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.standalone_entries"
 _STUDY = "ftqp.kernel.entry.study_entries"
 _CONTINUATION = "ftqp.kernel.entry.continuation_entries"
 
@@ -53,10 +53,10 @@ ENTRIES: Final = {
         _entry("follow_plan", "ftqp.kernel.entry.plan_entry", "ii"),
         _entry("detect", _DETECTION, "iioooooo"),
         _entry("detect_log", _DETECTION, "i" * 10, nogil=True),
-        _entry("solve_qp", _ALONE, "i"),
-        _entry("kkt", _ALONE, "iiiiii"),
-        _entry("solve_network", _ALONE, "i" * 11),
-        _entry("solve_network_batch", _ALONE, "iiiiii", nogil=True),
+        _entry("solve_qp", _STANDALONE, "i"),
+        _entry("kkt", _STANDALONE, "iiiiii"),
+        _entry("solve_network", _STANDALONE, "i" * 11),
+        _entry("solve_network_batch", _STANDALONE, "iiiiii", nogil=True),
         _entry("study_values", _STUDY, "i" * 8, nogil=True),
         _entry("study_solutions", _STUDY, "i" * 8, nogil=True),
         _entry("study_curve", _STUDY, "i" * 5, nogil=True),

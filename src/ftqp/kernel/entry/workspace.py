@@ -11,8 +11,8 @@ from ftqp.kernel.entry.compile import load
 from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
 from ftqp.kernel.entry.threads import thread_count
-from ftqp.kernel.layout.lone_memory import CONSTRAINTS, ROWS, VARIABLES, alone_dtype
-from ftqp.kernel.layout.network_memory import alone_memory_size
+from ftqp.kernel.layout.network_memory import standalone_memory_size
+from ftqp.kernel.layout.standalone_memory import CONSTRAINTS, ROWS, VARIABLES, standalone_dtype
 
 TOLERANCE = 1e-10
 """Largest violation of a bound or row that counts as none."""
@@ -46,7 +46,7 @@ class Workspace:
                     f"the QP has {got} {name}, active_set holds at most {capacity}; "
                     "use backend 'daqp' or 'proxqp'"
                 )
-        self._memory = np.zeros(1, alone_dtype())
+        self._memory = np.zeros(1, standalone_dtype())
         Q = rooms(self._memory)
         self._Q = Q
         Q.nx, Q.meq, Q.nc, Q.dense = n, m, p, 1
@@ -83,13 +83,13 @@ class NetworkMemory:
 
     def __init__(self, n: int, m: int, p: int) -> None:
         self._sizes = (n, m, p)
-        self._memory = np.zeros(alone_memory_size(n, m, p))
+        self._memory = np.zeros(standalone_memory_size(n, m, p))
         self._solve = load(ENTRIES["solve_network"], ANY_SIZE)
 
     def solve(
         self, flat: FloatArray, solution: FloatArray, numbers: FloatArray, trace: FloatArray, warm: bool
     ) -> int:
-        """The claim of the network; see ``ftqp.kernel.entry.lone_entries.solve_network``.
+        """The claim of the network; see ``ftqp.kernel.entry.standalone_entries.solve_network``.
 
         Args:
             flat: The whole QP, as in ``ftqp.qp.QPBuffers``.
@@ -134,7 +134,7 @@ def solve_many(
         table += [part.ctypes.data, len(part)]
     table += [array.ctypes.data for array in (numbers, x, y, z, z_box, codes, iterations, residual)]
     arguments = np.array(table, dtype=np.int64)
-    call, size = load(ENTRIES["solve_network_batch"], ANY_SIZE), alone_memory_size(n, m, p)
+    call, size = load(ENTRIES["solve_network_batch"], ANY_SIZE), standalone_memory_size(n, m, p)
     threads = thread_count()
     portions = max(1, min(count, PARTS_PER_THREAD * threads))
 

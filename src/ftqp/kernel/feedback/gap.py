@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from ftqp.kernel.feedback.error_band import error_band
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.stray import tube
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
 from ftqp.kernel.maths.elementary import sqrt
@@ -44,13 +44,13 @@ def norms(K: Any, error: Any) -> tuple[Any, Any]:
 
 @jit
 def _joint_gap(K: Any) -> float:
-    """max |q_u - q_r| / tube over healthy joints; who is farthest."""
+    """max |q_u - q_r| / error band over healthy joints; who is farthest."""
     feedback, past, faults = K.feedback, K.past, K.faults
     then = slot(feedback, feedback.latency)
     gap = 0.0
     for i in range(K.chain.n):
         if faults.code[i] == HEALTHY:
-            g = abs(feedback.seen[i] - past.q[then, i]) / tube(K, i)
+            g = abs(feedback.seen[i] - past.q[then, i]) / error_band(K, i)
             if g > gap:
                 gap = g
                 feedback.culprit = i

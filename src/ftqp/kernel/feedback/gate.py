@@ -199,11 +199,11 @@ def pass_gate(K: Any) -> bool:
     if not through:
         gate.shut += 1
         _brake(K)
-        K.ladder.verdict = STOPPING if K.watch.latched else FALLBACK
+        K.cascade.outcome = STOPPING if K.watch.latched else FALLBACK
     elif not feedback.active and not _send_as_measured(K):
-        verdict = K.ladder.verdict
-        if verdict == OK or verdict == RELAXED or verdict == SCALED:
-            K.ladder.verdict = INVALID_INPUT
+        outcome = K.cascade.outcome
+        if outcome == OK or outcome == RELAXED or outcome == SCALED:
+            K.cascade.outcome = INVALID_INPUT
     _send_to_held(K)
     for at in range(0, len(gate.q), WIDTH):
         put(gate.q, at, several(state.q_command, at))

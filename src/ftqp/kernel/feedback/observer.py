@@ -4,10 +4,10 @@ from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.feedback.error_band import part_with
 from ftqp.kernel.feedback.pairs import is_soft
 from ftqp.kernel.feedback.reference import return_to_work
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.stray import part_with
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, HEALTHY, TORQUE_DRIVE
 from ftqp.kernel.layout.thresholds import FASTEST, UNLIMITED
@@ -63,7 +63,7 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
         feedback.known_failed[i] = 0
     elif not feedback.known_failed[i]:
         feedback.known_failed[i] = 1
-        if feedback.kind == TORQUE_DRIVE and not feedback.deserts[i]:
+        if feedback.kind == TORQUE_DRIVE and not feedback.unresponsive[i]:
             part_with(K, i)
         for ago in range(feedback.latency + 2):
             past.a[slot(feedback, ago), i] += feedback.d_hat[i]
@@ -82,7 +82,7 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
     if not healthy or feedback.kind == TORQUE_DRIVE:
         q, v = predicted(K, q, v, past.a, i, feedback.d_hat[i])
     feedback.q_now[i], feedback.v_now[i] = q, v
-    if healthy and not feedback.deserts[i]:
+    if healthy and not feedback.unresponsive[i]:
         if not is_soft(feedback, i):
             feedback.d_slow[i] += feedback.slowness * (feedback.d_hat[i] - feedback.d_slow[i])
     else:
@@ -97,7 +97,7 @@ def _observe_block(K: Any, at: int, before: int) -> bool:
     """
     feedback, failed = K.feedback, is_set(K.faults.code, at)
     known = is_set(feedback.known_failed, at)
-    odd = is_set(feedback.bad, at) | is_set(feedback.deserts, at) | (failed & ~known) | (known & ~failed)
+    odd = is_set(feedback.bad, at) | is_set(feedback.unresponsive, at) | (failed & ~known) | (known & ~failed)
     if any_of(odd):
         return False
     d, d_slow = several(feedback.d_hat, at), several(feedback.d_slow, at)

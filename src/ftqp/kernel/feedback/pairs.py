@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.feedback.stray import tube
+from ftqp.kernel.feedback.error_band import error_band
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY
 
@@ -16,7 +16,7 @@ ALONE = 0.8
 AGREE_TIME = 0.2
 """... until both are where their commands are for so long [s]."""
 NEAR, SLOW = 0.3, 0.05
-"""A joint obeys when its error is below these shares of its tube and of its speed limit, beside noise."""
+"""A joint obeys when its error is below these shares of its band and of its speed limit, beside noise."""
 NOISE_LEVELS = 4.0
 
 
@@ -43,7 +43,7 @@ def heeds(K: Any, j: int) -> bool:
     off = abs(feedback.q_now[j] - state.q_command[j])
     slower = abs(feedback.v_now[j] - state.v_command[j])
     noise = NOISE_LEVELS * feedback.sigma * feedback.failed_noise
-    near: bool = off < NEAR * tube(K, j)
+    near: bool = off < NEAR * error_band(K, j)
     return near and slower < SLOW * K.limits.v_max[j] + noise
 
 

@@ -49,7 +49,7 @@ def begin(K: Any) -> None:
     feedback.gap_filtered = feedback.waited = feedback.spent_elsewhere = 0.0
     feedback.rate = 1.0
     feedback.speed_margin = 0.0
-    feedback.quiet = feedback.deserters = feedback.heard = 0
+    feedback.quiet = feedback.unresponsive_count = feedback.heard = 0
     feedback.softened = feedback.agreeing = 0
     feedback.stored = feedback.until_stored = 0
     feedback.culprit = -1
@@ -63,11 +63,11 @@ def begin(K: Any) -> None:
         feedback.d_hat[i] = feedback.d_slow[i] = 0.0
         feedback.offset[i] = at - q
         feedback.age[i] = feedback.same[i] = feedback.still[i] = feedback.bad[i] = 0
-        feedback.strayed[i] = feedback.hurried[i] = 0
+        feedback.outside_band[i] = feedback.hurried[i] = 0
         if anew:
             feedback.spent[i] = 0.0
             feedback.lost[i] = feedback.asks[i] = 0
-        feedback.deserts[i] = feedback.doubted[i] = feedback.heeded[i] = 0
+        feedback.unresponsive[i] = feedback.doubted[i] = feedback.heeded[i] = 0
         feedback.wound[i] = feedback.usual[i] = feedback.missing[i] = 0.0
         feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 1
         for s in range(feedback.span):

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from ftqp.kernel.feedback.deserters import reckon_with_deserters, tell_of_deserters
 from ftqp.kernel.feedback.pairs import is_soft, softly
 from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.feedback.unresponsive import inform_unresponsive, predict_unresponsive
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
@@ -87,7 +87,7 @@ def _farthest_beyond(K: Any, count: int, wanted: Any) -> int:
     worst, most = -1, 1.0
     for k in range(faults.working):
         i = faults.order[k]
-        known = feedback.deserts[i] != 0
+        known = feedback.unresponsive[i] != 0
         for a in range(count):
             known = known or feedback.others[a] == i
         if known:
@@ -126,7 +126,7 @@ def _share_limits(K: Any, wanted: Any) -> None:
 
 
 @jit
-def _send_to_deserter(K: Any, i: int, wanted: Any) -> None:
+def _send_to_unresponsive(K: Any, i: int, wanted: Any) -> None:
     """The torque with which a joint does what it should, if it obeys, and what it does in that case."""
     feedback, top = K.feedback, K.limits.tau_max[i]
     inertia = feedback.alone[i]
@@ -170,15 +170,15 @@ def _torques(K: Any) -> None:
         i = faults.order[k]
         if faults.code[i] == LOCKED and abs(feedback.v_hat[i]) > slips:
             _slip(K, i, wanted)
-    if feedback.deserters:
-        reckon_with_deserters(K, wanted, FEEDBACK_SHARE)
+    if feedback.unresponsive_count:
+        predict_unresponsive(K, wanted, FEEDBACK_SHARE)
     _share_limits(K, wanted)
     changed = False
     count = 0
     for k in range(faults.working):
         i = faults.order[k]
-        if feedback.deserts[i]:
-            _send_to_deserter(K, i, wanted)
+        if feedback.unresponsive[i]:
+            _send_to_unresponsive(K, i, wanted)
             continue
         tau = _model_torque(K, i, wanted)
         sent = min(max(tau + _forward(K, i) + feedback.softly[i], -limits.tau_max[i]), limits.tau_max[i])
@@ -200,8 +200,8 @@ def _torques(K: Any) -> None:
             solve_factored(S, count, extra)
             for k in range(count):
                 past.a[now, moving[k]] += extra[k]
-    if feedback.deserters:
-        tell_of_deserters(K)
+    if feedback.unresponsive_count:
+        inform_unresponsive(K)
 
 
 @jit

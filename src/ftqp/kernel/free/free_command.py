@@ -68,7 +68,7 @@ def ask_for_motion(K: Any, F: Any) -> None:
 
 
 @jit
-def verdict_on_free(K: Any) -> int:
+def outcome_beside_free(K: Any) -> int:
     """STOPPING and STOPPED where the task is given up, OK where nothing of it is, else RELAXED."""
     limits, faults, state, task, free = K.limits, K.faults, K.state, K.task, K.free
     if K.watch.latched:

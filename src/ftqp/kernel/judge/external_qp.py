@@ -16,9 +16,9 @@ from ftqp.kernel.layout.enums import HARD, SCALE
 @jit
 def sizes(K: Any) -> tuple[int, int, int]:
     """Variables, equality rows and two-sided rows of the external QP."""
-    chain, task, ladder = K.chain, K.task, K.ladder
+    chain, task, cascade = K.chain, K.task, K.cascade
     variables = chain.n + (1 if task.mode == SCALE else 0) + (0 if task.mode == HARD else task.m)
-    return variables, task.m, ladder.p
+    return variables, task.m, cascade.p
 
 
 @jit

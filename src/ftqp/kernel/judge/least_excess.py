@@ -58,7 +58,7 @@ def begin_least_excess(K: Any) -> None:
             _open_forced_return(K, i)
     qp.nx, qp.meq, qp.warm = n, 0, 0
     qp.soft_rows = SOFTNESS
-    K.ladder.stage = LEAST_EXCESS_STAGE
+    K.cascade.stage = LEAST_EXCESS_STAGE
 
 
 @jit
@@ -148,7 +148,7 @@ def begin_plain(K: Any) -> None:
         mean += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
     draw_to_rest(K, K.state.dt, 0.0, mean / n)
     qp.warm = 0
-    K.ladder.stage = PLAIN_STAGE
+    K.cascade.stage = PLAIN_STAGE
 
 
 @jit

@@ -176,14 +176,14 @@ def _left(K: Any) -> float:
         r = qp.b[k] - s - qp.soft[k] * qp.lam[k]
         qp.lam_new[k] = r
         worst, size = max(worst, abs(r)), max(size, abs(qp.b[k]))
-    K.ladder.residual_task = worst / (1.0 + size)
+    K.cascade.residual_task = worst / (1.0 + size)
     return worst
 
 
 @jit
 def _is_optimal(K: Any) -> bool:
     """Whether x is within its bounds and every residual small; multipliers of the joints that are held."""
-    faults, ladder, qp = K.faults, K.ladder, K.qp
+    faults, cascade, qp = K.faults, K.cascade, K.qp
     worst = size = several(qp.x, 0) * 0.0
     for at in range(0, len(K.state.q), WIDTH):
         inside, failed = below(K.chain.n, at), is_set(faults.code, at)
@@ -200,10 +200,10 @@ def _is_optimal(K: Any) -> bool:
         size = size + select(inside, squares, 0.0)
         put(qp.z_box, at, select(inside & failed, -r, 0.0))
     total = sum_of(size)
-    ladder.residual_bounds = 0.0
-    ladder.residual_dual = largest_of(worst) / (1.0 + sqrt(total))
+    cascade.residual_bounds = 0.0
+    cascade.residual_dual = largest_of(worst) / (1.0 + sqrt(total))
     return bool(
-        total < inf and ladder.residual_task <= ladder.accept and ladder.residual_dual <= ladder.accept
+        total < inf and cascade.residual_task <= cascade.accept and cascade.residual_dual <= cascade.accept
     )
 
 
@@ -214,8 +214,8 @@ def straight(K: Any) -> bool:
     It takes a QP whose last answer had no limit either, without rows of C, criteria that couple joints, or
     variables beside the joints. Else, and where it is False, nothing but scratch memory has changed.
     """
-    ladder, qp = K.ladder, K.qp
-    if qp.warm > 0 or qp.dense or qp.nc > 0 or qp.nx != K.chain.n or qp.meq == 0 or ladder.external:
+    cascade, qp = K.cascade, K.qp
+    if qp.warm > 0 or qp.dense or qp.nc > 0 or qp.nx != K.chain.n or qp.meq == 0 or cascade.external:
         return False
     if K.faults.movable > K.faults.working or not _minimise_free(K):
         return False

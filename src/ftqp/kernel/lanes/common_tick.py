@@ -16,7 +16,7 @@ from ftqp.kernel.arm.pose_error import NEAR, near_pose_error
 from ftqp.kernel.arm.torque_bound import torque_bound
 from ftqp.kernel.feedback.gap import norms
 from ftqp.kernel.jit import jit
-from ftqp.kernel.judge.ladder import RELAXED_FROM, TASK_FLOOR
+from ftqp.kernel.judge.fallback_cascade import RELAXED_FROM, TASK_FLOOR
 from ftqp.kernel.lanes.membership import may_have_acceleration, may_have_velocity
 from ftqp.kernel.lanes.regular import needs_no_calm
 from ftqp.kernel.layout.enums import ACCELERATION, HARD
@@ -161,7 +161,7 @@ def _resolve(L: Any) -> Any:
         _add(L, lane.left)
         worst, missed, size = _left(L)
     lane.missed[0] = select(missed <= RELAXED_FROM * size + TASK_FLOOR, 0.0, 1.0)
-    return good & (worst <= L.ladder.accept * (1.0 + size))
+    return good & (worst <= L.cascade.accept * (1.0 + size))
 
 
 @jit

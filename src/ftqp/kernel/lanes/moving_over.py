@@ -42,7 +42,7 @@ def may_move_in(K: Any, code: int) -> bool:
     faults, feedback = K.faults, K.feedback
     if (
         (code != OK and code != RELAXED)
-        or K.ladder.stage != MAIN_STAGE
+        or K.cascade.stage != MAIN_STAGE
         or K.qp.warm != 0
         or K.watch.latched != 0
     ):

@@ -38,7 +38,7 @@ def detection_fields(N: int) -> Fields:
     if ``known``; ``held``: ticks for which they have stood still. ``load``: mass and first moments of an
     unknown load, by sums ``load_``; ``pull``, ``jolt``: what a unit of each takes of the joints, ``drawn``
     filtered, ``strain`` less its mean; ``spread``: mean square of a residual, ``finest`` its least.
-    ``strayed``: how odd a joint's motion was during this suspicion. ``room``:
+    ``deviation``: how odd a joint's motion was during this suspicion. ``room``:
     largest healthy size of each residual, ``sharp`` its inverse; ``excess``: what it has beside friction, and
     z of a joint is the largest excess/room; ``peak``: the largest since it was last set to zero. ``blind``:
     joints whose sensor or motion tells nothing; ``jump``: largest jump of a sample that motion explains,
@@ -48,7 +48,7 @@ def detection_fields(N: int) -> Fields:
     """
     names = ("q", "tau", "q_ref", "v_ref", "a_ref", "effort", "good", "step", "raw", "travel", "hop", "seen",
              "e", "psi", "psi_before", "tau_before", "loose", "loose_before", "coulomb", "viscous", "tau_max",
-             "motor_torque", "side", "usual", "usual_e", "usual_side", "strayed", "z", "jump", "onset",
+             "motor_torque", "side", "usual", "usual_e", "usual_side", "deviation", "z", "jump", "onset",
              "share", "light", "faint", "column", "odd", "score", "spread", "finest")  # fmt: skip
     counts = ("same", "missing", "off", "turns", "sensor", "blind", "believed", "kinds", "since", "standing")
     return [

@@ -138,7 +138,7 @@ class StopReason(IntEnum):
 class Turn(IntEnum):
     """What a tick waits for, where it has no status yet."""
 
-    READY = 100
+    QP_READY = 100
     """The QP is assembled and waits for a solver."""
     SOLVE = 101
     """A substitute QP waits for the in-kernel solver."""
@@ -146,7 +146,7 @@ class Turn(IntEnum):
     """A solver has answered."""
 
 
-READY, SOLVE, ANSWERED = map(int, Turn)
+QP_READY, SOLVE, ANSWERED = map(int, Turn)
 
 
 class Mistake(IntEnum):
@@ -168,7 +168,7 @@ WRONG_SHAPE, NO_ROTATION, NOT_RESET, NOT_READ, TWIST_ALONE = map(int, Mistake)
 
 
 class Stage(IntEnum):
-    """Which QP of the ladder is being solved."""
+    """Which QP of the fallback cascade is being solved."""
 
     FIRST = 0
     MAIN = 1

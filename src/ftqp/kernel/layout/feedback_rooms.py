@@ -9,21 +9,21 @@ def feedback_fields(N: int) -> Fields:
 
     ``active``: this tick is posed at the reference; ``fresh``: the loop begins anew, and how; ``kind``: what
     the arm takes; ``latency``: ticks by which samples are late; ``span``, ``now``: length and place of the
-    ring ``past``; ``refused``: bad samples now;
-    ``stride``: ticks between kept targets; ``culprit``: the joint that is farthest from its command, -1
-    none; ``kappa``, ``hold``, ``stiffness``: bandwidth of the tip's, a velocity arm's and a torque arm's
-    loop [1/s]; ``pole``, ``pole_failed``, ``slowness``: of the observer; ``sigma``: noise of the samples;
-    ``c``: displacement of the target; ``off``: measured tip less that of the reference; ``left``: their sum;
-    ``push``: what the displacement feeds forward; ``seen``: samples as believed; ``good``: last good ones,
-    ``age`` ticks old, ``offset`` from the reference; ``spent``: patience that bad ones have cost [s];
-    ``strayed``, ``hurried``: ticks that a joint was out of its tube in a stop, or too fast; ``straying``:
-    some are counted; ``asks``: for its brake; ``others``, ``bent``: scratch; ``quiet``: the displacement
-    rests; ``deserts``: joints that do not obey, ``deserters`` of them; ``doubted``, ``heeded``: ticks that a
-    joint seems not to, and to obey again; ``heard``: ticks of observation; ``usual``: torques that disturb
-    for long; ``asked``: accelerations that those joints should have; ``own_``: their observer if they obey,
+    ring ``past``; ``refused``: bad samples now; ``stride``: ticks between kept targets; ``culprit``: the
+    joint that is farthest from its command, -1 none; ``kappa``, ``hold``, ``stiffness``: bandwidth of the
+    tip's, a velocity arm's and a torque arm's loop [1/s]; ``pole``, ``pole_failed``, ``slowness``: of the
+    observer; ``sigma``: noise of the samples; ``c``: displacement of the target; ``off``: measured tip
+    less that of the reference; ``left``: their sum; ``push``: what the displacement feeds forward;
+    ``seen``: samples as believed; ``good``: last good ones, ``age`` ticks old, ``offset`` from the
+    reference; ``spent``: patience that bad ones have cost [s]; ``outside_band``, ``hurried``: ticks that a
+    joint was out of its error band in a stop, or too fast; ``any_counted``: some are counted; ``asks``:
+    for its brake; ``others``, ``bent``: scratch; ``quiet``: the displacement rests; ``unresponsive``:
+    joints that do not obey, ``unresponsive_count`` of them; ``doubted``, ``heeded``: ticks that a joint
+    seems not to, and to obey again; ``heard``: ticks of observation; ``usual``: torques that disturb for
+    long; ``asked``: accelerations that those joints should have; ``own_``: their observer if they obey,
     ``alone``: their inertia then; ``place``: the suspect's column of ``past.own``; ``softened``:
-    ``soft_one`` and ``soft_other`` are on one axis, and one of them seems not to obey, ``softly``: what holds
-    them, ``agreeing``: ticks that both obey; ``missing``: torques, less ``usual``, in a short mean;
+    ``soft_one`` and ``soft_other`` are on one axis, and one of them seems not to obey, ``softly``: what
+    holds them, ``agreeing``: ticks that both obey; ``missing``: torques, less ``usual``, in a short mean;
     ``felt_noise``: of d_hat; ``wound``: integral part of a velocity arm's hold; ``speed_margin``: share of
     the speed limits that is left to servos.
     """
@@ -33,8 +33,8 @@ def feedback_fields(N: int) -> Fields:
              "innovation", "own_missed", "dead_missed")  # fmt: skip
     return [
         *scalars("i8", "active fresh kind latency span now refused exact displaced has_tip quiet"),
-        *scalars("i8", "lagging out settled far stored until_stored stride culprit straying"),
-        *scalars("i8", "deserters heard place_taken softened agreeing soft_one soft_other"),
+        *scalars("i8", "lagging out settled far stored until_stored stride culprit any_counted"),
+        *scalars("i8", "unresponsive_count heard place_taken softened agreeing soft_one soft_other"),
         *scalars("f8", "kappa hold stiffness pole pole_failed slowness sigma patience"),
         *scalars("f8", "failed_noise felt_noise missing_noise"),
         *scalars(
@@ -44,8 +44,8 @@ def feedback_fields(N: int) -> Fields:
         *floats(dict.fromkeys(("c", "c_rate", "push", "off", "left"), (6,))),
         *floats(dict.fromkeys(names, (N,))),
         *integers(dict.fromkeys(("age", "same", "lost", "bad", "still", "known_failed"), (N,))),
-        *integers(dict.fromkeys(("strayed", "hurried", "asks", "others"), (N,))),
-        *integers(dict.fromkeys(("deserts", "doubted", "heeded", "clearer", "place"), (N,))),
+        *integers(dict.fromkeys(("outside_band", "hurried", "asks", "others"), (N,))),
+        *integers(dict.fromkeys(("unresponsive", "doubted", "heeded", "clearer", "place"), (N,))),
         *floats({"tip": (12,), "M": (N, N)}),
     ]
 

@@ -25,6 +25,6 @@ def planner_memory_size(n: int, m: int, p: int) -> int:
     return KEPT + 2 * (n + p) + m + memory_size(n, m, p)
 
 
-def alone_memory_size(n: int, m: int, p: int) -> int:
+def standalone_memory_size(n: int, m: int, p: int) -> int:
     """Numbers that the network needs for a QP that is not a planner's."""
     return memory_size(n, m, p) + m

@@ -167,20 +167,20 @@ def _watch(N: int) -> Fields:
     ]
 
 
-def _ladder(N: int) -> Fields:
-    """Where a tick stands on the ladder, and what its answer is worth.
+def _cascade(N: int) -> Fields:
+    """Where a tick stands in the fallback cascade, and what its answer is worth.
 
     ``external``: another solver takes the QP. ``accept``: largest scaled residual that counts as solved.
     ``g_task``, ``d_task``: the objective kept aside during the first stage of lexicographic mode;
     ``z_first``, ``z_box_first``: multipliers of that stage, which say what keeps the task from being
     followed. ``missed``: the command leaves more of the task than counts as none; ``outside``: how many
-    joints are beyond what is believed of their limits; ``judged``: the answer is known to be good;
+    joints are beyond what is believed of their limits; ``checked``: the answer is known to be good;
     ``jump``: share of an instant lock's jump that the other joints' velocities have made;
     ``torque_excess``: of the command over what is believed of a motor [N m].
     """
     return [
         *scalars(
-            "i8", "status verdict stage external claim qp_iterations dense_task p missed outside judged"
+            "i8", "status outcome stage external claim qp_iterations dense_task p missed outside checked"
         ),
         *scalars("f8", "accept residual_task residual_bounds residual_dual torque_excess kappa jump"),
         *floats(
@@ -389,7 +389,7 @@ ROOMS = {
     "task": _task,
     "criteria": _criteria,
     "watch": _watch,
-    "ladder": _ladder,
+    "cascade": _cascade,
     "feedback": feedback_fields,
     "gate": gate_fields,
     "kinematics": _kinematics,

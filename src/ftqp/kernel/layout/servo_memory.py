@@ -14,10 +14,11 @@ def servo_dtype(capacity: int) -> np.dtype[Any]:
 
     ``stiffness`` and ``damping`` are the gains on positions and velocities, ``q`` and ``v`` the command.
     ``limit`` is what each motor may give now and ``tau_max`` what it could give when it was healthy;
-    ``strays`` is 1.0 for a joint that does not do what its servo wants although its motor may be on. ``a`` is
-    what each servo wants its joint to do, ``demand`` what it asks of its motor, ``tau`` what it gets.
+    ``unresponsive`` is 1.0 for a joint that does not do what its servo wants although its motor may be on.
+    ``a`` is what each servo wants its joint to do, ``demand`` what it asks of its motor, ``tau`` what it
+    gets.
     """
-    names = ("q", "v", "limit", "tau_max", "strays", "a", "demand", "tau")
+    names = ("q", "v", "limit", "tau_max", "unresponsive", "a", "demand", "tau")
     return np.dtype(
         [*scalars("f8", "stiffness damping"), *floats(dict.fromkeys(names, (capacity,)))], align=True
     )

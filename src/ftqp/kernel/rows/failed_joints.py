@@ -195,7 +195,7 @@ def lock_instantly(K: Any) -> None:
     task:       Delta_H = -J_H^+ J_F Delta_F, so that the task's velocity goes on
 
     Where a working joint would break its speed limit, or could no longer stop in its range, all make the same
-    share of Delta_H, ``K.ladder.jump``; the rest is left to the task's feedback. It needs J, and M for
+    share of Delta_H, ``K.cascade.jump``; the rest is left to the task's feedback. It needs J, and M for
     ``momentum``.
     Source: docs/theory/joint-failures.md, "Instant locks".
     """
@@ -207,7 +207,7 @@ def lock_instantly(K: Any) -> None:
         _momentum_jump(K)
     if faults.reset_mode == RESET_TASK:
         _task_jump(K)
-    share = K.ladder.jump = _share_of_jump(K)
+    share = K.cascade.jump = _share_of_jump(K)
     for k in range(faults.movable):
         i = faults.order[k]
         state.v[i] += share * delta[i]

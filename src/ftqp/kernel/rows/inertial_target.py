@@ -338,15 +338,15 @@ def _leans_or_stands(K: Any) -> bool:
 @jit
 def base_verdict(K: Any, base: Any) -> int:
     """After the step: the set point moves on, and what the operator is told of the base."""
-    chain, state, task, ladder = K.chain, K.state, K.task, K.ladder
+    chain, state, task, cascade = K.chain, K.state, K.task, K.cascade
     for i in range(chain.n):
         base.setpoint[i] += state.dt * state.v_command[i]
-    held = ladder.status != OK and ladder.status != SCALED
+    held = cascade.status != OK and cascade.status != SCALED
     base.hold = 1 if held and base.freezes else 0
     if base.stale:
         base.leaning = 0
         return BASE_STALE
-    if ladder.status == STOPPING or ladder.status == STOPPED or ladder.status == INVALID_INPUT:
+    if cascade.status == STOPPING or cascade.status == STOPPED or cascade.status == INVALID_INPUT:
         return BASE_HALTED
     off = task.position_error > base.tolerance or task.rotation_error * task.length > base.tolerance
     base.leaning = base.leaning + 1 if held and off and _leans_or_stands(K) else 0

@@ -75,14 +75,14 @@ def slopes(P: Any, q: Any, free: Any) -> Any:
 
 @jit
 def rest_ahead(P: Any, free: Any) -> int:
-    """Search a zero of F from the configuration ``lone`` on: CORRECT, ERRONEOUS, SINGULAR, or MOVING.
+    """Search a zero of F from the configuration ``single`` on: CORRECT, ERRONEOUS, SINGULAR, or MOVING.
 
     A zero counts where it lies within REACH and all eigenvalues of the reduced slopes are on the left; it is
     in ``trial`` then.
     """
     n = len(P.link)
     for i in range(n):
-        P.trial[i * WIDTH : (i + 1) * WIDTH] = P.lone[i * WIDTH]
+        P.trial[i * WIDTH : (i + 1) * WIDTH] = P.single[i * WIDTH]
     way = 0.0
     for _ in range(SEARCHES):
         slopes(P, P.trial, free)
@@ -100,7 +100,7 @@ def rest_ahead(P: Any, free: Any) -> int:
             length += P.y[i] * P.y[i]
             moved = P.trial[i * WIDTH] + P.y[i]
             P.trial[i * WIDTH : (i + 1) * WIDTH] = moved
-            way += (moved - P.lone[i * WIDTH]) ** 2
+            way += (moved - P.single[i * WIDTH]) ** 2
         if not way < REACH * REACH:
             return MOVING
         if length < STILL * STILL:

@@ -43,12 +43,12 @@ def _seat(P: Any, seat: int, run: int, starts: Any, locked: Any) -> None:
 
 @jit
 def _alone(P: Any, seat: int) -> None:
-    """The configuration and the joints of a seat, eight times, in ``lone``."""
+    """The configuration and the joints of a seat, eight times, in ``single``."""
     for i in range(len(P.link)):
         at = i * WIDTH
         P.here[i] = P.q[at + seat]
-        P.lone[at : at + WIDTH] = P.q[at + seat]
-        P.lone_free[at : at + WIDTH] = P.free[at + seat]
+        P.single[at : at + WIDTH] = P.q[at + seat]
+        P.single_free[at : at + WIDTH] = P.free[at + seat]
 
 
 @jit
@@ -68,7 +68,7 @@ def _verdict(P: Any, seat: int) -> int:
         return _in_time(P, seat)
     if P.speed[seat] < SLOW or P.det[seat] < NEARLY_FLAT:
         _alone(P, seat)
-        ending = rest_ahead(P, P.lone_free)
+        ending = rest_ahead(P, P.single_free)
         if ending != MOVING:
             return ending
     if P.path[seat] > LONG_WAY:

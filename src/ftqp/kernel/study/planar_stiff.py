@@ -33,34 +33,34 @@ LONG_WAY: Final = 60.0
 
 @jit
 def _place(P: Any, q: Any) -> None:
-    """All eight configurations of ``lone`` at q."""
+    """All eight configurations of ``single`` at q."""
     for i in range(len(P.link)):
-        P.lone[i * WIDTH : (i + 1) * WIDTH] = q[i]
+        P.single[i * WIDTH : (i + 1) * WIDTH] = q[i]
 
 
 @jit
 def _rates_into(P: Any, q: Any, out: Any) -> Any:
     """g = I_S G e at q into ``out``; |e|^2 and |g|."""
     _place(P, q)
-    error, det, size = field(P, P.lone, P.lone_free, P.lone_rate)
-    put(P.lone_error, 0, error)
-    put(P.lone_det, 0, det)
-    put(P.lone_size, 0, size)
-    det_here, size_here = P.lone_det[0] + TINY, P.lone_size[0]
+    error, det, size = field(P, P.single, P.single_free, P.single_rate)
+    put(P.single_error, 0, error)
+    put(P.single_det, 0, det)
+    put(P.single_size, 0, size)
+    det_here, size_here = P.single_det[0] + TINY, P.single_size[0]
     scale = (SHARE * det_here + size_here) / det_here
     for i in range(len(P.link)):
-        out[i] = P.lone_rate[i * WIDTH] * scale
-    return P.lone_error[0], size_here / det_here
+        out[i] = P.single_rate[i * WIDTH] * scale
+    return P.single_error[0], size_here / det_here
 
 
 @jit
 def _matrix(P: Any, h: float) -> bool:
-    """W = I - h d dg/dq at ``lone``, factorised in ``work``; False where it is singular.
+    """W = I - h d dg/dq at ``single``, factorised in ``work``; False where it is singular.
 
     g = F / det A, so that dg = dF / det A - g d(det A) / det A.
     """
     n = len(P.link)
-    _, det, _ = slopes(P, P.lone, P.lone_free)
+    _, det, _ = slopes(P, P.single, P.single_free)
     det += TINY
     for l in range(n):
         for i in range(n):
@@ -71,7 +71,7 @@ def _matrix(P: Any, h: float) -> bool:
 
 @rare_jit
 def creep(P: Any, way: float) -> int:
-    """How a run ends that is at ``here``, with the joints of ``lone_free`` and a way behind it.
+    """How a run ends that is at ``here``, with the joints of ``single_free`` and a way behind it.
 
     The end is in ``trial``.
     """
@@ -125,9 +125,9 @@ def _verdict(P: Any, error: float, speed: float) -> int:
     """What is ahead of ``here``."""
     _place(P, P.here)
     if error < NEAR * NEAR:
-        goal_ahead(P, P.lone, P.lone_free)
+        goal_ahead(P, P.single, P.single_free)
         if P.found[0] > 0.5:
             return CORRECT if P.found[0] < 1.5 else SINGULAR
     if speed < SLOW:
-        return rest_ahead(P, P.lone_free)
+        return rest_ahead(P, P.single_free)
     return MOVING

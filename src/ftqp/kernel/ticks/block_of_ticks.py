@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.kernel.arm.kinematics import motion
 from ftqp.kernel.compiled.calling import nanoseconds, tick_of
 from ftqp.kernel.jit import carray, jit, pointer
-from ftqp.kernel.judge.verdict import torques_without_inertia
+from ftqp.kernel.judge.solution_check import torques_without_inertia
 from ftqp.kernel.layout.block_row import PLACES
 from ftqp.kernel.layout.enums import FAILED, FALLBACK, HARD, INFEASIBLE, RELAXED, SOLVED, VELOCITY
 from ftqp.kernel.layout.record import record_dtype
@@ -19,10 +19,10 @@ FLOAT, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 @jit
 def qp_outcome(K: Any) -> int:
     """What the residuals made of the solver's claim, -1 when the tick needed no task QP."""
-    claim, status = K.ladder.claim, K.ladder.status
+    claim, status = K.cascade.claim, K.cascade.status
     if claim == INFEASIBLE and status == FALLBACK:
         return FAILED
-    hard_missed = status == RELAXED and K.task.mode == HARD and K.ladder.missed
+    hard_missed = status == RELAXED and K.task.mode == HARD and K.cascade.missed
     if claim == SOLVED and (status == FALLBACK or hard_missed):
         return FAILED
     return int(claim)
@@ -44,7 +44,7 @@ def complete_torques(K: Any, has_inertia: int) -> None:
 @jit
 def keep(K: Any, places: Any, row: Any) -> None:
     """Write the tick into a row, each field at its place; see ``ftqp.kernel.layout.block_row``."""
-    state, task, qp, ladder, kinematics = K.state, K.task, K.qp, K.ladder, K.kinematics
+    state, task, qp, cascade, kinematics = K.state, K.task, K.qp, K.cascade, K.kinematics
     n = K.chain.n
     q, v, a, tau, brake, lower, upper, tip, slack, jacobian, rest = places
     for i in range(n):
@@ -67,11 +67,11 @@ def keep(K: Any, places: Any, row: Any) -> None:
     row[rest] = task.position_error
     row[rest + 1] = task.rotation_error
     row[rest + 2] = task.scale
-    row[rest + 3] = ladder.status
+    row[rest + 3] = cascade.status
     row[rest + 4] = qp_outcome(K)
-    row[rest + 5] = ladder.qp_iterations
-    row[rest + 6] = max(ladder.residual_task, ladder.residual_bounds, ladder.residual_dual)
-    row[rest + 8] = ladder.kappa
+    row[rest + 5] = cascade.qp_iterations
+    row[rest + 6] = max(cascade.residual_task, cascade.residual_bounds, cascade.residual_dual)
+    row[rest + 8] = cascade.kappa
 
 
 def block(capacity: int) -> Callable[..., int]:

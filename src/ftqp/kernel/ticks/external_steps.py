@@ -5,8 +5,8 @@ from typing import Any
 
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.external_qp import pack, packed_size, solution_size, unpack
-from ftqp.kernel.judge.ladder import climb
-from ftqp.kernel.layout.enums import ANSWERED, READY, SOLVED
+from ftqp.kernel.judge.fallback_cascade import run_cascade
+from ftqp.kernel.layout.enums import ANSWERED, QP_READY, SOLVED
 from ftqp.kernel.layout.path_table import COLUMNS
 from ftqp.kernel.layout.record import base_dtype, path_dtype, record_dtype
 from ftqp.kernel.rows.path_rows import advance
@@ -17,9 +17,9 @@ from ftqp.kernel.ticks.tick import prepare_on_base, prepare_on_path, prepare_ric
 
 @jit
 def _hand_over(K: Any, prepared: int, flat_at: int) -> int:
-    """The QP into memory when it waits for a solver: READY, or the status of a tick that needed none."""
-    code = climb(K, prepared, SOLVED)
-    if code == READY:
+    """The QP into memory when it waits for a solver: QP_READY, or the status of a tick that needed none."""
+    code = run_cascade(K, prepared, SOLVED)
+    if code == QP_READY:
         pack(K, carray(pointer(flat_at), (packed_size(K),), FLOAT))
     return code
 
@@ -28,8 +28,8 @@ def _hand_over(K: Any, prepared: int, flat_at: int) -> int:
 def _take_back(K: Any, solution_at: int, claim: int, iterations: int) -> int:
     """Judge and clamp what the solver answered, and turn it into a command: the status."""
     unpack(K, carray(pointer(solution_at), (solution_size(K),), FLOAT))
-    K.ladder.qp_iterations = iterations
-    return climb(K, ANSWERED, claim)
+    K.cascade.qp_iterations = iterations
+    return run_cascade(K, ANSWERED, claim)
 
 
 def prepare_clock(capacity: int) -> Callable[..., int]:
@@ -42,7 +42,7 @@ def prepare_clock(capacity: int) -> Callable[..., int]:
         if code < 0:
             return code
         code = _hand_over(K, prepare_rich(K), flat_at)
-        if code != READY and K.turned.on:
+        if code != QP_READY and K.turned.on:
             turn_back(K)
         return code
 
@@ -76,7 +76,7 @@ def prepare_path(capacity: int) -> Callable[..., int]:
         if code < 0:
             return code
         code = _hand_over(K, prepare_on_path(K, path), flat_at)
-        if code != READY:
+        if code != QP_READY:
             advance(K, path)
         return code
 
@@ -107,7 +107,7 @@ def prepare_base(capacity: int) -> Callable[..., int]:
         if code < 0:
             return code
         code = _hand_over(K, prepare_on_base(K, base), flat_at)
-        if code != READY:
+        if code != QP_READY:
             settle_on_base(K, base)
         return code
 

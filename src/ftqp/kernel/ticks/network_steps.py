@@ -1,6 +1,6 @@
 """A whole tick with the recurrent network in the place of the active set.
 
-The other rungs of the ladder use the active set. The warm start lives in the network's own memory and is
+The other stages of the cascade use the active set. The warm start lives in the network's own memory and is
 dropped when ``K.qp.warm`` is 0 (a fault, a reset), when the last tick did not end with a solved QP of the
 task, or when which variables are fixed has changed.
 """
@@ -10,8 +10,8 @@ from typing import Any
 
 from ftqp.kernel.dtrnn.planner_qp import solve_planner_qp
 from ftqp.kernel.jit import carray, jit, pointer
-from ftqp.kernel.judge.ladder import climb
-from ftqp.kernel.layout.enums import ANSWERED, MAIN_STAGE, READY, SOLVED
+from ftqp.kernel.judge.fallback_cascade import run_cascade
+from ftqp.kernel.layout.enums import ANSWERED, MAIN_STAGE, QP_READY, SOLVED
 from ftqp.kernel.layout.network_memory import VALID
 from ftqp.kernel.layout.path_table import COLUMNS
 from ftqp.kernel.layout.record import base_dtype, path_dtype, record_dtype
@@ -24,13 +24,13 @@ from ftqp.kernel.ticks.tick import prepare_on_base, prepare_on_path, prepare_ric
 @jit
 def _solved(K: Any, memory: Any, warm: int, prepared: int) -> int:
     """A prepared tick with the network: the status."""
-    ladder, qp = K.ladder, K.qp
+    cascade, qp = K.cascade, K.qp
     if warm == 0:
         memory[VALID] = 0.0
-    code = climb(K, prepared, SOLVED)
-    while code == READY:
-        code = climb(K, ANSWERED, solve_planner_qp(ladder, qp, memory))
-    qp.warm = 1 if ladder.stage == MAIN_STAGE and memory[VALID] != 0.0 else 0
+    code = run_cascade(K, prepared, SOLVED)
+    while code == QP_READY:
+        code = run_cascade(K, ANSWERED, solve_planner_qp(cascade, qp, memory))
+    qp.warm = 1 if cascade.stage == MAIN_STAGE and memory[VALID] != 0.0 else 0
     return code
 
 

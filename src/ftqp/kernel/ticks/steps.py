@@ -13,7 +13,7 @@ import numpy as np
 
 from ftqp.kernel.free.end_stop import stop_torques
 from ftqp.kernel.jit import carray, jit, pointer
-from ftqp.kernel.judge.ladder import RELAXED_FROM, TASK_FLOOR, climb
+from ftqp.kernel.judge.fallback_cascade import RELAXED_FROM, TASK_FLOOR, run_cascade
 from ftqp.kernel.layout.enums import HEALTHY, OK, RELAXED, SLACK, SOLVED, TARGET_SIZE
 from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.path_table import COLUMNS
@@ -84,11 +84,11 @@ def accept_on_joints(K: Any, q: Any, v: Any) -> int:
 @jit
 def step_on_joints(K: Any, joints: Any) -> int:
     """The tick, solved in the kernel whatever the planner's mode and solver, which are put back."""
-    task, ladder, qp = K.task, K.ladder, K.qp
-    mode, external = task.mode, ladder.external
-    task.mode, ladder.external = SLACK, 0
-    code = climb(K, prepare_on_joints(K, joints), SOLVED)
-    task.mode, ladder.external = mode, external
+    task, cascade, qp = K.task, K.cascade, K.qp
+    mode, external = task.mode, cascade.external
+    task.mode, cascade.external = SLACK, 0
+    code = run_cascade(K, prepare_on_joints(K, joints), SOLVED)
+    task.mode, cascade.external = mode, external
     qp.warm = 0
     if code == OK:
         size = worst = 0.0
@@ -97,7 +97,7 @@ def step_on_joints(K: Any, joints: Any) -> int:
                 size = max(size, abs(joints.demand[i]))
                 worst = max(worst, abs(qp.x[i] - joints.demand[i]))
         if worst > RELAXED_FROM * size + TASK_FLOOR:
-            ladder.status = code = RELAXED
+            cascade.status = code = RELAXED
     return code
 
 
@@ -110,7 +110,7 @@ def step(capacity: int) -> Callable[..., int]:
         code = accept(K, q, v, target, row)
         if code < 0:
             return code
-        return climb(K, prepare_plain(K), SOLVED)
+        return run_cascade(K, prepare_plain(K), SOLVED)
 
     return step
 
@@ -124,7 +124,7 @@ def step_rich(capacity: int) -> Callable[..., int]:
         code = accept(K, q, v, target, row)
         if code < 0:
             return code
-        code = climb(K, prepare_rich(K), SOLVED)
+        code = run_cascade(K, prepare_rich(K), SOLVED)
         if K.turned.on:
             turn_back(K)
         return code
@@ -142,7 +142,7 @@ def step_free(capacity: int) -> Callable[..., int]:
         code = accept(K, q, v, target, row)
         if code < 0:
             return code
-        code = climb(K, prepare_free(K, F), SOLVED)
+        code = run_cascade(K, prepare_free(K, F), SOLVED)
         if K.turned.on:
             turn_back(K)
         stop_torques(K)
@@ -161,7 +161,7 @@ def step_path(capacity: int) -> Callable[..., int]:
         code = accept_on_path(K, path, carray(pointer(table_at), (rows, COLUMNS), FLOAT), q, v)
         if code < 0:
             return code
-        code = climb(K, prepare_on_path(K, path), SOLVED)
+        code = run_cascade(K, prepare_on_path(K, path), SOLVED)
         advance(K, path)
         return code
 
@@ -178,7 +178,7 @@ def step_base(capacity: int) -> Callable[..., int]:
         code = accept(K, q, v, target, row)
         if code < 0:
             return code
-        code = climb(K, prepare_on_base(K, base), SOLVED)
+        code = run_cascade(K, prepare_on_base(K, base), SOLVED)
         settle_on_base(K, base)
         return code
 

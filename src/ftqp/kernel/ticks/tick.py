@@ -1,4 +1,4 @@
-"""The first half of a tick, from the measured state to a QP, as a sum of parts; the second is the ladder.
+"""The first half of a tick, from the measured state to a QP, as a sum of parts; the cascade is the second.
 
 Who leads the arm decides which parts there are: the clock, a path that is followed by its progress, or an
 inertial target above a base that moves. What a planner does not use is not compiled for it.
@@ -12,20 +12,20 @@ from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.calm_qp import begin_calm, calms
 from ftqp.kernel.calm.path_outlook import outlook
 from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
-from ftqp.kernel.feedback.deserters import look_for_deserters
+from ftqp.kernel.feedback.error_band import find_out_of_hand
 from ftqp.kernel.feedback.gap import measure_gap, norms, wait
 from ftqp.kernel.feedback.late_targets import play_back
 from ftqp.kernel.feedback.observer import feel, observe
 from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
 from ftqp.kernel.feedback.samples import believe
-from ftqp.kernel.feedback.spoken import see_error
-from ftqp.kernel.feedback.stray import look_for_strays
+from ftqp.kernel.feedback.status_report import see_error
 from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
+from ftqp.kernel.feedback.unresponsive import find_unresponsive
 from ftqp.kernel.free.decision import think
 from ftqp.kernel.free.end_stop import end_stops
-from ftqp.kernel.free.free_command import ask_for_motion, verdict_on_free
+from ftqp.kernel.free.free_command import ask_for_motion, outcome_beside_free
 from ftqp.kernel.jit import jit, rare_jit
-from ftqp.kernel.judge.ladder import begin_first_stage, begin_rest, begin_stop
+from ftqp.kernel.judge.fallback_cascade import begin_first_stage, begin_rest, begin_stop
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
     FOLLOW,
@@ -33,7 +33,7 @@ from ftqp.kernel.layout.enums import (
     INVALID_INPUT,
     LEXICOGRAPHIC,
     MAIN_STAGE,
-    READY,
+    QP_READY,
     SCALE,
     SOLVE,
     STOPPED_BY_ERROR,
@@ -77,14 +77,14 @@ def _emergency(K: Any) -> bool:
 @jit
 def _begin(K: Any) -> None:
     """Forget the last tick's QP and sort the joints."""
-    ladder = K.ladder
+    cascade = K.cascade
     K.state.ticks += 1
     K.qp.soft_rows = 0.0
-    ladder.claim = -1
-    ladder.qp_iterations = 0
-    ladder.torque_excess = 0.0
-    ladder.missed = ladder.outside = 0
-    ladder.jump = 1.0
+    cascade.claim = -1
+    cascade.qp_iterations = 0
+    cascade.torque_excess = 0.0
+    cascade.missed = cascade.outside = 0
+    cascade.jump = 1.0
     sort_joints(K)
 
 
@@ -113,10 +113,10 @@ def _see(K: Any) -> bool:
     observe(K, first)
     if feedback.kind == TORQUE_DRIVE:
         feel(K)
-        look_for_deserters(K)
+        find_unresponsive(K)
     refer(K)
     look_at_tip(K)
-    look_for_strays(K)
+    find_out_of_hand(K)
     leave_margin(K)
     correct(K)
     measure_gap(K)
@@ -162,7 +162,7 @@ def _refuse_target(K: Any) -> bool:
     for k in range(6):
         K.past.error[K.feedback.now, k] = K.task.error[k]
     if K.watch.latched == 0:
-        K.ladder.verdict = INVALID_INPUT
+        K.cascade.outcome = INVALID_INPUT
     return False
 
 
@@ -208,9 +208,9 @@ def _may_go_on_as_measured(K: Any, valid: bool) -> bool:
 
 @jit
 def _ask(K: Any) -> int:
-    """How firmly the task is asked for, by its mode: READY, or SOLVE when another QP comes first."""
+    """How firmly the task is asked for, by its mode: QP_READY, or SOLVE when another QP comes first."""
     task, turned, qp = K.task, K.turned, K.qp
-    K.ladder.stage = MAIN_STAGE
+    K.cascade.stage = MAIN_STAGE
     leave_calm(K)
     for k in range(task.m):
         task.asked[k] = qp.b[k]
@@ -228,7 +228,7 @@ def _ask(K: Any) -> int:
         return SOLVE
     else:
         compliance(K, task.slack_ratio)
-    return READY
+    return QP_READY
 
 
 @jit
@@ -243,7 +243,7 @@ def _turn(K: Any, calm: bool) -> None:
 
 @jit
 def prepare_plain(K: Any) -> int:
-    """A tick led by the clock: READY when the QP is the task's, SOLVE when it is another."""
+    """A tick led by the clock: QP_READY when the QP is the task's, SOLVE when it is another."""
     valid = _see(K)
     _bound(K)
     _limit(K)
@@ -303,7 +303,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
     if K.criteria.manipulability != 0.0 and not K.calm.hushed:
         add_manipulability(K)
     fade_feedback(K, path)
-    K.ladder.stage = MAIN_STAGE
+    K.cascade.stage = MAIN_STAGE
     for k in range(task.m):
         task.asked[k] = qp.b[k]
     compliance(K, task.slack_ratio if calm or blocked else STIFFNESS)
@@ -312,7 +312,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
         begin_calm_on_path(K, path, task.kp)
         return SOLVE
     leave_calm(K)
-    return READY
+    return QP_READY
 
 
 @jit
@@ -359,7 +359,7 @@ def prepare_free(K: Any, F: Any) -> int:
     K.turned.on = K.calm.holding = 0
     begin_rest(K, K.state.dt, 0.0)
     ask_for_motion(K, F)
-    K.ladder.verdict = verdict_on_free(K) if valid else INVALID_INPUT
+    K.cascade.outcome = outcome_beside_free(K) if valid else INVALID_INPUT
     return SOLVE
 
 
@@ -375,5 +375,5 @@ def prepare_on_joints(K: Any, joints: Any) -> int:
     task_rows(K, K.task.kp)
     joint_objective(K, joints)
     K.turned.on = K.calm.holding = 0
-    K.ladder.stage = MAIN_STAGE
-    return READY
+    K.cascade.stage = MAIN_STAGE
+    return QP_READY

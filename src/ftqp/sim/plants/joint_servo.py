@@ -75,7 +75,7 @@ class JointServo:
         self._q, self._v, self._tau = S.q[:n], S.v[:n], S.tau[:n]
         self._a, self._tau_max = S.a[:n], S.tau_max[:n]
         self.demand: FloatArray = S.demand[:n]
-        self.strays: FloatArray = S.strays[:n]
+        self.strays: FloatArray = S.unresponsive[:n]
         self._sent = np.zeros(n)
 
     def take(self, command: Command) -> None:

@@ -173,7 +173,7 @@ class Scene:
         self._mesh(f"{self._name}/target/ball", ball(0.035 * s), colours.TARGET, 0.3)
         self._ellipsoid = self._mesh(f"{self._name}/ellipsoid", ball(1.0), colours.ELLIPSOID, 0.25)
         self._trail = _Trail(add, f"{self._name}/trail", colours.TRAIL, 0.0045 * s, STEP * s, trail)
-        self._stray = _Trail(add, f"{self._name}/twin/trail", colours.GHOST, 0.003 * s, STEP * s, trail)
+        self._twin_trail = _Trail(add, f"{self._name}/twin/trail", colours.GHOST, 0.003 * s, STEP * s, trail)
         ways = [self._way(path)] if path is not None and len(path) > 1 else []
         grid = add.add_grid(
             f"{self._name}/grid", width=3.0 * s, height=3.0 * s, cell_size=0.1 * s, section_size=0.5 * s,
@@ -247,12 +247,12 @@ class Scene:
         apart = frame.ghost is not None and bool(frame.truth.any())
         self._appear("naive twin", apart)
         if frame.ghost is None or not apart:
-            self._stray.rest()
+            self._twin_trail.rest()
             return
         _place(self._ghosts, frame.ghost)
         tip = frame.ghost[-1, :3, 3]
         self._named.position = tip - np.array([0.0, 0.0, 0.07 * self.size])
-        self._stray.follow(tip, frame.tick, "naive twin" not in self._hidden)
+        self._twin_trail.follow(tip, frame.tick, "naive twin" not in self._hidden)
 
     def _show_ellipsoid(self, frame: Frame) -> None:
         """How fast the healthy joints move the tip in each direction."""

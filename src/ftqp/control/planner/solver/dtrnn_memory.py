@@ -26,6 +26,6 @@ def network_memory(solver: Any, session: Session) -> FloatArray:
     n, m = int(K.chain.n), int(K.task.m)
     memory = np.zeros(planner_memory_size(n + 1, m, constraint_capacity(n)))
     memory[:OPTIONS] = solver.numbers[:OPTIONS]
-    K.ladder.external = 1
-    K.ladder.accept = max(float(K.ladder.accept), MARGIN * solver.settings.accuracy)
+    K.cascade.external = 1
+    K.cascade.accept = max(float(K.cascade.accept), MARGIN * solver.settings.accuracy)
     return memory

@@ -69,13 +69,13 @@ class Solver:
         joints, m = robot.nv, int(K.task.m)
         n = joints + (task.mode == "scaled") + (0 if task.mode == "hard" else m)
         fixed = criterion.has_constant_hessian and task.mode != "scaled"
-        self._buffers = QPBuffers.zeros(n, m, int(K.ladder.p), constant_hessian=fixed)
+        self._buffers = QPBuffers.zeros(n, m, int(K.cascade.p), constant_hessian=fixed)
         if fixed:
             self._buffers.H[:] = criterion.norm * np.eye(n)
             self._buffers.H[:joints, :joints] *= K.criteria.weight[:joints]
         backend.setup(self._buffers)
         self._backend = backend
-        K.ladder.external = 1
+        K.cascade.external = 1
 
     @property
     def has_qp(self) -> bool:
@@ -119,7 +119,7 @@ class Solver:
 
         def tick(*inputs: Any) -> int:
             code = prepare(*inputs)
-            return self._solved(finish) if code == Turn.READY else code
+            return self._solved(finish) if code == Turn.QP_READY else code
 
         return tick
 

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.active_set.standalone import solve_standalone
-from ftqp.kernel.dtrnn.lone_qp import solve_alone
+from ftqp.kernel.dtrnn.standalone_qp import solve_network_standalone
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.judge.kkt import kkt_residuals
-from ftqp.kernel.layout.lone_memory import alone_dtype
 from ftqp.kernel.layout.network_memory import OPTIONS
+from ftqp.kernel.layout.standalone_memory import standalone_dtype
 from ftqp.kernel.maths.matrix_view import matrix_view
 from ftqp.kernel.ticks.steps import FLOAT
 
@@ -19,7 +19,7 @@ WHOLE = np.dtype(np.int64)
 
 def solve_qp(capacity: int) -> Callable[..., int]:
     """The active set on the QP of a workspace: SOLVED, MAX_ITERATIONS, INFEASIBLE or FAILED."""
-    dtype = alone_dtype()
+    dtype = standalone_dtype()
 
     def solve_qp(address: int) -> int:
         return solve_standalone(carray(pointer(address), 1, dtype)[0])
@@ -86,7 +86,7 @@ def solve_network(capacity: int) -> Callable[..., int]:
         memory = carray(pointer(memory_at), (memory_size,), FLOAT)
         numbers = carray(pointer(numbers_at), (OPTIONS + 2,), FLOAT)
         trace = carray(pointer(trace_at), (trace_rows, 4), FLOAT)
-        code, iterations, size = solve_alone(
+        code, iterations, size = solve_network_standalone(
             memory, numbers, trace, n, m, p, warm, H, g, A, b, C, l, u, lb, ub,
             s[:n], s[2 * n : 2 * n + m], s[2 * n + m :], s[n : 2 * n],
         )  # fmt: skip
@@ -138,7 +138,7 @@ def solve_network_batch(capacity: int) -> Callable[..., int]:
         memory = carray(pointer(memory_at), (memory_size,), FLOAT)
         trace = matrix_view(numbers, 0, 0, 4)
         for k in range(first, last):
-            code[k], iterations[k], size[k] = solve_alone(
+            code[k], iterations[k], size[k] = solve_network_standalone(
                 memory, numbers, trace, n, m, p, 0,
                 H[min(k, len(H) - 1)], g[min(k, len(g) - 1)],
                 A[min(k, len(A) - 1)], b[min(k, len(b) - 1)],

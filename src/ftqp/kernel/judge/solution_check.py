@@ -13,20 +13,20 @@ from ftqp.kernel.maths.side_by_side import WIDTH, below, put, several
 
 
 @jit
-def judge(K: Any) -> bool:
+def check_solution(K: Any) -> bool:
     """Clamp x into the box, recompute every residual, and say whether the answer counts as solved.
 
     residual_task: max |A x + s - b| with s = soft lam, over 1 + max |b|; residual_bounds: what the rows of C
     are violated by, over 1 + max |x|; residual_dual: max |Hx + g + A'y + C'z + z_box|, over 1 + the norm of
     its terms. Wrong signs of multipliers count into residual_dual.
     """
-    task, ladder, qp, scratch = K.task, K.ladder, K.qp, K.scratch
+    task, cascade, qp, scratch = K.task, K.cascade, K.qp, K.scratch
     n, m = qp.nx, qp.meq
     size_x = 0.0
     for i in range(n):
         x = min(max(qp.x[i], qp.lb[i]), qp.ub[i])
         if not is_finite(x):
-            ladder.residual_bounds = inf
+            cascade.residual_bounds = inf
             return False
         qp.x[i] = x
         size_x = max(size_x, abs(x))
@@ -38,7 +38,7 @@ def judge(K: Any) -> bool:
         size = max(size, abs(qp.b[k]))
         worst = max(worst, abs(s - qp.soft[k] * qp.y[k]))
         task.slack[k] = s + qp.b[k] - task.asked[k]
-    ladder.residual_task = worst / (1.0 + size)
+    cascade.residual_task = worst / (1.0 + size)
     worst = 0.0
     for j in range(qp.nc):
         s = 0.0
@@ -48,7 +48,7 @@ def judge(K: Any) -> bool:
         if qp.soft_rows > 0.0 and qp.l[j] < qp.u[j]:
             over = 0.0
         worst = max(worst, over)
-    ladder.residual_bounds = worst / (1.0 + size_x)
+    cascade.residual_bounds = worst / (1.0 + size_x)
     r = scratch.joints
     size = 0.0
     for i in range(n):
@@ -83,18 +83,18 @@ def judge(K: Any) -> bool:
     for i in range(n):
         z = qp.z_box[i]
         if not is_finite(r[i] + z):  # max would lose a NaN
-            ladder.residual_dual = inf
+            cascade.residual_dual = inf
             return False
         worst = max(worst, abs(r[i] + z))
         if z != 0.0 and qp.lb[i] < qp.ub[i]:
             worst = max(
                 worst, min(abs(z), qp.ub[i] - qp.x[i]) if z > 0.0 else min(abs(z), qp.x[i] - qp.lb[i])
             )
-    ladder.residual_dual = worst / (1.0 + sqrt(size))
+    cascade.residual_dual = worst / (1.0 + sqrt(size))
     good = (
-        ladder.residual_task <= ladder.accept
-        and ladder.residual_bounds <= ladder.accept
-        and ladder.residual_dual <= ladder.accept
+        cascade.residual_task <= cascade.accept
+        and cascade.residual_bounds <= cascade.accept
+        and cascade.residual_dual <= cascade.accept
     )
     return good
 
@@ -122,7 +122,7 @@ def command(K: Any) -> None:
             state.v_command[i] = faults.lock_velocity[i]
     if kinematics.has_dynamics:
         joint_torques(K)
-        K.ladder.torque_excess = torque_excess(K)
+        K.cascade.torque_excess = torque_excess(K)
 
 
 @jit

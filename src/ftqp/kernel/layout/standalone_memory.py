@@ -14,8 +14,8 @@ CONSTRAINTS = 128
 
 
 @cache
-def alone_dtype() -> np.dtype[Any]:
-    """The type of a record that holds a QP alone."""
+def standalone_dtype() -> np.dtype[Any]:
+    """The type of a record that holds a standalone QP."""
     return np.dtype(
         [
             *qp_fields(VARIABLES, ROWS, CONSTRAINTS),

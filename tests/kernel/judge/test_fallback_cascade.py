@@ -1,4 +1,4 @@
-"""What the ladder gives up, in which order, and that no answer of a solver reaches the command unchecked."""
+"""What the cascade gives up, in which order, and that no answer of a solver reaches the command unchecked."""
 
 import numpy as np
 import pytest
@@ -115,7 +115,7 @@ def test_the_relaxed_motion_is_the_least_squares_one():
     pose = ftqp.robots.load("panda").pose(Q)
     pose[:3, 3] += [0.5, 0.2, -0.2]
     K = same_tick(pose, task=ftqp.Task(mode="hard", calm=False)).K
-    assert K.ladder.status == codes.RELAXED
+    assert K.cascade.status == codes.RELAXED
     A, b, x = K.qp.A[:6, :7], K.task.asked[:6], K.qp.x[:7]
     best = lsq_linear(A, b, (K.qp.lb[:7], K.qp.ub[:7]), tol=1e-14)
     assert np.linalg.norm(A @ x - b) <= np.sqrt(2.0 * best.cost) * (1.0 + 1e-4)

@@ -8,10 +8,10 @@ import numpy as np
 from ftqp.kernel.entry.session import bound, rooms
 from ftqp.kernel.entry.table import ANY_SIZE
 from ftqp.kernel.entry.workspace import TOLERANCE
-from ftqp.kernel.layout.lone_memory import alone_dtype
+from ftqp.kernel.layout.standalone_memory import standalone_dtype
 
 
-class LoneQP:
+class StandaloneQP:
     """Memory of one QP of n variables, m rows of A, which may be compliant, and p two-sided rows.
 
     Attributes:
@@ -21,7 +21,7 @@ class LoneQP:
     """
 
     def __init__(self, n: int, m: int, p: int) -> None:
-        memory = np.zeros(1, alone_dtype())
+        memory = np.zeros(1, standalone_dtype())
         self.Q: Any = rooms(memory)
         Q = self.Q
         Q.nx, Q.meq, Q.nc, Q.dense = n, m, p, 1
@@ -44,5 +44,5 @@ class LoneQP:
         return int(self.Q.iterations)
 
 
-lone_qp = cache(LoneQP)
+standalone_qp = cache(StandaloneQP)
 """One memory a size, as a solver keeps it."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.vigilance import SLOWEST, UNKNOWN_SHARE, fault_of, is_harmless
+from ftqp.control.planner.fault_response import SLOWEST, UNKNOWN_SHARE, fault_of, is_harmless
 from ftqp.core.errors import InputError
 from ftqp.faults.detection.diagnosis import Finding
 
@@ -111,8 +111,8 @@ def test_a_lost_sensor_stops_the_arm_at_once_and_is_named(
 def test_a_finding_that_is_taken_back_is_judged_anew() -> None:
     planner = planner_of(ftqp.Detector())
     drive(planner, 1.75, truth=lock(2, 1.7))
-    assert planner._vigilance is not None
-    detector = planner._vigilance.detector
+    assert planner._fault_response is not None
+    detector = planner._fault_response.detector
     assert "panda_joint3" in detector.diagnosis.isolated
     detector.doubt("panda_joint3")
     assert not detector.diagnosis.isolated
@@ -277,8 +277,8 @@ def test_measured_torques_go_to_the_detector_for_one_tick() -> None:
     q = planner.robot.neutral
     target = ftqp.Target(planner.robot.pose(q))
     planner.reset(q)
-    assert planner._vigilance is not None
-    session = planner._vigilance.detector._session
+    assert planner._fault_response is not None
+    session = planner._fault_response.detector._session
     assert session is not None
     planner.step(q, None, target, tau=[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0])
     assert session.D.got_tau == 7 and session.D.tau[6] == 7.0
@@ -291,14 +291,14 @@ def test_measured_torques_go_to_the_detector_for_one_tick() -> None:
 def test_the_detector_counts_on_a_load_that_the_planner_carries() -> None:
     planner = planner_of(ftqp.Detector(), drive="torque")
     planner.reset(planner.robot.neutral)
-    assert planner._vigilance is not None
-    session = planner._vigilance.detector._session
+    assert planner._fault_response is not None
+    session = planner._fault_response.detector._session
     assert session is not None
     before = session._arm["chain"]["mass"][0, 6]
     planner.carry(ftqp.Payload(1.5, (0.0, 0.0, 0.05)))
     assert session._arm["chain"]["mass"][0, 6] == pytest.approx(before + 1.5)
     with pytest.raises(InputError, match="expected those of the detector"):
-        planner._vigilance.detector.fit(ftqp.robots.load("iiwa14"))
+        planner._fault_response.detector.fit(ftqp.robots.load("iiwa14"))
 
 
 def test_what_is_no_detector_is_refused() -> None:

@@ -1,10 +1,10 @@
-"""What the operator is told of the arm, beside what the QP says of itself."""
+"""The status report: what the operator is told of the arm, beside what the QP says of itself."""
 
 from typing import Any
 
+from ftqp.kernel.feedback.error_band import OUT_TIME
 from ftqp.kernel.feedback.gap import norms
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.stray import OUT_TIME
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import INVALID_INPUT, LAGGING, OK, RELAXED, SCALED
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, OUTSIDE_SIGMAS
@@ -53,17 +53,17 @@ def _is_measured_outside(K: Any) -> bool:
 
 
 @jit
-def spoken(K: Any, verdict: int) -> int:
-    """The status: INVALID_INPUT of a refused sample, LAGGING with hysteresis, else the QP's own verdict.
+def report_status(K: Any, outcome: int) -> int:
+    """The status: INVALID_INPUT of a refused sample, LAGGING with hysteresis, else the QP's own outcome.
 
-    It is LAGGING when the measured tip is beyond the task's tolerance, or a joint has been outside its tube
-    for 20 ms, until everything is within half of that for 50 ms; and while a joint is measured beyond its
-    range. Where the QP itself says that the task is relaxed or scaled, and the arm follows the command, that
-    goes first.
+    It is LAGGING when the measured tip is beyond the task's tolerance, or a joint has been outside its
+    error band for 20 ms, until everything is within half of that for 50 ms; and while a joint is measured
+    beyond its range. Where the QP itself says that the task is relaxed or scaled, and the arm follows the
+    command, that goes first.
     """
     feedback, task, dt = K.feedback, K.task, K.state.dt
     if not feedback.active:
-        return verdict
+        return outcome
     e = max(task.position_error / feedback.tolerance, task.rotation_error / feedback.rotation_tolerance)
     if e > 1.0 or feedback.out * dt > OUT_TIME - 0.5 * dt:
         feedback.lagging, feedback.settled = 1, 0
@@ -71,12 +71,12 @@ def spoken(K: Any, verdict: int) -> int:
         feedback.settled = feedback.settled + 1 if max(e, feedback.gap) < BACK else 0
         if feedback.settled * dt > BACK_TIME - 0.5 * dt:
             feedback.lagging = 0
-    if verdict != OK and verdict != RELAXED and verdict != SCALED:
-        return verdict
+    if outcome != OK and outcome != RELAXED and outcome != SCALED:
+        return outcome
     if feedback.refused:
         return INVALID_INPUT
-    if feedback.lagging and (verdict == OK or feedback.gap >= 1.0):
+    if feedback.lagging and (outcome == OK or feedback.gap >= 1.0):
         return LAGGING
-    if verdict == OK and _is_measured_outside(K):
+    if outcome == OK and _is_measured_outside(K):
         return LAGGING
-    return verdict
+    return outcome

@@ -1,4 +1,4 @@
-"""Joints that do not obey: the tube during a stop, and speed that nobody asked for."""
+"""Joints that do not obey: the error band during a stop, and speed that nobody asked for."""
 
 import numpy as np
 import pytest
@@ -22,19 +22,19 @@ def stopped(dt, sigma=0.0, **settings):
 
 @pytest.mark.parametrize("sigma", [0.0, 1e-3])
 @pytest.mark.parametrize(("joint", "side"), [(0, 1.0), (2, -1.0)])
-def test_in_a_stop_a_joint_that_leaves_its_tube_for_twenty_milliseconds_asks_for_its_brake(
+def test_in_a_stop_a_joint_that_leaves_its_error_band_for_twenty_milliseconds_asks_for_its_brake(
     joint, side, sigma
 ):
     dt = 0.004
-    tube = 0.02 + 6.0 * sigma
+    band = 0.02 + 6.0 * sigma
     planner, target = stopped(dt, sigma)
     beside, ticks, asked = 0.0, 0, None
     q = ROBOT.neutral.copy()
     for k in range(60):
-        beside = min(beside + 0.6 * dt, 1.04 * tube)
+        beside = min(beside + 0.6 * dt, 1.04 * band)
         q[joint] = ROBOT.neutral[joint] + side * beside + (1e-9 if k % 2 else 0.0)
         step = planner.step(q, None, target)
-        ticks += beside > tube
+        ticks += beside > band
         if step.brakes.any() and asked is None:
             asked = ticks
             assert step.brakes.tolist() == (np.arange(3) == joint).tolist()
@@ -42,7 +42,7 @@ def test_in_a_stop_a_joint_that_leaves_its_tube_for_twenty_milliseconds_asks_for
 
 
 @pytest.mark.parametrize("joint", [0, 2])
-def test_within_its_tube_a_joint_asks_for_no_brake_nor_outside_while_nothing_is_stopped(joint):
+def test_within_its_error_band_a_joint_asks_for_no_brake_nor_outside_while_nothing_is_stopped(joint):
     dt = 0.004
     for stop, most in ((True, 0.96 * 0.02), (False, 0.06)):
         planner, target = stopped(dt, emergency=None)
@@ -56,7 +56,7 @@ def test_within_its_tube_a_joint_asks_for_no_brake_nor_outside_while_nothing_is_
             assert not step.brakes.any()
 
 
-def test_a_joint_that_comes_back_into_its_tube_is_counted_anew():
+def test_a_joint_that_comes_back_into_its_error_band_is_counted_anew():
     dt = 0.004
     planner, target = stopped(dt)
     q, away = ROBOT.neutral.copy(), [*np.linspace(0.0, 0.0199, 12), *([0.021] * 4 + [0.0195]) * 6]

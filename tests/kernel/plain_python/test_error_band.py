@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from records import empty_record
 
-from ftqp.kernel.feedback import stray
+from ftqp.kernel.feedback import error_band
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, STOPPED_BY_LAG, DriveKind
 
 N = 4
@@ -25,7 +25,7 @@ def record(kind=DriveKind.POSITION):
 def ticks_until_asked(K, most=60):
     """How many ticks it takes until a joint asks for its brake, and which; None if none does."""
     for k in range(most):
-        stray.look_for_strays(K)
+        error_band.find_out_of_hand(K)
         if K.feedback.asks[:N].any():
             return k + 1, K.feedback.asks[:N].nonzero()[0].tolist()
     return None, []
@@ -39,7 +39,7 @@ def test_a_joint_faster_than_asked_and_allowed_asks_after_its_time(kind, ticks, 
         K = record(kind)
         K.feedback.v_hat[2] = side * share * 2.0
         assert ticks_until_asked(K) == expected
-        assert K.feedback.straying == (expected[0] is not None)
+        assert K.feedback.any_counted == (expected[0] is not None)
         assert (K.watch.latched, K.feedback.culprit) == ((1, 2) if expected[0] else (0, -1))
         assert K.watch.reason == (STOPPED_BY_LAG if expected[0] else 0)
 
@@ -66,15 +66,15 @@ def test_a_joint_out_of_hand_stops_the_arm_once_and_only_where_it_may(what):
 
 @pytest.mark.parametrize(("v", "sigma"), [(0.0, 0.0), (-0.5, 0.0), (0.0, 1e-3)])
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_in_a_stop_the_tube_is_two_hundredths_six_sigmas_and_a_tenth_of_a_second_of_the_command(
+def test_in_a_stop_the_error_band_is_two_hundredths_six_sigmas_and_a_tenth_of_a_second_of_the_command(
     v, sigma, side
 ):
-    tube = 0.02 + 6.0 * sigma + 0.1 * abs(v)
+    band = 0.02 + 6.0 * sigma + 0.1 * abs(v)
     for share, expected in ((1.01, (5, [3])), (0.99, (None, []))):
         K = record()
         K.watch.latched, K.feedback.sigma = 1, sigma
-        K.past.v[1, 3], K.past.q[1, 3], K.feedback.seen[3] = v, 0.7, 0.7 + side * share * tube
-        assert stray.tube(K, 3) == pytest.approx(tube)
+        K.past.v[1, 3], K.past.q[1, 3], K.feedback.seen[3] = v, 0.7, 0.7 + side * share * band
+        assert error_band.error_band(K, 3) == pytest.approx(band)
         assert ticks_until_asked(K) == expected
         K.watch.latched = 0
         K.feedback.asks[:] = 0
@@ -89,8 +89,8 @@ def test_one_tick_in_order_begins_the_count_anew(what):
     for _ in range(5):
         for value in (*[away[0]] * away[1], 0.0):
             K.feedback[what][1] = value
-            stray.look_for_strays(K)
-            assert K.feedback.straying == (value != 0.0)
+            error_band.find_out_of_hand(K)
+            assert K.feedback.any_counted == (value != 0.0)
     assert not K.feedback.asks[:N].any()
 
 
@@ -112,8 +112,8 @@ def test_failed_joints_are_not_looked_at_and_an_arm_that_follows_exactly_not_at_
     K = record()
     K.feedback.exact, K.feedback.v_hat[1] = 1, 5.0
     assert ticks_until_asked(K) == (None, [])
-    K.feedback.straying = 1  # somebody was counted a tick ago
-    stray.look_for_strays(K)
+    K.feedback.any_counted = 1  # some joint was counted a tick ago
+    error_band.find_out_of_hand(K)
     assert K.feedback.hurried[1] == 1
 
 
@@ -128,7 +128,7 @@ def test_what_a_failed_joint_did_not_do_is_no_disturbance_of_the_others(f):
     K.feedback.M[:N, :N], K.feedback.latency = M, 1
     d, slow, a = rng.normal(size=N), rng.normal(size=N), rng.normal(size=(4, N))
     K.feedback.d_hat[:N], K.feedback.d_slow[:N], K.past.a[:4, :N] = d, slow, a
-    stray.part_with(K, f)
+    error_band.part_with(K, f)
     column = np.zeros(N)
     column[others] = np.linalg.solve(M[np.ix_(others, others)], M[others, f])
     assert np.allclose(K.feedback.d_hat[:N], d + column * d[f], atol=1e-12)
@@ -140,5 +140,5 @@ def test_what_a_failed_joint_did_not_do_is_no_disturbance_of_the_others(f):
 def test_without_an_inertia_that_can_be_solved_nothing_is_taken_back():
     K = record(DriveKind.TORQUE)
     K.feedback.M[:N, :N], K.feedback.d_hat[:N] = -np.eye(N), 1.0
-    stray.part_with(K, 1)
+    error_band.part_with(K, 1)
     assert K.feedback.d_hat[:N].tolist() == [1.0] * N

@@ -1,4 +1,4 @@
-"""The lower rungs of the ladder: what is commanded where no answer is good, and when that stops the arm."""
+"""The lower stages of the cascade: what is commanded where no answer is good, and when that stops the arm."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def planner_of(level, v=V, **settings):
 
 def refuse(planner, refused=True):
     """From now on no answer to any QP is good enough."""
-    planner._session.K.ladder.accept = -1.0 if refused else 1e-6
+    planner._session.K.cascade.accept = -1.0 if refused else 1e-6
 
 
 @pytest.mark.parametrize("level", LEVELS)
@@ -126,7 +126,7 @@ def test_in_calm_the_slack_is_what_the_answer_leaves_of_the_task(level, mode):
     ticks.tick(ROBOT.neutral, np.zeros(4), ftqp.Target(pose=pose))
     K = ticks.K
     m, n = int(K.task.m), 4
-    assert K.ladder.stage == CALM_STAGE
+    assert K.cascade.stage == CALM_STAGE
     expected = K.qp.A[:m, :n] @ K.qp.x[:n] - K.task.asked[:m]
     assert np.abs(expected).max() > 1e-3
     assert np.allclose(K.task.slack[:m], expected, atol=1e-12)

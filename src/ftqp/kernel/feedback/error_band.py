@@ -1,4 +1,4 @@
-"""Joints that do not obey although nobody has said that they failed."""
+"""The error band of a joint, and joints that are out of hand although nobody has said that they failed."""
 
 from typing import Any
 
@@ -7,13 +7,13 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
-TUBE = 0.02
+ERROR_BAND = 0.02
 """A joint may always be this far [rad or m] from its command ..."""
-TUBE_TIME = 0.1
+BAND_TIME = 0.1
 """... and farther by what its command moves in this time [s]."""
-TUBE_SIGMAS = 6.0
+BAND_SIGMAS = 6.0
 OUT_TIME = 0.02
-"""Outside its tube for this long [s] a joint lags behind; during a stop it asks for its brake."""
+"""Outside its error band for this long [s] a joint lags behind; during a stop it asks for its brake."""
 OVERSPEED = 0.2
 """A joint that goes on faster than asked, and than its limit, by this share of the limit ..."""
 OVERSPEED_TIME = 0.01
@@ -23,11 +23,11 @@ SERVO_TIME = 0.1
 
 
 @jit
-def tube(K: Any, i: int) -> float:
-    """How far joint i may be from its command: 0.02 + 6 sigma + 0.1 s |v_r|."""
+def error_band(K: Any, i: int) -> float:
+    """The tracking error that joint i may have: 0.02 + 6 sigma + 0.1 s |v_r|."""
     feedback, past = K.feedback, K.past
     v: float = abs(past.v[slot(feedback, feedback.latency), i])
-    return TUBE + TUBE_SIGMAS * feedback.sigma + TUBE_TIME * v
+    return ERROR_BAND + BAND_SIGMAS * feedback.sigma + BAND_TIME * v
 
 
 @rare_jit
@@ -63,35 +63,36 @@ def part_with(K: Any, f: int) -> None:
 
 
 @jit
-def look_for_strays(K: Any) -> None:
-    """Which joints are out of hand: whatever the drive, they ask for their brakes.
+def find_out_of_hand(K: Any) -> None:
+    """Finds the joints that are out of hand: whatever the drive, they ask for their brakes.
 
-    They are those outside their tube for 20 ms while the arm is stopped, and those that are 20 % of the limit
-    faster than both their command and their limit for 10 ms, 100 ms with servos: that stops the arm, too.
+    They are those outside their error band for 20 ms while the arm is stopped, and those that are 20 % of
+    the limit faster than both their command and their limit for 10 ms, 100 ms with servos: that stops the
+    arm, too.
     Source: docs/theory/feedback.md, "Stops".
     """
     feedback, past, watch, dt = K.feedback, K.past, K.watch, K.state.dt
-    if feedback.exact and not feedback.straying:
+    if feedback.exact and not feedback.any_counted:
         return
-    feedback.straying = 0
+    feedback.any_counted = 0
     then = slot(feedback, feedback.latency)
     time = OVERSPEED_TIME if feedback.kind == TORQUE_DRIVE else SERVO_TIME
     for i in range(K.chain.n):
         if K.faults.code[i] != HEALTHY:
-            feedback.strayed[i] = feedback.hurried[i] = 0
+            feedback.outside_band[i] = feedback.hurried[i] = 0
             continue
-        out = watch.latched and abs(feedback.seen[i] - past.q[then, i]) > tube(K, i)
-        feedback.strayed[i] = feedback.strayed[i] + 1 if out else 0
+        out = watch.latched and abs(feedback.seen[i] - past.q[then, i]) > error_band(K, i)
+        feedback.outside_band[i] = feedback.outside_band[i] + 1 if out else 0
         top = K.limits.v_max[i]
         fast = abs(feedback.v_hat[i]) > OVERSPEED * top + max(top, abs(past.v[then, i]))
         feedback.hurried[i] = feedback.hurried[i] + 1 if fast else 0
         if out or fast:
-            feedback.straying = 1
+            feedback.any_counted = 1
         if feedback.hurried[i] * dt > time - 0.5 * dt:
             feedback.asks[i] = 1
             if watch.latched == 0 and watch.stop_samples > 0:
                 watch.latched = 1
                 watch.reason = STOPPED_BY_LAG
                 feedback.culprit = i
-        if feedback.strayed[i] * dt > OUT_TIME - 0.5 * dt:
+        if feedback.outside_band[i] * dt > OUT_TIME - 0.5 * dt:
             feedback.asks[i] = 1

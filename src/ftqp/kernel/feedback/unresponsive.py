@@ -1,12 +1,12 @@
-"""Joints of a torque arm whose motors do not give what is sent to them, although nobody has said so."""
+"""Unresponsive joints of a torque arm: their motors do not give what is sent, although nobody has said so."""
 
 from math import sqrt
 from typing import Any
 
+from ftqp.kernel.feedback.error_band import part_with
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
 from ftqp.kernel.feedback.pairs import heeds, is_soft, partner, soften
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.stray import part_with
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.thresholds import LATELY, STILL_SAMPLES
@@ -21,7 +21,7 @@ ALONE = 0.8
 """... and when this share of all that is unusual is its own ..."""
 MISSING_TIME = 0.003
 """... for so long [s]."""
-DESERTER_STILL = 0.03
+UNRESPONSIVE_STILL = 0.03
 """Slower than this [rad/s or m/s], beside noise, it rests."""
 CLEARER, COMPARED_TIME, CLEARER_TIME = 4.0, 0.015, 0.005
 """It also obeys again when it moves as predicted, so much better (squared), for such times [s] ..."""
@@ -35,7 +35,7 @@ CLEARED_TIME, FOLLOWS_TIME = 0.05, 0.2
 
 @jit
 def stands(K: Any, j: int) -> bool:
-    """Whether a joint that does not obey is at rest."""
+    """Whether an unresponsive joint is at rest."""
     still: bool = K.feedback.still[j] >= STILL_SAMPLES
     return still
 
@@ -70,7 +70,7 @@ def _leave_out(K: Any, j: int) -> None:
     What is believed of it if it obeys goes on beside that.
     """
     feedback, past = K.feedback, K.past
-    feedback.deserts[j] = 1
+    feedback.unresponsive[j] = 1
     feedback.doubted[j] = feedback.heeded[j] = feedback.still[j] = 0
     feedback.own_q[j], feedback.own_v[j] = feedback.q_hat[j], feedback.v_hat[j]
     feedback.own_d[j], feedback.own_slow[j] = feedback.d_hat[j], feedback.d_slow[j]
@@ -90,7 +90,7 @@ def _leave_out(K: Any, j: int) -> None:
 def _take_back(K: Any, j: int) -> None:
     """Joint j obeys again: what was believed of it in that case counts, and the others' share of it."""
     feedback, past = K.feedback, K.past
-    feedback.deserts[j] = feedback.doubted[j] = 0
+    feedback.unresponsive[j] = feedback.doubted[j] = 0
     feedback.d_hat[j], feedback.d_slow[j] = -feedback.own_d[j], -feedback.own_slow[j]
     part_with(K, j)
     feedback.q_hat[j], feedback.v_hat[j] = feedback.own_q[j], feedback.own_v[j]
@@ -132,21 +132,21 @@ def _unusual(K: Any) -> int:
     rho_j^2/M_jj >= 0.8 sum_i rho_i^2/M_ii and |rho_j| >= 0.03 tau_max and 4 standard deviations of its noise.
     """
     feedback, faults, n = K.feedback, K.faults, K.chain.n
-    M, d, usual, deserts = feedback.M, feedback.d_hat, feedback.usual, feedback.deserts
+    M, d, usual, unresponsive = feedback.M, feedback.d_hat, feedback.usual, feedback.unresponsive
     worst, most, total, found = -1, 0.0, 0.0, 0.0
     feedback.heard += 1
     share = min(1.0, max(K.state.dt / USUAL_TIME, 1.0 / feedback.heard))
     missing, lately = feedback.missing, min(1.0, K.state.dt / LATELY)
     for i in range(n):
-        if faults.code[i] != HEALTHY or deserts[i]:
+        if faults.code[i] != HEALTHY or unresponsive[i]:
             missing[i] = 0.0
             continue
         rho = -usual[i]
         for j in range(n):
             rho += M[i, j] * d[j]
-        if feedback.deserters:
+        if feedback.unresponsive_count:
             for j in range(n):
-                if deserts[j]:
+                if unresponsive[j]:
                     rho -= M[i, j] * d[j]
         usual[i] += share * rho
         missing[i] += lately * (rho - missing[i])
@@ -175,7 +175,7 @@ def _suspected(K: Any, suspect: int) -> int:
         return -1
     for j in range(K.chain.n):
         cleared = feedback.asks[j] or feedback.heeded[j] * K.state.dt > CLEARED_TIME
-        if feedback.deserts[j] and not cleared:
+        if feedback.unresponsive[j] and not cleared:
             return -1
     return suspect
 
@@ -200,7 +200,7 @@ def _watch(K: Any, j: int, replaced: bool) -> None:
     if not feedback.asks[j]:
         _observe_own(K, j)
     stood = stands(K, j)
-    rest = DESERTER_STILL + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
+    rest = UNRESPONSIVE_STILL + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
     feedback.still[j] = feedback.still[j] + 1 if abs(feedback.v_hat[j]) < rest else 0
     if stands(K, j) != stood:
         _retell(K, j)
@@ -212,8 +212,8 @@ def _watch(K: Any, j: int, replaced: bool) -> None:
 
 
 @rare_jit
-def look_for_deserters(K: Any) -> None:
-    """Which joints do not obey, so that the others reckon with what they do and not with what they should.
+def find_unresponsive(K: Any) -> None:
+    """Finds the unresponsive joints, so that the others reckon with what they do, not with what they should.
 
     They are those that ask for their brakes, and one whose motor alone explains what is suddenly unusual.
     Source: docs/theory/feedback.md, "The torque drive".
@@ -223,20 +223,20 @@ def look_for_deserters(K: Any) -> None:
         return
     suspect = _suspected(K, _unusual(K))
     soften(K)
-    feedback.deserters, found = 0, -1
+    feedback.unresponsive_count, found = 0, -1
     for j in range(K.chain.n):
         if K.faults.code[j] != HEALTHY:
-            feedback.deserts[j] = feedback.doubted[j] = 0
-        elif not feedback.deserts[j]:
+            feedback.unresponsive[j] = feedback.doubted[j] = 0
+        elif not feedback.unresponsive[j]:
             feedback.doubted[j] = feedback.doubted[j] + 1 if j == suspect else 0
             if feedback.doubted[j] * dt > MISSING_TIME - 0.5 * dt:
                 found = j
     for j in range(K.chain.n):
-        if feedback.deserts[j]:
+        if feedback.unresponsive[j]:
             _watch(K, j, found >= 0)
         elif j == found or (feedback.asks[j] and K.faults.code[j] == HEALTHY and not is_soft(feedback, j)):
             _leave_out(K, j)
-        feedback.deserters += feedback.deserts[j]
+        feedback.unresponsive_count += feedback.unresponsive[j]
 
 
 @jit
@@ -247,7 +247,7 @@ def _inertia_alone(K: Any, j: int) -> float:
     count = 0
     for k in range(faults.working):
         i = faults.order[k]
-        if not feedback.deserts[i]:
+        if not feedback.unresponsive[i]:
             others[count] = i
             count += 1
     for a in range(count):
@@ -263,8 +263,8 @@ def _inertia_alone(K: Any, j: int) -> float:
 
 
 @jit
-def reckon_with_deserters(K: Any, wanted: Any, most: float) -> None:
-    """What joints that do not obey do when the others do what is wanted; ``asked``: what they should do.
+def predict_unresponsive(K: Any, wanted: Any, most: float) -> None:
+    """What unresponsive joints do when the others do what is wanted; ``asked``: what they should do.
 
     a_j = 0 at rest, else d_j - M_jh a_h/M_jj, bounded as the feedback is: what acts on the joint besides the
     others, whether its own weight, its friction or a brake that slips, goes on as it was observed.
@@ -274,21 +274,21 @@ def reckon_with_deserters(K: Any, wanted: Any, most: float) -> None:
     for k in range(faults.working):
         j = faults.order[k]
         feedback.asked[j] = wanted[j]
-        if feedback.deserts[j]:
+        if feedback.unresponsive[j]:
             feedback.alone[j] = _inertia_alone(K, j)
             wanted[j] = feedback.d_slow[j] = 0.0
     for k in range(faults.working):
         j = faults.order[k]
-        if feedback.deserts[j] and not stands(K, j):
+        if feedback.unresponsive[j] and not stands(K, j):
             feedback.d_slow[j] = answer(K, j, feedback.d_slow)
             bound = most * K.limits.tau_max[j] / feedback.M[j, j]
             wanted[j] = min(max(feedback.d_hat[j] + answer(K, j, wanted), -bound), bound)
 
 
 @jit
-def tell_of_deserters(K: Any) -> None:
-    """The observer of a joint that does not obey is told what the others do to it."""
+def inform_unresponsive(K: Any) -> None:
+    """The observer of an unresponsive joint is told what the others do to it."""
     feedback, a = K.feedback, K.past.a[K.feedback.now]
     for j in range(K.chain.n):
-        if feedback.deserts[j]:
+        if feedback.unresponsive[j]:
             a[j] = 0.0 if stands(K, j) else answer(K, j, a)

@@ -1,4 +1,4 @@
-"""What is wrong with a joint: one verdict a tick of suspicion, a set of kinds as a number."""
+"""Fault isolation: what is wrong with which joint, one answer a tick of suspicion, kinds as a number."""
 
 from math import exp
 from typing import Any
@@ -130,7 +130,7 @@ def _held(D: Any, K: Any, i: int, then: int) -> int:
 def _shown(D: Any, i: int) -> float:
     """By how much joint i itself stands out in what shows lost torque; behind a servo it did so once."""
     if not D.has_effort or not D.known:
-        return float(D.strayed[i])
+        return float(D.deviation[i])
     z = 0.0
     for b in range(BANKS):
         if D.has_motor:
@@ -167,7 +167,7 @@ def _lost_torque(D: Any, K: Any, i: int, then: int) -> int:
 
 
 @jit
-def tell_apart(D: Any, K: Any, then: int) -> tuple[int, int]:
+def isolate_fault(D: Any, K: Any, then: int) -> tuple[int, int]:
     """The joint and the set of kinds that this tick speaks for; -1 and 0 where it speaks for none.
 
     A joint that stands goes first, then one that runs away, then lost torque.
@@ -179,7 +179,7 @@ def tell_apart(D: Any, K: Any, then: int) -> tuple[int, int]:
         D.standing[i] = 0
         explains = D.z[i] > 1.0 and D.score[i] > PARALLEL * D.score[joint]
         likely = explains or D.z[i] == D.worst
-        if likely and not D.blind[i] and D.strayed[i] > 1.0 and stands(D, i, FEWEST if explains else LONG):
+        if likely and not D.blind[i] and D.deviation[i] > 1.0 and stands(D, i, FEWEST if explains else LONG):
             D.standing[i] = 1
             if D.score[i] > most:
                 standing, most = i, D.score[i]

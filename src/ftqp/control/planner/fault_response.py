@@ -1,4 +1,4 @@
-"""Vigilance: what a planner does about what its detector sees of the arm."""
+"""Fault response: what a planner does about what its detector sees of the arm."""
 
 import logging
 from collections.abc import Callable
@@ -9,10 +9,10 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
+from ftqp.control.planner.active_verification import ActiveVerification
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.given_arrays import sized
 from ftqp.control.planner.probing import Probing
-from ftqp.control.planner.second_look import SecondLook
 from ftqp.core.checks import FloatArray
 from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
@@ -39,7 +39,7 @@ NO_TORQUE: Final = np.zeros(0)
 
 
 @final
-class Vigilance:
+class FaultResponse:
     """Slows what leads the arm at a suspicion, believes what was isolated, stops an arm that lost a sensor.
 
     Args:
@@ -76,7 +76,7 @@ class Vigilance:
         self.findings: list[Finding] = []
         self._K, self._robot, self._loop, self._report = K, robot, loop, report
         self._withdraw, self._probing = withdraw, probing
-        self._second = SecondLook(session, n, asks=probing is not None)
+        self._verification = ActiveVerification(session, n, asks=probing is not None)
         self._dt = float(K.state.dt)
         self._tick = self.detector.tick
         self._tau: FloatArray = NO_TORQUE
@@ -99,7 +99,7 @@ class Vigilance:
             tick: From its inputs, the measured configuration first, to a status or mistake.
         """
         look, q, sent, loop = self._tick, self._q, self._sent, self._loop
-        probing, second = self._probing, self._second
+        probing, verification = self._probing, self._verification
         q_ref, v_ref, a_ref = self._reference
 
         def watched(*inputs: Any) -> int:
@@ -112,7 +112,7 @@ class Vigilance:
                     self._respond()
                 if probing is not None:
                     probing.look(self._suspect())
-                if second.active:
+                if verification.active:
                     self._reconsider()
             return code
 
@@ -145,7 +145,7 @@ class Vigilance:
     def reset(self, q: FloatArray) -> None:
         """Begin anew at q, (nv,) [rad or m], with nothing found."""
         self.findings.clear()
-        self._second.forget()
+        self._verification.forget()
         self.go_on(q)
 
     def go_on(self, q: FloatArray | None = None) -> None:
@@ -166,13 +166,13 @@ class Vigilance:
         i = self._robot.joint(joint)
         name = self._robot.joints[i]
         self.detector.forget(name)
-        self._second.end(i)
+        self._verification.end(i)
         self.findings[:] = [finding for finding in self.findings if finding.joint != name]
 
     def told(self, fault: Fault) -> None:
         """A user has reported a fault: the others are looked at, and what becomes of it is the user's."""
         self.detector.believe(fault)
-        self._second.end(self._robot.joint(fault.joint))
+        self._verification.end(self._robot.joint(fault.joint))
 
     def _suspect(self) -> int | None:
         """The index of the joint under suspicion, if there is one."""
@@ -185,7 +185,7 @@ class Vigilance:
         During a stop nothing more is believed: an arm that brakes hard looks odd. Nor is it while a joint
         that was taken for held begins to move.
         """
-        odd = self._K.watch.latched or self._second.stirs
+        odd = self._K.watch.latched or self._verification.stirs
         isolated = {} if odd else self.diagnosis.isolated
         for joint, finding in isolated.items():
             if all(known.joint != joint or known.withdrawn_at is not None for known in self.findings):
@@ -233,17 +233,17 @@ class Vigilance:
             self._loop.ask_for_brake(i)
         self._report(fault)
         if isinstance(fault, Locked) and "runaway" not in finding.kinds:
-            self._second.begin(i)
+            self._verification.begin(i)
 
     def _reconsider(self) -> None:
         """Take the belief in a joint back that was found to be held and is not.
 
         Its command begins where it is and as fast as it is, within its limit.
         """
-        i = self._second.look()
+        i = self._verification.look()
         if i is None:
             return
-        self._second.end(i)
+        self._verification.end(i)
         name, K = self._robot.joints[i], self._K
         top = float(K.limits.v_max[i])
         K.gate.q[i] = K.feedback.q_now[i]

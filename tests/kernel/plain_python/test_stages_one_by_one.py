@@ -1,12 +1,12 @@
-"""The rungs of the ladder one by one: which comes next, what is said of it, and what each leaves behind."""
+"""The stages of the cascade one by one: which comes next, what is said of it, and what each leaves behind."""
 
 from math import inf, nan
 
 import numpy as np
 import pytest
-from rungs import N, record, stubs
+from stages import N, record, stubs
 
-from ftqp.kernel.judge import ladder
+from ftqp.kernel.judge import fallback_cascade
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
     CALM_STAGE,
@@ -21,7 +21,7 @@ from ftqp.kernel.layout.enums import (
     MAIN_STAGE,
     OK,
     PLAIN_STAGE,
-    READY,
+    QP_READY,
     RELAX_STAGE,
     RELAXED,
     REST_ELASTIC_STAGE,
@@ -66,35 +66,37 @@ STAGES = (
     ],
 )
 def test_a_bad_answer_leads_to_the_next_rung(monkeypatch, stage, mode, external, claim, part, after, says):
-    K = record(stage, mode, external=external, verdict=77)
+    K = record(stage, mode, external=external, outcome=77)
     K.qp.soft_rows = 0.5
     every = dict.fromkeys(("begin_least_excess", "begin_plain", "begin_rest", "compliance"), None)
-    asked = stubs(monkeypatch, judge=False, **every)
-    assert ladder._advance(K, claim) == SOLVE
+    asked = stubs(monkeypatch, check_solution=False, **every)
+    assert fallback_cascade._advance(K, claim) == SOLVE
     assert asked == ([] if part is None else [part])
-    assert (K.ladder.stage, K.ladder.verdict, K.qp.warm) == (after, says, 0)
-    assert K.qp.soft_rows == {REST_STAGE: ladder.REST_ELASTIC, LEAST_EXCESS_STAGE: 0.0, PLAIN_STAGE: 0.0}.get(
-        stage, 0.5
-    )
+    assert (K.cascade.stage, K.cascade.outcome, K.qp.warm) == (after, says, 0)
+    assert K.qp.soft_rows == {
+        REST_STAGE: fallback_cascade.REST_ELASTIC,
+        LEAST_EXCESS_STAGE: 0.0,
+        PLAIN_STAGE: 0.0,
+    }.get(stage, 0.5)
 
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_claim_counts_only_where_it_is_solved_and_judged_good(monkeypatch, stage):
-    """An answer that is judged already is not judged again."""
-    for claim, judged, good, ends in (
+    """An answer that is checked already is not checked again."""
+    for claim, checked, good, ends in (
         (SOLVED, 0, True, True),
         (SOLVED, 0, False, False),
         (SOLVED, 1, False, True),
         (FAILED, 0, True, False),
     ):
-        K = record(stage, verdict=FALLBACK, judged=judged)
+        K = record(stage, outcome=FALLBACK, checked=checked)
         begun = dict.fromkeys(
             ("begin_least_excess", "begin_plain", "begin_rest", "compliance", "_begin_elastic")
         )
-        asked = stubs(monkeypatch, judge=good, _clip=None, joints_outside=0, **begun)
-        code = ladder._advance(K, claim)
-        assert ("judge" in asked) == (claim == SOLVED and judged == 0)
-        if stage == REST_ELASTIC_STAGE:  # the last rung always has a command
+        asked = stubs(monkeypatch, check_solution=good, _clip=None, joints_outside=0, **begun)
+        code = fallback_cascade._advance(K, claim)
+        assert ("check_solution" in asked) == (claim == SOLVED and checked == 0)
+        if stage == REST_ELASTIC_STAGE:  # the last stage always has a command
             assert "command" in asked and ("_clip" in asked) == (not ends)
         elif stage == LEAST_EXCESS_STAGE and ends:
             assert code == SOLVE and "_begin_elastic" in asked
@@ -119,21 +121,21 @@ def test_a_claim_counts_only_where_it_is_solved_and_judged_good(monkeypatch, sta
     ],
 )
 def test_what_is_said_of_a_good_answer(monkeypatch, stage, mode, external, missed, was, says):
-    K = record(stage, mode, external=external, verdict=was)
-    K.ladder.missed = 1
-    stubs(monkeypatch, judge=True, joints_outside=0, _misses_task=missed)
-    assert ladder._advance(K, SOLVED) == says
+    K = record(stage, mode, external=external, outcome=was)
+    K.cascade.missed = 1
+    stubs(monkeypatch, check_solution=True, joints_outside=0, _misses_task=missed)
+    assert fallback_cascade._advance(K, SOLVED) == says
     if stage != REST_STAGE:
-        assert K.ladder.missed == missed
-    assert K.ladder.claim == (SOLVED if stage == MAIN_STAGE else 0)
+        assert K.cascade.missed == missed
+    assert K.cascade.claim == (SOLVED if stage == MAIN_STAGE else 0)
 
 
 def test_the_rate_of_a_path_is_the_last_variable_where_there_is_one(monkeypatch):
     for mode, stage, scale in ((SCALE, MAIN_STAGE, 0.4), (SLACK, MAIN_STAGE, 1.0), (SCALE, REST_STAGE, 0.9)):
         K = record(stage, mode)
         K.task.scale, K.qp.x[N] = 0.9, 0.4
-        stubs(monkeypatch, judge=True, joints_outside=0, _misses_task=False)
-        code = ladder._advance(K, SOLVED)
+        stubs(monkeypatch, check_solution=True, joints_outside=0, _misses_task=False)
+        code = fallback_cascade._advance(K, SOLVED)
         assert K.task.scale == scale
         assert stage == REST_STAGE or code == (SCALED if mode == SCALE else OK)
 
@@ -145,8 +147,8 @@ def test_the_rate_of_a_path_is_the_last_variable_where_there_is_one(monkeypatch)
 )  # fmt: skip
 def test_a_solved_qp_is_ok_where_nothing_is_left_out(field, value, says):
     K = record()
-    (K.task if field in ("given_up", "scale") else K.ladder)[field] = value
-    assert ladder._verdict_on_solved(K) == says
+    (K.task if field in ("given_up", "scale") else K.cascade)[field] = value
+    assert fallback_cascade._outcome_of_solved(K) == says
 
 
 def test_a_task_is_missed_beyond_a_thousandth_of_what_is_asked_and_a_tenth_of_a_millimetre():
@@ -158,7 +160,7 @@ def test_a_task_is_missed_beyond_a_thousandth_of_what_is_asked_and_a_tenth_of_a_
             for sign in (1.0, -1.0):
                 K = record()
                 K.task.asked[row], K.task.beyond, K.task.slack[1 - row] = sign * asked, beyond, -sign * slack
-                assert ladder._misses_task(K) == missed
+                assert fallback_cascade._misses_task(K) == missed
 
 
 def test_torque_rows_are_added_where_an_answer_without_them_is_no_good(monkeypatch):
@@ -170,11 +172,11 @@ def test_torque_rows_are_added_where_an_answer_without_them_is_no_good(monkeypat
             K = record(stage)
             K.limits.on_demand, K.kinematics.has_dynamics = on_demand, has_dynamics
             asked = stubs(
-                monkeypatch, judge=good, keeps_torque=keeps, add_constraints=None, joints_outside=0,
+                monkeypatch, check_solution=good, keeps_torque=keeps, add_constraints=None, joints_outside=0,
                 begin_least_excess=None, objective=None, compliance=None,
             )  # fmt: skip
-            code = ladder._advance(K, SOLVED)
-            assert ("add_constraints" in asked) == adds and K.ladder.stage in (stage, RELAX_STAGE)
+            code = fallback_cascade._advance(K, SOLVED)
+            assert ("add_constraints" in asked) == adds and K.cascade.stage in (stage, RELAX_STAGE)
             assert not adds or (code == SOLVE and K.qp.warm == 7)
 
 
@@ -182,17 +184,17 @@ def test_torque_rows_are_added_where_an_answer_without_them_is_no_good(monkeypat
 @pytest.mark.parametrize("says", [FALLBACK, RELAXED])
 def test_only_fallbacks_without_the_task_are_counted_and_too_many_latch_the_stop(monkeypatch, stage, says):
     stubs(monkeypatch)
-    K = record(stage, verdict=says)
+    K = record(stage, outcome=says)
     K.watch.fallbacks = 3
-    assert ladder._finish(K) == says == K.ladder.status
+    assert fallback_cascade._finish(K) == says == K.cascade.status
     counts = says == FALLBACK and stage in (REST_STAGE, REST_ELASTIC_STAGE)
     assert K.watch.fallbacks == (4 if counts else 0) and K.watch.latched == int(counts)
     assert K.watch.reason == (STOPPED_BY_FALLBACKS if counts else 0)
     K.watch.fallbacks, K.watch.latched, K.watch.reason = 2, 0, 0
-    ladder._finish(K)
+    fallback_cascade._finish(K)
     assert K.watch.latched == 0, "not before there are more than the limit"
     K.watch.fallbacks, K.watch.latched, K.watch.reason = 9, 1, 5
-    ladder._finish(K)
+    fallback_cascade._finish(K)
     assert K.watch.reason == 5, "what latched it first is the reason"
 
 
@@ -203,9 +205,9 @@ def test_only_fallbacks_without_the_task_are_counted_and_too_many_latch_the_stop
 )  # fmt: skip
 def test_a_working_set_is_kept_for_the_same_qp_only(monkeypatch, stage, external, warm):
     stubs(monkeypatch)
-    K = record(stage, external=external, verdict=OK)
+    K = record(stage, external=external, outcome=OK)
     K.qp.soft_rows = 0.5
-    ladder._finish(K)
+    fallback_cascade._finish(K)
     assert K.qp.warm == warm and K.qp.soft_rows == 0.0
 
 
@@ -216,10 +218,10 @@ def test_multipliers_of_a_relaxed_lexicographic_tick_are_those_of_its_first_stag
         (LEXICOGRAPHIC, OK, False),
         (SLACK, RELAXED, False),
     ):
-        K = record(MAIN_STAGE, mode, verdict=says)
+        K = record(MAIN_STAGE, mode, outcome=says)
         K.qp.nc = 3
-        K.ladder.z_box_first[:N], K.ladder.z_first[:3] = 2.0, 3.0
-        ladder._finish(K)
+        K.cascade.z_box_first[:N], K.cascade.z_first[:3] = 2.0, 3.0
+        fallback_cascade._finish(K)
         assert (K.qp.z_box[:N] == (2.0 if first else 0.0)).all() and (
             K.qp.z[:3] == (3.0 if first else 0.0)
         ).all()
@@ -233,38 +235,44 @@ def test_lexicographic_stages_put_the_objective_aside_and_take_what_the_first_le
     K.qp.g[:N], K.qp.H_diagonal[:N], K.qp.dense, K.qp.A[:2, :N], K.qp.nc = g, H, dense, A, 2
     soft = []
     stubs(monkeypatch, compliance=lambda K, ratio: soft.append(ratio))
-    ladder.begin_first_stage(K)
+    fallback_cascade.begin_first_stage(K)
     assert not K.qp.g[:N].any() and (K.qp.H_diagonal[:N] == 1.0).all() and K.qp.dense == 0 == K.qp.warm
-    assert K.ladder.stage == FIRST_STAGE
+    assert K.cascade.stage == FIRST_STAGE
     for claim in (SOLVED, FAILED):
         K.qp.x[:N], K.qp.b[:2], K.qp.z_box[:N], K.qp.z[:2], K.qp.warm = x, 9.0, 0.5, 0.25, 7
         K.turned.softness[:2] = 1.0
-        K.ladder.stage = FIRST_STAGE
-        assert ladder._advance(K, claim) == READY
+        K.cascade.stage = FIRST_STAGE
+        assert fallback_cascade._advance(K, claim) == QP_READY
         assert (
             np.array_equal(K.qp.g[:N], g) and np.array_equal(K.qp.H_diagonal[:N], H) and K.qp.dense == dense
         )
         assert K.qp.b[:2] == pytest.approx(A @ x if claim == SOLVED else [9.0, 9.0])
-        assert (K.ladder.z_box_first[:N] == 0.5).all() and (K.ladder.z_first[:2] == 0.25).all()
-        assert K.ladder.stage == MAIN_STAGE and K.qp.warm == 0 and not K.turned.softness[:2].any()
-    assert soft == [ladder.RELAXED_RATIO, ladder.SECOND_STAGE_RATIO, ladder.SECOND_STAGE_RATIO]
+        assert (K.cascade.z_box_first[:N] == 0.5).all() and (K.cascade.z_first[:2] == 0.25).all()
+        assert K.cascade.stage == MAIN_STAGE and K.qp.warm == 0 and not K.turned.softness[:2].any()
+    assert soft == [
+        fallback_cascade.RELAXED_RATIO,
+        fallback_cascade.SECOND_STAGE_RATIO,
+        fallback_cascade.SECOND_STAGE_RATIO,
+    ]
 
 
 @pytest.mark.parametrize("excluded", [True, False])
 def test_torque_limits_give_way_and_it_is_said_why(monkeypatch, excluded):
-    K = record(LEAST_EXCESS_STAGE, verdict=FALLBACK)
-    asked = stubs(monkeypatch, judge=True, box_excludes_rows=excluded, make_room=None, compliance=None)
-    assert ladder._advance(K, SOLVED) == SOLVE
-    assert K.ladder.stage == ELASTIC_STAGE and K.ladder.verdict == (RELAXED if excluded else FALLBACK)
-    assert asked == ["judge", "box_excludes_rows", "make_room", "compliance"]
+    K = record(LEAST_EXCESS_STAGE, outcome=FALLBACK)
+    asked = stubs(
+        monkeypatch, check_solution=True, box_excludes_rows=excluded, make_room=None, compliance=None
+    )
+    assert fallback_cascade._advance(K, SOLVED) == SOLVE
+    assert K.cascade.stage == ELASTIC_STAGE and K.cascade.outcome == (RELAXED if excluded else FALLBACK)
+    assert asked == ["check_solution", "box_excludes_rows", "make_room", "compliance"]
 
 
 @pytest.mark.parametrize("level", [ACCELERATION, VELOCITY])
 def test_the_last_resort_is_the_rest_within_the_box_and_always_a_number(monkeypatch, level):
-    K = record(REST_ELASTIC_STAGE, verdict=FALLBACK)
+    K = record(REST_ELASTIC_STAGE, outcome=FALLBACK)
     K.qp.g[:N], K.qp.lb[:N], K.qp.ub[:N] = [-0.5, 2.0, -9.0, nan], [-1, -1, -1, -inf], [1, 1, 1, inf]
-    asked = stubs(monkeypatch, judge=False, keep_free_rows=None)
-    assert ladder._advance(K, FAILED) == FALLBACK
+    asked = stubs(monkeypatch, check_solution=False, keep_free_rows=None)
+    assert fallback_cascade._advance(K, FAILED) == FALLBACK
     assert K.qp.x[:N].tolist() == [0.5, -1.0, 1.0, 0.0]
     assert asked.index("keep_free_rows") < asked.index("command")
 
@@ -285,23 +293,32 @@ def test_in_calm_torque_limits_give_way_first_and_then_the_task(
     monkeypatch, claim, good, soft, nc, ends, says
 ):
     rng = np.random.default_rng(1)
-    K = record(CALM_STAGE, verdict=77)
+    K = record(CALM_STAGE, outcome=77)
     A, x, asked_of = rng.normal(size=(2, N)), rng.normal(size=N), rng.normal(size=2)
     K.qp.A[:2, :N], K.qp.x[:N], K.task.asked[:2], K.qp.nc, K.qp.soft_rows = A, x, asked_of, nc, soft
     asked = stubs(
-        monkeypatch, judge=good, joints_outside=0, _misses_task=False, objective=None, compliance=None
+        monkeypatch,
+        check_solution=good,
+        joints_outside=0,
+        _misses_task=False,
+        objective=None,
+        compliance=None,
     )
-    code = ladder._advance(K, claim)
-    assert (code != SOLVE) == ends and K.ladder.verdict == says
+    code = fallback_cascade._advance(K, claim)
+    assert (code != SOLVE) == ends and K.cascade.outcome == says
     if soft == 0.0:
-        assert K.ladder.claim == claim
+        assert K.cascade.claim == claim
     if ends:
         assert K.task.slack[:2] == pytest.approx(A @ x - asked_of) and K.task.scale == 1.0
     elif soft == 0.0 and nc:
-        assert K.qp.soft_rows == ladder.CALM_ELASTIC and K.ladder.stage == CALM_STAGE and K.qp.warm == 0
+        assert (
+            K.qp.soft_rows == fallback_cascade.CALM_ELASTIC
+            and K.cascade.stage == CALM_STAGE
+            and K.qp.warm == 0
+        )
     else:
         assert (
-            K.ladder.stage == RELAX_STAGE
+            K.cascade.stage == RELAX_STAGE
             and K.qp.soft_rows == 0.0
             and asked[-2:] == ["objective", "compliance"]
         )
@@ -311,8 +328,8 @@ def test_in_calm_torque_limits_give_way_first_and_then_the_task(
 def test_in_calm_the_rate_of_a_path_is_the_last_variable(monkeypatch):
     K = record(CALM_STAGE)
     K.qp.nx, K.qp.x[N], K.qp.A[:2, N] = N + 1, 0.3, [1.0, 2.0]
-    stubs(monkeypatch, judge=True, joints_outside=0)
-    ladder._advance(K, SOLVED)
+    stubs(monkeypatch, check_solution=True, joints_outside=0)
+    fallback_cascade._advance(K, SOLVED)
     assert K.task.scale == 0.3 and K.task.slack[:2] == pytest.approx([0.3, 0.6])
 
 
@@ -328,24 +345,24 @@ def test_the_solver_is_asked_for_every_qp_but_straight_answers_of_the_main_one(m
         said = []
         asked = stubs(
             monkeypatch, straight=is_straight, active_set=FAILED,
-            _advance=lambda K, claim, said=said: said.append((claim, int(K.ladder.judged))) or OK,
+            _advance=lambda K, claim, said=said: said.append((claim, int(K.cascade.checked))) or OK,
         )  # fmt: skip
-        assert ladder.climb(K, READY, INFEASIBLE) == OK
+        assert fallback_cascade.run_cascade(K, QP_READY, INFEASIBLE) == OK
         assert ("straight" in asked) == (stage == MAIN_STAGE) and ("active_set" in asked) == solver
         assert said == [(FAILED, 0) if solver else (SOLVED, 1)]
-        assert K.ladder.qp_iterations == (9 if stage in (MAIN_STAGE, CALM_STAGE) else -5)
+        assert K.cascade.qp_iterations == (9 if stage in (MAIN_STAGE, CALM_STAGE) else -5)
 
 
-def test_the_climb_goes_on_until_there_is_a_command_and_waits_for_an_external_solver(monkeypatch):
+def test_the_cascade_goes_on_until_there_is_a_command_and_waits_for_an_external_solver(monkeypatch):
     K = record(MAIN_STAGE, external=1)
     asked = stubs(monkeypatch)
-    assert ladder.climb(K, READY, SOLVED) == READY and asked == []
-    codes = [SOLVE, READY, OK]
-    for external, first, solved, ends in ((0, SOLVE, 3, OK), (1, SOLVE, 2, READY), (1, 99, 1, READY)):
+    assert fallback_cascade.run_cascade(K, QP_READY, SOLVED) == QP_READY and asked == []
+    codes = [SOLVE, QP_READY, OK]
+    for external, first, solved, ends in ((0, SOLVE, 3, OK), (1, SOLVE, 2, QP_READY), (1, 99, 1, QP_READY)):
         left = list(codes)
         K = record(RELAX_STAGE, external=external)
         asked = stubs(monkeypatch, active_set=SOLVED, _advance=lambda K, claim, left=left: left.pop(0))
-        assert ladder.climb(K, first, SOLVED) == ends
+        assert fallback_cascade.run_cascade(K, first, SOLVED) == ends
         assert asked.count("active_set") == solved
 
 
@@ -354,8 +371,8 @@ def test_the_climb_goes_on_until_there_is_a_command_and_waits_for_an_external_so
 )
 def test_stopped_is_not_said_of_a_tick_that_sets_a_joint_in_motion(monkeypatch, v, v_max, said):
     """As beside a joint that swings freely: ten million corrupted steps had 40 of them."""
-    K = record(verdict=STOPPED)
+    K = record(outcome=STOPPED)
     K.limits.v_max[2] = v_max
     K.state.v_command[2] = v
     stubs(monkeypatch)
-    assert ladder._finish(K) == said
+    assert fallback_cascade._finish(K) == said

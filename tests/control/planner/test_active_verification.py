@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.second_look import FAR, LONGEST, SecondLook
+from ftqp.control.planner.active_verification import FAR, LONGEST, ActiveVerification
 from ftqp.kernel.layout.enums import LOCKED
 
 DT, SIGMA = 1e-3, 1e-4
@@ -23,7 +23,7 @@ class Arm:
         self.planner = ftqp.Planner(ftqp.robots.load("panda"), DT, drive=drive, noise=ftqp.Noise(q=SIGMA))
         self.planner.reset(self.planner.robot.neutral)
         self.K = self.planner._session.K
-        self.second = SecondLook(self.planner._session, 7, asks=True)
+        self.verification = ActiveVerification(self.planner._session, 7, asks=True)
         self.share, self.late = share, late
         self.random = np.random.default_rng(2)
         self.sent: list[float] = []
@@ -37,7 +37,7 @@ class Arm:
             at = self.sent[-1 - self.late] if len(self.sent) > self.late else self.home
             q = self.home + self.share * (at - self.home) + drift * k * DT
             self.K.feedback.seen[2] = q + SIGMA * self.random.standard_normal()
-            if self.second.look() == 2:
+            if self.verification.look() == 2:
                 return k * DT
             self.sent.append(float(self.K.feedback.q_sent[2]))
         return None

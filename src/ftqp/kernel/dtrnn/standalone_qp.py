@@ -29,7 +29,7 @@ def _is_convex(net: Network) -> bool:
 
 
 @jit
-def solve_alone(
+def solve_network_standalone(
     memory: Any,
     numbers: Any,
     trace: Any,

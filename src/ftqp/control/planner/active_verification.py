@@ -1,4 +1,4 @@
-"""A second look at joints that a detector took for held: whether they move, or follow a small motion."""
+"""Active verification: whether joints that a detector took for held move, or follow a small motion."""
 
 from typing import Final, final
 
@@ -38,7 +38,7 @@ LONGEST: Final = 60.0
 
 
 @final
-class SecondLook:
+class ActiveVerification:
     """Looks for signs that a joint which was found to be held moves, or follows its command.
 
     A held joint that moves with MOVES is not held. Where motions may be made that only serve to tell, the
@@ -56,7 +56,7 @@ class SecondLook:
     Attributes:
         active: Whether any joint is looked at.
 
-    Source: docs/theory/detection.md, "A second look".
+    Source: docs/theory/detection.md, "Active verification".
     """
 
     def __init__(self, session: Session, joints: int, *, asks: bool) -> None:

@@ -1,4 +1,4 @@
-"""The ladder: which QP comes next when an answer is bad.
+"""The fallback cascade: which QP comes next when an answer is bad.
 
     calm, where the error bends more than the rows can hold -> best feasible: task relaxed
     first stage (lexicographic mode) -> the QP -> best feasible: task relaxed
@@ -18,7 +18,7 @@ from typing import Any
 from ftqp.kernel.active_set.active_set import active_set
 from ftqp.kernel.feedback.gate import pass_gate
 from ftqp.kernel.feedback.sent import send
-from ftqp.kernel.feedback.spoken import spoken
+from ftqp.kernel.feedback.status_report import report_status
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.judge.coming_to_rest import BRAKING_SHARE, draw_to_rest, only_brake
 from ftqp.kernel.judge.kept_limits import joints_outside
@@ -29,8 +29,8 @@ from ftqp.kernel.judge.least_excess import (
     keep_free_rows,
     make_room,
 )
+from ftqp.kernel.judge.solution_check import check_solution, command
 from ftqp.kernel.judge.straight import straight
-from ftqp.kernel.judge.verdict import command, judge
 from ftqp.kernel.layout.enums import (
     CALM_STAGE,
     ELASTIC_STAGE,
@@ -43,7 +43,7 @@ from ftqp.kernel.layout.enums import (
     MAIN_STAGE,
     OK,
     PLAIN_STAGE,
-    READY,
+    QP_READY,
     RELAX_STAGE,
     RELAXED,
     REST_ELASTIC_STAGE,
@@ -86,24 +86,24 @@ DECAY_TIME = 0.05
 @rare_jit
 def begin_first_stage(K: Any) -> None:
     """Lexicographic mode: x1 = argmin |Ax - b|^2 + eps |x|^2 over box and torque rows, no objective."""
-    chain, ladder, qp = K.chain, K.ladder, K.qp
+    chain, cascade, qp = K.chain, K.cascade, K.qp
     for i in range(chain.n):
-        ladder.g_task[i], ladder.d_task[i] = qp.g[i], qp.H_diagonal[i]
+        cascade.g_task[i], cascade.d_task[i] = qp.g[i], qp.H_diagonal[i]
         qp.g[i], qp.H_diagonal[i] = 0.0, 1.0
-    ladder.dense_task = qp.dense
+    cascade.dense_task = qp.dense
     qp.dense = 0
     compliance(K, RELAXED_RATIO)
     qp.warm = 0
-    ladder.stage = FIRST_STAGE
+    cascade.stage = FIRST_STAGE
 
 
 @rare_jit
 def _begin_second_stage(K: Any, claim: int) -> None:
     """Lexicographic mode: minimise the objective over those x with A x = A x1."""
-    chain, task, turned, ladder, qp = K.chain, K.task, K.turned, K.ladder, K.qp
+    chain, task, turned, cascade, qp = K.chain, K.task, K.turned, K.cascade, K.qp
     for i in range(chain.n):
-        qp.g[i], qp.H_diagonal[i] = ladder.g_task[i], ladder.d_task[i]
-    qp.dense = ladder.dense_task
+        qp.g[i], qp.H_diagonal[i] = cascade.g_task[i], cascade.d_task[i]
+    qp.dense = cascade.dense_task
     if claim == SOLVED:
         for k in range(task.m):
             s = 0.0
@@ -111,14 +111,14 @@ def _begin_second_stage(K: Any, claim: int) -> None:
                 s += qp.A[k, i] * qp.x[i]
             qp.b[k] = s
     for i in range(chain.n):
-        ladder.z_box_first[i] = qp.z_box[i]
+        cascade.z_box_first[i] = qp.z_box[i]
     for j in range(qp.nc):
-        ladder.z_first[j] = qp.z[j]
+        cascade.z_first[j] = qp.z[j]
     for k in range(task.m):
         turned.softness[k] = 0.0  # what the damping leaves of the task is now to be kept
     compliance(K, SECOND_STAGE_RATIO)
     qp.warm = 0
-    ladder.stage = MAIN_STAGE
+    cascade.stage = MAIN_STAGE
 
 
 @rare_jit
@@ -139,7 +139,7 @@ def begin_rest(K: Any, time: float, rise: float) -> None:
     for k in range(task.m):
         task.slack[k] = 0.0
     task.scale = 0.0
-    K.ladder.stage = REST_STAGE
+    K.cascade.stage = REST_STAGE
 
 
 @rare_jit
@@ -148,14 +148,14 @@ def begin_stop(K: Any) -> None:
 
     Beside a joint that swings freely the others may have to move, however long ago they stopped.
     """
-    limits, faults, state, watch, ladder = K.limits, K.faults, K.state, K.watch, K.ladder
-    ladder.verdict = STOPPED
+    limits, faults, state, watch, cascade = K.limits, K.faults, K.state, K.watch, K.cascade
+    cascade.outcome = STOPPED
     for k in range(faults.working):
         i = faults.order[k]
         top = limits.v_max[i] if limits.v_max[i] < inf else 1.0
         if (watch.stopped == 0 or faults.movable > faults.working) and abs(state.v[i]) > AT_REST * top:
-            ladder.verdict = STOPPING
-    if watch.latched and ladder.verdict == STOPPED:
+            cascade.outcome = STOPPING
+    if watch.latched and cascade.outcome == STOPPED:
         watch.stopped = 1
     begin_rest(K, state.dt, watch.rise)
     if faults.movable == faults.working:
@@ -174,10 +174,10 @@ def _misses_task(K: Any) -> bool:
 
 
 @jit
-def _verdict_on_solved(K: Any) -> int:
+def _outcome_of_solved(K: Any) -> int:
     """OK, SCALED or RELAXED, by what is left of the task, rows given up included, and by limits not kept."""
-    ladder = K.ladder
-    if ladder.missed or ladder.outside > 0 or ladder.jump < 1.0 or K.task.given_up > 0:
+    cascade = K.cascade
+    if cascade.missed or cascade.outside > 0 or cascade.jump < 1.0 or K.task.given_up > 0:
         return RELAXED
     return SCALED if K.task.scale < SCALED_FROM else OK
 
@@ -197,40 +197,40 @@ def _sets_out(K: Any) -> bool:
 @jit
 def _finish(K: Any) -> int:
     """Write the command and settle the status; too many in a row without the task latch the stop."""
-    task, watch, ladder, qp = K.task, K.watch, K.ladder, K.qp
+    task, watch, cascade, qp = K.task, K.watch, K.cascade, K.qp
     command(K)
     send(K)
     shut = not pass_gate(K)
-    without_task = shut or ladder.stage == REST_STAGE or ladder.stage == REST_ELASTIC_STAGE
-    watch.fallbacks = watch.fallbacks + 1 if ladder.verdict == FALLBACK and without_task else 0
+    without_task = shut or cascade.stage == REST_STAGE or cascade.stage == REST_ELASTIC_STAGE
+    watch.fallbacks = watch.fallbacks + 1 if cascade.outcome == FALLBACK and without_task else 0
     if watch.fallbacks > watch.fallback_limit and watch.latched == 0:
         watch.latched = 1
         watch.reason = STOPPED_BY_FALLBACKS
     qp.soft_rows = 0.0
-    if ladder.stage == CALM_STAGE:
-        if ladder.external:
+    if cascade.stage == CALM_STAGE:
+        if cascade.external:
             qp.warm = 0
-    elif shut or ladder.stage != MAIN_STAGE:
+    elif shut or cascade.stage != MAIN_STAGE:
         qp.warm = 0
-    elif task.mode == LEXICOGRAPHIC and ladder.verdict == RELAXED:
+    elif task.mode == LEXICOGRAPHIC and cascade.outcome == RELAXED:
         for i in range(K.chain.n):  # the second stage keeps the residual: only the first knows what causes it
-            qp.z_box[i] = ladder.z_box_first[i]
+            qp.z_box[i] = cascade.z_box_first[i]
         for j in range(qp.nc):
-            qp.z[j] = ladder.z_first[j]
-    if ladder.verdict == STOPPED and _sets_out(K):
-        ladder.verdict = STOPPING
-    ladder.status = spoken(K, ladder.verdict)
-    return ladder.status
+            qp.z[j] = cascade.z_first[j]
+    if cascade.outcome == STOPPED and _sets_out(K):
+        cascade.outcome = STOPPING
+    cascade.status = report_status(K, cascade.outcome)
+    return cascade.status
 
 
 @rare_jit
 def _begin_elastic(K: Any) -> None:
     """Let torque limits give way as little as can be, where they and the box exclude each other."""
     if box_excludes_rows(K):
-        K.ladder.verdict = RELAXED
+        K.cascade.outcome = RELAXED
     make_room(K)
     compliance(K, ELASTIC_TASK_RATIO)
-    K.ladder.stage = ELASTIC_STAGE
+    K.cascade.stage = ELASTIC_STAGE
 
 
 @rare_jit
@@ -250,14 +250,14 @@ def _advance_in_calm(K: Any, claim: int) -> int:
     Where torque limits and the box exclude each other, torque limits give way; where that does not help, the
     task is relaxed as without calm.
     """
-    task, ladder, qp = K.task, K.ladder, K.qp
-    good = claim == SOLVED and judge(K)
+    task, cascade, qp = K.task, K.cascade, K.qp
+    good = claim == SOLVED and check_solution(K)
     if K.limits.on_demand and not K.kinematics.has_dynamics and not (good and keeps_torque(K)):
         add_constraints(K)
         return SOLVE
     if qp.soft_rows == 0.0:
-        ladder.claim = claim
-        ladder.verdict = RELAXED if claim == INFEASIBLE else FALLBACK
+        cascade.claim = claim
+        cascade.outcome = RELAXED if claim == INFEASIBLE else FALLBACK
     if good:
         for k in range(task.m):
             s = -task.asked[k]
@@ -265,10 +265,10 @@ def _advance_in_calm(K: Any, claim: int) -> int:
                 s += qp.A[k, i] * qp.x[i]
             task.slack[k] = s
         task.scale = qp.x[K.chain.n] if qp.nx > K.chain.n else 1.0
-        ladder.missed = _misses_task(K)
-        ladder.outside = joints_outside(K)
+        cascade.missed = _misses_task(K)
+        cascade.outside = joints_outside(K)
         if qp.soft_rows == 0.0:
-            ladder.verdict = _verdict_on_solved(K)
+            cascade.outcome = _outcome_of_solved(K)
         return _finish(K)
     qp.warm = 0
     if qp.soft_rows == 0.0 and qp.nc > 0:
@@ -280,63 +280,63 @@ def _advance_in_calm(K: Any, claim: int) -> int:
         qp.b[k] = task.asked[k]
     qp.meq, qp.nx = task.m, K.chain.n  # a path waits
     compliance(K, RELAXED_RATIO)
-    ladder.stage = RELAX_STAGE
+    cascade.stage = RELAX_STAGE
     return SOLVE
 
 
 @jit
 def _advance(K: Any, claim: int) -> int:
-    """Climb one rung: the status when a command is found, SOLVE when the solver has to run again."""
-    task, ladder, qp = K.task, K.ladder, K.qp
-    n, stage = K.chain.n, ladder.stage
+    """Go on to the next stage: the status when a command is found, SOLVE when the solver has to run again."""
+    task, cascade, qp = K.task, K.cascade, K.qp
+    n, stage = K.chain.n, cascade.stage
     follows = stage == MAIN_STAGE or stage == RELAX_STAGE or stage == ELASTIC_STAGE or stage == PLAIN_STAGE
     if stage == CALM_STAGE:
         return _advance_in_calm(K, claim)
     if stage == FIRST_STAGE:
         _begin_second_stage(K, claim)
-        return READY
-    good = claim == SOLVED and (ladder.judged != 0 or judge(K))
+        return QP_READY
+    good = claim == SOLVED and (cascade.checked != 0 or check_solution(K))
     if K.limits.on_demand and not K.kinematics.has_dynamics and not (good and keeps_torque(K)):
         add_constraints(K)  # the same QP again, now with torque rows
         return SOLVE
     if stage == MAIN_STAGE:
-        ladder.claim = claim
+        cascade.claim = claim
     if good and stage == LEAST_EXCESS_STAGE:
         _begin_elastic(K)
         return SOLVE
     if good:
         if follows:
             task.scale = qp.x[n] if task.mode == SCALE else 1.0
-            ladder.missed = _misses_task(K)
-            ladder.outside = joints_outside(K)
+            cascade.missed = _misses_task(K)
+            cascade.outside = joints_outside(K)
         if stage == MAIN_STAGE:
-            ladder.verdict = _verdict_on_solved(K)
-        elif follows and ladder.missed and (task.mode == HARD or not ladder.external):
-            ladder.verdict = RELAXED  # what compliance cannot close proves that no motion follows the task
+            cascade.outcome = _outcome_of_solved(K)
+        elif follows and cascade.missed and (task.mode == HARD or not cascade.external):
+            cascade.outcome = RELAXED  # what compliance cannot close proves that no motion follows the task
         return _finish(K)
     qp.warm = 0
     if stage == MAIN_STAGE:
-        own_proof = claim == INFEASIBLE and task.mode == HARD and not ladder.external
-        ladder.verdict = RELAXED if own_proof else FALLBACK
-        if task.mode == SLACK and not ladder.external:
+        own_proof = claim == INFEASIBLE and task.mode == HARD and not cascade.external
+        cascade.outcome = RELAXED if own_proof else FALLBACK
+        if task.mode == SLACK and not cascade.external:
             begin_least_excess(K)  # compliant already: only torque limits and box can exclude each other
         else:
             if task.mode != SLACK:  # else the very QP that the external solver could not solve
                 compliance(K, RELAXED_RATIO)
-            ladder.stage = RELAX_STAGE
+            cascade.stage = RELAX_STAGE
     elif stage == RELAX_STAGE:
         begin_least_excess(K)
     elif stage == ELASTIC_STAGE:
         begin_plain(K)
     elif stage == LEAST_EXCESS_STAGE or stage == PLAIN_STAGE:
         qp.soft_rows = 0.0
-        ladder.verdict = FALLBACK
+        cascade.outcome = FALLBACK
         begin_rest(K, max(DECAY_TIME, K.state.dt), 0.0)
     elif stage == REST_STAGE:
         qp.soft_rows = REST_ELASTIC
         if K.watch.latched:
             only_brake(K, BRAKING_SHARE)
-        ladder.stage = REST_ELASTIC_STAGE
+        cascade.stage = REST_ELASTIC_STAGE
     else:
         _clip(K)
         return _finish(K)
@@ -344,27 +344,27 @@ def _advance(K: Any, claim: int) -> int:
 
 
 @jit
-def climb(K: Any, code: int, claim: int) -> int:
-    """Run the ladder until it has a command, or, with an external solver, until the QP itself is ready.
+def run_cascade(K: Any, code: int, claim: int) -> int:
+    """Run the cascade until it has a command, or, with an external solver, until the QP itself is ready.
 
     Args:
         K: the record, its stage prepared.
-        code: READY or SOLVE when the solver is to run first, anything else when ``claim`` is already an
+        code: QP_READY or SOLVE when the solver is to run first, anything else when ``claim`` is already an
             answer.
         claim: the answer of an external solver.
     """
-    ladder, qp = K.ladder, K.qp
-    ladder.judged = 0
+    cascade, qp = K.cascade, K.qp
+    cascade.checked = 0
     while True:
-        if code == READY and ladder.external:
-            return READY
-        if code == READY or code == SOLVE:
-            if ladder.stage == MAIN_STAGE and straight(K):
-                ladder.judged, claim = 1, SOLVED
+        if code == QP_READY and cascade.external:
+            return QP_READY
+        if code == QP_READY or code == SOLVE:
+            if cascade.stage == MAIN_STAGE and straight(K):
+                cascade.checked, claim = 1, SOLVED
             else:
-                ladder.judged, claim = 0, active_set(qp)
-            if ladder.stage == MAIN_STAGE or ladder.stage == CALM_STAGE:
-                ladder.qp_iterations = qp.iterations
+                cascade.checked, claim = 0, active_set(qp)
+            if cascade.stage == MAIN_STAGE or cascade.stage == CALM_STAGE:
+                cascade.qp_iterations = qp.iterations
         code = _advance(K, claim)
-        if code != READY and code != SOLVE:
+        if code != QP_READY and code != SOLVE:
             return code

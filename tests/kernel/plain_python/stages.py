@@ -1,17 +1,17 @@
-"""An arm of four joints somewhere on the ladder, and parts of the ladder that answer what a test says."""
+"""An arm of four joints somewhere in the cascade, and parts of the cascade that answer what a test says."""
 
 from typing import Any
 
 from records import empty_record
 
-from ftqp.kernel.judge import ladder
+from ftqp.kernel.judge import fallback_cascade
 from ftqp.kernel.layout.enums import ACCELERATION, MAIN_STAGE, SLACK
 
 N, DT = 4, 0.01
 
 
-def record(stage: int = MAIN_STAGE, mode: int = SLACK, **ladder_is: Any) -> Any:
-    """An arm of four joints that work, somewhere on the ladder."""
+def record(stage: int = MAIN_STAGE, mode: int = SLACK, **cascade_is: Any) -> Any:
+    """An arm of four joints that work, somewhere in the fallback cascade."""
     K = empty_record()
     K.chain.n, K.state.dt, K.state.level = N, DT, ACCELERATION
     K.faults.order[:N], K.faults.working, K.faults.movable = range(N), N, N
@@ -19,21 +19,21 @@ def record(stage: int = MAIN_STAGE, mode: int = SLACK, **ladder_is: Any) -> Any:
     K.task.m, K.task.mode, K.task.scale = 2, mode, 1.0
     K.qp.nx, K.qp.meq, K.qp.warm = N, 2, 7
     K.qp.lb[:N], K.qp.ub[:N] = -5.0, 5.0
-    K.ladder.stage, K.ladder.jump, K.watch.fallback_limit = stage, 1.0, 3
-    for name, value in ladder_is.items():
-        K.ladder[name] = value
+    K.cascade.stage, K.cascade.jump, K.watch.fallback_limit = stage, 1.0, 3
+    for name, value in cascade_is.items():
+        K.cascade[name] = value
     return K
 
 
 def stubs(monkeypatch: Any, **said: Any) -> list[str]:
-    """Parts of the ladder that answer what the test says, and the names of those that were asked."""
+    """Parts of the cascade that answer what the test says, and the names of those that were asked."""
     asked: list[str] = []
-    said = {"command": None, "send": None, "pass_gate": True, "spoken": lambda K, code: code} | said
+    said = {"command": None, "send": None, "pass_gate": True, "report_status": lambda K, code: code} | said
     for name, value in said.items():
 
         def part(*given: Any, name: str = name, value: Any = value) -> Any:
             asked.append(name)
             return value(*given) if callable(value) else value
 
-        monkeypatch.setattr(ladder, name, part)
+        monkeypatch.setattr(fallback_cascade, name, part)
     return asked

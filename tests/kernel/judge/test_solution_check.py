@@ -1,11 +1,11 @@
-"""What the judge lets pass, and what a command is made of."""
+"""What the check of a solution lets pass, and what a command is made of."""
 
 import numpy as np
 import pytest
 from session_ticks import Ticks
 
 import ftqp
-from ftqp.kernel.judge.verdict import judge
+from ftqp.kernel.judge.solution_check import check_solution
 from ftqp.kernel.layout import enums as codes
 
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
@@ -19,16 +19,16 @@ def solved(**options):
     pose = robot.pose(Q)
     pose[:3, 3] += 0.1
     assert ticks.tick(Q, np.zeros(7), ftqp.Target(pose=pose)) == codes.RELAXED
-    assert ticks.K.ladder.stage == codes.MAIN_STAGE
+    assert ticks.K.cascade.stage == codes.MAIN_STAGE
     return ticks.K
 
 
 def test_a_solved_qp_passes():
     K = solved()
     assert np.abs(K.qp.z_box).max() > 0.0
-    assert judge(K)
-    ladder = K.ladder
-    assert ladder.residual_task < 1e-9 and ladder.residual_dual < 1e-9 and ladder.residual_bounds < 1e-9
+    assert check_solution(K)
+    cascade = K.cascade
+    assert cascade.residual_task < 1e-9 and cascade.residual_dual < 1e-9 and cascade.residual_bounds < 1e-9
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_a_wrong_number_does_not_pass(field, index, change):
         assert abs(qp.z_box[index]) == 0.0
     size = 1.0 + np.abs(qp.y).max() if field in ("y", "z_box", "z", "g") else 1.0
     getattr(qp, field)[index] += change * size
-    assert not judge(K)
+    assert not check_solution(K)
 
 
 @pytest.mark.parametrize("field", ["x", "y", "z", "z_box"])
@@ -61,10 +61,10 @@ def test_what_is_not_a_number_does_not_pass(field, value):
     qp = K.qp
     qp.nc = 7  # torque rows, open ones here, are looked at
     qp.C[:7, :7], qp.l[:], qp.u[:] = np.eye(7), -np.inf, np.inf
-    assert judge(K)
+    assert check_solution(K)
     getattr(qp, field)[:6] = value
     with np.errstate(invalid="ignore"):  # plain Python warns
-        assert not judge(K)
+        assert not check_solution(K)
     if field == "x" and np.isinf(value):  # clamped into the box, like any x outside
         assert np.isfinite(qp.x[:7]).all()
 
@@ -74,13 +74,13 @@ def test_multiplier_of_the_wrong_sign_does_not_pass():
     i = int(np.argmax(np.abs(K.qp.z_box[:7])))
     free = [j for j in range(7) if K.qp.z_box[j] == 0.0]
     K.qp.z_box[i] *= -1.0
-    assert not judge(K) and free
+    assert not check_solution(K) and free
 
 
 def test_x_outside_its_box_is_clamped():
     K = solved()
     K.qp.x[:7] = 1e9
-    judge(K)
+    check_solution(K)
     assert np.array_equal(K.qp.x[:7], K.qp.ub[:7])
 
 
@@ -122,15 +122,15 @@ def test_residuals_are_those_of_their_formulas(dense, soft_rows):
         qp.x[:n], qp.z_box[:n] = 2.0 * rng.normal(size=n), rng.normal(size=n)
         qp.z_box[2], qp.lb[3] = 0.0, qp.ub[3]
         x = np.clip(qp.x[:n], qp.lb[:n], qp.ub[:n])
-        assert not judge(K)
+        assert not check_solution(K)
         assert np.array_equal(qp.x[:n], x)
         left = qp.A[:m, :n] @ x - qp.b[:m] - qp.soft[:m] * qp.y[:m]
-        assert K.ladder.residual_task == pytest.approx(np.abs(left).max() / (1.0 + np.abs(qp.b[:m]).max()))
+        assert K.cascade.residual_task == pytest.approx(np.abs(left).max() / (1.0 + np.abs(qp.b[:m]).max()))
         assert np.allclose(K.task.slack[:m], qp.A[:m, :n] @ x - K.task.asked[:m], atol=1e-12)
         rows = qp.C[:p, :n] @ x
         over = np.maximum(np.maximum(qp.l[:p] - rows, rows - qp.u[:p]), 0.0)
         over[(soft_rows > 0.0) & (qp.l[:p] < qp.u[:p])] = 0.0
-        assert K.ladder.residual_bounds == pytest.approx(over.max() / (1.0 + np.abs(x).max()))
+        assert K.cascade.residual_bounds == pytest.approx(over.max() / (1.0 + np.abs(x).max()))
         pull = qp.H[:n, :n] @ x if dense else qp.H_diagonal[:n] * x
         terms = [qp.g[:n], pull, *(qp.A[:m, :n] * qp.y[:m, None]), *(qp.C[:p, :n] * qp.z[:p, None])]
         z = qp.z_box[:n]
@@ -138,7 +138,7 @@ def test_residuals_are_those_of_their_formulas(dense, soft_rows):
         wrong = np.where((z != 0.0) & (qp.lb[:n] < qp.ub[:n]), np.minimum(np.abs(z), room), 0.0)
         worst = max(np.abs(np.sum(terms, axis=0) + z).max(), wrong.max())
         size = np.sqrt(np.sum(np.square(terms)))
-        assert K.ladder.residual_dual == pytest.approx(worst / (1.0 + size))
+        assert K.cascade.residual_dual == pytest.approx(worst / (1.0 + size))
 
 
 @pytest.mark.parametrize("which", ["residual_task", "residual_bounds", "residual_dual"])
@@ -146,17 +146,17 @@ def test_each_residual_alone_keeps_an_answer_from_passing(which):
     K = solved()
     qp = K.qp
     qp.nc, qp.C[0, :7], qp.l[0], qp.u[0], qp.z[0] = 1, 1.0, -np.inf, np.inf, 0.0
-    assert judge(K)
+    assert check_solution(K)
     if which == "residual_task":
         qp.b[0] += 1e-3 * (1.0 + np.abs(qp.b[:6]).max())
     elif which == "residual_bounds":
         qp.u[0] = qp.x[:7].sum() - 1e-3 * (1.0 + np.abs(qp.x[:7]).max())
     else:
         qp.g[0] += 1e-3 * (1.0 + np.linalg.norm(qp.H_diagonal[:7] * qp.x[:7]) + np.abs(qp.y).max())
-    assert not judge(K)
+    assert not check_solution(K)
     bad = {
         name
         for name in ("residual_task", "residual_bounds", "residual_dual")
-        if K.ladder[name] > K.ladder.accept
+        if K.cascade[name] > K.cascade.accept
     }
     assert bad == {which}
