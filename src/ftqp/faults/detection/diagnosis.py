@@ -177,19 +177,19 @@ class Diagnosis:
     Args:
         names: The joints' names.
         look: Gives a field of the detector's record as an array.
-
-    Attributes:
-        joints: What is held of each joint, by name.
     """
 
-    __slots__ = ("_look", "_names", "_worst", "joints")
+    __slots__ = ("_joints", "_look", "_names", "_worst")
 
     def __init__(self, names: tuple[str, ...], look: Callable[[str], Any]) -> None:
         self._names, self._look = names, look
         self._worst = look("worst")
-        self.joints: Mapping[str, JointDiagnosis] = MappingProxyType(
-            {name: JointDiagnosis(name, i, look) for i, name in enumerate(names)}
-        )
+        self._joints = MappingProxyType({name: JointDiagnosis(name, i, look) for i, name in enumerate(names)})
+
+    @property
+    def joints(self) -> Mapping[str, JointDiagnosis]:
+        """What is held of each joint, by name."""
+        return self._joints
 
     @property
     def suspicion(self) -> float:
