@@ -148,7 +148,7 @@ def stuck_joint():
 DEFECTS = {
     "clamp off": (
         too_fast,
-        "judge.verdict",
+        "judge.solution_check",
         "x = min(max(qp.x[i], qp.lb[i]), qp.ub[i])",
         "x = qp.x[i]",
         ("feedback.gate", "    if not through:\n", "    if False:\n"),  # else the gate brakes in its place

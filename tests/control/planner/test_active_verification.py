@@ -46,7 +46,7 @@ class Arm:
 @pytest.mark.parametrize("late", [0, 5, 20])
 def test_a_joint_that_follows_two_motions_is_said_to_follow(late: int) -> None:
     arm = Arm(1.0, late)
-    arm.second.begin(2)
+    arm.verification.begin(2)
     found = arm.run(4.0)
     assert found is not None and 1.0 < found < 1.5
     assert np.abs(np.array(arm.sent) - arm.home).max() == pytest.approx(FAR, rel=0.01)
@@ -55,7 +55,7 @@ def test_a_joint_that_follows_two_motions_is_said_to_follow(late: int) -> None:
 @pytest.mark.parametrize("share", [0.0, 2.0])
 def test_a_joint_that_does_not_follow_is_asked_ever_more_rarely(share: float) -> None:
     arm = Arm(share)
-    arm.second.begin(2)
+    arm.verification.begin(2)
     assert arm.run(18.0) is None
     asked = np.abs(np.array(arm.sent) - arm.home) > 0.5 * FAR
     begins = np.flatnonzero(np.diff(asked.astype(int)) == 1) * DT
@@ -66,18 +66,18 @@ def test_a_joint_that_does_not_follow_is_asked_ever_more_rarely(share: float) ->
 def test_every_new_finding_of_the_same_joint_is_trusted_for_longer() -> None:
     arm, waits = Arm(1.0), []
     for _ in range(3):
-        arm.second.begin(2)
+        arm.verification.begin(2)
         found = arm.run(2.0 * LONGEST)
         assert found is not None
         waits.append(found)
-        arm.second.end(2)
+        arm.verification.end(2)
     assert (np.diff(waits) > 0.3).all() and waits[-1] > 2.0 * waits[-2] - 1.0
 
 
 def test_a_joint_that_moves_by_itself_is_not_held_and_one_that_creeps_is() -> None:
     moving, creeping = Arm(0.0, drive="torque"), Arm(0.0, drive="torque")
     for arm in (moving, creeping):
-        arm.second.begin(2)
+        arm.verification.begin(2)
     assert moving.run(2.0, drift=0.3) == pytest.approx(0.33, abs=0.03)
     assert creeping.run(2.0, drift=0.02) is None
     assert set(creeping.sent) == {creeping.home}
@@ -86,6 +86,6 @@ def test_a_joint_that_moves_by_itself_is_not_held_and_one_that_creeps_is() -> No
 def test_nobody_is_asked_during_a_stop_or_once_a_brake_was_asked_for() -> None:
     for room, field in (("watch", "latched"), ("feedback", "asks")):
         arm = Arm(1.0)
-        arm.second.begin(2)
+        arm.verification.begin(2)
         getattr(arm.K, room)[field] = 1
         assert arm.run(3.0) is None and set(arm.sent) == {arm.home}
