@@ -17,9 +17,9 @@ from ftqp import __version__
 from ftqp.app.campaign import episode_study
 from ftqp.app.campaign.campaign_summary import summary
 from ftqp.app.campaign.kept_campaign import command_of, kept_campaign
+from ftqp.app.commands import campaign_episodes
 from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
-from ftqp.app.study import driving
 from ftqp.app.view.subjects import shown
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Locked
@@ -269,9 +269,9 @@ def test_episodes_are_asked_for_and_more_of_them_go_on_with_the_others(study, tm
 
 
 def test_episode_that_was_given_up_is_named_and_the_campaign_is_not_called_done(study, tmp_path, monkeypatch):
-    drive = driving.drive
+    drive = campaign_episodes.drive
     monkeypatch.setattr(
-        driving, "drive", lambda *a, **k: replace(drive(*a, **k), crashed={1: "the worker died"})
+        campaign_episodes, "drive", lambda *a, **k: replace(drive(*a, **k), crashed={1: "the worker died"})
     )
     code, out, _ = campaign(study, "--episodes", 1, "--out", tmp_path / "c")
     assert code == 1 and "episode 1 was given up: the worker died" in out and "--replay 1" in out
