@@ -54,11 +54,14 @@ class OneThread:
 
 def _is_inside(thread: int, planner: Any) -> bool:
     """Whether a thread is in a guarded call of this planner."""
-    frame = sys._current_frames().get(thread)
+    frame: Any = sys._current_frames().get(thread)
     while frame is not None:
-        if frame.f_code is _GUARD and frame.f_locals.get("planner") is planner:
+        try:
+            if frame.f_code is _GUARD and frame.f_locals.get("planner") is planner:
+                return True
+            frame = frame.f_back
+        except AttributeError:  # the frame was just left: that thread is running in it
             return True
-        frame = frame.f_back
     return False
 
 

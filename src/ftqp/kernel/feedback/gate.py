@@ -36,6 +36,8 @@ from ftqp.kernel.rows.failed_joints import braked_velocity
 
 ROUNDING = 1e-9
 """What rounding may add to a position, a speed or a torque: this, and this share of it."""
+FULL = 0.999
+"""Who brakes by this share of a_max brakes as hard as it can."""
 
 
 @jit
@@ -54,17 +56,29 @@ def _keeps(value: Any, most: Any) -> Any:
 
 
 @jit
-def _near(K: Any, q: Any, v: Any, q_last: Any, v_last: Any, q_min: Any, q_max: Any, v_max: Any) -> Any:
-    """Whether (q, v) follows upon (q_last, v_last): by way, speed and range.
+def _leaves_room(K: Any, v: Any, v_last: Any, a_max: Any, room: Any) -> Any:
+    """Whether a joint that moves towards the end of its range can still stop, or brakes as hard as it can."""
+    stops = v * v <= 2.0 * a_max * (room + ROUNDING)
+    return (v <= ROUNDING) | stops | (v <= v_last - FULL * K.state.dt * a_max + ROUNDING)
+
+
+@jit
+def _near(K: Any, at: int, q: Any, v: Any, v_last: Any, v_max: Any) -> Any:
+    """Whether (q, v) follows upon what was last let through: by way, speed, acceleration and range.
 
     A joint that is beyond its range comes back or brakes.
     """
-    fastest = larger(abs(v), abs(v_last))
-    by_way = _keeps(q - q_last, K.state.dt * fastest)
-    by_speed = _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last)))
+    limits, dt = K.limits, K.state.dt
+    q_last, q_min, q_max = several(K.gate.q, at), several(limits.q_min, at), several(limits.q_max, at)
+    near = _keeps(q - q_last, dt * larger(abs(v), abs(v_last)))
+    near = near & _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last)))
+    if limits.conversion == VIABILITY:
+        a_max = several(limits.a_max, at)
+        near = near & _keeps(v - v_last, dt * a_max)
+        near = near & (_leaves_room(K, v, v_last, a_max, q_max - q) | ((q_last > q_max) & (v < v_last)))
+        return near & (_leaves_room(K, -v, -v_last, a_max, q - q_min) | ((q_last < q_min) & (v > v_last)))
     above = (q <= q_max + ROUNDING) | (v <= ROUNDING) | (v < v_last)
-    under = (q >= q_min - ROUNDING) | (v >= -ROUNDING) | (v > v_last)
-    return by_way & by_speed & above & under
+    return near & above & ((q >= q_min - ROUNDING) | (v >= -ROUNDING) | (v > v_last))
 
 
 @jit
@@ -77,10 +91,7 @@ def _lets_through(K: Any, at: int) -> bool:
     q, v, v_last = several(state.q_command, at), several(state.v_command, at), several(gate.v, at)
     v_max, dt = several(limits.v_max, at), state.dt
     if feedback.active:
-        q_min, q_max = several(limits.q_min, at), several(limits.q_max, at)
-        near = _near(K, q, v, several(gate.q, at), v_last, q_min, q_max, v_max)
-        if limits.conversion == VIABILITY:
-            near = near & _keeps(v - v_last, dt * several(limits.a_max, at))
+        near = _near(K, at, q, v, v_last, v_max)
         if feedback.kind == VELOCITY_DRIVE:
             near = near & _keeps(several(feedback.v_sent, at), larger(smaller(v_max, UNLIMITED), abs(v)))
         elif feedback.kind == TORQUE_DRIVE:
@@ -118,8 +129,9 @@ def _send_to_held(K: Any) -> None:
         wanted = state.q_command[i]
         if faults.code[i] == LOCKED and feedback.still[i] < STILL_SAMPLES:
             wanted = gate.sent[i]
-        top = max(min(K.limits.v_max[i], UNLIMITED), abs(gate.v[i]), abs(state.v_command[i]))
+        top = min(K.limits.v_max[i], UNLIMITED)
         feedback.q_sent[i] = place_of(K, i, _toward(gate.sent[i], wanted, state.dt * top))
+        feedback.v_sent[i] = min(max(feedback.v_sent[i], -top), top)
 
 
 @rare_jit

@@ -5,7 +5,7 @@ from typing import Any
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, POSITION_DRIVE
-from ftqp.kernel.layout.thresholds import FASTEST, STILL_SAMPLES, UNLIMITED
+from ftqp.kernel.layout.thresholds import STILL_SAMPLES, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
@@ -60,14 +60,14 @@ def place_of(K: Any, i: int, wanted: float) -> float:
 
 @rare_jit
 def return_to_work(K: Any, i: int) -> None:
-    """A joint that had failed works again: where it begins, and what it is sent.
+    """A joint that had failed works again: where it begins, within its speed limit, and what it is sent.
 
     An arm that takes positions stands where it was sent, if the joint obeys; the lead is added again when it
     is sent. Another begins where it is predicted, which is as near to its sample as it can have moved since,
     and in its range.
     """
     gate, state, feedback, past = K.gate, K.state, K.feedback, K.past
-    top = max(2.0 * min(K.limits.v_max[i], UNLIMITED), FASTEST)
+    top = min(K.limits.v_max[i], UNLIMITED)
     gate.v[i] = state.v_command[i] = v = min(max(gate.v[i], -top), top)
     if feedback.kind == POSITION_DRIVE:
         q = gate.sent[i] - gate.lead * v
