@@ -164,6 +164,7 @@ DEFECTS = {
         "rows.joint_intervals",
         "        return viability(v, d, v_max, limits.a_max[i], limits.a_brake[i], state.dt)\n",
         "        return one_step(v, d, v_max, limits.a_max[i], state.dt)\n",
+        ("feedback.gate", "    if not through:\n", "    if False:\n"),  # as above
     ),
     "status forced to OK": (
         out_of_reach,

@@ -111,9 +111,10 @@ class LocalProcesses(Workers):
                 f"python -E ignores {_SAFE_PATH}, so processes would import from the current folder; give "
                 "python -P, too, or --jobs 1"
             )
-        return ProcessPoolExecutor(
-            self.count, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._work,)
-        )
+        with _safe_path():  # the pool's locks start a process, too, which keeps account of them
+            return ProcessPoolExecutor(
+                self.count, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._work,)
+            )
 
     def submit(self, items: Sequence[int]) -> "Future[Done]":
         """Begin a chunk; this starts a process where one is missing."""

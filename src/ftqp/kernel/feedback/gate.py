@@ -26,6 +26,7 @@ from ftqp.kernel.layout.enums import (
     SCALED,
     STOPPING,
     TORQUE_DRIVE,
+    VELOCITY,
     VELOCITY_DRIVE,
     VIABILITY,
 )
@@ -57,8 +58,12 @@ def _keeps(value: Any, most: Any) -> Any:
 
 @jit
 def _leaves_room(K: Any, v: Any, v_last: Any, a_max: Any, room: Any) -> Any:
-    """Whether a joint that moves towards the end of its range can still stop, or brakes as hard as it can."""
-    stops = v * v <= 2.0 * a_max * (room + ROUNDING)
+    """Whether a joint that moves towards the end of its range can still stop, or brakes as hard as it can.
+
+    At the velocity level a tick moves by the velocity at its end, so that whole ticks take v dt/2 less.
+    """
+    less = 0.5 * K.state.dt * v if K.state.level == VELOCITY else 0.0 * v
+    stops = v * v <= 2.0 * a_max * (room + less + ROUNDING)
     return (v <= ROUNDING) | stops | (v <= v_last - FULL * K.state.dt * a_max + ROUNDING)
 
 
