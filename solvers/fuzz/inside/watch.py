@@ -162,6 +162,8 @@ class Watch:
             over[5] = _over(block[1], np.maximum(v_max, v))
         if not self._viable or self._jumped:
             over[4] = -1.0
+            if self._lead > 0.0:  # what is sent ahead changes with the speed, which is free to jump there
+                over[1] = -1.0
         if (over <= 0.0).all():
             return
         failed = (self._kinds != 0) | self._was_failed

@@ -189,6 +189,7 @@ def test_a_client_that_sends_nothing_but_junk_is_sent_away(served, capfd):
 
 
 def test_errors_in_the_loop_of_a_server_cost_one_line(caplog, capfd):
+    caplog.set_level(logging.WARNING, logger="ftqp")
     with Page(StillSource(ftqp.robots.load("panda")), port=0) as page:  # one that has met none before
         loop = page._server._event_loop
         for _ in range(20):

@@ -71,7 +71,8 @@ class PlannerChanges(PlannerFacts):
         n = self.robot.nv
         q = frozen(self.robot.angles(q))
         v = frozen(np.zeros(n) if v is None else array("v", v, (n,), "(nv,)"))
-        self._change(start=Start(q, v))
+        start = Start(q, v)
+        self._change(lambda wanted: replace(wanted, start=start))
 
     @guarded("report")
     def report(self, fault: Fault) -> None:
@@ -83,8 +84,11 @@ class PlannerChanges(PlannerFacts):
         Raises:
             InputError: An unknown joint, or not a fault.
         """
-        belief, told = self._wanted.belief.reported(fault), self._fault_response
-        self._change(belief=belief, then=told and partial(told.told, fault))
+        told = self._fault_response
+        self._change(
+            lambda wanted: replace(wanted, belief=wanted.belief.reported(fault)),
+            told and partial(told.told, fault),
+        )
 
     @guarded("withdraw")
     def withdraw(self, joint: str | int) -> None:
@@ -96,8 +100,11 @@ class PlannerChanges(PlannerFacts):
         Raises:
             InputError: An unknown joint.
         """
-        belief, told = self._wanted.belief.without(joint), self._fault_response
-        self._change(belief=belief, then=told and partial(told.forget, joint))
+        told = self._fault_response
+        self._change(
+            lambda wanted: replace(wanted, belief=wanted.belief.without(joint)),
+            told and partial(told.forget, joint),
+        )
 
     @guarded("carry")
     def carry(self, payload: Payload | None) -> None:
@@ -113,9 +120,14 @@ class PlannerChanges(PlannerFacts):
         Raises:
             InputError: This is no payload, or a robot without masses.
         """
-        fitting = self._wanted.fitting.carrying(payload)
         limited = self._given.limits_torque
-        self._change(fitting=fitting, reserve=braking_reserve(fitting.robot) if limited else None)
+
+        def loaded(wanted: Wanted) -> Wanted:
+            fitting = wanted.fitting.carrying(payload)
+            reserve = braking_reserve(fitting.robot) if limited else None
+            return replace(wanted, fitting=fitting, reserve=reserve)
+
+        self._change(loaded)
         if payload is not None:
             K, n = self._session.K, self.robot.nv
             q = K.state.q_command[:n] if K.state.is_reset else None
@@ -136,25 +148,35 @@ class PlannerChanges(PlannerFacts):
         """
         if self._leading is not None:
             raise InputError("the planner follows a plan of another tip; plan for robot.with_tip(T) instead")
-        self._change(fitting=self._wanted.fitting.holding(T))
+        self._change(lambda wanted: replace(wanted, fitting=wanted.fitting.holding(T)))
 
     def _believe(self, fault: Fault) -> None:
         """Believe a fault that the detector has found, and let it look at the other joints."""
         told = self._fault_response
         self._change(
-            belief=self._wanted.belief.reported(fault), then=told and partial(told.detector.believe, fault)
+            lambda wanted: replace(wanted, belief=wanted.belief.reported(fault)),
+            told and partial(told.detector.believe, fault),
         )
 
     def _disbelieve(self, joint: str | int) -> None:
         """Believe that a joint is healthy, as the detector has found."""
-        self._change(belief=self._wanted.belief.without(joint))
+        self._change(lambda wanted: replace(wanted, belief=wanted.belief.without(joint)))
 
-    def _change(self, **told: Any) -> None:
-        """Want something else, and let it happen; what an interrupted change has left comes first."""
+    def _change(self, change: Callable[[Wanted], Wanted], then: Callable[[], None] | None = None) -> None:
+        """Want something else, and let it happen; what an interrupted change has left comes first.
+
+        Args:
+            change: Makes of what was wanted what is wanted; a signal handler may have changed that meanwhile,
+                so that it is asked again.
+            then: What else the change brings about.
+        """
         self._heal()
-        wanted = replace(self._wanted, **{"then": None} | told)
-        self._begin = None  # until all of it has happened, steps look at what is wanted
-        self._wanted = wanted
+        wanted: Wanted | None = None
+        while self._wanted is not wanted:
+            before = self._wanted
+            wanted = replace(change(before), then=then)
+            self._begin = None  # until all of it has happened, steps look at what is wanted
+            self._wanted = wanted if self._wanted is before else self._wanted  # from here on it has happened
         self._heal()
 
     def _heal(self) -> None:

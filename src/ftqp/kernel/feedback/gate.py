@@ -30,7 +30,7 @@ from ftqp.kernel.layout.enums import (
     VELOCITY_DRIVE,
     VIABILITY,
 )
-from ftqp.kernel.layout.thresholds import STILL_SAMPLES, UNLIMITED
+from ftqp.kernel.layout.thresholds import FASTEST, STILL_SAMPLES, UNLIMITED
 from ftqp.kernel.maths.elementary import larger, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, put, several
 from ftqp.kernel.rows.failed_joints import braked_velocity
@@ -222,13 +222,17 @@ def pass_gate(K: Any) -> bool:
         if outcome == OK or outcome == RELAXED or outcome == SCALED:
             K.cascade.outcome = INVALID_INPUT
     _send_to_held(K)
+    limits, place = K.limits, K.scratch.joints
+    for k in range(K.faults.working, K.faults.movable):  # where it may be sent once its motor works again
+        i = K.faults.order[k]
+        near = _toward(gate.sent[i], feedback.q_sent[i], 2.0 * FASTEST * state.dt)
+        place[i] = min(max(near, limits.q_min[i]), limits.q_max[i])
     for at in range(0, len(gate.q), WIDTH):
         put(gate.q, at, several(state.q_command, at))
         put(gate.v, at, several(state.v_command, at))
         put(gate.sent, at, several(feedback.q_sent, at))
         if feedback.kind == TORQUE_DRIVE:
             put(gate.tau, at, several(feedback.tau_sent, at))
-    for k in range(K.faults.working, K.faults.movable):  # where it may be sent once its motor works again
-        i = K.faults.order[k]
-        gate.sent[i] = min(max(gate.sent[i], K.limits.q_min[i]), K.limits.q_max[i])
+    for k in range(K.faults.working, K.faults.movable):
+        gate.sent[K.faults.order[k]] = place[K.faults.order[k]]
     return through

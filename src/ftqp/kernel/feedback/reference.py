@@ -7,6 +7,7 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, POSITION_DRIVE
 from ftqp.kernel.layout.thresholds import STILL_SAMPLES, UNLIMITED
 from ftqp.kernel.maths.elementary import any_of
+from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 STILL = 0.01
@@ -72,7 +73,8 @@ def return_to_work(K: Any, i: int) -> None:
     if feedback.kind == POSITION_DRIVE:
         q = gate.sent[i] - gate.lead * v
     else:
-        most, seen = (feedback.latency + 1) * state.dt * top, feedback.seen[i]
+        good = feedback.bad[i] == 0 and is_finite(state.q[i])
+        most, seen = (feedback.latency + 1) * state.dt * top, state.q[i] if good else gate.sent[i]
         q = min(max(gate.q[i], seen - most), seen + most)
     gate.q[i] = state.q_command[i] = place_of(K, i, q)
     for s in range(feedback.span):
