@@ -67,9 +67,9 @@ def begin(K: Any) -> None:
         if anew:
             feedback.spent[i] = 0.0
             feedback.lost[i] = feedback.asks[i] = 0
+            feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 1
         feedback.unresponsive[i] = feedback.doubted[i] = feedback.heeded[i] = 0
         feedback.wound[i] = feedback.usual[i] = feedback.missing[i] = 0.0
-        feedback.known_failed[i] = 0 if K.faults.code[i] == HEALTHY else 1
         for s in range(feedback.span):
             past.q[s, i], past.v[s, i], past.a[s, i] = q, v, 0.0
     for s in range(feedback.span):
