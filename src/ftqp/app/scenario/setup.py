@@ -6,14 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
-from pydantic import ValidationError
-
-from ftqp.app.scenario import base_composition, composition, document, world_composition
-from ftqp.app.scenario.complaints import complaints
+from ftqp.app.scenario import composition, document
 from ftqp.app.schema import Scenario
+from ftqp.app.schema.reading import made, plain, read
 from ftqp.app.schema.robot_section import RobotTable
-from ftqp.control.drive.joint_drive import Drive
-from ftqp.control.drive.noise import Noise
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
@@ -31,11 +27,6 @@ from ftqp.sim.sensors.joint_sensors import JointSensors
 
 if TYPE_CHECKING:
     from ftqp.analysis.planning.fault_plan import Plan  # slow to load, needed with a plan only
-
-FILES = (
-    ("robot", "urdf"), ("robot", "mjcf"), ("planner", "profile"), ("planner", "plan"), ("path", "file")
-)  # fmt: skip
-"""Keys of tables that name files."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,16 +70,7 @@ class Setup:
     @property
     def content(self) -> dict[str, Any]:
         """The scenario as plain tables, its files with absolute paths."""
-        content = self.tables.model_dump()
-        watching = content["planner"]["detector"] or {}
-        if watching.get("calibration") is not None:
-            watching["calibration"] = str((self.folder / watching["calibration"]).resolve())
-        for table, key in FILES:
-            if content[table].get(key) is not None:
-                content[table][key] = str((self.folder / content[table][key]).resolve())
-        for table in (content["base"] or {}).get("disturbances", []):
-            if "file" in table:
-                table["file"] = str((self.folder / table["file"]).resolve())
+        content: dict[str, Any] = plain(self.tables, self.folder)
         return content
 
     @property
@@ -160,10 +142,7 @@ def validated(found: document.Document) -> Scenario:
     Raises:
         ScenarioError: Unknown or missing keys, wrong types, values out of range; carries every error.
     """
-    try:
-        return Scenario.model_validate(found.content)
-    except ValidationError as error:
-        raise ScenarioError(f"{found.origin} has errors:", complaints(Scenario, error)) from error
+    return read(Scenario, found.content, f"{found.origin} has errors:")
 
 
 class _Errors:
@@ -209,19 +188,26 @@ def resolve(
     recorder: Recorder | None = None
     if record and "backend" in settings:
         with errors.at("recording"):
-            recorder = composition.recorder(settings["backend"], tables.recording, tables.planner.dt)
+            recorder = tables.recording.recorder(settings["backend"], tables.planner.dt)
             settings["backend"] = recorder
     plant: Plant | None = None
     sensors: JointSensors | None = None
     if arm is not None:
         with errors.at("simulation"):
-            plant = world_composition.plant(tables, arm)
+            plant = tables.simulation.made_plant(
+                arm,
+                tables.planner.dt,
+                tables.planner.level,
+                tables.planner.drive["kind"],
+                moving=tables.base is not None,
+            )
         with errors.at("sensors"):
-            sensors = world_composition.sensors(tables, arm)
+            if tables.sensors is not None:
+                sensors = tables.sensors.made(arm, tables.planner.dt, seed=tables.simulation.seed)
     events: list[FaultEvent] = []
     for index, table in enumerate(tables.faults):
         with errors.at(f"faults[{index}]"):
-            event = composition.fault(table)
+            event = table.event()
             if plant is not None:
                 plant.fail(event.fault)
             events.append(event)
@@ -232,7 +218,7 @@ def resolve(
     with errors.at("planner.plan"):
         led = composition.plan(tables, arm, folder)
     with errors.at("start"):
-        q = tables.start.q if led is None else led.q[0].tolist()
+        q = tables.start.q if led is None else led.q[0]
         start = composition.start(arm, q, tables.start.v)
     way = _path(tables, arm, start, folder, errors)
     if led is not None and way is not None:
@@ -253,14 +239,14 @@ def resolve(
     world: MovingWorld | None = None
     if planner is not None and tables.base is not None:
         with errors.at("base"):
-            world = base_composition.world(tables.base, planner, folder, tables.simulation.seed)
-            way = composition.path(
-                tables.path, world.start() @ arm.pose(arm.neutral if start is None else start[0]), folder
+            world = tables.base.world(planner, folder, tables.simulation.seed)
+            way = tables.path.path(
+                world.start() @ arm.pose(arm.neutral if start is None else start[0]), folder
             )
     leader: PathFollower | None = None
     if planner is not None and way is not None:
         with errors.at("path.reference"):
-            leader = composition.follower(tables.path, tables.planner.stall, planner, way)
+            leader = composition.follower(tables, planner, way)
     if planner is None or way is None or start is None or plant is None or errors.found:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
     return Setup(
@@ -285,30 +271,23 @@ def resolve(
 def _planner_settings(tables: Scenario, folder: File, errors: _Errors) -> dict[str, Any]:
     """The arguments of the planner, each checked by its owner."""
     table = tables.planner
+    profile, backend = table.profile, "planner.profile" if table.profile else "planner.backend"
     settings: dict[str, Any] = {
-        "dt": table.dt,
-        "noise": Noise(**table.noise.model_dump()),
-        "level": table.level,
-        "posture": table.posture,
-        "torque_limits": table.torque_limits,
-        "branch_limits": table.branch_limits,
+        key: getattr(table, key) for key in ("dt", "level", "posture", "torque_limits", "branch_limits")
     }
-    with errors.at("planner.scheme"):
-        settings["scheme"] = schemes.by_name(table.scheme)
-    with errors.at("planner.drive"):
-        settings["drive"] = Drive(**table.drive.model_dump())
-    with errors.at("planner.detector"):
-        settings["detector"] = composition.detector(table.detector, folder)
-    with errors.at("planner.task"):
-        settings["task"] = composition.task(table.task)
-    with errors.at("planner.bounds"):
-        settings["bounds"] = bounds.by_name(table.bounds)
-    with errors.at("planner.profile" if table.profile else "planner.backend"):
-        settings["backend"] = qp_backend(
-            folder / table.profile if table.profile else table.backend or "active_set"
-        )
-    with errors.at("planner.emergency"):
-        settings["emergency"] = composition.emergency(table.emergency)
+    made_by: dict[str, Callable[[], Any]] = {
+        "scheme": lambda: schemes.by_name(table.scheme),
+        "noise": lambda: made(table.noise),
+        "drive": lambda: made(table.drive),
+        "detector": lambda: composition.detector(table.detector, folder),
+        "task": lambda: made(table.task),
+        "bounds": lambda: bounds.by_name(table.bounds),
+        "backend": lambda: qp_backend(folder / profile if profile else table.backend or "active_set"),
+        "emergency": lambda: made(table.emergency),
+    }
+    for key, make in made_by.items():
+        with errors.at(backend if key == "backend" else f"planner.{key}"):
+            settings[key] = make()
     return settings
 
 
@@ -318,7 +297,7 @@ def _path(
     """The path from where the start puts the tip; from the neutral posture when the start itself is wrong."""
     way: Path | None = None
     with errors.at("path"):
-        way = composition.path(tables.path, arm.pose(arm.neutral if start is None else start[0]), folder)
+        way = tables.path.path(arm.pose(arm.neutral if start is None else start[0]), folder)
         if tables.base is None and not tables.path.beyond_reach:
             composition.refuse_out_of_reach(arm, way)
     return way

@@ -1,5 +1,6 @@
 """From a scenario to the cast of a session: the arm, its naive twin, and what fails by itself."""
 
+from dataclasses import replace
 from pathlib import Path as File
 from typing import Any
 
@@ -7,8 +8,9 @@ import numpy as np
 
 from ftqp.app.scenario import document
 from ftqp.app.scenario.setup import Setup, resolve, validated
-from ftqp.app.schema.planner_section import DetectorTable
+from ftqp.app.schema.reading import options
 from ftqp.core.errors import InputError
+from ftqp.faults.detection.detector import Detector
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
 from ftqp.model.shape import reach_of
@@ -76,8 +78,8 @@ def setup_of(choice: Choice, *, detector: bool | None = None) -> Setup:
         found = _with_robot(found, catalog.load(choice.robot), choice.robot)
     tables = validated(found)
     if detector is not None and detector != (tables.planner.detector is not None):
-        table = DetectorTable() if detector else None
-        tables = tables.model_copy(update={"planner": tables.planner.model_copy(update={"detector": table})})
+        planner = replace(tables.planner, detector=options(Detector) if detector else None)
+        tables = replace(tables, planner=planner)
     return resolve(found, tables)
 
 

@@ -1,11 +1,12 @@
 """Staying where it is."""
 
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
-from ftqp.control.paths.path import Motion, Path
+from ftqp.control.paths.path import DURATION, Motion, Path
 from ftqp.core.checks import FloatArray
+from ftqp.core.setting import Settings
 
 
 @final
@@ -18,6 +19,8 @@ class Hold(Path):
         start: The start pose, (4, 4), where the arm stands at time 0.
         duration: How long the pose is held, > 0 [s].
     """
+
+    settings: ClassVar[Settings] = {"duration": DURATION}
 
     def __init__(self, start: Any, *, duration: float) -> None:
         super().__init__(start, duration)

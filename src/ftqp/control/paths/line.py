@@ -1,14 +1,15 @@
 """A straight line."""
 
 from collections.abc import Mapping
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
 from ftqp.control.paths import laws
-from ftqp.control.paths.path import Motion, Path
+from ftqp.control.paths.path import DURATION, Motion, Path
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
+from ftqp.core.setting import Setting, Settings
 
 
 @final
@@ -23,6 +24,14 @@ class Line(Path):
         law: How the way depends on the time: a name, a table, or a ``laws.Law``. Laws that begin and end at
             rest ask for higher peak speeds than ``constant``, which jumps.
     """
+
+    settings: ClassVar[Settings] = {
+        "duration": DURATION,
+        "displacement": Setting(
+            "the way from start to end along W's axes", unit="m", of=tuple[float, float, float]
+        ),
+        "law": laws.LAW,
+    }
 
     def __init__(
         self,
