@@ -9,7 +9,7 @@ import numpy as np
 from ftqp import __version__
 from ftqp.analysis.measures import MEASURES
 from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
-from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
+from ftqp.app.output.console import ExitCode, answer, json_text, say, tell, tell_table
 from ftqp.app.run.runs import write
 from ftqp.app.study.driving import Driven, cluster_at, drive
 from ftqp.app.study.results_file import ResultsFile
@@ -32,14 +32,6 @@ def map_workspace(
     as_json: bool,
 ) -> ExitCode:
     """Compute, sum up and draw the map of a study.
-
-    Args:
-        source: A study's file, or the name of a bundled one.
-        overrides: ``a.b=value`` each.
-        out: The folder to make or to go on with.
-        jobs: Processes; None takes all cores where it is worth it.
-        dask: Address of a Dask scheduler.
-        as_json: Whether the summary is printed as JSON.
 
     Raises:
         InputError: The folder holds something else, or the cluster does not answer.
@@ -66,10 +58,7 @@ def map_workspace(
     facts = _summary(study, found, driven, folder)
     facts["figures"] = [str(file) for file in _figures(study, found, folder)]
     write(folder / SUMMARY, json_text(facts))
-    if as_json:
-        tell_json(facts)
-    else:
-        _tell(study, facts)
+    answer(facts, as_json, lambda: _tell(study, facts))
     return ExitCode.STOPPED if driven.crashed else ExitCode.DONE
 
 

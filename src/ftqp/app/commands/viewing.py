@@ -46,18 +46,6 @@ def view(
 ) -> ExitCode:
     """Serve the page until Ctrl-C.
 
-    Args:
-        choice: A scenario, the folder of a run or of a coverage report, and what takes the place of what a
-            scenario says.
-        host: The address to listen at.
-        port: The port; where it is in use, the next free one.
-        speed: Simulated seconds in a second.
-        browser: Whether a browser is opened.
-        record: A new file for a recording of what was shown; None for none.
-        twin: Whether the naive twin is shown, too.
-        meshes: Which meshes of a URDF are drawn, ``collision``, ``visual`` or ``none``.
-        as_json: Whether the address is printed as JSON.
-
     Raises:
         FtqpError: There is nothing that can be shown, or the page cannot be served.
     """
