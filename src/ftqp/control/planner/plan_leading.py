@@ -1,14 +1,16 @@
 """A plan that leads a planner's null space, and what is left of it after a failure."""
 
-from collections.abc import Callable, Mapping
-from typing import Any, Final, final
+from collections.abc import Mapping
+from typing import Final, final
 
 import numpy as np
 
 from ftqp.control.first_use import warm_up
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
+from ftqp.control.planner.stages import CLOCK, LED, Stage
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
+from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault, Locked
 from ftqp.kernel.entry.session import PlanMemory, Session
 from ftqp.kernel.layout.rows import COMPONENTS
@@ -50,37 +52,40 @@ class PlanLeading:
         task = session.K.task
         turns = {COMPONENTS.index(name) for name in robot.default_rows if name.startswith("r")}
         length = float(task.length) if turns and turns <= set(task.rows[: task.m].tolist()) else 0.0
+        self._K = session.K
         self._memory = PlanMemory(self._q, tips, float(steps[0]), length)
-        self._follow = self._memory.bind(session)
+        self.follow = self._memory.bind(session)
+        """Sets the posture of the next tick."""
         plan.continuation(
             self._q[0], 0.0, (Locked(robot.joints[0]),)
         )  # so that the first failure finds it ready
+
+    @property
+    def stage(self) -> Stage:
+        """Its part in a planner's life."""
+        return Stage(
+            ticks=(CLOCK, *LED),
+            before=self.follow,
+            believe=self._adopt,
+            begin=lambda start, told: self.begin(start.q, told.belief.faults),
+        )
+
+    def _adopt(self, belief: Belief) -> None:
+        """Lead on after a failure from where the arm is sent, once it has begun."""
+        if self._K.state.is_reset:
+            self.believe(self._K.gate.q[: self._q.shape[1]].copy(), belief.faults)
 
     def begin(self, q: FloatArray, faults: Mapping[str, Fault]) -> None:
         """Begin at the row of the plan that is nearest to q, (nv,) [rad or m], its first one if several."""
         away = np.abs(self._rows - q).max(axis=1)
         self._memory.begin(int(np.argmin(away)))
         self.believe(q, faults)
-        self._follow()
+        self.follow()
 
     @property
     def at(self) -> float:
         """The time of the plan at which the tip is [s]."""
         return self._memory.at * self._memory.spacing
-
-    def watched(self, tick: Callable[..., int]) -> Callable[..., int]:
-        """A tick before which the posture is set.
-
-        Args:
-            tick: From its inputs to a status or mistake.
-        """
-        follow = self._follow
-
-        def watched(*inputs: Any) -> int:
-            follow()
-            return tick(*inputs)
-
-        return watched
 
     def believe(self, q: FloatArray, faults: Mapping[str, Fault]) -> None:
         """Lead to the postures verified for these faults, from joints q, (nv,) [rad or m], else to the plan.

@@ -26,6 +26,7 @@ from ftqp.control.planner.probing import probing_of
 from ftqp.control.planner.rest_log import Rest
 from ftqp.control.planner.settings import settled
 from ftqp.control.planner.solver.qp_solver import IN_KERNEL, Solver
+from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
 from ftqp.control.planner.start import StartWatch
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.step_parts import Said
@@ -82,7 +83,7 @@ class Planner(PlannerChanges):
         ModelError: The robot cannot be driven safely.
     """
 
-    __slots__ = ("_at_rest", "_rest", "_said")
+    __slots__ = ("_at_rest", "_free", "_ordinary", "_rest", "_said", "_solver", "_timing")
 
     def __init__(
         self,
@@ -110,7 +111,7 @@ class Planner(PlannerChanges):
             torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
             noise=noise, plan=plan,
         )  # fmt: skip
-        robot, self._inside, self._start = given.robot, OneThread(), StartWatch()
+        robot, self._inside = given.robot, OneThread()
         self._session = filled(
             robot, given.task, given.criterion, given.bounds, emergency,
             level=level, dt=given.dt, drive=given.drive, noise=given.noise,
@@ -129,22 +130,32 @@ class Planner(PlannerChanges):
         )
         self._rest, self._timing = Rest(self._session), timing
         self._at_rest = np.zeros(robot.nv)
-        self._free: FreeJoint | None = None
+        kept = given.task.kept_sets
+        self._free = FreeJoint(self._session, robot, kept) if self._solver.has_qp else None
         degrades = given.task.degrade is not None and self._solver.sizes_may_change
-        self._degrading = Degrading(self._session, given.task.kept_sets) if degrades else None
+        degrading = Degrading(self._session, kept) if degrades else None
         self._leading = None if given.plan is None else PlanLeading(given.plan, self._session, robot)
-        self._fault_response: FaultResponse | None = None
+        self._fault_response = None
         if detector is not None:
             self._fault_response = FaultResponse(
                 detector, self._session, robot, given.drive, given.noise, self._loop, self._believe,
                 self._disbelieve, probing_of(self._session, given, detector),
             )  # fmt: skip
-        tick = self._solver.tick("clock")
-        parts = [part for part in (self._degrading, self._leading, self._fault_response) if part is not None]
-        for part in parts:
-            tick = part.watched(tick)
-        self._ordinary = tick, None if timing or parts or not self._solver.is_compiled else tick
+        parts = (
+            self._loop, self._solver, self._leading, degrading, self._free, StartWatch(self._session.K),
+            self._fault_response,
+        )  # fmt: skip
+        self._stages = tuple(part.stage for part in parts if part is not None)
+        self._ordinary = self._solver.tick(CLOCK)
         self._heal()
+
+    def _ticks(self) -> tuple[Tick, Tick | None]:
+        free = None if self._free is None else self._free.tick
+        if free is not None:
+            return staged(free, FREE, self._stages), None
+        tick = staged(self._ordinary, CLOCK, self._stages)
+        alone = tick is self._ordinary and self._solver.is_compiled and not self._timing
+        return tick, tick if alone else None
 
     def stop(self) -> None:
         """Brake every healthy joint from the next step on and hold it, until ``resume`` or ``reset``."""
@@ -214,10 +225,7 @@ class Planner(PlannerChanges):
         """
         kind = {PathMemory: "path", BaseMemory: "base", JointsMemory: "joints"}[type(leader)]
         refuse(leader=kind, level=self.level, mode=self.task.mode)
-        tick = self._solver.tick(kind, *leader.arguments())
-        for part in (self._leading, self._fault_response):
-            tick = tick if part is None else part.watched(tick)
-
+        tick = staged(self._solver.tick(kind, *leader.arguments()), kind, self._stages)
         path = leader if isinstance(leader, PathMemory) else None
 
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:

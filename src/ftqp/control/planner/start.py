@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.planner.fitting import weight_sentence
+from ftqp.control.planner.stages import Stage
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.rows import COMPONENTS
@@ -17,20 +18,28 @@ _LOG = logging.getLogger("ftqp")
 
 
 class StartWatch:
-    """Says once of a start what is wrong with it, as one warning on the logger ``ftqp``."""
+    """Says once of a start what is wrong with it, as one warning on the logger ``ftqp``.
 
-    def __init__(self) -> None:
-        self._said = ""
+    Args:
+        K: The planner's rooms: its task, and what it believes of the joints.
+    """
 
-    def look(self, robot: Robot, K: Any, q: FloatArray) -> None:
+    def __init__(self, K: Any) -> None:
+        self._K, self._said = K, ""
+
+    @property
+    def stage(self) -> Stage:
+        """Its part in a planner's life."""
+        return Stage(begin=lambda start, told: self.look(told.fitting.robot, start.q))
+
+    def look(self, robot: Robot, q: FloatArray) -> None:
         """Warn of a start that is not what it seems; the warning of the start before is not repeated.
 
         Args:
             robot: The arm as it is fitted.
-            K: The planner's rooms: its task, and what it believes of the joints.
             q: Joint positions, (nv,) [rad or m].
         """
-        sentence = "; ".join(_sentences(robot, K, q))
+        sentence = "; ".join(_sentences(robot, self._K, q))
         if sentence and sentence != self._said:
             _LOG.warning("%s: %s", robot.name, sentence)
         self._said = sentence
