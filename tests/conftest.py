@@ -1,4 +1,4 @@
-"""For all tests: how long a case takes decides nothing, as machines differ; tests of whole scripts are slow."""
+"""For all tests: how long a case takes decides nothing, as machines differ; whole scripts are slow."""
 
 from pathlib import Path
 
