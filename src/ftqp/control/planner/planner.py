@@ -12,26 +12,23 @@ from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.closed_loop import Blocks
 from ftqp.control.planner.degrading import Degrading
-from ftqp.control.planner.fault_response import FaultResponse
 from ftqp.control.planner.filling import filled
-from ftqp.control.planner.fitting import Fitting
 from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import converted_tick, is_row, measured_tick, mistake, not_a_target
 from ftqp.control.planner.lead import Lead
-from ftqp.control.planner.leading_plan import LeadingPlan
+from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading
 from ftqp.control.planner.one_thread import OneThread, guarded
-from ftqp.control.planner.plan_leading import PlanLeading
 from ftqp.control.planner.planner_changes import PlannerChanges
-from ftqp.control.planner.probing import probing_of
-from ftqp.control.planner.rest_log import Rest
+from ftqp.control.planner.response.fault_response import FaultResponse
+from ftqp.control.planner.response.probing import probing_of
 from ftqp.control.planner.settings import settled
 from ftqp.control.planner.solver.qp_solver import IN_KERNEL, Solver
 from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
-from ftqp.control.planner.start import StartWatch
+from ftqp.control.planner.start import Rest, StartWatch
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.step_parts import Said
 from ftqp.control.planner.target import Target, Targets
-from ftqp.control.planner.wanted import Wanted
+from ftqp.control.planner.wanted import Fitting, Wanted
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse

@@ -15,12 +15,11 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.planner.braking_reserve import braking_reserve, count_on
-from ftqp.control.planner.fitting import Fitting, warn_of_weight
 from ftqp.control.planner.one_thread import OneThread, guarded
 from ftqp.control.planner.planner_facts import PlannerFacts
 from ftqp.control.planner.stages import Stage, Tick
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.wanted import Start, Wanted
+from ftqp.control.planner.wanted import Fitting, Start, Wanted, warn_of_weight
 from ftqp.core.checks import array, frozen
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault

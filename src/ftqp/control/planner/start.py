@@ -1,13 +1,15 @@
-"""What is to be said of the posture from which a planner begins: singular, too heavy, not redundant."""
+"""What the log says of the posture where a planner begins, and of an arm that holds short of its target."""
 
 import logging
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.planner.fitting import weight_sentence
 from ftqp.control.planner.stages import Stage
+from ftqp.control.planner.step import Step
+from ftqp.control.planner.wanted import weight_sentence
 from ftqp.core.checks import FloatArray
+from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.chain import frame_id
@@ -71,3 +73,35 @@ def _sentences(robot: Robot, K: Any, q: FloatArray) -> list[str]:
             "costs a direction; follow fewer rows, Task(rows=...), if the work allows it"
         )
     return found
+
+
+@final
+class Rest:
+    """Says when the arm begins and ends to hold, once each.
+
+    Args:
+        session: The planner's.
+
+    Attributes:
+        held: Whether the arm held when this was last asked.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._holding = session.field("calm", "holding")
+        self.held = False
+
+    def tell(self, step: Step) -> None:
+        """Log a change.
+
+        Args:
+            step: The last step.
+        """
+        held = bool(self._holding[0])
+        if held == self.held:
+            return
+        self.held = held
+        if held:
+            turned = f" and {step.rotation_error:.3g} rad" if step.rotation_error > 0.0 else ""
+            _LOG.info("holding, out of reach by %.3g mm%s", 1e3 * step.position_error, turned)
+        else:
+            _LOG.info("no longer holding: the target, the working joints or the place of the arm has changed")
