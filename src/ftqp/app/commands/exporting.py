@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -10,9 +10,6 @@ from ftqp import __version__
 from ftqp.app.commands.options import Json
 from ftqp.app.output.console import ExitCode, answer, progress, say, tell
 from ftqp.core.errors import InputError, unknown
-
-if TYPE_CHECKING:
-    pass  # loads numpy
 
 FORMATS = {
     "mcap": ("bag", "a ROS 2 bag in the MCAP format, for Foxglove, PlotJuggler, RViz and `ros2 bag play`"),
