@@ -28,19 +28,7 @@ LENGTH_FRACTION = 1.0 / 6.0
 
 
 class Shape(TypedDict, total=False):
-    """What every reader of a robot may be told by keyword, beside what is in its source.
-
-    Attributes:
-        limits: Limits that replace the model's, all or some (``{"v_max": 1.0}``), each (nv,) or one number.
-        acceleration: The acceleration limit a_max, (nv,) or one number, > 0 [rad/s2 or m/s2]. A larger one
-            lets the arm brake later and harder. None takes ``v_max / RISE_TIME``, and a finding says so.
-        neutral: A configuration inside the limits, (nv,) [rad or m], or the name of one that the model keeps.
-            None takes a posture that the model names, or a regular one in the middle of the range, see
-            ``ftqp.model.neutral.neutral_posture``.
-        default_rows: The task rows that the robot is meant for, of x, y, z, rx, ry, rz; all where not given.
-        length: The characteristic length, > 0 [m]. A larger one makes rotation count more beside position.
-            None takes a sixth of the reach.
-    """
+    """What every reader may be told by keyword; ``Robot.from_pinocchio`` says what each is."""
 
     limits: JointLimits | Mapping[str, Any] | None
     acceleration: Any
@@ -50,15 +38,7 @@ class Shape(TypedDict, total=False):
 
 
 class Wishes(Shape, total=False):
-    """What a reader of a model or file may be told by keyword.
-
-    Attributes:
-        q_locked: Positions of held joints by name [rad or m]; a joint without an entry is held at neutral.
-        name: The robot's name; None takes the model's.
-        gravity: Gravity in the base frame, (3,) [m/s2]; None takes the model's.
-        kinematics_only: Whether masses and rotor inertias are dropped; torques are then neither limited nor
-            minimised.
-    """
+    """What a reader of a model or file may be told by keyword."""
 
     q_locked: Mapping[str, float] | None
     name: str | None

@@ -31,9 +31,25 @@ class Readers:
             model: The pinocchio model.
             tip: The name of the controlled frame; None takes the only end of the model.
             locked: Joints to hold, by name or 0-based index; joints off the chain are held anyway.
-            wishes: By keyword, what is to take the place of what the model has: limits, acceleration,
-                neutral, default_rows, length, q_locked, name, gravity and kinematics_only, each as in
-                ``ftqp.model.build.Wishes`` and ``Shape``.
+            wishes: Keyword arguments, each of which may be left out:
+
+                - ``limits``: Limits that replace the model's, all or some (``{"v_max": 1.0}``), each (nv,) or
+                  one number.
+                - ``acceleration``: The acceleration limit a_max, (nv,) or one number, > 0 [rad/s2 or m/s2]. A
+                  larger one lets the arm brake later and harder. None takes ``v_max / RISE_TIME``, and a
+                  finding says so.
+                - ``neutral``: A configuration inside the limits, (nv,) [rad or m], or the name of one that
+                  the model keeps. None takes a posture that the model names, or a regular one in the middle
+                  of the range, see ``ftqp.model.neutral.neutral_posture``.
+                - ``default_rows``: The task rows that the robot is meant for, of x, y, z, rx, ry, rz.
+                - ``length``: The characteristic length, > 0 [m]. A larger one makes rotation count more
+                  beside position. None takes a sixth of the reach.
+                - ``q_locked``: Positions of held joints by name [rad or m]; a joint without an entry is held
+                  at neutral.
+                - ``name``: The robot's name; None takes the model's.
+                - ``gravity``: Gravity in the base frame, (3,) [m/s2]; None takes the model's.
+                - ``kinematics_only``: Whether masses and rotor inertias are dropped; torques are then neither
+                  limited nor minimised.
 
         Raises:
             InputError: A tip or joint is unknown, or a shape is wrong.
