@@ -29,6 +29,8 @@ class Square(Path):
     Source: the square task of Jin et al. 2017, with each side at rest at its corners (``docs/jin2017.md``).
     """
 
+    __slots__ = ("_basis", "_law")
+
     def __init__(
         self,
         start: Any,
