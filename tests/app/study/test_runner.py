@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from tests.app.study.jobs import COLUMNS, Squares, expected
 
+from ftqp.app.study import runner
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile
 from ftqp.app.study.runner import DEAD_WORKERS, refuse_wrong_workers, run_study
 from ftqp.app.study.workers import LocalProcesses
@@ -47,6 +48,22 @@ def test_every_missing_item_gets_its_row_and_no_other(tmp_path: Path, jobs: int)
         assert (outcome.items, outcome.computed, outcome.crashed) == (17, 17, {})
         assert run_study(Squares(fails=3), 37, results, what="squares", jobs=jobs).computed == 20
         assert results.table() == expected(37)
+
+
+def test_work_that_is_long_goes_on_in_processes_in_chunks_that_grow(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runner, "SHORT", 0.0)
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    with results_in(tmp_path) as results:
+        run_study(Squares(), 300, results, what="squares")
+        assert results.table() == expected(300)
+    with closing(sqlite3.connect(tmp_path / FILE_NAME)) as connection:
+        chunks = connection.execute(
+            "SELECT worker, count(*) FROM results GROUP BY worker, seconds ORDER BY min(item)"
+        ).fetchall()
+    here = [count for worker, count in chunks if worker.endswith(f":{os.getpid()}")]
+    assert here == [1, 4, 16] and max(count for _, count in chunks) > 16
 
 
 def test_only_items_of_the_study_are_counted_where_it_had_more_before(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ftqp import __version__
-from ftqp.analysis.measures import MEASURES
+from ftqp.analysis import WorkspaceReport
 from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
 from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
 from ftqp.app.run.runs import write
@@ -73,8 +73,7 @@ def _summary(
 ) -> dict[str, Any]:
     """What ``summary.json`` holds."""
     joints = (*study.robot.joints, ANY)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        means = {name: _means(found[name]) for name in MEASURES}
+    means = WorkspaceReport.of(study.task, found["places"], found).means()
     return {
         "study": study.name,
         "robot": study.robot.name,
@@ -87,21 +86,14 @@ def _summary(
         "failed_lines": int(found["failed"].sum()),
         "runs": int(found["runs"].sum()),
         "unresolved": int(found["unresolved"].sum()),
-        "means": {name: dict(zip(joints, values, strict=True)) for name, values in means.items()},
-        "starts_with_R100_of_100": dict(
-            zip(joints, (found["R100"] >= WHOLE).sum(axis=0).tolist(), strict=True)
-        ),
-        "starts_with_C100_of_100": dict(
-            zip(joints, (found["C100"] >= WHOLE).sum(axis=0).tolist(), strict=True)
-        ),
+        "means": {name: dict(zip(joints, values.tolist(), strict=True)) for name, values in means.items()},
+        **{
+            f"starts_with_{name}_of_100": dict(
+                zip(joints, (found[name] >= WHOLE).sum(axis=0).tolist(), strict=True)
+            )
+            for name in ("R100", "C100")
+        },
     }
-
-
-def _means(values: FloatArray) -> list[float]:
-    """The mean of each column over the starts at which it is known."""
-    known = ~np.isnan(values)
-    sums = np.where(known, values, 0.0).sum(axis=0)
-    return [float(s / c) if c else float("nan") for s, c in zip(sums, known.sum(axis=0), strict=True)]
 
 
 def _figures(study: WorkspaceStudy, found: dict[str, FloatArray], folder: Path) -> list[Path]:

@@ -172,7 +172,7 @@ class WatchedArm:
         assert self._made is not None
         self._player.plant.advance(self._made.step)
 
-    def facts(self, k: int, twin: "WatchedArm | None") -> Facts:
+    def facts(self, k: int, twin: "WatchedArm | None" = None) -> Facts:
         """The facts of tick k, between ``think`` and ``move``."""
         assert self._made is not None
         player, step = self._player, self._made.step
