@@ -46,9 +46,6 @@ def kept_campaign(folder: Path) -> dict[str, Any] | None:
     claimed, ``given_up`` says at how many the worker died, ``missing`` how many more were asked for and have
     no result, and ``command`` runs the campaign. Without its rows there is what the summary says.
 
-    Args:
-        folder: Made by ``ftqp campaign``.
-
     Raises:
         InputError: Its summary or its results are not readable.
     """

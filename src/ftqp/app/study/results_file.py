@@ -127,12 +127,7 @@ class ResultsFile:
         )
 
     def crash(self, items: Sequence[int], why: str) -> None:
-        """Note items at which a process died, or may die; they are tried again when the study is continued.
-
-        Args:
-            items: Numbers of the items.
-            why: What is said of them.
-        """
+        """Note items at which a process died, or may die; whoever continues the study tries them again."""
         self._commit({_CRASH: [(item, why) for item in items]})
 
     def clear(self, items: Sequence[int]) -> None:
@@ -163,14 +158,7 @@ class ResultsFile:
                 raise self.wrong(item, name, value, MEANT[kind])
 
     def wrong(self, item: int, column: str, value: Any, expected: str) -> InputError:
-        """What to say of a value that the study did not write.
-
-        Args:
-            item: The row.
-            column: The column.
-            value: What is there.
-            expected: What could be there.
-        """
+        """What to say of a value that the study did not write."""
         return InputError(
             f"row {item} of {self.path} has {value!r:.60} as {column}, expected {expected}; take it out by "
             f'sqlite3 FILE "DELETE FROM results WHERE item = {item}", and it is computed anew'
@@ -258,9 +246,6 @@ def locked(folder: Path, remedy: str) -> sqlite3.Connection:
 
 def read_only(file: Path) -> sqlite3.Connection:
     """A connection to a file that is only read, also one of an older ftqp in a folder that nobody can write.
-
-    Args:
-        file: The results file, which exists.
 
     Raises:
         InputError: A file beside it is a pipe or another one at which SQLite would wait.

@@ -33,33 +33,19 @@ CURE: Final = "free the disk, or make it writable, and nothing is lost"
 
 
 def code(error: Exception) -> int:
-    """SQLite's primary code of an error; 0 where it has none.
-
-    Args:
-        error: Any.
-    """
+    """SQLite's primary code of an error; 0 where it has none."""
     return int(getattr(error, "sqlite_errorcode", 0) or 0) & 0xFF
 
 
 def reason(error: Exception) -> str:
-    """Why a file cannot be used.
-
-    Args:
-        error: What came of it.
-    """
+    """Why a file cannot be used."""
     said = str(getattr(error, "strerror", None) or error)
     meaning = MEANINGS.get(code(error))
     return f"{said} ({meaning})" if meaning else said
 
 
 def make_tables(connection: sqlite3.Connection, facts: Mapping[str, Any], columns: Columns) -> None:
-    """Make the tables, all or none.
-
-    Args:
-        connection: To an empty file.
-        facts: What the file says of its study, by key.
-        columns: The values of an item.
-    """
+    """Make the tables, all or none."""
     run = connection.execute
     run("BEGIN")
     run(ABOUT)
@@ -72,10 +58,6 @@ def make_tables(connection: sqlite3.Connection, facts: Mapping[str, Any], column
 
 def facts_of(connection: sqlite3.Connection, path: Path) -> dict[str, Any]:
     """What a file says about its study, by key.
-
-    Args:
-        connection: To the file.
-        path: The file.
 
     Raises:
         InputError: It is no results file, but for example a view that never ends, or a newer one.
@@ -162,9 +144,5 @@ def _results_table(columns: Mapping[str, str]) -> str:
 
 
 def quoted(name: str) -> str:
-    """A column's name as SQL wants it.
-
-    Args:
-        name: Of the column.
-    """
+    """A column's name as SQL wants it."""
     return '"' + name.replace('"', '""') + '"'

@@ -44,9 +44,6 @@ class Outcome:
     def refuse_gaps(self, called: str) -> None:
         """Refuse to go on without every row.
 
-        Args:
-            called: What the items are called.
-
         Raises:
             FtqpError: An item was given up.
         """
@@ -59,10 +56,6 @@ class Outcome:
 
 def refuse_wrong_workers(jobs: int | None, dask: str | None) -> None:
     """Refuse what cannot say who computes.
-
-    Args:
-        jobs: What ``--jobs`` says.
-        dask: What ``--dask`` says.
 
     Raises:
         InputError: There are no jobs, or both say who computes.

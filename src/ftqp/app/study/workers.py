@@ -63,12 +63,7 @@ class Workers(ABC):
 
 
 def compute(work: Work, items: tuple[int, ...]) -> Computed:
-    """The rows of some items.
-
-    Args:
-        work: What computes them.
-        items: Numbers of the items.
-    """
+    """The rows of some items."""
     began = now()
     with no_interrupt_lost():
         rows = work(items)

@@ -119,11 +119,7 @@ class WorkspaceStudy:
         return np.vstack([np.zeros(3), joints])
 
     def arrays(self, rows: Sequence[Sequence[Any]]) -> dict[str, FloatArray]:
-        """The rows of a results file as arrays: ``places``, each measure, (P, nv + 1), and each count, (P,).
-
-        Args:
-            rows: As ``ResultsFile.table`` returns them, the number of the start first.
-        """
+        """The rows of a results file as arrays: ``places``, measures, (P, nv + 1) each, counts, (P,) each."""
         table = np.array(rows, dtype=np.float64).reshape(len(rows), 1 + len(self.columns))[:, 1:]
         width = self.robot.nv + 1
         ends = np.cumsum([self.places.shape[1], *[width] * len(MEASURES), *[1] * len(COUNTS)])

@@ -71,10 +71,6 @@ class LogWriter(RowSink):
     def write(self, first: int, rows: FloatArray) -> None:
         """Put rows on file. Interrupted at any point, it can be called again.
 
-        Args:
-            first: number of the first of these rows.
-            rows: (K, columns).
-
         Raises:
             FtqpError: the file cannot be written, for example because the disk is full.
         """
