@@ -83,7 +83,7 @@ class ResultsFile:
             _refuse_strange_files(self.path)
             folder.mkdir(parents=True, exist_ok=True)
             opened.enter_context(closing(locked(folder, remedy)))
-            connection = sqlite3.connect(self.path, isolation_level=None, timeout=PATIENCE)
+            connection = sqlite3.connect(self.path, isolation_level="IMMEDIATE", timeout=PATIENCE)
             self._connection = opened.enter_context(closing(connection))
             opened.callback(self._leave_log)
             self._connection.execute("PRAGMA trusted_schema = OFF")
@@ -177,12 +177,9 @@ class ResultsFile:
     def _commit(self, changes: Mapping[str, Iterable[tuple[Any, ...]]]) -> None:
         """Everything or nothing: statements with the values for which each is run."""
         try:
-            if self._connection.in_transaction:
-                self._connection.execute("ROLLBACK")
-            self._connection.execute("BEGIN IMMEDIATE")
-            for statement, values in changes.items():
-                self._connection.executemany(statement, values)
-            self._connection.execute("COMMIT")
+            with self._connection:
+                for statement, values in changes.items():
+                    self._connection.executemany(statement, values)
         except sqlite3.Error as error:
             raise FtqpError(
                 f"results file {self.path} cannot be written: {reason(error)}; what was written before is "

@@ -46,14 +46,11 @@ def reason(error: Exception) -> str:
 
 def make_tables(connection: sqlite3.Connection, facts: Mapping[str, Any], columns: Columns) -> None:
     """Make the tables, all or none."""
-    run = connection.execute
-    run("BEGIN")
-    run(ABOUT)
-    run(CRASHED)
-    run(_results_table(columns))
     encoded = [(key, json.dumps(value, allow_nan=False)) for key, value in facts.items()]
-    connection.executemany("INSERT INTO about VALUES (?, ?)", encoded)
-    run("COMMIT")
+    with connection:
+        for statement in ("BEGIN", ABOUT, CRASHED, _results_table(columns)):
+            connection.execute(statement)
+        connection.executemany("INSERT INTO about VALUES (?, ?)", encoded)
 
 
 def facts_of(connection: sqlite3.Connection, path: Path) -> dict[str, Any]:
