@@ -101,9 +101,6 @@ class Campaign:
     def drawn(self, number: int) -> tuple[dict[str, Any], dict[str, Any]]:
         """The scenario's tables of an episode, and what was drawn for it.
 
-        Args:
-            number: Of the episode.
-
         Raises:
             InputError: A distribution is wrong.
         """
@@ -113,9 +110,6 @@ class Campaign:
     def setup(self, number: int) -> Setup:
         """An episode ready to be run.
 
-        Args:
-            number: Of the episode.
-
         Raises:
             InputError: A distribution is wrong.
             ScenarioError: What was drawn is no scenario.
@@ -124,10 +118,6 @@ class Campaign:
 
     def setup_of(self, number: int, content: dict[str, Any]) -> Setup:
         """An episode ready to be run, from its tables.
-
-        Args:
-            number: Of the episode.
-            content: The scenario's tables as they were drawn.
 
         Raises:
             ScenarioError: What was drawn is no scenario.
@@ -167,12 +157,7 @@ class EpisodeWork:
         return {"drawn": json.dumps(drawn, default=str)} | self.row_of(number, content)
 
     def row_of(self, number: int, content: dict[str, Any]) -> dict[str, Any]:
-        """What came of an episode, by column, from its tables.
-
-        Args:
-            number: Of the episode.
-            content: The scenario's tables as they were drawn.
-        """
+        """What came of an episode, by column, from its tables."""
         try:
             with _quietly():
                 return self._judged(self.campaign.setup_of(number, content))
@@ -208,21 +193,11 @@ class EpisodeWork:
         }
 
     def verdict(self, setup: Setup, log: Log) -> Verdict:
-        """What the referee says of a run.
-
-        Args:
-            setup: The run.
-            log: Its log.
-        """
+        """What the referee says of a run."""
         return verdict(self._arm(setup), self.shown(setup, log), self._strictness(setup))
 
     def shown(self, setup: Setup, log: Log) -> Evidence:
-        """What the referee is shown of a run, and for how long the target can certainly be followed.
-
-        Args:
-            setup: The run.
-            log: Its log.
-        """
+        """What the referee is shown of a run, and for how long the target can certainly be followed."""
         run = evidence(setup, log)
         blind = [] if setup.tables.sensors is None else setup.tables.sensors.faults
         failing = [*(failure.since for failure in run.failures), *(fault.at for fault in blind)]

@@ -49,9 +49,6 @@ def evidence(setup: Setup, log: Log) -> Evidence:
 def failures(setup: Setup) -> list[Failure]:
     """What really fails in a run.
 
-    Args:
-        setup: The run.
-
     Raises:
         InputError: The referee does not judge such a fault.
     """
@@ -83,11 +80,7 @@ def _deceleration(setup: Setup, joint: int, fault: object) -> float:
 
 
 def model_file(setup: Setup) -> ModelFile:
-    """The arm as the referee reads it, from its URDF.
-
-    Args:
-        setup: The run.
-    """
+    """The arm as the referee reads it, from its URDF."""
     robot = setup.robot
     return ModelFile.read(
         robot.to_urdf(), link_names(robot.joints, robot.tip)[-1], gravity=robot.chain.gravity
