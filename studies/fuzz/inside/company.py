@@ -97,9 +97,7 @@ def thread_inside(world: World) -> Any:
 
 def thread_beside_a_call(world: World, mine: Told) -> None:
     """While the caller is at some line of telling something, another thread calls."""
-    joints = {world.made.robot.joint(name) for name in {**mine.told, **world.told}
-              if mine.told.get(name) != world.told.get(name)}  # fmt: skip
-    theirs = _else(world, joints)
+    theirs = _else(world, {world.made.robot.joint(name) for name in mine.joints})
     steps = world.rng.random() < 0.4
     other = Other(world.make if steps else theirs.call)
     at_line(world, mine.name, mine.call, other.now)

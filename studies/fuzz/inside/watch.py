@@ -150,8 +150,8 @@ class Watch:
         over[0] = np.maximum(self._low - sent, sent - self._high)
         self._excuse(over[0], time)
         over[1] = _over(sent - self._sent, time * most + passed * self._lead * dt * self._healthy["a_max"])
-        if self._drive != "position":  # what is sent there is the reference again, which follows what is seen
-            over[1, self._was_failed & (self._kinds == 0)] = -1.0
+        if self._drive != "position":  # of a mended joint that is the reference again once the gate is open
+            over[1, (self._was_failed | (self._sent != self.q)) & (self._kinds == 0)] = -1.0
         over[2] = _over(v, np.maximum(v_max, last))
         over[3] = _over(q - self.q, time * (most if self._jumped or passed > 1 else top))
         a_max = self._a_max if passed == 1 else np.maximum(self._a_max, self._a_was)

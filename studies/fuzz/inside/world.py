@@ -132,12 +132,13 @@ class World:
         if kind == "report":
             fault = self.drawn_fault()
             name = robot.joints[robot.joint(fault.joint)]
-            return Told("report", lambda: planner.report(fault), {**self.told, name: fault})
+            told = {**self.told, name: fault}
+            return Told("report", lambda: planner.report(fault), told, joints=frozenset({name}))
         if kind == "withdraw":
             names = list(self.told) or list(robot.joints)
             name = names[int(rng.integers(len(names)))]
             left = {joint: fault for joint, fault in self.told.items() if joint != name}
-            return Told("withdraw", lambda: planner.withdraw(name), left)
+            return Told("withdraw", lambda: planner.withdraw(name), left, joints=frozenset({name}))
         if kind == "reset":
             q, v = self.drawn_start()
             return Told("reset", lambda: planner.reset(q, v), self.told, start=(q, v))
@@ -199,12 +200,14 @@ class Told:
         call: Makes it, as often as one likes.
         told: What is believed then, by joint name.
         start: Where the planner then begins, (q, v); None is where it is.
+        joints: The names of the joints that it tells of.
     """
 
     name: str
     call: Callable[[], Any]
     told: dict[str, Any]
     start: tuple[Array, Array | None] | None = None
+    joints: frozenset[str] = frozenset()
 
     def happened(self, world: World) -> None:
         """Note that it was made as a whole."""

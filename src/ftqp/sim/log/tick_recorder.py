@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.step_facts import measures_of
+from ftqp.control.planner.step_parts import measures_of
 from ftqp.core import clock
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Fault, refuse_unknown

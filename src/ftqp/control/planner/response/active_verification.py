@@ -4,7 +4,7 @@ from typing import Final, final
 
 import numpy as np
 
-from ftqp.control.planner.probing import swing
+from ftqp.control.planner.response.probing import swing
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import LOCKED, DriveKind

@@ -9,10 +9,11 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
-from ftqp.control.planner.active_verification import ActiveVerification
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.given_arrays import sized
-from ftqp.control.planner.probing import Probing
+from ftqp.control.planner.response.active_verification import ActiveVerification
+from ftqp.control.planner.response.probing import Probing
+from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.core.checks import FloatArray
 from ftqp.faults.detection.detector import Detector
 from ftqp.faults.detection.diagnosis import Diagnosis, Finding
@@ -78,7 +79,7 @@ class FaultResponse:
         self._withdraw, self._probing = withdraw, probing
         self._verification = ActiveVerification(session, n, asks=probing is not None)
         self._dt = float(K.state.dt)
-        self._tick = self.detector.tick
+        self._look = self.detector.tick
         self._tau: FloatArray = NO_TORQUE
         sent = K.feedback.tau_sent[:n] if K.feedback.kind == DriveKind.TORQUE else NO_TORQUE
         self._q, self._sent = K.state.given_q[:n], sent
@@ -92,31 +93,34 @@ class FaultResponse:
         """What the detector holds for likely."""
         return self.detector.diagnosis
 
-    def watched(self, tick: Callable[..., int]) -> Callable[..., int]:
-        """A tick after which the detector looks at the arm.
+    @property
+    def stage(self) -> Stage:
+        """Its part in a planner's life."""
+        return Stage(
+            ticks=(CLOCK, FREE, *LED),
+            after=self.look,
+            mount=self.detector.fit,
+            begin=lambda start, _: self.reset(start.q),
+        )
+
+    def look(self, code: int, inputs: tuple[Any, ...]) -> None:
+        """Let the detector look at the arm after a tick, and act upon what it sees.
 
         Args:
-            tick: From its inputs, the measured configuration first, to a status or mistake.
+            code: The tick's status or mistake.
+            inputs: What the step was given, the measured configuration first.
         """
-        look, q, sent, loop = self._tick, self._q, self._sent, self._loop
-        probing, verification = self._probing, self._verification
-        q_ref, v_ref, a_ref = self._reference
-
-        def watched(*inputs: Any) -> int:
-            code = tick(*inputs)
-            if code >= 0:
-                at = self._angles(inputs[0]) if self._turns else q
-                seen = look(at, self._tau, q_ref, v_ref, a_ref, sent)
-                self._tau = NO_TORQUE
-                if seen > 0 or loop.caution < 1.0:
-                    self._respond()
-                if probing is not None:
-                    probing.look(self._suspect())
-                if verification.active:
-                    self._reconsider()
-            return code
-
-        return watched
+        if code < 0:
+            return
+        at = self._angles(inputs[0]) if self._turns else self._q
+        seen = self._look(at, self._tau, *self._reference, self._sent)
+        self._tau = NO_TORQUE
+        if seen > 0 or self._loop.caution < 1.0:
+            self._respond()
+        if self._probing is not None:
+            self._probing.look(self._suspect())
+        if self._verification.active:
+            self._reconsider()
 
     def _angles(self, q: Any) -> FloatArray:
         """Joint values, unwrapped to the turn of the command."""
