@@ -35,8 +35,8 @@ import ftqp
 from ftqp.analysis.survival.continuing import continuation_study
 from ftqp.app.run.healthy_motion import healthy_motion
 from ftqp.app.scenario.setup import load
-from ftqp.app.study.driving import drive
 from ftqp.app.study.results_file import ResultsFile
+from ftqp.app.study.runner import run_study
 from ftqp.kernel.layout.survival import SURVIVED, Survival
 
 SCENARIOS = ("zhang7-path", "zhang7-short", "panda-y-line", "iiwa-x-line", "planar3-line")
@@ -225,7 +225,7 @@ def main() -> int:
         key = f"{options.seed} {options.cases} {ftqp.__version__}"
         with ResultsFile(folder, kind="coverage in closed loop", key=key, columns=COLUMNS) as results:
             work = Locks(options.seed, options.cases, subjects)
-            drive(work, options.cases * len(subjects), results, what="locks", jobs=1)
+            run_study(work, options.cases * len(subjects), results, what="locks", jobs=1)
             found = _summary(results.table())
     result = {
         **circumstances("study_coverage", [], {"cases": options.cases, "seed": options.seed}),

@@ -26,8 +26,8 @@ from bench.tables import Table
 from scipy.stats import binomtest
 
 import ftqp
-from ftqp.app.study.driving import drive
 from ftqp.app.study.results_file import ResultsFile
+from ftqp.app.study.runner import run_study
 
 DT, SIGMA, DURATION, NEAR = 1e-3, 1e-4, 2.4, 25.0
 ROBOTS, DRIVES = ("panda", "iiwa14"), ("position", "velocity", "torque")
@@ -176,7 +176,7 @@ def main() -> int:
         folder = Path(scratch) if options.keep is None else Path(options.keep)
         key = f"{options.seed} {ftqp.__version__} {DURATION}"
         with ResultsFile(folder, kind="detected locks", key=key, columns=COLUMNS) as results:
-            drive(Locks(options.seed), options.cases, results, what="detected locks", jobs=1)
+            run_study(Locks(options.seed), options.cases, results, what="detected locks", jobs=1)
             found = _summary(results.table())
     result = {
         **circumstances("study_detected_locks", [], {"cases": options.cases, "seed": options.seed}),

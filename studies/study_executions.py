@@ -29,8 +29,8 @@ from study_coverage import OWN, SCENARIOS, TOLERANCE, Subject
 import ftqp
 from ftqp.app.run.healthy_motion import task_of
 from ftqp.app.scenario.setup import load
-from ftqp.app.study.driving import drive
 from ftqp.app.study.results_file import ResultsFile
+from ftqp.app.study.runner import run_study
 from ftqp.kernel.layout.survival import SURVIVED, Survival
 
 METHODS = ("constant", "spline", "dp")
@@ -112,7 +112,7 @@ def main() -> int:
         key = f"{options.seed} {options.cases} {ftqp.__version__}"
         with ResultsFile(folder, kind="plans executed", key=key, columns=COLUMNS) as results:
             work = Executions(options.seed, options.cases, subjects)
-            drive(work, options.cases * len(subjects), results, what="locks", jobs=options.jobs)
+            run_study(work, options.cases * len(subjects), results, what="locks", jobs=options.jobs)
             found = summed_up(results.table())
     result = {
         **circumstances("study_executions", [], {"cases": options.cases, "seed": options.seed}),

@@ -53,7 +53,7 @@ def _campaign(folder: Path) -> None:
     rows = EpisodeWork(campaign=made)(range(3))
     with ResultsFile(folder, kind=KIND, key=KEY, columns=COLUMNS) as results:
         results.write([0, 1, 2], rows, 1.0, "me")
-        results.crash(3, "it died")
+        results.crash([3], "it died")
     names = ("episode", *COLUMNS)
     facts = summary("safety", [dict(zip(names, (k, *row), strict=True)) for k, row in enumerate(rows)])
     facts |= {"computed_now": 3, "crashed": {}, "seconds": 1.0, "folder": str(folder)}

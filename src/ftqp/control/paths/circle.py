@@ -29,6 +29,8 @@ class Circle(Path):
         turns: How many times round, n, > 0, without unit; it need not be whole.
     """
 
+    __slots__ = ("_angle", "_basis", "_law")
+
     settings: ClassVar[Settings] = {
         "duration": DURATION,
         "radius": Setting("radius, > 0", unit="m", above=0.0),

@@ -20,6 +20,8 @@ class Hold(Path):
         duration: How long the pose is held, > 0 [s].
     """
 
+    __slots__ = ()
+
     settings: ClassVar[Settings] = {"duration": DURATION}
 
     def __init__(self, start: Any, *, duration: float) -> None:

@@ -25,6 +25,8 @@ class Line(Path):
             rest ask for higher peak speeds than ``constant``, which jumps.
     """
 
+    __slots__ = ("_displacement", "_law")
+
     settings: ClassVar[Settings] = {
         "duration": DURATION,
         "displacement": Setting(

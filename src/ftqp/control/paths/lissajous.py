@@ -30,6 +30,8 @@ class Lissajous(Path):
         axes: The directions a and b in W, perpendicular to each other.
     """
 
+    __slots__ = ("_basis", "_frequency", "_law", "_phase")
+
     settings: ClassVar[Settings] = {
         "duration": DURATION,
         "amplitudes": Setting("how far each direction swings, >= 0", unit="m", of=tuple[float, float]),

@@ -66,6 +66,8 @@ class Path(ABC):
         settings: What a file may say of a path of this kind, by argument.
     """
 
+    __slots__ = ("_duration", "_start")
+
     settings: ClassVar[Settings]
 
     def __init__(self, start: Any, duration: float) -> None:

@@ -4,7 +4,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, positive
+from ftqp.core.checks import FloatArray, array, positive, seen
 from ftqp.core.errors import InputError, unknown
 from ftqp.core.setting import Setting, Settings
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
@@ -39,6 +39,11 @@ class ServoPlant(Plant):
     Source: Holt and Desrochers 1994: the increments are a fit to their tables.
     """
 
+    __slots__ = (
+        "_drive", "_dt", "_leads", "_q", "_robot", "_set", "_shown", "_substeps", "_tau", "_v",
+        "_works",
+    )  # fmt: skip
+
     settings: ClassVar[Settings] = {
         "time_constant": Setting("time constant, > 0", unit="s", above=0.0),
         "takes_velocity": Setting("whether position servos are given velocities, too"),
@@ -71,22 +76,23 @@ class ServoPlant(Plant):
         self._substeps = substeps
         self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
         self._set = self._q.copy()
+        self._shown = seen(self._q), seen(self._v), seen(self._set)
         self._works = np.ones(robot.nv, dtype=np.bool_)
 
     @property
     def q(self) -> FloatArray:
         """True joint positions, (nv,) [rad or m]; belongs to the plant."""
-        return self._q
+        return self._shown[0]
 
     @property
     def v(self) -> FloatArray:
         """Joint velocities at the end of the last sub-step, (nv,) [rad/s or m/s]; belongs to the plant."""
-        return self._v
+        return self._shown[1]
 
     @property
     def setpoint(self) -> FloatArray:
         """Where the servos want the joints, (nv,) [rad or m], which velocity servos do not know."""
-        return self._set
+        return self._shown[2]
 
     @property
     def drive(self) -> str | None:
