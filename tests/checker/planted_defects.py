@@ -1,6 +1,6 @@
-"""Plants a defect into the source of the kernel, runs a planner with it, and lets the referee look.
+"""Plants a defect into the source of the kernel, runs a planner with it, and lets the checker look.
 
-    NUMBA_DISABLE_JIT=1 python tests/referee/planted_defects.py
+    NUMBA_DISABLE_JIT=1 python tests/checker/planted_defects.py
 
 Nothing is compiled, so that a changed function counts. Prints the laws that each run broke as one JSON
 object, with those of the same run without the defect.
@@ -14,10 +14,10 @@ from importlib import import_module
 import numpy as np
 
 import ftqp
+from ftqp.checker.checked_run import verdict
+from ftqp.checker.model_file import ModelFile
+from ftqp.checker.trace import Failure, Trace
 from ftqp.qp.adapters.backend import Claim
-from ftqp.referee.evidence import Evidence, Failure
-from ftqp.referee.model_file import ModelFile
-from ftqp.referee.verdict_from_outside import verdict
 
 NEVER = float("inf")
 
@@ -56,7 +56,7 @@ class Boxless(ftqp.Backend):
 
 
 def run(robot, path, ticks, *, dt=0.005, planner=None, failures=(), obeys=None, can_be_followed=False):
-    """The evidence of a run: planner and an arm that does what it is told but for its failed joints."""
+    """The trace of a run: planner and an arm that does what it is told but for its failed joints."""
     planner = planner or ftqp.Planner(robot, dt)
     t = np.arange(ticks) * dt
     samples = path.sample(t)
@@ -77,7 +77,7 @@ def run(robot, path, ticks, *, dt=0.005, planner=None, failures=(), obeys=None, 
         if obeys is not None:
             q, v = obeys(t[k], before, q, v)
         truth.append((q, v))
-    return Evidence(
+    return Trace(
         dt=dt,
         level=planner.level,
         q=np.array(truth)[:, 0],
@@ -190,11 +190,11 @@ def main():
         for planted in (False, True):
             for module, old, new in changes if planted else ():
                 plant(import_module(f"ftqp.kernel.{module}"), old, new)
-            robot, evidence = make()
+            robot, trace = make()
             arm = ModelFile.read(robot.to_urdf(), robot.tip, gravity=robot.chain.gravity)
-            seen = verdict(arm, evidence)
+            seen = verdict(arm, trace)
             found.setdefault(name, {})["with" if planted else "without"] = sorted(seen.laws)
-            statuses = {status: evidence.status.count(status) for status in sorted(set(evidence.status))}
+            statuses = {status: trace.status.count(status) for status in sorted(set(trace.status))}
             print(name, "planted" if planted else "not planted", statuses, file=sys.stderr)
             for breach in seen.breaches:
                 print("   ", breach, file=sys.stderr)

@@ -1,12 +1,12 @@
-"""What the referee is shown of a run: the rows of the task by name, and a tip that is off its target."""
+"""What the checker is shown of a run: the rows of the task by name, and a tip that is off its target."""
 
 import numpy as np
 import pytest
 
-from ftqp.app.campaign.shown_evidence import evidence, model_file
+from ftqp.app.campaign.shown_trace import model_file, trace
 from ftqp.app.scenario.setup import load
-from ftqp.referee.run_laws import errors
-from ftqp.referee.verdict_from_outside import verdict
+from ftqp.checker.checked_run import verdict
+from ftqp.checker.run_laws import errors
 from ftqp.sim.loop import MEMORY, Simulation
 
 POSE = ("x", "y", "z", "rx", "ry", "rz")
@@ -29,7 +29,7 @@ def test_tip_that_is_off_is_seen_whatever_rows_the_task_has(rows, names):
         setup.planner, setup.path, q=setup.q, plant=setup.plant, duration=setup.duration, log=MEMORY
     )
     log = simulation.run().log
-    seen, arm = evidence(setup, log), model_file(setup)
+    seen, arm = trace(setup, log), model_file(setup)
     assert tuple(seen.rows) == names
     distance, angle = errors(arm, seen)
     measured = log["position_error"][:-1], log["rotation_error"][:-1]

@@ -6,8 +6,8 @@ from typing import Any, Final
 import numpy as np
 import pinocchio as pin
 
+from ftqp.checker.model_file import ModelFile
 from ftqp.core.checks import FloatArray
-from ftqp.referee.model_file import ModelFile
 
 PERIOD: Final = 0.01
 """The motion is looked for every so many seconds, or every tick where ticks are longer [s]."""

@@ -1,20 +1,20 @@
-"""What the referee is shown of a simulated run: the truth from the log, the limits from the arm's file."""
+"""What the checker is shown of a simulated run: the truth from the log, the limits from the arm's file."""
 
 import numpy as np
 
 from ftqp.app.scenario.setup import Setup
+from ftqp.checker.model_file import ModelFile
+from ftqp.checker.trace import Failure, Trace
 from ftqp.control.planner.status import STATUSES
 from ftqp.control.task.task import ROW_SETS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.model.urdf_text import link_names
-from ftqp.referee.evidence import Evidence, Failure
-from ftqp.referee.model_file import ModelFile
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.plants.kinematic_plant import BRAKE_SHARE
 
 
-def evidence(setup: Setup, log: Log) -> Evidence:
+def trace(setup: Setup, log: Log) -> Trace:
     """What is shown of a run; its last row is the state at which the last judged tick ends.
 
     Args:
@@ -22,15 +22,15 @@ def evidence(setup: Setup, log: Log) -> Evidence:
         log: Its log, of at least two rows.
 
     Raises:
-        InputError: The base moves: the referee knows arms that stand.
+        InputError: The base moves: the checker knows arms that stand.
     """
     if setup.world is not None:
-        raise InputError("the base moves, which the referee does not judge; leave [base] out of a campaign")
+        raise InputError("the base moves, which the checker does not judge; leave [base] out of a campaign")
     q, v, task = log["q"], log["v"], setup.planner.task
     rows = ROW_SETS[task.rows] if isinstance(task.rows, str) else task.rows or setup.robot.default_rows
     told = "q_command" in {name.split(".", 1)[0] for name in log.names}
     sent_q, sent_v = (log["q_command"], log["v_command"]) if told else _sent(setup, log)
-    return Evidence(
+    return Trace(
         dt=setup.planner.dt,
         level=setup.planner.level,
         q=q,
@@ -50,7 +50,7 @@ def failures(setup: Setup) -> list[Failure]:
     """What really fails in a run.
 
     Raises:
-        InputError: The referee does not judge such a fault.
+        InputError: The checker does not judge such a fault.
     """
     events = sorted(setup.schedule, key=lambda event: event.at)
     result = []
@@ -80,7 +80,7 @@ def _deceleration(setup: Setup, joint: int, fault: object) -> float:
 
 
 def model_file(setup: Setup) -> ModelFile:
-    """The arm as the referee reads it, from its URDF."""
+    """The arm as the checker reads it, from its URDF."""
     robot = setup.robot
     return ModelFile.read(
         robot.to_urdf(), link_names(robot.joints, robot.tip)[-1], gravity=robot.chain.gravity

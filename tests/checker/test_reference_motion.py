@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from ftqp.checker.model_file import ModelFile
+from ftqp.checker.reference_motion import followable
 from ftqp.control.paths import Circle, Line
 from ftqp.model import catalog
-from ftqp.referee.model_file import ModelFile
-from ftqp.referee.witness import followable
 
 ROBOT = catalog.load("panda")
 POSE = ("x", "y", "z", "rx", "ry", "rz")

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ftqp.checker.model_file import ModelFile
+from ftqp.checker.strictness import Strictness
+from ftqp.checker.trace import Failure, Trace
 from ftqp.core.checks import BoolArray, FloatArray
-from ftqp.referee.evidence import Evidence, Failure
-from ftqp.referee.model_file import ModelFile
-from ftqp.referee.strictness import Strictness
 
 ROWS = ("x", "y", "z", "rx", "ry", "rz")
 SMOOTH = 0.02
@@ -36,7 +36,7 @@ ERROR_BAND, BAND_TIME, BAND_SIGMAS = 0.02, 0.1, 6.0
 """A joint follows its command while it is as near as 0.02 rad or m, six sigma and what it moves in 0.1 s."""
 
 
-def health(arm: ModelFile, run: Evidence) -> tuple[BoolArray, dict[str, FloatArray]]:
+def health(arm: ModelFile, run: Trace) -> tuple[BoolArray, dict[str, FloatArray]]:
     """Which joints obey, (K, nv), and the limits that are left, (K, nv) by name, at each tick.
 
     A weakened joint has its lower limits from when the planner is told; until then nobody knows that it does
@@ -63,7 +63,7 @@ def health(arm: ModelFile, run: Evidence) -> tuple[BoolArray, dict[str, FloatArr
     return obeys, limits
 
 
-def jumps(arm: ModelFile, run: Evidence, strict: Strictness) -> BoolArray:
+def jumps(arm: ModelFile, run: Trace, strict: Strictness) -> BoolArray:
     """Ticks in which a joint stops in no time, so that velocities of the others jump, (K,).
 
     One that locks so does, and one that swings freely into its end stop: outside its range it loses more than
@@ -92,7 +92,7 @@ def jumps(arm: ModelFile, run: Evidence, strict: Strictness) -> BoolArray:
     return result
 
 
-def speed(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+def speed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """By how much joints are faster than their limit after each tick, as a share of it, (K, nv).
 
     A limit that has just shrunk is reached at full deceleration.
@@ -104,7 +104,7 @@ def speed(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     return np.where(obeys & ~jumps(arm, run, strict)[:, None], over - strict.speed, 0.0)
 
 
-def acceleration(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+def acceleration(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """By how much velocities change faster than the limit, as a share of it, (K, nv)."""
     obeys, limits = health(arm, run)
     over = np.abs(np.diff(run.v, axis=0)) / (run.dt * limits["a_max"]) - 1.0
@@ -112,7 +112,7 @@ def acceleration(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArra
     return np.where(obeys & ~jumps(arm, run, strict)[:, None], over - rounding - strict.acceleration, 0.0)
 
 
-def position(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+def position(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """How far joints go beyond their range, or farther beyond than they were [rad or m], (K, nv).
 
     A joint that could not brake in time any more, for its limits have just shrunk, has to brake fully, also
@@ -127,7 +127,7 @@ def position(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     return np.where(obeys & ~excused, over, 0.0)
 
 
-def braking(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+def braking(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """What is missing of the way that a joint needs to brake before its end, (K, nv) [rad or m].
 
     Joints that could not brake in time before the tick do not count. At the velocity level braking goes in
@@ -142,7 +142,7 @@ def braking(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     )
 
 
-def _missing(q: FloatArray, v: FloatArray, limits: dict[str, FloatArray], run: Evidence) -> FloatArray:
+def _missing(q: FloatArray, v: FloatArray, limits: dict[str, FloatArray], run: Trace) -> FloatArray:
     fast, a = np.abs(v), limits["a_max"]
     with np.errstate(invalid="ignore", divide="ignore"):
         way = np.where(np.isfinite(a), fast**2 / (2.0 * a), 0.0)
@@ -155,7 +155,7 @@ def _missing(q: FloatArray, v: FloatArray, limits: dict[str, FloatArray], run: E
     return way - room
 
 
-def torque(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+def torque(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """By how much joints carry more than their limit while OK is claimed, as a share of it, (K, nv)."""
     if not arm.has_masses:
         return np.zeros((len(run.status), len(arm.names)))
@@ -166,7 +166,7 @@ def torque(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     return np.where(obeys & claimed[:, None] & ~jumps(arm, run, strict)[:, None], over - strict.torque, 0.0)
 
 
-def failed(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+def failed(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """How far a locked joint moves once it stands, or is sent to move after the planner was told, (K, nv)."""
     result = np.zeros((len(run.status), len(arm.names)))
     t = run.dt * np.arange(len(run.status))
@@ -183,7 +183,7 @@ def failed(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     return result
 
 
-def _ramp(run: Evidence, failure: Failure, t: Any) -> Any:
+def _ramp(run: Trace, failure: Failure, t: Any) -> Any:
     """How fast a joint may still be sent to move while its command comes to rest, (K,) [rad/s or m/s].
 
     A planner that was told late brings its own command to rest as it was told that the joint does, from what
@@ -199,7 +199,7 @@ def _ramp(run: Evidence, failure: Failure, t: Any) -> Any:
     return np.where(t >= t[first], np.maximum(left, observed) + ROUNDING, 0.0)
 
 
-def honesty(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+def honesty(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """How far the tip is beyond the tolerance, as a share of it, while OK is claimed too long, (K, 1)."""
     position_error, rotation_error = errors(arm, run)
     share = np.maximum(position_error / run.tolerance[0], rotation_error / run.tolerance[1])
@@ -207,7 +207,7 @@ def honesty(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     return _lasting(np.where(claimed, share - 1.0, 0.0)[:, None], strict.grace, run.dt)
 
 
-def tracking(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+def tracking(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """How far the tip is beyond the tolerance although it can follow, as a share of the tolerance, (K, 1)."""
     position_error, rotation_error = errors(arm, run)
     share = np.maximum(position_error / run.tolerance[0], rotation_error / run.tolerance[1]) - 1.0
@@ -215,7 +215,7 @@ def tracking(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     return _lasting(np.where(known, share, 0.0)[:, None], strict.grace, run.dt)
 
 
-def inside(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+def inside(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """How far a joint that obeys is outside its range while OK is claimed, (K, nv) [rad or m]."""
     obeys, limits = health(arm, run)
     q = run.q[:-1]
@@ -224,7 +224,7 @@ def inside(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     return _lasting(np.where(obeys & claimed, out, 0.0), strict.grace, run.dt)
 
 
-def obedience(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+def obedience(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """How far a joint is outside its error band, while OK is claimed too long, (K, nv)."""
     band = ERROR_BAND + BAND_SIGMAS * strict.noise + BAND_TIME * np.abs(run.sent_v)
     away = np.abs(run.q[1:] - run.sent_q) - band
@@ -236,7 +236,7 @@ def obedience(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     return _lasting(np.where(claimed & ~known, away, 0.0), max(strict.grace, 0.05), run.dt)
 
 
-def rest(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+def rest(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """How fast joints swing at the end although the target rests, as a share of their limit, (K, nv).
 
     An arm on its way does not count, one that a scheme still leads to its posture, or a slow one whose target
@@ -262,14 +262,14 @@ def rest(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
     return result
 
 
-def finite(arm: ModelFile, run: Evidence, strict: Strictness) -> FloatArray:
+def finite(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """Infinite where a position or velocity, true or sent, is not finite, (K, nv)."""
     good = np.isfinite(run.sent_q) & np.isfinite(run.sent_v) & np.isfinite(run.q[1:]) & np.isfinite(run.v[1:])
     return np.where(good, 0.0, np.inf)
 
 
 @lru_cache(maxsize=1)
-def errors(arm: ModelFile, run: Evidence) -> tuple[FloatArray, FloatArray]:
+def errors(arm: ModelFile, run: Trace) -> tuple[FloatArray, FloatArray]:
     """Distance [m] and angle [rad] from the true tip to its target along the rows of the task, each (K,).
 
     Several laws ask for those of one run, so the last ones are kept.
@@ -324,7 +324,7 @@ def _lasting(values: FloatArray, time: float, dt: float) -> FloatArray:
     return result
 
 
-Law = Callable[[ModelFile, Evidence, Strictness], Any]
+Law = Callable[[ModelFile, Trace, Strictness], Any]
 LAWS: dict[str, tuple[Law, str]] = {
     "finite": (finite, "what was sent or done is not a number"),
     "speed": (speed, "faster than its limit, by this share"),

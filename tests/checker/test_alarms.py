@@ -2,8 +2,8 @@
 
 import pytest
 
-from ftqp.referee.alarms import Alarm, detection
-from ftqp.referee.evidence import Failure
+from ftqp.checker.alarms import Alarm, detection
+from ftqp.checker.trace import Failure
 
 NEVER = float("inf")
 

@@ -1,14 +1,14 @@
-"""What a referee says of a run: which laws were broken, where, by how much, and how well the tip followed."""
+"""What a checker says of a run: which laws were broken, where, by how much, and how well the tip followed."""
 
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from ftqp.referee.evidence import Evidence
-from ftqp.referee.model_file import ModelFile
-from ftqp.referee.run_laws import LAWS, errors
-from ftqp.referee.strictness import KINEMATIC, Strictness
+from ftqp.checker.model_file import ModelFile
+from ftqp.checker.run_laws import LAWS, errors
+from ftqp.checker.strictness import KINEMATIC, Strictness
+from ftqp.checker.trace import Trace
 
 
 @final
@@ -40,7 +40,7 @@ class Breach:
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What a referee says of a run.
+    """What a checker says of a run.
 
     Attributes:
         breaches: The laws that were broken, none where all held.
@@ -60,7 +60,7 @@ class Verdict:
         return frozenset(breach.law for breach in self.breaches)
 
 
-def verdict(arm: ModelFile, run: Evidence, strict: Strictness = KINEMATIC) -> Verdict:
+def verdict(arm: ModelFile, run: Trace, strict: Strictness = KINEMATIC) -> Verdict:
     """Hold a run against every law.
 
     Args:

@@ -1,4 +1,4 @@
-"""What a referee is shown of a run: truth, commands, claims, what was asked and what failed."""
+"""What a checker is shown of a run: truth, commands, claims, what was asked and what failed."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -42,12 +42,12 @@ class Failure:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise unknown("kind of failure", self.kind, "the referee", KINDS)
+            raise unknown("kind of failure", self.kind, "the checker", KINDS)
 
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Evidence:
+class Trace:
     """A run, tick by tick; the plant is asked, not the planner.
 
     Attributes:

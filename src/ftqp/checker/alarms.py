@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.referee.evidence import Failure
+from ftqp.checker.trace import Failure
 
 SHORT = {"free_swinging": "free"}
 """A detector's names of kinds that a `Failure` calls otherwise."""

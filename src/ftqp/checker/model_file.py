@@ -1,4 +1,4 @@
-"""The arm that a referee knows: a URDF, read by pinocchio and by itself."""
+"""The arm that a checker knows: a URDF, read by pinocchio and by itself."""
 
 from dataclasses import dataclass
 from pathlib import Path

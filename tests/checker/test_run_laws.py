@@ -6,13 +6,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from ftqp.checker.checked_run import verdict
+from ftqp.checker.model_file import ModelFile
+from ftqp.checker.run_laws import rotation_vectors
+from ftqp.checker.strictness import PHYSICS
+from ftqp.checker.trace import Failure, Trace
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
-from ftqp.referee.evidence import Evidence, Failure
-from ftqp.referee.model_file import ModelFile
-from ftqp.referee.run_laws import rotation_vectors
-from ftqp.referee.strictness import PHYSICS
-from ftqp.referee.verdict_from_outside import verdict
 
 ROBOT = catalog.load("panda")
 ARM = ModelFile.read(ROBOT.to_urdf(), ROBOT.tip)
@@ -26,7 +26,7 @@ def run(amplitude=0.02, **changes):
     w = 2.0 * np.pi
     v = amplitude * w * np.outer(np.where(t < 2.0, np.sin(w * t), 0.0), np.ones(ROBOT.nv))
     q = ROBOT.neutral + np.vstack([np.zeros(ROBOT.nv), np.cumsum(0.5 * DT * (v[1:] + v[:-1]), axis=0)])
-    evidence = Evidence(
+    trace = Trace(
         dt=DT,
         level="acceleration",
         q=q,
@@ -38,7 +38,7 @@ def run(amplitude=0.02, **changes):
         rows=("x", "y", "z", "rx", "ry", "rz"),
         tolerance=(1e-3, 1e-2),
     )
-    return replace(evidence, **changes)
+    return replace(trace, **changes)
 
 
 def changed(array, tick, joint, value):
@@ -103,8 +103,8 @@ END = float(ROBOT.limits.q_max[JOINT])
     ],
 )
 def test_wrong_number_breaks_its_law(law, change):
-    evidence = run()
-    seen = verdict(ARM, replace(evidence, **change(evidence)))
+    trace = run()
+    seen = verdict(ARM, replace(trace, **change(trace)))
     assert law in seen.laws
     assert law in str(seen.breaches[0]) or len(seen.breaches) > 1
 
@@ -119,37 +119,37 @@ def test_rotation_vectors_are_those_of_pinocchio_up_to_half_a_turn():
 
 
 def test_of_a_tool_axis_its_direction_alone_counts():
-    evidence = run(axis=(0.0, 0.0, 1.0), rows=("x", "y", "z", "rx", "ry"))
+    trace = run(axis=(0.0, 0.0, 1.0), rows=("x", "y", "z", "rx", "ry"))
     for turned, laws in (([0.0, 0.0, 0.5], set()), ([0.02, 0.0, 0.5], {"honesty"})):
         turn = np.eye(4)
         turn[:3, :3] = pin.exp3(np.array(turned))
-        assert verdict(ARM, replace(evidence, target=evidence.target @ turn)).laws == laws
+        assert verdict(ARM, replace(trace, target=trace.target @ turn)).laws == laws
 
 
 def test_target_counts_for_tracking_as_long_as_it_is_known_to_be_followable():
-    evidence = run()
-    target = evidence.target.copy()
+    trace = run()
+    target = trace.target.copy()
     target[150:, 0, 3] += 0.01
     for until, laws in ((1.5, set()), (1.6, {"tracking"})):
-        late = replace(evidence, target=target, status=["RELAXED"] * TICKS, can_be_followed=True, until=until)
+        late = replace(trace, target=target, status=["RELAXED"] * TICKS, can_be_followed=True, until=until)
         assert verdict(ARM, late).laws == laws
 
 
 def test_posture_that_is_still_led_somewhere_does_not_swing():
-    evidence = run()
+    trace = run()
     drift = 0.01 * DT * np.arange(TICKS + 1)[:, None]
-    assert "rest" not in verdict(ARM, replace(evidence, q=evidence.q + drift)).laws
+    assert "rest" not in verdict(ARM, replace(trace, q=trace.q + drift)).laws
 
 
 def turning(drift):
     """While the target rests, two joints move on and a third turns half-way, by 0.3 rad/s at most."""
-    evidence = run()
+    trace = run()
     t = DT * np.arange(TICKS + 1)
-    q = evidence.q.copy()
+    q = trace.q.copy()
     q[:, :2] += drift * t[:, None]
     q[:, JOINT] += 0.3 / np.pi * np.sin(np.pi * t)
-    target = np.repeat(evidence.target[:1], TICKS, axis=0)
-    return verdict(ARM, replace(evidence, q=q, target=target), PHYSICS).laws
+    target = np.repeat(trace.target[:1], TICKS, axis=0)
+    return verdict(ARM, replace(trace, q=q, target=target), PHYSICS).laws
 
 
 def test_joint_that_turns_on_the_way_of_an_arm_does_not_swing_and_one_that_turns_alone_does():
@@ -165,13 +165,13 @@ def test_torque_beyond_its_limit_breaks_the_law_under_ok_alone():
 
 @pytest.mark.parametrize("which", ["q", "sent_v"])
 def test_locked_joint_that_moves_or_is_sent_to_move_is_found(which):
-    evidence = run()
+    trace = run()
     t = DT * np.arange(TICKS + 1)
-    still = {name: getattr(evidence, name).copy() for name in ("q", "v", "sent_q", "sent_v")}
+    still = {name: getattr(trace, name).copy() for name in ("q", "v", "sent_q", "sent_v")}
     still["q"][t >= 1.0, JOINT], still["v"][t >= 1.0, JOINT] = still["q"][100, JOINT], 0.0
     still["sent_q"][99:, JOINT], still["sent_v"][99:, JOINT] = still["q"][100, JOINT], 0.0
     lock = Failure(joint=JOINT, kind="locked", since=1.0, told=1.0, jumps=True)
-    sound = replace(evidence, **still, failures=[lock], target=ARM.tips(still["q"][:-1]))
+    sound = replace(trace, **still, failures=[lock], target=ARM.tips(still["q"][:-1]))
     assert verdict(ARM, sound).laws == set()
     moved = getattr(sound, which).copy()
     moved[150:, JOINT] += 1e-9
@@ -180,26 +180,26 @@ def test_locked_joint_that_moves_or_is_sent_to_move_is_found(which):
 
 @pytest.mark.parametrize(("kind", "outside", "laws"), [("free", True, set()), ("free", False, {"speed"})])
 def test_blow_of_a_free_joint_on_its_end_stop_is_not_the_other_joints_doing(kind, outside, laws):
-    evidence = run()
-    q, v = evidence.q.copy(), evidence.v.copy()
+    trace = run()
+    q, v = trace.q.copy(), trace.v.copy()
     fallen = ARM.q_max[1] + (0.05 if outside else -0.5)
     q[100:, 1], v[100:151, 1], v[151:, 1] = fallen, 2.0, 0.0
     v[151, JOINT] = 3.0 * TOP
     swings = Failure(joint=1, kind=kind, since=0.9, told=1.0)
-    shaken = replace(evidence, q=q, v=v, failures=[swings], status=["STOPPED"] * TICKS)
+    shaken = replace(trace, q=q, v=v, failures=[swings], status=["STOPPED"] * TICKS)
     assert verdict(ARM, shaken, PHYSICS).laws - {"braking"} == laws
 
 
 def lock_with(sent, **changes):
     """A joint that locks at 1 s, of which the planner is told at 2 s; what it is sent from then on."""
     t = DT * np.arange(TICKS + 1)
-    evidence = run()
-    still = {name: getattr(evidence, name).copy() for name in ("q", "v", "sent_q", "sent_v")}
+    trace = run()
+    still = {name: getattr(trace, name).copy() for name in ("q", "v", "sent_q", "sent_v")}
     still["q"][t >= 1.0, JOINT], still["v"][t >= 1.0, JOINT] = still["q"][100, JOINT], 0.0
     still["sent_v"][99:199, JOINT] = 0.03
     still["sent_v"][199:, JOINT] = sent
     lock = Failure(joint=JOINT, kind="locked", since=1.0, told=2.0, **changes)
-    return replace(evidence, **still, failures=[lock], status=["LAGGING"] * TICKS)
+    return replace(trace, **still, failures=[lock], status=["LAGGING"] * TICKS)
 
 
 def test_planner_that_is_told_late_may_bring_its_command_to_rest_as_the_fault_says():
@@ -210,12 +210,12 @@ def test_planner_that_is_told_late_may_bring_its_command_to_rest_as_the_fault_sa
 
 
 def test_lock_that_another_failure_replaces_is_over():
-    evidence = lock_with(0.0, deceleration=0.5, until=3.0)
-    moved = evidence.q.copy()
+    trace = lock_with(0.0, deceleration=0.5, until=3.0)
+    moved = trace.q.copy()
     moved[350:, JOINT] += 1e-9
-    assert verdict(ARM, replace(evidence, q=moved)).laws <= {"obedience"}
+    assert verdict(ARM, replace(trace, q=moved)).laws <= {"obedience"}
     moved[250:, JOINT] += 1e-9
-    assert "failed" in verdict(ARM, replace(evidence, q=moved)).laws
+    assert "failed" in verdict(ARM, replace(trace, q=moved)).laws
 
 
 def test_weakened_joint_has_its_lower_limits_once_the_planner_knows():
@@ -228,17 +228,17 @@ def test_weakened_joint_has_its_lower_limits_once_the_planner_knows():
 
 
 def test_error_band_is_as_wide_as_the_noise_of_the_encoders_makes_it():
-    evidence = run(sent_q=run().q[1:] + 0.023)
-    assert verdict(ARM, evidence, PHYSICS).laws == {"obedience"}
-    assert verdict(ARM, evidence, replace(PHYSICS, noise=1e-3)).laws == set()
+    trace = run(sent_q=run().q[1:] + 0.023)
+    assert verdict(ARM, trace, PHYSICS).laws == {"obedience"}
+    assert verdict(ARM, trace, replace(PHYSICS, noise=1e-3)).laws == set()
 
 
 def test_claim_may_be_wrong_for_the_time_that_is_let_pass():
-    evidence = run()
+    trace = run()
     for ticks, laws in ((8, set()), (20, {"honesty"})):
-        target = evidence.target.copy()
+        target = trace.target.copy()
         target[100 : 100 + ticks, 0, 3] += 0.01
-        assert verdict(ARM, replace(evidence, target=target), PHYSICS).laws == laws
+        assert verdict(ARM, replace(trace, target=target), PHYSICS).laws == laws
 
 
 @pytest.mark.parametrize(("share", "laws"), [(1.0, set()), (0.8, {"position"})])
@@ -248,12 +248,12 @@ def test_joint_whose_limits_have_shrunk_may_pass_its_end_while_it_brakes_fully(s
     step = DT * 0.5 * ROBOT.limits.a_max[JOINT] * share
     t = np.arange(TICKS + 1)
     speed = np.maximum((20.8 - t) * step, -0.2 * step)
-    evidence = run(amplitude=0.0, failures=[weak], status=["RELAXED"] * TICKS)
-    v, q = evidence.v.copy(), evidence.q.copy()
+    trace = run(amplitude=0.0, failures=[weak], status=["RELAXED"] * TICKS)
+    v, q = trace.v.copy(), trace.q.copy()
     v[:, JOINT] = speed
     q[:, JOINT] = (
         END - 10.0 * DT * step + np.concatenate([[0.0], np.cumsum(0.5 * DT * (speed[1:] + speed[:-1]))])
     )
     assert q[:, JOINT].max() > END
-    seen = verdict(ARM, replace(evidence, q=q, v=v, sent_q=q[1:], sent_v=v[1:]))
+    seen = verdict(ARM, replace(trace, q=q, v=v, sent_q=q[1:], sent_v=v[1:]))
     assert seen.laws & {"position", "acceleration", "speed"} == laws
