@@ -199,7 +199,7 @@ class Simulation:
         self._arm.reset(self._q, self._v, self._last + 1)
         if self._log is None:
             return self._ticks(None)
-        reference = "time" if self._leader.path_status is None else "progress"
+        reference = "time" if self._leader.standing.status is None else "progress"
         about = description(self._planner, self._schedule, self._path, self._last, reference)
         about |= {"drive": self._plant.drive, "plant_tolerance": self._plant.tolerance}
         about |= self._metadata | {"state": "running"}
@@ -233,7 +233,7 @@ class Simulation:
             {
                 "state": _state(result),
                 "broken": result.broken,
-                "path_finished": self._leader.finished,
+                "path_finished": self._leader.standing.finished,
                 "blocked": result.blocked,
                 "detections": None if self._planner.diagnosis is None else _told(self._planner),
             }
@@ -291,16 +291,16 @@ class Simulation:
                 if self._progress is not None and clock.now() - told > PROGRESS_PERIOD:
                     told = clock.now()
                     self._progress(done, self._last + 1)
-                if leader.over or plant.failure is not None:
+                if leader.standing.over or plant.failure is not None:
                     break
         except KeyboardInterrupt:
             interrupted = True
         if self._progress is not None:
             self._progress(done, self._last + 1)
-        statuses = list(StepStatus)
+        statuses, standing = list(StepStatus), leader.standing
         return Result(
             steps=done,
-            completed=stopped_at is None and not interrupted and plant.failure is None and leader.finished,
+            completed=stopped_at is None and not interrupted and plant.failure is None and standing.finished,
             interrupted=interrupted,
             final_status=None if code is None else statuses[code],
             stopped_at=stopped_at,
@@ -309,8 +309,8 @@ class Simulation:
             },
             q=plant.q.copy(),
             v=plant.v.copy(),
-            progress=leader.reached,
-            blocked=leader.blocked,
+            progress=standing.reached,
+            blocked=standing.blocked,
             broken=plant.failure,
         )
 

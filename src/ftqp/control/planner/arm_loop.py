@@ -8,6 +8,7 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, by_name
 from ftqp.control.drive.noise import Noise
+from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.status import STOP_REASONS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
@@ -32,6 +33,11 @@ class ArmLoop:
         self._session = session
         self._joints = tuple(joints)
         self._speed = self._caution = 1.0
+
+    @property
+    def stage(self) -> Stage:
+        """Its part in a planner's life."""
+        return Stage(begin=lambda *_: self.forget())
 
     def forget(self) -> None:
         """After a reset no stop is latched and nothing is known of the arm but the given state."""

@@ -3,10 +3,9 @@
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
-from ftqp.control.planner.fault_response import FaultResponse
-from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
-from ftqp.control.planner.plan_leading import PlanLeading
+from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
 from ftqp.control.planner.planner_view import PlannerView
+from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.wanted import Wanted
 from ftqp.control.task.bounds import Bounds
