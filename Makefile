@@ -25,7 +25,7 @@ help:
 	@echo "make licences       what is installed and under which licence, into dist/sbom.json (CycloneDX) and a table"
 	@echo "make pictures   README's picture and animation, made by the live page in a browser (needs Chromium)"
 	@echo "make campaign   ten minutes of random episodes, judged from outside: a sample of each bundled campaign"
-	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/speed.md"
+	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/evidence/speed.md"
 	@echo "make bench-first-use   seconds until ftqp is ready, against the first release"
 	@echo "make wheel      a wheel with the kernel compiled ahead, into dist/"
 	@echo "make clean      removes the environment, caches and runs"

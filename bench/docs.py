@@ -1,4 +1,4 @@
-"""Tables of results in README.md and docs/speed.md, and the reports of the small benchmarks."""
+"""Tables of results in README.md and docs/evidence/speed.md, and the reports of the small benchmarks."""
 
 import argparse
 import json
@@ -14,14 +14,14 @@ from bench.results import appendix, folder, preamble, put_into_readme, written
 from bench.tables import Table
 
 ROOT = Path(__file__).resolve().parents[1]
-README, SPEED = ROOT / "README.md", ROOT / "docs" / "speed.md"
+README, SPEED = ROOT / "README.md", ROOT / "docs" / "evidence" / "speed.md"
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """Add where results go: nowhere, unless told."""
     add = parser.add_argument
     add("--out", type=Path, metavar="DIR", help="write report and JSON there (default: nothing is written)")
-    add("--update-docs", action="store_true", help="put it on record, and into docs/speed.md")
+    add("--update-docs", action="store_true", help="put it on record, and into docs/evidence/speed.md")
     add("--json", action="store_true", help="print one JSON object and nothing else")
 
 
@@ -46,7 +46,7 @@ def shown(result: dict[str, Any], report: Path, places: Mapping[Path, Sequence[T
 
 
 def told(result: dict[str, Any], title: str, tables: Sequence[Table], chosen: argparse.Namespace) -> None:
-    """Print a result and, where asked for, write its report and its part of docs/speed.md."""
+    """Print a result and, where asked for, write its report and its part of docs/evidence/speed.md."""
     if chosen.json:
         sys.stdout.write(json.dumps(result) + "\n")
     else:

@@ -1,6 +1,6 @@
 """Random episodes in physics: whatever fails, however badly it is measured, the arm ends safe.
 
-    python studies/campaign_physics.py --first 200000 --episodes 2000   the table of docs/mujoco-plant.md
+    python studies/campaign_physics.py --first 200000 --episodes 2000   the table of docs/evidence/physics.md
     python studies/campaign_physics.py --replay 200058
 
 An episode is an arm in MuJoCo (panda, iiwa14 or xarm7; drive, load, friction, noise, latency, fault and its

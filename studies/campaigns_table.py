@@ -35,7 +35,7 @@ NOTE = (
     "upper end of the shares of episodes that break a law or raise that are compatible with what was found, "
     "at 95 % (Clopper and Pearson; 1 - 0.05^(1/n) where nothing was found)."
 )
-CAMPAIGNS = docs.ROOT / "docs" / "campaigns.md"
+CAMPAIGNS = docs.ROOT / "docs" / "evidence" / "campaigns.md"
 
 
 def row(folder: Path, commit: str) -> dict[str, Any]:
@@ -141,8 +141,7 @@ def main() -> int:
         "limitations": ["The commands below ran the campaigns; the machine is that of the table."],
     }
     result["command"] = "python studies/campaigns_table.py FOLDER..."
-    whole = table(rows)
-    tables = [whole, *fallbacks(rows)]
+    tables = [table(rows), *fallbacks(rows)]
     docs.told(result, "Campaigns", tables, argparse.Namespace(json=options.json, out=None, update_docs=False))
     out = options.out or (folder("campaigns_table") if options.update_docs else None)
     if out is not None:
@@ -154,7 +153,7 @@ def main() -> int:
         ]
         report, *_ = written(result, "\n".join(lines), out, "campaigns_table")
         if options.update_docs:
-            docs.shown(result, report, {docs.README: [whole], CAMPAIGNS: tables})
+            docs.shown(result, report, {CAMPAIGNS: tables})
     return 0
 
 

@@ -110,7 +110,7 @@ def compared(name: str, ours: Any, theirs: Any) -> dict[str, Any]:
     apart = {signal: difference(np.asarray(ours[signal], float), np.asarray(theirs[signal], float))
              for signal in common}  # fmt: skip
     meant = {
-        signal: MEANT[name, signal]
+        signal: {"difference": apart[signal], "why": MEANT[name, signal]}
         for signal in common
         if (name, signal) in MEANT and apart[signal] > LARGEST
     }
@@ -136,7 +136,10 @@ def table(found: list[dict[str, Any]], left_out: dict[str, str]) -> str:
         lines.append(
             f"{one['scenario']:32}{one['signals']:8}{one['rows']:9,}{one['difference']:20.3g}  {worst}"
         )
-        lines += [f"    meant: {signal}: {why}" for signal, why in one["meant"].items()]
+        lines += [
+            f"    meant: {signal}, {said['difference']:.3g}: {said['why']}"
+            for signal, said in one["meant"].items()
+        ]
         if one["only_in_one"]:
             lines.append(f"    in one of the logs only: {', '.join(one['only_in_one'])}")
     return "\n".join([*lines, *(f"{name:32} left out: {why}" for name, why in left_out.items())])

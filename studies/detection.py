@@ -35,7 +35,7 @@ from alarms.detection_world import CONFIGURATIONS, DRIVES, DT, ROBOTS, SETTINGS,
 from bench import command_line, results
 from joblib import Parallel, delayed
 
-DOCS = Path(__file__).resolve().parents[1] / "docs" / "detection.md"
+DOCS = Path(__file__).resolve().parents[1] / "docs" / "evidence" / "detection.md"
 Block = tuple[int, Configuration, int]
 """A part of the study, which arm, and the block's number."""
 LIMITATIONS = (
@@ -200,7 +200,7 @@ def main() -> int:
     result["versions"]["mujoco"] = version("mujoco")
     name = results.stem("detection", name=given.name, quick=given.quick)
     if given.update_docs:
-        report = f"../studies/results/{name}.md"
+        report = f"../../studies/results/{name}.md"
         text = DOCS.read_text(encoding="utf-8")
         lines = detection_report.for_docs(result, report)
         DOCS.write_text(results.inserted(text, "detection", lines), encoding="utf-8")

@@ -4,7 +4,7 @@ An episode is a random planner (arm, level, mode, drive, scheme, backend) and so
 are damaged (NaN, 1e308, glitches, wrapped angles, dead encoders, flipped bits), handed in as lists,
 strided, byte-swapped, read-only, object and foreign arrays, and changed after the call; calls are made in
 any order (report, withdraw, reset, stop, resume, carry, tool, copy, pickle, from threads), and mistakes in
-between. What is promised is held against the model file by ftqp.referee: finite, inside limits, failed
+between. What is promised is held against the model file by ftqp.checker: finite, inside limits, failed
 joints held, statuses honest, mistakes refused in a sentence. Episodes run in a process of their own, so
 that a crash is seen.
 

@@ -3,8 +3,9 @@
     python studies/goel2005.py           all of it, about a minute; pictures beside the report
     python studies/goel2005.py --quick   a quarter of the configurations and a hundredth of the brute force
 
-Expected figures are those of an independent program; docs/goel2005.md says what the paper prints and what
-does not reproduce. CPU times are those of one thread, compilation apart. Report and numbers go to ``--out``.
+Expected figures are those of an independent program; docs/evidence/goel2005.md says what the paper prints and
+what does not reproduce. CPU times are those of one thread, compilation apart. Report and numbers go
+to ``--out``.
 """
 
 import json

@@ -1,6 +1,6 @@
 """What becomes of an arm one of whose joints swings freely: robots x joints x postures x friction.
 
-    python studies/study_free_swinging.py --seed 3   the table of docs/free-swinging.md, about ten minutes
+    python studies/study_free_swinging.py --seed 3   the table of docs/evidence/free-swinging.md, ten minutes
     python studies/study_free_swinging.py --quick --robots panda --joints 3 4
 
 Each run begins in a random posture with the tip in motion. The joint fails at once and is announced, the

@@ -3,8 +3,9 @@
     python studies/zhang2016.py           all of it, some minutes
     python studies/zhang2016.py --quick   coarse grids, few speeds, few readings of the example
 
-Expected figures are those of an independent program; docs/zhang2016.md says what the paper prints and what
-does not reproduce. Times are wall clock on all cores, compilation apart. Report and numbers go to ``--out``.
+Expected figures are those of an independent program; docs/evidence/zhang2016.md says what the paper prints
+and what does not reproduce. Times are wall clock on all cores, compilation apart. Report and numbers go
+to ``--out``.
 """
 
 import json

@@ -18,7 +18,7 @@ EXPECTED: dict[tuple[str, str], tuple[tuple[int, int, int] | int, ...]] = {
 }
 """Iterations of each of ``OBJECTIVES`` by the independent program that the methods were chosen with.
 
-Median, 95 % value and largest, or how many solves did not converge; the table of ``docs/jin2017.md``.
+Median, 95 % value and largest, or how many did not converge; the table of ``docs/evidence/jin2017.md``.
 """
 SHORT = {
     "94lvi": "94lvi", "e47": "e47", "implicit": "implicit", SCALED: "+ scaling", JUMPING: "+ Newton",

@@ -8,8 +8,8 @@ from typing import Any, final
 import numpy as np
 
 import ftqp
+from ftqp.checker.model_file import ModelFile
 from ftqp.model.urdf_text import link_names
-from ftqp.referee.model_file import ModelFile
 
 ROBOTS = (
     "panda",
@@ -41,7 +41,7 @@ class Case:
 
     Attributes:
         robot: The arm.
-        arm: The same as a referee reads it.
+        arm: The same as a checker reads it.
         planner: Its planner.
         sentence: What was drawn.
         dt: Sampling period [s].

@@ -1,6 +1,6 @@
 """Fuzzed commands are held against the limits of the model file and against what their statuses claim.
 
-The laws are those of ``ftqp.referee``, which shares nothing with the planner; the arm is one that does
+The laws are those of ``ftqp.checker``, which shares nothing with the planner; the arm is one that does
 exactly what the planner's reference says.
 """
 
@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 import ftqp
-from ftqp.referee import run_laws
-from ftqp.referee.evidence import Evidence, Failure
-from ftqp.referee.strictness import KINEMATIC
+from ftqp.checker import run_laws
+from ftqp.checker.strictness import KINEMATIC
+from ftqp.checker.trace import Failure, Trace
 from fuzz.account import Account, Epoch
 from fuzz.cases import Case
 
@@ -86,7 +86,7 @@ def _of_epoch(case: Case, account: Account, epoch: Epoch, end: int, begun_wrong:
     """
     part = slice(epoch.first, end)
     arm, failures = _believed(case, epoch)
-    run = Evidence(
+    run = Trace(
         dt=case.dt,
         level=case.level,
         q=np.concatenate([account.q_before[part][:1], account.q[part]]),
@@ -126,7 +126,7 @@ def _of_epoch(case: Case, account: Account, epoch: Epoch, end: int, begun_wrong:
     return found + _held(case, account, epoch, end)
 
 
-def _cannot_brake(run: Evidence, limits: dict[str, Array]) -> Array:
+def _cannot_brake(run: Trace, limits: dict[str, Array]) -> Array:
     """Which joints are outside, or cannot brake before the end of their range, before each tick, (K, nv)."""
     q, v, a = run.q[:-1], run.v[:-1], limits["a_max"]
     way = v * v / (2.0 * a) + np.abs(v) * run.dt
@@ -204,7 +204,7 @@ def _honesty(case: Case, account: Account, K: int, world: Any) -> list[str]:
     ticks = ticks[np.linspace(0, len(ticks) - 1, min(LOOKED_AT, len(ticks))).astype(int)]
     q = account.given_q[ticks]
     by_axis = case.rows[-2:] == ("rx", "ry")
-    run = Evidence(
+    run = Trace(
         dt=case.dt,
         level=case.level,
         q=np.concatenate([q, q[-1:]]),

@@ -31,10 +31,10 @@ def test_the_readme_shows_the_tables_of_the_report_on_record(benchmark: str) -> 
     ("text", "benchmark"),
     [
         ("README.md", "bench_step"),
-        ("docs/speed.md", "bench_step"),
-        ("docs/speed.md", "bench_memory"),
-        ("docs/speed.md", "bench_first_use"),
-        ("docs/speed.md", "bench_batch"),
+        ("docs/evidence/speed.md", "bench_step"),
+        ("docs/evidence/speed.md", "bench_memory"),
+        ("docs/evidence/speed.md", "bench_first_use"),
+        ("docs/evidence/speed.md", "bench_batch"),
     ],
 )
 def test_texts_show_the_figures_of_the_report_on_record(text: str, benchmark: str) -> None:

@@ -7,9 +7,9 @@ went on.
 
 import pytest
 
-from ftqp.app.campaign.shown_evidence import evidence, model_file
+from ftqp.app.campaign.shown_trace import model_file, trace
 from ftqp.app.scenario.setup import load
-from ftqp.referee.verdict_from_outside import verdict
+from ftqp.checker.checked_run import verdict
 
 EPISODES = {
     1019: """
@@ -88,6 +88,6 @@ def test_stop_that_ends_at_a_limit_keeps_it(number, tmp_path):
     (tmp_path / "episode.toml").write_text(EPISODES[number])
     setup = load(tmp_path / "episode.toml")
     log = setup.simulation(log="memory").run().log
-    seen = verdict(model_file(setup), evidence(setup, log))
-    assert "STOPPED" in evidence(setup, log).status
+    seen = verdict(model_file(setup), trace(setup, log))
+    assert "STOPPED" in trace(setup, log).status
     assert not seen.breaches, [str(breach) for breach in seen.breaches]

@@ -217,7 +217,7 @@ def test_quantised_encoder_reads_whole_quanta() -> None:
 def test_tables_of_the_docs_are_those_of_the_report() -> None:
     text, report = (
         (SCRIPT.parents[1] / name).read_text(encoding="utf-8")
-        for name in ("docs/detection.md", "studies/results/detection.md")
+        for name in ("docs/evidence/detection.md", "studies/results/detection.md")
     )
     copied = text.partition("<!-- begin detection -->")[2].partition("<!-- end detection -->")[0]
     rows = [line for line in copied.splitlines() if line.startswith("|")]

@@ -114,6 +114,11 @@ class Simulation:
         InputError: an unknown joint in the schedule, a wrong value, or a log file that exists.
     """
 
+    __slots__ = (
+        "_arm", "_believed", "_last", "_leader", "_log", "_metadata", "_path", "_planner", "_plant",
+        "_progress", "_q", "_schedule", "_sensors", "_signals", "_singularities", "_v",
+    )  # fmt: skip
+
     def __init__(
         self,
         planner: Planner,

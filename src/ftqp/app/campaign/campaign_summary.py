@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from ftqp.app.campaign.found_failures import CONFIDENCE, detector_summary, share_interval
+from ftqp.checker.run_laws import LAWS
 from ftqp.control.planner.status import StepStatus
-from ftqp.referee.run_laws import LAWS
 
 OUTCOMES: Final = ("sound", "broken", "raised", "refused")
 MOST_VALUES: Final = 12

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from ftqp.app.campaign.shown_evidence import failures
+from ftqp.app.campaign.shown_trace import failures
 from ftqp.app.scenario.setup import Setup
-from ftqp.referee.alarms import Alarm, detection
+from ftqp.checker.alarms import Alarm, detection
 from ftqp.sim.log.log_arrays import Log
 
 COLUMNS: Final = {

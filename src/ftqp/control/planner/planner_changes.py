@@ -20,7 +20,7 @@ from ftqp.control.planner.planner_facts import PlannerFacts
 from ftqp.control.planner.stages import Stage, Tick
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.wanted import Fitting, Start, Wanted, warn_of_weight
-from ftqp.core.checks import array, frozen
+from ftqp.core.checks import array, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.record import load_chain
@@ -136,6 +136,23 @@ class PlannerChanges(PlannerFacts, ABC):
             raise InputError("the planner follows a plan of another tip; plan for robot.with_tip(T) instead")
         self._change(lambda wanted: replace(wanted, fitting=wanted.fitting.holding(T)))
 
+    @property
+    def speed(self) -> float:
+        """How fast the arm is led, in (0, 1] of full speed; it may be changed at every step.
+
+        A smaller number slows the path of a ``PathFollower`` down, and the way of a ``GoTo`` or a
+        ``TargetFollower`` by as much, an operator's twist included. Targets that the user's own clock gives
+        to ``step`` are not changed by it.
+        """
+        return self._wanted.speed
+
+    @speed.setter
+    @guarded("speed")
+    def speed(self, share: float) -> None:
+        if not 0.0 < positive("speed", share) <= 1.0:
+            raise InputError(f"speed is {share:g}, expected a share of full speed in (0, 1]")
+        self._change(lambda wanted: replace(wanted, speed=float(share)))
+
     def _believe(self, fault: Fault) -> None:
         """Believe a fault that the detector has found, and let it look at the other joints."""
         told = self._fault_response
@@ -190,6 +207,8 @@ class PlannerChanges(PlannerFacts, ABC):
                 wanted.reserve, K.limits, wanted.fitting.robot.nv,
                 level=given.level, on_demand=given.on_demand and not needed,
             )  # fmt: skip
+        if before is not None and before.speed != wanted.speed:
+            self._loop.speed = wanted.speed
         if wanted.start is not None and (before is None or before.start is not wanted.start):
             self._begin_at(wanted.start, wanted)
         if wanted.then is not None:

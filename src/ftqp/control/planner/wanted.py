@@ -78,6 +78,7 @@ class Wanted:
         fitting: The arm with its load and tool.
         reserve: The deceleration that its motors have; None where torque is not limited.
         start: Where the arm begins; None before the first ``reset``.
+        speed: How fast the arm is led, in (0, 1] of full speed.
         then: What else the last change brings about, as often as it is called; None is nothing.
     """
 
@@ -85,6 +86,7 @@ class Wanted:
     fitting: Fitting
     reserve: BrakingReserve | None
     start: Start | None = None
+    speed: float = 1.0
     then: Callable[[], None] | None = None
 
 
