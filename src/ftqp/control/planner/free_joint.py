@@ -139,6 +139,7 @@ class FreeJoint:
 
         Args:
             code: The tick's status or mistake.
+            _inputs: What the step was given, which does not matter here.
         """
         parts = self._parts
         if parts["free_mode"][0] == FOLLOW:
