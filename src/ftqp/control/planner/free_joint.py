@@ -5,7 +5,6 @@ from collections.abc import Callable
 from math import ceil, isfinite
 from typing import Any, NamedTuple, final
 
-from ftqp.control.first_use import warm_up
 from ftqp.control.planner.degrading import Degrading
 from ftqp.kernel.entry.session import FreeMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import ARREST, DECIDE, FOLLOW, HOLD, STOPPED, TARGET_HAS_ROTATION, Kept
@@ -71,7 +70,6 @@ class FreeJoint:
     """
 
     def __init__(self, session: Session, robot: Robot, allowed: tuple[str, ...]) -> None:
-        warm_up(("step_free",), session.capacity)
         self._session, self._joints = session, robot.joints
         self._parts = {name: session.field(*place) for name, place in PLACES.items()}
         self._memory = FreeMemory(session.capacity)

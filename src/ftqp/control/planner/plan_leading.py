@@ -5,7 +5,6 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
@@ -38,7 +37,6 @@ class PlanLeading:
     """
 
     def __init__(self, plan: LeadingPlan, session: Session, robot: Robot) -> None:
-        warm_up(("follow_plan",), session.capacity)
         self.plan = plan
         self._rows = array("plan.q", plan.q, (len(plan.t), robot.nv), "(N + 1, nv)")
         self._q = np.array(self._rows, order="C")  # what leads: the plan, or what goes on after a failure
