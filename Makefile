@@ -10,7 +10,7 @@ MAKER   = $(BIN)/python -m ftqp.kernel.compiled.making
 LEVELS ?= $(if $(filter x86_64,$(shell uname -m)),"x86-64-v4,x86-64-v3")
 PYTHONS ?= python3.11 python3.12 python3.13
 # The rest (papers, random episodes, the bench, every compiled part) is for make test.
-QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/nasty tests/qp/judge tests/qp/recording tests/app/scenario \
+QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/robustness tests/qp/judge tests/qp/recording tests/app/scenario \
           tests/app/replay tests/kernel/rows tests/kernel/arm tests/kernel/judge tests/kernel/maths tests/laws/test_laws.py tests/laws/test_faults.py \
           tests/test_package.py tests/test_texts.py
 
@@ -28,7 +28,7 @@ help:
 	@echo "make licences       what is installed and under which licence, into dist/sbom.json (CycloneDX) and a table"
 	@echo "make pictures   README's picture and animation, made by the live page in a browser (needs Chromium)"
 	@echo "make campaign   ten minutes of random episodes, judged from outside: a sample of each bundled campaign"
-	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/speed.md"
+	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/evidence/speed.md"
 	@echo "make kernel     builds the kernel anew where it is older than its source"
 	@echo "make bench-first-use   what building and a first planner cost"
 	@echo "make wheel      a wheel with the kernel built for two classes of processors, into dist/"
@@ -95,13 +95,13 @@ campaign: $(VENV)/.has-dev
 	FTQP_EPISODES=1000 $(PYTEST) tests/laws -k episode || worst=1; exit $$worst
 
 bench: $(VENV)/.has-dev
-	$(BIN)/python solvers/bench_step.py --peers --update-docs
-	$(BIN)/python solvers/bench_batch.py --million --update-docs
-	$(BIN)/python solvers/bench_memory.py --update-docs
-	$(BIN)/python solvers/bench_first_use.py --update-docs
+	$(BIN)/python benchmarks/bench_step.py --peers --update-docs
+	$(BIN)/python benchmarks/bench_batch.py --million --update-docs
+	$(BIN)/python benchmarks/bench_memory.py --update-docs
+	$(BIN)/python benchmarks/bench_first_use.py --update-docs
 
 bench-first-use: $(VENV)/.has-viz
-	$(BIN)/python solvers/bench_first_use.py
+	$(BIN)/python benchmarks/bench_first_use.py
 
 wheel: $(VENV)/.has-viz
 	FTQP_LEVELS=$(LEVELS) $(BIN)/python -m pip wheel --disable-pip-version-check --quiet --no-deps --wheel-dir dist .

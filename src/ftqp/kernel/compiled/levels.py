@@ -22,7 +22,9 @@ WIDE: Final = "x86-64-v4"
 def _features() -> dict[str, Any]:
     """What this processor has, as numpy finds it when it is imported."""
     try:
-        from numpy._core._multiarray_umath import __cpu_features__ as found
+        from numpy._core._multiarray_umath import (  # type: ignore[import-not-found]
+            __cpu_features__ as found,
+        )
     except ImportError:
         return {}
     return dict(found)

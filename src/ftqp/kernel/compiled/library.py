@@ -129,9 +129,7 @@ def library_in(folder: Path, source: Path) -> Library:
     except OSError as error:
         raise NoLibrary(f"{path} cannot be read ({error.strerror})") from None
     if found != chosen["sha256"]:
-        raise NoLibrary(
-            f"{path} is not what {MANIFEST} says it is (its sha256 differs), so its machine code is not loaded"
-        )
+        raise NoLibrary(f"{path} is not what {MANIFEST} says (its sha256 differs), so it is not loaded")
     return _loaded(path, chosen)
 
 

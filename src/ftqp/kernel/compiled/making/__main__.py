@@ -57,7 +57,7 @@ def _built(given: argparse.Namespace) -> int:
             return _told(
                 given, f"no class of processors is named for {platform.machine()} ({levels or known})"
             )
-        wanted = {name: FIRST if given.first else entries_of(name) for name in levels}
+        wanted: dict[str, Any] = {name: FIRST if given.first else entries_of(name) for name in levels}
         if _is_there(given, wanted):
             return 0
         try:

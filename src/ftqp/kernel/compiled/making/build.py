@@ -282,7 +282,8 @@ def build(
         raise CannotBuild(f"nothing links it on {platform.system()}")
     if not linkers():
         raise CannotBuild("neither ziglang nor cc is here to link it")
-    before, made, libraries = code_key(source), 0, []
+    before, made = code_key(source), 0
+    libraries: list[dict[str, Any]] = []
     be_quicker()
     out.mkdir(parents=True, exist_ok=True)
     for target in targets:
@@ -299,13 +300,10 @@ def build(
             code = linked(in_order(keys, store, files))
         store.sweep(set(keys.values()))
         sha256 = fingerprint(code)
-        libraries.append({
-            "file": f"kernel-{sha256[:12]}.so",
-            "level": target.cpu,
-            "sha256": sha256,
-            "entries": {one.symbol(capacity): [one.signature, one.nogil] for one, capacity in wanted[target.cpu]},
-        })  # fmt: skip
-        put(out / libraries[-1]["file"], code)
+        file = f"kernel-{sha256[:12]}.so"
+        entries = {one.symbol(capacity): [one.signature, one.nogil] for one, capacity in wanted[target.cpu]}
+        libraries.append({"file": file, "level": target.cpu, "sha256": sha256, "entries": entries})
+        put(out / file, code)
     if code_key(source) != before:
         raise CannotBuild("its source was changed while it was being built")
     manifest(out, libraries, file_key(source) if checked else "", before)

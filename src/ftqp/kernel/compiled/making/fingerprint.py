@@ -23,6 +23,7 @@ from ftqp.kernel.compiled.source import code_text
 _MAKERS = ("emit.py", "helper.py", "joint_lanes.py", "lane_numbers.py", "lane_records.py", "process_calls.py",
            "array_reading.py", "../facts.py", "../../jit.py")  # fmt: skip
 """The files that say how a function becomes machine code."""
+_NAMES = ("__module__", "__qualname__")
 
 
 def fingerprint(function: Any, *beside: Any) -> str:
@@ -99,4 +100,4 @@ def _thing(thing: Any, seen: set[int]) -> Iterator[str]:
         yield "intrinsic"
         yield from _function(thing._defn, seen)
     else:
-        yield f"{type(thing).__name__} {getattr(thing, '__module__', '')} {getattr(thing, '__qualname__', '')}"
+        yield " ".join([type(thing).__name__, *(str(getattr(thing, name, "")) for name in _NAMES)])

@@ -33,5 +33,5 @@ def _variables_within(self: Any, value: Any) -> Any:
 
 def be_quicker() -> None:
     """Take the shortcuts from now on."""
-    BaseFunction.get_call_type = _call_type_once
-    ir.Inst._rec_list_vars = _variables_within
+    setattr(BaseFunction, "get_call_type", _call_type_once)  # noqa: B010
+    setattr(ir.Inst, "_rec_list_vars", _variables_within)  # noqa: B010
