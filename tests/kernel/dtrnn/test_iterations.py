@@ -10,6 +10,7 @@ import pytest
 from networks import PRODUCT, network_of, problem, residual_of
 from random_qps import FEASIBLE, INFEASIBLE, feasible, infeasible
 
+from ftqp.kernel.compiled.kernel import level
 from ftqp.kernel.dtrnn.infeasible import proven_infeasible
 from ftqp.kernel.dtrnn.iterations import dtrnn, factor_implicit, iterate, scaling_rule
 from ftqp.kernel.dtrnn.network_of_qp import start
@@ -17,7 +18,6 @@ from ftqp.kernel.dtrnn.newton_jump import jump
 from ftqp.kernel.dtrnn.projection import rescale, residual
 from ftqp.kernel.dtrnn.stopping import quality
 from ftqp.kernel.dtrnn.straight_stretch import drift
-from ftqp.kernel.jit import COMPILED
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.layout.enums import E47, IMPLICIT, LVI94
 from ftqp.qp import QP, solve
@@ -209,8 +209,8 @@ def test_the_trace_tells_every_iterate():
 
 TICKS = """
 import json, numpy as np, ftqp
-from ftqp.kernel.jit import COMPILED
-result = {"compiled": COMPILED}
+from ftqp.kernel.compiled.kernel import level
+result = {"built": bool(level())}
 for level in ("acceleration", "velocity"):
     robot = ftqp.robots.load("panda")
     planner = ftqp.Planner(robot, level=level, scheme="dlsm", backend="dtrnn")
@@ -235,9 +235,9 @@ def run(script, **environment):
     return json.loads(result.stdout.splitlines()[-1])
 
 
-@pytest.mark.skipif(not COMPILED, reason="this run is without compilation")
+@pytest.mark.skipif(not level(), reason="no built kernel is in use")
 def test_plain_python_gives_the_same_command():
-    compiled, plain = run(TICKS), run(TICKS, NUMBA_DISABLE_JIT="1")
-    assert compiled.pop("compiled") and not plain.pop("compiled")
-    for level, values in compiled.items():
-        assert np.abs(np.subtract(values, plain[level])).max() < 1e-7  # the network's tolerance is 1e-9
+    built, plain = run(TICKS), run(TICKS, NUMBA_DISABLE_JIT="1")
+    assert built.pop("built") and not plain.pop("built")
+    for name, values in built.items():
+        assert np.abs(np.subtract(values, plain[name])).max() < 1e-7  # the network's tolerance is 1e-9
