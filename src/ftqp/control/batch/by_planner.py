@@ -18,7 +18,8 @@ from ftqp.kernel.layout.enums import OK
 from ftqp.model.posture import gravity_torques
 
 WEIGHTLESS = 1e-6
-"""A free joint with less gravity than this where the arm begins may have none anywhere [N m or N]."""
+"""A free joint with less gravity than this where the arm begins may have none anywhere [N m or N]. Some
+million times the rounding of a heavy arm's torques."""
 
 
 def needs_planner(own: OwnFaults, what_ifs: WhatIfs, starts: FloatArray) -> BoolArray:

@@ -21,7 +21,7 @@ from ftqp.kernel.entry.threads import thread_count
 
 _LOG = logging.getLogger("ftqp")
 WORTH_SAYING = 500e6
-"""A batch that takes more memory than this says so [bytes]."""
+"""A batch that takes more memory than this says so [bytes]. A convention."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,15 +10,17 @@ from ftqp.core.checks import FloatArray, array, non_negative, positive
 from ftqp.core.errors import InputError
 
 BLOCK = 21
-"""Samples that are averaged before they are looked at."""
+"""Samples that are averaged before they are looked at, because noise falls with the root of them
+(docs/theory/feedback.md, "Bandwidth from a log")."""
 SLOWEST = 0.02
-"""Joints slower than this [rad/s or m/s] tell nothing of a lag."""
+"""Joints slower than this [rad/s or m/s] tell nothing of a lag. Encoder noise and friction hide the lag
+there. A guess that the tests have not contradicted."""
 FEWEST = 40
-"""Averaged samples that the regression needs at least."""
+"""Averaged samples that the regression needs at least. A guess that the tests have not contradicted."""
 SIGNIFICANT = 3.0
-"""A lag below so many standard deviations is none ..."""
+"""A lag below so many standard deviations is none, because noise alone makes that in 0.3 % of logs ..."""
 LEAST = 2e-3
-"""... and neither is one below this [s]."""
+"""... and neither is one below this [s]. A guess that the tests have not contradicted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,28 +13,41 @@ from ftqp.kernel.layout.thresholds import LATELY
 
 KINDS = {kind.name.lower(): kind for kind in DriveKind}
 KAPPA_UNKNOWN = 10.0
-"""Bandwidth of the tip's loop [1/s] where the servo's is not known."""
+"""Bandwidth of the tip's loop [1/s] where the servo's is not known, ..."""
 KAPPA_MOST = 25.0
+"""... where it is known at most, ..."""
 KAPPA_DELAY = 0.25
-"""The tip's loop times the delay is at most this."""
+"""... and as a share of the inverse of the delay at most: so that the largest sensitivity stays below 2
+(docs/theory/feedback.md, "The tip"), which tests/control/drive/test_joint_drive.py computes."""
 KAPPA_RATTLE = 0.05
-"""Acceleration [m/s2] that the noise of the tip may cause."""
+"""Acceleration [m/s2] that the noise of the tip may cause. A guess that the campaigns have not
+contradicted."""
+
 HOLD_UNKNOWN, HOLD_MOST, HOLD_DELAY = 10.0, 50.0, 0.3
-"""Position loop around a velocity arm [1/s]."""
+"""Position loop around a velocity arm: where its servo is not known and at most [1/s], and as a share of the
+inverse of the delay ..."""
 STIFFNESS_MOST, STIFFNESS_DELAY = 80.0, 0.24
-"""Loop around a torque arm [1/s]."""
+"""... and the loop around a torque arm, at most [1/s] and as that share. A guess that the campaigns have not
+contradicted."""
+
 OBSERVER = 200.0
-"""Bandwidth of the observer of position and velocity arms [1/s]."""
+"""Bandwidth of the observer of position and velocity arms [1/s] ..."""
 OBSERVER_SHARE = 5.0
-"""Bandwidth of the observer of a torque arm beside its stiffness."""
+"""... and of a torque arm, as a multiple of its stiffness. A guess that the campaigns have not
+contradicted."""
+
 FELT_NOISE = sqrt(3.0) / 4.0
-"""Noise of the observed disturbance beside sigma w_o^2 sqrt(w_o dt): that of s^2 w_o^3/(s + w_o)^3."""
+"""Noise of the observed disturbance beside sigma w_o^2 sqrt(w_o dt). Derived: that of s^2 w_o^3/(s + w_o)^3
+(docs/theory/detection.md, "Observers")."""
+
 OBSERVER_FAILED = 300.0
-"""Bandwidth of the observer of a failed joint [1/s]."""
+"""Bandwidth of the observer of a failed joint [1/s]. A guess that the campaigns have not contradicted."""
 FEED_FORWARD_SHARE = 0.5
-"""Bandwidth of the disturbance that is fed forward beside the stiffness."""
+"""Bandwidth of the disturbance that is fed forward, as a share of the stiffness. A guess that the campaigns
+have not contradicted."""
 PATIENCE = 0.02
-"""How long a sensor may be refused before the arm is stopped [s]."""
+"""How long a sensor may be refused before the arm is stopped [s]. A guess that the campaigns have not
+contradicted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,11 +13,14 @@ from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.rows import COMPONENTS, ROW_KINDS
 
 SINGULAR = 0.03
-"""A singular value of the scaled reduced Jacobian below this is a direction in which the tip cannot move."""
+"""A singular value of the scaled reduced Jacobian [characteristic lengths] below this is a direction in which
+the tip cannot move. A guess that the campaigns have not contradicted."""
 NOTICEABLE = 0.05
-"""A share of the path's direction, or of a direction's components, below this is left out."""
+"""A share of the path's direction, or of a direction's components, below this is left out. A guess that the
+campaigns have not contradicted."""
 ALONG_ONE = 0.98
-"""A direction with this cosine to a row of the task goes by the row's name."""
+"""A direction with this cosine to a row of the task goes by the row's name. A cosine of 0.98 is 11 degrees,
+for a sentence to an operator: a convention."""
 LASTING = ("position", *(kind.name for kind in ROW_KINDS))
 """Limits of these kinds are named as what holds a joint."""
 

@@ -22,9 +22,11 @@ from ftqp.kernel.layout.enums import STOPPED, STOPPING
 
 _LOG = logging.getLogger("ftqp")
 EXACT = 1e-6
-"""A command so near to the goal has arrived [m, rad]."""
+"""A command so near to the goal has arrived [m, rad]. A convention."""
 SETTLED = 0.1
-"""Share of the tolerances within which an arm at its pose is not waited for any longer."""
+"""Share of the tolerances within which an arm at its pose is not waited for any longer. A guess that the
+campaigns have not contradicted."""
+
 PATIENCE = 1.0
 """An arm that comes no nearer and is slow for so long rests as near as it gets [s]."""
 RESTLESS_PATIENCE = 5.0
@@ -32,9 +34,12 @@ RESTLESS_PATIENCE = 5.0
 NEARER = 0.02
 """Share of the distance, and of the tolerance, that counts as coming nearer."""
 SLOW = 0.02
-"""An arm whose joints are all slower than this share of their limit is slow."""
+"""An arm whose joints are all slower than this share of their limit is slow. What these do stands in
+docs/theory/ways-to-a-goal.md, "When the arm has arrived". All of these are guesses that the campaigns have
+not contradicted."""
+
 AT_REST = 1e-3
-"""And at rest below this share."""
+"""And at rest below this share. A guess that the campaigns have not contradicted."""
 ONLY_THE_TIP = "the tip is at its goal, while the scheme goes on moving the joints"
 """The sentence of a pose that is reached where the joints do not come to rest."""
 

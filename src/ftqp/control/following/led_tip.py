@@ -15,11 +15,14 @@ from ftqp.core.pose import rotation_vector
 from ftqp.kernel.layout.enums import INVALID_INPUT, STOPPED, STOPPING
 
 LEASH = 0.02
-"""How far the reference may be ahead of the tip [m]; less than half the emergency stop's default."""
+"""How far the reference may be ahead of the tip [m]; less than half the emergency stop's default, so that the
+stop is never reached ..."""
 TURN_LEASH = 0.1
-"""The same of its rotation [rad]."""
+"""... and its rotation [rad] (docs/theory/ways-to-a-goal.md, "To a pose, or along a twist"). A guess that the
+campaigns have not contradicted."""
 STANDING = 1e-3
-"""A tip slower than this on its leash stands, and its target with it [m/s, rad/s]."""
+"""A tip slower than this on its leash stands, and its target with it [m/s, rad/s]. A guess that the campaigns
+have not contradicted."""
 OFF_TASK = (STOPPING, STOPPED, INVALID_INPUT)
 """Codes of steps that do not attempt the task: the reference begins anew at the arm after them."""
 

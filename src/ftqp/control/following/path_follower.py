@@ -22,9 +22,10 @@ from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.layout.thresholds import SCALED_FROM
 
 STANDS = 0.01
-"""A mean rate below this is none: the path stands."""
+"""A mean rate below this is none: the path stands. A guess that the campaigns have not contradicted."""
 LIMITED = 0.5
-"""A rate that the path's next jump holds below this is no stall, unless it is below this share of that."""
+"""A rate that the path's next jump holds below this is no stall, unless it is below this share of that. A
+guess that the campaigns have not contradicted."""
 FOUND = -1
 """Stands for a pattern where the kernel has found a way past a singularity."""
 ON_TASK = (OK, RELAXED, SCALED)

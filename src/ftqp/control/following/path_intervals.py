@@ -12,21 +12,26 @@ from ftqp.kernel.layout import path_table as layout
 FIRST_INTERVALS = 20
 """Intervals before any is halved; corners at quarters, fifths and tenths of the path fall on their ends."""
 TOLERANCE = 2e-10
-"""Largest error of the pose at the points that are checked [m, rad]; between them it stays below 1e-9."""
+"""Largest error of the pose at the points that are checked [m, rad]; between them it stays below 1e-9. What
+lies between is measured by tests/control/following/test_path_intervals.py."""
 RATE_TOLERANCE = 1e-8
-"""Largest error of the twist there [m/s, rad/s]."""
+"""Largest error of the twist there [m/s, rad/s]. A guess that the tests have not contradicted."""
 NARROWEST = 1e-8
-"""An interval as short as this holds a jump and is left alone [s]."""
+"""An interval as short as this holds a jump and is left alone [s]. Some million units of rounding of a path's
+time."""
 STRAIGHT = 1e-5
-"""In an interval shorter than this the path is straight: curvature would be rounding [s]."""
+"""In an interval shorter than this the path is straight: curvature would be rounding [s]. Rounding, 1e-16 of
+a metre, over the square of it is 1e-6 m/s2."""
 LEFT = 2e-9
-"""How long before an end the twist that holds up to it is taken [s]."""
+"""How long before an end the twist that holds up to it is taken [s]. Longer than rounding of the path's time,
+shorter than NARROWEST."""
 JUMP = 1e-6
-"""A change of the twist at one time by more than this is a jump [m/s, rad/s]."""
+"""A change of the twist at one time by more than this is a jump [m/s, rad/s]. Two digits above
+RATE_TOLERANCE, because errors of the table are no jumps."""
 LARGEST = 1 << 18
 """Intervals at most."""
 CHECKED = (0.2, 0.5, 0.8)
-"""Where in an interval its error is looked at."""
+"""Where in an interval its error is looked at. A guess that the tests have not contradicted."""
 
 
 def path_table(path: Path) -> FloatArray:

@@ -22,8 +22,11 @@ from ftqp.core.errors import InputError
 from ftqp.core.setting import setting
 
 LARGEST_GAIN = 2.0
+"""A gain from here on is unstable whatever the attitude, because 2 cos alpha is no larger
+(docs/theory/moving-base.md, "Loop and stability")."""
 SEARCH_FLOOR = 1e-6
-"""Smallest low-pass factor that is looked at."""
+"""Smallest low-pass factor that is looked at. At 1 kHz that is a time constant of 1000 s, so that nothing
+below it is a filter any more."""
 
 
 def gain_limit(alpha: float) -> float:

@@ -32,9 +32,11 @@ from ftqp.kernel.layout.record import capacity_for
 ATTITUDES = {attitude.name.lower(): attitude for attitude in Attitude}
 SENSINGS = ("unknown", "known", "late")
 RANK_THRESHOLD = 0.02
-"""Smallest singular value of the task Jacobian over the characteristic length that counts as full rank."""
+"""Smallest singular value of the task Jacobian over the characteristic length that counts as full rank. A
+guess that the tests have not contradicted."""
 TOLERANCE = 1e-3
-"""Error beyond which a target that cannot be neared counts as out of reach [m; rad times length]."""
+"""Error beyond which a target that cannot be neared counts as out of reach [m; rad times length]. A
+millimetre, which is a convention."""
 
 
 class BaseStatus(Enum):

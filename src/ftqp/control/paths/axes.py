@@ -18,7 +18,8 @@ _NAMED: dict[str, tuple[float, float, float]] = {
     "-z": (0.0, 0.0, -1.0),
 }
 PERPENDICULAR_TOLERANCE = 1e-6
-"""Largest cosine between two axes of a plane that still counts as perpendicular [-]."""
+"""Largest cosine between two axes of a plane that still counts as perpendicular [-]. A convention, so that
+numbers which a file gives to six digits pass."""
 
 Axis = str | Sequence[float] | FloatArray
 """A direction in W: x, y, z, -x, -y, -z, or a vector (3,) whose length does not matter."""

@@ -8,7 +8,8 @@ from ftqp.control.paths.path import TIME_SLACK, Motion, Path
 from ftqp.core.checks import FloatArray
 
 CLOSED = 1e-9
-"""A path whose end is so near to its start is closed [m, and entries of the rotation]."""
+"""A path whose end is so near to its start is closed [m, and entries of the rotation]. The tolerance of a
+path's own table, so that repeats join without a jump that shows."""
 
 
 @final

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 COINCIDENCE = 1e-6
-"""A first waypoint nearer to the start than this counts as the start [m and rad]."""
+"""A first waypoint nearer to the start than this counts as the start [m and rad]. A convention, so that
+numbers which a file gives to six digits pass."""
 
 
 @final

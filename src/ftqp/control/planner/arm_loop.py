@@ -17,7 +17,8 @@ from ftqp.kernel.layout.enums import AS_TOLD, DriveKind, StopReason
 from ftqp.model.robot import Robot
 
 STEP: Final = 0.05
-"""What is planned ahead is planned anew when a suspicion leaves it more or less by so much of its speed."""
+"""What is planned ahead is planned anew when a suspicion leaves it more or less by so much of its speed. A
+guess that the campaigns have not contradicted."""
 
 
 @final

@@ -10,12 +10,17 @@ from ftqp.kernel.entry.session import ArmSession
 from ftqp.model.robot import Robot
 
 SAMPLES = 400
+"""Random configurations that are looked at. A guess that the tests have not contradicted."""
 SPEED_SHARE = 0.5
-"""Velocities are sampled up to this share of the limits."""
+"""Velocities are sampled up to this share of the limits. A guess that the tests have not contradicted."""
 MARGIN = 1.3
-"""Bias and inertia beyond what was sampled that ``guard`` allows for."""
+"""Bias and inertia beyond what was sampled that ``guard`` allows for. A guess that the tests have not
+contradicted."""
 LEAST_SHARE = 0.05
+"""Share of a_max that braking counts on at least, so that it counts on something where gravity leaves
+nothing. A guess that the tests have not contradicted."""
 SEED = 20170511
+"""Of the samples: so that an arm always has the same reserve."""
 
 
 class BrakingReserve:

@@ -117,10 +117,12 @@ class Certificate:
 
 
 ACTIVE = 1e-9
-"""A multiplier above this share of the largest counts as active."""
+"""A multiplier above this share of the largest counts as active. A guess that the tests have not
+contradicted."""
 _LIMIT_NAMES = {limit: limit.name.lower() for limit in (Limit.ACCELERATION, Limit.VELOCITY, Limit.POSITION)}
 LEAST_SHARE = 1e-3
-"""A direction of which less is missing than this share of the largest is left out."""
+"""A direction of which less is missing than this share of the largest is left out. A guess that the tests
+have not contradicted."""
 
 
 def unreached(parts: Any, slack: FloatArray) -> list[Unreached]:

@@ -11,7 +11,8 @@ from ftqp.kernel.layout.enums import OK, RELAXED, SCALED
 
 _LOG = logging.getLogger("ftqp")
 PATIENCE: Final = 0.2
-"""How long a task is RELAXED before rows of it are given up [s]."""
+"""How long a task is RELAXED before rows of it are given up [s]. A guess that the campaigns have not
+contradicted."""
 SENTENCES: Final = {
     "position_axis": "the task stays infeasible: the rotation about the tool axis is given up",
     "position": "the task stays infeasible: the attitude is given up",

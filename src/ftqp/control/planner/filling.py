@@ -16,15 +16,19 @@ from ftqp.model.robot import Robot
 
 LEVELS = {level.name.lower(): level for level in Level}
 PATIENCE = 0.1
-"""Time [s] of fallback commands in a row after which the arm is stopped."""
+"""Time [s] of fallback commands in a row after which the arm is stopped. A guess that the campaigns have not
+contradicted."""
 STOP_RISE = 0.05
-"""A stop brings the deceleration up to the acceleration limit within this time [s]."""
+"""A stop brings the deceleration up to the acceleration limit within this time [s]. So that a stop ends at
+rest without a step of the acceleration, which makes servos overshoot (docs/theory/feedback.md, "Stops"). A
+guess that the campaigns have not contradicted."""
 REMEMBERED = 1.05
-"""How long given targets are kept [s]."""
+"""How long given targets are kept [s]. LATEST, after which the arm is stopped, and 50 ms, so that the oldest
+one is still there."""
 TOLERANCE = 1e-10
-"""Largest violation of a bound that the active set counts as none."""
+"""Largest violation of a bound that the active set counts as none. Some million units of rounding."""
 ACCEPT = 1e-6
-"""Largest scaled residual of a QP that counts as solved."""
+"""Largest scaled residual of a QP that counts as solved. A guess that the campaigns have not contradicted."""
 
 
 def filled(

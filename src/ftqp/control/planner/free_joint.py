@@ -33,9 +33,10 @@ PLACES = {
 }
 """What a step can say of a free-swinging joint, and where it stands in the record."""
 STILL_SWING = 0.01
-"""A joint that swings no farther than this hangs at rest [rad or m]."""
+"""A joint that swings no farther than this hangs at rest [rad or m] ..."""
 STILL_DRIFT = 1e-3
-"""A joint that drifts no faster than this rests [rad/s or m/s]."""
+"""... and one that drifts no faster than this rests [rad/s or m/s]. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
 HELD = {
     Kept.NOTHING: "the task is given up, the others lead it to where it can rest",
     Kept.POSE: "tip held at its pose",

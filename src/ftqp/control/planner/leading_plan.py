@@ -79,7 +79,8 @@ def plan_for(plan: LeadingPlan, robot: Robot) -> LeadingPlan:
 
 
 EVEN: Final = 1e-6
-"""Times of a plan are at equal distances within this share of a distance."""
+"""Times of a plan are at equal distances within this share of a distance. A convention, so that numbers which
+a file gives to six digits pass."""
 
 
 @final

@@ -32,7 +32,7 @@ from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.registry import backend as make_backend
 
 SHORTEST = 1e-6
-"""Sampling period of the fastest planner [s]."""
+"""Sampling period of the fastest planner [s], by convention."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

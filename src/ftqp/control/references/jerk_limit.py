@@ -8,11 +8,14 @@ import ruckig
 from ftqp.core.checks import FloatArray
 
 RISE_TIME = 0.05
-"""The time [s] in which the acceleration rises from zero to its limit, where nobody says another."""
+"""The time [s] in which the acceleration rises from zero to its limit, where nobody says another. A guess
+that the campaigns have not contradicted. It is that of a stop (``STOP_RISE``)."""
 ENDLESS = 1e3
-"""What an infinite limit of speed counts as [rad/s or m/s]."""
+"""What an infinite limit of speed counts as [rad/s or m/s]. So that ruckig is never asked for infinite
+numbers, far beyond any joint."""
 TOUCHING = 1.0 - 1e-9
-"""Share of a limit that a target's own speed may have at most."""
+"""Share of a limit that a target's own speed may have at most. So that rounding never takes it past the
+limit, which ruckig would refuse."""
 
 
 class State(NamedTuple):

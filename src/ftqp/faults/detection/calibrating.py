@@ -22,17 +22,21 @@ from ftqp.kernel.layout.enums import Residual
 from ftqp.model.robot import Robot
 
 STATED_SHARE = 0.5
-"""Noise stated below this share of what the log shows is far too small."""
+"""Noise stated below this share of what the log shows is far too small. A guess that
+`python studies/detection.py` has not contradicted."""
 LEAST_WAY = 0.02
-"""A joint whose reference moves by less [rad or m] never moves."""
+"""A joint whose reference moves by less [rad or m] never moves. A guess that `python studies/detection.py`
+has not contradicted."""
 OUTLIER = 4.0
-"""A residual that exceeds the next largest, apart from its own second, by so many times is no healthy one."""
+"""A residual that exceeds the next largest, apart from its own second, by so many times is no healthy one. A
+guess that `python studies/detection.py` has not contradicted."""
 APART = 40
 """Blocks around the largest value that belong to it."""
 EVERY = 3.0
-"""No event in a time T bounds its rate by 3/T, 95 %."""
+"""No event in a time T bounds its rate by 3/T, 95 %, because exp(-3) is 0.05 (the rule of three)."""
 GRID = 0.05
-"""How exactly the steps of a quantised encoder are whole [quanta]."""
+"""How exactly the steps of a quantised encoder are whole [quanta], because logs are rounded, too. A guess
+that `python studies/detection.py` has not contradicted."""
 
 
 def calibrated(

@@ -17,7 +17,8 @@ FORMAT = 1
 LARGEST_FILE = 10_000_000
 """Bytes that are read at most."""
 LARGEST = 1e9
-"""No figure of a calibration is larger."""
+"""No figure of a calibration is larger [-]. A convention: far beyond any, and far below where squares
+overflow."""
 
 
 @final

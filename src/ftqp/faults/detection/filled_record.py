@@ -12,20 +12,26 @@ from ftqp.kernel.layout.enums import Residual
 from ftqp.model.robot import Robot
 
 MEAN = 0.2
-"""Time constant of the means that are taken from residuals [s]."""
+"""Time constant of the means that are taken from residuals [s]. A guess that `python studies/detection.py`
+has not contradicted."""
 LOAD = 3.0
-"""Time constant by which what was seen of an unknown load fades [s]."""
+"""Time constant by which what was seen of an unknown load fades [s]. A guess that
+`python studies/detection.py` has not contradicted."""
 FINEST = 1e-3
-"""Residuals of torque below this share of a joint's largest torque tell no more of a load."""
+"""Residuals of torque below this share of a joint's largest torque tell no more of a load. A guess that
+`python studies/detection.py` has not contradicted."""
 SETTLE = 150
 """Ticks after a reset before measured torques are looked at, and means are begun."""
 SLIP = 0.03
-"""Speed below which a joint may stick [rad/s or m/s]."""
+"""Speed below which a joint may stick [rad/s or m/s]. A guess that `python studies/detection.py` has not
+contradicted."""
 FAINT = 0.5
-"""A residual of torque below this share of its threshold shows no acceleration of a light joint either."""
+"""A residual of torque below this share of its threshold shows no acceleration of a light joint either. A
+guess that `python studies/detection.py` has not contradicted."""
 
 LEAST_ROOM = 1e-100
-"""A residual with less room than this is none to decide by."""
+"""A residual with less room than this is none to decide by. So that a quotient by it stays finite; any number
+far below real residuals does."""
 
 
 def fill_record(

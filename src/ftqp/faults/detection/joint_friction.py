@@ -11,13 +11,16 @@ from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
 
 BLOCK = 0.025
-"""Time over which samples are averaged [s]."""
+"""Time over which samples are averaged [s]. A guess that `python studies/detection.py` has not
+contradicted."""
 SLOWEST = 0.03
-"""Joints slower than this [rad/s or m/s] do not tell the sign of their friction."""
+"""Joints slower than this [rad/s or m/s] do not tell the sign of their friction. A guess that
+`python studies/detection.py` has not contradicted."""
 MOST_BLOCKS = 3000
 """More averaged samples tell no more."""
 SIGNIFICANT = 6.0
-"""Friction below so many standard deviations is none: averaged samples are not independent."""
+"""Friction below so many standard deviations is none: averaged samples are not independent. Three would be
+enough for independent ones. A guess that `python studies/detection.py` has not contradicted."""
 FEWEST = 30
 """A joint with fewer is left without friction."""
 

@@ -10,34 +10,44 @@ from ftqp.kernel.layout.enums import Residual
 from ftqp.model.robot import Robot
 
 BLOCK = 0.025
-"""Healthy residuals are taken as the largest of so long a time [s]."""
+"""Healthy residuals are taken as the largest of so long a time [s]. The slow observer forgets within 1/60 s,
+so that the largest values are nearly independent (docs/theory/detection.md, "Thresholds")."""
 TOP = 0.01
-"""The tail is fitted to this share of them ..."""
+"""The tail is fitted to this share of them, the 99th percentile and beyond by convention, ..."""
 FEWEST = 20
-"""... but to so many at least."""
+"""... but to so many at least, because an exponential's mean is then known to a fifth or so."""
 ROOM = 1.15
-"""A threshold is at least so many times the largest healthy value."""
+"""A threshold is at least so many times the largest healthy value. A guess that `python studies/detection.py`
+has not contradicted."""
 FOLDS = 3
 """Parts of a log that are tested with thresholds of the others."""
+
 NOISE_OF_D = sqrt(3.0) / 4.0
-"""sigma_d = 0.43 sigma w^(5/2) dt^(1/2): the noise of an observed acceleration."""
+"""sigma_d = 0.43 sigma w^(5/2) dt^(1/2): the noise of an observed acceleration. Derived and compared with a
+Monte Carlo (docs/theory/detection.md, "Observers")."""
+
 SIGMAS = 12.0
 """An arm of which no log is known gets so many standard deviations ..."""
 ERROR_UNKNOWN = 5e-3
 """... beside this error of position [rad or m] ..."""
 SHARES_UNKNOWN = (0.05, 0.15)
-"""... and beside these shares of its largest acceleration or torque, slow and fast."""
+"""... and beside these shares of its largest acceleration or torque, slow and fast. All of these are guesses
+that `python studies/detection.py` has not contradicted."""
 
 JUMP_MOST = 8e-3
-"""A sample that jumps by more than this [rad or m] was not moved by a motor."""
+"""A sample that jumps by more than this [rad or m] was not moved by a motor. A guess that
+`python studies/detection.py` has not contradicted."""
 JUMP_MARGIN = 1.3
-"""A motor may give so many times its torque limit for a tick."""
+"""A motor may give so many times its torque limit for a tick. A guess that `python studies/detection.py` has
+not contradicted."""
 JUMP_SIGMAS = 8.0 * sqrt(6.0)
-"""Eight standard deviations of the second difference of noise."""
+"""Eight standard deviations of the second difference of noise, which is sqrt(1 + 4 + 1) of noise's own: so
+that noise is none."""
 JUMP_QUANTA = 3.0
-"""Second differences of rounded numbers are below so many steps."""
+"""Second differences of rounded numbers are below so many steps, because (1 + 2 + 1)/2 of them is the
+most."""
 JUMP_LEAST = 1e-4
-"""A smaller jump [rad or m] is none."""
+"""A smaller jump [rad or m] is none. A guess that `python studies/detection.py` has not contradicted."""
 
 
 def noise_of_acceleration(sigma: float, bandwidth: float, dt: float) -> float:

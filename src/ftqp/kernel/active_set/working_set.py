@@ -12,10 +12,12 @@ from ftqp.kernel.jit import jit, long_jit
 from ftqp.kernel.maths.cholesky import factor
 
 DEPENDENT = 1e-12
-"""A row whose part outside the span of the working set is below this share (squared) counts as dependent."""
+"""A row whose part outside the span of the working set is below this share (squared) counts as dependent. The
+pivot is a difference of which rounding leaves some 1e-16, so that four digits are left at the bound."""
 
 REFINE_FROM = 1e-12
-"""Residual of an active row above which the solution is refined."""
+"""Residual of an active row, in its own unit, above which the solution is refined: two digits below 1e-10,
+the tolerance of ``ftqp.control.planner.filling``, so that rows that were solved well cost nothing."""
 
 
 @jit

@@ -7,7 +7,8 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.elementary import select
 
 NEAR = 0.19140625
-"""Up to this square, (7/16)^2, the arc tangent is one polynomial."""
+"""Up to this square, (7/16)^2, the arc tangent is one polynomial. The bound of the polynomial's source,
+FreeBSD's s_atan.c (see `arc_tangent_over`), because its coefficients hold up to there."""
 
 
 @jit

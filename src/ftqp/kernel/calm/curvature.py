@@ -8,9 +8,11 @@ from ftqp.kernel.maths.vectors import cross
 from ftqp.kernel.rows.task_rows import component_of
 
 STRAIGHT = 1e-4
-"""A rotation error below this [rad] has no curvature of its own."""
+"""A rotation error below this [rad] has no curvature of its own. That is left out because it is |e|^2/3 of
+the plain one at most, 3e-9."""
 STEEPEST = 3.0
-"""Most that the curvature of an axis error counts across its own direction; at a half turn it is endless."""
+"""Most that the curvature of an axis error counts across its own direction, as a multiple of the plain one;
+at a half turn it is endless. A guess that `python studies/study_calm.py` has not contradicted."""
 
 
 @jit

@@ -22,11 +22,14 @@ from ftqp.kernel.maths.side_by_side import (
 from ftqp.kernel.maths.vectors import cross
 
 NEAR = 0.01
-"""A joint so near to its position limit [rad; times the characteristic length m] may be pressed on it."""
+"""A joint so near to its position limit [rad; times the characteristic length m] may be pressed on it. A
+guess that the campaigns have not contradicted."""
 STEP = 0.05
-"""How far each joint may go before the smallest singular value is looked at anew, in the same units."""
+"""How far each joint may go [rad; times the characteristic length m] before the smallest singular value is
+looked at anew, ..."""
 WORN = 0.9
-"""It is looked at anew only where the bound has fallen below this share of what was seen."""
+"""... only where the bound has fallen below this share of what was seen. Both cost time only, because the
+bound holds whatever they are (docs/theory/calm.md, "What a regular tick pays")."""
 
 
 @jit

@@ -9,7 +9,8 @@ from ftqp.kernel.layout.enums import ACCELERATION, TARGET_HAS_ROTATION, TARGET_T
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 SLOW = 0.5
-"""Rate of a path below which its ticks may be posed in calm."""
+"""Rate of a path below which its ticks may be posed in calm. Faster paths are posed as if there were no calm
+(docs/theory/calm.md, "Paths that wait"). A guess that `python studies/study_calm.py` has not contradicted."""
 
 
 @jit

@@ -26,7 +26,8 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
 
 INSIDE = 1e-9
-"""A bound exceeded by less than this share of 1 + its size is met: rounding of a rate exactly at a limit."""
+"""A bound exceeded by less than this share of 1 + its size is met: rounding of a rate exactly at a limit. A
+pseudoinverse with pivots of 1e-8 may lose as many as half of its sixteen digits."""
 
 
 @jit

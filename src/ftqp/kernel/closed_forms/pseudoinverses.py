@@ -10,9 +10,11 @@ from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.svd import svd
 
 CONDITIONED = 1e-8
-"""Least pivot of J J', relative to its diagonal, down to which it is factored."""
+"""Least pivot of J J', relative to its diagonal, down to which it is factored. One refinement is then enough,
+because rounding, 1e-16, grows by the pivot's inverse: to 1e-8 at first, and to 1e-16 once refined."""
 REFINED = 1e-3
-"""Least such pivot down to which the solution needs no refinement."""
+"""Least such pivot down to which the solution needs no refinement. Rounding leaves 1e-13 of it, for the same
+reason."""
 
 
 @jit

@@ -11,11 +11,14 @@ from ftqp.kernel.maths.side_by_side import put, several
 from ftqp.kernel.maths.vectors import cross
 
 UNLIKELY = (1.0, 0.1)
-"""A load of so many kg, or of so many kg m beside the tip, takes evidence."""
+"""A load of so many kg, or of so many kg m beside the tip, takes evidence. The prior of
+docs/theory/detection, "Loads". A guess that `python studies/detection.py` has not contradicted."""
 AT_FIRST = 100.0
-"""The mean square of a residual begins at so many times the least that counts."""
+"""The mean square of a residual begins at so many times the least that counts. A guess that
+`python studies/detection.py` has not contradicted."""
 ALIKE = 6.0
-"""So many neighbouring samples of the slow residual tell as much as one."""
+"""So many neighbouring samples of the slow residual tell as much as one. A guess that
+`python studies/detection.py` has not contradicted."""
 
 
 @jit

@@ -8,7 +8,8 @@ from ftqp.kernel.layout.enums import ACCELERATION_SLOW, TORQUE_SLOW
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 MODEL_SHARE = 0.1
-"""Error of the inertia's model: a residual of torque may have so much of what all joints ask of it."""
+"""Error of the inertia's model: a residual of torque may have so much of what all joints ask of it. A guess
+that `python studies/detection.py` has not contradicted."""
 
 
 @jit

@@ -28,7 +28,8 @@ ALL_QUIET, WATCHING, FOUND = 0, 1, 2
 VERDICTS = 5
 """So many equal verdicts in a row are a finding."""
 TORQUE_COUNTS = 0.5
-"""What is odd about a joint's torque tells half as much of its motion as what is odd about the motion."""
+"""What is odd about a joint's torque tells half as much of its motion as what is odd about the motion. A
+guess that `python studies/detection.py` has not contradicted."""
 STANDING_VERDICTS = 9
 """More where a joint stands: what is thrown back by a drive stands for a moment."""
 CALM_TICKS = 300

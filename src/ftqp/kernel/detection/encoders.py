@@ -15,7 +15,8 @@ BIASED_AFTER = 3
 WILD_AFTER = 10
 """So many samples in a row that are off by whatever are one, too."""
 ALIKE = 0.5
-"""Offsets that differ by less than this share of the first one are the same."""
+"""Offsets that differ by less than this share of the first one are the same. A guess that
+`python studies/detection.py` has not contradicted."""
 SAMPLE_SIGMAS = 6.0
 """A joint that should have moved by so many standard deviations beside two quanta shows it."""
 

@@ -9,17 +9,22 @@ from ftqp.kernel.jit import jit
 FEWEST, LONG, BRIEF = 16, 44, 8
 """Samples of the windows: the shortest and the longest for a joint that stands, and that of its speed."""
 LEAST_SPEED = 0.03
-"""A reference slower than this [rad/s or m/s] does not tell whether a joint stands."""
+"""A reference slower than this [rad/s or m/s] does not tell whether a joint stands. A guess that
+`python studies/detection.py` has not contradicted."""
 SLOPE_SIGMAS, STILL_SHARE = 5.0, 0.2
-"""A joint stands whose slope is within noise, or below this share of the reference's speed ..."""
+"""A joint stands whose slope is within so many standard deviations of noise, or below this share of the
+reference's speed ..."""
 BEND_SIGMAS = 3.0
-"""... and whose curvature is within so many standard deviations of noise."""
+"""... and whose curvature is within so many. By these the shortest window follows from the noise
+(docs/theory/detection.md, "Standstill"); all three are guesses that `python studies/detection.py` has not
+contradicted."""
 BEND_SHARE = 0.5
-"""The window is so long that this noise is below this share of what would have stopped the joint."""
+"""The window is so long that this noise is below this share of what would have stopped the joint. A
+convention, because a bend of half the size must already show."""
 LEAD = 5
 """Ticks from a failure to the suspicion."""
 FINEST = 1e-6
-"""Noise below this [rad or m] counts as this."""
+"""Noise below this [rad or m] counts as this. So that windows have a length without noise, too."""
 
 
 @jit

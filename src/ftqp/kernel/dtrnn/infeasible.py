@@ -9,13 +9,16 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.lu import lu_factor, lu_solve
 
 SHARE = 0.5
-"""What the proof must exceed, as a share of |y|^2; at the point nearest to all constraints it is 1."""
+"""What the proof must exceed, as a share of |y|^2; at the point nearest to all constraints it is 1. Half of
+that is left, so that rounding has no say (docs/theory/recurrent-network.md, "Infeasibility")."""
 ROUNDING = 1e-9
 """What the proof must exceed, as a share of the sum of its terms."""
 VIOLATION = 1e-8
-"""Smallest violation, as a share of 1 + |b| + |x|, that may count as a proof."""
+"""Smallest violation, as a share of 1 + |b| + |x|, that may count as a proof. The ROW_TOLERANCE of a solved
+QP, because what is less counts as kept."""
 RAY = 1e-10
-"""Largest share of its terms that A'y may keep along a variable without a bound on that side."""
+"""Largest share of its terms that A'y may keep along a variable without a bound on that side. Five digits
+above the rounding of a sum. A guess that `python solvers/study_dtrnn.py` has not contradicted."""
 
 
 @jit

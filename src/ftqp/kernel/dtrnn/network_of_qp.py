@@ -8,7 +8,8 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, SOLVED
 
 CONTRADICTION = 1e-8
-"""A row without free variables that is violated by more than this share of its terms has no solution."""
+"""A row without free variables that is violated by more than this share of its terms has no solution. The
+ROW_TOLERANCE of a solved QP, because what is less counts as kept."""
 
 
 @jit

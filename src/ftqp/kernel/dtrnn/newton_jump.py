@@ -8,7 +8,9 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.lu import lu_factor, lu_solve
 
 ACCEPTED = 0.5
-"""Paper mode: a jump counts when it shrinks |e| at least by this factor."""
+"""Paper mode: a jump counts when it shrinks |e| at least by this factor. A convention
+(docs/theory/recurrent-network.md, "Newton jumps"): a halved residual is progress that steps of the network
+take long for."""
 STEPS = 6
 """Newton steps of one jump outside paper mode."""
 LONG_STEPS = 4
@@ -16,7 +18,8 @@ LONG_STEPS = 4
 TRIES = 3
 """Newton steps of a long jump without fewer wrong sides, before only one side is changed at a time."""
 YIELDING = 1e-8
-"""Compliance of hard rows in a long jump, relative to the QP's own magnitude."""
+"""Compliance of hard rows in a long jump, relative to the QP's own magnitude. A guess that
+`python solvers/study_dtrnn.py` has not contradicted."""
 
 
 @jit

@@ -11,7 +11,8 @@ from ftqp.kernel.layout.enums import FAILED, MAX_ITERATIONS, SOLVED
 from ftqp.kernel.maths.cholesky import factor
 
 CONVEX = 1e-9
-"""H + CONVEX max(H_ii) I has a Cholesky factor when H counts as positive semidefinite."""
+"""H + CONVEX max(H_ii) I has a Cholesky factor when H counts as positive semidefinite: rounding makes
+eigenvalues of zero some 1e-15 of the largest."""
 
 
 @jit

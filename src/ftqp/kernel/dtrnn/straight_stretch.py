@@ -7,11 +7,13 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.lu import lu_solve
 
 STEADY = 1e-2
-"""Largest change of e in a step, as a share of e, that counts as a straight stretch at first."""
+"""Largest change of e in a step, as a share of e, that counts as a straight stretch at first ..."""
 STRICTER = 0.1
-"""Factor on that share after a stretch that made |e| larger."""
+"""... and the factor on that share after a stretch that made |e| larger. A guess that
+`python solvers/study_dtrnn.py` has not contradicted."""
 NEARLY = 0.99
-"""Share of the way to the next bound that is taken."""
+"""Share of the way to the next bound that is taken. Short of it, so that rounding takes no component past its
+bound."""
 
 
 @jit

@@ -8,18 +8,24 @@ from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 ERROR_BAND = 0.02
-"""A joint may always be this far [rad or m] from its command ..."""
+"""A joint may always be this far [rad or m] from its command, farther by what its command moves in this time
+[s] and by so many standard deviations of its sensor's noise: six, because noise alone exceeds them twice in
+1e9 samples. The others are guesses that the campaigns have not contradicted."""
 BAND_TIME = 0.1
 """... and farther by what its command moves in this time [s]."""
 BAND_SIGMAS = 6.0
+
 OUT_TIME = 0.02
-"""Outside its error band for this long [s] a joint lags behind; during a stop it asks for its brake."""
+"""Outside its error band for this long [s] a joint lags behind; during a stop it asks for its brake. A guess
+that the campaigns have not contradicted."""
+
 OVERSPEED = 0.2
 """A joint that goes on faster than asked, and than its limit, by this share of the limit ..."""
 OVERSPEED_TIME = 0.01
 """... for this long [s] is out of hand ..."""
 SERVO_TIME = 0.1
-"""... or for this long where a servo holds it, which comes back by itself when it was pushed."""
+"""... or for this long where a servo holds it, because that comes back by itself when it was pushed. All of
+these are guesses that the campaigns have not contradicted."""
 
 
 @jit

@@ -10,22 +10,26 @@ from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.rows.task_rows import component_of
 
 FILTER = 0.01
-"""Time constant of the gap's low-pass filter [s]."""
+"""Time constant of the gap's low-pass filter [s]. A guess that the campaigns have not contradicted."""
 FULL_SPEED_TO = 0.6
-"""Up to this gap the path runs at full speed; it stands at a gap of 1."""
+"""Up to this gap the path runs at full speed; it stands at a gap of 1. A guess that the campaigns have not
+contradicted."""
 RATE_TIME = 0.05
-"""The rate approaches what is wanted with this time constant [s] ..."""
+"""The rate approaches what is wanted with this time constant [s], but falls and rises by no more than these
+[1/s]. A guess that the campaigns have not contradicted."""
 FASTEST_FALL = 5.0
 FASTEST_RISE = 2.0
 """... but falls and rises by no more than these a second."""
 FULL = 1e-6
-"""A rate nearer to 1 than this is 1."""
+"""A rate nearer to 1 than this is 1. So that a rate that approaches 1 gets there, and its target is the given
+one, untouched."""
 DEVIATION_SAMPLES = 4
 """The arm is stopped when it is beyond the emergency thresholds on so many samples in a row."""
+
 WAITING = 0.05
 """A rate below this is waiting ..."""
 PATIENCE = 1.0
-"""... which is given up after this time [s]."""
+"""... which is given up after this time [s]. A guess that the campaigns have not contradicted."""
 
 
 @jit

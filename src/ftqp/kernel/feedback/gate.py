@@ -36,9 +36,11 @@ from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, put, se
 from ftqp.kernel.rows.failed_joints import braked_velocity
 
 ROUNDING = 1e-9
-"""What rounding may add to a position, a speed or a torque: this, and this share of it."""
+"""What rounding may add to a position, a speed or a torque: this, and this share of it. A million units of
+rounding, and far below what an encoder shows."""
 FULL = 0.999
-"""Who brakes by this share of a_max brakes as hard as it can."""
+"""Who brakes by this share of a_max brakes as hard as it can. A tenth of a per cent is left to rounding and
+to the integration of whole ticks."""
 
 
 @jit

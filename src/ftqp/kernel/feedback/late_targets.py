@@ -14,15 +14,18 @@ from ftqp.kernel.layout.enums import (
 )
 
 LATEST = 1.0
-"""Targets are played back at most this late [s]; then the arm is stopped."""
+"""Targets are played back at most this late [s]; then the arm is stopped. A guess that the campaigns have not
+contradicted."""
+
 CATCHING_UP = 0.25
 """While the arm follows again, lost time is made up with at most this much beside the targets' speed ..."""
 CATCHING_UP_RATE = 2.0
 """... or this share of the lost time a second ..."""
 CATCHING_UP_LEAST = 0.01
-"""... but no slower than this."""
+"""... but no slower than this, so that it ends."""
 FOLLOWS_FROM = 0.98
-"""A rate above this counts as following again."""
+"""A rate above this counts as following again. Of this and the shares above: All of these are guesses that
+the campaigns have not contradicted."""
 
 
 @jit

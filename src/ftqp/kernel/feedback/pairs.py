@@ -14,9 +14,13 @@ LACKING = 0.02
 ALONE = 0.8
 """... which is this share of all that is unusual. Then the feedback of both is soft ..."""
 AGREE_TIME = 0.2
-"""... until both are where their commands are for so long [s]."""
+"""... until both are where their commands are for so long [s]. An iiwa14 whose joint 1 or 3 had lost its
+motor was shaken by noise without it, a Panda went to six times its speed limits (docs/theory/feedback.md,
+"The torque drive"). The values are guesses that the campaigns have not contradicted."""
+
 NEAR, SLOW = 0.3, 0.05
-"""A joint obeys when its error is below these shares of its band and of its speed limit, beside noise."""
+"""A joint obeys when its error is below these shares of its band and of its speed limit, beside noise. A
+guess that the campaigns have not contradicted."""
 NOISE_LEVELS = 4.0
 
 

@@ -12,16 +12,21 @@ from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 STILL = 0.01
 """A locked joint that is observed to be slower than this [rad/s or m/s], beside noise, rests after
-``STILL_SAMPLES``."""
+``STILL_SAMPLES``. A guess that the campaigns have not contradicted."""
 FOLLOW = 0.05
-"""A resting joint's place in the reference takes this share of what the sensor says each tick."""
+"""A resting joint's place in the reference takes this share of what the sensor says each tick. A guess that
+the campaigns have not contradicted."""
 
 BESIDE = 1e-6
-"""A healthy joint farther than this from its command [rad or m] belongs to an arm with servos."""
+"""A healthy joint farther than this from its command [rad or m] belongs to an arm with servos. More than
+rounding of an arm that follows exactly, less than any servo's lag, so that it tells the two apart."""
 SPEED_MARGIN = 0.04
-"""Share of the speed limits that is left to servos ..."""
+"""Share of the speed limits that is left to servos, because the end of an acceleration makes one overshoot by
+a_max/(e w_n): 2 to 3 % of the limits of common arms at 15 Hz (docs/theory/feedback.md, "The reference"),
+beside noise and loads ..."""
 SWINGING_MARGIN = 0.12
-"""... and while a joint swings freely, whose pull they do not know."""
+"""... and while a joint swings freely, whose pull they do not know. A guess that the campaigns have not
+contradicted."""
 
 
 @jit

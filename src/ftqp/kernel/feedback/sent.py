@@ -11,13 +11,19 @@ from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 
 FEED_FORWARD_SHARE = 0.3
-"""The disturbance is fed forward up to this share of a joint's torque limit."""
+"""The disturbance is fed forward up to this share of a joint's torque limit. A guess that the campaigns have
+not contradicted."""
 FEEDBACK_SHARE = 0.6
-"""The feedback of a joint asks its own inertia for up to this share of its torque limit."""
+"""The feedback of a joint asks its own inertia for up to this share of its torque limit. Without a bound a
+Panda whose joint 4 braked unannounced went to eight times its speed limits (docs/theory/feedback.md, "The
+torque drive"); with 0.3 arms did not withstand a push."""
+
 SLIPS, SLIP_SIGMAS = 0.1, 10.0
-"""A locked joint observed to be faster than this [rad/s or m/s], beside noise, has a brake that slips."""
+"""A locked joint observed to be faster than this [rad/s or m/s], beside noise, has a brake that slips. A
+guess that the campaigns have not contradicted."""
 SLIP_SHARE = 0.1
-"""The integral part of a velocity arm's hold is at most this share of the velocity limit."""
+"""The integral part of a velocity arm's hold is at most this share of the velocity limit. A guess that the
+campaigns have not contradicted."""
 
 
 @jit

@@ -14,7 +14,8 @@ from ftqp.kernel.maths.side_by_side import WIDTH, several
 BACK = 0.5
 """The lag is over when every error is below this share of its tolerance ..."""
 BACK_TIME = 0.05
-"""... for this long [s]."""
+"""... for this long [s], so that a report does not flicker. A guess that the campaigns have not
+contradicted."""
 
 
 @jit

@@ -12,13 +12,16 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION
 
 FARTHEST = 0.03
-"""Largest displacement of the target [m] for an error that forward kinematics tells."""
+"""Largest displacement of the target [m] for an error that forward kinematics tells ..."""
 LARGEST_TURN = 0.15
-"""Largest turn of the target [rad] for the same."""
+"""... and its largest turn [rad]. A guess that the campaigns have not contradicted."""
+
 STOOD = 0.3
 """How long the target has stood [s] before the displacement may rest, ..."""
 QUIET, LOUD = 0.04, 0.1
-"""... when what is left of the error is below the first share of tolerance, until it is above the second."""
+"""... when what is left of the error is below the first share of tolerance, until it is above the second. Two
+shares, so that it does not flicker: dry friction would make an integrator hunt (docs/theory/feedback.md, "The
+tip"). A guess that the campaigns have not contradicted."""
 
 
 @jit

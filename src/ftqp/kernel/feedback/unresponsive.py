@@ -13,24 +13,32 @@ from ftqp.kernel.layout.thresholds import LATELY, STILL_SAMPLES
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 USUAL_TIME = 0.1
-"""What has disturbed a joint for so long [s] is a load, not a fault."""
+"""What has disturbed a joint for so long [s] is a load, not a fault. A guess that the campaigns have not
+contradicted."""
+
 MISSING_SHARE = 0.03
 """A joint is suspected when it lacks this share of its torque limit, beside noise ..."""
 NOISE_LEVELS = 4.0
 ALONE = 0.8
 """... and when this share of all that is unusual is its own ..."""
 MISSING_TIME = 0.003
-"""... for so long [s]."""
+"""... for so long [s]. Without this a joint whose motor fails unannounced throws the others off, too
+(docs/theory/feedback.md, "The torque drive"). A guess that the campaigns have not contradicted."""
+
 UNRESPONSIVE_STILL = 0.03
-"""Slower than this [rad/s or m/s], beside noise, it rests."""
+"""Slower than this [rad/s or m/s], beside noise, it rests. A guess that the campaigns have not
+contradicted."""
 CLEARER, COMPARED_TIME, CLEARER_TIME = 4.0, 0.015, 0.005
 """It also obeys again when it moves as predicted, so much better (squared), for such times [s] ..."""
 MOVES = 0.1
-"""... and by at least this speed [rad/s or m/s], beside noise."""
+"""... and by at least this speed [rad/s or m/s], beside noise. A guess that the campaigns have not
+contradicted."""
 SMALL = 1e-6
-"""Predictions as good as this [rad or m] are not compared."""
+"""Predictions as good as this [rad or m] are not compared. A guess that the campaigns have not
+contradicted."""
 CLEARED_TIME, FOLLOWS_TIME = 0.05, 0.2
-"""... for so long [s]; the first is enough where another joint is suspected."""
+"""... and where its own loop has had it near its command for so long [s]; the first is enough where another
+joint is suspected. A guess that the campaigns have not contradicted."""
 
 
 @jit

@@ -61,29 +61,41 @@ ITERATION_WORK, DOUBLING_WORK, MODEL_WORK = 1, 25, 25
 """What an iteration of the rest posture, one of the Riccati equation, and the linear model count."""
 SLICE = 20
 BRAKING_TIME = 0.4
-"""The tip is to be held where it comes to rest after so much time [s]."""
+"""The tip is to be held where it comes to rest after so much time [s]. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
 NEAR = 0.03
-"""A target that is nearer to the tip than this is what is to be held [m]."""
+"""A target that is nearer to the tip than this is what is to be held [m]. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
+
 SEARCH_TIME, SEARCH_TIME_UNDAMPED = 1.0, 3.5
-"""How long the look-ahead goes on, with friction and with little of it [s]."""
+"""How long the look-ahead goes on, with friction and with little of it [s], ..."""
 DAMPED = 0.5
-"""Viscous friction from which a joint counts as damped [N m s/rad]."""
+"""... which is viscous friction below this [N m s/rad]. A guess that `python studies/study_free_swinging.py`
+has not contradicted."""
 REPEAT = 0.05
-"""The rollout of an arm that is led is repeated so often [s]."""
+"""The rollout of an arm that is led is repeated so often [s]. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
 CALM_SWING = 0.02
-"""A free joint that swings no farther than this is calm [rad or m]."""
+"""A free joint that swings no farther than this is calm [rad or m]. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
 RETRY = 0.1
 """A posture in which the free joint can rest is looked for so often [s] ..."""
 LONGER = 0.3
-"""... and for so long after the search [s]."""
+"""... and for so long after the search [s]. A guess that `python studies/study_free_swinging.py` has not
+contradicted."""
 HANGS = 0.05
-"""A free joint slower than this may be hanging where it can rest [rad/s or m/s]."""
+"""A free joint slower than this may be hanging where it can rest [rad/s or m/s]. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
 LED_FOR, LED_FOR_UNDAMPED = 1.2, 4.5
 """So long after the task was given up the others rest where the free joint still swings [s] ..."""
 LEFT_SWING = 0.2
-"""... and, with little friction, no farther than this [rad or m]: it would swing so for long."""
+"""... and, with little friction, no farther than this [rad or m]: it would swing so for long. A guess that
+`python studies/study_free_swinging.py` has not contradicted. Without the second an arm let a balanced joint
+tip over when its time was over."""
 HARDER = 0.1
-"""Speed that following a task may add to an impact [rad/s or m/s]."""
+"""Speed that following a task may add to an impact [rad/s or m/s]. Holding the tip by turning the free joint
+speeds that up without end near some postures (docs/theory/free-swinging.md, "Decision"). A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
 
 
 @jit

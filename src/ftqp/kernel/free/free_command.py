@@ -21,13 +21,16 @@ from ftqp.kernel.layout.enums import (
 )
 
 REACHED, ATTAINED = 0.01, 0.05
-"""A tip that is nearer to its target than this counts as there [m] and [rad]."""
+"""A tip that is nearer to its target than this counts as there [m] and [rad]. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
 AT_REST = 1e-3
-"""A joint that moves slower than this share of its velocity limit is at rest."""
+"""A joint that moves slower than this share of its velocity limit is at rest. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
 HANGS = 0.05
 """A free joint that is led to rest and slower than this hangs [rad/s or m/s]."""
 FREE_WEIGHT = 1e-3
-"""Weight of the free joint beside the others; its own row decides what it does."""
+"""Weight of the free joint beside the others; its own row decides what it does. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
 
 
 @jit

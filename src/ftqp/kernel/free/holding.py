@@ -23,30 +23,40 @@ WEIGHT_Q, WEIGHT_Q_FREE = 4.0, 0.5
 WEIGHT_V, WEIGHT_V_FREE = 0.05, 0.3
 """What distances and speeds of the healthy joints and of the free one cost."""
 WEIGHT_TIP = 400.0
-"""What a metre of the tip costs, squared."""
+"""What distances [1/rad2] and speeds [s2/rad2] of the healthy joints and of the free one cost, a metre of the
+tip [1/m2] ..."""
 EFFORT = 10.0
-"""What an acceleration of a_max costs."""
+"""... and an acceleration of a_max (docs/theory/free-swinging.md, "Keeping the task"). All are guesses that
+`python studies/study_free_swinging.py` has not contradicted."""
 POLE_SHIFT = 1e-3
-"""Taken from the diagonal of the positions [1/s]."""
+"""Taken from the diagonal of the positions [1/s]. So that a pole at zero is a stable one, and the equation
+has a solution."""
 SPRING, DASHPOT = 1e-2, 1e-3
-"""Added to the free joint [N m/rad and N m s/rad]: the equation has a solution where gravity is weak, too."""
+"""Added to the free joint [N m/rad and N m s/rad]: the equation has a solution where gravity is weak, too. A
+guess that `python studies/study_free_swinging.py` has not contradicted."""
 RATE = 6.0
-"""Rate of the doubling, of the size of the closed loop's eigenvalues [1/s]."""
+"""Rate of the doubling, of the size of the closed loop's eigenvalues [1/s]. Any rate leads to the same P,
+because the doubling is exact: the nearer to those eigenvalues, the fewer doublings."""
 SETTLED = 1e-9
-"""Relative change of P from which it counts as found."""
+"""Relative change of P from which it counts as found. The feedback then has nine digits, more than the model,
+so that further doublings are rounding."""
 DOUBLINGS = 25
 ROLLOUT_STEPS = 200
 """Steps of the rollout: two seconds."""
 END_ERROR = 0.02
 """Distance of the tip from its goal at the rollout's end up to which the task counts as kept [m] ..."""
 WAY_ERROR = 0.10
-"""... and by how much it may be farther on the way than at its begin [m]."""
+"""... by how much it may be farther on the way than at its begin [m] ..."""
 END_SPEED = 0.3
-"""Speed of the free joint at the rollout's end up to which it counts as led to rest [rad/s or m/s]."""
+"""... and speed of the free joint at the end up to which it counts as led to rest [rad/s or m/s]. A guess
+that `python studies/study_free_swinging.py` has not contradicted."""
 STUCK, STICKS = 0.02, 0.9
-"""Coulomb friction holds a joint slower than this [rad/s] against this share of itself."""
+"""Coulomb friction holds a joint slower than this [rad/s] against this share of itself. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
 LENIENCE = 2.0
-"""While the arm is being led, both may be so much larger before it is given up."""
+"""While the arm is being led, both may be so much larger before it is given up. Two thresholds, so that an
+arm near the first does not go to and fro between both. A guess that `python studies/study_free_swinging.py`
+has not contradicted."""
 
 
 @jit

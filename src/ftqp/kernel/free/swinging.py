@@ -9,7 +9,8 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.rows.joint_intervals import viability
 
 ROLLOUT_STEP = 0.01
-"""Step of a rollout [s]."""
+"""Step of a rollout [s]. Long enough for 200 steps in a tenth of a millisecond, short beside the second that
+a joint falls for. A guess that `python studies/study_free_swinging.py` has not contradicted."""
 
 
 @jit

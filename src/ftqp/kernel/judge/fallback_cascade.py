@@ -65,22 +65,31 @@ from ftqp.kernel.rows.objective import objective
 from ftqp.kernel.rows.task_rows import compliance
 
 RELAXED_RATIO = 1e-8
-"""Compliance of the task rows when the best feasible command is sought, and in the first stage."""
+"""Compliance of the task rows, without unit, when the best feasible command is sought, and in the first
+stage, ..."""
 SECOND_STAGE_RATIO = 1e-9
-"""Compliance of the task rows in the second lexicographic stage."""
+"""... in the second lexicographic stage ..."""
 ELASTIC_TASK_RATIO = 1e-6
-"""Compliance of the task rows when torque limits have to give way too."""
+"""... and when torque limits have to give way, too. The second is stiffer than the first, because what it
+leaves of the first's task is to be kept; the third is softer, because torque rows must be stiffer than it.
+The powers of ten are guesses that tests/robustness/test_torque_against_box.py has not contradicted."""
+
 REST_ELASTIC = 1e-12
-"""Compliance of torque rows beside |x - x_rest|^2 when the arm is brought to rest."""
+"""Compliance of torque rows beside |x - x_rest|^2 when the arm is brought to rest ..."""
 CALM_ELASTIC = 1e-6
-"""Compliance of torque rows in calm, beside that of the task, which is 1 there."""
+"""... and in calm, beside that of the task, which is 1 there: so that torque limits go before rest and task.
+A guess that the campaigns have not contradicted."""
+
 RELAXED_FROM = 1e-3
-"""A task residual above this share of the task's right side, plus TASK_FLOOR, counts as relaxed."""
+"""A task residual above this share of the task's right side, plus TASK_FLOOR in the task's own unit [m/s2 or
+m/s], counts as relaxed. A thousand times what a solver may leave, so that backends agree. A guess that the
+campaigns have not contradicted."""
 TASK_FLOOR = 1e-4
 AT_REST = 1e-3
-"""An arm whose joints all move slower than this share of their velocity limit has stopped."""
+"""An arm whose joints all move slower than this share of their velocity limit has stopped. A guess that the
+campaigns have not contradicted."""
 DECAY_TIME = 0.05
-"""Time constant [s] of the fallback command."""
+"""Time constant [s] of the fallback command. A guess that the campaigns have not contradicted."""
 
 
 @rare_jit

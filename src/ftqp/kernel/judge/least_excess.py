@@ -17,13 +17,17 @@ from ftqp.kernel.layout.enums import ACCELERATION, LEAST_EXCESS_STAGE, PLAIN_STA
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 SOFTNESS = 1e-10
-"""Compliance of torque rows beside |x - x_rest|^2: what bias it leaves is below any torque that matters."""
+"""Compliance of torque rows beside |x - x_rest|^2: what bias it leaves is below any torque that matters. It
+is so small because the row's excess must cost more than any way to rest (docs/theory/joint-limits.md, "Torque
+limits and box")."""
 ROOM = 1e-8
-"""What a widened row is given beyond its least excess, as a share of 1 + |C x|, against rounding."""
+"""What a widened row is given beyond its least excess, as a share of 1 + |C x|, against rounding. Two digits
+above the solver's tolerance of 1e-10."""
 ROUNDING = 1e-9
 """What a proof of infeasibility must exceed, as a share of the sum of its terms."""
 RAY = 1e-9
-"""Largest share of its terms that C'z may keep along a variable without a bound on that side."""
+"""Largest share of its terms that C'z may keep along a variable without a bound on that side. A million units
+of rounding."""
 
 
 @jit

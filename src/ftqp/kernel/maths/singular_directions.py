@@ -9,7 +9,8 @@ from ftqp.kernel.maths.svd import dot, rotate, tangent
 SWEEPS = 30
 """Rounds over all pairs of rows at most; six rows take about six."""
 ORTHOGONAL = 1e-15
-"""Cosine between two rows below which they count as orthogonal."""
+"""Cosine between two rows below which they count as orthogonal. Four units of rounding, because a dot product
+of some seven terms leaves no less."""
 
 
 @jit

@@ -9,7 +9,8 @@ from ftqp.kernel.maths.eigenvalues import tridiagonal
 SWEEPS = 40
 """Implicit QL steps for one eigenvalue at most; two or three are usual."""
 NEGLIGIBLE = 1e-16
-"""An entry beside the diagonal below this share of its neighbours counts as zero."""
+"""An entry beside the diagonal below this share of its neighbours counts as zero. Half a unit of rounding of
+that sum."""
 
 
 @jit

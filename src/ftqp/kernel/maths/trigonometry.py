@@ -12,7 +12,8 @@ PI_2_HIGH = 1.5707963267341256
 PI_2_MIDDLE = 6.077100506303966e-11
 PI_2_LOW = 2.0222662487959506e-21
 REDUCED = 1e5
-"""... for angles up to this one [rad]; beyond it the library functions take over."""
+"""... for angles up to this one [rad], as k has 20 bits at most there and a double holds 53; beyond it the
+library functions take over."""
 
 
 @exact_jit

@@ -31,7 +31,7 @@ RETURN_GAIN = 4.0
 RETURN_SLOWEST = 0.01
 """... at no less than this share of its velocity limit ..."""
 RETURN_FASTEST = 0.25
-"""... and no more than this share."""
+"""... and no more than this share. A guess that the campaigns have not contradicted."""
 
 
 @jit

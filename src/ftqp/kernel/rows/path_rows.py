@@ -13,29 +13,43 @@ SCALE_WEIGHT = 1e3
 SEPARATION = 1e4
 """... but a residual as large as the path's own speed costs SEPARATION times that."""
 PUSH, LEAST_SEPARATION = 1e2, 1e2
-"""... but no less than PUSH times what the scheme gains by waiting, down to this separation."""
+"""... but no less than PUSH times what the scheme gains by waiting, down to this separation. The weights make
+an order (docs/theory/path-progress.md, "The rows"), because each is a hundred times the next or more; that
+the powers of ten do is measured in tests/papers/test_bedrossian1993_scaling.py."""
 NO_WAY = 3e-6
-"""What is left of a path is not waited for where it is shorter than this share of the length."""
+"""What is left of a path is not waited for where it is shorter than this share of the length: some
+micrometres, because slow paths did not end in calm with 1e-7."""
 STIFFNESS = 1e-10
-"""Compliance of the rows, as a share of the QP's own magnitude."""
+"""Compliance of the rows, as a share of the QP's own magnitude. A guess that the tests have not
+contradicted."""
 LEAST_WEIGHT = 1e-12
-"""Least cost of 1 - s, as a share of the objective's largest value: the QP stays strictly convex."""
+"""Least cost of 1 - s, as a share of the objective's largest value: the QP stays strictly convex. Four digits
+above rounding."""
 RISE = 0.1
-"""Acceleration level: the rate approaches 1 with this time constant [s]."""
+"""Acceleration level: the rate approaches 1 with this time constant [s]. A guess that the tests have not
+contradicted."""
+
 STOP_SHARE = 0.5
-"""Share of the acceleration limits that slowing down may use."""
+"""Share of the acceleration limits that slowing down may use. The other half is left for what the bend takes
+(docs/theory/path-progress.md, "How fast the rate may be")."""
 NEAR_SINGULAR = 0.2
 """Where in calm a singular value is below this [characteristic lengths] ..."""
 STOP_SHARE_NEAR = 0.8
-"""... this is the share for coming down to the rate of a bend, what the bend itself takes included."""
+"""... this is the share for coming down to the rate of a bend, what the bend itself takes included
+(docs/theory/path-progress.md, "How fast the rate may be"). Both are guesses that
+`python studies/study_calm.py` has not contradicted."""
 BEND_SHARE = 0.5
-"""Share of the acceleration limits that the bend of the path may use."""
+"""Share of the acceleration limits that the bend of the path may use. The other half is that of STOP_SHARE,
+because both act at once."""
+
 SINGULAR_FROM = 0.02
-"""Singular value (of the Jacobian in characteristic lengths) below which a direction counts as singular."""
+"""Singular value (of the Jacobian in characteristic lengths) below which a direction counts as singular. A
+guess that the campaigns have not contradicted."""
 LEAST_RATE = 0.1
 """Below this rate a joint's motion is not taken for that of the path alone ..."""
 LEAST_IN_CALM = 0.01
-"""... in calm, which leaves little other motion; so the bend is braked down to there."""
+"""... in calm, which leaves little other motion; so the bend is braked down to there. A guess that
+`python studies/study_calm.py` has not contradicted."""
 ARRIVED = 1e-9
 """Path times nearer to each other than this are one [s]."""
 

@@ -13,7 +13,8 @@ from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.side_by_side import WIDTH, below, block, put, several, sum_of, total, within
 
 TIP_BRAKE_STEPS = 20.0
-"""Scaled mode: scale 0 brakes the tip along its own direction with the time constant TIP_BRAKE_STEPS dt."""
+"""Scaled mode: scale 0 brakes the tip along its own direction with the time constant TIP_BRAKE_STEPS dt. A
+guess that the tests have not contradicted."""
 SCALE_WEIGHT = 1e3
 """Scaled mode: 1 - scale costs SCALE_WEIGHT times the largest value of the objective."""
 

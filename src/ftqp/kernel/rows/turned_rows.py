@@ -8,9 +8,11 @@ from ftqp.kernel.maths.singular_directions import singular_directions
 from ftqp.kernel.rows.path_rows import SINGULAR_FROM
 
 CALM_FROM = 0.1
-"""Singular value below which the task fades where a path is blocked; elsewhere SINGULAR_FROM."""
+"""Singular value below which the task fades where a path is blocked; elsewhere SINGULAR_FROM. A guess that
+the tests have not contradicted."""
 PATIENT_WITH = 2e-3
-"""Error in characteristic lengths, along directions where the feedback has faded, at which a path waits."""
+"""Error in characteristic lengths, along directions where the feedback has faded, at which a path waits. A
+guess that the tests have not contradicted."""
 
 
 @jit

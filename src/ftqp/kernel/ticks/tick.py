@@ -53,7 +53,8 @@ from ftqp.kernel.rows.turned_rows import fade_feedback, turn_rows
 from ftqp.kernel.ticks.accepted_inputs import state_is_finite, target_is_usable
 
 SCALE_STAGE_RATIO = 1e-7
-"""Scaled mode: compliance of the rows that keep the direction."""
+"""Scaled mode: compliance of the rows that keep the direction. A guess that the campaigns have not
+contradicted."""
 
 
 @jit

@@ -10,17 +10,24 @@ from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import LOCKED, DriveKind
 
 SETTLES: Final = 0.3
-"""A joint comes to rest within so long, or it never does [s]."""
+"""A joint comes to rest within so long, or it never does [s]. A guess that the campaigns have not
+contradicted."""
+
 SPAN: Final = 0.01
 """The way of a held joint is looked at over so long [s] ..."""
 SPANS: Final = 3
 """... and it moves if it did in so many in a row."""
 MOVES: Final = 0.05
-"""A held joint faster than this [rad/s or m/s], beside noise, is not held."""
+"""A held joint faster than this [rad/s or m/s], beside noise, is not held. A guess that the campaigns have
+not contradicted."""
+
 SIGMAS: Final = 8.0
-"""Standard deviations that are noise."""
+"""So many standard deviations are noise: it never exceeds them, 1e-15 by a normal distribution."""
+
 STIRRED, LATELY = 2e-4, 0.05
-"""It stirs where it is so far [rad or m], beside noise, from its mean place of so long [s]."""
+"""It stirs where it is so far [rad or m], beside noise, from its mean place of so long [s]. A guess that the
+campaigns have not contradicted."""
+
 FAR: Final = 1e-3
 """A joint is asked to move so far to either side [rad or m] ..."""
 DURATION: Final = 0.3
@@ -30,11 +37,16 @@ AGREES: Final = 2
 FOLLOWS: Final = (0.6, 1.4)
 """It followed if it moved by a share of what was asked within these ..."""
 LEFT: Final = 0.15
-"""... and what that leaves is within noise and this share of FAR."""
+"""... and what that leaves is within noise and this share of FAR. With noise of 1e-4 rad the share is known
+to 0.01 (docs/theory/detection.md, "Active verification"). A guess that the campaigns have not
+contradicted."""
+
 PATIENCE: Final = 0.5
 """The first motion is asked for so long after the joint was found [s] ..."""
 LONGEST: Final = 60.0
-"""... and twice as long after every one that it did not follow, and every new finding, up to this."""
+"""... and twice as long after every one that it did not follow, and every new finding, up to this [s]: so
+that neither sticking nor a wrong verdict makes the belief flap. A guess that the campaigns have not
+contradicted."""
 
 
 @final

@@ -24,17 +24,21 @@ from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
 SLOWEST: Final = 0.2
-"""A suspicion slows a path down to this share of its speed."""
+"""A suspicion slows a path down to this share of its speed ..."""
 MOVING: Final = 0.1
-"""... but not so far that the suspect would be slower than this, which would hide what is wrong [rad/s]."""
+"""... but not so far that the suspect would be slower than this [rad/s], which would hide what is wrong."""
 DECIDED_IN: Final = 0.06
 """A suspicion gets so long to become a finding; then it slows down whatever the suspect does [s]."""
 RECOVERY: Final = 1.0
-"""How fast the path gets its speed back when the suspicion is gone [1/s]."""
+"""How fast the path gets its speed back when the suspicion is gone [1/s]. All of these are guesses that the
+campaigns have not contradicted."""
+
 STANDS: Final = 0.03
-"""A joint slower than this on the mean of 50 ms stands [rad/s or m/s]."""
+"""A joint slower than this on the mean of 50 ms stands [rad/s or m/s]. A guess that the campaigns have not
+contradicted."""
 UNKNOWN_SHARE: Final = 0.3
-"""What a joint is asked for at most of which it is known only that it gives less torque, as a share."""
+"""Share of its torque that a joint is asked for at most of which it is known only that it gives less. A guess
+that the campaigns have not contradicted."""
 SENSORS: Final = frozenset({"sensor_frozen", "sensor_biased", "sensor_dropped"})
 NO_TORQUE: Final = np.zeros(0)
 

@@ -24,21 +24,26 @@ FARTHEST: Final = 2e-3
 LEAST_SHARE: Final = 0.6
 """... and one that moves by this share of it counts as probed."""
 DURATION: Final = 0.2
-"""Of one motion there and back [s]."""
+"""... in one motion there and back of so long [s]. They belong together, so that the reference is above the
+0.03 rad/s of a standstill for 40 ms, longer than SHOWN (docs/theory/detection.md, "Probing")."""
 SHOWN: Final = 0.03
-"""A joint whose reference moved fast enough for so long has shown whether it works [s]."""
+"""A joint whose reference moved fast enough for so long has shown whether it works [s]. A guess that the
+campaigns have not contradicted."""
 LEFT_ALONE: Final = 10.0
-"""A joint that a probing did not move is left alone for so long [s]."""
+"""A joint that a probing did not move is left alone for so long [s]. A guess that the campaigns have not
+contradicted."""
 OF_LIMIT: Final = 0.5
-"""Share of the acceleration limits that it takes at most."""
+"""Share of the acceleration limits that it takes at most, because task and limits need the rest. A guess that
+the campaigns have not contradicted."""
 SLOWEST_SERVO: Final = 30.0
-"""Bandwidth of a servo of which nothing is said [rad/s]."""
+"""Bandwidth of a servo of which nothing is said [rad/s]. A guess that the campaigns have not contradicted."""
 BEYOND_FRICTION: Final = 10.0
-"""A joint is probed where its loop asks for so many times its friction if it does not move."""
+"""A joint is probed where its loop asks for so many times its friction if it does not move. With 2, joints
+that friction may hold were probed, too; 10 is a guess."""
 PEAK: Final = 0.75 * sqrt(3.0)
-"""Of sin x (1 - cos x)."""
+"""Largest value of sin x (1 - cos x), exactly: that at x = 2 pi/3."""
 SHARPEST: Final = 2.74
-"""Largest |d2/dx2| of sin x (1 - cos x)."""
+"""Largest |d2/dx2| of sin x (1 - cos x): exactly that of 2 sin 2x - sin x, rounded up."""
 
 
 @final

@@ -9,9 +9,10 @@ from ftqp.kernel.layout.enums import TASK_ROWS, ClosedForm
 from ftqp.model.robot import Robot
 
 TOLERANCE = 1e-6
-"""Largest distance of an axis from the common point [m]."""
+"""Largest distance of an axis from the common point [m] ..."""
 PARALLEL = 1e-6
-"""Sine of the angle below which two axes count as parallel."""
+"""... and sine of the angle below which two axes count as parallel. A convention, so that numbers which a
+file gives to six digits pass."""
 
 
 def closed_form_memory(resolver: Resolver, robot: Robot, session: Session) -> Reduced:
