@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from ftqp.core import pose
-from ftqp.kernel.layout.thresholds import ORTHONORMAL_TOLERANCE
 from ftqp.kernel.maths.rotation import is_rotation
 
 
@@ -12,10 +11,6 @@ def packed(rotation):
     result = np.eye(4)
     result[:3, :3] = rotation
     return result.ravel()
-
-
-def test_threshold_is_that_of_poses():
-    assert ORTHONORMAL_TOLERANCE == pose.ORTHONORMAL_TOLERANCE
 
 
 def test_rotations_are_rotations():

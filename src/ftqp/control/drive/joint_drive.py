@@ -9,7 +9,7 @@ from ftqp.control.drive.noise import Noise
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import DELAYS, DriveKind
-from ftqp.kernel.layout.thresholds import LATELY
+from ftqp.kernel.layout.thresholds import LATELY, NOISE_OF_D
 
 KINDS = {kind.name.lower(): kind for kind in DriveKind}
 KAPPA_UNKNOWN = 10.0
@@ -36,9 +36,6 @@ OBSERVER_SHARE = 5.0
 """... and of a torque arm, as a multiple of its stiffness. A guess that the campaigns have not
 contradicted."""
 
-FELT_NOISE = sqrt(3.0) / 4.0
-"""Noise of the observed disturbance beside sigma w_o^2 sqrt(w_o dt). Derived: that of s^2 w_o^3/(s + w_o)^3
-(docs/theory/detection.md, "Observers")."""
 
 OBSERVER_FAILED = 300.0
 """Bandwidth of the observer of a failed joint [1/s]. A guess that the campaigns have not contradicted."""
@@ -144,7 +141,7 @@ class Drive:
         if lead is None:
             lead = 2.0 / self.bandwidth if self.bandwidth is not None and not self.takes_velocity else 0.0
         observer = OBSERVER_SHARE * w if self.kind == "torque" else OBSERVER
-        felt = FELT_NOISE * noise.q * observer**2 * sqrt(observer * dt)
+        felt = NOISE_OF_D * noise.q * observer**2 * sqrt(observer * dt)
         return {
             "kappa": min(own, KAPPA_DELAY / delay, KAPPA_MOST, rattles),
             "hold": min(hold, HOLD_DELAY / delay, HOLD_MOST),

@@ -19,6 +19,7 @@ from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import rotation_vector
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
+from ftqp.kernel.layout.thresholds import AT_REST
 
 _LOG = logging.getLogger("ftqp")
 EXACT = 1e-6
@@ -38,8 +39,6 @@ SLOW = 0.02
 docs/theory/ways-to-a-goal.md, "When the arm has arrived". All of these are guesses that the campaigns have
 not contradicted."""
 
-AT_REST = 1e-3
-"""And at rest below this share. A guess that the campaigns have not contradicted."""
 ONLY_THE_TIP = "the tip is at its goal, while the scheme goes on moving the joints"
 """The sentence of a pose that is reached where the joints do not come to rest."""
 

@@ -28,12 +28,10 @@ from ftqp.kernel.layout.enums import (
     BaseCode,
 )
 from ftqp.kernel.layout.record import capacity_for
+from ftqp.kernel.layout.thresholds import SINGULAR_FROM
 
 ATTITUDES = {attitude.name.lower(): attitude for attitude in Attitude}
 SENSINGS = ("unknown", "known", "late")
-RANK_THRESHOLD = 0.02
-"""Smallest singular value of the task Jacobian over the characteristic length that counts as full rank. A
-guess that the tests have not contradicted."""
 TOLERANCE = 1e-3
 """Error beyond which a target that cannot be neared counts as out of reach [m; rad times length]. A
 millimetre, which is a convention."""
@@ -199,7 +197,7 @@ class InertialTask:
         state.attitude = ATTITUDES[base.attitude]
         state.nominal[:] = base.rotation().ravel()
         state.delay, state.patience = delay, base.patience
-        state.rank, state.tolerance = RANK_THRESHOLD, positive("tolerance", tolerance, "m")
+        state.rank, state.tolerance = SINGULAR_FROM, positive("tolerance", tolerance, "m")
         state.anti_windup = base.anti_windup
         observer = base.observer
         state.observer = 0.0 if observer is None else observer.factor(planner.dt, self._gain)

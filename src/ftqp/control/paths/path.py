@@ -10,12 +10,11 @@ from ftqp.core.checks import FloatArray, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose
 from ftqp.core.setting import Setting, Settings
+from ftqp.kernel.layout.thresholds import TIME_SLACK
 
 LONGEST = 1e9
 """A path takes at most that long, thirty years [s], so that ticks can be counted exactly: 1e15 of the
 shortest ones are fewer than 2^53."""
-TIME_SLACK = 1e-9
-"""Times nearer to each other than this count as equal [s], so that 3 * 0.1 s is 0.3 s."""
 
 
 DURATION = Setting("how long the motion lasts, > 0", unit="s", above=0.0)

@@ -4,8 +4,9 @@ from typing import final
 
 import numpy as np
 
-from ftqp.control.paths.path import TIME_SLACK, Motion, Path
+from ftqp.control.paths.path import Motion, Path
 from ftqp.core.checks import FloatArray
+from ftqp.kernel.layout.thresholds import TIME_SLACK
 
 CLOSED = 1e-9
 """A path whose end is so near to its start is closed [m, and entries of the rotation]. The tolerance of a

@@ -7,9 +7,10 @@ import numpy as np
 
 from ftqp.control.paths import laws
 from ftqp.control.paths.axes import AXES, Axis, plane
-from ftqp.control.paths.path import DURATION, TIME_SLACK, Motion, Path
+from ftqp.control.paths.path import DURATION, Motion, Path
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.setting import Setting, Settings
+from ftqp.kernel.layout.thresholds import TIME_SLACK
 
 _SIDES = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])

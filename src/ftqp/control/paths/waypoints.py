@@ -4,10 +4,11 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from ftqp.control.paths.path import TIME_SLACK, Motion, Path
+from ftqp.control.paths.path import Motion, Path
 from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose
+from ftqp.kernel.layout.thresholds import TIME_SLACK
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

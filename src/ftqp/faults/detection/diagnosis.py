@@ -9,6 +9,7 @@ import numpy as np
 
 from ftqp.core.errors import unknown
 from ftqp.kernel.layout.enums import FaultKind
+from ftqp.kernel.layout.thresholds import LEAST_SPEED
 
 WORDS = {
     FaultKind.LOCKED: "does not move",
@@ -37,8 +38,6 @@ SETS = {
 """What is said where kinds cannot be told apart."""
 NO_TIP = ", or its encoder does not: no tip measurement to decide"
 """What is added where the encoder may be frozen, too."""
-SLOW = 0.03
-"""A joint whose reference is slower than this [rad/s or m/s] does not show a lock."""
 
 
 def kinds_of(code: int) -> frozenset[str]:
@@ -157,11 +156,11 @@ class JointDiagnosis:
         """What cannot be seen of the joint now and what would show it, or None."""
         at = int(self._look("at")[0])
         speed = abs(float(self._look("kept_v")[at, self._i]))
-        if speed >= SLOW:
+        if speed >= LEAST_SPEED:
             return None
         return (
             f"{self.name} is asked for {speed:.2g} rad/s: a lock, or a loss of torque without load, shows "
-            f"only when it moves with {SLOW:g} rad/s."
+            f"only when it moves with {LEAST_SPEED:g} rad/s."
         )
 
     @property

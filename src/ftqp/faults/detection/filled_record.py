@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.detection.joint_friction import SLOWEST
 from ftqp.faults.detection.residual_thresholds import largest_jumps, uncalibrated
 from ftqp.kernel.layout.detection_room import LOAD_EVERY
 from ftqp.kernel.layout.enums import Residual
@@ -22,9 +23,6 @@ FINEST = 1e-3
 `python studies/detection.py` has not contradicted."""
 SETTLE = 150
 """Ticks after a reset before measured torques are looked at, and means are begun."""
-SLIP = 0.03
-"""Speed below which a joint may stick [rad/s or m/s]. A guess that `python studies/detection.py` has not
-contradicted."""
 FAINT = 0.5
 """A residual of torque below this share of its threshold shows no acceleration of a light joint either. A
 guess that `python studies/detection.py` has not contradicted."""
@@ -69,7 +67,7 @@ def fill_record(
         D.k_w[b], D.k_d[b] = 1.5 * (1.0 - p) ** 2 * (1.0 + p) / dt, (1.0 - p) ** 3 / dt**2
     D.patience, D.settle = round(patience / dt), SETTLE
     D.bandwidth_fast = bandwidths[1]
-    D.slowness, D.slip = dt / MEAN, SLIP
+    D.slowness, D.slip = dt / MEAN, SLOWEST
     strongest = np.where(np.isfinite(robot.limits.tau_max), robot.limits.tau_max, 1.0)
     D.finest[:n] = np.maximum(FINEST * strongest, 1e-6) ** 2
     D.load_fade = 1.0 - LOAD_EVERY * dt / LOAD

@@ -7,6 +7,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.layout.enums import Residual
+from ftqp.kernel.layout.thresholds import NOISE_OF_D
 from ftqp.model.robot import Robot
 
 BLOCK = 0.025
@@ -22,9 +23,6 @@ has not contradicted."""
 FOLDS = 3
 """Parts of a log that are tested with thresholds of the others."""
 
-NOISE_OF_D = sqrt(3.0) / 4.0
-"""sigma_d = 0.43 sigma w^(5/2) dt^(1/2): the noise of an observed acceleration. Derived and compared with a
-Monte Carlo (docs/theory/detection.md, "Observers")."""
 
 SIGMAS = 12.0
 """An arm of which no log is known gets so many standard deviations ..."""

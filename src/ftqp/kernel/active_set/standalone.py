@@ -7,6 +7,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import FAILED, MAX_ITERATIONS, SOLVED
 
 PROXIMAL_STEPS = 200
+"""Steps at most: a guess that the tests have not contradicted."""
 
 
 @jit

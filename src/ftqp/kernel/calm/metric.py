@@ -19,10 +19,10 @@ SWIVEL = 0.15
 LEAST_SWIVEL = 0.1
 """... lowered to this share of that where the mode can remove ..."""
 REMOVABLE = 0.1
-
 """... this share of the error or more. The floor keeps the swivels of a straight arm from spinning at full
 speed for tenths of a millimetre (docs/theory/calm.md, "The metric"); all three values are guesses that the
 campaigns have not contradicted."""
+
 SADDLE = 0.05
 """A mode of less than -SADDLE ||S|| leads away from a saddle; there the kick is this displacement [rad]. A
 guess that the campaigns have not contradicted."""

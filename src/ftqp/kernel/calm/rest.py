@@ -8,7 +8,7 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import TARGET_TWIST
 
 STANDS_WITHIN = 5e-4
-"""A target that stays within this of where it came to stand, does stand [m; rotations times the length]."""
+"""A target that stays within this of where it came to stand [m; rotations times the length] does stand ..."""
 STANDS_BELOW = 2e-3
 """... if it is not said to move faster than this [m/s; rotations times the length]. A guess that the
 campaigns have not contradicted."""

@@ -4,12 +4,11 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import IS_BIASED, IS_DROPPED, IS_FROZEN
+from ftqp.kernel.layout.thresholds import FROZEN_SAMPLES, FROZEN_SIGMAS
 from ftqp.kernel.maths.finite import is_finite
 
 DROPPED_AFTER = 3
 """So many samples in a row that are no numbers are a sensor that is dropped."""
-FROZEN_AFTER = 5
-"""So many equal samples are a sensor that is frozen, where its noise is finer than its numbers' steps."""
 BIASED_AFTER = 3
 """So many samples in a row that are off by the same are a biased sensor; fewer are a glitch."""
 WILD_AFTER = 10
@@ -17,8 +16,6 @@ WILD_AFTER = 10
 ALIKE = 0.5
 """Offsets that differ by less than this share of the first one are the same. A guess that
 `python studies/detection.py` has not contradicted."""
-SAMPLE_SIGMAS = 6.0
-"""A joint that should have moved by so many standard deviations beside two quanta shows it."""
 
 
 @jit
@@ -44,7 +41,7 @@ def _sensor_of(D: Any, i: int) -> int:
         return IS_DROPPED
     if D.turns[i] >= BIASED_AFTER or D.off[i] >= WILD_AFTER:
         return IS_BIASED
-    if D.same[i] >= FROZEN_AFTER - 1 and D.sigma > 0.0 and D.quantum == 0.0:
+    if D.same[i] >= FROZEN_SAMPLES - 1 and D.sigma > 0.0 and D.quantum == 0.0:
         return IS_FROZEN
     return 0
 
@@ -57,7 +54,7 @@ def cannot_tell_frozen(D: Any, i: int) -> bool:
     """
     if D.sigma > 0.0 and D.quantum == 0.0:
         return False
-    return D.same[i] >= FROZEN_AFTER - 1 and D.travel[i] > SAMPLE_SIGMAS * D.sigma + 2.0 * D.quantum
+    return D.same[i] >= FROZEN_SAMPLES - 1 and D.travel[i] > FROZEN_SIGMAS * D.sigma + 2.0 * D.quantum
 
 
 @jit

@@ -5,12 +5,10 @@ from typing import Any
 
 from ftqp.kernel.detection.suspicion import step_back
 from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.thresholds import LEAST_SPEED
 
 FEWEST, LONG, BRIEF = 16, 44, 8
 """Samples of the windows: the shortest and the longest for a joint that stands, and that of its speed."""
-LEAST_SPEED = 0.03
-"""A reference slower than this [rad/s or m/s] does not tell whether a joint stands. A guess that
-`python studies/detection.py` has not contradicted."""
 SLOPE_SIGMAS, STILL_SHARE = 5.0, 0.2
 """A joint stands whose slope is within so many standard deviations of noise, or below this share of the
 reference's speed ..."""

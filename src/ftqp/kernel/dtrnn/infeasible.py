@@ -6,13 +6,12 @@ from typing import Any
 from ftqp.kernel.dtrnn.newton_jump import harden, right_sides, soften
 from ftqp.kernel.dtrnn.projection import Network, residual
 from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.thresholds import PROOF_SHARE
 from ftqp.kernel.maths.lu import lu_factor, lu_solve
 
 SHARE = 0.5
 """What the proof must exceed, as a share of |y|^2; at the point nearest to all constraints it is 1. Half of
 that is left, so that rounding has no say (docs/theory/recurrent-network.md, "Infeasibility")."""
-ROUNDING = 1e-9
-"""What the proof must exceed, as a share of the sum of its terms."""
 VIOLATION = 1e-8
 """Smallest violation, as a share of 1 + |b| + |x|, that may count as a proof. The ROW_TOLERANCE of a solved
 QP, because what is less counts as kept."""
@@ -63,7 +62,7 @@ def _proves(net: Network, y: Any) -> bool:
         else:
             value -= t * bound
             size += terms * abs(bound)
-    return value > SHARE * length and value > ROUNDING * size
+    return value > SHARE * length and value > PROOF_SHARE * size
 
 
 @jit

@@ -8,12 +8,12 @@ from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 ERROR_BAND = 0.02
-"""A joint may always be this far [rad or m] from its command, farther by what its command moves in this time
-[s] and by so many standard deviations of its sensor's noise: six, because noise alone exceeds them twice in
-1e9 samples. The others are guesses that the campaigns have not contradicted."""
+"""A joint may always be this far [rad or m] from its command ..."""
 BAND_TIME = 0.1
-"""... and farther by what its command moves in this time [s]."""
+"""... farther by what its command moves in this time [s] ..."""
 BAND_SIGMAS = 6.0
+"""... and by so many standard deviations of its sensor's noise, because noise alone exceeds six twice in 1e9
+samples. The others are guesses that the campaigns have not contradicted."""
 
 OUT_TIME = 0.02
 """Outside its error band for this long [s] a joint lags behind; during a stop it asks for its brake. A guess

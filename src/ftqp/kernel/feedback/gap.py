@@ -15,11 +15,10 @@ FULL_SPEED_TO = 0.6
 """Up to this gap the path runs at full speed; it stands at a gap of 1. A guess that the campaigns have not
 contradicted."""
 RATE_TIME = 0.05
-"""The rate approaches what is wanted with this time constant [s], but falls and rises by no more than these
-[1/s]. A guess that the campaigns have not contradicted."""
+"""The rate approaches what is wanted with this time constant [s] ..."""
 FASTEST_FALL = 5.0
 FASTEST_RISE = 2.0
-"""... but falls and rises by no more than these a second."""
+"""... but falls and rises by no more than these [1/s]. Guesses that the campaigns have not contradicted."""
 FULL = 1e-6
 """A rate nearer to 1 than this is 1. So that a rate that approaches 1 gets there, and its target is the given
 one, untouched."""

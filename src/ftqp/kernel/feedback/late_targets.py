@@ -24,8 +24,8 @@ CATCHING_UP_RATE = 2.0
 CATCHING_UP_LEAST = 0.01
 """... but no slower than this, so that it ends."""
 FOLLOWS_FROM = 0.98
-"""A rate above this counts as following again. Of this and the shares above: All of these are guesses that
-the campaigns have not contradicted."""
+"""A rate above this counts as following again. All of these are guesses that the campaigns have not
+contradicted."""
 
 
 @jit

@@ -22,6 +22,8 @@ NEAR, SLOW = 0.3, 0.05
 """A joint obeys when its error is below these shares of its band and of its speed limit, beside noise. A
 guess that the campaigns have not contradicted."""
 NOISE_LEVELS = 4.0
+"""So many standard deviations are noise, here and where one joint is suspected: in 6e-5 of the samples it
+exceeds them by itself. A guess that the campaigns have not contradicted."""
 
 
 @jit

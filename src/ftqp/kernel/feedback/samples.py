@@ -5,6 +5,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import AS_SENT, FREE, HEALTHY, STOPPED_BY_SENSOR
+from ftqp.kernel.layout.thresholds import FROZEN_SAMPLES, FROZEN_SIGMAS
 from ftqp.kernel.maths.elementary import any_of, larger
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, several
@@ -13,17 +14,13 @@ SPEED_SHARE = 1.3
 """A joint may be this many times as fast as its velocity limit for one sample. A guess that the campaigns
 have not contradicted."""
 SIGMAS = 8.5
-"""6 sqrt(2) standard deviations: the test looks at the difference of two samples. Noise alone exceeds six
-twice in 1e9 samples."""
+"""6 sqrt(2) standard deviations of a sample, because the test looks at the difference of two: noise alone
+exceeds six twice in 1e9 samples."""
 ROOM = 1e-4
 """Room [rad or m] that is left whatever else is known. A guess that the campaigns have not contradicted."""
 FREE_SPEED = 15.0
 """A free-swinging joint may be this fast [rad/s] although its own limit is lower. A guess that the campaigns
 have not contradicted."""
-FROZEN_SAMPLES = 5
-"""A noisy sensor whose number stays the same for so many samples may be frozen ..."""
-FROZEN_SIGMAS = 6.0
-"""... and is, when the joint should have moved by so many standard deviations meanwhile."""
 RECOVERY = 0.2
 """A good sample takes back this share of what a bad one costs. A guess that the campaigns have not
 contradicted."""

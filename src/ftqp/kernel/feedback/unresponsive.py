@@ -5,7 +5,7 @@ from typing import Any
 
 from ftqp.kernel.feedback.error_band import part_with
 from ftqp.kernel.feedback.observer import advanced, corrected, plausible, predicted
-from ftqp.kernel.feedback.pairs import heeds, is_soft, partner, soften
+from ftqp.kernel.feedback.pairs import AGREE_TIME, ALONE, NOISE_LEVELS, heeds, is_soft, partner, soften
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY
@@ -18,9 +18,6 @@ contradicted."""
 
 MISSING_SHARE = 0.03
 """A joint is suspected when it lacks this share of its torque limit, beside noise ..."""
-NOISE_LEVELS = 4.0
-ALONE = 0.8
-"""... and when this share of all that is unusual is its own ..."""
 MISSING_TIME = 0.003
 """... for so long [s]. Without this a joint whose motor fails unannounced throws the others off, too
 (docs/theory/feedback.md, "The torque drive"). A guess that the campaigns have not contradicted."""
@@ -36,9 +33,9 @@ contradicted."""
 SMALL = 1e-6
 """Predictions as good as this [rad or m] are not compared. A guess that the campaigns have not
 contradicted."""
-CLEARED_TIME, FOLLOWS_TIME = 0.05, 0.2
-"""... and where its own loop has had it near its command for so long [s]; the first is enough where another
-joint is suspected. A guess that the campaigns have not contradicted."""
+CLEARED_TIME = 0.05
+"""... and where its own loop has had it near its command for AGREE_TIME, or this [s] where another joint is
+suspected. A guess that the campaigns have not contradicted."""
 
 
 @jit
@@ -214,7 +211,7 @@ def _watch(K: Any, j: int, replaced: bool) -> None:
         _retell(K, j)
     if not feedback.asks[j]:
         feedback.heeded[j] = feedback.heeded[j] + 1 if heeds(K, j) else 0
-        obeys = feedback.heeded[j] * K.state.dt > FOLLOWS_TIME
+        obeys = feedback.heeded[j] * K.state.dt > AGREE_TIME
         if partner(K, j) >= 0 or _is_clearer(K, j) or replaced or obeys:
             _take_back(K, j)
 

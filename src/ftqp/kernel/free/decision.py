@@ -48,6 +48,7 @@ from ftqp.kernel.layout.enums import (
     TARGET_TWIST,
 )
 from ftqp.kernel.layout.free_memory import STARTS
+from ftqp.kernel.layout.thresholds import HANGS
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.failed_joints import sort_joints
 
@@ -60,6 +61,7 @@ WATCH_WORK = 70
 ITERATION_WORK, DOUBLING_WORK, MODEL_WORK = 1, 25, 25
 """What an iteration of the rest posture, one of the Riccati equation, and the linear model count."""
 SLICE = 20
+"""Iterations of the rest posture, or steps of a rollout, between two looks at what work is left."""
 BRAKING_TIME = 0.4
 """The tip is to be held where it comes to rest after so much time [s]. A guess that
 `python studies/study_free_swinging.py` has not contradicted."""
@@ -83,9 +85,6 @@ RETRY = 0.1
 LONGER = 0.3
 """... and for so long after the search [s]. A guess that `python studies/study_free_swinging.py` has not
 contradicted."""
-HANGS = 0.05
-"""A free joint slower than this may be hanging where it can rest [rad/s or m/s]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
 LED_FOR, LED_FOR_UNDAMPED = 1.2, 4.5
 """So long after the task was given up the others rest where the free joint still swings [s] ..."""
 LEFT_SWING = 0.2

@@ -19,17 +19,10 @@ from ftqp.kernel.layout.enums import (
     STOPPING,
     VELOCITY,
 )
+from ftqp.kernel.layout.thresholds import AT_REST, FREE_SHARE, HANGS
 
 REACHED, ATTAINED = 0.01, 0.05
 """A tip that is nearer to its target than this counts as there [m] and [rad]. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
-AT_REST = 1e-3
-"""A joint that moves slower than this share of its velocity limit is at rest. A guess that
-`python studies/study_free_swinging.py` has not contradicted."""
-HANGS = 0.05
-"""A free joint that is led to rest and slower than this hangs [rad/s or m/s]."""
-FREE_WEIGHT = 1e-3
-"""Weight of the free joint beside the others; its own row decides what it does. A guess that
 `python studies/study_free_swinging.py` has not contradicted."""
 
 
@@ -63,8 +56,8 @@ def ask_for_motion(K: Any, F: Any) -> None:
     end_stops(K, F.x)
     for k in range(faults.working, faults.movable):
         i = faults.order[k]
-        qp.H_diagonal[i] = FREE_WEIGHT
-        qp.g[i] = -FREE_WEIGHT * free_motion(K, i, F.x) if qp.lb[i] < qp.ub[i] else 0.0
+        qp.H_diagonal[i] = FREE_SHARE
+        qp.g[i] = -FREE_SHARE * free_motion(K, i, F.x) if qp.lb[i] < qp.ub[i] else 0.0
     if K.free.mode == ARREST:
         F.left -= F.dt
         shift_plan(F, K.chain.n)

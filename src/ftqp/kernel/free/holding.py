@@ -21,10 +21,9 @@ from ftqp.kernel.maths.riccati import begin_doubling, double
 
 WEIGHT_Q, WEIGHT_Q_FREE = 4.0, 0.5
 WEIGHT_V, WEIGHT_V_FREE = 0.05, 0.3
-"""What distances and speeds of the healthy joints and of the free one cost."""
+"""What distances [1/rad2] and speeds [s2/rad2] of the healthy joints and of the free one cost ..."""
 WEIGHT_TIP = 400.0
-"""What distances [1/rad2] and speeds [s2/rad2] of the healthy joints and of the free one cost, a metre of the
-tip [1/m2] ..."""
+"""... a metre of the tip [1/m2] ..."""
 EFFORT = 10.0
 """... and an acceleration of a_max (docs/theory/free-swinging.md, "Keeping the task"). All are guesses that
 `python studies/study_free_swinging.py` has not contradicted."""
@@ -41,6 +40,7 @@ SETTLED = 1e-9
 """Relative change of P from which it counts as found. The feedback then has nine digits, more than the model,
 so that further doublings are rounding."""
 DOUBLINGS = 25
+"""Of the Riccati equation, at most; some eight are usual."""
 ROLLOUT_STEPS = 200
 """Steps of the rollout: two seconds."""
 END_ERROR = 0.02

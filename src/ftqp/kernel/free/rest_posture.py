@@ -40,10 +40,10 @@ RUN_UP = 0.1
 """The search begins where the arm would be after so much time at its present speed [s]. A guess that
 `python studies/study_free_swinging.py` has not contradicted."""
 FREE_TRAVEL = 0.3
-"""What a radian of the free joint's way, and an unstable posture, cost beside the seconds of the others [s].
-A guess that `python studies/study_free_swinging.py` has not contradicted."""
+"""What a radian of the free joint's way costs beside the seconds of the others [s/rad] ..."""
 UPRIGHT = 0.3
-"""What a radian of the free joint's way, and an unstable posture, cost beside the seconds of the others."""
+"""... and an unstable posture [s]. Guesses that `python studies/study_free_swinging.py` has not
+contradicted."""
 
 
 @jit

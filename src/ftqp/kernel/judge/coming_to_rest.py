@@ -5,10 +5,8 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION
+from ftqp.kernel.layout.thresholds import FREE_SHARE
 
-FREE_SHARE = 1e-3
-"""Weight of a free-swinging joint beside the others. A guess that `python studies/study_free_swinging.py` has
-not contradicted."""
 BRAKING_SHARE = 0.25
 """Where torque limits cannot be kept in a stop, each joint brakes by this share of what it wants at least.
 Joints swung at their limits to lessen an excess that nothing removes

@@ -57,7 +57,7 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_FALLBACKS,
     STOPPING,
 )
-from ftqp.kernel.layout.thresholds import SCALED_FROM
+from ftqp.kernel.layout.thresholds import AT_REST, SCALED_FROM
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
 from ftqp.kernel.rows.joint_intervals import AT_LIMIT
@@ -85,9 +85,6 @@ RELAXED_FROM = 1e-3
 m/s], counts as relaxed. A thousand times what a solver may leave, so that backends agree. A guess that the
 campaigns have not contradicted."""
 TASK_FLOOR = 1e-4
-AT_REST = 1e-3
-"""An arm whose joints all move slower than this share of their velocity limit has stopped. A guess that the
-campaigns have not contradicted."""
 DECAY_TIME = 0.05
 """Time constant [s] of the fallback command. A guess that the campaigns have not contradicted."""
 

@@ -14,6 +14,7 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.judge.coming_to_rest import draw_to_rest
 from ftqp.kernel.judge.kept_limits import is_beyond_range, is_too_fast
 from ftqp.kernel.layout.enums import ACCELERATION, LEAST_EXCESS_STAGE, PLAIN_STAGE
+from ftqp.kernel.layout.thresholds import PROOF_SHARE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
 SOFTNESS = 1e-10
@@ -23,8 +24,6 @@ limits and box")."""
 ROOM = 1e-8
 """What a widened row is given beyond its least excess, as a share of 1 + |C x|, against rounding. Two digits
 above the solver's tolerance of 1e-10."""
-ROUNDING = 1e-9
-"""What a proof of infeasibility must exceed, as a share of the sum of its terms."""
 RAY = 1e-9
 """Largest share of its terms that C'z may keep along a variable without a bound on that side. A million units
 of rounding."""
@@ -118,7 +117,7 @@ def box_excludes_rows(K: Any) -> bool:
         else:
             least += t * bound
             size += terms * abs(bound)
-    return bool(least - most > ROUNDING * size)
+    return bool(least - most > PROOF_SHARE * size)
 
 
 @jit

@@ -391,10 +391,13 @@ AS_SENT: Final = 2
 TARGET_POSE: Final = 0
 """Offset of the pose, 16 numbers by rows, in a packed target."""
 TARGET_TWIST: Final = 16
+"""Offset of the twist, 6 numbers."""
 TARGET_ACCELERATION: Final = 22
+"""Offset of the acceleration, 6 numbers."""
 TARGET_HAS_ROTATION: Final = 28
 """1 with a pose, 0 with a position, -1 with a twist alone."""
 TARGET_SIZE: Final = 29
+"""Numbers of a packed target."""
 
 DELAYS: Final = 64
 """Capacity: samples by which a measurement may be late, plus one."""
@@ -406,4 +409,6 @@ HAS_TIP: Final = 1
 HAS_POSITION: Final = 2
 """Of the tip the position only."""
 HAS_BASE: Final = 4
+"""The pose of the base."""
 HAS_TWIST: Final = 8
+"""The twist of the base."""

@@ -1,22 +1,57 @@
-"""Thresholds that compiled code and Python read alike."""
+"""Thresholds that several rooms, or compiled code and Python, read alike."""
 
+from math import sqrt
 from typing import Final
 
 SCALED_FROM: Final = 0.999
-"""A path scale or a path rate below this counts as scaled."""
+"""A path scale or a path rate below this counts as scaled. A convention: what a solver leaves of 1 is
+less."""
+AT_REST: Final = 1e-3
+"""A joint that moves slower than this share of its velocity limit is at rest. A guess that the campaigns have
+not contradicted."""
+TIME_SLACK: Final = 1e-9
+"""Times nearer to each other than this count as equal [s], so that 3 * 0.1 s is 0.3 s. Some ten thousand
+units of rounding of a path's time."""
+SINGULAR_FROM: Final = 0.02
+"""Singular value of the Jacobian [characteristic lengths] below which a direction counts as singular. A guess
+that the campaigns have not contradicted."""
+PROOF_SHARE: Final = 1e-9
+"""What a proof of infeasibility must exceed, as a share of the sum of its terms: a million units of
+rounding."""
+
 OUTSIDE_FROM: Final = 1e-6
-"""A joint beyond its range by more than this [rad or m], or faster by more than this share, is outside."""
+"""A joint beyond its range by more than this [rad or m], or faster by more than this share, is outside ..."""
 OUTSIDE_SIGMAS: Final = 6.0
-"""One that is measured there is outside by so many standard deviations of its sensor's noise more."""
-ORTHONORMAL_TOLERANCE: Final = 1e-6
-"""Largest entry of |R'R - I| that still counts as a rotation, as in ``ftqp.core.pose``."""
-LATELY: Final = 0.02
-"""Torques that two joints on one axis lack are looked at in the mean over such a time [s]."""
-STILL_SAMPLES: Final = 8
-"""A locked joint that has been seen to rest for so many samples stands."""
+"""... and one that is measured there by so many standard deviations of its sensor's noise more, because noise
+alone exceeds them twice in 1e9 samples. The first is a convention, finer than encoders."""
+FASTEST: Final = 30.0
+"""No joint is faster than this [rad/s or m/s], or than twice its limit ..."""
+UNLIMITED: Final = 1e4
+"""... and one without a limit not faster than this, nor is it sent so fast [rad/s or m/s]. Conventions, far
+beyond arms: what is faster is a wrong number."""
 MOST_ROWS: Final = 1 << 40
 """More rows of targets than any memory holds, few enough that their numbers can be counted."""
-FASTEST: Final = 30.0
-"""No joint is faster than this [rad/s or m/s], or than twice its limit."""
-UNLIMITED: Final = 1e4
-"""... and one without a limit not faster than this, nor is it sent so fast."""
+
+FROZEN_SAMPLES: Final = 5
+"""A noisy sensor whose number stays the same for so many samples may be frozen ..."""
+FROZEN_SIGMAS: Final = 6.0
+"""... and is, when the joint should have moved by so many standard deviations meanwhile, because noise alone
+makes that twice in 1e9 samples."""
+NOISE_OF_D: Final = sqrt(3.0) / 4.0
+"""sigma_d = 0.43 sigma w^(5/2) dt^(1/2) is the noise of an observed acceleration. Derived, and compared with
+a Monte Carlo (docs/theory/detection.md, "Observers")."""
+LEAST_SPEED: Final = 0.03
+"""A reference slower than this [rad/s or m/s] does not tell whether a joint stands. A guess that
+`python studies/detection.py` has not contradicted."""
+LATELY: Final = 0.02
+"""Torques that two joints on one axis lack are looked at in the mean over such a time [s], so that noise
+falls (docs/theory/feedback.md, "The torque drive"). A guess that the campaigns have not contradicted."""
+STILL_SAMPLES: Final = 8
+"""A locked joint that has been seen to rest for so many samples stands."""
+
+FREE_SHARE: Final = 1e-3
+"""Weight of a free-swinging joint as a share of the others': its own row decides what it does. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""
+HANGS: Final = 0.05
+"""A free joint slower than this may be hanging where it can rest [rad/s or m/s]. A guess that
+`python studies/study_free_swinging.py` has not contradicted."""

@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from ftqp.core.pose import ORTHONORMAL_TOLERANCE
 from ftqp.kernel.jit import jit
-from ftqp.kernel.layout.thresholds import ORTHONORMAL_TOLERANCE
 
 
 @jit

@@ -34,12 +34,11 @@ from ftqp.kernel.layout.enums import (
     TARGET_HAS_ROTATION,
     TARGET_TWIST,
 )
+from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.kernel.maths.cholesky import factor
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.vectors import cross
 
-STANDING = 1e-3
-"""An arm whose commands all stay below this share of the velocity limits stands still."""
 PATIENCE = 5
 """Samples in a row of standing, or of leaning on a position limit, after which a target is out of reach."""
 
@@ -325,7 +324,7 @@ def _leans_or_stands(K: Any) -> bool:
     chain, limits, faults, state, qp = K.chain, K.limits, K.faults, K.state, K.qp
     standing = True
     for i in range(chain.n):
-        if abs(state.v_command[i]) > STANDING * min(limits.v_max[i], 1e3):
+        if abs(state.v_command[i]) > AT_REST * min(limits.v_max[i], 1e3):
             standing = False
         z = qp.z_box[i]
         if faults.code[i] == HEALTHY and (

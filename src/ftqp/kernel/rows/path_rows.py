@@ -5,13 +5,13 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, SCALE, TARGET_ACCELERATION, TARGET_TWIST
+from ftqp.kernel.layout.thresholds import SINGULAR_FROM, TIME_SLACK
 from ftqp.kernel.rows.joint_intervals import braking_velocity
-from ftqp.kernel.rows.task_rows import component_of
+from ftqp.kernel.rows.task_rows import SCALE_WEIGHT, component_of
 
-SCALE_WEIGHT = 1e3
-"""1 - s costs SCALE_WEIGHT times the largest value of the objective: progress goes before rates ..."""
 SEPARATION = 1e4
-"""... but a residual as large as the path's own speed costs SEPARATION times that."""
+"""1 - s costs SCALE_WEIGHT times the largest value of the objective, but a residual as large as the path's
+own speed costs SEPARATION times that ..."""
 PUSH, LEAST_SEPARATION = 1e2, 1e2
 """... but no less than PUSH times what the scheme gains by waiting, down to this separation. The weights make
 an order (docs/theory/path-progress.md, "The rows"), because each is a hundred times the next or more; that
@@ -42,16 +42,11 @@ BEND_SHARE = 0.5
 """Share of the acceleration limits that the bend of the path may use. The other half is that of STOP_SHARE,
 because both act at once."""
 
-SINGULAR_FROM = 0.02
-"""Singular value (of the Jacobian in characteristic lengths) below which a direction counts as singular. A
-guess that the campaigns have not contradicted."""
 LEAST_RATE = 0.1
 """Below this rate a joint's motion is not taken for that of the path alone ..."""
 LEAST_IN_CALM = 0.01
 """... in calm, which leaves little other motion; so the bend is braked down to there. A guess that
 `python studies/study_calm.py` has not contradicted."""
-ARRIVED = 1e-9
-"""Path times nearer to each other than this are one [s]."""
 
 
 @part_jit
@@ -260,9 +255,9 @@ def advance(K: Any, path: Any) -> None:
     s = min(max(qp.x[n], 0.0), 1.0) if on_task else _rate_of_motion(K, state.v_command)
     step = state.dt * (0.5 * (before + s) if state.level == ACCELERATION else s)
     after = path.progress + step
-    if after > path.stop - ARRIVED:
-        after = max(path.stop, path.progress) if after < path.stop + ARRIVED else after
+    if after > path.stop - TIME_SLACK:
+        after = max(path.stop, path.progress) if after < path.stop + TIME_SLACK else after
     path.rate = s
     path.progress = min(after, path.end)
-    if path.end - path.progress < ARRIVED:
+    if path.end - path.progress < TIME_SLACK:
         path.progress = path.end

@@ -16,7 +16,8 @@ TIP_BRAKE_STEPS = 20.0
 """Scaled mode: scale 0 brakes the tip along its own direction with the time constant TIP_BRAKE_STEPS dt. A
 guess that the tests have not contradicted."""
 SCALE_WEIGHT = 1e3
-"""Scaled mode: 1 - scale costs SCALE_WEIGHT times the largest value of the objective."""
+"""1 - s of a scale or a path rate costs SCALE_WEIGHT times the largest value of the objective, so that
+progress goes before rates. A guess that the tests have not contradicted."""
 
 
 @jit

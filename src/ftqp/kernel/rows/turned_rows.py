@@ -4,8 +4,8 @@ from math import sqrt
 from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.layout.thresholds import SINGULAR_FROM
 from ftqp.kernel.maths.singular_directions import singular_directions
-from ftqp.kernel.rows.path_rows import SINGULAR_FROM
 
 CALM_FROM = 0.1
 """Singular value below which the task fades where a path is blocked; elsewhere SINGULAR_FROM. A guess that

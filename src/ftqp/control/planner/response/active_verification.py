@@ -16,13 +16,12 @@ contradicted."""
 SPAN: Final = 0.01
 """The way of a held joint is looked at over so long [s] ..."""
 SPANS: Final = 3
-"""... and it moves if it did in so many in a row."""
+"""... and it moves if it did in so many in a row ..."""
 MOVES: Final = 0.05
-"""A held joint faster than this [rad/s or m/s], beside noise, is not held. A guess that the campaigns have
-not contradicted."""
+"""... by more than this [rad/s or m/s], beside noise. A guess that the campaigns have not contradicted."""
 
 SIGMAS: Final = 8.0
-"""So many standard deviations are noise: it never exceeds them, 1e-15 by a normal distribution."""
+"""So many standard deviations are noise, because it exceeds them once in 1e15 samples."""
 
 STIRRED, LATELY = 2e-4, 0.05
 """It stirs where it is so far [rad or m], beside noise, from its mean place of so long [s]. A guess that the
@@ -31,13 +30,13 @@ campaigns have not contradicted."""
 FAR: Final = 1e-3
 """A joint is asked to move so far to either side [rad or m] ..."""
 DURATION: Final = 0.3
-"""... and back within so long [s]."""
+"""... and back within so long [s]. A guess that the campaigns have not contradicted."""
 AGREES: Final = 2
 """It follows again when it followed so many motions in a row."""
 FOLLOWS: Final = (0.6, 1.4)
 """It followed if it moved by a share of what was asked within these ..."""
 LEFT: Final = 0.15
-"""... and what that leaves is within noise and this share of FAR. With noise of 1e-4 rad the share is known
+"""... and what that leaves is within noise and this share of FAR: with noise of 1e-4 rad the share is known
 to 0.01 (docs/theory/detection.md, "Active verification"). A guess that the campaigns have not
 contradicted."""
 

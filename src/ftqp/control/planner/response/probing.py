@@ -22,7 +22,7 @@ _LOG = logging.getLogger("ftqp")
 FARTHEST: Final = 2e-3
 """The joint that moves most is moved so far to either side [rad or m] ..."""
 LEAST_SHARE: Final = 0.6
-"""... and one that moves by this share of it counts as probed."""
+"""... one that moves by this share of it counts as probed ..."""
 DURATION: Final = 0.2
 """... in one motion there and back of so long [s]. They belong together, so that the reference is above the
 0.03 rad/s of a standstill for 40 ms, longer than SHOWN (docs/theory/detection.md, "Probing")."""
