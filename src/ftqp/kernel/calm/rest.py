@@ -28,9 +28,8 @@ IMPATIENT = 1.4
 without end is ended, too."""
 NEAR_SHARE = 0.5
 """Within this share of the task's tolerances no joint goes on faster than SLOW that long, because a wrist
-turned half round for the last degree of an error that was tolerated already. What turning each of these up
-does stands in docs/theory/calm, "Holding" and "Constants". All of these are guesses that the campaigns have
-not contradicted."""
+turned half round for the last degree of an error that was tolerated already (docs/theory/calm.md, "Holding").
+All of these are guesses that the campaigns have not contradicted."""
 
 LEAST = 1e-6
 """An error e'e below this, a millimetre, is never held: a target in reach is not given up so near [m2]. The

@@ -11,8 +11,8 @@ from ftqp.kernel.maths.side_by_side import put, several
 from ftqp.kernel.maths.vectors import cross
 
 UNLIKELY = (1.0, 0.1)
-"""A load of so many kg, or of so many kg m beside the tip, takes evidence. The prior of
-docs/theory/detection, "Loads". A guess that `python studies/detection.py` has not contradicted."""
+"""A load of so many kg, or of so many kg m beside the tip, takes evidence: the prior
+(docs/theory/detection.md, "Loads"). A guess that `python studies/detection.py` has not contradicted."""
 AT_FIRST = 100.0
 """The mean square of a residual begins at so many times the least that counts. A guess that
 `python studies/detection.py` has not contradicted."""

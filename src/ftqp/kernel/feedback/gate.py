@@ -39,8 +39,8 @@ ROUNDING = 1e-9
 """What rounding may add to a position, a speed or a torque: this, and this share of it. A million units of
 rounding, and far below what an encoder shows."""
 FULL = 0.999
-"""Who brakes by this share of a_max brakes as hard as it can. A tenth of a per cent is left to rounding and
-to the integration of whole ticks."""
+"""Who brakes by this share of a_max brakes as hard as it can. A guess that the campaigns have not
+contradicted."""
 
 
 @jit

@@ -16,7 +16,7 @@ not contradicted."""
 FEEDBACK_SHARE = 0.6
 """The feedback of a joint asks its own inertia for up to this share of its torque limit. Without a bound a
 Panda whose joint 4 braked unannounced went to eight times its speed limits (docs/theory/feedback.md, "The
-torque drive"); with 0.3 arms did not withstand a push."""
+torque drive"); with 0.3 arms did not withstand a push, and 0.6 is a guess."""
 
 SLIPS, SLIP_SIGMAS = 0.1, 10.0
 """A locked joint observed to be faster than this [rad/s or m/s], beside noise, has a brake that slips. A

@@ -81,10 +81,10 @@ CALM_ELASTIC = 1e-6
 A guess that the campaigns have not contradicted."""
 
 RELAXED_FROM = 1e-3
-"""A task residual above this share of the task's right side, plus TASK_FLOOR in the task's own unit [m/s2 or
-m/s], counts as relaxed. A thousand times what a solver may leave, so that backends agree. A guess that the
-campaigns have not contradicted."""
+"""A task residual above this share of the task's right side, plus ..."""
 TASK_FLOOR = 1e-4
+"""... this in the task's own unit [m/s2 or m/s, rad alike], counts as relaxed. Both are far above what a
+solver may leave, so that backends agree. A guess that the campaigns have not contradicted."""
 DECAY_TIME = 0.05
 """Time constant [s] of the fallback command. A guess that the campaigns have not contradicted."""
 

@@ -9,8 +9,8 @@ from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import VELOCITY
 
 STANDS = 1e-9
-"""Rows whose tips are nearer than this are passed by the clock [m]. Rounding of forward kinematics is 1e-15
-of a metre, and no row of a plan that moves goes less."""
+"""Rows whose tips are nearer than this are passed by the clock [m]. A million units of rounding of forward
+kinematics."""
 SAME = 1e-6
 """Two places on the plan are equally near within this distance [m]. A guess that the tests have not
 contradicted."""
