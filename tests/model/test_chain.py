@@ -114,12 +114,6 @@ def test_continuous_joint_about_a_slanted_axis_is_turned_to_its_z_axis() -> None
         assert np.abs(poses(robot.chain, np.array([angle]))[-1] - robot.pose([angle])).max() < 1e-12
 
 
-def test_arrays_of_a_chain_are_read_only() -> None:
-    chain = chain_of(random_model(np.random.default_rng(0), 3), "tip")
-    with pytest.raises(ValueError, match="read-only"):
-        chain.mass[0] = 1.0
-
-
 def test_joint_that_the_kernel_cannot_express_is_named_with_its_type() -> None:
     model = pin.Model()
     parent = model.addJoint(0, pin.JointModelSpherical(), pin.SE3.Identity(), "shoulder")
@@ -146,9 +140,3 @@ def test_joint_off_the_chain_is_named() -> None:
 def test_more_than_32_joints_are_refused() -> None:
     with pytest.raises(ModelError, match="33 joints move 'tip'; expected 1 to 32"):
         chain_of(random_model(np.random.default_rng(0), 33), "tip")
-
-
-def test_two_frames_of_one_name_are_told_apart_by_their_kind() -> None:
-    model = random_model(np.random.default_rng(0), 2)
-    model.addFrame(pin.Frame("tip", 1, pin.SE3.Identity(), pin.FrameType.JOINT))
-    assert len(chain_of(model, "tip").names) == 2

@@ -27,20 +27,6 @@ def test_held_joint_leaves_the_inertia_matrix_of_the_others_as_it_is() -> None:
     assert held.chain.mass.sum() == pytest.approx(robot.chain.mass.sum())
 
 
-def test_joint_is_held_by_index_too() -> None:
-    model = catalog.load("panda").model
-    assert (
-        Robot.from_pinocchio(model, locked=[3]).joints
-        == Robot.from_pinocchio(model, locked=["panda_joint4"]).joints
-    )
-
-
-def test_limits_stay_with_their_joints_when_one_is_held() -> None:
-    robot = catalog.load("panda")
-    held = Robot.from_pinocchio(robot.model, robot.tip, ["panda_joint2"])
-    assert held.limits.q_min.tolist() == robot.limits.q_min[[0, 2, 3, 4, 5, 6]].tolist()
-
-
 def test_continuous_joint_is_held_at_an_angle() -> None:
     model = pin.Model()
     first = model.addJoint(0, pin.JointModelRUBZ(), pin.SE3.Identity(), "turn")
@@ -48,13 +34,6 @@ def test_continuous_joint_is_held_at_an_angle() -> None:
     model.addFrame(pin.Frame("tip", second, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
     robot = Robot.from_pinocchio(model, "tip", ["turn"], q_locked={"turn": np.pi / 2})
     assert robot.pose([0.0])[:3, 3] == pytest.approx([0.0, 1.0, 0.0], abs=1e-15)
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_held_position_must_be_finite(value: float) -> None:
-    robot = catalog.load("planar6")
-    with pytest.raises(InputError, match="expected a finite position"):
-        Robot.from_pinocchio(robot.model, locked=["j2"], q_locked={"j2": value})
 
 
 def test_holding_every_joint_is_refused() -> None:
@@ -84,12 +63,6 @@ def test_model_without_joints_is_refused() -> None:
         Robot.from_pinocchio(pin.Model())
 
 
-def test_frames_of_one_name_survive_the_reduction() -> None:
-    model = catalog.load("planar6").model.copy()
-    model.addFrame(pin.Frame("j2", 2, pin.SE3.Identity(), pin.FrameType.BODY))
-    assert Robot.from_pinocchio(model, "j2").joints == ("j1", "j2")
-
-
 def test_floating_base_is_refused_with_its_type() -> None:
     model = pin.buildSampleModelHumanoid()
     with pytest.raises(ModelError, match="is of type FreeFlyer"):
@@ -112,22 +85,6 @@ def test_rotor_inertias_stay_with_their_joints_when_one_is_held() -> None:
     robot = Robot.from_pinocchio(model, "panda_hand_tcp", ["panda_joint3"])
     assert robot.chain.armature.tolist() == [1.0, 2.0, 4.0, 5.0, 6.0, 7.0]
     assert robot.model.armature.tolist() == [1.0, 2.0, 4.0, 5.0, 6.0, 7.0]
-
-
-def test_limits_replaced_keep_the_rotor_inertias() -> None:
-    model = catalog.load("planar6").model.copy()
-    model.armature = np.arange(1.0, 7.0)
-    robot = Robot.from_pinocchio(model).with_limits(v_max=1.0)
-    assert robot.model.armature.tolist() == robot.chain.armature.tolist() == model.armature.tolist()
-
-
-def test_rotor_inertia_without_masses_is_dropped_with_them() -> None:
-    model = catalog.load("planar6").model.copy()
-    model.armature = np.full(6, 0.1)
-    robot = Robot.from_pinocchio(model, kinematics_only=True)
-    assert not robot.has_inertia
-    assert not robot.chain.armature.any()
-    assert not robot.model.armature.any()
 
 
 @pytest.mark.parametrize("value", [-0.1, np.nan, np.inf])

@@ -63,12 +63,6 @@ def test_log_too_short_to_fit_a_tail_to_is_refused_in_seconds(robot, motion, ext
             detector.calibrate(short, RATE, extrapolate=extrapolate)
 
 
-def test_fewer_alarms_ask_for_larger_thresholds(robot, motion, calibrated):
-    detector = ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=SIGMA))
-    rarer = detector.calibrate(motion.log(), 1e-3, extrapolate=True).calibration
-    assert (rarer.room[:3] > calibrated.calibration.room[:3]).all()
-
-
 def test_calibration_survives_a_file(calibrated, tmp_path, robot):
     calibrated.calibration.save(tmp_path / "healthy.json")
     again = ftqp.Calibration.load(tmp_path / "healthy.json")
@@ -116,17 +110,6 @@ def test_noise_that_is_stated_far_too_small_is_refused(robot, motion, stated):
     detector = ftqp.Detector(robot=robot, dt=DT, noise=ftqp.Noise(q=stated))
     with pytest.raises(InputError, match=r"is stated as .* but the log shows"):
         detector.calibrate(motion.log(), RATE)
-
-
-def test_quantum_of_an_encoder_is_found(robot, motion):
-    detector = ftqp.Detector(robot=robot, dt=DT)
-    known = detector.calibrate(changed(motion, q=5e-4 * np.round(motion.true / 5e-4)), RATE).calibration
-    assert known.quantum == pytest.approx(5e-4, rel=1e-6) and known.sigma == 0.0
-
-
-def test_columns_of_other_shapes_are_refused(motion):
-    with pytest.raises(InputError, match="v_ref of the log"):
-        changed(motion, v_ref=motion.v_ref[:10])
 
 
 def test_friction_and_load_are_told_apart(robot):

@@ -119,21 +119,6 @@ def test_a_bound_turns_into_an_equality_and_back_without_a_new_setup(name):
             np.testing.assert_allclose(qp.x, healthy.x, rtol=0, atol=tolerance(name))
 
 
-@pytest.mark.parametrize("name", EVERY)
-def test_a_row_turns_into_an_equality_and_back_without_a_new_setup(name):
-    case = planted(np.random.default_rng(12), 7, 2, 5, unbounded=0.0)
-    qp = buffers(case.problem)
-    solver = backend(name)
-    solver.setup(qp)
-    for _ in range(3):
-        assert solver.solve(cold=False) is Claim.SOLVED
-        np.testing.assert_allclose(qp.x, case.x, rtol=0, atol=tolerance(name))
-        qp.l[2] = qp.u[2] = 0.0
-        assert solver.solve(cold=False) is Claim.SOLVED
-        assert abs(qp.C[2] @ qp.x) <= 10 * tolerance(name)
-        fill(qp, case.problem)
-
-
 @pytest.mark.parametrize("name", NATIVE)
 @pytest.mark.parametrize("kind", ["identity", "dense"])
 def test_warm_equals_cold_along_a_path(name, kind):
@@ -239,28 +224,6 @@ def test_crossed_bounds_are_infeasible(name, low, high, capfd):
     solver.setup(qp)
     assert solver.solve(cold=False) is Claim.INFEASIBLE
     assert capfd.readouterr() == ("", "")
-
-
-@pytest.mark.parametrize("name", ["dtrnn", "daqp", "osqp", "proxqp"])
-def test_a_cap_of_one_iteration_is_kept_and_reported(name):
-    case = planted(np.random.default_rng(6), 20, 4, 20, unbounded=0.0)
-    qp = buffers(case.problem)
-    solver = backend({"name": name, "max_iterations": 1})
-    solver.setup(qp)
-    assert solver.solve(cold=True) in (Claim.MAX_ITERATIONS, Claim.FAILED)
-    assert not judged(case.problem, qp)
-
-
-@pytest.mark.parametrize("name", NATIVE)
-def test_setup_does_not_depend_on_the_content_of_the_buffers(name):
-    case = planted(np.random.default_rng(7), 7, 3, 4)
-    qp = QPBuffers.zeros(7, 3, 4)
-    qp.flat[:] = np.nan
-    solver = backend(name)
-    solver.setup(qp)
-    fill(qp, case.problem)
-    assert solver.solve(cold=False) is Claim.SOLVED
-    np.testing.assert_allclose(qp.x, case.x, rtol=0, atol=tolerance(name))
 
 
 @pytest.mark.parametrize("name", EVERY)

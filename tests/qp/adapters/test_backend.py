@@ -77,13 +77,6 @@ def test_bad_data_never_reach_the_solver_and_make_the_next_solve_cold():
     assert solver.asked == [True, True]
 
 
-def test_the_right_side_is_copied_into_the_upper_bounds():
-    solver = scripted(Claim.SOLVED)
-    solver.prepared.b[:] = 0.7
-    solver.solve(cold=True)
-    assert solver.prepared.upper[2] == 0.7
-
-
 def test_solving_before_setup_is_a_programming_error():
     with pytest.raises(InputError, match="before setup"):
         Scripted().solve(cold=True)
