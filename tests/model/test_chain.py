@@ -114,19 +114,14 @@ def test_continuous_joint_about_a_slanted_axis_is_turned_to_its_z_axis() -> None
         assert np.abs(poses(robot.chain, np.array([angle]))[-1] - robot.pose([angle])).max() < 1e-12
 
 
-def test_joint_that_the_kernel_cannot_express_is_named_with_its_type() -> None:
+@pytest.mark.parametrize(
+    ("joint", "kind"), [(pin.JointModelSpherical(), "Spherical"), (pin.JointModelHZ(0.1), "HZ")]
+)
+def test_joint_that_the_kernel_cannot_express_is_named_with_its_type(joint: object, kind: str) -> None:
     model = pin.Model()
-    parent = model.addJoint(0, pin.JointModelSpherical(), pin.SE3.Identity(), "shoulder")
+    parent = model.addJoint(0, joint, pin.SE3.Identity(), "shoulder")
     model.addFrame(pin.Frame("tip", parent, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
-    with pytest.raises(ModelError, match="'shoulder' is of type Spherical"):
-        chain_of(model, "tip")
-
-
-def test_helical_joint_is_not_taken_for_a_prismatic_one() -> None:
-    model = pin.Model()
-    parent = model.addJoint(0, pin.JointModelHZ(0.1), pin.SE3.Identity(), "screw")
-    model.addFrame(pin.Frame("tip", parent, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
-    with pytest.raises(ModelError, match="'screw' is of type HZ"):
+    with pytest.raises(ModelError, match=f"'shoulder' is of type {kind}"):
         chain_of(model, "tip")
 
 

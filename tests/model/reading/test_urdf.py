@@ -34,17 +34,17 @@ def test_links_that_are_not_a_tree_are_refused(two_joints: Urdf, more: str, mess
         Robot.from_urdf(two_joints(more=more), "two")
 
 
-def test_loop_of_links_is_refused() -> None:
-    text = """<robot name="loop"><link name="one"/><link name="two"/>
-    <joint name="a" type="fixed"><parent link="one"/><child link="two"/></joint>
-    <joint name="b" type="fixed"><parent link="two"/><child link="one"/></joint></robot>"""
-    with pytest.raises(ModelError, match="0 links without a parent"):
+LOOP = """<robot name="loop"><link name="one"/><link name="two"/>
+<joint name="a" type="fixed"><parent link="one"/><child link="two"/></joint>
+<joint name="b" type="fixed"><parent link="two"/><child link="one"/></joint></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("text", "message"), [(LOOP, "0 links without a parent"), ("<robot name='empty'/>", "there are no links")]
+)
+def test_loop_and_nothing_are_refused(text: str, message: str) -> None:
+    with pytest.raises(ModelError, match=message):
         Robot.from_urdf(text, "two")
-
-
-def test_robot_without_links_is_refused() -> None:
-    with pytest.raises(ModelError, match="there are no links"):
-        Robot.from_urdf("<robot name='empty'/>")
 
 
 def test_tip_may_be_a_link_or_a_joint(two_joints: Urdf) -> None:
