@@ -195,33 +195,9 @@ def test_bad_measurement_holds_the_path(level):
     assert follower.status is not ftqp.PathStatus.BLOCKED
 
 
-def test_same_inputs_give_the_same_outputs():
-    first, again = (run(follower_of(level="velocity"))[1] for _ in range(2))
-    assert (first == again).all()
-
-
-def test_reset_begins_the_path_anew():
-    follower = follower_of()
-    run(follower)
-    follower.reset(PANDA.neutral)
-    assert follower.progress == 0.0 and follower.status is ftqp.PathStatus.FOLLOWING
-
-
 @pytest.mark.parametrize("mode", ["slack", "hard", "lexicographic"])
 def test_other_task_modes_are_refused(mode):
     with pytest.raises(
         InputError, match=rf"leader 'path' does not go with mode '{mode}'.*Task\(mode=\"scaled\"\)"
     ):
         follower_of(task=ftqp.Task(mode=mode))
-
-
-def test_scaled_task_by_targets_is_what_it_was():
-    """A follower beside it changes nothing for a planner that is given targets."""
-    planner = ftqp.Planner(PANDA, DT, level="velocity", task=SCALED)
-    ftqp.PathFollower(planner, ftqp.paths.Line(PANDA.pose(PANDA.neutral), (0.1, 0.0, 0.0), duration=1.0))
-    plain = ftqp.Planner(PANDA, DT, level="velocity", task=SCALED)
-    target = ftqp.Target(pose=PANDA.pose(PANDA.neutral), twist=[3.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    for arm in (planner, plain):
-        arm.reset(PANDA.neutral)
-    a, b = (arm.step(PANDA.neutral, np.zeros(7), target).v.copy() for arm in (planner, plain))
-    assert (a == b).all()

@@ -101,25 +101,6 @@ def test_wrong_measurement_is_one_clear_sentence(panda, home, given, sentence):
         follower.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home), **given)
 
 
-def test_base_at_rest_asks_for_no_motion_wherever_it_stands(panda, base):
-    follower = InertialTask(velocity_planner(panda))
-    step, _ = closed_loop(follower, lambda k: base, 3)
-    assert np.abs(step.v).max() < 1e-9 and follower.status is BaseStatus.TRACKING
-    np.testing.assert_allclose(follower.base_pose, base, atol=1e-12)
-    np.testing.assert_allclose(follower.error, 0.0, atol=1e-12)
-
-
-def test_error_is_given_along_inertial_axes(panda, base):
-    follower = InertialTask(velocity_planner(panda))
-    follower.reset(panda.neutral)
-    goal = base @ panda.pose(panda.neutral)
-    tip = goal.copy()
-    goal[:3, 3] += [0.01, 0.0, 0.0]
-    step = follower.step(panda.neutral, np.zeros(7), ftqp.Target(pose=goal), tip=tip)
-    np.testing.assert_allclose(follower.error, [0.01, 0, 0, 0, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(step.task_error[:3], base[:3, :3].T @ [0.01, 0.0, 0.0], atol=1e-12)
-
-
 @pytest.mark.parametrize("backend", ["active_set", "daqp"])
 def test_moving_base_is_followed_with_any_solver(panda, base, backend):
     def pose_of(k):
@@ -228,18 +209,3 @@ def test_set_point_adds_up_the_commands(panda, base):
         lead = follower.setpoint - panda.neutral
         assert np.all(np.abs(lead) <= panda.limits.v_max * DT * (1.0 + 1e-9))
     np.testing.assert_allclose(follower.setpoint, total, atol=1e-12)
-
-
-def test_planner_alone_is_not_touched_by_its_follower(panda, home):
-    planner = velocity_planner(panda)
-    follower = InertialTask(planner)
-    follower.reset(panda.neutral)
-    goal = ftqp.Target(pose=home)
-    before = planner.step(panda.neutral, np.zeros(7), goal).v.copy()
-    follower.step(panda.neutral, np.zeros(7), goal, tip=transform(np.eye(3), np.ones(3)) @ home)
-    planner.reset(panda.neutral)
-    np.testing.assert_array_equal(planner.step(panda.neutral, np.zeros(7), goal).v, before)
-
-
-def test_repr_tells_robot_and_status(panda):
-    assert repr(InertialTask(velocity_planner(panda))) == "InertialTask(panda, STALE, gain=1)"
