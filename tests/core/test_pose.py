@@ -25,18 +25,6 @@ vectors = st.lists(st.floats(-4.0, 4.0), min_size=3, max_size=3).map(np.array)
 
 
 @given(vectors)
-def test_exponential_is_a_rotation(w):
-    R = rotation_exp(w)
-    np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-14)
-    assert abs(np.linalg.det(R) - 1.0) < 1e-14
-
-
-@given(vectors, vectors)
-def test_skew_is_the_cross_product(w, u):
-    np.testing.assert_allclose(skew(w) @ u, np.cross(w, u), atol=1e-14)
-
-
-@given(vectors)
 def test_derivative_of_the_exponential_at_zero_is_skew(w):
     h = 1e-6
     slope = (rotation_exp(h * w) - rotation_exp(-h * w)) / (2.0 * h)

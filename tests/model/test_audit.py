@@ -85,19 +85,6 @@ def test_all_findings_come_at_once(two_joints: Urdf) -> None:
         assert part in everything
 
 
-def test_limits_of_a_held_joint_do_not_matter(two_joints: Urdf) -> None:
-    text = two_joints(
-        limit='lower="2" upper="1" velocity="0" effort="0"', axis="0 0 0", joint='<mimic joint="b"/>'
-    )
-    assert Robot.from_urdf(text, "two", ["a"]).joints == ("b",)
-
-
-def test_inertia_that_no_body_has_is_a_warning(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints(ixx="0.2"))
-    warnings = [f for f in robot.findings if f.severity is Severity.WARNING]
-    assert any("break the triangle inequality" in f.sentence for f in warnings)
-
-
 def test_body_without_mass_is_a_warning_and_the_last_one_makes_the_inertia_singular(two_joints: Urdf) -> None:
     light = Robot.from_urdf(
         two_joints(mass="0", ixx="0").replace('iyy="0.02"', 'iyy="0"', 1).replace("0.015", "0", 1)

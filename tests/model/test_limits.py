@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 
 from ftqp.core.errors import InputError
-from ftqp.model.limits import RISE_TIME, JointLimits
-
-
-def test_acceleration_without_a_figure_reaches_full_speed_in_the_rise_time() -> None:
-    assert JointLimits.of(2, v_max=[1.0, 3.0]).a_max.tolist() == [1.0 / RISE_TIME, 3.0 / RISE_TIME]
+from ftqp.model.limits import JointLimits
 
 
 def test_limits_are_read_only_and_do_not_share_memory_with_what_was_given() -> None:

@@ -1,8 +1,6 @@
 """A robot as its users see it."""
 
-import pickle
 from collections.abc import Callable
-from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pytest
@@ -10,8 +8,7 @@ from tests.arm_at import arm_at
 
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
-from ftqp.model.audit import Severity
-from ftqp.model.limits import RISE_TIME, JointLimits
+from ftqp.model.limits import JointLimits
 from ftqp.model.robot import Robot
 
 Urdf = Callable[..., str]
@@ -41,21 +38,6 @@ def test_unknown_joint_is_an_error_that_names_the_valid_ones(
         Robot.from_urdf(two_joints()).joint(joint)  # type: ignore[arg-type]
 
 
-def test_robot_cannot_be_changed(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints())
-    with pytest.raises(FrozenInstanceError):
-        robot.name = "other"  # type: ignore[misc]
-    with pytest.raises(ValueError, match="read-only"):
-        robot.neutral[0] = 1.0
-
-
-def test_robot_survives_pickling(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints())
-    again = pickle.loads(pickle.dumps(robot))
-    assert repr(again) == repr(robot) == "Robot('two', joints=['a', 'b'], tip='two')"
-    assert again.pose([0.1, 0.2]).tolist() == robot.pose([0.1, 0.2]).tolist()
-
-
 def test_pose_of_a_continuous_joint_takes_angles_or_the_configuration(two_joints: Urdf) -> None:
     robot = Robot.from_urdf(two_joints(**PLAIN))
     assert (robot.nq, robot.nv) == (3, 2)
@@ -68,29 +50,12 @@ def test_pose_of_a_continuous_joint_takes_angles_or_the_configuration(two_joints
     assert robot.limits.q_min.tolist() == [-np.inf, -2.0]
 
 
-def test_acceleration_of_a_urdf_follows_the_rule_and_a_note_says_so(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints())
-    assert robot.limits.a_max.tolist() == [1.5 / RISE_TIME, 2.0 / RISE_TIME]
-    notes = [f for f in robot.findings if "acceleration" in f.sentence]
-    assert [f.severity for f in notes] == [Severity.NOTE]
-
-
 def test_given_limits_replace_those_of_the_file_and_of_the_model(two_joints: Urdf) -> None:
     robot = Robot.from_urdf(two_joints(), limits={"v_max": 0.5, "q_max": [0.5, 0.6]})
     assert robot.limits.v_max.tolist() == [0.5, 0.5]
     assert robot.limits.q_max.tolist() == [0.5, 0.6]
     assert robot.limits.tau_max.tolist() == [20.0, 10.0]
     assert robot.model.upperPositionLimit.tolist() == [0.5, 0.6]
-
-
-def test_with_limits_is_another_robot(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints())
-    slow = robot.with_limits(v_max=0.1, q_min=[0.5, -2.0])
-    assert slow.limits.v_max.tolist() == [0.1, 0.1]
-    assert slow.neutral[0] == 0.5
-    assert robot.limits.v_max.tolist() == [1.5, 2.0]
-    assert robot.model.velocityLimit.tolist() == [1.5, 2.0]
-    assert slow.model.velocityLimit.tolist() == [0.1, 0.1]
 
 
 @pytest.mark.parametrize(

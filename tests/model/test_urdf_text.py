@@ -13,7 +13,7 @@ from tests.kernel.random_chains import random_robot
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
-from ftqp.model.urdf_text import LARGEST, link_names, roll_pitch_yaw
+from ftqp.model.urdf_text import link_names, roll_pitch_yaw
 
 LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max", "j_max")
 ALL = [*catalog.names(), "planar(3)"]
@@ -133,23 +133,6 @@ def test_limits_of_urdf_1_2_are_written_where_there_are_any() -> None:
     assert [limit.get("acceleration") for limit in limits] == ["2.0", None, "4.0"]
     assert [limit.get("deceleration") for limit in limits] == ["2.0", None, "4.0"]
     assert [limit.get("jerk") for limit in limits] == [None, "30.0", "0.1"]
-
-
-def test_gear_ratio_counts_twice() -> None:
-    robot = catalog.load("planar(3)")
-    model = robot.model.copy()
-    model.armature = np.array([0.0, 0.3, 0.0])
-    text = Robot.from_pinocchio(model, robot.tip).to_urdf()
-    geared = text.replace('gear_ratio value="1"', 'gear_ratio value="10"')
-    assert geared != text
-    assert Robot.from_urdf(geared).chain.armature == pytest.approx([0.0, 30.0, 0.0], rel=1e-15)
-
-
-def test_no_limit_is_the_largest_number_in_the_file() -> None:
-    robot = catalog.load("panda").with_limits(tau_max=np.inf)
-    assert f'effort="{LARGEST!r}"' in robot.to_urdf()
-    assert '"inf"' not in robot.to_urdf()
-    assert np.isinf(Robot.from_urdf(robot.to_urdf()).limits.tau_max).all()
 
 
 @settings(max_examples=200, deadline=None)

@@ -49,12 +49,6 @@ def test_masses_are_given_in_the_frames_of_the_table(convention: str) -> None:
     assert np.abs(np.asarray(com) - expected / total).max() < 1e-12
 
 
-def test_arm_without_masses_has_no_inertia() -> None:
-    robot = Robot.from_dh(TABLE, limits=LIMITS)
-    assert not robot.has_inertia
-    assert any("no masses" in str(finding) for finding in robot.findings)
-
-
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [

@@ -31,11 +31,6 @@ def test_site_is_the_tip_and_limits_are_in_radians_and_metres() -> None:
     assert robot.has_inertia
 
 
-def test_missing_velocity_limits_are_reported() -> None:
-    findings = [f.sentence for f in Robot.from_mjcf(arm()).findings]
-    assert any("joint 'a' has no velocity limit; give limits=" in sentence for sentence in findings)
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -47,13 +47,6 @@ def test_a_warm_failure_is_repeated_cold_once_and_counted():
     assert solver.iterations == 6
 
 
-def test_after_a_failure_the_next_solve_is_cold():
-    solver = scripted(Claim.INFEASIBLE, Claim.SOLVED, Claim.SOLVED)
-    for _ in range(3):
-        solver.solve(cold=False)
-    assert solver.asked == [True, True, False]
-
-
 def test_an_answer_that_is_not_finite_is_failed():
     assert scripted(Claim.SOLVED, x=np.nan).solve(cold=True) is Claim.FAILED
     assert scripted(Claim.MAX_ITERATIONS, x=np.inf).solve(cold=True) is Claim.FAILED

@@ -90,12 +90,6 @@ def test_ticks_and_names_are_those_of_the_planner():
     assert recording.metadata["backend"] == "active_set"
 
 
-def test_the_newest_are_kept_when_memory_is_bounded():
-    recorder = record(Recorder("active_set", limit=3), 8)
-    assert (len(recorder), recorder.dropped) == (3, 5)
-    assert recorder.recording(dt=0.1).tick.tolist() == [5, 6, 7]
-
-
 def test_a_warm_start_that_fails_is_one_qp_with_its_last_answer():
     puppet = Puppet(Claim.SOLVED, Claim.MAX_ITERATIONS, Claim.SOLVED, Claim.SOLVED)
     recording = record(Recorder(puppet), 3).recording(dt=0.1)
@@ -103,14 +97,6 @@ def test_a_warm_start_that_fails_is_one_qp_with_its_last_answer():
     assert recording.tick.tolist() == [0, 1, 2]
     assert recording.claim.tolist() == [0, 0, 0]
     assert recording.cold.tolist() == [True, False, False]
-
-
-@pytest.mark.parametrize("answer", [Claim.INFEASIBLE, Claim.FAILED, RuntimeError("broken")])
-def test_a_claim_without_answer_has_nan(answer):
-    recording = record(Recorder(Puppet(answer)), 1).recording(dt=0.1)
-    expected = Claim.FAILED if isinstance(answer, Exception) else answer
-    assert recording.claim.tolist() == [expected]
-    assert np.isnan(recording.x).all() and np.isnan(recording.y).all()
 
 
 def test_nothing_recorded_is_an_error_that_says_what_to_do():
