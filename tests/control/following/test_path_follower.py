@@ -123,40 +123,6 @@ def test_joint_that_locks_on_the_way_does_not_throw_the_tip_off(level):
     assert steps[-1].v[2] == 0.0
 
 
-@pytest.mark.parametrize("level", LEVELS)
-def test_exactly_stretched_arm_is_led_out_of_its_trap(level):
-    """At q = 0 a planar arm has no gradient along its own line; without calm and escape it waits for ever."""
-    arm = ftqp.robots.load("planar(4)")
-    q = np.zeros(4)
-    path = ftqp.paths.Line(arm.pose(q), (-0.3 * arm.length, 0.0, 0.0), duration=2.0)
-    task = ftqp.Task(mode="scaled", rows=("x", "y"))
-    alone = ftqp.Task(mode="scaled", rows=("x", "y"), calm=False)
-    stuck = follower_of(arm, path, level, alone, None, dt=0.01)
-    _, progress = run(stuck, q, 4.0)
-    assert progress[-1] < 0.5 and stuck.status is ftqp.PathStatus.SCALED
-    led = follower_of(arm, path, level, task, dt=0.01)
-    steps, _ = run(led, q, 8.0)
-    assert led.status is ftqp.PathStatus.DONE
-    assert max(step.position_error for step in steps) < 5e-3 * arm.length
-
-
-@pytest.mark.parametrize("level", LEVELS)
-def test_path_out_of_reach_is_blocked_and_says_where(level):
-    arm = ftqp.robots.load("planar(4)")
-    q = np.array([0.5, -1.0, 1.0, -0.5])
-    path = ftqp.paths.Line(arm.pose(q), (0.0, 10.0, 0.0), duration=10.0)
-    follower = follower_of(
-        arm, path, level, ftqp.Task(mode="scaled", rows=("x", "y")), dt=0.01, emergency=None
-    )
-    steps, progress = run(follower, q, 20.0)
-    assert follower.status is ftqp.PathStatus.BLOCKED
-    assert "the posture is singular" in follower.blocked and "y" in follower.blocked
-    assert np.abs(steps[-1].v).max() < 0.02
-    assert progress[-1] == progress[-200]
-    follower.resume()
-    assert follower.blocked is None
-
-
 def test_position_limit_in_the_way_is_named():
     """A joint at its limit, and another locked: the verdict names both."""
     arm = ftqp.robots.load("planar(3)").with_limits(
