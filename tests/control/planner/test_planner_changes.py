@@ -105,8 +105,10 @@ def tip_of(planner):
 PANDA_MASS = ftqp.Planner(PANDA, DT).session().K.chain.mass[:7].sum()
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("way", CHANGES)
+@pytest.mark.parametrize(
+    ("kind", "way"),
+    [(k, way) for k in KINDS for way in CHANGES if k == "detector" or way not in ("carry", "tool")],
+)
 def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way):
     there, back, happened = CHANGES[way]
     ride = Ride(kind)
