@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, instance, non_negative, positive
+from ftqp.core.checks import FloatArray, array, instance, non_negative, positive, seen
 from ftqp.core.errors import InputError, unknown
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.robot import Robot
@@ -74,6 +74,11 @@ class KinematicPlant(Plant):
             the joint stops sooner. A fault with a deceleration of its own has that one.
     """
 
+    __slots__ = (
+        "_arm", "_brake", "_dt", "_faults", "_holds_acceleration", "_impacts", "_q", "_robot",
+        "_sent", "_shown", "_stops", "_ticks", "_v",
+    )  # fmt: skip
+
     def __init__(
         self,
         robot: Robot,
@@ -96,18 +101,19 @@ class KinematicPlant(Plant):
         self._ticks = 0
         self._holds_acceleration = level == "acceleration"
         self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
+        self._shown = seen(self._q), seen(self._v)
         self._sent = self._q.copy()
         self._faults: dict[int, Fault] = {}
 
     @property
     def q(self) -> FloatArray:
         """True joint positions, (nv,) [rad or m]; belongs to the plant."""
-        return self._q
+        return self._shown[0]
 
     @property
     def v(self) -> FloatArray:
         """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
-        return self._v
+        return self._shown[1]
 
     @property
     def drive(self) -> None:
