@@ -1,7 +1,7 @@
 """ftqp: an arm keeps its task through a joint failure.
 
-Names are loaded when they are first used: ``import ftqp`` loads numpy only; pinocchio and numba come with the
-first robot or planner.
+Names are loaded when they are first used: ``import ftqp`` loads numpy only; pinocchio comes with the first
+robot.
 """
 
 import sys

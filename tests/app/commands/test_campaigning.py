@@ -25,8 +25,8 @@ from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.sim import block_runner
-from ftqp.sim.session.cast import Choice
-from ftqp.sim.session.orders import Seek
+from ftqp.sim.session.session_arms import Choice
+from ftqp.sim.session.session_commands import Seek
 
 STUDY = """
 [campaign]

@@ -102,7 +102,6 @@ COMMANDS = {
     "run": ("short.toml", "--out", "run"),
     "schemes": (),
     "view": ("made/run", "--no-browser", "--port", "0", "--json"),
-    "warmup": ("--joints", "6"),
     "workspace": ("study.toml", "--out", "workspace", "--jobs", "2"),
 }
 """Each command with arguments that keep it short."""

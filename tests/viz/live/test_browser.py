@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.viz.live.stepped_source import SteppedSource
 
-from ftqp.sim.session.orders import Aim
+from ftqp.sim.session.session_commands import Aim
 from ftqp.viz.live.live_page import Page
 
 PATIENCE = 120.0
@@ -87,7 +87,7 @@ def press(tab, word, joint, condition):
 
 
 def planner(source):
-    return source.session.cast.arm.planner
+    return source.session.arms.arm.planner
 
 
 def red(tab):

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from ftqp.app.scenario.setup import load
-from ftqp.app.view.casting import cast_of
+from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.model import catalog
 from ftqp.sim.loop import Simulation
-from ftqp.sim.session.cast import Choice
 from ftqp.sim.session.live_session import Session
+from ftqp.sim.session.session_arms import Choice
 from ftqp.sim.session.tick_facts import Facts
 from ftqp.viz.live.frame import DrawnArm, frame_of, frames_of
 
@@ -18,7 +18,7 @@ CLOCK = {"step_time_us"}
 
 
 def session(scenario, **kwargs):
-    return Session(lambda choice: cast_of(choice, twin=False), Choice(scenario=scenario, **kwargs))
+    return Session(lambda choice: arms_of(choice, twin=False), Choice(scenario=scenario, **kwargs))
 
 
 def facts(robot, q=None, **others):

@@ -12,7 +12,7 @@ from tests.viz.live.still_source import StillSource
 import ftqp
 from ftqp.control.planner.status import STATUSES
 from ftqp.sim.log.signals import CONDITIONS
-from ftqp.sim.session.orders import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
+from ftqp.sim.session.session_commands import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
 from ftqp.viz.live import colours
 from ftqp.viz.live.frame_source import HeatMap
 from ftqp.viz.live.heat_map import failure_map

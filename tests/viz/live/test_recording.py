@@ -8,7 +8,7 @@ from tests.viz.live.stepped_source import SteppedSource
 
 from ftqp.core.errors import InputError
 from ftqp.core.pose import skew, transform
-from ftqp.sim.session.orders import Break
+from ftqp.sim.session.session_commands import Break
 from ftqp.viz.live.recording import messages_of, picture_ticks, poses_of, recording
 from ftqp.viz.live.scene import frame_names
 

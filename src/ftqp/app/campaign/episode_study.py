@@ -3,7 +3,7 @@
 import hashlib
 import json
 import logging
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -254,7 +254,7 @@ def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
     except ValidationError as error:
         raise ScenarioError(f"{found.origin} has errors:", complaints(CampaignFile, error)) from error
     folder = found.folder.resolve()
-    made = Campaign(name=found.name, tables=tables, text=document.toml(_plain(tables)), folder=folder)
+    made = Campaign(name=found.name, tables=tables, text=document.toml(tables.model_dump()), folder=folder)
     try:
         refuse_wrong(tables.scenario, tables.vary)
     except InputError as error:
@@ -278,7 +278,3 @@ def _try_some(made: Campaign, origin: str) -> None:
         raise refused
     what = f"{origin} draws no scenario: none of its first {tried} episodes can be run, the last because"
     raise ScenarioError(what, refused.errors)
-
-
-def _plain(tables: CampaignFile) -> Mapping[str, Any]:
-    return tables.model_dump()

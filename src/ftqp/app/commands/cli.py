@@ -15,7 +15,6 @@ from ftqp.app.commands.pages import PAGES
 from ftqp.app.output.console import ExitCode, command, say, standard_output, tell, tell_json, tell_table
 from ftqp.app.output.termination import end_on_interrupt
 from ftqp.app.scenario import document
-from ftqp.core.clock import now
 from ftqp.core.errors import FtqpError
 
 app = typer.Typer(
@@ -308,42 +307,6 @@ def schemes(as_json: Json = False) -> ExitCode:
     from ftqp.app.output import tables
 
     return _table("schemes", "Schemes", tables.schemes(), as_json)
-
-
-@app.command(epilog="Example: ftqp warmup --joints 12")
-@command
-def warmup(
-    joints: Annotated[int, typer.Option(metavar="N", help="Joints of the arm that is to be driven.")] = 7,
-    everything: Annotated[
-        bool,
-        typer.Option("--all", help="Every solver, leader and size of arm, whatever --joints says: minutes."),
-    ] = False,
-    as_json: Json = False,
-) -> ExitCode:
-    """Compile ahead what common planners of an arm need: a minute or two, once on a machine."""
-    from ftqp.control import first_use
-    from ftqp.kernel.compiled.kernel import kept_in
-    from ftqp.kernel.jit import COMPILED
-
-    begin, rows = now(), []
-    wanted = first_use.ahead(None if everything else joints)
-    for name, capacity in wanted if COMPILED else ():
-        began = now()
-        first_use.compile_one(name, capacity)
-        row = {"entry": name, "joints": capacity or None, "seconds": (now() - began) / 1e9}
-        rows.append(row)
-        size = f"arms of up to {capacity} joints" if capacity else "arms of any size"
-        say(f"{len(rows)}/{len(wanted)} {name}, {size}: {row['seconds']:.1f} s")
-    seconds = (now() - begin) / 1e9
-    folder = kept_in() if COMPILED else None
-    kept = "they are kept for this process alone" if folder is None else f"they are kept in {folder}"
-    if as_json:
-        tell_json({"compiled": COMPILED, "seconds": seconds, "folder": folder, "entries": rows})
-    elif COMPILED:
-        tell(f"{len(rows)} parts of the kernel are compiled ({seconds:.1f} s); {kept}")
-    else:
-        tell("nothing is compiled (NUMBA_DISABLE_JIT, or no numba); the kernel runs as plain Python")
-    return ExitCode.DONE
 
 
 def _table(key: str, title: str, rows: list[dict[str, str]], as_json: bool) -> ExitCode:

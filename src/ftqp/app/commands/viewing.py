@@ -20,7 +20,7 @@ from ftqp.app.view.frame_keeper import FrameKeeper
 from ftqp.app.view.subjects import shown
 from ftqp.core.errors import FtqpError, InputError, unknown
 from ftqp.model.robot import Robot
-from ftqp.sim.session.cast import Choice
+from ftqp.sim.session.session_arms import Choice
 from ftqp.viz.live.meshes import mesh_parts
 from ftqp.viz.live.page_access import is_loopback
 

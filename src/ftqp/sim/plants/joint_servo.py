@@ -4,7 +4,6 @@ from typing import final
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, unknown
 from ftqp.kernel.entry.session import ArmSession, ServoMemory
@@ -65,7 +64,6 @@ class JointServo:
         wn = positive("bandwidth of the servo", bandwidth, "rad/s")
         n = robot.nv
         self._arm, self._memory = ArmSession(robot.chain.constants()), ServoMemory(n)
-        warm_up(("servo_torques",), self._arm.capacity)
         self._ask = self._arm.servos(self._memory)
         S, kinematics = self._memory.S, self._arm.K.kinematics
         S.stiffness, S.damping = (wn * wn, 2.0 * wn) if drive == "position" else (0.0, wn)

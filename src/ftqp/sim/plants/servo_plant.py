@@ -39,7 +39,7 @@ class ServoPlant(Plant):
     """
 
     __slots__ = (
-        "_drive", "_dt", "_leads", "_q", "_robot", "_set", "_shown", "_substeps", "_tau", "_v",
+        "_drive", "_dt", "_leads", "_q", "_robot", "_set", "_substeps", "_tau", "_v",
         "_works",
     )  # fmt: skip
 
@@ -69,23 +69,22 @@ class ServoPlant(Plant):
         self._substeps = substeps
         self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
         self._set = self._q.copy()
-        self._shown = seen(self._q), seen(self._v), seen(self._set)
         self._works = np.ones(robot.nv, dtype=np.bool_)
 
     @property
     def q(self) -> FloatArray:
         """True joint positions, (nv,) [rad or m]; belongs to the plant."""
-        return self._shown[0]
+        return seen(self._q)
 
     @property
     def v(self) -> FloatArray:
         """Joint velocities at the end of the last sub-step, (nv,) [rad/s or m/s]; belongs to the plant."""
-        return self._shown[1]
+        return seen(self._v)
 
     @property
     def setpoint(self) -> FloatArray:
         """Where the servos want the joints, (nv,) [rad or m], which velocity servos do not know."""
-        return self._shown[2]
+        return seen(self._set)
 
     @property
     def drive(self) -> str | None:
