@@ -12,10 +12,10 @@ from ftqp.control.task.resolvers import Resolver
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.faults.detection.detector import Detector
-from ftqp.faults.detection.diagnosis import SLOW
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.criteria import Criterion
 from ftqp.kernel.layout.enums import HEALTHY, VELOCITY
+from ftqp.kernel.layout.thresholds import LEAST_SPEED
 from ftqp.model.robot import Robot
 
 _LOG = logging.getLogger("ftqp")
@@ -122,7 +122,7 @@ class Probing:
             suspect: The joint under suspicion, which is probed at once where it stands; None is none.
         """
         dt, idle, moving = self._dt, self._idle, self._moving
-        fast = np.abs(self._v) >= SLOW
+        fast = np.abs(self._v) >= LEAST_SPEED
         moving += dt
         moving[~fast] = 0.0
         idle += dt
