@@ -9,11 +9,10 @@ from ftqp.core.checks import instance, non_negative, positive
 from ftqp.core.errors import InputError
 from ftqp.core.fixed import MADE, Fixed
 from ftqp.faults.kinds import Fault, refuse_unknown
+from ftqp.kernel.layout.thresholds import TIME_SLACK
 
 NEVER = 2.0**62
 """No run has so many ticks."""
-TIME_SLACK = 1e-9
-"""Times nearer to each other than this count as equal [s], so that 3 * 0.1 s is 0.3 s."""
 
 
 @final

@@ -11,8 +11,9 @@ from ftqp.app.schema.robot_section import RobotTable
 from ftqp.app.schema.simulation_section import FaultTable, SimulationTable
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, setting
+from ftqp.kernel.layout.thresholds import TIME_SLACK
 from ftqp.qp import Backend, Recorder
-from ftqp.sim.schedule import TIME_SLACK, first_tick
+from ftqp.sim.schedule import first_tick
 from ftqp.sim.sensors.joint_sensors import JointSensors
 
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.faults.kinds import KINDS, kind_of
+from ftqp.kernel.layout.thresholds import TIME_SLACK
 from ftqp.sim.log.signal_blocks import Signals
 from ftqp.sim.log.signals import refuse_unknown_conditions
-from ftqp.sim.schedule import TIME_SLACK
 
 BRAKED = 1e-3
 """Speed below which a joint that a real brake holds counts as at rest [rad/s or m/s]: brakes creep."""

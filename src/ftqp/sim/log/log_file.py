@@ -15,6 +15,7 @@ import numpy as np
 from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import FloatArray, instance, non_negative
 from ftqp.core.errors import InputError, unknown
+from ftqp.kernel.layout.thresholds import TIME_SLACK
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_parts import FILE_NAME, joined, log_files
 from ftqp.sim.log.log_rows import LogRows
@@ -23,7 +24,6 @@ from ftqp.sim.log.raw_rows import BLOCK
 from ftqp.sim.log.run_facts import RunFacts, strange_fact
 from ftqp.sim.log.side_files import strange_side_file
 from ftqp.sim.log.signals import Column
-from ftqp.sim.schedule import TIME_SLACK
 
 MOST_COLUMNS, MOST_FACTS = 2000, 1000
 """Signals and metadata that a log has at most."""

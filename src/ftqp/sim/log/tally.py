@@ -9,10 +9,10 @@ import numpy as np
 from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import FloatArray
+from ftqp.kernel.layout.thresholds import TIME_SLACK
 from ftqp.sim.log.limits_kept import Excess, Following, Motion
 from ftqp.sim.log.quantiles import Counts, Quantiles
 from ftqp.sim.log.signal_blocks import Signals
-from ftqp.sim.schedule import TIME_SLACK
 
 STATUSES = tuple(status.name for status in StepStatus)
 """Names of the status codes, by position."""
