@@ -14,8 +14,8 @@ STILL = 0.01
 """A locked joint that is observed to be slower than this [rad/s or m/s], beside noise, rests after
 ``STILL_SAMPLES``. A guess that the campaigns have not contradicted."""
 FOLLOW = 0.05
-"""A resting joint's place in the reference takes this share of what the sensor says each tick. A guess that
-the campaigns have not contradicted."""
+"""A resting joint's place in the reference takes this share of what the sensor says each tick, so that noise
+does not reach the others. A guess that the campaigns have not contradicted."""
 
 BESIDE = 1e-6
 """A healthy joint farther than this from its command [rad or m] belongs to an arm with servos. More than

@@ -19,8 +19,9 @@ Panda whose joint 4 braked unannounced went to eight times its speed limits (doc
 torque drive"); with 0.3 arms did not withstand a push, and 0.6 is a guess."""
 
 SLIPS, SLIP_SIGMAS = 0.1, 10.0
-"""A locked joint observed to be faster than this [rad/s or m/s], beside noise, has a brake that slips. A
-guess that the campaigns have not contradicted."""
+"""A locked joint observed to be faster than this [rad/s or m/s], beside so many standard deviations of noise,
+has a brake that slips: a Panda shook itself at twice its speed limits beside one (docs/theory/feedback.md,
+"The torque drive"). A guess that the campaigns have not contradicted."""
 SLIP_SHARE = 0.1
 """The integral part of a velocity arm's hold is at most this share of the velocity limit. A guess that the
 campaigns have not contradicted."""
