@@ -170,6 +170,6 @@ def test_a_copied_session_holds_the_same_and_is_independent(copied):
 def test_a_field_of_a_session_follows_the_record():
     session = Session(3)
     number, vector = session.field("task", "kp"), session.field("state", "q")
-    assert number.shape == (1,) and vector.shape == (8,)
+    assert number.shape == (1,) and vector.shape == (32,)
     session.K.task.kp, session.K.state.q[2] = 2.0, 0.5
     assert number[0] == 2.0 and vector[2] == 0.5

@@ -10,10 +10,10 @@ import json
 import os
 import platform
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
+from ftqp.core.clock import now
 from ftqp.kernel.compiled import mode
 from ftqp.kernel.compiled.library import MANIFEST, platform_facts
 from ftqp.kernel.compiled.mode import KERNEL
@@ -45,7 +45,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _built(given: argparse.Namespace) -> int:
-    began = time.perf_counter()
+    began = now()
     mode.BUILDING = True  # before the formulas are imported
     try:
         from ftqp.kernel.compiled.levels import LEVELS, level_here
@@ -78,7 +78,7 @@ def _built(given: argparse.Namespace) -> int:
             return _told(given, str(error))
     except OSError as error:
         return _told(given, f"{error.filename or given.out}: {error.strerror or error}")
-    seconds, spent = time.perf_counter() - began, sum(os.times()[:4])
+    seconds, spent = 1e-9 * (now() - began), sum(os.times()[:4])
     sys.stderr.write(f"the kernel is built: {made} units compiled, {seconds:.0f} s, {spent:.0f} s of CPU\n")
     return 0
 
