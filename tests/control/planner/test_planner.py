@@ -5,21 +5,8 @@ import pytest
 
 import ftqp
 from ftqp.core.errors import InputError, ModelError
-from ftqp.kernel.compiled import kernel
 
 DT = 2e-3
-
-
-def entries_asked_for(monkeypatch):
-    """Names of the kernel's entry points that sessions ask for from now on."""
-    asked = []
-
-    def load(entry, capacity):
-        asked.append(entry.name)
-        return kernel.load(entry, capacity)
-
-    monkeypatch.setattr("ftqp.kernel.entry.session.load", load)
-    return asked
 
 
 @pytest.mark.parametrize(
@@ -55,13 +42,6 @@ def test_wrong_parameter_is_refused_with_one_sentence(panda, given, sentence):
     assert "\n" not in str(error.value)
 
 
-def test_unknown_task_mode_is_refused_with_the_nearest_name():
-    with pytest.raises(
-        InputError, match=r"task mode is 'slak' \(did you mean 'slack'\?\), expected one of hard, "
-    ):
-        ftqp.Task(mode="slak")
-
-
 @pytest.mark.parametrize("scheme", ["mtn", "mke", "iiwt", "dlsm", "dlsm_mvn"])
 def test_scheme_that_needs_inertia_is_refused_for_a_robot_without(srs7, level, scheme):
     with pytest.raises(
@@ -77,27 +57,6 @@ def test_robot_without_acceleration_limit_is_refused_with_the_joints_and_the_rem
         ModelError, match=r"no acceleration limit on panda_joint2, panda_joint5; .*with_limits\(a_max="
     ):
         ftqp.Planner(panda.with_limits(a_max=a_max))
-
-
-def test_robot_of_more_than_32_joints_is_refused():
-    limits = {"v_max": 1.0, "q_min": -1.0, "q_max": 1.0}
-    with pytest.raises(ModelError, match=r"33 joints move .*; expected 1 to 32"):
-        ftqp.Planner(ftqp.Robot.from_dh(np.tile([0.0, 0.0, 0.1, 0.0], (33, 1)), limits=limits))
-
-
-def test_no_mistake_asks_for_an_entry_point_of_a_tick(panda, monkeypatch):
-    asked = entries_asked_for(monkeypatch)
-    for wrong in ({"backend": "dapq"}, {"task": ftqp.Task(kp=4e6)}, {"bounds": "none"}, {"scheme": "none"}):
-        with pytest.raises(InputError):
-            ftqp.Planner(panda, **wrong)
-    assert not {"step", "network_clock", "prepare_clock"} & set(asked)
-
-
-@pytest.mark.parametrize("backend", ["active_set", {"name": "active_set"}])
-def test_active_set_runs_in_the_kernel_however_it_is_asked_for(panda, backend, monkeypatch):
-    asked = entries_asked_for(monkeypatch)
-    planner = ftqp.Planner(panda, backend=backend)
-    assert planner.backend == "active_set" and "step" in asked
 
 
 @pytest.mark.parametrize(("q", "v", "sentence"), [

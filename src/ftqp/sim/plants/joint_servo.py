@@ -1,11 +1,12 @@
 """The torques by which the servos of a real arm follow positions, velocities or torques."""
 
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, unknown
+from ftqp.core.setting import Setting, Settings
 from ftqp.kernel.entry.session import ArmSession, ServoMemory
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.plant import DRIVES, Command
@@ -45,6 +46,11 @@ class JointServo:
 
     Source: Luh, Walker and Paul 1980, the computed torque, with a double pole at wn.
     """
+
+    settings: ClassVar[Settings] = {
+        "bandwidth": Setting("of the joint servos, > 0", unit="rad/s", above=0.0),
+        "takes_velocity": Setting("whether position servos are given velocities, too"),
+    }
 
     def __init__(
         self,

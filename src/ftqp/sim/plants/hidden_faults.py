@@ -1,6 +1,6 @@
 """What happens to a joint in physics beside the faults that a planner can be told of.
 
-Nobody announces a mishap: it is what a detector is tried on.
+Nobody announces such a fault: it is what a detector is tried on.
 """
 
 from dataclasses import dataclass
@@ -77,5 +77,5 @@ class Misread:
             raise InputError(f"bias of a misread encoder is {self.bias}, expected a finite angle or length")
 
 
-Mishap = Runaway | Weakened | Jammed | Misread
-"""Any mishap."""
+HiddenFault = Runaway | Weakened | Jammed | Misread
+"""Any fault."""

@@ -3,10 +3,10 @@
 from typing import Any
 
 import pytest
-from pydantic import ValidationError
 
-from ftqp.app.scenario.complaints import complaints
 from ftqp.app.schema import Scenario
+from ftqp.app.schema.reading import read
+from ftqp.core.errors import ScenarioError
 
 
 def told(**changes: Any) -> tuple[str, ...]:
@@ -17,9 +17,9 @@ def told(**changes: Any) -> tuple[str, ...]:
     }
     content |= changes
     try:
-        Scenario.model_validate(content)
-    except ValidationError as error:
-        return complaints(Scenario, error)
+        read(Scenario, content, "it has errors:")
+    except ScenarioError as error:
+        return error.errors
     return ()
 
 

@@ -1,4 +1,4 @@
-"""What a person may ask of a running session: each order is a record, applied between two ticks."""
+"""What a person may ask of a running session: each command is a record, applied between two ticks."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -146,5 +146,5 @@ class Play:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-Order = Break | Repair | Pause | Reset | Speed | Use | Tell | Aim | Seek | Play
-"""Any order."""
+Command = Break | Repair | Pause | Reset | Speed | Use | Tell | Aim | Seek | Play
+"""Any command."""

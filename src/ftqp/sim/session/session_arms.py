@@ -1,4 +1,4 @@
-"""Who plays in a session: the arm, its naive twin, what fails by itself, and what they are called."""
+"""The arms of a session: the arm, its uninformed baseline, what fails by itself, and what they are called."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ from ftqp.sim.led_arm import LedArm
 from ftqp.sim.schedule import Schedule
 from ftqp.sim.session.session_leader import SessionLeader
 
-Player = LedArm[SessionLeader]
-"""An arm that plays in a session, with its planner."""
+SessionArm = LedArm[SessionLeader]
+"""An arm of a session, with its planner."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +38,7 @@ class Choice:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Cast:
+class SessionArms:
     """All that takes part in a session.
 
     Attributes:
@@ -60,11 +60,11 @@ class Cast:
     q: FloatArray
     v: FloatArray
     schedule: Schedule
-    arm: Player
-    twin: Player | None = None
+    arm: SessionArm
+    twin: SessionArm | None = None
     detects: bool = False
     urdf: str | None = None
 
 
-Casting = Callable[[Choice], Cast]
-"""Makes the cast of a choice; raises `FtqpError` with one sentence where that cannot be."""
+ArmsOf = Callable[[Choice], SessionArms]
+"""Makes the arms of a choice; raises `FtqpError` with one sentence where that cannot be."""

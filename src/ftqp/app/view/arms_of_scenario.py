@@ -1,5 +1,6 @@
-"""From a scenario to the cast of a session: the arm, its naive twin, and what fails by itself."""
+"""From a scenario to the arms of a session: the arm, its uninformed baseline, and what fails by itself."""
 
+from dataclasses import replace
 from pathlib import Path as File
 from typing import Any
 
@@ -7,12 +8,13 @@ import numpy as np
 
 from ftqp.app.scenario import document
 from ftqp.app.scenario.setup import Setup, resolve, validated
-from ftqp.app.schema.planner_section import DetectorTable
+from ftqp.app.schema.reading import options
 from ftqp.core.errors import InputError
+from ftqp.faults.detection.detector import Detector
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
 from ftqp.model.shape import reach_of
-from ftqp.sim.session.cast import Cast, Choice, Player
+from ftqp.sim.session.session_arms import Choice, SessionArm, SessionArms
 from ftqp.sim.session.session_leader import SessionLeader
 
 ROUND = 0.06
@@ -23,12 +25,12 @@ RANK = 0.02
 """Singular values of the Jacobian below this share of the largest are none."""
 
 
-def cast_of(choice: Choice, *, twin: bool = True) -> Cast:
-    """The cast of a choice.
+def arms_of(choice: Choice, *, twin: bool = True) -> SessionArms:
+    """The arms of a choice.
 
     Args:
         choice: Scenario, and what takes the place of what it says.
-        twin: Whether the naive twin plays, too.
+        twin: Whether the uninformed baseline moves beside it.
 
     Raises:
         FtqpError: The scenario is wrong, or cannot be shown live.
@@ -40,7 +42,7 @@ def cast_of(choice: Choice, *, twin: bool = True) -> Cast:
             "and view the run's folder"
         )
     other = setup_of(choice, detector=False) if twin else None
-    return Cast(
+    return SessionArms(
         title=setup.name,
         robot=setup.robot,
         path=setup.path,
@@ -76,8 +78,8 @@ def setup_of(choice: Choice, *, detector: bool | None = None) -> Setup:
         found = _with_robot(found, catalog.load(choice.robot), choice.robot)
     tables = validated(found)
     if detector is not None and detector != (tables.planner.detector is not None):
-        table = DetectorTable() if detector else None
-        tables = tables.model_copy(update={"planner": tables.planner.model_copy(update={"detector": table})})
+        planner = replace(tables.planner, detector=options(Detector) if detector else None)
+        tables = replace(tables, planner=planner)
     return resolve(found, tables)
 
 
@@ -110,7 +112,7 @@ def _rows(robot: Robot) -> Any:
     return ["x", "y"]
 
 
-def _player(setup: Setup) -> Player:
+def _player(setup: Setup) -> SessionArm:
     mean = setup.tables.simulation.feed_forward == "mean"
     leader = SessionLeader(setup.planner, setup.path, setup.follower, mean=mean)
-    return Player(setup.planner, leader, setup.plant, setup.sensors)
+    return SessionArm(setup.planner, leader, setup.plant, setup.sensors)

@@ -10,8 +10,8 @@ from ftqp.faults.kinds import Degraded, Locked
 
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
+from ftqp.sim.plants.hidden_faults import Jammed, Misread, Runaway, Weakened
 from ftqp.sim.plants.joint_servo import JointServo
-from ftqp.sim.plants.mishaps import Jammed, Misread, Runaway, Weakened
 from ftqp.sim.plants.mujoco_plant import MujocoPlant
 
 DT = 1e-3
@@ -111,16 +111,16 @@ def test_servo_follows_what_its_encoder_says(panda):
     assert abs(frozen[-1, 0, JOINT] - healthy[249, 0, JOINT]) > 0.05  # nothing tells it that it is there
 
 
-@pytest.mark.parametrize("mishap", [Runaway(JOINT), Weakened(JOINT, 0.0), Misread(JOINT, bias=0.1)])
-def test_what_befell_a_joint_is_over_with_its_next_fault_and_with_a_reset(panda, mishap):
+@pytest.mark.parametrize("fault", [Runaway(JOINT), Weakened(JOINT, 0.0), Misread(JOINT, bias=0.1)])
+def test_what_befell_a_joint_is_over_with_its_next_fault_and_with_a_reset(panda, fault):
     plant = MujocoPlant(panda, DT)
 
     def twice(arm):
-        arm.suffer(mishap)
+        arm.suffer(fault)
         arm.fail(Degraded(JOINT))
 
     np.testing.assert_array_equal(waved(plant, 200), waved(plant, 200, twice))
-    plant.suffer(mishap)
+    plant.suffer(fault)
     np.testing.assert_array_equal(waved(MujocoPlant(panda, DT), 200), waved(plant, 200))
 
 
@@ -132,7 +132,7 @@ def test_what_befell_a_joint_is_over_with_its_next_fault_and_with_a_reset(panda,
         (lambda: Misread(0, bias=np.inf), "bias of a misread encoder is inf"),
     ],
 )
-def test_wrong_mishaps_are_refused_with_a_sentence(make, message):
+def test_wrong_hidden_faults_are_refused_with_a_sentence(make, message):
     with pytest.raises(InputError, match=message):
         make()
 
