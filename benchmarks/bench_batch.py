@@ -68,12 +68,15 @@ def main() -> int:
 
 def _lanes(width: int | None) -> int:
     """How many arms go side by side from now on."""
-    from ftqp.control.batch import many_arms
     from ftqp.kernel.entry import rollouts
 
-    if width is not None:
-        rollouts.lane_width = many_arms.lane_width = lambda: width
-    return rollouts.lane_width()
+    found = rollouts.lane_width()
+    if width not in (None, found):
+        raise SystemExit(
+            f"the kernel is built for {found} arms side by side; "
+            "python -m ftqp.kernel.building --levels x86-64-v3 builds it for 4"
+        )
+    return found
 
 
 def table(rows: list[dict[str, Any]], lanes: int) -> Table:

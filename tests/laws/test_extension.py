@@ -162,7 +162,7 @@ def test_coefficient_of_a_stranger_is_computed_by_step_backend_and_batch_alike(t
         text = file.read_text()
         assert text.count(before) == 1
         file.write_text(text.replace(before, after))
-    build = [sys.executable, "-m", "ftqp.kernel.compiled.making", "--store", ROOT / "build" / "kernel"]
+    build = [sys.executable, "-m", "ftqp.kernel.building", "--store", ROOT / "build" / "kernel"]
     subprocess.run(build, env={**os.environ, "PYTHONPATH": str(source)}, check=True)
     found = SimpleNamespace(**said_by("stranger_criterion.py", source=source))
     assert found.effect > 1e-3, "the coefficient does something"

@@ -11,16 +11,11 @@ import pytest
 from batch_cases import ARMS, DT, STATUSES, TICKS, assert_same, circle, faults_of, robot_of, starts
 
 import ftqp
-from ftqp.control.batch import many_arms
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry import rollouts
 
 
-@pytest.mark.parametrize("width", [pytest.param(4, marks=pytest.mark.slow), 8])
 @pytest.mark.parametrize("level", ["velocity", "acceleration"])
-def test_every_arm_moves_as_a_planner_moves_it(monkeypatch, level, width):
-    monkeypatch.setattr(rollouts, "lane_width", lambda: width)
-    monkeypatch.setattr(many_arms, "lane_width", lambda: width)
+def test_every_arm_moves_as_a_planner_moves_it(level):
     robot = ftqp.robots.load("panda")
 
     def planner_of():

@@ -226,9 +226,10 @@ def _rollout(capacity: int, width: int) -> Callable[..., int]:
             for l in range(count):
                 r = base + l
                 work[l, NEXT], work[l, PLACE] = starts[r], AWAY
-                for w in range(words):
-                    if base == first or w < begin or w >= end:
-                        copies[l, w] = model[w]
+                for w in range(words if base == first else begin):
+                    copies[l, w] = model[w]
+                for w in range(end, words):
+                    copies[l, w] = model[w]
                 own[l].qp.warm = 0
                 if not _begin(own[l], q[r], v[r]):
                     work[l, PLACE] = ABSENT
