@@ -19,7 +19,6 @@ if COMPILED:
     from numba.core import cgutils
     from numba.extending import intrinsic
 
-    from ftqp.kernel.compiled.making.lane_records import as_mask, bits, lane_of, lane_record, put_lane
     from ftqp.kernel.compiled.making.lean import helper
 
     @intrinsic  # type: ignore[untyped-decorator]
@@ -50,12 +49,6 @@ else:
         array = np.frombuffer(buffer, dtype=dtype).reshape(shape)
         return array.view(np.recarray) if dtype.names else array
 
-    as_mask = bits = lane_of = put_lane = None
-
-    def lane_record(width: int, dtype: Any) -> Any:
-        """No lanes in plain Python: every arm is driven in its own record."""
-        return lambda address, shared: None
-
     def pointer(address: int) -> int:
         """The address itself; plain Python's ``carray`` takes it as it is."""
         return address
@@ -68,14 +61,9 @@ else:
 
 __all__ = [
     "COMPILED",
-    "as_mask",
-    "bits",
     "carray",
     "exact_jit",
     "jit",
-    "lane_of",
-    "lane_record",
     "pointer",
-    "put_lane",
     "rare_jit",
 ]

@@ -29,7 +29,7 @@ OBJECTS = {
 }
 """What compiled code takes as Python objects: what a caller hands to a step, and the step itself."""
 
-LONG = {"network_path", "network_base", "rollout_4"}
+LONG = {"network_path", "network_base", "rollout"}
 """What takes long to compile, and is made of parts that other entries have, too."""
 
 

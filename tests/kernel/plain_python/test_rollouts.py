@@ -1,4 +1,4 @@
-"""Arms that are driven many at once, one after the other or side by side, move as a planner moves each."""
+"""Arms that are driven many at once move as a planner moves each."""
 
 import numpy as np
 import pytest
@@ -6,6 +6,8 @@ import pytest
 import ftqp
 from ftqp.control.batch.own_faults import OwnFaults
 from ftqp.kernel.entry.rollouts import Batch
+from ftqp.kernel.layout.free_memory import free_dtype
+from ftqp.kernel.layout.record import record_dtype
 
 DT, TICKS = 0.01, 18
 STATUSES = list(ftqp.StepStatus)
@@ -92,17 +94,18 @@ def test_every_arm_moves_as_a_planner_moves_it(settings, frees):
 
 
 def test_a_flag_stops_arms_between_two_ticks():
-    planner, q = planner_of(), starts()[:2]
-    what_ifs = planner.what_ifs()
-    own = OwnFaults(None, 2, planner.robot, what_ifs)
-    batch = Batch.of(q.copy(), np.zeros_like(q), targets().packed, *own.of(np.arange(2)), 0)
-    session, stop = what_ifs.session, np.ones(1, dtype=np.int64)
-    from ftqp.kernel.entry.rollouts import _Workshop
-
-    shop = _Workshop(session, 1)
-    call = session.bind("rollout_any", shop.records, shop.free, 0, 2, *batch.arguments(own.beliefs), stop)
+    what_ifs, q, given = planner_of().what_ifs(), starts()[:2], targets()
+    own, session = OwnFaults(None, 2, what_ifs.robot, what_ifs), what_ifs.session
+    batch = Batch(
+        q=q.copy(), v=np.zeros_like(q), targets=given.packed, beliefs=own.beliefs, events=own.events,
+        starts=own.starts, skipped=np.array([1, 0]), returns=False, every=0, position_error=np.zeros(2),
+        rotation_error=np.zeros(2), counts=np.zeros((2, len(STATUSES)), dtype=np.int64),
+        first_bad=np.full(2, -1), trace=np.zeros((2, 0, 3)),
+    )  # fmt: skip
+    record, own_record = batch.record(), np.zeros(1, record_dtype(session.capacity))
+    call = session.bind("rollout", record, own_record, np.zeros(1, free_dtype(session.capacity)), 0, 2)
+    record["stop"] = 1
     assert call() == 0 and batch.counts.sum() == 0
-    shop = _Workshop(session, 4)
-    own_memory = (shop.records, shop.lanes, shop.work, 0, 2)
-    assert session.bind("rollout_4", *own_memory, *batch.arguments(own.beliefs), stop)() == 0
-    assert batch.counts.sum() == 0
+    record["stop"] = 0
+    assert call() == 1 and batch.counts.sum(axis=1).tolist() == [0, TICKS]
+    assert np.array_equal(batch.q[0], q[0]) and not np.array_equal(batch.q[1], q[1])

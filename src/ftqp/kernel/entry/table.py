@@ -13,7 +13,6 @@ def _entry(name: str, module: str, signature: str, nogil: bool = False) -> Entry
 
 _STEPS, _EXTERNAL = "ftqp.kernel.ticks.steps", "ftqp.kernel.ticks.external_steps"
 _NETWORK, _CLOSED = "ftqp.kernel.ticks.network_steps", "ftqp.kernel.ticks.closed_form_steps"
-_ROLLOUT = "ftqp.kernel.entry.rollout"
 _DETECTION = "ftqp.kernel.entry.detect_entries"
 _ARM, _STANDALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.standalone_entries"
 _STUDY = "ftqp.kernel.entry.study_entries"
@@ -46,9 +45,7 @@ ENTRIES: Final = {
         _entry("torques", _ARM, "i"),
         _entry("servo_torques", _ARM, "iiooo"),
         _entry("block", "ftqp.kernel.ticks.block_of_ticks", "iooooiiiiiii"),
-        _entry("rollout_4", _ROLLOUT, "i" * 20, nogil=True),
-        _entry("rollout_8", _ROLLOUT, "i" * 20, nogil=True),
-        _entry("rollout_any", _ROLLOUT, "i" * 19, nogil=True),
+        _entry("rollout", "ftqp.kernel.entry.rollout", "i" * 6, nogil=True),
         _entry("write_target", "ftqp.kernel.entry.target_entry", "iooo"),
         _entry("follow_plan", "ftqp.kernel.entry.plan_entry", "ii"),
         _entry("detect", _DETECTION, "iioooooo"),
@@ -97,7 +94,7 @@ AHEAD: Final = (
     *(
         (ENTRIES[name], capacity)
         for capacity in CAPACITIES
-        for name in (*COMMON, "step_base", "prepare_clock", "finish_clock", "rollout_4", "detect")
+        for name in (*COMMON, "step_base", "prepare_clock", "finish_clock", "rollout", "detect")
     ),
     *((ENTRIES[name], ANY_SIZE) for name in ("write_target", "solve_qp", "kkt")),
 )
