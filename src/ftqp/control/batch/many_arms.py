@@ -10,7 +10,6 @@ import numpy as np
 
 from ftqp.control.batch.by_planner import ByPlanner, needs_planner
 from ftqp.control.batch.own_faults import OwnFaults
-from ftqp.control.first_use import warm_up
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
 from ftqp.control.planner.target import Targets
@@ -157,7 +156,6 @@ def rollout(
             position_error=result.position_error, rotation_error=result.rotation_error, counts=result.counts,
             first_bad=result.first_bad, trace=result.trace,
         )  # fmt: skip
-        warm_up(("rollout",), what_ifs.session.capacity)
         say = None if progress is None else lambda count: progress(count, arms)
         done = drive(what_ifs.session, batch, threads=workers, progress=say)
     planners = ByPlanner(what_ifs, targets, step)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
-from ftqp.kernel.entry.compile import load
+from ftqp.kernel.compiled.kernel import load
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.entry.table import ENTRIES
 from ftqp.kernel.layout.batch_memory import ARRAYS, batch_dtype

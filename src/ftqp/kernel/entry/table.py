@@ -79,23 +79,26 @@ EXACT: Final = {
 ANY_SIZE: Final = 0
 """The capacity of entries that know no robot."""
 
-COMMON: Final = (
-    "step",
-    "block",
-    "kinematics",
-    "inverse_dynamics",
-    "torques",
-    "step_rich",
-    "step_path",
-    "step_free",
-)
-"""The entry points of common planners and of their simulation: given targets or led along a path."""
-AHEAD: Final = (
+ALONE: Final = ("write_target", "solve_qp", "kkt", "solve_network", "solve_network_batch")
+"""The entry points that know no robot."""
+
+FIRST: Final = (
+    (ENTRIES["write_target"], ANY_SIZE),
     *(
-        (ENTRIES[name], capacity)
-        for capacity in CAPACITIES
-        for name in (*COMMON, "step_base", "prepare_clock", "finish_clock", "rollout", "detect")
+        (ENTRIES[name], CAPACITIES[0])
+        for name in ("step", "block", "kinematics", "inverse_dynamics", "torques")
     ),
-    *((ENTRIES[name], ANY_SIZE) for name in ("write_target", "solve_qp", "kkt")),
 )
-"""What a wheel carries compiled ahead: entry points and classes of records."""
+"""What the demo and a planner of a small arm need that is given targets."""
+
+BUILT: Final = (
+    *FIRST,
+    *(
+        (entry, capacity)
+        for capacity in CAPACITIES
+        for name, entry in ENTRIES.items()
+        if name not in ALONE and (entry, capacity) not in FIRST
+    ),
+    *((ENTRIES[name], ANY_SIZE) for name in ALONE[1:]),
+)
+"""What is built: entry points with the capacities of their records."""
