@@ -78,7 +78,7 @@ def test_arms_of_a_planner_without_a_posture_return_each_to_its_own_start(scheme
         assert_same(done, planner_of, robot, q, faults, targets)
 
 
-def test_joints_that_swing_freely_and_damped_directions_go_one_by_one():
+def test_law_holds_for_joints_that_swing_freely_and_for_damped_directions():
     robot = ftqp.robots.load("panda")
     q, targets = starts(robot)[:3], circle(robot)
     faults = [
@@ -114,7 +114,7 @@ def test_threads_neighbours_and_order_change_nothing(study):
     np.testing.assert_array_equal(one.q[4], single.q[0])
 
 
-def test_nan_in_one_lane_harms_no_other(study):
+def test_start_that_is_no_number_harms_no_other_arm(study):
     planner, targets, q = study
     faults = faults_of(planner.robot)
     good = ftqp.batch.rollout(planner, q, targets=targets, faults=faults)

@@ -49,7 +49,7 @@ def _built(given: argparse.Namespace) -> int:
     mode.BUILDING = True  # before the formulas are imported
     try:
         from ftqp.kernel.compiled.levels import LEVELS, level_here
-        from ftqp.kernel.entry.table import FIRST, entries_of
+        from ftqp.kernel.entry.table import BUILT, FIRST
 
         levels = [name for name in (given.levels or level_here() or "").split(",") if name]
         known = LEVELS.get(platform.machine(), {})
@@ -57,7 +57,7 @@ def _built(given: argparse.Namespace) -> int:
             return _told(
                 given, f"no class of processors is named for {platform.machine()} ({levels or known})"
             )
-        wanted: dict[str, Any] = {name: FIRST if given.first else entries_of(name) for name in levels}
+        wanted: dict[str, Any] = {name: FIRST if given.first else BUILT for name in levels}
         if _is_there(given, wanted):
             return 0
         try:

@@ -26,7 +26,6 @@ _MAKERS = (
     f"{_MAKING}/helper.py",
     f"{_MAKING}/joint_lanes.py",
     f"{_MAKING}/lane_numbers.py",
-    f"{_MAKING}/lane_records.py",
     f"{_MAKING}/process_calls.py",
     f"{_MAKING}/array_reading.py",
     "compiled/facts.py",

@@ -3,7 +3,6 @@
 from typing import Final
 
 from ftqp.kernel.compiled.entry_point import EntryPoint
-from ftqp.kernel.compiled.levels import WIDE
 from ftqp.kernel.layout.record import CAPACITIES
 
 
@@ -14,7 +13,6 @@ def _entry(name: str, module: str, signature: str, nogil: bool = False) -> Entry
 
 _STEPS, _EXTERNAL = "ftqp.kernel.ticks.steps", "ftqp.kernel.ticks.external_steps"
 _NETWORK, _CLOSED = "ftqp.kernel.ticks.network_steps", "ftqp.kernel.ticks.closed_form_steps"
-_ROLLOUT = "ftqp.kernel.entry.rollout"
 _DETECTION = "ftqp.kernel.entry.detect_entries"
 _ARM, _STANDALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.standalone_entries"
 _STUDY = "ftqp.kernel.entry.study_entries"
@@ -47,9 +45,7 @@ ENTRIES: Final = {
         _entry("torques", _ARM, "i"),
         _entry("servo_torques", _ARM, "iiooo"),
         _entry("block", "ftqp.kernel.ticks.block_of_ticks", "iooooiiiiiii"),
-        _entry("rollout_4", _ROLLOUT, "i" * 20, nogil=True),
-        _entry("rollout_8", _ROLLOUT, "i" * 20, nogil=True),
-        _entry("rollout_any", _ROLLOUT, "i" * 19, nogil=True),
+        _entry("rollout", "ftqp.kernel.entry.rollout", "i" * 6, nogil=True),
         _entry("write_target", "ftqp.kernel.entry.target_entry", "iooo"),
         _entry("follow_plan", "ftqp.kernel.entry.plan_entry", "ii"),
         _entry("detect", _DETECTION, "iioooooo"),
@@ -95,13 +91,14 @@ FIRST: Final = (
 )
 """What the demo and a planner of a small arm need that is given targets."""
 
-
-def entries_of(level: str) -> tuple[tuple[EntryPoint, int], ...]:
-    """What is built for a class of processors: entry points with the capacities of their records."""
-    other_width = "rollout_4" if level == WIDE else "rollout_8"
-    sized = [entry for name, entry in ENTRIES.items() if name not in ALONE and name != other_width]
-    return (
-        *FIRST,
-        *((entry, capacity) for capacity in CAPACITIES for entry in sized if (entry, capacity) not in FIRST),
-        *((ENTRIES[name], ANY_SIZE) for name in ALONE[1:]),
-    )
+BUILT: Final = (
+    *FIRST,
+    *(
+        (entry, capacity)
+        for capacity in CAPACITIES
+        for name, entry in ENTRIES.items()
+        if name not in ALONE and (entry, capacity) not in FIRST
+    ),
+    *((ENTRIES[name], ANY_SIZE) for name in ALONE[1:]),
+)
+"""What is built: entry points with the capacities of their records."""
