@@ -1,4 +1,4 @@
-"""Studies of small arms: errors and their rates, self-motions, lines, and QPs that no robot made."""
+"""Studies of small arms: errors and their rates, self-motions, and QPs that no robot made."""
 
 import numpy as np
 import pinocchio as pin
@@ -7,9 +7,6 @@ from scipy.optimize import linprog
 from studies import at, starts, study_of, unit_arm
 
 import ftqp
-from ftqp.analysis.goals import goal_study
-from ftqp.kernel.entry.law_study import LawStudy
-from ftqp.kernel.entry.planar_study import PlanarStudy
 from ftqp.kernel.entry.study_session import StudySession
 from ftqp.kernel.layout.enums import CurveEnd
 from ftqp.model import catalog
@@ -102,73 +99,6 @@ def test_a_curve_that_meets_a_limit_runs_from_end_to_end():
     assert curve.end is CurveEnd.CUT and (curve.q >= low - 1e-12).all() and (curve.q <= high + 1e-12).all()
     for end in (curve.q[0], curve.q[-1]):
         assert min(np.abs(end - low).min(), np.abs(high - end).min()) < 1e-9
-
-
-def both(goal):
-    """The same arm of three links, in lanes and as any arm."""
-    arm = unit_arm()
-    planar = PlanarStudy(np.ones(3), np.eye(3), np.array(goal))
-    return planar, LawStudy(goal_study(arm, np.array(goal), "position").free, np.eye(3), 1.0)
-
-
-def led(q, goal, parts):
-    """Least-norm rates along the straight line to the goal, by numpy; nodes."""
-    tip = np.exp(1j * np.cumsum(q)).sum()
-    way, nodes = (complex(*goal) - tip) / parts, [q]
-    for k in range(parts):
-        for step in range(50):
-            p = np.cumsum(np.exp(1j * np.cumsum(q))[::-1])[::-1]
-            w = tip + way * (k + (step + 1) / 50) - p[0]
-            q = q + np.linalg.pinv(np.array([-p.imag, p.real])) @ [w.real, w.imag]
-        nodes.append(q)
-    return np.array(nodes)
-
-
-def test_lines_of_both_kernels_are_those_of_least_norm_rates():
-    goal, start = (1.2, 0.9), np.array([[0.4, 0.9, 1.3]])
-    planar, general = both(goal)
-    expected = led(start[0], goal, 6)
-    _, failed, nodes, _ = planar.lines(start, 6, [[((-np.pi, np.pi),)] * 3], by_joints=False, keep=True)
-    assert not failed[0] and np.abs(nodes[0] - expected).max() < 2e-3
-    tip = np.exp(1j * np.cumsum(start[0])).sum()
-    poses = np.array([at(*x) for x in np.linspace([tip.real, tip.imag], goal, 7)])
-    q, done = general.lines(start, poses, (goal - np.array([tip.real, tip.imag])) / 6)
-    assert done[0] == 6 and np.abs(q[0] - nodes[0]).max() < 1e-6
-
-
-@pytest.mark.parametrize("by_joints", [False, True])
-def test_a_line_is_inside_for_the_share_of_its_length_and_any_of_two_boxes_will_do(by_joints):
-    goal, start = (1.2, 0.9), np.array([0.4, 0.9, 1.3])
-    planar, _ = both(goal)
-    way = led(start, goal, 60)
-    ends, whole, moves = way[[0, 20, 40, 60]], (-np.pi, np.pi), np.diff(way, axis=0)
-    joint = int(np.flatnonzero((moves > 0.0).all(axis=0) | (moves < 0.0).all(axis=0))[0])
-
-    def box(first, last):
-        low, high = sorted((ends[first][joint], ends[last][joint]))
-        return [((low, high),) if i == joint else (whole,) for i in range(3)]
-
-    lengths = np.linalg.norm(np.diff(way, axis=0), axis=1) if by_joints else np.ones(60)
-    shares = lengths.reshape(3, 20).sum(axis=1) / lengths.sum()
-    for boxes, share in (([box(0, 1)], shares[0]), ([box(0, 1), box(2, 3)], shares[0] + shares[2])):
-        inside, failed, nodes, _ = planar.lines(start[None], 60, boxes, by_joints=by_joints, keep=False)
-        assert not failed[0] and len(nodes) == 0
-        expected = [share if i in (joint, 3) else 1.0 for i in range(4)]
-        assert inside[0] == pytest.approx(expected, abs=0.02)
-
-
-@pytest.mark.parametrize("ratio", [1.0, 4.0])
-def test_a_line_through_a_singularity_is_said_to_have_failed_by_both(ratio):
-    goal = (3.5, 0.0)
-    planar, general = both(goal)
-    bent = np.arccos(0.75)
-    start = np.array([[bent, -bent, -bent]])
-    assert planar.lines(start, 5, [[((-np.pi, np.pi),)] * 3], by_joints=False, keep=False)[1][0]
-    poses = np.array([at(x, 0.0) for x in np.linspace(2.5, 3.5, 6)])
-    q, done = general.lines(start, poses, ratio * np.array([0.2, 0.0]))
-    assert 0 <= done[0] < 5 and np.isnan(q[0, -1]).all()
-    _, stuck = general.lines(np.zeros((1, 3)), poses, np.array([0.2, 0.0]))
-    assert stuck[0] == 0, "from a singularity there is no way"
 
 
 def solved(**given):

@@ -1,31 +1,49 @@
-"""Memory of the point-to-point law on any arm: weights, steps of a run or a line, slopes."""
+"""Memory of the point-to-point law on any arm: its constants, and eight configurations side by side."""
 
 from functools import cache
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from ftqp.kernel.layout.enums import TASK_ROWS
-from ftqp.kernel.layout.field_kinds import floats, scalars
+from ftqp.kernel.layout.field_kinds import floats, integers, scalars
+
+WIDTH: Final = 8
+"""Configurations side by side: as many as a block of joints has in ``side_by_side``."""
 
 
 @cache
 def law_dtype(N: int) -> np.dtype[Any]:
     """The type of the memory of runs and lines of an arm of up to N joints.
 
-    ``M``: the inverse of the weights; ``free``: 1 for joints that move; ``unit``: mean length of a link [m];
-    ``tolerance``: of a step. ``P`` = M A', ``B`` = A M A' or its factor, ``rhs`` and ``wanted``: rates of the
-    task; ``miss``, ``speed`` and ``regular``: |e|, |v| and the least pivot of B over the largest, of the last
-    rates. ``q`` to ``k4``: a step; ``trial``, ``here`` and ``there``: searches; ``slope`` to ``y``: Newton.
+    Arrays of (N WIDTH,) hold eight configurations, number k of joint i at i WIDTH + k; those of (6 N WIDTH,)
+    eight matrices of m rows and n columns, number k of row r and column i at (r n + i) WIDTH + k; those of
+    (WIDTH,) a number of each configuration.
+
+    ``M``: the inverse of the weights, ``plain`` where it is the identity; ``planar``: all joints turn about
+    parallel axes and ``link`` are the lengths between them [m]; ``unit``: mean length of a link [m];
+    ``tolerance``: of a step [rad]; ``close``: how near a run must be to one of many configurations at the
+    goal that is taken for its end [rad]; ``most``: steps before a run goes on by another method.
     """
+    joints, rows, seats = (N * WIDTH,), (TASK_ROWS * WIDTH,), (WIDTH,)
+    matrix, square = (TASK_ROWS * N * WIDTH,), (TASK_ROWS * TASK_ROWS * WIDTH,)
     return np.dtype(
         [
-            *scalars("f8", "unit tolerance miss speed regular"),
-            *floats({"M": (N, N), "free": (N,), "P": (N, TASK_ROWS), "B": (TASK_ROWS, TASK_ROWS)}),
-            *floats({"rhs": (TASK_ROWS,), "wanted": (TASK_ROWS,), "column": (TASK_ROWS,)}),
-            *floats({name: (N,) for name in ("q", "next", "k1", "k2", "k3", "k4")}),
-            *floats({name: (N,) for name in ("trial", "here", "there", "v", "pivots", "y")}),
+            *scalars("f8", "unit tolerance close horizon success slowness per_speed spacing"),
+            *scalars("i8", "most planar plain moves rows by_joints boxes intervals"),
+            *floats({"M": (N, N), "link": (N,), "e": rows, "A": matrix, "P": matrix}),
+            *floats({"factor": square, "turned": square, "pivot": rows, "rhs": rows}),
+            *floats({name: joints for name in ("q", "free", "next", "k1", "k2", "k3", "k4", "trial")}),
+            *floats({name: seats for name in ("h", "path", "time", "gone", "rate", "arrived", "fresh")}),
+            *floats({name: seats for name in ("error", "speed", "regular", "found", "reach", "zero")}),
+            *integers({"run": seats, "steps": seats, "moving": (N,)}),
+            *floats({name: joints for name in ("eight", "eight_rate", "alone")}),
+            *floats({name: seats for name in ("one_error", "one_speed", "one_regular")}),
+            *floats({name: (N,) for name in ("here", "there", "v", "w", "y", "pivots")}),
+            *floats({name: (N,) for name in ("k_1", "k_2", "k_3", "f_0", "f_1")}),
             *floats({"slope": (N, N), "work": (N, N)}),
+            *floats({"way": rows, "wanted": rows, "used": seats, "failed": seats}),
+            *floats({"margin": ((N + 1) * WIDTH,), "outside": ((N + 1) * WIDTH,)}),
         ],
         align=True,
     )
