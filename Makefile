@@ -7,7 +7,7 @@ PYTEST ?= $(BIN)/python -m pytest
 JOBS   ?= 2
 PYTHONS ?= python3.11 python3.12 python3.13
 # The rest (papers, random episodes, the bench, every compiled part) is for make test.
-QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/nasty tests/qp/judge tests/qp/recording tests/app/scenario \
+QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/robustness tests/qp/judge tests/qp/recording tests/app/scenario \
           tests/app/replay tests/kernel/rows tests/kernel/arm tests/kernel/judge tests/kernel/maths tests/laws/test_laws.py tests/laws/test_faults.py \
           tests/test_package.py tests/test_texts.py
 
@@ -25,7 +25,7 @@ help:
 	@echo "make licences       what is installed and under which licence, into dist/sbom.json (CycloneDX) and a table"
 	@echo "make pictures   README's picture and animation, made by the live page in a browser (needs Chromium)"
 	@echo "make campaign   ten minutes of random episodes, judged from outside: a sample of each bundled campaign"
-	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/speed.md"
+	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/evidence/speed.md"
 	@echo "make bench-first-use   seconds until ftqp is ready, against the first release"
 	@echo "make wheel      a wheel with the kernel compiled ahead, into dist/"
 	@echo "make clean      removes the environment, caches and runs"
@@ -84,13 +84,13 @@ campaign: $(VENV)/.has-dev
 	FTQP_EPISODES=1000 $(PYTEST) tests/laws -k episode || worst=1; exit $$worst
 
 bench: $(VENV)/.has-dev
-	$(BIN)/python solvers/bench_step.py --peers --update-docs
-	$(BIN)/python solvers/bench_batch.py --million --update-docs
-	$(BIN)/python solvers/bench_memory.py --update-docs
-	$(BIN)/python solvers/bench_first_use.py --runs 1 --update-docs
+	$(BIN)/python benchmarks/bench_step.py --peers --update-docs
+	$(BIN)/python benchmarks/bench_batch.py --million --update-docs
+	$(BIN)/python benchmarks/bench_memory.py --update-docs
+	$(BIN)/python benchmarks/bench_first_use.py --runs 1 --update-docs
 
 bench-first-use: $(VENV)/.has-viz
-	$(BIN)/python solvers/bench_first_use.py
+	$(BIN)/python benchmarks/bench_first_use.py
 
 wheel: $(VENV)/.has-viz
 	$(BIN)/python build_wheel.py

@@ -175,7 +175,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--backends", metavar="A,B", help="backends (default: those of the campaign)")
     parser.add_argument("--seconds", type=float, default=600.0, help="time limit of each backend [s]")
     parser.add_argument("--jobs", type=at_least_one, default=1, metavar="N", help="backends at a time")
-    parser.add_argument("--out", type=results.Path, default=results.RESULTS, help="folder of the report")
+    results.add_out(parser, "backends_under_fire")
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     given = parser.parse_args(arguments)
     drawn = load_campaign(CAMPAIGN).tables.vary["planner.backend"]

@@ -15,14 +15,14 @@ import sys
 from contextlib import ExitStack
 from typing import Any
 
-from bench import accuracy_report, console
-from bench.accuracy import STARTS, Answers, every_answer, settled, summed_up
 from bench.contenders import Contender, contenders, split
 from bench.isolation import Apart
-from bench.recorded import Recorded, recorded
 from bench.results import circumstances
-from bench.sequences import sequences
-from bench.truth import Fact, Truth, truth
+from comparison import accuracy_report, console
+from comparison.accuracy import STARTS, Answers, every_answer, settled, summed_up
+from comparison.recorded import Recorded, recorded
+from comparison.sequences import sequences
+from comparison.truth import Fact, Truth, truth
 from rich.console import Console
 
 

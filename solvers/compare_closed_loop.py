@@ -21,12 +21,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from bench import closed_loop_report, command_line, console
-from bench.closed_loop import AGREEMENT, NUDGE, Case, measured
+from bench import command_line
 from bench.contenders import REFERENCE, contenders, split
 from bench.isolation import LIMIT
-from bench.results import RESULTS, circumstances
-from bench.speed import on_one_core
+from bench.results import add_out, circumstances
+from comparison import closed_loop_report, console
+from comparison.closed_loop import AGREEMENT, NUDGE, Case, measured
+from comparison.speed import on_one_core
 from rich.console import Console
 
 from ftqp.core.errors import InputError
@@ -69,7 +70,7 @@ def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     add("--backends", type=_names, metavar="A,B", help="backends or profiles (default: all there are)")
     add("--quick", action="store_true", help="short runs")
     add("--limit", type=console.seconds, default=LIMIT, metavar="S", help="seconds for a run")
-    add("--out", type=Path, default=RESULTS, metavar="DIR", help="where results go (solvers/results)")
+    add_out(parser, "compare_closed_loop")
     add("--name", metavar="NAME", help="added to the names of the files (quick, for a quick run)")
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--update-readme", action="store_true", help="put the first table into solvers/README.md")

@@ -16,14 +16,14 @@ from contextlib import ExitStack
 from dataclasses import asdict
 from typing import Any
 
-from bench import console, speed_report
 from bench.contenders import contenders, split
 from bench.isolation import Apart
-from bench.recorded import recorded
 from bench.results import circumstances
-from bench.sequences import sequences
-from bench.speed import EMPTY, FULL, QUICK, measured, on_one_core
-from bench.truth import Fact, truth
+from comparison import console, speed_report
+from comparison.recorded import recorded
+from comparison.sequences import sequences
+from comparison.speed import EMPTY, FULL, QUICK, measured, on_one_core
+from comparison.truth import Fact, truth
 from rich.console import Console
 
 

@@ -18,7 +18,6 @@ import sys
 from collections import Counter
 from datetime import date
 from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -123,9 +122,7 @@ def main() -> None:
     )
     parser.add_argument("--quick", action="store_true", help="a tenth of the QPs")
     parser.add_argument("--count", type=int, default=200, help="QPs a row (200)")
-    parser.add_argument(
-        "--out", type=Path, default=Path(__file__).parent / "results", help="folder of the results"
-    )
+    results.add_out(parser, "dtrnn_cap")
     parser.add_argument("--json", action="store_true", help="print the rows as JSON and write nothing")
     given = parser.parse_args()
     rows = study(max(given.count // 10, 1) if given.quick else given.count)

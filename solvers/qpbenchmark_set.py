@@ -17,9 +17,9 @@ import qpbenchmark.benchmark
 import qpsolvers
 import qpsolvers.solvers
 from bench.contenders import Contender, split
-from bench.recorded import Recorded, recorded
-from bench.sequences import sequences
-from bench.truth import Fact, truth
+from comparison.recorded import Recorded, recorded
+from comparison.sequences import sequences
+from comparison.truth import Fact, truth
 from qpbenchmark.solver_settings import SolverSettings
 
 from ftqp.core.checks import FloatArray

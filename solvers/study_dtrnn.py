@@ -14,13 +14,13 @@ fail.
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-from bench import command_line, console, dtrnn_study_charts, dtrnn_study_report
-from bench import dtrnn_study_parts as parts
-from bench.dtrnn_study import contenders
-from bench.results import RESULTS, circumstances, stem
+from bench import command_line
+from bench.results import add_out, circumstances, stem
+from comparison import console, dtrnn_study_charts, dtrnn_study_report
+from comparison import dtrnn_study_parts as parts
+from comparison.dtrnn_study import contenders
 from rich.console import Console
 
 from ftqp.core.errors import InputError, unknown
@@ -41,7 +41,7 @@ def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     add = parser.add_argument
     add("--parts", default=",".join(PARTS), metavar="A,B", help=f"of {', '.join(PARTS)} (default: all)")
     add("--quick", action="store_true", help="fewer and easier QPs")
-    add("--out", type=Path, default=RESULTS, metavar="DIR", help="where results go (solvers/results)")
+    add_out(parser, "study_dtrnn")
     add("--name", metavar="NAME", help="added to the names of the files (quick, for a quick run)")
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--update-readme", action="store_true", help="put the first table into solvers/README.md")

@@ -18,16 +18,13 @@ import ftqp
 from ftqp.core.fixed import Fixed
 
 ROOT = Path(__file__).parents[1]
+FOLDERS = ("src", "examples", "bench", "solvers", "benchmarks", "studies", "tests")
 TEXTS = sorted(
-    [
-        ROOT / name
-        for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "solvers/README.md")
-    ]
+    [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")]
+    + [ROOT / folder / "README.md" for folder in ("solvers", "benchmarks", "studies")]
     + [*(ROOT / "docs").rglob("*.md")]
 )
-SOURCES = sorted(
-    file for folder in ("src", "examples", "solvers", "tests") for file in (ROOT / folder).rglob("*.py")
-)
+SOURCES = sorted(file for folder in FOLDERS for file in (ROOT / folder).rglob("*.py"))
 INSTANCES = {
     "step": ftqp.Step, "planner": ftqp.Planner, "follower": ftqp.PathFollower, "target": ftqp.Target,
     "targets": ftqp.Targets, "robot": ftqp.Robot,
@@ -35,7 +32,7 @@ INSTANCES = {
 """What a text means by these words before a dot."""
 NAME = re.compile(r"(?<![\w./@-])(ftqp(?:\.[A-Za-z_]\w*)+)")
 INSTANCE = re.compile(rf"`({'|'.join(INSTANCES)})((?:\.[A-Za-z_]\w*)+)")
-FILE = re.compile(r"(?<![\w/.<])((?:src|tests|docs|solvers|examples)/[\w./-]*\w)(?![\w*<{])")
+FILE = re.compile(rf"(?<![\w/.<])((?:docs|{'|'.join(FOLDERS)})/[\w./-]*\w)(?![\w*<{{])")
 FILE_ENDINGS = ("toml", "npz", "sqlite", "md", "json", "git")
 
 

@@ -1,4 +1,4 @@
-"""Pages of the site that lie outside docs/: README, the solver bench and its results, changelog, examples.
+"""Pages of the site that lie outside docs/: README, the folders of scripts with results, changelog, examples.
 
 Links are written for readers of the repository, file to file; here they are turned to where the site has it.
 """
@@ -24,11 +24,20 @@ FOLDERS = {
     "examples": "gallery.md",
     "solvers": "solvers/README.md",
     "solvers/results": "solvers/README.md",
+    "benchmarks": "benchmarks/README.md",
+    "benchmarks/results": "benchmarks/README.md",
+    "studies": "studies/README.md",
+    "studies/results": "studies/README.md",
     "solvers/problems": "solvers/problems/README.md",
     "docs/theory": "theory/README.md",
 }
 """Folders that a text links to, and the page that shows what is in them."""
-SHOWN = ("solvers/README.md", "solvers/problems/README.md", "solvers/results/*.[mp][dn]*", "examples/*.py")
+SCRIPTS = ("solvers", "benchmarks", "studies")
+SHOWN = (
+    *(f"{folder}/{what}" for folder in SCRIPTS for what in ("README.md", "results/*.[mp][dn]*")),
+    "solvers/problems/README.md",
+    "examples/*.py",
+)
 LINK = re.compile(r"(\]\()([^)\s#:]+)(#[^)\s]*)?\)")
 
 
@@ -78,7 +87,7 @@ def in_repository(place: str) -> str:
     for name, moved in MOVED.items():
         if place == moved:
             return name
-    return place if place.startswith(("solvers/", "examples/")) else f"docs/{place}"
+    return place if place.split("/")[0] in (*SCRIPTS, "examples") else f"docs/{place}"
 
 
 def in_site(name: str) -> str:

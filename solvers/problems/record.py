@@ -16,8 +16,8 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
-from bench.making import Recipe, made  # noqa: E402  the bench is no package
-from bench.recipes import RECIPES  # noqa: E402
+from comparison.making import Recipe, made  # noqa: E402  the bench is no package
+from comparison.recipes import RECIPES  # noqa: E402
 
 from ftqp.qp import Recording  # noqa: E402
 

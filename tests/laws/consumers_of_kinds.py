@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import ftqp
 from ftqp.app.campaign.episode_study import load_campaign
-from ftqp.app.campaign.shown_evidence import failures
+from ftqp.app.campaign.shown_trace import failures
 from ftqp.app.commands.cli import app
 from ftqp.app.output.words import fault_sentence
 from ftqp.app.scenario.setup import load
@@ -183,6 +183,6 @@ def main(folder: Path, kind: Any, registered: bool) -> None:
         try:
             failures(SimpleNamespace(schedule=[event], robot=ROBOT))  # type: ignore[arg-type]
         except FtqpError as error:
-            found["referee"] = str(error)
+            found["checker"] = str(error)
         found["shown"] = shown(folder, fault)
     print(json.dumps(found))

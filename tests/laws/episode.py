@@ -10,7 +10,7 @@ from tests.arm_at import arm_at
 from tests.every_fault import draw_fault
 
 import ftqp
-from ftqp.referee.evidence import Evidence, Failure
+from ftqp.checker.trace import Failure, Trace
 
 ROBOTS = ("panda", "iiwa14", "xarm7", "planar6", "srs7", "zhang7", "planar(10)")
 BACKENDS = ("active_set",) * 6 + ("dtrnn", "daqp", "proxqp", "quadprog", "osqp")
@@ -31,7 +31,7 @@ class Episode:
     ticks: int = 0
     broken: list[str] = field(default_factory=list)
     statuses: dict[str, int] = field(default_factory=dict)
-    evidence: Any = None
+    trace: Any = None
     robot: Any = None
 
 
@@ -111,7 +111,7 @@ def run(seed: int, everything: bool = False) -> Episode:
         said.append(name)
         episode.statuses[name] = episode.statuses.get(name, 0) + 1
     episode.ticks, episode.robot = len(t), robot
-    episode.evidence = Evidence(
+    episode.trace = Trace(
         dt=dt,
         level=level,
         q=np.array(truth)[:, 0],
@@ -128,7 +128,7 @@ def run(seed: int, everything: bool = False) -> Episode:
 
 
 def failure_of(robot: Any, fault: Any, since: float, told: float) -> Failure:
-    """What a referee is told of a fault."""
+    """What a checker is told of a fault."""
     kinds = {ftqp.Locked: "locked", ftqp.FreeSwinging: "free", ftqp.Degraded: "degraded"}
     return Failure(
         joint=robot.joint(fault.joint),

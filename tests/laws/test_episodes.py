@@ -1,6 +1,6 @@
 """Random closed-loop episodes: whatever is drawn, nothing raises and every limit is kept.
 
-Each is judged twice: by what the planner says of itself, and from outside by ``ftqp.referee``.
+Each is judged twice: by what the planner says of itself, and from outside by ``ftqp.checker``.
 
 A hundred go with the other tests, a hundred more with the slow ones; ``FTQP_EPISODES`` sets how many there
 are in all.
@@ -11,8 +11,8 @@ import os
 import pytest
 from tests.laws.episode import run
 
-from ftqp.referee.model_file import ModelFile
-from ftqp.referee.verdict_from_outside import verdict
+from ftqp.checker.checked_run import verdict
+from ftqp.checker.model_file import ModelFile
 
 EPISODES = int(os.environ.get("FTQP_EPISODES", "200"))
 GROUP, QUICK = 20, 5
@@ -31,5 +31,5 @@ def test_every_law_holds_in_random_episodes(group: int) -> None:
         robot = episode.robot
         if robot.name not in arms:
             arms[robot.name] = ModelFile.read(robot.to_urdf(), robot.tip, gravity=robot.chain.gravity)
-        seen = verdict(arms[robot.name], episode.evidence)
+        seen = verdict(arms[robot.name], episode.trace)
         assert not seen.breaches, f"seed {seed}: {episode.description}: {[str(x) for x in seen.breaches]}"

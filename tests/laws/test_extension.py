@@ -56,7 +56,7 @@ def test_kind_of_fault_without_a_case_is_refused_by_every_consumer(how, tmp_path
         assert re.search("[Ss]tick|Unheard|in condition 9", said), (who, said)
     if how == "unheard":
         return
-    assert "is not a kind of failure of the referee; it has locked, free, degraded" in found["referee"]
+    assert "is not a kind of failure of the checker; it has locked, free, degraded" in found["checker"]
     shown = found["shown"]
     assert shown["described"]["kind"] == shown["condition"] == shown["button"] == "sticky"
     assert shown["words"] == "j2 sticks at 0.05 s; the planner is never told"

@@ -1,6 +1,6 @@
 """Laws of an arm with a free-swinging joint in physics that is not the planner's own: MuJoCo, torque drive.
 
-``python solvers/study_free_swinging.py --physics mujoco`` looks at more postures.
+``python studies/study_free_swinging.py --physics mujoco`` looks at more postures.
 """
 
 from types import SimpleNamespace

@@ -22,7 +22,7 @@ EXPERIMENTS: dict[str, dict[str, Any]] = {
     "MTN": dict(scheme="mtn", faults=LOCK),
     "gravity": dict(scheme="dlsm", bounds="viability", vertical=True),
 }
-"""The rows of the table of iterations in docs/jin2017.md."""
+"""The rows of the table of iterations in docs/evidence/jin2017.md."""
 
 
 @cache

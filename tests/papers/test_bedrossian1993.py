@@ -1,7 +1,7 @@
 """Bedrossian 1993, "Fault tolerant kinematic control of hyper-redundant manipulators": its closed forms.
 
-``docs/bedrossian1993.md`` has them beside the published ones; chaotic ones (start N without a rule that keeps
-the arm in its plane) are not tested.
+``docs/evidence/bedrossian1993.md`` has them beside the published ones; chaotic ones (start N without a rule
+that keeps the arm in its plane) are not tested.
 """
 
 import itertools

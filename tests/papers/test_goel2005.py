@@ -1,6 +1,6 @@
 """Goel, Maciejewski and Balakrishnan 2005: failures that nobody was told of, recomputed.
 
-What the paper states and what does not reproduce is in docs/goel2005.md.
+What the paper states and what does not reproduce is in docs/evidence/goel2005.md.
 """
 
 import numpy as np

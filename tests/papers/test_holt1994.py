@@ -1,4 +1,4 @@
-"""Holt and Desrochers 1994: the figures of docs/holt1994.md, computed by ftqp's own planner.
+"""Holt and Desrochers 1994: the figures of docs/evidence/holt1994.md, computed by ftqp's own planner.
 
 They were found first by an independent program. The block inverse has a file of its own.
 """

@@ -1,4 +1,4 @@
-"""Jin et al. 2017: experiments E1-E4 and E6-E9 of docs/jin2017.md, and check values of its arm."""
+"""Jin et al. 2017: experiments E1-E4 and E6-E9 of docs/evidence/jin2017.md, and check values of its arm."""
 
 from functools import cache
 from typing import Any

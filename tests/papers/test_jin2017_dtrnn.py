@@ -1,4 +1,4 @@
-"""Jin et al. 2017 with the recurrent network: experiments E5 and E10 of docs/jin2017.md and its table.
+"""Jin et al. 2017 with the recurrent network: E5, E10 and the table of docs/evidence/jin2017.md.
 
 Of the table, medians and largest values within 20 %; the reference is an independent implementation, and
 iteration counts depend on the last digits of a path, those of MTN most.

@@ -1,6 +1,6 @@
 """Zhang et al. 2016: the sweep of self-motion speeds, and what stronger plans survive on the same paths.
 
-The tables in full are made by ``python solvers/zhang2016.py``; here grids are coarser.
+The tables in full are made by ``python studies/zhang2016.py``; here grids are coarser.
 """
 
 from dataclasses import replace

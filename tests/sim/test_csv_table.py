@@ -1,19 +1,22 @@
-"""The strict reader of CSV files of numbers."""
+"""The strict reader of files of numbers; what it refuses is in the tests of those who read by it, too."""
 
 import numpy as np
 import pytest
 
 from ftqp.core.errors import InputError
-from ftqp.sim.csv_table import csv_columns, refuse_large, refuse_repeated
+from ftqp.sim.csv_table import TableFile
 
 
-def read(file, text):
+def given(file, text=b"", largest=2_000_000):
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return csv_columns(file, "table", "sample", lambda names: refuse_repeated(file, "table", names))
+    return TableFile(
+        file=file, what="table", sample="sample", valid=("t", "x", "y"), expected="t, x and y", needed=("t",),
+        together=("x", "y"), largest=largest,
+    )  # fmt: skip
 
 
 def test_columns_come_by_name(tmp_path):
-    found = read(tmp_path / "a.csv", "t, x\n0, 1\n\n1, nan\n")
+    found = given(tmp_path / "a.csv", "t, y, x\n0, 2, 1\n\n1, 3, nan\n").csv_columns()
     np.testing.assert_array_equal(found["t"], [0.0, 1.0])
     np.testing.assert_array_equal(found["x"], [1.0, np.nan])
 
@@ -24,17 +27,20 @@ def test_columns_come_by_name(tmp_path):
         (b"\xff\xfe\x00", "is not text in UTF-8"),
         ("t\n", "has 1 lines, expected a header and at least one sample"),
         ("t,t\n0,1\n", "column 't' appears 2 times"),
-        ("t,x\n0\n", "line 2 has 1 values, expected 2"),
-        ("t,x\n0,1\n0,one\n", "line 3, column 'x' is 'one', expected a number"),
+        ("t,x\n0,1\n", "column 'y' is missing; it has t, x"),
+        ("t,tt\n0,1\n", "'tt' is not a column .*; expected t, x and y"),
+        ("t,x,y\n0\n", "line 2 has 1 values, expected 3"),
+        ("t,x,y\n0,1,2\n0,one,2\n", "line 3, column 'x' is 'one', expected a number"),
+        ("t\n0\n1\ninf\n", "t of sample 3 is inf, expected a finite number"),
+        ("t\n0\n2\n1\n", r"t does not rise from sample 2 \(2 s\) to 3 \(1 s\); sort the samples by time"),
     ],
 )
 def test_anything_else_is_refused_in_a_sentence(tmp_path, text, sentence):
+    table = given(tmp_path / "a.csv", text)
     with pytest.raises(InputError, match=f"table .*a.csv.*{sentence}"):
-        read(tmp_path / "a.csv", text)
+        table.check_values(table.csv_columns())
 
 
 def test_large_file_is_refused_unread(tmp_path):
-    with (tmp_path / "a.csv").open("wb") as file:
-        file.truncate(3_000_000)
     with pytest.raises(InputError, match="has 3 MB, expected at most 2 MB"):
-        refuse_large(tmp_path / "a.csv", "table", 2_000_000)
+        given(tmp_path / "a.csv", b"\0" * 3_000_000).refuse_unread(".csv")

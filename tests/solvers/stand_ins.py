@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from bench.contenders import Contender
-from bench.recorded import Recorded
+from comparison.recorded import Recorded
 
 from ftqp.qp import QP, Backend, Claim, QPBuffers
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench.accuracy import Answers, Outcome, answers, outcome, settled, summed_up
 from bench.contenders import Contender
 from bench.results import inserted
-from bench.truth import Fact, Truth, truth
+from comparison.accuracy import Answers, Outcome, answers, outcome, settled, summed_up
+from comparison.truth import Fact, Truth, truth
 from tests.solvers.stand_ins import INFEASIBLE, SOLVABLE, Scripted, sequence
 
 from ftqp.core.errors import InputError

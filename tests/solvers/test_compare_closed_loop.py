@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bench import closed_loop, closed_loop_report
-from bench.closed_loop import Case, measured
 from bench.contenders import REFERENCE, Contender, contenders
 from bench.tables import quantity
+from comparison import closed_loop, closed_loop_report
+from comparison.closed_loop import Case, measured
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = ROOT / "solvers" / "compare_closed_loop.py"

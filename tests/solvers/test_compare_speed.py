@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bench import speed_report
 from bench.contenders import Contender
 from bench.isolation import Apart
-from bench.recorded import Recorded
-from bench.speed import DISCARD, EMPTY, Runner, Settings, measured
+from comparison import speed_report
+from comparison.recorded import Recorded
+from comparison.speed import DISCARD, EMPTY, Runner, Settings, measured
 from tests.solvers.stand_ins import SOLVABLE, Scripted, sequence
 
 from ftqp.qp import Claim

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bench.making import feasible as has_a_point
-from bench.recipes import RECIPES
-from bench.sequences import FOLDER, QUICK, feasible, names, sequences
+from comparison.making import feasible as has_a_point
+from comparison.recipes import RECIPES
+from comparison.sequences import FOLDER, QUICK, feasible, names, sequences
 
 from ftqp.core.errors import InputError
 from ftqp.qp import QP, Recording, residuals

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench import dtrnn_study_parts as parts
-from bench.dtrnn_study import (
+from comparison import dtrnn_study_parts as parts
+from comparison.dtrnn_study import (
     METHODS,
     PRODUCT,
     RIGHT,
@@ -21,10 +21,10 @@ from bench.dtrnn_study import (
     settings,
     until_right,
 )
-from bench.dtrnn_study_problems import expanded, random_qp, rule, scaled
-from bench.dtrnn_study_report import EXPECTED, OBJECTIVES, best, number, triple
-from bench.recorded import recorded
-from bench.sequences import sequences
+from comparison.dtrnn_study_problems import expanded, random_qp, rule, scaled
+from comparison.dtrnn_study_report import EXPECTED, OBJECTIVES, best, number, triple
+from comparison.recorded import recorded
+from comparison.sequences import sequences
 
 from ftqp.qp import QP, Claim, solve
 from ftqp.qp.judge.solving import loaded

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bench.truth import Fact, proves, relative_residuals, truth
+from comparison.truth import Fact, proves, relative_residuals, truth
 from tests.solvers.stand_ins import INFEASIBLE, SOLUTION, SOLVABLE
 
 from ftqp.qp import QP, Certificate

@@ -1,6 +1,7 @@
 """Checks of arrays and numbers at construction time, each with one clear sentence."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import fields
 from math import isfinite
 from types import UnionType
 from typing import Any, TypeGuard
@@ -108,14 +109,24 @@ def _first(mask: BoolArray) -> str:
 
 
 def frozen(value: NDArray[Any]) -> NDArray[Any]:
-    """``value``, made read-only."""
+    """``value``, made read-only: a view of it, which owns no memory and so cannot be resized either."""
     value.setflags(write=False)
-    return value
+    return seen(value)
 
 
 def seen(value: NDArray[Any]) -> NDArray[Any]:
     """A view of ``value`` that cannot be written, for those who may look at it."""
-    return frozen(value.view())
+    view = value.view()
+    view.setflags(write=False)
+    return view
+
+
+def read_only(record: Any) -> None:
+    """Let the arrays of a frozen dataclass only be read: the ``__post_init__`` of what is handed out."""
+    for field in fields(record):
+        value = getattr(record, field.name)
+        if isinstance(value, np.ndarray):
+            object.__setattr__(record, field.name, seen(value))
 
 
 def instance(name: str, value: Any, kind: type | UnionType, expected: str) -> None:

@@ -36,5 +36,11 @@ class Fixed(Generic[T]):
         return value
 
     def __set__(self, owner: Any, value: Any) -> NoReturn:
-        what = type(owner).__name__.lower()
-        raise AttributeError(f"{what}.{self._name} cannot be set: {self._remedy.format(name=self._name)}")
+        self._refuse(owner, "set")
+
+    def __delete__(self, owner: Any) -> NoReturn:
+        self._refuse(owner, "deleted")
+
+    def _refuse(self, owner: Any, what: str) -> NoReturn:
+        name, remedy = f"{type(owner).__name__.lower()}.{self._name}", self._remedy.format(name=self._name)
+        raise AttributeError(f"{name} cannot be {what}: {remedy}")

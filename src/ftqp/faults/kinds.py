@@ -8,7 +8,7 @@ from ``KINDS``, and whoever does something of its own for each kind matches over
 Each kind has a name in files (``kind``), a verb for messages (``happens``), a number in logs (``number``);
 ``works`` says whether the joint still follows its commands, within limits that may be lower, and ``shares``
 which of its settings is the share left of which limit: ``v_max``, ``a_max`` or ``tau_max``. ``button`` is the
-word on its button of the live page, ``judged`` its name in ``ftqp.referee``, ``colour`` that of figures, and
+word on its button of the live page, ``judged`` its name in ``ftqp.checker``, ``colour`` that of figures, and
 ``live_colour`` that of the live page.
 """
 

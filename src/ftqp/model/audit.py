@@ -133,9 +133,10 @@ def limit_findings(names: Sequence[str], limits: JointLimits, continuous: BoolAr
 
 
 def _magnitude(joint: str, what: str, field: str, value: float) -> list[Finding]:
+    a = "an" if what[0] in "aeiou" else "a"
     if np.isnan(value):
         return [
-            unsafe(f"joint {joint!r} has a {what} limit that is missing or not a number; {_remedy(field)}")
+            unsafe(f"joint {joint!r} has {a} {what} limit that is missing or not a number; {_remedy(field)}")
         ]
     if value == 0.0:
         return [
@@ -145,11 +146,11 @@ def _magnitude(joint: str, what: str, field: str, value: float) -> list[Finding]
             )
         ]
     if value < 0.0:
-        return [unsafe(f"joint {joint!r} has a {what} limit of {value:g}, expected > 0; {_remedy(field)}")]
+        return [unsafe(f"joint {joint!r} has {a} {what} limit of {value:g}, expected > 0; {_remedy(field)}")]
     if LARGEST_LIMIT < value < np.inf:
         return [
             unsafe(
-                f"joint {joint!r} has a {what} limit of {value:g}, which no joint has; "
+                f"joint {joint!r} has {a} {what} limit of {value:g}, which no joint has; "
                 f"{_remedy(field, 'inf = no limit')}"
             )
         ]

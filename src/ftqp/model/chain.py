@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.checks import BoolArray, FloatArray, frozen
+from ftqp.core.checks import BoolArray, FloatArray, read_only
 from ftqp.core.errors import ModelError
 from ftqp.kernel.layout.enums import JOINTS
 
@@ -61,10 +61,7 @@ class Chain:
     gravity: FloatArray
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if isinstance(value, np.ndarray):
-                frozen(value)
+        read_only(self)
 
     def constants(self) -> dict[str, Any]:
         """Everything but the names, by the argument names of ``ftqp.kernel.layout.record.load_chain``."""

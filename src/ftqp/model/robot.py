@@ -29,7 +29,8 @@ class Robot(Readers):
 
     Attributes:
         name: The robot's name.
-        model: A pinocchio model in which every joint off the chain is held.
+        model: A pinocchio model in which every joint off the chain is held. It is shared: change a copy,
+            ``robot.model.copy()``.
         tip: The name of the controlled frame.
         chain: Everything that the kernel knows of the robot.
         limits: The limits of its joints.

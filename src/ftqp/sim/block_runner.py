@@ -50,7 +50,7 @@ class BlockRunner:
         measured: bool = False,
     ) -> None:
         self._planner, self._plant, self._recorder = planner, plant, recorder
-        self._leader = leader if isinstance(leader, ClockLeader) else None
+        self._leader = leader if isinstance(leader, ClockLeader) and leader.world is None else None
         # A planner of another class may do something in every step.
         possible = type(planner) is Planner and self._leader is not None and isinstance(plant, KinematicPlant)
         possible = possible and not measured

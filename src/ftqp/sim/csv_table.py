@@ -1,75 +1,139 @@
-"""A strict CSV file of numbers: a header with known names, the same number of values on every line."""
+"""A strict file of numbers: columns with known names, the same number of finite values in each."""
 
 import csv
 import re
-from collections.abc import Callable
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import InputError
+from ftqp.core.errors import InputError, nearest
 
 NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|inf|infinity|nan)", re.ASCII | re.IGNORECASE)
 """A number as other programs write it; Python would take ``1_000`` and digits of any script, too."""
 
 
-def csv_columns(
-    file: Path, what: str, sample: str, check_names: Callable[[list[str]], None]
-) -> dict[str, FloatArray]:
-    """The columns of a CSV file by name, each (K,), K >= 1; values may still be infinite or NaN.
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableFile:
+    """A file of columns of numbers, and what it may hold.
 
-    Args:
-        file: the file, in UTF-8, its first line the names of the columns.
-        what: what the file is called in a message, for example ``waypoint file``.
-        sample: what one line holds, for example ``waypoint``.
-        check_names: raises for a header that does not fit.
-
-    Raises:
-        InputError: not text, too few lines, a wrong header, a line of another length, not a number.
+    Attributes:
+        file: The file.
+        what: What it is called in a message, for example ``waypoint file``.
+        sample: What one line holds, for example ``waypoint``.
+        valid: Names that its columns may have.
+        expected: The same in words.
+        needed: Names of columns that it has in any case.
+        together: Names of columns of which it has all or none.
+        largest: A file of more bytes is taken for a mistake.
     """
-    try:
-        with file.open(newline="", encoding="utf-8-sig") as stream:
-            lines = [line for line in csv.reader(stream, skipinitialspace=True) if line]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{what} {file} is not text in UTF-8 with comma-separated values") from error
-    except OSError as error:
-        raise InputError(f"{what} {file} cannot be read: {error.strerror or error}") from error
-    if len(lines) < 2:
-        raise InputError(f"{what} {file} has {len(lines)} lines, expected a header and at least one {sample}")
-    header = [name.strip() for name in lines[0]]
-    check_names(header)
-    rows = np.empty((len(lines) - 1, len(header)))
-    for number, line in enumerate(lines[1:], start=2):
-        if len(line) != len(header):
-            raise InputError(f"{what} {file}, line {number} has {len(line)} values, expected {len(header)}")
-        for column, text in enumerate(line):
-            if not NUMBER.fullmatch(text.strip()):
-                raise InputError(
-                    f"{what} {file}, line {number}, column {header[column]!r} is {text!r:.40}, "
-                    "expected a number such as -1.5 or 2e-3"
+
+    file: Path
+    what: str
+    sample: str
+    valid: tuple[str, ...]
+    expected: str
+    needed: tuple[str, ...]
+    together: tuple[str, ...]
+    largest: int
+
+    def wrong(self, why: str) -> InputError:
+        """What to say of the file.
+
+        Args:
+            why: What is wrong with it, and what is expected.
+        """
+        return InputError(f"{self.what} {self.file}{why}")
+
+    def refuse_unread(self, endings: str) -> None:
+        """Refuse what is no file, or too large to be read.
+
+        Args:
+            endings: What its name could end in, in words.
+
+        Raises:
+            InputError: It is missing, a folder or too large.
+        """
+        if not self.file.is_file():
+            raise self.wrong(f" does not exist; expected a {endings} file")
+        size = self.file.stat().st_size
+        if size > self.largest:
+            raise self.wrong(f" has {size / 1e6:.0f} MB, expected at most {self.largest / 1e6:.0f} MB")
+
+    def csv_columns(self) -> dict[str, FloatArray]:
+        """The columns of a CSV file in UTF-8 by name, each (K,), K >= 1; values may be infinite or NaN.
+
+        Raises:
+            InputError: Not text, too few lines, a wrong header, a line of another length, not a number.
+        """
+        try:
+            with self.file.open(newline="", encoding="utf-8-sig") as stream:
+                lines = [line for line in csv.reader(stream, skipinitialspace=True) if line]
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise self.wrong(" is not text in UTF-8 with comma-separated values") from error
+        except OSError as error:
+            raise self.wrong(f" cannot be read: {error.strerror or error}") from error
+        if len(lines) < 2:
+            raise self.wrong(f" has {len(lines)} lines, expected a header and at least one {self.sample}")
+        header = [name.strip() for name in lines[0]]
+        self.check_names(header)
+        rows = np.empty((len(lines) - 1, len(header)))
+        for number, line in enumerate(lines[1:], start=2):
+            if len(line) != len(header):
+                raise self.wrong(f", line {number} has {len(line)} values, expected {len(header)}")
+            for column, text in enumerate(line):
+                if not NUMBER.fullmatch(text.strip()):
+                    raise self.wrong(
+                        f", line {number}, column {header[column]!r} is {text!r:.40}, expected a number such "
+                        "as -1.5 or 2e-3"
+                    )
+                rows[number - 2, column] = float(text)
+        return {name: rows[:, column] for column, name in enumerate(header)}
+
+    def check_names(self, names: list[str]) -> None:
+        """Refuse columns that cannot be.
+
+        Args:
+            names: Of the columns.
+
+        Raises:
+            InputError: One is unknown, is there twice, or is missing.
+        """
+        for name in names:
+            if name not in self.valid:
+                raise self.wrong(
+                    f": {name!r:.40} is not a column{nearest(name, self.valid)}; expected {self.expected}"
                 )
-            rows[number - 2, column] = float(text)
-    return {name: rows[:, column] for column, name in enumerate(header)}
+            if names.count(name) > 1:
+                raise self.wrong(f": column {name!r} appears {names.count(name)} times")
+        asked = (*self.needed, *(self.together if set(self.together) & set(names) else ()))
+        for name in asked:
+            if name not in names:
+                raise self.wrong(f": column {name!r} is missing; it has {', '.join(names)}")
 
+    def check_values(self, table: Mapping[str, FloatArray]) -> None:
+        """Refuse values that are not finite, and times that do not rise.
 
-def refuse_large(file: Path, what: str, largest: int) -> None:
-    """Raise for a file of more than ``largest`` bytes, which is taken for a mistake.
+        Args:
+            table: Columns by name, each (K,).
 
-    Raises:
-        InputError: the file is larger.
-    """
-    size = file.stat().st_size
-    if size > largest:
-        raise InputError(f"{what} {file} has {size / 1e6:.0f} MB, expected at most {largest / 1e6:.0f} MB")
-
-
-def refuse_repeated(file: Path, what: str, names: list[str]) -> None:
-    """Raise for a name that occurs twice.
-
-    Raises:
-        InputError: it does.
-    """
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"{what} {file}: column {name!r} appears {names.count(name)} times")
+        Raises:
+            InputError: There are some.
+        """
+        for name, column in table.items():
+            if not np.isfinite(column).all():
+                row = int(np.argmax(~np.isfinite(column)))
+                raise self.wrong(
+                    f": {name} of {self.sample} {row + 1} is {column[row]}, expected a finite number"
+                )
+        t = table.get("t", np.zeros(0))
+        if (np.diff(t) <= 0.0).any():
+            row = int(np.argmax(np.diff(t) <= 0.0))
+            raise self.wrong(
+                f": t does not rise from {self.sample} {row + 1} ({t[row]:g} s) to {row + 2} "
+                f"({t[row + 1]:g} s); sort the {self.sample}s by time"
+            )

@@ -1,7 +1,7 @@
 """What leads an arm along its path: the clock, the path's own progress, or a task in inertial space."""
 
 from abc import ABC, abstractmethod
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target, Targets
 from ftqp.core.checks import FloatArray
 from ftqp.sim.base.moving_world import MovingWorld
-from ftqp.sim.plants.arm_model import Arm
 
 SAMPLED = 2048
 """Ticks whose targets are sampled together."""
@@ -20,8 +19,34 @@ WAITS = 0.5
 """How long the arm is watched after its path was blocked [s]."""
 
 
+class Standing(NamedTuple):
+    """Where a path stands after a tick.
+
+    Attributes:
+        progress: Path time of the target of the last step [s].
+        reached: Path time that has been reached [s].
+        status: What its follower says; None where it has no progress of its own.
+        over: Whether the run ends with the last step, before its time is up.
+        finished: Whether nothing of the path is left once all ticks are done.
+        blocked: Why the path does not go on, or None.
+    """
+
+    progress: float
+    reached: float
+    status: PathStatus | None = None
+    over: bool = False
+    finished: bool = True
+    blocked: str | None = None
+
+
 class Leader(ABC):
-    """The role of what leads an arm: at every tick it takes aim, then gives the command."""
+    """The role of what leads an arm: at every tick it takes aim, then gives the command.
+
+    Attributes:
+        world: The base under the arm where it moves; the target is then in the inertial frame.
+    """
+
+    world: MovingWorld | None = None
 
     @abstractmethod
     def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
@@ -40,44 +65,10 @@ class Leader(ABC):
     def target(self) -> Target:
         """What the last step aimed at."""
 
-    @abstractmethod
-    def tip(self, q: FloatArray) -> FloatArray:
-        """True pose of the tip at this tick in the frame of the target, (4, 4); valid until the next call."""
-
     @property
     @abstractmethod
-    def progress(self) -> float:
-        """Path time of the target of the last step [s]."""
-
-    @property
-    @abstractmethod
-    def reached(self) -> float:
-        """Path time that has been reached [s]."""
-
-    @property
-    @abstractmethod
-    def path_status(self) -> PathStatus | None:
-        """Where the path stands; None where it has no progress of its own."""
-
-    @property
-    @abstractmethod
-    def over(self) -> bool:
-        """Whether the run ends with the last step, before its time is up."""
-
-    @property
-    @abstractmethod
-    def finished(self) -> bool:
-        """Whether nothing of the path is left once all ticks are done."""
-
-    @property
-    @abstractmethod
-    def blocked(self) -> str | None:
-        """Why the path does not go on, or None."""
-
-    @property
-    @abstractmethod
-    def world(self) -> MovingWorld | None:
-        """The base under the arm where it moves."""
+    def standing(self) -> Standing:
+        """Where the path stands after the last step."""
 
 
 @final
@@ -129,92 +120,49 @@ class ClockTargets:
         self._acceleration = mean_acceleration(self._path, t, self._dt) if self._mean else sample.acceleration
 
 
-class ClockedLeader(Leader):
-    """What goes by the clock: the path is at k dt at tick k, whatever the arm does.
-
-    Args:
-        targets: of its path.
-    """
-
-    def __init__(self, targets: ClockTargets) -> None:
-        self._targets = targets
-
-    @property
-    def target(self) -> Target:
-        """What the last step aimed at, in the frame of the path."""
-        return self._targets.target
-
-    @property
-    def progress(self) -> float:
-        """Path time of the target [s]."""
-        return self._targets.progress
-
-    @property
-    def reached(self) -> float:
-        """Path time that the clock has reached [s]."""
-        return self._targets.progress
-
-    @property
-    def path_status(self) -> None:
-        """The path has no progress of its own."""
-        return None
-
-    @property
-    def over(self) -> bool:
-        """Never before the time is up."""
-        return False
-
-    @property
-    def finished(self) -> bool:
-        """Always, once all ticks are done."""
-        return True
-
-    @property
-    def blocked(self) -> None:
-        """Nothing blocks a clock."""
-        return None
-
-
 @final
-class ClockLeader(ClockedLeader):
+class ClockLeader(Leader):
     """The clock: tick k aims at the path at k dt, whatever the arm does.
 
     Args:
         planner: gives the commands.
         targets: of its path.
+        world: the base, its sensors and the inertial task of this planner, which takes no torques; None for a
+            base that stands.
     """
 
-    def __init__(self, planner: Planner, targets: ClockTargets) -> None:
-        super().__init__(targets)
-        self._planner = planner
-        self._arm = Arm(planner.robot)
-
-    @property
-    def targets(self) -> ClockTargets:
-        """What the clock aims at."""
-        return self._targets
+    def __init__(self, planner: Planner, targets: ClockTargets, world: MovingWorld | None = None) -> None:
+        self._planner, self.targets, self.world = planner, targets, world
 
     def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
         """Begin a run of so many ticks at (q, v), each (nv,)."""
-        self._planner.reset(q, v)
-        self._targets.reset(ticks)
+        if self.world is None:
+            self._planner.reset(q, v)
+        else:
+            self.world.reset(q, v, ticks)
+        self.targets.reset(ticks)
 
     def aim(self, k: int, q: FloatArray) -> None:
-        """Find the target of tick k."""
-        self._targets.aim(k)
+        """Find the target of tick k, and measure tip and base where it moves; q is true, (nv,)."""
+        self.targets.aim(k)
+        if self.world is not None:
+            self.world.sense(k, q)
 
     def step(self, q: FloatArray, v: FloatArray, tau: FloatArray | None = None) -> Step:
-        """The planner's command at the measured state (q, v) and torques, each (nv,)."""
-        return self._planner.step(q, v, self._targets.target, tau=tau)
-
-    def tip(self, q: FloatArray) -> FloatArray:
-        """Pose of the tip in W at q, (4, 4)."""
-        return self._arm.tip(q)
+        """The command at the measured state (q, v) and torques, each (nv,)."""
+        if self.world is not None:
+            return self.world.step(q, v, self.targets.target)
+        return self._planner.step(q, v, self.targets.target, tau=tau)
 
     @property
-    def world(self) -> None:
-        """The base stands."""
-        return None
+    def target(self) -> Target:
+        """What the last step aimed at, in the frame of the path."""
+        return self.targets.target
+
+    @property
+    def standing(self) -> Standing:
+        """Where the clock is on the path; nothing blocks it."""
+        return Standing(self.targets.progress, self.targets.progress)
 
 
 @final
@@ -229,7 +177,6 @@ class ProgressLeader(Leader):
 
     def __init__(self, follower: PathFollower) -> None:
         self._follower = follower
-        self._arm = Arm(follower.planner.robot)
         self._progress, self._waited = 0.0, 0.0
 
     def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
@@ -252,81 +199,18 @@ class ProgressLeader(Leader):
         """What the last step aimed at, in W."""
         return self._follower.target
 
-    def tip(self, q: FloatArray) -> FloatArray:
-        """Pose of the tip in W at q, (4, 4)."""
-        return self._arm.tip(q)
-
     @property
-    def progress(self) -> float:
-        """Path time of the target [s]."""
-        return self._progress
-
-    @property
-    def reached(self) -> float:
-        """Path time that has been reached [s]."""
-        return self._follower.progress
-
-    @property
-    def path_status(self) -> PathStatus:
-        """Where the path stands."""
-        return self._follower.status
-
-    @property
-    def over(self) -> bool:
-        """Whether the path's end was aimed at, or it has been blocked for half a second."""
-        return self._progress >= self._follower.path.duration or self._waited > WAITS
-
-    @property
-    def finished(self) -> bool:
-        """Whether the path is done."""
-        return self._follower.status is PathStatus.DONE
-
-    @property
-    def blocked(self) -> str | None:
-        """Why the path does not go on, or None."""
-        return self._follower.blocked
-
-    @property
-    def world(self) -> None:
-        """The base stands."""
-        return None
-
-
-@final
-class InertialLeader(ClockedLeader):
-    """A task in inertial space, by the clock, on a base that moves.
-
-    Args:
-        world: the base, its sensors and the inertial task.
-        targets: of a path in the inertial frame.
-    """
-
-    def __init__(self, world: MovingWorld, targets: ClockTargets) -> None:
-        super().__init__(targets)
-        self._world = world
-
-    def reset(self, q: FloatArray, v: FloatArray, ticks: int) -> None:
-        """Begin a run of so many ticks at (q, v), each (nv,)."""
-        self._world.reset(q, v, ticks)
-        self._targets.reset(ticks)
-
-    def aim(self, k: int, q: FloatArray) -> None:
-        """Find the target of tick k and take its measurements; q is true, (nv,)."""
-        self._targets.aim(k)
-        self._world.sense(k, q)
-
-    def step(self, q: FloatArray, v: FloatArray, tau: FloatArray | None = None) -> Step:
-        """The inertial task's command at the measured state (q, v), each (nv,); it takes no torques."""
-        return self._world.step(q, v, self._targets.target)
-
-    def tip(self, q: FloatArray) -> FloatArray:
-        """True pose of the tip in I at the tick of the last measurements, (4, 4)."""
-        return self._world.tip_pose
-
-    @property
-    def world(self) -> MovingWorld:
-        """The base, its sensors and the inertial task."""
-        return self._world
+    def standing(self) -> Standing:
+        """Where the follower is; over with the path's end, or once it has been blocked for half a second."""
+        follower = self._follower
+        return Standing(
+            self._progress,
+            follower.progress,
+            follower.status,
+            over=self._progress >= follower.path.duration or self._waited > WAITS,
+            finished=follower.status is PathStatus.DONE,
+            blocked=follower.blocked,
+        )
 
 
 def leader_along(
@@ -343,5 +227,4 @@ def leader_along(
     """
     if follower is not None:
         return ProgressLeader(follower)
-    targets = ClockTargets(path, planner.dt, mean=mean)
-    return ClockLeader(planner, targets) if world is None else InertialLeader(world, targets)
+    return ClockLeader(planner, ClockTargets(path, planner.dt, mean=mean), world)

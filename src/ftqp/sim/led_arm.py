@@ -1,6 +1,6 @@
 """An arm with all that leads it: planner, leader, plant and sensors, one tick at a time."""
 
-from typing import NamedTuple, final
+from typing import Generic, NamedTuple, TypeVar, final
 
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
@@ -11,6 +11,8 @@ from ftqp.sim.log.raw_rows import FELT, SENSED
 from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.plants.plant import Plant
 from ftqp.sim.sensors.joint_sensors import JointSensors
+
+LeaderT = TypeVar("LeaderT", bound=Leader)
 
 
 class Made(NamedTuple):
@@ -30,7 +32,7 @@ class Made(NamedTuple):
 
 
 @final
-class LedArm:
+class LedArm(Generic[LeaderT]):
     """Target, sensors and planner's step in the order in which they happen; simulations and sessions use it.
 
     Args:
@@ -41,7 +43,7 @@ class LedArm:
     """
 
     def __init__(
-        self, planner: Planner, leader: Leader, plant: Plant, sensors: JointSensors | None = None
+        self, planner: Planner, leader: LeaderT, plant: Plant, sensors: JointSensors | None = None
     ) -> None:
         self.planner, self.leader, self.plant, self.sensors = planner, leader, plant, sensors
 

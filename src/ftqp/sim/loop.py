@@ -114,6 +114,11 @@ class Simulation:
         InputError: an unknown joint in the schedule, a wrong value, or a log file that exists.
     """
 
+    __slots__ = (
+        "_arm", "_believed", "_last", "_leader", "_log", "_metadata", "_path", "_planner", "_plant",
+        "_progress", "_q", "_schedule", "_sensors", "_signals", "_singularities", "_v",
+    )  # fmt: skip
+
     def __init__(
         self,
         planner: Planner,
@@ -194,7 +199,7 @@ class Simulation:
         self._arm.reset(self._q, self._v, self._last + 1)
         if self._log is None:
             return self._ticks(None)
-        reference = "time" if self._leader.path_status is None else "progress"
+        reference = "time" if self._leader.standing.status is None else "progress"
         about = description(self._planner, self._schedule, self._path, self._last, reference)
         about |= {"drive": self._plant.drive, "plant_tolerance": self._plant.tolerance}
         about |= self._metadata | {"state": "running"}
@@ -228,7 +233,7 @@ class Simulation:
             {
                 "state": _state(result),
                 "broken": result.broken,
-                "path_finished": self._leader.finished,
+                "path_finished": self._leader.standing.finished,
                 "blocked": result.blocked,
                 "detections": None if self._planner.diagnosis is None else _told(self._planner),
             }
@@ -286,16 +291,16 @@ class Simulation:
                 if self._progress is not None and clock.now() - told > PROGRESS_PERIOD:
                     told = clock.now()
                     self._progress(done, self._last + 1)
-                if leader.over or plant.failure is not None:
+                if leader.standing.over or plant.failure is not None:
                     break
         except KeyboardInterrupt:
             interrupted = True
         if self._progress is not None:
             self._progress(done, self._last + 1)
-        statuses = list(StepStatus)
+        statuses, standing = list(StepStatus), leader.standing
         return Result(
             steps=done,
-            completed=stopped_at is None and not interrupted and plant.failure is None and leader.finished,
+            completed=stopped_at is None and not interrupted and plant.failure is None and standing.finished,
             interrupted=interrupted,
             final_status=None if code is None else statuses[code],
             stopped_at=stopped_at,
@@ -304,8 +309,8 @@ class Simulation:
             },
             q=plant.q.copy(),
             v=plant.v.copy(),
-            progress=leader.reached,
-            blocked=leader.blocked,
+            progress=standing.reached,
+            blocked=standing.blocked,
             broken=plant.failure,
         )
 

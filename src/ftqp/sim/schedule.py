@@ -7,6 +7,7 @@ from typing import Any, Literal, final
 
 from ftqp.core.checks import instance, non_negative, positive
 from ftqp.core.errors import InputError
+from ftqp.core.fixed import MADE, Fixed
 from ftqp.faults.kinds import Fault, refuse_unknown
 
 NEVER = 2.0**62
@@ -72,18 +73,21 @@ class Schedule:
         events: faults in any order.
     """
 
+    __slots__ = ("_events",)
+    events: Fixed[tuple[FaultEvent, ...]] = Fixed("_events", "The faults, in their order.", MADE)
+
     def __init__(self, events: Iterable[FaultEvent] = ()) -> None:
         instance("events", events, Iterable, "a list of ftqp.FaultEvent")
         events = list(events)
         for event in events:
             instance("an event", event, FaultEvent, "an ftqp.FaultEvent, ftqp.FaultEvent(fault, at=1.0)")
-        self.events: tuple[FaultEvent, ...] = tuple(sorted(events, key=lambda event: event.at))
+        self._events: tuple[FaultEvent, ...] = tuple(sorted(events, key=lambda event: event.at))
 
     def __iter__(self) -> Iterator[FaultEvent]:
-        return iter(self.events)
+        return iter(self._events)
 
     def __len__(self) -> int:
-        return len(self.events)
+        return len(self._events)
 
     def failing(self, dt: float) -> dict[int, list[FaultEvent]]:
         """The events by the tick at which they happen.

@@ -78,7 +78,7 @@ def test_summary_that_is_none_is_no_result(folder, tmp_path):
 
 def test_page_is_made_of_the_rows_and_says_what_is_missing_and_what_was_given_up(folder, tmp_path):
     with ResultsFile(folder, kind="campaign", key="x", columns=COLUMNS) as results:
-        results.crash(63, "the worker died")
+        results.crash([63], "the worker died")
         results.write([60], [tuple(episode(60)[name] for name in COLUMNS)], 1.0, "here")
     (folder / "campaign.toml").write_text("[campaign]\nepisodes = 3000\n")
     assert report(folder, "-o", tmp_path / "page.html")[0] == 0

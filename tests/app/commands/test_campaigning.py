@@ -269,9 +269,9 @@ def test_episodes_are_asked_for_and_more_of_them_go_on_with_the_others(study, tm
 
 
 def test_episode_that_was_given_up_is_named_and_the_campaign_is_not_called_done(study, tmp_path, monkeypatch):
-    drive = campaign_episodes.drive
+    run = campaign_episodes.run_study
     monkeypatch.setattr(
-        campaign_episodes, "drive", lambda *a, **k: replace(drive(*a, **k), crashed={1: "the worker died"})
+        campaign_episodes, "run_study", lambda *a, **k: replace(run(*a, **k), crashed={1: "the worker died"})
     )
     code, out, _ = campaign(study, "--episodes", 1, "--out", tmp_path / "c")
     assert code == 1 and "episode 1 was given up: the worker died" in out and "--replay 1" in out

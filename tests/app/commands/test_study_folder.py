@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from ftqp.app.commands.study_folder import study_folder
-from ftqp.app.study.results_file import FILE_NAME
-from ftqp.app.study.writer_lock import locked
+from ftqp.app.study.results_file import FILE_NAME, locked
 from ftqp.core.errors import InputError
 
 

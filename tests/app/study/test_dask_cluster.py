@@ -16,8 +16,8 @@ from typer.testing import CliRunner
 
 from ftqp.app.commands.cli import app
 from ftqp.app.study.dask_cluster import DaskCluster
-from ftqp.app.study.driving import drive
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile
+from ftqp.app.study.runner import run_study
 from ftqp.core.errors import InputError
 
 ROOT = Path(__file__).parents[3]
@@ -36,15 +36,13 @@ if __name__ == "__main__":
 CLIENT = """
 import sys
 from pathlib import Path
-from ftqp.app.study.dask_cluster import DaskCluster
-from ftqp.app.study.driving import drive
 from ftqp.app.study.results_file import ResultsFile
+from ftqp.app.study.runner import run_study
 from tests.app.study.jobs import COLUMNS, Squares
 
 if __name__ == "__main__":
     with ResultsFile(Path(sys.argv[1]), kind="squares", key="k", columns=COLUMNS) as results:
-        cluster = lambda work: DaskCluster(work, sys.argv[2])
-        drive(Squares(seconds=0.02), 300, results, what="squares", cluster=cluster)
+        run_study(Squares(seconds=0.02), 300, results, what="squares", dask=sys.argv[2])
 """
 
 
@@ -75,7 +73,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 def _begun(folder: Path, address: str, rows: int) -> "subprocess.Popen[bytes]":
-    """A client that drives a study on the cluster, as soon as it has some rows on file."""
+    """A client that runs a study on the cluster, as soon as it has some rows on file."""
     script = folder / "client.py"
     script.write_text(CLIENT, encoding="utf-8")
     process = subprocess.Popen(
@@ -107,7 +105,7 @@ def _results(folder: Path) -> ResultsFile:
 @pytest.mark.slow
 def test_a_cluster_computes_what_one_process_does(tmp_path: Path, address: str) -> None:
     with _results(tmp_path) as results:
-        drive(Squares(), 60, results, what="squares", cluster=lambda work: DaskCluster(work, address))
+        run_study(Squares(), 60, results, what="squares", dask=address)
         assert results.table() == expected(60)
     assert len(set(_workers(tmp_path))) >= 2
 
@@ -127,20 +125,16 @@ def test_a_killed_worker_and_a_killed_client_lose_nothing_and_repeat_nothing(
     with _results(tmp_path / "out") as results:
         before = results.done()
         assert 100 <= len(before) < 300
-        driven = drive(
-            Squares(), 300, results, what="squares", cluster=lambda work: DaskCluster(work, address)
-        )
-        assert driven.computed == 300 - len(before)
+        outcome = run_study(Squares(), 300, results, what="squares", dask=address)
+        assert outcome.computed == 300 - len(before)
         assert results.table() == expected(300)
 
 
 @pytest.mark.slow
 def test_an_item_that_kills_every_worker_is_noted(tmp_path: Path, address: str) -> None:
     with _results(tmp_path) as results:
-        driven = drive(
-            Squares(deadly=17), 30, results, what="squares", cluster=lambda work: DaskCluster(work, address)
-        )
-        assert driven.crashed == {17: "the worker died"}
+        outcome = run_study(Squares(deadly=17), 30, results, what="squares", dask=address)
+        assert outcome.crashed == {17: "the worker died"}
         assert results.done() == set(range(30)) - {17}
 
 

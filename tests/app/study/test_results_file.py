@@ -1,14 +1,16 @@
-import json
+"""The results file of a study: rows by item, one writer, and trouble said in a sentence."""
+
 import os
 import sqlite3
 import time
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from ftqp.app.study.results_file import FILE_NAME, ResultsFile, read_only
+from ftqp.app.study.results_file import FILE_NAME, LOCK_NAME, ResultsFile, read_only
 from ftqp.app.study.results_layout import FORMAT
 from ftqp.core.errors import FtqpError, InputError
 
@@ -25,85 +27,108 @@ def opened(folder: Path, **changes: Any) -> ResultsFile:
     return ResultsFile(folder, **(given | changes))
 
 
-def test_rows_come_back_by_item_with_their_types(tmp_path: Path) -> None:
+def made(folder: Path) -> None:
+    """A file with one row."""
+    with opened(folder) as results:
+        results.write([0], [(0.5, 7, "x")], 1.0, "a")
+
+
+def test_rows_come_back_by_item_with_their_types_and_an_item_keeps_its_first(tmp_path: Path) -> None:
     with opened(tmp_path) as results:
         results.write([3, 1], [(0.5, 7, "correct"), (1.5, 8, "none")], 2.0, "here:1")
-        assert results.table() == [(1, 1.5, 8, "none"), (3, 0.5, 7, "correct")]
-        assert results.done() == {1, 3}
         assert results.seconds() == 2.0
-
-
-def test_an_item_that_is_computed_twice_keeps_its_first_row(tmp_path: Path) -> None:
-    with opened(tmp_path) as results:
-        results.write([1], [(0.5, 7, "first")], 1.0, "a")
         results.write([1, 2], [(0.5, 7, "again"), (0.5, 7, "new")], 1.0, "b")
-        assert [row[3] for row in results.table()] == ["first", "new"]
-
-
-def test_a_study_goes_on_in_its_own_file(tmp_path: Path) -> None:
     with opened(tmp_path) as results:
-        results.write([0], [(0.5, 7, "x")], 1.0, "a")
+        assert results.table() == [(1, 1.5, 8, "none"), (2, 0.5, 7, "new"), (3, 0.5, 7, "correct")]
+        assert results.done() == {1, 2, 3}
+
+
+def test_a_crashed_item_is_noted_until_it_has_a_row_or_is_cleared(tmp_path: Path) -> None:
     with opened(tmp_path) as results:
-        assert results.done() == {0}
+        results.crash([4, 5, 6], "the worker died")
+        results.clear([5])
+        results.write([4], [(0.5, 7, "x")], 1.0, "a")
+        assert results.crashed() == {6: "the worker died"}
 
 
-def test_results_of_another_study_are_refused_and_left_as_they_are(tmp_path: Path) -> None:
-    with opened(tmp_path) as results:
-        results.write([0], [(0.5, 7, "x")], 1.0, "a")
-    with pytest.raises(
-        InputError, match=r"another study \('a = 1' there, 'a = 2' here\); name another folder"
-    ):
-        opened(tmp_path, key="k2", about={"study": "a = 2", "ftqp": "1"})
-    with pytest.raises(InputError, match=r"of kind 'map', this one is of kind 'campaign'"):
-        opened(tmp_path, kind="campaign")
-    with pytest.raises(InputError, match=r"made by ftqp 1, this is 2"):
-        opened(tmp_path, about={"study": "a = 1", "ftqp": "2"})
-    with pytest.raises(InputError, match=r"another study"):
-        opened(tmp_path, columns={"error": "REAL"})
-    with opened(tmp_path) as results:
-        assert results.done() == {0}
+def edited(statement: str) -> Callable[[Path], None]:
+    """A file that somebody has changed."""
+
+    def edit(folder: Path) -> None:
+        made(folder)
+        with closing(sqlite3.connect(folder / FILE_NAME)) as connection, connection:
+            connection.execute(statement)
+
+    return edit
 
 
-def test_a_file_of_a_newer_version_is_refused(tmp_path: Path) -> None:
-    opened(tmp_path).close()
-    with closing(sqlite3.connect(tmp_path / FILE_NAME)) as connection:
-        connection.execute("UPDATE about SET value = ? WHERE key = 'format'", [json.dumps(FORMAT + 1)])
-        connection.commit()
-    with pytest.raises(
-        InputError, match=f"has format {FORMAT + 1}, this ftqp reads up to {FORMAT}; a newer ftqp"
-    ):
-        opened(tmp_path)
+def written(name: str, text: str) -> Callable[[Path], object]:
+    return lambda folder: (folder / name).write_text(text, encoding="utf-8")
+
+
+STRANGE = "not a database, but long enough to be looked at" * 30
+NEWER = f"UPDATE about SET value = '{FORMAT + 1}' WHERE key = 'format'"
+REFUSALS: dict[str, tuple[Callable[[Path], object], dict[str, Any], str]] = {
+    "another study": (
+        made,
+        {"key": "k2", "about": {"study": "a = 2", "ftqp": "1"}},
+        r"another study \('a = 1' there, 'a = 2' here\); name another folder",
+    ),
+    "another kind": (made, {"kind": "campaign"}, "of kind 'map', this one is of kind 'campaign'"),
+    "another version": (made, {"about": {"study": "a = 1", "ftqp": "2"}}, "made by ftqp 1, this is 2"),
+    "other columns": (made, {"columns": {"error": "REAL"}}, "another study"),
+    "newer": (edited(NEWER), {}, f"has format {FORMAT + 1}, this ftqp reads up to {FORMAT}; a newer ftqp"),
+    "no format": (edited("DELETE FROM about WHERE key = 'format'"), {}, "its format is None"),
+    "no json": (edited("UPDATE about SET value = '{'"), {}, "its table about is damaged"),
+    "no table": (edited("DROP TABLE about"), {}, "has no table about as such a file has it"),
+    "no database": (written(FILE_NAME, STRANGE), {}, "cannot be used as a results file"),
+    "a file above": (written("below", "x"), {}, "cannot be used as a results file"),
+    "short lock": (
+        written(LOCK_NAME, "hold"),
+        {},
+        f"{LOCK_NAME} is not the lock .*: .*; delete it",
+    ),
+    "text as a lock": (written(LOCK_NAME, STRANGE), {}, f"{LOCK_NAME} is not the lock .*: .*; delete it"),
+    "folder as a lock": (
+        lambda folder: (folder / LOCK_NAME).mkdir(),
+        {},
+        f"cannot be used: {LOCK_NAME} is no regular file; delete it",
+    ),
+    "pipe as a lock": (
+        lambda folder: os.mkfifo(folder / LOCK_NAME),
+        {},
+        f"cannot be used: {LOCK_NAME} is no regular file; delete it",
+    ),
+    "link to nothing": (
+        lambda folder: (folder / LOCK_NAME).symlink_to(folder / "nowhere"),
+        {},
+        f"cannot be used: {LOCK_NAME} is no regular file; delete it",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSALS)
+def test_what_is_not_of_this_study_is_refused_and_left_as_it_is(tmp_path: Path, name: str) -> None:
+    make, changes, sentence = REFUSALS[name]
+    make(tmp_path)
+    file = tmp_path / FILE_NAME
+    before = file.read_bytes() if file.exists() else None
+    with pytest.raises(InputError, match=sentence):
+        opened(tmp_path / "below" if name == "a file above" else tmp_path, **changes)
+    if before is not None:
+        assert file.read_bytes() == before
+
+
+def test_an_empty_file_is_begun(tmp_path: Path) -> None:
+    (tmp_path / FILE_NAME).touch()
+    made(tmp_path)
 
 
 def test_two_writers_do_not_meet(tmp_path: Path) -> None:
-    with opened(tmp_path), pytest.raises(InputError, match="another process writes to"):
+    held = r"another process writes to .*; wait until it has ended, or name another folder"
+    with opened(tmp_path), pytest.raises(InputError, match=held):
         opened(tmp_path)
     opened(tmp_path).close()
-
-
-@pytest.mark.parametrize("content", [b"", b"not a database, but long enough to be looked at" * 30])
-def test_what_is_no_results_file_is_refused_or_begun(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / FILE_NAME).write_bytes(content)
-    if content:
-        with pytest.raises(InputError, match="cannot be used as a results file"):
-            opened(tmp_path)
-        assert (tmp_path / FILE_NAME).read_bytes() == content
-    else:
-        opened(tmp_path).close()
-
-
-def test_a_database_of_something_else_is_refused(tmp_path: Path) -> None:
-    with closing(sqlite3.connect(tmp_path / FILE_NAME)) as connection:
-        connection.execute("CREATE VIEW about AS SELECT 1 AS key, 2 AS value")
-        connection.commit()
-    with pytest.raises(InputError, match="has no table about as such a file has it"):
-        opened(tmp_path)
-
-
-def test_a_folder_that_cannot_be_made_is_bad_input(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("x", encoding="utf-8")
-    with pytest.raises(InputError, match="cannot be used as a results file"):
-        opened(tmp_path / "file" / "below")
 
 
 def test_a_full_disk_is_said_and_rows_before_it_are_kept(tmp_path: Path) -> None:
@@ -117,7 +142,7 @@ def test_a_full_disk_is_said_and_rows_before_it_are_kept(tmp_path: Path) -> None
         assert results.done() == {0}
 
 
-@pytest.mark.parametrize("room", [1024 * k for k in (2, 6, 12, 20, 24, 28, 32, 36, 44)])
+@pytest.mark.parametrize("room", [0, *(1024 * k for k in (2, 6, 12, 20, 24, 28, 32, 36, 44))])
 def test_a_disk_that_is_nearly_full_is_said_in_a_sentence_whatever_fails_first(
     tmp_path: Path, room: int
 ) -> None:
@@ -152,16 +177,8 @@ def test_a_damaged_page_is_said_in_a_sentence(tmp_path: Path, page: int) -> None
         pytest.raises(FtqpError, match=rf"{FILE_NAME} (cannot be|is not a|holds)"),
         opened(tmp_path) as results,
     ):
-        results.crash(1, "x")
+        results.crash([1], "x")
         results.done(), results.count(), results.crashed(), results.seconds(), results.table()
-
-
-def test_a_crashed_item_is_noted_until_it_has_a_row(tmp_path: Path) -> None:
-    with opened(tmp_path) as results:
-        results.crash(4, "the worker died")
-        assert results.crashed() == {4: "the worker died"}
-        results.write([4], [(0.5, 7, "x")], 1.0, "a")
-        assert results.crashed() == {}
 
 
 def test_a_clock_that_is_set_back_changes_no_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ from tests.ride import DT, START, circle, target_at
 from tests.servo_arm import TorqueArm
 
 import ftqp
-from ftqp.control.planner.step_facts import Reference
+from ftqp.control.planner.step_parts import Reference
 
 
 def test_it_is_the_inverse_dynamics_of_the_corrected_acceleration():

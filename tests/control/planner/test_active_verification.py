@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.active_verification import FAR, LONGEST, ActiveVerification
+from ftqp.control.planner.response.active_verification import FAR, LONGEST, ActiveVerification
 from ftqp.kernel.layout.enums import LOCKED
 
 DT, SIGMA = 1e-3, 1e-4

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.fault_response import SLOWEST, UNKNOWN_SHARE, fault_of, is_harmless
+from ftqp.control.planner.response.fault_response import SLOWEST, UNKNOWN_SHARE, fault_of, is_harmless
 from ftqp.core.errors import InputError
 from ftqp.faults.detection.diagnosis import Finding
 

@@ -61,6 +61,8 @@ def agreement(planner):
         for limit in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
             if getattr(K.limits, limit)[i] != getattr(expected.limits, limit)[i]:
                 found.append(f"{name}: {limit}")
+    if K.feedback.speed != planner.speed * planner._loop.caution:
+        found.append("speed")
     if bool(K.limits.dynamic) != (planner._given.dynamic or healthy.needs_dynamics):
         found.append("dynamic")
     free = any(isinstance(fault, ftqp.FreeSwinging) for fault in faults.values())
@@ -80,6 +82,11 @@ CHANGES = {
     "reset": (lambda p: p.reset(PANDA.neutral + 0.1), lambda p: p.reset(PANDA.neutral), None),
     "carry": (lambda p: p.carry(LOAD), lambda p: p.carry(None), lambda p: p.payload is not None),
     "tool": (lambda p: p.tool(TOOL), lambda p: p.tool(None), lambda p: p.robot.tip != PANDA.tip),
+    "speed": (
+        lambda p: setattr(p, "speed", 0.25),
+        lambda p: setattr(p, "speed", 1.0),
+        lambda p: p.speed == 0.25,
+    ),
 }
 
 
@@ -145,6 +152,21 @@ def test_calling_again_after_an_interruption_is_as_calling_once(way):
             got, expected = ride.step(), once.step()
             assert np.array_equal(got.q, expected.q) and got.status is expected.status
         assert twin_q is not None
+
+
+def test_a_planner_stays_stopped_until_all_of_resuming_has_happened():
+    ride = Ride()
+    K = ride.planner._session.K
+    for line in itertools.count():
+        ride.planner.stop()
+        ride.step()
+        K.feedback.waited, K.feedback.spent[:7] = 3.0, 0.01
+        was_cut = interrupted(ride.planner.resume, line)
+        if ride.planner.stopped_because is None:
+            assert K.feedback.waited == 0.0 == K.feedback.spent[:7].max()
+        if not was_cut:
+            break
+    assert line > 5 and ride.step().status is ftqp.StepStatus.OK
 
 
 def test_real_signals_leave_belief_and_kernel_at_one():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.probing import FARTHEST, LEAST_SHARE
+from ftqp.control.planner.response.probing import FARTHEST, LEAST_SHARE
 from ftqp.core.errors import InputError
 
 DT = 1e-3

@@ -47,7 +47,7 @@ def test_jerk_limit_is_read_and_infinite_where_there_is_none(two_joints: Urdf) -
 
 
 @pytest.mark.parametrize("key", ["acceleration", "deceleration", "drake:acceleration", "jerk"])
-@pytest.mark.parametrize("value", ["0", "-1", "nan", "fast", ""])
+@pytest.mark.parametrize("value", ["0", "-1", "nan", "fast", "", "1_000", "٣"])
 def test_limit_that_is_none_is_refused_with_its_joint_and_attribute(
     two_joints: Urdf, key: str, value: str
 ) -> None:

@@ -51,7 +51,7 @@ def test_attitude_may_be_a_quaternion(file):
         ("t,tilt,tilt\n0,1,1\n", "column 'tilt' appears 2 times"),
         ("t,tilt\n0,1\n1\n", "line 3 has 1 values, expected 2"),
         ("t,tilt\n0,much\n", "line 2, column 'tilt' is 'much', expected a number"),
-        ("t,tilt\n0,nan\n", "line 2, column 'tilt' is nan, expected a finite number"),
+        ("t,tilt\n0,nan\n", "tilt of sample 1 is nan, expected a finite number"),
         ("t,tilt\n0,1\n0,2\n", r"t does not rise from sample 1 \(0 s\) to 2 \(0 s\)"),
     ],
 )
@@ -65,7 +65,7 @@ def test_wrong_recording_is_one_clear_sentence(file, text, sentence):
     [
         ("t,qx,qy,qz\n0,0,0,0\n", "column 'qw' is missing"),
         ("t,rx,qx,qy,qz,qw\n0,0,0,0,0,1\n", "has rx, ry, rz and a quaternion"),
-        ("t,qx,qy,qz,qw\n0,0,0,0,2\n", "line 2: the quaternion has the length 2, expected 1"),
+        ("t,qx,qy,qz,qw\n0,0,0,0,2\n", "the quaternion of sample 1 has the length 2, expected 1"),
         ("t,qx,qy,qz,qw\n0,0,0,1,0.01\n1,0,0,1,-0.01\n", "more than half a turn"),
     ],
 )

@@ -1,4 +1,3 @@
-import csv
 import json
 import os
 import resource
@@ -189,6 +188,9 @@ def test_existing_file_is_never_overwritten(tmp_path):
     write(tmp_path / "l.sqlite", 1)
     with pytest.raises(InputError, match="exists already; choose another folder"):
         LogWriter(tmp_path / "l.sqlite", COLUMNS, {})
+    assert [file.name for file in tmp_path.iterdir()] == ["l.sqlite"] and len(
+        load_log(tmp_path / "l.sqlite")
+    ) == 1
     (tmp_path / "link.sqlite").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(InputError, match="exists already; choose another folder"):
         LogWriter(tmp_path / "link.sqlite", COLUMNS, {})
@@ -339,19 +341,6 @@ def test_unknown_signal_names_the_known_ones(tmp_path):
         InputError, match=r"'statos' is not a signal of log .* \(did you mean 'status'\?\); it has t, q, "
     ):
         load_log(tmp_path / "l.sqlite")["statos"]
-
-
-def test_csv_holds_every_signal(tmp_path):
-    write(tmp_path / "l.sqlite", 3)
-    load_log(tmp_path / "l.sqlite").to_csv(tmp_path / "l.csv")
-    with (tmp_path / "l.csv").open(newline="") as file:
-        rows = list(csv.reader(file))
-    assert rows[0] == ["t", "q.a", "q.b", "status"]
-    assert [float(x) for x in rows[3]] == [0.2, 2.0, -2.0, 2.0]
-    with pytest.raises(InputError, match="exists already"):
-        load_log(tmp_path / "l.sqlite").to_csv(tmp_path / "l.csv")
-    with pytest.raises(InputError, match="cannot be written"):
-        load_log(tmp_path / "l.sqlite").to_csv(tmp_path / "none" / "l.csv")
 
 
 def test_columns_have_units_of_their_joints():

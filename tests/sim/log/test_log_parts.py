@@ -216,13 +216,3 @@ def test_a_reader_of_another_program_makes_the_writer_wait_and_nothing_is_lost(t
 def test_parts_without_rows_are_refused(tmp_path, given):
     with pytest.raises(InputError, match="expected 1 or more"):
         LogParts(path=tmp_path / "log.sqlite", **given)
-
-
-def test_two_writers_of_one_log_do_not_meet(tmp_path):
-    first = LogWriter(tmp_path / "log.sqlite", COLUMNS, {})
-    with pytest.raises(InputError, match="exists already; choose another folder"):
-        LogWriter(tmp_path / "log.sqlite", COLUMNS, {})
-    first.write(0, rows(0, 5))
-    first.close()
-    assert len(load_log(tmp_path)) == 5
-    assert [file.name for file in tmp_path.iterdir()] == ["log.sqlite"]

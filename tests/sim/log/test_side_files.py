@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ftqp.app.study.results_file import ResultsFile, read_only
-from ftqp.app.study.writer_lock import locked
+from ftqp.app.study.results_file import ResultsFile, locked, read_only
 from ftqp.core.errors import InputError
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.log_writer import LogWriter
@@ -62,9 +61,9 @@ def test_pipe_beside_results_or_their_lock_is_refused_at_once(tmp_path: Path, si
     file = tmp_path / "results.sqlite"
     os.mkfifo(f"{file}{side}")
     for call in (opened, lambda: read_only(file).execute("SELECT * FROM results")):
-        assert f"results.sqlite{side} beside it is no regular file; delete" in refusal(call)
+        assert f"cannot be used: results.sqlite{side} is no regular file; delete" in refusal(call)
     os.mkfifo(tmp_path / f"writer.lock{side}")
-    assert "is not the lock that ftqp keeps there" in refusal(lambda: locked(tmp_path, "wait"))
+    assert f"cannot be used: writer.lock{side} is no regular" in refusal(lambda: locked(tmp_path, "wait"))
 
 
 def test_side_files_of_a_writer_at_work_are_no_hindrance(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from ftqp.analysis.survival.coverage_case import coverage_case
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.task_path import TaskPath, robot_digest, task_path
 from ftqp.control.planner.leading_plan import Remaining
-from ftqp.core.checks import FloatArray, frozen, positive, seen
+from ftqp.core.checks import FloatArray, frozen, positive, read_only
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Fault
 from ftqp.model.robot import Robot
@@ -63,8 +63,7 @@ class Plan:
     robot: Robot | None = None
 
     def __post_init__(self) -> None:
-        for name in ("q", "goals"):
-            object.__setattr__(self, name, seen(getattr(self, name)))
+        read_only(self)
 
     def __repr__(self) -> str:
         """Arm, method, samples and coverage."""

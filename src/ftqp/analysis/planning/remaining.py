@@ -40,7 +40,7 @@ def remaining(task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault])
     Joints that are locked are looked ahead on, at most two, and any that have less speed or range. With less
     torque, or a joint that swings freely, only a stop is known to be possible: what then happens depends on
     loads and speeds, and on the planner itself.
-    Source: zhang2016, section 2.1, extended in docs/zhang2016.md.
+    Source: zhang2016, section 2.1, extended in docs/evidence/zhang2016.md.
 
     Args:
         task: The path.

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from ftqp.app.campaign.found_failures import CONFIDENCE, detector_summary, share_interval
+from ftqp.checker.run_laws import LAWS
 from ftqp.control.planner.status import StepStatus
-from ftqp.referee.run_laws import LAWS
 
 OUTCOMES: Final = ("sound", "broken", "raised", "refused")
 MOST_VALUES: Final = 12
@@ -26,10 +26,6 @@ def summary(name: str, rows: Sequence[Row]) -> dict[str, Any]:
     was broken: 1 - 0.05^(1/n); ``broken_interval`` is the interval of that share in any case.
     ``followable`` is for how long in all targets were certain to be within reach, so that tracking was
     judged [s].
-
-    Args:
-        name: Of the campaign.
-        rows: By column.
     """
     found = counts(rows)
     run = found["sound"] + found["broken"]
@@ -71,21 +67,13 @@ def _shown(row: Row) -> dict[str, Any]:
 
 
 def counts(rows: Sequence[Row]) -> dict[str, int]:
-    """How many episodes there were of each outcome.
-
-    Args:
-        rows: By column.
-    """
+    """How many episodes there were of each outcome."""
     found = [row["outcome"] for row in rows]
     return {outcome: found.count(outcome) for outcome in OUTCOMES}
 
 
 def fallback_share(found: Mapping[str, int]) -> str:
-    """The share of ticks in which the solver's answer was not used, for a reader.
-
-    Args:
-        found: What ``by_key`` says of a value.
-    """
+    """The share of ticks in which the solver's answer was not used, for a reader."""
     return f"{100.0 * found['fallbacks'] / found['ticks']:.2f} %" if found["ticks"] else "-"
 
 
@@ -93,9 +81,6 @@ def by_key(rows: Sequence[Row]) -> dict[str, dict[str, dict[str, int]]]:
     """The same for each value of the keys that were drawn from a few, and by ranges of those of many numbers.
 
     ``ticks`` of them were judged, and in ``fallbacks`` of those the solver's answer was not used.
-
-    Args:
-        rows: By column.
     """
     groups: dict[str, list[tuple[Any, Row]]] = {}
     for row in rows:

@@ -19,10 +19,6 @@ _COUNTS: Final = tuple(name for name, kind in found_failures.COLUMNS.items() if 
 def episode_rows(results: ResultsFile, count: int) -> list[dict[str, Any]]:
     """The rows of the episodes with numbers below ``count``, by column.
 
-    Args:
-        results: Of a campaign.
-        count: Of the campaign's episodes.
-
     Raises:
         InputError: A value of a row is none that a campaign writes; the sentence names row and column.
     """

@@ -17,18 +17,18 @@ from ftqp.app.campaign import found_failures
 from ftqp.app.campaign.draws import episode, refuse_wrong
 from ftqp.app.campaign.known_arms import KnownArms
 from ftqp.app.campaign.named_files import named_files
-from ftqp.app.campaign.shown_evidence import evidence, failures, model_file
+from ftqp.app.campaign.shown_trace import failures, model_file, trace
 from ftqp.app.scenario import document
 from ftqp.app.scenario.complaints import complaints
 from ftqp.app.scenario.setup import Setup, resolve, validated
 from ftqp.app.schema.campaign_file import CampaignFile
+from ftqp.checker.checked_run import Verdict, verdict
+from ftqp.checker.model_file import ModelFile
+from ftqp.checker.reference_motion import followable
+from ftqp.checker.run_laws import LAWS
+from ftqp.checker.strictness import KINEMATIC, PHYSICS, Strictness
+from ftqp.checker.trace import Trace
 from ftqp.core.errors import FtqpError, InputError, ScenarioError
-from ftqp.referee.evidence import Evidence
-from ftqp.referee.model_file import ModelFile
-from ftqp.referee.run_laws import LAWS
-from ftqp.referee.strictness import KINEMATIC, PHYSICS, Strictness
-from ftqp.referee.verdict_from_outside import Verdict, verdict
-from ftqp.referee.witness import followable
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import MEMORY
 
@@ -101,9 +101,6 @@ class Campaign:
     def drawn(self, number: int) -> tuple[dict[str, Any], dict[str, Any]]:
         """The scenario's tables of an episode, and what was drawn for it.
 
-        Args:
-            number: Of the episode.
-
         Raises:
             InputError: A distribution is wrong.
         """
@@ -113,9 +110,6 @@ class Campaign:
     def setup(self, number: int) -> Setup:
         """An episode ready to be run.
 
-        Args:
-            number: Of the episode.
-
         Raises:
             InputError: A distribution is wrong.
             ScenarioError: What was drawn is no scenario.
@@ -124,10 +118,6 @@ class Campaign:
 
     def setup_of(self, number: int, content: dict[str, Any]) -> Setup:
         """An episode ready to be run, from its tables.
-
-        Args:
-            number: Of the episode.
-            content: The scenario's tables as they were drawn.
 
         Raises:
             ScenarioError: What was drawn is no scenario.
@@ -167,12 +157,7 @@ class EpisodeWork:
         return {"drawn": json.dumps(drawn, default=str)} | self.row_of(number, content)
 
     def row_of(self, number: int, content: dict[str, Any]) -> dict[str, Any]:
-        """What came of an episode, by column, from its tables.
-
-        Args:
-            number: Of the episode.
-            content: The scenario's tables as they were drawn.
-        """
+        """What came of an episode, by column, from its tables."""
         try:
             with _quietly():
                 return self._judged(self.campaign.setup_of(number, content))
@@ -208,22 +193,12 @@ class EpisodeWork:
         }
 
     def verdict(self, setup: Setup, log: Log) -> Verdict:
-        """What the referee says of a run.
-
-        Args:
-            setup: The run.
-            log: Its log.
-        """
+        """What the checker says of a run."""
         return verdict(self._arm(setup), self.shown(setup, log), self._strictness(setup))
 
-    def shown(self, setup: Setup, log: Log) -> Evidence:
-        """What the referee is shown of a run, and for how long the target can certainly be followed.
-
-        Args:
-            setup: The run.
-            log: Its log.
-        """
-        run = evidence(setup, log)
+    def shown(self, setup: Setup, log: Log) -> Trace:
+        """What the checker is shown of a run, and for how long the target can certainly be followed."""
+        run = trace(setup, log)
         blind = [] if setup.tables.sensors is None else setup.tables.sensors.faults
         failing = [*(failure.since for failure in run.failures), *(fault.at for fault in blind)]
         healthy = min(failing, default=np.inf)
@@ -234,7 +209,7 @@ class EpisodeWork:
         return replace(run, can_be_followed=True, until=until)
 
     def _arm(self, setup: Setup) -> ModelFile:
-        """The arm of an episode as the referee reads it."""
+        """The arm of an episode as the checker reads it."""
         name = setup.tables.robot.model_dump_json()
         if name not in self.arms:
             self.arms[name] = model_file(setup)

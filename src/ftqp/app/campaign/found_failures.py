@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from ftqp.app.campaign.shown_evidence import failures
+from ftqp.app.campaign.shown_trace import failures
 from ftqp.app.scenario.setup import Setup
-from ftqp.referee.alarms import Alarm, detection
+from ftqp.checker.alarms import Alarm, detection
 from ftqp.sim.log.log_arrays import Log
 
 COLUMNS: Final = {
@@ -24,12 +24,7 @@ CONFIDENCE: Final = 0.95
 
 
 def detector_values(setup: Setup, log: Log) -> dict[str, Any]:
-    """The columns of an episode; none without a detector.
-
-    Args:
-        setup: The run.
-        log: Its log.
-    """
+    """The columns of an episode; none without a detector."""
     said = log.metadata.get("detections")
     if setup.tables.planner.detector is None or said is None:
         return {}
@@ -55,9 +50,6 @@ def detector_summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None
 
     Intervals hold at 95 %: of shares by Clopper and Pearson, of the rate of false alarms as of a Poisson
     process, of which ``at_most`` is the upper end.
-
-    Args:
-        rows: Of a campaign, by column.
     """
     watched = [row for row in rows if row["healthy_time"] is not None]
     if not watched:
@@ -101,10 +93,6 @@ def share_interval(count: int, total: int) -> tuple[float, float] | None:
 
     Where all or none were counted the interval has one end alone, that of 5 %: 1 - 0.05^(1/n) of n.
     Source: Clopper and Pearson 1934.
-
-    Args:
-        count: How many.
-        total: Of how many.
     """
     if total == 0:
         return None

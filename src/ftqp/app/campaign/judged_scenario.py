@@ -32,10 +32,6 @@ def broken_laws(
 def broken_by(work: EpisodeWork, content: dict[str, Any]) -> dict[str, str]:
     """The same for the tables of an episode; an exception counts as a law of its own name.
 
-    Args:
-        work: Of the campaign.
-        content: The tables.
-
     Raises:
         ScenarioError: It is no scenario.
     """

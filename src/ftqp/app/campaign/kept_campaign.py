@@ -1,6 +1,5 @@
 """What a campaign's folder holds, finished or not: facts from its rows, whatever its summary says."""
 
-import json
 import shlex
 import sqlite3
 import tomllib
@@ -12,8 +11,8 @@ from typing import Any, Final
 from ftqp.app.campaign.campaign_summary import Row, summary
 from ftqp.app.campaign.episode_study import COLUMNS, KIND
 from ftqp.app.run.runs import summary_with
-from ftqp.app.study.disk_trouble import reason
-from ftqp.app.study.results_file import FILE_NAME, read_only, refuse_other_tables
+from ftqp.app.study.results_file import FILE_NAME, read_only
+from ftqp.app.study.results_layout import facts_of, reason
 from ftqp.core.errors import InputError, printable
 
 STUDY: Final = "campaign.toml"
@@ -47,9 +46,6 @@ def kept_campaign(folder: Path) -> dict[str, Any] | None:
     claimed, ``given_up`` says at how many the worker died, ``missing`` how many more were asked for and have
     no result, and ``command`` runs the campaign. Without its rows there is what the summary says.
 
-    Args:
-        folder: Made by ``ftqp campaign``.
-
     Raises:
         InputError: Its summary or its results are not readable.
     """
@@ -60,9 +56,7 @@ def kept_campaign(folder: Path) -> dict[str, Any] | None:
     try:
         with closing(read_only(file)) as connection:
             connection.execute("PRAGMA trusted_schema = OFF")
-            refuse_other_tables(connection, file)
-            _refuse_views(connection, file)
-            about = _about(connection)
+            about = facts_of(connection, file)
             if about.get("kind") != KIND:
                 return None
             rows = _rows(connection)
@@ -77,19 +71,6 @@ def kept_campaign(folder: Path) -> dict[str, Any] | None:
             f"{file} is not as `ftqp campaign` writes it: a value of it is missing or of another kind; make "
             "it anew in another folder"
         ) from error
-
-
-def _refuse_views(connection: sqlite3.Connection, file: Path) -> None:
-    """Refuse what looks like the other tables of results, but for example never ends."""
-    made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
-    for name in ("about", "crashed"):
-        if not str(made.get(name)).startswith(f"CREATE TABLE {name} ("):
-            raise InputError(f"{file} has no table {name} as a results file of ftqp has it")
-
-
-def _about(connection: sqlite3.Connection) -> dict[str, Any]:
-    rows = connection.execute(f"SELECT key, substr(value, 1, {LARGEST}) FROM about LIMIT 1000").fetchall()
-    return {str(key): json.loads(value) for key, value in rows}
 
 
 def _rows(connection: sqlite3.Connection) -> list[Row]:

@@ -13,8 +13,8 @@ from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
 from ftqp.app.output.console import ExitCode, json_text, tell, tell_json, tell_table
 from ftqp.app.run import runs
 from ftqp.app.run.runs import SUMMARY, write
-from ftqp.app.study.driving import cluster_at, drive
 from ftqp.app.study.results_file import ResultsFile
+from ftqp.app.study.runner import refuse_wrong_workers, run_study
 from ftqp.sim.log.log_file import load_log
 
 ALONE: Final = "the same command with --replay {}, and with no --out or another one"
@@ -45,7 +45,7 @@ def run_episodes(
     Raises:
         InputError: The folder holds something else, or both ``jobs`` and ``dask`` say who computes.
     """
-    cluster = cluster_at(jobs, dask)
+    refuse_wrong_workers(jobs, dask)
     folder = study_folder(out, made.name)
     about = {"study": made.whole_text, "ftqp": __version__, "name": made.name, "command": command}
     count = made.tables.campaign.episodes
@@ -55,12 +55,13 @@ def run_episodes(
     ):
         write(folder / STUDY, made.text)
         episode_rows(results, count)  # what cannot be summed up is said before anything is computed
-        driven = drive(EpisodeWork(campaign=made), count, results, what=made.name, jobs=jobs, cluster=cluster)
+        work = EpisodeWork(campaign=made)
+        outcome = run_study(work, count, results, what=made.name, jobs=jobs, dask=dask)
         rows = episode_rows(results, count)
     facts = summary(made.name, rows) | {
-        "computed_now": driven.computed,
-        "crashed": {str(item): reason for item, reason in driven.crashed.items()},
-        "seconds": driven.seconds,
+        "computed_now": outcome.computed,
+        "crashed": {str(item): reason for item, reason in outcome.crashed.items()},
+        "seconds": outcome.seconds,
         "folder": str(folder),
     }
     write(folder / SUMMARY, json_text(facts))
@@ -68,7 +69,7 @@ def run_episodes(
         tell_json(facts)
     else:
         _tell(facts, whole=table)
-    good = not driven.crashed and not facts["broken"] and not facts["raised"]
+    good = not outcome.crashed and not facts["broken"] and not facts["raised"]
     return ExitCode.DONE if good else ExitCode.STOPPED
 
 

@@ -6,8 +6,8 @@ from typing import Any, Final
 from ftqp.app.campaign.campaign_summary import fallback_share
 from ftqp.app.campaign.found_failures import share_interval
 from ftqp.app.run.runs import SUMMARY
+from ftqp.checker.run_laws import LAWS
 from ftqp.core.errors import InputError, MissingPackage, printable
-from ftqp.referee.run_laws import LAWS
 from ftqp.viz.pages.page import drawing, heading, paragraph, table
 
 LISTED: Final = 200

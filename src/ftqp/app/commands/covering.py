@@ -19,8 +19,8 @@ from ftqp.app.run.healthy_motion import healthy_motion
 from ftqp.app.run.runs import SUMMARY, holds, write
 from ftqp.app.scenario.setup import load
 from ftqp.app.study.coverage_study import report_of
-from ftqp.app.study.driving import cluster_at
 from ftqp.app.study.results_file import FILE_NAME
+from ftqp.app.study.runner import refuse_wrong_workers
 from ftqp.app.view.verdicts_file import write_verdicts
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, MissingPackage
@@ -82,7 +82,7 @@ def cover(
     Raises:
         InputError: A setting is wrong, or the folder cannot be made.
     """
-    cluster = cluster_at(jobs, dask)
+    refuse_wrong_workers(jobs, dask)
     folder = _folder(out, f"coverage-{Path(source).stem}", resume)
     setup = load(source, [*overrides, "faults="], plan=plan)
     hours = None if mtbf is None else hours_by_joint(setup.robot, mtbf)
@@ -94,7 +94,7 @@ def cover(
         found = Subject(name=setup.name, title="the scenario's own motion", task=task, q=q)
     case = coverage_case(setup.robot, found.task, found.q, **settings)
     try:
-        rep = report_of(case, folder, settings, name=setup.name, jobs=jobs, cluster=cluster)
+        rep = report_of(case, folder, settings, name=setup.name, jobs=jobs, dask=dask)
     except KeyboardInterrupt:
         say(f"what is done is kept; the same command with --out {folder} --resume goes on from there")
         raise

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from ftqp import __version__
-from ftqp.analysis.measures import MEASURES
+from ftqp.analysis import WorkspaceReport
 from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
 from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
 from ftqp.app.run.runs import write
-from ftqp.app.study.driving import Driven, cluster_at, drive
 from ftqp.app.study.results_file import ResultsFile
+from ftqp.app.study.runner import Outcome, refuse_wrong_workers, run_study
 from ftqp.app.study.workspace_study import ANY, KIND, MapWork, WorkspaceStudy, load_study
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import MissingPackage
@@ -45,7 +45,7 @@ def map_workspace(
         InputError: The folder holds something else, or the cluster does not answer.
         FtqpError: Results cannot be written.
     """
-    cluster = cluster_at(jobs, dask)
+    refuse_wrong_workers(jobs, dask)
     study = load_study(source, overrides)
     folder = study_folder(out, study.name)
     about = {"study": study.text, "ftqp": __version__, "robot": study.robot.name}
@@ -54,59 +54,46 @@ def map_workspace(
         ResultsFile(folder, kind=KIND, key=study.key, columns=study.columns, about=about) as results,
     ):
         write(folder / STUDY, study.text)
-        driven = drive(
-            MapWork(study.task),
-            len(study.places),
-            results,
-            what=study.name,
-            jobs=jobs,
-            cluster=cluster,
+        outcome = run_study(
+            MapWork(study.task), len(study.places), results, what=study.name, jobs=jobs, dask=dask
         )
         found = study.arrays(results.table())
-    facts = _summary(study, found, driven, folder)
+    facts = _summary(study, found, outcome, folder)
     facts["figures"] = [str(file) for file in _figures(study, found, folder)]
     write(folder / SUMMARY, json_text(facts))
     if as_json:
         tell_json(facts)
     else:
         _tell(study, facts)
-    return ExitCode.STOPPED if driven.crashed else ExitCode.DONE
+    return ExitCode.STOPPED if outcome.crashed else ExitCode.DONE
 
 
 def _summary(
-    study: WorkspaceStudy, found: dict[str, FloatArray], driven: Driven, folder: Path
+    study: WorkspaceStudy, found: dict[str, FloatArray], outcome: Outcome, folder: Path
 ) -> dict[str, Any]:
     """What ``summary.json`` holds."""
     joints = (*study.robot.joints, ANY)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        means = {name: _means(found[name]) for name in MEASURES}
+    means = WorkspaceReport.of(study.task, found["places"], found).means()
     return {
         "study": study.name,
         "robot": study.robot.name,
         "folder": str(folder),
         "starts": len(found["places"]),
-        "computed_now": driven.computed,
-        "crashed": {str(item): reason for item, reason in driven.crashed.items()},
-        "cpu_seconds": driven.seconds,
+        "computed_now": outcome.computed,
+        "crashed": {str(item): reason for item, reason in outcome.crashed.items()},
+        "cpu_seconds": outcome.seconds,
         "configurations": int(found["configurations"].sum()),
         "failed_lines": int(found["failed"].sum()),
         "runs": int(found["runs"].sum()),
         "unresolved": int(found["unresolved"].sum()),
-        "means": {name: dict(zip(joints, values, strict=True)) for name, values in means.items()},
-        "starts_with_R100_of_100": dict(
-            zip(joints, (found["R100"] >= WHOLE).sum(axis=0).tolist(), strict=True)
-        ),
-        "starts_with_C100_of_100": dict(
-            zip(joints, (found["C100"] >= WHOLE).sum(axis=0).tolist(), strict=True)
-        ),
+        "means": {name: dict(zip(joints, values.tolist(), strict=True)) for name, values in means.items()},
+        **{
+            f"starts_with_{name}_of_100": dict(
+                zip(joints, (found[name] >= WHOLE).sum(axis=0).tolist(), strict=True)
+            )
+            for name in ("R100", "C100")
+        },
     }
-
-
-def _means(values: FloatArray) -> list[float]:
-    """The mean of each column over the starts at which it is known."""
-    known = ~np.isnan(values)
-    sums = np.where(known, values, 0.0).sum(axis=0)
-    return [float(s / c) if c else float("nan") for s, c in zip(sums, known.sum(axis=0), strict=True)]
 
 
 def _figures(study: WorkspaceStudy, found: dict[str, FloatArray], folder: Path) -> list[Path]:

@@ -11,8 +11,8 @@ from ftqp.app.commands import covering
 from ftqp.app.output.console import ExitCode, progress, say, tell, tell_json
 from ftqp.app.run.healthy_motion import task_of
 from ftqp.app.scenario.setup import load
-from ftqp.app.study.driving import cluster_at
 from ftqp.app.study.kept_portions import KeptPortions
+from ftqp.app.study.runner import refuse_wrong_workers
 from ftqp.core.errors import InputError
 
 STARTS = ("free", "given")
@@ -70,7 +70,7 @@ def make_plan(
         raise InputError(
             "--optimise moves the path, so that it need not begin at the scenario's start; leave --start out"
         )
-    cluster = cluster_at(jobs, dask)
+    refuse_wrong_workers(jobs, dask)
     setup = load(source, [*overrides, "faults="])
     task = task_of(setup)
     chosen: Any = method
@@ -86,7 +86,7 @@ def make_plan(
     text = "\n".join(f"{name} = {value}" for name, value in study.items())
     with (
         _bar(setup.name) as told,
-        KeptPortions(part, text, jobs=jobs, cluster=cluster, told=told) as portions,
+        KeptPortions(part, text, jobs=jobs, dask=dask, told=told) as portions,
     ):
         try:
             made = plan(

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from ftqp.app.output.console import say
 from ftqp.app.run.runs import free_folder, holds
-from ftqp.app.study.results_file import FILE_NAME
-from ftqp.app.study.writer_lock import LOCK_NAME
+from ftqp.app.study.results_file import FILE_NAME, LOCK_NAME
 
 LEFT = {LOCK_NAME, f"{LOCK_NAME}-journal"}
 """What a study leaves that ended before it had a results file."""

@@ -1,7 +1,7 @@
 """Which failures a motion survives as a study: a row for every pair of failure and instant."""
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, final
@@ -13,11 +13,9 @@ from ftqp.analysis.survival.coverage_case import CoverageCase
 from ftqp.analysis.survival.coverage_report import CoverageReport
 from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.tolerable_joints import Bound
-from ftqp.app.study.driving import Driven, drive
 from ftqp.app.study.results_file import ResultsFile
-from ftqp.app.study.workers import Workers
+from ftqp.app.study.runner import run_study
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import FtqpError
 from ftqp.kernel.entry.continuation_study import Continuations
 from ftqp.kernel.layout.survival import Survival
 
@@ -87,7 +85,7 @@ def report_of(
     *,
     name: str,
     jobs: int | None,
-    cluster: Callable[[Any], Workers] | None,
+    dask: str | None,
 ) -> CoverageReport:
     """The report of a case, from its rows in a folder, those computed now that are missing.
 
@@ -97,7 +95,7 @@ def report_of(
         settings: What the case was made with, for the message where the folder holds another one.
         name: Of the scenario.
         jobs: Processes, with a thread each; None is this one, with a thread a core.
-        cluster: Makes the workers of a cluster, in place of processes.
+        dask: Address of a Dask scheduler whose workers compute, in place of processes.
 
     Raises:
         InputError: The folder holds another case, or one of another version.
@@ -114,27 +112,19 @@ def report_of(
         "about": {"study": study, "ftqp": __version__, "robot": pairs.task.robot.name},
         "onward": f"the same command with --out {folder} --resume",
     }
-    threads = None if jobs is None and cluster is None else 1
-    share: dict[str, Any] = {"what": name, "jobs": 1 if jobs is None else jobs, "cluster": cluster}
+    threads = None if jobs is None and dask is None else 1
+    share: dict[str, Any] = {"what": name, "jobs": 1 if jobs is None else jobs, "dask": dask}
     with ResultsFile(folder, kind=KIND, columns=COLUMNS, **common) as results:
-        _all(drive(PairWork(pairs, threads), pairs.count, results, **share))
+        run_study(PairWork(pairs, threads), pairs.count, results, **share).refuse_gaps("items")
         found = _continuations(results.table())
     most = None
     if bound is not None:
         columns = {"joints": "INTEGER"}
         with ResultsFile(folder / BOUND_FOLDER, kind=BOUND, columns=columns, **common) as results:
-            _all(drive(BoundWork(bound, threads), len(bound.samples), results, **share))
+            samples = BoundWork(bound, threads)
+            run_study(samples, len(bound.samples), results, **share).refuse_gaps("items")
             most = np.array([row[1] for row in results.table()], dtype=np.int64)
     return case.report(found, most)
-
-
-def _all(driven: Driven) -> None:
-    """That no item is missing."""
-    if driven.crashed:
-        raise FtqpError(
-            f"the worker died at {len(driven.crashed)} of {driven.items} items; the same command with "
-            "--resume tries them again"
-        )
 
 
 def _continuations(rows: Sequence[Sequence[Any]]) -> Continuations:

@@ -1,13 +1,11 @@
 """A Dask cluster computes the chunks of a study."""
 
 import socket
-from collections.abc import Sequence
 from concurrent.futures import Future
 from typing import Any, final
 
 from ftqp import __version__
-from ftqp.app.study.chunk import Done, Work, compute
-from ftqp.app.study.workers import Workers
+from ftqp.app.study.workers import Computed, Work, Workers, compute
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
 
@@ -41,7 +39,7 @@ class DaskCluster(Workers):
             from distributed.comm import parse_address, parse_host_port
         except ImportError as error:
             raise MissingPackage("--dask", "distributed", remedy_for_extra("distributed")) from error
-        self._killed = KilledWorker
+        self.death = (KilledWorker,)  # of a chunk at which so many died that the scheduler gave it up
         try:
             scheme, place = parse_address(address)
             if scheme in (
@@ -83,17 +81,10 @@ class DaskCluster(Workers):
                 )
         return int(sum(threads.values()))
 
-    def submit(self, items: Sequence[int]) -> "Future[Done]":
-        """Begin a chunk."""
-        future: Future[Done] = self._executor.submit(compute, self._work, tuple(items))
+    def submit(self, items: tuple[int, ...]) -> "Future[Computed]":
+        """Begin a chunk; the scheduler has other workers where one died."""
+        future: Future[Computed] = self._executor.submit(compute, self._work, items)
         return future
-
-    def died(self, error: BaseException) -> bool:
-        """Whether so many workers died of a chunk that the scheduler gave it up."""
-        return isinstance(error, self._killed)
-
-    def renew(self) -> None:
-        """Nothing to be done: the scheduler has other workers."""
 
     def close(self) -> None:
         """Take leave of the scheduler."""

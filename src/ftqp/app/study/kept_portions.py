@@ -9,10 +9,8 @@ from typing import Any, Self, final
 
 from ftqp import __version__
 from ftqp.analysis.planning.portions import Portion
-from ftqp.app.study.driving import drive
 from ftqp.app.study.results_file import FILE_NAME, ResultsFile
-from ftqp.app.study.workers import Workers
-from ftqp.core.errors import FtqpError
+from ftqp.app.study.runner import run_study
 
 KIND = "plan"
 COLUMNS = {"value": "TEXT"}
@@ -28,7 +26,7 @@ class KeptPortions:
         study: What tells the plan from every other one, a line for each fact; with another version of ftqp,
             or another text, what the folder holds is refused.
         jobs: Processes of this machine, with a thread each; None is this one, with a thread a core.
-        cluster: Makes the workers of a cluster, in place of processes.
+        dask: Address of a Dask scheduler whose workers compute, in place of processes.
         told: Hears of what is done, of how much, and of what stage, of stages that are shared.
     """
 
@@ -38,11 +36,11 @@ class KeptPortions:
         study: str,
         *,
         jobs: int | None,
-        cluster: Callable[[Any], Workers] | None,
+        dask: str | None,
         told: Callable[[int, int, str], None],
     ) -> None:
         self.folder, self._study, self._told = folder, study, told
-        self._jobs, self._cluster = jobs, cluster
+        self._jobs, self._dask = jobs, dask
         self._open: dict[str, ResultsFile] = {}
         self._known: dict[str, dict[int, str]] = {}
 
@@ -54,7 +52,7 @@ class KeptPortions:
     @property
     def threads(self) -> int | None:
         """One for each worker; all cores where this process is the only one."""
-        return None if self._jobs is None and self._cluster is None else 1
+        return None if self._jobs is None and self._dask is None else 1
 
     def each(self, stage: str, work: Portion, count: int) -> Iterator[str]:
         """The texts of all items of a stage, in order, after those that are missing have been computed.
@@ -64,15 +62,11 @@ class KeptPortions:
             FtqpError: It cannot be written, or workers died at an item again and again.
         """
         results, jobs = self._file(stage), 1 if self._jobs is None else self._jobs
-        driven = drive(
-            work, count, results, what=stage, jobs=jobs, cluster=self._cluster,
+        done = run_study(
+            work, count, results, what=stage, jobs=jobs, dask=self._dask,
             heard=lambda done: self._told(round(done), count, stage),
         )  # fmt: skip
-        if driven.crashed:
-            raise FtqpError(
-                f"the worker died at {len(driven.crashed)} of {count} parts of the stage {stage!r}; the same "
-                "command with --resume tries them again"
-            )
+        done.refuse_gaps(f"parts of the stage {stage!r}")
         return iter([text for _, text in results.table()])
 
     def one(self, stage: str, item: int, work: Callable[[], str]) -> str:

@@ -8,25 +8,27 @@ all rows that were written.
 
 import os
 import sqlite3
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Self, final
 
-from ftqp.app.study.disk_trouble import CURE, CURED, code, reason
 from ftqp.app.study.results_layout import (
+    CURE,
+    CURED,
     FORMAT,
-    RESULTS,
     Columns,
+    code,
     make_tables,
     quoted,
+    reason,
     refuse_other_studies,
 )
-from ftqp.app.study.writer_lock import locked
 from ftqp.core.errors import FtqpError, InputError
 from ftqp.sim.log.side_files import strange_side_file
 
 FILE_NAME = "results.sqlite"
+LOCK_NAME = "writer.lock"
 REMEDY = "name another folder by --out"
 """What to do where a folder cannot be used, unless its owner says something else."""
 EVERY = 2**63 - 1
@@ -36,7 +38,7 @@ MEANT = {"REAL": "a number", "INTEGER": "a whole number", "TEXT": "a text"}
 PATIENCE = 10.0
 """A reader of another process may keep the writer waiting so long [s]."""
 _CRASH = "INSERT OR REPLACE INTO crashed VALUES (?, ?)"
-_ACQUIT = "DELETE FROM crashed WHERE item = ?"
+_CLEAR = "DELETE FROM crashed WHERE item = ?"
 
 
 @final
@@ -77,32 +79,21 @@ class ResultsFile:
         self.path = folder / FILE_NAME
         self._columns = dict(columns)
         facts = {"format": FORMAT, "kind": kind, "key": key} | dict(about or {})
-        _refuse_strange_sides(self.path)
-        try:
+        with _readable(self.path, remedy), ExitStack() as opened:
+            _refuse_strange_files(self.path)
             folder.mkdir(parents=True, exist_ok=True)
-            self._lock = locked(folder, remedy)
-        except (sqlite3.Error, OSError) as error:
-            raise _unusable(self.path, error, remedy) from error
-        self._connection = sqlite3.connect(self.path, isolation_level=None, timeout=PATIENCE)
-        try:
-            self._open(facts)
-        except (sqlite3.Error, OSError, UnicodeDecodeError) as error:
-            self.close()
-            raise _unusable(self.path, error, remedy) from error
-        except BaseException:
-            self.close()
-            raise
-
-    def _open(self, facts: Mapping[str, Any]) -> None:
-        """The tables of this study, made now or found."""
-        run = self._connection.execute
-        run("PRAGMA trusted_schema = OFF")
-        if self.path.stat().st_size == 0:
-            make_tables(self._connection, facts, self._columns)
-        else:
-            refuse_other_studies(self._connection, self.path, facts, self._columns, self._remedy)
-        run("PRAGMA journal_mode = WAL")
-        run("PRAGMA synchronous = NORMAL")
+            opened.enter_context(closing(locked(folder, remedy)))
+            connection = sqlite3.connect(self.path, isolation_level="IMMEDIATE", timeout=PATIENCE)
+            self._connection = opened.enter_context(closing(connection))
+            opened.callback(self._leave_log)
+            self._connection.execute("PRAGMA trusted_schema = OFF")
+            if self.path.stat().st_size == 0:
+                make_tables(self._connection, facts, self._columns)
+            else:
+                refuse_other_studies(self._connection, self.path, facts, self._columns, remedy)
+            self._connection.execute("PRAGMA journal_mode = WAL")
+            self._connection.execute("PRAGMA synchronous = NORMAL")
+            self._opened = opened.pop_all()
 
     def done(self) -> set[int]:
         """The numbers of the items that have a row.
@@ -132,20 +123,16 @@ class ResultsFile:
         marks = ", ".join("?" * (len(self._columns) + 3))
         values = [(item, *row, share, worker) for item, row in zip(items, rows, strict=True)]
         self._commit(
-            {f"INSERT OR IGNORE INTO results VALUES ({marks})": values, _ACQUIT: [(item,) for item in items]}
+            {f"INSERT OR IGNORE INTO results VALUES ({marks})": values, _CLEAR: [(item,) for item in items]}
         )
 
-    def crash(self, item: int, reason: str) -> None:
-        """Note that the worker of an item died; it is tried again when the study is continued."""
-        self._commit({_CRASH: [(item, reason)]})
+    def crash(self, items: Sequence[int], why: str) -> None:
+        """Note items at which a process died, or may die; whoever continues the study tries them again."""
+        self._commit({_CRASH: [(item, why) for item in items]})
 
-    def suspect(self, items: Sequence[int]) -> None:
-        """Note that this process computes items itself; should it die of one, it is tried again elsewhere."""
-        self._commit({_CRASH: [(item, "the process died") for item in items]})
-
-    def acquit(self, items: Sequence[int]) -> None:
+    def clear(self, items: Sequence[int]) -> None:
         """Forget that a process died, or might have died, at items."""
-        self._commit({_ACQUIT: [(item,) for item in items]})
+        self._commit({_CLEAR: [(item,) for item in items]})
 
     def crashed(self) -> dict[int, str]:
         """The items at which a worker died, or a process that computed them itself, with the reason."""
@@ -171,14 +158,7 @@ class ResultsFile:
                 raise self.wrong(item, name, value, MEANT[kind])
 
     def wrong(self, item: int, column: str, value: Any, expected: str) -> InputError:
-        """What to say of a value that the study did not write.
-
-        Args:
-            item: The row.
-            column: The column.
-            value: What is there.
-            expected: What could be there.
-        """
+        """What to say of a value that the study did not write."""
         return InputError(
             f"row {item} of {self.path} has {value!r:.60} as {column}, expected {expected}; take it out by "
             f'sqlite3 FILE "DELETE FROM results WHERE item = {item}", and it is computed anew'
@@ -191,33 +171,30 @@ class ResultsFile:
 
     def _read(self, asked: str, *values: Any) -> list[tuple[Any, ...]]:
         """What the file answers."""
-        try:
+        with _readable(self.path, self._remedy):
             return self._connection.execute(asked, values).fetchall()
-        except (sqlite3.Error, UnicodeDecodeError) as error:
-            raise _unusable(self.path, error, self._remedy) from error
 
     def _commit(self, changes: Mapping[str, Iterable[tuple[Any, ...]]]) -> None:
         """Everything or nothing: statements with the values for which each is run."""
         try:
-            if self._connection.in_transaction:
-                self._connection.execute("ROLLBACK")
-            self._connection.execute("BEGIN IMMEDIATE")
-            for statement, values in changes.items():
-                self._connection.executemany(statement, values)
-            self._connection.execute("COMMIT")
+            with self._connection:
+                for statement, values in changes.items():
+                    self._connection.executemany(statement, values)
         except sqlite3.Error as error:
             raise FtqpError(
                 f"results file {self.path} cannot be written: {reason(error)}; what was written before is "
                 f"kept, and {self.onward} goes on from there"
             ) from error
 
-    def close(self) -> None:
-        """Let go of the file, as one that can be read where nobody can write."""
+    def _leave_log(self) -> None:
+        """Makes it a file that can be read where nobody can write."""
         with suppress(sqlite3.Error):  # somebody reads it, or the disk is full: it is as good as it was
             self._connection.execute("PRAGMA busy_timeout = 0")
             self._connection.execute("PRAGMA journal_mode = DELETE")
-        self._connection.close()
-        self._lock.close()
+
+    def close(self) -> None:
+        """Let go of the file, as one that can be read where nobody can write."""
+        self._opened.close()
 
     def __enter__(self) -> Self:
         return self
@@ -226,49 +203,61 @@ class ResultsFile:
         self.close()
 
 
-def _unusable(path: Path, error: Exception, remedy: str) -> InputError:
-    """What to say of a file that cannot be used."""
-    if isinstance(error, sqlite3.Error | UnicodeDecodeError) and not code(error):  # a text that is none
-        return InputError(f"{path} cannot be used as a results file: a row of it is damaged; {remedy}")
-    if code(error) in CURED:
-        remedy = f"{CURE}, or {remedy}"
-    return InputError(f"{path} cannot be used as a results file: {reason(error)}; {remedy}")
+@contextmanager
+def _readable(path: Path, remedy: str) -> Iterator[None]:
+    """Says in a sentence why a file cannot be used."""
+    try:
+        yield
+    except (sqlite3.Error, OSError, UnicodeDecodeError) as error:
+        why = reason(error) if code(error) or isinstance(error, OSError) else "a row of it is damaged"
+        cure = f"{CURE}, or " if code(error) in CURED else ""
+        raise InputError(f"{path} cannot be used as a results file: {why}; {cure}{remedy}") from error
+
+
+def locked(folder: Path, remedy: str) -> sqlite3.Connection:
+    """The lock of a folder's only writer; the system lets it go when the process ends, however it does.
+
+    Args:
+        folder: The folder, which exists.
+        remedy: What a person can do where it cannot be used, for messages.
+
+    Raises:
+        InputError: Another process holds the lock, something else has its name, or it cannot be written.
+    """
+    file = folder / LOCK_NAME
+    _refuse_strange_files(file)
+    lock = sqlite3.connect(file, isolation_level=None, timeout=0.0)
+    try:
+        lock.execute("BEGIN EXCLUSIVE")
+    except sqlite3.Error as error:
+        lock.close()
+        if code(error) in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+            why = f"another process writes to {folder}; wait until it has ended, or {remedy}"
+        elif code(error) in CURED:
+            why = f"folder {folder} cannot be written: {reason(error)}; {CURE}, or {remedy}"
+        else:
+            why = f"{file} is not the lock that ftqp keeps there: {reason(error)}; delete it"
+        raise InputError(why) from error
+    return lock
 
 
 def read_only(file: Path) -> sqlite3.Connection:
     """A connection to a file that is only read, also one of an older ftqp in a folder that nobody can write.
 
-    Args:
-        file: The results file, which exists.
-
     Raises:
         InputError: A file beside it is a pipe or another one at which SQLite would wait.
     """
-    _refuse_strange_sides(file)
+    _refuse_strange_files(file)
     logged = file.with_name(f"{file.name}-wal").exists()
     still = not logged and not os.access(file.parent, os.W_OK)
     how = "immutable=1" if still else "mode=ro"
     return sqlite3.connect(f"{file.resolve().as_uri()}?{how}", uri=True)
 
 
-def _refuse_strange_sides(file: Path) -> None:
-    if side := strange_side_file(file):
+def _refuse_strange_files(file: Path) -> None:
+    """Refuses a pipe or the like in the place of a database, or of what SQLite opens beside it."""
+    mine = file.is_file() or not (file.exists() or file.is_symlink())
+    if strange := strange_side_file(file) if mine else file:
         raise InputError(
-            f"{file} cannot be used as a results file: {side.name} beside it is no regular file; delete that "
-            "one, if it is not yours"
+            f"{file} cannot be used: {strange.name} is no regular file; delete it, if it is not yours"
         )
-
-
-def refuse_other_tables(connection: sqlite3.Connection, path: Path) -> None:
-    """Refuse a file whose results are no table, but for example a view that never ends.
-
-    Args:
-        connection: To the file.
-        path: The file.
-
-    Raises:
-        InputError: It has no such table.
-    """
-    made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
-    if not str(made.get("results")).startswith(RESULTS):
-        raise InputError(f"{path} has no table results as a results file of ftqp has it; name another folder")

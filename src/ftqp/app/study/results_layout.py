@@ -1,10 +1,10 @@
-"""The layout of a results file: its tables, what it says of its study, and what is refused as another one."""
+"""The layout of a results file: its tables, what it says of its study, and what is refused."""
 
 import json
 import sqlite3
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from ftqp.core.errors import InputError
 
@@ -18,34 +18,53 @@ RESULTS = "CREATE TABLE results (item INTEGER PRIMARY KEY,"
 Columns = Mapping[str, str]
 """Names of the values of an item with their types: REAL, INTEGER or TEXT."""
 
+MEANINGS: Final = {
+    sqlite3.SQLITE_IOERR: "the disk is full or fails",
+    sqlite3.SQLITE_CORRUPT: "the file is damaged",
+    sqlite3.SQLITE_CANTOPEN: "the disk is full, or the folder is read-only",
+    sqlite3.SQLITE_READONLY: "the file or its folder is read-only",
+    sqlite3.SQLITE_FULL: "",
+}
+"""What SQLite's errors mean by their code; the last one says so itself."""
+CURED: Final = frozenset(MEANINGS) - {sqlite3.SQLITE_CORRUPT}
+"""Errors that are over, and nothing is lost, once the disk can be written again."""
+CURE: Final = "free the disk, or make it writable, and nothing is lost"
+"""What a person can do about those."""
+
+
+def code(error: Exception) -> int:
+    """SQLite's primary code of an error; 0 where it has none."""
+    return int(getattr(error, "sqlite_errorcode", 0) or 0) & 0xFF
+
+
+def reason(error: Exception) -> str:
+    """Why a file cannot be used."""
+    said = str(getattr(error, "strerror", None) or error)
+    meaning = MEANINGS.get(code(error))
+    return f"{said} ({meaning})" if meaning else said
+
 
 def make_tables(connection: sqlite3.Connection, facts: Mapping[str, Any], columns: Columns) -> None:
-    """Make the tables, all or none.
-
-    Args:
-        connection: To an empty file.
-        facts: What the file says of its study, by key.
-        columns: The values of an item.
-    """
-    run = connection.execute
-    run("BEGIN")
-    run(ABOUT)
-    run(CRASHED)
-    run(_results_table(columns))
+    """Make the tables, all or none."""
     encoded = [(key, json.dumps(value, allow_nan=False)) for key, value in facts.items()]
-    connection.executemany("INSERT INTO about VALUES (?, ?)", encoded)
-    run("COMMIT")
+    with connection:
+        for statement in ("BEGIN", ABOUT, CRASHED, _results_table(columns)):
+            connection.execute(statement)
+        connection.executemany("INSERT INTO about VALUES (?, ?)", encoded)
 
 
-def _facts(connection: sqlite3.Connection, path: Path) -> dict[str, Any]:
-    """What the file says about its study, checked to be one that this ftqp can read.
+def facts_of(connection: sqlite3.Connection, path: Path) -> dict[str, Any]:
+    """What a file says about its study, by key.
 
     Raises:
-        InputError: It is no results file, or a newer one.
+        InputError: It is no results file, but for example a view that never ends, or a newer one.
     """
-    made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
-    if made.get("about") != ABOUT:
-        raise InputError(f"{path} is not a results file of ftqp: it has no table about as such a file has it")
+    made = _made(connection)
+    for name, begun in (("results", RESULTS), ("about", ABOUT), ("crashed", CRASHED)):
+        if not str(made.get(name)).startswith(begun):
+            raise InputError(
+                f"{path} is not a results file of ftqp: it has no table {name} as such a file has it"
+            )
     rows = connection.execute("SELECT key, substr(value, 1, 2000000) FROM about LIMIT 1000").fetchall()
     try:
         facts = {str(key): json.loads(value) for key, value in rows}
@@ -59,6 +78,11 @@ def _facts(connection: sqlite3.Connection, path: Path) -> dict[str, Any]:
             f"{path} has format {version}, this ftqp reads up to {FORMAT}; a newer ftqp made it and can go on"
         )
     return facts
+
+
+def _made(connection: sqlite3.Connection) -> dict[str, str]:
+    """The statement that made each table."""
+    return dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
 
 
 def refuse_other_studies(
@@ -80,7 +104,7 @@ def refuse_other_studies(
     Raises:
         InputError: It is of another study or version, or no results file.
     """
-    facts = _facts(connection, path)
+    facts = facts_of(connection, path)
     if facts.get("kind") != wanted["kind"]:
         raise InputError(
             f"{path} holds results of a study of kind {facts.get('kind')!r:.40}, this one is of kind "
@@ -91,9 +115,7 @@ def refuse_other_studies(
             f"{path} was made by ftqp {facts.get('ftqp')!s:.40}, this is {wanted.get('ftqp')}, and their "
             f"results are not mixed; {remedy}, or continue it with that version"
         )
-    made = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
-    same = made.get("results") == _results_table(columns) and made.get("crashed") == CRASHED
-    if facts.get("key") != wanted["key"] or not same:
+    if facts.get("key") != wanted["key"] or _made(connection).get("results") != _results_table(columns):
         raise InputError(f"{path} holds results of another study{_difference(facts, wanted)}; {remedy}")
 
 
@@ -119,9 +141,5 @@ def _results_table(columns: Mapping[str, str]) -> str:
 
 
 def quoted(name: str) -> str:
-    """A column's name as SQL wants it.
-
-    Args:
-        name: Of the column.
-    """
+    """A column's name as SQL wants it."""
     return '"' + name.replace('"', '""') + '"'

@@ -2,10 +2,11 @@
 
 import os
 import signal
+import socket
 import sys
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -13,14 +14,23 @@ from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait
 from typing import Any, final
 
-from ftqp.app.study.chunk import Done, Work, compute
+from ftqp.app.output.termination import no_interrupt_lost
+from ftqp.core.clock import now
 from ftqp.core.errors import InputError
 
+PER_WORKER = 2
+"""So many chunks wait for a worker or are with it at a time."""
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Every worker has a core of its own, so numerical libraries start no threads."""
 _SAFE_PATH = "PYTHONSAFEPATH"
 """Python then imports nothing from the current folder, where a stranger's files may lie: workers are started
 as ``python -c``, which would."""
+
+
+Work = Callable[[Sequence[int]], list[tuple[Any, ...]]]
+"""Computes the rows of some items; it can be pickled, and a row depends on its item alone."""
+Computed = tuple[list[tuple[Any, ...]], float, str]
+"""The rows of a chunk, what it took [s], and who computed it: host and process."""
 
 
 class Workers(ABC):
@@ -29,30 +39,35 @@ class Workers(ABC):
     Attributes:
         count: How many chunks are computed at a time.
         chunk_seconds: How long a chunk should take, so that what it costs to send it vanishes [s].
-        share_fate: Whether a worker that dies takes all chunks under way with it.
+        death: What the future of a chunk raises whose worker died.
         apart: Whether this process lives on when a worker dies.
     """
 
     count: int
     chunk_seconds: float
-    share_fate = False
+    death: tuple[type[Exception], ...] = ()
     apart = True
 
-    @abstractmethod
-    def submit(self, items: Sequence[int]) -> "Future[Done]":
-        """Begin a chunk."""
+    @property
+    def most(self) -> int:
+        """How many chunks are under way at a time."""
+        return PER_WORKER * self.count if self.count > 1 else 1
 
     @abstractmethod
-    def died(self, error: BaseException) -> bool:
-        """Whether an error says that the worker of a chunk died, rather than what the chunk raised."""
-
-    @abstractmethod
-    def renew(self) -> None:
-        """Be ready for more chunks after a worker died."""
+    def submit(self, items: tuple[int, ...]) -> "Future[Computed]":
+        """Begin a chunk, on new workers where the last ones died."""
 
     @abstractmethod
     def close(self) -> None:
         """End, without waiting for chunks that have not ended."""
+
+
+def compute(work: Work, items: tuple[int, ...]) -> Computed:
+    """The rows of some items."""
+    began = now()
+    with no_interrupt_lost():
+        rows = work(items)
+    return rows, (now() - began) * 1e-9, f"{socket.gethostname()}:{os.getpid()}"
 
 
 @final
@@ -66,18 +81,11 @@ class ThisProcess(Workers):
     def __init__(self, work: Work) -> None:
         self._work = work
 
-    def submit(self, items: Sequence[int]) -> "Future[Done]":
+    def submit(self, items: tuple[int, ...]) -> "Future[Computed]":
         """Compute a chunk."""
-        future: Future[Done] = Future()
+        future: Future[Computed] = Future()
         future.set_result(compute(self._work, items))
         return future
-
-    def died(self, error: BaseException) -> bool:
-        """No: this process is the worker."""
-        return False
-
-    def renew(self) -> None:
-        """Nothing to be done."""
 
     def close(self) -> None:
         """Nothing to be done."""
@@ -96,49 +104,42 @@ class LocalProcesses(Workers):
     """
 
     chunk_seconds = 1.0
-    share_fate = True
+    death = (BrokenProcessPool,)
 
     def __init__(self, work: Work, count: int) -> None:
-        self.count = count
-        self._work = work
-        self._pool = self._started()
-
-    def _started(self) -> ProcessPoolExecutor:
-        for name in _THREADS:
-            os.environ.setdefault(name, "1")
         if sys.flags.ignore_environment and not sys.flags.safe_path:
             raise InputError(
                 f"python -E ignores {_SAFE_PATH}, so processes would import from the current folder; give "
                 "python -P, too, or --jobs 1"
             )
+        for name in _THREADS:
+            os.environ.setdefault(name, "1")
+        self.count, self._work = count, work
+        self._pool = self._started()
+
+    def _started(self) -> ProcessPoolExecutor:
         with _safe_path():  # the pool's locks start a process, too, which keeps account of them
             return ProcessPoolExecutor(
                 self.count, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._work,)
             )
 
-    def submit(self, items: Sequence[int]) -> "Future[Done]":
+    def submit(self, items: tuple[int, ...]) -> "Future[Computed]":
         """Begin a chunk; this starts a process where one is missing."""
         with _uninterrupted(), _safe_path():
+            if self._pool._broken:
+                self.close()
+                self._pool = self._started()
             try:
-                future = self._pool.submit(_compute_here, tuple(items))
+                future = self._pool.submit(_compute_here, items)
             except (BrokenProcessPool, OSError, ValueError):  # the last two of a process that was to start
                 if not self._pool._broken:
                     raise
             else:
                 if not self._pool._broken:
                     return future
-            lost: Future[Done] = Future()  # a chunk before this one has just killed its process
+            lost: Future[Computed] = Future()  # a chunk before this one has just killed its process
             lost.set_exception(BrokenProcessPool("a process of the pool has just died"))
             return lost
-
-    def died(self, error: BaseException) -> bool:
-        """Whether a process was killed."""
-        return isinstance(error, BrokenProcessPool)
-
-    def renew(self) -> None:
-        """Start new processes in place of a pool with a dead one."""
-        self.close()
-        self._pool = self._started()
 
     def close(self) -> None:
         """End the processes at once; nobody waits any more for what they are computing."""
@@ -204,6 +205,6 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _compute_here(items: tuple[int, ...]) -> Done:
+def _compute_here(items: tuple[int, ...]) -> Computed:
     """A chunk in a worker process."""
     return compute(_WORK[0], items)

@@ -119,20 +119,13 @@ class WorkspaceStudy:
         return np.vstack([np.zeros(3), joints])
 
     def arrays(self, rows: Sequence[Sequence[Any]]) -> dict[str, FloatArray]:
-        """The rows of a results file as arrays: ``places``, each measure, (P, nv + 1), and each count, (P,).
-
-        Args:
-            rows: As ``ResultsFile.table`` returns them, the number of the start first.
-        """
+        """The rows of a results file as arrays: ``places``, measures, (P, nv + 1) each, counts, (P,) each."""
         table = np.array(rows, dtype=np.float64).reshape(len(rows), 1 + len(self.columns))[:, 1:]
-        dimensions, width = self.places.shape[1], self.robot.nv + 1
-        found = {"places": table[:, :dimensions]}
-        for k, name in enumerate(MEASURES):
-            at = dimensions + k * width
-            found[name] = table[:, at : at + width]
-        for k, name in enumerate(COUNTS):
-            found[name] = table[:, dimensions + len(MEASURES) * width + k]
-        return found
+        width = self.robot.nv + 1
+        ends = np.cumsum([self.places.shape[1], *[width] * len(MEASURES), *[1] * len(COUNTS)])
+        places, *parts = np.split(table, ends[:-1], axis=1)
+        found = dict(zip((*MEASURES, *COUNTS), parts, strict=True))
+        return {"places": places} | found | {name: found[name][:, 0] for name in COUNTS}
 
 
 def load_study(source: str, overrides: Iterable[str] = ()) -> WorkspaceStudy:

@@ -113,4 +113,4 @@ def _rows(robot: Robot) -> Any:
 def _player(setup: Setup) -> Player:
     mean = setup.tables.simulation.feed_forward == "mean"
     leader = SessionLeader(setup.planner, setup.path, setup.follower, mean=mean)
-    return Player(planner=setup.planner, leader=leader, plant=setup.plant, sensors=setup.sensors)
+    return Player(setup.planner, leader, setup.plant, setup.sensors)

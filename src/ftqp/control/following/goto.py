@@ -77,6 +77,12 @@ class GoTo:
     Source: docs/theory/ways-to-a-goal.md.
     """
 
+    __slots__ = (
+        "_aim", "_belief", "_best", "_joints", "_least", "_nearest", "_only_the_tip", "_planner",
+        "_pose", "_rotation_tolerance", "_settling", "_since", "_slow", "_status", "_stopped",
+        "_there", "_ticks", "_tip", "_tolerance", "_turned_back", "_view",
+    )  # fmt: skip
+
     planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
     pose: Fixed[FloatArray] = Fixed("_pose", "Where the tip shall rest, (4, 4); read-only.", MADE)
 

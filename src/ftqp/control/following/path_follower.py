@@ -62,6 +62,12 @@ class PathFollower:
     Source: Bedrossian 1993, extended in ``docs/theory/path-progress.md``.
     """
 
+    __slots__ = (
+        "_below", "_blockage", "_duration", "_lead", "_mean", "_path", "_pattern", "_planner",
+        "_rate", "_share", "_stall", "_stalled", "_standing", "_state", "_stood", "_stood_at",
+        "_target",
+    )  # fmt: skip
+
     planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
     path: Fixed[Path] = Fixed("_path", "What the tip follows, in its own time.", MADE)
     stall: Fixed[StallEscape | None] = Fixed(

@@ -60,6 +60,8 @@ class TargetFollower:
     Source: docs/theory/ways-to-a-goal.md.
     """
 
+    __slots__ = ("_age", "_dead_man", "_led", "_nowhere", "_planner", "_stamp", "_status", "_turns", "_twist")
+
     planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
 
     def __init__(self, planner: Planner, limits: TipLimits | None = None, *, dead_man: float = 0.2) -> None:

@@ -143,6 +143,8 @@ class InertialTask:
     Source: Holt and Desrochers 1994; ``docs/theory/moving-base.md`` says what differs.
     """
 
+    __slots__ = ("_base", "_base_pose", "_error", "_gain", "_lead", "_planner", "_setpoint", "_state")
+
     planner: Fixed[Planner] = Fixed("_planner", "The planner that is led.", MADE)
     base: Fixed[MovingBase] = Fixed("_base", "What is known of the base.", MADE)
     gain: Fixed[float] = Fixed("_gain", "The share of the error that one step removes.", MADE)
@@ -211,8 +213,7 @@ class InertialTask:
     @property
     def observed_twist(self) -> FloatArray:
         """Twist of the tip by the base for the coming sample, known or observed, (6,) along I."""
-        result: FloatArray = self._state.twist
-        return result
+        return seen(self._state.twist)
 
     def reset(self, q: Any, v: Any = None) -> None:
         """Begin at (q, v), as ``Planner.reset`` does; what is known of the base is forgotten.

@@ -28,6 +28,8 @@ class Circle(Path):
         turns: How many times round, n, > 0, without unit; it need not be whole.
     """
 
+    __slots__ = ("_angle", "_basis", "_law")
+
     def __init__(
         self,
         start: Any,

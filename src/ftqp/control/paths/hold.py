@@ -19,6 +19,8 @@ class Hold(Path):
         duration: How long the pose is held, > 0 [s].
     """
 
+    __slots__ = ()
+
     def __init__(self, start: Any, *, duration: float) -> None:
         super().__init__(start, duration)
 

@@ -24,6 +24,8 @@ class Line(Path):
             rest ask for higher peak speeds than ``constant``, which jumps.
     """
 
+    __slots__ = ("_displacement", "_law")
+
     def __init__(
         self,
         start: Any,

@@ -29,6 +29,8 @@ class Lissajous(Path):
         axes: The directions a and b in W, perpendicular to each other.
     """
 
+    __slots__ = ("_basis", "_frequency", "_law", "_phase")
+
     def __init__(
         self,
         start: Any,

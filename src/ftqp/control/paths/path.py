@@ -59,6 +59,8 @@ class Path(ABC):
         duration: How long the motion lasts, > 1e-9 and at most 1e9 [s].
     """
 
+    __slots__ = ("_duration", "_start")
+
     def __init__(self, start: Any, duration: float) -> None:
         self._start: FloatArray = frozen(pose(start, "start pose of the path"))
         self._duration = positive("duration of the path", duration, "s")

@@ -27,6 +27,8 @@ class PointToPoint(Path):
             rest ask for higher peak speeds than ``constant``, which jumps.
     """
 
+    __slots__ = ("_displacement", "_first", "_law", "_turn")
+
     def __init__(
         self,
         start: Any,

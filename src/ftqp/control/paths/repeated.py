@@ -27,6 +27,8 @@ class Repeated(Path):
         closed: Whether the path ends where it begins.
     """
 
+    __slots__ = ("_path", "closed", "lap")
+
     def __init__(self, path: Path, laps: float) -> None:
         self.closed = is_closed(path)
         self.lap = path.duration * (1.0 if self.closed else 2.0)
@@ -56,6 +58,8 @@ class Backwards(Path):
     Args:
         path: What is turned round.
     """
+
+    __slots__ = ("_path",)
 
     def __init__(self, path: Path) -> None:
         super().__init__(path.sample(path.duration).pose[0], path.duration)

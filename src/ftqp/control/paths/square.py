@@ -26,8 +26,11 @@ class Square(Path):
             begin and end at rest ask for higher peak speeds than ``constant``, which jumps.
         axes: The directions a and b in W, perpendicular to each other.
 
-    Source: the square task of Jin et al. 2017, with each side at rest at its corners (``docs/jin2017.md``).
+    Source: the square task of Jin et al. 2017, with each side at rest at its corners
+    (``docs/evidence/jin2017.md``).
     """
+
+    __slots__ = ("_basis", "_law")
 
     def __init__(
         self,

@@ -38,6 +38,8 @@ class Waypoints(Path):
             first waypoint at time 0 is not the start.
     """
 
+    __slots__ = ("_knots", "_position", "_rotation")
+
     def __init__(
         self,
         start: Any,

@@ -8,8 +8,9 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive, by_name
 from ftqp.control.drive.noise import Noise
+from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.status import STOP_REASONS
-from ftqp.core.checks import FloatArray, positive
+from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import AS_TOLD, DriveKind, StopReason
@@ -33,6 +34,11 @@ class ArmLoop:
         self._joints = tuple(joints)
         self._speed = self._caution = 1.0
 
+    @property
+    def stage(self) -> Stage:
+        """Its part in a planner's life."""
+        return Stage(begin=lambda *_: self.forget())
+
     def forget(self) -> None:
         """After a reset no stop is latched and nothing is known of the arm but the given state."""
         self._release()
@@ -42,8 +48,9 @@ class ArmLoop:
 
     def _release(self) -> None:
         watch = self._session.K.watch
-        watch.latched = watch.stopped = watch.reason = watch.rising = watch.fallbacks = 0
+        watch.stopped = watch.rising = watch.fallbacks = 0
         watch.last_position_error = watch.last_rotation_error = np.inf
+        watch.latched = watch.reason = 0  # the last thing, so that whoever is interrupted has still stopped
 
     def stop(self) -> None:
         """Latch a stop."""
@@ -56,10 +63,10 @@ class ArmLoop:
         feedback = self._session.K.feedback
         if feedback.lost.any():
             return False
-        self._release()
         feedback.waited = feedback.late = feedback.up = feedback.spent_elsewhere = 0.0
         feedback.far = feedback.stored = feedback.until_stored = 0
         feedback.spent[:] = 0.0
+        self._release()
         return True
 
     @property
@@ -69,9 +76,7 @@ class ArmLoop:
 
     @speed.setter
     def speed(self, share: float) -> None:
-        if not 0.0 < positive("speed", share) <= 1.0:
-            raise InputError(f"speed is {share:g}, expected a share of full speed in (0, 1]")
-        self._speed = float(share)
+        self._speed = share
         self._session.K.feedback.speed = self._speed * self._caution
 
     @property

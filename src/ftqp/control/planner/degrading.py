@@ -1,9 +1,10 @@
 """Degrading: rows of the task are given up, set by set, where the task stays infeasible."""
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Final, final
 
+from ftqp.control.planner.stages import CLOCK, Stage
 from ftqp.control.task.task import ROW_SETS
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import OK, RELAXED, SCALED
@@ -36,21 +37,17 @@ class Degrading:
         self._most = round(PATIENCE / float(K.state.dt))
         self._late = 0
 
-    def watched(self, tick: Callable[..., int]) -> Callable[..., int]:
-        """A tick whose statuses are seen by ``see``."""
+    @property
+    def stage(self) -> Stage:
+        """Its part in a planner's life."""
+        return Stage(ticks=(CLOCK,), after=self.see, begin=lambda *_: self.restore())
 
-        def watched(q: Any, v: Any, packed: Any, row: int) -> int:
-            code = tick(q, v, packed, row)
-            self.see(code)
-            return code
-
-        return watched
-
-    def see(self, code: int) -> None:
+    def see(self, code: int, _inputs: tuple[Any, ...] = ()) -> None:
         """Count a tick, and give up the next rows when it is time.
 
         Args:
             code: The tick's status.
+            _inputs: What the step was given, which does not matter here.
         """
         task = self._task
         if code == RELAXED and self._cascade.missed:

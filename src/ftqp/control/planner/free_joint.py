@@ -1,12 +1,13 @@
 """FreeJoint: the ticks of a planner one of whose joints swings freely, and what is said of it."""
 
 import logging
-from collections.abc import Callable
 from math import ceil, isfinite
 from typing import Any, NamedTuple, final
 
 from ftqp.control.first_use import warm_up
 from ftqp.control.planner.degrading import Degrading
+from ftqp.control.planner.stages import FREE, Stage, Tick
+from ftqp.faults.belief import Belief
 from ftqp.kernel.entry.session import FreeMemory, PathMemory, Session
 from ftqp.kernel.layout.enums import ARREST, DECIDE, FOLLOW, HOLD, STOPPED, TARGET_HAS_ROTATION, Kept
 from ftqp.model.robot import Robot
@@ -62,25 +63,34 @@ class Impact(NamedTuple):
 
 @final
 class FreeJoint:
-    """The compiled tick for an arm with a free-swinging joint.
+    """The compiled tick for an arm with a free-swinging joint, from when one is believed in.
 
     Args:
-        session: The planner's.
+        session: The planner's, solved by a QP.
         robot: The arm.
         allowed: Which sets of rows may be kept.
     """
 
     def __init__(self, session: Session, robot: Robot, allowed: tuple[str, ...]) -> None:
-        warm_up(("step_free",), session.capacity)
         self._session, self._joints = session, robot.joints
         self._parts = {name: session.field(*place) for name, place in PLACES.items()}
-        self._memory = FreeMemory(session.capacity)
-        self._tick: Callable[..., int] = session.bind("step_free", self._memory.memory)
         self._bits = sum(1 << KEPT_OF[name] for name in allowed)
         self._external = int(session.K.cascade.external)
         self._degrading = Degrading(session, allowed)
+        self._tick: Tick | None = None
         self._said: Any = None
         self._on = False
+
+    @property
+    def stage(self) -> Stage:
+        """Its part in a planner's life."""
+        restore = self._degrading.restore
+        return Stage(ticks=(FREE,), after=self.tell, believe=self.believe, begin=lambda *_: restore())
+
+    @property
+    def tick(self) -> Tick | None:
+        """The tick beside the joint; None while no joint is believed to swing freely."""
+        return self._tick if self._on else None
 
     @property
     def leads(self) -> bool:
@@ -98,16 +108,25 @@ class FreeJoint:
         leader.path.rate = 0.0
         return None if task.uses_rotation and not target[TARGET_HAS_ROTATION] else target
 
-    def begin(self) -> None:
-        """From the next tick on the arm has a free-swinging joint, or another one than before."""
+    def believe(self, belief: Belief) -> None:
+        """From the next tick on the arm has a free-swinging joint, another one than before, or none."""
+        if belief.needs_dynamics:
+            self._begin()
+        elif self._on:
+            self._end()
+
+    def _begin(self) -> None:
+        if self._tick is None:
+            warm_up(("step_free",), self._session.capacity)
+            self._memory = FreeMemory(self._session.capacity)
+            self._tick = self._session.bind("step_free", self._memory.memory)
         K = self._session.K
         K.free.joint, K.free.allowed = -1, self._bits
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
         K.cascade.external = 0
         self._on, self._said = True, None
 
-    def end(self) -> None:
-        """From the next tick on it has none."""
+    def _end(self) -> None:
         K = self._session.K
         K.free.joint, K.free.impact_side = -1, 0
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
@@ -115,13 +134,13 @@ class FreeJoint:
         self._degrading.restore()
         self._on = False
 
-    def restore(self) -> None:
-        """The whole task again, where rows have been given up."""
-        self._degrading.restore()
+    def tell(self, code: int, _inputs: tuple[Any, ...]) -> None:
+        """Log a change of what the operator should know after a tick.
 
-    def tick(self, q: Any, v: Any, packed: Any, row: int) -> int:
-        """A tick; a change of what the operator should know is logged."""
-        code = self._tick(q, v, packed, row)
+        Args:
+            code: The tick's status or mistake.
+            _inputs: What the step was given, which does not matter here.
+        """
         parts = self._parts
         if parts["free_mode"][0] == FOLLOW:
             self._degrading.see(code)
@@ -131,7 +150,6 @@ class FreeJoint:
             sentence = notice(parts, self._joints)
             if sentence is not None:
                 _LOG.warning(sentence)
-        return code
 
 
 def impact(parts: Any) -> Impact | None:

@@ -12,25 +12,23 @@ from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.closed_loop import Blocks
 from ftqp.control.planner.degrading import Degrading
-from ftqp.control.planner.fault_response import FaultResponse
 from ftqp.control.planner.filling import filled
-from ftqp.control.planner.fitting import Fitting
 from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import converted_tick, is_row, measured_tick, mistake, not_a_target
 from ftqp.control.planner.lead import Lead
-from ftqp.control.planner.leading_plan import LeadingPlan
+from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading
 from ftqp.control.planner.one_thread import OneThread, guarded
-from ftqp.control.planner.plan_leading import PlanLeading
 from ftqp.control.planner.planner_changes import PlannerChanges
-from ftqp.control.planner.probing import probing_of
-from ftqp.control.planner.rest_log import Rest
+from ftqp.control.planner.response.fault_response import FaultResponse
+from ftqp.control.planner.response.probing import probing_of
 from ftqp.control.planner.settings import settled
 from ftqp.control.planner.solver.qp_solver import IN_KERNEL, Solver
-from ftqp.control.planner.start import StartWatch
+from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
+from ftqp.control.planner.start import Rest, StartWatch
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.step_parts import Said
 from ftqp.control.planner.target import Target, Targets
-from ftqp.control.planner.wanted import Wanted
+from ftqp.control.planner.wanted import Fitting, Wanted
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
@@ -82,7 +80,7 @@ class Planner(PlannerChanges):
         ModelError: The robot cannot be driven safely.
     """
 
-    __slots__ = ("_at_rest", "_rest", "_said")
+    __slots__ = ("_at_rest", "_free", "_ordinary", "_rest", "_said", "_solver", "_timing")
 
     def __init__(
         self,
@@ -110,7 +108,7 @@ class Planner(PlannerChanges):
             torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
             noise=noise, plan=plan,
         )  # fmt: skip
-        robot, self._inside, self._start = given.robot, OneThread(), StartWatch()
+        robot, self._inside = given.robot, OneThread()
         self._session = filled(
             robot, given.task, given.criterion, given.bounds, emergency,
             level=level, dt=given.dt, drive=given.drive, noise=given.noise,
@@ -129,22 +127,32 @@ class Planner(PlannerChanges):
         )
         self._rest, self._timing = Rest(self._session), timing
         self._at_rest = np.zeros(robot.nv)
-        self._free: FreeJoint | None = None
+        kept = given.task.kept_sets
+        self._free = FreeJoint(self._session, robot, kept) if self._solver.has_qp else None
         degrades = given.task.degrade is not None and self._solver.sizes_may_change
-        self._degrading = Degrading(self._session, given.task.kept_sets) if degrades else None
+        degrading = Degrading(self._session, kept) if degrades else None
         self._leading = None if given.plan is None else PlanLeading(given.plan, self._session, robot)
-        self._fault_response: FaultResponse | None = None
+        self._fault_response = None
         if detector is not None:
             self._fault_response = FaultResponse(
                 detector, self._session, robot, given.drive, given.noise, self._loop, self._believe,
                 self._disbelieve, probing_of(self._session, given, detector),
             )  # fmt: skip
-        tick = self._solver.tick("clock")
-        parts = [part for part in (self._degrading, self._leading, self._fault_response) if part is not None]
-        for part in parts:
-            tick = part.watched(tick)
-        self._ordinary = tick, None if timing or parts or not self._solver.is_compiled else tick
+        parts = (
+            self._loop, self._solver, self._leading, degrading, self._free, StartWatch(self._session.K),
+            self._fault_response,
+        )  # fmt: skip
+        self._stages = tuple(part.stage for part in parts if part is not None)
+        self._ordinary = self._solver.tick(CLOCK)
         self._heal()
+
+    def _ticks(self) -> tuple[Tick, Tick | None]:
+        free = None if self._free is None else self._free.tick
+        if free is not None:
+            return staged(free, FREE, self._stages), None
+        tick = staged(self._ordinary, CLOCK, self._stages)
+        alone = tick is self._ordinary and self._solver.is_compiled and not self._timing
+        return tick, tick if alone else None
 
     def stop(self) -> None:
         """Brake every healthy joint from the next step on and hold it, until ``resume`` or ``reset``."""
@@ -214,10 +222,7 @@ class Planner(PlannerChanges):
         """
         kind = {PathMemory: "path", BaseMemory: "base", JointsMemory: "joints"}[type(leader)]
         refuse(leader=kind, level=self.level, mode=self.task.mode)
-        tick = self._solver.tick(kind, *leader.arguments())
-        for part in (self._leading, self._fault_response):
-            tick = tick if part is None else part.watched(tick)
-
+        tick = staged(self._solver.tick(kind, *leader.arguments()), kind, self._stages)
         path = leader if isinstance(leader, PathMemory) else None
 
         def step(q: Any, v: Any, target: tuple[Any, ...], tau: Any, tip: Any) -> Step:

@@ -6,6 +6,7 @@ the kernel and the planner's parts make of it is derived from it, as often as it
 meanwhile, by an exception at any line, leaves the rest to the next call.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -14,45 +15,30 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.planner.braking_reserve import braking_reserve, count_on
-from ftqp.control.planner.degrading import Degrading
-from ftqp.control.planner.fitting import Fitting, warn_of_weight
-from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.one_thread import OneThread, guarded
 from ftqp.control.planner.planner_facts import PlannerFacts
-from ftqp.control.planner.solver.qp_solver import Solver
-from ftqp.control.planner.start import StartWatch
+from ftqp.control.planner.stages import Stage, Tick
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.wanted import Start, Wanted
-from ftqp.core.checks import array, frozen
+from ftqp.control.planner.wanted import Fitting, Start, Wanted, warn_of_weight
+from ftqp.core.checks import array, frozen, positive
 from ftqp.core.errors import InputError
-from ftqp.faults.belief import Belief
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.record import load_chain
 from ftqp.model.payload import Payload
 
-Tick = Callable[..., int]
 
-
-class PlannerChanges(PlannerFacts):
+class PlannerChanges(PlannerFacts, ABC):
     """Starts, faults, loads and tools, each of which a planner is told as a whole."""
 
-    __slots__ = (
-        "_adopted", "_begin", "_degrading", "_fast", "_free", "_inside", "_ordinary", "_out", "_solver",
-        "_start", "_step_arm", "_tick", "_timing",
-    )  # fmt: skip
+    __slots__ = ("_adopted", "_begin", "_fast", "_inside", "_out", "_stages", "_step_arm", "_tick")
     _adopted: Wanted | None
     _begin: Tick | None
-    _degrading: Degrading | None
     _fast: Tick | None
-    _free: FreeJoint | None
     _inside: OneThread
-    _ordinary: tuple[Tick, Tick | None]
     _out: Step
-    _solver: Solver
-    _start: StartWatch
+    _stages: tuple[Stage, ...]
     _step_arm: Fitting
     _tick: Tick
-    _timing: bool
 
     @guarded("reset")
     def reset(self, q: Any, v: Any = None) -> None:
@@ -150,6 +136,23 @@ class PlannerChanges(PlannerFacts):
             raise InputError("the planner follows a plan of another tip; plan for robot.with_tip(T) instead")
         self._change(lambda wanted: replace(wanted, fitting=wanted.fitting.holding(T)))
 
+    @property
+    def speed(self) -> float:
+        """How fast the arm is led, in (0, 1] of full speed; it may be changed at every step.
+
+        A smaller number slows the path of a ``PathFollower`` down, and the way of a ``GoTo`` or a
+        ``TargetFollower`` by as much, an operator's twist included. Targets that the user's own clock gives
+        to ``step`` are not changed by it.
+        """
+        return self._wanted.speed
+
+    @speed.setter
+    @guarded("speed")
+    def speed(self, share: float) -> None:
+        if not 0.0 < positive("speed", share) <= 1.0:
+            raise InputError(f"speed is {share:g}, expected a share of full speed in (0, 1]")
+        self._change(lambda wanted: replace(wanted, speed=float(share)))
+
     def _believe(self, fault: Fault) -> None:
         """Believe a fault that the detector has found, and let it look at the other joints."""
         told = self._fault_response
@@ -192,15 +195,22 @@ class PlannerChanges(PlannerFacts):
             self._mount(wanted.fitting)
         if before is None or before.belief is not wanted.belief:
             wanted.belief.write(K.limits, K.faults, None if before is None else before.belief)
-            self._adopt_belief(wanted.belief)
+            K.limits.dynamic = self._given.dynamic or wanted.belief.needs_dynamics
+            K.qp.warm = K.watch.stopped = 0
+            for stage in self._stages:
+                if stage.believe is not None:
+                    stage.believe(wanted.belief)
+            self._tick, self._fast = self._ticks()
         if before is None or before.belief is not wanted.belief or before.reserve is not wanted.reserve:
             given, needed = self._given, wanted.belief.needs_dynamics
             count_on(
                 wanted.reserve, K.limits, wanted.fitting.robot.nv,
                 level=given.level, on_demand=given.on_demand and not needed,
             )  # fmt: skip
+        if before is not None and before.speed != wanted.speed:
+            self._loop.speed = wanted.speed
         if wanted.start is not None and (before is None or before.start is not wanted.start):
-            self._begin_at(wanted.start)
+            self._begin_at(wanted.start, wanted)
         if wanted.then is not None:
             wanted.then()
         self._adopted = wanted
@@ -211,10 +221,11 @@ class PlannerChanges(PlannerFacts):
             self._out.leave_arm()
             self._step_arm = fitting
         load_chain(self._session.K, **fitting.robot.chain.constants())
-        if self._fault_response is not None:
-            self._fault_response.detector.fit(fitting.robot)
+        for stage in self._stages:
+            if stage.mount is not None:
+                stage.mount(fitting.robot)
 
-    def _begin_at(self, start: Start) -> None:
+    def _begin_at(self, start: Start, wanted: Wanted) -> None:
         """Forget everything but what is believed."""
         K, n = self._session.K, len(start.q)
         state = K.state
@@ -223,34 +234,11 @@ class PlannerChanges(PlannerFacts):
         K.gate.v[:n] = state.v_command[:n] = state.v[:n] = start.v
         state.a_command[:n] = 0.0
         K.criteria.posture[:n] = start.q if self._given.posture is None else self._given.posture
-        if self._leading is not None:
-            self._leading.begin(start.q, self.faults)
-        self._loop.forget()
         K.qp.warm, state.ticks, state.is_reset = 0, 0, 1
-        self._solver.forget()
-        if self._degrading is not None:
-            self._degrading.restore()
-        if self._free is not None:
-            self._free.restore()
-        self._start.look(self.robot, K, start.q)
-        if self._fault_response is not None:
-            self._fault_response.reset(start.q)
+        for stage in self._stages:
+            if stage.begin is not None:
+                stage.begin(start, wanted)
 
-    def _adopt_belief(self, belief: Belief) -> None:
-        """What follows from the belief: dynamics, a cold start, a new look at rest, who makes the tick."""
-        K, response = self._session.K, self._fault_response
-        K.limits.dynamic = self._given.dynamic or belief.needs_dynamics
-        K.qp.warm = K.watch.stopped = 0
-        self._solver.forget()
-        if self._leading is not None and K.state.is_reset:
-            self._leading.believe(K.gate.q[: self.robot.nv].copy(), belief.faults)
-        tick, fast = self._ordinary
-        if belief.needs_dynamics and self._solver.has_qp:
-            if self._free is None:
-                self._free = FreeJoint(self._session, self.robot, self._given.task.kept_sets)
-            self._free.begin()
-            tick = self._free.tick if response is None else response.watched(self._free.tick)
-            fast = None
-        elif self._free is not None:
-            self._free.end()
-        self._tick, self._fast = tick, fast
+    @abstractmethod
+    def _ticks(self) -> tuple[Tick, Tick | None]:
+        """The tick whose targets come with a step, and the same where nothing else has a part in it."""

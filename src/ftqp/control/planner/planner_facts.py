@@ -3,10 +3,9 @@
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
-from ftqp.control.planner.fault_response import FaultResponse
-from ftqp.control.planner.leading_plan import LeadingPlan, Remaining
-from ftqp.control.planner.plan_leading import PlanLeading
+from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
 from ftqp.control.planner.planner_view import PlannerView
+from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.wanted import Wanted
 from ftqp.control.task.bounds import Bounds
@@ -57,11 +56,30 @@ class PlannerFacts:
     )
     drive: Fixed[Drive] = Fixed("_given.drive", "What the arm takes.", ANEW)
     noise: Fixed[Noise] = Fixed("_given.noise", "How noisy the measurements are.", ANEW)
-
-    @property
-    def backend(self) -> str:
-        """Name of the solver."""
-        return self._given.backend
+    backend: Fixed[str] = Fixed("_given.backend", "Name of the solver.", ANEW)
+    plan: Fixed[LeadingPlan | None] = Fixed(
+        "_given.plan", "What leads the null space; None without one.", ANEW
+    )
+    faults: Fixed[dict[str, Fault]] = Fixed(
+        "_wanted.belief.faults",
+        "The faults believed now, by joint name; a copy.",
+        "planner.report(fault) believes one more, planner.withdraw(joint) one less",
+    )
+    payload: Fixed[Payload | None] = Fixed(
+        "_wanted.fitting.payload",
+        "The load that is carried beside the robot's own bodies; None is none.",
+        "planner.carry(payload) mounts a load, planner.carry(None) puts it down",
+    )
+    stopped_because: Fixed[str | None] = Fixed(
+        "_loop.stopped_because",
+        "Why a stop is latched, in a sentence that names the joint; None while none is.",
+        "planner.stop() stops the arm, planner.resume() lets it go on",
+    )
+    pace: Fixed[float] = Fixed(
+        "_loop.pace",
+        "How fast the arm is led now, in (0, 1]: ``speed``, less what a detector's suspicion takes of it.",
+        "planner.speed = share asks for another one",
+    )
 
     @property
     def task_rows(self) -> tuple[str, ...]:
@@ -75,46 +93,12 @@ class PlannerFacts:
         return int(self._session.K.state.ticks) - 1
 
     @property
-    def faults(self) -> dict[str, Fault]:
-        """The faults believed now, by joint name."""
-        return self._wanted.belief.faults
-
-    @property
-    def stopped_because(self) -> str | None:
-        """Why a stop is latched, in a sentence that names the joint; None while none is."""
-        return self._loop.stopped_because
-
-    @property
-    def speed(self) -> float:
-        """How fast the arm is led, in (0, 1] of full speed; it may be changed at every step.
-
-        A smaller number slows the path of a ``PathFollower`` down, and the way of a ``GoTo`` or a
-        ``TargetFollower`` by as much, an operator's twist included. Targets that the user's own clock gives
-        to ``step`` are not changed by it.
-        """
-        return self._loop.speed
-
-    @speed.setter
-    def speed(self, share: float) -> None:
-        self._loop.speed = share
-
-    @property
-    def pace(self) -> float:
-        """How fast the arm is led now, in (0, 1]: ``speed``, less what a detector's suspicion takes of it."""
-        return self._loop.pace
-
-    @property
     def disturbance(self) -> FloatArray:
         """Torque that acts on the joints beside the model, as observed, (nv,) [N m or N]; a copy.
 
         It is known of a torque arm only, 0 for failed joints, and NaN with another drive.
         """
         return self._loop.disturbance
-
-    @property
-    def payload(self) -> Payload | None:
-        """The load that is carried beside the robot's own bodies; None is none."""
-        return self._wanted.fitting.payload
 
     @property
     def diagnosis(self) -> Diagnosis | None:
@@ -133,11 +117,6 @@ class PlannerFacts:
     def session(self) -> Session:
         """A copy of all that the planner knows, for studies of what is in it."""
         return self._session.copy()
-
-    @property
-    def plan(self) -> LeadingPlan | None:
-        """What leads the null space; None without one."""
-        return self._given.plan
 
     @property
     def plan_time(self) -> float | None:

@@ -9,12 +9,11 @@ import numpy as np
 
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
-from ftqp.control.planner.accepted_robot import accepted
 from ftqp.control.planner.arm_loop import accepted_drive
 from ftqp.control.planner.filling import LEVELS
-from ftqp.control.planner.fitting import warn_of_rotors
 from ftqp.control.planner.leading_plan import LeadingPlan, plan_for
 from ftqp.control.planner.solver.qp_solver import IN_KERNEL, NETWORK
+from ftqp.control.planner.wanted import warn_of_rotors
 from ftqp.control.task import bounds as bound_conversions
 from ftqp.control.task import schemes
 from ftqp.control.task.bounds import Bounds
@@ -24,7 +23,8 @@ from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, array, frozen, instance, positive
-from ftqp.core.errors import InputError, nearest
+from ftqp.core.errors import InputError, ModelError, nearest
+from ftqp.kernel.layout.enums import JOINTS
 from ftqp.kernel.layout.rows import has_rows_beside_torque
 from ftqp.model.branch import within_branch
 from ftqp.model.robot import Robot
@@ -180,3 +180,29 @@ def _refuse_plan(scheme: Scheme | Resolver, criterion: Any, posture: FloatArray 
         )
     if posture is not None:
         raise InputError("posture and plan both say where the null space leads; leave one of them out")
+
+
+EXAMPLE = 'ftqp.robots.load("panda")'
+
+
+def accepted(robot: Robot) -> Robot:
+    """The robot, if a planner can drive it.
+
+    Raises:
+        InputError: This is no robot.
+        ModelError: It has too many joints, or no acceleration limits.
+    """
+    instance("robot", robot, Robot, f"an ftqp.Robot, for example {EXAMPLE} or ftqp.Robot.from_urdf(file)")
+    if robot.nv > JOINTS:
+        raise ModelError(
+            f"{robot.name} has {robot.nv} joints between base and tip; ftqp drives at most {JOINTS}"
+        )
+    endless = [j for j, a in zip(robot.joints, robot.limits.a_max, strict=True) if not np.isfinite(a)]
+    if endless:
+        missing = "a_max" if np.isfinite(robot.limits.v_max).all() else "v_max"
+        says = "acceleration limit" if missing == "a_max" else "velocity limit, and so no acceleration limit,"
+        raise ModelError(
+            f"{robot.name} has no {says} on {', '.join(endless)}; braking needs one: "
+            f"robot.with_limits({missing}=...)"
+        )
+    return robot

@@ -1,12 +1,15 @@
-"""What is to be said of the posture from which a planner begins: singular, too heavy, not redundant."""
+"""What the log says of the posture where a planner begins, and of an arm that holds short of its target."""
 
 import logging
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
-from ftqp.control.planner.fitting import weight_sentence
+from ftqp.control.planner.stages import Stage
+from ftqp.control.planner.step import Step
+from ftqp.control.planner.wanted import weight_sentence
 from ftqp.core.checks import FloatArray
+from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import HEALTHY
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.chain import frame_id
@@ -17,20 +20,28 @@ _LOG = logging.getLogger("ftqp")
 
 
 class StartWatch:
-    """Says once of a start what is wrong with it, as one warning on the logger ``ftqp``."""
+    """Says once of a start what is wrong with it, as one warning on the logger ``ftqp``.
 
-    def __init__(self) -> None:
-        self._said = ""
+    Args:
+        K: The planner's rooms: its task, and what it believes of the joints.
+    """
 
-    def look(self, robot: Robot, K: Any, q: FloatArray) -> None:
+    def __init__(self, K: Any) -> None:
+        self._K, self._said = K, ""
+
+    @property
+    def stage(self) -> Stage:
+        """Its part in a planner's life."""
+        return Stage(begin=lambda start, told: self.look(told.fitting.robot, start.q))
+
+    def look(self, robot: Robot, q: FloatArray) -> None:
         """Warn of a start that is not what it seems; the warning of the start before is not repeated.
 
         Args:
             robot: The arm as it is fitted.
-            K: The planner's rooms: its task, and what it believes of the joints.
             q: Joint positions, (nv,) [rad or m].
         """
-        sentence = "; ".join(_sentences(robot, K, q))
+        sentence = "; ".join(_sentences(robot, self._K, q))
         if sentence and sentence != self._said:
             _LOG.warning("%s: %s", robot.name, sentence)
         self._said = sentence
@@ -62,3 +73,35 @@ def _sentences(robot: Robot, K: Any, q: FloatArray) -> list[str]:
             "costs a direction; follow fewer rows, Task(rows=...), if the work allows it"
         )
     return found
+
+
+@final
+class Rest:
+    """Says when the arm begins and ends to hold, once each.
+
+    Args:
+        session: The planner's.
+
+    Attributes:
+        held: Whether the arm held when this was last asked.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._holding = session.field("calm", "holding")
+        self.held = False
+
+    def tell(self, step: Step) -> None:
+        """Log a change.
+
+        Args:
+            step: The last step.
+        """
+        held = bool(self._holding[0])
+        if held == self.held:
+            return
+        self.held = held
+        if held:
+            turned = f" and {step.rotation_error:.3g} rad" if step.rotation_error > 0.0 else ""
+            _LOG.info("holding, out of reach by %.3g mm%s", 1e3 * step.position_error, turned)
+        else:
+            _LOG.info("no longer holding: the target, the working joints or the place of the arm has changed")

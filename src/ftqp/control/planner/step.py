@@ -7,18 +7,27 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ftqp.control.first_use import warm_up
-from ftqp.control.planner.causes import obstacles, outside, unreached, without_bound
-from ftqp.control.planner.certificate import Certificate, Obstacle
+from ftqp.control.planner.certificate import (
+    Certificate,
+    Obstacle,
+    obstacles,
+    outside,
+    unreached,
+    without_bound,
+)
 from ftqp.control.planner.free_joint import Impact, impact, notice
 from ftqp.control.planner.status import STATUSES, StepStatus
-from ftqp.control.planner.step_facts import Measures, QPReport, Reference, measures_of
 from ftqp.control.planner.step_parts import (
     JOINTS_ONLY,
     PLACES_OF_A_STEP,
     RESIDUALS,
     ArmOfSteps,
     KeptParts,
+    Measures,
+    QPReport,
+    Reference,
     Said,
+    measures_of,
 )
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.kernel.entry.session import Session

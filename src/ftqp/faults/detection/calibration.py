@@ -8,7 +8,7 @@ from typing import Any, Self, final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, is_number
+from ftqp.core.checks import FloatArray, array, is_number, read_only
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import Residual
 
@@ -61,6 +61,9 @@ class Calibration:
     rate_low: float
     rate_high: float
     extrapolated: bool
+
+    def __post_init__(self) -> None:
+        read_only(self)
 
     def __str__(self) -> str:
         """The claim in one sentence."""

@@ -1,7 +1,7 @@
 """The detector: which joint has failed, how, and since when, from what is measured of the arm."""
 
 from collections.abc import Callable, Iterable
-from typing import Any, Protocol, Self, final
+from typing import Any, Self, final
 
 import numpy as np
 
@@ -9,11 +9,12 @@ from ftqp.core.checks import instance, non_negative, positive
 from ftqp.core.errors import InputError, unknown
 from ftqp.faults.detection.calibrating import calibrated
 from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.detection.detector_settings import DetectorSettings, Noisy
 from ftqp.faults.detection.diagnosis import Diagnosis
 from ftqp.faults.detection.filled_record import fill_record
 from ftqp.faults.detection.motion_log import MotionLog
 from ftqp.faults.detection.recorded_motion import RecordedRun, motion_of
-from ftqp.faults.kinds import Fault
+from ftqp.faults.kinds import Fault, refuse_unknown
 from ftqp.kernel.entry.detection_session import DetectionSession
 from ftqp.kernel.layout.enums import DELAYS, DriveKind, Mistake
 from ftqp.model.robot import Robot
@@ -34,17 +35,8 @@ RETHINK = 40
 """Ticks without verdicts after a finding was taken back."""
 
 
-class Noisy(Protocol):
-    """Standard deviations of what is measured, such as ``ftqp.Noise``."""
-
-    @property
-    def q(self) -> float: ...
-    @property
-    def tau(self) -> float: ...
-
-
 @final
-class Detector:
+class Detector(DetectorSettings):
     """Looks at what is measured of an arm and says which joint fails, how, and since when.
 
     ``update`` is called once a tick with what was measured and with the step that was made of it. A detector
@@ -77,6 +69,8 @@ class Detector:
     Source: docs/theory/detection.md.
     """
 
+    __slots__ = ("_detect", "_names", "_session", "_ticks", "_torques")
+
     def __init__(
         self,
         *,
@@ -92,19 +86,19 @@ class Detector:
         calibration: Calibration | None = None,
         probe_after: float | None = None,
     ) -> None:
-        self.false_alarms_per_hour = positive("false_alarms_per_hour", false_alarms_per_hour, "1/h")
+        self._false_alarms_per_hour = positive("false_alarms_per_hour", false_alarms_per_hour, "1/h")
         slow, fast = (positive("bandwidths of the detector", w, "1/s") for w in bandwidths)
         if not slow < fast:
             raise InputError(f"bandwidths are {bandwidths}, expected the slow one first, as in (60.0, 200.0)")
-        self.bandwidths = (slow, fast)
-        self.patience = non_negative("patience of the detector", patience, "s")
-        self.quantum = non_negative("quantum of the encoders", quantum, "rad or m")
-        self.calibration = calibration
-        self.probe_after = None if probe_after is None else positive("probe_after", probe_after, "s")
-        self.robot, self.dt, self.noise = robot, dt, noise
-        self.drive = _drive(drive)
+        self._bandwidths = (slow, fast)
+        self._patience = non_negative("patience of the detector", patience, "s")
+        self._quantum = non_negative("quantum of the encoders", quantum, "rad or m")
+        self._calibration = calibration
+        self._probe_after = None if probe_after is None else positive("probe_after", probe_after, "s")
+        self._robot, self._dt, self._noise = robot, dt, noise
+        self._drive = _drive(drive)
         latency = getattr(drive, "latency", None) if delay is None else delay
-        self.delay = None if latency is None else non_negative("delay of the detector", latency, "s")
+        self._delay = None if latency is None else non_negative("delay of the detector", latency, "s")
         self._session: DetectionSession | None = None
         self._torques = False
         self._detect: Callable[..., int] = _knows_no_arm
@@ -143,12 +137,12 @@ class Detector:
     def _build(self, robot: Robot, dt: float) -> None:
         """The record, for this arm."""
         instance("robot of the detector", robot, Robot, "an ftqp.Robot")
-        self.dt = positive("dt of the detector", dt, "s")
-        self.drive = "position" if self.drive is None else self.drive
-        ticks = round((self.delay or 0.0) / self.dt)
+        self._dt = dt = positive("dt of the detector", dt, "s")
+        self._drive = "position" if self.drive is None else self.drive
+        ticks = round((self.delay or 0.0) / dt)
         if ticks > DELAYS - 3:
             raise InputError(
-                f"delay of the detector is {self.delay:g} s, expected at most {(DELAYS - 3) * self.dt:g} s, "
+                f"delay of the detector is {self.delay:g} s, expected at most {(DELAYS - 3) * dt:g} s, "
                 f"{DELAYS - 3} samples"
             )
         self._ticks = ticks
@@ -156,11 +150,11 @@ class Detector:
         session = self._session = DetectionSession(robot.chain.constants())
         session.D.from_command = int(self._torques)
         if self.calibration is not None:
-            self.calibration.refuse_others(robot.joints, self.drive, self.dt, self.bandwidths, ticks)
+            self.calibration.refuse_others(robot.joints, self.drive, dt, self.bandwidths, ticks)
         fill_record(
             session.D,
             robot,
-            dt=self.dt,
+            dt=dt,
             ticks=ticks,
             bandwidths=self.bandwidths,
             patience=self.patience,
@@ -171,7 +165,7 @@ class Detector:
         )
         self._names = robot.joints
         self._detect = session.detect()
-        self.diagnosis = Diagnosis(robot.joints, session.field)
+        self._diagnosis = Diagnosis(robot.joints, session.field)
         self._restart()
 
     def _working(self) -> DetectionSession:
@@ -288,8 +282,9 @@ class Detector:
             fault: What it believes.
 
         Raises:
-            InputError: The joint is unknown.
+            InputError: The joint is unknown, or this is no fault.
         """
+        refuse_unknown(fault)
         self._set_believed(self._index(fault.joint), 1)
 
     def forget(self, joint: str | int) -> None:

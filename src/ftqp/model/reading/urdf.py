@@ -296,8 +296,9 @@ def _words(values: FloatArray) -> str:
 
 
 def _number(text: str) -> float:
+    """A number of the file, NaN where it is none, as is 1_000, which Python would take."""
     try:
-        return float(text)
+        return float(text) if text.isascii() and "_" not in text else float("nan")
     except ValueError:
         return float("nan")
 

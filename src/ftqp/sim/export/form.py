@@ -33,12 +33,7 @@ class Form:
         self._count = 0
 
     def reals(self, count: int, values: Values) -> FloatArray:
-        """An array of float64 for a message, left open, (count,).
-
-        Args:
-            count: Its length.
-            values: What it will hold.
-        """
+        """An array of float64 for a message, left open, (count,)."""
         marks = np.array([REAL + (k << 16) for k in self._next(count)], dtype="<u8").view("<f8")
         self._open.append((marks.tobytes(), "<f8", values))
         return marks
@@ -55,19 +50,11 @@ class Form:
         return marks
 
     def real(self, values: Values) -> float:
-        """A float64 for a message, left open.
-
-        Args:
-            values: What it will hold.
-        """
+        """A float64 for a message, left open."""
         return float(self.reals(1, values)[0])
 
     def whole(self, values: Values) -> int:
-        """An int32 or uint32 for a message, left open.
-
-        Args:
-            values: What it will hold.
-        """
+        """An int32 or uint32 for a message, left open."""
         return int(self.wholes(1, values)[0])
 
     def _next(self, count: int) -> range:
@@ -77,12 +64,7 @@ class Form:
         return range(self._count - count, self._count)
 
     def filled(self, data: bytes, ticks: Ticks) -> NDArray[np.uint8]:
-        """The serialised messages of some ticks, (K, size).
-
-        Args:
-            data: The message with open numbers, serialised.
-            ticks: The ticks.
-        """
+        """The serialised messages of some ticks, (K, size)."""
         result = np.tile(np.frombuffer(data, dtype=np.uint8), (len(ticks.block), 1))
         for marks, kind, values in self._open:
             if data.count(marks) != 1:

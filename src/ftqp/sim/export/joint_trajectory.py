@@ -30,11 +30,6 @@ AT_REST = 1e-6
 def write_trajectory(rows: LogRows, folder: str | Path, told: Told = silent) -> float:
     """The motion of a run in a new bag with one message, and beside it as ``trajectory.csv``: t, q, v, a.
 
-    Args:
-        rows: The log.
-        folder: The folder to make.
-        told: Told the share that is done.
-
     Returns:
         The largest speed at the last point [rad/s or m/s]; a controller refuses a trajectory that ends in
         motion unless it is told otherwise.

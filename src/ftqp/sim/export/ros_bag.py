@@ -62,20 +62,11 @@ class RosBag:
         self._open.__exit__(kind, error, trace)
 
     def message(self, name: str, /, **fields: Any) -> Any:
-        """A message of the type ``name``, for example ``sensor_msgs/msg/JointState``.
-
-        Args:
-            name: The type.
-            fields: All fields of the message by name.
-        """
+        """A message of the type ``name``, for example ``sensor_msgs/msg/JointState``."""
         return self._store.types[name](**fields)
 
     def serialised(self, message: Any) -> bytes:
-        """The bytes of a message, little-endian CDR.
-
-        Args:
-            message: What ``message`` made.
-        """
+        """The bytes of a message, little-endian CDR."""
         return bytes(self._store.serialize_cdr(message, message.__msgtype__))
 
     def topic(self, name: str, kind: str, *, latched: bool = False) -> int:

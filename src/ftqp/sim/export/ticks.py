@@ -44,9 +44,6 @@ class Ticks:
     def of(self, block: FloatArray) -> Self:
         """The same, of other rows.
 
-        Args:
-            block: The rows, (K, columns).
-
         Raises:
             InputError: A time is not finite, negative or cannot be stamped.
         """
@@ -67,11 +64,7 @@ class Ticks:
         return chosen
 
     def scalar(self, name: str) -> FloatArray:
-        """A signal, (K, 1); NaN where an older log has none.
-
-        Args:
-            name: Its name.
-        """
+        """A signal, (K, 1); NaN where an older log has none."""
         return self[name] if name in self else np.full((len(self.block), 1), np.nan)
 
     @property

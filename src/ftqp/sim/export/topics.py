@@ -208,9 +208,5 @@ def _integrated(dt: float, level: str) -> tuple[Values, Values]:
 
 
 def facts_of(metadata: Mapping[str, Any]) -> tuple[float, str]:
-    """Sampling period [s] and level of a run; an older log has no level, and then decides accelerations.
-
-    Args:
-        metadata: Of the log.
-    """
+    """Sampling period [s] and level of a run; an older log has no level, and then decides accelerations."""
     return float(metadata.get("dt", 0.0)), str(metadata.get("level", "acceleration"))

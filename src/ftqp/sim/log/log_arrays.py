@@ -125,9 +125,6 @@ class Log:
     def to_csv(self, path: str | Path) -> None:
         """Write all signals to a new CSV file, one row per step, names in the first line.
 
-        Args:
-            path: The file.
-
         Raises:
             InputError: the file exists already or cannot be made.
         """
@@ -138,9 +135,6 @@ class Log:
 
         ``about`` is a JSON text with the names, units and sentences of the signals and the metadata.
 
-        Args:
-            path: The file.
-
         Raises:
             InputError: the file exists already or cannot be made.
         """
@@ -150,9 +144,6 @@ class Log:
         """Write all signals to a new MAT file for MATLAB or Octave, a variable a group: ``q`` is (K, nv).
 
         ``signals`` and ``units`` are structs of cell arrays, ``metadata`` is a JSON text.
-
-        Args:
-            path: The file.
 
         Raises:
             InputError: the file exists already, cannot be made, or the log is too long for MAT.

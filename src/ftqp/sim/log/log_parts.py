@@ -119,21 +119,12 @@ class PartedLog(RowSink):
 
 
 def part_file(path: Path, number: int) -> Path:
-    """The file of an older part.
-
-    Args:
-        path: The newest part.
-        number: Of the part, from 1 on.
-    """
+    """The file of an older part."""
     return path.with_name(f"{path.stem}-{number:05}{path.suffix}")
 
 
 def log_files(folder: Path) -> list[Path]:
-    """The files of the log of a run, in the order of time; none where there is none.
-
-    Args:
-        folder: Of the run.
-    """
+    """The files of the log of a run, in the order of time; none where there is none."""
     newest = folder / FILE_NAME
     older = [
         (int(found[1]), file)
@@ -147,11 +138,6 @@ def joined(
     folder: Path, files: Sequence[Path], opened: Callable[[Path], AbstractContextManager[LogRows]]
 ) -> LogRows:
     """Parts of one log as one; the metadata are those of the newest.
-
-    Args:
-        folder: Of the run.
-        files: The parts, in the order of time.
-        opened: Opens one of them.
 
     Raises:
         InputError: A part is missing, or not of this run.

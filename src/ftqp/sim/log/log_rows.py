@@ -41,11 +41,7 @@ class LogRows:
         return "log in memory" if self.path is None else f"log {self.path}"
 
     def blocks(self, first: int = 0) -> Iterator[FloatArray]:
-        """The rows in blocks (K, columns) of float64, to be read as often as one likes.
-
-        Args:
-            first: The number of the row to begin with, >= 0.
-        """
+        """The rows from ``first`` on in blocks (K, columns) of float64, to be read as often as one likes."""
         return self.read(first)
 
     def groups(self) -> dict[str, list[int]]:
@@ -74,11 +70,7 @@ class LogRows:
 
 
 def whole_numbers(block: FloatArray) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Which columns of a block hold nothing but whole numbers that are exact, (columns,).
-
-    Args:
-        block: (K, columns).
-    """
+    """Which columns of a block (K, columns) hold nothing but whole numbers that are exact, (columns,)."""
     with np.errstate(invalid="ignore"):
         result: np.ndarray[Any, np.dtype[np.bool_]] = ((np.abs(block) < EXACT) & (block % 1.0 == 0.0)).all(
             axis=0

@@ -71,10 +71,6 @@ class LogWriter(RowSink):
     def write(self, first: int, rows: FloatArray) -> None:
         """Put rows on file. Interrupted at any point, it can be called again.
 
-        Args:
-            first: number of the first of these rows.
-            rows: (K, columns).
-
         Raises:
             FtqpError: the file cannot be written, for example because the disk is full.
         """
@@ -94,11 +90,8 @@ class LogWriter(RowSink):
     def _commit(self, statement: str, values: Sequence[tuple[Any, ...]]) -> None:
         """Everything or nothing."""
         try:
-            if self._connection.in_transaction:
-                self._connection.execute("ROLLBACK")
-            self._connection.execute("BEGIN")
-            self._connection.executemany(statement, values)
-            self._connection.execute("COMMIT")
+            with self._connection:
+                self._connection.executemany(statement, values)
         except sqlite3.Error as error:
             raise FtqpError(f"log file {self.path} cannot be written: {error}") from error
 
@@ -115,7 +108,7 @@ class LogWriter(RowSink):
 
 def _opened(path: Path) -> sqlite3.Connection:
     """A connection that outlives a kill of its process, though not a loss of power."""
-    connection = sqlite3.connect(path, isolation_level=None, timeout=PATIENCE)
+    connection = sqlite3.connect(path, timeout=PATIENCE)
     connection.execute("PRAGMA synchronous = OFF")
     return connection
 
@@ -124,16 +117,14 @@ def _make_tables(
     connection: sqlite3.Connection, columns: Sequence[Column], metadata: Mapping[str, Any]
 ) -> None:
     """The tables, on file before the first step."""
-    run = connection.execute
-    run("BEGIN")
-    for statement in TABLES.values():
-        run(statement)
-    connection.executemany(
-        "INSERT INTO columns VALUES (?, ?, ?, ?, ?)",
-        [(k, c.name, c.unit, c.description, int(c.integer)) for k, c in enumerate(columns)],
-    )
-    connection.executemany("INSERT INTO metadata VALUES (?, ?)", _encoded(metadata))
-    run("COMMIT")
+    with connection:
+        for statement in ("BEGIN", *TABLES.values()):
+            connection.execute(statement)
+        connection.executemany(
+            "INSERT INTO columns VALUES (?, ?, ?, ?, ?)",
+            [(k, c.name, c.unit, c.description, int(c.integer)) for k, c in enumerate(columns)],
+        )
+        connection.executemany("INSERT INTO metadata VALUES (?, ?)", _encoded(metadata))
 
 
 def _encoded(metadata: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -26,11 +26,7 @@ class RunFacts(dict[str, Any]):
 
 
 def strange_fact(facts: Mapping[str, Any]) -> str | None:
-    """The first of the facts that is not as ftqp writes it, in words; None where all are.
-
-    Args:
-        facts: Of a run, by key; those that are missing, and those that ftqp does not know, are let pass.
-    """
+    """The first of the facts that is not as ftqp writes it, in words; None where all are."""
     for key in TEXTS:
         if not isinstance(facts.get(key, ""), str | None):
             return f"its {key} is {facts[key]!r:.40}, expected a text"

@@ -7,11 +7,7 @@ SIDES = ("-journal", "-wal", "-shm")
 
 
 def strange_side_file(file: Path) -> Path | None:
-    """A file beside a database that is no regular one, for example a pipe, at which SQLite waits forever.
-
-    Args:
-        file: The database; where it is a link, SQLite looks beside what it leads to.
-    """
+    """A file beside a database that is no regular one, for example a pipe, at which SQLite waits forever."""
     whole = file.resolve()
     sides = (whole.with_name(whole.name + side) for side in SIDES)
     return next((side for side in sides if side.exists() and not side.is_file()), None)

@@ -29,10 +29,6 @@ CONDITIONS = {HEALTHY: "healthy"} | {kind.number: name.replace("_", "-") for nam
 def refuse_unknown_conditions(codes: NDArray[Any], where: str) -> None:
     """Refuse codes of ``truth`` or ``belief`` that nothing could be said of.
 
-    Args:
-        codes: The codes.
-        where: Whose they are, for the sentence.
-
     Raises:
         InputError: No kind of fault has one of them.
     """
@@ -105,11 +101,7 @@ _SCALARS = (
 
 
 def base_columns(coordinates: Sequence[str]) -> tuple[Column, ...]:
-    """The columns that a moving base adds, in their order.
-
-    Args:
-        coordinates: names of the base's coordinates.
-    """
+    """The columns that a moving base adds, in their order."""
     where = "of the base in the inertial frame"
     result = [Column(f"base.{axis}", "m", f"true position {where}") for axis in "xyz"]
     result += [Column(f"base.q{axis}", "-", f"true attitude {where}, unit quaternion") for axis in "xyzw"]
@@ -126,13 +118,7 @@ def base_columns(coordinates: Sequence[str]) -> tuple[Column, ...]:
 
 
 def sensed_columns(names: Sequence[str], joints: Sequence[str], prismatic: BoolArray) -> tuple[Column, ...]:
-    """The columns that an arm with a drive or sensors of its own adds, in their order.
-
-    Args:
-        names: of the groups of columns that there are, in their order.
-        joints: names, base to tip.
-        prismatic: which joints slide, (nv,).
-    """
+    """The columns that an arm with a drive or sensors of its own adds, in their order."""
     groups = (
         ("q_measured", 0, "joint position that the planner was given"),
         ("v_measured", 1, "joint velocity that the planner was given"),
@@ -152,13 +138,7 @@ def sensed_columns(names: Sequence[str], joints: Sequence[str], prismatic: BoolA
 
 
 def columns(joints: Sequence[str], prismatic: BoolArray, level: str) -> tuple[Column, ...]:
-    """All columns of the log of one robot, in their order.
-
-    Args:
-        joints: names, base to tip.
-        prismatic: which joints slide, (nv,).
-        level: ``"acceleration"`` or ``"velocity"``, of the joint intervals.
-    """
+    """All columns of the log of one robot, in their order."""
     order = 2 if level == "acceleration" else 1
     groups = (
         ("q", 0, "joint position at the start of the step"),

@@ -28,20 +28,11 @@ AT_ONCE = 1 << 20
 
 
 def silent(share: float) -> None:
-    """Tells nobody.
-
-    Args:
-        share: Of the work, 0 to 1.
-    """
+    """Tells nobody."""
 
 
 def write_csv(rows: LogRows, path: str | Path, told: Told = silent) -> None:
     """All signals in a new CSV file: names in the first line, then a line a tick, with every digit.
-
-    Args:
-        rows: The log.
-        path: The file.
-        told: Told the share that is done.
 
     Raises:
         InputError: The file exists already or cannot be made, or the log is damaged.
@@ -64,11 +55,6 @@ def write_npz(rows: LogRows, path: str | Path, told: Told = silent) -> None:
 
     ``about`` is a JSON text with the names, units and sentences of the signals of each group, and with the
     log's metadata.
-
-    Args:
-        rows: The log.
-        path: The file.
-        told: Told the share that is done.
 
     Raises:
         InputError: The file exists already or cannot be made, or the log is damaged.
@@ -97,11 +83,6 @@ def write_mat(rows: LogRows, path: str | Path, told: Told = silent) -> None:
 
     ``signals`` and ``units`` are structs with a cell array of names for each group, and ``metadata`` is the
     log's as a JSON text. One group at a time is held in memory.
-
-    Args:
-        rows: The log.
-        path: The file.
-        told: Told the share that is done.
 
     Raises:
         InputError: The file exists already or cannot be made, the log is damaged, or too long for MAT.

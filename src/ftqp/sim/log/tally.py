@@ -149,11 +149,7 @@ class Tally:
         }
 
     def facts(self, metadata: Mapping[str, Any]) -> dict[str, Any]:
-        """What happened in the run, ready for ``summary.json``; SI units, ``None`` where nothing is to tell.
-
-        Args:
-            metadata: Of the log, complete.
-        """
+        """What happened in the run, for ``summary.json``; SI units, ``None`` where nothing is to tell."""
         measured = self._measured
         return {
             **{key: metadata.get(key) for key in ("scenario", "robot", "scheme", "backend", "level", "dt")},

@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.step_facts import measures_of
+from ftqp.control.planner.step_parts import measures_of
 from ftqp.core import clock
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Fault, refuse_unknown
@@ -16,6 +16,7 @@ from ftqp.sim.log.derived_columns import table
 from ftqp.sim.log.raw_rows import BLOCK, FELT, MEASURES, TASK_ROWS, RawLayout
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, QP_CODES
+from ftqp.sim.plants.arm_model import Arm
 
 UNMEASURED = (np.nan,) * len(MEASURES)
 COMMIT_PERIOD = 250_000_000
@@ -46,6 +47,7 @@ class TickRecorder:
     ) -> None:
         self._singularities = singularities
         self._sink, self._planner, self._leader = sink, planner, leader
+        self._arm = Arm(planner.robot)
         world = leader.world
         nv = planner.robot.nv
         self._layout = RawLayout(nv, None if world is None else len(world.base.coordinates), sensed=sensed)
@@ -113,7 +115,8 @@ class TickRecorder:
         beliefs[k], truths[k] = self._believed(), self._truth
         target = leader.target
         self._target[k], self._velocity[k] = target.pose[:3], target.twist[:3]
-        self._tip[k] = leader.tip(q)[:3]
+        world, standing = leader.world, leader.standing
+        self._tip[k] = (self._arm.tip(q) if world is None else world.tip_pose)[:3]
         slack, qp = step.slack, step.qp
         if self._singularities:
             jacobian = step.jacobian
@@ -132,15 +135,14 @@ class TickRecorder:
             elapsed,
             step.kappa,
             *UNMEASURED,
-            leader.progress,
-            PATH_CODES[leader.path_status],
+            standing.progress,
+            PATH_CODES[standing.status],
         )
         if self._sensed:
             values = [*(measured or (q, v)), step.q, step.v, *step.reference[:2]]
             values += [tau for tau, kept in zip(felt, self._felt, strict=True) if kept and tau is not None]
             for kept, value in zip(self._sensed, values, strict=True):
                 kept[k] = value
-        world = leader.world
         if world is not None:
             self._base_pose[k], self._eta[k] = world.base_pose[:3], world.eta
             self._base_status[k] = world.follower.code

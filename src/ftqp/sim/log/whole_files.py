@@ -43,9 +43,6 @@ def whole_file(path: str | Path, kind: str = "file", remedy: str = OTHER_NAME) -
 def whole_folder(path: str | Path) -> Iterator[Path]:
     """A new folder: the body makes the path that it gets, of the same name, which is moved when complete.
 
-    Args:
-        path: The folder.
-
     Raises:
         InputError: It exists already or cannot be written.
     """

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, instance, non_negative, positive
+from ftqp.core.checks import FloatArray, array, instance, non_negative, positive, seen
 from ftqp.core.errors import InputError, unknown
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.robot import Robot
@@ -74,6 +74,11 @@ class KinematicPlant(Plant):
             the joint stops sooner. A fault with a deceleration of its own has that one.
     """
 
+    __slots__ = (
+        "_arm", "_brake", "_dt", "_faults", "_holds_acceleration", "_impacts", "_q", "_robot",
+        "_sent", "_stops", "_ticks", "_v",
+    )  # fmt: skip
+
     def __init__(
         self,
         robot: Robot,
@@ -102,12 +107,12 @@ class KinematicPlant(Plant):
     @property
     def q(self) -> FloatArray:
         """True joint positions, (nv,) [rad or m]; belongs to the plant."""
-        return self._q
+        return seen(self._q)
 
     @property
     def v(self) -> FloatArray:
         """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
-        return self._v
+        return seen(self._v)
 
     @property
     def drive(self) -> None:

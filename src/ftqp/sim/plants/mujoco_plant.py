@@ -4,7 +4,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, instance, positive
+from ftqp.core.checks import FloatArray, array, instance, positive, seen
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.robot import Robot
@@ -48,6 +48,11 @@ class MujocoPlant(Plant):
     Source: docs/mujoco-plant.md.
     """
 
+    __slots__ = (
+        "_brakes", "_coulomb", "_delivered", "_high", "_is_odd", "_limit", "_low", "_misread",
+        "_physics", "_pushed", "_read", "_robot", "_servo", "_stuck", "_substeps", "_viscous",
+    )  # fmt: skip
+
     def __init__(
         self,
         robot: Robot,
@@ -84,17 +89,17 @@ class MujocoPlant(Plant):
     @property
     def q(self) -> FloatArray:
         """True joint positions, (nv,) [rad or m]; belongs to the plant."""
-        return self._physics.q
+        return seen(self._physics.q)
 
     @property
     def v(self) -> FloatArray:
         """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
-        return self._physics.v
+        return seen(self._physics.v)
 
     @property
     def tau(self) -> FloatArray:
         """Torques of the motors in the last time step, (nv,) [N m or N]; belongs to the plant."""
-        return self._physics.tau
+        return seen(self._physics.tau)
 
     @property
     def demand(self) -> FloatArray:
@@ -102,17 +107,17 @@ class MujocoPlant(Plant):
 
         It is what a healthy motor would give: (nv,) [N m or N].
         """
-        return self._servo.demand
+        return seen(self._servo.demand)
 
     @property
     def motors(self) -> Motors:
         """Both; they belong to the plant."""
-        return Motors(self._physics.tau, self._servo.demand)
+        return Motors(self.tau, self.demand)
 
     @property
     def carried(self) -> FloatArray:
         """Torques of brakes, end stops and dry friction in the last step, (nv,); belongs to the plant."""
-        return self._physics.carried
+        return seen(self._physics.carried)
 
     @property
     def drive(self) -> str:

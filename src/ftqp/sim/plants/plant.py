@@ -38,6 +38,8 @@ class Motors(NamedTuple):
 class Plant(ABC):
     """The role of the arm in a simulation: holds the true state, suffers the faults and moves by commands."""
 
+    __slots__ = ()
+
     @property
     @abstractmethod
     def q(self) -> FloatArray:

@@ -4,7 +4,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array, positive
+from ftqp.core.checks import FloatArray, array, positive, seen
 from ftqp.core.errors import InputError, unknown
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.robot import Robot
@@ -38,6 +38,11 @@ class ServoPlant(Plant):
     Source: Holt and Desrochers 1994: the increments are a fit to their tables.
     """
 
+    __slots__ = (
+        "_drive", "_dt", "_leads", "_q", "_robot", "_set", "_substeps", "_tau", "_v",
+        "_works",
+    )  # fmt: skip
+
     def __init__(
         self,
         robot: Robot,
@@ -69,17 +74,17 @@ class ServoPlant(Plant):
     @property
     def q(self) -> FloatArray:
         """True joint positions, (nv,) [rad or m]; belongs to the plant."""
-        return self._q
+        return seen(self._q)
 
     @property
     def v(self) -> FloatArray:
         """Joint velocities at the end of the last sub-step, (nv,) [rad/s or m/s]; belongs to the plant."""
-        return self._v
+        return seen(self._v)
 
     @property
     def setpoint(self) -> FloatArray:
         """Where the servos want the joints, (nv,) [rad or m], which velocity servos do not know."""
-        return self._set
+        return seen(self._set)
 
     @property
     def drive(self) -> str | None:

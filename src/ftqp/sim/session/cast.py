@@ -4,35 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ftqp.control.paths.path import Path
-from ftqp.control.planner.planner import Planner
 from ftqp.core.checks import FloatArray
 from ftqp.model.robot import Robot
 from ftqp.sim.led_arm import LedArm
-from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import Schedule
-from ftqp.sim.sensors.joint_sensors import JointSensors
 from ftqp.sim.session.session_leader import SessionLeader
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Player:
-    """An arm that plays in a session, with its planner.
-
-    Attributes:
-        planner: Gives the commands.
-        leader: Leads it.
-        plant: The arm.
-        sensors: What is measured of it; None gives the planner the truth.
-    """
-
-    planner: Planner
-    leader: SessionLeader
-    plant: Plant
-    sensors: JointSensors | None = None
-
-    def led(self) -> LedArm:
-        """What makes its ticks."""
-        return LedArm(self.planner, self.leader, self.plant, self.sensors)
+Player = LedArm[SessionLeader]
+"""An arm that plays in a session, with its planner."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

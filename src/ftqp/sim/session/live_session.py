@@ -66,6 +66,11 @@ class Session:
         self._orders.put(order)
 
     @property
+    def _arm(self) -> WatchedArm:
+        """The arm itself; its naive twin follows it where there is one."""
+        return self._arms[0]
+
+    @property
     def facts(self) -> Facts:
         """What a picture of the last tick needs."""
         return replace(
@@ -153,9 +158,8 @@ class Session:
             case Tell():
                 return self._tell_so(order)
             case Aim():
-                self._arm.follow(order.pose)
-                if self._twin is not None:
-                    self._twin.follow(order.pose)
+                for arm in self._arms:
+                    arm.follow(order.pose)
             case Use():
                 return self._use(order)
             case Play():
@@ -166,24 +170,20 @@ class Session:
 
     def _resume(self) -> str:
         """Let a planner that has stopped its arm go on; why it does not, or nothing."""
-        if self._twin is not None:
-            self._twin.resume()
-        why = self._arm.resume()
+        why, *_ = [arm.resume() for arm in self._arms]
         return f"The arm does not go on: {why}. Reset begins anew." if why else ""
 
     def _play(self, cast: Cast) -> None:
         """Let another cast play."""
         self.cast = cast
-        self._arm = WatchedArm(cast.arm)
-        self._twin = None if cast.twin is None else WatchedArm(cast.twin)
+        self._arms = [WatchedArm(player) for player in (cast.arm, cast.twin) if player is not None]
         self._tell = Tell("detector" if cast.detects else "at once")
 
     def _begin(self, schedule: Schedule | None = None) -> None:
         """Tick 0, nothing broken; what fails by itself comes from the schedule, or from the cast."""
         cast, dt = self.cast, self.cast.arm.planner.dt
-        for arm in (self._arm, self._twin):
-            if arm is not None:
-                arm.begin(cast.q, cast.v)
+        for arm in self._arms:
+            arm.begin(cast.q, cast.v)
         events = cast.schedule if schedule is None else schedule
         self._failing, self._announced = events.failing(dt), events.announced(dt)
         self._telling: dict[str, int] = {}
@@ -192,24 +192,24 @@ class Session:
 
     def _tick(self, *, last: bool) -> bool:
         """One tick; whether the arm can go on."""
-        k, arm, twin = self._k, self._arm, self._twin
+        k = self._k
         try:
             self._happen(k)
-            arm.think(k)
-            if twin is not None:
-                twin.think(k)
+            for arm in self._arms:
+                arm.think(k)
             if last:
-                self._facts = arm.facts(k, twin)
-            arm.move()
-            if twin is not None:
-                twin.move()
+                self._facts = self._arm.facts(k, *self._arms[1:])
+            for arm in self._arms:
+                arm.move()
         except (FtqpError, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
             return self._break_off(str(error))
         self._k = k + 1
-        if arm.failure is not None:
-            return self._break_off(arm.failure)
-        if twin is not None and twin.failure is not None:
-            self._twin, self._message = None, f"The naive twin cannot go on: {twin.failure}."
+        for arm, failure in [(arm, arm.failure) for arm in self._arms]:
+            if failure is not None and arm is self._arm:
+                return self._break_off(failure)
+            if failure is not None:
+                self._arms.remove(arm)
+                self._message = f"The naive twin cannot go on: {failure}."
         return True
 
     def _break_off(self, why: str) -> bool:
@@ -220,9 +220,8 @@ class Session:
     def _happen(self, k: int) -> None:
         """What fails by itself at tick k, and what is told then."""
         for event in self._failing.get(k, ()):
-            self._arm.fail(event.fault)
-            if self._twin is not None:
-                self._twin.fail(event.fault)
+            for arm in self._arms:
+                arm.fail(event.fault)
         for event in self._announced.get(k, ()):
             self._arm.tell(event.fault)
         if self._telling:
@@ -244,8 +243,8 @@ class Session:
             except FtqpError:
                 self._arm.repair(joint)
                 raise
-        if self._twin is not None:
-            self._twin.fail(fault)
+        for twin in self._arms[1:]:
+            twin.fail(fault)
         self._telling.pop(joint, None)
         if self._tell.how == "after":
             self._telling[joint] = self._due()
@@ -279,9 +278,8 @@ class Session:
     def _repair(self, which: str | int) -> None:
         joint = self._joint(which)
         self._telling.pop(joint, None)
-        self._arm.repair(joint)
-        if self._twin is not None:
-            self._twin.repair(joint)
+        for arm in self._arms:
+            arm.repair(joint)
 
     def _hurry(self, factor: float) -> None:
         if not (isinstance(factor, int | float) and isfinite(factor) and 0.0 < factor <= FASTEST):

@@ -31,9 +31,6 @@ class Break:
     def fault(self, joint: str) -> Fault:
         """The fault itself.
 
-        Args:
-            joint: The joint's name.
-
         Raises:
             TypeError: The kind has no such setting.
             InputError: There is no such kind, or a setting is out of its range.

@@ -13,8 +13,7 @@ from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.target import Target
 from ftqp.core.checks import FloatArray
-from ftqp.sim.leader import ClockLeader, ClockTargets, Leader, ProgressLeader
-from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.leader import ClockLeader, ClockTargets, Leader, ProgressLeader, Standing
 
 LAPS = 1_000_000
 """Laps of a path that goes by the clock; nobody watches longer."""
@@ -40,7 +39,7 @@ class SessionLeader(Leader):
     def __init__(
         self, planner: Planner, path: Path, progress: PathFollower | None = None, *, mean: bool = False
     ) -> None:
-        self._planner, self._arm = planner, Arm(planner.robot)
+        self._planner = planner
         self._start = path.start
         self._followers: tuple[PathFollower, ...] = ()
         ways: tuple[ClockLeader | ProgressLeader, ...]
@@ -149,47 +148,13 @@ class SessionLeader(Leader):
             waits = self._back.done and self._detours == DETOURS
             ending = "; Reset begins anew, or lead the tip by hand" if waits else ""
             return f"Back to the path: {self._back.sentence}{ending}."
-        blocked = self._path.blocked
+        blocked = self._path.standing.blocked
         return "" if blocked is None else f"The path does not go on: {blocked}."
 
-    def tip(self, q: FloatArray) -> FloatArray:
-        """Pose of the tip in W at q, (4, 4)."""
-        return self._arm.tip(q)
-
     @property
-    def progress(self) -> float:
-        """Path time of the target of the last step, since the path was begun [s]."""
-        return self._path.progress
-
-    @property
-    def reached(self) -> float:
-        """Path time that has been reached, since the path was begun [s]."""
-        return self._path.reached
-
-    @property
-    def path_status(self) -> PathStatus | None:
-        """Where the path stands; None where it has no progress of its own."""
-        return self._path.path_status
-
-    @property
-    def over(self) -> bool:
-        """Never: a session ends when nobody steps it any more."""
-        return False
-
-    @property
-    def finished(self) -> bool:
-        """Never."""
-        return False
-
-    @property
-    def blocked(self) -> str | None:
-        """Why the path does not go on, or None."""
-        return self._path.blocked
-
-    @property
-    def world(self) -> None:
-        """The base stands."""
-        return None
+    def standing(self) -> Standing:
+        """Where the path stands, since it was begun; a session ends when nobody steps it any more."""
+        return self._path.standing
 
 
 def path_points(path: Path, count: int = 120) -> FloatArray:

@@ -86,12 +86,7 @@ class Columns(Protocol):
 
 
 def facts_of(log: Columns, tick: int) -> Facts:
-    """The facts of one tick of a log.
-
-    Args:
-        log: The log of a run.
-        tick: Which of its rows, >= 0.
-    """
+    """The facts of one tick of a log."""
     target, moves = log["target"][tick], "base_status" in log
     base = log["base"][tick] if moves else None
     return Facts(

@@ -31,7 +31,7 @@ class WatchedArm:
     """
 
     def __init__(self, player: Player) -> None:
-        self._player, self._led = player, player.led()
+        self._player = player
         self._robot = player.planner.robot
         self.failed: dict[str, Fault] = {}
         self._recorder: TickRecorder | None = None
@@ -43,7 +43,7 @@ class WatchedArm:
         robot, level = self._robot, self._player.planner.level
         return (
             *columns(robot.joints, robot.chain.prismatic, level),
-            *sensed_columns(self._led.sensed, robot.joints, robot.chain.prismatic),
+            *sensed_columns(self._player.sensed, robot.joints, robot.chain.prismatic),
         )
 
     def begin(self, q: FloatArray, v: FloatArray) -> None:
@@ -54,12 +54,12 @@ class WatchedArm:
             if self._recorder is not None:
                 self._recorder.repair(joint)
         self.failed.clear()
-        self._led.reset(q, v, 2**31)
+        self._player.reset(q, v, 2**31)
 
     def record(self, sink: RowSink) -> None:
         """Keep the rows of the ticks from the next one on."""
         player = self._player
-        self._recorder = TickRecorder(sink, player.planner, player.leader, sensed=self._led.sensed)
+        self._recorder = TickRecorder(sink, player.planner, player.leader, sensed=self._player.sensed)
         for fault in self.failed.values():
             self._recorder.fail(fault)
 
@@ -163,25 +163,20 @@ class WatchedArm:
 
     def think(self, k: int) -> None:
         """The planner's step of tick k."""
-        self._made = self._led.think(k)
+        self._made = self._player.think(k)
         if self._recorder is not None:
-            self._led.write(self._recorder, k * self._player.planner.dt, self._made)
+            self._player.write(self._recorder, k * self._player.planner.dt, self._made)
 
     def move(self) -> None:
         """Let the arm move on."""
         assert self._made is not None
         self._player.plant.advance(self._made.step)
 
-    def facts(self, k: int, twin: "WatchedArm | None") -> Facts:
+    def facts(self, k: int, twin: "WatchedArm | None" = None) -> Facts:
         """The facts of tick k, between ``think`` and ``move``."""
         assert self._made is not None
-        plant, planner, leader, step = (
-            self._player.plant,
-            self._player.planner,
-            self._player.leader,
-            self._made.step,
-        )
-        target = leader.target.pose
+        player, step = self._player, self._made.step
+        plant, planner, target = player.plant, player.planner, player.leader.target.pose
         return Facts(
             tick=k,
             t=k * planner.dt,
@@ -192,7 +187,7 @@ class WatchedArm:
             target_position=frozen(target[:3, 3].copy()),
             target_quaternion=frozen(quaternion_of(target)),
             status=step.code,
-            path_status=PATH_CODES[leader.path_status],
+            path_status=PATH_CODES[player.leader.standing.status],
             position_error=step.position_error,
             rotation_error=step.rotation_error,
             step_time=MICROSECONDS * self._made.elapsed,

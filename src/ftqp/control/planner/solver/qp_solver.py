@@ -1,6 +1,5 @@
 """Who solves a planner's QP: the kernel's active set, its network, a closed form, or an external backend."""
 
-from collections.abc import Callable
 from typing import Any, Final, final
 
 import numpy as np
@@ -8,6 +7,7 @@ import numpy as np
 from ftqp.control.first_use import warm_up
 from ftqp.control.planner.solver.closed_form_memory import closed_form_memory
 from ftqp.control.planner.solver.dtrnn_memory import network_memory
+from ftqp.control.planner.stages import CLOCK, Stage, Tick
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
@@ -21,8 +21,6 @@ from ftqp.qp.adapters.buffers import QPBuffers
 
 IN_KERNEL: Final = "active_set"
 NETWORK: Final = "dtrnn"
-
-Tick = Callable[..., int]
 
 
 @final
@@ -78,6 +76,11 @@ class Solver:
         K.cascade.external = 1
 
     @property
+    def stage(self) -> Stage:
+        """Its part in a planner's life."""
+        return Stage(begin=lambda *_: self.forget(), believe=lambda _: self.forget())
+
+    @property
     def has_qp(self) -> bool:
         """Whether there is a QP, with rows and limits, and not a closed form."""
         return self._family != "closed_form"
@@ -97,7 +100,7 @@ class Solver:
         return self._family != "external"
 
     def tick(self, leader: str, *memory: Any) -> Tick:
-        """A tick led by ``clock``, ``path``, ``base`` or ``joints``: from its inputs to a status or mistake.
+        """A tick led by CLOCK or one of LED: from its inputs to a status or mistake.
 
         A motion of the joints has a QP of its own, without rows of the task, which the kernel always solves.
 
@@ -106,7 +109,7 @@ class Solver:
             memory: The leader's own, as the entry points take it.
         """
         session, family = self._session, self._family
-        if leader == "clock":
+        if leader == CLOCK:
             warm_up(("write_target",), ANY_SIZE)  # what a loop's ``target.at`` calls
         if family != "external" or leader == "joints":
             name = self._entry(leader)
@@ -126,7 +129,7 @@ class Solver:
     def _entry(self, leader: str) -> str:
         if self._family != "step" and leader != "joints":
             return f"{self._family}_{leader}"
-        if leader != "clock":
+        if leader != CLOCK:
             return f"step_{leader}"
         return "step_rich" if self.rich else "step"
 

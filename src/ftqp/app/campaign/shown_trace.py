@@ -1,0 +1,116 @@
+"""What the checker is shown of a simulated run: the truth from the log, the limits from the arm's file."""
+
+import numpy as np
+
+from ftqp.app.scenario.setup import Setup
+from ftqp.checker.model_file import ModelFile
+from ftqp.checker.trace import Failure, Trace
+from ftqp.control.planner.status import STATUSES
+from ftqp.control.task.task import ROW_SETS
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.model.urdf_text import link_names
+from ftqp.sim.log.log_arrays import Log
+from ftqp.sim.plants.kinematic_plant import BRAKE_SHARE
+
+
+def trace(setup: Setup, log: Log) -> Trace:
+    """What is shown of a run; its last row is the state at which the last judged tick ends.
+
+    Args:
+        setup: The run.
+        log: Its log, of at least two rows.
+
+    Raises:
+        InputError: The base moves: the checker knows arms that stand.
+    """
+    if setup.world is not None:
+        raise InputError("the base moves, which the checker does not judge; leave [base] out of a campaign")
+    q, v, task = log["q"], log["v"], setup.planner.task
+    rows = ROW_SETS[task.rows] if isinstance(task.rows, str) else task.rows or setup.robot.default_rows
+    told = "q_command" in {name.split(".", 1)[0] for name in log.names}
+    sent_q, sent_v = (log["q_command"], log["v_command"]) if told else _sent(setup, log)
+    return Trace(
+        dt=setup.planner.dt,
+        level=setup.planner.level,
+        q=q,
+        v=v,
+        sent_q=sent_q[:-1],
+        sent_v=sent_v[:-1],
+        status=[STATUSES[int(code)].name for code in log["status"][:-1]],
+        target=_poses(log["target"][:-1]),
+        rows=rows,
+        axis=task.axis if task.rows == "position_axis" else None,
+        tolerance=(task.tolerance, task.rotation_tolerance),
+        failures=failures(setup),
+    )
+
+
+def failures(setup: Setup) -> list[Failure]:
+    """What really fails in a run.
+
+    Raises:
+        InputError: The checker does not judge such a fault.
+    """
+    events = sorted(setup.schedule, key=lambda event: event.at)
+    result = []
+    for k, event in enumerate(events):
+        joint, fault = setup.robot.joint(event.fault.joint), event.fault
+        later = [other.at for other in events[k + 1 :] if setup.robot.joint(other.fault.joint) == joint]
+        jumps = getattr(fault, "mode", "") == "instant"
+        result.append(
+            Failure(
+                joint=joint,
+                kind=fault.judged,
+                since=event.at,
+                told=np.inf if event.told is None else event.told,
+                shares={limit: getattr(fault, share) for limit, share in fault.shares.items()},
+                jumps=jumps,
+                until=later[0] if later else np.inf,
+                deceleration=np.inf if jumps else _deceleration(setup, joint, fault),
+            )
+        )
+    return result
+
+
+def _deceleration(setup: Setup, joint: int, fault: object) -> float:
+    """With which a planner that is told of a fault brings its command for the joint to rest."""
+    own = getattr(fault, "deceleration", None)
+    return float(BRAKE_SHARE * setup.robot.limits.a_max[joint] if own is None else own)
+
+
+def model_file(setup: Setup) -> ModelFile:
+    """The arm as the checker reads it, from its URDF."""
+    robot = setup.robot
+    return ModelFile.read(
+        robot.to_urdf(), link_names(robot.joints, robot.tip)[-1], gravity=robot.chain.gravity
+    )
+
+
+def _sent(setup: Setup, log: Log) -> tuple[FloatArray, FloatArray]:
+    """The command for the end of each tick where the log leaves it out: it was integrated and obeyed.
+
+    A joint that failed before the planner knew does not obey, and its command goes on from where the planner
+    takes it to be. What was sent to it is not in the log, and what it did takes that place.
+    """
+    dt, half = setup.planner.dt, 0.5 if setup.planner.level == "acceleration" else 1.0
+    q, v, a = log["q"], log["v"], log["a"].copy()
+    t = dt * np.arange(len(q))
+    for failure in failures(setup):
+        if failure.told > failure.since:
+            unknown = (t >= failure.since - 0.5 * dt) & (t < failure.until)
+            a[unknown, failure.joint] = (np.diff(v[:, failure.joint], append=v[-1, failure.joint]) / dt)[
+                unknown
+            ]
+    return q + dt * (v + half * dt * a), v + dt * a
+
+
+def _poses(target: FloatArray) -> FloatArray:
+    """Homogeneous transforms (K, 4, 4) of positions and unit quaternions x, y, z, w, (K, 7)."""
+    x, y, z, w = target[:, 3:].T
+    result = np.zeros((len(target), 4, 4))
+    result[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1)
+    result[:, 1, :3] = np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1)
+    result[:, 2, :3] = np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1)
+    result[:, :3, 3], result[:, 3, 3] = target[:, :3], 1.0
+    return result

@@ -1,0 +1,152 @@
+"""The arm that a checker knows: a URDF, read by pinocchio and by itself."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self, final
+from xml.etree import ElementTree
+
+import numpy as np
+import pinocchio as pin
+
+from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.errors import InputError
+
+DRAKE = "{http://drake.mit.edu}"
+LARGEST = float(np.finfo(np.float64).max)
+"""Stands for no limit in a file."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ModelFile:
+    """Kinematics, dynamics and limits of a serial arm, as its model file has them.
+
+    Attributes:
+        model: The pinocchio model; every joint has one velocity.
+        tip: Index of the tip's frame.
+        names: Joint names, base to tip.
+        q_min: Lowest positions, (nv,) [rad or m].
+        q_max: Highest positions, (nv,) [rad or m].
+        v_max: Largest speeds, (nv,) [rad/s or m/s].
+        a_max: Largest accelerations, (nv,) [rad/s2 or m/s2]; infinite where the file has none.
+        tau_max: Largest torques, (nv,) [N m or N].
+        friction: Viscous friction, (nv,) [N m s/rad or N s/m].
+        has_masses: Whether the file has any.
+    """
+
+    model: Any
+    tip: int
+    names: tuple[str, ...]
+    q_min: FloatArray
+    q_max: FloatArray
+    v_max: FloatArray
+    a_max: FloatArray
+    tau_max: FloatArray
+    friction: FloatArray
+    has_masses: bool
+
+    @classmethod
+    def read(cls, source: str | Path, tip: str, *, gravity: Any = (0.0, 0.0, -9.81)) -> Self:
+        """The arm in a URDF.
+
+        Args:
+            source: The path of a file, or its text.
+            tip: The link that carries out the task.
+            gravity: In the base frame, which a URDF does not say, (3,) [m/s2].
+
+        Raises:
+            InputError: The file is no URDF of a serial arm, or has no such link.
+        """
+        text = source if isinstance(source, str) and "<" in source else Path(source).read_text("utf-8")
+        try:
+            root, model = ElementTree.fromstring(text), pin.buildModelFromXML(text)
+        except (ElementTree.ParseError, ValueError, RuntimeError) as error:
+            raise InputError(f"the model file is no URDF: {error!s:.200}") from error
+        if model.nv != model.njoints - 1 or not model.existFrame(tip):
+            raise InputError(f"the model file is not that of an arm of simple joints with the link {tip!r}")
+        model.gravity.linear = np.array(gravity, dtype=np.float64)
+        joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
+        names = tuple(str(name) for name in model.names)[1:]
+        rows = np.array([_limits(joints[name]) for name in names])
+        armature = {
+            transmission.find("joint").get("name"): float(rotor.get("value", "0"))  # type: ignore[union-attr]
+            for transmission in root.findall("transmission")
+            if (rotor := transmission.find(f"actuator/{DRAKE}rotor_inertia")) is not None
+        }
+        model.armature = np.array([armature.get(name, 0.0) for name in names])
+        return cls(
+            model=model,
+            tip=model.getFrameId(tip, pin.FrameType.BODY),
+            names=names,
+            q_min=rows[:, 0],
+            q_max=rows[:, 1],
+            v_max=rows[:, 2],
+            a_max=rows[:, 3],
+            tau_max=rows[:, 4],
+            friction=rows[:, 5],
+            has_masses=any(model.inertias[i].mass > 0.0 for i in range(1, model.njoints)),
+        )
+
+    def tips(self, q: FloatArray) -> FloatArray:
+        """Poses of the tip, (K, 4, 4) [m].
+
+        Args:
+            q: Configurations, (K, nv) [rad or m].
+        """
+        data = self.model.createData()
+        result = np.empty((len(q), 4, 4))
+        for k, at in enumerate(self._configurations(q)):
+            pin.forwardKinematics(self.model, data, at)
+            result[k] = pin.updateFramePlacement(self.model, data, self.tip).homogeneous
+        return result
+
+    def tip_and_jacobian(self, data: Any, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The pose of the tip, (4, 4) [m], and its Jacobian along the base's axes, (6, nv).
+
+        Args:
+            data: Of the model, for what is computed on the way.
+            q: Configuration, (nv,) [rad or m].
+        """
+        (at,) = self._configurations(q[None])
+        J = pin.computeFrameJacobian(self.model, data, at, self.tip, pin.LOCAL_WORLD_ALIGNED)
+        return pin.updateFramePlacement(self.model, data, self.tip).homogeneous, J
+
+    def torques(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """What the joints carry, tau = M a + h with rotors and viscous friction, (K, nv) [N m or N].
+
+        Args:
+            q: Configurations, (K, nv) [rad or m].
+            v: Velocities, (K, nv) [rad/s or m/s].
+            a: Accelerations, (K, nv) [rad/s2 or m/s2].
+        """
+        data = self.model.createData()
+        moved = [
+            pin.rnea(self.model, data, at, v[k], a[k]).copy() for k, at in enumerate(self._configurations(q))
+        ]
+        return np.reshape(moved, v.shape) + self.friction * v
+
+    def _configurations(self, q: FloatArray) -> FloatArray:
+        """pinocchio's configurations, in which a joint that turns without end has a cosine and a sine."""
+        endless: BoolArray = np.array([self.model.nqs[i] == 2 for i in range(1, self.model.njoints)])
+        if not endless.any():
+            return q
+        columns: list[FloatArray] = []
+        for i in range(q.shape[1]):
+            columns += [np.cos(q[:, i]), np.sin(q[:, i])] if endless[i] else [q[:, i]]
+        return np.stack(columns, axis=1)
+
+
+def _limits(joint: ElementTree.Element) -> list[float]:
+    """q_min, q_max, v_max, a_max, tau_max and friction of a joint."""
+    limit, rub = joint.find("limit"), joint.find("dynamics")
+    written = {} if limit is None else dict(limit.attrib)
+    endless = joint.get("type") == "continuous"
+    found = [
+        -np.inf if endless else float(written.get("lower", "-inf")),
+        np.inf if endless else float(written.get("upper", "inf")),
+        float(written.get("velocity", "inf")),
+        float(written.get(f"{DRAKE}acceleration", "inf")),
+        float(written.get("effort", "inf")),
+    ]
+    found = [value if abs(value) < LARGEST else float(np.copysign(np.inf, value)) for value in found]
+    return [*found, 0.0 if rub is None else float(rub.get("damping", "0"))]

@@ -1,0 +1,84 @@
+"""What a checker is shown of a run: truth, commands, claims, what was asked and what failed."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import final
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import unknown
+
+KINDS = ("locked", "free", "degraded")
+"""What the laws know of a joint that has failed."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failure:
+    """What really happened to a joint.
+
+    Attributes:
+        joint: Its 0-based index.
+        kind: One of ``KINDS``.
+        since: When it failed [s].
+        told: When the planner was told [s]; infinite without that.
+        shares: Of a weakened joint, what is left of ``q_min``, ``q_max``, ``v_max``, ``a_max``, ``tau_max``.
+        jumps: Whether it stops in no time, and the others jump with it.
+        until: When another failure of the same joint takes its place [s].
+        deceleration: With which the planner may bring its command for the joint to rest once it knows
+            [rad/s2 or m/s2]; infinite: at once.
+
+    Raises:
+        InputError: The laws know no such kind.
+    """
+
+    joint: int
+    kind: str
+    since: float
+    told: float
+    shares: Mapping[str, float] = field(default_factory=dict)
+    jumps: bool = False
+    until: float = float("inf")
+    deceleration: float = float("inf")
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise unknown("kind of failure", self.kind, "the checker", KINDS)
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trace:
+    """A run, tick by tick; the plant is asked, not the planner.
+
+    Attributes:
+        dt: Sampling period [s].
+        level: ``acceleration`` or ``velocity``: what is held during a tick.
+        q: True positions at the start of each tick, and at the end, (K + 1, nv) [rad or m].
+        v: True velocities likewise, (K + 1, nv) [rad/s or m/s].
+        sent_q: Positions that were sent, for the end of each tick, (K, nv) [rad or m].
+        sent_v: Velocities that were sent, (K, nv) [rad/s or m/s].
+        status: What the planner claimed of each tick, (K,) names.
+        target: What was asked, (K, 4, 4) [m].
+        rows: The rows of the task, of x, y, z, rx, ry, rz.
+        tolerance: Largest position [m] and rotation error [rad] at which the task counts as followed.
+        failures: What failed.
+        axis: A direction in the tip frame, (3,), whose own direction alone counts of the rotation; None: as
+            ``rows`` says.
+        can_be_followed: Whether the target is known to be within reach, speed and strength of what works.
+        until: ... for how long; to the end without that [s].
+    """
+
+    dt: float
+    level: str
+    q: FloatArray
+    v: FloatArray
+    sent_q: FloatArray
+    sent_v: FloatArray
+    status: Sequence[str]
+    target: FloatArray
+    rows: Sequence[str]
+    tolerance: tuple[float, float]
+    failures: Sequence[Failure] = ()
+    axis: tuple[float, float, float] | None = None
+    can_be_followed: bool = False
+    until: float = float("inf")

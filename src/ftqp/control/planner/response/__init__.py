@@ -1,0 +1,1 @@
+"""What a planner does about what its detector sees of the arm."""

@@ -1,0 +1,64 @@
+"""What takes part in a planner's life beside the kernel's tick, as one ordered list."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from ftqp.control.planner.wanted import Start, Wanted
+from ftqp.faults.belief import Belief
+from ftqp.model.robot import Robot
+
+Tick = Callable[..., int]
+"""From what a step was given, the measured configuration first, to a status or mistake."""
+CLOCK: Final = "clock"
+"""Ticks whose targets come with the step."""
+FREE: Final = "free"
+"""The same beside a joint that swings freely."""
+LED: Final = ("path", "base", "joints")
+"""Ticks that a follower leads in place of the clock."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stage:
+    """One part of a planner: what it does at which moment; None is nothing.
+
+    Attributes:
+        ticks: The kinds of ticks that it takes part in.
+        before: What it does before each of them.
+        after: What it does after each of them, of its status or mistake and what the step was given.
+        mount: What it does when the arm gets another load or tool.
+        believe: What it does when other joints are believed to have failed; it may be called again.
+        begin: What it does at a reset, beside all else that the planner was told; it may be called again.
+    """
+
+    ticks: tuple[str, ...] = ()
+    before: Callable[[], object] | None = None
+    after: Callable[[int, tuple[Any, ...]], object] | None = None
+    mount: Callable[[Robot], object] | None = None
+    believe: Callable[[Belief], object] | None = None
+    begin: Callable[[Start, Wanted], object] | None = None
+
+
+def staged(tick: Tick, kind: str, stages: Iterable[Stage]) -> Tick:
+    """A tick with what its stages do before and after it, in their order; itself where they do nothing.
+
+    Args:
+        tick: The solver's.
+        kind: One of CLOCK, FREE and LED.
+        stages: The planner's.
+    """
+    own: Sequence[Stage] = [stage for stage in stages if kind in stage.ticks]
+    before = tuple(stage.before for stage in own if stage.before is not None)
+    after = tuple(stage.after for stage in own if stage.after is not None)
+    if not before and not after:
+        return tick
+
+    def whole(*inputs: Any) -> int:
+        for act in before:
+            act()
+        code = tick(*inputs)
+        for look in after:
+            look(code, inputs)
+        return code
+
+    return whole

@@ -1,0 +1,467 @@
+"""Random episodes in physics: whatever fails, however badly it is measured, the arm ends safe.
+
+    python studies/campaign_physics.py --first 200000 --episodes 2000   the table of docs/evidence/physics.md
+    python studies/campaign_physics.py --replay 200058
+
+An episode is an arm in MuJoCo (panda, iiwa14 or xarm7; drive, load, friction, noise, latency, fault and its
+time, told at once, late or never) that follows a circle and then stands for two seconds. It is drawn from its
+number alone. Episodes that ``--file`` has already are not run again. The tables say how often each law was
+broken, by arm, drive and fault, and how each exception came about; the report goes to ``--out``.
+``--replay K`` runs one of them and writes its figures.
+
+What no planner can help is not counted: healthy joints' speed within 0.1 s after a brake has closed, or after
+a joint without a motor that holds it has met its end stop.
+"""
+
+import json
+import logging
+import sqlite3
+import sys
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from bench import command_line, results
+from joblib import Parallel, delayed
+
+import ftqp
+from ftqp.control.drive.joint_drive import Drive
+from ftqp.control.drive.noise import Noise
+from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
+from ftqp.sim.log.metrics import STATUSES
+from ftqp.sim.loop import Simulation
+from ftqp.sim.plants.arm_model import Arm
+from ftqp.sim.plants.plant import Command, Plant
+
+DT = 1e-3
+REST = 2.0
+"""How long the target stands at the end [s] ..."""
+SWINGS = 6.0
+"""... and after a joint began to swing freely, at least: without friction the arm has 5 s to come to rest."""
+ARMS = ("panda", "iiwa14", "xarm7")
+DRIVES = ("position", "velocity", "torque")
+FAULTS = ("none", "locked", "locked at once", "free", "degraded", "slipping brake")
+TOLD = ("at once", "late", "never")
+BANDWIDTH = 94.0
+"""Of the joint servos [rad/s]."""
+REGULAR = 0.15
+"""Smallest singular value of a start, lengths in characteristic lengths."""
+MIDDLE = 0.8
+"""Share of every joint's range in which starts lie."""
+WRISTS = 3
+"""The last joints, whose friction is a third: their inertia is small."""
+STILL = 0.01
+"""Share of the speed limit below which a joint is at rest ..."""
+OVER = 20
+"""... as a mean over so many ticks: what noise shakes a torque arm by goes nowhere."""
+SPEED_SLACK, TORQUE_SLACK = 1.02, 1.0 + 1e-6
+"""Largest speed and torque by their limits."""
+IMPACT = 0.1
+"""How long after an impact, of a brake or on an end stop, speeds are not counted [s]."""
+JOLT = 0.02
+"""How long after a motor has lost its torque unannounced nobody can know of it [s]."""
+CLAIM = 0.1
+"""How long OK may be said beyond the tolerance [s]."""
+Array = np.ndarray[Any, Any]
+LAWS = ("divergence", "speed", "torque", "end", "false OK")
+WHOLE = 2000
+"""A campaign of fewer episodes is a quick one."""
+LIMITATIONS = (
+    "Loads, friction and faults are drawn evenly from ranges of our own, not from records of real arms.",
+    "Sensors are late and noisy, but none breaks; one joint fails, of one arm, in one episode.",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Episode:
+    """What is drawn; SI units."""
+
+    seed: int
+    arm: str
+    drive: str
+    radius: float
+    duration: float
+    noise: float
+    latency: int
+    payload: float
+    friction: float
+    fault: str
+    joint: int
+    at: float
+    told: str
+    damping: float
+    start: tuple[float, ...]
+    plane: tuple[str, str]
+
+
+def draw(seed: int) -> Episode:
+    """The episode of that number."""
+    rng = np.random.default_rng(seed)
+    arm = str(rng.choice(ARMS))
+    robot = ftqp.robots.load(arm)
+    duration = float(rng.uniform(3.0, 6.0))
+    light = arm == "xarm7"  # without rotor inertia in the catalog its wrists stick and slip
+    return Episode(
+        seed=seed,
+        arm=arm,
+        drive=str(rng.choice(DRIVES)),
+        radius=float(rng.uniform(0.04, 0.1)),
+        duration=duration,
+        noise=float(rng.choice([0.0, 1e-5, 1e-4])),
+        latency=int(rng.integers(0, 6)),
+        payload=float(rng.choice([0.0, 0.5, 1.0])),
+        friction=float(rng.choice([0.0, 0.2, 0.2 if light else 0.5])),
+        fault=str(rng.choice(FAULTS)),
+        joint=int(rng.integers(robot.nv)),
+        at=float(rng.uniform(0.2, 0.8)) * duration,
+        told=str(rng.choice(TOLD)),
+        damping=float(rng.choice([0.0, 0.5, 3.0])),
+        start=tuple(_regular_start(robot, rng)),
+        plane=(("x", "y"), ("y", "z"), ("x", "z"))[int(rng.integers(3))],
+    )
+
+
+def _regular_start(robot: ftqp.Robot, rng: np.random.Generator) -> list[float]:
+    """A posture in the middle of the ranges, far from singularities and from what gravity forbids."""
+    low, high = (np.clip(limit, -3.0, 3.0) for limit in (robot.limits.q_min, robot.limits.q_max))
+    middle, half = 0.5 * (low + high), 0.5 * MIDDLE * (high - low)
+    data, tip = robot.model.createData(), robot.model.getFrameId(robot.tip)
+    while True:
+        q = middle + half * rng.uniform(-1.0, 1.0, robot.nv)
+        J = pin.computeFrameJacobian(robot.model, data, q, tip, pin.LOCAL_WORLD_ALIGNED)
+        J[:3] /= robot.length
+        weight = np.abs(pin.rnea(robot.model, data, q, np.zeros(robot.nv), np.zeros(robot.nv)))
+        if np.linalg.svd(J, compute_uv=False)[-1] > REGULAR and (weight < 0.6 * robot.limits.tau_max).all():
+            return [float(value) for value in q]
+
+
+class Watched(Plant):
+    """A plant that keeps, tick by tick, what the laws speak of.
+
+    Attributes:
+        states: true q, v at the tick and the torque that was asked for, (K, 3, nv).
+        codes: status of each step, (K,).
+        braked: when each joint was first asked to brake, infinite without that, (nv,) [ticks].
+        asked: largest speed of the reference, by joint and tick, (K, nv) [rad/s].
+    """
+
+    def __init__(self, plant: Plant, ticks: int, nv: int) -> None:
+        self._plant = plant
+        self._kept, self._codes = np.zeros((ticks, 3, nv)), np.zeros(ticks, dtype=np.int64)
+        self.asked, self.braked = np.zeros((ticks, nv)), np.full(nv, np.inf)
+        self.ticks = 0
+
+    q = property(lambda self: self._plant.q)
+    v = property(lambda self: self._plant.v)
+    drive = property(lambda self: self._plant.drive)
+    tolerance = property(lambda self: self._plant.tolerance)
+    motors = property(lambda self: self._plant.motors)
+    failure = property(lambda self: self._plant.failure)
+
+    def reset(self, q: Any, v: Any) -> None:
+        """Begin at (q, v)."""
+        self._plant.reset(q, v)
+        self.ticks = 0
+
+    def fail(self, fault: Any) -> None:
+        """Hand the fault on."""
+        self._plant.fail(fault)
+
+    def repair(self, joint: Any) -> None:
+        """Hand the repair on."""
+        self._plant.repair(joint)
+
+    def advance(self, command: Command) -> None:
+        """Keep the tick, then move on."""
+        kept = self._kept[self.ticks]
+        kept[0], kept[1] = self._plant.q, self._plant.v
+        if self._plant.drive == "torque":
+            kept[2] = command.tau
+        self._codes[self.ticks] = command.code  # type: ignore[attr-defined]
+        self.asked[self.ticks] = command.reference.v  # type: ignore[attr-defined]
+        self.braked[command.brakes & np.isinf(self.braked)] = self.ticks
+        self.ticks += 1
+        self._plant.advance(command)
+
+    @property
+    def states(self) -> Array:
+        return self._kept[: self.ticks]
+
+    @property
+    def codes(self) -> Array:
+        return self._codes[: self.ticks]
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """All that takes part in an episode."""
+
+    simulation: Simulation
+    plant: Watched
+    path: Any
+    robot: Any
+    tolerance: tuple[float, float]
+
+
+def length(episode: Episode) -> float:
+    """How long the episode lasts [s]."""
+    swings = episode.at + SWINGS if episode.fault == "free" else 0.0
+    return max(episode.duration + REST, swings)
+
+
+def world(episode: Episode, *, log: str | None = None) -> World:
+    """The run that the episode describes."""
+    robot = ftqp.robots.load(episode.arm)
+    latency = episode.latency * DT
+    servo = {} if episode.drive == "torque" else {"bandwidth": BANDWIDTH}
+    planner = ftqp.Planner(
+        robot,
+        DT,
+        drive=Drive(kind=episode.drive, latency=latency, **servo),
+        noise=Noise(q=episode.noise),
+    )
+    share = np.where(np.arange(robot.nv) >= robot.nv - WRISTS, 1.0 / 3.0, 1.0)
+    weak = {robot.joints[episode.joint]: 0.3 * float(robot.limits.tau_max[episode.joint])}
+    true = ftqp.TrueArm(
+        payload=ftqp.Payload(episode.payload) if episode.payload else None,
+        coulomb=dict(zip(robot.joints, (episode.friction * share).tolist(), strict=True)),
+        brake=weak if episode.fault == "slipping brake" else None,
+    )
+    sensors = ftqp.JointSensors(
+        robot, DT, latency=episode.latency, position_noise=episode.noise, seed=episode.seed
+    )
+    q = np.array(episode.start)
+    path = ftqp.paths.Circle(
+        robot.pose(q), episode.radius, axes=list(episode.plane), duration=episode.duration
+    )
+    arm = ftqp.MujocoPlant(robot, DT, ftqp.JointServo(robot, episode.drive), true)
+    plant = Watched(arm, round(length(episode) / DT) + 1, robot.nv)
+    run = Simulation(
+        planner,
+        path,
+        q=q,
+        plant=plant,
+        sensors=sensors,
+        schedule=ftqp.Schedule(_events(episode)),
+        duration=length(episode),
+        log=log,
+    )
+    return World(run, plant, path, robot, (planner.task.tolerance, planner.task.rotation_tolerance))
+
+
+def _events(episode: Episode) -> list[ftqp.FaultEvent]:
+    """What fails, and when the planner is told."""
+    told = {"at once": None, "late": episode.at + 0.05, "never": "never"}[episode.told]
+    kinds = {
+        "locked": Locked(episode.joint),
+        "locked at once": Locked(episode.joint, mode="instant", reset="momentum"),
+        "free": FreeSwinging(episode.joint, damping=episode.damping),
+        "degraded": Degraded(episode.joint, torque=0.6),
+        "slipping brake": Locked(episode.joint),
+    }
+    if episode.fault == "none":
+        return []
+    return [ftqp.FaultEvent(kinds[episode.fault], episode.at, told)]
+
+
+def judged(episode: Episode) -> dict[str, Any]:
+    """Runs the episode: how it ended, and by how much each law was broken (0.0 where it holds)."""
+    there = world(episode)
+    result = there.simulation.run()
+    robot, states, codes = there.robot, there.plant.states, there.plant.codes
+    t = DT * np.arange(len(codes))
+    healthy = t[:, None] < DT * there.plant.braked
+    if episode.fault not in ("none", "degraded"):
+        healthy[t >= episode.at, episode.joint] = False
+    broken = dict.fromkeys(LAWS, 0.0)
+    speed = np.abs(states[:, 1]) / robot.limits.v_max
+    if result.broken is not None or not np.isfinite(states[:, :2]).all():
+        broken["divergence"] = 1.0
+    counted = np.where(healthy & ~_impacts(episode, there, t)[:, None], speed, 0.0)
+    fastest = float(counted.max(initial=0.0))
+    broken["speed"] = fastest if fastest > SPEED_SLACK else 0.0
+    over = np.argwhere(counted > SPEED_SLACK)
+    k, i = over[0] if len(over) else (0, 0)
+    led = float(abs(there.plant.asked[k, i]) / robot.limits.v_max[i])
+    asked = float((np.abs(states[:, 2]) / robot.limits.tau_max).max())
+    broken["torque"] = asked if not asked <= TORQUE_SLACK else 0.0
+    final = STATUSES[int(codes[-1])]
+    way = np.abs(states[OVER:, 0] - states[:-OVER, 0]) / (OVER * DT * robot.limits.v_max)
+    moving = float(way[-200:][healthy[-200:]].max(initial=0.0))
+    if not (final in ("OK", "STOPPED") or (final == "RELAXED" and moving < STILL)):
+        broken["end"] = 1.0 + moving
+    distance, turned = _errors(there, t, states[:, 0])
+    wrong = ((distance > there.tolerance[0]) | (turned > there.tolerance[1])) & (
+        codes == STATUSES.index("OK")
+    )
+    claimed = DT * _longest(wrong)
+    broken["false OK"] = claimed if claimed > CLAIM else 0.0
+    return {
+        "status": final,
+        "stopped_at": result.stopped_at,
+        "error": 1e3 * float(distance[-1]),
+        "moving": moving,
+        "since": float(t[k]) - episode.at,
+        "for": DT * len(np.unique(over[:, 0])),
+        "led": led,
+        **broken,
+    }
+
+
+def _impacts(episode: Episode, there: World, t: Array) -> Array:
+    """Which samples are within IMPACT of a brake that closes or of a joint that meets its end stop, (K,)."""
+    limits, q, braked = there.robot.limits, there.plant.states[:, 0], DT * there.plant.braked
+    struck = np.zeros(len(t), dtype=np.bool_)
+    for begin in braked[np.isfinite(braked)]:
+        struck |= (t >= begin) & (t < begin + DT)
+    if episode.fault in ("locked", "locked at once", "slipping brake"):
+        struck |= (t >= episode.at) & (t < episode.at + DT)
+    powerless = t[:, None] >= braked
+    if episode.fault != "none":
+        powerless[t >= episode.at, episode.joint] = True
+    struck |= (((q > limits.q_max) | (q < limits.q_min)) & powerless).any(axis=1)
+    return np.convolve(struck, np.ones(round(IMPACT / DT)))[: len(t)] > 0.5
+
+
+def _errors(there: World, t: Array, q: Array) -> tuple[Array, Array]:
+    """Distance [m] and angle [rad] from the true tip to the target of every tick, each (K,)."""
+    arm, target = Arm(there.robot), there.path.sample(np.minimum(t, there.path.duration)).pose
+    tip = np.array([arm.tip(now).copy() for now in q])
+    trace = np.einsum("kij,kij->k", tip[:, :3, :3], target[:, :3, :3])
+    turned = np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0))
+    return np.linalg.norm(tip[:, :3, 3] - target[:, :3, 3], axis=1), turned
+
+
+def _longest(wrong: Array) -> int:
+    """The longest run of True."""
+    ends = np.flatnonzero(~np.r_[False, wrong, False])
+    return int(np.diff(ends).max(initial=1)) - 1
+
+
+def kept(file: Path) -> sqlite3.Connection:
+    """The results so far."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    connection = sqlite3.connect(file)
+    connection.execute(
+        "CREATE TABLE IF NOT EXISTS episodes (seed INTEGER PRIMARY KEY, drawn TEXT, outcome TEXT)"
+    )
+    return connection
+
+
+Row = tuple[int, dict[str, Any], dict[str, Any]]
+
+
+def tables(rows: list[Row]) -> str:
+    """How often each law was broken, by arm, drive and fault; how the runs ended; every exception."""
+    lines = [f"{len(rows)} episodes", "", f"| | episodes | {' | '.join(LAWS)} | OK | RELAXED | STOPPED |"]
+    lines.append("|---" * (len(LAWS) + 5) + "|")
+    lines.append(_counts("all", rows))
+    for key, values in (("arm", ARMS), ("drive", DRIVES), ("fault", FAULTS)):
+        for value in values:
+            lines.append(_counts(value, [row for row in rows if row[1][key] == value]))
+    for told in TOLD:
+        chosen = [row for row in rows if row[1]["told"] == told and row[1]["fault"] != "none"]
+        lines.append(_counts(f"told {told}", chosen))
+    lines += ["", "| episode | what | law | by how much | how it came about |", "|---|---|---|---|---|"]
+    for row in rows:
+        lines += [_exception(row, law) for law in LAWS if row[2][law] > 0.0]
+    return "\n".join(lines)
+
+
+def markdown(result: dict[str, Any]) -> str:
+    """The report, as one string."""
+    head, foot = results.preamble("Episodes in physics", result), results.appendix(result)
+    return "\n".join([*head, tables(result["rows"]), "", *foot])
+
+
+def _counts(name: str, rows: list[Row]) -> str:
+    """A line of the first table."""
+    broken = [sum(outcome[law] > 0.0 for _, _, outcome in rows) for law in LAWS]
+    ends = [sum(outcome["status"] == end for _, _, outcome in rows) for end in ("OK", "RELAXED", "STOPPED")]
+    return f"| {name} | {len(rows)} | " + " | ".join(str(number) for number in broken + ends) + " |"
+
+
+def _exception(row: Row, law: str) -> str:
+    """A line of the second table."""
+    seed, drawn, outcome = row
+    what = (
+        f"{drawn['arm']}, {drawn['drive']}, joint {drawn['joint'] + 1} {drawn['fault']}, told {drawn['told']}"
+    )
+    if law == "speed":
+        much = f"{outcome[law]:.2f} for {outcome['for']:.3f} s"
+        return f"| {seed} | {what} | {law} | {much} | {_cause(drawn, outcome)} |"
+    if law == "end":
+        return f"| {seed} | {what} | {law} | {outcome['status']} at {outcome['moving']:.3f} | |"
+    return f"| {seed} | {what} | {law} | {outcome[law]:.2f} | |"
+
+
+def _cause(drawn: dict[str, Any], outcome: dict[str, Any]) -> str:
+    """How a joint came to be too fast, by when and at which command."""
+    since, led = outcome["since"], outcome["led"]
+    when = f"{since:.3f} s after the fault, commanded {led:.2f}"
+    known = {"at once": 0.0, "late": 0.05, "never": np.inf}[drawn["told"]]
+    if since < 0.0 or drawn["fault"] == "none":
+        return f"before any fault, commanded {led:.2f}"
+    if since < JOLT:
+        return f"jolt of the lost motor: {when}"
+    return f"{'known' if since > known else 'unknown'} fault: {when}"
+
+
+def main() -> int:
+    """Runs what is missing, prints and writes the tables; 0 when done, 2 for bad input."""
+    parser = command_line.parser(__doc__)
+    parser.add_argument("--episodes", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0, help="number of the first episode")
+    parser.add_argument("--file", type=Path, default=Path("runs/campaign-physics.sqlite"), help="of episodes")
+    results.add_out(parser, "campaign_physics")
+    parser.add_argument("--jobs", type=int, default=1, help="how many processes run them")
+    parser.add_argument("--replay", type=int, help="run this episode alone, with figures")
+    given = parser.parse_args()
+    if given.replay is not None:
+        replay(given.replay)
+        return 0
+    connection = kept(given.file)
+    wanted = range(given.first, given.first + given.episodes)
+    have = {seed for (seed,) in connection.execute("SELECT seed FROM episodes")}
+    missing = [seed for seed in wanted if seed not in have]
+    with Parallel(n_jobs=given.jobs, return_as="generator_unordered") as parallel:
+        for row in parallel(delayed(_ran)(seed) for seed in missing):
+            connection.execute("INSERT OR IGNORE INTO episodes VALUES (?, ?, ?)", row)
+            connection.commit()
+    stored = connection.execute("SELECT seed, drawn, outcome FROM episodes ORDER BY seed")
+    settings = {"first": given.first, "episodes": given.episodes, "jobs": given.jobs}
+    result = results.circumstances("campaign_physics", (), settings) | {
+        "rows": [(seed, json.loads(drawn), json.loads(out)) for seed, drawn, out in stored if seed in wanted],
+        "left_out": {},
+        "limitations": list(LIMITATIONS),
+    }
+    result["versions"]["mujoco"] = version("mujoco")
+    name = results.stem("campaign_physics", name=None, quick=given.episodes < WHOLE)
+    return results.told(result, markdown(result), given.out, name)
+
+
+def _ran(seed: int) -> tuple[int, str, str]:
+    """A row of the file."""
+    logging.getLogger("ftqp").setLevel(logging.ERROR)
+    episode = draw(seed)
+    return seed, json.dumps(asdict(episode)), json.dumps(judged(episode))
+
+
+def replay(seed: int) -> None:
+    """One episode, in words and figures."""
+    from ftqp.viz.figures.run_figures import save_figures
+
+    episode = draw(seed)
+    print(episode)
+    print(judged(episode))
+    log = world(episode, log="memory").simulation.run().log
+    assert log is not None
+    for file in save_figures(log, Path(f"runs/campaign-physics-{seed}")):
+        print(file)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

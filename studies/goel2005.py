@@ -1,0 +1,364 @@
+"""Failures nobody was told of (Goel, Maciejewski and Balakrishnan 2005): every figure, recomputed, timed.
+
+    python studies/goel2005.py           all of it, about a minute; pictures beside the report
+    python studies/goel2005.py --quick   a quarter of the configurations and a hundredth of the brute force
+
+Expected figures are those of an independent program; docs/evidence/goel2005.md says what the paper prints and
+what does not reproduce. CPU times are those of one thread, compilation apart. Report and numbers go
+to ``--out``.
+"""
+
+import json
+import sys
+import time
+
+import numpy as np
+from bench import command_line, results
+
+import ftqp
+from ftqp.analysis import (
+    basins,
+    joint_ranges,
+    map_chunk,
+    outcome,
+    point_to_point,
+    points,
+    rest_curves,
+    workspace_task,
+)
+
+DEG = np.pi / 180.0
+GOAL, SLOW_GOAL = (1.5, 1.5), (-0.8, 0.0)
+SPECIAL = 45.0 + np.degrees(np.arccos(1.0 / np.hypot(*GOAL)))
+LIMITATIONS = (
+    "Start configurations of figures 5 to 7 are recovered from tip positions in print; failures are at once.",
+    "The brute force takes every fourth point and 60 configurations each, as the independent program did.",
+    "Screening takes 64 trials at each of 720 locked values; the brute force is its check.",
+    "CPU times vary by a tenth from run to run on a machine that others use.",
+)
+EXPECTED_MEANS = {
+    "R100": (35.87, 54.46, 51.85, 17.95),
+    "Ravg": (56.35, 68.98, 69.66, 28.01),
+    "Rsens": (92.2, 78.2, 77.5, 82.1),
+}
+EXPECTED_POINTS = {
+    (2.0, -1.4): ((40.8, 70.8, 64.2, 16.9), (59.4, 80.6, 76.8, 30.4)),
+    (-0.9, 1.8): ((45.3, 63.6, 60.6, 14.2), (63.3, 69.8, 67.9, 22.7)),
+}
+HORIZONS = {10.0: 0.6, 20.0: 10.0, 50.0: 89.0, 100.0: 97.0}
+
+
+def arm(count):
+    """A planar arm of unit links."""
+    return ftqp.robots.load("planar", lengths=(1.0,) * count, continuous=True)
+
+
+def polar(rho, phi):
+    """A goal about joint 2 of the 2R arm, joint 1 locked at 0."""
+    return 1.0 + rho * np.cos(phi * DEG), rho * np.sin(phi * DEG)
+
+
+def figure_6_start():
+    """The configuration at (-0.9, 1.8) with joint 1 where a whole circle is at rest."""
+    wrist = complex(-0.9, 1.8) - np.exp(1j * SPECIAL * DEG)
+    elbow = np.degrees(np.arccos(0.5 * abs(wrist) ** 2 - 1.0))
+    first = np.degrees(np.angle(wrist) - np.angle(1.0 + np.exp(1j * elbow * DEG)))
+    return SPECIAL, first - SPECIAL, elbow
+
+
+def cases():
+    """Name, links, goal, start [degrees], locked joint, and what is expected."""
+    two = (0.0, -30.0)
+    yield "2R, goal A (1, 45)", 2, polar(1, 45), two, "j1", "correct, -315"
+    yield "2R, goal B (1, 0)", 2, polar(1, 0), two, "j1", "erroneous, no motion, 0.517638"
+    yield "2R, goal C (2, 120)", 2, polar(2, 120), two, "j1", "erroneous, -261.787, 1.133893"
+    yield "2R, goal D (2, 60)", 2, polar(2, 60), two, "j1", "none, 3.62760 s, 1 to 3"
+    for phi, error in ((61, 1.71477), (75, 1.50668), (90, 1.34164), (180, 1.0)):
+        yield f"2R, (2, {phi})", 2, polar(2, phi), two, "j1", f"erroneous, {error}"
+    yield "2R, (2, 30)", 2, polar(2, 30), two, "j1", "singular, 1.23931"
+    yield "Fig. 5", 3, GOAL, (-79.3348, 45.0, 42.7735), "j2", "correct, (-5.6173, 45, 66.1698)"
+    yield "Fig. 5, other", 3, GOAL, (-35.6493, 45.0, -87.7735), "j2", "correct, (50.6173, 45, -111.1698)"
+    yield "Fig. 6", 3, GOAL, figure_6_start(), "j1", "erroneous, (106.8745, -65.6468, 180), 1.870829"
+    yield (
+        "Fig. 6, 150",
+        3,
+        GOAL,
+        (150.0, -107.9446, 98.8833),
+        "j1",
+        "erroneous, (150, -109.2385, 0), 0.904434",
+    )
+    for value, period in ((30, 7.74332), (10, 1.897359), (20, 4.172185), (40, 22.23123)):
+        told = ", 0.227119 to 1.776600" if value == 30 else ""
+        yield f"Fig. 7, {value}", 3, SLOW_GOAL, (10.8852, 72.5087, value), "j3", f"none, {period} s{told}"
+    yield "Fig. 7, 45", 3, SLOW_GOAL, (10.8852, 72.5087, 45.0), "j3", "erroneous, 0.161"
+
+
+def ends():
+    """The cases, (rows), each with its expectation."""
+    rows = []
+    for name, count, goal, start, joint, expected in cases():
+        found = outcome(arm(count), goal, np.array(start) * DEG, joint)
+        rows.append(
+            {
+                "case": name, "expected": expected, "kind": found.kind, "q": np.degrees(found.q).tolist(),
+                "error": found.error, "rate": found.rate, "period": found.period,
+                "error_range": found.error_range, "reason": found.reason,
+            }
+        )  # fmt: skip
+    return rows
+
+
+def timed(work):
+    """What it gives, and its CPU time [s]."""
+    began = time.process_time()
+    found = work()
+    return found, time.process_time() - began
+
+
+def maps(quick):
+    """The map, its points in print, and its CPU time."""
+    three = arm(3)
+    task, preparing = timed(lambda: workspace_task(three, GOAL, configurations=22 if quick else 90))
+    every = points(task)
+    map_chunk(task, every[:1])
+    found, seconds = timed(lambda: map_chunk(task, every))
+    printed = map_chunk(task, np.array(list(EXPECTED_POINTS)))
+    by_joints = map_chunk(
+        workspace_task(three, GOAL, length="joint", configurations=task.configurations),
+        np.array([[2.0, -1.4]]),
+    )
+    return {
+        "points": len(every),
+        "configurations": int(found["configurations"].sum()),
+        "failed": int(found["failed"].sum()),
+        "seconds": seconds,
+        "preparing": preparing,
+        "means": {k: v.mean(axis=0).tolist() for k, v in found.items() if v.ndim == 2},
+        "whole": (found["R100"] > 100.0 - 1e-9).sum(axis=0).tolist(),
+        "some": (found["R100"] > 0.0).sum(axis=0).tolist(),
+        "printed": {name: printed[name].tolist() for name in ("R100", "Ravg")},
+        "by_joints": by_joints["Ravg"][0].tolist(),
+    }, {"places": every, **{k: v for k, v in found.items() if v.ndim == 2}}
+
+
+def brute_force(quick):
+    """All failures in range simulated, every fourth point; what became of them."""
+    task = workspace_task(arm(3), GOAL, configurations=60, screen=False)
+    some = points(task)[:: 400 if quick else 4]
+    map_chunk(task, some[:1])
+    found, seconds = timed(lambda: map_chunk(task, some))
+    return {
+        "points": len(some),
+        "runs": int(found["runs"].sum()),
+        "unresolved": int(found["unresolved"].sum()),
+        "Favg": np.nanmean(found["Favg"], axis=0).tolist(),
+        "F100": np.nanmean(found["F100"], axis=0).tolist(),
+        "seconds": seconds,
+    }
+
+
+def horizons():
+    """Shares of failures of joint 1, at once and in range, from (-0.9, 1.8) that have succeeded by a time."""
+    task = workspace_task(arm(3), GOAL)
+    q = np.concatenate(task.links.configurations(np.array([-0.9, 1.8]), 2000, 0))
+    low, high = task.boxes[0][0][0]
+    q = q[np.mod(q[:, 0] - low, 2.0 * np.pi) <= high - low]
+    _, _, facts = task.study().runs(q, np.full(len(q), 1), horizon=max(HORIZONS), success=1e-2)
+    return {f"{T:g}": 100.0 * float(np.mean(facts[:, 1] <= T)) for T in HORIZONS}
+
+
+def figure_8():
+    """The basins of figure 8."""
+    found = basins(arm(3), GOAL, "j2", 45.0 * DEG)
+    return {
+        "share": found.share.tolist(),
+        "ends": np.degrees(found.ends).tolist(),
+        "saddles": np.degrees(found.saddles).tolist(),
+        "eigenvalues": found.eigenvalues.tolist(),
+    }, found
+
+
+def pictures(found_map, found_basins):
+    """A function that draws all pictures into a folder."""
+    from ftqp.viz.figures import failure_pictures, map_pictures, rest_pictures
+
+    def motion(count, goal, start, joint, duration):
+        way = point_to_point(arm(count), goal, np.array(start) * DEG, duration=duration, locked=joint)
+        return way.t, way.q, way.errors
+
+    def draw(result, out, name):
+        files = [out / f"{name}-{part}.png" for part in ("motions", "basins", "two-links")]
+        failure_pictures.draw_motions(
+            files[0], "A joint locks and nobody tells: figures 5 and 6", np.ones(3),
+            {
+                "Fig. 5: joint 2 at 45°": motion(3, GOAL, (-79.3348, 45.0, 42.7735), "j2", 12.0),
+                "Fig. 6: joint 1 at 150°": motion(3, GOAL, (150.0, -107.9446, 98.8833), "j1", 30.0),
+            },
+            np.array(GOAL),
+        )  # fmt: skip
+        cycle = out / f"{name}-cycle.png"
+        failure_pictures.draw_motions(
+            cycle, "No rest: figure 7", np.ones(3),
+            {"joint 3 at 30°": motion(3, SLOW_GOAL, (10.8852, 72.5087, 30.0), "j3", 30.0)},
+            np.array(SLOW_GOAL),
+        )  # fmt: skip
+        a, b = found_basins.moving
+        failure_pictures.draw_basins(
+            files[1], "Figure 8: joint 2 locked at 45°", (f"joint {a + 1}", f"joint {b + 1}"),
+            found_basins.angles, found_basins.label, found_basins.ends[:, [a, b]], found_basins.kinds,
+            found_basins.saddles[:, [a, b]], [way[:, [a, b]] for way in found_basins.separatrices],
+        )  # fmt: skip
+        within = joint_ranges(arm(3), GOAL, rows="position")
+        rests = [
+            rest_pictures.draw_rests(
+                out / f"{name}-rests-{joint}.png", f"Figure 9: joint {joint[1]} locked",
+                rest_curves(arm(3), GOAL, joint), within[joint],
+            )
+            for joint in within
+        ]  # fmt: skip
+        failure_pictures.draw_error_signs(files[2], "Joint 1 locked at 0: figures 3 and 4", two_links())
+        q = np.array([-5.6173, 45.0, 66.1698]) * DEG
+        posture = np.concatenate([[0.0], np.cumsum(np.exp(1j * np.cumsum(q)))])
+        maps = map_pictures.save_maps(
+            out, "Three unit links", ("joint 1", "joint 2", "joint 3"), np.array(GOAL),
+            np.column_stack([posture.real, posture.imag]), {**found_map},
+        )  # fmt: skip
+        kept = [file.rename(out / f"{name}-map-{file.name}") for file in maps if file.name == "R.png"]
+        for file in maps:
+            file.unlink(missing_ok=True)
+        return [*files, cycle, *rests, *kept]
+
+    return draw
+
+
+def two_links():
+    """Where the error falls and which way joint 2 turns, for goals at two distances from joint 2."""
+    from ftqp.viz.figures.failure_pictures import SignPanel
+
+    phi, theta = np.linspace(-np.pi, np.pi, 241), np.linspace(-np.pi, np.pi, 241)
+    panels = {}
+    for rho in (1.0, 2.0):
+        x, y = 1.0 + rho * np.cos(phi)[:, None], rho * np.sin(phi)[:, None]
+        half = np.where(np.abs(theta) < 1e-9, 1e-9, theta)[None, :] / 2.0
+        rate = (2.0 - x) / np.tan(half) - y
+        ex, ey = x - 1.0 - np.cos(theta)[None, :], y - np.sin(theta)[None, :]
+        falls = rate * (-ex * np.sin(theta)[None, :] + ey * np.cos(theta)[None, :]) > 0.0
+        panels[f"goal {rho:g} m from joint 2"] = SignPanel(
+            phi=phi, theta=theta, falls=falls, rate=rate,
+            rest=(2.0 - x) * np.cos(half) - y * np.sin(half), taken_in=x[:, 0] > 2.0 + 1e-9,
+        )  # fmt: skip
+    return panels
+
+
+def entry(row):
+    """A case as a row of the table."""
+    q = ", ".join(f"{value:.4f}" for value in row["q"])
+    told = [f"error {row['error']:.6f}"]
+    if row["rate"] is not None:
+        told.append(f"rate {row['rate']:.4g}")
+    if row["period"] is not None:
+        low, high = row["error_range"]
+        told = [f"period {row['period']:.6f} s", f"error {low:.6f} to {high:.6f}"]
+        q = "turns"
+    return f"| {row['case']} | {row['expected']} | {row['kind']} | {q} | {', '.join(told)} |"
+
+
+def four(values):
+    """Numbers of the joints and of any, in cells."""
+    return " | ".join(f"{value:.2f}" for value in values)
+
+
+def markdown(result):
+    """The report, as one string."""
+    found, brute, horizon = result["map"], result["brute_force"], result["horizons"]
+    lines = results.preamble("Failures nobody was told of (Goel et al. 2005)", result)
+    lines += ["## Ends", "", "| case | expected | kind | q in the end [degrees] | |", "|---|---|---|---|---|"]
+    lines += [entry(row) for row in result["ends"]]
+    lines += ["", "## Basins (Fig. 8)", ""]
+    lines += [
+        f"- {100 * share:.2f} % of the area go to ({', '.join(f'{v:.4f}' for v in q)}) degrees"
+        for share, q in zip(result["basins"]["share"], result["basins"]["ends"], strict=True)
+    ]
+    lines += [
+        f"- saddle ({', '.join(f'{v:.4f}' for v in q)}) degrees, eigenvalues {low:.5f} and {high:.5f}"
+        for q, (low, high) in zip(result["basins"]["saddles"], result["basins"]["eigenvalues"], strict=True)
+    ]
+    lines += [
+        "",
+        "## Map (Fig. 10)",
+        "",
+        f"{found['points']} points, {found['configurations']} configurations, {found['failed']} lines "
+        f"failed; {found['seconds']:.1f} s CPU, and {found['preparing']:.1f} s before (with compilation).",
+        "",
+        "| mean [%] | joint 1 | joint 2 | joint 3 | any | expected |",
+        "|---|---:|---:|---:|---:|---|",
+    ]
+    for name, mean in found["means"].items():
+        told = " / ".join(f"{value:g}" for value in EXPECTED_MEANS.get(name, ()))
+        lines.append(f"| {name} | {four(mean)} | {told} |")
+    lines += [
+        "",
+        f"R100 = 100 at {found['whole']} points (expected 83, 185, 185, 83), > 0 at {found['some']} "
+        "(expected 1568, 1873, 1941, 1318).",
+        "",
+        "| point | measure | joint 1 | joint 2 | joint 3 | any | expected |",
+        "|---|---|---:|---:|---:|---:|---|",
+    ]
+    for k, (point, expected) in enumerate(EXPECTED_POINTS.items()):
+        for name, told in zip(("R100", "Ravg"), expected, strict=True):
+            values = " / ".join(f"{value:g}" for value in told)
+            lines.append(f"| {point} | {name} | {four(found['printed'][name][k])} | {values} |")
+    lines += [
+        "",
+        f"Ravg for any joint at (2, -1.4) by the joints' way: {found['by_joints'][3]:.1f} (expected 34.2).",
+        "",
+        "## Brute force",
+        "",
+        f"{brute['runs']} runs from {brute['points']} points in {brute['seconds']:.1f} s CPU, "
+        f"{1e6 * brute['seconds'] / brute['runs']:.2f} us each; {brute['unresolved']} unresolved, the others "
+        "of joints 1, 2, 3, any end at the goal in "
+        f"{', '.join(f'{value:.4f}' for value in brute['Favg'])} %.",
+        "",
+        "## What a finite horizon does",
+        "",
+        "Joint 1 fails at once in range on the self-motion of (-0.9, 1.8); success is an error below 0.01.",
+        "",
+        "| K_e t | succeeded [%] | expected |",
+        "|---:|---:|---:|",
+        *(f"| {T:g} | {horizon[f'{T:g}']:.1f} | {expected:g} |" for T, expected in HORIZONS.items()),
+        "",
+    ]
+    return "\n".join([*lines, *results.appendix(result)])
+
+
+def main() -> int:
+    """Runs, prints, writes; 0 when done, 2 for bad input."""
+    parser = command_line.parser(__doc__)
+    parser.add_argument("--quick", action="store_true", help="fewer configurations, a hundredth of the runs")
+    results.add_out(parser, "goel2005")
+    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    given = parser.parse_args()
+    found, arrays = maps(given.quick)
+    rests, fields = figure_8()
+    result = results.circumstances("goel2005", (), {"quick": given.quick}) | {
+        "ends": ends(),
+        "basins": rests,
+        "map": found,
+        "brute_force": brute_force(given.quick),
+        "horizons": horizons(),
+        "left_out": {},
+        "limitations": list(LIMITATIONS),
+    }
+    name = results.stem("goel2005", name=None, quick=given.quick)
+    text = markdown(result)
+    try:
+        results.written(result, text, given.out, name, pictures(arrays, fields))
+    except ftqp.InputError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    sys.stdout.write((json.dumps(result) if given.json else text) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

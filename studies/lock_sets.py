@@ -1,0 +1,178 @@
+"""How many failures a path survives: every set of up to three locked joints of the 11-joint arm on one line.
+
+The arm of Bedrossian (``modular11``) moves its tip 100 in along -x in 20 s with J2, J4, J7 and every other
+set of at most three joints locked from the start, at 50 deg/s and the acceleration limits of the catalog. A
+set is complete when the path is finished within 40 s, nowhere more than 0.5 in from the line and never turned
+by 0.5 deg.
+
+    python studies/lock_sets.py [--quick] [--start N] [--out DIR] [--json]
+
+Full study: about a minute on one core. Results go to ``studies/results`` unless --out says otherwise.
+"""
+
+import argparse
+import json
+import platform
+import sys
+from datetime import date
+from importlib import metadata
+from itertools import combinations
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from bench import results
+
+import ftqp
+
+INCH = 0.0254
+LENGTH = 100.0 * INCH
+DURATION = 20.0
+PATIENCE = 40.0
+NOMINAL = np.deg2rad([0.0, -50.0, 0.0, -30.0, 0.0, 70.0, 0.0, 30.0, 0.0, 0.0, 0.0])
+OFFSET = np.deg2rad([0.1, 0.0, 0.1, 0.0, -0.1, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0])
+STARTS = {"N": NOMINAL, "R": NOMINAL + OFFSET}
+"""N: every roll at zero, exactly symmetric. R: four rolls off by 0.1 deg."""
+SETTINGS = {
+    "default": (ftqp.StallEscape(), True),
+    "without escape": (None, True),
+    "without calm": (ftqp.StallEscape(), False),
+}
+"""The escape, and whether paths wait in calm."""
+LIMITS = {"off_path": 0.5 * INCH, "turned": float(np.deg2rad(0.5))}
+PACKAGES = ("ftqp", "numpy", "numba", "pin")
+
+
+def lock_sets(quick: bool) -> list[tuple[int, ...]]:
+    """0-based joints of each set; quick: the sets of up to one joint and every tenth of the others."""
+    sets = [chosen for size in range(4) for chosen in combinations(range(11), size)]
+    return [chosen for k, chosen in enumerate(sets) if len(chosen) < 2 or k % 10 == 0] if quick else sets
+
+
+def follow(start: str, locks: tuple[int, ...], setting: str, dt: float) -> dict[str, Any]:
+    """One run: how far it came, how far off the line, and why it ended."""
+    robot = ftqp.robots.load("modular11")
+    stall, calm = SETTINGS[setting]
+    task = ftqp.Task(mode="scaled", kp=2.0, calm=calm)
+    planner = ftqp.Planner(robot, dt, level="velocity", task=task, emergency=None)
+    q, v = STARTS[start].copy(), np.zeros(robot.nv)
+    path = ftqp.paths.Line(robot.pose(q), (-LENGTH, 0.0, 0.0), duration=DURATION, law="constant")
+    follower = ftqp.PathFollower(planner, path, stall=stall)
+    for joint in locks:
+        planner.report(ftqp.Locked(joint, mode="instant"))
+    follower.reset(q)
+    off = turned = fastest = 0.0
+    ticks = 0
+    top = robot.limits.v_max
+    for _ in range(round(PATIENCE / dt)):
+        step = follower.step(q, v)
+        ticks += 1
+        x, y, z = step.task_error[:3] - follower.target.position + path.start[:3, 3]
+        off = max(off, float(np.hypot(y, z)), x - LENGTH, -x)
+        turned = max(turned, step.rotation_error)
+        q, v = step.q.copy(), step.v.copy()
+        fastest = max(fastest, float((np.abs(v) / top).max()))
+        if follower.status in (ftqp.PathStatus.DONE, ftqp.PathStatus.BLOCKED):
+            break
+    ended = follower.progress > 0.995 * DURATION and follower.blocked is None
+    complete = ended and off < LIMITS["off_path"] and turned < LIMITS["turned"]
+    return {
+        "locked": [f"j{joint + 1}" for joint in locks],
+        "complete": complete,
+        "progress": follower.progress / DURATION,
+        "off_path": off,
+        "turned": turned,
+        "fastest": fastest,
+        "time": ticks * dt,
+        "blocked": follower.blocked,
+    }
+
+
+def study(starts: list[str], settings: list[str], dt: float, quick: bool) -> dict[str, Any]:
+    """A table by start, setting and size of the set, and every run that was not complete."""
+    sets, tables, runs = lock_sets(quick), [], {}
+    for start in starts:
+        for name in settings:
+            done = [follow(start, locks, name, dt) for locks in sets]
+            runs[f"{start}, {name}"] = [run for run in done if not run["complete"]]
+            sizes = [[run for run in done if len(run["locked"]) == size] for size in range(4)]
+            tables.append(
+                {
+                    "start": start,
+                    "setting": name,
+                    "sets": len(done),
+                    "complete": sum(run["complete"] for run in done),
+                    "by_size": [f"{sum(r['complete'] for r in some)}/{len(some)}" for some in sizes],
+                    "blocked": sum(run["blocked"] is not None for run in done),
+                    "worst_off_path": max(run["off_path"] for run in done),
+                    "worst_turned": max(run["turned"] for run in done),
+                    "fastest": max(run["fastest"] for run in done),
+                    "latest": max(run["time"] for run in done if run["complete"]),
+                }
+            )
+    return {"tables": tables, "incomplete": runs}
+
+
+def markdown(result: dict[str, Any]) -> str:
+    """The tables for a reader."""
+    lines = [
+        "# Lock sets of the 11-joint arm",
+        "",
+        f"`{result['command']}`, {result['date']}, {result['machine']}, "
+        f"Python {result['versions']['python']}, "
+        + ", ".join(f"{name} {result['versions'][name]}" for name in PACKAGES)
+        + f"; dt {result['dt']:g} s, {result['seconds']:.0f} s on one core.",
+        "",
+        "| start | setting | complete | sizes 0/1/2/3 | blocked | worst off line | turned | latest end |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {t['start']} | {t['setting']} | {t['complete']} of {t['sets']} | {', '.join(t['by_size'])} "
+        f"| {t['blocked']} | {t['worst_off_path'] / INCH:.2f} in | {np.rad2deg(t['worst_turned']):.2f} deg "
+        f"| {t['latest']:.1f} s |"
+        for t in result["tables"]
+    ]
+    lines += [
+        "",
+        "What this does not say: one arm, one line, one speed; sets that are locked from the start, at rest.",
+        "`blocked` is no proof that the rest of the line is out of reach. Without the escape a stalled arm",
+        "goes on trying until the 40 s are over; which of the last then get through depends on rounding.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--quick", action="store_true", help="a tenth of the sets")
+    parser.add_argument("--start", choices=sorted(STARTS), action="append", help="N or R; both if left out")
+    parser.add_argument("--setting", choices=sorted(SETTINGS), action="append", help="all if left out")
+    parser.add_argument("--dt", type=float, default=0.02, help="control period [s]")
+    results.add_out(parser, "lock_sets")
+    parser.add_argument("--json", action="store_true", help="print the tables as JSON and write nothing")
+    given = parser.parse_args()
+    began = perf_counter()
+    result = study(given.start or sorted(STARTS), given.setting or sorted(SETTINGS), given.dt, given.quick)
+    result = {
+        "command": " ".join(["python", "studies/lock_sets.py", *sys.argv[1:]]),
+        "date": date.today().isoformat(),
+        "machine": f"{platform.machine()} {platform.system()}",
+        "versions": {"python": platform.python_version()}
+        | {name: metadata.version(name) for name in PACKAGES},
+        "dt": given.dt,
+        "seconds": perf_counter() - began,
+        **result,
+    }
+    if given.json:
+        print(json.dumps({key: value for key, value in result.items() if key != "incomplete"}))
+        return
+    results.written(
+        result, markdown(result), given.out, results.stem("lock_sets", name=None, quick=given.quick)
+    )
+    print(markdown(result))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,277 @@
+"""Studies are run to their end in this process and by processes, killed, interrupted and continued."""
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.app.study.jobs import COLUMNS, Squares, expected
+
+from ftqp.app.study import runner
+from ftqp.app.study.results_file import FILE_NAME, ResultsFile
+from ftqp.app.study.runner import DEAD_WORKERS, refuse_wrong_workers, run_study
+from ftqp.app.study.workers import LocalProcesses
+from ftqp.core.errors import FtqpError, InputError
+
+ROOT = Path(__file__).parents[3]
+SCRIPT = """
+import signal
+import sys
+from pathlib import Path
+from ftqp.app.study.results_file import ResultsFile
+from ftqp.app.study.runner import run_study
+from tests.app.study.jobs import COLUMNS, Squares
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever the tests were started from
+    with ResultsFile(Path(sys.argv[1]), kind="squares", key="k", columns=COLUMNS) as results:
+        run_study(Squares({work}), 200, results, what="squares", jobs={jobs})
+"""
+
+
+def results_in(folder: Path) -> ResultsFile:
+    return ResultsFile(folder, kind="squares", key="k", columns=COLUMNS)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_every_missing_item_gets_its_row_and_no_other(tmp_path: Path, jobs: int) -> None:
+    with results_in(tmp_path) as results:
+        outcome = run_study(Squares(), 17, results, what="squares", jobs=jobs)
+        assert (outcome.items, outcome.computed, outcome.crashed) == (17, 17, {})
+        assert run_study(Squares(fails=3), 37, results, what="squares", jobs=jobs).computed == 20
+        assert results.table() == expected(37)
+
+
+def test_work_that_is_long_goes_on_in_processes_in_chunks_that_grow(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runner, "SHORT", 0.0)
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    with results_in(tmp_path) as results:
+        run_study(Squares(), 300, results, what="squares")
+        assert results.table() == expected(300)
+    with closing(sqlite3.connect(tmp_path / FILE_NAME)) as connection:
+        chunks = connection.execute(
+            "SELECT worker, count(*) FROM results GROUP BY worker, seconds ORDER BY min(item)"
+        ).fetchall()
+    here = [count for worker, count in chunks if worker.endswith(f":{os.getpid()}")]
+    assert here == [1, 4, 16] and max(count for _, count in chunks) > 16
+
+
+def test_only_items_of_the_study_are_counted_where_it_had_more_before(tmp_path: Path) -> None:
+    with results_in(tmp_path) as results:
+        run_study(Squares(), 20, results, what="squares")
+        whole = results.seconds()
+        results.crash([25], "the worker died")
+        told: list[float] = []
+        outcome = run_study(Squares(), 10, results, what="squares", heard=told.append)
+    assert (outcome.items, outcome.computed, outcome.crashed) == (10, 0, {})
+    assert 0.0 < outcome.seconds < whole and max(told) == 10
+
+
+@pytest.mark.parametrize("deadly", [0, 2, 23])
+def test_an_item_that_always_kills_its_worker_is_given_up_and_the_others_finish(
+    tmp_path: Path, deadly: int
+) -> None:
+    with results_in(tmp_path) as results:
+        outcome = run_study(Squares(deadly=deadly), 40, results, what="squares", jobs=2)
+        assert outcome.crashed == {deadly: "the worker died"}
+        assert results.done() == set(range(40)) - {deadly}
+    with pytest.raises(FtqpError, match="the worker died at 1 of 40 pairs; the same command with --resume"):
+        outcome.refuse_gaps("pairs")
+
+
+@pytest.mark.parametrize("jobs", [None, 1, 2])
+def test_an_item_that_was_given_up_is_tried_again_after_all_others_and_elsewhere(
+    tmp_path: Path, jobs: int | None
+) -> None:
+    with results_in(tmp_path) as results:
+        results.crash([0, 3], "the worker died")
+        outcome = run_study(Squares(deadly=3), 10, results, what="squares", jobs=jobs)
+        assert outcome.crashed == {3: "the worker died"} and outcome.computed == 9
+        assert results.done() == set(range(10)) - {3}
+
+
+def test_workers_that_die_at_everything_are_not_tried_with_everything_unless_they_did_before(
+    tmp_path: Path,
+) -> None:
+    with results_in(tmp_path) as results:
+        with pytest.raises(FtqpError, match="workers die at every item, the last 5 in succession"):
+            run_study(Squares(all_deadly_below=100), 100, results, what="squares", jobs=2)
+        assert len(results.crashed()) == DEAD_WORKERS
+        deadly = DEAD_WORKERS + 1
+        results.crash(range(deadly), "the worker died")
+        outcome = run_study(Squares(all_deadly_below=deadly), 10, results, what="squares", jobs=2)
+        assert set(outcome.crashed) == set(range(deadly)) and outcome.computed == 10 - deadly
+
+
+def test_an_item_that_raises_ends_the_study_with_its_error_and_is_not_taken_for_one_that_kills(
+    tmp_path: Path,
+) -> None:
+    with results_in(tmp_path) as results:
+        with pytest.raises(ArithmeticError, match="item 30"):
+            run_study(Squares(fails=30), 40, results, what="squares", jobs=1)
+        assert results.done() >= set(range(6)) and results.crashed() == {}
+
+
+@pytest.mark.parametrize(
+    ("jobs", "dask", "sentence"),
+    [
+        (0, None, "--jobs is 0, expected 1 process or more"),
+        (2, "tcp://a:1", "--jobs and --dask both say who computes"),
+    ],
+)
+def test_who_computes_is_said_once(jobs: int, dask: str | None, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        refuse_wrong_workers(jobs, dask)
+
+
+def begun(folder: Path, rows: int, work: str = "seconds=0.05", jobs: int = 2) -> "subprocess.Popen[bytes]":
+    """A process that runs a study, as soon as it has some rows on file."""
+    script = folder / "script.py"
+    script.write_text(SCRIPT.format(work=work, jobs=jobs), encoding="utf-8")
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)])}
+    process = subprocess.Popen([sys.executable, str(script), str(folder / "out")], env=environment, cwd=ROOT)
+    wait_until(lambda: _rows(folder / "out") >= rows or process.poll() is not None)
+    return process
+
+
+def wait_until(holds: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 60.0
+    while not holds() and time.monotonic() < deadline:
+        time.sleep(0.05)
+
+
+def _rows(folder: Path) -> int:
+    if not (folder / FILE_NAME).is_file():
+        return 0
+    uri = (folder / FILE_NAME).absolute().as_uri() + "?mode=ro"
+    with closing(sqlite3.connect(uri, uri=True)) as connection:
+        try:
+            return int(connection.execute("SELECT count(*) FROM results").fetchone()[0])
+        except sqlite3.Error:
+            return 0
+
+
+def _children(parent: int) -> list[int]:
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                fields = (entry / "stat").read_text().rpartition(")")[2].split()
+            except OSError:
+                continue
+            if int(fields[1]) == parent:
+                found.append(int(entry.name))
+    return found
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        return (Path("/proc") / str(process) / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.parametrize(("number", "times"), [(signal.SIGKILL, 1), (signal.SIGINT, 1), (signal.SIGINT, 2)])
+def test_a_study_that_is_killed_or_interrupted_ends_with_its_workers_and_goes_on(
+    tmp_path: Path, number: signal.Signals, times: int
+) -> None:
+    process = begun(tmp_path, 30)
+    children = _children(process.pid)
+    assert len(children) >= 2
+    for _ in range(times):
+        process.send_signal(number)
+        time.sleep(0.1)
+    try:
+        assert process.wait(timeout=30) != 0
+    finally:
+        process.kill()
+    wait_until(lambda: not any(_is_alive(child) for child in children))
+    assert not any(_is_alive(child) for child in children)
+    with results_in(tmp_path / "out") as results:
+        before = len(results.done())
+        assert 30 <= before < 200
+        assert run_study(Squares(), 200, results, what="squares").computed == 200 - before
+        assert results.table() == expected(200)
+
+
+def test_a_worker_that_is_killed_loses_nothing(tmp_path: Path) -> None:
+    process = begun(tmp_path, 20)
+    for child in _children(process.pid)[-1:]:
+        os.kill(child, signal.SIGKILL)
+    assert process.wait(timeout=60) == 0
+    with results_in(tmp_path / "out") as results:
+        assert results.table() == expected(200)
+
+
+def test_a_process_that_dies_of_an_item_leaves_it_to_a_worker_when_the_study_goes_on(tmp_path: Path) -> None:
+    assert begun(tmp_path, 200, "deadly=7", jobs=1).wait(timeout=60) == -signal.SIGKILL
+    with results_in(tmp_path / "out") as results:
+        assert 7 in results.crashed()
+        outcome = run_study(Squares(deadly=7), 20, results, what="squares", jobs=1)
+        assert outcome.crashed == {7: "the worker died"}
+        assert results.done() == set(range(20)) - {7}
+
+
+def test_workers_end_without_finishing_what_nobody_waits_for() -> None:
+    workers = LocalProcesses(Squares(seconds=0.01), 1)
+    workers.submit((1,)).result()
+    workers.submit(tuple(range(2, 100_000)))
+    began = time.monotonic()
+    workers.close()
+    assert time.monotonic() - began < 60.0
+
+
+def test_an_interrupt_while_a_process_starts_waits_until_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    began, before = [], signal.default_int_handler
+    ours = signal.signal(signal.SIGINT, before)  # a process of pytest's own pool does not listen
+    workers = LocalProcesses(Squares(), 1)
+    try:
+
+        def starts(*_: object) -> None:
+            signal.raise_signal(signal.SIGINT)
+            began.append(True)
+
+        with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+            patch.setattr(workers._pool, "submit", starts)
+            workers.submit((1,))
+        assert began == [True] and signal.getsignal(signal.SIGINT) is before
+        assert workers.submit((2,)).result()[0] == [(4, 2**0.5, "item 2")]
+    finally:
+        workers.close()
+        signal.signal(signal.SIGINT, ours)
+
+
+def test_a_chunk_that_comes_while_its_pool_breaks_is_lost_like_those_in_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    workers = LocalProcesses(Squares(), 1)
+    try:
+        workers.submit((1,)).result()
+        pool = workers._pool
+
+        def breaks(*_: Any) -> Any:
+            monkeypatch.setattr(pool, "_broken", "a child process terminated abruptly")
+            raise ValueError("bad value(s) in fds_to_keep")  # of a pipe that was closed meanwhile
+
+        def forgets(*_: Any) -> Any:
+            monkeypatch.setattr(workers._pool, "_broken", "a child process terminated abruptly")
+            return Future()  # nobody will ever end it
+
+        monkeypatch.setattr(pool, "submit", breaks)
+        assert isinstance(workers.submit((2,)).exception(timeout=30.0), workers.death)
+        assert workers.submit((3,)).result()[0] == [(9, 3**0.5, "item 3")]
+        monkeypatch.setattr(workers._pool, "submit", forgets)
+        assert isinstance(workers.submit((4,)).exception(timeout=30.0), workers.death)
+        assert workers.submit((5,)).result()[0] == [(25, 5**0.5, "item 5")]
+    finally:
+        workers.close()

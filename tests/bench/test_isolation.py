@@ -1,0 +1,97 @@
+"""Whatever work does in a process apart, the one who asked gets a word and goes on."""
+
+import os
+import signal
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+from bench.isolation import Apart, isolated
+
+from ftqp import InputError
+
+
+def double(value: float) -> float:
+    return 2.0 * value
+
+
+def refuse() -> None:
+    raise InputError("this is not for me")
+
+
+def leave(code: int) -> None:
+    os._exit(code)
+
+
+def crash() -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def stop() -> None:
+    raise SystemExit(3)
+
+
+def hang() -> None:
+    time.sleep(600.0)
+
+
+def unsendable() -> Any:
+    return lambda: None
+
+
+class Poison:
+    """Pickled well, and raises where it is read."""
+
+    def __reduce__(self) -> Any:
+        return (int, ("poison",))
+
+
+def poison() -> Any:
+    return Poison()
+
+
+def test_a_process_apart_answers_and_survives_whatever_work_does() -> None:
+    with Apart(60.0) as apart:
+        assert apart.ask(double, 21.0).answer == 42.0
+        for work, arguments, words in (
+            (refuse, (), "this is not for me"),
+            (stop, (), "SystemExit: 3"),
+            (unsendable, (), "returned what cannot be sent"),
+            (poison, (), "sent what cannot be read"),
+            (leave, (7,), "exit code 7"),
+            (crash, (), "SIGSEGV"),
+        ):
+            ended = apart.ask(work, *arguments)
+            assert ended.answer is None and words in ended.reason, work
+        np.testing.assert_array_equal(apart.ask(np.ones, 3).answer, np.ones(3))
+
+
+def test_work_that_hangs_is_ended_within_its_time() -> None:
+    before = time.monotonic()
+    ended = isolated(hang, seconds=1.0)
+    assert ended.reason == "gave no answer within 1 s and was ended"
+    assert time.monotonic() - before < 60.0
+
+
+@pytest.mark.slow
+def test_a_contender_that_hangs_crashes_or_answers_nonsense_costs_its_own_row_only() -> None:
+    from comparison.speed import EMPTY, Settings, measured
+    from tests.solvers.stand_ins import SOLVABLE, Villain, sequence
+
+    settings = Settings(samples=10, seconds=60.0, turn=5, turn_seconds=60.0, setups=1)
+    contenders: list[Any] = [
+        Villain(name=deed, settings={"name": "active_set"})
+        for deed in ("good", "hangs", "dies", "raises", "nonsense")
+    ]
+    processes = {name: Apart(20.0) for name in (EMPTY, *(who.name for who in contenders))}
+    tape = sequence(*[SOLVABLE] * 3)
+    try:
+        cells, left_out = measured(contenders, processes, tape, settings, 3)
+    finally:
+        for process in processes.values():
+            process.close()
+    solved = {cell["contender"]: cell["solved"] for cell in cells}
+    assert solved["good"] == 100.0 and solved["raises"] == 0.0
+    assert "20 s" in left_out["hangs"] and "exit code 3" in left_out["dies"]
+    assert "nonsense" not in solved or solved["nonsense"] == 0.0

@@ -1,0 +1,247 @@
+"""The study of detection: its arms in physics, what it counts, and its report."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
+
+from alarms import detection_cases as drawn
+from alarms import detection_figures, detection_files, detection_report, detection_scores
+from alarms.detection_world import CONFIGURATIONS, QUANTUM, Configuration, world
+
+SCRIPT = Path(__file__).parents[2] / "studies" / "detection.py"
+SERVO = Configuration("panda", "position 15 Hz", "real")
+TORQUE = Configuration("panda", "torque", "nominal")
+
+
+class Threshold:
+    """A detector of one threshold: a joint 4 mrad off its reference is locked; it is all that it says."""
+
+    def __init__(self, late: int, size: float = 4e-3) -> None:
+        self._late, self._size = late, size
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew."""
+        self._ring: list[Any] = []
+
+    def keep(self) -> Any:
+        """All that it remembers."""
+        return list(self._ring)
+
+    def restore(self, kept: Any) -> None:
+        """Remember what was kept."""
+        self._ring = list(kept)
+
+    def look(self, log: Any, first: int, end: int) -> Any:
+        """Rows up to the first finding."""
+        trace = []
+        for k in range(first, end):
+            known = len(self._ring) > self._late
+            off = np.abs(log.q[k] - self._ring[-1 - self._late]) / self._size if known else np.zeros(log.nv)
+            self._ring.append(log.q_ref[k])
+            off = np.nan_to_num(off)
+            trace.append(off.max())
+            if off.max() > 1.0:
+                return k + 1, np.array(trace), [(int(np.argmax(off)), ["locked"], None)]
+        return end, np.array(trace), []
+
+
+@pytest.fixture(scope="module")
+def motion() -> drawn.Motion:
+    return drawn.motion(SERVO, [5, 1], drawn.KINDS, 1)
+
+
+def test_arm_that_goes_on_from_a_kept_instant_without_a_fault_moves_as_if_nothing_had_been() -> None:
+    there, generator = world(SERVO), np.random.default_rng(5)
+    kept: dict[int, Any] = {700: None}
+    trunk, led = drawn.healthy(there, generator, kept)
+    there.restore(kept[700])
+    again = drawn.branch(there, trunk, led, 700, 1000, None, 0)
+    np.testing.assert_array_equal(again.seen, trunk.seen[700:1000])
+    np.testing.assert_array_equal(again.truth, trunk.truth[700:1000])
+
+
+def test_nothing_is_seen_at_the_tick_of_a_fault_but_of_an_encoder_that_fails(motion: drawn.Motion) -> None:
+    assert {case.kind for case in motion.cases} == set(drawn.KINDS)
+    for case in motion.cases:
+        healthy = motion.record.part(case.at, case.at + len(case.record.codes))
+        np.testing.assert_array_equal(case.record.truth[0], healthy.truth[0])
+        changes = np.flatnonzero((case.record.truth != healthy.truth).any(axis=(1, 2)))
+        if drawn.KINDS[case.kind].sensor and "servo" not in case.kind:
+            assert (case.record.seen[SERVO.latency, 0] != healthy.seen[SERVO.latency, 0]).any()
+        else:
+            assert changes[0] == 1
+        late = SERVO.latency + (not drawn.KINDS[case.kind].sensor)
+        np.testing.assert_array_equal(case.record.seen[:late, :3], healthy.seen[:late, :3])
+
+
+def test_cases_have_what_makes_their_faults_visible(motion: drawn.Motion) -> None:
+    for case in motion.cases:
+        speed = np.abs(motion.record.v_r[case.at : case.at + drawn.MOVING_FOR, case.joint])
+        if drawn.KINDS[case.kind].share is None:
+            assert (speed >= drawn.MOVING).all()
+        else:
+            assert case.loss >= drawn.VISIBLE
+
+
+def test_motion_is_the_same_for_the_same_seed(motion: drawn.Motion) -> None:
+    again = drawn.motion(SERVO, [5, 1], drawn.KINDS, 1)
+    np.testing.assert_array_equal(again.record.seen, motion.record.seen)
+    for one, other in zip(again.cases, motion.cases, strict=True):
+        np.testing.assert_array_equal(one.record.seen, other.record.seen)
+
+
+def test_motion_of_a_file_is_scored_as_the_one_that_was_simulated(
+    motion: drawn.Motion, tmp_path: Path
+) -> None:
+    simulated = detection_files.kept(None, [5, 1], lambda: motion)
+    again = [detection_files.kept(tmp_path / "motions", [5, 1], lambda: motion) for _ in range(2)][1]
+    looks = Threshold(SERVO.latency, 8e-3)
+    one, other = (detection_scores.judged(looks, seen, "encoders", SERVO) for seen in (simulated, again))
+    assert one == other and [row["loss"] for row in one] == [case.loss for case in motion.cases]
+    record = detection_files.kept(tmp_path, [1], lambda: motion.record)
+    np.testing.assert_array_equal(detection_files.kept(tmp_path, [1], lambda: None).seen, record.seen)
+
+
+def test_degraded_motor_gives_half_of_the_demand_of_the_same_instant(motion: drawn.Motion) -> None:
+    case = next(case for case in motion.cases if case.kind == "degraded")
+    _, tau, demand = np.moveaxis(case.record.truth[1:], 1, 0)
+    np.testing.assert_allclose(tau[:, case.joint], 0.5 * demand[:, case.joint], rtol=1e-12)
+
+
+def test_tour_of_another_load_differs_from_that_of_the_calibrated_one() -> None:
+    assert not set(drawn.CARRIED) & set(drawn.OTHER)
+    one, other = (drawn.tour(SERVO, [9, 2], [worn]) for worn in (drawn.CARRIED[1], drawn.OTHER[4]))
+    assert len(one.codes) >= 2 * drawn.CHUNK and not one.codes.any()
+    assert not np.array_equal(one.seen[:1000], other.seen[:1000])
+
+
+def test_detector_of_one_threshold_finds_locks_and_nothing_else(motion: drawn.Motion) -> None:
+    rows = detection_scores.judged(Threshold(SERVO.latency, 8e-3), motion, "encoders", SERVO)
+    assert [row["kind"] for row in rows] == [case.kind for case in motion.cases]
+    for row in rows:
+        assert not row["early"]
+        assert detection_figures.is_right(row) == (
+            row["kind"].startswith("locked") and row["of"] == row["joint"]
+        )
+    assert any(detection_figures.is_right(row) for row in rows)
+
+
+def test_what_is_said_before_the_fault_is_wrong_whatever_it_is(motion: drawn.Motion) -> None:
+    rows = detection_scores.judged(Threshold(SERVO.latency, 1e-5), motion, "encoders", SERVO)
+    assert all(row["early"] and not detection_figures.is_right(row) for row in rows)
+    figures = detection_figures.cell(rows, "real")
+    assert figures["soon"] == figures["right"] == 0 and figures["early"] == len(rows)
+
+
+def test_suspicions_of_a_second_are_one_alarm_and_a_finding_begins_anew(motion: drawn.Motion) -> None:
+    said = detection_scores.alarms(Threshold(SERVO.latency, 1e-5), motion.record, "encoders", SERVO)
+    assert len(said["findings"]) > 100 and len(said["suspicions"]) <= len(motion.record.codes) / 1000
+    quiet = detection_scores.alarms(Threshold(SERVO.latency, 0.1), motion.record, "encoders", SERVO)
+    assert quiet["findings"] == quiet["suspicions"] == []
+    assert quiet["ticks"] == len(motion.record.codes) - detection_scores.SETTLING
+
+
+def row(kind: str, said: list[str], found: int | None, of: int = 2) -> dict[str, Any]:
+    """A case of joint 3."""
+    return {"kind": kind, "joint": 2, "speed": 0.2, "loss": 0.0, "early": False, "suspected": found,
+            "found": found, "said": said, "of": of, "share": None}  # fmt: skip
+
+
+def test_set_with_the_right_kind_counts_as_right_and_is_told_apart() -> None:
+    rows = [
+        row("locked, motor off", ["free_swinging", "locked"], 20),
+        row("locked, motor off", ["locked"], 51),
+        row("locked, motor off", ["locked"], 20, of=3),
+        row("locked, motor off", [], None),
+    ]
+    figures = detection_figures.cell(rows, "nominal")
+    assert (figures["soon"], figures["right"], figures["cases"], figures["sets"]) == (1, 2, 4, 1)
+    assert dict(detection_figures.confusion(rows, "nominal")) == {
+        "right, but late": 1, "locked of joint 4 for 3": 1, "nothing said": 1,
+    }  # fmt: skip
+
+
+def test_intervals_are_those_of_clopper_and_pearson() -> None:
+    assert detection_figures.interval(1000, 1000)[0] == pytest.approx(0.025 ** (1 / 1000), abs=1e-9)
+    assert detection_figures.interval(0, 0) == (0.0, 1.0)
+    assert detection_figures.rate_bound(0, 30.0) == pytest.approx(0.1, abs=2e-4)  # -ln(0.05)/30 h
+
+
+def test_late_samples_come_late_and_lost_torque_has_longer() -> None:
+    limits = [
+        detection_figures.limit(kind, setting)
+        for kind in ("frozen", "runaway", "free")
+        for setting in ("nominal", "real")
+    ]
+    assert limits == [10, 12, 50, 100, 100, 100]
+
+
+def test_report_has_every_table() -> None:
+    rows = [row("locked, motor off", ["locked"], 20), row("free", ["locked"], 30)]
+    tours = [{"ticks": 3_600_000, "suspicions": [], "findings": [[5, "j1", ["locked"]]], "most": 0.5}]
+    found = [detection_report.summary(TORQUE, "encoders", rows, tours)]
+    result = {
+        "rows": json.loads(json.dumps(found)), "date": "now", "command": "python studies/detection.py",
+        "settings": {"seed": 1}, "left_out": {}, "contenders": {}, "versions": {},
+        "machine": {"cpu": "one", "cores": 1}, "limitations": ["none"],
+    }  # fmt: skip
+    text = detection_report.markdown(result)
+    assert "| panda, torque, nominal | encoders | 1/1/1 [2.5, 100.0]; 20, 20 | 0/0/1" in text
+    assert "| torque, nominal | encoders |  | 1 of 1, 100.0 % [2.5, 100.0] |  | 0 of 1, 0.0 %" in text
+    assert "1 locked of its joint" in text
+    assert "| all, nominal | encoders | 1.00 | 0 | 1 | 3 | 4.7 | 0.50 | 1 locked |" in text
+    short = "\n".join(detection_report.for_docs(result, "../studies/results/detection.md"))
+    assert "| all, nominal |" in short and "| panda, torque, nominal |" not in short
+    assert "From [detection.md](../studies/results/detection.md), now" in short
+
+
+def test_study_has_every_arm_drive_and_setting() -> None:
+    assert len(CONFIGURATIONS) == len(set(CONFIGURATIONS)) == 24
+
+
+def test_quantised_encoder_reads_whole_quanta() -> None:
+    record = drawn.tour(Configuration("panda", "torque", "quantised"), [2, 2], drawn.OTHER)
+    steps = record.q / QUANTUM
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
+    assert np.abs(record.q - record.truth[:, 0]).max() <= 0.5 * QUANTUM + 1e-12
+
+
+def test_tables_of_the_docs_are_those_of_the_report() -> None:
+    text, report = (
+        (SCRIPT.parents[1] / name).read_text(encoding="utf-8")
+        for name in ("docs/evidence/detection.md", "studies/results/detection.md")
+    )
+    copied = text.partition("<!-- begin detection -->")[2].partition("<!-- end detection -->")[0]
+    rows = [line for line in copied.splitlines() if line.startswith("|")]
+    assert len(rows) > 10 and set(rows) <= set(report.splitlines())
+
+
+def test_file_that_keeps_no_results_is_refused_with_a_sentence(tmp_path: Path) -> None:
+    (tmp_path / "notes").write_text("no table of anything, and long enough to be none " * 20)
+    command = [sys.executable, str(SCRIPT), "--file", str(tmp_path / "notes")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 2 and "give another --file" in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+def test_quick_study_scores_the_detector_and_goes_on_where_it_was(tmp_path: Path) -> None:
+    choices = ["--robots", "panda", "--drives", "torque", "--settings", "nominal", "--json"]
+    choices += ["--calibration", "0.02", "--file", str(tmp_path / "kept.sqlite"), "--out", str(tmp_path)]
+    command = [sys.executable, str(SCRIPT), *choices]
+    found, whole = [], ["--cases", "8", "--hours", "0.01"]
+    for more in (["--cases", "2", "--hours", "0"], whole, whole):
+        done = subprocess.run([*command, *more], capture_output=True, text=True, check=False, timeout=900)
+        assert done.returncode == 0, done.stderr
+        found.append(json.loads(done.stdout)["rows"])
+    assert found[1] == found[2] and found[0][0]["cells"]["dropped"]["cases"] == 2
+    cells = found[1][0]["cells"]
+    assert cells["dropped"]["soon"] == cells["dropped"]["cases"] == 8
+    assert "# Detection of failures" in (tmp_path / "detection.md").read_text(encoding="utf-8")
