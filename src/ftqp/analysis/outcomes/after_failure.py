@@ -16,8 +16,8 @@ from ftqp.core.checks import FloatArray, frozen, non_negative, positive
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.law_study import LAW_ENTRIES, Followed, LawStudy
 from ftqp.kernel.layout.endings import Ending
+from ftqp.kernel.layout.law_room import LONG_WAY
 from ftqp.kernel.layout.record import capacity_for
-from ftqp.kernel.study.ends_ahead import LONG_WAY
 from ftqp.model.robot import Robot
 
 FLAT = 1e-9

@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.analysis.goals import GoalStudy
 from ftqp.core.checks import FloatArray
-from ftqp.kernel.study.law_rates import SHARE
+from ftqp.kernel.layout.law_room import SHARE
 
 SINGULAR = 1e-12
 """A condition of A M A' beyond the inverse of this is singular to rounding: the least rates are taken."""

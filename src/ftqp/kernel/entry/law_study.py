@@ -10,7 +10,7 @@ from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.entry.study_session import StudySession
 from ftqp.kernel.layout.endings import Ending
-from ftqp.kernel.layout.law_room import law_dtype
+from ftqp.kernel.layout.law_room import law_memory
 
 Intervals = tuple[tuple[float, float], ...]
 """Intervals (low, high) of a joint [rad or m]."""
@@ -62,7 +62,7 @@ class LawStudy:
 
     def __init__(self, session: StudySession, M: FloatArray, unit: float) -> None:
         self._session = session.copy()
-        self._law = np.zeros(1, law_dtype(session.capacity))
+        self._law = law_memory(session.capacity)
         L, n, chain = self._rooms(), session.nv, session.S.chain
         L.M[:n, :n], L.unit, L.plain = M, unit, np.array_equal(M, np.eye(n))
         offsets = np.vstack([chain.translation[:n], chain.tip_translation])
@@ -191,7 +191,9 @@ class LawStudy:
         return {"session": self._session, "law": self._law}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self._session, self._law = state["session"].copy(), state["law"].copy()
+        self._session = state["session"].copy()
+        self._law = law_memory(self._session.capacity)
+        self._law[:] = state["law"]
 
 
 def links_of(rotation: Any, offsets: FloatArray, prismatic: Any) -> FloatArray | None:

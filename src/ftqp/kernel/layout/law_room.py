@@ -10,6 +10,12 @@ from ftqp.kernel.layout.field_kinds import floats, integers, scalars
 
 WIDTH: Final = 8
 """Configurations side by side: as many as a block of joints has in ``side_by_side``."""
+LINE: Final = 64
+"""Bytes of a line of the processor's cache."""
+SHARE: Final = 0.5
+"""c of the variable s with dq/ds = v / (c + |v|)."""
+LONG_WAY: Final = 60.0
+"""A run that went further without rest has none [rad]."""
 
 
 @cache
@@ -18,7 +24,7 @@ def law_dtype(N: int) -> np.dtype[Any]:
 
     Arrays of (N WIDTH,) hold eight configurations, number k of joint i at i WIDTH + k; those of (6 N WIDTH,)
     eight matrices of m rows and n columns, number k of row r and column i at (r n + i) WIDTH + k; those of
-    (WIDTH,) a number of each configuration.
+    (WIDTH,) a number of each configuration. They come first, so that they do not cross lines of the cache.
 
     ``M``: the inverse of the weights, ``plain`` where it is the identity; ``planar``: all joints turn about
     parallel axes and ``link`` are the lengths between them [m]; ``unit``: mean length of a link [m];
@@ -29,21 +35,29 @@ def law_dtype(N: int) -> np.dtype[Any]:
     matrix, square = (TASK_ROWS * N * WIDTH,), (TASK_ROWS * TASK_ROWS * WIDTH,)
     return np.dtype(
         [
-            *scalars("f8", "unit tolerance close horizon success slowness per_speed spacing"),
-            *scalars("i8", "most planar plain moves rows by_joints boxes intervals"),
-            *floats({"M": (N, N), "link": (N,), "e": rows, "A": matrix, "P": matrix}),
-            *floats({"factor": square, "turned": square, "pivot": rows, "rhs": rows}),
             *floats({name: joints for name in ("q", "free", "next", "k1", "k2", "k3", "k4", "trial")}),
+            *floats({name: joints for name in ("eight", "eight_rate", "alone")}),
+            *floats({"e": rows, "A": matrix, "P": matrix, "pivot": rows, "rhs": rows}),
+            *floats({"factor": square, "turned": square, "way": rows, "wanted": rows}),
             *floats({name: seats for name in ("h", "path", "time", "gone", "rate", "arrived", "fresh")}),
             *floats({name: seats for name in ("error", "speed", "regular", "found", "reach", "zero")}),
+            *floats({name: seats for name in ("one_error", "one_speed", "one_regular", "used", "failed")}),
+            *floats({"margin": ((N + 1) * WIDTH,), "outside": ((N + 1) * WIDTH,)}),
+            *scalars("f8", "unit tolerance close horizon success slowness per_speed spacing"),
+            *scalars("i8", "most planar plain moves rows by_joints boxes intervals"),
             *integers({"run": seats, "steps": seats, "moving": (N,)}),
-            *floats({name: joints for name in ("eight", "eight_rate", "alone")}),
-            *floats({name: seats for name in ("one_error", "one_speed", "one_regular")}),
+            *floats({"M": (N, N), "link": (N,)}),
             *floats({name: (N,) for name in ("here", "there", "v", "w", "y", "pivots")}),
             *floats({name: (N,) for name in ("k_1", "k_2", "k_3", "f_0", "f_1")}),
             *floats({"slope": (N, N), "work": (N, N)}),
-            *floats({"way": rows, "wanted": rows, "used": seats, "failed": seats}),
-            *floats({"margin": ((N + 1) * WIDTH,), "outside": ((N + 1) * WIDTH,)}),
         ],
         align=True,
     )
+
+
+def law_memory(N: int) -> Any:
+    """Such memory, (1,), of zeros, its first fields at the begin of lines of the processor's cache."""
+    size = law_dtype(N).itemsize
+    room = np.zeros(size + LINE, np.uint8)
+    begin = -room.ctypes.data % LINE
+    return room[begin : begin + size].view(law_dtype(N))

@@ -11,10 +11,10 @@ from typing import Any, Final
 
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.endings import CORRECT, NONE, UNRESOLVED
+from ftqp.kernel.layout.law_room import LONG_WAY, SHARE
 from ftqp.kernel.maths.lu import lu_factor, lu_solve
 from ftqp.kernel.maths.side_by_side import WIDTH, several
 from ftqp.kernel.study.ends_ahead import (
-    LONG_WAY,
     MOVING,
     NEAR,
     draws,
@@ -22,7 +22,7 @@ from ftqp.kernel.study.ends_ahead import (
     goal_ahead,
     put_slopes,
 )
-from ftqp.kernel.study.law_rates import SHARE, rates_at
+from ftqp.kernel.study.law_rates import rates_at
 from ftqp.kernel.study.law_steps import LOOKS, note
 
 D: Final = 0.2928932188134524

@@ -9,11 +9,11 @@ from typing import Any, Final
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.endings import CORRECT, ERRONEOUS, SINGULAR
 from ftqp.kernel.layout.enums import TASK_ROWS
+from ftqp.kernel.layout.law_room import SHARE
 from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.lu import lu_factor, lu_solve
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.study.law_rates import (
-    SHARE,
     factor,
     rates,
     rates_at,
@@ -41,8 +41,6 @@ STILL: Final = 1e-9
 """A Newton step this short has converged [rad]."""
 AT_GOAL: Final = 1e-6
 """|e| at a rest that counts as the goal [unit lengths]."""
-LONG_WAY: Final = 60.0
-"""A run that went further without rest has none [rad]."""
 SLOW: Final = 3e-2
 """Below this |dq/ds| rest is looked for."""
 RESTING: Final = 1e-7

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import TASK_ROWS
+from ftqp.kernel.layout.law_room import SHARE
 from ftqp.kernel.maths.elementary import larger, smaller, sqrt
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.maths.trigonometry import sin_cos
@@ -15,8 +16,6 @@ from ftqp.kernel.study.task_values import task_values
 
 ALL: Final = (1 << WIDTH) - 1
 """Every one of the eight."""
-SHARE: Final = 0.5
-"""c of the variable s with dq/ds = v / (c + |v|)."""
 TINY: Final = 1e-300
 """Keeps a quotient of two zeros a number."""
 FLOOR: Final = 1e-30

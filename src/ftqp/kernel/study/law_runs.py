@@ -7,13 +7,12 @@ import numpy as np
 
 from ftqp.kernel.jit import carray, jit, pointer
 from ftqp.kernel.layout.endings import CORRECT, NONE, UNRESOLVED
-from ftqp.kernel.layout.law_room import law_dtype
+from ftqp.kernel.layout.law_room import LONG_WAY, SHARE, law_dtype
 from ftqp.kernel.layout.study_room import study_dtype
 from ftqp.kernel.maths.elementary import any_of, select
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.study.creeping import creep
 from ftqp.kernel.study.ends_ahead import (
-    LONG_WAY,
     MOVING,
     NEAR,
     NEARLY_FLAT,
@@ -25,7 +24,6 @@ from ftqp.kernel.study.ends_ahead import (
     ending_ahead,
     goal_ahead,
 )
-from ftqp.kernel.study.law_rates import SHARE
 from ftqp.kernel.study.law_steps import LOOKS, NEVER, begin, note, step
 
 PATIENCE: Final = 10
