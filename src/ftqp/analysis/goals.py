@@ -7,19 +7,14 @@ from typing import Any, final
 import numpy as np
 from scipy.stats import qmc
 
-from ftqp.control.first_use import warm_up
 from ftqp.control.task.task import row_indices
 from ftqp.core.checks import BoolArray, FloatArray, array
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import transform
 from ftqp.kernel.entry.study_session import StudySession
-from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.robot import Robot
-
-STUDY_ENTRIES = ("study_values", "study_solutions", "study_curve", "study_self_motions")
-"""Compiled parts of these studies."""
 
 STEP = 0.05
 """Largest step of a traced curve [rad or m]."""
@@ -117,7 +112,6 @@ def goal_study(robot: Robot, goal: Any, rows: Any, step: float = STEP) -> GoalSt
     """
     names = row_names(robot, rows)
     pose = _goal_pose(goal, names)
-    warm_up(STUDY_ENTRIES, capacity_for(robot.nv))
     indices = [COMPONENTS.index(name) for name in names]
     free = robot_session(robot, indices, limited=False, step=step)
     limited = robot_session(robot, indices, step=step)

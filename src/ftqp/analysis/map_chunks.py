@@ -16,12 +16,10 @@ from ftqp.analysis.spatial_map import (
     spatial_points,
     whole_number,
 )
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.law_study import LAW_ENTRIES, Intervals, LawStudy
+from ftqp.kernel.entry.law_study import Intervals, LawStudy
 from ftqp.kernel.layout.endings import CORRECT, UNRESOLVED
-from ftqp.kernel.layout.record import capacity_for
 from ftqp.model.robot import Robot
 
 Length = Literal["cartesian", "joint"]
@@ -164,7 +162,6 @@ def workspace_task(
         gain=positive("gain", gain, "1/s"), v_max=limit, length=length, boxes=boxes,
         suspects=None, seed=seed,
     )  # fmt: skip
-    warm_up(LAW_ENTRIES, capacity_for(robot.nv))
     if not screen or horizon is not None:
         return task
     return replace(task, suspects=_suspects(task))

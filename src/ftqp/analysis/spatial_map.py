@@ -11,11 +11,9 @@ from ftqp.analysis.goals import goal_study
 from ftqp.analysis.manifolds.joint_ranges import ranges_of
 from ftqp.analysis.outcomes.weights import weights_inverse
 from ftqp.analysis.planar_links import spread_evenly
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray, IntArray, frozen, instance
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.law_study import LAW_ENTRIES, Intervals, LawStudy
-from ftqp.kernel.layout.record import capacity_for
+from ftqp.kernel.entry.law_study import Intervals, LawStudy
 from ftqp.model.robot import Robot
 
 Plane = Literal["xy", "xz", "yz"]
@@ -145,7 +143,6 @@ def spatial_task(
         raise InputError(f"plane is {plane!r}, expected 'xy', 'xz' or 'yz', or None for all of the space")
     M = weights_inverse(W, robot.nv)
     study = goal_study(robot, goal, rows)
-    warm_up(LAW_ENTRIES, capacity_for(robot.nv))
     found = ranges_of(study)
     return SpatialTask(
         joints=robot.joints, robot=robot, rows=study.rows, pose=frozen(study.pose.copy()),

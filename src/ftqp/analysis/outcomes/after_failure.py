@@ -11,13 +11,11 @@ from ftqp.analysis.outcomes.limit_cycle import crossing, cycle_through
 from ftqp.analysis.outcomes.unaware_law import UnawareLaw
 from ftqp.analysis.outcomes.weights import weights_inverse
 from ftqp.analysis.rest.linearisation import reduced_jacobians, weighted_inverse
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray, frozen, non_negative, positive
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.law_study import LAW_ENTRIES, Followed, LawStudy
+from ftqp.kernel.entry.law_study import Followed, LawStudy
 from ftqp.kernel.layout.endings import Ending
 from ftqp.kernel.layout.law_room import LONG_WAY
-from ftqp.kernel.layout.record import capacity_for
 from ftqp.model.robot import Robot
 
 FLAT = 1e-9
@@ -117,7 +115,6 @@ def outcome(
             f"q0 is singular: the task rows {', '.join(study.rows)} do not move independently there; "
             "expected a regular start, move a joint a little"
         )
-    warm_up(LAW_ENTRIES, capacity_for(robot.nv))
     motion = _Motion(study, M, which, clock)
     q = motion.moved_on(q, share)
     return motion.ended(q) if end is None else motion.until(q, end)

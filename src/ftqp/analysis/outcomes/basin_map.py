@@ -13,12 +13,9 @@ from ftqp.analysis.planar_links import PlanarLinks
 from ftqp.analysis.rest.linearisation import reduced_jacobians
 from ftqp.analysis.rest.rest_configurations import rests_at
 from ftqp.analysis.spatial_map import whole_number
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray, IntArray, frozen
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.law_study import LAW_ENTRIES
 from ftqp.kernel.layout.endings import Ending
-from ftqp.kernel.layout.record import capacity_for
 from ftqp.model.robot import Robot
 
 TURN = 2.0 * np.pi
@@ -84,7 +81,6 @@ def basins(
     first, second = (k for k in range(3) if k != i)
     M = weights_inverse(W, 3)
     study = goal_study(robot, goal, "position")
-    warm_up(LAW_ENTRIES, capacity_for(3))
     angles = -np.pi + TURN * (np.arange(grid) + 0.5) / grid
     starts = np.empty((grid, grid, 3))
     starts[:, :, i] = value

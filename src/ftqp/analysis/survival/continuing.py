@@ -6,24 +6,14 @@ import numpy as np
 
 from ftqp.analysis.goals import robot_session
 from ftqp.analysis.survival.task_path import TaskPath, task_rows
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.continuation_study import ContinuationStudy
 from ftqp.kernel.entry.study_session import StudySession
-from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.kernel.layout.survival import SURVIVED
 from ftqp.model.robot import Robot
 
-ENTRIES = (
-    "exact_continuations",
-    "bounded_continuations",
-    "self_speed_tracks",
-    "study_values",
-    "study_solutions",
-)
-"""Compiled parts of coverage."""
 START_ERROR = 1e-9
 """An error of the start that counts as none [m]."""
 
@@ -49,7 +39,6 @@ def rows_session(robot: Robot, rows: Any) -> StudySession:
     Raises:
         InputError: They are unknown, or the arm has fewer joints.
     """
-    warm_up(ENTRIES, capacity_for(robot.nv))
     names, axis = task_rows(robot, rows)
     return robot_session(robot, [COMPONENTS.index(name) for name in names], axis=axis)
 

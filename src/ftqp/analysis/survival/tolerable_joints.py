@@ -6,14 +6,12 @@ from typing import final
 
 import numpy as np
 
-from ftqp.analysis.goals import STUDY_ENTRIES, random_postures
+from ftqp.analysis.goals import random_postures
 from ftqp.analysis.survival.continuing import locks_survived, task_session
 from ftqp.analysis.survival.task_path import TaskPath
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.study_session import StudySession
-from ftqp.kernel.layout.record import capacity_for
 
 STARTS = 256
 """Starts from which self-motions are looked for at each sample."""
@@ -113,7 +111,6 @@ def sample_postures(task: TaskPath, samples: IntArray, threads: int | None = Non
         samples: Which.
         threads: How many threads share the work; None is one a core.
     """
-    warm_up(STUDY_ENTRIES, capacity_for(task.robot.nv))
     session: StudySession = task_session(task)
     starts = random_postures(task.robot, STARTS)
     found = session.spread_curves(

@@ -15,8 +15,6 @@ from ftqp.kernel.layout.law_room import law_memory
 Intervals = tuple[tuple[float, float], ...]
 """Intervals (low, high) of a joint [rad or m]."""
 
-LAW_ENTRIES = ("study_runs", "study_lines")
-"""Compiled parts of these studies."""
 COARSE, FINE = 1e-5, 1e-9
 """Of a step of a run that is told from others, and of one that is followed [rad or m]."""
 ANY, CLOSE = 0.05, 1e-6

@@ -1,11 +1,12 @@
 """An arm behind joint servos, which follow what they take late, and no faster than they can."""
 
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, array, positive, seen
 from ftqp.core.errors import InputError, unknown
+from ftqp.core.setting import Setting, Settings
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.plant import Command, Plant
@@ -42,6 +43,12 @@ class ServoPlant(Plant):
         "_drive", "_dt", "_leads", "_q", "_robot", "_set", "_substeps", "_tau", "_v",
         "_works",
     )  # fmt: skip
+
+    settings: ClassVar[Settings] = {
+        "time_constant": Setting("time constant, > 0", unit="s", above=0.0),
+        "takes_velocity": Setting("whether position servos are given velocities, too"),
+        "substeps": Setting("steps of the servos in a control period, >= 1", least=1.0),
+    }
 
     def __init__(
         self,

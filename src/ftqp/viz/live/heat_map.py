@@ -8,7 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.sim.session.orders import Order, Play
+from ftqp.sim.session.session_commands import Command, Play
 from ftqp.viz.live.frame_source import HeatMap
 
 WIDTH, ROW = 300, 20
@@ -36,10 +36,10 @@ class FailureMap:
     Args:
         gui: The panel's side of a server.
         heat: Which failures are survived.
-        put: Takes the orders, from any thread.
+        put: Takes the commands, from any thread.
     """
 
-    def __init__(self, gui: Any, heat: HeatMap, put: Callable[[Order], None]) -> None:
+    def __init__(self, gui: Any, heat: HeatMap, put: Callable[[Command], None]) -> None:
         self._heat, self._put = heat, put
         gui.add_html(failure_map(heat))
         self._field = gui.add_text("failure", "")

@@ -1,4 +1,4 @@
-"""The controls of a page: every click becomes an order, and nothing here touches a planner."""
+"""The controls of a page: every click becomes an command, and nothing here touches a planner."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -6,11 +6,11 @@ from typing import Any, final
 
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import KINDS
-from ftqp.sim.session.orders import (
+from ftqp.sim.session.session_commands import (
     TELLS,
     Aim,
     Break,
-    Order,
+    Command,
     Pause,
     Repair,
     Reset,
@@ -47,11 +47,11 @@ class Panel:
         stage: What is shown.
         scene: Of the same stage; its overlays have check boxes.
         frame: The first frame.
-        put: Takes the orders, from any thread.
+        put: Takes the commands, from any thread.
     """
 
     def __init__(
-        self, server: Any, stage: Stage, scene: Scene, frame: Frame, put: Callable[[Order], None]
+        self, server: Any, stage: Stage, scene: Scene, frame: Frame, put: Callable[[Command], None]
     ) -> None:
         self._gui, self._stage, self._scene, self._put = server.gui, stage, scene, put
         self._latest, self._history, self._answer = frame, History(frame), frame.message
@@ -141,7 +141,7 @@ class Panel:
 
     def _clock(self, words: Sequence[str]) -> None:
         """Buttons and a slider for time."""
-        orders: dict[str, Order] = {PAUSE: Pause(True), RESUME: Pause(False), RESET: Reset()}
+        commands: dict[str, Command] = {PAUSE: Pause(True), RESUME: Pause(False), RESET: Reset()}
         buttons = self._kept(self._gui.add_button_group("time", words))
         speed = self._kept(
             self._gui.add_slider(
@@ -150,7 +150,7 @@ class Panel:
         )
 
         async def clicked(event: Any) -> None:
-            self._put(orders[str(event.target.value)])
+            self._put(commands[str(event.target.value)])
 
         async def moved(event: Any) -> None:
             if event.client is not None:
@@ -198,7 +198,7 @@ class Panel:
             self._on_row(self._gui.add_button_group("break it", words), lambda: str(chosen.value))
 
     def _on_row(self, row: Any, joint: Callable[[], str]) -> None:
-        """Turn the clicks on a row into orders for its joint."""
+        """Turn the clicks on a row into commands for its joint."""
 
         async def clicked(event: Any) -> None:
             word = str(event.target.value)
