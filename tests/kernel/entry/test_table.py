@@ -7,7 +7,7 @@ import pytest
 from records import SMALL
 
 from ftqp.kernel.compiled.kernel import level, load
-from ftqp.kernel.entry.table import ANY_SIZE, BUILT, ENTRIES, EXACT
+from ftqp.kernel.entry.table import ANY_SIZE, BUILT, ENTRIES
 
 ANY = {"solve_qp", "kkt", "solve_network", "solve_network_batch", "write_target"}
 """Those that know no robot."""
@@ -44,13 +44,6 @@ def test_an_entry_point_takes_as_many_arguments_as_the_table_says_and_objects_in
     assert len(parameters) == len(entry.signature)
     objects = {p for p, letter in zip(parameters, entry.signature, strict=True) if letter == "o"}
     assert objects == OBJECTS & set(parameters)
-
-
-@pytest.mark.parametrize("name", EXACT)
-def test_an_entry_point_of_one_size_takes_as_many_arguments_as_the_table_says(name):
-    function = EXACT[name].function(3)
-    assert function.__name__ == name and name not in ENTRIES
-    assert len(inspect.signature(function).parameters) == len(EXACT[name].signature)
 
 
 @pytest.mark.skipif(not level(), reason="no built kernel is in use")

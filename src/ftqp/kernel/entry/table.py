@@ -58,23 +58,14 @@ ENTRIES: Final = {
         _entry("study_solutions", _STUDY, "i" * 8, nogil=True),
         _entry("study_curve", _STUDY, "i" * 5, nogil=True),
         _entry("study_self_motions", _STUDY, "i" * 8, nogil=True),
-        _entry("study_runs", "ftqp.kernel.study.spatial_runs", "i" * 7, nogil=True),
-        _entry("study_lines", "ftqp.kernel.study.spatial_lines", "i" * 9, nogil=True),
+        _entry("study_runs", "ftqp.kernel.study.law_runs", "iiiii", nogil=True),
+        _entry("study_lines", "ftqp.kernel.study.law_lines", "iiiii", nogil=True),
         _entry("exact_continuations", _CONTINUATION, "iiiii", nogil=True),
         _entry("bounded_continuations", _CONTINUATION, "iiiii", nogil=True),
         _entry("self_speed_tracks", _CONTINUATION, "iiiii", nogil=True),
     )
 }
 """By name."""
-
-EXACT: Final = {
-    entry.name: entry
-    for entry in (
-        _entry("planar_runs", "ftqp.kernel.study.planar_runs", "iiii", nogil=True),
-        _entry("planar_lines", "ftqp.kernel.study.planar_lines", "iiii", nogil=True),
-    )
-}
-"""By name: entries whose capacity is the number of joints itself, compiled when a study begins."""
 
 ANY_SIZE: Final = 0
 """The capacity of entries that know no robot."""

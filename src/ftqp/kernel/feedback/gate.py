@@ -71,7 +71,7 @@ def _leaves_room(K: Any, v: Any, v_last: Any, a_max: Any, room: Any) -> Any:
 def _near(K: Any, at: int, q: Any, v: Any, v_last: Any, v_max: Any) -> Any:
     """Whether (q, v) follows upon what was last let through: by way, speed, acceleration and range.
 
-    A joint that is beyond its range comes back or brakes; one that is inside stays there, whatever its bounds.
+    A joint that is beyond its range comes back or brakes; one that is inside stays there.
     """
     limits, dt = K.limits, K.state.dt
     q_last, q_min, q_max = several(K.gate.q, at), several(limits.q_min, at), several(limits.q_max, at)
