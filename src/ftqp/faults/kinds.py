@@ -202,9 +202,6 @@ RECIPE = "CONTRIBUTING.md, 'Add a kind of fault'"
 def table_of(*kinds: type[Fault]) -> Mapping[str, type[Fault]]:
     """Kinds by their names.
 
-    Args:
-        kinds: The classes.
-
     Raises:
         InputError: A kind leaves something unsaid, or says of itself what another one does.
     """
@@ -232,9 +229,6 @@ KINDS: Mapping[str, type[Fault]] = table_of(Locked, FreeSwinging, Degraded)
 def kind_of(name: str) -> type[Fault]:
     """The kind of that name.
 
-    Args:
-        name: As in files.
-
     Raises:
         InputError: There is none.
     """
@@ -246,9 +240,6 @@ def kind_of(name: str) -> type[Fault]:
 def refuse_unknown(fault: Any) -> None:
     """Refuse what is no fault of a kind in ``KINDS``.
 
-    Args:
-        fault: What was given.
-
     Raises:
         InputError: It is none.
     """
@@ -259,10 +250,6 @@ def refuse_unknown(fault: Any) -> None:
 
 def not_served(fault: Never, who: str) -> NoReturn:
     """End a ``match`` over the kinds of fault: mypy accepts the call only where none is left.
-
-    Args:
-        fault: One of a kind that no case was written for.
-        who: Who cannot do anything with it.
 
     Raises:
         InputError: Always.

@@ -78,12 +78,7 @@ def has_masses(model: Any) -> bool:
 
 
 def friction_findings(model: Any, limits: JointLimits) -> list[Finding]:
-    """What there is to say about the friction of a model's joints, which is none without masses.
-
-    Args:
-        model: A pinocchio model of a chain.
-        limits: The limits of its joints.
-    """
+    """What there is to say about the friction of a model's joints, which is none without masses."""
     found: list[Finding] = []
     names = [str(name) for name in model.names][1:]
     viscous, coulomb = np.asarray(model.damping), np.asarray(model.friction)

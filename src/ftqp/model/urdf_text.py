@@ -36,13 +36,6 @@ DRAKE = "http://drake.mit.edu"
 def urdf_text(name: str, joints: Sequence[str], tip: str, chain: Chain, limits: JointLimits) -> str:
     """The URDF of a robot, see ``Robot.to_urdf``.
 
-    Args:
-        name: The robot's name.
-        joints: Names of its joints.
-        tip: Name of its controlled frame.
-        chain: Its geometry and masses.
-        limits: The limits of its joints.
-
     Raises:
         InputError: A name cannot stand in XML, or joints would share a link.
     """
@@ -70,12 +63,7 @@ def urdf_text(name: str, joints: Sequence[str], tip: str, chain: Chain, limits: 
 
 
 def link_names(joints: Sequence[str], tip: str) -> tuple[str, ...]:
-    """Names of the links, base to tip, nv + 2: ``base``, one behind each joint, and the tip's own name.
-
-    Args:
-        joints: Names of the joints.
-        tip: Name of the controlled frame.
-    """
+    """Names of the links, base to tip, nv + 2: ``base``, one behind each joint, and the tip's own name."""
     taken = [BASE]
     for joint in joints:
         taken.append(_free(f"{joint}_link", taken))

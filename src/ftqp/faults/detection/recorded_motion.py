@@ -27,12 +27,6 @@ class RecordedRun(Protocol):
 def motion_of(log: RecordedRun, joints: tuple[str, ...], dt: float, drive: str) -> MotionLog:
     """What a detector would have been given in a healthy run.
 
-    Args:
-        log: Of the run, with a drive or sensors of its own.
-        joints: Names of the detector's joints.
-        dt: Its sampling period [s].
-        drive: What its arm takes.
-
     Raises:
         InputError: It is a run of another arm, drive or period, a joint fails or is believed to, or it does
             not keep what was measured and referred to.

@@ -12,9 +12,6 @@ def compliance(qp: QPBuffers) -> FloatArray | None:
     The last m variables t are slacks where each is in one row alone, A x + c t = b, costs h t^2 / 2 and
     nothing else, and has no bounds. Minimised over t, this is |A x - b|^2 / (2 soft): the multiplier of a row
     is what is left of it over soft, and grows without measure where no x within the bounds comes near b.
-
-    Args:
-        qp: The QP.
     """
     n, m = qp.n, qp.m
     inner = n - m

@@ -46,11 +46,7 @@ class EasedQP:
         posed.lower[:], posed.upper[:] = qp.lower, qp.upper  # only slacks change their units: they have none
 
     def answer(self, qp: QPBuffers) -> None:
-        """Write the solution that the buffers hold into those of the QP, in its units.
-
-        Args:
-            qp: The QP that was posed.
-        """
+        """Write the solution that the buffers hold into those of the QP, in its units."""
         posed = self.buffers
         np.multiply(posed.x, self._units, out=qp.x)
         np.multiply(posed.multipliers, self._box_units / self._objective, out=qp.multipliers)

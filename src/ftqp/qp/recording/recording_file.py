@@ -80,11 +80,7 @@ def free_file(path: str | Path) -> Path:
 
 
 def _put(part: Path, file: Path) -> None:
-    """Give the finished ``part`` its name; a file that has come to be meanwhile stays.
-
-    Raises:
-        InputError: The file exists.
-    """
+    """Give the finished ``part`` its name; a file that has come to be meanwhile stays."""
     try:
         os.link(part, file)
     except FileExistsError as error:

@@ -41,12 +41,7 @@ UNITS = (("mm", 1e3), ("\N{MICRO SIGN}m", 1e6))
 
 
 def draw(log: Log, path: str | Path) -> Path:
-    """Draw position and rotation errors per axis over the coordinates of the base to a PNG file.
-
-    Args:
-        log: the log of a run on a moving base.
-        path: the file to write.
-    """
+    """Draw position and rotation errors per axis over the coordinates of the base to a PNG file."""
     t, error, moved = log["t"], log["inertial_error"], log["disturbance"]
     names = [name.split(".", 1)[1] for name in log.names if name.startswith("disturbance.")]
     slides = [log.units[f"disturbance.{name}"] == "m" for name in names]

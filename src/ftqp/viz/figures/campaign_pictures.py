@@ -40,13 +40,7 @@ def draw_ok_errors(path: str | Path, errors: Sequence[float], title: str) -> Pat
 
 
 def draw_shares(path: str | Path, shares: Shares, title: str) -> Path:
-    """Draw the share of episodes that broke a law for each value of each key, with its interval.
-
-    Args:
-        path: The file to write.
-        shares: Of the keys that are shown.
-        title: Of the campaign.
-    """
+    """Draw the share of episodes that broke a law for each value of each key, with its interval."""
     count = sum(len(values) for values in shares.values())
     names = [value for values in shares.values() for value, *_ in values]
     gap = 0.45

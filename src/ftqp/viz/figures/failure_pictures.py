@@ -176,13 +176,7 @@ class SignPanel:
 
 
 def draw_error_signs(path: str | Path, title: str, panels: dict[str, SignPanel]) -> Path:
-    """Draw over goals and angles of a joint where its error falls, and which way it turns, to a PNG file.
-
-    Args:
-        path: The file to write.
-        title: Stands above all.
-        panels: By heading.
-    """
+    """Draw over goals and angles of a joint where its error falls, and which way it turns, to a PNG file."""
     figure = paper(5.2 * len(panels), 5.6, title)
     grid = figure.add_gridspec(1, len(panels))
     for k, (name, panel) in enumerate(panels.items()):

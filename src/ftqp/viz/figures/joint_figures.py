@@ -28,12 +28,7 @@ MOTOR_OF_FAILED = "motor of a failed joint"
 
 
 def draw_positions(log: Log, path: str | Path) -> Path:
-    """Draw the position of every joint to a PNG file, scaled to its motion, with the limits.
-
-    Args:
-        log: A loaded log.
-        path: The file to write.
-    """
+    """Draw the position of every joint to a PNG file, scaled to its motion, with the limits."""
     figure, grid = panels(log, f"Joint positions: {events.heading(log)}")
     limits = log.metadata["limits"]
     for i, axes in enumerate(grid):
@@ -59,12 +54,7 @@ def draw_positions(log: Log, path: str | Path) -> Path:
 
 
 def draw_velocities(log: Log, path: str | Path) -> Path:
-    """Draw the velocity of every joint to a PNG file, scaled to its motion, with the limits.
-
-    Args:
-        log: A loaded log.
-        path: The file to write.
-    """
+    """Draw the velocity of every joint to a PNG file, scaled to its motion, with the limits."""
     figure, grid = panels(log, f"Joint velocities: {events.heading(log)}")
     for i, axes in enumerate(grid):
         factor, unit = _unit(log, i, "/s")
@@ -80,12 +70,7 @@ def draw_velocities(log: Log, path: str | Path) -> Path:
 
 
 def draw_torques(log: Log, path: str | Path) -> Path:
-    """Draw the torque of every motor with its limits, and of every brake, to a PNG file.
-
-    Args:
-        log: A loaded log.
-        path: The file to write.
-    """
+    """Draw the torque of every motor with its limits, and of every brake, to a PNG file."""
     figure, grid = panels(log, f"Joint torques: {events.heading(log)}")
     braked = log["belief"] == Locked.number
     failed = log["truth"] != HEALTHY
@@ -116,12 +101,7 @@ def draw_torques(log: Log, path: str | Path) -> Path:
 
 
 def draw_following(log: Log, path: str | Path) -> Path:
-    """Draw how far every joint is, in truth and as measured, from what was sent to it, to a PNG file.
-
-    Args:
-        log: A loaded log that keeps what was sent and what was measured.
-        path: The file to write.
-    """
+    """Draw how far every joint is, in truth and as measured, from what was sent to it, to a PNG file."""
     figure, grid = panels(log, f"Position of every joint minus that sent to it: {events.heading(log)}")
     sent = np.vstack([log["q"][:1], log["q_command"][:-1]])
     tiny = float(np.abs(log["q"] - sent).max()) < TINY

@@ -49,12 +49,7 @@ LABEL = 7.5
 
 
 def panels(log: Log, title: str) -> tuple[Figure, list[Axes]]:
-    """An empty figure with a panel for each joint.
-
-    Args:
-        log: Whose joints they are.
-        title: Stands above them.
-    """
+    """An empty figure with a panel for each joint."""
     count = len(log.metadata["joints"])
     columns = _columns(count)
     rows = ceil(count / columns)
@@ -186,15 +181,7 @@ def bar_handle(what: str) -> Patch:
 def finish_figure(
     figure: Figure, log: Log, path: str | Path, label: str, handles: Sequence[Line2D | Patch]
 ) -> Path:
-    """Legend, names of the axes, and the file.
-
-    Args:
-        figure: Made by `panels`.
-        log: The run.
-        path: The file to write.
-        label: Of the vertical axes.
-        handles: What the curves mean.
-    """
+    """Legend, names of the axes, and the file."""
     arrange(figure, [*handles, *events.handles(log)], left=0.85, right=0.55, top=0.8, bottom=0.6, gap=GAP)
     width, height = figure.get_size_inches()
     box = figure.axes[-1].get_position()

@@ -30,14 +30,7 @@ INSTANTS = 3
 
 
 def draw_contrast(told: Log, never: Log, path: str | Path, title: str) -> Path:
-    """Draw both arms, the paths of both tips and both errors to a PNG file.
-
-    Args:
-        told: The run whose planner is told.
-        never: The same run, whose planner is never told.
-        path: The file to write.
-        title: Stands above it.
-    """
+    """Draw both arms, the paths of both tips and both errors to a PNG file."""
     figure = paper(16.0, 6.6, title, search=False)
     grid = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.0, 1.1))
     arms = [arm_views.postures(log, _instants(log)) for log in (never, told)]

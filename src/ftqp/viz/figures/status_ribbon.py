@@ -54,12 +54,7 @@ THINNEST = 0.002
 
 
 def draw(log: Log, path: str | Path) -> Path:
-    """Draw the ribbon to a PNG file.
-
-    Args:
-        log: a loaded log.
-        path: the file to write.
-    """
+    """Draw the ribbon to a PNG file."""
     failing = sorted({fault["index"] for fault in events.faults(log)})
     seen = [int(code) for code in np.unique(log["status"])]
     ribbons: list[tuple[str, IntArray]] = []

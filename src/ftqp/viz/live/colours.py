@@ -53,13 +53,7 @@ STATUS: Mapping[str, Colour] = MappingProxyType(
 
 
 def joint_colour(truth: int, braking: bool, near_limit: bool) -> Colour:
-    """The colour of a joint's barrel.
-
-    Args:
-        truth: The code of what really is the matter with it.
-        braking: Whether it is coming to rest.
-        near_limit: Whether it is beyond nine tenths of its range.
-    """
+    """The colour of a joint's barrel."""
     if braking:
         return BRAKING
     if near_limit and truth == HEALTHY:

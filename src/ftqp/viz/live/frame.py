@@ -100,11 +100,7 @@ class Frame:
 
 @final
 class DrawnArm:
-    """Kinematics and limits of one arm, for its pictures; it has a record of its own and no planner.
-
-    Args:
-        robot: The arm.
-    """
+    """Kinematics and limits of one arm, for its pictures; it has a record of its own and no planner."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -162,12 +158,7 @@ class DrawnArm:
 
 
 def frame_of(facts: Facts, arm: DrawnArm) -> Frame:
-    """The picture of one tick.
-
-    Args:
-        facts: Of a session, or of a row of a log.
-        arm: The arm that they are about.
-    """
+    """The picture of one tick."""
     ghost = None if facts.twin is None else arm.joints(facts.twin.q)
     joints = arm.joints(facts.q)
     fails = np.isin(facts.truth, _BROKEN) | np.isin(facts.belief, _BROKEN)
@@ -208,13 +199,7 @@ def frame_of(facts: Facts, arm: DrawnArm) -> Frame:
 
 
 def frames_of(log: Log, robot: Robot, ticks: Iterable[int] | None = None) -> Iterator[Frame]:
-    """The pictures of a run, the same that a session would have shown at those ticks.
-
-    Args:
-        log: The log of the run.
-        robot: Its arm.
-        ticks: Which rows; all without them.
-    """
+    """The pictures of a run, the same that a session would have shown at those ticks."""
     arm = DrawnArm(robot)
     for tick in range(len(log)) if ticks is None else ticks:
         yield frame_of(facts_of(log, tick), arm)

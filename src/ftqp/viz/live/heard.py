@@ -109,12 +109,7 @@ def _is_update(parts: Mapping[Any, Any], control: Callable[[str], Control | None
 
 
 def is_value(value: Any, control: Control) -> bool:
-    """Whether a control can have a value: one of its options, a number in its range, a short text.
-
-    Args:
-        value: What a browser says.
-        control: viser's state of the control.
-    """
+    """Whether a control can have a value: one of its options, a number in its range, a short text."""
     props, present = control.props, control.value
     options = getattr(props, "options", None)
     if options is not None:

@@ -24,9 +24,6 @@ class History:
     """Samples of frames in the order of their times; a frame before the last one begins anew.
 
     Samples that there are not yet are NaN, and their status is empty.
-
-    Args:
-        frame: The first frame.
     """
 
     def __init__(self, frame: Frame) -> None:

@@ -55,11 +55,7 @@ def mesh_parts(robot: Robot, urdf: Any, look: str = "collision") -> tuple[Part, 
 
 
 def _parts(robot: Robot, urdf: Any, look: str) -> tuple[Part, ...]:
-    """Barrels that show the joints' conditions, and a body for each link that has one.
-
-    Raises:
-        InputError: The URDF has no body of this look, or one that cannot be read.
-    """
+    """Barrels that show the joints' conditions, and a body for each link that has one."""
     _, root, path = xml_of(urdf, "URDF", "robot")
     bodies: dict[int, list[Mesh]] = {}
     for link in root.iter("link"):
@@ -164,9 +160,6 @@ def found_mesh(name: str, urdf: Path | None) -> Path:
 def read_mesh(file: Path) -> Mesh:
     """The triangles of a file that trimesh reads: STL, OBJ, PLY, GLB; DAE where pycollada is installed.
 
-    Args:
-        file: The file.
-
     Raises:
         InputError: It is too large, or is no mesh.
     """
@@ -215,11 +208,7 @@ def _clustered(mesh: Mesh, cell: float) -> Mesh:
 
 
 def _numbers(text: str, count: int) -> FloatArray:
-    """Numbers of an attribute.
-
-    Raises:
-        InputError: They are none, or not as many.
-    """
+    """Numbers of an attribute."""
     try:
         values = np.array([float(word) for word in text.split()])
     except ValueError:

@@ -20,9 +20,6 @@ class Gate:
     connection (its ``Origin`` differs), nor by a name that it lets point to this machine (``Host`` is then
     that name). Another user of the machine does not know the token that stands in the address.
 
-    Args:
-        host: The address that is listened at.
-
     Attributes:
         token: The first part of the path of every address that is answered.
     """

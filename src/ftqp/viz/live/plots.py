@@ -24,13 +24,7 @@ _NOTE = (
 
 @final
 class Plots:
-    """Three plots in the container that is open.
-
-    Args:
-        gui: The panel's side of a server.
-        joints: Names of the joints.
-        history: What they show.
-    """
+    """Three plots in the container that is open."""
 
     def __init__(self, gui: Any, joints: Sequence[str], history: History) -> None:
         legend = {"show": len(joints) <= len(LINES), "live": False}

@@ -98,9 +98,6 @@ def recording(
 def messages_of(page: str) -> tuple[float, list[tuple[float, dict[str, Any]]]]:
     """Length [s] and messages of a recording, each with its time [s].
 
-    Args:
-        page: The text of the file.
-
     Raises:
         InputError: The text is no recording.
     """

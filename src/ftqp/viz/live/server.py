@@ -199,10 +199,6 @@ class _Once:
 def free_port(host: str, port: int) -> int:
     """The first free port from ``port`` on, or 0 for 0.
 
-    Args:
-        host: The address to listen at.
-        port: The port that is wanted, 0 to 65535.
-
     Raises:
         InputError: The port is no port, the address is none of this machine, or no port is free.
     """

@@ -14,14 +14,7 @@ _FONT = "font:13px/1.45 system-ui,sans-serif;color:#222"
 
 
 def status_head(frame: Frame, title: str, joints: Sequence[str], ribbon: str) -> str:
-    """Status, sentence, time, errors, what has failed, the last refusal, and the ribbon.
-
-    Args:
-        frame: What is shown.
-        title: Stands above it.
-        joints: Names of the joints.
-        ribbon: The strip of statuses, as SVG.
-    """
+    """Status, sentence, time, errors, what has failed, the last refusal, and the ribbon."""
     colour = colours.hexadecimal(colours.STATUS.get(frame.status, colours.UNKNOWN))
     time = "paused" if frame.paused else f"{_short(frame.pace)} × real time"
     facts = [f"{frame.t:.1f} s, {time}", f"tip error <b>{_length(frame.position_error)}</b>"]
@@ -48,12 +41,7 @@ def status_head(frame: Frame, title: str, joints: Sequence[str], ribbon: str) ->
 
 
 def joint_table(frame: Frame, joints: Sequence[str]) -> str:
-    """What each joint really is, and what the planner believes of it.
-
-    Args:
-        frame: What is shown.
-        joints: Names of the joints.
-    """
+    """What each joint really is, and what the planner believes of it."""
     rows = "".join(
         f'<tr><td style="padding:0 8px 0 0">{escape(name)}</td>'
         f"{_cell(int(frame.truth[i]), bool(frame.braking[i]))}{_cell(int(frame.belief[i]), False)}</tr>"

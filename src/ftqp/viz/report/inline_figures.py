@@ -37,11 +37,7 @@ _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 
 
 def figures_of(log: Log) -> list[str]:
-    """The figures of a run, each with its caption.
-
-    Args:
-        log: Its log, with rows.
-    """
+    """The figures of a run, each with its caption."""
     absent = {"following.png": not is_sensed(log), "base.png": "base_status" not in log}
     absent["torques.png"] = not np.isfinite(log["tau"]).any()
     parts = []
@@ -52,12 +48,7 @@ def figures_of(log: Log) -> list[str]:
 
 
 def compared(logs: Mapping[str, Log], title: str) -> list[str]:
-    """Figures of several runs of the same arm side by side.
-
-    Args:
-        logs: Their logs by label, with rows.
-        title: What they have in common.
-    """
+    """Figures of several runs of the same arm side by side."""
     return [
         drawing(inline(lambda path: compared_runs.draw_errors(logs, title, path)), ERRORS),
         drawing(inline(lambda path: compared_runs.draw_statuses(logs, title, path)), STATUSES),
@@ -76,11 +67,7 @@ def inline(draw: Callable[[Path], Path]) -> str:
 
 
 def cleaned(svg: str) -> str:
-    """The element of an SVG file: no outside address, lengths to a hundredth of a point.
-
-    Args:
-        svg: The text of the file.
-    """
+    """The element of an SVG file: no outside address, lengths to a hundredth of a point."""
     element = _METADATA.sub("", _COMMENT.sub("", svg[svg.index("<svg") :]))
     head, rest = element.split(">", 1)
     short = _PATHS.sub(lambda path: _NUMBERS.sub(_rounded, path.group()), rest)
