@@ -67,6 +67,9 @@ def panda(*, hand: bool = True) -> Robot:
     feasible parameters using penalty-based optimization", IEEE RA-L 4(4), 2019. Hand and fingers:
     franka_description (the maker's figures). The limit of joint 4 leaves zero out: the arm cannot stretch. No
     rotor inertia is published; none is counted.
+
+    Args:
+        hand: Whether the hand is mounted.
     """
     limits = dict(
         q_min=[-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973],

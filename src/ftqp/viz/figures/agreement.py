@@ -10,8 +10,9 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import GREY, Axes, arrange, curve, label_width, paper, plain_decades, save, tidy
+from ftqp.viz.figures.canvas import Axes, arrange, curve, label_width, paper, plain_decades, save, tidy
 from ftqp.viz.figures.curves import draw_runs, logarithmic, longest, look, run_handles
+from ftqp.viz.figures.palette import GREY
 from ftqp.viz.figures.tracking import MILLIMETRES, SMALLEST_ERROR
 
 LEAST = 1e-16

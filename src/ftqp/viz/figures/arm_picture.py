@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.viz.figures.canvas import BLUE, GREY, LIMIT, ORANGE, Axes, paper, save
+from ftqp.viz.figures.canvas import Axes, paper, save
+from ftqp.viz.figures.palette import BLUE, GREY, LIMIT, ORANGE
 
 FLAT = 0.02
 """An arm whose extent along a direction is below this share of its size is flat there."""

@@ -12,7 +12,8 @@ from ftqp.model.skeleton import Skeleton
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import GREY, ORANGE, RED, Axes, Figure, Line2D, head, trace
+from ftqp.viz.figures.canvas import Axes, Figure, Line2D, head, trace
+from ftqp.viz.figures.palette import GREY, ORANGE, RED
 from ftqp.viz.figures.plain_axes import plain_axes
 
 INSTANTS = 5

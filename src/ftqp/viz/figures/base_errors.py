@@ -9,24 +9,8 @@ from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    YELLOW,
-    Axes,
-    Line2D,
-    Patch,
-    arrange,
-    curve,
-    paper,
-    save,
-    tidy,
-)
+from ftqp.viz.figures.canvas import Axes, Line2D, Patch, arrange, curve, paper, save, tidy
+from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW
 
 LINES = (ORANGE, GREEN, PURPLE, SKY, BLUE, RED)
 SHADES = {

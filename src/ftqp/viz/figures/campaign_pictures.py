@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ftqp.viz.figures.canvas import BLUE, GREY, RED, arrange, head, label_width, paper, save, tidy
+from ftqp.viz.figures.canvas import arrange, head, label_width, paper, save, tidy
+from ftqp.viz.figures.palette import BLUE, GREY, RED
 
 BINS = 40
 LEAST = 1e-9

@@ -10,30 +10,24 @@ from numpy.typing import NDArray
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
+from ftqp.viz.figures.palette import FORBIDDEN, LIMIT
 
 try:
     from matplotlib import rc_context
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
+    from matplotlib.artist import Artist as Artist
+    from matplotlib.axes import Axes as Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.collections import LineCollection
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-    from matplotlib.text import Text
-    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+    from matplotlib.collections import LineCollection as LineCollection
+    from matplotlib.figure import Figure as Figure
+    from matplotlib.lines import Line2D as Line2D
+    from matplotlib.patches import Patch as Patch
+    from matplotlib.text import Text as Text
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+    from matplotlib.ticker import MaxNLocator as MaxNLocator
 except ImportError as error:
     raise MissingPackage("drawing figures", "matplotlib", remedy_for_extra("viz")) from error
 
 DOTS_PER_INCH = 110
-BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = (
-    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442",
-)  # fmt: skip
-"""Colours that colour-blind readers can tell apart (Okabe and Ito)."""
-GREY, WINE = "#7F7F7F", "#882255"
-LIMIT = "#C9917D"
-FORBIDDEN = "#F4E3DC"
-"""Shade of what lies beyond a limit."""
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 """Of SVG files: what would name a day and an outside address."""
 COMPRESSION = 1
@@ -45,8 +39,6 @@ TITLE_FROM_TOP, LEGEND_LINE = 0.12, 0.23
 PLAIN = 3
 """Powers of ten up to this, and down to its negative, are written as numbers."""
 RAISED = str.maketrans("-0123456789", "\N{SUPERSCRIPT MINUS}⁰¹²³⁴⁵⁶⁷⁸⁹")
-TINT = "#FFF6EC"
-"""Background of a joint that fails."""
 
 
 def paper(width: float, height: float, title: str, *, search: bool = True) -> Figure:
@@ -292,41 +284,3 @@ def _legend_columns(figure: Figure, handles: Sequence[Any]) -> int:
     longest = max(len(handle.get_label()) for handle in handles)
     fitting = int(figure.get_figwidth() / (LETTER * longest + SAMPLE))
     return min(5, len(handles), max(1, fitting))
-
-
-__all__ = [
-    "BLUE",
-    "FORBIDDEN",
-    "GREEN",
-    "GREY",
-    "ORANGE",
-    "PURPLE",
-    "RED",
-    "SKY",
-    "TINT",
-    "WINE",
-    "YELLOW",
-    "Artist",
-    "Axes",
-    "Figure",
-    "Line2D",
-    "LineCollection",
-    "MaxNLocator",
-    "Patch",
-    "Text",
-    "arrange",
-    "curve",
-    "decade",
-    "few_ticks",
-    "head",
-    "label_width",
-    "legend_below",
-    "paper",
-    "plain_decades",
-    "save",
-    "shade_beyond",
-    "shade_later",
-    "thinned",
-    "tidy",
-    "trace",
-]

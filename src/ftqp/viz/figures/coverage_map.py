@@ -6,22 +6,8 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.layout.survival import Survival
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    WINE,
-    YELLOW,
-    Patch,
-    arrange,
-    label_width,
-    paper,
-    save,
-    tidy,
-)
+from ftqp.viz.figures.canvas import Patch, arrange, label_width, paper, save, tidy
+from ftqp.viz.figures.palette import BLUE, GREY, ORANGE, PURPLE, RED, SKY, WINE, YELLOW
 
 COLOURS = {
     Survival.SURVIVED: "#DCEFE6",

@@ -11,7 +11,7 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.metrics import is_sensed
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import BLUE, FORBIDDEN, ORANGE, RED, WINE, Line2D, Patch, curve
+from ftqp.viz.figures.canvas import Line2D, Patch, curve
 from ftqp.viz.figures.joint_panels import (
     bar_handle,
     degradations,
@@ -20,6 +20,7 @@ from ftqp.viz.figures.joint_panels import (
     finish_panel,
     panels,
 )
+from ftqp.viz.figures.palette import BLUE, FORBIDDEN, ORANGE, RED, WINE
 
 TINY = 5e-5
 """Following errors that stay below this [rad or m] are drawn in millionths."""

@@ -13,12 +13,6 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
-    BLUE,
-    FORBIDDEN,
-    GREY,
-    LIMIT,
-    RED,
-    TINT,
     Axes,
     Figure,
     Line2D,
@@ -30,6 +24,7 @@ from ftqp.viz.figures.canvas import (
     paper,
     save,
 )
+from ftqp.viz.figures.palette import BLUE, FORBIDDEN, GREY, LIMIT, RED, TINT
 from ftqp.viz.figures.plain_axes import plain_axes
 
 COLUMNS = 4

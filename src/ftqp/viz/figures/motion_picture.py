@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.viz.figures.canvas import BLUE, GREY, ORANGE, Axes, paper, save, shade_beyond, tidy
+from ftqp.viz.figures.canvas import Axes, paper, save, shade_beyond, tidy
+from ftqp.viz.figures.palette import BLUE, GREY, ORANGE
 
 INSTANTS = 5
 """So often the arm is drawn."""

@@ -6,21 +6,9 @@ import numpy as np
 
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import arm_views, events
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREY,
-    PURPLE,
-    RED,
-    Axes,
-    Line2D,
-    arrange,
-    curve,
-    head,
-    paper,
-    save,
-    trace,
-)
+from ftqp.viz.figures.canvas import Axes, Line2D, arrange, curve, head, paper, save, trace
 from ftqp.viz.figures.curves import length
+from ftqp.viz.figures.palette import BLUE, GREY, PURPLE, RED
 from ftqp.viz.figures.plain_axes import plain_axes
 
 MILLIMETRES = 1e3

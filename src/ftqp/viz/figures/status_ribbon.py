@@ -12,24 +12,8 @@ from ftqp.faults.kinds import KINDS
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import CONDITIONS, HEALTHY
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import (
-    GREEN,
-    GREY,
-    LETTER,
-    ORANGE,
-    PURPLE,
-    RED,
-    SAMPLE,
-    SKY,
-    YELLOW,
-    Axes,
-    Patch,
-    arrange,
-    label_width,
-    paper,
-    save,
-    tidy,
-)
+from ftqp.viz.figures.canvas import LETTER, SAMPLE, Axes, Patch, arrange, label_width, paper, save, tidy
+from ftqp.viz.figures.palette import GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW
 
 WIDTH = 12.0
 """Of the figure [inches]."""

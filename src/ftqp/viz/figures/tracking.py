@@ -8,22 +8,9 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import arm_views, events
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    RED,
-    Axes,
-    Figure,
-    arrange,
-    curve,
-    head,
-    paper,
-    save,
-    trace,
-)
+from ftqp.viz.figures.canvas import Axes, Figure, arrange, curve, head, paper, save, trace
 from ftqp.viz.figures.curves import length
+from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, RED
 from ftqp.viz.figures.plain_axes import plain_axes
 
 FLAT = 0.1
