@@ -9,8 +9,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.clock import now
 from ftqp.qp.adapters.backend import Backend, Claim
 from ftqp.qp.adapters.buffers import QPBuffers
-from ftqp.qp.adapters.compliant_rows import compliance
-from ftqp.qp.adapters.eased import EasedQP
+from ftqp.qp.adapters.eased import EasedQP, compliance
 from ftqp.qp.adapters.polish import polished
 
 LARGE = 1e5
