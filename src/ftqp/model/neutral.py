@@ -8,8 +8,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError, unknown
 from ftqp.model.audit import Finding, note
-from ftqp.model.chain import Chain, frame_id
-from ftqp.model.coordinates import configuration_of
+from ftqp.model.chain import Chain, configuration_of, frame_id
 from ftqp.model.limits import JointLimits
 from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, scaled_jacobian
 from ftqp.model.shape import neutral_of
@@ -36,16 +35,7 @@ HANDICAP = 0.5
 
 
 class Arm:
-    """What the search needs of an arm.
-
-    Args:
-        model: A pinocchio model whose joints all lie on the chain.
-        tip: The controlled frame.
-        chain: Its constants.
-        limits: Its limits.
-        rows: The task rows.
-        length: The characteristic length [m].
-    """
+    """What the search needs of an arm."""
 
     def __init__(
         self, model: Any, tip: str, chain: Chain, limits: JointLimits, rows: Sequence[str], length: float

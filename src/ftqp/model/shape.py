@@ -107,11 +107,9 @@ def dynamics_findings(model: Any) -> list[Finding]:
     M = np.triu(M) + np.triu(M, 1).T
     values = np.linalg.eigvalsh(M)
     if values[0] <= SINGULAR * values[-1]:
-        found.append(
-            unsafe(
-                f"{model.name} has a joint-space inertia that is not positive definite (eigenvalues "
-                f"{values[0]:.3g} to {values[-1]:.3g}); "
-                "correct the masses or drop them with kinematics_only=True"
-            )
+        sentence = (
+            f"{model.name} has a joint-space inertia that is not positive definite (eigenvalues "
+            f"{values[0]:.3g} to {values[-1]:.3g}); correct the masses or drop them with kinematics_only=True"
         )
+        found.append(unsafe(sentence))
     return found

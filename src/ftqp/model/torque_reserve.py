@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.core.checks import BoolArray, FloatArray
-from ftqp.model.coordinates import configuration_of
+from ftqp.model.chain import configuration_of
 from ftqp.model.limits import JointLimits
 from ftqp.model.posture import gravity_torques
 from ftqp.model.shape import random_postures

@@ -16,7 +16,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.model.chain import Chain
+from ftqp.model.chain import Chain, rotation_to
 from ftqp.model.limits import JointLimits
 from ftqp.model.reading.urdf import SYMMETRIC
 from ftqp.model.shape import reach_of
@@ -116,14 +116,7 @@ def _bar(link: Element, to: FloatArray, size: float) -> None:
     """A cylinder from the link's origin to the next one's."""
     length = float(np.linalg.norm(to))
     if length > SHORT * size:
-        _cylinder(link, 0.5 * to, _turned_to(to / length), THIN * size, length)
-
-
-def _turned_to(z: FloatArray) -> FloatArray:
-    """A rotation (3, 3) whose third column is the unit vector z."""
-    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
+        _cylinder(link, 0.5 * to, rotation_to(to / length), THIN * size, length)
 
 
 def _cylinder(link: Element, at: FloatArray, rotation: FloatArray, radius: float, length: float) -> None:

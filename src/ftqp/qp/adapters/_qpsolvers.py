@@ -92,10 +92,10 @@ class Qpsolvers(PolishedBackend):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                inequalities = (matrix(G), h) if len(h) else (None, None)
-                equalities = (matrix(A), b) if len(b) else (None, None)
-                box = (qp.lb.copy(), qp.ub.copy())
-                problem = qpsolvers.Problem(matrix(qp.H), qp.g.copy(), *inequalities, *equalities, *box)
+                rows: dict[str, Any] = {"lb": qp.lb.copy(), "ub": qp.ub.copy()}
+                rows |= {"G": matrix(G), "h": h} if len(h) else {}
+                rows |= {"A": matrix(A), "b": b} if len(b) else {}
+                problem = qpsolvers.Problem(matrix(qp.H), qp.g.copy(), **rows)
                 solution = qpsolvers.solve_problem(problem, self._solver, None, False, **self._native)
         except (TypeError, AttributeError, qpsolvers.ParamError) as error:
             raise InputError(f"{self.name} refused the settings {self._native}: {error}") from error
