@@ -39,14 +39,8 @@ def setting(
 ) -> Any:
     """A field of a fault, with what a scenario's key of that name says and accepts.
 
-    Args:
-        default: The value of a fault that does not give the setting.
-        about: The meaning in a few words, for ``ftqp check --keys``.
-        unit: The unit, or nothing.
-        choices: The words that are allowed, for a setting that is a word.
-        above: The number that the setting must exceed.
-        least: The smallest number allowed.
-        most: The largest number allowed.
+    Every number or word that is allowed is told here once: ``above`` must be exceeded, ``least`` and ``most``
+    may be reached.
     """
     allowed = {"gt": above, "ge": least, "le": most}
     return field(

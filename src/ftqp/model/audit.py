@@ -71,11 +71,7 @@ def note(sentence: str) -> Finding:
 
 
 def refuse_unsafe(name: str, findings: Iterable[Finding]) -> None:
-    """Raises when the robot is unsafe.
-
-    Raises:
-        ModelError: With every finding, the unsafe ones first.
-    """
+    """Raises when the robot is unsafe."""
     every = sorted(findings, key=lambda finding: finding.severity is not Severity.UNSAFE)
     if every and every[0].severity is Severity.UNSAFE:
         marks = ["" if f.severity is Severity.UNSAFE else f"({f.severity.name.lower()}) " for f in every]
@@ -84,13 +80,7 @@ def refuse_unsafe(name: str, findings: Iterable[Finding]) -> None:
 
 
 def limit_findings(names: Sequence[str], limits: JointLimits, continuous: BoolArray) -> list[Finding]:
-    """What is wrong with the limits of every joint: NaN, crossed, empty, zero, negative or missing ones.
-
-    Args:
-        names: Joint names, (nv,).
-        limits: The limits of those joints.
-        continuous: Joints that turn without limits, (nv,).
-    """
+    """What is wrong with the limits of every joint: NaN, crossed, empty, zero, negative or missing ones."""
     found: list[Finding] = []
     for i, joint in enumerate(names):
         low, high = float(limits.q_min[i]), float(limits.q_max[i])
@@ -158,12 +148,8 @@ def body_findings(
     for the whole may be sound. An inertia that breaks the triangle inequality A + B >= C of its principal
     moments belongs to no rigid body, and one without mass to no real one, yet both are safe: warnings.
 
-    Args:
-        label: What the bodies are: ``link`` for parts, else for moving bodies.
-        names: Names of the bodies, (count,).
-        mass: (count,) [kg].
-        com: (count, 3) [m].
-        inertia: About the centre of mass, (count, 3, 3) [kg m2].
+    ``label`` is ``link`` for parts; masses are (count,) [kg], centres of mass (count, 3) [m], inertias about
+    them (count, 3, 3) [kg m2].
     """
     found: list[Finding] = []
     for name, m, c, moment in zip(names, mass, com, inertia, strict=True):
@@ -173,12 +159,7 @@ def body_findings(
 
 
 def rotor_findings(names: Sequence[str], armature: FloatArray) -> list[Finding]:
-    """What is wrong with rotor inertias: each stands on the diagonal of the joint-space inertia.
-
-    Args:
-        names: Joint names, (nv,).
-        armature: (nv,) [kg m2 or kg].
-    """
+    """What is wrong with rotor inertias: each stands on the diagonal of the joint-space inertia."""
     said = "has a rotor inertia (armature) of"
     return [
         Finding(Severity.UNSAFE, f"joint {name!r} {said} {value:g}, expected >= 0; {CORRECT}", "masses")
@@ -190,9 +171,7 @@ def rotor_findings(names: Sequence[str], armature: FloatArray) -> list[Finding]:
 def length_findings(names: Sequence[str], offset: FloatArray) -> list[Finding]:
     """What is wrong with the places of joints and frames.
 
-    Args:
-        names: Of joints and frames, (count,).
-        offset: The place of each in the joint before it, (count, 3) [m].
+    ``offset`` is the place of each in the joint before it, (count, 3) [m].
     """
     return [
         unsafe(f"{name!r} is {np.abs(place).max():g} m from the joint before it; correct the model")

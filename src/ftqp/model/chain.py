@@ -71,9 +71,7 @@ class Chain:
 def chain_of(model: Any, tip: str) -> Chain:
     """The chain from the base to the frame ``tip`` of a pinocchio model whose joints all lie on it.
 
-    Args:
-        model: a pinocchio model; joints off the chain must be held already (``reduction.reduced``).
-        tip: Name of a frame of the model.
+    Joints off the chain must be held already (``reduction.reduced``).
 
     Raises:
         ModelError: a joint off the chain, more than 32 joints, or joints that the kernel cannot express.
@@ -172,11 +170,7 @@ def frame_id(model: Any, tip: str) -> int:
 
 
 def positions_of(model: Any, continuous: BoolArray, q: Any) -> FloatArray:
-    """Joint positions (nv,) from (nv,) positions or from pinocchio's configuration (nq,) [rad or m].
-
-    Raises:
-        InputError: The shape is another one, or a number is NaN or infinite.
-    """
+    """Joint positions (nv,) from (nv,) positions or from pinocchio's configuration (nq,) [rad or m]."""
     nv, given = len(continuous), numbers("q", q)
     if model.nq == nv or given.shape == (nv,):
         return array("q", given, (nv,), "(nv,)")

@@ -92,13 +92,8 @@ def neutral_posture(
     best of ``CANDIDATES`` postures round the middle, by ``Arm.merit``, with every joint back at its simple
     position that may be. The candidates are a fixed sequence: the same arm starts at the same posture.
 
-    Args:
-        arm: The arm.
-        wanted: What the user gives: (nv,) positions, the name of a posture, or None.
-        named: Postures of the model by name, positions by joint.
-
-    Raises:
-        InputError: What the user gives is no posture inside the limits.
+    ``wanted`` is (nv,) positions, the name of a posture or None, and ``named`` has the postures of the model
+    by name, positions by joint.
     """
     if isinstance(wanted, str):
         if not named:

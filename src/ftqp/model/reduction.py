@@ -103,11 +103,7 @@ def _position(joint: str, value: float) -> float:
 
 
 def joint_index(names: Sequence[str], joint: str | int, owner: str) -> int:
-    """The 0-based index of a joint given by name or index.
-
-    Raises:
-        InputError: No such joint; names the valid ones and the nearest.
-    """
+    """The 0-based index of a joint given by name or index."""
     if isinstance(joint, str):
         if joint in names:
             return list(names).index(joint)

@@ -114,9 +114,9 @@ def test_twin_is_drawn_where_it_is():
     other = robot.neutral + 0.2
     twin = TwinFacts(q=other, status=6, position_error=0.03)
     frame = frame_of(facts(robot, twin=twin), DrawnArm(robot))
-    np.testing.assert_allclose(frame.ghost[-1], robot.pose(other), atol=1e-12)
+    np.testing.assert_allclose(frame.baseline[-1], robot.pose(other), atol=1e-12)
     np.testing.assert_allclose(frame.tip, robot.pose(robot.neutral), atol=1e-12)
-    assert (frame.ghost_status, frame.ghost_error) == ("STOPPED", 0.03)
+    assert (frame.baseline_status, frame.baseline_error) == ("STOPPED", 0.03)
 
 
 def test_locked_joint_that_a_brake_holds_is_not_braking():

@@ -42,15 +42,8 @@ def calibrated(
 ) -> Calibration:  # fmt: skip
     """Noise, friction and thresholds of healthy motion, in this order.
 
-    Args:
-        settings: Those of the detector.
-        session: A record of the detector, used up.
-        robot: Its arm.
-        dt: Its sampling period [s].
-        delay: How late its samples are, in ticks.
-        logs: The motion.
-        rate: Wanted false alarms an hour.
-        extrapolate: Whether a rate that the log does not show is allowed.
+    The session's record is used up; samples are ``delay`` ticks late, and ``rate`` alarms an hour are wanted,
+    fewer than the log can show only with ``extrapolate``.
 
     Raises:
         InputError: As ``ftqp.Detector.calibrate``.

@@ -29,12 +29,7 @@ class EasedQP:
         self._objective = 1.0
 
     def pose(self, qp: QPBuffers, soft: FloatArray) -> None:
-        """Write a QP into the buffers, in these units.
-
-        Args:
-            qp: The QP.
-            soft: Its compliance, (m,).
-        """
+        """Write a QP into the buffers, in these units."""
         posed, units, inner = self.buffers, self._units, qp.n - qp.m
         self._objective = float(soft.min())
         np.divide(soft, self._objective, out=self.soft)

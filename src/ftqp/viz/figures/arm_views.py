@@ -65,11 +65,7 @@ def instants(log: Log, most: int = INSTANTS) -> list[int]:
 
 
 def postures(log: Log, rows: Sequence[int] | NDArray[np.intp]) -> Postures | None:
-    """The arm at some rows of a log; None for a log that does not say where its joints sit.
-
-    Raises:
-        InputError: What the log says of the arm is not readable.
-    """
+    """The arm at some rows of a log; None for a log that does not say where its joints sit."""
     if "skeleton" not in log.metadata:
         return None
     at = list(rows)
@@ -102,15 +98,8 @@ def draw_view(
 ) -> Axes:  # fmt: skip
     """Draw arms in a plane of the base.
 
-    Args:
-        figure: Where to draw.
-        place: A cell of its grid.
-        plane: Two axes of the base.
-        motions: The arms, the first on top.
-        colours: Of the arms.
-        ways: Colours of the ways of their tips.
-        targets: Where the tip should have been, (K, 3) [m].
-        title: In place of the name of the view.
+    The first motion is on top; ``targets`` are where the tip should have been, (K, 3) [m], and ``place`` is a
+    cell of the figure's grid. A ``title`` takes the place of the name of the view.
     """
     axes: Axes = figure.add_subplot(place)  # type: ignore[call-overload]
     at = list(plane)

@@ -9,7 +9,7 @@ from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import Axes, Line2D, Patch, arrange, curve, paper, save, tidy
+from ftqp.viz.figures.canvas import Axes, Line2D, Patch, arrange, curve, equal_runs, paper, save, tidy
 from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW
 
 LINES = (ORANGE, GREEN, PURPLE, SKY, BLUE, RED)
@@ -56,12 +56,8 @@ def draw(log: Log, path: str | Path) -> Path:
         else:
             axes.set_yticks([])
             axes.text(0.5, 0.5, "none", transform=axes.transAxes, ha="center", color=GREY)
-        tidy(
-            axes,
-            "time [s]",
-            f"[{place_unit}]" if chosen else "",
-            "disturbance: base " + ("position" if sliding else "rotation"),
-        )
+        title = "disturbance: base " + ("position" if sliding else "rotation")
+        tidy(axes, "time [s]", f"[{place_unit}]" if chosen else "", title)
         axes.set_xlim(*events.time_span(log))
         events.mark(axes, log)
     arrange(figure, [*_shades_used(log), *events.handles(log)], gap=(1.1, 0.45))
@@ -88,10 +84,9 @@ def _extremes(signal: FloatArray) -> str:
 def _spans(log: Log, status: BaseStatus) -> list[tuple[float, float]]:
     """When the inertial task had this status [s]."""
     code = list(BaseStatus).index(status)
-    inside = np.concatenate([[False], log["base_status"] == code, [False]])
-    edges = np.flatnonzero(np.diff(inside.astype(np.int64)))
-    t, dt = log["t"], float(log.metadata.get("dt", 0.0))
-    return [(float(t[a]), float(t[b - 1]) + dt) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    edges = np.append(log["t"], log["t"][-1] + float(log.metadata.get("dt", 0.0)))
+    spells = equal_runs(log["base_status"])
+    return [(float(edges[first]), float(edges[last])) for first, last, which in spells if which == code]
 
 
 def _shade(axes: Axes, log: Log) -> None:

@@ -8,10 +8,21 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.planner.status import STATUSES, StepStatus
-from ftqp.core.errors import InputError
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import Line2D, Patch, arrange, curve, few_ticks, label_width, paper, save, tidy
+from ftqp.viz.figures.canvas import (
+    Axes,
+    Line2D,
+    Patch,
+    arrange,
+    curve,
+    few_ticks,
+    label_width,
+    made_folder,
+    paper,
+    save,
+    tidy,
+)
 from ftqp.viz.figures.curves import (
     SPIKES,
     THIN,
@@ -35,15 +46,8 @@ DEGREES = 180.0 / np.pi
 def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, title: str) -> list[Path]:
     """Draw runs of one arm and path as PNG files into ``folder``, which is made if it is missing.
 
-    Args:
-        logs: loaded logs of the same robot and path by the label of the run; empty ones are left out.
-        folder: where to put the files.
-        name: how their names begin.
-        title: what the runs have in common.
-
-    Returns:
-        The files: errors, velocities, accelerations, torques (left out where the arm has no inertia) and
-        statuses; none when every log is empty.
+    Logs are by the label of their run; empty ones are left out. The files are errors, velocities,
+    accelerations, torques (where the arm has inertia) and statuses, and their names begin with ``name``.
 
     Raises:
         InputError: a folder that cannot be written.
@@ -51,10 +55,7 @@ def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, t
     drawn = {label: log for label, log in logs.items() if len(log)}
     if not drawn:
         return []
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"folder {folder} cannot be made: {error.strerror}") from error
+    place = made_folder(folder)
     drawings: dict[str, Callable[[Mapping[str, Log], str, Path], Path]] = {
         "errors": draw_errors,
         "velocities": draw_velocities,
@@ -64,7 +65,7 @@ def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, t
     }
     if not any(np.isfinite(log["tau"]).any() for log in drawn.values()):
         del drawings["torques"]
-    return [draw(drawn, title, Path(folder) / f"{name}-{what}.png") for what, draw in drawings.items()]
+    return [draw(drawn, title, place / f"{name}-{what}.png") for what, draw in drawings.items()]
 
 
 def draw_errors(logs: Mapping[str, Log], title: str, path: Path) -> Path:
@@ -79,8 +80,7 @@ def draw_errors(logs: Mapping[str, Log], title: str, path: Path) -> Path:
         draw_runs(axes, logs, curves)
         logarithmic(axes, curves)
         tidy(axes, "", label)
-        events.mark_faults(axes, longest(logs))
-        events.mark_found(axes, *logs.values())
+        _mark_instants(axes, logs)
     grid.flat[-1].set_xlabel("time [s]")
     largest = [f"largest {length(float(log['position_error'].max()))}" for log in logs.values()]
     arrange(figure, [*run_handles(logs, largest), *_instants(logs)])
@@ -109,8 +109,7 @@ def draw_torques(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     unit = "N m and N" if slides else "N m"
     tidy(axes, "time [s]", f"torque norm [{unit}]")
     axes.set_ylim(0.0, top)
-    events.mark_faults(axes, longest(logs))
-    events.mark_found(axes, *logs.values())
+    _mark_instants(axes, logs)
     largest = [f"largest {peak([curve]):.3g} {unit}" for curve in curves]
     arrange(figure, [*run_handles(logs, largest), *_instants(logs)])
     return save(figure, path)
@@ -136,8 +135,7 @@ def draw_statuses(logs: Mapping[str, Log], title: str, path: Path) -> Path:
         tidy(grid.flat[1], "", "scale along the path [-]")
     for panel in grid.flat:
         panel.set_xlim(*time_span(logs))
-        events.mark_faults(panel, longest(logs))
-        events.mark_found(panel, *logs.values())
+        _mark_instants(panel, logs)
     grid.flat[-1].set_xlabel("time [s]")
     seen = sorted({int(code) for log in logs.values() for code in np.unique(log["status"])})
     statuses = [Patch(color=STATUS_COLOURS[code], label=STATUSES[code].name) for code in seen]
@@ -145,6 +143,12 @@ def draw_statuses(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     handles = [*statuses, *runs, *_instants(logs)]
     arrange(figure, handles, left=label_width(logs), top=0.6, gap=(0.7, 0.3))
     return save(figure, path)
+
+
+def _mark_instants(axes: Axes, logs: Mapping[str, Log]) -> None:
+    """Faults, and when detectors found out, as vertical lines."""
+    events.mark_faults(axes, longest(logs))
+    events.mark_found(axes, *logs.values())
 
 
 def _instants(logs: Mapping[str, Log]) -> list[Line2D]:

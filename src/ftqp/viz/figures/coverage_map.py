@@ -38,12 +38,7 @@ ROW = 0.36
 
 
 def draw_coverage(path: str | Path, report: Any) -> Path:
-    """Draw a report on coverage to a PNG file: a row for each failure, its verdict over time as colour.
-
-    Args:
-        path: The file to write.
-        report: The report of ``ftqp.analysis.coverage``.
-    """
+    """Draw a report on coverage to a PNG file: a row for each failure, its verdict over time as colour."""
     names = report.names
     edges = np.append(report.t, report.task.t[-1])
     title = f"{report.task.robot.name}: {100.0 * report.coverage:.1f} % of failures survived"

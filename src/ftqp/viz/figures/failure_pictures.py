@@ -24,12 +24,8 @@ def draw_motions(
 ) -> Path:
     """Draw planar arms on their ways, a panel each, and below it the error over time, to a PNG file.
 
-    Args:
-        path: The file to write.
-        title: Stands above all.
-        lengths: Of the links, (n,) [m].
-        motions: By the panel's heading.
-        goal: (2,) [m].
+    ``lengths`` are those of the links, (n,) [m], motions are by the heading of their panel, and the goal is
+    (2,) [m].
     """
     figure = paper(3.9 * len(motions), 6.4, title)
     grid = figure.add_gridspec(2, len(motions), height_ratios=(2.6, 1.0))
@@ -56,15 +52,13 @@ def draw_motions(
         below.set_ylim(0.0, 1.08 * max(float(errors.max()), 1e-9))
         tidy(below, "time [s]", "error [m]" if k == 0 else "")
         few_ticks(below)
-    legend_below(
-        figure,
-        [
-            Line2D([], [], color=BLUE, marker="o", label="at the failure"),
-            Line2D([], [], color=RED, marker="o", label="in the end"),
-            Line2D([], [], color=ORANGE, label="the tip's way"),
-            Line2D([], [], color="black", marker="x", linestyle="none", label="goal"),
-        ],
-    )
+    handles = [
+        Line2D([], [], color=BLUE, marker="o", label="at the failure"),
+        Line2D([], [], color=RED, marker="o", label="in the end"),
+        Line2D([], [], color=ORANGE, label="the tip's way"),
+        Line2D([], [], color="black", marker="x", linestyle="none", label="goal"),
+    ]
+    legend_below(figure, handles)
     return save(figure, path)
 
 
@@ -183,14 +177,12 @@ def draw_error_signs(path: str | Path, title: str, panels: dict[str, SignPanel])
         axes.set_xlabel("direction of the goal from joint 2 [degrees]")
         axes.set_ylabel("joint 2 [degrees]" if k == 0 else "")
         head(axes, name)
-    legend_below(
-        figure,
-        [
-            Patch(color="#9E9E9E", label="error falls"),
-            Patch(color="#EBEBEB", label="error rises"),
-            Line2D([], [], color=RED, label="rest"),
-            Line2D([], [], color=WINE, linewidth=4.0, label="taken in by the stretched arm"),
-            Line2D([], [], color=BLUE, marker="^", linestyle="none", label="which way joint 2 turns"),
-        ],
-    )
+    handles = [
+        Patch(color="#9E9E9E", label="error falls"),
+        Patch(color="#EBEBEB", label="error rises"),
+        Line2D([], [], color=RED, label="rest"),
+        Line2D([], [], color=WINE, linewidth=4.0, label="taken in by the stretched arm"),
+        Line2D([], [], color=BLUE, marker="^", linestyle="none", label="which way joint 2 turns"),
+    ]
+    legend_below(figure, handles)
     return save(figure, path)

@@ -53,33 +53,18 @@ def save_maps(
     shown = np.flatnonzero(np.ptp(found["places"], axis=0) > 0.0)[:2]
     flat = {**found, "places": found["places"][:, shown]}
     around = None if arm is None else arm[:, shown]
-    names = ["xyz"[k] for k in shown]
+    about = (joints, ["xyz"[k] for k in shown], goal[shown], around, flat)
     return [
-        _draw(
-            folder / f"{letter}.png",
-            f"{title}: {letter}, {meaning}",
-            letter,
-            joints,
-            names,
-            goal[shown],
-            around,
-            flat,
-        )
+        _draw(folder / f"{letter}.png", f"{title}: {letter}, {meaning}", letter, *about)
         for letter, meaning in LETTERS.items()
         if f"{letter}100" in found
     ]
 
 
 def _draw(
-    path: Path,
-    title: str,
-    letter: str,
-    joints: Sequence[str],
-    axes: Sequence[str],
-    goal: FloatArray,
-    arm: FloatArray | None,
-    found: Mapping[str, FloatArray],
-) -> Path:
+    path: Path, title: str, letter: str, joints: Sequence[str], axes: Sequence[str], goal: FloatArray,
+    arm: FloatArray | None, found: Mapping[str, FloatArray],
+) -> Path:  # fmt: skip
     """The picture of a letter."""
     rows = [kind for kind in KINDS if f"{letter}{kind}" in found]
     columns = [*(f"{joint} locks" for joint in joints), "any joint locks"]
@@ -107,9 +92,10 @@ def _panel(
     """One measure over the grid, with the arm at its goal."""
     x, y = np.unique(places[:, 0]), np.unique(places[:, 1])
     image = np.full((len(y), len(x)), np.nan)
-    image[np.searchsorted(y, places[:, 1]), np.searchsorted(x, places[:, 0])] = values
+    at = np.searchsorted(y, places[:, 1]), np.searchsorted(x, places[:, 0])
+    image[at] = values
     out = np.full(image.shape, np.nan)
-    out[np.searchsorted(y, places[:, 1]), np.searchsorted(x, places[:, 0])] = 1.0
+    out[at] = 1.0
     panel.pcolormesh(x, y, out, cmap="Greys", vmin=0.0, vmax=4.0, shading="nearest")
     mesh = panel.pcolormesh(x, y, image, cmap="viridis", vmin=0.0, vmax=100.0, shading="nearest")
     if arm is not None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import arm_views, events
-from ftqp.viz.figures.canvas import Axes, Line2D, arrange, curve, head, paper, save, trace
+from ftqp.viz.figures.canvas import Axes, Line2D, arrange, curve, head, label_below, paper, save, trace
 from ftqp.viz.figures.curves import length
 from ftqp.viz.figures.palette import BLUE, GREY, PURPLE, RED
 from ftqp.viz.figures.plain_axes import plain_axes
@@ -40,8 +40,7 @@ def draw_contrast(told: Log, never: Log, path: str | Path, title: str) -> Path:
     errors = figure.add_subplot(grid[:, 2])
     _draw_errors(errors, told, never)
     arrange(figure, [*handles, *events.fault_handles(told)], left=0.6, gap=(0.75, 0.5))
-    box, height = errors.get_position(), figure.get_figheight()
-    figure.text(0.5 * (box.x0 + box.x1), box.y0 - 0.36 / height, "time [s]", ha="center", va="center")
+    label_below(errors, "time [s]")
     return save(figure, path)
 
 

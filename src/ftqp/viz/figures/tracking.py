@@ -8,7 +8,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import arm_views, events
-from ftqp.viz.figures.canvas import Axes, Figure, arrange, curve, head, paper, save, trace
+from ftqp.viz.figures.canvas import Axes, Figure, arrange, curve, head, label_below, paper, save, trace
 from ftqp.viz.figures.curves import length
 from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, RED
 from ftqp.viz.figures.plain_axes import plain_axes
@@ -27,9 +27,7 @@ HAIR = 0.1
 def draw(log: Log, path: str | Path) -> Path:
     """Draw the arm, its path and the error to a PNG file.
 
-    Args:
-        log: a loaded log; the arm is left out where the log does not say where its joints sit.
-        path: the file to write.
+    The arm is left out where the log does not say where its joints sit.
     """
     arm = arm_views.postures(log, arm_views.instants(log))
     title = f"The arm and the path of its tip: {events.heading(log)}"
@@ -53,9 +51,7 @@ def draw(log: Log, path: str | Path) -> Path:
             arm_views.draw_view(figure, place, plane, [arm], targets=log["target"][:, :3])
         handles = [*arm_views.arm_handles(arm), *handles]
     arrange(figure, handles, left=0.6, gap=(0.7 if flat else 1.2, 0.5))
-    below = figure.axes[2 if turns else 1].get_position()
-    height = figure.get_figheight()
-    figure.text(0.5 * (below.x0 + below.x1), below.y0 - 0.36 / height, "time [s]", ha="center", va="center")
+    label_below(figure.axes[2 if turns else 1], "time [s]")
     return save(figure, path)
 
 

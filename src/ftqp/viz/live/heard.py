@@ -78,10 +78,7 @@ OPTIONAL: Final = ("owner",)
 def is_taken(message: Any, size: int, control: Callable[[str], Control | None]) -> bool:
     """Whether a message of a browser is handed to viser.
 
-    Args:
-        message: As it was unpacked; anything at all.
-        size: Its length [bytes].
-        control: The control of that identity, or None.
+    The message is as it was unpacked, anything at all, and ``control`` finds a control by its identity.
     """
     if not isinstance(message, dict):
         return False

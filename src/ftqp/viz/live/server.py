@@ -111,9 +111,7 @@ def _guarded(gate: Gate, known: list[_Control]) -> Iterator[list[bool]]:
 
     viser has no way to look at requests, nor at messages before it obeys them, but websockets has both.
 
-    Args:
-        gate: Says who is answered.
-        known: The last one finds a control by its identity; without one there is none yet.
+    The last one ``known`` finds a control by its identity; without one there is none yet.
     """
 
     class Connection(sockets.ServerConnection):

@@ -18,11 +18,11 @@ def status_head(frame: Frame, title: str, joints: Sequence[str], ribbon: str) ->
     colour = colours.hexadecimal(colours.STATUS.get(frame.status, colours.UNKNOWN))
     time = "paused" if frame.paused else f"{_short(frame.pace)} × real time"
     facts = [f"{frame.t:.1f} s, {time}", f"tip error <b>{_length(frame.position_error)}</b>"]
-    if frame.ghost is not None and frame.truth.any():
-        ghost = colours.hexadecimal(colours.GHOST)
+    if frame.baseline is not None and frame.truth.any():
+        baseline = colours.hexadecimal(colours.BASELINE)
         facts.append(
-            f'<span style="color:{ghost}">ghost, never told: <b>{_length(frame.ghost_error)}</b>, '
-            f"{escape(frame.ghost_status)}</span>"
+            f'<span style="color:{baseline}">baseline, never told: <b>{_length(frame.baseline_error)}</b>, '
+            f"{escape(frame.baseline_status)}</span>"
         )
     note = f'<div style="color:#8a4b00">{escape(frame.message)}</div>' if frame.message else ""
     return (

@@ -56,11 +56,7 @@ def table(
 ) -> str:
     """A table.
 
-    Args:
-        caption: Says what it shows.
-        headers: Of the columns.
-        rows: A text for each column.
-        numbers: The headers of columns that hold numbers, which are set to the right.
+    ``numbers`` are the headers of columns that hold numbers, which are set to the right.
     """
     right = set(numbers)
     kinds = [' class="number"' if header in right else "" for header in headers]

@@ -7,12 +7,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-import numpy as np
-
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.metrics import is_sensed
 from ftqp.viz.figures import compared_runs
-from ftqp.viz.figures.run_figures import DRAWINGS
+from ftqp.viz.figures.run_figures import drawings_of
 from ftqp.viz.pages.page import drawing
 
 CAPTIONS: Final = {
@@ -38,13 +35,8 @@ _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 
 def figures_of(log: Log) -> list[str]:
     """The figures of a run, each with its caption."""
-    absent = {"following.png": not is_sensed(log), "base.png": "base_status" not in log}
-    absent["torques.png"] = not np.isfinite(log["tau"]).any()
-    parts = []
-    for name, draw in DRAWINGS.items():
-        if not absent.get(name, False):
-            parts.append(drawing(inline(partial(draw, log)), CAPTIONS[name]))
-    return parts
+    found = drawings_of(log).items()
+    return [drawing(inline(partial(draw, log)), CAPTIONS[name]) for name, draw in found]
 
 
 def compared(logs: Mapping[str, Log], title: str) -> list[str]:
@@ -56,11 +48,7 @@ def compared(logs: Mapping[str, Log], title: str) -> list[str]:
 
 
 def inline(draw: Callable[[Path], Path]) -> str:
-    """The drawing that a function writes to a file.
-
-    Args:
-        draw: Writes the figure to the path that it is given, and returns it.
-    """
+    """The drawing that a function writes to a file."""
     with TemporaryDirectory() as folder:
         text = draw(Path(folder) / "figure.svg").read_text(encoding="utf-8")
     return cleaned(text)

@@ -46,9 +46,7 @@ def side_by_side(runs: Sequence[ReportedRun]) -> list[str]:
 def run_parts(run: ReportedRun, *, alone: bool) -> list[str]:
     """The section about a run.
 
-    Args:
-        run: The run.
-        alone: Whether the page is about it alone, so that its name stands above already.
+    A page about it ``alone`` has its name above already.
     """
     parts = [heading("What happened" if alone else run.label)]
     parts += [paragraph(sentence) for sentence in run.sentences]
