@@ -5,6 +5,9 @@ BIN     = $(VENV)/bin
 PIP     = $(BIN)/python -m pip install --disable-pip-version-check --quiet
 PYTEST ?= $(BIN)/python -m pytest
 JOBS   ?= 2
+MAKER   = $(BIN)/python -m ftqp.kernel.compiled.making
+# The classes of processors that a wheel is built for; elsewhere there is one for each architecture.
+LEVELS ?= $(if $(filter x86_64,$(shell uname -m)),"x86-64-v4,x86-64-v3")
 PYTHONS ?= python3.11 python3.12 python3.13
 # The rest (papers, random episodes, the bench, every compiled part) is for make test.
 QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/robustness tests/qp/test_answer_check.py tests/qp/test_infeasibility.py tests/qp/test_solving.py tests/qp/recording tests/app/scenario \
@@ -12,7 +15,7 @@ QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/robu
           tests/test_package.py tests/test_texts.py
 
 .DEFAULT_GOAL := help
-.PHONY: help demo pictures test test-all quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel clean
+.PHONY: help demo kernel pictures test test-all quick test-pythons test-lowest licences docs campaign bench bench-first-use wheel clean
 
 help:
 	@echo "make demo       an arm loses a joint on its way and finishes; writes pictures"
@@ -26,15 +29,22 @@ help:
 	@echo "make pictures   README's picture and animation, made by the live page in a browser (needs Chromium)"
 	@echo "make campaign   ten minutes of random episodes, judged from outside: a sample of each bundled campaign"
 	@echo "make bench      step, batches, memory, first use: measures them and rewrites docs/evidence/speed.md"
-	@echo "make bench-first-use   seconds until ftqp is ready, against the first release"
-	@echo "make wheel      a wheel with the kernel compiled ahead, into dist/"
+	@echo "make kernel     builds the kernel anew where it is older than its source"
+	@echo "make bench-first-use   what building and a first planner cost"
+	@echo "make wheel      a wheel with the kernel built for two classes of processors, into dist/"
 	@echo "make clean      removes the environment, caches and runs"
 
 demo: $(VENV)/.has-viz
 	$(BIN)/ftqp demo
+	@$(MAKER)
+
+# Compiles what an edit concerns, in a few seconds; nothing where the library is as new as the source.
+kernel: $(VENV)/.has-viz
+	@$(MAKER)
 
 # The types are checked beside the tests, as that takes one core half a minute; what is wrong is told at the end.
 test: $(VENV)/.has-dev
+	@$(MAKER)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
@@ -47,6 +57,7 @@ test-all: test
 	$(PYTEST) -n $(JOBS) --dist loadfile -m slow
 
 quick: $(VENV)/.has-dev
+	@$(MAKER)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
@@ -67,7 +78,7 @@ test-lowest:
 	$(PYTHON) -m venv $(VENV)
 	$(PYTHON) tests/lowest_versions.py pyproject.toml > $(VENV)/lowest.txt
 	$(PIP) --constraint $(VENV)/lowest.txt --editable ".[viz,sim,solvers,ros]" pytest pytest-xdist hypothesis import-linter
-	FTQP_CACHE_DIR=$(CURDIR)/$(VENV)/cache $(PYTEST) -n $(JOBS) --dist loadfile -W default $(QUICK)
+	$(PYTEST) -n $(JOBS) --dist loadfile -W default $(QUICK)
 
 licences: $(VENV)/.has-viz
 	$(PIP) "cyclonedx-bom>=5" "pip-licenses>=5"
@@ -87,24 +98,24 @@ bench: $(VENV)/.has-dev
 	$(BIN)/python benchmarks/bench_step.py --peers --update-docs
 	$(BIN)/python benchmarks/bench_batch.py --million --update-docs
 	$(BIN)/python benchmarks/bench_memory.py --update-docs
-	$(BIN)/python benchmarks/bench_first_use.py --runs 1 --update-docs
+	$(BIN)/python benchmarks/bench_first_use.py --update-docs
 
 bench-first-use: $(VENV)/.has-viz
 	$(BIN)/python benchmarks/bench_first_use.py
 
 wheel: $(VENV)/.has-viz
-	$(BIN)/python build_wheel.py
+	FTQP_LEVELS=$(LEVELS) $(BIN)/python -m pip wheel --disable-pip-version-check --quiet --no-deps --wheel-dir dist .
 
 clean:
-	rm -rf $(VENV) build dist runs site .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) build dist src/ftqp/_kernel runs site .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# One stamp an extra: set up once, and again when pyproject.toml changes. The kernel is compiled beside the rest of
-# the installation, as it needs numpy and numba only; what goes wrong there is made good when it is first used.
+# One stamp an extra: set up once, and again when pyproject.toml changes. What the demo needs of the kernel is built
+# beside the rest of the installation, as it needs numpy, numba and a linker only, and the rest of it afterwards.
 $(VENV)/.has-%: pyproject.toml | $(BIN)/python
-	$(PIP) numpy numba
-	PYTHONPATH=src $(BIN)/python -m ftqp.kernel.entry.ahead & \
-	$(PIP) --editable ".[$*]"; done=$$?; wait; exit $$done
+	$(PIP) "numpy>=2.2" "numba>=0.61.2" "ziglang>=0.13"
+	PYTHONPATH=src $(MAKER) --first & \
+	FTQP_LEVELS=none $(PIP) --editable ".[$*]"; done=$$?; wait; exit $$done
 	@touch $@
 
 $(BIN)/python:

@@ -1,25 +1,20 @@
-"""What it costs until ftqp is ready: CPU seconds of this checkout and of an earlier commit, in the same run.
+"""What it costs until ftqp is ready: CPU seconds of building the kernel, of a first planner, and of a run.
 
-    python benchmarks/bench_first_use.py                   against the first release
-    python benchmarks/bench_first_use.py --against HEAD~1  against another commit
-    python benchmarks/bench_first_use.py --json            one JSON object on stdout, nothing else
+    python benchmarks/bench_first_use.py          building from nothing included, which takes minutes
+    python benchmarks/bench_first_use.py --json   one JSON object on stdout, nothing else
 
-Three things are measured, each in new processes by the CPU time that the system counts for them: what
-``ftqp demo`` waits for the compiler (a run with an empty cache less a run with a full one), a warm start
-(from a robot until its planner has made a step, imports counted apart), a warm ``ftqp run panda-circle``
-with figures and log. Both checkouts take turns; medians are shown.
+The kernel is built into a folder of its own: what the demo waits for, then the rest, then what an edit of one
+formula compiles anew. Each figure is of new processes, by the CPU time that the system counts for them and
+those that they start. A first planner is counted without imports, which have a line of their own.
 """
 
 import argparse
 import json
 import os
 import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
-import tomllib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,219 +24,130 @@ from bench.tables import Table
 from rich.console import Console
 
 ROOT = Path(__file__).resolve().parents[1]
-FIRST_RELEASE = "9250cf8"
-TARGETS = {"compiling": 0.40, "warm_start": 0.50, "warm_run": 0.25}
-"""What each figure shall be at most, as a share of the first release's."""
-GOALS = {"compiling": 20.0, "warm_start": 0.3, "warm_run": 3.0}
-"""What each shall come to in the end [CPU s]."""
-LIMITATIONS = (
-    "CPU seconds of all processes that take part, not wall time.",
-    "A warm start is counted without its imports, which have a line of their own; pinocchio is imported "
-    "before.",
-)
-
+GOALS = {"first_part": 45.0, "building": 150.0, "edit": 15.0, "planner": 0.3, "run": 3.0}
+"""What each shall come to at most [CPU s]."""
 TITLES = {
-    "compiling": "demo waits for the compiler",
-    "warm_start": "warm start",
-    "warm_start_imports": "warm start: its imports",
-    "warm_run": "warm run of panda-circle",
+    "first_part": "building what the demo waits for",
+    "building": "building all of the kernel",
+    "edit": "building after an edit of one formula",
+    "planner": "first planner and its first step",
+    "planner_imports": "first planner: its imports",
+    "run": "run of panda-circle, with figures and log",
 }
+EDIT = ("calm/trigger.py", "def _look(K: Any) -> float:", "    K.state.ticks += 0\n")
+"""A file of the kernel, a function in it, and a line that goes behind its docstring."""
+LIMITATIONS = ("CPU seconds of all processes that take part, not wall time.",)
 
 START = """
 import json, sys, time
 import numpy as np
 import ftqp
 robot = ftqp.robots.load("panda")
-known = set(sys.modules)
 began = time.process_time()
-if sys.argv[1:]:
+if len(sys.argv) > 1:
     import importlib
-    for name in json.loads(open(sys.argv[1]).read()):
-        try:
-            importlib.import_module(name)
-        except ImportError:
-            pass
-    imported = time.process_time()
-    began, apart = imported, imported - began
-else:
-    apart = 0.0
-q = robot.neutral.copy()
+    for name in json.loads(sys.argv[1]):
+        importlib.import_module(name)
+imported = time.process_time()
+known = set(sys.modules)
 planner = ftqp.Planner(robot, dt=0.001, level="velocity")
+q = robot.neutral.copy()
 planner.reset(q)
 planner.step(q, 0.0 * q, ftqp.Target(robot.pose(q)))
-took = time.process_time() - began
-names = [name for name in sys.modules if name not in known]
-print(json.dumps({"took": took, "imports": apart, "names": names}))
+took = time.process_time() - imported
+new = [name for name in sys.modules if name not in known and name.startswith(("ftqp", "scipy", "ctypes"))]
+print(json.dumps({"took": took, "imports": imported - began, "names": new}))
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Checkout:
-    """A source tree and the folders that its processes use.
+def spent(source: Path, *command: str) -> float:
+    """CPU time of a process of Python with that source, and of all that it starts [s].
 
-    Attributes:
-        tree: the folder with ``src`` and ``pyproject.toml``.
-        workshop: a folder for its caches and runs.
+    Raises:
+        SystemExit: It failed; the message says what it said.
     """
-
-    tree: Path
-    workshop: Path
-
-    def environment(self, cache: str) -> dict[str, str]:
-        """The environment of its processes, with the compiled kernel in the cache of that name."""
-        kept = {k: v for k, v in os.environ.items() if k not in ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT")}
-        place = self.workshop / cache
-        return kept | {
-            "PYTHONPATH": str(self.tree / "src"),
-            "XDG_CACHE_HOME": str(place),
-            "FTQP_CACHE_DIR": str(place / "ftqp"),
-            "MPLCONFIGDIR": str(self.workshop / "matplotlib"),
-        }
-
-    def command(self) -> list[str]:
-        """How its command line is started."""
-        with (self.tree / "pyproject.toml").open("rb") as file:
-            module, function = tomllib.load(file)["project"]["scripts"]["ftqp"].split(":")
-        return [sys.executable, "-c", f"import sys; from {module} import {function}; sys.exit({function}())"]
-
-    def spent(self, cache: str, *arguments: str) -> float:
-        """CPU time of its command line with these arguments, of all its processes [s]."""
-        out = self.workshop / "out"
-        shutil.rmtree(out, ignore_errors=True)
-        with (self.workshop / "said").open("w+b") as said:
-            child = subprocess.Popen(
-                [*self.command(), *arguments, "--out", str(out)],
-                env=self.environment(cache),
-                cwd=self.workshop,
-                stdout=said,
-                stderr=said,
-            )
-            _, status, usage = os.wait4(child.pid, 0)
-            child.returncode = os.waitstatus_to_exitcode(status)
-            if child.returncode != 0:
-                said.seek(0)
-                raise SystemExit(
-                    f"{' '.join(arguments)} of {self.tree} failed: {said.read()[-2000:].decode()}"
-                )
-        return usage.ru_utime + usage.ru_stime
-
-    def start(self, modules: Path | None = None) -> dict[str, Any]:
-        """What a new process needs from a robot to a first step; with a list of modules, those apart."""
-        done = subprocess.run(
-            [sys.executable, "-c", START, *([str(modules)] if modules else [])],
-            env=self.environment("warm"),
-            capture_output=True,
-            text=True,
-            check=False,
+    with tempfile.TemporaryFile() as said:
+        child = subprocess.Popen(
+            [sys.executable, *command],
+            env={**os.environ, "PYTHONPATH": str(source)},
+            stdout=said,
+            stderr=said,
         )
-        if done.returncode != 0:
-            raise SystemExit(f"a start of {self.tree} failed: {done.stderr[-2000:]}")
-        answer: dict[str, Any] = json.loads(done.stdout)
-        return answer
+        _, status, usage = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        if child.returncode != 0:
+            said.seek(0)
+            raise SystemExit(f"{' '.join(command)[:200]} failed: {said.read()[-2000:].decode()}")
+    return usage.ru_utime + usage.ru_stime
 
-    def measured(self) -> dict[str, float]:
-        """One round: the figures of ``TITLES`` [s]."""
-        shutil.rmtree(self.workshop / "empty", ignore_errors=True)
-        cold = self.spent("empty", "demo")
-        warm = self.spent("warm", "demo")
-        modules = self.workshop / "modules.json"
-        modules.write_text(json.dumps(self.start()["names"]))
-        start = self.start(modules)
-        return {
-            "compiling": cold - warm,
-            "warm_start": start["took"],
-            "warm_start_imports": start["imports"],
-            "warm_run": self.spent("warm", "run", "panda-circle"),
-        }
+
+def built(folder: Path) -> dict[str, float]:
+    """CPU seconds of building a copy of the kernel."""
+    source = folder / "src"
+    shutil.copytree(ROOT / "src", source, ignore=shutil.ignore_patterns("__pycache__", "_kernel"))
+    maker = ("-m", "ftqp.kernel.compiled.making", "--store", str(folder / "store"))
+    first = spent(source, *maker, "--first")
+    rest = spent(source, *maker)
+    path = source / "ftqp" / "kernel" / EDIT[0]
+    before, found, after = path.read_text().partition(EDIT[1])
+    if not found:
+        raise SystemExit(f"{EDIT[0]} has no {EDIT[1]}")
+    end = after.index('"""\n', after.index('"""') + 3) + 4
+    path.write_text(before + found + after[:end] + EDIT[2] + after[end:])
+    return {"first_part": first, "building": first + rest, "edit": spent(source, *maker)}
+
+
+def started() -> dict[str, float]:
+    """CPU seconds of a first planner, and of its imports."""
+
+    def once(*names: str) -> dict[str, Any]:
+        command = [sys.executable, "-c", START, *names]
+        done = subprocess.run(
+            command, env={**os.environ, "PYTHONPATH": str(ROOT / "src")}, capture_output=True, check=True
+        )
+        result: dict[str, Any] = json.loads(done.stdout)
+        return result
+
+    apart = once(json.dumps(once()["names"]))
+    return {"planner": apart["took"], "planner_imports": apart["imports"]}
 
 
 def main() -> int:
-    """Measures both checkouts and prints; 0 when done, 2 when the commit is not known."""
+    """Measures and prints; 0 when done."""
     options = _options()
     messages = Console(stderr=True)
     with tempfile.TemporaryDirectory() as folder:
-        other = Path(folder) / "other"
-        added = subprocess.run(
-            ["git", "worktree", "add", "--detach", "--quiet", str(other), options.against],
-            cwd=ROOT,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        if added.returncode != 0:
-            messages.print(f"cannot check out {options.against}: {added.stderr.strip()}", highlight=False)
-            return 2
-        try:
-            rounds = _rounds(Path(folder), other, options.runs, messages)
-        finally:
-            subprocess.run(["git", "worktree", "remove", "--force", str(other)], cwd=ROOT, check=False)
-    medians = {
-        name: {figure: statistics.median(one[figure] for one in rounds[name]) for figure in TITLES}
-        for name in rounds
-    }
-    ratios = {figure: medians["now"][figure] / max(medians["then"][figure], 1e-9) for figure in TITLES}
+        messages.print("building", highlight=False)
+        figures = built(Path(folder))
+        messages.print("starting", highlight=False)
+        figures |= started()
+        run = ("-m", "ftqp", "run", "panda-circle", "--out", str(Path(folder) / "out"))
+        figures["run"] = spent(ROOT / "src", *run)
     result = {
-        **circumstances("bench_first_use", [], {"runs": options.runs, "against": options.against}),
-        "against": options.against,
-        "cpu_seconds": medians,
-        "ratios": ratios,
-        "targets": TARGETS,
+        **circumstances("bench_first_use", [], {}),
+        "cpu_seconds": figures,
         "goals": GOALS,
-        "rounds": rounds,
         "left_out": {},
         "limitations": list(LIMITATIONS),
     }
-    docs.told(result, "First use", [_table(options.against, medians, ratios)], options)
+    docs.told(result, "First use", [_table(figures)], options)
     return 0
 
 
 def _options() -> argparse.Namespace:
     parser = command_line.parser(__doc__)
-    parser.add_argument("--against", default=FIRST_RELEASE, metavar="COMMIT", help="default %(default)s")
-    parser.add_argument(
-        "--runs",
-        type=command_line.at_least_one,
-        default=3,
-        metavar="N",
-        help="rounds, at least 1 (default 3)",
-    )
     docs.options(parser)
     options: argparse.Namespace = parser.parse_args()
     return options
 
 
-def _rounds(folder: Path, other: Path, runs: int, messages: Console) -> dict[str, list[dict[str, float]]]:
-    """Every round of both checkouts, which take turns, after everything warm was made so."""
-    checkouts = {}
-    for name, tree in (("then", other), ("now", ROOT)):
-        workshop = folder / f"workshop-{name}"
-        workshop.mkdir()
-        checkouts[name] = Checkout(tree=tree, workshop=workshop)
-        messages.print(f"warming {tree}", highlight=False)
-        checkouts[name].spent("warm", "demo")
-        checkouts[name].spent("warm", "run", "panda-circle")
-        checkouts[name].start()
-    rounds: dict[str, list[dict[str, float]]] = {name: [] for name in checkouts}
-    for k in range(runs):
-        for name, checkout in checkouts.items():
-            messages.print(f"round {k + 1} of {runs}: {name}", highlight=False)
-            rounds[name].append(checkout.measured())
-    return rounds
-
-
-def _table(against: str, medians: dict[str, dict[str, float]], ratios: dict[str, float]) -> Table:
+def _table(figures: dict[str, float]) -> Table:
     return Table(
-        title="CPU seconds, medians",
-        headings=("", f"at {against}", "now", "share", "share at most", "goal"),
+        title="CPU seconds",
+        headings=("", "now", "at most"),
         rows=[
-            (
-                title,
-                *(f"{medians[name][figure]:.2f}" for name in ("then", "now")),
-                f"{ratios[figure]:.0%}",
-                f"{TARGETS[figure]:.0%}" if figure in TARGETS else "",
-                f"{GOALS[figure]:.1f}" if figure in GOALS else "",
-            )
-            for figure, title in TITLES.items()
+            (title, f"{figures[name]:.2f}", f"{GOALS[name]:.1f}" if name in GOALS else "")
+            for name, title in TITLES.items()
         ],
     )
 

@@ -24,11 +24,11 @@ from time import monotonic, perf_counter, process_time, sleep
 import numpy as np
 
 from ftqp import __version__
-from ftqp.app.view.casting import cast_of
+from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.app.view.live_source import LiveSource
-from ftqp.sim.session.cast import Choice
 from ftqp.sim.session.live_session import Session
-from ftqp.sim.session.orders import Break, Repair
+from ftqp.sim.session.session_arms import Choice
+from ftqp.sim.session.session_commands import Break, Repair
 from ftqp.viz.live.frame import DrawnArm, frame_of
 from ftqp.viz.live.live_page import Page
 
@@ -83,8 +83,8 @@ class Times:
 
 def measure(minutes: float, chromium: str | None) -> str:
     """The report."""
-    session = Session(cast_of, Choice(scenario="panda-circle", overrides=("faults=",)))
-    most = round(2.0 * 60.0 * minutes / session.cast.arm.planner.dt)
+    session = Session(arms_of, Choice(scenario="panda-circle", overrides=("faults=",)))
+    most = round(2.0 * 60.0 * minutes / session.arms.arm.planner.dt)
     times = {on: Times(most) for on in (False, True)}
     shown = Event()
     _watch(session, times, shown)
@@ -115,7 +115,7 @@ def measure(minutes: float, chromium: str | None) -> str:
                 browser.terminate()
                 browser.wait()
         refresh = _cost(page.refresh, 100)
-    drawn = DrawnArm(session.cast.robot)
+    drawn = DrawnArm(session.arms.robot)
     facts = session.facts
     frame = _cost(lambda: frame_of(facts, drawn), 500)
     return _report(minutes, times, memory, nodes, frame, refresh, browsers)

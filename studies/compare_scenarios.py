@@ -26,7 +26,7 @@ LARGEST = 1e-12
 """Two runs that agree differ by no more than this, or this share of a number above 1."""
 CLOCK = ("step_time",)
 """Signals that a clock measures, which no two runs have in common."""
-STAYS = "a locked joint is sent where it came to rest, no longer where a sensor that drifts says that it is"
+STAYS = "a locked joint is sent where it came to rest, and no longer follows its sensor while that moves"
 MEANT = {
     ("panda-detected", "q_command.panda_joint3"): STAYS,
     ("panda-detected", "tau_demand.panda_joint3"): STAYS,

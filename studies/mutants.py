@@ -78,7 +78,6 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
             "tests/kernel/judge/test_fallback_cascade.py",
             "tests/kernel/plain_python/test_stages_one_by_one.py",
             "tests/kernel/plain_python/test_brought_to_rest.py",
-            "tests/kernel/plain_python/test_tick_parts.py",
             "tests/control/moving_base",
             f"{PLANNER}/test_planner_stop.py",
             f"{PLANNER}/test_planner_tasks.py",

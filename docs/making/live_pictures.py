@@ -20,10 +20,10 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from playwright.sync_api import sync_playwright
 
-from ftqp.app.view.casting import cast_of
-from ftqp.sim.session.cast import Choice
+from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.sim.session.live_session import Session
-from ftqp.sim.session.orders import Break, Order
+from ftqp.sim.session.session_arms import Choice
+from ftqp.sim.session.session_commands import Break, Command
 from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
 from ftqp.viz.live.frame_source import Stage
 from ftqp.viz.live.live_page import Page
@@ -52,11 +52,11 @@ class Story:
     """A source whose time goes on only when it is told to."""
 
     def __init__(self) -> None:
-        self._session = Session(cast_of, SCENARIO)
-        self._arm = DrawnArm(self._session.cast.robot)
+        self._session = Session(arms_of, SCENARIO)
+        self._arm = DrawnArm(self._session.arms.robot)
 
-    def put(self, order: Order) -> None:
-        self._session.put(order)
+    def put(self, command: Command) -> None:
+        self._session.put(command)
 
     def frame(self) -> Frame:
         return frame_of(self._session.facts, self._arm)
@@ -70,12 +70,12 @@ class Story:
         return float(self._session.facts.t)
 
     def stage(self) -> Stage:
-        path = self._session.cast.path
+        path = self._session.arms.path
         times = np.linspace(0.0, path.duration, 121)
         return Stage(
             number=0,
             title="panda-circle",
-            robot=self._session.cast.robot,
+            robot=self._session.arms.robot,
             scheme="mvn",
             backend="active_set",
             path=path.sample(times).pose[:, :3, 3],

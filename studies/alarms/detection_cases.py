@@ -9,7 +9,7 @@ import pinocchio as pin
 from alarms.detection_world import DT, Array, Configuration, Record, World, world
 
 import ftqp
-from ftqp.sim.plants.mishaps import Jammed, Misread, Runaway, Weakened
+from ftqp.sim.plants.hidden_faults import Jammed, Misread, Runaway, Weakened
 from ftqp.sim.sensors.sensor_faults import Dropped, Frozen, Offset, SensorFault
 
 MOTION = 4.0

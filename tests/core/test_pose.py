@@ -14,7 +14,6 @@ from ftqp.core.pose import (
     quaternions,
     rotated,
     rotation_exp,
-    rotation_vector,
     rotation_vectors,
     rotation_x,
     rotation_z,
@@ -23,33 +22,6 @@ from ftqp.core.pose import (
 )
 
 vectors = st.lists(st.floats(-4.0, 4.0), min_size=3, max_size=3).map(np.array)
-
-
-@given(vectors)
-def test_exponential_is_a_rotation(w):
-    R = rotation_exp(w)
-    np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-14)
-    assert abs(np.linalg.det(R) - 1.0) < 1e-14
-
-
-@given(vectors)
-def test_exponential_of_the_opposite_vector_is_the_inverse(w):
-    np.testing.assert_allclose(rotation_exp(-w) @ rotation_exp(w), np.eye(3), atol=1e-14)
-
-
-@given(vectors)
-def test_rotation_leaves_its_axis_alone(w):
-    np.testing.assert_allclose(rotation_exp(w) @ w, w, atol=1e-13)
-
-
-@given(vectors)
-def test_half_turns_compose(w):
-    np.testing.assert_allclose(rotation_exp(0.5 * w) @ rotation_exp(0.5 * w), rotation_exp(w), atol=1e-13)
-
-
-@given(vectors, vectors)
-def test_skew_is_the_cross_product(w, u):
-    np.testing.assert_allclose(skew(w) @ u, np.cross(w, u), atol=1e-14)
 
 
 @given(vectors)
@@ -66,20 +38,9 @@ def test_rotations_about_an_axis_have_cosine_and_sine_in_place(angle):
     np.testing.assert_allclose(rotation_x(angle), [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]], atol=1e-15)
 
 
-def test_transform_moves_a_point_by_rotation_then_translation():
-    T = transform(rotation_z(np.pi / 2), np.array([1.0, 2.0, 3.0]))
-    np.testing.assert_allclose(T @ [1.0, 0.0, 0.0, 1.0], [1.0, 3.0, 3.0, 1.0], atol=1e-15)
-
-
 def test_pose_of_another_library_is_taken_by_its_homogeneous_matrix():
     T = transform(rotation_x(0.3), np.array([0.1, 0.2, 0.3]))
     np.testing.assert_array_equal(pose(SimpleNamespace(homogeneous=T)), T)
-
-
-def test_pose_is_a_copy():
-    T = np.eye(4)
-    pose(T)[0, 3] = 1.0
-    assert T[0, 3] == 0.0
 
 
 @pytest.mark.parametrize("rotation", [2.0 * np.eye(3), np.diag([1.0, 1.0, -1.0]), np.zeros((3, 3))])
@@ -111,20 +72,6 @@ def test_quaternions_and_rotation_vectors_are_those_of_scipy():
     np.testing.assert_allclose(Rotation.from_quat(quaternions(R)).as_matrix(), R, atol=1e-14)
     np.testing.assert_allclose(Rotation.from_rotvec(rotation_vectors(R)).as_matrix(), R, atol=1e-14)
     assert (np.linalg.norm(rotation_vectors(R), axis=1) <= np.pi + 1e-12).all()
-
-
-def test_half_turns_have_one_quaternion():
-    halves = np.array([np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, -1.0]), np.diag([-1.0, -1.0, 1.0])])
-    np.testing.assert_allclose(quaternions(halves), np.eye(4)[:3], atol=1e-15)
-    tilted = 2.0 * np.outer([0.6, -0.8, 0.0], [0.6, -0.8, 0.0]) - np.eye(3)
-    np.testing.assert_allclose(quaternions(tilted[None])[0], [0.6, -0.8, 0.0, 0.0], atol=1e-15)
-
-
-@pytest.mark.parametrize("angle", [0.0, 1e-14, 1e-9, 1e-3, 0.7, 2.0, 2.2, 3.0, np.pi - 1e-9])
-def test_one_rotation_vector_is_that_of_many(angle):
-    for axis in np.random.default_rng(4).normal(size=(20, 3)):
-        w = angle * axis / np.linalg.norm(axis)
-        np.testing.assert_allclose(rotation_vector(rotation_exp(w)), w, atol=1e-12)
 
 
 def test_rotated_vectors_are_those_of_the_matrix():

@@ -105,12 +105,6 @@ def test_range_of_a_degraded_joint_never_grows(belief, K):
     assert K.limits.q_min[1] == PANDA.limits.q_min[1] and K.limits.q_max[1] == PANDA.limits.q_max[1]
 
 
-def test_second_degradation_replaces_the_first_and_does_not_multiply(belief, K):
-    belief.report(Degraded(1, velocity=0.5))
-    belief.report(Degraded(1, velocity=0.4))
-    assert K.limits.v_max[1] == 0.4 * PANDA.limits.v_max[1]
-
-
 @pytest.mark.parametrize(
     "fault", [Locked(3), FreeSwinging(3, damping=2.0), Degraded(3, velocity=0.2, q_max=-1.0)], ids=str
 )
@@ -127,12 +121,6 @@ def test_locking_a_degraded_joint_gives_its_limits_back(belief, K):
     belief.report(Degraded(3, velocity=0.2))
     belief.report(Locked(3))
     assert K.limits.v_max[3] == PANDA.limits.v_max[3]
-
-
-def test_withdrawing_a_healthy_joint_changes_nothing(belief, K):
-    belief.report(Locked(3))
-    belief.withdraw(0)
-    assert set(belief.faults) == {"panda_joint4"} and K.faults.code[3] == BRAKING
 
 
 def test_a_healthy_belief_forgets_every_fault(belief, K):
@@ -189,14 +177,6 @@ def test_unknown_joint_names_the_valid_ones(belief, joint, valid):
         with pytest.raises(InputError, match=valid):
             call()
     assert belief.faults == {}
-
-
-@pytest.mark.parametrize("fault", [None, "panda_joint4", 3, Locked])
-def test_what_is_no_fault_is_refused(belief, fault):
-    with pytest.raises(
-        InputError, match=r"is not a fault; expected ftqp\.Locked, ftqp\.FreeSwinging or ftqp\.Degraded"
-    ):
-        belief.report(fault)
 
 
 def test_free_swinging_joint_needs_the_inertia_of_the_robot():

@@ -9,6 +9,7 @@ import pytest
 import ftqp
 from ftqp.app.output.tables import keys as scenario_keys
 from ftqp.core.errors import InputError
+from ftqp.core.setting import keys_of
 from ftqp.faults.kinds import KINDS, Degraded, FreeSwinging, Locked
 
 
@@ -71,7 +72,7 @@ def test_every_kind_has_a_table_in_scenarios_with_its_settings_and_a_word_for_me
         assert found == settings | shared
         for field in fields(kind):
             if field.name in settings:
-                assert keys[f"faults({name}).{field.name}"]["meaning"] == field.metadata["about"]
+                assert keys[f"faults({name}).{field.name}"]["meaning"] == keys_of(kind)[field.name].says.about
 
 
 def test_kinds_have_numbers_of_their_own_in_logs():
@@ -96,13 +97,15 @@ def test_a_setting_may_be_what_its_table_says_and_nothing_beyond():
     """The ranges that ``ftqp check --keys`` prints are those that a fault is made with."""
     seen = 0
     for kind in KINDS.values():
-        for field in fields(kind):
-            for key, bound in field.metadata.get("range", {}).items():
+        for name, key in keys_of(kind).items():
+            for end, beyond, beside in (("above", 0.0, 0.01), ("least", -0.01, 0.0), ("most", 0.01, 0.0)):
+                bound = getattr(key.says, end)
+                if bound is None:
+                    continue
                 seen += 1
-                beside = 0.01 if key == "gt" else 0.0
-                assert getattr(kind(0, **{field.name: bound + beside}), field.name) == bound + beside
-                with pytest.raises(InputError, match=field.name):
-                    kind(0, **{field.name: bound + (0.01 if key == "le" else 0.0 if key == "gt" else -0.01)})
+                assert getattr(kind(0, **{name: bound + beside}), name) == bound + beside
+                with pytest.raises(InputError, match=name):
+                    kind(0, **{name: bound + beyond})
     assert seen == 9
 
 

@@ -15,7 +15,7 @@ from ftqp.app.campaign.shown_trace import failures
 from ftqp.app.commands.cli import app
 from ftqp.app.output.words import fault_sentence
 from ftqp.app.scenario.setup import load
-from ftqp.app.view.casting import cast_of
+from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.core.errors import FtqpError
 from ftqp.sim.export.topics import step_definition
@@ -26,9 +26,9 @@ from ftqp.sim.log.signals import CONDITIONS
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
 from ftqp.sim.plants.mujoco_plant import MujocoPlant
 from ftqp.sim.plants.servo_plant import ServoPlant
-from ftqp.sim.session.cast import Choice
 from ftqp.sim.session.live_session import Session
-from ftqp.sim.session.orders import Break, Play, Seek
+from ftqp.sim.session.session_arms import Choice
+from ftqp.sim.session.session_commands import Break, Play, Seek
 from ftqp.viz.figures.run_figures import save_figures
 from ftqp.viz.figures.status_ribbon import CONDITION_COLOURS
 from ftqp.viz.live import colours
@@ -75,7 +75,7 @@ def rollout(fault: Any) -> Any:
 
 def broken(order: Any) -> str:
     session = Session(
-        lambda wish: cast_of(wish, twin=False), Choice(scenario="planar3-line", overrides=("faults=",))
+        lambda wish: arms_of(wish, twin=False), Choice(scenario="planar3-line", overrides=("faults=",))
     )
     session.put(order)
     session.advance(0.05)

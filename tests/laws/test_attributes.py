@@ -1,5 +1,8 @@
 """Nothing of what users hold takes an attribute and goes on as before, and nothing of it is lost half-way."""
 
+import pickle
+from copy import deepcopy
+
 import numpy as np
 import pytest
 
@@ -82,6 +85,13 @@ def test_the_true_arm_can_be_looked_at_and_not_be_moved(name):
         with pytest.raises(ValueError, match="read-only"):
             array *= 180.0 / np.pi
     assert np.array_equal(plant.q, PANDA.neutral)
+
+
+def test_a_copy_of_a_true_arm_shows_where_it_is_itself():
+    plant = ftqp.KinematicPlant(PANDA, DT)
+    for twin in (deepcopy(plant), pickle.loads(pickle.dumps(plant))):
+        twin.reset(PANDA.neutral + 0.1, np.zeros(7))
+        assert np.array_equal(twin.q, PANDA.neutral + 0.1) and np.array_equal(plant.q, PANDA.neutral)
 
 
 def test_memory_that_is_handed_out_cannot_be_made_shorter():

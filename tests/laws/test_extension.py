@@ -141,7 +141,7 @@ def test_batch_is_told_to_leave_the_lanes_by_what_a_criterion_does_not_declare(m
 
 @pytest.mark.slow
 def test_coefficient_of_a_stranger_is_computed_by_step_backend_and_batch_alike(tmp_path):
-    """A copy of the source with a new coefficient as CONTRIBUTING says, compiled in a folder of its own."""
+    """A copy of the source with a new coefficient as CONTRIBUTING says, built in a folder of its own."""
     pytest.importorskip("osqp", reason='needs the extra "solvers": pip install "ftqp[solvers]"')
     source = tmp_path / "src"
     shutil.copytree(ROOT / "src", source, ignore=shutil.ignore_patterns("__pycache__"))
@@ -162,8 +162,8 @@ def test_coefficient_of_a_stranger_is_computed_by_step_backend_and_batch_alike(t
         text = file.read_text()
         assert text.count(before) == 1
         file.write_text(text.replace(before, after))
-    found = SimpleNamespace(
-        **said_by("stranger_criterion.py", source=source, FTQP_CACHE_DIR=str(tmp_path / "kernel"))
-    )
+    build = [sys.executable, "-m", "ftqp.kernel.compiled.making", "--store", ROOT / "build" / "kernel"]
+    subprocess.run(build, env={**os.environ, "PYTHONPATH": str(source)}, check=True)
+    found = SimpleNamespace(**said_by("stranger_criterion.py", source=source))
     assert found.effect > 1e-3, "the coefficient does something"
     assert found.rollout < 1e-9 and found.backend < 1e-6

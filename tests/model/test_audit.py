@@ -62,11 +62,6 @@ def test_unsafe_figure_is_refused(two_joints: Urdf, figures: dict[str, str], mes
         Robot.from_urdf(two_joints(**figures), "two")
 
 
-def test_sound_figures_are_accepted(two_joints: Urdf) -> None:
-    findings = Robot.from_urdf(two_joints(), "two", acceleration=1.0).findings
-    assert findings == ()
-
-
 def test_all_findings_come_at_once(two_joints: Urdf) -> None:
     text = two_joints(
         axis="0 0 0",
@@ -88,29 +83,6 @@ def test_all_findings_come_at_once(two_joints: Urdf) -> None:
     )
     for part in parts:
         assert part in everything
-
-
-def test_zero_limit_of_a_file_can_be_replaced(two_joints: Urdf) -> None:
-    text = two_joints(limit='lower="-1" upper="1" velocity="0" effort="0"')
-    robot = Robot.from_urdf(text, limits={"v_max": 1.0, "tau_max": np.inf})
-    assert robot.limits.tau_max.tolist() == [np.inf, np.inf]
-
-
-def test_limits_of_a_held_joint_do_not_matter(two_joints: Urdf) -> None:
-    text = two_joints(
-        limit='lower="2" upper="1" velocity="0" effort="0"', axis="0 0 0", joint='<mimic joint="b"/>'
-    )
-    assert Robot.from_urdf(text, "two", ["a"]).joints == ("b",)
-
-
-def test_inertia_that_no_body_has_is_a_warning(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints(ixx="0.2"))
-    warnings = [f for f in robot.findings if f.severity is Severity.WARNING]
-    assert any("break the triangle inequality" in f.sentence for f in warnings)
-
-
-def test_slender_link_is_not_a_finding() -> None:
-    assert catalog.load("planar6").findings == ()
 
 
 def test_body_without_mass_is_a_warning_and_the_last_one_makes_the_inertia_singular(two_joints: Urdf) -> None:

@@ -11,7 +11,6 @@ from tests.arm_at import arm_at
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 from ftqp.model.audit import Severity
-from ftqp.model.limits import RISE_TIME
 from ftqp.model.robot import Robot
 
 ROBOT_DATA = next(Path(sys.prefix).glob("**/share/example-robot-data/robots"), None)
@@ -46,12 +45,6 @@ def test_robot_of_the_catalog_is_sound(name: str) -> None:
     assert singular[-1] > 1e-3
 
 
-@pytest.mark.parametrize("name", catalog.names())
-def test_robot_of_the_catalog_carries_its_source(name: str) -> None:
-    module = __import__(f"ftqp.model.catalog.{name}", fromlist=[name])
-    assert "Source:" in getattr(module, name).__doc__
-
-
 def test_planar6_has_the_published_check_values() -> None:
     robot = catalog.load("planar6")
     q, v = robot.neutral, np.array([0.1, -0.2, 0.3, -0.1, 0.2, 0.05])
@@ -80,28 +73,6 @@ def test_planar6_in_a_vertical_plane_carries_its_weight() -> None:
     assert catalog.load("planar6").chain.gravity.tolist() == [0.0, 0.0, 0.0]
 
 
-def test_planar_arm_has_as_many_links_as_asked_for() -> None:
-    robot = catalog.load("planar(30)")
-    assert robot.nv == catalog.load("planar", count=30).nv == 30
-    assert robot.pose(np.zeros(30))[:3, 3] == pytest.approx([1.5, 0.0, 0.0])
-    assert robot.chain.mass.sum() == pytest.approx(6.0)
-
-
-@pytest.mark.parametrize("count", [0, 33, 2.5, True])
-def test_planar_arm_of_a_silly_number_of_links_is_refused(count: object) -> None:
-    with pytest.raises(InputError, match="expected a number of joints from 1 to 32"):
-        catalog.load("planar", count=count)
-
-
-def test_planar_arm_has_the_links_that_were_asked_for() -> None:
-    robot = catalog.load("planar", lengths=(1, 1, 0.5))
-    assert robot.chain.translation[:, 0].tolist() == [0.0, 1.0, 1.0]
-    assert robot.pose(np.zeros(3))[:3, 3] == pytest.approx([2.5, 0.0, 0.0])
-    assert robot.chain.mass == pytest.approx([4.0, 4.0, 2.0])
-    assert not robot.continuous.any()
-    assert robot.limits.q_max == pytest.approx(np.deg2rad(150.0))
-
-
 def test_continuous_planar_arm_turns_without_end() -> None:
     robot = catalog.load("planar", lengths=(1, 1, 0.5), continuous=True)
     limited = catalog.load("planar", lengths=(1, 1, 0.5))
@@ -115,17 +86,6 @@ def test_continuous_planar_arm_turns_without_end() -> None:
         turned = q + 2.0 * np.pi * np.array([1.0, -2.0, 1.0])
         assert np.abs(robot.pose(turned) - limited.pose(q)).max() < 1e-12
         assert np.abs(mass_matrix(robot, robot.configuration(q)) - mass_matrix(limited, q)).max() < 1e-12
-
-
-@pytest.mark.parametrize("lengths", [(), (1.0, 0.0), (1.0, -1.0), (1.0, np.nan), [1.0] * 33, ("long",)])
-def test_planar_arm_of_silly_links_is_refused(lengths: object) -> None:
-    with pytest.raises(InputError, match="expected 1 to 32 positive numbers"):
-        catalog.load("planar", lengths=lengths)
-
-
-def test_planar_arm_takes_a_number_of_links_or_their_lengths() -> None:
-    with pytest.raises(InputError, match="leave one of them out"):
-        catalog.load("planar", count=3, lengths=(1, 1, 1))
 
 
 @pytest.mark.parametrize(
@@ -214,11 +174,6 @@ def test_panda_has_the_modified_table_of_its_maker() -> None:
         assert np.abs(robot.pose(q) - arm.pose(q)).max() < 1e-12
 
 
-def test_hand_of_the_panda_is_carried_behind_joint_7() -> None:
-    bare, full = catalog.load("panda", hand=False), catalog.load("panda")
-    assert full.chain.mass - bare.chain.mass == pytest.approx([0.0] * 6 + [0.76])
-
-
 @needs_robot_data
 def test_panda_equals_its_urdf() -> None:
     assert ROBOT_DATA is not None
@@ -253,13 +208,6 @@ def test_xarm7_equals_its_urdf_with_exact_right_angles() -> None:
     for q in np.random.default_rng(5).uniform(robot.limits.q_min, robot.limits.q_max, (20, 7)):
         assert np.abs(urdf.pose(q) - robot.pose(q)).max() < 1e-9
         assert np.abs(rounded.pose(q) - robot.pose(q)).max() < 3e-5
-
-
-def test_acceleration_nobody_published_follows_the_rule_and_a_note_says_so() -> None:
-    robot = catalog.load("iiwa14")
-    assert robot.limits.a_max == pytest.approx(robot.limits.v_max / RISE_TIME)
-    assert any("no acceleration limit is known" in f.sentence for f in robot.findings)
-    assert not catalog.load("panda").findings
 
 
 def test_unknown_robot_names_the_nearest() -> None:

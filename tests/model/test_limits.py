@@ -4,30 +4,7 @@ import numpy as np
 import pytest
 
 from ftqp.core.errors import InputError
-from ftqp.model.limits import RISE_TIME, JointLimits
-
-
-def test_one_number_stands_for_all_joints() -> None:
-    limits = JointLimits.of(3, q_min=-1.0, q_max=[1.0, 2.0, 3.0], v_max=2.0, a_max=4.0, tau_max=5.0)
-    assert limits.q_min.tolist() == [-1.0, -1.0, -1.0]
-    assert limits.tau_max.tolist() == [5.0, 5.0, 5.0]
-    assert len(limits) == 3
-
-
-def test_acceleration_without_a_figure_reaches_full_speed_in_the_rise_time() -> None:
-    assert JointLimits.of(2, v_max=[1.0, 3.0]).a_max.tolist() == [1.0 / RISE_TIME, 3.0 / RISE_TIME]
-
-
-def test_nothing_given_means_no_limit() -> None:
-    limits = JointLimits.of(1)
-    assert limits.q_min[0] == -np.inf
-    assert limits.q_max[0] == limits.v_max[0] == limits.a_max[0] == limits.tau_max[0] == np.inf
-
-
-def test_replaced_keeps_the_other_limits() -> None:
-    limits = JointLimits.of(2, v_max=1.0, tau_max=7.0).replaced({"v_max": [2.0, 3.0]})
-    assert limits.v_max.tolist() == [2.0, 3.0]
-    assert limits.tau_max.tolist() == [7.0, 7.0]
+from ftqp.model.limits import JointLimits
 
 
 def test_limits_are_read_only_and_do_not_share_memory_with_what_was_given() -> None:

@@ -52,12 +52,6 @@ def test_arm_whose_zero_is_singular_starts_at_a_regular_posture_in_the_middle(ro
         assert (np.minimum(robot.neutral - low, high - robot.neutral) >= 0.12 * (high - low)).all()
 
 
-def test_same_arm_starts_at_the_same_posture_and_the_first_joint_which_changes_nothing_at_zero():
-    first, again = made(UR5), made(UR5)
-    assert first.neutral.tolist() == again.neutral.tolist()
-    assert first.neutral[0] == 0.0
-
-
 def test_posture_that_the_motors_hold_is_preferred(two_joints):
     """Zero is regular, but there the first joint is too weak."""
     text = two_joints(axis="0 1 0", origin="0.3 0 0", limit='lower="-3" upper="3" velocity="1" effort="1"')
@@ -110,16 +104,6 @@ def test_posture_named_home_in_the_srdf_beside_the_urdf_is_neutral(two_joints, t
         Robot.from_urdf(file, neutral="fold")
     with pytest.raises(InputError, match="the posture 'half' does not place every joint of two"):
         Robot.from_urdf(file, neutral="half")
-
-
-@pytest.mark.parametrize(
-    "text", ["<robot", "", '<robot><group_state name="home"><joint name="a"/></group_state></robot>']
-)
-def test_srdf_that_says_nothing_is_passed_over(two_joints, tmp_path, text):
-    file = tmp_path / "arm.urdf"
-    file.write_text(two_joints(), encoding="utf-8")
-    (tmp_path / "arm.srdf").write_text(text, encoding="utf-8")
-    assert Robot.from_urdf(file).neutral.tolist() == Robot.from_urdf(two_joints()).neutral.tolist()
 
 
 MJCF = """<mujoco model="m"><worldbody>

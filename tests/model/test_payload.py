@@ -60,14 +60,6 @@ def test_load_adds_its_own_kinetic_energy_and_weight():
     np.testing.assert_allclose(rest_full.h - rest_empty.h, pull, atol=1e-11)
 
 
-def test_loads_add_up_and_leave_the_robot_as_it_was():
-    bare = ftqp.robots.load("panda")
-    before = bare.chain.mass.copy()
-    twice = bare.with_payload(LOAD).with_payload(ftqp.Payload(0.5))
-    assert twice.chain.mass.sum() == pytest.approx(before.sum() + 2.0)
-    assert (bare.chain.mass == before).all()
-
-
 def test_robot_without_masses_and_what_is_no_payload_are_refused():
     with pytest.raises(InputError, match="puma560 has no masses, so a payload means nothing to it"):
         ftqp.robots.load("puma560").with_payload(LOAD)

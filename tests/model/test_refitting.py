@@ -54,13 +54,6 @@ def test_friction_is_data_of_the_robot_and_its_viscous_part_a_torque():
     ]
 
 
-def test_one_friction_is_replaced_without_the_other_and_zero_takes_it_away():
-    rough = PANDA.with_friction(viscous=0.5, coulomb=0.3)
-    assert rough.with_friction(coulomb=0.0).viscous.tolist() == [0.5] * 7
-    assert notes(rough.with_friction(viscous=0.0, coulomb=0.0)) == []
-    assert len(notes(rough.with_limits(v_max=1.0))) == 1
-
-
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
@@ -72,15 +65,6 @@ def test_one_friction_is_replaced_without_the_other_and_zero_takes_it_away():
 def test_friction_that_drives_a_joint_is_refused(given, sentence):
     with pytest.raises((InputError, ModelError), match=sentence):
         PANDA.with_friction(**given)
-
-
-def test_robot_without_masses_has_no_friction(two_joints):
-    with pytest.raises(InputError, match="puma560 has no masses, so no torques"):
-        ftqp.robots.load("puma560").with_friction(viscous=1.0)
-    bare = Robot.from_urdf(two_joints(joint=FRICTION), kinematics_only=True)
-    assert not bare.viscous.any()
-    assert not bare.coulomb.any()
-    assert notes(bare) == []
 
 
 def test_urdf_friction_is_read_and_said(two_joints):
@@ -104,8 +88,3 @@ def test_urdf_friction_is_read_and_said(two_joints):
 def test_urdf_friction_that_is_none_is_refused(two_joints, text, sentence):
     with pytest.raises(ModelError, match=sentence):
         Robot.from_urdf(two_joints(joint=f'<dynamics damping="{text}"/>'))
-
-
-def test_friction_of_a_held_joint_is_dropped_with_it(two_joints):
-    held = Robot.from_urdf(two_joints(joint=FRICTION), "two", ["a"])
-    assert held.viscous.tolist() == [0.0]

@@ -1,18 +1,14 @@
 """A robot as its users see it."""
 
-import pickle
 from collections.abc import Callable
-from dataclasses import FrozenInstanceError
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from tests.arm_at import arm_at
 
-from ftqp.core.errors import InputError, ModelError
+from ftqp.core.errors import InputError
 from ftqp.model import catalog
-from ftqp.model.audit import Severity
-from ftqp.model.limits import RISE_TIME, JointLimits
+from ftqp.model.limits import JointLimits
 from ftqp.model.robot import Robot
 
 Urdf = Callable[..., str]
@@ -42,21 +38,6 @@ def test_unknown_joint_is_an_error_that_names_the_valid_ones(
         Robot.from_urdf(two_joints()).joint(joint)  # type: ignore[arg-type]
 
 
-def test_robot_cannot_be_changed(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints())
-    with pytest.raises(FrozenInstanceError):
-        robot.name = "other"  # type: ignore[misc]
-    with pytest.raises(ValueError, match="read-only"):
-        robot.neutral[0] = 1.0
-
-
-def test_robot_survives_pickling(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints())
-    again = pickle.loads(pickle.dumps(robot))
-    assert repr(again) == repr(robot) == "Robot('two', joints=['a', 'b'], tip='two')"
-    assert again.pose([0.1, 0.2]).tolist() == robot.pose([0.1, 0.2]).tolist()
-
-
 def test_pose_of_a_continuous_joint_takes_angles_or_the_configuration(two_joints: Urdf) -> None:
     robot = Robot.from_urdf(two_joints(**PLAIN))
     assert (robot.nq, robot.nv) == (3, 2)
@@ -69,46 +50,12 @@ def test_pose_of_a_continuous_joint_takes_angles_or_the_configuration(two_joints
     assert robot.limits.q_min.tolist() == [-np.inf, -2.0]
 
 
-@pytest.mark.parametrize("q", [[0.0], [0.0] * 4, [np.nan, 0.0], "q", [[0.0, 0.0]]])
-def test_wrong_configuration_is_an_input_error(two_joints: Urdf, q: object) -> None:
-    with pytest.raises(InputError, match=r"^q "):
-        Robot.from_urdf(two_joints(**PLAIN)).pose(q)
-
-
-def test_acceleration_of_a_urdf_follows_the_rule_and_a_note_says_so(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints())
-    assert robot.limits.a_max.tolist() == [1.5 / RISE_TIME, 2.0 / RISE_TIME]
-    notes = [f for f in robot.findings if "acceleration" in f.sentence]
-    assert [f.severity for f in notes] == [Severity.NOTE]
-
-
-def test_given_acceleration_replaces_the_rule_without_a_note(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints(), acceleration=[3.0, 4.0])
-    assert robot.limits.a_max.tolist() == [3.0, 4.0]
-    assert robot.findings == ()
-
-
 def test_given_limits_replace_those_of_the_file_and_of_the_model(two_joints: Urdf) -> None:
     robot = Robot.from_urdf(two_joints(), limits={"v_max": 0.5, "q_max": [0.5, 0.6]})
     assert robot.limits.v_max.tolist() == [0.5, 0.5]
     assert robot.limits.q_max.tolist() == [0.5, 0.6]
     assert robot.limits.tau_max.tolist() == [20.0, 10.0]
     assert robot.model.upperPositionLimit.tolist() == [0.5, 0.6]
-
-
-def test_with_limits_is_another_robot(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints())
-    slow = robot.with_limits(v_max=0.1, q_min=[0.5, -2.0])
-    assert slow.limits.v_max.tolist() == [0.1, 0.1]
-    assert slow.neutral[0] == 0.5
-    assert robot.limits.v_max.tolist() == [1.5, 2.0]
-    assert robot.model.velocityLimit.tolist() == [1.5, 2.0]
-    assert slow.model.velocityLimit.tolist() == [0.1, 0.1]
-
-
-def test_with_unsafe_limits_is_refused(two_joints: Urdf) -> None:
-    with pytest.raises(ModelError, match="'a' has crossed limits 5 > 2"):
-        Robot.from_urdf(two_joints()).with_limits(q_min=[5.0, -2.0])
 
 
 @pytest.mark.parametrize(
@@ -137,45 +84,11 @@ def test_wrong_arguments_are_input_errors(
         Robot.from_urdf(two_joints(), **keywords)  # type: ignore[arg-type]
 
 
-def test_neutral_is_zero_where_zero_is_well_inside_and_else_the_middle(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints(limit='lower="0" upper="2" velocity="1" effort="1"'))
-    assert robot.neutral.tolist() == [1.0, 0.0]
-
-
-def test_rows_come_in_the_order_of_a_twist(two_joints: Urdf) -> None:
-    assert Robot.from_urdf(two_joints(), default_rows=["z", "x"]).default_rows == ("x", "z")
-
-
-def test_kinematics_only_leaves_out_all_masses(two_joints: Urdf) -> None:
-    robot = Robot.from_urdf(two_joints(), kinematics_only=True)
-    assert not robot.has_inertia
-    assert Robot.from_urdf(two_joints()).has_inertia
-
-
 def test_pinocchio_model_handed_in_is_not_changed() -> None:
     model = catalog.load("planar6").model.copy()
     before = model.copy()
     Robot.from_pinocchio(model, "tip", ["j3"], limits={"v_max": 0.1}, gravity=(0.0, 0.0, 1.0))
     assert model == before
-
-
-def test_gravity_can_be_given() -> None:
-    robot = Robot.from_pinocchio(catalog.load("panda").model, gravity=(0.0, 0.0, 9.81))
-    assert robot.chain.gravity.tolist() == [0.0, 0.0, 9.81]
-    assert robot.model.gravity.linear.tolist() == [0.0, 0.0, 9.81]
-
-
-def test_reach_does_not_count_the_height_of_the_base(two_joints: Urdf) -> None:
-    low, high = (Robot.from_urdf(two_joints(origin=f"0 0 {z}")) for z in (0.3, 3.0))
-    assert low.length == high.length == pytest.approx(0.1 / 6.0)
-
-
-def test_model_of_a_robot_is_an_oracle_of_its_chain() -> None:
-    robot = catalog.load("panda")
-    data = robot.model.createData()
-    com = pin.centerOfMass(robot.model, data, robot.neutral)
-    assert data.mass[0] == pytest.approx(robot.chain.mass.sum())
-    assert np.isfinite(com).all()
 
 
 @pytest.mark.parametrize("name", ["panda", "iiwa14", "xarm7", "planar6"])

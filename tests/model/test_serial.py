@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ftqp.model.limits import JointLimits
-from ftqp.model.serial import Body, Inertial, placement, rotation_rpy, serial_model, symmetric
+from ftqp.model.serial import Body, Inertial, placement, rotation_rpy, serial_model
 
 
 def test_roll_pitch_yaw_turn_about_fixed_axes() -> None:
@@ -12,14 +12,6 @@ def test_roll_pitch_yaw_turn_about_fixed_axes() -> None:
     both = rotation_rpy(np.pi / 2, 0.0, np.pi / 2)
     assert both @ [0.0, 1.0, 0.0] == pytest.approx([0.0, 0.0, 1.0])
     assert both @ [0.0, 0.0, 1.0] == pytest.approx([1.0, 0.0, 0.0])
-
-
-def test_six_figures_of_an_inertia_are_symmetric() -> None:
-    assert symmetric(1.0, 2.0, 3.0, 4.0, 5.0, 6.0).tolist() == [
-        [1.0, 2.0, 3.0],
-        [2.0, 4.0, 5.0],
-        [3.0, 5.0, 6.0],
-    ]
 
 
 def test_parts_of_a_body_are_lumped() -> None:

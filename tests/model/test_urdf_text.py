@@ -13,7 +13,7 @@ from tests.kernel.random_chains import random_robot
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
-from ftqp.model.urdf_text import LARGEST, link_names, roll_pitch_yaw
+from ftqp.model.urdf_text import link_names, roll_pitch_yaw
 
 LIMITS = ("q_min", "q_max", "v_max", "a_max", "tau_max", "j_max")
 ALL = [*catalog.names(), "planar(3)"]
@@ -55,12 +55,6 @@ def test_random_chain_of_any_joints_comes_back(seed: int, joints: int) -> None:
     assert robot.chain.armature.any()
     again = Robot.from_urdf(robot.to_urdf(), gravity=robot.chain.gravity, neutral=robot.neutral)
     same_everywhere(robot, again)
-
-
-def test_arm_with_rubbing_joints_a_load_and_another_tip_comes_back() -> None:
-    robot = catalog.load("panda").with_friction(viscous=0.4, coulomb=0.7)
-    robot = robot.with_tip(np.diag([1.0, -1.0, -1.0, 1.0])).with_limits(tau_max=np.inf)
-    same_everywhere(robot, Robot.from_urdf(robot.to_urdf(), neutral=robot.neutral))
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -122,15 +116,6 @@ def test_name_that_xml_cannot_hold_is_refused(name: str) -> None:
         odd.to_urdf()
 
 
-def test_links_get_names_of_their_own() -> None:
-    robot = Robot.from_dh(
-        np.tile([0.0, 0.1, 0.2, 0.5], (3, 1)), joints=("tip", "tip_link", "base"), limits={"v_max": 1.0}
-    )
-    assert link_names(robot.joints, robot.tip) == ("base", "tip_link", "tip_link_link", "base_link", "tip_")
-    again = Robot.from_urdf(robot.to_urdf())
-    np.testing.assert_allclose(again.pose(robot.neutral), robot.pose(robot.neutral), atol=1e-12)
-
-
 def test_rotors_and_accelerations_stand_where_drake_reads_them() -> None:
     robot = catalog.load("panda")
     root = ElementTree.fromstring(robot.to_urdf())
@@ -148,32 +133,6 @@ def test_limits_of_urdf_1_2_are_written_where_there_are_any() -> None:
     assert [limit.get("acceleration") for limit in limits] == ["2.0", None, "4.0"]
     assert [limit.get("deceleration") for limit in limits] == ["2.0", None, "4.0"]
     assert [limit.get("jerk") for limit in limits] == [None, "30.0", "0.1"]
-
-
-def test_gear_ratio_counts_twice() -> None:
-    robot = catalog.load("planar(3)")
-    model = robot.model.copy()
-    model.armature = np.array([0.0, 0.3, 0.0])
-    text = Robot.from_pinocchio(model, robot.tip).to_urdf()
-    geared = text.replace('gear_ratio value="1"', 'gear_ratio value="10"')
-    assert geared != text
-    assert Robot.from_urdf(geared).chain.armature == pytest.approx([0.0, 30.0, 0.0], rel=1e-15)
-
-
-def test_rotor_that_is_no_number_is_refused() -> None:
-    robot = catalog.load("planar(3)")
-    model = robot.model.copy()
-    model.armature = np.array([0.0, 0.3, 0.0])
-    text = Robot.from_pinocchio(model, robot.tip).to_urdf()
-    with pytest.raises(Exception, match="rotor"):
-        Robot.from_urdf(text.replace('rotor_inertia value="0.3"', 'rotor_inertia value="x"'))
-
-
-def test_no_limit_is_the_largest_number_in_the_file() -> None:
-    robot = catalog.load("panda").with_limits(tau_max=np.inf)
-    assert f'effort="{LARGEST!r}"' in robot.to_urdf()
-    assert '"inf"' not in robot.to_urdf()
-    assert np.isinf(Robot.from_urdf(robot.to_urdf()).limits.tau_max).all()
 
 
 @settings(max_examples=200, deadline=None)

@@ -18,10 +18,6 @@ def test_solve_returns_the_planted_solution_with_small_residuals(name):
     np.testing.assert_allclose(found.x, case.x, rtol=0, atol=tolerance(name))
 
 
-def test_the_default_backend_is_the_active_set():
-    assert solve(QP(np.eye(1), [-1.0])).backend == "active_set"
-
-
 @pytest.mark.parametrize("name", NATIVE + ADAPTED)
 def test_infeasible_is_proven_whatever_the_solver_says(name):
     qp = infeasible(np.random.default_rng(1))
@@ -85,14 +81,6 @@ def test_an_unbounded_qp_is_failed():
     qp = QP(np.diag([1.0, 0.0]), [0.0, -1.0])
     for name in ("active_set", "dtrnn", "daqp", "osqp", "proxqp", "quadprog"):
         assert solve(qp, name).status in (SolveStatus.FAILED, SolveStatus.MAX_ITERATIONS)
-
-
-@pytest.mark.parametrize("name", NATIVE)
-def test_a_semidefinite_qp_with_a_solution_is_solved(name):
-    qp = QP(np.diag([1.0, 0.0]), [-1.0, -1.0], A=[[1.0, 1.0]], b=[1.5], lb=[-3, -3], ub=[3, 3])
-    found = solve(qp, name)
-    assert found.status is SolveStatus.SOLVED
-    np.testing.assert_allclose(found.x, [0.0, 1.5], atol=1e-5)
 
 
 def test_wrong_calls_are_refused_in_one_sentence():

@@ -6,14 +6,12 @@ from typing import Any, final
 import numpy as np
 from scipy.stats import qmc
 
-from ftqp.control.first_use import warm_up
 from ftqp.control.task.task import row_indices
 from ftqp.core.checks import BoolArray, FloatArray, array
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose as checked_pose
 from ftqp.core.pose import transform
 from ftqp.kernel.entry.study_session import StudySession
-from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.robot import Robot
 
@@ -116,7 +114,6 @@ def goal_study(robot: Robot, goal: Any, rows: Any, step: float = STEP) -> GoalSt
     """
     names = row_names(robot, rows)
     pose = _goal_pose(goal, names)
-    warm_up(STUDY_ENTRIES, capacity_for(robot.nv))
     indices = [COMPONENTS.index(name) for name in names]
     limits, slides = robot.limits, robot.chain.prismatic
     ends = np.isinf(limits.q_min) & np.isinf(limits.q_max)

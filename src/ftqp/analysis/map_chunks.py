@@ -16,10 +16,9 @@ from ftqp.analysis.spatial_map import (
     spatial_points,
     whole_number,
 )
-from ftqp.control.first_use import notice
 from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.planar_study import Intervals, PlanarStudy, make_ready
+from ftqp.kernel.entry.planar_study import Intervals, PlanarStudy
 from ftqp.kernel.layout.endings import CORRECT, UNRESOLVED
 from ftqp.model.robot import Robot
 
@@ -136,7 +135,6 @@ def workspace_task(
         gain=positive("gain", gain, "1/s"), v_max=limit, length=length, boxes=boxes,
         suspects=[() for _ in robot.joints], seed=seed,
     )  # fmt: skip
-    make_ready(robot.nv, notice)
     if not screen or horizon is not None:
         return task
     return replace(task, suspects=_suspects(task))

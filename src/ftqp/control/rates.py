@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.control.task.resolvers import Damping, positive_weights, rule_code
 from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.errors import InputError, nearest
@@ -166,7 +165,6 @@ def _problem(J: Any, xdot: Any, locked: Iterable[int], locked_rates: Any, length
     if length is not None:
         scale[:LINEAR] = 1.0 / positive("characteristic_length", length, "m")
     reduced = Reduced(n)
-    warm_up(("resolve_reduced", "kappa"), reduced.capacity)
     P = reduced.P
     P.m, P.n = m, n
     P.A[:m, :n] = scale[:, None] * array("J", J, (m, n), "(m, n)")

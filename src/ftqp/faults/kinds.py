@@ -13,45 +13,19 @@ word on its button of the live page, ``judged`` its name in ``ftqp.checker``, ``
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import isnan
 from types import MappingProxyType
 from typing import Any, ClassVar, Never, NoReturn
 
 from ftqp.core.checks import as_number, non_negative, positive
 from ftqp.core.errors import InputError, nearest, unknown
+from ftqp.core.setting import setting
 
 MODES = ("ramp", "instant")
 RESETS = ("kinematic", "momentum", "task")
 NOTHING: Mapping[str, str] = MappingProxyType({})
 """The ``shares`` of a kind that leaves no limit lower than before."""
-
-
-def setting(
-    default: Any,
-    about: str,
-    *,
-    unit: str = "",
-    choices: tuple[str, ...] = (),
-    above: float | None = None,
-    least: float | None = None,
-    most: float | None = None,
-) -> Any:
-    """A field of a fault, with what a scenario's key of that name says and accepts.
-
-    Every number or word that is allowed is told here once: ``above`` must be exceeded, ``least`` and ``most``
-    may be reached.
-    """
-    allowed = {"gt": above, "ge": least, "le": most}
-    return field(
-        default=default,
-        metadata={
-            "about": about,
-            "unit": unit,
-            "choices": choices,
-            "range": {key: value for key, value in allowed.items() if value is not None},
-        },
-    )
 
 
 def _choice(name: str, got: str, valid: tuple[str, ...]) -> None:

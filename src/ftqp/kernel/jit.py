@@ -1,7 +1,7 @@
 """What the formulas of the kernel are written with: how helpers are compiled, and the memory at an address.
 
-``NUMBA_DISABLE_JIT=1``, or a platform without numba, runs the same source as plain Python. Helpers become
-part of the entry points that call them; how those become machine code is up to ``ftqp.kernel.compiled``.
+Where the package is built, numba makes machine code of them; how is up to ``ftqp.kernel.compiled.making``. In
+every other process they are plain Python, which runs where the built library has no such entry point.
 """
 
 import ctypes
@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ftqp.kernel.compiled.mode import COMPILED
+from ftqp.kernel.compiled.mode import BUILDING as COMPILED
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -19,8 +19,8 @@ if COMPILED:
     from numba.core import cgutils
     from numba.extending import intrinsic
 
+    from ftqp.kernel.compiled.making.helper import helper
     from ftqp.kernel.compiled.making.lane_records import as_mask, bits, lane_of, lane_record, put_lane
-    from ftqp.kernel.compiled.making.lean import helper
 
     @intrinsic  # type: ignore[untyped-decorator]
     def pointer(context: Any, address: Any) -> Any:
@@ -35,7 +35,15 @@ if COMPILED:
 
     def rare_jit(function: F) -> F:
         """Compile a helper that most ticks do without: its code lies apart, so that theirs lies together."""
-        return helper(function, rare=True)
+        return helper(function, apart=True, rare=True)
+
+    def part_jit(function: F) -> F:
+        """Compile a large helper once for all entry points that call it."""
+        return helper(function, apart=True)
+
+    def long_jit(function: F) -> F:
+        """The same, with loops in which arms of many joints spend their time."""
+        return helper(function, apart=True, long=True)
 
     def exact_jit(function: F) -> F:
         """Compile a helper whose rounding must stay as written: no fast math."""
@@ -64,7 +72,7 @@ else:
         """The function as it is."""
         return function
 
-    exact_jit = rare_jit = jit
+    exact_jit = long_jit = part_jit = rare_jit = jit
 
 __all__ = [
     "COMPILED",
@@ -75,6 +83,8 @@ __all__ = [
     "jit",
     "lane_of",
     "lane_record",
+    "long_jit",
+    "part_jit",
     "pointer",
     "put_lane",
     "rare_jit",

@@ -1,14 +1,14 @@
 """How a robot comes together: reduced to a chain, limits completed, audited, then refused or built."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import fields, replace
+from typing import Any, TypedDict, get_type_hints
 
 import numpy as np
 import pinocchio as pin
 
 from ftqp.core.checks import array, frozen, positive
-from ftqp.core.errors import InputError, ModelError
+from ftqp.core.errors import InputError, ModelError, nearest
 from ftqp.model import audit
 from ftqp.model.audit import Finding
 from ftqp.model.chain import Chain, chain_of
@@ -27,47 +27,57 @@ LENGTH_FRACTION = 1.0 / 6.0
 """Characteristic length by reach: where a norm mixes units, one radian counts as much as this length."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Wishes:
-    """What the user asked for beside the model; the fields are explained in ``Robot.from_pinocchio``."""
+class Shape(TypedDict, total=False):
+    """What every reader may be told by keyword; ``Robot.from_pinocchio`` says what each is."""
 
-    tip: str | None
-    locked: Sequence[str | int] = ()
-    q_locked: Mapping[str, float] | None = None
-    limits: JointLimits | Mapping[str, Any] | None = None
-    acceleration: Any = None
-    name: str | None = None
-    neutral: Any = None
-    default_rows: Sequence[str] = ROWS
-    length: float | None = None
-    gravity: Any = None
-    kinematics_only: bool = False
+    limits: JointLimits | Mapping[str, Any] | None
+    acceleration: Any
+    neutral: Any
+    default_rows: Sequence[str]
+    length: float | None
 
 
-def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
+class Wishes(Shape, total=False):
+    """What a reader of a model or file may be told by keyword."""
+
+    q_locked: Mapping[str, float] | None
+    name: str | None
+    gravity: Any
+    kinematics_only: bool
+
+
+KEYWORDS = tuple(get_type_hints(Wishes))
+
+
+def robot_fields(
+    source: Source, tip: str | None, locked: Sequence[str | int], wishes: Wishes
+) -> dict[str, Any]:
     """The fields of a ``Robot``.
 
     Raises:
         InputError: An unknown tip or joint, or a wrong shape.
         ModelError: The robot is unsafe or not a chain; carries every finding.
     """
-    if isinstance(wishes.locked, str):
-        raise InputError(f"locked is {wishes.locked!r}, expected a list of joints, [{wishes.locked!r}]")
-    tip, findings = tip_of(source.model, wishes.tip, wishes.locked)
-    arm = reduced(source.model, tip, wishes.locked, wishes.q_locked)
-    arm.name = wishes.name or source.model.name or "robot"
-    if wishes.gravity is not None:
-        arm.gravity = pin.Motion(
-            np.concatenate([array("gravity", wishes.gravity, (3,), "(3,)"), np.zeros(3)])
-        )
-    if wishes.kinematics_only:
+    for word in wishes:
+        if word not in KEYWORDS:
+            near = f"{nearest(word, KEYWORDS)}; there are {', '.join(KEYWORDS)}"
+            raise TypeError(f"{word!r} is not a keyword of a reader of robots{near}")
+    if isinstance(locked, str):
+        raise InputError(f"locked is {locked!r}, expected a list of joints, [{locked!r}]")
+    tip, findings = tip_of(source.model, tip, locked)
+    arm = reduced(source.model, tip, locked, wishes.get("q_locked"))
+    arm.name = wishes.get("name") or source.model.name or "robot"
+    gravity, kinematics_only = wishes.get("gravity"), wishes.get("kinematics_only", False)
+    if gravity is not None:
+        arm.gravity = pin.Motion(np.concatenate([array("gravity", gravity, (3,), "(3,)"), np.zeros(3)]))
+    if kinematics_only:
         for i in range(arm.njoints):
             arm.inertias[i] = pin.Inertia.Zero()
         arm.armature = np.zeros(arm.nv)
     if not has_masses(arm):
         write_friction(arm, 0.0, 0.0)
     given = _given(wishes, arm.nv)
-    dropped = {*given, "masses"} if wishes.kinematics_only else {*given}
+    dropped = {*given, "masses"} if kinematics_only else {*given}
     findings += [f for f in source.findings if f.about not in dropped]
     findings += dynamics_findings(arm)
     try:
@@ -75,7 +85,7 @@ def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
     except ModelError as error:
         audit.refuse_unsafe(arm.name, [*map(audit.unsafe, error.findings), *findings])
         raise
-    findings += follower_findings(source.followers, chain.names, wishes.locked)
+    findings += follower_findings(source.followers, chain.names, locked)
     written = [source.limits[name] for name in chain.names]
     bounds = _limits(written, given)
     findings += audit.limit_findings(chain.names, bounds, chain.continuous)
@@ -85,11 +95,11 @@ def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
     if guessed:
         findings.append(_guess(arm, chain, bounds, guessed))
     write_limits(arm, bounds)
-    rows = _rows(wishes.default_rows)
-    reach, wanted = reach_of(chain, bounds), wishes.length
+    rows = _rows(wishes.get("default_rows", ROWS))
+    reach, wanted = reach_of(chain, bounds), wishes.get("length")
     length = LENGTH_FRACTION * reach if wanted is None else positive("length", wanted, "m")
     shape = Arm(arm, tip, chain, bounds, rows, length)
-    start, said = neutral_posture(shape, wishes.neutral, source.postures)
+    start, said = neutral_posture(shape, wishes.get("neutral"), source.postures)
     return dict(
         name=arm.name, model=arm, tip=tip, chain=chain, limits=bounds, neutral=frozen(start),
         default_rows=rows, length=length, findings=(*findings, *said),
@@ -98,19 +108,17 @@ def robot_fields(source: Source, wishes: Wishes) -> dict[str, Any]:
 
 def _given(wishes: Wishes, count: int) -> dict[str, Any]:
     """The limits that the user gives in place of the model's."""
-    changes: dict[str, Any] = {}
-    if isinstance(wishes.limits, JointLimits):
-        if len(wishes.limits) != count:
-            raise InputError(f"limits are of {len(wishes.limits)} joints, expected (nv,) = ({count},)")
-        changes = {field.name: getattr(wishes.limits, field.name) for field in fields(JointLimits)}
-    elif isinstance(wishes.limits, Mapping):
-        changes = dict(wishes.limits)
-    elif wishes.limits is not None:
-        raise InputError(
-            f"limits is of type {type(wishes.limits).__name__}, expected JointLimits or a mapping"
-        )
-    if wishes.acceleration is not None:
-        changes["a_max"] = wishes.acceleration
+    limits, changes = wishes.get("limits"), dict[str, Any]()
+    if isinstance(limits, JointLimits):
+        if len(limits) != count:
+            raise InputError(f"limits are of {len(limits)} joints, expected (nv,) = ({count},)")
+        changes = {field.name: getattr(limits, field.name) for field in fields(JointLimits)}
+    elif isinstance(limits, Mapping):
+        changes = dict(limits)
+    elif limits is not None:
+        raise InputError(f"limits is of type {type(limits).__name__}, expected JointLimits or a mapping")
+    if wishes.get("acceleration") is not None:
+        changes["a_max"] = wishes["acceleration"]
     return changes
 
 

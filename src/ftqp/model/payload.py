@@ -7,6 +7,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, array, frozen, positive
 from ftqp.core.errors import InputError
+from ftqp.core.setting import REQUIRED, setting
 
 SHAPE_TOLERANCE = 1e-9
 """Largest asymmetry, and largest violation of what a rigid body can have, relative to the inertia."""
@@ -27,8 +28,10 @@ class Payload:
         InputError: The mass is not above zero, a number is not finite, or no rigid body has that inertia.
     """
 
-    mass: float
-    com: Any = (0.0, 0.0, 0.0)
+    mass: float = setting(REQUIRED, "mass, > 0", unit="kg", above=0.0)
+    com: Any = setting(
+        (0.0, 0.0, 0.0), "centre of mass in the tip frame", unit="m", of=tuple[float, float, float]
+    )
     inertia: Any = None
 
     def __post_init__(self) -> None:

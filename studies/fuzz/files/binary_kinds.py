@@ -33,7 +33,7 @@ from ftqp.app.view.replay_source import ReplaySource
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.log_parts import FILE_NAME
-from ftqp.sim.session.orders import Seek
+from ftqp.sim.session.session_commands import Seek
 from fuzz.files.grammar import NUMBERS, WORDS, anything, spoiled
 from fuzz.files.kinds import Case, few_ticks, json_text
 from fuzz.files.workshop import CALIBRATION, CAMPAIGN, COVERAGE, HEALTHY, KEY, PLAN, RUN, SCENARIO, workshop

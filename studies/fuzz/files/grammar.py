@@ -5,14 +5,12 @@ Hypothesis, which shrinks what it finds.
 """
 
 import types
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import date, datetime, time
 from random import Random
-from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin
+from typing import Any, Final, Literal, Union, get_args, get_origin
 
-from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
-from pydantic import BaseModel
-from pydantic.fields import FieldInfo
+from ftqp.core.setting import REQUIRED, Key, Setting, classes_in, keys_of, tables_of
 
 NUMBERS: Final = (
     0, 1, -1, 2, 3, 7, 1000, 2**31, 2**63, -(2**63) - 1, 10**400, 0.0, -0.0, 0.5, 1.0, -1.0, 1e-3, 1e-9,
@@ -26,7 +24,7 @@ WORDS: Final = (
 )  # fmt: skip
 KEYS: Final = (
     "kind", "name", "at", "joint", "q", "", " ", "a.b", "a\nb", "\x1b[31m", "\u202e", "__class__",
-    "model_config", "0", "\u00b2", "\uff10", "x" * 300, "dt", "robot",
+    "__slots__", "0", "\u00b2", "\uff10", "x" * 300, "dt", "robot",
 )  # fmt: skip
 MOST: Final = 6
 
@@ -55,66 +53,70 @@ def deep(rng: Random) -> Any:
     return value
 
 
-def fitting(annotation: Any, rng: Random, bounds: tuple[Any, ...] = ()) -> Any:
-    """A value of a type, within the bounds of its field, at them, or just beyond.
+def fitting(hint: Any, rng: Random, says: Setting | None = None) -> Any:
+    """A value of a type, within the range of its setting, at its ends, or just beyond.
 
     Args:
-        annotation: The type, as a pydantic field has it.
+        hint: The type, as a key has it.
         rng: Draws.
-        bounds: Further constraints of the field.
+        says: What the setting says of itself.
     """
-    origin = get_origin(annotation)
-    if origin is Annotated:
-        inner, *more = get_args(annotation)
-        found = [c for m in more for c in (m.metadata if isinstance(m, FieldInfo) else [m])]
-        return fitting(inner, rng, (*bounds, *found))
+    origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
-        return fitting(rng.choice(get_args(annotation)), rng, bounds)
-    if origin is Literal:
-        word = rng.choice(get_args(annotation))
+        return fitting(rng.choice(inner), rng, says)
+    words = inner if origin is Literal else says.choices if says and hint is str else ()
+    if words:
+        word = rng.choice(words)
         return word if rng.random() < 0.9 else f"{word}s"
-    if origin in (list, tuple):
-        return [fitting(get_args(annotation)[0], rng) for _ in range(_length(bounds, rng))]
-    if origin is dict:
+    if origin is tuple:
+        return [fitting(inner[0], rng, says) for _ in range(_length(inner, says, rng))]
+    if origin in (dict, Mapping):
         return {rng.choice((*KEYS, "name", "j1", "1")): anything(rng, 2) for _ in range(rng.randrange(3))}
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return table(annotation, rng)
-    if annotation is bool:
+    if choice := tables_of(next(classes_in(hint), None), says.kinds if says else None):
+        kind = rng.choice(list(choice))
+        return _drawn(choice[kind], rng) | ({"kind": kind} if kind else {})
+    if hint is bool:
         return rng.random() < 0.5
-    if annotation in (float, int):
-        return _number(annotation, bounds, rng)
-    if annotation is str:
+    if hint in (float, int):
+        return _number(hint, says, rng)
+    if hint is str:
         return rng.choice(WORDS)
-    return None if annotation is type(None) else anything(rng, 2)
+    return None if hint is types.NoneType else anything(rng, 2)
 
 
-def table(model: type[BaseModel], rng: Random) -> dict[str, Any]:
-    """A table of a model: its required keys, and some of the others.
+def table(model: type[Any], rng: Random) -> dict[str, Any]:
+    """A table of a class: its required keys, and some of the others.
 
     Args:
         model: A class of the schema.
         rng: Draws.
     """
+    return _drawn(keys_of(model), rng)
+
+
+def _drawn(keys: Mapping[str, Key], rng: Random) -> dict[str, Any]:
     share, found = rng.choice((0.1, 0.3, 0.9)), {}
-    for name, field in model.model_fields.items():
-        if rng.random() < (0.95 if field.is_required() else share):
-            found[name] = fitting(field.annotation, rng, tuple(field.metadata))
+    for name, key in keys.items():
+        if (name != "kind" or key.says.choices) and rng.random() < (
+            0.95 if key.default is REQUIRED else share
+        ):
+            found[name] = fitting(key.hint, rng, key.says)
     return {name: value for name, value in found.items() if value is not None}
 
 
-def _length(bounds: tuple[Any, ...], rng: Random) -> int:
+def _length(inner: tuple[Any, ...], says: Setting | None, rng: Random) -> int:
     """How many entries: what is asked for, or one more or less."""
-    low = next((b.min_length for b in bounds if isinstance(b, MinLen)), 0)
-    high = next((b.max_length for b in bounds if isinstance(b, MaxLen)), max(low, MOST) + 1)
+    low, high = (says.count if says else (0, None)) if Ellipsis in inner else (len(inner), len(inner))
+    high = max(low, MOST) + 1 if high is None else high
     return max(0, rng.randint(low, high) + rng.choice((0, 0, 0, 0, 1, -1)))
 
 
-def _number(kind: type, bounds: tuple[Any, ...], rng: Random) -> Any:
-    """A number: an ordinary one, one at a bound, or one that hurts."""
-    ends = [getattr(b, key) for b, key in _ends(bounds)]
+def _number(kind: type, says: Setting | None, rng: Random) -> Any:
+    """A number: an ordinary one, one at an end of the range, or one that hurts."""
+    ends = [end for end in (says.above, says.least, says.below, says.most) if end is not None] if says else []
     drawn = rng.random()
     if ends and drawn < 0.2:
-        return rng.choice(ends)
+        return kind(rng.choice(ends))
     if drawn < 0.4:
         return rng.choice(NUMBERS)
     if kind is int:
@@ -122,14 +124,7 @@ def _number(kind: type, bounds: tuple[Any, ...], rng: Random) -> Any:
     return rng.choice((0.001, 0.01, 0.1, 0.5, 1.0, 2.0, 10.0, 100.0, -0.1)) * (1.0 + rng.random())
 
 
-def _ends(bounds: tuple[Any, ...]) -> Iterator[tuple[Any, str]]:
-    for bound in bounds:
-        for kind, key in ((Ge, "ge"), (Gt, "gt"), (Le, "le"), (Lt, "lt")):
-            if isinstance(bound, kind):
-                yield bound, key
-
-
-def spoiled(content: Any, rng: Random, model: type[BaseModel] | None = None) -> Any:
+def spoiled(content: Any, rng: Random, model: type[Any] | None = None) -> Any:
     """The tables with one to three changes, each at a place drawn at random.
 
     Args:
@@ -162,33 +157,22 @@ def _places(value: Any) -> Iterator[tuple[Any, Any]]:
             yield from _places(value[k])
 
 
-def _grafted(content: dict[str, Any], model: type[BaseModel], rng: Random) -> None:
+def _grafted(content: dict[str, Any], model: type[Any], rng: Random) -> None:
     """A key of the schema with a value that almost fits, at its own place."""
-    at, owner = model, content
+    keys, owner = keys_of(model), content
     while True:
-        name, field = rng.choice(list(at.model_fields.items()))
-        inner, below = list(_tables(field.annotation)), owner.get(name)
+        name, key = rng.choice(list(keys.items()))
+        below = owner.get(name)
         if isinstance(below, list) and below and isinstance(below[-1], dict):
             below = below[-1]
-        if inner and isinstance(below, dict) and rng.random() < 0.8:
-            at = rng.choice([t for t in inner if below.get("kind") in _kinds(t)] or inner)
+        if key.tables and isinstance(below, dict) and rng.random() < 0.8:
+            keys = key.tables.get(str(below.get("kind"))) or rng.choice(list(key.tables.values()))
             owner = below
             continue
-        value = fitting(field.annotation, rng, tuple(field.metadata))
+        value = fitting(key.hint, rng, key.says)
         if value is not None:
             owner[name] = value
         return
-
-
-def _tables(annotation: Any) -> Iterator[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-    for inner in get_args(annotation):
-        yield from _tables(inner)
-
-
-def _kinds(model: type[BaseModel]) -> tuple[Any, ...]:
-    return get_args(model.model_fields["kind"].annotation) if "kind" in model.model_fields else ()
 
 
 def _replaced(owner: Any, key: Any, rng: Random) -> None:

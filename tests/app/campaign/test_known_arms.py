@@ -4,11 +4,12 @@ import pickle
 from pathlib import Path
 
 from ftqp.app.campaign.known_arms import MOST, KnownArms
+from ftqp.app.schema.reading import read
 from ftqp.app.schema.robot_section import RobotTable
 
 
 def table(**keys):
-    return RobotTable.model_validate({"name": "planar"} | keys)
+    return read(RobotTable, {"name": "planar"} | keys, "the robot has errors:")
 
 
 def test_same_table_gives_the_same_arm_and_another_one_another():

@@ -20,13 +20,14 @@ from ftqp.app.campaign.kept_campaign import command_of, kept_campaign
 from ftqp.app.commands import campaign_episodes
 from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
+from ftqp.app.schema.reading import plain
 from ftqp.app.view.subjects import shown
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Locked
 from ftqp.model import catalog
 from ftqp.sim import block_runner
-from ftqp.sim.session.cast import Choice
-from ftqp.sim.session.orders import Seek
+from ftqp.sim.session.session_arms import Choice
+from ftqp.sim.session.session_commands import Seek
 
 STUDY = """
 [campaign]
@@ -338,7 +339,7 @@ def test_results_of_an_arm_whose_file_was_changed_meanwhile_are_refused(study, t
 
 def test_key_of_a_campaign_that_names_no_file_is_that_of_its_text_alone(study):
     made = episode_study.load_campaign(str(study))
-    content = made.tables.model_dump()
+    content = plain(made.tables)
     del content["campaign"]["episodes"]
     text = f"{__version__}\n{json.dumps(content, sort_keys=True)}"
     assert made.files == {} and made.key == hashlib.sha256(text.encode()).hexdigest()

@@ -14,14 +14,11 @@ from typer.testing import CliRunner
 
 import ftqp
 from ftqp.app.commands.cli import app
-from ftqp.control import first_use
 from ftqp.core.extras import remedy_for_extra
-from ftqp.kernel.compiled.kernel import kept_in
-from ftqp.kernel.jit import COMPILED
 
 COMMANDS = (
     "demo", "run", "compare", "replay", "check", "inspect", "converge", "workspace", "robots", "backends",
-    "schemes", "warmup", "report",
+    "schemes", "report",
 )  # fmt: skip
 
 
@@ -125,39 +122,9 @@ def test_json_is_one_object_on_stdout_and_nothing_else(short: Path, tmp_path: Pa
     assert json.loads(result.stdout)["completed"] is True
 
 
-@pytest.mark.parametrize("command", ["robots", "backends", "schemes", "warmup", "check"])
+@pytest.mark.parametrize("command", ["robots", "backends", "schemes", "check"])
 def test_json_of_every_list_is_one_object(command: str) -> None:
     assert isinstance(json.loads(invoke(command, "--json").stdout), dict)
-
-
-@pytest.fixture
-def compiled(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
-    """What ``ftqp warmup`` compiles, without doing it."""
-    found: list[tuple[str, int]] = []
-    monkeypatch.setattr(first_use, "compile_one", lambda name, capacity: found.append((name, capacity)))
-    return found
-
-
-@pytest.mark.skipif(not COMPILED, reason="the kernel runs as plain Python")
-class TestWarmup:
-    def test_says_on_stderr_how_far_it_is_and_on_stdout_where_the_kernel_is(self, compiled: Any) -> None:
-        result = invoke("warmup", "--joints", 9)
-        assert compiled == first_use.ahead(9) and result.exit_code == 0
-        lines = result.stderr.splitlines()
-        assert len(lines) == len(compiled) and lines[0].startswith("1/9 step, arms of up to 16 joints: ")
-        assert str(kept_in()) in result.stdout
-
-    def test_everything_takes_every_entry(self, compiled: Any) -> None:
-        result = invoke("warmup", "--all", "--json")
-        assert compiled == first_use.ahead(None)
-        told = json.loads(result.stdout)
-        assert [(row["entry"], row["joints"] or 0) for row in told["entries"]] == compiled
-        assert told["compiled"] is True and told["folder"] == str(kept_in())
-
-    @pytest.mark.parametrize("joints", [0, 33, -1])
-    def test_arm_that_there_is_not_is_bad_input(self, compiled: Any, joints: int) -> None:
-        result = invoke("warmup", "--joints", joints)
-        assert result.exit_code == 2 and "joints" in result.stderr and not compiled
 
 
 def test_error_with_json_is_one_object_that_lists_all_errors(short: Path) -> None:

@@ -24,7 +24,7 @@ HOSTILE = (
 )
 EVERY = {*sys.stdlib_module_names, *packages_distributions(), "ftqp", "sitecustomize", "usercustomize"}
 """Every module that this Python has, and what it looks for when it starts."""
-OF_FTQP = {"json", "multiprocessing", "numba", "numpy", "pinocchio", "pydantic", "rich", "scipy", "sqlite3",
+OF_FTQP = {"json", "multiprocessing", "numba", "numpy", "pinocchio", "rich", "scipy", "sqlite3",
            "tomllib", "typer", "typing"}  # fmt: skip
 """Modules that ftqp asks for; ``python -m`` itself imports others before it comes to ftqp."""
 
@@ -102,7 +102,6 @@ COMMANDS = {
     "run": ("short.toml", "--out", "run"),
     "schemes": (),
     "view": ("made/run", "--no-browser", "--port", "0", "--json"),
-    "warmup": ("--joints", "6"),
     "workspace": ("study.toml", "--out", "workspace", "--jobs", "2"),
 }
 """Each command with arguments that keep it short."""

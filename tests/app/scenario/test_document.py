@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from ftqp.app.scenario import document
 from ftqp.app.schema import Scenario
+from ftqp.app.schema.reading import plain, read
 from ftqp.core.errors import ScenarioError
 
 BUNDLED = {
@@ -35,15 +36,15 @@ def test_bundled_scenarios_are_there_with_a_sentence_each() -> None:
 
 @pytest.mark.parametrize("name", sorted(BUNDLED))
 def test_bundled_scenario_is_valid_and_survives_being_written_as_toml(name: str) -> None:
-    scenario = Scenario.model_validate(document.read(name).content)
-    again = Scenario.model_validate(tomllib.loads(document.toml(scenario.model_dump())))
+    scenario = read(Scenario, document.read(name).content, name)
+    again = read(Scenario, tomllib.loads(document.toml(plain(scenario))), name)
     assert again == scenario
 
 
 def test_emergency_off_survives_being_written_as_toml() -> None:
     content = document.read("panda-circle", ["planner.emergency=off"]).content
-    scenario = Scenario.model_validate(content)
-    again = Scenario.model_validate(tomllib.loads(document.toml(scenario.model_dump())))
+    scenario = read(Scenario, content, "panda-circle")
+    again = read(Scenario, tomllib.loads(document.toml(plain(scenario))), "panda-circle")
     assert scenario.planner.emergency is None
     assert again.planner.emergency is None
 

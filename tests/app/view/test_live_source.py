@@ -1,4 +1,4 @@
-"""A session in its thread: readers, orders from other threads, and a clock that slows down."""
+"""A session in its thread: readers, commands from other threads, and a clock that slows down."""
 
 from threading import Thread
 from time import monotonic, sleep
@@ -6,11 +6,11 @@ from time import monotonic, sleep
 import numpy as np
 import pytest
 
-from ftqp.app.view.casting import cast_of
+from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.app.view.live_source import LiveSource
-from ftqp.sim.session.cast import Choice
 from ftqp.sim.session.live_session import Session
-from ftqp.sim.session.orders import Break, Pause, Repair, Reset, Tell, Use
+from ftqp.sim.session.session_arms import Choice
+from ftqp.sim.session.session_commands import Break, Pause, Repair, Reset, Tell, Use
 
 LONG = 60.0
 """Seconds that a slow machine is given."""
@@ -26,7 +26,7 @@ def until(condition):
 @pytest.fixture
 def source():
     session = Session(
-        lambda wish: cast_of(wish, twin=False), Choice(scenario="panda-y-line", overrides=("faults=",))
+        lambda wish: arms_of(wish, twin=False), Choice(scenario="panda-y-line", overrides=("faults=",))
     )
     with LiveSource(session) as source:
         yield source
@@ -48,7 +48,7 @@ def test_clicks_of_two_threads_are_done_while_two_others_read(source):
     def click(joint):
         for k in range(50):
             source.put(Repair(joint) if k % 2 else Break(joint))
-            sleep(0.01)  # a hundred orders a second from both together
+            sleep(0.01)  # a hundred commands a second from both together
         source.put(Break(joint))
 
     threads = [Thread(target=read) for _ in range(2)]
@@ -94,7 +94,7 @@ def test_refusal_is_a_message_of_a_frame_and_reset_takes_it_away(source):
 
 def test_machine_that_is_too_slow_slows_the_clock_and_skips_no_tick():
     session = Session(
-        lambda wish: cast_of(wish, twin=False), Choice(scenario="panda-y-line", overrides=("faults=",))
+        lambda wish: arms_of(wish, twin=False), Choice(scenario="panda-y-line", overrides=("faults=",))
     )
     ticks, think = [], session._arm.think
 

@@ -8,7 +8,7 @@ from ftqp.app.view.replay_source import ReplaySource, notes_of
 from ftqp.core.errors import InputError
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import Simulation
-from ftqp.sim.session.orders import Break, Pause, Reset, Seek, Speed
+from ftqp.sim.session.session_commands import Break, Pause, Reset, Seek, Speed
 from ftqp.viz.live.frame import frames_of
 
 CLOCK = [0.0]
@@ -64,11 +64,11 @@ def test_time_slider_pause_and_speed(source):
 
 
 @pytest.mark.parametrize(
-    ("order", "said"),
+    ("command", "said"),
     [(Break(1), "finished run"), (Speed(-1.0), "expected a factor"), (Seek(float("nan")), "finished run")],
 )
-def test_what_a_finished_run_cannot_do_is_said(source, order, said):
-    source.put(order)
+def test_what_a_finished_run_cannot_do_is_said(source, command, said):
+    source.put(command)
     assert said in source.frame().message and source.frame().t == 0.0
 
 

@@ -12,8 +12,8 @@ from ftqp.app.scenario.setup import load
 from ftqp.app.view.subjects import shown
 from ftqp.app.view.verdicts_file import write_verdicts
 from ftqp.core.errors import InputError
-from ftqp.sim.session.cast import Choice
-from ftqp.sim.session.orders import Play
+from ftqp.sim.session.session_arms import Choice
+from ftqp.sim.session.session_commands import Play
 
 
 def until(condition):

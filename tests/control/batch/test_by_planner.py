@@ -7,7 +7,6 @@ import pytest
 from batch_cases import DT, STATUSES, TICKS, assert_same, circle, starts
 
 import ftqp
-from ftqp.control.batch import many_arms
 
 LEVELS = ["velocity", "acceleration"]
 PANDA = ftqp.robots.load("panda")
@@ -52,19 +51,6 @@ def test_fault_told_while_a_joint_swings_has_everything_decided_anew(level):
     assert_same(done, planner_of, PANDA, q, faults, targets)
 
 
-def test_fault_told_beside_a_joint_that_the_planner_believes_to_swing():
-    q, targets = starts(PANDA)[:2], circle(PANDA, 0.05)
-    faults = [(ftqp.Degraded(0, velocity=0.5), 30), None]
-
-    def planner_of():
-        planner = ftqp.Planner(PANDA, DT)
-        planner.report(free(5))
-        return planner
-
-    done = ftqp.batch.rollout(planner_of(), q, targets=targets, faults=faults)
-    assert_same(done, planner_of, PANDA, q, faults, targets)
-
-
 def test_arms_of_both_ways_are_one_result(caplog):
     """With a start that is no number, kept positions, progress, and nothing on the logger."""
     q, v, seen = starts(PANDA)[:4], np.zeros((4, 7)), []
@@ -85,15 +71,3 @@ def test_arms_of_both_ways_are_one_result(caplog):
     )
     np.testing.assert_array_equal(done.trace[[0, 1, 3], 0], done.q[[0, 1, 3]])
     assert (done.counts.sum(axis=1) == TICKS).all() and not caplog.records
-
-
-def test_free_joint_that_has_weight_stays_in_compiled_code(monkeypatch):
-    def refused(*_):
-        raise AssertionError("a planner was asked")
-
-    monkeypatch.setattr(many_arms.ByPlanner, "drive", refused)
-    faults = [(free(5), 30), (free(3), 90), (ftqp.Locked(0), 10)]
-    done = ftqp.batch.rollout(
-        ftqp.Planner(PANDA, DT), starts(PANDA)[:3], targets=circle(PANDA), faults=faults
-    )
-    assert (done.counts.sum(axis=1) == TICKS).all()

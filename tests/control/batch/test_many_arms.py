@@ -14,7 +14,6 @@ import ftqp
 from ftqp.control.batch import many_arms
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry import rollouts
-from ftqp.kernel.entry.threads import thread_count
 
 
 @pytest.mark.parametrize("width", [pytest.param(4, marks=pytest.mark.slow), 8])
@@ -84,43 +83,6 @@ def test_arms_of_a_planner_without_a_posture_return_each_to_its_own_start(scheme
         assert_same(done, planner_of, robot, q, faults, targets)
 
 
-def test_posture_of_a_planner_that_was_never_reset_holds_for_every_arm():
-    robot = ftqp.robots.load("panda")
-
-    def planner_of():
-        return ftqp.Planner(robot, DT, level="velocity", scheme="rmp", posture=robot.neutral + 0.1)
-
-    q, targets = starts(robot)[:2], circle(robot, 0.02)
-    done = ftqp.batch.rollout(planner_of(), q, targets=targets)
-    assert_same(done, planner_of, robot, q, [None, None], targets)
-
-
-@pytest.mark.parametrize(
-    ("level", "weak"),
-    [
-        ("velocity", [2.0, 87.0, 3.0, 87.0, 1.0, 12.0, 0.2]),
-        ("acceleration", [0.15, 87, 0.6, 87, 0.72, 12, 0.2]),
-    ],
-)
-def test_torque_limits_that_bind_now_and_then_bind_every_arm_alike(level, weak):
-    robot = ftqp.robots.load("panda").with_limits(tau_max=np.array(weak))
-    binding = []
-
-    class Watched(ftqp.Planner):
-        def step(self, *given):
-            taken = super().step(*given)
-            binding.append(bool((np.abs(taken.tau) > 0.999 * robot.limits.tau_max).any()))
-            return taken
-
-    def planner_of():
-        return Watched(robot, DT, level=level)
-
-    q, faults, targets = starts(robot, 3e-3)[:6], faults_of(robot)[:6], circle(robot, 0.05)
-    done = ftqp.batch.rollout(ftqp.Planner(robot, DT, level=level), q, targets=targets, faults=faults)
-    assert_same(done, planner_of, robot, q, faults, targets)
-    assert 5 < sum(binding) < 0.9 * len(binding)
-
-
 def test_joints_that_swing_freely_and_damped_directions_go_one_by_one():
     robot = ftqp.robots.load("panda")
     q, targets = starts(robot)[:3], circle(robot)
@@ -170,37 +132,6 @@ def test_nan_in_one_lane_harms_no_other(study):
     assert (done.counts[[3, 6], STATUSES.index(ftqp.StepStatus.INVALID_INPUT)] == TICKS).all()
 
 
-def test_planner_and_arrays_are_only_read(study):
-    planner, targets, q = study
-    before, faults = q.copy(), planner.faults
-    ftqp.batch.rollout(planner, q, targets=targets, faults=[(ftqp.Locked(1), 5)] * ARMS)
-    np.testing.assert_array_equal(q, before)
-    assert planner.faults == faults == {} and planner.tick == -1
-
-
-@pytest.mark.parametrize("level", ["velocity", "acceleration"])
-def test_what_the_planner_went_through_before_changes_nothing(study, level):
-    planner, targets, q = study
-    used = ftqp.Planner(planner.robot, DT, level=level, emergency=None)
-    used.reset(q[0])
-    far, at = ftqp.Target(pose=planner.robot.pose(q[0])), q[0].copy()
-    far.position[:] = 0.6, 0.0, 1.2
-    left = np.zeros(2, dtype=bool)
-    for k in range(3000):
-        tip = planner.robot.pose(at)
-        tip[0, 3] += 5e-3 * np.sin(0.05 * k)  # measured elsewhere: the target is displaced
-        step = used.step(at, None, far, tip=tip)
-        at = step.q.copy()
-        K = used.session().K
-        left = np.array([K.qp.dense != 0, np.any(K.feedback.push != 0.0)])
-        if left.all():
-            break
-    assert left.all(), "the last tick has left something behind"
-    fresh = ftqp.Planner(planner.robot, DT, level=level, emergency=None)
-    first, second = (ftqp.batch.rollout(one, q, targets=targets) for one in (used, fresh))
-    np.testing.assert_array_equal(first.q, second.q)
-
-
 def test_beliefs_of_the_planner_hold_for_every_arm(study):
     planner, targets, q = study
     told = ftqp.Planner(planner.robot, DT, level="velocity")
@@ -241,33 +172,6 @@ def test_arms_rest_at_a_target_that_stands_and_go_on_when_it_leaves(study):
     assert (done.counts[:, STATUSES.index(ftqp.StepStatus.RELAXED)] > 200).all()
 
 
-def test_kept_positions_are_those_on_the_way(study):
-    planner, targets, q = study
-    faults = faults_of(planner.robot)
-    done = ftqp.batch.rollout(planner, q, targets=targets, faults=faults, every=7)
-    assert done.trace.shape == (ARMS, TICKS // 7, 7)
-    short = part_of(targets, 70)
-    part = ftqp.batch.rollout(planner, q, targets=short, faults=faults)
-    np.testing.assert_allclose(done.trace[:, 9], part.q, rtol=0.0, atol=1e-13)
-
-
-def test_progress_ends_with_all_arms(study):
-    planner, targets, q = study
-    seen = []
-    many = np.repeat(q, 30, axis=0)
-    mixed = [ftqp.FreeSwinging(6, damping=1.0) if arm == 5 else None for arm in range(len(many))]
-    short = ftqp.Targets(targets.packed[:3, :16].reshape(-1, 4, 4))
-    ftqp.batch.rollout(planner, many, targets=short, faults=mixed, progress=lambda *pair: seen.append(pair))
-    assert seen[-1] == (330, 330) and seen == sorted(seen)
-
-
-@pytest.mark.parametrize("count", [0, 1])
-def test_batch_of_none_and_of_one(study, count):
-    planner, targets, q = study
-    done = ftqp.batch.rollout(planner, q[:count], targets=targets, faults=[None] * count)
-    assert done.q.shape == (count, 7) and done.counts.sum() == count * TICKS
-
-
 INTERRUPTED = """
 import threading, time
 import numpy as np
@@ -306,21 +210,6 @@ def test_interrupt_stops_all_threads_within_a_moment():
     assert time.monotonic() - begin < 20.0, "2.5e9 ticks would take minutes"
     assert stdout == "interrupted, threads left: 0\n", stderr
     assert process.returncode == 0
-
-
-def test_memory_of_a_million_arms_is_said_before_it_is_taken(study, caplog, monkeypatch):
-    planner, targets, q = study
-    needed = ftqp.batch.memory(planner, 1_000_000, TICKS)
-    assert 100e6 < needed < 1e9
-    monkeypatch.setattr(many_arms, "_memory_there", lambda: 10_000_000)
-    with pytest.raises(
-        InputError, match=r"1000000 arms take .* GB, this machine has 0.01 GB; roll out fewer"
-    ):
-        ftqp.batch.rollout(planner, np.broadcast_to(q[0], (1_000_000, 7)), targets=targets)
-    monkeypatch.setattr(many_arms, "_memory_there", lambda: None)
-    monkeypatch.setattr(many_arms, "WORTH_SAYING", 1.0)
-    ftqp.batch.rollout(planner, q[:1], targets=targets)
-    assert "a batch of 1 arms takes" in caplog.text
 
 
 @pytest.mark.parametrize(
@@ -383,15 +272,3 @@ def test_planners_that_are_not_compiled_as_a_whole_are_refused(study):
         other = ftqp.Planner(planner.robot, DT, level="velocity", **settings)
         with pytest.raises(InputError, match=sentence):
             ftqp.batch.rollout(other, q, targets=targets)
-
-
-@pytest.mark.parametrize(("given", "count"), [("3", 3), ("1", 1)])
-def test_threads_are_limited_by_the_environment(monkeypatch, given, count):
-    monkeypatch.setenv("NUMBA_NUM_THREADS", given)
-    assert thread_count() == count
-
-
-@pytest.mark.parametrize("given", ["", "0", "-2", "many"])
-def test_senseless_limit_of_threads_is_none(monkeypatch, given):
-    monkeypatch.setenv("NUMBA_NUM_THREADS", given)
-    assert thread_count() >= 1

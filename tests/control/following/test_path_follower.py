@@ -123,40 +123,6 @@ def test_joint_that_locks_on_the_way_does_not_throw_the_tip_off(level):
     assert steps[-1].v[2] == 0.0
 
 
-@pytest.mark.parametrize("level", LEVELS)
-def test_exactly_stretched_arm_is_led_out_of_its_trap(level):
-    """At q = 0 a planar arm has no gradient along its own line; without calm and escape it waits for ever."""
-    arm = ftqp.robots.load("planar(4)")
-    q = np.zeros(4)
-    path = ftqp.paths.Line(arm.pose(q), (-0.3 * arm.length, 0.0, 0.0), duration=2.0)
-    task = ftqp.Task(mode="scaled", rows=("x", "y"))
-    alone = ftqp.Task(mode="scaled", rows=("x", "y"), calm=False)
-    stuck = follower_of(arm, path, level, alone, None, dt=0.01)
-    _, progress = run(stuck, q, 4.0)
-    assert progress[-1] < 0.5 and stuck.status is ftqp.PathStatus.SCALED
-    led = follower_of(arm, path, level, task, dt=0.01)
-    steps, _ = run(led, q, 8.0)
-    assert led.status is ftqp.PathStatus.DONE
-    assert max(step.position_error for step in steps) < 5e-3 * arm.length
-
-
-@pytest.mark.parametrize("level", LEVELS)
-def test_path_out_of_reach_is_blocked_and_says_where(level):
-    arm = ftqp.robots.load("planar(4)")
-    q = np.array([0.5, -1.0, 1.0, -0.5])
-    path = ftqp.paths.Line(arm.pose(q), (0.0, 10.0, 0.0), duration=10.0)
-    follower = follower_of(
-        arm, path, level, ftqp.Task(mode="scaled", rows=("x", "y")), dt=0.01, emergency=None
-    )
-    steps, progress = run(follower, q, 20.0)
-    assert follower.status is ftqp.PathStatus.BLOCKED
-    assert "the posture is singular" in follower.blocked and "y" in follower.blocked
-    assert np.abs(steps[-1].v).max() < 0.02
-    assert progress[-1] == progress[-200]
-    follower.resume()
-    assert follower.blocked is None
-
-
 def test_position_limit_in_the_way_is_named():
     """A joint at its limit, and another locked: the verdict names both."""
     arm = ftqp.robots.load("planar(3)").with_limits(
@@ -195,33 +161,9 @@ def test_bad_measurement_holds_the_path(level):
     assert follower.status is not ftqp.PathStatus.BLOCKED
 
 
-def test_same_inputs_give_the_same_outputs():
-    first, again = (run(follower_of(level="velocity"))[1] for _ in range(2))
-    assert (first == again).all()
-
-
-def test_reset_begins_the_path_anew():
-    follower = follower_of()
-    run(follower)
-    follower.reset(PANDA.neutral)
-    assert follower.progress == 0.0 and follower.status is ftqp.PathStatus.FOLLOWING
-
-
 @pytest.mark.parametrize("mode", ["slack", "hard", "lexicographic"])
 def test_other_task_modes_are_refused(mode):
     with pytest.raises(
         InputError, match=rf"leader 'path' does not go with mode '{mode}'.*Task\(mode=\"scaled\"\)"
     ):
         follower_of(task=ftqp.Task(mode=mode))
-
-
-def test_scaled_task_by_targets_is_what_it_was():
-    """A follower beside it changes nothing for a planner that is given targets."""
-    planner = ftqp.Planner(PANDA, DT, level="velocity", task=SCALED)
-    ftqp.PathFollower(planner, ftqp.paths.Line(PANDA.pose(PANDA.neutral), (0.1, 0.0, 0.0), duration=1.0))
-    plain = ftqp.Planner(PANDA, DT, level="velocity", task=SCALED)
-    target = ftqp.Target(pose=PANDA.pose(PANDA.neutral), twist=[3.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    for arm in (planner, plain):
-        arm.reset(PANDA.neutral)
-    a, b = (arm.step(PANDA.neutral, np.zeros(7), target).v.copy() for arm in (planner, plain))
-    assert (a == b).all()

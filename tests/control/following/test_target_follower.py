@@ -62,23 +62,6 @@ def test_target_that_jumps_half_a_metre_is_followed_within_the_limits(level):
 
 
 @pytest.mark.parametrize("level", LEVELS)
-def test_target_that_jumps_on_the_way_is_followed_to_the_last_place(level):
-    goals = [moved(0.0, 0.2, 0.0), moved(-0.1, -0.2, 0.1), moved(0.05, 0.0, -0.1)]
-    steps, _, _ = run(follower_of(level), lambda k: ftqp.Target(pose=goals[min(k // 150, 2)]), 3.0)
-    assert np.linalg.norm(PANDA.pose(steps[-1].q)[:3, 3] - goals[2][:3, 3]) < 1e-6
-    assert max(step.position_error for step in steps) < 1e-3
-
-
-@pytest.mark.parametrize("level", LEVELS)
-def test_twist_is_followed_as_long_as_it_is_fresh(level):
-    steps, twists, statuses = run(follower_of(level), operated([0.0, 0.2, 0.0, 0.0, 0.0, 0.4], 10**9), 1.0)
-    assert np.abs(twists[-1] - [0.0, 0.2, 0.0, 0.0, 0.0, 0.4]).max() < 1e-9
-    assert set(statuses) == {ftqp.TargetStatus.FOLLOWING}
-    tip = PANDA.pose(steps[-1].q)[:3, 3] - PANDA.pose(steps[-101].q)[:3, 3]
-    assert np.abs(tip - 100 * DT * np.array([0.0, 0.2, 0.0])).max() < 1e-4
-
-
-@pytest.mark.parametrize("level", LEVELS)
 def test_stale_twist_fades_to_rest_after_the_dead_man_time_with_limited_jerk(level):
     steps, twists, statuses = run(follower_of(level), operated([0.0, 0.2, 0.0, 0.0, 0.0, 0.0], 250), 2.0)
     last_fresh = 250
@@ -151,15 +134,6 @@ def test_nothing_winds_up_when_the_operator_pushes_out_of_reach(level):
 
 
 @pytest.mark.parametrize("level", LEVELS)
-def test_arm_that_was_pushed_out_of_reach_rests_when_the_twist_goes_stale(level):
-    out = [0.3, 0.0, 0.0, 0.0, 0.0, 0.0]
-    follower = follower_of(level, task=ftqp.Task(rows="position"))
-    steps, _, statuses = run(follower, operated(out, 1000), 4.0)
-    assert statuses[-1] is ftqp.TargetStatus.STALE
-    assert (np.abs(steps[-1].v) < 0.01 * PANDA.limits.v_max).all()
-
-
-@pytest.mark.parametrize("level", LEVELS)
 def test_joint_that_fails_on_the_way_does_not_throw_the_tip_off(level):
     follower = follower_of(level)
 
@@ -173,17 +147,6 @@ def test_joint_that_fails_on_the_way_does_not_throw_the_tip_off(level):
     assert steps[-1].v[2] == 0.0
 
 
-def test_pose_and_twist_follow_each_other_without_a_jump():
-    def target(k):
-        if k // 100 % 2:
-            return ftqp.Target(twist=[0.0, 0.2, 0.1, 0.0, 0.0, 0.3], stamp=k)
-        return ftqp.Target(pose=moved(0.0, -0.2, 0.0))
-
-    _, twists, _ = run(follower_of(), target, 1.6)
-    jerk = np.linalg.norm(np.diff(twists[:, :3], n=2, axis=0), axis=1) / DT**2
-    assert jerk.max() <= 1.01 * 1.5 / 0.05
-
-
 @pytest.mark.parametrize("spoilt", ["NaN", "zeros", "mirrored"])
 def test_target_that_is_no_pose_brakes_the_arm_and_is_named(spoilt):
     bad = ftqp.Target(pose=START)
@@ -195,14 +158,6 @@ def test_target_that_is_no_pose_brakes_the_arm_and_is_named(spoilt):
     assert {step.status for step in steps[200:400]} == {ftqp.StepStatus.INVALID_INPUT}
     assert np.abs(steps[399].v).max() < 1e-12
     assert np.linalg.norm(PANDA.pose(steps[-1].q)[:3, 3] - good.position) < 1e-6
-
-
-def test_trajectory_of_targets_is_taken_row_by_row():
-    poses = np.array([moved(0.0, 0.1 * k / 500, 0.0) for k in range(500)])
-    twists = np.tile([0.0, 0.1 / (500 * DT), 0.0, 0.0, 0.0, 0.0], (500, 1))
-    targets = ftqp.Targets(poses, twists)
-    steps, _, _ = run(follower_of(), lambda k: targets.at(k), 1.0)
-    assert np.linalg.norm(PANDA.pose(steps[-1].q)[:3, 3] - poses[-1, :3, 3]) < 2e-3
 
 
 def test_stopped_planner_is_told_and_its_stop_holds():
@@ -232,13 +187,6 @@ def test_wrong_arguments_are_refused_in_a_sentence():
         follower.step(HOME, np.zeros(7), START)
     with pytest.raises(ftqp.InputError, match="position only"):
         follower.step(HOME, np.zeros(7), ftqp.Target(position=START[:3, 3]))
-
-
-def test_planner_alone_refuses_a_twist_alone_and_names_the_follower():
-    planner = ftqp.Planner(PANDA)
-    planner.reset(HOME)
-    with pytest.raises(ftqp.InputError, match="TargetFollower"):
-        planner.step(HOME, np.zeros(7), ftqp.Target(twist=REST, stamp=1))
 
 
 def test_speed_scales_the_twist_of_an_operator():

@@ -101,25 +101,6 @@ def test_wrong_measurement_is_one_clear_sentence(panda, home, given, sentence):
         follower.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home), **given)
 
 
-def test_base_at_rest_asks_for_no_motion_wherever_it_stands(panda, base):
-    follower = InertialTask(velocity_planner(panda))
-    step, _ = closed_loop(follower, lambda k: base, 3)
-    assert np.abs(step.v).max() < 1e-9 and follower.status is BaseStatus.TRACKING
-    np.testing.assert_allclose(follower.base_pose, base, atol=1e-12)
-    np.testing.assert_allclose(follower.error, 0.0, atol=1e-12)
-
-
-def test_error_is_given_along_inertial_axes(panda, base):
-    follower = InertialTask(velocity_planner(panda))
-    follower.reset(panda.neutral)
-    goal = base @ panda.pose(panda.neutral)
-    tip = goal.copy()
-    goal[:3, 3] += [0.01, 0.0, 0.0]
-    step = follower.step(panda.neutral, np.zeros(7), ftqp.Target(pose=goal), tip=tip)
-    np.testing.assert_allclose(follower.error, [0.01, 0, 0, 0, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(step.task_error[:3], base[:3, :3].T @ [0.01, 0.0, 0.0], atol=1e-12)
-
-
 @pytest.mark.parametrize("backend", ["active_set", "daqp"])
 def test_moving_base_is_followed_with_any_solver(panda, base, backend):
     def pose_of(k):
@@ -196,50 +177,3 @@ def test_fast_base_saturates_the_arm_for_a_while(panda, base):
     step, _ = closed_loop(follower, lambda k: base if k < 2 else base @ jump, 200)
     assert follower.status is BaseStatus.TRACKING and np.linalg.norm(follower.error) < 1e-6
     assert step.status is StepStatus.OK
-
-
-def test_position_alone_falls_back_to_the_nominal_attitude(panda, base):
-    task = ftqp.Task(rows="position")
-    seen = []
-    for attitude, tip in (("estimated", slice(None)), ("nominal", None)):
-        nominal = rotation_exp(np.array([0.25, -0.2, 0.8]))
-        follower = InertialTask(
-            velocity_planner(panda, task=task), MovingBase(attitude=attitude, nominal=nominal)
-        )
-        follower.reset(panda.neutral)
-        pose = base @ panda.pose(panda.neutral)
-        goal = ftqp.Target(position=pose[:3, 3] + [0.0, 0.01, 0.0])
-        seen.append(
-            follower.step(panda.neutral, np.zeros(7), goal, tip=pose if tip is None else pose[:3, 3]).v.copy()
-        )
-    np.testing.assert_allclose(seen[0], seen[1], atol=1e-12)
-    assert np.abs(seen[0]).max() > 1e-3
-
-
-def test_set_point_adds_up_the_commands(panda, base):
-    follower = InertialTask(velocity_planner(panda), MovingBase(anti_windup=True))
-    follower.reset(panda.neutral)
-    goal = ftqp.Target(pose=base @ panda.pose(panda.neutral))
-    tip = base @ transform(np.eye(3), np.array([0.02, 0.0, 0.0])) @ panda.pose(panda.neutral)
-    total = panda.neutral.copy()
-    for _ in range(20):  # a servo that does not move at all
-        step = follower.step(panda.neutral, np.zeros(7), goal, tip=tip)
-        total += DT * step.v
-        lead = follower.setpoint - panda.neutral
-        assert np.all(np.abs(lead) <= panda.limits.v_max * DT * (1.0 + 1e-9))
-    np.testing.assert_allclose(follower.setpoint, total, atol=1e-12)
-
-
-def test_planner_alone_is_not_touched_by_its_follower(panda, home):
-    planner = velocity_planner(panda)
-    follower = InertialTask(planner)
-    follower.reset(panda.neutral)
-    goal = ftqp.Target(pose=home)
-    before = planner.step(panda.neutral, np.zeros(7), goal).v.copy()
-    follower.step(panda.neutral, np.zeros(7), goal, tip=transform(np.eye(3), np.ones(3)) @ home)
-    planner.reset(panda.neutral)
-    np.testing.assert_array_equal(planner.step(panda.neutral, np.zeros(7), goal).v, before)
-
-
-def test_repr_tells_robot_and_status(panda):
-    assert repr(InertialTask(velocity_planner(panda))) == "InertialTask(panda, STALE, gain=1)"

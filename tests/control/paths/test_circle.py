@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from ftqp.control.paths import Circle
-from ftqp.core.errors import InputError
 
 
 @pytest.mark.parametrize("law", ["sine_squared", "quintic"])
@@ -19,13 +18,3 @@ def test_sine_squared_phase_is_that_of_the_source(start):
     expected = start[:3, 3] - [radius, 0, 0] + radius * np.array([np.cos(phase), np.sin(phase), 0])
     pose = Circle(start, radius, duration=duration, law="sine_squared").sample(t).pose[0]
     np.testing.assert_allclose(pose[:3, 3], expected, atol=1e-15)
-
-
-def test_turns_are_counted(start):
-    position = Circle(start, 0.1, duration=1.0, turns=2.5).sample(1.0).pose[0, :3, 3]
-    np.testing.assert_allclose(position - start[:3, 3], [-0.2, 0, 0], atol=1e-15)
-
-
-def test_radius_must_be_positive(start):
-    with pytest.raises(InputError, match=r"radius of the circle is -0.1, expected a finite number > 0 m"):
-        Circle(start, -0.1, duration=1.0)

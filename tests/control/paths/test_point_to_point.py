@@ -1,8 +1,6 @@
 import numpy as np
-import pytest
 
 from ftqp.control.paths import PointToPoint
-from ftqp.core.errors import InputError
 from ftqp.core.pose import rotation_exp, transform
 
 
@@ -23,13 +21,3 @@ def test_half_a_turn_has_a_finite_path(start):
     sample = PointToPoint(start, goal, duration=1.0).sample(np.linspace(0, 1, 9))
     assert np.isfinite(sample.twist).all()
     np.testing.assert_allclose(sample.pose[-1], goal, atol=1e-12)
-
-
-def test_goal_equal_to_start_is_refused(start):
-    with pytest.raises(InputError, match="goal pose equals the start pose"):
-        PointToPoint(start, start, duration=1.0)
-
-
-def test_goal_must_be_a_pose(start):
-    with pytest.raises(InputError, match="goal pose has shape"):
-        PointToPoint(start, np.eye(3), duration=1.0)

@@ -21,17 +21,6 @@ def test_path_passes_every_waypoint_at_its_time(start):
     np.testing.assert_allclose(pose[:, :3, :3], Rotation.from_quat(q).as_matrix(), atol=1e-14)
 
 
-def test_relative_waypoints_count_from_the_start(start):
-    absolute = Waypoints(start, start[:3, 3] + WAY, duration=3.0).sample(1.7).pose
-    relative = Waypoints(start, WAY, duration=3.0, relative=True).sample(1.7).pose
-    np.testing.assert_array_equal(relative, absolute)
-
-
-def test_waypoints_without_times_are_spread_evenly_after_the_start(start):
-    pose = Waypoints(start, WAY, duration=3.0, relative=True).sample([1.0, 2.0, 3.0]).pose
-    np.testing.assert_allclose(pose[:, :3, 3] - start[:3, 3], WAY, atol=1e-14)
-
-
 def test_first_waypoint_at_the_start_is_the_start(start):
     way = np.vstack([np.zeros(3), WAY])
     path = Waypoints(start, way, duration=3.0, relative=True)
@@ -50,13 +39,6 @@ def test_path_is_at_rest_at_both_ends_and_smooth_at_every_waypoint(start, count)
     for name in ("twist", "acceleration"):
         jump = getattr(path.sample(times[:-1] + 1e-8), name) - getattr(path.sample(times[:-1] - 1e-8), name)
         np.testing.assert_allclose(jump, 0.0, atol=1e-5)
-
-
-def test_equal_orientations_do_not_turn(start):
-    q = np.tile(Rotation.from_matrix(start[:3, :3]).as_quat(), (3, 1))
-    path = Waypoints(start, WAY, orientations=q, duration=1.0, relative=True)
-    twist = path.sample(np.linspace(0, 1, 9)).twist
-    np.testing.assert_allclose(twist[:, 3:], 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.braking_reserve import LEAST_SHARE, SPEED_SHARE, BrakingReserve, braking_reserve
+from ftqp.control.planner.braking_reserve import LEAST_SHARE, SPEED_SHARE, BrakingReserve
 
 
 @pytest.fixture(scope="module")
@@ -55,13 +55,3 @@ def test_motors_that_cannot_even_hold_the_arm_leave_the_least_share_and_no_guard
     reserve = panda_reserve
     assert reserve.share(panda.limits.a_max, np.full(7, 1e-3)) == LEAST_SHARE
     assert reserve.guard(panda.limits.a_max, np.full(7, 1e-3)) == 0.0
-
-
-def test_sampling_repeats_itself(panda):
-    shares = {BrakingReserve(panda).share(panda.limits.a_max, 0.8 * panda.limits.tau_max) for _ in range(2)}
-    assert len(shares) == 1
-
-
-def test_planners_of_a_robot_share_its_samples(panda):
-    assert braking_reserve(panda) is braking_reserve(panda)
-    assert braking_reserve(panda) is not braking_reserve(ftqp.robots.load("iiwa14"))

@@ -1,7 +1,5 @@
 """A certificate reads as a sentence about the robot."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -28,11 +26,6 @@ WRIST = Obstacle(joint="wrist", limit="locked", weight=0.5)
 )
 def test_certificate_is_a_sentence_of_directions_and_joints(unreached, obstacles, sentence):
     assert str(Certificate(unreached=unreached, obstacles=obstacles)) == sentence
-
-
-def test_certificate_cannot_be_changed():
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        Certificate(unreached=(Z,), obstacles=()).obstacles = (ELBOW,)
 
 
 def test_certificate_says_which_joints_are_outside_and_what_a_lock_has_thrown():

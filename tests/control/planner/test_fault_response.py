@@ -108,38 +108,6 @@ def test_a_lost_sensor_stops_the_arm_at_once_and_is_named(
     assert planner.findings == () and planner.stopped_because is None
 
 
-def test_a_finding_that_is_taken_back_is_judged_anew() -> None:
-    planner = planner_of(ftqp.Detector())
-    drive(planner, 1.75, truth=lock(2, 1.7))
-    assert planner._fault_response is not None
-    detector = planner._fault_response.detector
-    assert "panda_joint3" in detector.diagnosis.isolated
-    detector.doubt("panda_joint3")
-    assert not detector.diagnosis.isolated
-    with pytest.raises(InputError, match="is not a joint"):
-        detector.doubt("panda_joint9")
-
-
-def test_a_suspicion_slows_a_path_down_and_lets_it_go_on_when_it_passes() -> None:
-    planner = planner_of(ftqp.Detector(), task=ftqp.Task(mode="scaled"))
-    follower = ftqp.PathFollower(planner, circle(planner))
-    generator = np.random.default_rng(2)
-    q = planner.robot.neutral.copy()
-    follower.reset(q)
-    rates, second = [], np.eye(7)[1]
-    for k in range(3000):
-        pushed = 2e-3 * np.interp(
-            k, [1000, 1040, 1080], [0.0, 1.0, 0.0]
-        )  # the world leans on it, and lets go
-        seen = q + pushed * second + SIGMA * generator.standard_normal(7)
-        q = follower.step(seen, None).q.copy()
-        rates.append(planner._session.K.feedback.speed)
-    assert planner.findings == ()
-    assert SLOWEST <= min(rates[1000:1400]) < 1.0
-    assert rates[900] == 1.0 and rates[-1] == 1.0
-    assert planner.speed == 1.0
-
-
 @pytest.mark.parametrize("leader", ["target", "goto"])
 def test_a_suspicion_slows_down_what_leads_the_arm_to_a_goal(leader: str) -> None:
     planner = planner_of(ftqp.Detector(), task=ftqp.Task(rows="position"))
@@ -164,15 +132,6 @@ def test_a_suspicion_slows_down_what_leads_the_arm_to_a_goal(leader: str) -> Non
     assert min(speeds[slowest : slowest + 150]) < 0.9 * speeds[399]
 
 
-def test_speed_is_the_users_whatever_is_suspected() -> None:
-    planner = planner_of(ftqp.Detector())
-    planner.speed = 0.5
-    planner._loop.caution = 0.4
-    assert planner.speed == 0.5 and planner._session.K.feedback.speed == pytest.approx(0.2)
-    planner.reset(planner.robot.neutral)
-    assert planner._session.K.feedback.speed == 0.5
-
-
 def test_a_joint_that_is_withdrawn_is_looked_at_again() -> None:
     planner = planner_of(ftqp.Detector())
     drive(planner, 2.0, truth=lock(2, 1.7))
@@ -192,25 +151,6 @@ def test_a_fault_that_is_told_is_not_found_once_more() -> None:
     steps = drive(planner, 3.0, truth=truth)
     assert planner.findings == ()
     assert steps[-1].status is ftqp.StepStatus.OK
-
-
-def test_joint_values_may_come_as_pinocchio_s_configuration() -> None:
-    robot = ftqp.robots.load("planar", lengths=[0.5, 0.5, 0.5], continuous=True).with_limits(a_max=20.0)
-    planner = ftqp.Planner(robot, DT, noise=ftqp.Noise(q=SIGMA), detector=ftqp.Detector())
-    generator, q, locked = np.random.default_rng(0), robot.neutral + np.array([3.1, 0.0, 0.0]), None
-    planner.reset(q)
-    start = robot.pose(q)
-    for k in range(2500):
-        pose = start.copy()
-        pose[:2, 3] += 0.1 * np.array([np.cos(2e-3 * k) - 1.0, np.sin(2e-3 * k)])
-        step = planner.step(
-            robot.configuration(q + SIGMA * generator.standard_normal(3)), None, ftqp.Target(pose=pose)
-        )
-        locked = q[1] if k == 1200 else locked
-        q = step.q.copy()
-        if locked is not None:
-            q[1] = locked
-    assert [(finding.joint, finding.kind) for finding in planner.findings] == [("j2", "locked")]
 
 
 def finding(*kinds: str, share: float | None = None) -> Finding:
@@ -260,14 +200,6 @@ def test_a_joint_without_torque_that_stands_counts_as_locked() -> None:
     assert fault_of(finding("degraded", share=0.5), stands=True) == ftqp.Degraded("j", torque=0.5)
 
 
-def test_the_speed_of_a_joint_is_that_of_its_samples() -> None:
-    planner = planner_of(ftqp.Detector())
-    steps = drive(planner, 1.0)
-    assert planner.diagnosis is not None
-    for joint, lately, now in zip(planner.diagnosis.joints.values(), steps[-55].q, steps[-7].q, strict=True):
-        assert joint.speed == pytest.approx(abs(now - lately) / 0.048, abs=0.01)
-
-
 def test_an_arm_without_masses_counts_every_failed_joint_as_locked() -> None:
     assert fault_of(finding("degraded", share=0.5), has_inertia=False) == ftqp.Locked("j")
 
@@ -299,19 +231,3 @@ def test_the_detector_counts_on_a_load_that_the_planner_carries() -> None:
     assert session._arm["chain"]["mass"][0, 6] == pytest.approx(before + 1.5)
     with pytest.raises(InputError, match="expected those of the detector"):
         planner._fault_response.detector.fit(ftqp.robots.load("iiwa14"))
-
-
-def test_what_is_no_detector_is_refused() -> None:
-    with pytest.raises(InputError, match=r"detector is 'on', expected an ftqp.Detector or None"):
-        planner_of("on")  # type: ignore[arg-type]
-
-
-def test_what_a_detector_holds_of_each_joint_cannot_be_taken_away():
-    planner = planner_of(ftqp.Detector())
-    with pytest.raises(AttributeError):
-        planner.diagnosis.joints.clear()
-    with pytest.raises(TypeError):
-        planner.diagnosis.joints["panda_joint1"] = None
-    with pytest.raises(AttributeError):
-        planner.diagnosis.joints = {}
-    assert len(planner.diagnosis.joints) == 7

@@ -45,34 +45,6 @@ def test_load_taken_up_is_the_load_that_the_robot_was_made_with(panda):
     assert taken.robot.chain.mass.sum() == pytest.approx(panda.chain.mass.sum() + 1.5)
 
 
-def test_torque_counts_the_load_from_the_next_step_on_and_not_after_it(panda):
-    planner = started(panda)
-    q, v, _ = moved(planner, 40)
-    planner.carry(LOAD)
-    at, (_, _, (step,)) = arm_at(panda.with_payload(LOAD), q, v), moved(planner, 1, q, v)
-    np.testing.assert_allclose(step.tau, at.M @ step.a + at.h, atol=1e-9)
-    planner.carry(None)
-    at, q, v = arm_at(panda, step.q, step.v), step.q, step.v
-    _, _, (step,) = moved(planner, 1, q, v)
-    np.testing.assert_allclose(step.tau, at.M @ step.a + at.h, atol=1e-9)
-    assert planner.payload is None
-
-
-def test_state_faults_and_count_of_steps_are_kept(panda):
-    planner = started(panda)
-    planner.report(ftqp.Locked("panda_joint3"))
-    q, v, _ = moved(planner, 40)
-    before, warm = planner.faults, int(planner.session().K.qp.warm)
-    planner.carry(LOAD)
-    planner.tool(PLACE)
-    planner.tool(None)
-    assert planner.faults == before
-    assert planner.tick == 39
-    assert int(planner.session().K.qp.warm) == warm
-    _, _, (step,) = moved(planner, 1, q, v)
-    assert step.v[2] == 0.0 or abs(step.v[2]) < abs(v[2])
-
-
 @pytest.mark.parametrize("torque_limits", [True, False], ids=["limited", "unlimited"])
 def test_steps_of_before_tell_torques_of_the_arm_that_they_were_made_for(panda, level, torque_limits):
     planner = started(panda, level=level, torque_limits=torque_limits)
@@ -143,15 +115,3 @@ def test_what_is_no_load_is_refused_and_the_last_one_stays(panda, load):
     with pytest.raises(InputError, match=r"expected an ftqp\.Payload"):
         planner.carry(load)
     assert planner.payload is LOAD
-
-
-def test_tool_without_a_pose_is_refused(panda):
-    planner = started(panda)
-    with pytest.raises(InputError, match=r"T has shape \(3,\), expected \(4, 4\)"):
-        planner.tool([0.0, 0.0, 0.1])
-
-
-def test_arm_without_masses_carries_nothing(srs7):
-    planner = ftqp.Planner(srs7, DT)
-    with pytest.raises(InputError, match="srs7 has no masses, so a payload means nothing to it"):
-        planner.carry(LOAD)

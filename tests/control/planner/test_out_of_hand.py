@@ -48,10 +48,6 @@ def test_servo_is_given_longer_than_a_torque_arm(robot):
     assert fast["torque"] * DT <= 0.06  # of which the observer needs all but 10 ms
 
 
-def test_joint_within_a_fifth_of_its_limit_asks_for_no_brake(robot):
-    assert runaway(robot, "torque", 1.15, {"emergency": None})[0] is None
-
-
 def fastest(robot, beside, *faults):
     """Largest share of a speed limit asked for on a circle that is too fast, with samples ``beside`` off."""
     planner = ftqp.Planner(robot, DT, drive="position", emergency=None)

@@ -91,22 +91,6 @@ def test_the_joints_are_where_the_plan_has_them_all_the_way(panda, level):
     assert planner.plan_time == pytest.approx(DURATION, abs=0.05)
 
 
-def test_a_plan_whose_tool_turns_about_its_free_axis_leads_all_the_same(panda):
-    path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
-    plan = made(panda, path)
-    plan.q[:, 6] += np.linspace(0.0, 1.0, ROWS + 1)  # the flange turns, and the task does not mind
-    planner = ftqp.Planner(panda, dt=DT, level="velocity", task=ftqp.Task(rows="position_axis"), plan=plan)
-    q, v = plan.q[0] - [0, 0, 0, 0, 0, 0, 0.2], np.zeros(7)  # so far off, the turn says nothing of the place
-    planner.reset(q)
-    times = np.arange(int(DURATION / DT)) * DT
-    found = path.sample(times)
-    for k in range(len(times)):
-        step = planner.step(q, v, ftqp.Target(found.pose[k], None, found.twist[k], found.acceleration[k]))
-        q, v = step.q.copy(), step.v.copy()
-    assert planner.plan_time == pytest.approx(DURATION, abs=0.05)
-    assert np.abs(q - plan.q[-1]).max() < 0.02
-
-
 def test_after_a_lock_the_verified_continuation_leads_and_after_a_repair_the_plan(panda):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
     plan, other = made(panda, path), made(panda, path, -0.3)
@@ -151,43 +135,6 @@ def test_a_path_that_is_slowed_down_and_stopped_takes_the_plan_with_it(panda):
     assert planner.plan_time == pytest.approx(DURATION, abs=0.05)
 
 
-def test_a_way_there_and_back_is_not_taken_back_to_its_begin(panda):
-    there = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
-    t = np.linspace(0.0, DURATION, ROWS + 1)
-    poses = there.sample(t).pose
-    poses = np.concatenate([poses, poses[-2::-1]])
-    rows = [Q0]
-    for k, pose in enumerate(poses[1:]):
-        rows.append(onto(panda, turned(panda, rows[-1], 0.002 * np.sin(np.pi * k / 200) ** 2), pose))
-    plan = MadePlan(np.array(rows), np.linspace(0.0, 2 * DURATION, 2 * ROWS + 1))
-    planner = ftqp.Planner(panda, dt=DT, level="velocity", plan=plan)
-    planner.reset(Q0)
-    q, v = Q0, np.zeros(7)
-    for k in range(int(2 * DURATION / DT)):
-        time = k * DT
-        found = there.sample(np.array([min(time, 2 * DURATION - time)]))
-        way = 1.0 if time < DURATION else -1.0
-        step = planner.step(q, v, ftqp.Target(found.pose[0], twist=way * found.twist[0]))
-        q, v = step.q.copy(), step.v.copy()
-        assert np.abs(planner.plan_time - time) < 0.1
-    assert np.abs(q - plan.q[-1]).max() < 0.01
-    assert np.abs(q - Q0).max() > 0.05
-
-
-def test_where_the_tip_stands_the_plan_goes_on_by_the_clock(panda):
-    pose = panda.pose(Q0)
-    plan = made(panda, ftqp.paths.Hold(pose, duration=DURATION))
-    planner = ftqp.Planner(panda, dt=DT, level="acceleration", plan=plan)
-    planner.reset(Q0)
-    q, v = Q0, np.zeros(7)
-    for k in range(int(DURATION / DT)):
-        step = planner.step(q, v, ftqp.Target(pose))
-        q, v = step.q.copy(), step.v.copy()
-        assert np.abs(q - at(plan, k * DT)).max() < 0.02
-        assert np.linalg.norm(panda.pose(q)[:3, 3] - pose[:3, 3]) < 1e-5
-    assert np.abs(plan.q[-1] - Q0).max() > 0.1
-
-
 def test_a_start_off_the_plan_is_drawn_onto_it(panda):
     path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
     plan = made(panda, path)
@@ -200,19 +147,6 @@ def test_a_start_off_the_plan_is_drawn_onto_it(panda):
         q, v = step.q.copy(), step.v.copy()
     assert np.abs(away - Q0).max() > 0.08
     assert np.abs(q - plan.q[-1]).max() < 5e-3
-
-
-def test_options_are_asked_of_the_plan_at_the_time_reached_with_the_faults_believed(panda):
-    path = ftqp.paths.Line(panda.pose(Q0), [0, 0.15, 0], duration=DURATION)
-    plan = made(panda, path)
-    planner = ftqp.Planner(panda, dt=DT, plan=plan)
-    planner.reset(plan.q[50])
-    planner.report(ftqp.Locked("panda_joint4"))
-    assert planner.options() == ()
-    ((q, time, faults),) = plan.asked
-    assert np.array_equal(q, plan.q[50])
-    assert time == pytest.approx(plan.t[50])
-    assert faults == (ftqp.Locked("panda_joint4"),)
 
 
 def test_what_a_plan_cannot_lead_is_refused(panda):

@@ -8,8 +8,6 @@ from ftqp.core.errors import InputError, ModelError
 
 DT = 2e-3
 
-WARM_UP = "ftqp.control.planner.solver.qp_solver.warm_up"
-
 
 @pytest.mark.parametrize(
     ("given", "sentence"),
@@ -44,13 +42,6 @@ def test_wrong_parameter_is_refused_with_one_sentence(panda, given, sentence):
     assert "\n" not in str(error.value)
 
 
-def test_unknown_task_mode_is_refused_with_the_nearest_name():
-    with pytest.raises(
-        InputError, match=r"task mode is 'slak' \(did you mean 'slack'\?\), expected one of hard, "
-    ):
-        ftqp.Task(mode="slak")
-
-
 @pytest.mark.parametrize("scheme", ["mtn", "mke", "iiwt", "dlsm", "dlsm_mvn"])
 def test_scheme_that_needs_inertia_is_refused_for_a_robot_without(srs7, level, scheme):
     with pytest.raises(
@@ -66,33 +57,6 @@ def test_robot_without_acceleration_limit_is_refused_with_the_joints_and_the_rem
         ModelError, match=r"no acceleration limit on panda_joint2, panda_joint5; .*with_limits\(a_max="
     ):
         ftqp.Planner(panda.with_limits(a_max=a_max))
-
-
-def test_robot_of_more_than_32_joints_is_refused():
-    limits = {"v_max": 1.0, "q_min": -1.0, "q_max": 1.0}
-    with pytest.raises(ModelError, match=r"33 joints move .*; expected 1 to 32"):
-        ftqp.Planner(ftqp.Robot.from_dh(np.tile([0.0, 0.0, 0.1, 0.0], (33, 1)), limits=limits))
-
-
-def test_no_mistake_costs_a_compilation(panda, monkeypatch):
-    asked = []
-    monkeypatch.setattr(
-        "ftqp.control.planner.solver.qp_solver.warm_up", lambda names, capacity: asked.append(names)
-    )
-    for wrong in ({"backend": "dapq"}, {"task": ftqp.Task(kp=4e6)}, {"bounds": "none"}, {"scheme": "none"}):
-        with pytest.raises(InputError):
-            ftqp.Planner(panda, **wrong)
-    assert not asked
-
-
-@pytest.mark.parametrize("backend", ["active_set", {"name": "active_set"}])
-def test_active_set_runs_in_the_kernel_however_it_is_asked_for(panda, backend, monkeypatch):
-    asked = []
-    monkeypatch.setattr(
-        "ftqp.control.planner.solver.qp_solver.warm_up", lambda names, capacity: asked.append(names)
-    )
-    planner = ftqp.Planner(panda, backend=backend)
-    assert planner.backend == "active_set" and set(asked) == {("step",), ("write_target",)}
 
 
 @pytest.mark.parametrize(("q", "v", "sentence"), [

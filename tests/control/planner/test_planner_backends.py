@@ -15,7 +15,6 @@ TOLERANCE = {
     "proxqp": 1e-6,
     "osqp": 1e-6,
 }
-NATIVE = [pytest.param(name, marks=pytest.mark.solvers) if name == "quadprog" else name for name in TOLERANCE]
 
 
 def side_by_side(robot, path, backend, ticks, **options):
@@ -37,17 +36,6 @@ def side_by_side(robot, path, backend, ticks, **options):
         a, b = planner.step(q, v, target), reference.step(q, v, target)
         yield a, b
         q, v = b.q.copy(), b.v.copy()
-
-
-@pytest.mark.parametrize("backend", NATIVE)
-@pytest.mark.parametrize("scheme", ["mvn", "rmp"])
-def test_backend_commands_what_the_active_set_commands(panda, home, level, backend, scheme):
-    path = ftqp.paths.Circle(home, 0.05, duration=1.4, axes=("y", "z"))
-    for a, b in side_by_side(panda, path, backend, 700, level=level, scheme=scheme):
-        assert a.status is b.status is ftqp.StepStatus.OK
-        x, y = (a.a, b.a) if level == "acceleration" else (a.v, b.v)
-        np.testing.assert_allclose(x, y, rtol=0.0, atol=TOLERANCE[backend])
-        assert a.qp.status is ftqp.qp.SolveStatus.SOLVED and a.qp.residual <= 1e-6
 
 
 @pytest.mark.parametrize("backend", ["daqp", pytest.param("quadprog", marks=pytest.mark.solvers)])
@@ -115,10 +103,12 @@ class Puppet(Backend):
         return self._answer(qp)
 
 
-def lies(value):
+def writes(value, claim=Claim.SOLVED):
+    """An answer that is the same everywhere, and what is claimed of it."""
+
     def answer(qp):
         qp.solution[:] = value
-        return Claim.SOLVED
+        return claim
 
     return answer
 
@@ -128,80 +118,45 @@ def noise(qp):
     return Claim.SOLVED
 
 
-def zero_motion(qp):
-    qp.solution[:] = 0.0
-    return Claim.SOLVED
-
-
-def outside_the_box(qp):
-    qp.solution[:] = 0.0
-    qp.x[:] = 1e6
-    return Claim.SOLVED
-
-
 def raises(qp):
     raise RuntimeError("the solver broke")
 
 
-def gives_up(claim):
-    def answer(qp):
-        return claim
-
-    return answer
-
-
-def says(what):
-    """A right claim of the wrong type, or a wrong one."""
+def spoils(part, value):
+    """A solver that writes where it may not, or what is no answer."""
 
     def answer(qp):
         qp.solution[:] = 0.0
-        return what
+        getattr(qp, part)[:] = value(qp)
+        return Claim.SOLVED
 
     return answer
-
-
-def spoils_the_problem(qp):
-    qp.flat[:] = np.nan
-    qp.solution[:] = 0.0
-    return Claim.SOLVED
 
 
 def exchanges_the_bounds(qp):
     qp.lower[:], qp.upper[:] = qp.upper.copy(), qp.lower.copy()
-    qp.solution[:] = 1e3
-    return Claim.SOLVED
+    return writes(1e3)(qp)
 
 
-def writes_another_shape(qp):
-    qp.x[:] = np.zeros(99)
-    return Claim.SOLVED
-
-
-def writes_complex_numbers(qp):
-    qp.x[:] = np.full(qp.n, 1j)
-    return Claim.SOLVED
-
-
+zero_motion = writes(0.0)
 ANSWERS = {
     "raises": raises,
-    "None": says(None),
-    "a word": says("SOLVED"),
-    "a claim that there is none": says(17),
-    "a float": says(0.5),
-    "an array": says(np.zeros(3)),
-    "spoils the problem": spoils_the_problem,
+    "None": writes(0.0, None),
+    "a word": writes(0.0, "SOLVED"),
+    "a claim that there is none": writes(0.0, 17),
+    "a float": writes(0.0, 0.5),
+    "an array": writes(0.0, np.zeros(3)),
+    "spoils the problem": spoils("flat", lambda qp: np.nan),
     "exchanges the bounds": exchanges_the_bounds,
-    "another shape": writes_another_shape,
-    "complex numbers": writes_complex_numbers,
-    "NaN": lies(np.nan),
-    "infinity": lies(np.inf),
-    "huge": lies(1e308),
+    "another shape": spoils("x", lambda qp: np.zeros(99)),
+    "complex numbers": spoils("x", lambda qp: np.full(qp.n, 1j)),
+    "outside the box": spoils("x", lambda qp: 1e6),
+    "NaN": writes(np.nan),
+    "infinity": writes(np.inf),
+    "huge": writes(1e308),
     "noise": noise,
     "zero": zero_motion,
-    "outside the box": outside_the_box,
-    "infeasible": gives_up(Claim.INFEASIBLE),
-    "failed": gives_up(Claim.FAILED),
-    "iterations": gives_up(Claim.MAX_ITERATIONS),
+    **{claim.name: lambda qp, claim=claim: claim for claim in Claim if claim is not Claim.SOLVED},
 }
 
 
@@ -236,29 +191,6 @@ def test_backend_that_raises_is_a_failed_solver_and_the_planner_goes_on(panda, h
     )
 
 
-@pytest.mark.parametrize("iterations", [None, "many", -5, 2**80, np.nan, 3.7, np.int64(4)])
-def test_iterations_of_any_kind_do_not_make_a_step_raise(panda, home, iterations):
-    class Counter(Puppet):
-        def _run(self, qp, cold):
-            self.iterations = iterations
-            return super()._run(qp, cold)
-
-    planner = ftqp.Planner(panda, DT, backend=Counter(zero_motion))
-    planner.reset(panda.neutral)
-    for _ in range(2):
-        step = planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home, twist=[0.1, 0, 0, 0, 0, 0]))
-        assert step.status is ftqp.StepStatus.FALLBACK and 0 <= step.qp.iterations < 2**32
-
-
-def test_a_backend_that_raises_at_every_tick_is_told_once_and_again_after_it_was_well(panda, home, caplog):
-    answers = [raises] * 4 + [zero_motion] * 2 + [raises] * 4
-    planner = ftqp.Planner(panda, DT, backend=Puppet(lambda qp: answers.pop(0)(qp)))
-    planner.reset(panda.neutral)
-    for _ in range(10):
-        planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home, twist=[0.1, 0, 0, 0, 0, 0]))
-    assert caplog.text.count("its answer counts as failed") == 2
-
-
 @pytest.mark.parametrize("backend", ["osqp", "daqp"])
 def test_a_solver_out_of_time_is_no_answer_and_says_so(panda, home, backend):
     planner = ftqp.Planner(panda, DT, backend={"name": backend, "time_limit": 1e-9}, emergency=None)
@@ -271,14 +203,6 @@ def test_a_solver_out_of_time_is_no_answer_and_says_so(panda, home, backend):
         found.add((step.status, step.qp.status))
     if backend == "osqp":
         assert found == {(ftqp.StepStatus.FALLBACK, ftqp.qp.SolveStatus.OUT_OF_TIME)}
-
-
-@pytest.mark.parametrize("backend", ["osqp", "daqp"])
-def test_a_time_limit_that_suffices_changes_nothing(panda, home, backend):
-    path = ftqp.paths.Circle(home, 0.05, duration=1.4, axes=("y", "z"))
-    for a, b in side_by_side(panda, path, {"name": backend, "time_limit": 10.0}, 40, level="velocity"):
-        assert a.status is b.status is ftqp.StepStatus.OK
-        np.testing.assert_allclose(a.v, b.v, rtol=0.0, atol=1e-6)
 
 
 def test_solver_is_started_cold_after_a_report_and_after_a_failure(panda, home):

@@ -45,7 +45,7 @@ class Ride:
 
 def agreement(planner):
     """What is said of a planner's belief and what its kernel goes by, where they differ."""
-    K, faults = planner._session.K, planner.faults
+    K, faults = planner.session().K, planner.faults
     healthy = Belief(PANDA)
     for fault in faults.values():
         healthy = healthy.reported(fault)
@@ -94,12 +94,12 @@ def settled(planner, ride, happened, way):
     """After an interruption: it happened or it did not, for the planner and for its kernel."""
     said = happened(planner) if happened is not None else None
     if way == "reset":
-        ride.q = planner._session.K.gate.q[:7].copy()
+        ride.q = planner.session().K.gate.q[:7].copy()
     ride.step()
     assert agreement(planner) == []
     assert said is None or happened(planner) == said
     assert planner._adopted is planner._wanted
-    mass = planner._session.K.chain.mass[:7].sum()
+    mass = planner.session().K.chain.mass[:7].sum()
     assert (mass > PANDA_MASS + 0.4) == (planner.payload is not None)
     assert np.allclose(planner.robot.pose(PANDA.neutral)[:3, 3], tip_of(planner), atol=1e-12)
 
@@ -109,11 +109,13 @@ def tip_of(planner):
     return planner.view().tip_at(at_rest).pose[:3, 3]
 
 
-PANDA_MASS = ftqp.Planner(PANDA, DT)._session.K.chain.mass[:7].sum()
+PANDA_MASS = ftqp.Planner(PANDA, DT).session().K.chain.mass[:7].sum()
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("way", CHANGES)
+@pytest.mark.parametrize(
+    ("kind", "way"),
+    [(k, way) for k in KINDS for way in CHANGES if k == "detector" or way not in ("carry", "tool")],
+)
 def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way):
     there, back, happened = CHANGES[way]
     ride = Ride(kind)
@@ -134,24 +136,6 @@ def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way)
         assert cut > 12
         if happened is not None:
             assert happened(planner) == (call is there)
-
-
-@pytest.mark.parametrize("way", CHANGES)
-def test_calling_again_after_an_interruption_is_as_calling_once(way):
-    there, _, _ = CHANGES[way]
-    twin = Ride()
-    there(twin.planner)
-    for line in range(0, 60, 3):
-        ride = Ride()
-        interrupted(lambda ride=ride: there(ride.planner), line)
-        there(ride.planner)
-        ride.q = twin_q = PANDA.neutral.copy()
-        once = Ride()
-        there(once.planner)
-        for _ in range(20):
-            got, expected = ride.step(), once.step()
-            assert np.array_equal(got.q, expected.q) and got.status is expected.status
-        assert twin_q is not None
 
 
 def test_a_planner_stays_stopped_until_all_of_resuming_has_happened():
@@ -251,18 +235,3 @@ def test_a_second_thread_inside_a_call_is_refused_with_a_sentence(second):
         first.join()
     assert ride.planner.faults == {} and ride.step().status is ftqp.StepStatus.OK
     calls[second]()
-
-
-def test_a_thread_that_an_exception_carried_out_does_not_keep_others_out():
-    ride = Ride()
-
-    def cut(line):
-        interrupted(lambda: ride.planner.report(ftqp.Locked(3)), line)
-
-    for line in range(60):
-        thread = threading.Thread(target=cut, args=(line,))
-        thread.start()
-        thread.join()
-        ride.planner.withdraw(3)
-        ride.step()
-        assert agreement(ride.planner) == []

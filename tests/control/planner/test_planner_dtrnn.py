@@ -4,14 +4,9 @@ import numpy as np
 import pytest
 
 import ftqp
-from ftqp.control.planner.filling import filled
-from ftqp.control.planner.solver.dtrnn_memory import network_memory
-from ftqp.control.task.bounds import Viability
 from ftqp.qp.problem import SolveStatus
 
 DT = 1e-3
-
-WARM_UP = "ftqp.control.planner.solver.qp_solver.warm_up"
 
 
 def follow(planner, path, ticks, fault=None, at=None, q=None):
@@ -33,16 +28,6 @@ def follow(planner, path, ticks, fault=None, at=None, q=None):
         status.append(step.status)
         iterations.append(step.qp.iterations)
     return np.array(rows), status, np.array(iterations)
-
-
-def test_the_network_runs_in_the_kernel(panda, monkeypatch):
-    asked = []
-    monkeypatch.setattr(
-        "ftqp.control.planner.solver.qp_solver.warm_up", lambda names, capacity: asked.append(names)
-    )
-    assert ftqp.Planner(panda, backend="dtrnn").backend == "dtrnn"
-    ftqp.Planner(panda)
-    assert set(asked) == {("network_clock",), ("step",), ("write_target",)}
 
 
 def test_a_lost_joint_on_a_circle_makes_the_motion_of_the_active_set(panda, home, level):
@@ -67,24 +52,6 @@ def test_a_task_out_of_reach_ends_in_the_same_status_in_every_mode(panda, home, 
     assert ftqp.StepStatus.RELAXED in runs[0][1]
     assert runs[0][1] == runs[1][1]
     assert np.abs(runs[0][0] - runs[1][0]).max() <= 1e-5
-
-
-@pytest.mark.parametrize("method", ["94lvi", "e47"])
-def test_an_explicit_method_keeps_the_task_too(panda, home, method):
-    path = ftqp.paths.Circle(home, 0.05, duration=1.0, axes=("y", "z"))
-    planner = ftqp.Planner(panda, DT, backend={"name": "dtrnn", "method": method})
-    reference, found = follow(ftqp.Planner(panda, DT), path, 300), follow(planner, path, 300)
-    assert reference[1] == found[1]
-    assert np.abs(reference[0] - found[0]).max() <= 1e-6
-
-
-def test_a_free_swinging_joint_and_torque_rows_are_kept(panda, home):
-    path = ftqp.paths.Circle(home, 0.02, duration=2.0, axes=("x", "y"))
-    runs = [follow(ftqp.Planner(panda, DT, backend=name, emergency=None), path, 300,
-                   ftqp.FreeSwinging("panda_joint7", damping=0.5), 100)
-            for name in ("active_set", "dtrnn")]  # fmt: skip
-    assert runs[0][1] == runs[1][1]
-    assert np.abs(runs[0][0] - runs[1][0]).max() <= 1e-6
 
 
 class TestWarmStart:
@@ -136,17 +103,6 @@ class TestWarmStart:
             planner.reset(self.q)
         assert self.step(planner) == cold > warm
 
-    def test_it_is_dropped_by_a_tick_without_a_solved_task(self, panda, home):
-        planner = self.planner(panda, home, mode="paper", scaling=True)
-        cold, warm = self.step(planner), self.step(planner)
-        broken = self.target.packed.copy()
-        self.target.twist[0] = np.nan
-        bad = planner.step(self.q, self.v, self.target)
-        self.target.packed[:] = broken
-        assert bad.status is ftqp.StepStatus.INVALID_INPUT
-        assert self.step(planner) == cold > warm
-        assert self.step(planner) == warm
-
     def test_a_lock_is_no_start_for_the_arm_before_it(self, panda, home):
         warm, cold = self.planner(panda, home), self.planner(panda, home)
         self.step(warm)
@@ -155,18 +111,3 @@ class TestWarmStart:
             planner.report(ftqp.Locked(2))
         a, b = (planner.step(self.q, self.v, self.target).a.copy() for planner in (warm, cold))
         np.testing.assert_array_equal(a, b)
-
-
-def test_steps_are_deterministic(panda, home):
-    path = ftqp.paths.Circle(home, 0.1, duration=1.0, axes=("x", "y"))
-    runs = [follow(ftqp.Planner(panda, DT, backend="dtrnn"), path, 200, ftqp.Locked(1), 100)[0]
-            for _ in range(2)]  # fmt: skip
-    np.testing.assert_array_equal(*runs)
-
-
-@pytest.mark.parametrize(("mode", "accepted"), [("product", 1e-6), ("paper", 1e-4)])
-def test_an_answer_is_accepted_at_the_tolerance_of_its_mode(panda, mode, accepted):
-    criterion = ftqp.schemes.mvn().at("acceleration")
-    session = filled(panda, ftqp.Task(), criterion, Viability(), None, level="acceleration", dt=DT)
-    network_memory(ftqp.qp.backend({"name": "dtrnn", "mode": mode}), session)
-    assert session.K.cascade.accept == pytest.approx(accepted)

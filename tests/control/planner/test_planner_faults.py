@@ -8,7 +8,6 @@ import ftqp
 from ftqp.core.errors import InputError
 
 DT = 2e-3
-OK = ftqp.StepStatus.OK
 
 
 def circle(robot, radius=0.08, duration=1.5, axes=("y", "z")):
@@ -65,59 +64,6 @@ def test_locked_joint_is_held_where_it_is_measured_whatever_velocity_is_measured
             assert abs(step.q[3] - panda.neutral[3]) < 3e-4
 
 
-@pytest.mark.parametrize(
-    "again", [ftqp.Locked(3), ftqp.Locked("panda_joint4"), ftqp.Locked(3, deceleration=0.5)]
-)
-def test_locked_joint_reported_again_stays_locked(panda, level, again):
-    at, _ = circle(panda)
-    planner = ftqp.Planner(panda, DT, level=level)
-    planner.reset(panda.neutral)
-    planner.report(ftqp.Locked(3))
-    planner.step(panda.neutral, np.zeros(7), at(0))
-    planner.report(again)
-    step = planner.step(panda.neutral, np.full(7, 1e-3), at(0))
-    assert step.v[3] == 0.0 and step.a[3] == 0.0 and step.q[3] == panda.neutral[3]
-
-
-def test_same_report_on_every_tick_changes_nothing(panda, level, follow):
-    at, ticks = circle(panda)
-
-    def every_tick(planner):
-        planner.report(ftqp.Locked(2))
-
-    once = {200: every_tick}
-    often = {k: every_tick for k in range(200, ticks)}
-    for a, b in zip(
-        [s.a.copy() for s in follow(ftqp.Planner(panda, DT, level=level), at, ticks, events=once)],
-        [s.a.copy() for s in follow(ftqp.Planner(panda, DT, level=level), at, ticks, events=often)],
-        strict=True,
-    ):
-        np.testing.assert_allclose(a, b, atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    "fault",
-    [
-        ftqp.Locked(2),
-        ftqp.Locked(2, mode="instant"),
-        ftqp.FreeSwinging(2, 1.0),
-        ftqp.Degraded(2, 0.1, 0.1, 0.5),
-    ],
-    ids=str,
-)
-@pytest.mark.parametrize("scheme", ["mvn", "dlsm"])
-def test_joint_reported_and_withdrawn_leaves_a_healthy_planner(panda, level, follow, fault, scheme):
-    at, ticks = circle(panda)
-    planner, healthy = (ftqp.Planner(panda, DT, level=level, scheme=scheme) for _ in range(2))
-    for _ in follow(planner, at, 20, events={5: lambda p: p.report(fault)}):
-        pass
-    planner.withdraw(2)
-    assert planner.faults == {}
-    for a, b in zip(follow(planner, at, ticks), follow(healthy, at, ticks), strict=True):
-        np.testing.assert_allclose(a.a, b.a, atol=1e-9 * 15.0)
-        np.testing.assert_allclose(a.q, b.q, atol=1e-9)
-
-
 @pytest.mark.parametrize("joint", range(7))
 def test_healthy_joints_keep_their_acceleration_limits_when_a_joint_locks_at_speed(
     panda, level, follow, joint
@@ -134,29 +80,6 @@ def test_healthy_joints_keep_their_acceleration_limits_when_a_joint_locks_at_spe
         fastest = max(fastest, np.abs(step.v).max()) if k < 270 else fastest
         before = step.v.copy()
     assert fastest > 0.5
-
-
-@pytest.mark.parametrize("reset", ["kinematic", "momentum", "task"])
-def test_instant_lock_stops_its_joint_within_the_tick(panda, level, follow, reset):
-    at, _ = circle(panda)
-    fault = ftqp.Locked(1, mode="instant", reset=reset)
-    planner = ftqp.Planner(panda, DT, level=level)
-    speeds = [s.v[1] for s in follow(planner, at, 400, events={375: lambda p: p.report(fault)})]
-    assert speeds[374] != 0.0 and not any(speeds[375:])
-
-
-def test_all_joints_locked_hold_the_arm_still_for_ever(panda, level, follow):
-    at, ticks = circle(panda)
-
-    def lock_all(planner):
-        for joint in panda.joints:
-            planner.report(ftqp.Locked(joint))
-
-    planner = ftqp.Planner(panda, DT, level=level, emergency=None)
-    steps = [s.copy() for s in follow(planner, at, ticks, events={300: lock_all})]
-    assert not steps[-1].v.any() and (steps[-1].q == steps[-100].q).all()
-    assert steps[-1].status is ftqp.StepStatus.RELAXED
-    assert all(np.isfinite(s.a).all() for s in steps)
 
 
 def test_arm_with_every_joint_locked_from_the_start_stops(panda, level, follow, home):
@@ -212,20 +135,6 @@ def test_joint_degraded_below_its_speed_brakes_with_no_more_than_it_has_left(pan
     assert abs(speed) <= slow + 1e-12
 
 
-@pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_healthy_joint_found_outside_its_limits_is_led_back_gently(panda, level, follow, side):
-    limits = panda.limits
-    q = panda.neutral.copy()
-    q[4] = (limits.q_max[4] if side > 0 else limits.q_min[4]) + side * 0.05
-    planner = ftqp.Planner(panda, DT, level=level, emergency=None)
-    outside = []
-    for step in follow(planner, ftqp.Target(pose=panda.pose(q)), 1500, q=q):
-        assert np.all(np.abs(step.a) <= limits.a_max * (1.0 + 1e-9))
-        assert np.all(np.abs(step.v) <= limits.v_max + 1e-9)
-        outside.append(max(step.q[4] - limits.q_max[4], limits.q_min[4] - step.q[4], 0.0))
-    assert outside[0] > 0.0 and outside[-1] <= 1e-9 and np.all(np.diff(outside) <= 1e-12)
-
-
 def test_joint_that_failed_outside_its_limits_blocks_nothing(panda, level, follow):
     q = panda.neutral.copy()
     q[4] = panda.limits.q_max[4] + 0.05
@@ -257,17 +166,3 @@ def test_fault_may_be_reported_before_reset_and_survives_it(panda, home, fault):
     planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=home))
     planner.reset(panda.neutral)
     assert planner.faults == {"panda_joint4": fault}
-
-
-def test_faults_are_a_copy_that_does_not_reach_the_planner(panda):
-    planner = ftqp.Planner(panda)
-    planner.report(ftqp.Locked(3))
-    planner.faults.clear()
-    assert set(planner.faults) == {"panda_joint4"}
-
-
-def test_free_swinging_joint_of_a_robot_without_inertia_is_refused(srs7):
-    planner = ftqp.Planner(srs7)
-    with pytest.raises(InputError, match="srs7 has no inertia"):
-        planner.report(ftqp.FreeSwinging(0))
-    assert planner.faults == {}

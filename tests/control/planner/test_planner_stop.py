@@ -54,11 +54,6 @@ def test_rotation_error_stops_too(panda, home, level, follow):
     )
 
 
-def test_planner_without_emergency_never_stops(panda, home, level, follow):
-    planner = ftqp.Planner(panda, DT, level=level, emergency=None)
-    assert not {s.status for s in follow(planner, running_away(home), 400)} & {STOPPING, STOPPED}
-
-
 @pytest.mark.parametrize("backend", ["active_set", "dtrnn", "daqp"])
 def test_stop_brakes_every_joint_within_its_limits_and_latches_until_reset(
     panda, home, level, follow, backend

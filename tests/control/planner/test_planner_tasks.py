@@ -157,33 +157,3 @@ def test_only_the_rows_of_the_task_are_followed_and_counted(panda, home, rows, l
     follows_y = rows in ("position", "position_axis", "pose")
     assert step.position_error == pytest.approx(0.01 if follows_y else 0.0, abs=1e-12)
     assert bool(np.abs(step.a).max() > 1e-3) is follows_y
-
-
-def test_turn_about_the_tool_axis_is_free_in_position_axis_tasks(panda, home):
-    planner = started(panda, task=ftqp.Task(rows="position_axis"))
-    c, s = np.cos(0.4), np.sin(0.4)
-    turned = home.copy()
-    turned[:3, :3] = home[:3, :3] @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    assert planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=turned)).rotation_error < 1e-12
-    turned[:3, :3] = home[:3, :3] @ np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-    assert planner.step(panda.neutral, np.zeros(7), ftqp.Target(pose=turned)).rotation_error == pytest.approx(
-        0.4
-    )
-
-
-def test_tip_converges_to_a_target_that_rests(panda, home, level, follow):
-    target = ftqp.Target(pose=home)
-    target.position[:] += [0.03, -0.02, 0.02]
-    *_, last = follow(ftqp.Planner(panda, DT, level=level), target, 1500)
-    assert last.position_error < 1e-5 and last.rotation_error < 1e-5 and last.status is OK
-
-
-def test_posture_draws_the_redundancy_of_a_repetitive_scheme(panda, home, level, follow):
-    """Of two postures with the same tip, the arm goes towards the one it was given."""
-    planner = ftqp.Planner(panda, DT, level=level, scheme="rmp")
-    q = [s.q.copy() for s in follow(planner, ftqp.Target(pose=home), 1000, v=[0.0] * 7)]
-    posture = panda.neutral + 0.2
-    drawn = ftqp.Planner(panda, DT, level=level, scheme="rmp", posture=posture)
-    p = [s.q.copy() for s in follow(drawn, ftqp.Target(pose=home), 1000)]
-    assert np.linalg.norm(p[-1] - posture) < np.linalg.norm(q[-1] - posture) - 1e-3
-    assert np.linalg.norm(panda.pose(p[-1]) - home) < 1e-3

@@ -81,13 +81,6 @@ def test_a_joint_that_no_self_motion_moves_is_left_alone_and_named(caplog: pytes
     assert len(said) == len(set(said))
 
 
-def test_a_joint_that_friction_holds_is_not_probed() -> None:
-    robot = ftqp.robots.load("panda").with_friction(coulomb=2.0)
-    planner = planner_of(HALF_SECOND, robot=robot, drive=ftqp.Drive(kind="position", bandwidth=30.0))
-    steps = stood(planner, 900, sigma=QUIET)
-    assert max(np.abs(step.q - robot.neutral).max() for step in steps) < 1e-6
-
-
 def test_a_joint_that_friction_holds_stays_while_others_are_probed() -> None:
     robot = ftqp.robots.load("panda").with_friction(coulomb=[1e-4] * 6 + [2.0])
     planner = planner_of(HALF_SECOND, robot=robot, task=ftqp.Task(rows="position"))

@@ -7,7 +7,7 @@ import pytest
 
 import ftqp
 
-SENTENCE = "no rotor inertia is in the model"
+SENTENCE = "no rotor inertia"
 
 
 def with_rotors(robot, inertia):
@@ -34,6 +34,11 @@ def warned(caplog):
 def test_torque_planner_says_once_that_the_model_has_no_rotors_and_where_they_go(warned):
     (said,) = warned(ftqp.robots.load("panda"), drive="torque")
     assert said.startswith("panda: ") and "armature in MJCF" in said and "drake:rotor_inertia" in said
+
+
+def test_joints_whose_rotors_alone_are_missing_are_named(warned):
+    (said,) = warned(with_rotors(ftqp.robots.load("panda"), [0.05] * 5 + [0.0] * 2), drive="torque")
+    assert "no rotor inertia of panda_joint6, panda_joint7 is in the model" in said
 
 
 @pytest.mark.parametrize("drive", ["position", "velocity"])

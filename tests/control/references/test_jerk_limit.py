@@ -33,25 +33,6 @@ def test_velocity_and_acceleration_are_derivatives():
     assert np.abs(np.diff(v, axis=0) / DT - 0.5 * (a[1:] + a[:-1])).max() <= 0.25 * J.max() * DT
 
 
-def test_motion_from_rest_is_straight():
-    motion = Motion(2)
-    motion.plan(REST, np.array([1.0, 0.25]), V, A, J)
-    q, _, _ = samples(motion)
-    assert np.abs(q[:, 1] - 0.25 * q[:, 0]).max() < 1e-9
-
-
-def test_motion_to_where_it_is_takes_no_time():
-    motion = Motion(2)
-    assert motion.plan(REST, np.zeros(2), V, A, J)
-    assert motion.duration == 0.0 and not motion.at(1.0).q.any()
-
-
-def test_infinite_speed_limit_is_none():
-    motion = Motion(2)
-    assert motion.plan(REST, np.ones(2), np.full(2, np.inf), A, J)
-    assert np.abs(motion.at(motion.duration).q - 1.0).max() < 1e-9
-
-
 def test_brake_comes_to_rest_within_jerk():
     motion = Motion(2)
     motion.brake(State(np.zeros(2), np.array([1.0, -0.5]), np.zeros(2)), A, J)

@@ -11,18 +11,13 @@ from ftqp.core.errors import InputError
 from ftqp.kernel.layout import enums as codes
 
 
-def test_every_conversion_is_known_by_name_and_has_its_code():
+def test_every_conversion_is_known_by_name_by_its_table_and_as_itself():
     assert bounds.names() == ("viability", "jin", "one_step")
-    assert bounds.by_name("viability") == Viability() and Viability.code == codes.VIABILITY
-    assert bounds.by_name("jin") == Jin() and Jin.code == codes.JIN
-    assert bounds.by_name("one_step") == OneStep() and OneStep.code == codes.ONE_STEP
-
-
-def test_table_sets_the_parameters_of_jin():
+    for name, kind, code in zip(
+        bounds.names(), (Viability, Jin, OneStep), (codes.VIABILITY, codes.JIN, codes.ONE_STEP), strict=True
+    ):
+        assert bounds.by_name(name) == kind() and kind.code == code
     assert bounds.by_name({"name": "jin", "gamma_p": 5.0, "margin": 0.0}) == Jin(gamma_p=5.0, margin=0.0)
-
-
-def test_conversion_object_is_itself():
     mine = Jin(gamma_v=3.0)
     assert bounds.by_name(mine) is mine
 

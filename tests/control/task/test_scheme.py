@@ -59,8 +59,3 @@ def test_hessian_is_constant_exactly_when_the_norm_alone_is_weighed():
     assert Criterion(norm=2.0, norm_v=1.0, inertia_h=1.0).has_constant_hessian
     assert not Criterion(norm=2.0, inertia=1.0).has_constant_hessian
     assert not Criterion(torque=1.0).has_constant_hessian
-
-
-def test_renamed_scheme_keeps_its_coefficients():
-    named = schemes.mvn().named("mine")
-    assert named.name == "mine" and named.acceleration == schemes.mvn().acceleration

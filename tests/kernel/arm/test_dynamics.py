@@ -65,19 +65,6 @@ def test_torque_of_an_acceleration_with_rotors_is_that_of_pinocchio():
     assert np.abs(torque - expected).max() < 1e-12 * np.abs(expected).max()
 
 
-def test_configurations_by_cosine_and_sine_give_the_same_dynamics():
-    rng = np.random.default_rng(3)
-    robot = random_robot(rng, 24)
-    assert robot.nq > robot.nv
-    by_angle, by_pair = arm_of(robot), arm_of(robot)
-    q, full, v = configuration(rng, robot)
-    by_angle.dynamics(q, v)
-    by_pair.dynamics(full, v)
-    for name in ("M", "h"):
-        one, other = (getattr(arm.K.kinematics, name) for arm in (by_angle, by_pair))
-        assert np.abs(other - one).max() < 1e-12 * np.abs(one).max()
-
-
 def test_bias_torque_loses_no_power_to_coriolis_forces():
     """v'(Mdot v - 2 (h - h_gravity)) = 0, with Mdot by finite differences."""
     rng = np.random.default_rng(7)
@@ -94,24 +81,6 @@ def test_bias_torque_loses_no_power_to_coriolis_forces():
     power = v @ (M[0] - M[1]) @ v / (2.0 * eps)
     assert abs(power) > 1.0
     assert abs(power - 2.0 * v @ coriolis) < 1e-6 * abs(power)
-
-
-def test_planar_arm_has_the_published_check_values():
-    q, v = np.full(6, np.pi / 12), np.array([0.1, -0.2, 0.3, -0.1, 0.2, 0.05])
-    arm = arm_of(load("planar6"))
-    arm.dynamics(q, v)
-    M, h = arm.K.kinematics.M[:6, :6], arm.K.kinematics.h[:6]
-    assert np.abs(M[0] - (3.07087, 2.071825, 1.164001, 0.581081, 0.193268, 0.018158)).max() < 1e-5
-    eigenvalues = (4.94955e-4, 1.87633e-3, 5.70791e-3, 2.25443e-2, 0.235669, 5.139285)
-    assert np.abs(np.linalg.eigvalsh(M) / eigenvalues - 1.0).max() < 1e-5
-    assert np.abs(h - (-0.013853, -0.003590, 0.001927, 0.003077, 0.002007, 0.000383)).max() < 1e-6
-
-
-def test_vertical_planar_arm_has_the_published_static_torque():
-    arm = arm_of(load("planar6", vertical=True))
-    arm.dynamics(np.full(6, np.pi / 12), np.zeros(6))
-    expected = (29.41547, 15.58233, 6.54527, 2.35244, 0.45641, 0.0)
-    assert np.abs(arm.K.kinematics.h[:6] - expected).max() < 1e-5
 
 
 def test_viscous_friction_is_a_part_of_the_bias_and_coulomb_friction_is_not():

@@ -64,18 +64,6 @@ def test_continuous_joints_may_be_given_by_cosine_and_sine(joints):
         assert relative(*by) < 1e-12
 
 
-def test_an_angle_given_by_cosine_and_sine_keeps_the_turn_of_the_last_command():
-    robot = random_robot(np.random.default_rng(4), 12)
-    arm = arm_of(robot)
-    i = int(np.flatnonzero(robot.continuous)[0])
-    for turns in (-3, -1, 0, 2, 7):
-        arm.K.state.q_command[i] = 2.0 * np.pi * turns + 3.0
-        q = np.zeros(12)
-        q[i] = 3.2
-        arm.kinematics(robot.configuration(q), np.zeros(12))
-        assert abs(arm.K.state.q[i] - (2.0 * np.pi * turns + 3.2)) < 1e-13
-
-
 def test_jacobian_is_the_derivative_of_the_pose():
     rng = np.random.default_rng(5)
     robot, eps = random_robot(rng, 12), 1e-6
@@ -106,15 +94,3 @@ def test_drift_is_the_derivative_of_the_jacobian_along_the_motion():
         arm.kinematics(q + sign * eps * v, v)
         twists.append(arm.K.kinematics.J[:, :12] @ v)
     assert np.abs((twists[0] - twists[1]) / (2.0 * eps) - drift).max() < 1e-6
-
-
-def test_planar_arm_has_the_published_check_values():
-    from ftqp.model.catalog import load
-
-    robot = load("planar6")
-    arm = arm_of(robot)
-    arm.kinematics(np.full(6, np.pi / 12), np.array([0.1, -0.2, 0.3, -0.1, 0.2, 0.05]))
-    assert np.abs(arm.K.kinematics.o_tip[:2] - (0.87241288, 0.89010293)).max() < 1e-8
-    assert np.abs(arm.K.kinematics.drift[:2] - (-0.01803415, -0.04190422)).max() < 1e-8
-    singular = np.linalg.svd(arm.K.kinematics.J[:2, :6], compute_uv=False)
-    assert np.abs(singular - (1.844142, 0.311927)).max() < 1e-6

@@ -69,42 +69,11 @@ def test_rotation_vector_is_accurate_at_and_near_pi(off):
         assert np.abs((-vector if wrong_side else vector) - (np.pi - off) * axis).max() < 1e-14
 
 
-def test_exactly_half_a_turn_about_each_axis_has_length_pi():
-    for i in range(3):
-        R = -np.eye(3)
-        R[i, i] = 1.0
-        vector = np.array(rotation_vector(*R.ravel()))
-        assert np.abs(np.abs(vector) - np.pi * np.eye(3)[i]).max() == 0.0
-
-
-def test_an_angle_beyond_pi_comes_back_the_short_way():
-    for axis in axes():
-        vector = np.array(rotation_vector(*rodrigues(axis, np.pi + 1e-6).ravel()))
-        assert np.abs(vector + (np.pi - 1e-6) * axis).max() < 1e-14
-
-
-def test_error_to_itself_is_zero():
-    for R in turns(50):
-        assert np.abs(error(R, R, (1, 2, 3), (1, 2, 3))).max() < 1e-15
-
-
 def test_error_carries_the_tip_onto_the_target():
     for R, X in zip(turns(50), turns(50, 1), strict=True):
         e = error(R, X, (1, 2, 3), (2, 0, 7))
         assert np.array_equal(e[:3], (1, -2, 4))
         assert np.abs(pin.exp3(e[3:]) @ R - X).max() < 1e-14
-
-
-def test_error_of_the_exchanged_poses_is_the_opposite():
-    for R, X in zip(turns(50), turns(50, 1), strict=True):
-        assert np.abs(error(R, X) + error(X, R)).max() < 1e-14
-
-
-def test_error_turns_with_the_world_and_ignores_a_common_tool():
-    for R, X, Q in zip(turns(50), turns(50, 1), turns(50, 2), strict=True):
-        e = error(R, X)
-        assert np.abs(error(Q @ R, Q @ X)[3:] - Q @ e[3:]).max() < 1e-14
-        assert np.abs(error(R @ Q, X @ Q) - e).max() < 1e-14
 
 
 def test_error_changes_as_its_derivative_says():
@@ -134,12 +103,6 @@ def test_axis_mode_is_the_shortest_turn_of_the_tool_axis():
         assert abs(e @ here) < 1e-14 and abs(e @ there) < 1e-14
 
 
-def test_axis_mode_ignores_a_turn_about_the_tool():
-    for R, X, tool in zip(turns(30), turns(30, 1), axes(30), strict=False):
-        spun = X @ rodrigues(tool, 2.2)
-        assert np.abs(error(R, X, tool=tool) - error(R, spun, tool=tool)).max() < 1e-13
-
-
 @pytest.mark.parametrize("off", OFF)
 def test_axis_mode_turns_an_opposite_tool_round(off):
     for R, axis in zip(turns(60), axes(60), strict=False):
@@ -148,8 +111,3 @@ def test_axis_mode_turns_an_opposite_tool_round(off):
         e = error(R, X, tool=axis)[3:]
         assert np.pi - off - 1e-12 < np.linalg.norm(e) < np.pi + 1e-14
         assert np.abs(pin.exp3(e) @ R @ axis - X @ axis).max() < 2e-12
-
-
-def test_axis_mode_is_still_when_the_tool_is_there():
-    for R, tool in zip(turns(30), axes(30), strict=False):
-        assert np.abs(error(R, R @ rodrigues(tool, 1.0), tool=tool)).max() < 1e-15

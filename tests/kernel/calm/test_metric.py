@@ -121,19 +121,6 @@ def test_at_an_exact_singularity_the_modes_are_those_of_the_modulus_with_its_flo
     assert not K.calm.kick[:4].any()
 
 
-def test_a_saddle_is_left_by_a_kick():
-    robot, K = record_of("planar(4)")
-    q = np.zeros(4)
-    pose = robot.pose(q)
-    pose[0, 3] -= 0.2
-    look(K, robot, q, pose)
-    square, s = weigh_rows(K), curvature(K)
-    assert find_metric(K, s, square) == 4
-    kick = K.calm.kick[:4]
-    assert np.linalg.norm(kick) > 1e-3
-    assert np.abs(K.calm.A[:2, :4].T @ K.calm.e[:2]).max() < 1e-15
-
-
 @pytest.mark.slow
 def test_there_is_no_kick_while_the_rows_can_remove_most_of_the_error():
     """Self-motions of a redundant arm bend the error both ways, and are no saddles."""

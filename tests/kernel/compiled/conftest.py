@@ -1,6 +1,9 @@
-"""A kernel of a few lines, written to a folder of its own, and the folder that its compiled code goes to."""
+"""A kernel of a few lines, written to a folder of its own, and the library that is built of it."""
 
+import json
 import logging
+import os
+import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import ftqp
 from ftqp.kernel.compiled.entry_point import EntryPoint
 from ftqp.kernel.compiled.kernel import Kernel
 
@@ -15,7 +19,7 @@ FORMULAS = """
 import numpy as np
 
 from ftqp.kernel.compiled.taking import take
-from ftqp.kernel.jit import COMPILED, carray, jit, pointer
+from ftqp.kernel.jit import COMPILED, carray, jit, part_jit, pointer
 
 FLOAT = np.dtype(np.float64)
 
@@ -38,11 +42,12 @@ if COMPILED:
 
 @jit
 def wave(x, k):
-    return np.sin(x) * np.sqrt(k + 1.0) + x / 3.0
+    \"\"\"A wave.\"\"\"
+    return np.sin(x) * np.sqrt(k + 1.0) + x / 3.0  # of growing size
 
 
-@jit
-def total(X):
+@part_jit
+def total(X) -> float:
     s = 0.0
     for k in range(len(X)):
         s += wave(X[k], k)
@@ -61,8 +66,8 @@ def summed(capacity):
 
 
 def taken(capacity):
-    def taken(source, into, count):
-        return take(source, 0, into, count, 0)
+    def taken(source, first, into, count, dimensions):
+        return take(source, first, into, count, dimensions)
 
     return taken
 
@@ -86,6 +91,35 @@ def fails(capacity):
         return number
 
     return fails
+
+
+def allocates(capacity):
+    def allocates(count):
+        X = np.ones(count)
+        X[0] = 2.0
+        return int(X.sum())
+
+    return allocates
+"""
+
+BUILD = """
+import json, sys
+from pathlib import Path
+from ftqp.kernel.compiled import mode
+mode.BUILDING = True
+from ftqp.kernel.compiled.entry_point import EntryPoint
+from ftqp.kernel.compiled.making.build import CannotBuild, Store, build
+from ftqp.kernel.compiled.making.processor import target
+given = json.loads(sys.argv[1])
+wanted = [(EntryPoint(name=n, module=given["module"], factory=n, signature=s, nogil=g), c)
+          for n, s, g, c in given["wanted"]]
+where, source = target(), Path(given["source"])
+store = Store(Path(given["store"]))
+try:
+    with store.alone():
+        print(build(Path(given["out"]), {where.cpu: wanted}, [where], source, store, jobs=1, checked=True))
+except CannotBuild as error:
+    sys.exit(str(error))
 """
 
 
@@ -96,12 +130,12 @@ class Tiny:
     Attributes:
         source: the folder with its module.
         module: the module's name.
-        cache: the folder of compiled code.
+        built: the folder of its library.
     """
 
     source: Path
     module: str
-    cache: Path
+    built: Path
 
     def entry(self, name: str, signature: str, *, nogil: bool = False) -> EntryPoint:
         """An entry point of it; its factory has the same name."""
@@ -112,25 +146,72 @@ class Tiny:
         """The entry point that adds up."""
         return self.entry("summed", "ii")
 
+    @property
+    def text(self) -> Path:
+        """The file of its formulas."""
+        return self.source / f"{self.module}.py"
+
     def kernel(self) -> Kernel:
         """A kernel that has loaded nothing yet."""
-        return Kernel(self.source)
+        return Kernel(self.source, self.built)
 
-    def files(self) -> list[Path]:
-        """The files of compiled code."""
-        return sorted(self.cache.rglob("*.kernel"))
+    def building(self, *wanted: tuple[EntryPoint, int]) -> "subprocess.Popen[str]":
+        """A process that builds its library, and says how many units were compiled."""
+        given = {
+            "module": self.module,
+            "source": str(self.source),
+            "out": str(self.built),
+            "store": str(self.source.parent / "store"),
+            "wanted": [(one.name, one.signature, one.nogil, capacity) for one, capacity in wanted],
+        }
+        path = os.pathsep.join([str(Path(ftqp.__file__).parents[1]), str(self.source)])
+        return subprocess.Popen(
+            [sys.executable, "-c", BUILD, json.dumps(given)],
+            env={**os.environ, "PYTHONPATH": path},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+    def build(self, *wanted: tuple[EntryPoint, int]) -> int:
+        """Build its library: how many units were compiled."""
+        said, errors = (process := self.building(*wanted)).communicate()
+        assert process.returncode == 0, errors
+        return int(said)
+
+
+def _tiny(folder: Path) -> Tiny:
+    module = "tiny_kernel_" + "".join(letter for letter in folder.name if letter.isalnum())
+    source = folder / "source"
+    source.mkdir()
+    (source / f"{module}.py").write_text(FORMULAS)
+    return Tiny(source=source, module=module, built=folder / "built")
 
 
 @pytest.fixture
 def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Tiny]:
-    module = "tiny_kernel_" + "".join(letter for letter in tmp_path.name if letter.isalnum())
-    source, cache = tmp_path / "source", tmp_path / "cache"
-    source.mkdir()
-    (source / f"{module}.py").write_text(FORMULAS)
-    monkeypatch.syspath_prepend(str(source))
-    monkeypatch.setenv("FTQP_CACHE_DIR", str(cache))
-    yield Tiny(source=source, module=module, cache=cache)
-    sys.modules.pop(module, None)
+    """One of which nothing is built yet."""
+    one = _tiny(tmp_path)
+    monkeypatch.syspath_prepend(str(one.source))
+    yield one
+    sys.modules.pop(one.module, None)
+
+
+@pytest.fixture(scope="session")
+def ready(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tiny]:
+    """One whose library is built; leave it as it is."""
+    one = _tiny(tmp_path_factory.mktemp("ready"))
+    one.build(
+        (one.summed, 8),
+        (one.summed, 16),
+        (one.entry("taken", "oiiii"), 0),
+        (one.entry("waiting", "ii", nogil=True), 0),
+        (one.entry("fails", "i"), 0),
+    )
+    sys.path.insert(0, str(one.source))
+    yield one
+    sys.path.remove(str(one.source))
 
 
 @pytest.fixture

@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -6,38 +7,45 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ftqp.kernel.compiled.mode import COMPILED
 from ftqp.kernel.compiled.taking import BAD_BUFFER, take
 
 ROOM = 12
+Taken = Callable[..., tuple[int, list[float]]]
 
 
 class Subclass(np.ndarray):  # type: ignore[type-arg]
     pass
 
 
-def taken(source: Any, count: int = ROOM, first: int = 0, dimensions: int = 0) -> tuple[int, list[float]]:
+@pytest.fixture(scope="module", params=["plain", "built"])
+def taken(request: pytest.FixtureRequest, ready: Any) -> Taken:
     """What take returns, and the numbers that it wrote; twice the room was there."""
-    out = np.full(2 * ROOM, np.nan)
-    found = int(take(id(source) if COMPILED else source, first, out.ctypes.data, count, dimensions))
-    written = out[~np.isnan(out)]
-    assert np.isnan(out[len(written) :]).all()
-    return found, written.tolist()
+    entry = ready.entry("taken", "oiiii")
+    call = take if request.param == "plain" else ready.kernel().load(entry, 0)
+
+    def taken(source: Any, count: int = ROOM, first: int = 0, dimensions: int = 0) -> tuple[int, list[float]]:
+        out = np.full(2 * ROOM, np.nan)
+        found = int(call(source, first, out.ctypes.data, count, dimensions))
+        written = out[~np.isnan(out)]
+        assert np.isnan(out[len(written) :]).all()
+        return found, written.tolist()
+
+    return taken
 
 
 @settings(deadline=None)  # the first call compiles
 @given(st.lists(st.floats(allow_nan=False), max_size=2 * ROOM))
-def test_numbers_are_copied_bit_by_bit_as_far_as_there_is_room(numbers: list[float]) -> None:
+def test_numbers_are_copied_bit_by_bit_as_far_as_there_is_room(taken: Taken, numbers: list[float]) -> None:
     assert taken(np.array(numbers, dtype=float)) == (len(numbers), numbers[:ROOM])
 
 
-def test_every_c_contiguous_shape_is_taken_row_by_row() -> None:
+def test_every_c_contiguous_shape_is_taken_row_by_row(taken: Taken) -> None:
     A = np.arange(12.0).reshape(3, 4)
     for source in (A, A.reshape(2, 3, 2), A[1:], A[:0], np.zeros((0, 3)), np.zeros((3, 0))):
         assert taken(source) == (source.size, source.ravel().tolist())
 
 
-def test_numbers_are_taken_from_the_first_one_asked_for() -> None:
+def test_numbers_are_taken_from_the_first_one_asked_for(taken: Taken) -> None:
     A = np.arange(12.0).reshape(3, 4)
     for source in (A, memoryview(A)):
         assert taken(source, 4, first=4) == (8, [4.0, 5.0, 6.0, 7.0])
@@ -45,7 +53,7 @@ def test_numbers_are_taken_from_the_first_one_asked_for() -> None:
         assert taken(source, 4, first=12) == taken(source, 4, first=99) == (0, [])
 
 
-def test_another_number_of_dimensions_is_refused() -> None:
+def test_another_number_of_dimensions_is_refused(taken: Taken) -> None:
     A = np.arange(16.0)
     for source in (A, A.reshape(4, 4), memoryview(A), memoryview(A.reshape(4, 4))):
         assert taken(source, dimensions=np.ndim(source))[0] == 16
@@ -53,14 +61,14 @@ def test_another_number_of_dimensions_is_refused() -> None:
 
 
 @pytest.mark.parametrize("shape", [(2, 8), (8, 2), (1, 16), (16, 1)])
-def test_two_dimensions_are_those_of_a_square_matrix(shape: tuple[int, int]) -> None:
+def test_two_dimensions_are_those_of_a_square_matrix(taken: Taken, shape: tuple[int, int]) -> None:
     A = np.arange(16.0).reshape(shape)
     for source in (A, memoryview(A)):
         assert taken(source, dimensions=2) == (BAD_BUFFER, [])
         assert taken(source)[0] == 16
 
 
-def test_what_is_no_contiguous_float64_is_refused() -> None:
+def test_what_is_no_contiguous_float64_is_refused(taken: Taken) -> None:
     A = np.arange(12.0).reshape(3, 4)
     for source in (
         A.T,
@@ -89,13 +97,13 @@ def test_what_is_no_contiguous_float64_is_refused() -> None:
         assert taken(source) == (BAD_BUFFER, [])
 
 
-def test_refusal_leaves_no_python_error() -> None:
+def test_refusal_leaves_no_python_error(taken: Taken) -> None:
     assert taken([1.0])[0] == BAD_BUFFER
     assert list(range(3)) == [0, 1, 2]
     int("12")
 
 
-def test_everything_that_offers_a_buffer_of_float64_is_taken(tmp_path: Path) -> None:
+def test_everything_that_offers_a_buffer_of_float64_is_taken(taken: Taken, tmp_path: Path) -> None:
     import array
     import ctypes
 
@@ -115,7 +123,7 @@ def test_everything_that_offers_a_buffer_of_float64_is_taken(tmp_path: Path) -> 
         assert taken(source) == (5, numbers.tolist())
 
 
-def test_read_only_and_unaligned_arrays_are_taken() -> None:
+def test_read_only_and_unaligned_arrays_are_taken(taken: Taken) -> None:
     numbers = np.arange(1.0, 6.0)
     frozen = numbers.copy()
     frozen.flags.writeable = False
@@ -125,7 +133,7 @@ def test_read_only_and_unaligned_arrays_are_taken() -> None:
         assert taken(source) == (5, numbers.tolist())
 
 
-def test_array_that_changes_between_calls_is_read_as_it_is_then() -> None:
+def test_array_that_changes_between_calls_is_read_as_it_is_then(taken: Taken) -> None:
     source = np.arange(1.0, 4.0)
     assert taken(source) == (3, [1.0, 2.0, 3.0])
     source.resize(6, refcheck=False)
@@ -138,23 +146,14 @@ def test_array_that_changes_between_calls_is_read_as_it_is_then() -> None:
     assert taken(retyped)[0] == 4
 
 
-def test_released_view_is_refused() -> None:
+def test_released_view_is_refused(taken: Taken) -> None:
     view = memoryview(np.arange(3.0))
     view.release()
     assert taken(view) == (BAD_BUFFER, [])
 
 
 @pytest.mark.parametrize("count", [0, 1, 5])
-def test_no_more_than_asked_for_is_written(count: int) -> None:
+def test_no_more_than_asked_for_is_written(taken: Taken, count: int) -> None:
     numbers = np.arange(1.0, 6.0)
     for source in (numbers, memoryview(numbers)):
         assert taken(source, count) == (5, numbers[:count].tolist())
-
-
-@pytest.mark.skipif(not COMPILED, reason="the kernel runs as plain Python")
-def test_entry_point_takes_from_the_object_it_is_given(tiny: Any) -> None:
-    function = tiny.kernel().load(tiny.entry("taken", "oii"), 8)
-    out = np.zeros(3)
-    assert function(np.arange(1.0, 4.0), out.ctypes.data, 3) == 3
-    assert out.tolist() == [1.0, 2.0, 3.0]
-    assert function([1.0], out.ctypes.data, 3) == BAD_BUFFER

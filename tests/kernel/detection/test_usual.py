@@ -50,10 +50,3 @@ def test_friction_larger_than_identified_does_not_count_after_a_reversal(arm):
         _, peaks, _ = detector._session.run(log.columns(), TICKS // 5)
         sizes.append(peaks[2:, 3, :7].max(axis=0))
     np.testing.assert_allclose(sizes[1], sizes[0], atol=0.35 * coulomb * 0.25)
-
-
-def test_suspicion_of_another_joint_finds_no_healthy_one(arm):
-    torques = Shaken(arm, TICKS).torques
-    torques[AT:, 6] += 3.0 * np.sin(0.05 * np.arange(TICKS - AT))  # nothing that a weak motor does
-    D, z = suspicion(arm, effort=torques)
-    assert z[AT:].max() > 1.0 and not D.kinds[:6].any()

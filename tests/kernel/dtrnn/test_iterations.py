@@ -1,13 +1,8 @@
 """The three iterations by their formulas, what they contract, how they end; jumps and stretches."""
 
-import json
-import os
-import subprocess
-import sys
-
 import numpy as np
 import pytest
-from networks import PRODUCT, network_of, problem, residual_of
+from networks import PRODUCT, network_of, problem
 from random_qps import FEASIBLE, INFEASIBLE, feasible, infeasible
 
 from ftqp.kernel.dtrnn.infeasible import proven_infeasible
@@ -17,7 +12,6 @@ from ftqp.kernel.dtrnn.newton_jump import jump
 from ftqp.kernel.dtrnn.projection import rescale, residual
 from ftqp.kernel.dtrnn.stopping import quality
 from ftqp.kernel.dtrnn.straight_stretch import drift
-from ftqp.kernel.jit import COMPILED
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.layout.enums import E47, IMPLICIT, LVI94
 from ftqp.qp import QP, solve
@@ -138,16 +132,6 @@ def test_a_stretch_is_what_many_steps_would_do():
     np.testing.assert_allclose(net.u, stretched, rtol=1e-6, atol=2.0 * step_of_y)
 
 
-def test_what_is_no_stretch_is_left_alone():
-    for seed in range(20):
-        net, _, _ = started(seed)
-        factor_implicit(net)
-        before = net.u.copy()
-        if not drift(net, 1.6, 1e-2):
-            np.testing.assert_array_equal(net.u, before)
-        assert not drift(net, 1.6, 0.0)
-
-
 @pytest.mark.parametrize("kind", FEASIBLE)
 def test_no_feasible_qp_is_called_infeasible_whatever_the_state(kind):
     rng = np.random.default_rng(FEASIBLE.index(kind))
@@ -193,51 +177,3 @@ def test_the_cap_is_a_status_and_numbers_that_are_none_fail():
     net, _, _ = started(5)
     net.z[0] = np.nan
     assert dtrnn(net, PRODUCT, NO_TRACE)[0] == codes.FAILED
-
-
-def test_the_trace_tells_every_iterate():
-    net, size, _ = started(6)
-    trace = np.full((50, 4), -1.0)
-    code, iterations = dtrnn(
-        net, PRODUCT._replace(scaling=0, newton=0, paper=1, tolerance=1e-3, cap=40), trace
-    )
-    assert trace[0, 0] == pytest.approx(size)
-    assert (trace[: iterations + 1, 0] > 0.0).all() and (trace[iterations + 1 :] == -1.0).all()
-    assert code == codes.MAX_ITERATIONS or trace[iterations, 0] <= 1e-3
-    assert np.linalg.norm(residual_of(net, net.u)) == pytest.approx(trace[iterations, 0], rel=1e-6)
-
-
-TICKS = """
-import json, numpy as np, ftqp
-from ftqp.kernel.jit import COMPILED
-result = {"compiled": COMPILED}
-for level in ("acceleration", "velocity"):
-    robot = ftqp.robots.load("panda")
-    planner = ftqp.Planner(robot, level=level, scheme="dlsm", backend="dtrnn")
-    q, v = robot.neutral.copy(), np.linspace(-0.1, 0.1, 7)
-    planner.reset(q, v)
-    target = ftqp.Target(pose=robot.pose(q))
-    for k in range(4):
-        if k == 2:
-            planner.report(ftqp.Locked(1))
-        target.position[2] += 1e-4
-        step = planner.step(q, v, target)
-        q, v = step.q.copy(), step.v.copy()
-    result[level] = [*q, *v]
-print(json.dumps(result))
-"""
-
-
-def run(script, **environment):
-    result = subprocess.run([sys.executable, "-c", script], env={**os.environ, **environment},
-                            capture_output=True, text=True, timeout=500)  # fmt: skip
-    assert result.returncode == 0, result.stderr
-    return json.loads(result.stdout.splitlines()[-1])
-
-
-@pytest.mark.skipif(not COMPILED, reason="this run is without compilation")
-def test_plain_python_gives_the_same_command():
-    compiled, plain = run(TICKS), run(TICKS, NUMBA_DISABLE_JIT="1")
-    assert compiled.pop("compiled") and not plain.pop("compiled")
-    for level, values in compiled.items():
-        assert np.abs(np.subtract(values, plain[level])).max() < 1e-7  # the network's tolerance is 1e-9

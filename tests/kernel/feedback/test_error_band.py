@@ -112,7 +112,3 @@ def test_a_joint_out_of_hand_is_seen_behind_one_that_has_failed():
         q[2] -= 1.28 * LIMITS.v_max[2] * 0.01
         step = planner.step(q, None, target)
     assert step.brakes.tolist() == [False, False, True]
-
-
-def test_a_joint_a_little_too_fast_is_not_out_of_hand():
-    assert overspeed(1.15, emergency=None)[0] is None

@@ -237,4 +237,4 @@ def test_bounds_as_published_pass_the_gate(bounds):
     for _ in range(500):
         step = planner.step(q, v, target)
         q, v = step.q.copy(), step.v.copy()
-    assert planner._session.K.gate.shut == 0
+    assert planner.session().K.gate.shut == 0

@@ -27,7 +27,7 @@ class Arm:
 
     @property
     def loop(self):
-        return self.planner._session.K.feedback
+        return self.planner.session().K.feedback
 
     def tick(self, sample=None, **given):
         """One step with these samples; the arm's own where there are none."""

@@ -7,14 +7,11 @@ from records import believe, chain_record
 import ftqp
 from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.free.look_ahead import (
-    BRAKE,
-    HORIZON_STEPS,
     _later_impact,
     begin_plan,
     look_ahead,
     planned,
     search,
-    shift_plan,
     try_another,
 )
 from ftqp.kernel.free.swinging import see_arm
@@ -61,21 +58,6 @@ def test_search_softens_the_impact_that_braking_would_have():
     assert F.best < 0.8 * first
 
 
-def test_rollout_given_up_early_costs_more_than_what_it_had_to_beat():
-    K, F = falling()
-    F.base_q[:7] = F.q[:7]
-    whole = look_ahead(K, F, 0.0, 1.0, 1e300, HORIZON_STEPS)
-    assert look_ahead(K, F, 0.0, 1.0, 0.5 * whole, HORIZON_STEPS) > 0.5 * whole
-
-
-def test_segments_move_up_as_time_goes_on():
-    _, F = falling()
-    F.plan[:, 0] = [1.0, -1.0, 0.0]
-    for _ in range(200):
-        shift_plan(F, 7)
-    assert F.plan[:, 0].tolist() == [-1.0, 0.0, BRAKE] and abs(F.phase) < 1e-9
-
-
 def test_joint_near_its_limit_is_not_driven_further():
     K, F = falling()
     K.state.q[0], K.state.v[0] = K.limits.q_max[0] - 1e-3, 0.0
@@ -99,12 +81,3 @@ def test_what_comes_later_is_what_a_rollout_of_the_whole_arm_says(seed):
     later = _later_impact(K, F)
     assert (whole > 0.0) == (later > 0.0)
     assert later == pytest.approx(whole, rel=0.05, abs=0.02)
-
-
-def test_a_joint_that_stands_upright_falls_later_unless_friction_holds_it():
-    K, F = falling(1)
-    K.state.q[:7], K.state.v[:7] = 0.0, 0.0
-    see_arm(K)
-    assert _later_impact(K, F) > 1.0
-    K.faults.coulomb[1] = 100.0
-    assert _later_impact(K, F) == 0.0, "friction holds it"

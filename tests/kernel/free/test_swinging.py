@@ -61,17 +61,6 @@ def test_joint_stops_where_it_meets_its_stop_and_rests_there(arm, side):
     assert 1.5 < impact < 2.5 and K.state.q[3] == stop and K.state.v[3] == 0.0
 
 
-def test_joint_pressed_against_its_stop_meets_it_once(arm):
-    robot = ftqp.robots.load("panda")
-    q = robot.neutral.copy()
-    q[3] = robot.limits.q_min[3]
-    K, F = arm(3, q, np.zeros(7), np.zeros(7))
-    if K.kinematics.h[3] < 0.0:
-        pytest.fail("gravity should press the joint against its lower stop here")
-    impact, _ = swing_on(K, F, STEP)
-    assert impact == 0.0 and K.state.v[3] == 0.0 and K.state.q[3] == robot.limits.q_min[3]
-
-
 @pytest.mark.parametrize("drive", [-1.9, 0.0, 1.9])
 def test_coulomb_friction_holds_a_joint_that_hardly_moves(drive):
     assert free_velocity(0.5, drive, 0.0, 0.3, 2.0, STEP) == 0.0

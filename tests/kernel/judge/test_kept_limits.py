@@ -8,7 +8,7 @@ from ftqp.kernel.judge import kept_limits
 from ftqp.kernel.layout.enums import FREE, HEALTHY, LOCKED, JointCode
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM
 
-N = 7
+N = 8
 
 
 def arm(codes=(HEALTHY,) * N):
@@ -56,6 +56,10 @@ def test_each_joint_outside_is_counted_once():
         beyond = (K.state.q[:N] < K.limits.q_min[:N]) | (K.state.q[:N] > K.limits.q_max[:N])
         fast = (np.abs(K.state.v[:N]) > 1.5) & (codes == HEALTHY)
         assert kept_limits.joints_outside(K) == np.sum(beyond | fast)
+    for side in (1.0, -1.0):
+        K = arm()
+        K.state.q[:N] = 4.0 * side
+        assert kept_limits.joints_outside(K) == N
 
 
 def test_torque_excess_is_the_worst_of_motors_and_of_what_swings_free():

@@ -63,7 +63,7 @@ def test_the_box_holds_on_the_last_rung_too(level):
 @pytest.mark.parametrize("level", LEVELS)
 def test_so_many_fallbacks_in_a_row_stop_the_arm_and_one_good_answer_begins_the_count_anew(level):
     planner, target = planner_of(level, np.zeros(4))
-    limit = int(planner._session.K.watch.fallback_limit)
+    limit = int(planner.session().K.watch.fallback_limit)
     assert 1 < limit < 1000
     planner._session.K.watch.fallback_limit = 4
     q = ROBOT.neutral

@@ -57,19 +57,6 @@ def test_it_is_the_active_sets_answer(n, m, capacity, soft, failed):
     assert ours.qp.iterations == 1 and ours.qp.warm == 0
 
 
-@pytest.mark.parametrize("held", [(), (3,), (0, 6)])
-def test_it_meets_the_conditions_of_optimality(held):
-    K = posed(5, held=held, soft=1e-6)
-    assert straight(K)
-    n, m, qp = 7, 6, K.qp
-    A, x, y = qp.A[:m, :n], qp.x[:n], qp.y[:m]
-    assert A @ x - qp.soft[:m] * y == pytest.approx(qp.b[:m], abs=1e-11)
-    left = qp.H_diagonal[:n] * x + qp.g[:n] + A.T @ y + qp.z_box[:n]
-    assert np.abs(left).max() < 1e-9 * (1.0 + np.abs(A.T @ y).max())
-    assert set(np.flatnonzero(qp.z_box[:n])) == set(held)
-    assert np.all(x[list(held)] == qp.lb[list(held)])
-
-
 @pytest.mark.parametrize("side", ["lb", "ub"])
 @pytest.mark.parametrize("joint", [0, 6])
 def test_a_bound_that_would_hold_is_left_to_the_active_set(side, joint):

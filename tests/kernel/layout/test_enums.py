@@ -9,9 +9,8 @@ import pytest
 
 import ftqp
 from ftqp.control.moving_base.inertial_task import BaseStatus
-from ftqp.control.planner.status import STATUSES, StepStatus
+from ftqp.control.planner.status import StepStatus
 from ftqp.kernel.layout.enums import BaseCode, Claim, Status
-from ftqp.qp.adapters.backend import Claim as BackendClaim
 from ftqp.qp.problem import SolveStatus
 from ftqp.sim.log.signals import base_columns, columns
 
@@ -29,11 +28,6 @@ def test_every_code_has_one_sentence_in_the_same_place(spoken):
     assert len(set(sentences)) == len(sentences) and all(" " in sentence for sentence in sentences)
 
 
-def test_statuses_are_found_by_their_code():
-    assert tuple(StepStatus) == STATUSES
-    assert all(STATUSES[code].name == code.name for code in Status)
-
-
 def told(column):
     """What the log says of one of its columns."""
     table = (*columns(("j",), np.zeros(1, dtype=bool), "acceleration"), *base_columns(("x",)))
@@ -49,10 +43,6 @@ def test_a_log_s_column_of_codes_names_exactly_the_members(column, kernel):
 def test_a_log_s_column_of_claims_lists_every_one():
     codes = [int(code) for code in re.findall(r"(?<!-)\b(\d+) \w+", told("qp_status"))]
     assert codes == list(range(len(Claim)))
-
-
-def test_one_claim_serves_kernel_and_backends():
-    assert BackendClaim is Claim
 
 
 def enumerations():

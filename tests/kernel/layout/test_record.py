@@ -10,14 +10,11 @@ from ftqp.core.errors import InputError
 from ftqp.kernel.entry.session import Session, rooms
 from ftqp.kernel.jit import COMPILED, jit
 from ftqp.kernel.layout.record import (
-    CAPACITIES,
-    ROOMS,
     arm_dtype,
     base_dtype,
     capacity_for,
     joints_dtype,
     path_dtype,
-    record,
     record_dtype,
 )
 from ftqp.kernel.layout.reduced_problem import reduced_dtype
@@ -32,10 +29,6 @@ LAYOUTS = {
     "reduced problem": reduced_dtype(8),
     "QP alone": standalone_dtype(),
 }
-PAGE = 4096
-"""Bytes."""
-GROWING = {"V", "G", "L", "C", "H", "L_H"}
-"""Fields of a QP that grow with the square of its size."""
 
 
 def places(dtype, before=""):
@@ -46,11 +39,6 @@ def places(dtype, before=""):
             yield before + name, kind
         else:
             yield from places(kind, before + name + ".")
-
-
-def names(dtype):
-    """Every name in a layout, rooms and fields."""
-    return {part for place, _ in places(dtype) for part in place.split(".")}
 
 
 def readers(dtype):
@@ -77,12 +65,6 @@ def numbered(dtype):
     return memory
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
-def test_no_field_is_hidden_by_an_attribute_of_numpy_s_records(name):
-    # K.base would be the owner of the memory in plain Python, and the field in compiled code
-    assert not names(LAYOUTS[name]) & set(dir(np.record))
-
-
 @pytest.mark.skipif(not COMPILED, reason="this run is without compilation")
 @pytest.mark.parametrize(
     "name", [pytest.param("record", marks=pytest.mark.slow), "path", "base", "reduced problem"]
@@ -105,46 +87,10 @@ def test_every_field_is_the_same_place_to_compiled_code_and_to_plain_python(name
     assert by_python.tobytes() == by_compiled.tobytes() != bytes(dtype.itemsize)
 
 
-def test_rooms_write_through_to_the_memory_that_they_show():
-    memory = record(8)
-    K = rooms(memory)
-    K.task.kp, K.qp.lb[3], K.kinematics.J[5, 7] = 7.0, -2.0, 9.0
-    assert memory["task"]["kp"][0] == 7.0 and memory["qp"]["lb"][0, 3] == -2.0
-    assert memory["kinematics"]["J"][0, 5, 7] == 9.0
-
-
-def test_a_record_of_a_small_arm_is_small_and_larger_ones_grow_with_their_class():
-    sizes = [record_dtype(capacity).itemsize for capacity in CAPACITIES]
-    assert sizes[0] < 72 * 1024  # of which 30 kB are the last ticks and the targets of the last second
-    assert sizes == sorted(sizes)
-    assert all(record(capacity).nbytes == size for capacity, size in zip(CAPACITIES, sizes, strict=True))
-
-
-def test_what_every_tick_touches_comes_first():
-    """State, faults, limits, task and cascade lie on the first page; what only some planners use is last."""
-    dtype = record_dtype(8)
-    assert tuple(dtype.names) == tuple(ROOMS)
-    begin = {name: dtype.fields[name][1] for name in dtype.names}
-    end = {name: begin[name] + dtype[name].itemsize for name in dtype.names}
-    first = ("state", "faults", "limits", "task", "criteria", "watch", "cascade")
-    assert dtype.names[: len(first)] == first
-    assert max(end[name] for name in first) <= PAGE
-    assert all(begin[name] >= end["qp"] for name in ("scratch", "turned"))
-
-
-@pytest.mark.parametrize("dtype", [record_dtype(8)["qp"], standalone_dtype()], ids=["planner", "alone"])
-def test_vectors_of_a_qp_come_before_its_growing_matrices(dtype):
-    first = min(dtype.fields[name][1] for name in GROWING)
-    late = {name for name in dtype.names if dtype.fields[name][1] >= first}
-    assert late - GROWING <= {"centre", "g_given"}  # of the proximal method, which few QPs need
-
-
-@pytest.mark.parametrize(
-    ("joints", "capacity"), [(1, 8), (7, 8), (8, 8), (9, 16), (16, 16), (17, 32), (32, 32)]
-)
-def test_an_arm_gets_the_smallest_class_that_holds_it(joints, capacity):
-    assert capacity_for(joints) == capacity == Session(joints).capacity
-    assert Session(joints).K.state.q.shape == (capacity,)
+@pytest.mark.parametrize("joints", [1, 7, 32])
+def test_one_class_of_records_holds_every_arm(joints):
+    assert capacity_for(joints) == 32 == Session(joints).capacity
+    assert Session(joints).K.state.q.shape == (32,)
 
 
 def test_more_joints_than_any_class_holds_are_refused():
@@ -170,11 +116,3 @@ def test_a_copied_session_holds_the_same_and_is_independent(copied):
     assert session.K.task.kp == 3.0 and session.K.qp.lb[2] == -1.0 and other.K.qp.ub[1] == 0.0
     assert number[0] == 5.0 and field[2] == -9.0  # views of the copy's own record
     assert np.all(other.K.task.yielding == 1.0)
-
-
-def test_a_field_of_a_session_follows_the_record():
-    session = Session(3)
-    number, vector = session.field("task", "kp"), session.field("state", "q")
-    assert number.shape == (1,) and vector.shape == (8,)
-    session.K.task.kp, session.K.state.q[2] = 2.0, 0.5
-    assert number[0] == 2.0 and vector[2] == 0.5

@@ -6,10 +6,8 @@ from session_ticks import Ticks
 
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.layout.enums import FREE, LOCKED
 from ftqp.kernel.layout.record import record_dtype
 from ftqp.kernel.layout.rows import (
-    COMPONENTS,
     ROW_KINDS,
     TORQUE,
     constraint_capacity,
@@ -73,14 +71,6 @@ def test_a_torque_row_limits_the_joint_that_owns_it(level, scale):
         assert [K.qp.l[row], K.qp.u[row]] == pytest.approx(ends, rel=1e-12)
 
 
-def test_faults_change_bounds_of_a_row_and_never_which_rows_there_are():
-    K = constrained("acceleration", [(2, LOCKED), (4, FREE)])
-    assert K.qp.nc == constraint_count(7, True)
-    owners = {constraint_owner(row, 7, True)[1]: row for row in range(7)}
-    assert K.qp.l[owners[2]] == -np.inf and K.qp.u[owners[2]] == np.inf
-    assert K.qp.l[owners[4]] == K.qp.u[owners[4]]
-
-
 def test_an_arm_without_masses_has_no_rows_that_need_them():
     left = [kind for kind in ROW_KINDS if not kind.needs_inertia]
     assert TORQUE not in left and constraint_count(7, False) == 7 * len(left)
@@ -103,8 +93,3 @@ def test_a_record_has_room_for_every_row_of_its_class(capacity):
     owners = [constraint_owner(row, capacity, True) for row in range(constraint_capacity(capacity))]
     pairs = {(kind.name, joint) for kind, joint in owners}
     assert len(pairs) == constraint_capacity(capacity)
-
-
-def test_components_are_those_of_a_twist_and_names_of_kinds_are_unique():
-    assert COMPONENTS == ("x", "y", "z", "rx", "ry", "rz")
-    assert len({kind.name for kind in ROW_KINDS}) == len(ROW_KINDS)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from ftqp.kernel.jit import COMPILED, jit
-from ftqp.kernel.maths import side_by_side as side
+from ftqp.kernel.jit import jit
 from ftqp.kernel.maths.elementary import larger, select, smaller, sqrt
 from ftqp.kernel.maths.side_by_side import (
     WIDTH,
@@ -99,18 +98,3 @@ def test_a_nan_holds_no_condition():
     values[6] = np.nan
     assert not rise_below(values, 0, WIDTH)
     assert rise_below(values, 0, 6)
-
-
-@pytest.mark.skipif(not COMPILED, reason="nothing is compiled here")
-def test_plain_python_has_the_same_functions():
-    x = side._several(VALUES, 2)
-    assert np.array_equal(x, VALUES[2:10])
-    x[0] = 99.0
-    assert VALUES[2] == 0.0, "a copy, as in a register"
-    out, whole = np.zeros(WIDTH), np.zeros(WIDTH, dtype=np.int64)
-    side._put(out, 0, x)
-    side._put_either(whole, 0, side._is_set(CODES, 0), 1, 2)
-    assert out[0] == 99.0 and list(whole) == [2, 1, 2, 1, 2, 2, 1, 2]
-    assert list(side._below(10, 8)) == [True] * 2 + [False] * 6
-    assert list(side._numbers(VALUES, 8)) == list(range(8, 16))
-    assert side._sum_of(np.ones(WIDTH)) == WIDTH and side._largest_of(VALUES[:8]) == 1e300

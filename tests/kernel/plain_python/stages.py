@@ -27,13 +27,18 @@ def record(stage: int = MAIN_STAGE, mode: int = SLACK, **cascade_is: Any) -> Any
 
 def stubs(monkeypatch: Any, **said: Any) -> list[str]:
     """Parts of the cascade that answer what the test says, and the names of those that were asked."""
+    usual = {"command": None, "send": None, "pass_gate": True, "report_status": lambda K, code: code}
+    return answers(monkeypatch, fallback_cascade, **usual | said)
+
+
+def answers(monkeypatch: Any, module: Any, **said: Any) -> list[str]:
+    """Functions that a module calls, which answer what the test says, and the names of those asked."""
     asked: list[str] = []
-    said = {"command": None, "send": None, "pass_gate": True, "report_status": lambda K, code: code} | said
     for name, value in said.items():
 
         def part(*given: Any, name: str = name, value: Any = value) -> Any:
             asked.append(name)
             return value(*given) if callable(value) else value
 
-        monkeypatch.setattr(fallback_cascade, name, part)
+        monkeypatch.setattr(module, name, part)
     return asked

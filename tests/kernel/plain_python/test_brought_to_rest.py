@@ -1,16 +1,17 @@
-"""How an arm is brought to rest: when it stops, what it is drawn to, and the torques of such a tick."""
+"""What stops an arm and how it is brought to rest: when it stops, what it is drawn to, and its torques."""
 
 from math import inf
 
 import numpy as np
 import pytest
-from records import chain_record
-from stages import DT, N, record, stubs
+from records import chain_record, empty_record
+from stages import DT, N, answers, record, stubs
 
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.judge import coming_to_rest, fallback_cascade, solution_check
 from ftqp.kernel.layout.enums import ACCELERATION, MAIN_STAGE, REST_STAGE, STOPPED, STOPPING, VELOCITY
+from ftqp.kernel.ticks import tick
 
 
 @pytest.mark.parametrize("limited", [True, False])
@@ -102,3 +103,48 @@ def test_torques_of_a_tick_without_inertia_are_known_from_then_on(level):
     solution_check.torques_without_inertia(K)
     assert K.state.tau[:3] == pytest.approx(robot.mass_matrix(q) @ a + robot.bias(q, v))
     assert K.kinematics.has_dynamics == 1, "asked again they are not computed again"
+
+
+@pytest.mark.parametrize("emergency", [True, False])
+def test_an_emergency_and_nothing_else_stops_an_arm_whose_input_is_valid(monkeypatch, emergency):
+    K = empty_record()
+    parts = dict.fromkeys(("pose_error", "see_error", "displace"))
+    asked = answers(monkeypatch, tick, _emergency=emergency, _stop=False, _refuse_target=False, **parts)
+    assert tick._may_go_on(K, True) == (not emergency)
+    assert ("_stop" in asked) == emergency and "_refuse_target" not in asked
+    assert not tick._may_go_on(K, False) and asked[-1] == "_refuse_target"
+
+
+@pytest.mark.parametrize("what", ["displaced", "late", "latency", "nothing"])
+def test_the_error_that_may_stop_is_that_to_the_target_that_is_followed(what):
+    """Where samples or targets are late, or the target is displaced, it is the task's own error."""
+    K = empty_record()
+    K.task.m, K.task.rows[:3], K.task.length = 3, [0, 1, 2], 1.0
+    K.task.position_error, K.task.error[:3] = 9.0, [0.3, 0.0, 0.4]
+    K.watch.stop_position, K.watch.stop_rotation, K.watch.stop_samples = 1.0, 1.0, 100
+    if what != "nothing":
+        K.feedback[what] = 1
+    assert not tick._emergency(K)
+    assert K.watch.last_position_error == pytest.approx(9.0 if what == "nothing" else 0.5)
+    assert K.watch.rising == (1 if what == "nothing" else 0)
+
+
+@pytest.mark.parametrize("factor", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize("calm", [True, False])
+def test_directions_are_damped_where_a_planner_says_so_and_not_in_calm(monkeypatch, factor, calm):
+    K = empty_record()
+    K.turned.factor, K.turned.on = factor, 1
+    asked = answers(monkeypatch, tick, turn_rows=None, add_manipulability=None)
+    tick._turn(K, calm)
+    assert ("turn_rows" in asked) == (factor > 0.0 and not calm) and K.turned.on == 0
+
+
+@pytest.mark.parametrize("z", [1.0, -1.0])
+def test_a_multiplier_of_a_bound_that_is_not_met_does_not_pass(z):
+    for x, lb, ub, passes in ((0.0, -1.0, 1.0, False), (z, -1.0, 1.0, True), (0.0, 0.0, 0.0, True)):
+        K = empty_record()
+        K.qp.nx, K.cascade.accept = 1, 1e-6
+        K.qp.H_diagonal[0], K.qp.x[0], K.qp.z_box[0] = 1.0, x, z
+        K.qp.g[0], K.qp.lb[0], K.qp.ub[0] = -x - z, lb, ub
+        assert bool(solution_check.check_solution(K)) == passes
+        assert (K.cascade.residual_dual > 0.1) != passes

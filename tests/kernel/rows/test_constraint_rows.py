@@ -65,22 +65,6 @@ def test_commands_are_those_with_rows_in_every_tick(level, settings, events):
     assert np.abs(own[:, 21:] - other[:, 21:]).max() < 1e-4
 
 
-def test_limits_that_are_far_need_no_rows_and_torques_are_told_all_the_same():
-    planner = ftqp.Planner(ftqp.robots.load("panda"), DT, task=ftqp.Task(rows="position"))
-    commands, _, rows = driven(planner, every_tick=False)
-    assert not rows.any()
-    assert np.abs(commands[:, 22]).min() > 1.0, "gravity pulls at the second joint"
-
-
-def test_rows_are_there_while_a_limit_binds_and_go_when_it_is_left():
-    robot = ftqp.robots.load("panda").with_limits(tau_max=WEAK)
-    planner = ftqp.Planner(robot, DT, emergency=None, task=ftqp.Task(rows="position"))
-    commands, _, rows = driven(planner, every_tick=False)
-    binding = (np.abs(commands[:, 21:28]) > 0.999999 * WEAK).any(axis=1)
-    assert binding.any() and rows[binding].all()
-    assert not rows[0] and not rows[int(rows.argmax()) :].all()
-
-
 @pytest.mark.parametrize("settings", [{"scheme": "mke"}, {"task": ftqp.Task(mode="lexicographic")}])
 def test_what_needs_the_rows_has_them_in_every_tick(settings):
     planner = ftqp.Planner(ftqp.robots.load("panda"), DT, emergency=None, **settings)

@@ -10,8 +10,6 @@ from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.entry.session import BaseMemory
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.rows.inertial_target import (
-    base_from_tip,
-    exponential,
     follow_base,
     is_rank_deficient,
     reduce_by_lead,
@@ -65,21 +63,6 @@ def rng():
     return np.random.default_rng(11)
 
 
-@pytest.mark.parametrize("size", [0.0, 1e-9, 1e-4, 1.0, 3.1])
-def test_exponential_is_that_of_the_rotation_vector(rng, size):
-    w = size * np.array([0.6, -0.64, 0.48])
-    R = np.empty(9)
-    exponential(*w, R)
-    np.testing.assert_allclose(R.reshape(3, 3), Rotation.from_rotvec(w).as_matrix(), atol=1e-14)
-
-
-def test_base_from_tip_undoes_the_arm(rng):
-    base, arm = pose(rng), pose(rng)
-    T = np.eye(4)
-    base_from_tip(base @ arm, np.concatenate([arm[:3, :3].ravel(), arm[:3, 3]]), T)
-    np.testing.assert_allclose(T, base, atol=1e-14)
-
-
 def test_target_in_the_base_is_the_inertial_one_seen_from_the_estimate(rng):
     follower = Follower()
     q, base, goal = follower.robot.neutral, pose(rng), pose(rng)
@@ -92,23 +75,6 @@ def test_target_in_the_base_is_the_inertial_one_seen_from_the_estimate(rng):
     np.testing.assert_allclose(seen_twist[:3], base[:3, :3].T @ twist[:3], atol=1e-13)
     np.testing.assert_allclose(seen_twist[3:], base[:3, :3].T @ twist[3:], atol=1e-13)
     np.testing.assert_allclose(follower.base.pose[:3], base[:3], atol=1e-13)
-
-
-@pytest.mark.parametrize("attitude", [codes.NOMINAL_ATTITUDE, codes.MEASURED_ATTITUDE])
-def test_other_attitudes_turn_both_halves_of_the_inertial_error(rng, attitude):
-    nominal, measured = pose(rng)[:3, :3], pose(rng)
-    follower = Follower(attitude=attitude, nominal=nominal.ravel())
-    q, base, goal = follower.robot.neutral, pose(rng), pose(rng)
-    arm = follower.robot.pose(q)
-    tip = base @ arm
-    _, seen, _ = follower.tick(q, ftqp.Target(pose=goal), tip=tip, base=measured)
-    R = nominal if attitude == codes.NOMINAL_ATTITUDE else measured[:3, :3]
-    e = goal[:3, 3] - tip[:3, 3]
-    turn = Rotation.from_matrix(goal[:3, :3] @ tip[:3, :3].T).as_rotvec()
-    np.testing.assert_allclose(seen[:3, 3] - arm[:3, 3], R.T @ e, atol=1e-13)
-    found = Rotation.from_matrix(seen[:3, :3] @ arm[:3, :3].T).as_rotvec()
-    np.testing.assert_allclose(found, R.T @ turn, atol=1e-12)
-    np.testing.assert_allclose(follower.base.error, [*e, *turn], atol=1e-12)
 
 
 def test_known_twist_of_the_base_is_taken_to_the_tip(rng):
@@ -137,18 +103,6 @@ def test_observer_sees_the_displacement_of_the_tip_by_the_base_alone(rng, lowpas
     expected = lowpass * np.array([*(after[:3, 3] - before[:3, 3]), *turn])
     np.testing.assert_allclose(follower.base.shift, expected, atol=1e-12)
     np.testing.assert_allclose(follower.base.twist, expected / DT, atol=1e-9)
-
-
-def test_frozen_observer_keeps_what_it_had(rng):
-    follower = Follower(observer=1.0)
-    q, goal = follower.robot.neutral, ftqp.Target(pose=np.eye(4))
-    arm = follower.robot.pose(q)
-    for _ in range(2):
-        follower.tick(q, goal, tip=pose(rng) @ arm)
-    kept = follower.base.shift.copy()
-    follower.base.hold = 1
-    follower.tick(q, goal, tip=pose(rng) @ arm)
-    np.testing.assert_array_equal(follower.base.shift, kept)
 
 
 def test_late_tip_belongs_to_the_arm_pose_of_that_time(rng):

@@ -1,4 +1,4 @@
-"""H and g of every scheme at both levels against the table of the field, in plain numpy."""
+"""H and g of schemes beside failed joints, and of single coefficients, in plain numpy."""
 
 import numpy as np
 import pytest
@@ -29,45 +29,20 @@ def assembled(scheme, level, *faults):
 
 def table(name, level, M, h, v, healthy=slice(None)):
     """W and c of a scheme by the published table; a failed joint's torque is left out of torque norms."""
-    eye, kappa = np.eye(7), 8.0 * v + 16.0 * (Q - POSTURE)
-    S, bias = M[healthy], h[healthy]
+    eye, S, bias = np.eye(7), M[healthy], h[healthy]
     if level == "acceleration":
-        rows = {
-            "man": (eye, 0.0 * v),
-            "mvn": (eye, 4.0 * v),
-            "rmp": (eye, kappa),
-            "mtn": (S.T @ S, S.T @ bias),
-            "iiwt": (M, h),
-            "mke": (M, 4.0 * M @ v),
-            "dlsm": (0.995 * S.T @ S + 0.005 * eye, 0.995 * S.T @ bias + 0.005 * kappa),
-            "dlsm_mvn": (0.995 * S.T @ S + 0.005 * eye, 0.995 * S.T @ bias + 0.005 * 4.0 * v),
-        }
+        torque, pull = S.T @ bias, 8.0 * v + 16.0 * (Q - POSTURE)
+        still = 4.0 * v
     else:
-        momentum = S.T @ (DT * bias - S @ v)
-        rows = {
-            "mvn": (eye, 0.0 * v),
-            "man": (eye, -v),
-            "mke": (M, 0.0 * v),
-            "mtn": (S.T @ S, momentum),
-            "rmp": (eye, 4.0 * (Q - POSTURE)),
-            "iiwt": (M, DT * h - M @ v),
-            "dlsm": (0.995 * S.T @ S + 0.005 * eye, 0.995 * momentum + 0.005 * 4.0 * (Q - POSTURE)),
-            "dlsm_mvn": (0.995 * S.T @ S + 0.005 * eye, 0.995 * momentum),
-        }
-    return rows[name]
+        torque, pull = S.T @ (DT * bias - S @ v), 4.0 * (Q - POSTURE)
+        still = 0.0 * v
+    share, c = {"mtn": (1.0, 0.0 * v), "dlsm": (0.995, pull), "dlsm_mvn": (0.995, still)}[name]
+    return share * S.T @ S + (1.0 - share) * eye, share * torque + (1.0 - share) * c
 
 
 def close(got, expected):
     """To 1e-12 of the largest entry."""
     return np.abs(got - expected).max() <= 1e-12 * max(1e-300, np.abs(expected).max())
-
-
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
-@pytest.mark.parametrize("name", ["dlsm", "dlsm_mvn", "iiwt", "man", "mke", "mtn", "mvn", "rmp"])
-def test_scheme_has_the_published_objective(name, level):
-    H, g, M, h, v = assembled(name, level)
-    W, c = table(name, level, M, h, v)
-    assert close(H, W) and close(g, c)
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
@@ -102,25 +77,6 @@ def test_a_linear_term_counts_without_the_weight_of_its_quadratic_form(coefficie
     H, g, M, h, v = assembled(ftqp.Scheme(name="own", **level_of, **{other: ftqp.Criterion()}), level)
     scale = DT if level == "velocity" else 1.0
     assert close(H, np.eye(7)) and close(g, 2.0 * {"inertia_v": M @ v, "inertia_h": scale * h}[coefficient])
-
-
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
-def test_schemes_add_up(level):
-    s = ftqp.schemes
-    mixed = 0.3 * s.rmp() + 2.0 * s.iiwt() + 0.01 * s.mtn() + s.mvn()
-    H, g, M, h, v = assembled(mixed, level)
-    parts = [(0.3, "rmp"), (2.0, "iiwt"), (0.01, "mtn"), (1.0, "mvn")]
-    W = sum(w * table(name, level, M, h, v)[0] for w, name in parts)
-    c = sum(w * table(name, level, M, h, v)[1] for w, name in parts)
-    assert close(H, W) and close(g, c)
-
-
-def test_reference_scales_divide_the_norms():
-    scheme = ftqp.schemes.dlsm(alpha=0.6, tau_ref=10.0, a_ref=0.5)
-    H, g, M, h, v = assembled(scheme, "acceleration")
-    kappa = 8.0 * v + 16.0 * (Q - POSTURE)
-    assert close(H, 0.6 / 100.0 * M.T @ M + 0.4 / 0.25 * np.eye(7))
-    assert close(g, 0.6 / 100.0 * M.T @ h + 0.4 / 0.25 * kappa)
 
 
 def test_a_continuous_joint_returns_to_its_posture_the_short_way():

@@ -42,15 +42,6 @@ def test_torque_limits_are_kept_and_bind(level):
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])
-def test_torque_limits_give_way_when_no_motion_keeps_them(level):
-    robot = ftqp.robots.load("panda").with_limits(tau_max=[0.5] * 7)  # too weak to hold itself up
-    planner = ftqp.Planner(robot, 0.002, level=level, emergency=None, task=ftqp.Task(rows="position"))
-    for step, tau in swinging(planner, 5):
-        assert step.torque_excess > 0.0
-        assert np.isfinite(tau).all() and np.all(np.abs(step.a) <= robot.limits.a_max + 1e-9)
-
-
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
 @pytest.mark.parametrize("damping", [0.0, 0.4, 50.0])
 @pytest.mark.parametrize("joint", [0, 4, 6])
 def test_torque_of_a_free_swinging_joint_is_exactly_its_friction(level, damping, joint):
@@ -60,16 +51,6 @@ def test_torque_of_a_free_swinging_joint_is_exactly_its_friction(level, damping,
     for step, tau in swinging(planner, 200):
         assert abs(tau[joint] + damping * step.v[joint]) < 1e-8
         assert step.tau[joint] == 0.0 and step.tau_brake[joint] == 0.0
-
-
-@pytest.mark.parametrize("level", ["acceleration", "velocity"])
-def test_brake_of_a_locked_joint_carries_what_its_motor_does_not(level):
-    planner = ftqp.Planner(ftqp.robots.load("panda"), 0.002, level=level, task=ftqp.Task(rows="position"))
-    planner.report(ftqp.Locked(1))
-    for step, tau in swinging(planner, 50):
-        assert step.tau[1] == 0.0
-        assert abs(step.tau_brake[1] - tau[1]) < 1e-9 and abs(tau[1]) > 1.0
-        assert np.count_nonzero(step.tau_brake) == 1
 
 
 @pytest.mark.parametrize("level", ["acceleration", "velocity"])

@@ -32,14 +32,6 @@ def test_tip_is_the_product_of_the_matrices(convention: str, prismatic: tuple[in
     assert np.abs(robot.pose(q) - matrices(q, convention, prismatic)[-1]).max() < 1e-12
 
 
-def test_base_and_tool_are_before_and_behind_the_table() -> None:
-    base = transform(rotation_x(0.3), np.array([1.0, 2.0, 3.0]))
-    tool = transform(rotation_z(0.5), np.array([0.1, 0.2, 0.3]))
-    robot = Robot.from_dh(TABLE, limits=LIMITS, base=base, tool=tool)
-    q = np.full(5, 0.2)
-    assert np.abs(robot.pose(q) - base @ matrices(q, "standard")[-1] @ tool).max() < 1e-12
-
-
 @pytest.mark.parametrize("convention", ["standard", "modified"])
 def test_masses_are_given_in_the_frames_of_the_table(convention: str) -> None:
     masses = [
@@ -55,12 +47,6 @@ def test_masses_are_given_in_the_frames_of_the_table(convention: str) -> None:
     assert robot.has_inertia
     com = pin.centerOfMass(robot.model, robot.model.createData(), q)
     assert np.abs(np.asarray(com) - expected / total).max() < 1e-12
-
-
-def test_arm_without_masses_has_no_inertia() -> None:
-    robot = Robot.from_dh(TABLE, limits=LIMITS)
-    assert not robot.has_inertia
-    assert any("no masses" in str(finding) for finding in robot.findings)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """Reading MJCF."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -31,29 +29,6 @@ def test_site_is_the_tip_and_limits_are_in_radians_and_metres() -> None:
     assert robot.limits.tau_max.tolist() == [30.0, np.inf]
     assert robot.pose([np.pi / 2, 0.0])[:3, 3] == pytest.approx([0.0, 0.1, 0.6])
     assert robot.has_inertia
-
-
-def test_angles_in_radians_are_taken_as_they_are() -> None:
-    robot = Robot.from_mjcf(arm(angle="radian", turn="-1 1"), limits={"v_max": 1.0})
-    assert robot.limits.q_max == pytest.approx([1.0, 0.4])
-
-
-def test_file_and_text_give_the_same_robot(tmp_path: Path) -> None:
-    path = tmp_path / "arm.xml"
-    path.write_text(arm(), encoding="utf-8")
-    q = [0.3, 0.2]
-    assert Robot.from_mjcf(path).pose(q).tolist() == Robot.from_mjcf(arm()).pose(q).tolist()
-
-
-def test_rotor_inertia_stands_in_chain_and_model() -> None:
-    robot = Robot.from_mjcf(arm(armature="0.1"))
-    assert robot.chain.armature.tolist() == [0.1, 0.0]
-    assert robot.model.armature.tolist() == [0.1, 0.0]
-
-
-def test_missing_velocity_limits_are_reported() -> None:
-    findings = [f.sentence for f in Robot.from_mjcf(arm()).findings]
-    assert any("joint 'a' has no velocity limit; give limits=" in sentence for sentence in findings)
 
 
 @pytest.mark.parametrize(

@@ -56,13 +56,6 @@ def test_limit_that_is_none_is_refused_with_its_joint_and_attribute(
         read(two_joints, f'{key}="{value}"')
 
 
-def test_limit_that_the_user_replaces_is_not_held_against_the_file(two_joints: Urdf) -> None:
-    robot = read(two_joints, 'acceleration="0"', acceleration=4.0)
-    assert robot.limits.a_max.tolist() == [4.0, 4.0]
-    assert robot.findings == ()
-    assert read(two_joints, 'jerk="-1"', limits={"j_max": 9.0}).limits.j_max.tolist() == [9.0, 9.0]
-
-
 def test_guess_names_the_joints_and_what_their_torques_allow(two_joints: Urdf) -> None:
     robot = read(two_joints, 'acceleration="3"')
     (guess,) = (f for f in robot.findings if f.about == "a_max")

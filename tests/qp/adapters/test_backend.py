@@ -47,13 +47,6 @@ def test_a_warm_failure_is_repeated_cold_once_and_counted():
     assert solver.iterations == 6
 
 
-def test_after_a_failure_the_next_solve_is_cold():
-    solver = scripted(Claim.INFEASIBLE, Claim.SOLVED, Claim.SOLVED)
-    for _ in range(3):
-        solver.solve(cold=False)
-    assert solver.asked == [True, True, False]
-
-
 def test_an_answer_that_is_not_finite_is_failed():
     assert scripted(Claim.SOLVED, x=np.nan).solve(cold=True) is Claim.FAILED
     assert scripted(Claim.MAX_ITERATIONS, x=np.inf).solve(cold=True) is Claim.FAILED
@@ -75,13 +68,6 @@ def test_bad_data_never_reach_the_solver_and_make_the_next_solve_cold():
         getattr(qp, part)[:] = before
     solver.solve(cold=False)
     assert solver.asked == [True, True]
-
-
-def test_the_right_side_is_copied_into_the_upper_bounds():
-    solver = scripted(Claim.SOLVED)
-    solver.prepared.b[:] = 0.7
-    solver.solve(cold=True)
-    assert solver.prepared.upper[2] == 0.7
 
 
 def test_solving_before_setup_is_a_programming_error():

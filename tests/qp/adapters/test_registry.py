@@ -6,7 +6,6 @@ import pytest
 from ftqp import InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
 from ftqp.qp import Backend, backend, backends
-from ftqp.qp.adapters.registry import backend_names
 
 PACKAGES = {
     "daqp": "daqp",
@@ -79,10 +78,6 @@ def test_the_table_names_kind_licence_and_version():
     assert rows["proxqp"].version
     assert rows["qpsolvers:daqp"].kind == "through qpsolvers"
     assert all(row.available for row in rows.values() if row.version)
-
-
-def test_names_are_the_ones_that_work():
-    assert set(backend_names()) >= {"active_set", "daqp", "dtrnn", "osqp", "proxqp", "quadprog"}
 
 
 def test_importing_the_package_loads_no_solver_and_no_compiler():

@@ -5,9 +5,9 @@ import pytest
 from planted import infeasible, planted
 
 from ftqp import InputError
-from ftqp.qp import QP, Claim, SolveStatus, accepted, solve
+from ftqp.qp import QP, Claim, SolveStatus, accepted
 from ftqp.qp import dtrnn as network
-from ftqp.qp.dtrnn.dtrnn_settings import METHODS, DtrnnSettings
+from ftqp.qp.dtrnn.dtrnn_settings import METHODS
 
 PAPER_ERROR = 5e-3
 """What |e| <= 1e-5 leaves of x on these well-conditioned problems."""
@@ -27,30 +27,6 @@ def test_every_method_solves_a_qp_in_both_modes(method, mode):
     np.testing.assert_allclose(found.x, one.x, rtol=0, atol=1e-8 if mode == "product" else PAPER_ERROR)
     assert found.residual <= 1e-5 and found.iterations > 0 and found.trace is None
     assert (found.x >= one.problem.lb).all() and (found.x <= one.problem.ub).all()
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_product_mode_without_jumps_ends_at_the_solution_too(method):
-    one = case(2, n=5, m=2, p=0, kind="identity")
-    found = network.solve(one.problem, method, newton=False, max_iterations=100_000)
-    assert found.status is SolveStatus.SOLVED
-    np.testing.assert_allclose(found.x, one.x, rtol=0, atol=1e-6)
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_the_trace_of_the_paper_ends_below_the_tolerance_and_not_before(method):
-    found = network.solve(case(3).problem, method, mode="paper", tolerance=1e-4, trace=True)
-    residual = found.trace.residual
-    assert len(residual) == len(found.trace.r_eq) == len(found.trace.gap) == found.iterations + 1
-    assert residual[-1] <= 1e-4 and (residual[:-1] > 1e-4).all()
-    assert residual[-1] == found.residual
-    assert not found.trace.newton.any() and not residual.flags.writeable
-
-
-def test_the_trace_marks_the_jumps():
-    found = network.solve(case(4, unbounded=0.0).problem, trace=True)
-    assert found.trace.newton.sum() == 1 and found.trace.newton[-2]
-    assert found.trace.residual[-1] < 1e-9 and found.trace.r_eq[-1] < 1e-9 and found.trace.gap[-1] < 1e-9
 
 
 def test_a_start_at_the_solution_needs_no_iteration_and_one_nearby_needs_few():
@@ -75,27 +51,6 @@ def test_solved_means_small_residuals_in_paper_mode_too():
     assert tight.claim is Claim.SOLVED and tight.status is SolveStatus.SOLVED
 
 
-@pytest.mark.parametrize("cap", [1, 5, 40])
-def test_a_failed_start_and_its_repeat_share_the_cap(cap):
-    """No start makes a solve cost more than the cap, whether it runs out or is proven infeasible."""
-    one = case(6, unbounded=0.0)
-    far = (np.full(7, 1e6), np.full(3, -1e6))
-    found = network.solve(one.problem, "94lvi", mode="paper", max_iterations=cap, start=far, trace=True)
-    assert found.claim is Claim.MAX_ITERATIONS and found.iterations == cap
-    assert len(found.trace.residual) == cap + 1
-    bad = infeasible(np.random.default_rng(0))
-    start = (np.full(bad.n, 1e3), np.full(bad.m, -1e3))
-    found = network.solve(bad, max_iterations=cap, start=start, trace=True)
-    assert 0 < found.iterations <= cap and len(found.trace.residual) == found.iterations + 1
-
-
-def test_the_cap_is_a_status_and_the_iterate_is_within_its_bounds():
-    one = case(6, unbounded=0.0)
-    found = network.solve(one.problem, "94lvi", mode="paper", max_iterations=3)
-    assert found.status is SolveStatus.MAX_ITERATIONS and found.iterations == 3
-    assert (found.x >= one.problem.lb).all() and (found.x <= one.problem.ub).all()
-
-
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("mode", network.MODES)
 def test_an_infeasible_qp_is_proven_so(method, mode):
@@ -103,12 +58,6 @@ def test_an_infeasible_qp_is_proven_so(method, mode):
         found = network.solve(infeasible(np.random.default_rng(seed)), method, mode=mode)
         assert found.status is SolveStatus.INFEASIBLE
         assert found.certificate is not None and found.iterations < 1000
-
-
-def test_a_semidefinite_hessian_is_solved():
-    found = network.solve(QP(np.diag([1.0, 0.0]), [0.0, 1.0], lb=[-1.0, -2.0], ub=[1.0, 2.0]))
-    assert found.status is SolveStatus.SOLVED
-    np.testing.assert_allclose(found.x, [0.0, -2.0], atol=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -134,22 +83,6 @@ def test_wrong_settings_are_one_clear_sentence(settings, sentence):
     assert sentence in str(error.value) and "\n" not in str(error.value)
 
 
-def test_something_else_than_a_qp_is_refused():
-    with pytest.raises(InputError, match=r"expected an ftqp\.QP"):
-        network.solve(3)
-
-
-def test_settings_follow_method_and_mode():
-    product, paper = DtrnnSettings(), DtrnnSettings(mode="paper")
-    explicit = DtrnnSettings(method="94lvi")
-    assert (product.scaled, product.jumps, product.cap, product.step_size, product.accuracy) == (
-        True, True, 2000, 1.6, 1e-9)  # fmt: skip
-    assert (paper.scaled, paper.jumps, paper.cap, paper.step_size, paper.accuracy) == (
-        False, False, 20_000, 1.0, 1e-5)  # fmt: skip
-    assert not explicit.scaled and explicit.step_size == 1.0
-    assert DtrnnSettings(mode="paper", scaling=True).step_size == 1.6
-
-
 def stack(cases):
     names = ("H", "g", "A", "b", "C", "l", "u", "lb", "ub")
     return {name: np.stack([getattr(one.problem, name) for one in cases]) for name in names}
@@ -157,30 +90,15 @@ def stack(cases):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_batch_is_what_each_of_its_problems_is_alone(method):
-    cases = [case(k) for k in range(30)]
+    cases = [case(k) for k in range(8)]
     many = network.solve_batch(**stack(cases), method=method)
-    assert len(many) == 30 and many.x.shape == (30, 7) and many.z.shape == (30, 4)
+    assert len(many) == 8 and many.x.shape == (8, 7) and many.z.shape == (8, 4)
     for k, one in enumerate(cases):
         alone = network.solve(one.problem, method)
         assert many.claim(k) is alone.claim is Claim.SOLVED
         for part in ("x", "y", "z", "z_box"):
             np.testing.assert_allclose(getattr(many, part)[k], getattr(alone, part), rtol=0, atol=1e-8)
         assert many.iterations[k] == alone.iterations
-
-
-def test_parts_without_a_leading_axis_are_shared():
-    one = case(3)
-    q = one.problem
-    shift = np.linspace(0.0, 0.1, 5)
-    g = q.g + shift[:, None]
-    many = network.solve_batch(q.H, g, q.A, q.b, q.C, q.l, q.u, q.lb, q.ub)
-    assert len(many) == 5
-    for k in range(5):
-        alone = solve(QP(q.H, g[k], q.A, q.b, q.C, q.l, q.u, q.lb, q.ub))
-        np.testing.assert_allclose(many.x[k], alone.x, rtol=0, atol=1e-9)
-    alone = network.solve_batch(np.eye(2), [1.0, -1.0])
-    np.testing.assert_allclose(alone.x, [[-1.0, 1.0]], atol=1e-9)
-    assert alone.y.shape == (1, 0) and alone.z.shape == (1, 0)
 
 
 def test_one_bad_problem_of_a_batch_spoils_no_other():

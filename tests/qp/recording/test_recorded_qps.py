@@ -7,30 +7,6 @@ import pytest
 from recorded import small
 
 from ftqp.core.errors import InputError
-from ftqp.qp import QP
-
-
-def test_iteration_gives_the_qps():
-    recording = small()
-    problems = list(recording)
-    assert len(problems) == len(recording) == 5
-    assert all(isinstance(problem, QP) for problem in problems)
-    np.testing.assert_array_equal(problems[3].g, recording.problem(3).g)
-
-
-def test_arrays_cannot_be_written():
-    with pytest.raises(ValueError, match="read-only"):
-        small().g[0, 0] = 1.0
-
-
-def test_a_part_keeps_ticks_and_names():
-    part = small().part(1, 3)
-    assert part.tick.tolist() == [1, 2] and part.variables == small().variables
-
-
-def test_every_tick_has_a_position():
-    recording = small()
-    assert [recording.position(int(tick)) for tick in recording.tick] == list(range(5))
 
 
 def test_an_unknown_tick_is_answered_with_the_range_and_the_nearest():

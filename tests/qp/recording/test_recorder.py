@@ -52,7 +52,7 @@ def test_recorded_problems_are_those_that_were_handed_over():
             np.testing.assert_array_equal(getattr(problem, name), getattr(buffers, name))
 
 
-@pytest.mark.parametrize("mode", ["slack", "hard", "scaled", "lexicographic"])
+@pytest.mark.parametrize("mode", ["slack", "scaled"])
 @pytest.mark.parametrize("level", ["velocity", "acceleration"])
 def test_planner_moves_the_same_with_a_recorder(level, mode):
     robot = ftqp.robots.load("panda")
@@ -62,8 +62,8 @@ def test_planner_moves_the_same_with_a_recorder(level, mode):
         planner = ftqp.Planner(robot, 2e-3, level=level, task=ftqp.Task(mode=mode), backend=backend)
         planner.reset(robot.neutral)
         q, v = robot.neutral.copy(), np.zeros(robot.nv)
-        for k in range(400):
-            if k == 200:
+        for k in range(150):
+            if k == 75:
                 planner.report(ftqp.Locked(2))
             sample = path.sample(np.array([k * 2e-3]))
             target = ftqp.Target(
@@ -90,32 +90,6 @@ def test_ticks_and_names_are_those_of_the_planner():
     assert recording.metadata["backend"] == "active_set"
 
 
-def test_the_newest_are_kept_when_memory_is_bounded():
-    recorder = record(Recorder("active_set", limit=3), 8)
-    assert (len(recorder), recorder.dropped) == (3, 5)
-    assert recorder.recording(dt=0.1).tick.tolist() == [5, 6, 7]
-
-
-def test_ticks_outside_the_window_are_not_kept():
-    assert record(Recorder("active_set", first=2, last=4), 8).recording(dt=0.1).tick.tolist() == [2, 3, 4]
-
-
-def test_a_new_run_begins_anew():
-    class Clock:
-        tick = 7
-
-    clock = Clock()
-    recorder = Recorder("active_set")
-    recorder.follow(clock)
-    buffers = QPBuffers.zeros(**SIZES)
-    recorder.setup(buffers)
-    for tick in (7, 8, 0, 1):
-        clock.tick = tick
-        fill(buffers, tick)
-        recorder.solve(cold=False)
-    assert recorder.recording(dt=0.1).tick.tolist() == [0, 1]
-
-
 def test_a_warm_start_that_fails_is_one_qp_with_its_last_answer():
     puppet = Puppet(Claim.SOLVED, Claim.MAX_ITERATIONS, Claim.SOLVED, Claim.SOLVED)
     recording = record(Recorder(puppet), 3).recording(dt=0.1)
@@ -123,31 +97,6 @@ def test_a_warm_start_that_fails_is_one_qp_with_its_last_answer():
     assert recording.tick.tolist() == [0, 1, 2]
     assert recording.claim.tolist() == [0, 0, 0]
     assert recording.cold.tolist() == [True, False, False]
-
-
-@pytest.mark.parametrize("answer", [Claim.INFEASIBLE, Claim.FAILED, RuntimeError("broken")])
-def test_a_claim_without_answer_has_nan(answer):
-    recording = record(Recorder(Puppet(answer)), 1).recording(dt=0.1)
-    expected = Claim.FAILED if isinstance(answer, Exception) else answer
-    assert recording.claim.tolist() == [expected]
-    assert np.isnan(recording.x).all() and np.isnan(recording.y).all()
-
-
-def test_an_interrupted_solve_is_not_kept():
-    recorder = Recorder(Puppet(Claim.SOLVED, KeyboardInterrupt()))
-    with pytest.raises(KeyboardInterrupt):
-        record(recorder, 2)
-    assert recorder.recording(dt=0.1).claim.tolist() == [Claim.SOLVED]
-
-
-def test_a_solver_that_claims_nan_is_recorded_as_failed():
-    class Liar(Puppet):
-        def _run(self, qp, cold):
-            claim = super()._run(qp, cold)
-            qp.x[0] = np.nan
-            return claim
-
-    assert record(Recorder(Liar(Claim.SOLVED)), 1).recording(dt=0.1).claim.tolist() == [Claim.FAILED]
 
 
 def test_nothing_recorded_is_an_error_that_says_what_to_do():

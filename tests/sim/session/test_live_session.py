@@ -1,4 +1,4 @@
-"""A session: orders between ticks, truth and belief, the naive twin, and a clock that skips nothing."""
+"""A session: commands between ticks, truth and belief, the naive twin, and a clock that skips nothing."""
 
 import gc
 import tracemalloc
@@ -6,15 +6,15 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from ftqp.app.view.casting import cast_of
+from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.control.planner.status import STATUSES
 from ftqp.faults.kinds import KINDS
 from ftqp.model import catalog
 from ftqp.sim.log.row_sink import MemoryRows
 from ftqp.sim.log.signals import HEALTHY
-from ftqp.sim.session.cast import Choice
 from ftqp.sim.session.live_session import Session
-from ftqp.sim.session.orders import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
+from ftqp.sim.session.session_arms import Choice
+from ftqp.sim.session.session_commands import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
 from ftqp.sim.session.tick_facts import facts_of
 
 Y_LINE = Choice(scenario="panda-y-line", overrides=("faults=",))
@@ -22,12 +22,12 @@ CIRCLE = Choice(scenario="panda-circle", overrides=("faults=",))
 
 
 def made(choice=Y_LINE, *, twin=False):
-    return Session(lambda wish: cast_of(wish, twin=twin), choice)
+    return Session(lambda wish: arms_of(wish, twin=twin), choice)
 
 
-def after(session, *orders, seconds=0.004):
-    for order in orders:
-        session.put(order)
+def after(session, *commands, seconds=0.004):
+    for command in commands:
+        session.put(command)
     session.advance(seconds)
     return session.facts
 
@@ -38,8 +38,8 @@ def status(facts):
 
 @pytest.mark.parametrize("name", catalog.names())
 def test_every_joint_of_every_arm_locks_swings_weakens_and_is_repaired(name):
-    session = Session(lambda wish: cast_of(wish, twin=False), Choice(scenario="panda-circle", robot=name))
-    robot, dt = session.cast.robot, session.cast.arm.planner.dt
+    session = Session(lambda wish: arms_of(wish, twin=False), Choice(scenario="panda-circle", robot=name))
+    robot, dt = session.arms.robot, session.arms.arm.planner.dt
     assert robot.nv >= 4
     for i, joint in enumerate(robot.joints):
         for kind in ("locked", "free_swinging", "degraded"):
@@ -116,7 +116,7 @@ def test_detector_finds_what_nobody_tells():
 
 
 @pytest.mark.parametrize(
-    ("order", "said"),
+    ("command", "said"),
     [
         (Break("elbow"), "'elbow' is not a joint of panda"),
         (Break(2, "tired"), "'tired' is not a kind of fault of ftqp; it has locked, free_swinging, degraded"),
@@ -139,9 +139,9 @@ def test_detector_finds_what_nobody_tells():
         (Aim(np.ones((4, 4))), "is not a rotation"),
     ],
 )  # fmt: skip
-def test_order_that_cannot_be_done_is_answered_in_a_sentence_and_changes_nothing(order, said):
+def test_order_that_cannot_be_done_is_answered_in_a_sentence_and_changes_nothing(command, said):
     session, quiet = made(), made()
-    facts, expected = after(session, order, seconds=0.02), after(quiet, seconds=0.02)
+    facts, expected = after(session, command, seconds=0.02), after(quiet, seconds=0.02)
     assert said in facts.message and facts.message.endswith((".", ")"))
     assert session.stage == 0 and facts.tick == expected.tick
     np.testing.assert_array_equal(facts.q, expected.q)
@@ -152,12 +152,12 @@ def test_whatever_goes_wrong_in_a_choice_is_told_and_the_old_arm_goes_on():
     def casting(wish):
         if wish.robot == "iiwa14":
             raise KeyError("of a package from elsewhere")
-        return cast_of(wish, twin=False)
+        return arms_of(wish, twin=False)
 
     session = Session(casting, Y_LINE)
     facts = after(session, Use(robot="iiwa14"))
     assert "could not be done" in facts.message and "from elsewhere" in facts.message
-    assert session.cast.robot.name == "panda" and after(session).tick > facts.tick
+    assert session.arms.robot.name == "panda" and after(session).tick > facts.tick
 
 
 def test_path_out_of_reach_is_refused_and_the_old_arm_goes_on(tmp_path):
@@ -165,7 +165,7 @@ def test_path_out_of_reach_is_refused_and_the_old_arm_goes_on(tmp_path):
     file.write_text('[robot]\nname = "panda"\n[path]\nkind = "circle"\nradius = 3.0\nduration = 5.0\n')
     session = made()
     facts = after(session, Use(scenario=str(file)))
-    assert "reach" in facts.message and session.cast.title == "panda-y-line" and facts.stage == 0
+    assert "reach" in facts.message and session.arms.title == "panda-y-line" and facts.stage == 0
 
 
 def test_another_arm_begins_at_tick_zero_with_another_stage():
@@ -175,7 +175,7 @@ def test_another_arm_begins_at_tick_zero_with_another_stage():
     assert (facts.stage, facts.tick, len(facts.q), facts.message) == (1, 0, 6, "")
     assert not facts.truth.any()
     facts = after(session, Use(scheme="mke"), seconds=0.01)
-    assert session.cast.arm.planner.scheme.name == "mke" and session.cast.robot.name == "planar6"
+    assert session.arms.arm.planner.scheme.name == "mke" and session.arms.robot.name == "planar6"
     assert after(session, Use(scenario="iiwa-line"), seconds=0.0).stage == 3
     assert session.choice == Choice(scenario="iiwa-line")
 
@@ -213,13 +213,13 @@ def test_reset_run_is_the_run_again_bit_by_bit():
 def test_parts_of_ticks_are_kept_and_no_tick_is_lost():
     session = made()
     made_ticks = sum(session.advance(1.0 / 30.0) for _ in range(30))
-    assert made_ticks == session.facts.tick == round(1.0 / session.cast.arm.planner.dt)
+    assert made_ticks == session.facts.tick == round(1.0 / session.arms.arm.planner.dt)
 
 
 def test_hundred_orders_between_two_ticks_are_all_done():
     session = made()
-    orders = [Break(i % 7) if i % 2 else Repair((i - 1) % 7) for i in range(100)]
-    facts = after(session, *orders, seconds=0.002)
+    commands = [Break(i % 7) if i % 2 else Repair((i - 1) % 7) for i in range(100)]
+    facts = after(session, *commands, seconds=0.002)
     assert facts.tick == 1
     np.testing.assert_array_equal(facts.truth, facts.belief)
     assert facts.truth[99 % 7] == 1
@@ -238,23 +238,23 @@ def test_rehearsed_failure_happens_at_its_time_and_is_the_only_one():
 def test_hand_leads_the_tip_and_gives_the_path_back():
     session = made(CIRCLE)
     after(session, seconds=0.5)
-    pose = session.cast.robot.pose(session.facts.q)
+    pose = session.arms.robot.pose(session.facts.q)
     pose[:3, 3] += (0.0, 0.1, 0.05)
     facts = after(session, Aim(pose), seconds=3.0)
-    np.testing.assert_allclose(session.cast.robot.pose(facts.q), pose, atol=2e-3)
+    np.testing.assert_allclose(session.arms.robot.pose(facts.q), pose, atol=2e-3)
     np.testing.assert_array_equal(facts.target_position, pose[:3, 3])
     assert "Led by hand" in facts.message
     facts = after(session, Aim(None), seconds=0.1)
     assert "Back to the path" in facts.message
     facts = after(session, seconds=5.0)
     assert facts.message == "" and status(facts) == "OK"
-    on_circle = facts.target_position - session.cast.path.start[:3, 3]
+    on_circle = facts.target_position - session.arms.path.start[:3, 3]
     assert 1e-4 < np.linalg.norm(on_circle) < 0.2
 
 
 def test_hand_that_points_out_of_reach_is_no_end():
     session = made(CIRCLE)
-    pose = session.cast.robot.pose(session.facts.q)
+    pose = session.arms.robot.pose(session.facts.q)
     pose[:3, 3] += (3.0, 0.0, 0.0)
     facts = after(session, Aim(pose), seconds=3.0)
     assert "behind" in facts.message and np.isfinite(facts.q).all()
@@ -265,7 +265,7 @@ def test_hand_that_points_out_of_reach_is_no_end():
 def test_nan_in_the_state_is_said_in_words_and_reset_recovers():
     session = made(twin=True)
     after(session, Break(3), seconds=0.1)
-    session.cast.arm.plant._q[3] = np.nan
+    session.arms.arm.plant._q[3] = np.nan
     facts = after(session, seconds=0.1)
     said = facts.message
     assert "cannot go on" in said and "panda_joint4" in said and "Reset" in said
@@ -286,8 +286,8 @@ def test_stopped_arm_stays_on_the_page_and_reset_recovers():
 def test_stopped_arm_goes_on_when_it_is_resumed():
     session = made(CIRCLE, twin=True)
     after(session, seconds=2.0)
-    session.cast.arm.planner.stop()
-    session.cast.twin.planner.stop()
+    session.arms.arm.planner.stop()
+    session.arms.twin.planner.stop()
     stopped = after(session, seconds=1.0)
     assert status(stopped) == "STOPPED" and "Resume tries again" in stopped.message
     still = after(session, Pause(True), seconds=1.0)
@@ -339,7 +339,7 @@ def test_twin_is_broken_with_the_arm_and_never_told():
     facts = after(session, Break(2), seconds=2.0)
     assert status(facts) in ("OK", "RELAXED") and facts.position_error < 1e-3
     assert facts.twin.position_error > 10.0 * facts.position_error
-    assert not session.cast.twin.planner.faults
+    assert not session.arms.twin.planner.faults
     assert facts.twin.q[2] == pytest.approx(facts.q[2], abs=1e-2)
 
 
@@ -354,7 +354,7 @@ def test_every_kind_of_arm_and_leader_plays(scenario):
 
 def test_path_with_progress_goes_there_and_back_without_end():
     session = made(Choice(scenario="modular11-locked", overrides=("path.duration=2.0",)))
-    start, end = session.cast.path.start[:3, 3], session.cast.path.sample(2.0).pose[0, :3, 3]
+    start, end = session.arms.path.start[:3, 3], session.arms.path.sample(2.0).pose[0, :3, 3]
     reached = ["start"]
     for _ in range(400):
         at = after(session, seconds=0.1).target_position

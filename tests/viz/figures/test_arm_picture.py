@@ -38,11 +38,6 @@ def test_joints_that_coincide_share_a_label_and_base_and_tip_are_named(drawn):
     assert (side.get_title(), above.get_title()) == ("from the side", "from above")
 
 
-def test_side_view_looks_across_the_direction_of_the_arm(drawn):
-    link = drawn()[0].lines[0].get_xydata()
-    assert link[-1] == pytest.approx([0.6, 0.5], abs=0.05)
-
-
 def test_arm_that_is_flat_has_one_view(drawn):
     flat = POINTS * [1.0, 1.0, 0.0]
     assert drawn(flat)[0].get_title() == "from above"

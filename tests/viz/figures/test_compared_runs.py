@@ -1,12 +1,11 @@
 """Runs side by side: what the pictures show and say."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ftqp.control.paths import Circle, Square
+from ftqp.control.paths import Square
 from ftqp.control.planner.planner import Planner
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Locked
@@ -46,15 +45,6 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Log]:
     return {"one": first, "same": first, "mtn": other, "stops": stopped}
 
 
-@pytest.fixture(scope="module")
-def panda_log(tmp_path_factory: pytest.TempPathFactory) -> Log:
-    panda = catalog.load("panda")
-    path = Circle(Arm(panda).tip(panda.neutral).copy(), 0.02, duration=1.0, axes=("y", "z"))
-    file = tmp_path_factory.mktemp("runs") / "panda.sqlite"
-    Simulation(Planner(panda, dt=0.01, task=None), path, q=panda.neutral, log=file).run()
-    return load_log(file)
-
-
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[canvas.Figure]:
     """The figures that are saved, to look inside."""
@@ -71,15 +61,6 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[canvas.Figure]:
 
 def legend(figure: canvas.Figure) -> list[str]:
     return [text.get_text() for text in figure.legends[0].get_texts()]
-
-
-def changed(log: Log, **columns: Callable[[np.ndarray], np.ndarray]) -> Log:
-    """The log with groups of signals replaced."""
-    signals = {}
-    for name in log.names:
-        change = columns.get(name.split(".")[0])
-        signals[name] = np.array(log[name]) if change is None else change(np.array(log[name], dtype=float))
-    return Log(log.path, signals, log.units, log.descriptions, log.metadata)
 
 
 def test_five_pictures_are_written(logs: dict[str, Log], tmp_path: Path) -> None:
@@ -114,22 +95,6 @@ def test_a_curve_hidden_by_another_is_wider_than_it(
     assert "coincide" in axes.get_title(loc="right")
 
 
-def test_runs_that_differ_are_drawn_alike_wide(
-    logs: dict[str, Log], drawn: list[canvas.Figure], tmp_path: Path
-) -> None:
-    comparison.draw_errors({key: logs[key] for key in ("one", "mtn")}, "x", tmp_path / "a.png")
-    (axes,) = drawn[0].axes
-    assert axes.lines[0].get_linewidth() == axes.lines[1].get_linewidth()
-    assert axes.get_title(loc="right") == ""
-
-
-def test_rotation_error_has_a_panel_where_the_task_has_one(
-    panda_log: Log, drawn: list[canvas.Figure], tmp_path: Path
-) -> None:
-    comparison.draw_errors({"panda": panda_log}, "x", tmp_path / "a.png")
-    assert [axes.get_ylabel() for axes in drawn[0].axes] == ["position error [mm]", "rotation error [deg]"]
-
-
 def test_every_run_has_a_panel_of_velocities_with_the_same_axes(
     logs: dict[str, Log], drawn: list[canvas.Figure], tmp_path: Path
 ) -> None:
@@ -143,26 +108,6 @@ def test_every_run_has_a_panel_of_velocities_with_the_same_axes(
     assert legend(drawn[0])[:6] == [f"j{i}" for i in range(1, 7)]
 
 
-def test_joints_beyond_the_last_colour_are_dashed() -> None:
-    looks = {curves.look(index) for index in range(32)}
-    assert len(looks) == 32
-
-
-def test_a_rare_spike_does_not_flatten_the_rest(
-    logs: dict[str, Log], drawn: list[canvas.Figure], tmp_path: Path
-) -> None:
-    def spiked(values: np.ndarray) -> np.ndarray:
-        values[:] = np.sin(np.arange(len(values)))
-        values[7] = 1000.0
-        return values
-
-    comparison.draw_accelerations({"a": changed(logs["one"], a=spiked)}, "x", tmp_path / "a.png")
-    (axes,) = (axes for axes in drawn[0].axes if axes.lines)
-    assert axes.get_ylim()[1] < 100.0
-    assert "at most 5.73e+04 deg/s²" in axes.get_title()
-    assert "spikes go beyond the frame" in drawn[0].get_suptitle()
-
-
 def test_torque_norm_is_drawn_in_newton_metres(
     logs: dict[str, Log], drawn: list[canvas.Figure], tmp_path: Path
 ) -> None:
@@ -172,12 +117,6 @@ def test_torque_norm_is_drawn_in_newton_metres(
     np.testing.assert_allclose(axes.lines[0].get_ydata(), np.linalg.norm(logs["one"]["tau"], axis=1))
 
 
-def test_arm_without_inertia_has_no_torque_picture(logs: dict[str, Log], tmp_path: Path) -> None:
-    blank = changed(logs["one"], tau=lambda values: np.full_like(values, np.nan))
-    files = comparison.save_comparison({"a": blank}, tmp_path, name="n", title="t")
-    assert [file.name for file in files] == [f"n-{kind}.png" for kind in KINDS if kind != "torques"]
-
-
 def test_every_run_has_a_ribbon_and_statuses_have_names(
     logs: dict[str, Log], drawn: list[canvas.Figure], tmp_path: Path
 ) -> None:
@@ -185,50 +124,6 @@ def test_every_run_has_a_ribbon_and_statuses_have_names(
     (axes,) = drawn[0].axes
     assert [label.get_text() for label in axes.get_yticklabels()] == list(logs)
     assert {"OK", "STOPPED"} <= set(legend(drawn[0]))
-
-
-def test_scale_is_drawn_where_a_run_was_slowed(
-    logs: dict[str, Log], drawn: list[canvas.Figure], tmp_path: Path
-) -> None:
-    slowed = changed(logs["one"], status=lambda values: values * 0 + 2, scale=lambda values: values * 0 + 0.5)
-    whole = changed(slowed, status=lambda values: values.astype(np.int64))
-    comparison.draw_statuses({"slow": whole, "one": logs["one"]}, "x", tmp_path / "a.png")
-    assert drawn[0].axes[1].get_ylabel() == "scale along the path [-]"
-    assert {"slow", "one", "SCALED"} <= set(legend(drawn[0]))
-
-
-def test_empty_logs_are_left_out(logs: dict[str, Log], tmp_path: Path) -> None:
-    empty = changed(logs["one"], **{name.split(".")[0]: lambda v: v[:0] for name in logs["one"].names})
-    assert comparison.save_comparison({"empty": empty}, tmp_path / "no", name="n", title="t") == []
-    assert len(comparison.save_comparison({"e": empty, "a": logs["one"]}, tmp_path, name="n", title="t")) == 5
-
-
-def test_folder_that_cannot_be_made_is_a_clear_sentence(logs: dict[str, Log], tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot be made"):
-        comparison.save_comparison(logs, tmp_path / "file" / "figures", name="n", title="t")
-
-
-def test_legend_has_fewer_columns_for_longer_labels(
-    logs: dict[str, Log], drawn: list[canvas.Figure], tmp_path: Path
-) -> None:
-    many = {f"a rather long label of run {i}": logs["one"] for i in range(5)}
-    comparison.draw_errors(many, "x", tmp_path / "a.png")
-    figure = drawn[0]
-    box = figure.legends[0].get_window_extent()
-    assert box.x0 >= 0.0
-    assert box.x1 <= figure.bbox.x1
-
-
-def test_joint_difference_is_the_largest_at_each_tick(logs: dict[str, Log]) -> None:
-    difference = agreement.joint_difference(logs["mtn"], logs["one"])
-    np.testing.assert_array_equal(difference, np.abs(logs["mtn"]["q"] - logs["one"]["q"]).max(axis=1))
-    assert difference.max() > 0.0
-
-
-def test_joint_difference_of_different_arms_is_refused(logs: dict[str, Log], panda_log: Log) -> None:
-    with pytest.raises(InputError, match="different joints"):
-        agreement.joint_difference(panda_log, logs["one"])
 
 
 def test_agreement_shows_error_difference_and_times(
@@ -242,11 +137,6 @@ def test_agreement_shows_error_difference_and_times(
     assert difference.lines[1].get_ydata()[-1] == worst
     assert [label.get_text() for label in times.get_yticklabels()] == list(logs)
     assert times.get_xlabel() == "time of a step [us]"
-
-
-@pytest.mark.parametrize(("metres", "words"), [(0.0123, "12.3 mm"), (2e-4, "0.2 mm"), (3.5e-6, "3.5 µm")])
-def test_lengths_are_told_in_the_unit_that_reads_best(metres: float, words: str) -> None:
-    assert curves.length(metres) == words
 
 
 def test_unknown_reference_names_the_runs(logs: dict[str, Log], tmp_path: Path) -> None:

@@ -4,9 +4,8 @@ import sys
 import numpy as np
 import pytest
 
-from ftqp.control.paths import Circle, Line, Square
+from ftqp.control.paths import Circle, Square
 from ftqp.control.planner.planner import Planner
-from ftqp.control.planner.status import STATUSES
 from ftqp.core.errors import InputError
 from ftqp.core.extras import remedy_for_extra
 from ftqp.faults.kinds import Degraded, FreeSwinging, Locked
@@ -15,14 +14,13 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.loop import Simulation
 from ftqp.sim.plants.arm_model import Arm
-from ftqp.sim.plants.servo_plant import ServoPlant
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
 from ftqp.sim.sensors.sensor_faults import Offset
 
 pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 
-from ftqp.viz.figures import canvas, events, palette, tracking
+from ftqp.viz.figures import canvas, palette, tracking
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import status_ribbon as ribbon
 from ftqp.viz.figures.run_figures import DRAWINGS, save_figures
@@ -105,10 +103,7 @@ def test_every_picture_is_written(request, tmp_path, name):
     files = save_figures(request.getfixturevalue(name), tmp_path / "figures")
     left_out = ("base.png", "following.png")
     assert [file.name for file in files] == [name for name in DRAWINGS if name not in left_out]
-    for file in files:
-        content = file.read_bytes()
-        assert content.startswith(PNG)
-        assert len(content) > 10_000
+    assert all(file.read_bytes().startswith(PNG) for file in files)
 
 
 def test_run_with_sensors_has_a_picture_of_what_was_sent_and_measured(measured_log, drawn, tmp_path):
@@ -122,15 +117,6 @@ def test_run_with_sensors_has_a_picture_of_what_was_sent_and_measured(measured_l
     assert "sent to the arm" in texts(drawn[-1])
 
 
-def test_following_error_of_an_arm_with_servos_is_drawn_in_thousandths(drawn, tmp_path):
-    panda = catalog.load("panda")
-    path = Circle(panda.pose(panda.neutral), 0.05, duration=1.0)
-    plant = ServoPlant(panda, 0.01, drive="position", takes_velocity=False, time_constant=0.03)
-    log = Simulation(Planner(panda, dt=0.01), path, q=panda.neutral, plant=plant, log="memory").run().log
-    joints.draw_following(log, tmp_path / "a.png")
-    assert "distance [mrad]" in texts(drawn[-1])
-
-
 def test_path_figure_names_units_faults_and_errors(panda_log, drawn, tmp_path):
     tracking.draw(panda_log, tmp_path / "a.png")
     words = texts(drawn[0])
@@ -141,35 +127,6 @@ def test_path_figure_names_units_faults_and_errors(panda_log, drawn, tmp_path):
     assert "panda_joint1" not in words
 
 
-def test_errors_are_drawn_on_a_logarithmic_axis(panda_log, drawn, tmp_path):
-    tracking.draw(panda_log, tmp_path / "a.png")
-    assert [axes.get_yscale() for axes in drawn[0].axes[1:3]] == ["log", "log"]
-
-
-def test_line_that_the_tip_leaves_is_drawn_in_the_plane_of_both(drawn, tmp_path):
-    panda = catalog.load("panda")
-    line = Line(panda.pose(panda.neutral), (0.05, 0.0, 0.0), duration=1.0)
-    run = Simulation(Planner(panda, dt=0.01), line, q=panda.neutral, log="memory").run().log
-    bent = {name: np.array(run[name]) for name in run.names}
-    bent["tip.z"] = bent["tip.z"] - np.linspace(0.0, 0.01, len(run))
-    tracking.draw(Log(run.path, bent, run.units, run.descriptions, run.metadata), tmp_path / "a.png")
-    assert "Path in the x-z plane" in texts(drawn[0])
-
-
-def test_flat_path_is_drawn_in_its_plane(stopped_log, drawn, tmp_path):
-    tracking.draw(stopped_log, tmp_path / "a.png")
-    assert "Path in the x-y plane" in texts(drawn[0])
-    assert "5 joints fail (1 s)" in texts(drawn[0])
-
-
-def test_path_in_space_is_drawn_in_space(panda_log, drawn, tmp_path):
-    bent = {name: np.array(panda_log[name]) for name in panda_log.names}
-    bent["tip.x"] = bent["tip.x"] + np.linspace(0.0, 0.1, len(panda_log))
-    log = Log(panda_log.path, bent, panda_log.units, panda_log.descriptions, panda_log.metadata)
-    tracking.draw(log, tmp_path / "a.png")
-    assert drawn[0].axes[0].name == "3d"
-
-
 def test_no_legend_hides_a_path(panda_log, stopped_log, drawn, tmp_path):
     for log in (panda_log, stopped_log):
         tracking.draw(log, tmp_path / "a.png")
@@ -177,13 +134,6 @@ def test_no_legend_hides_a_path(panda_log, stopped_log, drawn, tmp_path):
         assert not [axes for axes in figure.axes if axes.get_legend()]
         below = figure.legends[0].get_window_extent()
         assert below.y1 <= min(axes.get_window_extent().y0 for axes in figure.axes)
-
-
-def test_stop_is_marked(stopped_log, drawn, tmp_path):
-    stop = events.stop_time(stopped_log)
-    assert stop is not None
-    tracking.draw(stopped_log, tmp_path / "a.png")
-    assert f"emergency stop at {stop:.4g} s" in texts(drawn[0])
 
 
 def test_joint_figure_shows_every_joint_within_its_limits(panda_log, drawn, tmp_path):
@@ -204,14 +154,6 @@ def test_joint_figure_shows_every_joint_within_its_limits(panda_log, drawn, tmp_
     )
 
 
-def test_torque_figure_shows_brake_and_limits(panda_log, drawn, tmp_path):
-    joints.draw_torques(panda_log, tmp_path / "a.png")
-    words = texts(drawn[0])
-    assert "torque [N m]" in words
-    assert "carried by the brake" in words
-    assert "panda_joint3: brake carries" in words
-
-
 def test_torque_at_the_brake_takes_the_place_of_that_of_the_motor(panda_log, drawn, tmp_path):
     joints.draw_torques(panda_log, tmp_path / "a.png")
     panel = drawn[0].axes[2]
@@ -219,25 +161,6 @@ def test_torque_at_the_brake_takes_the_place_of_that_of_the_motor(panda_log, dra
     told = panda_log["t"] >= 1.2 - 1e-9
     np.testing.assert_allclose(carried.get_ydata()[told], panda_log["tau_brake.panda_joint3"][told])
     assert np.isnan(carried.get_ydata()[~told]).all()
-
-
-def test_velocity_figure_shows_a_limit_only_where_a_joint_comes_near_it(panda_log, drawn, tmp_path):
-    fast = {name: np.array(panda_log[name]) for name in panda_log.names}
-    fast["v.panda_joint6"] = np.linspace(0.0, 2.5, len(panda_log))
-    log = Log(panda_log.path, fast, panda_log.units, panda_log.descriptions, panda_log.metadata)
-    joints.draw_velocities(log, tmp_path / "a.png")
-    limit = np.degrees(panda_log.metadata["limits"]["v_max"][5])
-    fast_panel, slow_panel = drawn[0].axes[5], drawn[0].axes[1]
-    assert fast_panel.get_ylim()[1] > limit
-    assert slow_panel.get_ylim()[1] < 0.5 * limit
-    assert "velocity [deg/s]" in texts(drawn[0])
-
-
-def test_arm_without_limits_of_torque_has_no_word_of_them(stopped_log, drawn, tmp_path):
-    joints.draw_torques(stopped_log, tmp_path / "a.png")
-    joints.draw_positions(stopped_log, tmp_path / "b.png")
-    assert "limit" not in texts(drawn[0])
-    assert "beyond the limit" in texts(drawn[1])
 
 
 def test_path_figure_draws_the_arm_at_five_instants_with_its_failed_joint(panda_log, drawn, tmp_path):
@@ -252,17 +175,6 @@ def test_path_figure_draws_the_arm_at_five_instants_with_its_failed_joint(panda_
     assert np.allclose([arms[-1].get_xdata()[-1], arms[-1].get_ydata()[-1]], 1e3 * last, atol=0.01)
 
 
-def test_log_that_does_not_know_its_arm_is_drawn_without_it(panda_log, drawn, tmp_path):
-    about = {key: value for key, value in panda_log.metadata.items() if key != "skeleton"}
-    signals = {name: panda_log[name] for name in panda_log.names}
-    tracking.draw(Log(None, signals, panda_log.units, panda_log.descriptions, about), tmp_path / "a.png")
-    assert "from above" not in texts(drawn[0])
-    broken = about | {"skeleton": {"prismatic": [False], "placements": [[1.0]], "tip": []}}
-    log = Log(None, signals, panda_log.units, panda_log.descriptions, broken)
-    with pytest.raises(InputError, match="the arm's geometry"):
-        tracking.draw(log, tmp_path / "b.png")
-
-
 def test_ribbon_tells_truth_from_belief(panda_log, drawn, tmp_path):
     ribbon.draw(panda_log, tmp_path / "a.png")
     words = texts(drawn[0])
@@ -270,31 +182,6 @@ def test_ribbon_tells_truth_from_belief(panda_log, drawn, tmp_path):
     assert "panda_joint3, as the planner believes" in words
     assert "panda_joint4, really and as believed" in words
     assert "OK: the task is followed and every limit is kept" in words
-
-
-def test_no_word_of_the_ribbon_leaves_the_picture(drawn, panda_log, tmp_path):
-    signals = {name: np.array(panda_log[name]) for name in panda_log.names}
-    signals["status"] = np.arange(len(panda_log)) % len(STATUSES)
-    log = Log(None, signals, panda_log.units, panda_log.descriptions, panda_log.metadata)
-    ribbon.draw(log, tmp_path / "a.png")
-    (figure,) = drawn
-    for legend in (*figure.legends, figure.axes[0].get_legend()):
-        place = legend.get_window_extent()
-        assert place.x0 >= 0.0 and place.x1 <= figure.bbox.width
-        assert place.y0 >= 0.0 and place.y1 <= figure.bbox.height
-        assert figure._suptitle.get_window_extent().y0 >= place.y1
-
-
-def test_ribbon_shows_every_spell(stopped_log, drawn, tmp_path):
-    ribbon.draw(stopped_log, tmp_path / "a.png")
-    spells = 1 + np.count_nonzero(np.diff(stopped_log["status"]))
-    assert len(drawn[0].axes[0].collections) == spells + 5 * 2
-
-
-def test_log_of_one_row_can_be_drawn(panda_log, tmp_path):
-    first = {name: np.array(panda_log[name][:1]) for name in panda_log.names}
-    log = Log(panda_log.path, first, panda_log.units, panda_log.descriptions, panda_log.metadata)
-    assert len(save_figures(log, tmp_path)) == 5
 
 
 def test_arm_without_inertia_has_no_torque_figure(panda_log, tmp_path):

@@ -5,9 +5,9 @@ from threading import Lock
 
 import numpy as np
 
-from ftqp.app.view.casting import cast_of
-from ftqp.sim.session.cast import Choice
+from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.sim.session.live_session import Session
+from ftqp.sim.session.session_arms import Choice
 from ftqp.viz.live.frame import DrawnArm, frame_of
 from ftqp.viz.live.frame_source import Stage
 
@@ -22,7 +22,7 @@ class SteppedSource:
         overrides: Sequence[str] = (),
         **stage: object,
     ) -> None:
-        self.session = Session(cast_of, Choice(scenario=scenario, overrides=tuple(overrides)))
+        self.session = Session(arms_of, Choice(scenario=scenario, overrides=tuple(overrides)))
         self.seconds, self.orders, self._more = seconds, [], stage
         self._lock = Lock()
         self._drawn = None
@@ -42,12 +42,12 @@ class SteppedSource:
 
     def _stage(self):
         session = self.session
-        path = session.cast.path
+        path = session.arms.path
         points = path.sample(np.linspace(0.0, path.duration, 121)).pose[:, :3, 3]
         return Stage(
             number=session.stage,
-            title=session.cast.title,
-            robot=session.cast.robot,
+            title=session.arms.title,
+            robot=session.arms.robot,
             scheme=session.choice.scheme or "mvn",
             backend=session.choice.backend or "active_set",
             tell=session.tell,
@@ -63,6 +63,6 @@ class SteppedSource:
 
     def _arm(self):
         """What draws the arm of now."""
-        if self._drawn is None or self._drawn.robot is not self.session.cast.robot:
-            self._drawn = DrawnArm(self.session.cast.robot)
+        if self._drawn is None or self._drawn.robot is not self.session.arms.robot:
+            self._drawn = DrawnArm(self.session.arms.robot)
         return self._drawn

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.viz.live.stepped_source import SteppedSource
 
-from ftqp.sim.session.orders import Aim
+from ftqp.sim.session.session_commands import Aim
 from ftqp.viz.live.live_page import Page
 
 PATIENCE = 120.0
@@ -56,19 +56,6 @@ def settle(tab):
         shows(tab, f"+d.tick > {now}")
 
 
-def choose(tab, source, tell):
-    """Choose when a planner is told; again where the page was being drawn anew and lost the click."""
-    for _ in range(3):
-        tab.get_by_role("combobox", name="tell planner").click()
-        tab.get_by_role("option", name=tell).click()
-        end = monotonic() + 0.25 * PATIENCE
-        while monotonic() < end:
-            if source.session.tell == tell:
-                return
-            sleep(0.05)
-    raise AssertionError(f"the planner is told {source.session.tell}, {tell} was chosen")
-
-
 def head(condition):
     """JavaScript: the head of a page is there and says something of its data, ``d``."""
     return f"(e => e !== null && (d => {condition})(e.dataset))(document.querySelector('#ftqp-status'))"
@@ -100,7 +87,7 @@ def press(tab, word, joint, condition):
 
 
 def planner(source):
-    return source.session.cast.arm.planner
+    return source.session.arms.arm.planner
 
 
 def red(tab):
@@ -130,35 +117,6 @@ def test_a_click_locks_a_joint_and_another_one_repairs_it(source, tab):
     assert not planner(source).faults
 
 
-def test_a_joint_swings_freely_and_is_weakened_after_a_click(source, tab):
-    press(tab, "free", 5, "d.faults.includes('panda_joint6:free-swinging')")
-    press(tab, "weak", 4, "d.faults.includes('panda_joint5:degraded')")
-    press(tab, "reset", 0, "d.faults === ''")
-
-
-def test_time_stands_while_paused_and_begins_anew_at_reset(source, tab):
-    shows(tab, "+d.tick > 100")
-    click(tab, "pause", 0)
-    shows(tab, "d.paused === 'true'")
-    stood = source.session.facts.tick
-    sleep(0.5)
-    assert source.session.facts.tick == stood
-    click(tab, "lock", 2)
-    until(lambda: planner(source).faults)
-    click(tab, "reset", 0)
-    shows(tab, "+d.tick === 0 && d.faults === ''")
-    click(tab, "resume", 0)
-    shows(tab, "+d.tick > 0 && d.paused === 'false'")
-
-
-def test_a_planner_that_is_not_told_does_not_know(source, tab):
-    choose(tab, source, "never")
-    press(tab, "lock", 0, "d.faults.includes('panda_joint1') && d.belief === ''")
-    choose(tab, source, "at once")
-    shows(tab, "d.belief.includes('panda_joint1')")
-    press(tab, "reset", 0, "d.faults === ''")
-
-
 def test_two_browsers_see_the_same_and_one_that_dies_stops_nothing(source, page, tab, opened):
     other = opened(page.url, size=(800, 300))
     other.wait_for_selector("#ftqp-status")
@@ -174,19 +132,6 @@ def test_two_browsers_see_the_same_and_one_that_dies_stops_nothing(source, page,
     now = tick(tab)
     shows(tab, f"+d.tick > {now}")
     press(tab, "repair", 6, "d.faults === ''")
-
-
-def test_the_arm_goes_on_after_a_hundred_clicks_at_once(source, tab):
-    count = len(source.orders)
-    tab.evaluate(
-        "(() => { const b = [...document.querySelectorAll('button')].filter(b => ['lock', 'repair']"
-        ".includes(b.innerText)); for (let k = 0; k < 100; k++) b[k % b.length].click(); })()"
-    )
-    until(lambda: len(source.orders) > count)
-    click(tab, "reset", 0)
-    shows(tab, "d.faults === '' && +d.tick < 400")
-    now = tick(tab)
-    shows(tab, f"+d.tick > {now}")
 
 
 def test_the_target_can_be_dragged(source, page, tab):
@@ -237,17 +182,3 @@ def test_the_target_can_be_dragged(source, page, tab):
     tab.get_by_label("drag the target").click()
     until(lambda: isinstance(source.orders[-1], Aim) and source.orders[-1].pose is None)
     tab.get_by_role("tab", name="Joints").click()
-
-
-def test_another_scenario_brings_another_arm_and_leaves_no_node_behind(source, page, tab):
-    nodes = page.nodes()
-    shown = int(tab.get_attribute("#ftqp-status", "data-stage"))
-    for step, (scenario, joint) in enumerate([("planar6-square", 5), ("panda-circle", 6)], 1):
-        tab.get_by_role("tab", name="Setup").click()
-        tab.get_by_role("combobox", name="scenario").click()
-        tab.get_by_role("option", name=scenario).click()
-        shows(tab, f"+d.stage === {shown + step}")
-        settle(tab)
-        press(tab, "lock", joint, "d.belief !== ''")
-        assert planner(source).faults
-    assert page.nodes() == nodes

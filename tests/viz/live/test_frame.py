@@ -6,20 +6,19 @@ import numpy as np
 import pytest
 
 from ftqp.app.scenario.setup import load
-from ftqp.app.view.casting import cast_of
-from ftqp.faults.kinds import Locked
+from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.model import catalog
 from ftqp.sim.loop import Simulation
-from ftqp.sim.session.cast import Choice
 from ftqp.sim.session.live_session import Session
-from ftqp.sim.session.tick_facts import Facts, TwinFacts
+from ftqp.sim.session.session_arms import Choice
+from ftqp.sim.session.tick_facts import Facts
 from ftqp.viz.live.frame import DrawnArm, frame_of, frames_of
 
 CLOCK = {"step_time_us"}
 
 
 def session(scenario, **kwargs):
-    return Session(lambda choice: cast_of(choice, twin=False), Choice(scenario=scenario, **kwargs))
+    return Session(lambda choice: arms_of(choice, twin=False), Choice(scenario=scenario, **kwargs))
 
 
 def facts(robot, q=None, **others):
@@ -86,42 +85,3 @@ def test_joint_that_failed_or_is_believed_to_flattens_the_ellipsoid():
         np.testing.assert_allclose(frame.axes, np.linalg.svd(np.delete(J, 1, axis=1))[1], atol=1e-12)
     weak = np.full(n, 3)
     np.testing.assert_allclose(frame_of(facts(robot, truth=weak), arm).axes, np.linalg.svd(J)[1], atol=1e-12)
-
-
-def test_shares_run_from_limit_to_limit_and_near_ones_are_marked():
-    robot = catalog.load("panda")
-    low, high = robot.limits.q_min, robot.limits.q_max
-    q = 0.5 * (low + high)
-    q[0], q[1] = low[0], high[1] - 0.04 * (high[1] - low[1])
-    frame = frame_of(facts(robot, q), DrawnArm(robot))
-    assert frame.share[:3] == pytest.approx([-1.0, 0.92, 0.0])
-    assert frame.near_limit.tolist() == [True, True, False, False, False, False, False]
-
-
-def test_number_that_is_none_leaves_the_picture_where_it_was():
-    robot = catalog.load("panda")
-    arm = DrawnArm(robot)
-    before = frame_of(facts(robot), arm)
-    q = robot.neutral.copy()
-    q[3] = np.nan
-    after = frame_of(facts(robot, q, target_position=np.full(3, np.nan)), arm)
-    np.testing.assert_array_equal(after.joints, before.joints)
-    assert after.target is None
-
-
-def test_twin_is_drawn_where_it_is():
-    robot = catalog.load("panda")
-    other = robot.neutral + 0.2
-    twin = TwinFacts(q=other, status=6, position_error=0.03)
-    frame = frame_of(facts(robot, twin=twin), DrawnArm(robot))
-    np.testing.assert_allclose(frame.baseline[-1], robot.pose(other), atol=1e-12)
-    np.testing.assert_allclose(frame.tip, robot.pose(robot.neutral), atol=1e-12)
-    assert (frame.baseline_status, frame.baseline_error) == ("STOPPED", 0.03)
-
-
-def test_locked_joint_that_a_brake_holds_is_not_braking():
-    panda = catalog.load("panda")
-    locked, v = np.zeros(7, dtype=int), np.zeros(7)
-    locked[:2], v[:2] = Locked.number, (1e-6, 0.1)
-    frame = frame_of(facts(panda, truth=locked, v=v), DrawnArm(panda))
-    assert frame.braking.tolist() == [False, True, *5 * [False]]

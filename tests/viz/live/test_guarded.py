@@ -14,7 +14,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import ftqp
-from ftqp.sim.session.orders import Break, Pause
+from ftqp.sim.session.session_commands import Break, Pause
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.server import HEADERS, PATIENCE, VERSION
 

@@ -11,17 +11,14 @@ from tests.viz.live.still_source import StillSource
 
 import ftqp
 from ftqp.control.planner.status import STATUSES
-from ftqp.model.catalog import CATALOG
 from ftqp.sim.log.signals import CONDITIONS
-from ftqp.sim.session.orders import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
+from ftqp.sim.session.session_commands import Aim, Break, Pause, Play, Repair, Reset, Seek, Speed, Tell, Use
 from ftqp.viz.live import colours
 from ftqp.viz.live.frame_source import HeatMap
-from ftqp.viz.live.heat_map import failure_map, named_failure
+from ftqp.viz.live.heat_map import failure_map
 from ftqp.viz.live.history import SAMPLES, History
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.scene import OVERLAYS, frame_names
-from ftqp.viz.live.shapes import Part
-from ftqp.viz.live.solids import box
 from ftqp.viz.live.status_head import joint_table, status_head
 
 NASTY = ("<script>alert(1)</script>", '"><img src=x onerror=alert(2)>')
@@ -128,7 +125,7 @@ def test_every_overlay_has_a_check_box_that_hides_it(panda):
             assert all(node.visible for node in nodes)
 
 
-@pytest.mark.parametrize("name", CATALOG)
+@pytest.mark.parametrize("name", ["panda", "modular11"])
 def test_each_condition_of_each_joint_is_seen_in_colour_table_and_head(name):
     robot = ftqp.robots.load(name)
     source = StillSource(robot)
@@ -163,15 +160,6 @@ def test_another_arm_leaves_no_node_and_no_control_behind():
         assert len(page._server.gui._gui_input_handle_from_uuid) == inputs
 
 
-def test_an_arm_of_many_joints_has_one_row_and_a_choice_of_joints():
-    links = [[0, 0, 0.1, 0]] * 15
-    source = StillSource(ftqp.Robot.from_dh(links, acceleration=5.0))
-    with Page(source, port=0) as page:
-        use(controls(page)["joint"], source.robot.joints[13])
-        use(controls(page)["break it"], "lock")
-        assert source.orders == [Break(source.robot.joints[13])]
-
-
 def test_a_replay_has_a_slider_over_its_time_and_no_buttons_that_break():
     source = StillSource(ftqp.robots.load("panda"), live=False, duration=20.0)
     with Page(source, port=0) as page:
@@ -194,23 +182,6 @@ def test_every_status_has_a_colour_and_its_sentence_is_in_the_head(panda, status
     source.facts["status"] = 0
     assert f'data-status="{status}"' in head
     assert colours.hexadecimal(colours.STATUS[status]) in head
-
-
-def test_numbers_that_are_none_are_shown_in_words():
-    source = StillSource(ftqp.robots.load("panda"))
-    bad = np.full(7, np.nan)
-    source.facts |= {
-        "q": bad,
-        "v": bad,
-        "position_error": np.nan,
-        "rotation_error": np.inf,
-        "step_time": np.nan,
-    }
-    with Page(source, port=0) as page:
-        assert page.refresh()
-        page._panel.show(source.frame())
-        page._panel.plot()
-        assert "unknown" in page._panel._head.content
 
 
 def test_names_are_text_wherever_they_are_shown():
@@ -249,16 +220,6 @@ def test_a_failure_named_below_the_map_is_played():
         assert len(source.orders) == 1
 
 
-@pytest.mark.parametrize("text", ["", "c", "c @", "c @ x", "c @ nan", "d @ 0.5", " @ "])
-def test_what_names_no_failure_is_answered_with_what_is_expected(text):
-    assert named_failure(text, HEAT) == "expected joint @ time [s], for example a @ b @ 0.00"
-
-
-def test_the_map_has_a_bar_for_each_spell_of_one_verdict():
-    assert failure_map(HEAT).count("<rect") == 4
-    assert "66.7 %" in failure_map(HEAT)
-
-
 def test_history_keeps_ten_seconds_and_begins_anew_when_time_goes_back():
     source = StillSource(ftqp.robots.load("panda"))
     history = History(source.frame())
@@ -275,30 +236,6 @@ def test_history_keeps_ten_seconds_and_begins_anew_when_time_goes_back():
     assert np.isfinite(history.error).sum() == 1
     assert [s for s in history.status if s] == ["OK"]
     assert len(history.status) == SAMPLES
-
-
-def test_a_choice_that_is_refused_is_taken_back_in_the_page():
-    source = StillSource(ftqp.robots.load("panda"), robots=("panda", "iiwa14"))
-    with Page(source, port=0) as page:
-        use(controls(page)["robot"], "iiwa14")
-        assert source.orders == [Use(robot="iiwa14")]
-        source.facts["message"] = "The path cannot be reached by iiwa14."
-        page._panel.show(source.frame())
-        assert controls(page)["robot"].value == "panda"
-        assert source.orders == [Use(robot="iiwa14")]
-        assert "cannot be reached by iiwa14" in page._panel._head.content
-
-
-def test_bodies_of_meshes_are_grey_until_their_joint_fails():
-    robot = ftqp.robots.load("panda")
-    parts = [Part(name="body3", kind="body", frame=2, mesh=box(np.full(3, 0.1)))]
-    source = StillSource(robot)
-    with Page(source, port=0, parts=lambda _: parts) as page:
-        body = page._server.scene.get_handle_by_name(f"{frame_names('/arm-1', 3)[2]}/body3")
-        assert tuple(body.color) == colours.LINK
-        source.facts |= {"truth": np.array([0, 0, 1, 0, 0, 0, 0])}
-        page.refresh()
-        assert tuple(body.color) == colours.CONDITION[1]
 
 
 def test_pictures_leave_nothing_behind_that_grows():

@@ -1,17 +1,11 @@
 """An arm drawn from the meshes of its URDF, and from its chain where they cannot be read."""
 
-import sys
-from importlib import util
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import ftqp
-from ftqp.core.errors import InputError
-from ftqp.viz.live.meshes import MOST_FACES, found_mesh, mesh_parts, read_mesh, simplified
+from ftqp.viz.live.meshes import found_mesh, mesh_parts
 from ftqp.viz.live.shapes import BASE, arm_parts
-from ftqp.viz.live.solids import ball, box
 
 URDF = """<robot name="two">
   <link name="base"><collision><geometry><cylinder radius="0.1" length="0.2"/></geometry></collision></link>
@@ -25,7 +19,6 @@ URDF = """<robot name="two">
     <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
 </robot>"""
 CYLINDER = '<cylinder radius="0.04" length="0.5"/>'
-ROBOT_DATA = next(Path(sys.prefix).glob("**/share/example-robot-data/robots"), None)
 STL = """solid one
 facet normal 0 0 1
 outer loop
@@ -96,51 +89,3 @@ def test_what_cannot_be_read_costs_the_meshes_and_not_the_picture(tmp_path, caps
     assert said.startswith("ftqp: two is drawn from its chain: ")
     assert reason in said
     assert said.count("\n") == 1
-
-
-def test_no_urdf_and_the_look_of_the_chain_need_no_mesh(capsys):
-    robot = ftqp.robots.load("panda")
-    assert len(mesh_parts(robot, None)) == len(mesh_parts(robot, "x", "chain")) == len(arm_parts(robot.chain))
-    assert capsys.readouterr().err == ""
-    with pytest.raises(InputError, match="meshes is 'nice', expected one of chain, collision, visual"):
-        mesh_parts(robot, None, "nice")
-
-
-def test_simplified_meshes_are_light_and_keep_their_shape():
-    fine = ball(0.5)
-    while len(fine.faces) < 3000:
-        middles = fine.vertices[fine.faces].mean(axis=1)
-        count = len(fine.vertices) + np.arange(len(fine.faces))
-        a, b, c = fine.faces.T
-        faces = [np.column_stack(f) for f in ((a, b, count), (b, c, count), (c, a, count))]
-        fine = type(fine)(np.vstack([fine.vertices, middles]), np.vstack(faces))
-    light, same = simplified([fine, box(np.ones(3))], most=800)
-    assert len(light.faces) + len(same.faces) <= 800
-    assert len(light.faces) > 200
-    assert np.ptp(light.vertices, axis=0) == pytest.approx(np.ones(3), abs=0.12)
-    assert simplified([fine], most=10_000)[0] is fine
-
-
-@pytest.mark.robots
-@pytest.mark.skipif(ROBOT_DATA is None, reason='example-robot-data is missing: pip install -e ".[robots]"')
-def test_panda_has_light_collision_meshes_and_visual_ones_fall_back_without_their_reader(capsys):
-    file = ROBOT_DATA / "panda_description" / "urdf" / "panda.urdf"
-    robot = ftqp.Robot.from_urdf(
-        file, tip="panda_link8", acceleration=5.0, locked=["panda_finger_joint1", "panda_finger_joint2"]
-    )
-    parts = mesh_parts(robot, file)
-    assert capsys.readouterr().err == ""
-    assert {part.frame for part in parts} == {BASE, *range(7)}
-    assert sum(len(part.mesh.faces) for part in parts) <= MOST_FACES
-    assert all(np.abs(part.mesh.vertices).max() < 0.6 for part in parts)
-    assert {part.kind for part in parts} == {"base", "body"}
-    if util.find_spec("collada") is None:
-        assert any(part.kind == "link" for part in mesh_parts(robot, file, "visual"))
-        assert capsys.readouterr().err.count("\n") == 1
-
-
-def test_a_file_that_is_no_mesh_is_refused(tmp_path):
-    file = tmp_path / "a.obj"
-    file.write_text("nothing")
-    with pytest.raises(InputError, match=r"a\.obj"):
-        read_mesh(file)

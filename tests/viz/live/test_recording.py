@@ -8,9 +8,7 @@ from tests.viz.live.stepped_source import SteppedSource
 
 from ftqp.core.errors import InputError
 from ftqp.core.pose import skew, transform
-from ftqp.faults.kinds import Locked
-from ftqp.sim.session.orders import Break
-from ftqp.viz.live.colours import CONDITION
+from ftqp.sim.session.session_commands import Break
 from ftqp.viz.live.recording import messages_of, picture_ticks, poses_of, recording
 from ftqp.viz.live.scene import frame_names
 
@@ -33,13 +31,6 @@ def frames():
 def page(frames):
     source, made = frames
     return recording(made, source.stage().robot, path=source.stage().path, title="<script>alert(1)</script>")
-
-
-def test_it_lasts_as_long_as_the_frames(frames, page):
-    _, made = frames
-    duration, messages = messages_of(page)
-    assert duration == pytest.approx(made[-1].t - made[0].t, abs=1e-9)
-    assert max(t for t, _ in messages) <= duration
 
 
 def pose(page, node):
@@ -68,19 +59,6 @@ def test_the_locked_joint_stands_after_its_lock_and_its_neighbours_do_not(frames
         assert after == 0 if stands else after > 10
 
 
-def test_the_lock_is_seen_as_a_colour(frames, page):
-    _, made = frames
-    _, messages = messages_of(page)
-    barrel = frame_names("/arm-1", 7)[2] + "/joint2"
-    painted = [
-        (t, m["updates"]["color"])
-        for t, m in messages
-        if m["type"] == "SceneNodeUpdateMessage" and m["name"] == barrel and "color" in m["updates"]
-    ]
-    assert painted[-1][0] == pytest.approx(made[LOCK].t - made[0].t, abs=1e-9)
-    assert tuple(painted[-1][1]) == CONDITION[Locked.number]
-
-
 def test_the_last_tip_pose_is_that_of_the_last_frame(frames, page):
     source, made = frames
     chain, T = source.stage().robot.chain, np.eye(4)
@@ -107,14 +85,6 @@ def test_a_long_run_is_thinned_to_a_minute_of_pictures_unless_all_are_asked_for(
     assert len(picture_ticks(t, fps=30.0, longest=None)) == 18_001
     assert np.allclose(np.diff(t[picture_ticks(t[:5001], fps=30.0)])[:-1], 1.0 / 30.0, atol=1.1e-3)
     assert list(picture_ticks(t[:1])) == [0]
-
-
-@pytest.mark.parametrize(
-    "call", [lambda: picture_ticks(np.zeros(0)), lambda: picture_ticks(np.zeros(3), fps=0.0)]
-)
-def test_ticks_of_nothing_are_refused(call):
-    with pytest.raises(InputError, match="expected"):
-        call()
 
 
 def test_a_recording_without_frames_or_an_other_page_is_refused(frames):

@@ -50,28 +50,7 @@ def test_every_joint_has_a_barrel_and_links_reach_from_joint_to_joint(name):
         assert np.linalg.norm(mesh.vertices - ends[i], axis=1).min() < 1.5 * radii(robot.chain)[i]
 
 
-@pytest.mark.parametrize("name", CATALOG)
-def test_parts_are_light(name):
-    faces = sum(len(p.mesh.faces) for p in arm_parts(ftqp.robots.load(name).chain))
-    assert faces < 20_000
-
-
-def test_an_arm_in_other_units_has_the_same_shape():
-    small, large = (
-        ftqp.robots.load("planar", lengths=(1.0, 1.0, 0.5)),
-        ftqp.robots.load("planar", lengths=(100.0, 100.0, 50.0)),
-    )
-    for a, b in zip(arm_parts(small.chain), arm_parts(large.chain), strict=True):
-        assert np.allclose(100.0 * a.mesh.vertices, b.mesh.vertices)
-
-
 def test_every_condition_has_a_colour_of_its_own():
     assert set(colours.CONDITION) == set(CONDITIONS) == {0, *(kind.number for kind in KINDS.values())}
     shown = [*colours.CONDITION.values(), colours.BRAKING, colours.NEAR_LIMIT]
     assert len(set(shown)) == len(shown)
-
-
-def test_a_failed_joint_keeps_its_colour_near_its_limit():
-    assert colours.joint_colour(1, False, True) == colours.CONDITION[1]
-    assert colours.joint_colour(0, False, True) == colours.NEAR_LIMIT
-    assert colours.joint_colour(0, True, True) == colours.BRAKING

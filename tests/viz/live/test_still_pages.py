@@ -7,7 +7,7 @@ from tests.viz.live.stepped_source import SteppedSource
 from tests.viz.live.still_source import StillSource
 
 import ftqp
-from ftqp.sim.session.orders import Break, Play
+from ftqp.sim.session.session_commands import Break, Play
 from ftqp.viz.live.frame_source import HeatMap
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.recording import recording

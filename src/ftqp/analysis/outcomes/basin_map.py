@@ -10,10 +10,8 @@ from ftqp.analysis.goals import GoalStudy, goal_study
 from ftqp.analysis.outcomes.unaware_law import UnawareLaw
 from ftqp.analysis.outcomes.weights import weights_inverse
 from ftqp.analysis.planar_links import PlanarLinks
-from ftqp.control.first_use import notice
 from ftqp.core.checks import FloatArray, IntArray, frozen
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.planar_study import make_ready
 from ftqp.kernel.layout.endings import Ending
 from ftqp.model.robot import Robot
 
@@ -85,7 +83,6 @@ def basins(
     first, second = (k for k in range(3) if k != i)
     M = weights_inverse(W, 3)
     study = goal_study(robot, goal, "position")
-    make_ready(3, notice)
     angles = -np.pi + TURN * (np.arange(grid) + 0.5) / grid
     starts = np.empty((grid, grid, 3))
     starts[:, :, i] = value

@@ -5,12 +5,10 @@ from typing import Any
 import numpy as np
 
 from ftqp.analysis.survival.task_path import TaskPath, task_rows
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.continuation_study import ContinuationStudy
 from ftqp.kernel.entry.study_session import StudySession
-from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.robot import Robot
 
@@ -47,7 +45,6 @@ def rows_session(robot: Robot, rows: Any) -> StudySession:
     Raises:
         InputError: They are unknown, or the arm has fewer joints.
     """
-    warm_up(ENTRIES, capacity_for(robot.nv))
     names, axis = task_rows(robot, rows)
     limits = robot.limits
     ends = np.isinf(limits.q_min) & np.isinf(limits.q_max)

@@ -6,14 +6,12 @@ from typing import final
 
 import numpy as np
 
-from ftqp.analysis.goals import STUDY_ENTRIES, start_box
+from ftqp.analysis.goals import start_box
 from ftqp.analysis.survival.continuing import continuation_study, task_session
 from ftqp.analysis.survival.task_path import TaskPath
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.study_session import StudySession
-from ftqp.kernel.layout.record import capacity_for
 from ftqp.kernel.layout.survival import Survival
 
 STARTS = 256
@@ -121,7 +119,6 @@ def sample_postures(task: TaskPath, samples: IntArray, threads: int | None = Non
         samples: Which.
         threads: How many threads share the work; None is one a core.
     """
-    warm_up(STUDY_ENTRIES, capacity_for(task.robot.nv))
     session: StudySession = task_session(task)
     low, high = start_box(task.robot, limited=True)
     starts = low + np.random.default_rng(0).random((STARTS, task.robot.nv)) * (high - low)

@@ -24,13 +24,12 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from pydantic import ValidationError
 
 from ftqp.app.scenario import composition, document
-from ftqp.app.scenario.complaints import complaints
+from ftqp.app.schema.reading import read
 from ftqp.app.schema.robot_section import RobotTable
 from ftqp.core.checks import is_number
-from ftqp.core.errors import InputError, unknown
+from ftqp.core.errors import InputError, ScenarioError, unknown
 from ftqp.model.robot import Robot
 
 MARGIN = 0.02
@@ -323,9 +322,10 @@ def _start(robot: Robot, share: float, rng: np.random.Generator) -> list[float]:
 
 def _robot(tables: Mapping[str, Any], arms: Callable[[RobotTable, Path], Robot], folder: Path) -> Robot:
     try:
-        return arms(RobotTable.model_validate(tables.get("robot")), folder)
-    except ValidationError as error:
-        raise InputError("; ".join(complaints(RobotTable, error, "scenario.robot"))) from error
+        table = read(RobotTable, tables.get("robot"), "the robot has errors:", "scenario.robot")
+    except ScenarioError as error:
+        raise InputError("; ".join(error.errors)) from error
+    return arms(table, folder)
 
 
 def look_up(tables: Mapping[str, Any], key: Any) -> Any:

@@ -3,14 +3,13 @@
 import hashlib
 import json
 import logging
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, final
 
 import numpy as np
-from pydantic import ValidationError
 
 from ftqp import __version__
 from ftqp.app.campaign import found_failures
@@ -19,9 +18,9 @@ from ftqp.app.campaign.known_arms import KnownArms
 from ftqp.app.campaign.named_files import named_files
 from ftqp.app.campaign.shown_trace import failures, model_file, trace
 from ftqp.app.scenario import document
-from ftqp.app.scenario.complaints import complaints
 from ftqp.app.scenario.setup import Setup, resolve, validated
 from ftqp.app.schema.campaign_file import CampaignFile
+from ftqp.app.schema.reading import plain, read
 from ftqp.checker.checked_run import Verdict, verdict
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.reference_motion import followable
@@ -81,7 +80,7 @@ class Campaign:
 
         Its length is no part of it.
         """
-        content = self.tables.model_dump()
+        content = plain(self.tables)
         del content["campaign"]["episodes"]
         text = json.dumps(content, sort_keys=True, default=str)
         if files := self.files:
@@ -199,8 +198,9 @@ class EpisodeWork:
     def shown(self, setup: Setup, log: Log) -> Trace:
         """What the checker is shown of a run, and for how long the target can certainly be followed."""
         run = trace(setup, log)
-        blind = [] if setup.tables.sensors is None else setup.tables.sensors.faults
-        failing = [*(failure.since for failure in run.failures), *(fault.at for fault in blind)]
+        sensors = setup.tables.sensors
+        blind = () if sensors is None else sensors["faults"]
+        failing = [*(failure.since for failure in run.failures), *(fault["at"] for fault in blind)]
         healthy = min(failing, default=np.inf)
         ticks = int(min(len(run.target), np.ceil(healthy / run.dt - 1e-9)))
         until = 0.0
@@ -210,7 +210,7 @@ class EpisodeWork:
 
     def _arm(self, setup: Setup) -> ModelFile:
         """The arm of an episode as the checker reads it."""
-        name = setup.tables.robot.model_dump_json()
+        name = repr(setup.tables.robot)
         if name not in self.arms:
             self.arms[name] = model_file(setup)
         return self.arms[name]
@@ -220,7 +220,7 @@ class EpisodeWork:
         table, sensors = self.campaign.tables.campaign, setup.tables.sensors
         strict: Strictness = PHYSICS if table.judged == "in physics" else KINEMATIC
         if sensors is not None:  # which a planner looks through: it cannot know the truth at once
-            strict = replace(strict, noise=sensors.position_noise, grace=max(strict.grace, SEEN_LATE))
+            strict = replace(strict, noise=sensors["position_noise"], grace=max(strict.grace, SEEN_LATE))
             if setup.planner.drive.kind != "position":  # and its loop passes on what noise there is
                 strict = replace(strict, speed=PHYSICS.speed, acceleration=PHYSICS.acceleration)
         return strict if table.calm is None else replace(strict, calm=table.calm)
@@ -249,12 +249,9 @@ def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
         ScenarioError: The campaign is wrong; carries every error.
     """
     found = document.read(source, overrides, kind=KIND)
-    try:
-        tables = CampaignFile.model_validate(found.content)
-    except ValidationError as error:
-        raise ScenarioError(f"{found.origin} has errors:", complaints(CampaignFile, error)) from error
+    tables = read(CampaignFile, found.content, f"{found.origin} has errors:")
     folder = found.folder.resolve()
-    made = Campaign(name=found.name, tables=tables, text=document.toml(_plain(tables)), folder=folder)
+    made = Campaign(name=found.name, tables=tables, text=document.toml(plain(tables)), folder=folder)
     try:
         refuse_wrong(tables.scenario, tables.vary)
     except InputError as error:
@@ -278,7 +275,3 @@ def _try_some(made: Campaign, origin: str) -> None:
         raise refused
     what = f"{origin} draws no scenario: none of its first {tried} episodes can be run, the last because"
     raise ScenarioError(what, refused.errors)
-
-
-def _plain(tables: CampaignFile) -> Mapping[str, Any]:
-    return tables.model_dump()

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ftqp.app.campaign.episode_study import RAISED, Campaign, EpisodeWork
-from ftqp.app.schema.campaign_file import CampaignFile, EpisodesTable
+from ftqp.app.schema.campaign_file import CampaignFile
+from ftqp.app.schema.reading import read
 from ftqp.core.errors import ScenarioError
 
 
@@ -22,9 +23,9 @@ def broken_laws(
     Raises:
         ScenarioError: It is no scenario.
     """
-    tables = CampaignFile(
-        campaign=EpisodesTable(episodes=1, judged=judged, calm=calm), scenario=tomllib.loads(text), vary={}
-    )
+    campaign = {"episodes": 1, "judged": judged, "calm": calm}
+    content = {"campaign": campaign, "scenario": tomllib.loads(text), "vary": {}}
+    tables = read(CampaignFile, content, "the scenario cannot be judged:")
     work = EpisodeWork(campaign=Campaign(name="scenario", tables=tables, text=text, folder=Path()))
     return broken_by(work, tables.scenario)
 

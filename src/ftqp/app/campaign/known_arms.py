@@ -27,7 +27,7 @@ class KnownArms:
         Raises:
             InputError: As of ``composition.robot``.
         """
-        key = table.model_dump_json(), folder
+        key = repr(table), folder
         if key not in self._known:
             while len(self._known) >= MOST:
                 del self._known[next(iter(self._known))]

@@ -6,10 +6,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
-
 from ftqp.app.schema.scenario_file import Scenario
-from ftqp.app.schema.strict import NAMES_A_FILE, tables_in
+from ftqp.core.setting import every_key, keys_of
 
 ABSENT = "no such file"
 """What stands for the hash of a file that cannot be read."""
@@ -35,21 +33,15 @@ def _named(value: Any, key: str) -> Iterator[str]:
     elif isinstance(value, list):
         for inner in value:
             yield from _named(inner, key)
-    elif isinstance(value, str) and key in _keys(Scenario):
+    elif isinstance(value, str) and key in _keys():
         yield value
 
 
 @cache
-def _keys(model: type[BaseModel]) -> frozenset[str]:
-    """The keys of a table, and of those within it, that name a file."""
-    found = set()
-    for name, field in model.model_fields.items():
-        extra = field.json_schema_extra
-        if isinstance(extra, dict) and NAMES_A_FILE.items() <= extra.items():
-            found.add(name)
-        for table in tables_in(field.annotation):
-            found |= _keys(table)
-    return frozenset(found)
+def _keys() -> frozenset[str]:
+    """The keys of a scenario, in whichever table, that name a file."""
+    found = every_key(keys_of(Scenario))
+    return frozenset(path.rpartition(".")[2] for path, key in found if key.says.file)
 
 
 def _hash(file: Path) -> str:

@@ -18,8 +18,15 @@ from ftqp.app.commands.options import (
     Source,
     StudyOut,
 )
-from ftqp.app.output.console import ExitCode, tell_json, tell_table
+from ftqp.app.output.console import ExitCode, answer, tell_table
 from ftqp.app.scenario import document
+
+
+def tell_bundled(kind: str, key: str, as_json: bool) -> ExitCode:
+    """The bundled files of a kind with their stories."""
+    found = document.bundled(kind)
+    answer({key: found}, as_json, lambda: tell_table(f"Bundled {key}", ("name", "story"), found.items()))
+    return ExitCode.DONE
 
 
 def converge(
@@ -46,11 +53,7 @@ def workspace(
 ) -> ExitCode:
     """Map which starts are safe if a joint locks and nobody notices; without a study, list the bundled."""
     if study is None:
-        if as_json:
-            tell_json({"studies": document.bundled("study")})
-        else:
-            tell_table("Bundled studies", ("name", "story"), document.bundled("study").items())
-        return ExitCode.DONE
+        return tell_bundled("study", "studies", as_json)
     from ftqp.app.commands.mapping import map_workspace
 
     return map_workspace(study, overrides or (), out, jobs=jobs, dask=dask, as_json=as_json)

@@ -10,7 +10,7 @@ from ftqp.app.campaign.episode_rows import episode_rows
 from ftqp.app.campaign.episode_study import COLUMNS, KIND, Campaign, EpisodeWork
 from ftqp.app.campaign.kept_campaign import STUDY
 from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
-from ftqp.app.output.console import ExitCode, json_text, tell, tell_json, tell_table
+from ftqp.app.output.console import ExitCode, answer, json_text, tell, tell_table
 from ftqp.app.run import runs
 from ftqp.app.run.runs import SUMMARY, write
 from ftqp.app.study.results_file import ResultsFile
@@ -32,15 +32,6 @@ def run_episodes(
     as_json: bool,
 ) -> ExitCode:
     """Run all episodes that are not yet in the folder, and sum all of them up.
-
-    Args:
-        made: The campaign.
-        command: What repeats it.
-        out: A folder that keeps the episodes; None is a new one.
-        jobs: How many processes compute; None is one a core.
-        dask: The address of a scheduler that computes; None is this machine.
-        table: Whether it is printed how often each law was broken, value by value.
-        as_json: Whether the summary is printed as JSON.
 
     Raises:
         InputError: The folder holds something else, or both ``jobs`` and ``dask`` say who computes.
@@ -65,23 +56,13 @@ def run_episodes(
         "folder": str(folder),
     }
     write(folder / SUMMARY, json_text(facts))
-    if as_json:
-        tell_json(facts)
-    else:
-        _tell(facts, whole=table)
+    answer(facts, as_json, lambda: _tell(facts, whole=table))
     good = not outcome.crashed and not facts["broken"] and not facts["raised"]
     return ExitCode.DONE if good else ExitCode.STOPPED
 
 
 def replay_episode(made: Campaign, number: int, out: Path | None, *, as_json: bool) -> ExitCode:
-    """Run one episode with its log and figures, and judge it again.
-
-    Args:
-        made: The campaign.
-        number: The episode's.
-        out: A folder for the run; None is a new one.
-        as_json: Whether the answer is printed as JSON.
-    """
+    """Run one episode with its log and figures, and judge it again."""
     setup, (_, drawn) = made.setup(number), made.drawn(number)
     folder = runs.free_folder(out, setup.name)
     result = runs.run(setup, folder)
@@ -94,13 +75,10 @@ def replay_episode(made: Campaign, number: int, out: Path | None, *, as_json: bo
         "folder": str(folder),
         "summary": result.summary,
     }
-    if as_json:
-        tell_json(facts)
-    else:
-        tell(f"episode {number}: {json.dumps(drawn, default=str)}")
-        for sentence in facts["broken"] or ["every law holds"]:
-            tell(f"  {sentence}")
-        tell(f"files: {folder}; look at it: ftqp view {folder}")
+    said = [f"episode {number}: {json.dumps(drawn, default=str)}"]
+    said += [f"  {sentence}" for sentence in facts["broken"] or ["every law holds"]]
+    said.append(f"files: {folder}; look at it: ftqp view {folder}")
+    answer(facts, as_json, lambda: tell("\n".join(said)))
     return ExitCode.STOPPED if seen.breaches else ExitCode.DONE
 
 

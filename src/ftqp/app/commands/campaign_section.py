@@ -24,11 +24,6 @@ SHARES: Final = (
 def campaign_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
     """The section.
 
-    Args:
-        label: Names the campaign in the report.
-        facts: As `kept_campaign` gives them.
-        folder: Of the campaign.
-
     Raises:
         InputError: The facts are not as ``ftqp campaign`` writes them.
     """

@@ -9,8 +9,8 @@ from typing import Any, Final
 from ftqp.app.campaign.episode_study import Campaign, EpisodeWork
 from ftqp.app.campaign.judged_scenario import broken_by
 from ftqp.app.campaign.shrinking import Broken, shrunk
-from ftqp.app.output.console import ExitCode, progress, tell, tell_json
-from ftqp.app.run.runs import SCENARIO, free_folder, write
+from ftqp.app.output.console import ExitCode, answer, progress, tell
+from ftqp.app.run.runs import SCENARIO, free_folder, make_folder, write
 from ftqp.app.scenario import document
 from ftqp.core.errors import InputError, ScenarioError
 
@@ -40,12 +40,6 @@ def test_{name}_holds():
 
 def shrink(made: Campaign, number: int, out: Path | None, *, as_json: bool) -> ExitCode:
     """Writes the scenario and the test.
-
-    Args:
-        made: The campaign.
-        number: Of the episode.
-        out: A new folder.
-        as_json: Whether the facts are printed as JSON.
 
     Raises:
         InputError: The episode breaks no law, or cannot be.
@@ -80,10 +74,7 @@ def shrink(made: Campaign, number: int, out: Path | None, *, as_json: bool) -> E
     scenario = document.toml(small.content)
     name = re.sub(r"\W+", "_", f"{law}_{made.name}_{number}").lower()
     file = f"test_{name}.py"
-    try:
-        folder.mkdir(parents=True)
-    except OSError as error:
-        raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+    make_folder(folder)
     write(folder / SCENARIO, scenario)
     write(folder / file, text_of_test(made, number, law=law, sentence=sentence, scenario=scenario, name=name))
     facts = {
@@ -91,39 +82,24 @@ def shrink(made: Campaign, number: int, out: Path | None, *, as_json: bool) -> E
         "before": laws[law], "keys": small.keys, "keys_before": small.keys_before, "tried": small.tried,
         "scenario": str(folder / SCENARIO), "test": str(folder / file), "folder": str(folder),
     }  # fmt: skip
-    if as_json:
-        tell_json(facts)
-    else:
-        tell(f"episode {number}: {laws[law]}")
-        tell(
-            f"{small.keys} keys in place of {small.keys_before} break the same law, after {small.tried} "
-            f"scenarios: {sentence}"
-        )
-        tell(f"run it: ftqp run {folder / SCENARIO}; a test of it: {folder / file}")
+    said = (
+        f"episode {number}: {laws[law]}\n"
+        f"{small.keys} keys in place of {small.keys_before} break the same law, after {small.tried} "
+        f"scenarios: {sentence}\n"
+        f"run it: ftqp run {folder / SCENARIO}; a test of it: {folder / file}"
+    )
+    answer(facts, as_json, lambda: tell(said))
     return ExitCode.STOPPED
 
 
 def size(sentence: str) -> float:
-    """By how much a law was broken, as its sentence ends; infinite where it does not say.
-
-    Args:
-        sentence: Of the law.
-    """
+    """By how much a law was broken, as its sentence ends; infinite where it does not say."""
     said = SIZE.search(sentence)
     return float(said[1]) if said else math.inf
 
 
 def text_of_test(made: Campaign, number: int, *, law: str, sentence: str, scenario: str, name: str) -> str:
-    """The text of a test that fails as long as the law is broken.
-
-    Args:
-        made: The campaign.
-        number: Of the episode.
-        law: That it breaks.
-        sentence: Says when, where and by how much.
-        scenario: As a TOML file.
-        name: Of the test, part of a name of Python.
-    """
+    """The text of a test that fails as long as the law is broken."""
     table = made.tables.campaign
     how = "" if table.judged == "exactly" else f', judged="{table.judged}"'
     how += "" if table.calm is None else f", calm={table.calm!r}"

@@ -7,15 +7,22 @@ from typing import Annotated
 import typer
 
 from ftqp import __version__
-from ftqp.app.commands.analyses import ANALYSES
+from ftqp.app.commands.analyses import ANALYSES, tell_bundled
 from ftqp.app.commands.campaigning import campaign
 from ftqp.app.commands.exporting import export
 from ftqp.app.commands.options import Backend, Json, Out, Overrides, PlanFile, Scheme, Source
 from ftqp.app.commands.pages import PAGES
-from ftqp.app.output.console import ExitCode, command, say, standard_output, tell, tell_json, tell_table
+from ftqp.app.output.console import (
+    ExitCode,
+    answer,
+    command,
+    say,
+    standard_output,
+    tell,
+    tell_rows,
+    tell_text,
+)
 from ftqp.app.output.termination import end_on_interrupt
-from ftqp.app.scenario import document
-from ftqp.core.clock import now
 from ftqp.core.errors import FtqpError
 
 app = typer.Typer(
@@ -100,10 +107,7 @@ def run(
         scenario, overrides or (), backend=backend, scheme=scheme, record=record is not None, plan=plan
     )
     result = runs.run(setup, folder, record)
-    if as_json:
-        tell_json(result.summary)
-    else:
-        tell("\n".join(words.report(result.summary)))
+    answer(result.summary, as_json, lambda: tell("\n".join(words.report(result.summary))))
     return result.exit_code
 
 
@@ -136,10 +140,8 @@ def replay(
     else:
         names = None if others is None else [name.strip() for name in others.split(",") if name.strip()]
         facts = again.replay(file, recording, tick, backend, names)
-    if as_json:
-        tell_json(facts)
-    else:
-        (explanation.tell_overview if tick is None else explanation.tell_replay)(facts)
+    explain = explanation.tell_overview if tick is None else explanation.tell_replay
+    answer(facts, as_json, lambda: explain(facts))
     unsolved = tick is not None and facts["solution"]["status"] in ("MAX_ITERATIONS", "FAILED")
     return ExitCode.STOPPED if unsolved else ExitCode.DONE
 
@@ -172,10 +174,7 @@ def compare(
     result = comparison.compare(
         combinations(scenarios, overrides or (), backends=backends, schemes=schemes), folder
     )
-    if as_json:
-        tell_json({"runs": result.rows})
-    else:
-        result.tell()
+    answer({"runs": result.rows}, as_json, result.tell)
     return result.exit_code
 
 
@@ -194,30 +193,16 @@ def check(
 ) -> ExitCode:
     """Validate a scenario and print it with every default filled in; without one, list the bundled ones."""
     if keys:
-        from ftqp.app.output.tables import keys as key_rows
+        from ftqp.app.output import tables
 
-        rows = key_rows()
-        if as_json:
-            tell_json({"keys": rows})
-        else:
-            tell_table(
-                "Keys of a scenario", ("key", "default", "unit", "meaning"), [tuple(r.values()) for r in rows]
-            )
-        return ExitCode.DONE
+        return tell_rows("keys", "Keys of a scenario", tables.keys(), as_json)
     if scenario is None:
-        if as_json:
-            tell_json({"scenarios": document.bundled()})
-        else:
-            tell_table("Bundled scenarios", ("name", "story"), document.bundled().items())
-        return ExitCode.DONE
+        return tell_bundled("scenario", "scenarios", as_json)
     from ftqp.app.scenario.setup import load
 
     setup = load(scenario, overrides or (), backend=backend, scheme=scheme)
-    if as_json:
-        tell_json({"scenario": setup.name, "valid": True, "resolved": setup.content})
-    else:
-        with standard_output():
-            sys.stdout.write(setup.toml)
+    facts = {"scenario": setup.name, "valid": True, "resolved": setup.content}
+    answer(facts, as_json, lambda: tell_text(setup.toml))
     for finding in setup.robot.findings:
         say(f"note: {setup.robot.name}: {finding}")
     say(f"{setup.name} is valid")
@@ -289,7 +274,7 @@ def robots(as_json: Json = False) -> ExitCode:
     """List the robots of the catalog."""
     from ftqp.app.output import tables
 
-    return _table("robots", "Robots", tables.robots(), as_json)
+    return tell_rows("robots", "Robots", tables.robots(), as_json)
 
 
 @app.command(epilog="Example: ftqp backends")
@@ -298,7 +283,7 @@ def backends(as_json: Json = False) -> ExitCode:
     """List the QP backends: licences, what is missing and how to install it."""
     from ftqp.app.output import tables
 
-    return _table("backends", "QP backends", tables.backends(), as_json)
+    return tell_rows("backends", "QP backends", tables.backends(), as_json)
 
 
 @app.command(epilog="Example: ftqp schemes")
@@ -307,48 +292,4 @@ def schemes(as_json: Json = False) -> ExitCode:
     """List the schemes: what each minimises, and its gains."""
     from ftqp.app.output import tables
 
-    return _table("schemes", "Schemes", tables.schemes(), as_json)
-
-
-@app.command(epilog="Example: ftqp warmup --joints 12")
-@command
-def warmup(
-    joints: Annotated[int, typer.Option(metavar="N", help="Joints of the arm that is to be driven.")] = 7,
-    everything: Annotated[
-        bool,
-        typer.Option("--all", help="Every solver, leader and size of arm, whatever --joints says: minutes."),
-    ] = False,
-    as_json: Json = False,
-) -> ExitCode:
-    """Compile ahead what common planners of an arm need: a minute or two, once on a machine."""
-    from ftqp.control import first_use
-    from ftqp.kernel.compiled.kernel import kept_in
-    from ftqp.kernel.jit import COMPILED
-
-    begin, rows = now(), []
-    wanted = first_use.ahead(None if everything else joints)
-    for name, capacity in wanted if COMPILED else ():
-        began = now()
-        first_use.compile_one(name, capacity)
-        row = {"entry": name, "joints": capacity or None, "seconds": (now() - began) / 1e9}
-        rows.append(row)
-        size = f"arms of up to {capacity} joints" if capacity else "arms of any size"
-        say(f"{len(rows)}/{len(wanted)} {name}, {size}: {row['seconds']:.1f} s")
-    seconds = (now() - begin) / 1e9
-    folder = kept_in() if COMPILED else None
-    kept = "they are kept for this process alone" if folder is None else f"they are kept in {folder}"
-    if as_json:
-        tell_json({"compiled": COMPILED, "seconds": seconds, "folder": folder, "entries": rows})
-    elif COMPILED:
-        tell(f"{len(rows)} parts of the kernel are compiled ({seconds:.1f} s); {kept}")
-    else:
-        tell("nothing is compiled (NUMBA_DISABLE_JIT, or no numba); the kernel runs as plain Python")
-    return ExitCode.DONE
-
-
-def _table(key: str, title: str, rows: list[dict[str, str]], as_json: bool) -> ExitCode:
-    if as_json:
-        tell_json({key: rows})
-    else:
-        tell_table(title, tuple(rows[0]), [tuple(row.values()) for row in rows])
-    return ExitCode.DONE
+    return tell_rows("schemes", "Schemes", tables.schemes(), as_json)

@@ -16,8 +16,8 @@ from ftqp.analysis import (
     rest_configurations,
 )
 from ftqp.analysis.planar_links import PlanarLinks
-from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
-from ftqp.app.run.runs import SUMMARY, write
+from ftqp.app.output.console import ExitCode, answer, json_text, say, tell, tell_table
+from ftqp.app.run.runs import SUMMARY, make_folder, write
 from ftqp.app.scenario.setup import Setup
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage, ScenarioError
@@ -41,11 +41,6 @@ def converge(setup: Setup, folder: Path, *, as_json: bool) -> ExitCode:
 
     The motion begins at the scenario's start and goes straight to the end of its path; its faults are the
     joints that lock, at the share of the way that the path has done by then.
-
-    Args:
-        setup: The scenario.
-        folder: A new folder.
-        as_json: Whether the facts are printed as JSON.
 
     Raises:
         ScenarioError: The scenario's faults are no locks, or at different times.
@@ -79,16 +74,10 @@ def converge(setup: Setup, folder: Path, *, as_json: bool) -> ExitCode:
         "learned": {"error": learned.error, "theta": dict(zip(robot.joints, learned.theta, strict=True))},
         "folder": str(folder),
     }
-    try:
-        folder.mkdir(parents=True)
-    except OSError as error:
-        raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+    make_folder(folder)
     facts["figure"] = _picture(setup, goal, found, learned, folder)
     write(folder / SUMMARY, json_text(facts))
-    if as_json:
-        tell_json(facts)
-    else:
-        _tell(facts)
+    answer(facts, as_json, lambda: _tell(facts))
     return ExitCode.DONE if found.kind == "correct" else ExitCode.STOPPED
 
 

@@ -12,13 +12,7 @@ PAGE: Final = "report.html"
 
 
 def write_page(folder: Path, facts: dict[str, Any], figures: Sequence[Path]) -> None:
-    """Write the page.
-
-    Args:
-        folder: Where it goes.
-        facts: What ``ftqp.app.commands.covering.facts_of`` gives.
-        figures: The heat map and the motion.
-    """
+    """Write the page."""
     heat_map, motion = figures
     share = 100.0 * facts["coverage"]
     what = {"locked": "locks", "degraded": "loses speed", "free_swinging": "swings freely"}[facts["fault"]]

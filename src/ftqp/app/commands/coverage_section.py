@@ -16,9 +16,6 @@ NEEDED = ("scenario", "robot", "coverage", "per_joint", "pairs", "reasons", "bes
 def read_coverage(folder: Path) -> dict[str, Any] | None:
     """The facts of a coverage result; None where a folder holds none.
 
-    Args:
-        folder: Made by ``ftqp coverage``.
-
     Raises:
         InputError: Its summary is not readable.
     """
@@ -27,11 +24,6 @@ def read_coverage(folder: Path) -> dict[str, Any] | None:
 
 def coverage_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
     """The section.
-
-    Args:
-        label: Names the result.
-        facts: As `read_coverage` gives them.
-        folder: Where its pictures are; those that are missing are left out.
 
     Raises:
         InputError: The facts are not as ``ftqp coverage`` writes them.

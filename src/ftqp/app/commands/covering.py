@@ -16,7 +16,7 @@ from ftqp.app.commands.coverage_page import PAGE, sentences, write_page
 from ftqp.app.commands.study_folder import study_folder
 from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
 from ftqp.app.run.healthy_motion import healthy_motion
-from ftqp.app.run.runs import SUMMARY, holds, write
+from ftqp.app.run.runs import SUMMARY, holds, make_folder, write
 from ftqp.app.scenario.setup import load
 from ftqp.app.study.coverage_study import report_of
 from ftqp.app.study.results_file import FILE_NAME
@@ -66,19 +66,6 @@ def cover(
 ) -> ExitCode:
     """Verify every pair of joint and instant of a scenario's motion, and say what is survived.
 
-    Args:
-        source: A scenario's file, or the name of a bundled one; its faults do not count.
-        overrides: ``a.b=value`` each.
-        plan: A plan whose motion it is; None is that of the scenario while nothing fails.
-        out: The folder to make.
-        settings: Further arguments of ``ftqp.analysis.coverage``.
-        mtbf: Mean time between failures, hours for each joint alike or joint=hours with commas; None is
-            unknown.
-        jobs: Processes that share the work; None is this one, on all cores.
-        dask: Address of a Dask scheduler.
-        resume: Whether to go on with the rows that an interrupted run has kept in ``out``.
-        as_json: Whether the facts are printed as JSON.
-
     Raises:
         InputError: A setting is wrong, or the folder cannot be made.
     """
@@ -126,12 +113,7 @@ def _folder(out: Path | None, name: str, resume: bool) -> Path:
 
 
 def facts_of(found: Subject, rep: CoverageReport) -> dict[str, Any]:
-    """What is printed and kept of a report.
-
-    Args:
-        found: The motion.
-        rep: Its report.
-    """
+    """What is printed and kept of a report."""
     best, turned = rep.best_effort()
     lost = ~rep.survived
     median, high = rep.jump_quantiles()
@@ -181,10 +163,6 @@ def _worst(errors: FloatArray) -> float | None:
 def hours_by_joint(robot: Robot, text: str) -> dict[str | int, float]:
     """Mean times between failures by joint [h].
 
-    Args:
-        robot: The arm.
-        text: Hours for each joint alike, or joint=hours with commas.
-
     Raises:
         InputError: The text is neither, a joint is unknown, or a time is not positive.
     """
@@ -207,12 +185,7 @@ def hours_by_joint(robot: Robot, text: str) -> dict[str | int, float]:
 
 
 def mission_of(rep: CoverageReport, hours: dict[str | int, float]) -> dict[str, float]:
-    """The probability that the task is finished.
-
-    Args:
-        rep: The report of the motion.
-        hours: Mean times between failures by joint [h].
-    """
+    """The probability that the task is finished."""
     found = rep.mission_survival(hours)
     return {"low": found.low, "likely": found.likely, "high": found.high, "without": found.without,
             "coverage": found.coverage}  # fmt: skip
@@ -221,19 +194,10 @@ def mission_of(rep: CoverageReport, hours: dict[str | int, float]) -> dict[str, 
 def report(found: Subject, rep: CoverageReport, facts: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Write summary, pictures and page into a folder; where they are.
 
-    Args:
-        found: The motion.
-        rep: Its report.
-        facts: As ``facts_of`` gives them, or more.
-        folder: The folder; it is made if need be.
-
     Raises:
         InputError: The folder cannot be made.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+    make_folder(folder, exist_ok=True)
     made: dict[str, Any] = {"folder": str(folder), "figures": [], "page": None}
     write(folder / SUMMARY, json_text(facts | made))
     try:

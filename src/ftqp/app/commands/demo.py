@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.app.output import words
-from ftqp.app.output.console import ExitCode, say, tell, tell_json
+from ftqp.app.output.console import ExitCode, answer, say, tell
 from ftqp.app.run import runs
 from ftqp.app.scenario.setup import load
 from ftqp.core.errors import MissingPackage
@@ -48,10 +48,7 @@ def tell_story(out: Path | None, *, as_json: bool) -> ExitCode:
 
 def _told(run: runs.Run, lines: list[str], more: dict[str, Any], *, as_json: bool) -> ExitCode:
     """The end of the story, for a program or a person."""
-    if as_json:
-        tell_json(run.summary | more)
-    else:
-        tell("\n".join(lines))
+    answer(run.summary | more, as_json, lambda: tell("\n".join(lines)))
     return run.exit_code
 
 
@@ -72,14 +69,7 @@ def _contrast(told: Log, never: Log, file: Path) -> Path | None:
 
 
 def story(told: runs.Run, log: Log, never: runs.Run, picture: Path | None) -> list[str]:
-    """What happened with one lock, told and not, in plain words.
-
-    Args:
-        told: The run whose planner was told.
-        log: Its log.
-        never: That of the naive twin.
-        picture: Of both, or None.
-    """
+    """What happened with one lock, told and not, in plain words."""
     facts, twin = told.summary, never.summary
     (fault,) = facts["faults"]
     error, before = log["position_error"], log["t"] < fault["at"]

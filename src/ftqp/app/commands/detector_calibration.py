@@ -5,7 +5,6 @@ from pathlib import Path
 
 from ftqp.app.output.console import ExitCode, say, tell, tell_json
 from ftqp.app.run.runs import SCENARIO
-from ftqp.app.scenario.composition import detector
 from ftqp.app.scenario.setup import load
 from ftqp.core.errors import InputError
 from ftqp.faults.detection.detector import Detector
@@ -16,13 +15,6 @@ def calibrate(
     runs: Sequence[Path], file: Path, *, alarms: float, extrapolate: bool, as_json: bool
 ) -> ExitCode:
     """Calibrate on runs and write what was found.
-
-    Args:
-        runs: Folders of runs of the same arm, of which the first one's scenario says what the arm is.
-        file: The file to make.
-        alarms: Wanted false alarms an hour, > 0.
-        extrapolate: Whether the wanted rate may be one that the runs are too short to show.
-        as_json: Whether the claim is printed as JSON.
 
     Raises:
         InputError: A folder is no run, runs are no healthy motion or too short, or the file exists.
@@ -35,8 +27,7 @@ def calibrate(
     logs = [load_log(run) for run in runs]
     setup = load(str(scenario))
     planner, table = setup.planner, setup.tables.planner.detector
-    table = None if table is None else table.model_copy(update={"calibration": None})
-    settings = detector(table, setup.folder) or Detector()
+    settings = Detector() if table is None else table.made(calibration=None)
     blank = settings.for_arm(planner.robot, planner.dt, drive=planner.drive, noise=planner.noise)
     found = blank.calibrate(logs, alarms, extrapolate=extrapolate).calibration
     assert found is not None

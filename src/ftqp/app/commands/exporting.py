@@ -2,17 +2,14 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from ftqp import __version__
 from ftqp.app.commands.options import Json
-from ftqp.app.output.console import ExitCode, progress, say, tell, tell_json
+from ftqp.app.output.console import ExitCode, answer, progress, say, tell
 from ftqp.core.errors import InputError, unknown
-
-if TYPE_CHECKING:
-    pass  # loads numpy
 
 FORMATS = {
     "mcap": ("bag", "a ROS 2 bag in the MCAP format, for Foxglove, PlotJuggler, RViz and `ros2 bag play`"),
@@ -43,11 +40,9 @@ def export(
     if form not in FORMATS:
         raise unknown("format", form, "ftqp export", FORMATS)
     facts = _of_run(Path(source), form, output) if Path(source).exists() else _of_robot(source, form, output)
-    if as_json:
-        tell_json(facts)
-    else:
-        ticks = f"{facts['ticks']} ticks, " if "ticks" in facts else ""
-        tell(f"{facts['file']}: {FORMATS[form][1]}; {ticks}{_size(facts['bytes'])}")
+    ticks = f"{facts['ticks']} ticks, " if "ticks" in facts else ""
+    said = f"{facts['file']}: {FORMATS[form][1]}; {ticks}{_size(facts['bytes'])}"
+    answer(facts, as_json, lambda: tell(said))
     for note in facts["notes"]:
         say(f"note: {note}")
     return ExitCode.DONE

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.app.output.console import ExitCode, say, tell, tell_json, tell_table
+from ftqp.app.output.console import ExitCode, answer, say, tell, tell_table
 from ftqp.core.errors import InputError, MissingPackage, unknown
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model import catalog
@@ -58,20 +58,12 @@ def inspect(
     if survival:
         found["survival"] = _survival(robot, found["possible"])
     found["figure"] = _picture(robot, folder)
-    if as_json:
-        tell_json(found)
-    else:
-        _tell(found)
+    answer(found, as_json, lambda: _tell(found))
     return ExitCode.DONE
 
 
 def facts(robot: Robot, source: str) -> dict[str, Any]:
-    """What ``ftqp inspect --json`` prints, but for the picture.
-
-    Args:
-        robot: The arm.
-        source: Where it was read, ``catalog`` or ``file``.
-    """
+    """What ``ftqp inspect --json`` prints, but for the picture."""
     model, q = robot.model, robot.neutral
     configuration = robot.configuration(q)
     data, frame = model.createData(), frame_id(model, robot.tip)

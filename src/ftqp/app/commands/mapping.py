@@ -9,7 +9,7 @@ import numpy as np
 from ftqp import __version__
 from ftqp.analysis import WorkspaceReport
 from ftqp.app.commands.study_folder import study_folder, told_how_to_go_on
-from ftqp.app.output.console import ExitCode, json_text, say, tell, tell_json, tell_table
+from ftqp.app.output.console import ExitCode, answer, json_text, say, tell, tell_table
 from ftqp.app.run.runs import write
 from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.study.runner import Outcome, refuse_wrong_workers, run_study
@@ -33,14 +33,6 @@ def map_workspace(
 ) -> ExitCode:
     """Compute, sum up and draw the map of a study.
 
-    Args:
-        source: A study's file, or the name of a bundled one.
-        overrides: ``a.b=value`` each.
-        out: The folder to make or to go on with.
-        jobs: Processes; None takes all cores where it is worth it.
-        dask: Address of a Dask scheduler.
-        as_json: Whether the summary is printed as JSON.
-
     Raises:
         InputError: The folder holds something else, or the cluster does not answer.
         FtqpError: Results cannot be written.
@@ -61,10 +53,7 @@ def map_workspace(
     facts = _summary(study, found, outcome, folder)
     facts["figures"] = [str(file) for file in _figures(study, found, folder)]
     write(folder / SUMMARY, json_text(facts))
-    if as_json:
-        tell_json(facts)
-    else:
-        _tell(study, facts)
+    answer(facts, as_json, lambda: _tell(study, facts))
     return ExitCode.STOPPED if outcome.crashed else ExitCode.DONE
 
 

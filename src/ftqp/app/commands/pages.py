@@ -44,7 +44,7 @@ def view(
 ) -> ExitCode:
     """Open a page where an arm moves and a click breaks a joint; replay a run, or a failure of a report."""
     from ftqp.app.commands import viewing
-    from ftqp.sim.session.cast import Choice
+    from ftqp.sim.session.session_arms import Choice
 
     choice = Choice(
         scenario=source,

@@ -38,22 +38,6 @@ def make_plan(
 ) -> ExitCode:
     """Plan, write the file, and say what the plan survives.
 
-    Args:
-        source: A scenario's file, or the name of a bundled one; its faults do not count.
-        overrides: ``a.b=value`` each.
-        file: Where the plan goes, a new ``.npz`` file.
-        folder: A new folder for the report; None writes none.
-        method: How the self-motion is chosen.
-        start: One of ``STARTS``.
-        optimise: What may move beside the start, by names with commas; None is nothing.
-        seed: Of random starts.
-        knobs: Those fields of ``PlanSettings`` that are given.
-        mtbf: Mean times between failures, by which locks of joints are weighed; None weighs all alike.
-        jobs: Processes that share the work; None is this one, on all cores.
-        dask: Address of a Dask scheduler.
-        resume: Whether to go on from what an interrupted run has kept.
-        as_json: Whether the facts are printed as JSON.
-
     Raises:
         InputError: A setting is wrong, the path cannot be planned on, or a file exists.
     """

@@ -55,12 +55,6 @@ class Result:
 def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) -> ExitCode:
     """Writes the page.
 
-    Args:
-        folders: Of runs, coverage results or campaigns.
-        file: The new page.
-        full: Whether replays keep every picture.
-        as_json: Whether the facts are printed as JSON.
-
     Raises:
         InputError: A folder holds no result, or the file exists already.
     """
@@ -86,10 +80,6 @@ def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) ->
 
 def read_result(folder: Path, label: str) -> Result:
     """What a folder holds.
-
-    Args:
-        folder: Of a run, a coverage result or a campaign, or the file of a log.
-        label: Names it in the report.
 
     Raises:
         InputError: It holds no result.
@@ -129,10 +119,6 @@ def _labels(folders: Sequence[Path]) -> list[str]:
 
 def made(results: Sequence[Result], *, full: bool) -> tuple[str, list[str]]:
     """The page, and what is to be known of it.
-
-    Args:
-        results: What it is about, at least one.
-        full: Whether replays keep every picture.
 
     Raises:
         MissingPackage: The package that draws figures is not installed.

@@ -14,11 +14,7 @@ LEVELS = {"acceleration": "accelerations", "velocity": "velocities"}
 
 
 def sentences(log: Log) -> list[str]:
-    """What happened, a paragraph each.
-
-    Args:
-        log: The log of the run, with rows.
-    """
+    """What happened, a paragraph each."""
     about, facts = log.metadata, summary(log)
     facts["interrupted"] = about.get("state") == "interrupted"
     said = [*_description(log), _who(about), *_cut(log)]

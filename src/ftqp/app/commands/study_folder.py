@@ -15,10 +15,6 @@ LEFT = {LOCK_NAME, f"{LOCK_NAME}-journal"}
 def study_folder(out: Path | None, name: str) -> Path:
     """The folder wanted where it holds results, or nothing but the lock of a study; else as for a run.
 
-    Args:
-        out: The folder wanted; None is ``runs/<name>-<time>``.
-        name: Of the study.
-
     Raises:
         InputError: It holds something else, or cannot be made.
     """
@@ -29,11 +25,7 @@ def study_folder(out: Path | None, name: str) -> Path:
 
 @contextmanager
 def told_how_to_go_on(folder: Path) -> Iterator[None]:
-    """Whoever interrupts a study is told what goes on with it, which its folder is part of.
-
-    Args:
-        folder: Of the study.
-    """
+    """Whoever interrupts a study is told what goes on with it, which its folder is part of."""
     try:
         yield
     except KeyboardInterrupt:

@@ -20,7 +20,7 @@ from ftqp.app.view.frame_keeper import FrameKeeper
 from ftqp.app.view.subjects import shown
 from ftqp.core.errors import FtqpError, InputError, unknown
 from ftqp.model.robot import Robot
-from ftqp.sim.session.cast import Choice
+from ftqp.sim.session.session_arms import Choice
 from ftqp.viz.live.meshes import mesh_parts
 from ftqp.viz.live.page_access import is_loopback
 
@@ -45,18 +45,6 @@ def view(
     as_json: bool,
 ) -> ExitCode:
     """Serve the page until Ctrl-C.
-
-    Args:
-        choice: A scenario, the folder of a run or of a coverage report, and what takes the place of what a
-            scenario says.
-        host: The address to listen at.
-        port: The port; where it is in use, the next free one.
-        speed: Simulated seconds in a second.
-        browser: Whether a browser is opened.
-        record: A new file for a recording of what was shown; None for none.
-        twin: Whether the naive twin is shown, too.
-        meshes: Which meshes of a URDF are drawn, ``collision``, ``visual`` or ``none``.
-        as_json: Whether the address is printed as JSON.
 
     Raises:
         FtqpError: There is nothing that can be shown, or the page cannot be served.

@@ -79,10 +79,7 @@ def compare(combinations: Sequence[Combination], folder: Path) -> Comparison:
     Raises:
         InputError: The folder cannot be made or written.
     """
-    try:
-        folder.mkdir(parents=True)
-    except OSError as error:
-        raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+    runs.make_folder(folder)
     rows, interrupted, failed = _rows(combinations, folder)
     _write(folder, rows, ())
     figures: tuple[Path, ...] = ()

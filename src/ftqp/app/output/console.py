@@ -50,10 +50,36 @@ def tell(text: str) -> None:
         Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
 
 
+def tell_text(text: str) -> None:
+    """A file for whoever wants one, on stdout as it is."""
+    with standard_output():
+        sys.stdout.write(text)
+
+
 def tell_json(content: Mapping[str, Any]) -> None:
     """A result for a program: one JSON object on stdout."""
-    with standard_output():
-        sys.stdout.write(json_text(content))
+    tell_text(json_text(content))
+
+
+def answer(facts: Mapping[str, Any], as_json: bool, tell_person: Callable[[], object]) -> None:
+    """A result for a program or a person.
+
+    Args:
+        facts: For a program.
+        as_json: Whether it is one who asks.
+        tell_person: Says the same to a person.
+    """
+    if as_json:
+        tell_json(facts)
+    else:
+        tell_person()
+
+
+def tell_rows(key: str, title: str, rows: Sequence[Mapping[str, str]], as_json: bool) -> ExitCode:
+    """Rows of named cells, for a program below a key, for a person as a table."""
+    cells = [tuple(row.values()) for row in rows]
+    answer({key: list(rows)}, as_json, lambda: tell_table(title, tuple(rows[0]), cells))
+    return ExitCode.DONE
 
 
 @contextmanager

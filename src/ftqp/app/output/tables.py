@@ -1,15 +1,12 @@
 """The tables that the command line prints: robots, backends, schemes, keys of a scenario."""
 
-from collections.abc import Iterator
 from inspect import Parameter, getdoc, signature
 from typing import Any
 
-from pydantic import BaseModel
-from pydantic_core import PydanticUndefined
-
 from ftqp.app.schema import Scenario
-from ftqp.app.schema.strict import kinds_of, tables_in
+from ftqp.app.schema.reading import plain
 from ftqp.control.task import schemes as recipes
+from ftqp.core.setting import REQUIRED, every_key, keys_of
 from ftqp.model import catalog
 from ftqp.qp import backends as known_backends
 
@@ -58,30 +55,20 @@ def _gain(gain: Parameter) -> str:
 
 def keys() -> list[dict[str, str]]:
     """One row a key of a scenario: dotted path, default, unit, meaning."""
-    return list(_keys(Scenario, ""))
-
-
-def _keys(model: type[BaseModel], prefix: str) -> Iterator[dict[str, str]]:
-    for name, field in model.model_fields.items():
-        inner = list(tables_in(field.annotation))
-        path = f"{prefix}{name}"
-        for table in inner:
-            kinds = kinds_of(table)
-            yield from _keys(table, f"{path}({kinds[0]})." if kinds else f"{path}.")
-        if inner or name == "kind":
-            continue
-        extra = field.json_schema_extra
-        yield {
+    return [
+        {
             "key": path,
-            "default": "needed" if field.is_required() else _default(field.default),
-            "unit": str(extra["unit"]) if isinstance(extra, dict) and "unit" in extra else "",
-            "meaning": field.description or "",
+            "default": "needed" if key.default is REQUIRED else _default(key.default),
+            "unit": key.says.unit,
+            "meaning": key.says.about,
         }
+        for path, key in every_key(keys_of(Scenario))
+    ]
 
 
 def _default(value: Any) -> str:
-    if value is None or value is PydanticUndefined:
+    if value is None:
         return ""
     if isinstance(value, dict) and set(value) == {"name"}:
         return str(value["name"])
-    return str(value)
+    return str(plain(value))

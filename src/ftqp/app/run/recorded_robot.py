@@ -4,12 +4,11 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
-from pydantic import ValidationError
 
 from ftqp.app.scenario import composition
-from ftqp.app.scenario.complaints import complaints
+from ftqp.app.schema.reading import read
 from ftqp.app.schema.robot_section import RobotTable
-from ftqp.core.errors import FtqpError, InputError
+from ftqp.core.errors import FtqpError, InputError, ScenarioError
 from ftqp.model import catalog
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_rows import LogRows
@@ -53,9 +52,10 @@ def _made(rows: LogRows) -> Robot | None:
     if isinstance(text, str):
         table = tomllib.loads(text).get("robot")
         try:
-            return composition.robot(RobotTable.model_validate(table), Path())
-        except ValidationError as error:
-            raise InputError("; ".join(complaints(RobotTable, error, "robot"))) from error
+            given = read(RobotTable, table, "the robot has errors:", "robot")
+        except ScenarioError as error:
+            raise InputError("; ".join(error.errors)) from error
+        return composition.robot(given, Path())
     name = rows.metadata.get("robot")
     if isinstance(name, str) and name.partition("(")[0] in catalog.names():
         return catalog.load(name)

@@ -119,6 +119,20 @@ def _free(folder: Path, *, named: bool) -> Path:
     return folder
 
 
+def make_folder(folder: Path, *, exist_ok: bool = False) -> None:
+    """Make a folder and those above it.
+
+    Raises:
+        InputError: It cannot be made, or another run has just made it.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=exist_ok)
+    except FileExistsError as error:
+        raise _exists(folder) from error
+    except OSError as error:
+        raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+
+
 def _exists(folder: Path) -> InputError:
     return InputError(f"output folder {folder} exists, and nothing is overwritten; name another one by --out")
 
@@ -164,12 +178,7 @@ def run(
             metadata=_about(setup),
             progress=lambda done, total: told(done / total),
         )
-        try:
-            folder.mkdir(parents=True)
-        except FileExistsError as error:  # another run has just made it
-            raise _exists(folder) from error
-        except OSError as error:
-            raise InputError(f"output folder {folder} cannot be made: {error.strerror}") from error
+        make_folder(folder)
         write(folder / SCENARIO, setup.toml)
         try:
             ended = simulation.run()

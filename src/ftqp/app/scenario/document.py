@@ -76,13 +76,8 @@ def read(source: str, overrides: Iterable[str] = (), kind: str = "scenario") -> 
     """
     path = Path(source)
     if source in bundled(kind) and not path.is_file():
-        resource = files("ftqp.app").joinpath(SHELVES[kind], f"{source}.toml")
-        name, origin, folder, text = (
-            source,
-            f"bundled {kind} {source!r}",
-            Path.cwd(),
-            resource.read_text("utf-8"),
-        )
+        name, origin, folder = source, f"bundled {kind} {source!r}", Path.cwd()
+        text = files("ftqp.app").joinpath(SHELVES[kind], f"{source}.toml").read_text("utf-8")
     else:
         name, origin, folder, text = path.stem, str(path), path.parent, _text(path, kind)
     content = _parsed(text, origin)
@@ -222,22 +217,18 @@ def toml(content: Mapping[str, Any]) -> str:
     """
     lines: list[str] = []
     for key, value in sorted(content.items(), key=lambda item: _is_table(item[1])):
-        if isinstance(value, Mapping):
-            lines += [
-                "",
-                f"[{_key(key)}]",
-                *(f"{_key(k)} = {_inline(v)}" for k, v in value.items() if v is not None),
-            ]
-        elif _is_table(value):
-            for item in value:
-                lines += [
-                    "",
-                    f"[[{_key(key)}]]",
-                    *(f"{_key(k)} = {_inline(v)}" for k, v in item.items() if v is not None),
-                ]
-        elif value is not None:
-            lines.append(f"{_key(key)} = {_inline(value)}")
+        if _is_table(value):
+            one = isinstance(value, Mapping)
+            head = f"[{_key(key)}]" if one else f"[[{_key(key)}]]"
+            for table in [value] if one else value:
+                lines += ["", head, *_entries(table)]
+        else:
+            lines += _entries({key: value})
     return "\n".join(lines).lstrip("\n") + "\n"
+
+
+def _entries(table: Mapping[str, Any]) -> list[str]:
+    return [f"{_key(key)} = {_inline(value)}" for key, value in table.items() if value is not None]
 
 
 def _is_table(value: Any) -> bool:
@@ -256,7 +247,7 @@ def _quoted(text: str) -> str:
 
 def _inline(value: Any) -> str:
     if isinstance(value, Mapping):
-        inner = ", ".join(f"{_key(k)} = {_inline(v)}" for k, v in value.items() if v is not None)
+        inner = ", ".join(_entries(value))
         return f"{{ {inner} }}" if inner else "{}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(_inline(item) for item in value)}]"

@@ -1,19 +1,17 @@
 """A scenario, resolved: from a file to robot, planner, path and faults of a run, or to all errors at once."""
 
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path as File
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
-
-from ftqp.app.scenario import base_composition, composition, document, world_composition
-from ftqp.app.scenario.complaints import complaints
+from ftqp.app.scenario import composition, document
 from ftqp.app.schema import Scenario
+from ftqp.app.schema.planner_section import PlannerTable
+from ftqp.app.schema.reading import made, plain, read
 from ftqp.app.schema.robot_section import RobotTable
-from ftqp.control.drive.joint_drive import Drive
-from ftqp.control.drive.noise import Noise
+from ftqp.app.schema.simulation_section import FaultTable
 from ftqp.control.following.path_follower import PathFollower
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
@@ -29,13 +27,7 @@ from ftqp.sim.plants.plant import Plant
 from ftqp.sim.schedule import FaultEvent, Schedule
 from ftqp.sim.sensors.joint_sensors import JointSensors
 
-if TYPE_CHECKING:
-    from ftqp.analysis.planning.fault_plan import Plan  # slow to load, needed with a plan only
-
-FILES = (
-    ("robot", "urdf"), ("robot", "mjcf"), ("planner", "profile"), ("planner", "plan"), ("path", "file")
-)  # fmt: skip
-"""Keys of tables that name files."""
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,16 +71,7 @@ class Setup:
     @property
     def content(self) -> dict[str, Any]:
         """The scenario as plain tables, its files with absolute paths."""
-        content = self.tables.model_dump()
-        watching = content["planner"]["detector"] or {}
-        if watching.get("calibration") is not None:
-            watching["calibration"] = str((self.folder / watching["calibration"]).resolve())
-        for table, key in FILES:
-            if content[table].get(key) is not None:
-                content[table][key] = str((self.folder / content[table][key]).resolve())
-        for table in (content["base"] or {}).get("disturbances", []):
-            if "file" in table:
-                table["file"] = str((self.folder / table["file"]).resolve())
+        content: dict[str, Any] = plain(self.tables, self.folder)
         return content
 
     @property
@@ -160,10 +143,7 @@ def validated(found: document.Document) -> Scenario:
     Raises:
         ScenarioError: Unknown or missing keys, wrong types, values out of range; carries every error.
     """
-    try:
-        return Scenario.model_validate(found.content)
-    except ValidationError as error:
-        raise ScenarioError(f"{found.origin} has errors:", complaints(Scenario, error)) from error
+    return read(Scenario, found.content, f"{found.origin} has errors:")
 
 
 class _Errors:
@@ -172,15 +152,15 @@ class _Errors:
     def __init__(self) -> None:
         self.found: list[str] = []
 
-    @contextmanager
-    def at(self, place: str) -> Iterator[None]:
-        """Notes an error of the block as one of ``place`` and goes on after it."""
+    def tried(self, place: str, make: Callable[[], T]) -> T | None:
+        """What is made, or None where that is an error, which is noted as one of ``place``."""
         try:
-            yield
+            return make()
         except ModelError as error:
             self.found += [f"{place}: {finding}" for finding in error.findings or (str(error),)]
         except (InputError, MissingPackage) as error:
             self.found.append(f"{place}: {error}")
+        return None
 
 
 def resolve(
@@ -201,66 +181,47 @@ def resolve(
     Raises:
         ScenarioError: What the tables name does not exist or does not fit together; carries every error.
     """
-    errors, folder = _Errors(), found.folder
-    arm: Robot | None = None
-    with errors.at("robot"):
-        arm = arms(tables.robot, folder)
-    settings = _planner_settings(tables, folder, errors)
+    errors, folder, dt = _Errors(), found.folder, tables.planner.dt
+    arm = errors.tried("robot", lambda: arms(tables.robot, folder))
+    settings = _planner_settings(tables.planner, folder, errors)
     recorder: Recorder | None = None
-    if record and "backend" in settings:
-        with errors.at("recording"):
-            recorder = composition.recorder(settings["backend"], tables.recording, tables.planner.dt)
-            settings["backend"] = recorder
-    plant: Plant | None = None
-    sensors: JointSensors | None = None
-    if arm is not None:
-        with errors.at("simulation"):
-            plant = world_composition.plant(tables, arm)
-        with errors.at("sensors"):
-            sensors = world_composition.sensors(tables, arm)
-    events: list[FaultEvent] = []
-    for index, table in enumerate(tables.faults):
-        with errors.at(f"faults[{index}]"):
-            event = composition.fault(table)
-            if plant is not None:
-                plant.fail(event.fault)
-            events.append(event)
+    if record and settings["backend"] is not None:
+        backend = settings["backend"]
+        recorder = errors.tried("recording", lambda: tables.recording.recorder(backend, dt))
+        settings["backend"] = recorder
+    plant = None if arm is None else errors.tried("simulation", partial(_plant, tables, arm))
+    sensors = None if arm is None else errors.tried("sensors", partial(_sensors, tables, arm))
+    events = [
+        errors.tried(f"faults[{index}]", partial(_event, table, plant))
+        for index, table in enumerate(tables.faults)
+    ]
     if arm is None:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
-    start: tuple[FloatArray, FloatArray] | None = None
-    led: Plan | None = None
-    with errors.at("planner.plan"):
-        led = composition.plan(tables, arm, folder)
-    with errors.at("start"):
-        q = tables.start.q if led is None else led.q[0].tolist()
-        start = composition.start(arm, q, tables.start.v)
-    way = _path(tables, arm, start, folder, errors)
+    led = errors.tried("planner.plan", partial(composition.plan, tables, arm, folder))
+    q = tables.start.q if led is None else led.q[0]
+    start = errors.tried("start", partial(composition.start, arm, q, tables.start.v))
+    origin = arm.pose(
+        arm.neutral if start is None else start[0]
+    )  # of a wrong start, paths are looked at, too
+    way = errors.tried("path", partial(_path, tables, arm, origin, folder))
     if led is not None and way is not None:
-        with errors.at("planner.plan"):
-            settings["plan"] = led.of(arm, way)
-    planner: Planner | None = None
+        settings["plan"] = errors.tried("planner.plan", partial(led.of, arm, way))
+    planner, world, leader = None, None, None
     if not errors.found:
-        with errors.at("planner"):
-            planner = Planner(arm, **settings)
-        if planner is not None and start is not None:
-            for index, event in enumerate(events):
-                with errors.at(f"faults[{index}]"):
-                    planner.report(event.fault)
-                    planner.withdraw(event.fault.joint)
-            planner.reset(*start)
-            if recorder is not None:
-                recorder.follow(planner)
-    world: MovingWorld | None = None
+        planner = errors.tried("planner", partial(Planner, arm, **settings))
+    if planner is not None and start is not None:
+        for index, event in enumerate(events):
+            if event is not None:
+                errors.tried(f"faults[{index}]", partial(_try, planner, event))
+        planner.reset(*start)
+        if recorder is not None:
+            recorder.follow(planner)
     if planner is not None and tables.base is not None:
-        with errors.at("base"):
-            world = base_composition.world(tables.base, planner, folder, tables.simulation.seed)
-            way = composition.path(
-                tables.path, world.start() @ arm.pose(arm.neutral if start is None else start[0]), folder
-            )
-    leader: PathFollower | None = None
+        world = errors.tried("base", partial(tables.base.world, planner, folder, tables.simulation.seed))
+        if world is not None:
+            way = errors.tried("base", partial(tables.path.path, world.start() @ origin, folder))
     if planner is not None and way is not None:
-        with errors.at("path.reference"):
-            leader = composition.follower(tables.path, tables.planner.stall, planner, way)
+        leader = errors.tried("path.reference", partial(composition.follower, tables, planner, way))
     if planner is None or way is None or start is None or plant is None or errors.found:
         raise ScenarioError(f"{found.origin} has errors:", errors.found)
     return Setup(
@@ -270,7 +231,7 @@ def resolve(
         robot=arm,
         planner=planner,
         path=way,
-        schedule=Schedule(events),
+        schedule=Schedule([event for event in events if event is not None]),
         q=start[0],
         v=start[1],
         duration=tables.simulation.duration or (way.duration if leader is None else None),
@@ -282,43 +243,53 @@ def resolve(
     )
 
 
-def _planner_settings(tables: Scenario, folder: File, errors: _Errors) -> dict[str, Any]:
-    """The arguments of the planner, each checked by its owner."""
-    table = tables.planner
-    settings: dict[str, Any] = {
-        "dt": table.dt,
-        "noise": Noise(**table.noise.model_dump()),
-        "level": table.level,
-        "posture": table.posture,
-        "torque_limits": table.torque_limits,
-        "branch_limits": table.branch_limits,
+def _planner_settings(table: PlannerTable, folder: File, errors: _Errors) -> dict[str, Any]:
+    """The arguments of the planner, each checked by its owner; None where one is wrong."""
+    backend = folder / table.profile if table.profile else table.backend or "active_set"
+    made_by: dict[str, Callable[[], Any]] = {
+        "scheme": lambda: schemes.by_name(table.scheme),
+        "noise": lambda: made(table.noise),
+        "drive": lambda: made(table.drive),
+        "detector": lambda: composition.detector(table.detector, folder),
+        "task": lambda: made(table.task),
+        "bounds": lambda: bounds.by_name(table.bounds),
+        "profile" if table.profile else "backend": lambda: qp_backend(backend),
+        "emergency": lambda: made(table.emergency),
     }
-    with errors.at("planner.scheme"):
-        settings["scheme"] = schemes.by_name(table.scheme)
-    with errors.at("planner.drive"):
-        settings["drive"] = Drive(**table.drive.model_dump())
-    with errors.at("planner.detector"):
-        settings["detector"] = composition.detector(table.detector, folder)
-    with errors.at("planner.task"):
-        settings["task"] = composition.task(table.task)
-    with errors.at("planner.bounds"):
-        settings["bounds"] = bounds.by_name(table.bounds)
-    with errors.at("planner.profile" if table.profile else "planner.backend"):
-        settings["backend"] = qp_backend(
-            folder / table.profile if table.profile else table.backend or "active_set"
-        )
-    with errors.at("planner.emergency"):
-        settings["emergency"] = composition.emergency(table.emergency)
-    return settings
+    found = {key: errors.tried(f"planner.{key}", make) for key, make in made_by.items()}
+    found["backend"] = found.pop("profile", found.get("backend"))
+    same = ("dt", "level", "posture", "torque_limits", "branch_limits")
+    return {key: getattr(table, key) for key in same} | found
 
 
-def _path(
-    tables: Scenario, arm: Robot, start: tuple[FloatArray, FloatArray] | None, folder: File, errors: _Errors
-) -> Path | None:
-    """The path from where the start puts the tip; from the neutral posture when the start itself is wrong."""
-    way: Path | None = None
-    with errors.at("path"):
-        way = composition.path(tables.path, arm.pose(arm.neutral if start is None else start[0]), folder)
-        if tables.base is None and not tables.path.beyond_reach:
-            composition.refuse_out_of_reach(arm, way)
+def _plant(tables: Scenario, arm: Robot) -> Plant:
+    planner = tables.planner
+    moving = tables.base is not None
+    return tables.simulation.made_plant(arm, planner.dt, planner.level, planner.drive["kind"], moving=moving)
+
+
+def _sensors(tables: Scenario, arm: Robot) -> JointSensors | None:
+    given = tables.sensors
+    return None if given is None else given.made(arm, tables.planner.dt, seed=tables.simulation.seed)
+
+
+def _event(table: FaultTable, plant: Plant | None) -> FaultEvent:
+    """The event, whose fault the plant can have."""
+    event = table.event()
+    if plant is not None:
+        plant.fail(event.fault)
+    return event
+
+
+def _try(planner: Planner, event: FaultEvent) -> None:
+    """That the planner can believe the fault."""
+    planner.report(event.fault)
+    planner.withdraw(event.fault.joint)
+
+
+def _path(tables: Scenario, arm: Robot, origin: FloatArray, folder: File) -> Path:
+    """The path from the pose of the tip at the start."""
+    way = tables.path.path(origin, folder)
+    if tables.base is None and not tables.path.beyond_reach:
+        composition.refuse_out_of_reach(arm, way)
     return way

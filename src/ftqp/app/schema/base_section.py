@@ -1,142 +1,91 @@
 """The table ``[base]``: what carries the arm, what moves it, what is measured of it."""
 
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path as File
+from typing import Any
 
-from pydantic import BeforeValidator, Field, field_serializer
+import numpy as np
 
-from ftqp.app.schema.strict import NAMES_A_FILE, Finite, Table, Vector, unit
-
-Coordinate = Literal["track", "rotation", "tilt", "x", "y", "z", "rx", "ry", "rz"]
-_COORDINATE = "track, rotation or tilt of a platform; x, y, z, rx, ry or rz of a free base"
-
-
-def _off(value: Any) -> Any:
-    return None if value == "off" else value
-
-
-class StepTable(Table):
-    """A step of one coordinate, at once or along a ramp."""
-
-    kind: Literal["step"]
-    coordinate: Coordinate = Field(description=_COORDINATE)
-    size: Finite = Field(description="where it ends", json_schema_extra=unit("m or rad"))
-    at: Finite = Field(0.0, ge=0, description="when it begins, >= 0", json_schema_extra=unit("s"))
-    rate: Finite | None = Field(
-        None,
-        gt=0,
-        description="slope of a ramp, > 0; a jump if absent",
-        json_schema_extra=unit("m/s or rad/s"),
-    )
+from ftqp.app.schema.reading import Options, Table, settings_for
+from ftqp.control.moving_base.base_gain import Observer
+from ftqp.control.moving_base.inertial_task import InertialTask, MovingBase
+from ftqp.control.planner.planner import Planner
+from ftqp.core.errors import InputError
+from ftqp.core.setting import REQUIRED, like, setting
+from ftqp.sim.base.carriers import Base, FreeBase, Platform
+from ftqp.sim.base.disturbances import Disturbance, RandomMotion, Sinusoid, Step
+from ftqp.sim.base.motion_file import recorded_motion
+from ftqp.sim.base.moving_world import MovingWorld
 
 
-class SinusoidTable(Table):
-    """A sine wave that starts at 0."""
-
-    kind: Literal["sinusoid"]
-    coordinate: Coordinate = Field(description=_COORDINATE)
-    amplitude: Finite = Field(description="amplitude", json_schema_extra=unit("m or rad"))
-    frequency: Finite = Field(gt=0, description="frequency, > 0", json_schema_extra=unit("Hz"))
-    phase: Finite = Field(0.0, description="phase", json_schema_extra=unit("rad"))
-
-
-class RandomTable(Table):
-    """Noise through a first-order low-pass, by the scenario's seed."""
-
-    kind: Literal["random"]
-    coordinate: Coordinate = Field(description=_COORDINATE)
-    rms: Finite = Field(ge=0, description="root mean square, >= 0", json_schema_extra=unit("m or rad"))
-    corner: Finite = Field(gt=0, description="corner frequency, > 0", json_schema_extra=unit("Hz"))
-
-
-class RecordedTable(Table):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionFile:
     """A recorded motion, read from a CSV file with a header.
 
     The columns are t [s] and the coordinates of the base; a free base has qx, qy, qz, qw for its attitude.
     """
 
-    kind: Literal["recorded"]
-    file: str = Field(description="a .csv file, relative to the scenario", json_schema_extra=NAMES_A_FILE)
+    file: str = setting(REQUIRED, "a .csv file, relative to the scenario", file=True)
 
 
-DisturbanceTable = Annotated[
-    StepTable | SinusoidTable | RandomTable | RecordedTable, Field(discriminator="kind")
-]
+DISTURBANCES: Mapping[str, type[Any]] = {
+    "step": Step, "sinusoid": Sinusoid, "random": RandomMotion, "recorded": MotionFile
+}  # fmt: skip
+CARRIERS: Mapping[str, type[Base]] = {"platform": Platform, "free": FreeBase}
 
 
-class ObserverTable(Table):
-    """The disturbance observer: its low-pass factor, or what to choose it from."""
-
-    lowpass: Finite | None = Field(
-        None, gt=0, le=1, description="low-pass factor, 0 < x <= 1; 1 if all is absent"
-    )
-    noise: Finite | None = Field(
-        None,
-        gt=0,
-        description="noise of the measured tip, to choose the factor, > 0",
-        json_schema_extra=unit("m"),
-    )
-    acceleration: Finite | None = Field(
-        None,
-        gt=0,
-        description="acceleration of the tip by the base, to choose the factor, > 0",
-        json_schema_extra=unit("m/s2"),
-    )
-    frozen: bool = Field(False, description="whether it stands still after a step that limits have cut")
-
-
+@dataclass(frozen=True, slots=True, kw_only=True)
 class NoiseTable(Table):
     """White noise of every measured pose."""
 
-    position: Finite = Field(0.0, ge=0, description="of each axis, >= 0", json_schema_extra=unit("m"))
-    rotation: Finite = Field(0.0, ge=0, description="about each axis, >= 0", json_schema_extra=unit("rad"))
+    position: float = setting(0.0, "of each axis, >= 0", unit="m", least=0.0)
+    rotation: float = setting(0.0, "about each axis, >= 0", unit="rad", least=0.0)
 
 
-class _BaseTable(Table):
-    disturbances: list[DisturbanceTable] = Field([], description="what moves the base")
-    sensing: Literal["unknown", "known", "late"] = Field(
-        "unknown", description="what is known of the base's motion; unknown: the tip is measured"
-    )
-    attitude: Literal["estimated", "nominal", "measured"] = Field(
-        "estimated", description="base attitude by which the error is turned; nominal as in the paper"
-    )
-    gain: Finite = Field(1.0, gt=0, lt=2, description="share of the error that a step removes, 0 < x < 2")
-    observer: Annotated[ObserverTable | None, BeforeValidator(_off)] = Field(
-        None, description="the disturbance observer; 'off' to have none"
-    )
-    delay: Finite = Field(
-        0.0, ge=0, description="how late measurements are, for sensing = 'late'", json_schema_extra=unit("s")
-    )
-    end_point: bool | None = Field(
-        None, description="whether the tip is measured; when the base is not, if absent"
-    )
-    noise: NoiseTable = Field(NoiseTable(), description="noise of every measured pose")
-    patience: Finite = Field(
-        0.05,
-        ge=0,
-        description="how long the last base pose is used without a measurement, >= 0",
-        json_schema_extra=unit("s"),
-    )
-    anti_windup: bool = Field(False, description="whether commands wait for servos that lag")
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BaseTable(Table):
+    """What carries the arm."""
 
-    @field_serializer("observer")
-    def _observer_or_off(self, value: ObserverTable | None) -> Any:
-        return "off" if value is None else value
+    disturbances: tuple[Options[Disturbance], ...] = setting((), "what moves the base", kinds=DISTURBANCES)
+    sensing: str = like(MovingBase, "sensing")
+    attitude: str = like(MovingBase, "attitude")
+    gain: float = setting(1.0, "share of the error that a step removes, 0 < x < 2", above=0.0, below=2.0)
+    observer: Options[Observer] | None = like(MovingBase, "observer")
+    delay: float = like(MovingBase, "delay")
+    end_point: bool | None = setting(None, "whether the tip is measured; when the base is not, if absent")
+    noise: NoiseTable = setting(NoiseTable(), "noise of every measured pose")
+    patience: float = like(MovingBase, "patience")
+    anti_windup: bool = like(MovingBase, "anti_windup")
+    kind: Options[Base] = setting(REQUIRED, "kind of base", kinds=CARRIERS)
 
+    def world(self, planner: Planner, folder: File, seed: int) -> MovingWorld:
+        """The base under the planner's arm, and the sensors; files are relative to ``folder``.
 
-class PlatformTable(_BaseTable):
-    """A platform of three joints: track along x, rotation about z, tilt about the carried y axis."""
-
-    kind: Literal["platform"]
-    height: Finite = Field(0.30, ge=0, description="of the tilt axis, >= 0", json_schema_extra=unit("m"))
-    mount: Vector = Field(
-        [0.20, 0.0, 0.45], description="of the arm in the tilted frame", json_schema_extra=unit("m")
-    )
+        Raises:
+            InputError: A coordinate that this base has not, a recording that cannot be used, a planner that
+                does not fit, or settings that do not fit together.
+        """
+        base, generator = self.kind.made(), np.random.default_rng(seed)
+        return MovingWorld(
+            InertialTask(planner, MovingBase(**settings_for(MovingBase, self)), gain=self.gain),
+            base,
+            [_disturbance(each, base, folder, generator) for each in self.disturbances],
+            end_point=self.end_point,
+            position_noise=self.noise.position,
+            rotation_noise=self.noise.rotation,
+            seed=int(generator.integers(2**63)),
+        )
 
 
-class FreeBaseTable(_BaseTable):
-    """A body with six degrees of freedom: x, y, z and the rotation vector rx, ry, rz."""
-
-    kind: Literal["free"]
-
-
-BaseTable = Annotated[PlatformTable | FreeBaseTable, Field(discriminator="kind")]
+def _disturbance(
+    given: Options[Any], base: Base, folder: File, generator: np.random.Generator
+) -> Disturbance:
+    if given.of is MotionFile:
+        return recorded_motion(folder / given["file"], base.coordinates)
+    if given["coordinate"] not in base.coordinates:
+        raise InputError(
+            f"{given['coordinate']!r} is not a coordinate of this base; it has {', '.join(base.coordinates)}"
+        )
+    moved: Disturbance = given.made(**({"generator": generator} if given.of is RandomMotion else {}))
+    return moved

@@ -1,119 +1,104 @@
 """The table ``[path]``: what the tip follows, starting where the arm stands."""
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path as File
+from typing import Any
 
-from pydantic import Field
+import numpy as np
 
-from ftqp.app.schema.strict import NAMES_A_FILE, Finite, Named, Quaternion, Table, Vector, unit
-
-Axis = Literal["x", "y", "z", "-x", "-y", "-z"] | list[Finite]
-Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
-
-_LAW = "law of motion: quintic, cycloid, sine_squared, constant, trapezoid, or a table such as { name, ramp }"
-_AXES = "two perpendicular directions in W, each x, y, z, -x, -y, -z or a vector"
-
-
-class _Path(Table):
-    reference: Literal["progress", "time"] | None = Field(
-        None,
-        description="'progress': the path waits for the arm, needs task mode scaled; 'time': the clock; "
-        "by the task mode if absent",
-    )
-    beyond_reach: bool = Field(
-        False, description="whether the path may lead farther than the stretched arm is long"
-    )
-    laps: Finite | None = Field(
-        None,
-        gt=0,
-        description="how many times the path is repeated, round and round where it is closed, else there and "
-        "back, > 0; followed once if absent",
-    )
+from ftqp.app.schema.reading import Options, Table
+from ftqp.app.schema.robot_section import Quaternion, Vector, quaternion_rotation
+from ftqp.control.paths import KINDS, Line, Path, PointToPoint, Waypoints
+from ftqp.control.paths.repeated import Repeated
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.core.pose import transform
+from ftqp.core.setting import REQUIRED, like, setting
+from ftqp.sim.waypoint_file import waypoint_table
 
 
-class _Timed(_Path):
-    duration: Finite = Field(gt=0, description="how long the motion lasts, > 0", json_schema_extra=unit("s"))
-
-
-class LineTable(_Timed):
-    """A straight line."""
-
-    kind: Literal["line"]
-    displacement: Vector = Field(
-        description="the way from start to end along W's axes", json_schema_extra=unit("m")
-    )
-    law: Named = Field({"name": "quintic"}, description=_LAW)
-
-
-class SquareTable(_Timed):
-    """A square whose first corner is the start; the sides go along +a, +b, -a, -b from rest to rest."""
-
-    kind: Literal["square"]
-    side: Finite = Field(gt=0, description="length of a side, > 0", json_schema_extra=unit("m"))
-    axes: list[Axis] = Field(["x", "y"], min_length=2, max_length=2, description=_AXES)
-    law: Named = Field({"name": "quintic"}, description=_LAW)
-
-
-class CircleTable(_Timed):
-    """A circle; the start is its point farthest along the first axis."""
-
-    kind: Literal["circle"]
-    radius: Finite = Field(gt=0, description="radius, > 0", json_schema_extra=unit("m"))
-    axes: list[Axis] = Field(["x", "y"], min_length=2, max_length=2, description=_AXES)
-    turns: Finite = Field(1.0, gt=0, le=1e6, description="how many times round, > 0, at most 1e6")
-    law: Named = Field({"name": "quintic"}, description=_LAW)
-
-
-class LissajousTable(_Timed):
-    """A Lissajous figure through the start."""
-
-    kind: Literal["lissajous"]
-    amplitudes: Pair = Field(description="how far each direction swings, >= 0", json_schema_extra=unit("m"))
-    cycles: Pair = Field([1.0, 2.0], description="how often each direction swings, > 0")
-    phase: Finite = Field(0.0, description="phase of the second direction", json_schema_extra=unit("rad"))
-    axes: list[Axis] = Field(["x", "y"], min_length=2, max_length=2, description=_AXES)
-    law: Named = Field({"name": "quintic"}, description=_LAW)
-
-
-class WaypointsTable(_Path):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WaypointFile:
     """A smooth curve through points of a file.
 
     A CSV file has a header of x, y, z [m] and if wanted t [s] and qx, qy, qz, qw; an NPZ file has the arrays
     positions (N, 3) and if wanted times (N,) and orientations (N, 4).
     """
 
-    kind: Literal["waypoints"]
-    file: str = Field(
-        description="a .csv or .npz file, relative to the scenario", json_schema_extra=NAMES_A_FILE
+    file: str = setting(REQUIRED, "a .csv or .npz file, relative to the scenario", file=True)
+    relative: bool = setting(False, "whether the points count from the start position")
+    duration: float | None = setting(None, "needed when the file has no times, > 0", unit="s", above=0.0)
+
+    def path(self, origin: FloatArray, folder: File) -> Path:
+        """The curve from the pose ``origin``, (4, 4)."""
+        points = waypoint_table(folder / self.file)
+        if self.duration is not None and points.times is not None:
+            raise InputError(f"{self.file} has times, so duration cannot hold as well; leave it out")
+        return Waypoints(
+            origin,
+            points.positions,
+            orientations=points.orientations,
+            times=points.times,
+            duration=self.duration,
+            relative=self.relative,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Goal:
+    """A goal pose, straight to which the tip goes, turning about one axis."""
+
+    duration: float = like(Line, "duration")
+    position: Vector | None = setting(
+        None, "position of the goal in W; the start position if absent", unit="m"
     )
-    relative: bool = Field(False, description="whether the points count from the start position")
-    duration: Finite | None = Field(
-        None, gt=0, description="needed when the file has no times, > 0", json_schema_extra=unit("s")
+    orientation: Quaternion | None = setting(
+        None, "quaternion x, y, z, w of the goal in W; the start orientation if absent"
     )
+    relative: bool = setting(False, "whether the goal counts from the start pose, along W's axes")
+    law: Any = like(Line, "law")
+
+    def path(self, origin: FloatArray, folder: File) -> Path:
+        """The way to the goal from the pose ``origin``, (4, 4)."""
+        position, rotation = origin[:3, 3], origin[:3, :3]
+        if self.position is not None:
+            position = np.array(self.position) + (position if self.relative else 0.0)
+        if self.orientation is not None:
+            turn = quaternion_rotation(self.orientation)
+            rotation = turn @ rotation if self.relative else turn
+        return PointToPoint(origin, transform(rotation, position), duration=self.duration, law=self.law)
 
 
-class PointToPointTable(_Timed):
-    """Straight to a goal pose, turning about one axis."""
+WRITTEN: Mapping[str, type[Any]] = {**KINDS, "waypoints": WaypointFile, "point_to_point": Goal}
+"""The kinds of path as files have them: those of ``ftqp.paths``, or what makes one of what is in a file."""
 
-    kind: Literal["point_to_point"]
-    position: Vector | None = Field(
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PathTable(Table):
+    """What the tip follows."""
+
+    reference: str | None = setting(
         None,
-        description="position of the goal in W; the start position if absent",
-        json_schema_extra=unit("m"),
+        "'progress': the path waits for the arm, needs task mode scaled; 'time': the clock; "
+        "by the task mode if absent",
+        choices=("progress", "time"),
     )
-    orientation: Quaternion | None = Field(
-        None, description="quaternion x, y, z, w of the goal in W; the start orientation if absent"
+    beyond_reach: bool = setting(False, "whether the path may lead farther than the stretched arm is long")
+    laps: float | None = setting(
+        None,
+        "how many times the path is repeated, round and round where it is closed, else there and back, > 0; "
+        "followed once if absent",
+        above=0.0,
     )
-    relative: bool = Field(False, description="whether the goal counts from the start pose, along W's axes")
-    law: Named = Field({"name": "quintic"}, description=_LAW)
+    kind: Options[Any] = setting(REQUIRED, "kind of path", kinds=WRITTEN)
 
+    def path(self, origin: FloatArray, folder: File) -> Path:
+        """The path from the pose ``origin``, (4, 4); files are relative to ``folder``.
 
-class HoldTable(_Timed):
-    """The start pose, kept."""
-
-    kind: Literal["hold"]
-
-
-PathTable = Annotated[
-    LineTable | SquareTable | CircleTable | LissajousTable | WaypointsTable | PointToPointTable | HoldTable,
-    Field(discriminator="kind"),
-]
+        Raises:
+            InputError: A parameter is out of its range, or a waypoint file cannot be used.
+        """
+        written = self.kind.of in (WaypointFile, Goal)
+        once = self.kind.made().path(origin, folder) if written else self.kind.made(origin)
+        return once if self.laps is None else Repeated(once, self.laps)

@@ -1,95 +1,105 @@
 """The table ``[robot]``."""
 
-from typing import Any, Literal
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import hypot
+from typing import Any
 
-from pydantic import Field, model_validator
+import numpy as np
 
-from ftqp.app.schema.strict import NAMES_A_FILE, Finite, PerJoint, Quaternion, Table, Vector, unit
+from ftqp.app.schema.reading import Options, Table
+from ftqp.core.checks import FloatArray
+from ftqp.core.errors import InputError
+from ftqp.core.pose import transform
+from ftqp.core.setting import setting
+from ftqp.model.payload import Payload
+
+PerJoint = tuple[float, ...] | None
+"""One number for all joints, or one each."""
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+"""x, y, z, w."""
+EACH: Mapping[str, Any] = {"infinite": True, "one_for_all": True}
+"""What a setting says that is one number for all joints, or one each, of which infinity is none."""
 
 
+def quaternion_rotation(quaternion: Quaternion) -> FloatArray:
+    """R, (3, 3), of a unit quaternion x, y, z, w."""
+    length = hypot(*quaternion)
+    if abs(length - 1.0) > 1e-3:
+        raise InputError(f"orientation has the length {length:.4g}, expected a unit quaternion x, y, z, w")
+    from scipy.spatial.transform import Rotation  # slow to load, needed with an orientation only
+
+    return np.asarray(Rotation.from_quat(quaternion).as_matrix())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LimitsTable(Table):
     """Limits that replace those of the model: one number for all joints, or one each; inf means no limit."""
 
-    q_min: PerJoint | None = Field(None, description="least positions", json_schema_extra=unit("rad or m"))
-    q_max: PerJoint | None = Field(None, description="greatest positions", json_schema_extra=unit("rad or m"))
-    v_max: PerJoint | None = Field(
-        None, description="speed limits, > 0", json_schema_extra=unit("rad/s or m/s")
-    )
-    a_max: PerJoint | None = Field(
-        None, description="acceleration limits, > 0", json_schema_extra=unit("rad/s2 or m/s2")
-    )
-    tau_max: PerJoint | None = Field(
-        None, description="torque limits, > 0", json_schema_extra=unit("N m or N")
-    )
-    j_max: PerJoint | None = Field(
-        None,
-        description="jerk limits of motions to a posture, > 0",
-        json_schema_extra=unit("rad/s3 or m/s3"),
-    )
+    q_min: PerJoint = setting(None, "least positions", unit="rad or m", **EACH)
+    q_max: PerJoint = setting(None, "greatest positions", unit="rad or m", **EACH)
+    v_max: PerJoint = setting(None, "speed limits, > 0", unit="rad/s or m/s", **EACH)
+    a_max: PerJoint = setting(None, "acceleration limits, > 0", unit="rad/s2 or m/s2", **EACH)
+    tau_max: PerJoint = setting(None, "torque limits, > 0", unit="N m or N", **EACH)
+    j_max: PerJoint = setting(None, "jerk limits of motions to a posture, > 0", unit="rad/s3 or m/s3", **EACH)
 
 
-class PayloadTable(Table):
-    """A load at the tip."""
-
-    mass: Finite = Field(gt=0, description="mass, > 0", json_schema_extra=unit("kg"))
-    com: Vector = Field(
-        [0.0, 0.0, 0.0], description="centre of mass in the tip frame", json_schema_extra=unit("m")
-    )
-
-
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ToolTable(Table):
     """Another controlled point, in the frame of the tip; it weighs nothing."""
 
-    position: Vector = Field(
-        [0.0, 0.0, 0.0], description="of the point in the tip frame", json_schema_extra=unit("m")
-    )
-    orientation: Quaternion = Field(
-        [0.0, 0.0, 0.0, 1.0], description="quaternion x, y, z, w of its axes in the tip frame"
+    position: Vector = setting((0.0, 0.0, 0.0), "of the point in the tip frame", unit="m")
+    orientation: Quaternion = setting(
+        (0.0, 0.0, 0.0, 1.0), "quaternion x, y, z, w of its axes in the tip frame"
     )
 
+    @property
+    def pose(self) -> FloatArray:
+        """The pose of the point in the tip frame, (4, 4) [m]."""
+        return transform(quaternion_rotation(self.orientation), np.array(self.position))
 
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RobotTable(Table):
     """The arm: exactly one of ``name``, ``urdf``, ``mjcf`` and ``dh``."""
 
-    name: str | None = Field(None, description="a robot of the catalog, see `ftqp robots`")
-    options: dict[str, Any] | None = Field(
-        None, description="of a robot of the catalog, for example { lengths = [1, 1, 1], continuous = true }"
+    name: str | None = setting(None, "a robot of the catalog, see `ftqp robots`")
+    options: dict[str, Any] | None = setting(
+        None, "of a robot of the catalog, for example { lengths = [1, 1, 1], continuous = true }"
     )
-    urdf: str | None = Field(None, description="a URDF file", json_schema_extra=NAMES_A_FILE)
-    mjcf: str | None = Field(None, description="an MJCF file", json_schema_extra=NAMES_A_FILE)
-    dh: list[list[Finite]] | None = Field(
-        None, description="a table of rows theta [rad], d [m], a [m], alpha [rad]", min_length=1
+    urdf: str | None = setting(None, "a URDF file", file=True)
+    mjcf: str | None = setting(None, "an MJCF file", file=True)
+    dh: tuple[tuple[float, ...], ...] | None = setting(
+        None, "a table of rows theta [rad], d [m], a [m], alpha [rad]", count=(1, None)
     )
-    convention: Literal["standard", "modified"] | None = Field(
-        None, description="convention of dh, 'standard' or 'modified'; standard if absent"
-    )
-    tip: str | None = Field(
-        None, description="the frame that carries out the task; needed with urdf and mjcf"
-    )
-    locked: list[str] | None = Field(
-        None, description="joints held at their neutral position, for example fingers"
-    )
-    acceleration: PerJoint | None = Field(
+    convention: str | None = setting(
         None,
-        description="acceleration limits in place of the model's, > 0; MJCF and most URDFs have none",
-        json_schema_extra=unit("rad/s2 or m/s2"),
+        "convention of dh, 'standard' or 'modified'; standard if absent",
+        choices=("standard", "modified"),
     )
-    limits: LimitsTable | None = Field(None, description="limits that replace those of the model")
-    payload: PayloadTable | None = Field(None, description="a load that the arm carries and knows of")
-    tool: ToolTable | None = Field(None, description="a point on the tool to control in place of the tip")
-    viscous: PerJoint | None = Field(
+    tip: str | None = setting(None, "the frame that carries out the task; needed with urdf and mjcf")
+    locked: tuple[str, ...] | None = setting(
+        None, "joints held at their neutral position, for example fingers"
+    )
+    acceleration: PerJoint = setting(
         None,
-        description="viscous friction in place of the model's, >= 0",
-        json_schema_extra=unit("N m s/rad or N s/m"),
+        "acceleration limits in place of the model's, > 0; MJCF and most URDFs have none",
+        unit="rad/s2 or m/s2",
+        **EACH,
     )
-    coulomb: PerJoint | None = Field(
-        None, description="Coulomb friction in place of the model's, >= 0", json_schema_extra=unit("N m or N")
+    limits: LimitsTable | None = setting(None, "limits that replace those of the model")
+    payload: Options[Payload] | None = setting(None, "a load that the arm carries and knows of")
+    tool: ToolTable | None = setting(None, "a point on the tool to control in place of the tip")
+    viscous: PerJoint = setting(
+        None, "viscous friction in place of the model's, >= 0", unit="N m s/rad or N s/m", **EACH
+    )
+    coulomb: PerJoint = setting(
+        None, "Coulomb friction in place of the model's, >= 0", unit="N m or N", **EACH
     )
 
-    @model_validator(mode="after")
-    def _one_source(self) -> "RobotTable":
+    def __post_init__(self) -> None:
         given = [key for key in ("name", "urdf", "mjcf", "dh") if getattr(self, key) is not None]
         if len(given) != 1:
             got = f"has {' and '.join(given)}" if given else "names no robot"
-            raise ValueError(f"{got}, expected exactly one of name, urdf, mjcf, dh")
-        return self
+            raise InputError(f"{got}, expected exactly one of name, urdf, mjcf, dh")

@@ -1,81 +1,108 @@
-"""The table ``[simulation]``: what stands for the world."""
+"""The tables ``[simulation]`` and ``[[faults]]``: what stands for the world, and what fails in it."""
 
-from typing import Annotated, Literal
+from dataclasses import dataclass
+from typing import Literal
 
-from pydantic import Field
+from ftqp.app.schema.reading import Options, Table, options, settings_for
+from ftqp.core.errors import InputError
+from ftqp.core.setting import REQUIRED, like, setting
+from ftqp.faults.kinds import KINDS, Fault
+from ftqp.model.payload import Payload
+from ftqp.model.robot import Robot
+from ftqp.sim.plants.joint_servo import JointServo
+from ftqp.sim.plants.kinematic_plant import KinematicPlant
+from ftqp.sim.plants.plant import Plant
+from ftqp.sim.plants.servo_plant import ServoPlant
+from ftqp.sim.plants.true_arm import TrueArm
+from ftqp.sim.schedule import FaultEvent
 
-from ftqp.app.schema.robot_section import PayloadTable
-from ftqp.app.schema.strict import Finite, Table, unit
-from ftqp.sim.plants.joint_servo import BANDWIDTH
-
-Friction = Annotated[Finite, Field(ge=0)] | dict[str, Annotated[Finite, Field(ge=0)]]
+Friction = float | dict[str, float]
 """One number for all joints, or a table by joint name."""
 
 
-class ServoTable(Table):
-    """First-order joint servos at the arm's speed limits, which take what the planner's drive sends.
-
-    Above a moving base the commanded velocities add up to the set points.
-    """
-
-    time_constant: Finite = Field(0.1, gt=0, description="time constant, > 0", json_schema_extra=unit("s"))
-    takes_velocity: bool = Field(True, description="whether position servos are given velocities, too")
-    substeps: int = Field(10, ge=1, description="steps of the servos in a control period, >= 1")
-
-
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MujocoTable(Table):
     """The arm in physics, and what is true of it and unknown to its planner."""
 
-    bandwidth: Finite = Field(
-        BANDWIDTH, gt=0, description="of the joint servos, > 0", json_schema_extra=unit("rad/s")
-    )
-    takes_velocity: bool = Field(True, description="whether position servos are given velocities, too")
-    substeps: int = Field(4, ge=1, description="time steps of the physics in a control period, >= 1")
-    payload: PayloadTable | None = Field(
-        None, description="a load at the tip that the planner does not know of"
-    )
-    mass_scale: Finite = Field(1.0, gt=0, description="true masses by those of the model, > 0")
-    coulomb: Friction = Field(
-        0.0,
-        description="dry friction beside that of the model, >= 0: one number, or a table by joint name",
-        json_schema_extra=unit("N m or N"),
-    )
-    viscous: Friction = Field(
-        0.0,
-        description="viscous friction beside that of the model, >= 0: one number, or a table by joint name",
-        json_schema_extra=unit("N m s/rad or N s/m"),
-    )
-    brake: dict[str, Annotated[Finite, Field(gt=0)]] = Field(
-        {},
-        description="what the brake of a joint holds, by joint name, > 0; it slips above; "
-        "twice the torque limit for a joint that is absent",
-        json_schema_extra=unit("N m or N"),
-    )
-    end_stops: Finite | None = Field(
-        None,
-        ge=0,
-        description="room between a limit and its end stop, >= 0; 0.05, at most 5 % of the range, if absent",
-        json_schema_extra=unit("rad or m"),
-    )
+    bandwidth: float = like(JointServo, "bandwidth")
+    takes_velocity: bool = like(JointServo, "takes_velocity")
+    substeps: int = setting(4, "time steps of the physics in a control period, >= 1", least=1.0)
+    payload: Options[Payload] | None = like(TrueArm, "payload")
+    mass_scale: float = like(TrueArm, "mass_scale")
+    coulomb: Friction = like(TrueArm, "coulomb")
+    viscous: Friction = like(TrueArm, "viscous")
+    brake: dict[str, float] = like(TrueArm, "brake")
+    end_stops: float | None = like(TrueArm, "end_stops")
+
+    def plant(self, arm: Robot, dt: float, drive: str) -> Plant:
+        """The arm in physics, behind servos that take what a drive sends; MuJoCo is loaded here."""
+        from ftqp.sim.plants.mujoco_plant import MujocoPlant
+
+        servo = JointServo(arm, drive, **settings_for(JointServo, self))
+        return MujocoPlant(arm, dt, servo, TrueArm(**settings_for(TrueArm, self)), substeps=self.substeps)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SimulationTable(Table):
     """What stands for the world."""
 
-    plant: Literal["kinematic", "servo", "mujoco"] = Field(
+    plant: str = setting(
         "kinematic",
-        description="the arm follows every command exactly, or through joint servos that lag, or as physics "
-        "makes it",
+        "the arm follows every command exactly, or through joint servos that lag, or as physics makes it",
+        choices=("kinematic", "servo", "mujoco"),
     )
-    servo: ServoTable = Field(ServoTable(), description="the servos of plant = 'servo'")
-    mujoco: MujocoTable = Field(MujocoTable(), description="the arm of plant = 'mujoco'")
-    seed: int = Field(0, ge=0, description="seed of everything random, >= 0")
-    feed_forward: Literal["sampled", "mean"] = Field(
-        "sampled", description="the path's acceleration at a tick, or its mean until the next one"
+    servo: Options[ServoPlant] = setting(options(ServoPlant), "the servos of plant = 'servo'")
+    mujoco: MujocoTable = setting(MujocoTable(), "the arm of plant = 'mujoco'")
+    seed: int = setting(0, "seed of everything random, >= 0", least=0.0)
+    feed_forward: str = setting(
+        "sampled",
+        "the path's acceleration at a tick, or its mean until the next one",
+        choices=("sampled", "mean"),
     )
-    duration: Finite | None = Field(
-        None,
-        gt=0,
-        description="end of the run, > 0; the path's duration if absent",
-        json_schema_extra=unit("s"),
+    duration: float | None = setting(
+        None, "end of the run, > 0; the path's duration if absent", unit="s", above=0.0
     )
+
+    def made_plant(self, arm: Robot, dt: float, level: str, drive: str, *, moving: bool) -> Plant:
+        """The arm that is simulated.
+
+        Args:
+            arm: As its planner knows it.
+            dt: Control period [s].
+            level: What the planner decides.
+            drive: What the planner's drive sends.
+            moving: Whether its base moves; servos then add up velocities.
+
+        Raises:
+            InputError: This kind of plant cannot move the robot, a joint is unknown, a value out of range.
+            MissingPackage: MuJoCo is needed and not installed.
+        """
+        if self.plant == "servo":
+            return self.servo.made(arm, dt, drive=None if moving else drive)
+        if self.plant == "mujoco":
+            return self.mujoco.plant(arm, dt, drive)
+        return KinematicPlant(arm, dt, level)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FaultTable(Table):
+    """What every fault of a scenario says: which joint, when it fails, when the planner is told."""
+
+    kind: Options[Fault] = setting(REQUIRED, "kind of fault", kinds=KINDS)
+    joint: str | int = setting(REQUIRED, "a joint's name or its index from 0", least=0.0)
+    at: float = setting(REQUIRED, "when it happens, >= 0", unit="s", least=0.0)
+    announced: float | Literal["never"] | None = setting(
+        None, "when the planner is told (a time >= at, or 'never'); at once if absent", least=0.0
+    )
+
+    def __post_init__(self) -> None:
+        if isinstance(self.announced, float) and self.announced < self.at:
+            raise InputError(f"is announced at {self.announced:g} s, before it happens at {self.at:g} s")
+
+    def event(self) -> FaultEvent:
+        """What fails, and when.
+
+        Raises:
+            InputError: A parameter is out of its range.
+        """
+        return FaultEvent(self.kind.made(joint=self.joint), at=self.at, announced=self.announced)

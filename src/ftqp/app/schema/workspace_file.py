@@ -1,11 +1,12 @@
 """A study of a workspace: what happens from every start when a joint locks and nobody notices."""
 
-from typing import Annotated, ClassVar, Literal
+from dataclasses import dataclass
+from typing import ClassVar, Literal
 
-from pydantic import Field, model_validator
-
-from ftqp.app.schema.robot_section import RobotTable
-from ftqp.app.schema.strict import Finite, Quaternion, Table, unit
+from ftqp.app.schema.reading import Table
+from ftqp.app.schema.robot_section import Quaternion, RobotTable
+from ftqp.core.errors import InputError
+from ftqp.core.setting import REQUIRED, keys_of, setting
 
 PLANAR = ("screen", "horizon", "length", "box", "gain", "v_max")
 """Keys that go with planar arms, that is, without rows ..."""
@@ -13,69 +14,63 @@ SPATIAL = ("orientation", "plane", "instants")
 """... and those that need rows."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MapTable(Table):
     """The goal, the starts, and what is asked of them."""
 
-    goal: Annotated[list[Finite], Field(min_length=2, max_length=3)] = Field(
-        description="where the tip is to go, [x, y] or [x, y, z]", json_schema_extra=unit("m")
+    goal: tuple[float, ...] = setting(
+        REQUIRED, "where the tip is to go, [x, y] or [x, y, z]", unit="m", count=(2, 3)
     )
-    rows: Literal["position", "pose"] | list[str] | None = Field(
-        None,
-        description="task rows of an arm in space, 'position', 'pose' or their names; planar arms if absent",
+    rows: Literal["position", "pose"] | tuple[str, ...] | None = setting(
+        None, "task rows of an arm in space, 'position', 'pose' or their names; planar arms if absent"
     )
-    orientation: Quaternion | None = Field(
-        None, description="quaternion x, y, z, w of the goal, where rows count rotation"
+    orientation: Quaternion | None = setting(
+        None, "quaternion x, y, z, w of the goal, where rows count rotation"
     )
-    plane: Literal["xy", "xz", "yz", "space"] | None = Field(
-        None,
-        description="with rows: the plane through the goal that is mapped, xz if absent, or all of space",
+    plane: Literal["xy", "xz", "yz", "space"] | None = setting(
+        None, "with rows: the plane through the goal that is mapped, xz if absent, or all of space"
     )
-    instants: int | None = Field(
-        None, ge=1, description="with rows: nodes of a line at which failures are simulated, 4 if absent"
+    instants: int | None = setting(
+        None, "with rows: nodes of a line at which failures are simulated, 4 if absent", least=1.0
     )
-    grid: int = Field(52, ge=2, description="nodes of the square grid of starts along each axis, >= 2")
-    configurations: int = Field(90, ge=1, description="postures on each component of a self-motion, >= 1")
-    steps: int = Field(100, ge=1, description="equal parts of the straight line to the goal, >= 1")
-    screen: bool = Field(
-        True,
-        description="whether failures that no trial found dangerous are taken as harmless, not simulated",
+    grid: int = setting(52, "nodes of the square grid of starts along each axis, >= 2", least=2.0)
+    configurations: int = setting(90, "postures on each component of a self-motion, >= 1", least=1.0)
+    steps: int = setting(100, "equal parts of the straight line to the goal, >= 1", least=1.0)
+    screen: bool = setting(
+        True, "whether failures that no trial found dangerous are taken as harmless, not simulated"
     )
-    horizon: Finite | None = Field(
-        None,
-        gt=0,
-        description="the tip must be there within, > 0; without it, at last",
-        json_schema_extra=unit("s"),
+    horizon: float | None = setting(
+        None, "the tip must be there within, > 0; without it, at last", unit="s", above=0.0
     )
-    length: Literal["cartesian", "joint"] = Field(
-        "cartesian", description="whether shares are of the tip's way or of the joints'"
+    length: str = setting(
+        "cartesian", "whether shares are of the tip's way or of the joints'", choices=("cartesian", "joint")
     )
-    box: Literal["product", "per_component"] = Field(
-        "product", description="whether the ranges of all components of the goal's self-motion count together"
+    box: str = setting(
+        "product",
+        "whether the ranges of all components of the goal's self-motion count together",
+        choices=("product", "per_component"),
     )
-    weights: list[list[Finite]] | None = Field(
-        None, description="W, weights of the joint rates in the controller, (nv, nv); the identity if absent"
+    weights: tuple[tuple[float, ...], ...] | None = setting(
+        None, "W, weights of the joint rates in the controller, (nv, nv); the identity if absent"
     )
-    gain: Finite = Field(1.0, gt=0, description="of the controller, > 0", json_schema_extra=unit("1/s"))
-    v_max: Finite | None = Field(
-        None, gt=0, description="largest speed of the tip, > 0", json_schema_extra=unit("m/s")
-    )
-    seed: int = Field(0, ge=0, description="moves quasi-random postures, >= 0")
+    gain: float = setting(1.0, "of the controller, > 0", unit="1/s", above=0.0)
+    v_max: float | None = setting(None, "largest speed of the tip, > 0", unit="m/s", above=0.0)
+    seed: int = setting(0, "moves quasi-random postures, >= 0", least=0.0)
 
-    @model_validator(mode="after")
-    def _planar_or_spatial(self) -> "MapTable":
+    def __post_init__(self) -> None:
         if self.rows is None:
             if unfit := [key for key in SPATIAL if getattr(self, key) is not None]:
-                raise ValueError(f"has {', '.join(unfit)} without rows, which an arm in space needs")
-        elif unfit := [key for key in PLANAR if getattr(self, key) != MapTable.model_fields[key].default]:
-            raise ValueError(f"has {', '.join(unfit)} beside rows; they go with planar arms, without rows")
-        return self
+                raise InputError(f"has {', '.join(unfit)} without rows, which an arm in space needs")
+        elif unfit := [key for key in PLANAR if getattr(self, key) != keys_of(MapTable)[key].default]:
+            raise InputError(f"has {', '.join(unfit)} beside rows; they go with planar arms, without rows")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
 class WorkspaceFile(Table):
     """A whole study of a workspace."""
 
     whole: ClassVar[str] = "a study"
 
-    description: str = Field("", description="what a reader should know")
-    robot: RobotTable = Field(description="the arm")
-    map: MapTable = Field(description="the goal, the starts, and what is asked of them")
+    description: str = setting("", "what a reader should know")
+    robot: RobotTable = setting(REQUIRED, "the arm")
+    map: MapTable = setting(REQUIRED, "the goal, the starts, and what is asked of them")

@@ -15,7 +15,6 @@ from ftqp.analysis.survival.failure_instants import Pairs
 from ftqp.analysis.survival.tolerable_joints import Bound
 from ftqp.app.study.results_file import ResultsFile
 from ftqp.app.study.runner import run_study
-from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.continuation_study import Continuations
 from ftqp.kernel.layout.survival import Survival
 
@@ -129,15 +128,11 @@ def report_of(
 
 def _continuations(rows: Sequence[Sequence[Any]]) -> Continuations:
     """What became of all pairs, from their rows; what was no number is empty on file."""
-
-    def column(k: int) -> FloatArray:
-        return np.array([np.nan if row[k] is None else row[k] for row in rows], dtype=np.float64)
-
+    _, _, _, names, samples, *numbers = zip(*rows, strict=True)
+    values = np.array(numbers, dtype=np.float64)  # which makes NaN of None
+    status = np.array([Survival[name] for name in names], dtype=np.int64)
+    position, rotation, margin, hurry = values
     return Continuations(
-        status=np.array([Survival[row[3]] for row in rows], dtype=np.int64),
-        sample=np.array([row[4] for row in rows], dtype=np.int64),
-        position=column(5),
-        rotation=column(6),
-        margin=column(7),
-        hurry=column(8),
-    )
+        status=status, sample=np.array(samples, dtype=np.int64), position=position, rotation=rotation,
+        margin=margin, hurry=hurry,
+    )  # fmt: skip

@@ -4,11 +4,9 @@ import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any, final
 
 import numpy as np
-from pydantic import ValidationError
 
 from ftqp import __version__
 from ftqp.analysis.goals import goal_study
@@ -16,7 +14,8 @@ from ftqp.analysis.map_chunks import COUNTS, WorkspaceTask, map_chunk, points, w
 from ftqp.analysis.measures import MEASURES
 from ftqp.analysis.spatial_map import SpatialTask, spatial_task
 from ftqp.app.scenario import composition, document
-from ftqp.app.scenario.complaints import complaints
+from ftqp.app.schema.reading import plain, read
+from ftqp.app.schema.robot_section import quaternion_rotation
 from ftqp.app.schema.workspace_file import PLANAR, MapTable, WorkspaceFile
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import FtqpError, InputError, ModelError, ScenarioError
@@ -139,10 +138,7 @@ def load_study(source: str, overrides: Iterable[str] = ()) -> WorkspaceStudy:
         ScenarioError: The study is wrong; carries every error.
     """
     found = document.read(source, overrides, kind="study")
-    try:
-        tables = WorkspaceFile.model_validate(found.content)
-    except ValidationError as error:
-        raise ScenarioError(f"{found.origin} has errors:", complaints(WorkspaceFile, error)) from error
+    tables = read(WorkspaceFile, found.content, f"{found.origin} has errors:")
     try:
         robot = composition.robot(tables.robot, found.folder)
     except FtqpError as error:
@@ -154,7 +150,7 @@ def load_study(source: str, overrides: Iterable[str] = ()) -> WorkspaceStudy:
     places = points(task)
     if not len(places):
         raise ScenarioError(f"{found.origin} has errors:", ["map.grid: no node of the grid is within reach"])
-    text = document.toml(_content(tables, found.folder))
+    text = document.toml(plain(tables, found.folder))
     return WorkspaceStudy(name=found.name, tables=tables, text=text, robot=robot, task=task, places=places)
 
 
@@ -172,17 +168,8 @@ def _task(robot: Robot, table: MapTable) -> WorkspaceTask | SpatialTask:
         return workspace_task(robot, table.goal, W=table.weights, **common, **planar)
     goal: Any = table.goal
     if table.orientation is not None:
-        goal = transform(composition.quaternion_rotation(table.orientation), np.array(table.goal))
+        goal = transform(quaternion_rotation(table.orientation), np.array(table.goal))
     plane = None if table.plane == "space" else table.plane or "xz"
     return spatial_task(
         robot, goal, table.rows, plane=plane, instants=table.instants or 4, W=table.weights, **common
     )
-
-
-def _content(tables: WorkspaceFile, folder: Path) -> dict[str, Any]:
-    """The study as plain tables, its files with absolute paths."""
-    content = tables.model_dump()
-    for key in ("urdf", "mjcf"):
-        if content["robot"].get(key) is not None:
-            content["robot"][key] = str((folder / content["robot"][key]).resolve())
-    return content

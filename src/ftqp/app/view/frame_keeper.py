@@ -3,7 +3,7 @@
 from typing import Final, final
 
 from ftqp.model.robot import Robot
-from ftqp.sim.session.orders import Order
+from ftqp.sim.session.session_commands import Command
 from ftqp.viz.live.frame import Frame
 from ftqp.viz.live.frame_source import Source, Stage
 
@@ -21,7 +21,7 @@ class FrameKeeper:
         source: What is shown.
 
     Attributes:
-        frames: What has been kept, in its order.
+        frames: What has been kept, in its command.
     """
 
     def __init__(self, source: Source) -> None:
@@ -54,6 +54,6 @@ class FrameKeeper:
         """The stage of the source."""
         return self._source.stage()
 
-    def put(self, order: Order) -> None:
-        """Hand an order on."""
-        self._source.put(order)
+    def put(self, command: Command) -> None:
+        """Hand an command on."""
+        self._source.put(command)

@@ -12,7 +12,7 @@ from ftqp.control.task import schemes
 from ftqp.model import catalog
 from ftqp.qp import backends as known_backends
 from ftqp.sim.session.live_session import Session
-from ftqp.sim.session.orders import Order, Play
+from ftqp.sim.session.session_commands import Command, Play
 from ftqp.sim.session.session_leader import path_points
 from ftqp.sim.session.tick_facts import Facts
 from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
@@ -44,7 +44,7 @@ class LiveSource:
         self._over, self._drawing = Event(), Lock()
         self._thread = Thread(target=self._run, name="ftqp session", daemon=True)
         self._stage = self._staged()
-        self._drawn = DrawnArm(session.cast.robot)
+        self._drawn = DrawnArm(session.arms.robot)
         self._shown: tuple[Facts, DrawnArm] = session.facts, self._drawn
         self._last: tuple[Facts | None, Frame | None] = (None, None)
 
@@ -70,11 +70,11 @@ class LiveSource:
         """The stage of the latest frame, or a later one."""
         return self._stage
 
-    def put(self, order: Order) -> None:
+    def put(self, command: Command) -> None:
         """Ask for something; it is applied between two ticks."""
-        if isinstance(order, Play) and self._report is not None:
-            order = replace(order, kind=self._report.kind, settings=self._report.settings)
-        self._session.put(order)
+        if isinstance(command, Play) and self._report is not None:
+            command = replace(command, kind=self._report.kind, settings=self._report.settings)
+        self._session.put(command)
 
     def _run(self) -> None:
         """Advance picture by picture until it is over."""
@@ -82,7 +82,7 @@ class LiveSource:
         before = due = monotonic()
         while not self._over.is_set():
             wanted = session.speed * period
-            dt, made = session.cast.arm.planner.dt, 0
+            dt, made = session.arms.arm.planner.dt, 0
             made = session.advance(wanted)
             now = monotonic()
             if made:
@@ -98,23 +98,23 @@ class LiveSource:
         session = self._session
         if session.stage != self._stage.number or session.tell != self._stage.tell:
             if session.stage != self._stage.number:
-                self._drawn = DrawnArm(session.cast.robot)
+                self._drawn = DrawnArm(session.arms.robot)
             self._stage = self._staged()
         self._shown = session.facts, self._drawn
 
     def _staged(self) -> Stage:
-        """The stage of the session's cast."""
-        session, cast = self._session, self._session.cast
+        """The stage of the session's arms."""
+        session, arms = self._session, self._session.arms
         report = None if session.stage else self._report
         return Stage(
             number=session.stage,
-            title=cast.title if report is None else f"{report.name}, failures of its motion",
-            robot=cast.robot,
-            scheme=cast.arm.planner.scheme.name,
-            backend=cast.arm.planner.backend,
+            title=arms.title if report is None else f"{report.name}, failures of its motion",
+            robot=arms.robot,
+            scheme=arms.arm.planner.scheme.name,
+            backend=arms.arm.planner.backend,
             tell=session.tell,
-            path=None if isinstance(cast.path, Hold) else path_points(cast.path),
-            urdf=cast.urdf,
+            path=None if isinstance(arms.path, Hold) else path_points(arms.path),
+            urdf=arms.urdf,
             robots=tuple(catalog.names()),
             scenarios=tuple(document.bundled()),
             schemes=tuple(schemes.names()),

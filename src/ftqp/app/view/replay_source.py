@@ -15,7 +15,7 @@ from ftqp.core.errors import InputError
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import refuse_unknown_conditions
 from ftqp.sim.session.live_session import FASTEST
-from ftqp.sim.session.orders import Order, Pause, Reset, Seek, Speed
+from ftqp.sim.session.session_commands import Command, Pause, Reset, Seek, Speed
 from ftqp.sim.session.tick_facts import facts_of
 from ftqp.viz.live.frame import DrawnArm, Frame, frame_of
 from ftqp.viz.live.frame_source import Stage
@@ -75,21 +75,21 @@ class ReplaySource:
         """The stage, always the same."""
         return self._stage
 
-    def put(self, order: Order) -> None:
+    def put(self, command: Command) -> None:
         """Do it at once; what a finished run cannot do is said in the frame's message."""
         with self._lock:
             self._at, self._since = self._now(), self._clock()
-            match order:
+            match command:
                 case Pause():
-                    self._paused = bool(order.paused)
-                case Speed() if _is_number(order.factor) and 0.0 < order.factor <= FASTEST:
-                    self._speed = float(order.factor)
+                    self._paused = bool(command.paused)
+                case Speed() if _is_number(command.factor) and 0.0 < command.factor <= FASTEST:
+                    self._speed = float(command.factor)
                 case Speed():
                     self._message = (
-                        f"Speed is {order.factor!r}, expected a factor above 0 and at most {FASTEST:g}."
+                        f"Speed is {command.factor!r}, expected a factor above 0 and at most {FASTEST:g}."
                     )
-                case Seek() if _is_number(order.t):
-                    self._at = min(max(float(order.t), float(self._t[0])), float(self._t[-1]))
+                case Seek() if _is_number(command.t):
+                    self._at = min(max(float(command.t), float(self._t[0])), float(self._t[-1]))
                 case Reset():
                     self._at = float(self._t[0])
                 case _:

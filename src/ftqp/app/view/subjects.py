@@ -6,16 +6,16 @@ from contextlib import contextmanager
 from pathlib import Path as File
 
 from ftqp.app.campaign.kept_campaign import STUDY
-from ftqp.app.view.casting import cast_of
+from ftqp.app.view.arms_of_scenario import arms_of
 from ftqp.app.view.live_source import LiveSource
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.app.view.verdicts_file import VERDICTS, read_verdicts
 from ftqp.core.errors import InputError
 from ftqp.sim.log.log_file import load_log
 from ftqp.sim.log.log_parts import FILE_NAME, log_files
-from ftqp.sim.session.cast import Cast, Choice
 from ftqp.sim.session.live_session import FASTEST, Session
-from ftqp.sim.session.orders import Speed
+from ftqp.sim.session.session_arms import Choice, SessionArms
+from ftqp.sim.session.session_commands import Speed
 from ftqp.viz.live.frame_source import Source
 
 
@@ -27,7 +27,7 @@ def shown(choice: Choice, *, speed: float = 1.0, twin: bool = True) -> Iterator[
         choice: Its scenario may also be the folder of a run or of a coverage report, or a log; the rest of
             the choice goes with scenarios.
         speed: Simulated seconds in a second, > 0 and at most 100.
-        twin: Whether the naive twin plays, too.
+        twin: Whether the uninformed baseline moves beside it.
 
     Raises:
         FtqpError: There is nothing that can be shown.
@@ -39,7 +39,7 @@ def shown(choice: Choice, *, speed: float = 1.0, twin: bool = True) -> Iterator[
     if folder and (given / VERDICTS).is_file():
         _alone(choice, "a coverage report")
         report = read_verdicts(given)
-        session = Session(lambda wish: _cast(wish, twin), Choice(scenario=str(report.scenario)))
+        session = Session(lambda wish: _arms(wish, twin), Choice(scenario=str(report.scenario)))
         session.put(Speed(speed))
         with LiveSource(session, report=report) as source:
             yield "coverage", source
@@ -60,14 +60,14 @@ def shown(choice: Choice, *, speed: float = 1.0, twin: bool = True) -> Iterator[
         replay.put(Speed(speed))
         yield "replay", replay
     else:
-        session = Session(lambda wish: _cast(wish, twin), choice)
+        session = Session(lambda wish: _arms(wish, twin), choice)
         session.put(Speed(speed))
         with LiveSource(session) as source:
             yield "live", source
 
 
-def _cast(choice: Choice, twin: bool) -> Cast:
-    return cast_of(choice, twin=twin)
+def _arms(choice: Choice, twin: bool) -> SessionArms:
+    return arms_of(choice, twin=twin)
 
 
 def _alone(choice: Choice, what: str) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 
 from ftqp.control.batch.by_planner import ByPlanner, needs_planner
 from ftqp.control.batch.own_faults import OwnFaults
-from ftqp.control.first_use import warm_up
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
 from ftqp.control.planner.target import Targets
@@ -158,7 +157,6 @@ def rollout(
         what_ifs.return_to(starts[chosen[0]])
         batch = Batch.of(starts[chosen], speeds[chosen], targets.packed, *own.of(chosen), step)
         name = "rollout_any" if apart else f"rollout_{lane_width()}"
-        warm_up((name,), what_ifs.session.capacity)
         say = None if progress is None else _shifted(progress, done, arms)
         drive(what_ifs.session, batch, own.beliefs, threads=workers, side_by_side=not apart, progress=say)
         done += len(chosen)

@@ -6,8 +6,8 @@ from math import exp, isfinite, sqrt
 from typing import Any
 
 from ftqp.control.drive.noise import Noise
-from ftqp.core.checks import non_negative, positive
 from ftqp.core.errors import InputError, nearest
+from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import DELAYS, DriveKind
 from ftqp.kernel.layout.thresholds import LATELY
 
@@ -62,31 +62,31 @@ class Drive:
     Source: docs/theory/feedback.md.
     """
 
-    kind: str = "position"
-    bandwidth: float | None = None
-    takes_velocity: bool = True
-    lead: float | None = None
-    latency: float = 0.0
-    stiffness: float | None = None
+    kind: str = setting("position", "what the arm takes", choices=tuple(KINDS))
+    bandwidth: float | None = setting(
+        None, "of the arm's own servo, > 0; unknown if absent", unit="rad/s", above=0.0
+    )
+    takes_velocity: bool = setting(True, "whether a position servo is given velocities, too")
+    lead: float | None = setting(
+        None, "how far ahead positions are sent, >= 0; by the servo if absent", unit="s", least=0.0
+    )
+    latency: float = setting(0.0, "how late measurements come, >= 0", unit="s", least=0.0)
+    stiffness: float | None = setting(
+        None, "of the loop around a torque arm, > 0; by latency if absent", unit="1/s", above=0.0
+    )
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise InputError(
                 f"drive is {self.kind!r}{nearest(str(self.kind), KINDS)}, expected one of {', '.join(KINDS)}"
             )
-        if self.bandwidth is not None:
-            positive("bandwidth of the drive", self.bandwidth, "rad/s")
-        non_negative("latency of the drive", self.latency, "s")
         for name in ("lead", "stiffness"):
             owner = "position" if name == "lead" else "torque"
             if getattr(self, name) is not None and self.kind != owner:
                 raise InputError(
                     f"{name} is for drive {owner!r}, but the drive is {self.kind!r}; leave it out"
                 )
-        if self.lead is not None:
-            non_negative("lead of the drive", self.lead, "s")
-        if self.stiffness is not None:
-            positive("stiffness of the drive", self.stiffness, "1/s")
+        refuse_out_of_range(self, " of the drive")
         if not self.takes_velocity and self.kind != "position":
             raise InputError(
                 f"takes_velocity=False is for drive 'position', but the drive is {self.kind!r}; leave it out"

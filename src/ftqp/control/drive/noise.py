@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ftqp.core.checks import non_negative
+from ftqp.core.setting import refuse_out_of_range, setting
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,9 +19,8 @@ class Noise:
         InputError: A number is negative or not finite.
     """
 
-    q: float = 0.0
-    tau: float = 0.0
+    q: float = setting(0.0, "of positions, >= 0", unit="rad or m", least=0.0)
+    tau: float = setting(0.0, "of torques, >= 0", unit="N m or N", least=0.0)
 
     def __post_init__(self) -> None:
-        non_negative("q of the noise", self.q, "rad or m")
-        non_negative("tau of the noise", self.tau, "N m or N")
+        refuse_out_of_range(self, " of the noise")

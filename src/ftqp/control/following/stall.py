@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ftqp.core.checks import BoolArray, FloatArray, positive
+from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.errors import InputError, nearest
+from ftqp.core.setting import refuse_out_of_range, setting
 
 PATTERNS = ("alternating", "single", "random")
 """Directions of an escape: the joints along +1, -1, +1, ...; one joint alone; drawn from the seed."""
@@ -41,25 +42,17 @@ class StallEscape:
     Source: ``docs/theory/path-progress.md``.
     """
 
-    below: float = 0.2
-    after: float = 0.1
-    until: float = 0.5
-    patience: float = 3.0
-    standing: float = 0.6
-    speed: float = float(np.deg2rad(3.0))
-    patterns: tuple[str, ...] = PATTERNS
-    seed: int = 0
+    below: float = setting(0.2, "mean path rate that counts as stalled", above=0.0, below=1.0)
+    after: float = setting(0.1, "time constant of that mean, > 0", unit="s", above=0.0)
+    until: float = setting(0.5, "mean path rate that ends the escape", above=0.0, below=1.0)
+    patience: float = setting(3.0, "stalled time after which the path is blocked, > 0", unit="s", above=0.0)
+    standing: float = setting(0.6, "the same for a path that does not go on at all, > 0", unit="s", above=0.0)
+    speed: float = setting(float(np.deg2rad(3.0)), "speed of the joints, > 0", unit="rad/s", above=0.0)
+    patterns: tuple[str, ...] = setting(PATTERNS, f"among {', '.join(PATTERNS)}, in turn", count=(1, None))
+    seed: int = setting(0, "seed of the random pattern, >= 0", least=0.0)
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("below", ""),
-            ("after", "s"),
-            ("until", ""),
-            ("patience", "s"),
-            ("standing", "s"),
-            ("speed", "rad/s"),
-        ):
-            positive(name, getattr(self, name), unit)
+        refuse_out_of_range(self)
         if not self.below < self.until < 1.0:
             raise InputError(
                 f"until is {self.until:g} and below {self.below:g}, expected rates with below < until < 1"
@@ -72,8 +65,6 @@ class StallEscape:
                     f"{name!r} is not an escape pattern{nearest(str(name), PATTERNS)}; "
                     f"there are {', '.join(PATTERNS)}"
                 )
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            raise InputError(f"seed is {self.seed!r}, expected a whole number >= 0")
 
     def drive(self, pattern: str, free: BoolArray) -> FloatArray:
         """The pattern's direction, (nv,), largest entry 1.

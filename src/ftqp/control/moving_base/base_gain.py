@@ -19,6 +19,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, non_negative, positive
 from ftqp.core.errors import InputError
+from ftqp.core.setting import setting
 
 LARGEST_GAIN = 2.0
 SEARCH_FLOOR = 1e-6
@@ -89,10 +90,16 @@ class Observer:
         InputError: The factor is outside (0, 1], or noise and acceleration are not both given.
     """
 
-    lowpass: float | None = None
-    noise: float | None = None
-    acceleration: float | None = None
-    frozen: bool = False
+    lowpass: float | None = setting(
+        None, "low-pass factor, 0 < x <= 1; 1 if all is absent", above=0.0, most=1.0
+    )
+    noise: float | None = setting(
+        None, "noise of the measured tip, to choose the factor, > 0", unit="m", above=0.0
+    )
+    acceleration: float | None = setting(
+        None, "acceleration of the tip by the base, to choose the factor, > 0", unit="m/s2", above=0.0
+    )
+    frozen: bool = setting(False, "whether it stands still after a step that limits have cut")
 
     def __post_init__(self) -> None:
         if (self.noise is None) != (self.acceleration is None):

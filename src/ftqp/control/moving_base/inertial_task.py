@@ -16,6 +16,7 @@ from ftqp.core.checks import FloatArray, instance, non_negative, positive, seen
 from ftqp.core.errors import InputError, nearest
 from ftqp.core.fixed import MADE, Fixed
 from ftqp.core.pose import pose as checked_pose
+from ftqp.core.setting import setting
 from ftqp.kernel.entry.session import BaseMemory
 from ftqp.kernel.layout.enums import (
     DELAYS,
@@ -80,13 +81,21 @@ class MovingBase:
             is negative.
     """
 
-    sensing: str = "unknown"
-    attitude: str = "estimated"
-    observer: Observer | None = None
+    sensing: str = setting(
+        "unknown", "what is known of the base's motion; unknown: the tip is measured", choices=SENSINGS
+    )
+    attitude: str = setting(
+        "estimated",
+        "base attitude by which the error is turned; nominal as in the paper",
+        choices=tuple(ATTITUDES),
+    )
+    observer: Observer | None = setting(None, "the disturbance observer; 'off' to have none", off=True)
     nominal: Any = None
-    delay: float = 0.0
-    patience: float = 0.05
-    anti_windup: bool = False
+    delay: float = setting(0.0, "how late measurements are, for sensing = 'late'", unit="s", least=0.0)
+    patience: float = setting(
+        0.05, "how long the last base pose is used without a measurement, >= 0", unit="s", least=0.0
+    )
+    anti_windup: bool = setting(False, "whether commands wait for servos that lag")
 
     def __post_init__(self) -> None:
         for name, value, valid in (

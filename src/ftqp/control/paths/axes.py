@@ -1,12 +1,13 @@
 """Directions that a user gives by name or by vector."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError, unknown
+from ftqp.core.setting import Setting
 
 _NAMED: dict[str, tuple[float, float, float]] = {
     "x": (1.0, 0.0, 0.0),
@@ -21,6 +22,11 @@ PERPENDICULAR_TOLERANCE = 1e-6
 
 Axis = str | Sequence[float] | FloatArray
 """A direction in W: x, y, z, -x, -y, -z, or a vector (3,) whose length does not matter."""
+_WRITTEN = Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, ...]
+AXES = Setting(
+    "two perpendicular directions in W, each x, y, z, -x, -y, -z or a vector",
+    of=tuple[_WRITTEN, _WRITTEN],
+)
 
 
 def axis(value: Any, name: str = "axis") -> FloatArray:

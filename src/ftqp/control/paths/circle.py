@@ -1,14 +1,15 @@
 """A circle."""
 
 from collections.abc import Mapping
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
 from ftqp.control.paths import laws
-from ftqp.control.paths.axes import Axis, plane
-from ftqp.control.paths.path import Motion, Path
+from ftqp.control.paths.axes import AXES, Axis, plane
+from ftqp.control.paths.path import DURATION, Motion, Path
 from ftqp.core.checks import FloatArray, positive
+from ftqp.core.setting import Setting, Settings
 
 
 @final
@@ -29,6 +30,14 @@ class Circle(Path):
     """
 
     __slots__ = ("_angle", "_basis", "_law")
+
+    settings: ClassVar[Settings] = {
+        "duration": DURATION,
+        "radius": Setting("radius, > 0", unit="m", above=0.0),
+        "axes": AXES,
+        "turns": Setting("how many times round, > 0, at most 1e6", above=0.0, most=1e6),
+        "law": laws.LAW,
+    }
 
     def __init__(
         self,

@@ -1,11 +1,12 @@
 """Staying where it is."""
 
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
-from ftqp.control.paths.path import Motion, Path
+from ftqp.control.paths.path import DURATION, Motion, Path
 from ftqp.core.checks import FloatArray
+from ftqp.core.setting import Settings
 
 
 @final
@@ -20,6 +21,8 @@ class Hold(Path):
     """
 
     __slots__ = ()
+
+    settings: ClassVar[Settings] = {"duration": DURATION}
 
     def __init__(self, start: Any, *, duration: float) -> None:
         super().__init__(start, duration)

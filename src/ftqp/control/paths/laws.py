@@ -8,6 +8,13 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, unknown
+from ftqp.core.setting import Setting
+
+LAW = Setting(
+    "law of motion: quintic, cycloid, sine_squared, constant, trapezoid, or a table such as { name, ramp }",
+    of=dict[str, Any],
+    short="name",
+)
 
 
 class LawSample(NamedTuple):

@@ -1,14 +1,15 @@
 """A straight line."""
 
 from collections.abc import Mapping
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
 from ftqp.control.paths import laws
-from ftqp.control.paths.path import Motion, Path
+from ftqp.control.paths.path import DURATION, Motion, Path
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
+from ftqp.core.setting import Setting, Settings
 
 
 @final
@@ -25,6 +26,14 @@ class Line(Path):
     """
 
     __slots__ = ("_displacement", "_law")
+
+    settings: ClassVar[Settings] = {
+        "duration": DURATION,
+        "displacement": Setting(
+            "the way from start to end along W's axes", unit="m", of=tuple[float, float, float]
+        ),
+        "law": laws.LAW,
+    }
 
     def __init__(
         self,

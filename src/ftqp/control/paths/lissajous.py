@@ -1,15 +1,16 @@
 """A Lissajous figure."""
 
 from collections.abc import Mapping
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
 from ftqp.control.paths import laws
-from ftqp.control.paths.axes import Axis, plane
-from ftqp.control.paths.path import Motion, Path
+from ftqp.control.paths.axes import AXES, Axis, plane
+from ftqp.control.paths.path import DURATION, Motion, Path
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
+from ftqp.core.setting import Setting, Settings
 
 
 @final
@@ -31,13 +32,22 @@ class Lissajous(Path):
 
     __slots__ = ("_basis", "_frequency", "_law", "_phase")
 
+    settings: ClassVar[Settings] = {
+        "duration": DURATION,
+        "amplitudes": Setting("how far each direction swings, >= 0", unit="m", of=tuple[float, float]),
+        "cycles": Setting("how often each direction swings, > 0", of=tuple[float, float]),
+        "phase": Setting("phase of the second direction", unit="rad"),
+        "axes": AXES,
+        "law": laws.LAW,
+    }
+
     def __init__(
         self,
         start: Any,
         amplitudes: Any,
         *,
         duration: float,
-        cycles: Any = (1, 2),
+        cycles: Any = (1.0, 2.0),
         phase: float = 0.0,
         law: str | Mapping[str, Any] | laws.Law = "quintic",
         axes: tuple[Axis, Axis] = ("x", "y"),

@@ -2,18 +2,22 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, NamedTuple, final
+from typing import Any, ClassVar, NamedTuple, final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.core.pose import pose
+from ftqp.core.setting import Setting, Settings
 
 LONGEST = 1e9
 """A path takes at most that long, thirty years [s]."""
 TIME_SLACK = 1e-9
 """Times nearer to each other than this count as equal [s], so that 3 * 0.1 s is 0.3 s."""
+
+
+DURATION = Setting("how long the motion lasts, > 0", unit="s", above=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,9 +61,14 @@ class Path(ABC):
     Args:
         start: The pose of E in W at time 0, (4, 4) or anything with ``.homogeneous``.
         duration: How long the motion lasts, > 1e-9 and at most 1e9 [s].
+
+    Attributes:
+        settings: What a file may say of a path of this kind, by argument.
     """
 
     __slots__ = ("_duration", "_start")
+
+    settings: ClassVar[Settings]
 
     def __init__(self, start: Any, duration: float) -> None:
         self._start: FloatArray = frozen(pose(start, "start pose of the path"))

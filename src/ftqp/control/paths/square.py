@@ -1,14 +1,15 @@
 """A square, each side from rest to rest."""
 
 from collections.abc import Mapping
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
 from ftqp.control.paths import laws
-from ftqp.control.paths.axes import Axis, plane
-from ftqp.control.paths.path import TIME_SLACK, Motion, Path
+from ftqp.control.paths.axes import AXES, Axis, plane
+from ftqp.control.paths.path import DURATION, TIME_SLACK, Motion, Path
 from ftqp.core.checks import FloatArray, positive
+from ftqp.core.setting import Setting, Settings
 
 _SIDES = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -31,6 +32,13 @@ class Square(Path):
     """
 
     __slots__ = ("_basis", "_law")
+
+    settings: ClassVar[Settings] = {
+        "duration": DURATION,
+        "side": Setting("length of a side, > 0", unit="m", above=0.0),
+        "axes": AXES,
+        "law": laws.LAW,
+    }
 
     def __init__(
         self,

@@ -5,7 +5,6 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.model.robot import Robot
@@ -33,7 +32,6 @@ class BrakingReserve:
     def __init__(self, robot: Robot) -> None:
         n, limits = robot.nv, robot.limits
         arm = ArmSession(robot.chain.constants())
-        warm_up(("inverse_dynamics",), arm.capacity)
         kinematics = arm.K.kinematics
         M, h = kinematics.M[:n, :n], kinematics.h[:n]
         generator = np.random.default_rng(SEED)

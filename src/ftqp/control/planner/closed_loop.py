@@ -5,7 +5,6 @@ from typing import final
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import BRAKING, LOCKED
@@ -24,7 +23,6 @@ class Blocks:
     """
 
     def __init__(self, session: Session, tick: Callable[..., int], robot: Robot) -> None:
-        warm_up(("block",), session.capacity)
         n = robot.nv
         self._K = session.K
         self._state = np.zeros(2 * n)

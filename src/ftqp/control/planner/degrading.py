@@ -47,6 +47,7 @@ class Degrading:
 
         Args:
             code: The tick's status.
+            _inputs: What the step was given, which does not matter here.
         """
         task = self._task
         if code == RELAXED and self._cascade.missed:

@@ -4,7 +4,6 @@ import logging
 from math import ceil, isfinite
 from typing import Any, NamedTuple, final
 
-from ftqp.control.first_use import warm_up
 from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.stages import FREE, Stage, Tick
 from ftqp.faults.belief import Belief
@@ -117,7 +116,6 @@ class FreeJoint:
 
     def _begin(self) -> None:
         if self._tick is None:
-            warm_up(("step_free",), self._session.capacity)
             self._memory = FreeMemory(self._session.capacity)
             self._tick = self._session.bind("step_free", self._memory.memory)
         K = self._session.K
@@ -139,6 +137,7 @@ class FreeJoint:
 
         Args:
             code: The tick's status or mistake.
+            _inputs: What the step was given, which does not matter here.
         """
         parts = self._parts
         if parts["free_mode"][0] == FOLLOW:

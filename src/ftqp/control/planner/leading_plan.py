@@ -6,7 +6,6 @@ from typing import Final, Protocol, final
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.control.planner.stages import CLOCK, LED, Stage
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError
@@ -103,7 +102,6 @@ class PlanLeading:
     """
 
     def __init__(self, plan: LeadingPlan, session: Session, robot: Robot) -> None:
-        warm_up(("follow_plan",), session.capacity)
         self.plan = plan
         self._rows = array("plan.q", plan.q, (len(plan.t), robot.nv), "(N + 1, nv)")
         self._q = np.array(self._rows, order="C")  # what leads: the plan, or what goes on after a failure

@@ -4,7 +4,6 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import BoolArray, FloatArray
 from ftqp.core.pose import transform
 from ftqp.kernel.entry.session import ArmSession, Session
@@ -56,7 +55,6 @@ class PlannerView:
     def __init__(self, session: Session, robot: Robot) -> None:
         self._session = session
         self._n = n = robot.nv
-        warm_up(("kinematics",), session.capacity)
         self._arm = ArmSession(robot.chain.constants())
         self._is_reset = session.field("state", "is_reset")
         self._ticks = session.field("state", "ticks")

@@ -6,7 +6,6 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.control.planner.certificate import (
     Certificate,
     Obstacle,
@@ -190,7 +189,6 @@ class Step:
                 return np.full(len(self._joints), np.nan)
             fill_in = self._fill_in
             if fill_in is None:
-                warm_up(("torques",), self._session.capacity)
                 kept = isinstance(parts, KeptParts)
                 fill_in = partial(self._arm.fill_in_torques, parts) if kept else self._session.torques()
                 object.__setattr__(self, "_fill_in", fill_in)

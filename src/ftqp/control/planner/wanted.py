@@ -116,11 +116,13 @@ def warn_of_weight(robot: Robot, q: FloatArray | None, tau_max: FloatArray) -> N
 
 
 def warn_of_rotors(robot: Robot) -> None:
-    """One warning on the logger ``ftqp`` where torques go to an arm whose model has no rotor inertia."""
-    if not robot.chain.armature.any():
+    """One warning on the logger ``ftqp`` where torques go to joints whose rotors the model lacks."""
+    without = [joint for joint, rotor in zip(robot.joints, robot.chain.armature, strict=True) if not rotor]
+    if without:
         _LOG.warning(
-            "%s: no rotor inertia is in the model, and behind a gear it can be most of what a joint "
+            "%s: no rotor inertia%s is in the model, and behind a gear it can be most of what a joint "
             "accelerates: torques for the rest may lose even a healthy arm; give it by armature in MJCF or a "
             "pinocchio model, or by drake:rotor_inertia and drake:gear_ratio in URDF",
             robot.name,
+            f" of {', '.join(without)}" if len(without) < robot.nv else "",
         )

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ftqp.core.checks import positive
+from ftqp.core.setting import refuse_out_of_range, setting
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,9 +21,8 @@ class DirectionalDamping:
             more of the task; position tasks may need 0.3.
     """
 
-    threshold: float = 0.2
-    factor: float = 0.2
+    threshold: float = setting(0.2, "singular value, in lengths, where damping begins, > 0", above=0.0)
+    factor: float = setting(0.2, "damping at a singularity, > 0", above=0.0)
 
     def __post_init__(self) -> None:
-        positive("threshold of the damping", self.threshold)
-        positive("factor of the damping", self.factor)
+        refuse_out_of_range(self, " of the damping")

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from ftqp.core.checks import positive
-from ftqp.core.errors import InputError
+from ftqp.core.setting import refuse_out_of_range, setting
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,12 +21,9 @@ class EmergencyStop:
         InputError: A threshold is not positive, or ``samples`` is not a whole number from 1.
     """
 
-    position: float = 0.05
-    rotation: float = 0.3
-    samples: int = 3
+    position: float = setting(0.05, "threshold of the position error, > 0", unit="m", above=0.0)
+    rotation: float = setting(0.3, "threshold of the rotation error, > 0", unit="rad", above=0.0)
+    samples: int = setting(3, "rising samples in a row, >= 1", least=1.0)
 
     def __post_init__(self) -> None:
-        positive("position", self.position, "m")
-        positive("rotation", self.rotation, "rad")
-        if not isinstance(self.samples, int) or self.samples < 1:
-            raise InputError(f"samples is {self.samples!r}, expected a whole number >= 1")
+        refuse_out_of_range(self)

@@ -9,8 +9,9 @@ import numpy as np
 
 from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.directional_damping import DirectionalDamping
-from ftqp.core.checks import FloatArray, array, instance, non_negative, positive
+from ftqp.core.checks import FloatArray, array, instance, positive
 from ftqp.core.errors import InputError, nearest
+from ftqp.core.setting import refuse_out_of_range, setting
 from ftqp.kernel.layout.enums import Mode
 from ftqp.kernel.layout.rows import COMPONENTS
 
@@ -72,18 +73,30 @@ class Task:
         InputError: A name is unknown, a number is out of its range, or two settings exclude each other.
     """
 
-    rows: str | tuple[str, ...] | None = None
-    mode: str = "slack"
-    kp: float | None = None
-    kv: float | None = None
-    length: float | None = None
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    slack: float = 1e-6
-    priority: str = "weighted"
-    damping: DirectionalDamping | None = None
+    rows: str | tuple[str, ...] | None = setting(
+        None, "'pose', 'position', 'position_axis' or some of x, y, z, rx, ry, rz; by robot if absent"
+    )
+    mode: str = setting("slack", "what gives way when the task cannot be kept", choices=tuple(MODES))
+    kp: float | None = setting(None, "position gain, >= 0", unit="1/s2 or 1/s", least=0.0)
+    kv: float | None = setting(None, "velocity gain, >= 0", unit="1/s", least=0.0)
+    length: float | None = setting(
+        None, "length that makes radians comparable to metres, > 0", unit="m", above=0.0
+    )
+    axis: tuple[float, float, float] = setting(
+        (0.0, 0.0, 1.0), "tool axis in the tip frame, for rows = 'position_axis'"
+    )
+    priority: str = setting(
+        "weighted",
+        "whether rotation counts as much as position or gets what position leaves",
+        choices=tuple(PRIORITIES),
+    )
+    slack: float = setting(1e-6, "compliance of the rows in mode slack, 1e-12 to 1", above=0.0, most=1.0)
+    damping: DirectionalDamping | None = setting(
+        None, "directional damping near singularities; none if absent"
+    )
     tolerance: float = 0.01
     rotation_tolerance: float = 0.05
-    calm: bool = True
+    calm: bool = setting(True, "whether the arm comes to rest where its target stands")
     degrade: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -108,11 +121,7 @@ class Task:
             priority=self.priority,
             damping="none" if self.damping is None else "directional",
         )
-        for name in ("kp", "kv"):
-            if getattr(self, name) is not None:
-                non_negative(name, getattr(self, name))
-        if self.length is not None:
-            positive("length", self.length, "m")
+        refuse_out_of_range(self)
         positive("tolerance", self.tolerance, "m")
         positive("rotation_tolerance", self.rotation_tolerance, "rad")
         if not 1e-12 <= positive("slack", self.slack) <= 1.0:

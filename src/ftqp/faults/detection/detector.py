@@ -1,12 +1,13 @@
 """The detector: which joint has failed, how, and since when, from what is measured of the arm."""
 
 from collections.abc import Callable, Iterable
-from typing import Any, Self, final
+from typing import Any, ClassVar, Self, final
 
 import numpy as np
 
 from ftqp.core.checks import instance, non_negative, positive
 from ftqp.core.errors import InputError, unknown
+from ftqp.core.setting import Setting, Settings
 from ftqp.faults.detection.calibrating import calibrated
 from ftqp.faults.detection.calibration import Calibration
 from ftqp.faults.detection.detector_record import fill_record
@@ -73,6 +74,24 @@ class Detector(DetectorSettings):
         "_false_alarms_per_hour", "_names", "_noise", "_patience", "_probe_after", "_quantum", "_robot",
         "_session", "_ticks", "_torques",
     )  # fmt: skip
+
+    settings: ClassVar[Settings] = {
+        "bandwidths": Setting("of the slow and of the fast observer, > 0", unit="1/s"),
+        "patience": Setting(
+            "a loss of torque is looked at for so long before it is named, >= 0", unit="s", least=0.0
+        ),
+        "quantum": Setting("smallest step of the encoders, >= 0", unit="rad or m", least=0.0),
+        "probe_after": Setting(
+            "a joint that stood so long is moved by 1 to 2 mrad along self-motions; never if absent",
+            unit="s",
+            above=0.0,
+        ),
+        "calibration": Setting(
+            "a file made by a calibration; thresholds are guessed from the noise if absent",
+            of=str | None,
+            file=True,
+        ),
+    }
 
     def __init__(
         self,

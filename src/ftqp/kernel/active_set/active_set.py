@@ -30,7 +30,7 @@ from ftqp.kernel.active_set.working_set import (
     refine,
     solve_dual,
 )
-from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.jit import jit, long_jit, rare_jit
 from ftqp.kernel.layout.enums import FAILED, INFEASIBLE, MAX_ITERATIONS, SOLVED
 
 REFINEMENTS = 3
@@ -186,7 +186,7 @@ def _task_rows_hold(Q: Any) -> bool:
     return True
 
 
-@jit
+@long_jit
 def active_set(Q: Any) -> int:
     """Solve the QP from its last working set: SOLVED, MAX_ITERATIONS, INFEASIBLE or FAILED (H not > 0)."""
     warm = Q.warm

@@ -8,7 +8,7 @@ QP, the codes and the sides are those of ``ftqp.kernel.active_set.active_set``.
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.jit import jit, long_jit
 from ftqp.kernel.maths.cholesky import factor
 
 DEPENDENT = 1e-12
@@ -84,7 +84,7 @@ def minimise_free(Q: Any) -> bool:
     return True
 
 
-@rare_jit
+@long_jit
 def _whiten(Q: Any, code: int, k: int) -> None:
     """V[k] = H^(-1/2) times the row ``code``; entries of fixed variables are zero."""
     n, m = Q.nx, Q.meq
@@ -203,7 +203,7 @@ def _is_crowded(Q: Any, q: int) -> bool:
     return hard >= free
 
 
-@rare_jit
+@long_jit
 def enter(Q: Any, q: int, code: int, side: int, lam: float) -> bool:
     """Append a row to the working set of q rows; False when it depends on them."""
     soft = _softness(Q, code, side)
@@ -251,7 +251,7 @@ def enter_task_rows(Q: Any) -> bool:
     return True
 
 
-@rare_jit
+@long_jit
 def leave(Q: Any, q: int, k: int) -> int:
     """Take row k out of the working set of q rows; the new number of rows."""
     n = Q.nx

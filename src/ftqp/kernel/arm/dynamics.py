@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import part_jit
 from ftqp.kernel.maths.vectors import cross
 
 
-@jit
+@part_jit
 def dynamics(K: Any) -> None:
     """M by the composite-rigid-body algorithm and h by the recursive Newton-Euler algorithm at a = 0.
 

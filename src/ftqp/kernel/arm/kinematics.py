@@ -2,12 +2,12 @@
 
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.trigonometry import joint_sines
 from ftqp.kernel.maths.vectors import cross
 
 
-@jit
+@part_jit
 def forward_kinematics(K: Any) -> None:
     """T_i = T_(i-1) (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint; the tip; J.
 
@@ -68,7 +68,7 @@ def frames(K: Any) -> None:
             J[3, i], J[4, i], J[5, i] = a0, a1, a2
 
 
-@jit
+@part_jit
 def motion(K: Any) -> None:
     """w, alpha and the acceleration of the origin of every frame, at zero joint acceleration.
 

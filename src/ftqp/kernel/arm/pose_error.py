@@ -3,7 +3,7 @@
 from math import atan2, cos, sin, sqrt
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.elementary import select
 
 NEAR = 0.19140625
@@ -126,7 +126,7 @@ def near_pose_error(K: Any) -> Any:
     return select(near, square, 1.0)
 
 
-@jit
+@part_jit
 def pose_error(K: Any) -> None:
     """e = (p_d - p; rotation vector of R_d R') along W; in axis mode the shortest turn of the tool axis.
 

@@ -9,7 +9,7 @@ from ftqp.kernel.calm.metric import find_metric
 from ftqp.kernel.calm.rest import decide, watch_target
 from ftqp.kernel.calm.swing import gives_up, watch_swing
 from ftqp.kernel.calm.trigger import is_regular
-from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, CALM_STAGE, SCALE
 
 
@@ -25,7 +25,7 @@ def softness(K: Any, ratio: float) -> float:
     return ratio * norm / (task.m * trace) + 1e-300
 
 
-@jit
+@part_jit
 def calms(K: Any, kp: float) -> bool:
     """Whether the curvature of the error takes part in this tick: D, the kick, beta and the hold.
 

@@ -6,7 +6,7 @@ from typing import Any
 from ftqp.kernel.calm.curvature import curvature, weigh_rows
 from ftqp.kernel.calm.metric import free_joints
 from ftqp.kernel.calm.trigger import unit_of
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import TARGET_TWIST
 from ftqp.kernel.maths.symmetric_eigen import eigensystem
 
@@ -144,7 +144,7 @@ def _see_saddle(K: Any, path: Any) -> bool:
     return _lowest(K, path, count, null) < -SADDLE
 
 
-@jit
+@part_jit
 def outlook(K: Any, path: Any) -> None:
     """Where it is asked for and there is one, draw the joints along the way on: ``path.found``.
 

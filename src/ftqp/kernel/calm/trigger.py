@@ -122,7 +122,7 @@ def _moved(K: Any) -> float:
     if calm.seen_working != faults.working:
         return inf
     moved = 0.0
-    for at in range(0, len(state.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         unit = select(is_set(K.chain.prismatic, at), K.task.length, 1.0)
         step = abs(several(state.q, at) - several(calm.q_seen, at)) / unit
         step = select(below(K.chain.n, at) & ~is_set(faults.code, at), step, 0.0)

@@ -1,7 +1,7 @@
 """What compiled code must know of the process it runs in: a few addresses, in a table of its own.
 
-Machine code from a file cannot contain the address of a Python object. Each object file therefore has a
-table, which is filled when it is linked into the process.
+Machine code from a file cannot contain the address of a Python object. A library therefore has a table, which
+is filled when it is loaded.
 """
 
 import ctypes
@@ -9,12 +9,12 @@ import ctypes
 import numpy as np
 
 SYMBOL = "ftqp_facts"
-"""The table's name in intermediate code."""
+"""The table's name in the library."""
 
-TABLE = "_facts"
-"""What an entry's symbol is followed by in the name of its table in an object file."""
+FIRST, LAST = "ftqp_first_", "ftqp_last_"
+"""Between these, with a capacity behind them, lies the code of common ticks."""
 
-SIZE = 8
+SIZE = 4
 """How many numbers the table has."""
 TYPE_ERROR = 0
 RUNTIME_ERROR = 1
@@ -22,8 +22,11 @@ NDARRAY = 2
 """``numpy.ndarray``, or 0 where arrays are laid out otherwise than expected."""
 FLOAT64 = 3
 """The data type object of float64."""
-LAST_CALL = 4
-"""When the entry was last called, by the processor's counter; 0 before."""
+
+BAD_BUFFER = -1
+"""The object is no readable C-contiguous buffer of float64 in this machine's byte order."""
+CALL_FAILED = -1_000
+"""The Python function raised or gave no whole number; the error is forgotten."""
 
 DATA_AT, NDIM_AT, SHAPE_AT, DTYPE_AT, FLAGS_AT = 16, 24, 32, 56, 64
 """Offsets of an array's fields [bytes]."""

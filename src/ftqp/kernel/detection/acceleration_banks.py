@@ -21,7 +21,7 @@ def observe_accelerations(D: Any) -> None:
     dt = D.dt
     for b in range(BANKS):
         k_s, k_w, k_d = D.k_s[b], D.k_w[b], D.k_d[b]
-        for at in range(0, len(D.e), WIDTH):
+        for at in range(0, D.n, WIDTH):
             s, w, d = several(D.s[b], at), several(D.w[b], at), several(D.d[b], at)
             blind = is_set(D.blind, at)
             s = s + dt * (w + 0.5 * dt * d)

@@ -10,7 +10,7 @@ from ftqp.kernel.detection.encoders import read_encoders
 from ftqp.kernel.detection.fault_isolation import isolate_fault
 from ftqp.kernel.detection.suspicion import CALM_AGAIN, remember, suspect
 from ftqp.kernel.detection.usual import begin_usual, take_usual
-from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.detection_room import WINDOW
 from ftqp.kernel.layout.enums import (
     ACCELERATION_FAST,
@@ -80,7 +80,7 @@ def begin(D: Any) -> None:
 @jit
 def _keep_command(D: Any) -> None:
     """The reference at the end of this tick, for the sample that will be compared with it."""
-    for at in range(0, len(D.e), WIDTH):
+    for at in range(0, D.n, WIDTH):
         put(D.past_q[D.now], at, several(D.q_ref, at))
         put(D.past_v[D.now], at, several(D.v_ref, at))
         put(D.past_a[D.now], at, several(D.a_ref, at))
@@ -152,7 +152,7 @@ def _mend(D: Any) -> None:
 @jit
 def _accept(D: Any) -> None:
     """Torques that were left out, or are no numbers, are those of the tick before."""
-    for at in range(0, len(D.e), WIDTH):
+    for at in range(0, D.n, WIDTH):
         if D.has_motor and D.got_tau == 0:
             put(D.tau, at, several(D.tau_before, at))
         if D.has_effort and D.asked and D.got_effort == 0:
@@ -173,7 +173,7 @@ def _look_anew(D: Any) -> None:
         D.deviation[i] = 0.0
 
 
-@jit
+@part_jit
 def detect_tick(D: Any, K: Any) -> int:
     """One tick: ALL_QUIET, WATCHING or FOUND; samples, torques and reference are in D.
 

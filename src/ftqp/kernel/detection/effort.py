@@ -38,7 +38,7 @@ def _unfiltered(D: Any, K: Any, then: int) -> None:
     to f_c.
     """
     M, n = K.kinematics.M, D.n
-    for at in range(0, len(D.e), WIDTH):
+    for at in range(0, D.n, WIDTH):
         total = several(K.kinematics.h, at) - several(D.motor_torque, at)
         for j in range(n):
             total = total + D.past_a[then, j] * several(M[j], at)
@@ -60,7 +60,7 @@ def compare_torques(D: Any, K: Any, then: int) -> None:
     The observers see the mean of an acceleration and of the one before it, and so does F here.
     Source: docs/theory/detection.md, "Residuals".
     """
-    for at in range(0, len(D.e), WIDTH):
+    for at in range(0, D.n, WIDTH):
         if D.from_command:
             put(D.motor_torque, at, several(D.past_effort[then], at))
         elif D.asked:
@@ -73,7 +73,7 @@ def compare_torques(D: Any, K: Any, then: int) -> None:
     M = K.kinematics.M
     for b in range(BANKS):
         p = D.pole[b]
-        for at in range(0, len(D.e), WIDTH):
+        for at in range(0, D.n, WIDTH):
             new = through(D.f[b], at, 0.5 * (several(D.psi, at) + several(D.psi_before, at)), p)
             band = through(D.band[b], at, 0.5 * (several(D.loose, at) + several(D.loose_before, at)), p)
             for j in range(D.n):
@@ -83,6 +83,6 @@ def compare_torques(D: Any, K: Any, then: int) -> None:
             if D.has_motor:
                 gap = several(D.tau, at) - several(D.motor_torque, at)
                 put(D.x[MOTOR_SLOW + b], at, through(D.motor[b], at, gap, p))
-    for at in range(0, len(D.e), WIDTH):
+    for at in range(0, D.n, WIDTH):
         put(D.psi_before, at, several(D.psi, at))
         put(D.loose_before, at, several(D.loose, at))

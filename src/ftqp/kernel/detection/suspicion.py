@@ -41,7 +41,7 @@ def suspect(D: Any) -> float:
     Source: docs/theory/detection.md, "Suspicion".
     """
     worst = 0.0
-    for at in range(0, len(D.e), WIDTH):
+    for at in range(0, D.n, WIDTH):
         for b in range(BANKS):
             d = several(D.d[b], at)
             put(D.x[ACCELERATION_SLOW + b], at, d)
@@ -65,7 +65,7 @@ def suspect(D: Any) -> float:
 def remember(D: Any, then: int) -> None:
     """Keep this tick's samples, reference speed, slow acceleration and effort among the last ones."""
     at_now = D.at
-    for at in range(0, len(D.e), WIDTH):
+    for at in range(0, D.n, WIDTH):
         put(D.kept[at_now], at, several(D.seen, at))
         put(D.kept_v[at_now], at, several(D.past_v[then], at))
         put(D.kept_effort[at_now], at, several(D.motor_torque, at))

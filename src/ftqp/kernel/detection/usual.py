@@ -56,7 +56,7 @@ def take_usual(D: Any) -> None:
         share = max(D.slowness, 1.0 / D.taken)
     D.known = 1 if D.taken >= LEARNED else 0
     count = 1.0 if D.known else UNLEARNED
-    for at in range(0, len(D.e), WIDTH):
+    for at in range(0, D.n, WIDTH):
         e, mean = several(D.e, at), several(D.usual_e, at)
         put(D.kept_e[D.at], at, e)
         mean = mean + share * (several(D.kept_e[late], at) - mean)

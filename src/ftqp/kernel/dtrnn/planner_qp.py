@@ -5,7 +5,7 @@ from typing import Any
 from ftqp.kernel.dtrnn.iterations import dtrnn
 from ftqp.kernel.dtrnn.network_of_qp import assemble, publish, start
 from ftqp.kernel.dtrnn.stopping import options_of
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import SOLVED
 from ftqp.kernel.layout.network_memory import KEPT, SIZES, VALID
 from ftqp.kernel.maths.matrix_view import matrix_view
@@ -33,7 +33,7 @@ def _same_structure(qp: Any, kept: Any) -> bool:
     return same
 
 
-@jit
+@part_jit
 def solve_planner_qp(cascade: Any, qp: Any, memory: Any) -> int:
     """The QP that stands in a planner's record, from the warm start if there is one; the claim."""
     n, m, p = qp.nx, qp.meq, qp.nc

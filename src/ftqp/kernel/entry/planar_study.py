@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
-from ftqp.kernel.compiled.kernel import Announce
-from ftqp.kernel.entry.compile import compile_entries, load
+from ftqp.kernel.compiled.kernel import load
 from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.entry.table import EXACT
 from ftqp.kernel.layout.planar_memory import planar_dtype
@@ -95,13 +94,3 @@ class PlanarStudy:
     def _call(self, name: str, count: int, numbers: list[Any], arrays: tuple[Any, ...]) -> None:
         table = np.array([*numbers, *(array.ctypes.data for array in arrays)], dtype=np.int64)
         load(EXACT[name], self._n)(self._memory.ctypes.data, table.ctypes.data, 0, count)
-
-
-def make_ready(joints: int, announce: Announce) -> None:
-    """Compile what studies of an arm of so many joints need.
-
-    Args:
-        joints: Their number.
-        announce: Makes a context manager that is entered while something has to be compiled.
-    """
-    compile_entries(EXACT.values(), joints, announce)

@@ -9,8 +9,8 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
-from ftqp.kernel.compiled import mode
-from ftqp.kernel.entry.compile import load
+from ftqp.kernel.compiled.kernel import level, load
+from ftqp.kernel.compiled.levels import WIDE
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.entry.table import ENTRIES
 from ftqp.kernel.layout.enums import Status
@@ -90,11 +90,7 @@ def beliefs_of(capacity: int, rooms: list[dict[str, Any]]) -> Any:
 
 def lane_width() -> int:
     """How many arms go side by side on this machine."""
-    if not mode.COMPILED:
-        return LANES[0]
-    from ftqp.kernel.compiled.making.processor import this_machine
-
-    return LANES[1] if "+avx512f" in this_machine().features else LANES[0]
+    return LANES[1] if level() == WIDE else LANES[0]
 
 
 @final

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray, seen
-from ftqp.kernel.entry.compile import load
+from ftqp.kernel.compiled.kernel import load
 from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
 from ftqp.kernel.layout.free_memory import free_dtype
 from ftqp.kernel.layout.plan_memory import plan_dtype

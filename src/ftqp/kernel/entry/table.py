@@ -3,6 +3,7 @@
 from typing import Final
 
 from ftqp.kernel.compiled.entry_point import EntryPoint
+from ftqp.kernel.compiled.levels import WIDE
 from ftqp.kernel.layout.record import CAPACITIES
 
 
@@ -82,23 +83,25 @@ EXACT: Final = {
 ANY_SIZE: Final = 0
 """The capacity of entries that know no robot."""
 
-COMMON: Final = (
-    "step",
-    "block",
-    "kinematics",
-    "inverse_dynamics",
-    "torques",
-    "step_rich",
-    "step_path",
-    "step_free",
-)
-"""The entry points of common planners and of their simulation: given targets or led along a path."""
-AHEAD: Final = (
+ALONE: Final = ("write_target", "solve_qp", "kkt", "solve_network", "solve_network_batch")
+"""The entry points that know no robot."""
+
+FIRST: Final = (
+    (ENTRIES["write_target"], ANY_SIZE),
     *(
-        (ENTRIES[name], capacity)
-        for capacity in CAPACITIES
-        for name in (*COMMON, "step_base", "prepare_clock", "finish_clock", "rollout_4", "detect")
+        (ENTRIES[name], CAPACITIES[0])
+        for name in ("step", "block", "kinematics", "inverse_dynamics", "torques")
     ),
-    *((ENTRIES[name], ANY_SIZE) for name in ("write_target", "solve_qp", "kkt")),
 )
-"""What a wheel carries compiled ahead: entry points and classes of records."""
+"""What the demo and a planner of a small arm need that is given targets."""
+
+
+def entries_of(level: str) -> tuple[tuple[EntryPoint, int], ...]:
+    """What is built for a class of processors: entry points with the capacities of their records."""
+    other_width = "rollout_4" if level == WIDE else "rollout_8"
+    sized = [entry for name, entry in ENTRIES.items() if name not in ALONE and name != other_width]
+    return (
+        *FIRST,
+        *((entry, capacity) for capacity in CAPACITIES for entry in sized if (entry, capacity) not in FIRST),
+        *((ENTRIES[name], ANY_SIZE) for name in ALONE[1:]),
+    )

@@ -7,7 +7,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.compile import load
+from ftqp.kernel.compiled.kernel import load
 from ftqp.kernel.entry.session import rooms
 from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES
 from ftqp.kernel.entry.threads import thread_count

@@ -12,7 +12,7 @@ from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.feedback.observer import feel
 from ftqp.kernel.feedback.reference import place_of
 from ftqp.kernel.feedback.samples import ROOM, SIGMAS, SPEED_SHARE
-from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
     AS_SENT,
@@ -45,7 +45,7 @@ FULL = 0.999
 def open_gate(K: Any) -> None:
     """Begin a tick at what was last let through."""
     gate, state = K.gate, K.state
-    for at in range(0, len(gate.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         put(state.q_command, at, several(gate.q, at))
         put(state.v_command, at, several(gate.v, at))
 
@@ -206,12 +206,12 @@ def _brake(K: Any) -> None:
     feedback.fresh = AS_SENT
 
 
-@jit
+@part_jit
 def pass_gate(K: Any) -> bool:
     """Let the command through, or brake the last one in its place: whether it went through."""
     gate, state, feedback = K.gate, K.state, K.feedback
     through = True
-    for at in range(0, len(gate.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         through = through and _lets_through(K, at)
     if not through:
         gate.shut += 1
@@ -227,7 +227,7 @@ def pass_gate(K: Any) -> bool:
         i = K.faults.order[k]
         near = _toward(gate.sent[i], feedback.q_sent[i], 2.0 * FASTEST * state.dt)
         place[i] = min(max(near, limits.q_min[i]), limits.q_max[i])
-    for at in range(0, len(gate.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         put(gate.q, at, several(state.q_command, at))
         put(gate.v, at, several(state.v_command, at))
         put(gate.sent, at, several(feedback.q_sent, at))

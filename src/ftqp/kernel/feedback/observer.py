@@ -131,7 +131,7 @@ def observe(K: Any, first: bool) -> None:
     feedback = K.feedback
     then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
     together = feedback.latency == 0 and not first and not feedback.softened
-    for at in range(0, len(feedback.seen), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         if not together or not _observe_block(K, at, before):
             for i in range(at, min(at + WIDTH, K.chain.n)):
                 _observe_joint(K, i, then, before, first)

@@ -35,7 +35,7 @@ def refer(K: Any) -> None:
     feedback, past, state, faults = K.feedback, K.past, K.state, K.faults
     now = feedback.now
     rest = STILL + 6.0 * feedback.sigma * feedback.failed_noise
-    for at in range(0, len(state.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         put(state.q, at, several(state.q_command, at))
         put(state.v, at, several(state.v_command, at))
     for k in range(faults.working, K.chain.n):
@@ -117,7 +117,7 @@ def follows(K: Any) -> bool:
     """Whether every sample is the reference of its time to the last bit, as on an arm that obeys exactly."""
     feedback, past = K.feedback, K.past
     then = slot(feedback, feedback.latency)
-    for at in range(0, len(feedback.seen), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         if any_of(abs(several(feedback.seen, at) - several(past.q[then], at)) > 0.0):
             return False
     return True

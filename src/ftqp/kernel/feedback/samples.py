@@ -203,10 +203,10 @@ def believe(K: Any) -> None:
     feedback.refused = 0
     elsewhere = _drop_broken_tip(K) or state.unusable != 0
     together = feedback.sigma == 0.0 and faults.movable == faults.working  # noise: frozen sensors are counted
-    for at in range(0, len(state.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         put(past.q[now], at, several(state.q_command, at))
         put(past.v[now], at, several(state.v_command, at))
-    for at in range(0, len(state.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         elsewhere = elsewhere or not all_of(abs(several(state.v, at)) < inf)
         if not together or not _believe_block(K, at, then):
             for i in range(at, min(at + WIDTH, n)):

@@ -5,7 +5,7 @@ from typing import Any
 from ftqp.kernel.feedback.pairs import is_soft, softly
 from ftqp.kernel.feedback.samples import slot
 from ftqp.kernel.feedback.unresponsive import inform_unresponsive, predict_unresponsive
-from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, LOCKED, TORQUE_DRIVE, VELOCITY_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.side_by_side import WIDTH, put, several
@@ -224,7 +224,7 @@ def _faded(K: Any, i: int, extra: float) -> float:
     return min(max(v, -top), top)
 
 
-@jit
+@part_jit
 def send(K: Any) -> None:
     """q, v and tau for the arm's interface, from the reference that the planner has just commanded.
 
@@ -240,7 +240,7 @@ def send(K: Any) -> None:
     if feedback.refused and feedback.kind == VELOCITY_DRIVE:
         for i in range(K.chain.n):
             feedback.bent[i] = feedback.v_sent[i] - past.v[feedback.now, i]
-    for at in range(0, len(state.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         put(feedback.q_sent, at, several(state.q_command, at))
         put(feedback.v_sent, at, several(state.v_command, at))
     if not feedback.active:
@@ -249,7 +249,7 @@ def send(K: Any) -> None:
     if feedback.kind == TORQUE_DRIVE:
         _torques(K)
         return
-    for at in range(0, len(state.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         put(past.a[now], at, several(state.a_command, at))
     if feedback.kind == VELOCITY_DRIVE:
         then = slot(feedback, feedback.latency)

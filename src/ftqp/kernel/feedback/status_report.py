@@ -45,7 +45,7 @@ def _is_measured_outside(K: Any) -> bool:
     """
     limits, feedback = K.limits, K.feedback
     room = OUTSIDE_FROM + OUTSIDE_SIGMAS * feedback.sigma
-    for at in range(0, len(feedback.seen), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         q = several(feedback.seen, at)
         if any_of((q < several(limits.q_min, at) - room) | (q > several(limits.q_max, at) + room)):
             return True

@@ -32,7 +32,7 @@ from ftqp.kernel.free.look_ahead import (
 )
 from ftqp.kernel.free.rest_posture import begin_start, seek, take_nearest
 from ftqp.kernel.free.swinging import viscous_friction
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import (
     ARREST,
     DECIDE,
@@ -346,7 +346,7 @@ def _go_on_following(K: Any, F: Any) -> None:
         begin_arrest(K, F)
 
 
-@jit
+@part_jit
 def think(K: Any, F: Any) -> None:
     """This tick's share of the search, in the rooms for the state and its kinematics.
 

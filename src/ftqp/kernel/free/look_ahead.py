@@ -19,7 +19,7 @@ from ftqp.kernel.free.swinging import (
     viscous_friction,
     within_limits,
 )
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.free_memory import SEGMENTS
 
 LONG_STEPS = 200
@@ -90,7 +90,7 @@ def planned(K: Any, F: Any, j: int, time: float, left: float, dt: float) -> floa
     return within_limits(K, j, a, dt)
 
 
-@jit
+@part_jit
 def look_ahead(K: Any, F: Any, phase: float, left: float, give_up: float, steps: int) -> float:
     """The cost J of the plan from ``base_q``, ``base_v`` on; it ends early once it exceeds ``give_up``.
 

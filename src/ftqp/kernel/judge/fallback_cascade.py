@@ -19,7 +19,7 @@ from ftqp.kernel.active_set.active_set import active_set
 from ftqp.kernel.feedback.gate import pass_gate
 from ftqp.kernel.feedback.sent import send
 from ftqp.kernel.feedback.status_report import report_status
-from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.judge.coming_to_rest import BRAKING_SHARE, draw_to_rest, only_brake
 from ftqp.kernel.judge.kept_limits import joints_outside
 from ftqp.kernel.judge.least_excess import (
@@ -194,7 +194,7 @@ def _sets_out(K: Any) -> bool:
     return False
 
 
-@jit
+@part_jit
 def _finish(K: Any) -> int:
     """Write the command and settle the status; too many in a row without the task latch the stop."""
     task, watch, cascade, qp = K.task, K.watch, K.cascade, K.qp
@@ -343,7 +343,7 @@ def _advance(K: Any, claim: int) -> int:
     return SOLVE
 
 
-@jit
+@part_jit
 def run_cascade(K: Any, code: int, claim: int) -> int:
     """Run the cascade until it has a command, or, with an external solver, until the QP itself is ready.
 

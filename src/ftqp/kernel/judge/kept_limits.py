@@ -27,7 +27,7 @@ def joints_outside(K: Any) -> int:
     """How many joints are beyond their range, or work and are faster than their limit."""
     limits, faults, state = K.limits, K.faults, K.state
     count = 0
-    for at in range(0, len(state.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         q, v = several(state.q, at), several(state.v, at)
         beyond = (q < several(limits.q_min, at) - OUTSIDE_FROM) | (
             q > several(limits.q_max, at) + OUTSIDE_FROM

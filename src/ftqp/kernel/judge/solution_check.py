@@ -4,7 +4,7 @@ from math import inf, sqrt
 from typing import Any
 
 from ftqp.kernel.arm.newton_euler import torques_of
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.judge.kept_limits import torque_excess
 from ftqp.kernel.layout.enums import ACCELERATION, BRAKING, HEALTHY, LOCKED
 from ftqp.kernel.maths.elementary import select
@@ -107,7 +107,7 @@ def command(K: Any) -> None:
     """
     chain, faults, state, kinematics, qp = K.chain, K.faults, K.state, K.kinematics, K.qp
     dt = state.dt
-    for at in range(0, len(state.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         x, q, v = several(qp.x, at), several(state.q, at), several(state.v, at)
         x = select(below(chain.n, at), x, 0.0)
         is_acceleration = state.level == ACCELERATION
@@ -144,7 +144,7 @@ def _carry(K: Any, i: int, tau: float) -> None:
     state.tau_brake[i] = tau if fault == LOCKED or fault == BRAKING else 0.0
 
 
-@jit
+@part_jit
 def torques_without_inertia(K: Any) -> None:
     """The same of a tick that did without M and h; needs ``motion``."""
     torques_of(K, K.state.a_command)

@@ -11,7 +11,7 @@ from typing import Any
 
 from ftqp.kernel.active_set.active_set import REFINEMENTS
 from ftqp.kernel.active_set.working_set import DEPENDENT, REFINE_FROM
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.elementary import any_of, larger, select
 from ftqp.kernel.maths.side_by_side import WIDTH, below, is_set, largest_of, put, several, sum_of
 
@@ -20,7 +20,7 @@ from ftqp.kernel.maths.side_by_side import WIDTH, below, is_set, largest_of, put
 def _minimise_free(K: Any) -> bool:
     """H^-1, zero for a joint that has failed, and x_free; whether H > 0."""
     qp, n = K.qp, K.chain.n
-    for at in range(0, len(K.state.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         inside = below(n, at)
         held = is_set(K.faults.code, at) | ~inside
         H = select(held, 1.0, several(qp.H_diagonal, at))
@@ -36,7 +36,7 @@ def _minimise_free(K: Any) -> bool:
 @jit
 def _pose_dual(K: Any) -> None:
     """V = A H^-1, S and t = b - A x_free."""
-    qp, width = K.qp, len(K.state.q)
+    qp, width = K.qp, K.chain.n
     for k in range(qp.meq):
         row, V, G = qp.A[k], qp.V[k], qp.G[k]
         t = several(row, 0) * 0.0
@@ -154,7 +154,7 @@ def _solve(qp: Any, x: Any) -> None:
 def _add(K: Any, x: Any, lam: Any) -> None:
     """qp.x <- x + H^-1 A' lam."""
     qp = K.qp
-    for at in range(0, len(K.state.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         s = several(x, at)
         for k in range(qp.meq):
             s = s + lam[k] * several(qp.V[k], at)
@@ -169,7 +169,7 @@ def _left(K: Any) -> float:
     for k in range(qp.meq):
         row = qp.A[k]
         t = several(row, 0) * several(qp.x, 0)
-        for at in range(WIDTH, len(K.state.q), WIDTH):
+        for at in range(WIDTH, K.chain.n, WIDTH):
             t = t + several(row, at) * several(qp.x, at)
         s = sum_of(t)
         task.slack[k] = s - task.asked[k]
@@ -185,7 +185,7 @@ def _is_optimal(K: Any) -> bool:
     """Whether x is within its bounds and every residual small; multipliers of the joints that are held."""
     faults, cascade, qp = K.faults, K.cascade, K.qp
     worst = size = several(qp.x, 0) * 0.0
-    for at in range(0, len(K.state.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         inside, failed = below(K.chain.n, at), is_set(faults.code, at)
         x, g = several(qp.x, at), several(qp.g, at)
         fits = (several(qp.lb, at) <= x) & (x <= several(qp.ub, at)) & (abs(x) < inf)
@@ -207,7 +207,7 @@ def _is_optimal(K: Any) -> bool:
     )
 
 
-@jit
+@part_jit
 def straight(K: Any) -> bool:
     """Whether the QP is solved without a limit: x, multipliers, residuals and slack are then there.
 

@@ -14,8 +14,8 @@ from ftqp.core.errors import InputError
 from ftqp.kernel.layout.enums import JOINTS
 from ftqp.kernel.layout.rooms import ROOMS, base_fields, joints_fields, path_fields
 
-CAPACITIES = (8, 16, JOINTS)
-"""Classes of records, by the most joints that they hold; each is compiled when an arm first needs it."""
+CAPACITIES = (JOINTS,)
+"""Classes of records, by the most joints that they hold."""
 
 
 def capacity_for(joints: int) -> int:

@@ -1,6 +1,6 @@
 """Numbers of eight neighbouring joints at once: what all joints have in common costs as much as for one.
 
-A loop over the joints goes in blocks, ``for at in range(0, len(state.q), WIDTH)``; arrays of the joints have
+A loop over the joints goes in blocks, ``for at in range(0, K.chain.n, WIDTH)``; arrays of the joints have
 room for whole blocks, and hold zeros behind the last joint. Sums, comparisons and the functions of
 ``ftqp.kernel.maths.elementary`` take such numbers as they take one. In plain Python they are numpy arrays.
 Formulas that also serve several arms side by side go by ``block``, ``within`` and ``total`` instead: there a

@@ -65,7 +65,7 @@ def _is_within_guard(K: Any, a: Any) -> bool:
     limits = K.limits
     if limits.guard == 0.0:
         return False
-    for at in range(0, len(limits.a_max), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         if not all_of(abs(several(a, at)) <= limits.guard * several(limits.a_max, at)):
             return False
     return True
@@ -75,7 +75,7 @@ def _is_within_guard(K: Any, a: Any) -> bool:
 def _is_within_torque(K: Any) -> bool:
     """Whether ``kinematics.tau`` is within the limits of every joint that works."""
     limits, tau = K.limits, K.kinematics.tau
-    for at in range(0, len(limits.tau_max), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         works = below(K.chain.n, at) & ~is_set(K.faults.code, at)
         if any_of(works & ~(abs(several(tau, at)) <= several(limits.tau_max, at))):
             return False
@@ -100,7 +100,7 @@ def keeps_torque(K: Any) -> bool:
     Source: docs/theory/joint-limits.md, "Torque rows on demand".
     """
     state, qp, a = K.state, K.qp, K.scratch.impulse
-    for at in range(0, len(state.v), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         x = select(below(K.chain.n, at), several(qp.x, at), 0.0)
         put(a, at, x if state.level != VELOCITY else (x - several(state.v, at)) / state.dt)
     if _is_within_guard(K, a):

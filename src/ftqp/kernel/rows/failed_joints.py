@@ -28,7 +28,7 @@ def sort_joints(K: Any) -> None:
     faults, n = K.faults, K.chain.n
     if faults.working == n:
         failed = is_set(faults.code, 0)
-        for at in range(WIDTH, len(faults.code), WIDTH):
+        for at in range(WIDTH, n, WIDTH):
             failed = failed | is_set(faults.code, at)
         if not any_of(failed):
             faults.movable = n  # all work, as a tick ago

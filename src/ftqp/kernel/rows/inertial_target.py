@@ -9,7 +9,7 @@ observer and the feed-forward are additions, derived in docs/theory/moving-base.
 from typing import Any
 
 from ftqp.kernel.arm.pose_error import exponential, rotation_vector
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import (
     BASE_HALTED,
     BASE_RANK_DEFICIENT,
@@ -231,7 +231,7 @@ def _target_from_base(K: Any, base: Any) -> None:
             T[TARGET_TWIST + half + r] = R[r] * s[half] + R[3 + r] * s[half + 1] + R[6 + r] * s[half + 2]
 
 
-@jit
+@part_jit
 def follow_base(K: Any, base: Any) -> bool:
     """One tick of the moving base, after the kinematics: False when the base has not been seen for too long.
 

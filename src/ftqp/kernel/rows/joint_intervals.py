@@ -8,7 +8,7 @@ bound is derived in docs/theory/joint-limits.md.
 from math import ceil, inf, sqrt
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
     BY_ACCELERATION,
@@ -262,11 +262,11 @@ def _together(K: Any, at: int) -> bool:
     return True
 
 
-@jit
+@part_jit
 def intervals(K: Any) -> None:
     """lb <= x <= ub of every joint, and which limit set each end; a failed joint has no limits of its own."""
     chain, limits, faults, qp = K.chain, K.limits, K.faults, K.qp
-    for at in range(0, len(limits.q_max), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         if limits.conversion != VIABILITY or not _together(K, at):
             _one_by_one(K, at, min(at + WIDTH, chain.n))
     for k in range(faults.movable, chain.n):  # x_F is written by prescribed_motion

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.vectors import cross
 
@@ -104,7 +104,7 @@ def manipulability_gradient(K: Any) -> None:
             gradient[i] += f0 * x0 + f1 * x1 + f2 * x2 + m0 * y0 + m1 * y1 + m2 * y2
 
 
-@jit
+@part_jit
 def add_manipulability(K: Any) -> None:
     """g -= gain d/dq log w: with |x|^2/2 beside it, x is drawn towards gain times the gradient."""
     chain, criteria, qp, scratch = K.chain, K.criteria, K.qp, K.scratch

@@ -16,7 +16,7 @@ Source: docs/theory/schemes.md, which derives the coefficients of every recipe.
 
 from typing import Any
 
-from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION, FREE, HEALTHY, VELOCITY
 from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.trigonometry import sin_cos
@@ -57,7 +57,7 @@ def draw_to(K: Any, x: Any) -> None:
             qp.g[i] -= qp.H_diagonal[i] * x[i]
 
 
-@jit
+@part_jit
 def objective(K: Any) -> None:
     """H and g of the joints; H_diagonal alone when no criterion couples joints."""
     criteria = K.criteria

@@ -3,7 +3,7 @@
 from math import inf, sqrt
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, SCALE, TARGET_ACCELERATION, TARGET_TWIST
 from ftqp.kernel.rows.joint_intervals import braking_velocity
 from ftqp.kernel.rows.task_rows import component_of
@@ -40,7 +40,7 @@ ARRIVED = 1e-9
 """Path times nearer to each other than this are one [s]."""
 
 
-@jit
+@part_jit
 def path_rows(K: Any, path: Any) -> None:
     """The task's rows with the path rate s, 0 <= s <= 1, as the last variable, so that s = 0 waits.
 
@@ -226,7 +226,7 @@ def _rate_of_motion(K: Any, v: Any) -> float:
     return min(max(along / square, 0.0), 1.0) if square > 0.0 else 1.0
 
 
-@jit
+@part_jit
 def begin_on_path(K: Any, path: Any) -> None:
     """The first step along a path: the rate is that of the measured motion."""
     if path.rate < 0.0:

@@ -3,7 +3,7 @@
 from math import cos, sin, sqrt
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_HAS_ROTATION, TARGET_TWIST
 from ftqp.kernel.layout.path_table import BEGIN, ORIENTATION, POSITION, SPIN, STOP, TURN
 
@@ -43,7 +43,7 @@ def sample(row: Any, progress: float, target: Any) -> None:
     target[TARGET_HAS_ROTATION] = 1.0
 
 
-@jit
+@part_jit
 def look_up(path: Any, table: Any, rows: int, target: Any) -> None:
     """The path's target at the progress that has been reached."""
     k = min(max(path.interval, 0), rows - 1)

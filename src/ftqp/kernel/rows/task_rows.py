@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
     SCALE,
@@ -37,7 +37,7 @@ def component_of(K: Any, component: int, offset: int, source: Any) -> float:
     return total
 
 
-@jit
+@part_jit
 def task_rows(K: Any, kp: float) -> None:
     """Acceleration level: A = J, b = r'' - Jdot v + kv (r' - J v) + kp e.  Velocity level: b = r' + kp e.
 

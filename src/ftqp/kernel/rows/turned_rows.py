@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.singular_directions import singular_directions
 from ftqp.kernel.rows.path_rows import SINGULAR_FROM
 
@@ -54,7 +54,7 @@ def fade_feedback(K: Any, path: Any) -> None:
         path.left = max(0.0, 1.0 - sqrt(lost) / (task.kp * task.length * PATIENT_WITH))
 
 
-@jit
+@part_jit
 def turn_rows(K: Any) -> None:
     """U'A x + s = U'b, U of the reduced Jacobian A_f = U diag(sigma) V' of the working joints.
 

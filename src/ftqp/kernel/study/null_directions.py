@@ -3,14 +3,14 @@
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.singular_directions import singular_directions
 
 CUT_OFF = 1e-12
 """A singular value below this share of the largest counts as zero."""
 
 
-@jit
+@part_jit
 def decompose(S: Any) -> None:
     """A = U diag(sigma) V' into ``U``, ``sigma`` and ``W`` = diag(sigma) V'."""
     study = S.study

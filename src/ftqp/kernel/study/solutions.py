@@ -6,7 +6,7 @@ Source: docs/theory/unidentified-failures.md, "Self-motions".
 from math import pi
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import CLOSED
 from ftqp.kernel.study.null_directions import decompose, least_step
 from ftqp.kernel.study.task_values import task_values
@@ -20,7 +20,7 @@ LONGEST = 0.7
 """Largest entry of a step [rad or m]."""
 
 
-@jit
+@part_jit
 def solve_goal(S: Any, bounded: int) -> float:
     """Bring ``state.q`` to a solution of x(q) = goal if that goes well; returns the error that is left [m].
 

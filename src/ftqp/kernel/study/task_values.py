@@ -5,14 +5,14 @@ from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
 from ftqp.kernel.arm.pose_error import rotation_vector
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.vectors import cross
 
 SMALL = 1e-3
 """Angle [rad] below which the inverse right Jacobian is a series."""
 
 
-@jit
+@part_jit
 def task_values(S: Any) -> float:
     """e = (p_d - p; length rotvec(R_d R')) and A = dx/dq of the study's rows at ``state.q``; returns |e|.
 

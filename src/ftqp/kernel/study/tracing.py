@@ -6,7 +6,7 @@ Source: docs/theory/unidentified-failures.md, "Self-motions".
 from math import floor, pi, sqrt
 from typing import Any
 
-from ftqp.kernel.jit import jit
+from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import CLOSED, CUT, UNFINISHED
 from ftqp.kernel.maths.lu import lu_factor
 from ftqp.kernel.study.null_directions import any_null_direction, decompose, least_step, onto_null_space
@@ -226,7 +226,7 @@ def _reverse(S: Any, path: Any, parts: Any, at: int, rows: int) -> None:
         parts[at + 1 + k], parts[last - k] = parts[last - k], parts[at + 1 + k]
 
 
-@jit
+@part_jit
 def trace(S: Any, path: Any, parts: Any, at: int) -> int:
     """Trace the self-motion through ``state.q``, a solution, into rows of ``path`` from ``at`` on.
 

@@ -122,7 +122,7 @@ def state_is_finite(K: Any) -> bool:
     """Whether the measured state is finite; a q or v that is not gives way to the last command."""
     state = K.state
     good = state.unusable == 0
-    for at in range(0, len(state.q), WIDTH):
+    for at in range(0, K.chain.n, WIDTH):
         finite = (abs(several(state.q, at)) < inf) & (abs(several(state.v, at)) < inf)
         good = good and all_of(finite)
     if not good:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.free.end_stop import stop_torques
-from ftqp.kernel.jit import carray, jit, pointer
+from ftqp.kernel.jit import carray, jit, part_jit, pointer
 from ftqp.kernel.judge.fallback_cascade import RELAXED_FROM, TASK_FLOOR, run_cascade
 from ftqp.kernel.layout.enums import HEALTHY, OK, RELAXED, SLACK, SOLVED, TARGET_SIZE
 from ftqp.kernel.layout.free_memory import free_dtype
@@ -35,7 +35,7 @@ from ftqp.kernel.ticks.tick import (
 FLOAT = np.dtype(np.float64)
 
 
-@jit
+@part_jit
 def accept(K: Any, q: Any, v: Any, target: Any, row: int) -> int:
     """Copy the inputs of a tick: 0, or a mistake."""
     nq = accept_arrays(K, q, v)
@@ -48,7 +48,7 @@ def accept(K: Any, q: Any, v: Any, target: Any, row: int) -> int:
     return 0
 
 
-@jit
+@part_jit
 def accept_on_path(K: Any, path: Any, table: Any, q: Any, v: Any) -> int:
     """Copy the state, and look up the path's target at its progress: 0, or a mistake."""
     nq = accept_arrays(K, q, v)

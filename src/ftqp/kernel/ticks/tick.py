@@ -24,7 +24,7 @@ from ftqp.kernel.feedback.unresponsive import find_unresponsive
 from ftqp.kernel.free.decision import think
 from ftqp.kernel.free.end_stop import end_stops
 from ftqp.kernel.free.free_command import ask_for_motion, outcome_beside_free
-from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.judge.fallback_cascade import begin_first_stage, begin_rest, begin_stop
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
@@ -98,7 +98,7 @@ def _see_as_measured(K: Any) -> bool:
     return valid
 
 
-@jit
+@part_jit
 def _see(K: Any) -> bool:
     """Begin a tick at the reference: what is believed of the arm, and how far the target is displaced.
 
@@ -124,7 +124,7 @@ def _see(K: Any) -> bool:
     return valid
 
 
-@jit
+@part_jit
 def _bound(K: Any) -> None:
     """Motion of the failed joints, kinematics at the acceleration level, and every joint's interval."""
     if any_instant_lock(K):
@@ -241,7 +241,7 @@ def _turn(K: Any, calm: bool) -> None:
         turn_rows(K)
 
 
-@jit
+@part_jit
 def prepare_plain(K: Any) -> int:
     """A tick led by the clock: QP_READY when the QP is the task's, SOLVE when it is another."""
     valid = _see(K)
@@ -272,7 +272,7 @@ def _follow(K: Any, valid: bool) -> int:
     return _ask(K)
 
 
-@jit
+@part_jit
 def prepare_rich(K: Any) -> int:
     """A tick led by the clock, with directional damping or a gradient of the manipulability."""
     valid = _see(K)
@@ -281,7 +281,7 @@ def prepare_rich(K: Any) -> int:
     return _follow(K, valid)
 
 
-@jit
+@part_jit
 def prepare_on_path(K: Any, path: Any) -> int:
     """A tick led by the progress along a path."""
     task, qp = K.task, K.qp
@@ -315,7 +315,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
     return QP_READY
 
 
-@jit
+@part_jit
 def prepare_on_base(K: Any, base: Any) -> int:
     """A tick led by an inertial target above a base that moves."""
     valid = _see_as_measured(K)
@@ -338,7 +338,7 @@ def prepare_on_base(K: Any, base: Any) -> int:
     return _ask(K)
 
 
-@jit
+@part_jit
 def prepare_free(K: Any, F: Any) -> int:
     """A tick of an arm with a free-swinging joint: its policy in the place of the task.
 
@@ -363,7 +363,7 @@ def prepare_free(K: Any, F: Any) -> int:
     return SOLVE
 
 
-@jit
+@part_jit
 def prepare_on_joints(K: Any, joints: Any) -> int:
     """A tick led by a motion of the joints: no task rows, the tip's target is where the motion puts it."""
     valid = _see(K)

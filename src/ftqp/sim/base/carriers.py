@@ -1,11 +1,12 @@
 """What carries an arm that moves: a platform of three joints, or a free body."""
 
 from abc import ABC, abstractmethod
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, non_negative
+from ftqp.core.setting import Setting, Settings
 
 
 class Base(ABC):
@@ -31,6 +32,11 @@ class Platform(Base):
 
     Source: Holt and Desrochers 1994 for the joints; they give no dimensions, so the lengths are choices.
     """
+
+    settings: ClassVar[Settings] = {
+        "height": Setting("of the tilt axis, >= 0", unit="m", least=0.0),
+        "mount": Setting("of the arm in the tilted frame", unit="m"),
+    }
 
     def __init__(self, height: float = 0.30, mount: tuple[float, float, float] = (0.20, 0.0, 0.45)) -> None:
         self._height = non_negative("height", height, "m")

@@ -2,12 +2,18 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, non_negative, positive
 from ftqp.core.errors import InputError
+from ftqp.core.setting import Setting, Settings
+
+COORDINATE = Setting(
+    "track, rotation or tilt of a platform; x, y, z, rx, ry or rz of a free base",
+    choices=("track", "rotation", "tilt", "x", "y", "z", "rx", "ry", "rz"),
+)
 
 
 def _number(name: str, value: Any) -> float:
@@ -35,6 +41,13 @@ class Step(Disturbance):
         rate: slope of the ramp, > 0 [m/s or rad/s]; None is a jump, complete at ``at``.
     """
 
+    settings: ClassVar[Settings] = {
+        "coordinate": COORDINATE,
+        "size": Setting("where it ends", unit="m or rad"),
+        "at": Setting("when it begins, >= 0", unit="s", least=0.0),
+        "rate": Setting("slope of a ramp, > 0; a jump if absent", unit="m/s or rad/s", above=0.0),
+    }
+
     def __init__(self, coordinate: str, size: float, *, at: float = 0.0, rate: float | None = None) -> None:
         self._name, self._size = coordinate, _number("size of the step", size)
         self._at = non_negative("time of the step", at, "s")
@@ -60,6 +73,13 @@ class Sinusoid(Disturbance):
         phase: [rad].
     """
 
+    settings: ClassVar[Settings] = {
+        "coordinate": COORDINATE,
+        "amplitude": Setting("amplitude", unit="m or rad"),
+        "frequency": Setting("frequency, > 0", unit="Hz", above=0.0),
+        "phase": Setting("phase", unit="rad"),
+    }
+
     def __init__(self, coordinate: str, amplitude: float, *, frequency: float, phase: float = 0.0) -> None:
         self._name, self._amplitude = coordinate, _number("amplitude", amplitude)
         self._frequency = positive("frequency", frequency, "Hz")
@@ -83,6 +103,12 @@ class RandomMotion(Disturbance):
         corner: corner frequency f [Hz].
         generator: where the numbers come from.
     """
+
+    settings: ClassVar[Settings] = {
+        "coordinate": COORDINATE,
+        "rms": Setting("root mean square, >= 0", unit="m or rad", least=0.0),
+        "corner": Setting("corner frequency, > 0", unit="Hz", above=0.0),
+    }
 
     def __init__(self, coordinate: str, rms: float, *, corner: float, generator: np.random.Generator) -> None:
         self._name, self._rms = coordinate, non_negative("rms", rms)

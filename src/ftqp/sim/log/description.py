@@ -16,7 +16,7 @@ from ftqp.model.robot import Robot
 from ftqp.model.skeleton import Skeleton
 from ftqp.sim.schedule import FaultEvent, Schedule
 
-PACKAGES = ("ftqp", "numpy", "scipy", "numba", "pin")
+PACKAGES = ("ftqp", "numpy", "scipy", "pin")
 
 
 def description(

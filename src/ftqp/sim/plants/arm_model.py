@@ -4,7 +4,6 @@ from typing import final
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.model.robot import Robot
@@ -21,7 +20,6 @@ class Arm:
     def __init__(self, robot: Robot) -> None:
         n = robot.nv
         self._session = ArmSession(robot.chain.constants())
-        warm_up(("kinematics", "inverse_dynamics"), self._session.capacity)
         kinematics = self._session.K.kinematics
         self._tip = np.eye(4)
         self._rotation = kinematics.R_tip.reshape(3, 3)

@@ -1,12 +1,12 @@
 """The torques by which the servos of a real arm follow positions, velocities or torques."""
 
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.core.checks import FloatArray, positive
 from ftqp.core.errors import InputError, unknown
+from ftqp.core.setting import Setting, Settings
 from ftqp.kernel.entry.session import ArmSession, ServoMemory
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.plant import DRIVES, Command
@@ -47,6 +47,11 @@ class JointServo:
     Source: Luh, Walker and Paul 1980, the computed torque, with a double pole at wn.
     """
 
+    settings: ClassVar[Settings] = {
+        "bandwidth": Setting("of the joint servos, > 0", unit="rad/s", above=0.0),
+        "takes_velocity": Setting("whether position servos are given velocities, too"),
+    }
+
     def __init__(
         self,
         robot: Robot,
@@ -65,7 +70,6 @@ class JointServo:
         wn = positive("bandwidth of the servo", bandwidth, "rad/s")
         n = robot.nv
         self._arm, self._memory = ArmSession(robot.chain.constants()), ServoMemory(n)
-        warm_up(("servo_torques",), self._arm.capacity)
         self._ask = self._arm.servos(self._memory)
         S, kinematics = self._memory.S, self._arm.K.kinematics
         S.stiffness, S.damping = (wn * wn, 2.0 * wn) if drive == "position" else (0.0, wn)

@@ -76,7 +76,7 @@ class KinematicPlant(Plant):
 
     __slots__ = (
         "_arm", "_brake", "_dt", "_faults", "_holds_acceleration", "_impacts", "_q", "_robot",
-        "_sent", "_shown", "_stops", "_ticks", "_v",
+        "_sent", "_stops", "_ticks", "_v",
     )  # fmt: skip
 
     def __init__(
@@ -101,19 +101,18 @@ class KinematicPlant(Plant):
         self._ticks = 0
         self._holds_acceleration = level == "acceleration"
         self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
-        self._shown = seen(self._q), seen(self._v)
         self._sent = self._q.copy()
         self._faults: dict[int, Fault] = {}
 
     @property
     def q(self) -> FloatArray:
         """True joint positions, (nv,) [rad or m]; belongs to the plant."""
-        return self._shown[0]
+        return seen(self._q)
 
     @property
     def v(self) -> FloatArray:
         """True joint velocities, (nv,) [rad/s or m/s]; belongs to the plant."""
-        return self._shown[1]
+        return seen(self._v)
 
     @property
     def drive(self) -> None:

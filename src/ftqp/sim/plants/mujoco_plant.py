@@ -8,8 +8,8 @@ from ftqp.core.checks import FloatArray, array, instance, positive, seen
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.robot import Robot
+from ftqp.sim.plants.hidden_faults import HiddenFault, Jammed, Misread, Runaway, Weakened
 from ftqp.sim.plants.joint_servo import JointServo
-from ftqp.sim.plants.mishaps import Jammed, Mishap, Misread, Runaway, Weakened
 from ftqp.sim.plants.physics import Physics
 from ftqp.sim.plants.plant import Command, Motors, Plant
 from ftqp.sim.plants.true_arm import TrueArm
@@ -190,35 +190,35 @@ class MujocoPlant(Plant):
         """
         self._work(self._robot.joint(joint))
 
-    def suffer(self, mishap: Mishap) -> None:
-        """From now on the joint of ``mishap`` does what it says, and no longer what befell it before.
+    def suffer(self, fault: HiddenFault) -> None:
+        """From now on the joint of ``fault`` does what it says, and no longer what befell it before.
 
         Args:
-            mishap: What happens, and to which joint.
+            fault: What happens, and to which joint.
 
         Raises:
             InputError: unknown joint, or an encoder of a servo that a torque arm has not.
         """
-        i = self._robot.joint(mishap.joint)
-        if isinstance(mishap, Misread) and self.drive == "torque":
+        i = self._robot.joint(fault.joint)
+        if isinstance(fault, Misread) and self.drive == "torque":
             raise InputError(
                 "an arm that takes torques has no servo that could misread an encoder; give the fault to the "
                 "sensors"
             )
         self._work(i)
         self._is_odd = True
-        match mishap:
+        match fault:
             case Runaway():
                 self._delivered[i] = 0.0
-                self._pushed[i] = mishap.direction * self._robot.limits.tau_max[i]
+                self._pushed[i] = fault.direction * self._robot.limits.tau_max[i]
                 self._servo.strays[i] = 1.0
             case Weakened():
-                self._delivered[i] = mishap.share
+                self._delivered[i] = fault.share
             case Jammed():
                 self._physics.resist(i, self._coulomb[i] + self._brakes[i], self._viscous[i])
                 self._servo.strays[i] = 1.0
             case Misread():
-                self._misread[i] = mishap
+                self._misread[i] = fault
                 self._stuck[i] = self.q[i]
 
     def _brake(self, i: int) -> None:
@@ -264,8 +264,8 @@ class MujocoPlant(Plant):
         """The state that the servos read, (2, nv)."""
         read = self._read
         read[0], read[1] = self._physics.q, self._physics.v
-        for i, mishap in self._misread.items():
-            if mishap.frozen:
+        for i, fault in self._misread.items():
+            if fault.frozen:
                 read[0, i], read[1, i] = self._stuck[i], 0.0
-            read[0, i] += mishap.bias
+            read[0, i] += fault.bias
         return read

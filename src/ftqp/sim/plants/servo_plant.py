@@ -1,11 +1,12 @@
 """An arm behind joint servos, which follow what they take late, and no faster than they can."""
 
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, array, positive, seen
 from ftqp.core.errors import InputError, unknown
+from ftqp.core.setting import Setting, Settings
 from ftqp.faults.kinds import Degraded, Fault, FreeSwinging, Locked, not_served
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.plant import Command, Plant
@@ -39,9 +40,15 @@ class ServoPlant(Plant):
     """
 
     __slots__ = (
-        "_drive", "_dt", "_leads", "_q", "_robot", "_set", "_shown", "_substeps", "_tau", "_v",
+        "_drive", "_dt", "_leads", "_q", "_robot", "_set", "_substeps", "_tau", "_v",
         "_works",
     )  # fmt: skip
+
+    settings: ClassVar[Settings] = {
+        "time_constant": Setting("time constant, > 0", unit="s", above=0.0),
+        "takes_velocity": Setting("whether position servos are given velocities, too"),
+        "substeps": Setting("steps of the servos in a control period, >= 1", least=1.0),
+    }
 
     def __init__(
         self,
@@ -69,23 +76,22 @@ class ServoPlant(Plant):
         self._substeps = substeps
         self._q, self._v = robot.neutral.copy(), np.zeros(robot.nv)
         self._set = self._q.copy()
-        self._shown = seen(self._q), seen(self._v), seen(self._set)
         self._works = np.ones(robot.nv, dtype=np.bool_)
 
     @property
     def q(self) -> FloatArray:
         """True joint positions, (nv,) [rad or m]; belongs to the plant."""
-        return self._shown[0]
+        return seen(self._q)
 
     @property
     def v(self) -> FloatArray:
         """Joint velocities at the end of the last sub-step, (nv,) [rad/s or m/s]; belongs to the plant."""
-        return self._shown[1]
+        return seen(self._v)
 
     @property
     def setpoint(self) -> FloatArray:
         """Where the servos want the joints, (nv,) [rad or m], which velocity servos do not know."""
-        return self._shown[2]
+        return seen(self._set)
 
     @property
     def drive(self) -> str | None:

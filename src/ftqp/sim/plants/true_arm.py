@@ -8,6 +8,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, non_negative, positive
 from ftqp.core.errors import InputError
+from ftqp.core.setting import setting
 from ftqp.model.chain import Chain
 from ftqp.model.payload import Payload
 from ftqp.model.robot import Robot
@@ -41,12 +42,33 @@ class TrueArm:
         InputError: a value out of its range.
     """
 
-    payload: Payload | None = None
-    mass_scale: float = 1.0
-    coulomb: float | Mapping[str, float] = 0.0
-    viscous: float | Mapping[str, float] = 0.0
-    brake: Mapping[str, float] | None = None
-    end_stops: float | None = None
+    payload: Payload | None = setting(None, "a load at the tip that the planner does not know of")
+    mass_scale: float = setting(1.0, "true masses by those of the model, > 0", above=0.0)
+    coulomb: float | Mapping[str, float] = setting(
+        0.0,
+        "dry friction beside that of the model, >= 0: one number, or a table by joint name",
+        unit="N m or N",
+        least=0.0,
+    )
+    viscous: float | Mapping[str, float] = setting(
+        0.0,
+        "viscous friction beside that of the model, >= 0: one number, or a table by joint name",
+        unit="N m s/rad or N s/m",
+        least=0.0,
+    )
+    brake: Mapping[str, float] | None = setting(
+        {},
+        "what the brake of a joint holds, by joint name, > 0; it slips above; "
+        "twice the torque limit for a joint that is absent",
+        unit="N m or N",
+        above=0.0,
+    )
+    end_stops: float | None = setting(
+        None,
+        "room between a limit and its end stop, >= 0; 0.05, at most 5 % of the range, if absent",
+        unit="rad or m",
+        least=0.0,
+    )
 
     def __post_init__(self) -> None:
         positive("mass_scale", self.mass_scale)

@@ -1,16 +1,17 @@
 """What is measured of the joints: late, in steps, biased, noisy, and at times plainly wrong."""
 
 from collections.abc import Iterable
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray, array, non_negative
 from ftqp.core.errors import InputError
+from ftqp.core.setting import Setting, Settings
 from ftqp.model.robot import Robot
 from ftqp.sim.plants.plant import Motors
 from ftqp.sim.schedule import first_tick
-from ftqp.sim.sensors.sensor_faults import Reading, SensorFault
+from ftqp.sim.sensors.sensor_faults import SENSOR_KINDS, Reading, SensorFault
 
 LATEST = 100_000
 """Samples come no later than by so many ticks; all on their way are kept."""
@@ -45,6 +46,26 @@ class JointSensors:
     Raises:
         InputError: a value out of its range, or an unknown joint.
     """
+
+    settings: ClassVar[Settings] = {
+        "latency": Setting("delay in control periods, >= 0", least=0.0),
+        "quantum": Setting("smallest step of a position, >= 0", unit="rad or m", least=0.0),
+        "bias": Setting(
+            "constant error, one number or one a joint", unit="rad or m", of=float | tuple[float, ...]
+        ),
+        "position_noise": Setting("standard deviation of positions, >= 0", unit="rad or m", least=0.0),
+        "velocity_noise": Setting("standard deviation of velocities, >= 0", unit="rad/s or m/s", least=0.0),
+        "torque_noise": Setting(
+            "standard deviation of the motors' torques, >= 0; they are not measured if absent",
+            unit="N m or N",
+            least=0.0,
+        ),
+        "faults": Setting(
+            "what goes wrong with an encoder, and when",
+            of=tuple[SensorFault, ...],
+            kinds=SENSOR_KINDS,
+        ),
+    }
 
     def __init__(
         self,

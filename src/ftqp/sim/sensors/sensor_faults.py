@@ -6,7 +6,7 @@ so many samples.
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import isfinite
 from types import MappingProxyType
 from typing import Any, ClassVar
@@ -15,7 +15,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray, non_negative
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import setting
+from ftqp.core.setting import keys_of, setting
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,18 +47,22 @@ class SensorFault(ABC):
 
     kind: ClassVar[str]
 
-    joint: str | int | None = None
-    at: float = 0.0
-    samples: int | None = None
+    joint: str | int | None = setting(
+        None, "a joint's name or its index from 0; all joints if absent", least=0.0
+    )
+    at: float = setting(0.0, "when it begins, >= 0", unit="s", least=0.0, needed=True)
+    samples: int | None = setting(
+        None, "how many samples in a row are wrong, >= 1; all from then on if absent", least=1.0
+    )
 
     def __post_init__(self) -> None:
         non_negative("time of the sensor's fault", self.at, "s")
         if self.samples is not None and (type(self.samples) is not int or self.samples < 1):
             raise InputError(f"samples is {self.samples!r}, expected a whole number >= 1, or None for ever")
-        for key in fields(self):
-            value = getattr(self, key.name)
-            if key.metadata and not isfinite(value):
-                raise InputError(f"{key.name} is {value!r}, expected a finite number")
+        for name, key in keys_of(type(self)).items():
+            value = getattr(self, name)
+            if key.hint is float and not isfinite(value):
+                raise InputError(f"{name} is {value!r}, expected a finite number")
 
     @abstractmethod
     def spoil(

@@ -1,1 +1,1 @@
-"""A simulation that goes on for as long as somebody watches, and takes orders on its way."""
+"""A simulation that goes on for as long as somebody watches, and takes commands on its way."""

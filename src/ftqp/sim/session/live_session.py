@@ -1,4 +1,4 @@
-"""Session: a simulation that is stepped by a caller, never ends, and takes orders between two ticks."""
+"""Session: a simulation that is stepped by a caller, never ends, and takes commands between two ticks."""
 
 from dataclasses import replace
 from math import floor, isfinite
@@ -12,12 +12,12 @@ from ftqp.faults.kinds import Fault
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import Column
 from ftqp.sim.schedule import FaultEvent, Schedule
-from ftqp.sim.session.cast import Cast, Casting, Choice
-from ftqp.sim.session.orders import (
+from ftqp.sim.session.session_arms import ArmsOf, Choice, SessionArms
+from ftqp.sim.session.session_commands import (
     TELLS,
     Aim,
     Break,
-    Order,
+    Command,
     Pause,
     Play,
     Repair,
@@ -40,35 +40,35 @@ ROUNDING = 1e-6
 class Session:
     """An arm that goes along its path without end while joints are broken and repaired.
 
-    It is stepped by one thread; orders may come from any. Whatever the world does, nothing is raised: the
+    It is stepped by one thread; commands may come from any. Whatever the world does, nothing is raised: the
     facts say in words what has happened, and ``Reset`` begins anew.
 
     Args:
-        casting: Makes arm, twin and schedule of a choice.
+        arms_of: Makes arm, twin and schedule of a choice.
         choice: What is shown first.
 
     Raises:
         FtqpError: The first choice cannot be made.
     """
 
-    def __init__(self, casting: Casting, choice: Choice) -> None:
-        self._casting, self.choice = casting, choice
-        self._orders: SimpleQueue[Order] = SimpleQueue()
+    def __init__(self, arms_of: ArmsOf, choice: Choice) -> None:
+        self._arms_of, self.choice = arms_of, choice
+        self._orders: SimpleQueue[Command] = SimpleQueue()
         self.paused, self.speed, self.pace = False, 1.0, 1.0
         self.stage = 0
         self._message = ""
         self._left = 0.0
-        self._play(casting(choice))
+        self._show(arms_of(choice))
         self._begin()
 
-    def put(self, order: Order) -> None:
+    def put(self, command: Command) -> None:
         """Ask for something; it is done between two ticks. Any thread may call this."""
-        self._orders.put(order)
+        self._orders.put(command)
 
     @property
     def _arm(self) -> WatchedArm:
         """The arm itself; its naive twin follows it where there is one."""
-        return self._arms[0]
+        return self._watched[0]
 
     @property
     def facts(self) -> Facts:
@@ -84,7 +84,7 @@ class Session:
 
     @property
     def tell(self) -> str:
-        """How the planner learns of failures, one of `ftqp.sim.session.orders.TELLS`."""
+        """How the planner learns of failures, one of `ftqp.sim.session.session_commands.TELLS`."""
         return self._tell.how
 
     @property
@@ -101,7 +101,7 @@ class Session:
         self._arm.record(sink)
 
     def advance(self, seconds: float) -> int:
-        """Apply the orders that have come, then go on; every tick is made, none is skipped.
+        """Apply the commands that have come, then go on; every tick is made, none is skipped.
 
         Args:
             seconds: Simulated time, >= 0 [s]; what is less than a tick is kept for the next call.
@@ -112,7 +112,7 @@ class Session:
         self._apply_orders()
         if self.paused or self._broken:
             return 0
-        self._left += max(seconds, 0.0) / self.cast.arm.planner.dt
+        self._left += max(seconds, 0.0) / self.arms.arm.planner.dt
         count = floor(self._left + ROUNDING)
         self._left -= count
         for left in range(count, 0, -1):
@@ -127,64 +127,64 @@ class Session:
     def _apply_orders(self) -> None:
         while True:
             try:
-                order = self._orders.get_nowait()
+                command = self._orders.get_nowait()
             except Empty:
                 return
             try:
-                self._message = self._apply(order)
+                self._message = self._apply(command)
             except FtqpError as error:
                 self._message = f"{error}."
             except Exception as error:  # of a reader, a solver or a model from elsewhere: the page lives on
                 self._message = f"this could not be done, and the arm is as it was: {error!r:.300}."
 
-    def _apply(self, order: Order) -> str:
+    def _apply(self, command: Command) -> str:
         """Do what is ordered; a note for the operator, or nothing.
 
         Raises:
             FtqpError: It cannot be done; nothing has changed then.
         """
-        match order:
+        match command:
             case Break():
-                self._break(order)
+                self._break(command)
             case Repair():
-                self._repair(order.joint)
+                self._repair(command.joint)
             case Pause():
-                self.paused = bool(order.paused)
+                self.paused = bool(command.paused)
                 return "" if self.paused else self._resume()
             case Reset():
                 self._begin()
             case Speed():
-                self._hurry(order.factor)
+                self._hurry(command.factor)
             case Tell():
-                return self._tell_so(order)
+                return self._tell_so(command)
             case Aim():
-                for arm in self._arms:
-                    arm.follow(order.pose)
+                for arm in self._watched:
+                    arm.follow(command.pose)
             case Use():
-                return self._use(order)
+                return self._use(command)
             case Play():
-                self._rehearse(order)
+                self._rehearse(command)
             case Seek():
                 return "Only a replay can go to another time; a running session cannot."
         return ""
 
     def _resume(self) -> str:
         """Let a planner that has stopped its arm go on; why it does not, or nothing."""
-        why, *_ = [arm.resume() for arm in self._arms]
+        why, *_ = [arm.resume() for arm in self._watched]
         return f"The arm does not go on: {why}. Reset begins anew." if why else ""
 
-    def _play(self, cast: Cast) -> None:
-        """Let another cast play."""
-        self.cast = cast
-        self._arms = [WatchedArm(player) for player in (cast.arm, cast.twin) if player is not None]
-        self._tell = Tell("detector" if cast.detects else "at once")
+    def _show(self, arms: SessionArms) -> None:
+        """Let other arms run."""
+        self.arms = arms
+        self._watched = [WatchedArm(player) for player in (arms.arm, arms.twin) if player is not None]
+        self._tell = Tell("detector" if arms.detects else "at once")
 
     def _begin(self, schedule: Schedule | None = None) -> None:
-        """Tick 0, nothing broken; what fails by itself comes from the schedule, or from the cast."""
-        cast, dt = self.cast, self.cast.arm.planner.dt
-        for arm in self._arms:
-            arm.begin(cast.q, cast.v)
-        events = cast.schedule if schedule is None else schedule
+        """Tick 0, nothing broken; what fails by itself comes from the schedule, or from the arms."""
+        arms, dt = self.arms, self.arms.arm.planner.dt
+        for arm in self._watched:
+            arm.begin(arms.q, arms.v)
+        events = arms.schedule if schedule is None else schedule
         self._failing, self._announced = events.failing(dt), events.announced(dt)
         self._telling: dict[str, int] = {}
         self._k, self._left, self._broken, self._message = 0, 0.0, False, ""
@@ -195,20 +195,20 @@ class Session:
         k = self._k
         try:
             self._happen(k)
-            for arm in self._arms:
+            for arm in self._watched:
                 arm.think(k)
             if last:
-                self._facts = self._arm.facts(k, *self._arms[1:])
-            for arm in self._arms:
+                self._facts = self._arm.facts(k, *self._watched[1:])
+            for arm in self._watched:
                 arm.move()
         except (FtqpError, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
             return self._break_off(str(error))
         self._k = k + 1
-        for arm, failure in [(arm, arm.failure) for arm in self._arms]:
+        for arm, failure in [(arm, arm.failure) for arm in self._watched]:
             if failure is not None and arm is self._arm:
                 return self._break_off(failure)
             if failure is not None:
-                self._arms.remove(arm)
+                self._watched.remove(arm)
                 self._message = f"The naive twin cannot go on: {failure}."
         return True
 
@@ -220,7 +220,7 @@ class Session:
     def _happen(self, k: int) -> None:
         """What fails by itself at tick k, and what is told then."""
         for event in self._failing.get(k, ()):
-            for arm in self._arms:
+            for arm in self._watched:
                 arm.fail(event.fault)
         for event in self._announced.get(k, ()):
             self._arm.tell(event.fault)
@@ -230,11 +230,11 @@ class Session:
                 self._arm.tell(self._arm.failed[joint])
 
     def _joint(self, joint: str | int) -> str:
-        robot = self.cast.robot
+        robot = self.arms.robot
         return robot.joints[robot.joint(joint)]
 
-    def _break(self, order: Break) -> None:
-        joint, fault = self._joint(order.joint), self._fault(order)
+    def _break(self, command: Break) -> None:
+        joint, fault = self._joint(command.joint), self._fault(command)
         at_once = self._tell.how == "at once"
         self._arm.fail(fault)
         if at_once:
@@ -243,42 +243,42 @@ class Session:
             except FtqpError:
                 self._arm.repair(joint)
                 raise
-        for twin in self._arms[1:]:
+        for twin in self._watched[1:]:
             twin.fail(fault)
         self._telling.pop(joint, None)
         if self._tell.how == "after":
             self._telling[joint] = self._due()
 
-    def _rehearse(self, order: Play) -> None:
-        """Begin anew with failures of this order alone."""
-        whole = order.joint
-        single = not isinstance(whole, str) or whole in self.cast.robot.joints
+    def _rehearse(self, command: Play) -> None:
+        """Begin anew with failures of this command alone."""
+        whole = command.joint
+        single = not isinstance(whole, str) or whole in self.arms.robot.joints
         joints = [whole] if single else str(whole).split("+")
         told: float | Literal["never"] | None = "never"
         if self._tell.how in ("at once", "after"):
-            told = order.time + self._tell.delay if self._tell.how == "after" else None
-        faults = [self._fault(Break(joint, order.kind, order.settings)) for joint in joints]
-        self._begin(Schedule([FaultEvent(fault, at=order.time, announced=told) for fault in faults]))
+            told = command.time + self._tell.delay if self._tell.how == "after" else None
+        faults = [self._fault(Break(joint, command.kind, command.settings)) for joint in joints]
+        self._begin(Schedule([FaultEvent(fault, at=command.time, announced=told) for fault in faults]))
 
-    def _fault(self, order: Break) -> Fault:
-        """The fault of an order, for a joint by name.
+    def _fault(self, command: Break) -> Fault:
+        """The fault of an command, for a joint by name.
 
         Raises:
             InputError: There is no such joint, kind or setting.
         """
-        joint = self._joint(order.joint)
+        joint = self._joint(command.joint)
         try:
-            return order.fault(joint)
+            return command.fault(joint)
         except TypeError as error:
-            raise InputError(f"a fault of kind {order.kind} has no such setting: {error}") from error
+            raise InputError(f"a fault of kind {command.kind} has no such setting: {error}") from error
 
     def _due(self) -> int:
-        return self._k + round(self._tell.delay / self.cast.arm.planner.dt)
+        return self._k + round(self._tell.delay / self.arms.arm.planner.dt)
 
     def _repair(self, which: str | int) -> None:
         joint = self._joint(which)
         self._telling.pop(joint, None)
-        for arm in self._arms:
+        for arm in self._watched:
             arm.repair(joint)
 
     def _hurry(self, factor: float) -> None:
@@ -286,48 +286,48 @@ class Session:
             raise InputError(f"speed is {factor!r}, expected a factor above 0 and at most {FASTEST:g}")
         self.speed = float(factor)
 
-    def _tell_so(self, order: Tell) -> str:
+    def _tell_so(self, command: Tell) -> str:
         """Change how the planner learns of failures; those that it does not know of yet count, too."""
-        if order.how not in TELLS:
-            raise InputError(f"{order.how!r} is no way to tell the planner; there are {', '.join(TELLS)}")
-        if not (isfinite(order.delay) and order.delay >= 0.0):
-            raise InputError(f"delay is {order.delay!r} s, expected a number of seconds >= 0")
-        detects = order.how == "detector"
-        if detects != self.cast.detects:
+        if command.how not in TELLS:
+            raise InputError(f"{command.how!r} is no way to tell the planner; there are {', '.join(TELLS)}")
+        if not (isfinite(command.delay) and command.delay >= 0.0):
+            raise InputError(f"delay is {command.delay!r} s, expected a number of seconds >= 0")
+        detects = command.how == "detector"
+        if detects != self.arms.detects:
             self._recast(replace(self.choice, detector=detects))
-            self._tell = order
+            self._tell = command
             return (
                 "The arm begins anew, its planner made " + ("with" if detects else "without") + " a detector."
             )
-        self._tell = order
+        self._tell = command
         self._telling.clear()
         for joint in self._arm.untold:
-            if order.how == "at once":
+            if command.how == "at once":
                 self._arm.tell(self._arm.failed[joint])
-            elif order.how == "after":
+            elif command.how == "after":
                 self._telling[joint] = self._due()
         return ""
 
-    def _use(self, order: Use) -> str:
+    def _use(self, command: Use) -> str:
         choice = self.choice
-        if order.scenario is not None:
-            choice = Choice(scenario=order.scenario)
+        if command.scenario is not None:
+            choice = Choice(scenario=command.scenario)
         for name in ("robot", "scheme", "backend"):
-            wanted = getattr(order, name)
+            wanted = getattr(command, name)
             if wanted is not None:
                 choice = replace(choice, **{name: wanted})
         self._recast(choice)
         return ""
 
     def _recast(self, choice: Choice) -> None:
-        """Another cast, if it can be made and moved; else the old one goes on.
+        """Other arms, if they can be made and moved; else the old one goes on.
 
         Raises:
             FtqpError: It cannot be made.
         """
-        cast = self._casting(choice)
+        arms = self._arms_of(choice)
         self._arm.flush()
         self.choice = choice
-        self._play(cast)
+        self._show(arms)
         self.stage += 1
         self._begin()

@@ -12,7 +12,7 @@ from ftqp.sim.log.derived_columns import MICROSECONDS
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, Column, columns, sensed_columns
 from ftqp.sim.log.tick_recorder import TickRecorder
-from ftqp.sim.session.cast import Player
+from ftqp.sim.session.session_arms import SessionArm
 from ftqp.sim.session.tick_facts import Facts, IntArray, TwinFacts, quaternion_of
 
 APART = 1e-6
@@ -30,7 +30,7 @@ class WatchedArm:
         failed: What has really failed, by joint.
     """
 
-    def __init__(self, player: Player) -> None:
+    def __init__(self, player: SessionArm) -> None:
         self._player = player
         self._robot = player.planner.robot
         self.failed: dict[str, Fault] = {}

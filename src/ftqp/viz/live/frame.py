@@ -6,7 +6,6 @@ from typing import final
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.control.following.path_follower import PathStatus
 from ftqp.control.planner.status import STATUSES
 from ftqp.core.checks import BoolArray, FloatArray, frozen
@@ -111,7 +110,6 @@ class DrawnArm:
         self.robot = robot
         n = robot.nv
         self._session = ArmSession(robot.chain.constants())
-        warm_up(("kinematics",), self._session.capacity)
         kinematics = self._session.K.kinematics
         self._R, self._o = kinematics.R[:n].reshape(n, 3, 3), kinematics.o[:n]
         self._R_tip, self._o_tip = kinematics.R_tip.reshape(3, 3), kinematics.o_tip

@@ -6,7 +6,7 @@ from typing import Protocol
 
 from ftqp.core.checks import FloatArray
 from ftqp.model.robot import Robot
-from ftqp.sim.session.orders import Order
+from ftqp.sim.session.session_commands import Command
 from ftqp.sim.session.tick_facts import IntArray
 from ftqp.viz.live.frame import Frame
 
@@ -42,7 +42,7 @@ class Stage:
         robot: The arm.
         scheme: Name of the scheme.
         backend: Name of the backend.
-        tell: How the planner learns of failures, one of `ftqp.sim.session.orders.TELLS`.
+        tell: How the planner learns of failures, one of `ftqp.sim.session.session_commands.TELLS`.
         path: Points of the path in the frame of the base, (K, 3) [m]; None where there is none to draw.
         urdf: The URDF that the arm was read from, whose meshes can be drawn; None of an arm without one.
         live: Whether joints can be broken; a replay takes ``Pause``, ``Speed`` and ``Seek`` only.
@@ -73,7 +73,7 @@ class Stage:
 
 
 class Source(Protocol):
-    """The role of what gives a page its frames and takes its orders; any thread may call any method."""
+    """The role of what gives a page its frames and takes its commands; any thread may call any method."""
 
     def frame(self) -> Frame:
         """The latest frame."""
@@ -81,5 +81,5 @@ class Source(Protocol):
     def stage(self) -> Stage:
         """The stage; that of the latest frame, or a later one."""
 
-    def put(self, order: Order) -> None:
+    def put(self, command: Command) -> None:
         """Ask for something; it is applied between two ticks, and a refusal is the ``message`` of a frame."""

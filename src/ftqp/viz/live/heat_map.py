@@ -8,7 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.sim.session.orders import Order, Play
+from ftqp.sim.session.session_commands import Command, Play
 from ftqp.viz.live.frame_source import HeatMap
 
 WIDTH, ROW = 300, 20
@@ -33,7 +33,7 @@ _PICK = (
 class FailureMap:
     """The map with a field that says which failure is played, in the container that is open."""
 
-    def __init__(self, gui: Any, heat: HeatMap, put: Callable[[Order], None]) -> None:
+    def __init__(self, gui: Any, heat: HeatMap, put: Callable[[Command], None]) -> None:
         self._heat, self._put = heat, put
         gui.add_html(failure_map(heat))
         self._field = gui.add_text("failure", "")

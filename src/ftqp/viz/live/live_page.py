@@ -1,4 +1,4 @@
-"""The live page: frames of a source become a scene and plots, clicks become orders."""
+"""The live page: frames of a source become a scene and plots, clicks become commands."""
 
 from collections.abc import Callable, Sequence
 from threading import Event
@@ -28,7 +28,7 @@ class Page:
     is handed to the source from a thread of the server.
 
     Args:
-        source: Gives frames and takes orders.
+        source: Gives frames and takes commands.
         host: The address to listen at; any other than that of this machine opens the page to the network.
         port: The port, 0 for any free one; where it is in use, the next free one is taken.
         parts: What an arm is made of, base to tip; by default what its chain gives.

@@ -1,4 +1,4 @@
-"""The controls of a page: every click becomes an order, and nothing here touches a planner."""
+"""The controls of a page: every click becomes an command, and nothing here touches a planner."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -6,8 +6,8 @@ from typing import Any, final
 
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import KINDS
-from ftqp.sim.session import orders
-from ftqp.sim.session.orders import TELLS, Order
+from ftqp.sim.session import session_commands as commands
+from ftqp.sim.session.session_commands import TELLS, Command
 from ftqp.viz.live.colours import legend
 from ftqp.viz.live.frame import Frame
 from ftqp.viz.live.frame_source import Stage
@@ -31,11 +31,11 @@ FASTEST = 5.0
 class Panel:
     """Controls and plots for one stage.
 
-    ``put`` takes the orders, from any thread.
+    ``put`` takes the commands, from any thread.
     """
 
     def __init__(
-        self, server: Any, stage: Stage, scene: Scene, frame: Frame, put: Callable[[Order], None]
+        self, server: Any, stage: Stage, scene: Scene, frame: Frame, put: Callable[[Command], None]
     ) -> None:
         self._gui, self._stage, self._scene, self._put = server.gui, stage, scene, put
         self._latest, self._history, self._answer = frame, History(frame), frame.message
@@ -125,8 +125,8 @@ class Panel:
 
     def _clock(self, words: Sequence[str]) -> None:
         """Buttons and a slider for time."""
-        asked: dict[str, Order] = {PAUSE: orders.Pause(True), RESUME: orders.Pause(False)}
-        asked[RESET] = orders.Reset()
+        asked: dict[str, Command] = {PAUSE: commands.Pause(True), RESUME: commands.Pause(False)}
+        asked[RESET] = commands.Reset()
         buttons = self._kept(self._gui.add_button_group("time", words))
         speed = self._kept(
             self._gui.add_slider(
@@ -138,16 +138,16 @@ class Panel:
             self._put(asked[str(event.target.value)])
 
         buttons.on_click(clicked)
-        self._on_update(speed, lambda value: orders.Speed(float(value)))
+        self._on_update(speed, lambda value: commands.Speed(float(value)))
 
     def _time_slider(self, duration: float) -> None:
         """A slider over the time of a replay, which follows it and can be dragged."""
         self._slider = self._kept(
             self._gui.add_slider("t [s]", min=0.0, max=max(duration, 0.01), step=0.01, initial_value=0.0)
         )
-        self._on_update(self._slider, lambda value: orders.Seek(float(value)))
+        self._on_update(self._slider, lambda value: commands.Seek(float(value)))
 
-    def _on_update(self, control: Any, order: Callable[[Any], Order]) -> None:
+    def _on_update(self, control: Any, order: Callable[[Any], Command]) -> None:
         """Turn what somebody sets a control to into an order."""
 
         async def changed(event: Any) -> None:
@@ -167,7 +167,7 @@ class Panel:
         async def changed(event: Any) -> None:
             delay.visible = how.value == "after"
             if event.client is not None:
-                self._put(orders.Tell(str(how.value), float(delay.value)))
+                self._put(commands.Tell(str(how.value), float(delay.value)))
 
         how.on_update(changed)
         delay.on_update(changed)
@@ -183,11 +183,11 @@ class Panel:
             self._on_row(self._gui.add_button_group("break it", words), lambda: str(chosen.value))
 
     def _on_row(self, row: Any, joint: Callable[[], str]) -> None:
-        """Turn the clicks on a row into orders for its joint."""
+        """Turn the clicks on a row into commands for its joint."""
 
         async def clicked(event: Any) -> None:
             word = str(event.target.value)
-            self._put(orders.Repair(joint()) if word == REPAIR else orders.Break(joint(), ACTIONS[word]))
+            self._put(commands.Repair(joint()) if word == REPAIR else commands.Break(joint(), ACTIONS[word]))
 
         row.on_click(clicked)
 
@@ -215,7 +215,7 @@ class Panel:
 
         async def changed(event: Any) -> None:
             if event.client is not None and event.target.value in options:
-                self._put(orders.Use(**{key: str(event.target.value)}))
+                self._put(commands.Use(**{key: str(event.target.value)}))
 
         dropdown.on_update(changed)
         self._dropdowns[key] = dropdown
@@ -260,13 +260,13 @@ class Panel:
         """Give the target a handle where it is, or give the path back."""
         if event.target.value:
             pose = self._latest.target if self._latest.target is not None else self._latest.tip
-            self._put(orders.Aim(pose.copy()))
+            self._put(commands.Aim(pose.copy()))
             turns = any(row.startswith("r") for row in self._stage.robot.default_rows)
             self._scene.drag(self._aim, pose, turns)
         else:
             self._scene.release()
-            self._put(orders.Aim(None))
+            self._put(commands.Aim(None))
 
     def _aim(self, pose: FloatArray) -> None:
         """Lead the tip to where the handle is."""
-        self._put(orders.Aim(pose))
+        self._put(commands.Aim(pose))

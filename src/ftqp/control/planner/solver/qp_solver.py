@@ -4,7 +4,6 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from ftqp.control.first_use import warm_up
 from ftqp.control.planner.solver.closed_form_memory import closed_form_memory
 from ftqp.control.planner.solver.dtrnn_memory import network_memory
 from ftqp.control.planner.stages import CLOCK, Stage, Tick
@@ -12,7 +11,6 @@ from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.task import Task
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.entry.table import ANY_SIZE
 from ftqp.kernel.layout.criteria import Criterion
 from ftqp.kernel.layout.enums import SOLVED, Level, Turn
 from ftqp.model.robot import Robot
@@ -109,14 +107,10 @@ class Solver:
             memory: The leader's own, as the entry points take it.
         """
         session, family = self._session, self._family
-        if leader == CLOCK:
-            warm_up(("write_target",), ANY_SIZE)  # what a loop's ``target.at`` calls
         if family != "external" or leader == "joints":
             name = self._entry(leader)
-            warm_up((name,), session.capacity)
             own = () if leader == "joints" else self._memory
             return session.bind(name, *own, *memory)
-        warm_up((f"prepare_{leader}", f"finish_{leader}"), session.capacity)
         prepare = session.bind(f"prepare_{leader}", self._buffers.flat, *memory)
         finish = session.bind(f"finish_{leader}", *memory[:1], self._buffers.solution)
 

@@ -1,11 +1,12 @@
-"""From an entry point's Python function to its machine code, by numba and LLVM.
+"""From a unit of the kernel to its machine code, by numba and LLVM.
 
-The object code is complete but for functions of the C library and of Python's C interface, and it has one
-symbol that others can see: a function that Python can call (``METH_FASTCALL``).
+A unit is an entry point or a helper that lies apart. Its object code is complete but for other units, the
+table of facts, and functions of the C library and of Python's C interface. An entry point has one symbol that
+Python can call (``METH_FASTCALL``), a part one that other units call.
 """
 
 import gc
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -13,16 +14,13 @@ import llvmlite.binding as llvm
 from llvmlite import ir
 from numba.core import cgutils
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.registry import cpu_target
 
-from ftqp.kernel.compiled.facts import LAST_CALL, RUNTIME_ERROR, SIZE, SYMBOL, TABLE, TYPE_ERROR
-from ftqp.kernel.compiled.making.lean import linked, typed
+from ftqp.kernel.compiled.entry_point import EntryPoint
+from ftqp.kernel.compiled.facts import FIRST, LAST, RUNTIME_ERROR, SIZE, SYMBOL, TYPE_ERROR
+from ftqp.kernel.compiled.making.helper import APART, Part, context, linked, typed, typed_part
 from ftqp.kernel.compiled.making.processor import Target
 
 _ADDRESS = "numba.dynamic.globals"  # how numba begins the names of addresses in constants
-
-SHORT = 8
-"""Loops over so many joints end before vectors pay; left as they are, the code is a third as long."""
 
 LONG_AGO = 1 << 17
 """Time after which code is taken to be no longer in the caches [cycles of the processor's counter]."""
@@ -35,46 +33,81 @@ LONG = ir.IntType(64)
 OBJECT = ir.IntType(8).as_pointer()
 
 
-def object_code(
-    function: Callable[..., int],
-    *,
-    symbol: str,
-    signature: str,
-    nogil: bool,
-    target: Target,
-    capacity: int = 0,
-) -> bytes:
-    """The machine code of an entry point as an object file.
+def entry_code(entry: EntryPoint, capacity: int, target: Target) -> tuple[bytes, list[Part]]:
+    """The object file of an entry point, and the parts that it needs.
 
     Args:
-        function: with int64 arguments and an int64 result.
-        symbol: the name under which the function for Python is found in the object file.
-        signature: a letter an argument: ``i`` an integer, ``o`` the address of a Python object.
-        nogil: whether other Python threads run while it does; it must not touch a Python object then.
-        target: the processor that the code is for.
+        entry: with int64 arguments and an int64 result.
         capacity: how many joints its records have room for; 0 is any number.
+        target: the processor that the code is for.
 
     Raises:
         TypeError: if the code allocates memory or contains an address of this process.
     """
     with global_compiler_lock, _no_garbage_collection():
-        result = typed(function, len(signature))
-        wrapper = _python_function(result.fndesc, symbol, signature, nogil, target.triple)
-        module = linked(result.library, runtime=False)
+        result = typed(entry.function(capacity), len(entry.signature))
+        wrapper = _python_function(result.fndesc, entry, capacity, target.triple)
+        module, parts = linked(result.library, runtime=False)
     module.link_in(llvm.parse_assembly(cgutils.normalize_ir_text(str(wrapper))))
+    return _finished(module, entry.symbol(capacity), target, long_loops=not capacity), parts
+
+
+def part_code(part: Part, function: Any, target: Target) -> tuple[bytes, list[Part]]:
+    """The object file of a helper that lies apart, and the parts that it needs; as ``entry_code``.
+
+    Args:
+        part: which.
+        function: the helper.
+        target: the processor that the code is for.
+    """
+    with global_compiler_lock, _no_garbage_collection():
+        result = typed_part(function, part)
+        module, parts = linked(result.library, runtime=False)
+    module.get_function(result.fndesc.llvm_func_name).name = part.symbol
+    return _finished(module, part.symbol, target, long_loops=function.long), parts
+
+
+def frame_code(target: Target) -> bytes:
+    """The object file of what the units of a library share: the table of facts."""
+    module = ir.Module()
+    table = ir.GlobalVariable(module, ir.ArrayType(LONG, SIZE), SYMBOL)
+    table.initializer = ir.Constant(table.value_type, None)
+    return _emitted(llvm.parse_assembly(str(module)), target)
+
+
+def mark_code(symbol: str, target: Target) -> bytes:
+    """The object file of a function that does nothing: its place is where the code before it ends."""
+    module = ir.Module()
+    function = ir.Function(module, ir.FunctionType(ir.VoidType(), []), symbol)
+    ir.IRBuilder(function.append_basic_block()).ret_void()
+    parsed = llvm.parse_assembly(str(module))
+    parsed.get_function(symbol).visibility = "hidden"
+    return _emitted(parsed, target)
+
+
+def _finished(module: Any, symbol: str, target: Target, *, long_loops: bool) -> bytes:
+    """The object file of a linked module, of which others see one symbol.
+
+    Loops over few joints end before vectors pay; left as they are, the code is a third as long.
+    """
     module.link_in(llvm.parse_assembly(str(_no_memory_runtime(module))))
-    table = symbol + TABLE
-    module.get_global_variable(SYMBOL).name = table
     for value in (*module.functions, *module.global_variables):
-        if not value.is_declaration and value.name not in (symbol, table):
+        if value.name.startswith((APART, FIRST, LAST)):
+            value.visibility = "hidden"
+        if not value.is_declaration and value.name != symbol:
             # an address of this process, if it is used, stays visible for the check below
             value.linkage = "linkonce_any" if value.name.startswith(_ADDRESS) else "internal"
+    machine = target.machine()
     module.triple = target.triple
     module.verify()
-    machine = target.machine()
-    _optimise(module, machine, long_loops=not 0 < capacity <= SHORT)
+    _optimise(module, machine, long_loops=long_loops)
     _check(module, symbol)
     return bytes(machine.emit_object(module))
+
+
+def _emitted(module: Any, target: Target) -> bytes:
+    module.triple = target.triple
+    return bytes(target.machine().emit_object(module))
 
 
 def _optimise(module: Any, machine: Any, *, long_loops: bool) -> None:
@@ -117,7 +150,7 @@ def _no_memory_runtime(module: Any) -> ir.Module:
     return runtime
 
 
-def _fetch_code(builder: Any, facts: Any, first: Any, last: Any) -> None:
+def _fetch_code(builder: Any, first: Any, last: Any) -> None:
     """Ask for all code from one function to another at once, where the last call is long ago.
 
     A loop that slept between two ticks may find the code of a tick in the caches no longer, and would wait
@@ -129,7 +162,8 @@ def _fetch_code(builder: Any, facts: Any, first: Any, last: Any) -> None:
         return cgutils.get_or_insert_function(builder.module, ir.FunctionType(result, arguments), name)
 
     fetch = intrinsic("llvm.prefetch.p0", nothing, OBJECT, number, number, number)
-    place = builder.gep(facts, [LONG(0), LONG(LAST_CALL)])
+    place = ir.GlobalVariable(builder.module, LONG, "last_call")
+    place.initializer = LONG(0)
     now = builder.call(intrinsic("llvm.readcyclecounter", LONG), [])
     past = builder.sub(now, builder.load(place))
     builder.store(now, place)
@@ -142,20 +176,20 @@ def _fetch_code(builder: Any, facts: Any, first: Any, last: Any) -> None:
             builder.call(fetch, [line, number(0), number(2), number(1)])
 
 
-def _python_function(fndesc: Any, symbol: str, signature: str, nogil: bool, triple: str) -> Any:
+def _python_function(fndesc: Any, entry: EntryPoint, capacity: int, triple: str) -> Any:
     """The module with ``PyObject *symbol(PyObject *self, PyObject **arguments, Py_ssize_t count)``."""
-    context = cpu_target.target_context
-    module = context.create_module(f"python {symbol}")
+    symbol, signature, convention = entry.symbol(capacity), entry.signature, context().call_conv
+    module = context().create_module(f"python {symbol}")
     callee = ir.Function(
-        module, context.call_conv.get_function_type(fndesc.restype, fndesc.argtypes), fndesc.llvm_func_name
+        module, convention.get_function_type(fndesc.restype, fndesc.argtypes), fndesc.llvm_func_name
     )
     function = ir.Function(module, ir.FunctionType(OBJECT, [OBJECT, OBJECT.as_pointer(), LONG]), symbol)
     facts = ir.GlobalVariable(module, ir.ArrayType(LONG, SIZE), SYMBOL)
-    facts.initializer = ir.Constant(facts.value_type, None)
     _, arguments, count = function.args
     builder = ir.IRBuilder(function.append_basic_block("entry"))
-    if triple.startswith("x86_64"):  # elsewhere a program may not read the counter
-        _fetch_code(builder, facts, callee, function)
+    if capacity and triple.startswith("x86_64"):  # elsewhere a program may not read the counter
+        nothing = ir.FunctionType(ir.VoidType(), [])
+        _fetch_code(builder, *(ir.Function(module, nothing, f"{end}{capacity}") for end in (FIRST, LAST)))
     python = _PythonCalls(builder, facts)
     with builder.if_then(builder.icmp_signed("!=", count, LONG(len(signature))), likely=False):
         python.fail(TYPE_ERROR, f"{symbol} takes {len(signature)} arguments")
@@ -163,8 +197,8 @@ def _python_function(fndesc: Any, symbol: str, signature: str, nogil: bool, trip
     for index, letter in enumerate(signature):
         given = builder.load(builder.gep(arguments, [LONG(index)]))
         values.append(builder.ptrtoint(given, LONG) if letter == "o" else python.integer(given))
-    state = python.call("PyEval_SaveThread", OBJECT) if nogil else None
-    status, answer = context.call_conv.call_function(builder, callee, fndesc.restype, fndesc.argtypes, values)
+    state = python.call("PyEval_SaveThread", OBJECT) if entry.nogil else None
+    status, answer = convention.call_function(builder, callee, fndesc.restype, fndesc.argtypes, values)
     if state is not None:
         python.call("PyEval_RestoreThread", ir.VoidType(), state)
     with builder.if_then(status.is_error, likely=False):

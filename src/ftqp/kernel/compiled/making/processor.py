@@ -1,54 +1,42 @@
-"""The processor that machine code is made for."""
+"""The processors that machine code is made for."""
 
+import platform
 from dataclasses import dataclass
 from typing import Any
 
 import llvmlite.binding as llvm
 
+from ftqp.kernel.compiled.levels import LEVELS, level_here
+
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A processor as LLVM names it.
+    """A class of processors.
 
     Attributes:
         triple: architecture, vendor and operating system.
-        cpu: the processor's name; code for it may use everything that such a processor has.
-        features: what to add or leave out, as LLVM writes it (``+avx2,-avx512f``).
+        cpu: LLVM's name of the class; code for it may use everything that such a processor has.
     """
 
     triple: str
     cpu: str
-    features: str = ""
 
     def machine(self) -> Any:
         """LLVM's generator of position-independent code for it."""
-        initialise()
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
         return llvm.Target.from_triple(self.triple).create_target_machine(
-            cpu=self.cpu, features=self.features, opt=3, reloc="pic", codemodel="default"
+            cpu=self.cpu, opt=3, reloc="pic", codemodel="default"
         )
 
 
-def initialise() -> None:
-    """Set LLVM up for this machine; it may be called again."""
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
+def target(cpu: str | None = None) -> Target:
+    """A class of processors of this architecture; the best that this machine belongs to if none is named.
 
-
-def this_machine() -> Target:
-    """The processor of this machine with all that it offers."""
-    initialise()
-    try:
-        features = llvm.get_host_cpu_features().flatten()
-    except RuntimeError:
-        features = ""
-    return Target(triple=_triple(), cpu=llvm.get_host_cpu_name(), features=features)
-
-
-def baseline(cpu: str) -> Target:
-    """A class of processors by LLVM's name, for example ``x86-64-v3``."""
-    initialise()
-    return Target(triple=_triple(), cpu=cpu)
-
-
-def _triple() -> str:
-    return str(llvm.get_process_triple())
+    Raises:
+        LookupError: no class is named for this architecture, or not this one.
+    """
+    found = level_here() if cpu is None else cpu
+    if found not in LEVELS.get(platform.machine(), {}):
+        raise LookupError(f"no class of processors is named for {platform.machine()} {cpu or ''}".rstrip())
+    return Target(triple=str(llvm.get_process_triple()), cpu=found)

@@ -1,0 +1,118 @@
+"""From a scenario to the arms of a session: the arm, its uninformed baseline, and what fails by itself."""
+
+from dataclasses import replace
+from pathlib import Path as File
+from typing import Any
+
+import numpy as np
+
+from ftqp.app.scenario import document
+from ftqp.app.scenario.setup import Setup, resolve, validated
+from ftqp.app.schema.reading import options
+from ftqp.core.errors import InputError
+from ftqp.faults.detection.detector import Detector
+from ftqp.model import catalog
+from ftqp.model.robot import Robot
+from ftqp.model.shape import reach_of
+from ftqp.sim.session.session_arms import Choice, SessionArm, SessionArms
+from ftqp.sim.session.session_leader import SessionLeader
+
+ROUND = 0.06
+"""Radius of the circle that an arm of the catalog draws, as a share of its reach."""
+LAP = 8.0
+"""How long it takes for it [s]."""
+RANK = 0.02
+"""Singular values of the Jacobian below this share of the largest are none."""
+
+
+def arms_of(choice: Choice, *, twin: bool = True) -> SessionArms:
+    """The arms of a choice.
+
+    Args:
+        choice: Scenario, and what takes the place of what it says.
+        twin: Whether the uninformed baseline moves beside it.
+
+    Raises:
+        FtqpError: The scenario is wrong, or cannot be shown live.
+    """
+    setup = setup_of(choice, detector=choice.detector)
+    if setup.world is not None:
+        raise InputError(
+            f"scenario {setup.name} has a moving base, which the live page does not move; run it by ftqp run "
+            "and view the run's folder"
+        )
+    other = setup_of(choice, detector=False) if twin else None
+    return SessionArms(
+        title=setup.name,
+        robot=setup.robot,
+        path=setup.path,
+        q=setup.q,
+        v=setup.v,
+        schedule=setup.schedule,
+        arm=_player(setup),
+        twin=None if other is None else _player(other),
+        detects=setup.tables.planner.detector is not None,
+        urdf=setup.content["robot"].get("urdf"),
+    )
+
+
+def setup_of(choice: Choice, *, detector: bool | None = None) -> Setup:
+    """The scenario with all choices in the place of its own.
+
+    Args:
+        choice: Scenario, and what takes the place of what it says.
+        detector: Whether the planner has a detector; None is what the scenario says.
+
+    Raises:
+        FtqpError: The scenario is wrong.
+    """
+    overrides = list(choice.overrides)
+    if choice.backend is not None:
+        overrides += ["planner.profile=", f"planner.backend={choice.backend}"]
+    if choice.scheme is not None:
+        overrides += [f"planner.scheme={choice.scheme}"]
+    if choice.plan is not None:
+        overrides += [f"planner.plan={File(choice.plan).resolve()}"]
+    found = document.read(choice.scenario, overrides)
+    if choice.robot is not None:
+        found = _with_robot(found, catalog.load(choice.robot), choice.robot)
+    tables = validated(found)
+    if detector is not None and detector != (tables.planner.detector is not None):
+        planner = replace(tables.planner, detector=options(Detector) if detector else None)
+        tables = replace(tables, planner=planner)
+    return resolve(found, tables)
+
+
+def _with_robot(found: document.Document, robot: Robot, name: str) -> document.Document:
+    """The scenario where it has this arm; else a circle of a twelfth of its reach, with its planner's solver.
+
+    What else a scenario says, its start, path, faults and loads, is of its own arm.
+    """
+    own = found.content.get("robot", {})
+    if own == {"name": name}:
+        return found
+    settings = found.content.get("planner", {})
+    kept = {key: settings[key] for key in ("backend", "scheme", "profile") if key in settings}
+    radius = ROUND * reach_of(robot.chain, robot.limits)
+    content: dict[str, Any] = {
+        "robot": {"name": name},
+        "planner": kept | {"task": {"rows": _rows(robot)}},
+        "path": {"kind": "circle", "radius": radius, "axes": ["x", "y"], "duration": LAP},
+    }
+    return document.Document(name=name, origin=f"robot {name!r}", folder=found.folder, content=content)
+
+
+def _rows(robot: Robot) -> Any:
+    """The largest task that leaves the arm a joint to spare, or takes all that it has."""
+    J = robot.jacobian(robot.neutral)
+    for rows, count in (("pose", 6), ("position", 3)):
+        values = np.linalg.svd(J[:count], compute_uv=False)
+        if robot.nv > count and values[-1] > RANK * values[0]:
+            return rows
+    return ["x", "y"]
+
+
+def _player(setup: Setup) -> SessionArm:
+    mean = setup.tables.simulation.feed_forward == "mean"
+    leader = SessionLeader(setup.planner, setup.path, setup.follower, mean=mean)
+    return SessionArm(setup.planner, leader, setup.plant, setup.sensors)

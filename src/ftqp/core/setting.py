@@ -1,0 +1,217 @@
+"""Settings: what an option says of itself, once; checks, files and listings of keys are made of it."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from functools import cache
+from inspect import Parameter, signature
+from typing import Any, Final, get_args, get_origin, get_type_hints
+
+from ftqp.core.checks import non_negative, positive
+from ftqp.core.errors import InputError
+
+SETTING: Final = "setting"
+"""Where a field of a dataclass keeps its ``Setting``."""
+REQUIRED: Final = MISSING
+"""The default of a setting that a file has to give."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """What an option of a class says of itself; a file may give those that say something.
+
+    Attributes:
+        about: The meaning in a few words.
+        of: The type of the value in a file, where it is not that of the field or argument.
+        unit: The unit, or nothing.
+        choices: The words that are allowed, for a setting that is a word.
+        kinds: The classes among which the key ``kind`` of a table chooses.
+        above: The number that every number of it must exceed.
+        least: The smallest number allowed.
+        below: The number that it must not reach.
+        most: The largest number allowed.
+        infinite: Whether infinity is allowed, for a limit that is none.
+        count: How many entries a list has, at least and at most; None is any number.
+        one_for_all: Whether one number stands for a list, one for all joints.
+        short: The key of a table that a text alone stands for.
+        off: Whether ``off`` stands for None.
+        file: Whether it names a file.
+        needed: Whether a file has to give it though it has a default.
+    """
+
+    about: str = field(kw_only=False)
+    of: Any = None
+    unit: str = ""
+    choices: tuple[str, ...] = ()
+    kinds: Mapping[str, type[Any]] | None = None
+    above: float | None = None
+    least: float | None = None
+    below: float | None = None
+    most: float | None = None
+    infinite: bool = False
+    count: tuple[int, int | None] = (0, None)
+    one_for_all: bool = False
+    short: str = ""
+    off: bool = False
+    file: bool = False
+    needed: bool = False
+
+
+Settings = Mapping[str, Setting]
+"""What a class without fields declares: what a file may say of its arguments, by name."""
+
+
+def setting(default: Any, about: str, **says: Any) -> Any:
+    """A field of a dataclass that is a setting.
+
+    Args:
+        default: The value of an object that does not give it; ``REQUIRED`` where each has to.
+        about: The meaning in a few words, for ``ftqp check --keys``.
+        says: Further attributes of a ``Setting``.
+    """
+    return _field(default, Setting(about, **says))
+
+
+def _field(default: Any, says: Setting) -> Any:
+    if isinstance(default, dict):
+        return field(default_factory=default.copy, metadata={SETTING: says})
+    return field(default=default, metadata={SETTING: says})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Key:
+    """A setting where it is declared.
+
+    Attributes:
+        hint: The type of its value in a file.
+        default: Its default, ``REQUIRED`` where there is none.
+        says: What it says of itself.
+    """
+
+    hint: Any
+    default: Any
+    says: Setting
+
+    @property
+    def tables(self) -> dict[str, Mapping[str, "Key"]]:
+        """The keys of the tables that stand at it, by their kind; one without kinds goes by no name."""
+        return tables_of(next(classes_in(self.hint), None), self.says.kinds)
+
+
+def tables_of(
+    owner: type[Any] | None, kinds: Mapping[str, type[Any]] | None = None
+) -> dict[str, Mapping[str, Key]]:
+    """The keys of a class whose objects are tables of a file, by their kind.
+
+    Args:
+        owner: The class; None where the kind says it all.
+        kinds: The classes among which the kind chooses; None is those that the class's own ``kind`` names.
+    """
+    shared = {} if owner is None else keys_of(owner)
+    if kinds is None and "kind" in shared:
+        kinds = shared["kind"].says.kinds
+    elif kinds is not None:
+        shared = {"kind": Key(hint=str, default=REQUIRED, says=Setting("kind"))}
+    if kinds is None:
+        return {"": shared} if shared else {}
+    return {kind: {**shared, **keys_of(made)} for kind, made in kinds.items()}
+
+
+def every_key(keys: Mapping[str, Key], above: str = "") -> Iterator[tuple[str, Key]]:
+    """The keys of a table and of those within it, by their dotted path, ``path(circle).radius``.
+
+    Args:
+        keys: Of the table.
+        above: How the path begins.
+    """
+    for name, key in keys.items():
+        if name == "kind" and not key.says.choices:  # which stands in the path of the others
+            continue
+        for kind, inner in key.tables.items():
+            yield from every_key(inner, f"{above}{name}({kind})." if kind else f"{above}{name}.")
+        if not key.tables:
+            yield f"{above}{name}", key
+
+
+def keys_of(owner: type[Any]) -> Mapping[str, Key]:
+    """The settings of a class by name.
+
+    Those of a dataclass are its fields made by ``setting``; those of another class are in its ``settings``,
+    and their defaults are those of its arguments.
+
+    Args:
+        owner: The class.
+    """
+    listed: Any = owner
+    return _keys_of(listed)
+
+
+@cache
+def _keys_of(owner: Any) -> Mapping[str, Key]:
+    if is_dataclass(owner):
+        declared = {one.name: one.metadata[SETTING] for one in fields(owner) if SETTING in one.metadata}
+        defaults = {one.name: _default(one) for one in fields(owner)}
+        typed: Any = owner
+    else:
+        declared, typed = getattr(owner, "settings", {}), owner.__init__
+        defaults = (
+            {name: _given(one) for name, one in signature(typed).parameters.items()} if declared else {}
+        )
+    hints = get_type_hints(typed) if any(says.of is None for says in declared.values()) else {}
+    return {
+        name: Key(
+            hint=hints[name] if says.of is None else says.of,
+            default=REQUIRED if says.needed else defaults[name],
+            says=says,
+        )
+        for name, says in declared.items()
+    }
+
+
+def like(owner: type[Any], name: str) -> Any:
+    """A field that is the setting of another class.
+
+    Args:
+        owner: The class that declares it.
+        name: Its name.
+    """
+    key = keys_of(owner)[name]
+    return _field(key.default, key.says)
+
+
+def _default(one: "Field[Any]") -> Any:
+    return one.default if one.default_factory is MISSING else one.default_factory()
+
+
+def _given(argument: Parameter) -> Any:
+    return REQUIRED if argument.default is Parameter.empty else argument.default
+
+
+def classes_in(hint: Any) -> Iterator[type[Any]]:
+    """The classes with settings that a type names, within lists and choices."""
+    if isinstance(hint, type) and get_origin(hint) is None and keys_of(hint):
+        yield hint
+    for inner in get_args(hint):
+        yield from classes_in(inner)
+
+
+def refuse_out_of_range(made: Any, whose: str = "") -> None:
+    """Refuse numbers of a dataclass that are out of the ranges of its settings; None passes.
+
+    Args:
+        made: The object.
+        whose: What to say behind a setting's name, for example `` of the drive``.
+
+    Raises:
+        InputError: The first that is.
+    """
+    for name, key in keys_of(type(made)).items():
+        value, says = getattr(made, name), key.says
+        if value is None or (says.above is None and says.least is None):
+            continue
+        if int in (key.hint, *get_args(key.hint)):
+            if isinstance(value, bool) or not isinstance(value, int) or value < (says.least or 0):
+                raise InputError(f"{name} is {value!r:.40}, expected a whole number >= {says.least:g}")
+        elif says.above is None:
+            non_negative(f"{name}{whose}", value, says.unit)
+        else:
+            positive(f"{name}{whose}", value, says.unit)

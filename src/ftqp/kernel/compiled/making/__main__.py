@@ -1,0 +1,125 @@
+"""``python -m ftqp.kernel.compiled.making`` builds the library of the kernel from this source.
+
+It needs numpy, numba, and ziglang or ``cc``. Nothing is done where the library is there and no older than the
+source.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import platform
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from ftqp.kernel.compiled import mode
+from ftqp.kernel.compiled.library import MANIFEST, platform_facts
+from ftqp.kernel.compiled.mode import KERNEL
+from ftqp.kernel.compiled.source import code_key, file_key
+
+ROOT = KERNEL.parents[2]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Build it: 0 built, 1 not, and a sentence and the manifest say why, 130 interrupted."""
+    parser = argparse.ArgumentParser(prog="python -m ftqp.kernel.compiled.making", description=__doc__)
+    add = parser.add_argument
+    add("--out", type=Path, default=KERNEL.parent / "_kernel", help="the folder of the library (%(default)s)")
+    add("--store", type=Path, default=ROOT / "build" / "kernel", help="folder of object files (%(default)s)")
+    add("--first", action="store_true", help="only what the demo and a planner that is given targets need")
+    add("--levels", default="", help="classes of processors, with commas between; this machine's if absent")
+    add("--wheel", action="store_true", help="the library is taken to be as new as the source it lies with")
+    add(
+        "--jobs",
+        type=int,
+        default=len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count(),
+    )
+    given = parser.parse_args(arguments)
+    try:
+        return _built(given)
+    except KeyboardInterrupt:
+        sys.stderr.write("interrupted; the kernel is as it was before\n")
+        return 130
+
+
+def _built(given: argparse.Namespace) -> int:
+    began = time.perf_counter()
+    mode.BUILDING = True  # before the formulas are imported
+    try:
+        from ftqp.kernel.compiled.levels import LEVELS, level_here
+        from ftqp.kernel.entry.table import FIRST, entries_of
+
+        levels = [name for name in (given.levels or level_here() or "").split(",") if name]
+        known = LEVELS.get(platform.machine(), {})
+        if not levels or not set(levels) <= set(known):
+            return _told(
+                given, f"no class of processors is named for {platform.machine()} ({levels or known})"
+            )
+        wanted: dict[str, Any] = {name: FIRST if given.first else entries_of(name) for name in levels}
+        if _is_there(given, wanted):
+            return 0
+        try:
+            from ftqp.kernel.compiled.making.build import CannotBuild, Store, build
+            from ftqp.kernel.compiled.making.processor import target
+        except ImportError as error:
+            return _told(given, f"building needs numba and llvmlite ({error})")
+        try:
+            store = Store(given.store)
+            with store.alone():
+                if _is_there(given, wanted):
+                    return 0
+                made = build(
+                    given.out, wanted, [target(name) for name in levels], KERNEL, store, jobs=given.jobs,
+                    checked=not given.wheel,
+                )  # fmt: skip
+        except CannotBuild as error:
+            return _told(given, str(error))
+    except OSError as error:
+        return _told(given, f"{error.filename or given.out}: {error.strerror or error}")
+    seconds, spent = time.perf_counter() - began, sum(os.times()[:4])
+    sys.stderr.write(f"the kernel is built: {made} units compiled, {seconds:.0f} s, {spent:.0f} s of CPU\n")
+    return 0
+
+
+def _is_there(given: argparse.Namespace, wanted: dict[str, Any]) -> bool:
+    """Whether the library is there and made from this code; of new comments its manifest is told."""
+    try:
+        said = json.loads((given.out / MANIFEST).read_bytes())
+        if {name: said[name] for name in platform_facts()} != platform_facts() or said["code"] != code_key(
+            KERNEL
+        ):
+            return False
+        found = {one["level"]: one["entries"] for one in said["libraries"]}
+        there = all((given.out / one["file"]).is_file() for one in said["libraries"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+    for level, pairs in wanted.items():
+        if {one.symbol(capacity) for one, capacity in pairs} - set(found.get(level, ())):
+            return False
+    if there and not given.wheel and said["files"] != file_key(KERNEL):
+        _rewritten(given.out, {**said, "files": file_key(KERNEL)})
+    return there
+
+
+def _rewritten(out: Path, said: dict[str, Any]) -> None:
+    """Replace the manifest."""
+    new = out / f".{MANIFEST}.{os.getpid()}"
+    new.write_text(json.dumps(said, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    os.replace(new, out / MANIFEST)
+
+
+def _told(given: argparse.Namespace, reason: str) -> int:
+    """Say why there is no library, here and in the manifest, unless one is there that is told to be older."""
+    sys.stderr.write(f"the kernel is not built: {reason}\n")
+    with contextlib.suppress(OSError):  # a folder that cannot be written is the reason itself
+        if given.wheel or not (given.out / MANIFEST).exists():
+            given.out.mkdir(parents=True, exist_ok=True)
+            said = {**platform_facts(), "libraries": [], "files": "", "code": "", "reason": reason}
+            _rewritten(given.out, said)
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

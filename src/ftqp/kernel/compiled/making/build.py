@@ -1,0 +1,320 @@
+"""Builds the library of the kernel: units compiled in parallel, kept by what they depend on, and linked.
+
+Objects are kept in a folder by a hash of what their code is made from, so that an edit compiles what it
+concerns. The library and its manifest are put in their places at the end, whole, by renaming: whoever
+interrupts a build, or builds at the same time, leaves the one before or the one behind.
+"""
+
+import contextlib
+import importlib
+import importlib.util
+import json
+import multiprocessing
+import os
+import pickle
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from dataclasses import dataclass
+from pathlib import Path
+from shutil import which
+from typing import Any
+
+from numba.core.errors import NumbaError
+
+from ftqp.kernel.compiled.entry_point import EntryPoint
+from ftqp.kernel.compiled.facts import FIRST, LAST
+from ftqp.kernel.compiled.library import MANIFEST, fingerprint, platform_facts
+from ftqp.kernel.compiled.making import emit
+from ftqp.kernel.compiled.making.fingerprint import fingerprint as key_of
+from ftqp.kernel.compiled.making.helper import Part
+from ftqp.kernel.compiled.making.processor import Target
+from ftqp.kernel.compiled.making.quicker import be_quicker
+from ftqp.kernel.compiled.source import code_key, file_key
+
+Wanted = tuple[EntryPoint, int]
+"""An entry point and the capacity of the records that it works on."""
+
+
+class CannotBuild(Exception):
+    """The kernel cannot be built here; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """What becomes one object file: an entry point, or a helper that lies apart.
+
+    Attributes:
+        what: which.
+        capacity: of the records that it works on, or of those of the entry point that first needed it.
+    """
+
+    what: EntryPoint | Part
+    capacity: int
+
+    @property
+    def symbol(self) -> str:
+        """Its name in the library."""
+        return self.what.symbol(self.capacity) if isinstance(self.what, EntryPoint) else self.what.symbol
+
+    def function(self) -> Any:
+        """The helper, or the Python function of the entry point."""
+        if isinstance(self.what, EntryPoint):
+            return self.what.function(self.capacity)
+        return getattr(importlib.import_module(self.what.module), self.what.name)
+
+    def key(self, target: Target) -> str:
+        """A hash of everything that its machine code depends on."""
+        function = self.function()
+        if isinstance(self.what, EntryPoint):
+            return key_of(function, self.symbol, self.what.signature, target)
+        return key_of(function, self.symbol, self.what.arguments, function.long, target)
+
+    def made(self, target: Target) -> tuple[bytes, list[Part]]:
+        """Its object file, and the parts that it needs."""
+        if isinstance(self.what, EntryPoint):
+            return emit.entry_code(self.what, self.capacity, target)
+        return emit.part_code(self.what, self.function(), target)
+
+
+class Store:
+    """Object files by what their code depends on.
+
+    Args:
+        folder: where they are kept; it is made if it is missing.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def object_file(self, key: str) -> Path:
+        """Where the object file of a key is."""
+        return self._folder / f"{key}.o"
+
+    def parts(self, key: str) -> list[Part] | None:
+        """The parts that the unit of a key needs; ``None`` where it has to be compiled."""
+        try:
+            if self.object_file(key).stat().st_size:
+                parts: list[Part] = pickle.loads((self._folder / f"{key}.parts").read_bytes())
+                return parts
+        except (OSError, pickle.UnpicklingError, EOFError, AttributeError, ImportError):
+            pass
+        return None
+
+    def keep(self, key: str, code: bytes, parts: list[Part]) -> None:
+        """Keep an object file."""
+        put(self._folder / f"{key}.parts", pickle.dumps(parts))
+        put(self.object_file(key), code)
+
+    def sweep(self, keys: set[str]) -> None:
+        """Remove what has not been used for a month and is of no use now."""
+        oldest = max((self.object_file(key).stat().st_mtime for key in keys), default=0.0) - 30 * 86_400
+        for path in self._folder.glob("*.*"):
+            if path.stem not in keys and path.suffix in (".o", ".parts") and path.stat().st_mtime < oldest:
+                path.unlink(missing_ok=True)
+
+    @contextlib.contextmanager
+    def alone(self) -> Iterator[None]:
+        """Inside, no other process builds with this store."""
+        try:
+            import fcntl
+        except ImportError:
+            yield
+            return
+        with (self._folder / "lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield
+
+
+def put(path: Path, content: bytes) -> None:
+    """Write a file in one go: there is all of it, or what was there before."""
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+        raise
+
+
+def _work(unit: Unit, key: str, target: Target, store: Store) -> list[Part]:
+    """Compile a unit and keep its object file: the parts that it needs."""
+    code, parts = unit.made(target)
+    store.keep(key, code, parts)
+    return parts
+
+
+def compiled(
+    wanted: Sequence[Wanted], target: Target, store: Store, jobs: int
+) -> tuple[dict[Unit, str], int]:
+    """Keys of all units that the wanted entry points need, every one compiled, and how many were just now.
+
+    Raises:
+        CannotBuild: one of them cannot be compiled.
+    """
+    keys: dict[Unit, str] = {}
+    running: dict[Future[list[Part]], Unit] = {}
+    todo = [Unit(*one) for one in wanted]
+    made = 0
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("fork")) if hasattr(os, "fork") else None
+    try:
+        while todo or running:
+            for unit in todo:
+                if unit in keys:
+                    continue
+                keys[unit] = key = unit.key(target)
+                parts = store.parts(key)
+                if parts is not None:
+                    future: Future[list[Part]] = Future()
+                    future.set_result(parts)
+                elif pool is not None:
+                    made += 1
+                    future = pool.submit(_work, unit, key, target, store)
+                else:
+                    made += 1
+                    future = Future()
+                    future.set_result(_work(unit, key, target, store))
+                running[future] = unit
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            todo = []
+            for future in done:
+                unit = running.pop(future)
+                try:
+                    todo += [Unit(part, unit.capacity) for part in future.result()]
+                except (NumbaError, TypeError, RuntimeError, AssertionError) as error:
+                    raise CannotBuild(f"{unit.symbol}: {error}") from error
+            known = {one.symbol for one in keys}
+            todo = [unit for unit in dict.fromkeys(todo) if unit.symbol not in known]
+    finally:
+        if pool is not None:
+            pool.shutdown(cancel_futures=True)
+    return keys, made
+
+
+def in_order(keys: dict[Unit, str], store: Store, shared: dict[str, Path]) -> list[Path]:
+    """The object files in the order of the library: the code of common ticks of one capacity lies together.
+
+    Args:
+        keys: of all units.
+        store: where their files are.
+        shared: the marks around that code by their symbols, and what else belongs to every library.
+    """
+    files: list[Path] = []
+    by_symbol = {unit.symbol: unit for unit in keys}
+    for capacity in sorted({unit.capacity for unit in keys} - {0}):
+        files.append(shared.pop(f"{FIRST}{capacity}"))
+        step = by_symbol.get(f"ftqp_step_{capacity}")
+        waiting = [] if step is None else [step]
+        while waiting:
+            unit = waiting.pop(0)
+            path = store.object_file(keys[unit])
+            if path not in files:
+                files.append(path)
+                parts = [by_symbol[part.symbol] for part in store.parts(keys[unit]) or ()]
+                waiting += [part for part in parts if not part.function().rare]
+        files.append(shared.pop(f"{LAST}{capacity}"))
+    return list(dict.fromkeys([*files, *shared.values(), *(store.object_file(key) for key in keys.values())]))
+
+
+def linkers() -> list[list[str]]:
+    """The beginnings of the commands that may link a library on this machine, the best first."""
+    found = []
+    zig = [sys.executable, "-m", "ziglang"] if importlib.util.find_spec("ziglang") else None
+    if platform.system() == "Darwin":
+        shared = ["-shared", "-undefined", "dynamic_lookup"]
+        found += [[name, *shared] for name in ("cc", "clang") if which(name)]
+        found += [[*zig, "cc", *shared]] if zig else []
+    elif platform.system() == "Linux":
+        found += [[*zig, "ld.lld", "-shared"]] if zig else []
+        found += [[name, "-shared", "-nostdlib"] for name in ("cc", "gcc", "clang") if which(name)]
+    return found
+
+
+def linked(files: Sequence[Path]) -> bytes:
+    """The library of object files.
+
+    Raises:
+        CannotBuild: there is no linker here, or none that can do it.
+    """
+    said = ""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "kernel.so"
+        for linker in linkers():
+            done = subprocess.run(
+                [*linker, "-o", str(out), *map(str, files)], capture_output=True, text=True, check=False
+            )
+            if done.returncode == 0:
+                return out.read_bytes()
+            said = f"{' '.join(linker[-2:])} failed: {done.stderr.strip()[-300:]}"
+    raise CannotBuild(said)
+
+
+def build(
+    out: Path, wanted: dict[str, Sequence[Wanted]], targets: Sequence[Target], source: Path, store: Store, *,
+    jobs: int, checked: bool,
+) -> int:  # fmt: skip
+    """Build a library for each class of processors and put them with their manifest into a folder.
+
+    Args:
+        out: the folder; it is made if it is missing.
+        wanted: for each class the entry points with capacities.
+        targets: the classes.
+        source: the folder of the kernel's Python source.
+        store: of object files.
+        jobs: how many processes compile.
+        checked: whether a process that loads the library looks whether it is older than the source.
+
+    Returns:
+        How many units were compiled.
+
+    Raises:
+        CannotBuild: it cannot be built here.
+        OSError: a file cannot be written.
+    """
+    if platform.system() not in ("Linux", "Darwin"):
+        raise CannotBuild(f"nothing links it on {platform.system()}")
+    if not linkers():
+        raise CannotBuild("neither ziglang nor cc is here to link it")
+    before, made = code_key(source), 0
+    libraries: list[dict[str, Any]] = []
+    be_quicker()
+    out.mkdir(parents=True, exist_ok=True)
+    for target in targets:
+        keys, count = compiled(wanted[target.cpu], target, store, jobs)
+        made += count
+        with tempfile.TemporaryDirectory() as folder:
+            shared = {"frame": emit.frame_code(target)}
+            for capacity in sorted({unit.capacity for unit in keys} - {0}):
+                for end in (FIRST, LAST):
+                    shared[f"{end}{capacity}"] = emit.mark_code(f"{end}{capacity}", target)
+            files = {name: Path(folder) / f"{name}.o" for name in shared}
+            for name, path in files.items():
+                path.write_bytes(shared[name])
+            code = linked(in_order(keys, store, files))
+        store.sweep(set(keys.values()))
+        sha256 = fingerprint(code)
+        file = f"kernel-{sha256[:12]}.so"
+        entries = {one.symbol(capacity): [one.signature, one.nogil] for one, capacity in wanted[target.cpu]}
+        libraries.append({"file": file, "level": target.cpu, "sha256": sha256, "entries": entries})
+        put(out / file, code)
+    if code_key(source) != before:
+        raise CannotBuild("its source was changed while it was being built")
+    manifest(out, libraries, file_key(source) if checked else "", before)
+    for path in out.glob("kernel-*.so"):
+        if path.name not in {one["file"] for one in libraries}:
+            path.unlink(missing_ok=True)
+    return made
+
+
+def manifest(out: Path, libraries: list[dict[str, Any]], files: str, code: str, reason: str = "") -> None:
+    """Write what is said of the libraries in a folder; with a reason, why there are none."""
+    said = {**platform_facts(), "libraries": libraries, "files": files, "code": code, "reason": reason}
+    out.mkdir(parents=True, exist_ok=True)
+    put(out / MANIFEST, (json.dumps(said, indent=1, sort_keys=True) + "\n").encode())

@@ -1,0 +1,28 @@
+"""What helpers and lanes do as compiled code is tested in a process where helpers are compiled."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("numba")
+ROOT = Path(__file__).resolve().parents[2]
+FILES = ("lanes/test_lanes.py", "maths/test_side_by_side.py", "layout/test_record.py", "test_jit.py")
+
+
+def test_helpers_and_lanes_pass_their_tests_as_compiled_code():
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider",
+         *(str(ROOT / "tests" / "kernel" / file) for file in FILES)],
+        cwd=ROOT,
+        env={**os.environ, "FTQP_BUILD_KERNEL": "1", "PYTHONPATH": str(ROOT / "src")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, (done.stdout + done.stderr)[-4000:]
+    counted = re.search(r"(\d+) passed", done.stdout)
+    assert counted is not None and int(counted[1]) >= 30 and "skipped" not in done.stdout, done.stdout[-500:]
