@@ -116,7 +116,9 @@ def _bar(link: Element, to: FloatArray, size: float) -> None:
     """A cylinder from the link's origin to the next one's."""
     length = float(np.linalg.norm(to))
     if length > SHORT * size:
-        _cylinder(link, 0.5 * to, rotation_to(to / length), THIN * size, length)
+        # Half a turn more, and no negative zeros: that writes rounder angles.
+        turned = rotation_to(to / length) * (-1.0, -1.0, 1.0) + 0.0
+        _cylinder(link, 0.5 * to, turned, THIN * size, length)
 
 
 def _cylinder(link: Element, at: FloatArray, rotation: FloatArray, radius: float, length: float) -> None:
