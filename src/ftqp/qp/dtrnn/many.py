@@ -25,7 +25,7 @@ class BatchSolution:
         z: Multipliers of the two-sided rows, (B, p).
         z_box: Multipliers of the bounds of x, (B, n).
         codes: What the network claims of each by its own stopping rule, as numbers of ``Claim``, (B,);
-            ``ftqp.qp.residuals`` judges a single answer.
+            ``ftqp.qp.residuals`` checks a single answer.
         iterations: Iterations of each, (B,).
         residual: |e| of each at the end, in the network's own scaled units, (B,).
     """
@@ -95,7 +95,7 @@ def solve_batch(
         max_iterations: Most iterations of each, >= 1; None is 2000, in paper mode 20000.
 
     Returns:
-        The answers with the network's own claims; one call judges none of them by residuals.
+        The answers with the network's own claims; one call checks none of them by residuals.
 
     Raises:
         InputError: Shapes that do not fit, a wrong setting, another engine, or H not symmetric.

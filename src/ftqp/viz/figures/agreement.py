@@ -12,8 +12,8 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import Axes, arrange, curve, label_width, paper, plain_decades, save, tidy
 from ftqp.viz.figures.curves import draw_runs, logarithmic, longest, look, run_handles
-from ftqp.viz.figures.palette import GREY
-from ftqp.viz.figures.tracking import MILLIMETRES, SMALLEST_ERROR
+from ftqp.viz.figures.palette import GREY, MILLIMETRES
+from ftqp.viz.figures.tracking import SMALLEST_ERROR
 
 LEAST = 1e-16
 """Differences below this are drawn at it: a logarithmic axis has no zero [rad or m]."""

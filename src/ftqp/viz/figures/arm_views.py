@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +14,14 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import Axes, Figure, Line2D, head, trace
-from ftqp.viz.figures.palette import GREY, ORANGE, RED
+from ftqp.viz.figures.palette import GREY, MILLIMETRES, ORANGE, RED
 from ftqp.viz.figures.plain_axes import plain_axes
 
 INSTANTS = 5
 """So often the arm is drawn."""
 FLAT = 0.02
 """A motion whose extent along a direction is below this share of its size is flat there."""
-MILLIMETRES, LARGE = 1e3, 5.0
+LARGE = 5.0
 """Arms that extend farther than this [m] are drawn in metres."""
 FAINTEST = 0.22
 """How dark the first posture is; the last is black."""
@@ -91,30 +92,28 @@ def name(plane: Plane) -> str:
     return "from above" if plane == (0, 1) else f"from the side, along {'yx'[plane[0]]}"
 
 
-def draw_view(
-    figure: Figure, place: object, plane: Plane, motions: Sequence[Postures], *,
-    colours: Sequence[str] = ("black",), ways: Sequence[str] = (ORANGE,), targets: FloatArray | None = None,
-    title: str = "",
-) -> Axes:  # fmt: skip
-    """Draw arms in a plane of the base.
+def draw_views(
+    figure: Figure, grid: Any, motions: Sequence[Postures], *, targets: FloatArray,
+    colours: Sequence[str] = ("black",), ways: Sequence[str] = (ORANGE,),
+) -> None:  # fmt: skip
+    """Draw arms from where they are seen best, in the first column, of two rows, of the figure's grid.
 
-    The first motion is on top; ``targets`` are where the tip should have been, (K, 3) [m], and ``place`` is a
-    cell of the figure's grid. A ``title`` takes the place of the name of the view.
+    The first motion is on top. ``targets`` are where the tip should have been, (K, 3) [m]; ``colours`` are
+    those of the arms, ``ways`` those of the ways of their tips.
     """
-    axes: Axes = figure.add_subplot(place)  # type: ignore[call-overload]
-    at = list(plane)
-    scale, unit = _unit(*motions)
-    if targets is not None:
+    views, (scale, unit) = planes(*motions), _unit(*motions)
+    for row, plane in enumerate(views):
+        axes: Axes = figure.add_subplot(grid[row, 0] if len(views) > 1 else grid[:, 0])
+        at = list(plane)
         trace(axes, *(scale * targets[:, at]).T, color=GREY, linewidth=5.0, alpha=0.35, zorder=2)
-    for motion, colour, way in reversed(list(zip(motions, colours, ways, strict=True))):
-        _draw_arm(axes, motion, scale, at, colour)
-        trace(axes, *(scale * motion.way[:, at]).T, color=way, linewidth=1.6, zorder=6)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.margins(ROOM)
-    plain_axes(axes, count=(4, 4))
-    labels = [f"{'xyz'[k]} [{unit}]" for k in plane]
-    head(axes, title or f"The arm {name(plane)}, {labels[0]} and {labels[1]}")
-    return axes
+        for motion, colour, way in reversed(list(zip(motions, colours, ways, strict=True))):
+            _draw_arm(axes, motion, scale, at, colour)
+            trace(axes, *(scale * motion.way[:, at]).T, color=way, linewidth=1.6, zorder=6)
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.margins(ROOM)
+        plain_axes(axes, count=(4, 4))
+        labels = [f"{'xyz'[k]} [{unit}]" for k in plane]
+        head(axes, f"The arm {name(plane)}, {labels[0]} and {labels[1]}")
 
 
 def _unit(*motions: Postures) -> tuple[float, str]:

@@ -10,7 +10,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import Axes, Line2D, Patch, arrange, curve, equal_runs, paper, save, tidy
-from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW
+from ftqp.viz.figures.palette import BLUE, DEGREES, GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW
 
 LINES = (ORANGE, GREEN, PURPLE, SKY, BLUE, RED)
 SHADES = {
@@ -29,7 +29,7 @@ def draw(log: Log, path: str | Path) -> Path:
     t, error, moved = log["t"], log["inertial_error"], log["disturbance"]
     names = [name.split(".", 1)[1] for name in log.names if name.startswith("disturbance.")]
     slides = [log.units[f"disturbance.{name}"] == "m" for name in names]
-    columns = (error[:, :3], 180.0 / np.pi * error[:, 3:])
+    columns = (error[:, :3], DEGREES * error[:, 3:])
     unit, factor = _unit(columns[0])
     figure = paper(11.0, 9.0, f"Tip held in inertial space: {events.heading(log)}", search=False)
     grid: Any = figure.subplots(4, 2, sharex=True)
@@ -48,7 +48,7 @@ def draw(log: Log, path: str | Path) -> Path:
     for side, sliding in enumerate((True, False)):
         axes = grid[3, side]
         chosen = [k for k in range(len(names)) if slides[k] == sliding and moved[:, k].any()]
-        place_unit, place = _unit(moved[:, chosen]) if sliding else ("deg", 180.0 / np.pi)
+        place_unit, place = _unit(moved[:, chosen]) if sliding else ("deg", DEGREES)
         for k in chosen:
             curve(axes, t, place * moved[:, k], color=LINES[k % len(LINES)], linewidth=1.3, label=names[k])
         if chosen:

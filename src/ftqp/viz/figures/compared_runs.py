@@ -37,10 +37,9 @@ from ftqp.viz.figures.curves import (
     run_handles,
     time_span,
 )
+from ftqp.viz.figures.palette import DEGREES, MILLIMETRES
 from ftqp.viz.figures.status_ribbon import STATUS_COLOURS, spells
-from ftqp.viz.figures.tracking import MILLIMETRES, SMALLEST_ERROR
-
-DEGREES = 180.0 / np.pi
+from ftqp.viz.figures.tracking import SMALLEST_ERROR
 
 
 def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, title: str) -> list[Path]:

@@ -29,12 +29,22 @@ from ftqp.viz.figures.canvas import (
     paper,
     save,
 )
-from ftqp.viz.figures.palette import BLUE, FORBIDDEN, GREY, LIMIT, ORANGE, RED, TINT, WINE
+from ftqp.viz.figures.palette import (
+    BLUE,
+    DEGREES,
+    FORBIDDEN,
+    GREY,
+    LIMIT,
+    MILLIMETRES,
+    ORANGE,
+    RED,
+    TINT,
+    WINE,
+)
 from ftqp.viz.figures.plain_axes import plain_axes
 
 TINY = 5e-5
 """Following errors that stay below this [rad or m] are drawn in millionths."""
-DEGREES, MILLIMETRES = 180.0 / np.pi, 1e3
 MOTOR_OF_FAILED = "motor of a failed joint"
 COLUMNS = 4
 """Most joints side by side."""
