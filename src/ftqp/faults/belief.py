@@ -69,11 +69,7 @@ class Belief:
         return self if self._faults.get(i) == fault else self._but(self._faults | {i: fault})
 
     def without(self, joint: str | int) -> Self:
-        """This belief, but the joint is healthy.
-
-        Raises:
-            InputError: The joint is unknown.
-        """
+        """This belief, but the joint is healthy."""
         i = self._robot.joint(joint)
         if i not in self._faults:
             return self

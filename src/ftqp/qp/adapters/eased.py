@@ -15,10 +15,6 @@ class EasedQP:
     a method that approaches them step by step, and ends at an absolute tolerance, gets there late or never;
     here they are as large as what is left of the rows. Where a task is followed it is the other way round:
     all but the rows hardly counts. So this is for QPs whose rows give way.
-
-    Attributes:
-        buffers: The QP as it is posed, and its solution.
-        soft: The compliance of its rows, (m,).
     """
 
     def __init__(self, n: int, m: int, p: int) -> None:

@@ -67,14 +67,9 @@ def arrange(
 ) -> None:
     """Give the panels of a figure fixed margins, and a legend for all of them below.
 
-    Args:
-        figure: its panels share one grid.
-        handles: what the legend explains; without them there is none.
-        left: from the figure's edge to the panels, with room for labels [inches].
-        right: the same on the right.
-        top: the same above, with room for the title.
-        bottom: the same below, above the legend.
-        gap: between panels, beside and above each other [inches].
+    Margins go from the edge to the panels, with room for labels, above for the title and below for the legend
+    of the handles, and ``gap`` is between panels, beside and above each other, all in inches. The panels
+    share one grid.
     """
     width, height = figure.get_size_inches()
     grid: Any = figure.axes[0].get_gridspec()

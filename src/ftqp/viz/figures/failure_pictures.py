@@ -16,7 +16,7 @@ COLOURS = (SKY, YELLOW, GREEN, PURPLE, ORANGE, BLUE)
 """Of basins, the largest first."""
 Motion = tuple[FloatArray, FloatArray, FloatArray]
 """Times (k,) [s], configurations (k, n) [rad] and errors (k,) [m]."""
-NO_REST, NO_VERDICT = "#444444", "#FFFFFF"
+NO_REST, NOT_KNOWN = "#444444", "#FFFFFF"
 
 
 def draw_motions(
@@ -75,21 +75,14 @@ def draw_basins(
 ) -> Path:  # fmt: skip
     """Draw which start goes where over the two joints that move, to a PNG file.
 
-    Args:
-        path: The file to write.
-        title: Stands above it.
-        names: Of the joints that move.
-        angles: Middles of the cells, (k,) [rad].
-        label: Index of the end of each start, -1 without rest, -2 without verdict, (k, k).
-        ends: Both joints at each end, (e, 2) [rad].
-        kinds: What each end is.
-        saddles: Both joints at each saddle, (s, 2) [rad].
-        separatrices: Both joints along each way into a saddle, (k, 2) [rad].
+    ``angles`` are the middles of the cells, (k,) [rad], and ``label`` is the index of the end of each start,
+    -1 without rest, -2 where that is not known, (k, k). ``ends`` (e, 2) and ``saddles`` (s, 2) hold both
+    joints [rad], each separatrix (k, 2) a way into a saddle, and ``kinds`` what each end is.
     """
     figure = paper(6.4, 6.9, title)
     axes = figure.add_subplot()
     image = np.empty((*label.shape, 3))
-    image[:] = _rgb(NO_VERDICT)
+    image[:] = _rgb(NOT_KNOWN)
     image[label == -1] = _rgb(NO_REST)
     for k in range(len(ends)):
         image[label == k] = _rgb(COLOURS[k % len(COLOURS)])

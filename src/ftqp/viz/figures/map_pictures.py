@@ -36,19 +36,11 @@ def save_maps(
 ) -> list[Path]:
     """Draw one picture a letter: a row for each kind of measure, a column for each joint and for any.
 
+    The last column of a measure is that of any joint. ``goal`` is (2,) or (3,) [m], ``arm`` the arm with its
+    tip there, base to tip, (k, 2) or (k, 3) [m], None where it is not known. ``found`` has ``places`` on a
+    grid, (P, 2) or in one plane (P, 3) [m], and measures like ``R100``, (P, n + 1) [percent].
+
     Source: Goel, Maciejewski and Balakrishnan 2005, Fig. 10.
-
-    Args:
-        folder: Where the pictures go.
-        title: Stands above each picture.
-        joints: Names of the joints; the last column of a measure is that of any joint.
-        goal: Where the tip is to go, (2,) or (3,) [m].
-        arm: The arm with its tip at the goal, base to tip, (k, 2) or (k, 3) [m]; None where it is not known.
-        found: ``places``, (P, 2) or in one plane (P, 3) [m], on a grid, and measures like ``R100``,
-            (P, n + 1) [percent].
-
-    Returns:
-        The files.
     """
     shown = np.flatnonzero(np.ptp(found["places"], axis=0) > 0.0)[:2]
     flat = {**found, "places": found["places"][:, shown]}

@@ -29,11 +29,8 @@ _MARK = '__VISER_EMBED_DATA__="'
 def picture_ticks(t: FloatArray, fps: float = 30.0, longest: float | None = LONGEST) -> IntArray:
     """The rows of a log that make up a recording.
 
-    Args:
-        t: The times of its rows, (K,), ascending [s].
-        fps: Pictures a second, > 0.
-        longest: Seconds of pictures at most: of a longer run fewer pictures a second are kept, the last one
-            always. None keeps all.
+    Times ``t`` are (K,) and rise [s]. Of a run with more than ``longest`` seconds of pictures fewer a second
+    are kept, the last one always; None keeps all.
 
     Raises:
         InputError: There is no row, or the rate is not positive.

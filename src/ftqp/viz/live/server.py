@@ -56,11 +56,9 @@ _Control = Callable[[str], Any]
 def open_server(host: str = LOOPBACK, port: int = 8080, label: str = "ftqp", gate: Gate | None = None) -> Any:
     """A server of pages, already listening.
 
-    Args:
-        host: The address to listen at. Others than that of this machine open the page to the network.
-        port: The port, 0 for any free one. Where it is in use, the next free one is taken.
-        label: Stands above the panel.
-        gate: Says who is answered; without one nobody is, as nobody knows the address.
+    Any other ``host`` than that of this machine opens the page to the network. A ``port`` of 0 is any free
+    one; where it is in use, the next free one is taken. Without a ``gate`` nobody is answered, as nobody
+    knows the address.
 
     Raises:
         InputError: The address is none of this machine, or no port is free.
