@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from ftqp.core.errors import InputError, MissingPackage, unknown
 from ftqp.core.extras import remedy_for_extra
+from ftqp.qp import adapters
 from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.backend_settings import settings
 from ftqp.qp.adapters.profile import profile
@@ -145,7 +146,7 @@ def _made(name: str, given: Mapping[str, Any]) -> Backend:
 
 def _module(name: str, entry: _Entry) -> ModuleType:
     """The adapter's module; what it needs of others is loaded with it."""
-    path = f"ftqp.qp.adapters._{name}"
+    path = f"{adapters.__name__}._{name}"
     if path in sys.modules or entry.imports not in (PACKAGE, QPSOLVERS):
         return import_module(path)
     with _steady_rounding():
