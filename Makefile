@@ -5,7 +5,7 @@ BIN     = $(VENV)/bin
 PIP     = $(BIN)/python -m pip install --disable-pip-version-check --quiet
 PYTEST ?= $(BIN)/python -m pytest
 JOBS   ?= 2
-MAKER   = $(BIN)/python -m ftqp.kernel.compiled.making
+MAKER   = $(BIN)/python -m ftqp.kernel.building
 # The classes of processors that a wheel is built for; elsewhere there is one for each architecture.
 LEVELS ?= $(if $(filter x86_64,$(shell uname -m)),"x86-64-v4,x86-64-v3")
 PYTHONS ?= python3.11 python3.12 python3.13

@@ -14,7 +14,7 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-MAKER = "ftqp.kernel.compiled.making"
+MAKER = "ftqp.kernel.building"
 
 
 class Kernel(BuildHookInterface):

@@ -85,7 +85,7 @@ def built(folder: Path) -> dict[str, float]:
     """CPU seconds of building a copy of the kernel."""
     source = folder / "src"
     shutil.copytree(ROOT / "src", source, ignore=shutil.ignore_patterns("__pycache__", "_kernel"))
-    maker = ("-m", "ftqp.kernel.compiled.making", "--store", str(folder / "store"))
+    maker = ("-m", "ftqp.kernel.building", "--store", str(folder / "store"))
     first = spent(source, *maker, "--first")
     rest = spent(source, *maker)
     path = source / "ftqp" / "kernel" / EDIT[0]

@@ -44,7 +44,6 @@ WITH_SLOW = PARTS[0]
 QUICK = ("tests/kernel/rows", "tests/kernel/maths")
 ELSEWHERE = {
     "compiled": "makes and loads machine code; plain Python does without it",
-    "lanes": "several arms in one vector register, which plain Python does not have",
 }
 """Rooms of the kernel that do not run as plain Python, and why."""
 REACH = 95.0

@@ -7,7 +7,6 @@ import pytest
 
 import ftqp
 from ftqp.analysis import map_chunk, points, spatial_task, workspace
-from ftqp.analysis.spatial_map import share_outside
 from ftqp.core.errors import InputError
 
 
@@ -50,11 +49,6 @@ def test_goal_itself_is_reached_from_everywhere_on_it(task):
     """A start at the goal moves nowhere: everything stays within reach and nothing can go wrong."""
     found = map_chunk(task, task.goal[None])
     assert found["Ravg"][0, :7] == pytest.approx(100.0) and (found["F100"][0, :7] == 100.0).all()
-
-
-def test_crossings_between_nodes_are_linear():
-    margins = np.array([[[1.0], [-1.0], [-3.0], [1.0], [2.0]]])
-    assert share_outside(margins)[0, :, 0] == pytest.approx([0.5, 1.0, 0.75, 0.0])
 
 
 def test_map_of_poses_has_a_report_with_intervals(panda):

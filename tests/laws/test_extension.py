@@ -6,17 +6,15 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import fields
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 import ftqp
 from ftqp.core.errors import InputError
 from ftqp.faults import kinds
-from ftqp.kernel.layout.criteria import LANES, Criterion, _coefficient
+from ftqp.kernel.layout.criteria import Criterion, _coefficient
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
@@ -102,41 +100,11 @@ def test_mypy_names_every_place_that_a_new_kind_has_no_case_in(tmp_path):
     assert places == {"belief", "kinematic_plant", "servo_plant", "mujoco_plant"}, done.stdout[-3000:]
 
 
-def test_coefficient_that_declares_nothing_is_served_by_nothing_but_the_tick():
+def test_coefficient_that_declares_nothing_makes_no_promise():
     bare = _coefficient()
-    assert bare.metadata["served"] == () and not bare.metadata["steady"]
-    for field in fields(Criterion):
-        one = Criterion(**{field.name: 0.5})
-        assert one.is_served_by(LANES) is (LANES in field.metadata["served"])
-    assert Criterion(norm=1.0, norm_v=2.0, norm_q=3.0).is_served_by(LANES)
-    assert not Criterion(norm=1.0, torque=1e-9).is_served_by(LANES)
-
-
-def test_batch_is_told_to_leave_the_lanes_by_what_a_criterion_does_not_declare(monkeypatch):
-    """Arms are then driven one by one, as a planner drives them."""
-    robot, dt = ftqp.robots.load("planar6"), 0.01
-    path = ftqp.paths.Line(robot.pose(robot.neutral), (0.02, 0.0, 0.0), duration=0.3)
-    sample = path.sample(dt * np.arange(30))
-    targets = ftqp.Targets(sample.pose, sample.twist, sample.acceleration)
-
-    def done(scheme):
-        planner = ftqp.Planner(robot, dt, scheme=scheme)
-        apart = bool(planner.what_ifs().session.K.criteria.apart)
-        rollout = ftqp.batch.rollout(planner, np.tile(robot.neutral, (5, 1)), targets=targets)
-        q, v = robot.neutral, np.zeros(robot.nv)
-        planner.reset(q)
-        for k in range(len(targets)):
-            step = planner.step(q, v, targets.at(k))
-            q, v = step.q.copy(), step.v.copy()
-        np.testing.assert_allclose(rollout.q, np.tile(q, (5, 1)), rtol=0.0, atol=1e-9)
-        return apart, rollout.q[0]
-
-    (in_lanes, served), (apart, _) = done("mvn"), done("mtn")
-    assert not in_lanes and apart
-    monkeypatch.setattr(Criterion, "is_served_by", lambda self, what: False)
-    alone, same = done("mvn")
-    assert alone
-    np.testing.assert_allclose(same, served, rtol=0.0, atol=1e-9)
+    assert not any(bare.metadata.values())
+    assert Criterion(norm=1.0, norm_v=2.0, inertia_h=1e-9).has_constant_hessian
+    assert not Criterion(norm=1.0, torque=1e-9).has_constant_hessian
 
 
 @pytest.mark.slow
@@ -162,7 +130,7 @@ def test_coefficient_of_a_stranger_is_computed_by_step_backend_and_batch_alike(t
         text = file.read_text()
         assert text.count(before) == 1
         file.write_text(text.replace(before, after))
-    build = [sys.executable, "-m", "ftqp.kernel.compiled.making", "--store", ROOT / "build" / "kernel"]
+    build = [sys.executable, "-m", "ftqp.kernel.building", "--store", ROOT / "build" / "kernel"]
     subprocess.run(build, env={**os.environ, "PYTHONPATH": str(source)}, check=True)
     found = SimpleNamespace(**said_by("stranger_criterion.py", source=source))
     assert found.effect > 1e-3, "the coefficient does something"

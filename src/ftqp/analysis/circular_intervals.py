@@ -103,7 +103,7 @@ class CircularIntervals:
             middle, half = 0.5 * (low + high), 0.5 * (high - low)
             away = values - middle
             if self.circular:
-                away = away - TURN * np.round(away / TURN)
+                away = wrapped(away)
             best = np.maximum(best, half - np.abs(away))
         return best
 
@@ -131,9 +131,18 @@ class CircularIntervals:
         return bool(self.contains(float(a)))
 
 
+def wrapped(difference: Any) -> Any:
+    """A difference of angles modulo one turn, from -pi to pi [rad].
+
+    Args:
+        difference: Of any size, a number or an array [rad].
+    """
+    return difference - TURN * np.round(difference / TURN)
+
+
 def _principal(a: float) -> float:
     """The value in (-pi, pi] that is the same angle."""
-    turned = a - TURN * np.round(a / TURN)
+    turned = wrapped(a)
     return float(turned + TURN if turned <= -np.pi else turned)
 
 

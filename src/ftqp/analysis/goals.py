@@ -1,5 +1,6 @@
 """A goal of an arm: task rows, the pose to reach, and compiled studies of both."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -14,9 +15,6 @@ from ftqp.core.pose import transform
 from ftqp.kernel.entry.study_session import StudySession
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model.robot import Robot
-
-STUDY_ENTRIES = ("study_values", "study_solutions", "study_curve", "study_self_motions")
-"""Compiled parts of these studies."""
 
 STEP = 0.05
 """Largest step of a traced curve [rad or m]."""
@@ -115,26 +113,8 @@ def goal_study(robot: Robot, goal: Any, rows: Any, step: float = STEP) -> GoalSt
     names = row_names(robot, rows)
     pose = _goal_pose(goal, names)
     indices = [COMPONENTS.index(name) for name in names]
-    limits, slides = robot.limits, robot.chain.prismatic
-    ends = np.isinf(limits.q_min) & np.isinf(limits.q_max)
-    free = StudySession(
-        robot.chain.constants(),
-        indices,
-        robot.length,
-        q_min=np.where(slides, limits.q_min, -np.inf),
-        q_max=np.where(slides, limits.q_max, np.inf),
-        wraps=~slides,
-        step=step,
-    )
-    limited = StudySession(
-        robot.chain.constants(),
-        indices,
-        robot.length,
-        q_min=limits.q_min,
-        q_max=limits.q_max,
-        wraps=~slides & ends,
-        step=step,
-    )
+    free = robot_session(robot, indices, limited=False, step=step)
+    limited = robot_session(robot, indices, step=step)
     free.aim(pose)
     limited.aim(pose)
     study = GoalStudy(robot=robot, rows=names, pose=pose, free=free, limited=limited)
@@ -147,6 +127,27 @@ def goal_study(robot: Robot, goal: Any, rows: Any, step: float = STEP) -> GoalSt
         )
     moved = np.abs(A).max(axis=(0, 1))
     return replace(study, idle=tuple(int(i) for i in np.flatnonzero(moved < DEPENDENT * moved.max())))
+
+
+def robot_session(
+    robot: Robot, indices: Sequence[int], *, limited: bool = True, step: float = STEP, axis: bool = False
+) -> StudySession:
+    """Studies of an arm with some task rows.
+
+    Args:
+        robot: The arm.
+        indices: Which of x, y, z, rx, ry, rz count, (m,).
+        limited: Whether joints that turn have their limits; without, their values count modulo one turn.
+        step: Largest step of a traced curve [rad or m].
+        axis: Whether rx and ry are the shortest turn of the tool's z axis.
+    """
+    limits, slides = robot.limits, robot.chain.prismatic
+    kept = slides | limited
+    low, high = np.where(kept, limits.q_min, -np.inf), np.where(kept, limits.q_max, np.inf)
+    return StudySession(
+        robot.chain.constants(), indices, robot.length, q_min=low, q_max=high,
+        wraps=~slides & np.isinf(low) & np.isinf(high), step=step, axis=axis,
+    )  # fmt: skip
 
 
 def row_names(robot: Robot, rows: Any) -> tuple[str, ...]:
@@ -189,6 +190,18 @@ def _goal_pose(goal: Any, rows: tuple[str, ...]) -> FloatArray:
         point[: shape[0]] = array("goal", goal, shape)
         return transform(np.eye(3), point)
     raise InputError(f"goal has shape {shape}, expected a point (2,) or (3,), or a pose (4, 4)")
+
+
+def random_postures(robot: Robot, count: int, seed: int = 0) -> FloatArray:
+    """Random postures within the limits, the same every time, (count, nv) [rad or m].
+
+    Args:
+        robot: The arm.
+        count: How many.
+        seed: Of the postures.
+    """
+    low, high = start_box(robot, limited=True)
+    return np.asarray(low + np.random.default_rng(seed).random((count, robot.nv)) * (high - low))
 
 
 def start_box(robot: Robot, limited: bool) -> tuple[FloatArray, FloatArray]:

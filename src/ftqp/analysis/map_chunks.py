@@ -1,7 +1,8 @@
 """A map of a workspace in pieces: what all its points share, and the measures of some of the points."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Literal, final, get_args
+from typing import Any, ClassVar, Literal, final, get_args
 
 import numpy as np
 
@@ -12,13 +13,12 @@ from ftqp.analysis.spatial_map import (
     MOST_PARTS,
     MOST_POINTS,
     SpatialTask,
-    spatial_chunk,
     spatial_points,
     whole_number,
 )
-from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance, positive
+from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.planar_study import Intervals, PlanarStudy
+from ftqp.kernel.entry.law_study import Intervals, LawStudy
 from ftqp.kernel.layout.endings import CORRECT, UNRESOLVED
 from ftqp.model.robot import Robot
 
@@ -56,7 +56,8 @@ class WorkspaceTask:
         v_max: The largest commanded speed of the tip [m/s].
         length: Whether shares are of the tip's way or of the joints'.
         boxes: For each box, for each joint, the values with which the goal stays within reach [rad].
-        suspects: For each joint, locked values from which not every trial went to the goal [rad].
+        suspects: For each joint, locked values from which not every trial went to the goal [rad]; None where
+            all failures are simulated.
         seed: Moves quasi-random configurations.
     """
 
@@ -73,12 +74,38 @@ class WorkspaceTask:
     v_max: float
     length: Length
     boxes: list[list[Intervals]]
-    suspects: list[Intervals]
+    suspects: list[Intervals] | None
     seed: int
 
-    def study(self) -> PlanarStudy:
+    circular: ClassVar[bool] = True
+
+    def study(self) -> LawStudy:
         """Compiled studies of the arm with this goal."""
         return self.links.study(self.M, self.links.local(self.goal))
+
+    @property
+    def asks(self) -> bool:
+        """Whether there are failures to simulate."""
+        return self.suspects is None or any(self.suspects)
+
+    @property
+    def nodes(self) -> IntArray:
+        """The nodes of a line at which joints fail."""
+        return np.arange(self.steps + 1)
+
+    @property
+    def options(self) -> dict[str, float]:
+        """What a run is asked beside its start."""
+        if self.horizon is None:
+            return {}
+        clock = {"gain": self.gain, "v_max": self.v_max / self.links.scale}
+        return {"horizon": self.horizon, "success": SUCCESS, **clock}
+
+    def starts(self, some: FloatArray) -> Iterator[FloatArray]:
+        """The configurations at each of some points, (C, n) [rad]."""
+        for point in some.reshape(-1, 2):
+            parts = self.links.configurations(self.links.local(point), self.configurations, self.seed)
+            yield np.concatenate([np.empty((0, len(self.joints))), *parts])
 
 
 def workspace_task(
@@ -133,7 +160,7 @@ def workspace_task(
         configurations=int(configurations), steps=int(steps), screen=bool(screen),
         horizon=None if horizon is None else positive("horizon", horizon, "s"),
         gain=positive("gain", gain, "1/s"), v_max=limit, length=length, boxes=boxes,
-        suspects=[() for _ in robot.joints], seed=seed,
+        suspects=None, seed=seed,
     )  # fmt: skip
     if not screen or horizon is not None:
         return task
@@ -171,12 +198,8 @@ def map_chunk(task: WorkspaceTask | SpatialTask, some: FloatArray) -> dict[str, 
         ``configurations``, ``failed`` lines that ended at a singularity, ``runs`` after failures, and those
         of them that are ``unresolved``.
     """
-    n = len(task.joints)
-    if isinstance(task, SpatialTask):
-        rows = spatial_chunk(task, np.asarray(some, dtype=np.float64).reshape(-1, 3))
-    else:
-        study = task.study()
-        rows = [_point(task, study, point) for point in np.asarray(some, dtype=np.float64).reshape(-1, 2)]
+    n, law = len(task.joints), task.study()
+    rows = [_point(task, law, starts) for starts in task.starts(np.asarray(some, dtype=np.float64))]
     found: dict[str, FloatArray] = {}
     for name in MEASURES:
         found[name] = np.array([row[name] for row in rows]).reshape(len(rows), n + 1)
@@ -189,17 +212,14 @@ COUNTS = ("configurations", "failed", "runs", "unresolved")
 """Names of the counts of a chunk."""
 
 
-def _point(task: WorkspaceTask, study: PlanarStudy, point: FloatArray) -> dict[str, Any]:
-    """Measures and counts of one point."""
-    parts = task.links.configurations(task.links.local(point), task.configurations, task.seed)
-    starts = np.concatenate([np.empty((0, len(task.joints))), *parts])
-    asks = not task.screen or task.horizon is not None or any(task.suspects)
-    by_joints = task.length == "joint"
-    inside, failed, q, within = study.lines(starts, task.steps, task.boxes, by_joints=by_joints, keep=asks)
-    F = np.ones_like(inside)
-    runs = unresolved = 0
+def _point(task: WorkspaceTask | SpatialTask, law: LawStudy, starts: FloatArray) -> dict[str, Any]:
+    """Measures and counts of one point, of the configurations at it."""
+    asks, by_joints = task.asks, task.length == "joint"
+    inside, failed, q, within = law.lines(
+        starts, task.steps, task.boxes, circular=task.circular, by_joints=by_joints, keep=asks
+    )
+    F, runs, unresolved = np.ones_like(inside), 0, 0
     if asks:
-        ok, runs, unresolved = _after_failures(task, study, q, within)
         weight = np.ones(q.shape[:2])
         if by_joints:
             way = np.linalg.norm(np.diff(q, axis=1), axis=2)
@@ -207,38 +227,32 @@ def _point(task: WorkspaceTask, study: PlanarStudy, point: FloatArray) -> dict[s
             weight[:, :-1] += way
         else:
             weight[:, (0, -1)] = 0.5
+        good, nodes = ~failed, task.nodes
+        ok, runs, unresolved = _after_failures(task, law, q[good][:, nodes], within[good][:, nodes])
         with np.errstate(invalid="ignore", divide="ignore"):
-            share = weight[:, :, None] * within
-            F = np.asarray((share * ok).sum(axis=1) / share.sum(axis=1))
-    good = ~failed
-    measures = measures_of(inside[good], F[good])
+            share = weight[good][:, nodes, None] * within[good][:, nodes]
+            F[good] = (share * ok).sum(axis=1) / share.sum(axis=1)
+    measures = measures_of(inside[~failed], F[~failed])
     counts = {"configurations": len(starts), "failed": int(failed.sum())}
     return {**measures, **counts, "runs": runs, "unresolved": unresolved}
 
 
 def _after_failures(
-    task: WorkspaceTask, study: PlanarStudy, q: FloatArray, within: BoolArray
+    task: WorkspaceTask | SpatialTask, law: LawStudy, q: FloatArray, within: BoolArray
 ) -> tuple[BoolArray, int, int]:
-    """Whether a failure at each node ends well, (C, K + 1, n + 1); how many ran, and came to no verdict."""
+    """Whether a failure at each node ends well, (C, k, n + 1); how many ran, and came to no verdict."""
     n = len(task.joints)
     asked = within[:, :, :n].copy()
-    asked[:, -1] = False  # at the goal nothing moves
-    if task.screen and task.horizon is None:
+    asked[:, task.nodes == task.steps] = False  # at the goal nothing moves
+    if task.suspects is not None:
         for i, intervals in enumerate(task.suspects):
             asked[:, :, i] &= _in_any(q[:, :, i], intervals)
     line, node, joint = np.nonzero(asked)
-    if task.horizon is None:
-        endings, _, _ = study.runs(q[line, node], 1 << joint)
-    else:
-        endings, _, _ = study.runs(
-            q[line, node], 1 << joint, horizon=task.horizon, success=SUCCESS, gain=task.gain,
-            v_max=task.v_max / task.links.scale,
-        )  # fmt: skip
+    endings, _, _ = law.runs(q[line, node], 1 << joint, **task.options)
     ok = np.ones(within.shape, dtype=np.bool_)
     ok[line, node, joint] = endings == CORRECT
     ok[:, :, n] = ok[:, :, :n].all(axis=2)
-    unresolved = 0 if task.horizon is not None else int((endings == UNRESOLVED).sum())
-    return ok, len(endings), unresolved
+    return ok, len(endings), 0 if "horizon" in task.options else int((endings == UNRESOLVED).sum())
 
 
 def _in_any(angle: FloatArray, intervals: Intervals) -> BoolArray:

@@ -6,7 +6,9 @@ from typing import Any, Self, final
 import numpy as np
 
 from ftqp.core.checks import FloatArray, frozen
-from ftqp.kernel.entry.planar_study import Intervals, PlanarStudy
+from ftqp.core.pose import transform
+from ftqp.kernel.entry.law_study import Intervals, LawStudy, links_of
+from ftqp.kernel.entry.study_session import StudySession
 from ftqp.model.robot import Robot
 
 SAMPLES = 720
@@ -29,23 +31,27 @@ class PlanarLinks:
         link: Lengths of the links, their mean 1, (n,).
         scale: Their mean length [m].
         base: Where joint 1 is, (2,) [m].
+        constants: Those of the arm of such a size that ``scale`` is 1, with joint 1 at the origin.
     """
 
     link: FloatArray
     scale: float
     base: FloatArray
+    constants: dict[str, Any]
 
     @classmethod
     def of(cls, robot: Robot) -> Self | None:
         """The links of a robot; None where it is no such arm."""
         chain = robot.chain
         offsets = np.vstack([chain.translation, chain.tip_translation])
-        straight = np.allclose(chain.rotation, np.eye(3)) and np.allclose(offsets[1:, 1:], 0.0)
-        lengths = offsets[1:, 0]
-        if not straight or chain.prismatic.any() or robot.nv < 2 or (lengths <= 0.0).any():
+        lengths = links_of(chain.rotation, offsets, chain.prismatic)
+        if lengths is None or robot.nv < 2:
             return None
-        scale = float(lengths.mean())
-        return cls(link=frozen(lengths / scale), scale=scale, base=frozen(offsets[0, :2].copy()))
+        scale, base = float(lengths.mean()), offsets[0, :2].copy()
+        offsets[0] = 0.0
+        moved = {"translation": offsets[:-1] / scale, "tip_translation": offsets[-1] / scale}
+        constants = {**chain.constants(), **moved}
+        return cls(link=frozen(lengths / scale), scale=scale, base=frozen(base), constants=constants)
 
     @property
     def reach(self) -> float:
@@ -60,14 +66,17 @@ class PlanarLinks:
         """A point of the plane seen from joint 1, in mean link lengths."""
         return np.asarray((np.asarray(point, dtype=np.float64) - self.base) / self.scale)
 
-    def study(self, M: FloatArray, goal: FloatArray) -> PlanarStudy:
-        """Compiled studies of the arm with one goal.
+    def study(self, M: FloatArray, goal: FloatArray) -> LawStudy:
+        """Compiled studies of the arm with one goal, in mean link lengths.
 
         Args:
-            M: The inverse of the weights, (n, n), of any scale.
+            M: The inverse of the weights, (n, n).
             goal: Where the tip is to go, (2,), as of ``local``.
         """
-        return PlanarStudy(self.link, M * (len(M) / np.trace(M)), goal)
+        wide = np.full(len(self.link), np.inf)
+        session = StudySession(self.constants, (0, 1), 1.0, q_min=-wide, q_max=wide, wraps=wide > 0.0)
+        session.aim(transform(np.eye(3), np.append(goal, 0.0)))
+        return LawStudy(session, M, 1.0)
 
     def ranges(self, goal: FloatArray) -> list[Intervals]:
         """The values of each joint at which the other joints can bring the tip to a goal.

@@ -1,32 +1,25 @@
 """A map of the workspace of any arm: lines of the tip to a goal, and failures on them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, final, get_args
+from typing import Any, ClassVar, Literal, final, get_args
 
 import numpy as np
 
 from ftqp.analysis.circular_intervals import CircularIntervals
 from ftqp.analysis.goals import goal_study
 from ftqp.analysis.manifolds.joint_ranges import ranges_of
-from ftqp.analysis.measures import measures_of
 from ftqp.analysis.outcomes.weights import weights_inverse
 from ftqp.analysis.planar_links import spread_evenly
-from ftqp.core.checks import BoolArray, FloatArray, frozen, instance
+from ftqp.core.checks import FloatArray, IntArray, frozen, instance
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry.law_study import LawStudy
-from ftqp.kernel.layout.endings import CORRECT, UNRESOLVED
-from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.kernel.entry.law_study import Intervals, LawStudy
 from ftqp.model.robot import Robot
 
 Plane = Literal["xy", "xz", "yz"]
 
 MOST_POINTS, MOST_PARTS = 4_000_000, 100_000
 """Nodes that a grid has at most, and configurations at a point and parts of a line."""
-WHOLE_CIRCLE = 10.0
-"""The margin of a joint that no value takes out of range [rad]."""
-EDGE = -1e-9
-"""A margin from here on counts as inside [rad]."""
 SOLVED = 1e-9
 """A configuration so near a pose is at it [unit lengths]."""
 
@@ -66,10 +59,47 @@ class SpatialTask:
     ranges: tuple[CircularIntervals, ...]
     seed: int
 
+    asks: ClassVar[bool] = True
+    suspects: ClassVar[None] = None
+    length: ClassVar[str] = "cartesian"
+    options: ClassVar[dict[str, float]] = {}
+
     @property
     def unit(self) -> float:
         """The mean length of a link [m]."""
         return 6.0 * self.robot.length / self.robot.nv
+
+    @property
+    def boxes(self) -> list[list[Intervals]]:
+        """The one box of the joints' values with which the goal stays within reach."""
+        return [[interval.intervals for interval in self.ranges]]
+
+    @property
+    def circular(self) -> list[bool]:
+        """Whether the values of each joint count modulo one turn."""
+        return [interval.circular for interval in self.ranges]
+
+    @property
+    def nodes(self) -> IntArray:
+        """The nodes of a line at which joints fail."""
+        return ((np.arange(self.instants) + 0.5) * self.steps / self.instants).astype(np.int64)
+
+    def study(self) -> LawStudy:
+        """Compiled studies of the arm with this goal."""
+        return LawStudy(goal_study(self.robot, self.pose, list(self.rows)).free, self.M, self.unit)
+
+    def starts(self, some: FloatArray) -> Iterator[FloatArray]:
+        """The configurations at each of some points that are found within the limits, (C, n) [rad or m]."""
+        limits, session = self.robot.limits, goal_study(self.robot, self.pose, list(self.rows)).limited
+        starts = spread_evenly(self.configurations, len(self.joints), self.seed)
+        ends = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
+        share = (starts[:, ends] + np.pi) / (2.0 * np.pi)
+        starts[:, ends] = limits.q_min[ends] + share * (limits.q_max - limits.q_min)[ends]
+        for point in some.reshape(-1, 3):
+            begin = self.pose.copy()
+            begin[:3, 3] = point
+            solved, left, _ = session.solutions(starts, goals=begin[None], bounded=True)
+            yield solved[left < SOLVED * self.unit]
 
 
 def spatial_task(
@@ -149,81 +179,3 @@ def spatial_points(task: SpatialTask) -> FloatArray:
     places = np.tile(task.goal, (len(nodes), 1))
     places[:, moving] = nodes + centre[moving]
     return np.asarray(places[np.linalg.norm(places - centre, axis=1) <= reach * (1.0 + 1e-9)])
-
-
-def spatial_chunk(task: SpatialTask, some: FloatArray) -> list[dict[str, Any]]:
-    """The measures and counts of some points.
-
-    Args:
-        task: What all points share.
-        some: Points, (P, 3) [m].
-    """
-    study = goal_study(task.robot, task.pose, list(task.rows))
-    law = LawStudy(study.free, task.M, task.unit)
-    limits = task.robot.limits
-    starts = spread_evenly(task.configurations, len(task.joints), task.seed)
-    ends = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
-    share = (starts[:, ends] + np.pi) / (2.0 * np.pi)
-    starts[:, ends] = limits.q_min[ends] + share * (limits.q_max - limits.q_min)[ends]
-    return [_point(task, study.limited, law, starts, point) for point in some]
-
-
-def _point(
-    task: SpatialTask, session: Any, law: LawStudy, starts: FloatArray, point: FloatArray
-) -> dict[str, Any]:
-    """Those of one point."""
-    begin = task.pose.copy()
-    begin[:3, 3] = point
-    solved, left, _ = session.solutions(starts, goals=begin[None], bounded=True)
-    q0 = solved[left < SOLVED * task.unit]
-    poses = np.tile(task.pose, (task.steps + 1, 1, 1))
-    poses[:, :3, 3] = np.linspace(point, task.goal, task.steps + 1)
-    way = np.concatenate([(task.goal - point) / task.steps, np.zeros(3)])
-    q, done = law.lines(q0, poses, way[[COMPONENTS.index(row) for row in task.rows]])
-    good = done == task.steps
-    q = q[good]
-    margins = _margins(q, task.ranges)
-    R = 1.0 - share_outside(margins).mean(axis=1)
-    F, runs, unresolved = _after_failures(task, law, q, margins >= EDGE)
-    counts = {"configurations": len(q0), "failed": int((~good).sum()), "runs": runs, "unresolved": unresolved}
-    return {**measures_of(R, F), **counts}
-
-
-def _margins(q: FloatArray, ranges: Sequence[CircularIntervals]) -> FloatArray:
-    """How far each joint is inside its range, the least of all last, (C, K + 1, n + 1) [rad or m]."""
-    each = [interval.margin(q[:, :, i]) for i, interval in enumerate(ranges)]
-    margins = np.stack([*each, np.min(each, axis=0)], axis=2)
-    return np.asarray(np.clip(margins, -WHOLE_CIRCLE, WHOLE_CIRCLE))
-
-
-def share_outside(margins: FloatArray) -> FloatArray:
-    """The share of each part of a line that is outside, margins being linear between nodes.
-
-    Args:
-        margins: (C, K + 1, n + 1), negative outside.
-
-    Returns:
-        (C, K, n + 1), 0 to 1.
-    """
-    before, now = margins[:, :-1], margins[:, 1:]
-    inside, after = before >= EDGE, now >= EDGE
-    with np.errstate(invalid="ignore", divide="ignore"):
-        crossing = np.clip(before / (before - now), 0.0, 1.0)
-    return np.where(inside & after, 0.0, np.where(inside, 1.0 - crossing, np.where(after, crossing, 1.0)))
-
-
-def _after_failures(
-    task: SpatialTask, law: LawStudy, q: FloatArray, within: BoolArray
-) -> tuple[FloatArray, int, int]:
-    """F of each line from failures at some of its nodes, (C, n + 1); how many ran, and came to no verdict."""
-    n = len(task.joints)
-    nodes = ((np.arange(task.instants) + 0.5) * task.steps / task.instants).astype(np.int64)
-    asked = within[:, nodes]
-    line, node, joint = np.nonzero(asked[:, :, :n])
-    endings, _, _ = law.runs(q[:, nodes][line, node], joint)
-    ok = np.ones(asked.shape, dtype=np.bool_)
-    ok[line, node, joint] = endings == CORRECT
-    ok[:, :, n] = ok[:, :, :n].all(axis=2)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        F = (asked & ok).sum(axis=1) / asked.sum(axis=1)
-    return np.asarray(F), len(endings), int((endings == UNRESOLVED).sum())

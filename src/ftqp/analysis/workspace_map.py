@@ -17,7 +17,7 @@ from ftqp.analysis.map_chunks import (
     workspace_task,
 )
 from ftqp.analysis.measures import MEASURES
-from ftqp.analysis.spatial_map import Plane, SpatialTask, spatial_task
+from ftqp.analysis.spatial_map import Plane, SpatialTask, spatial_task, whole_number
 from ftqp.core.checks import FloatArray, IntArray, frozen
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.threads import thread_count
@@ -195,8 +195,7 @@ def workspace(
             is in space and no rows are given.
     """
     threads = thread_count() if jobs is None else jobs
-    if isinstance(threads, bool) or not isinstance(threads, int | np.integer) or threads < 1:
-        raise InputError(f"jobs is {jobs!r}, expected a whole number from 1")
+    whole_number("jobs", threads, 1)
     task: WorkspaceTask | SpatialTask
     if rows is None:
         task = workspace_task(

@@ -20,7 +20,6 @@ if COMPILED:
     from numba.extending import intrinsic
 
     from ftqp.kernel.compiled.making.helper import helper
-    from ftqp.kernel.compiled.making.lane_records import as_mask, bits, lane_of, lane_record, put_lane
 
     @intrinsic  # type: ignore[untyped-decorator]
     def pointer(context: Any, address: Any) -> Any:
@@ -58,12 +57,6 @@ else:
         array = np.frombuffer(buffer, dtype=dtype).reshape(shape)
         return array.view(np.recarray) if dtype.names else array
 
-    as_mask = bits = lane_of = put_lane = None
-
-    def lane_record(width: int, dtype: Any) -> Any:
-        """No lanes in plain Python: every arm is driven in its own record."""
-        return lambda address, shared: None
-
     def pointer(address: int) -> int:
         """The address itself; plain Python's ``carray`` takes it as it is."""
         return address
@@ -76,16 +69,11 @@ else:
 
 __all__ = [
     "COMPILED",
-    "as_mask",
-    "bits",
     "carray",
     "exact_jit",
     "jit",
-    "lane_of",
-    "lane_record",
     "long_jit",
     "part_jit",
     "pointer",
-    "put_lane",
     "rare_jit",
 ]

@@ -64,7 +64,7 @@ def _else(world: World, joints: set[int]) -> Told:
     if not free or len(world.told) >= 3:
         names = [name for name in world.told if robot.joint(name) not in joints]
         name = names[0] if names else robot.joints[free[0] if free else 0]
-        return Told("withdraw", lambda: planner.withdraw(name), {})
+        return Told("withdraw", lambda: planner.withdraw(name), {}, joints=frozenset({name}))
     fault = world.drawn_fault(free[int(world.rng.integers(len(free)))])
     return Told("report", lambda: planner.report(fault), {robot.joints[robot.joint(fault.joint)]: fault})
 
@@ -112,6 +112,9 @@ def _ended(world: World, other: Other, told: Told | None) -> None:
         world.done["refused to another thread"] = world.done.get("refused to another thread", 0) + 1
     if other.done and told is not None:
         _happened(world, told)
+        if told.name == "withdraw":  # while it had failed a tick may have been made that nobody sees
+            for name in told.joints:
+                world.watch.failed_unseen(world.made.robot.joint(name))
 
 
 def threads_at_once(world: World) -> Any:

@@ -8,8 +8,6 @@ import pytest
 
 import ftqp
 from ftqp.analysis import outcome, point_to_point, qp_rates
-from ftqp.analysis.goals import goal_study
-from ftqp.analysis.outcomes.unaware_law import UnawareLaw
 from ftqp.core.errors import InputError
 
 
@@ -21,21 +19,6 @@ def panda():
 @pytest.fixture(scope="module")
 def goal(panda):
     return panda.pose(panda.neutral + 0.3 * np.array([1, -1, 0.5, 0.3, 0.2, 0.5, 1]))
-
-
-@pytest.mark.parametrize("rows", ["pose", "position"])
-def test_slopes_are_those_of_differences(panda, goal, rows):
-    rng = np.random.default_rng(1)
-    B = rng.normal(size=(7, 7))
-    study = goal_study(panda, goal if rows == "pose" else goal[:3, 3], rows)
-    law = UnawareLaw(study.free, np.linalg.inv(B @ B.T + 3.0 * np.eye(7)), (2,), 1.0, np.inf)
-    q = panda.neutral + 0.1
-    S = law.slopes(0.0, q)
-    for l in range(7):
-        h = np.zeros(7)
-        h[l] = 1e-6
-        expected = (law.rates(q + h)[0] - law.rates(q - h)[0]) / 2e-6
-        assert np.allclose(S[:, l], 0.0 if l == 2 else expected, rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize("joint", [0, 1, 3])

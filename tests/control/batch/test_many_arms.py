@@ -11,16 +11,11 @@ import pytest
 from batch_cases import ARMS, DT, STATUSES, TICKS, assert_same, circle, faults_of, robot_of, starts
 
 import ftqp
-from ftqp.control.batch import many_arms
 from ftqp.core.errors import InputError
-from ftqp.kernel.entry import rollouts
 
 
-@pytest.mark.parametrize("width", [pytest.param(4, marks=pytest.mark.slow), 8])
 @pytest.mark.parametrize("level", ["velocity", "acceleration"])
-def test_every_arm_moves_as_a_planner_moves_it(monkeypatch, level, width):
-    monkeypatch.setattr(rollouts, "lane_width", lambda: width)
-    monkeypatch.setattr(many_arms, "lane_width", lambda: width)
+def test_every_arm_moves_as_a_planner_moves_it(level):
     robot = ftqp.robots.load("panda")
 
     def planner_of():
@@ -83,7 +78,7 @@ def test_arms_of_a_planner_without_a_posture_return_each_to_its_own_start(scheme
         assert_same(done, planner_of, robot, q, faults, targets)
 
 
-def test_joints_that_swing_freely_and_damped_directions_go_one_by_one():
+def test_law_holds_for_joints_that_swing_freely_and_for_damped_directions():
     robot = ftqp.robots.load("panda")
     q, targets = starts(robot)[:3], circle(robot)
     faults = [
@@ -119,7 +114,7 @@ def test_threads_neighbours_and_order_change_nothing(study):
     np.testing.assert_array_equal(one.q[4], single.q[0])
 
 
-def test_nan_in_one_lane_harms_no_other(study):
+def test_start_that_is_no_number_harms_no_other_arm(study):
     planner, targets, q = study
     faults = faults_of(planner.robot)
     good = ftqp.batch.rollout(planner, q, targets=targets, faults=faults)

@@ -84,7 +84,7 @@ def test_machine_that_cannot_build_gets_plain_python_and_the_reason(
 ) -> None:
     code = (
         f"import sys; {hidden}\n"
-        "from ftqp.kernel.compiled.making.__main__ import main\n"
+        "from ftqp.kernel.building.__main__ import main\n"
         f"sys.exit(main(['--first', '--out', {str(tmp_path / 'out')!r}, '--store', {str(tmp_path / 's')!r}]))"
     )
     done = subprocess.run(
@@ -104,7 +104,7 @@ def test_machine_that_cannot_build_gets_plain_python_and_the_reason(
 def test_folder_that_cannot_be_written_costs_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     done = subprocess.run(
-        [sys.executable, "-m", "ftqp.kernel.compiled.making", "--first",
+        [sys.executable, "-m", "ftqp.kernel.building", "--first",
          "--out", str(tmp_path / "file" / "out"), "--store", str(tmp_path / "file" / "store")],
         env={**os.environ, "PYTHONPATH": str(SOURCE)},
         capture_output=True,

@@ -7,7 +7,7 @@ import pytest
 from records import SMALL
 
 from ftqp.kernel.compiled.kernel import level, load
-from ftqp.kernel.entry.table import ANY_SIZE, ENTRIES, EXACT, entries_of
+from ftqp.kernel.entry.table import ANY_SIZE, BUILT, ENTRIES
 
 ANY = {"solve_qp", "kkt", "solve_network", "solve_network_batch", "write_target"}
 """Those that know no robot."""
@@ -46,18 +46,10 @@ def test_an_entry_point_takes_as_many_arguments_as_the_table_says_and_objects_in
     assert objects == OBJECTS & set(parameters)
 
 
-@pytest.mark.parametrize("name", EXACT)
-def test_an_entry_point_of_one_size_takes_as_many_arguments_as_the_table_says(name):
-    function = EXACT[name].function(3)
-    assert function.__name__ == name and name not in ENTRIES
-    assert len(inspect.signature(function).parameters) == len(EXACT[name].signature)
-
-
 @pytest.mark.skipif(not level(), reason="no built kernel is in use")
 def test_every_entry_point_is_built(caplog):
     """Built means: its code allocates nothing and needs nothing of numba, else it is refused."""
-    wanted = entries_of(level())
-    assert {entry.name for entry, _ in wanted} >= set(ENTRIES) - {"rollout_4", "rollout_8"}
+    assert {entry.name for entry, _ in BUILT} == set(ENTRIES)
     with caplog.at_level(logging.WARNING, "ftqp"):
-        assert all(isinstance(load(*one), type(len)) for one in wanted)
+        assert all(isinstance(load(*one), type(len)) for one in BUILT)
     assert not caplog.records

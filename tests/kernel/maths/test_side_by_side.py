@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ftqp.kernel.jit import jit
-from ftqp.kernel.maths.elementary import larger, select, smaller, sqrt
+from ftqp.kernel.maths.elementary import any_of, floor, larger, select, smaller, sqrt
 from ftqp.kernel.maths.side_by_side import (
     WIDTH,
     all_of,
@@ -17,9 +17,34 @@ from ftqp.kernel.maths.side_by_side import (
     several,
     sum_of,
 )
+from ftqp.kernel.maths.trigonometry import sin_cos
 
 VALUES = np.array([3.0, -1.0, 0.0, 2.5, -7.0, 1e300, -0.0, 4.0, 9.0, -2.0])
 CODES = np.array([0, 1, 0, -3, 0, 0, 2**40, 0, 5, 0])
+
+
+INPUTS = np.concatenate([np.linspace(-9.0, 9.0, 37), [0.0, -0.0, 1e-12, 4e4, -4e4, 0.5 * np.pi, np.nan]])
+
+
+@jit
+def mixture(x, y):
+    """Every operator and elementary function in one number."""
+    s, c = sin_cos(x)
+    z = x + y * 2.0 - 1 / (3.0 + abs(y)) + (-x) * 0.5
+    z -= sqrt(abs(z)) * floor(x)
+    z *= 0.25
+    z += select((x > y) & ~(x >= 3.0) | (y < -2.0), larger(s, y), smaller(c, 2.0))
+    return z / 1.5, s, c
+
+
+@jit
+def mix(array, other, out):
+    x, y = several(array, 0), several(other, 0)
+    z, s, c = mixture(x, y)
+    put(out, 0, z)
+    put(out, 8, s)
+    put(out, 16, c)
+    return any_of(x > 1e3)
 
 
 @jit
@@ -30,7 +55,7 @@ def write(array, at, source, first):
 @jit
 def arithmetic(array, at, out):
     x = several(array, at)
-    put(out, 0, select(x > 0.0, larger(x, 3.0), smaller(-x, 1.0)) + numbers(array, at) * sqrt(abs(x)))
+    put(out, 0, select(x > 0.0, larger(x, 3.0), smaller(-x, 1.0)) + numbers(at) * sqrt(abs(x)))
 
 
 @jit
@@ -67,6 +92,15 @@ def test_formulas_take_eight_numbers_as_they_take_one(at):
     for k, x in enumerate(VALUES[at : at + WIDTH]):
         expected = (max(x, 3.0) if x > 0.0 else min(-x, 1.0)) + (at + k) * np.sqrt(abs(x))
         assert out[k] == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize("first", range(0, len(INPUTS) - WIDTH, 3))
+def test_every_operator_means_for_eight_numbers_what_it_means_for_one(first):
+    x, y, out = INPUTS[first : first + WIDTH], INPUTS[::-1][first : first + WIDTH].copy(), np.zeros(3 * WIDTH)
+    assert mix(x, y, out) == (x > 1e3).any()
+    one = getattr(mixture, "py_func", mixture)
+    expected = np.array([one(np.float64(a), np.float64(b)) for a, b in zip(x, y, strict=True)])
+    np.testing.assert_allclose(out.reshape(3, WIDTH).T, expected, rtol=1e-14, atol=1e-14)
 
 
 @pytest.mark.parametrize("at", [0, 2])

@@ -8,7 +8,7 @@ from session_ticks import Ticks, hessian
 import ftqp
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED, JointCode
-from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_rate, sort_joints
+from ftqp.kernel.rows.failed_joints import any_instant_lock, braked_velocity, lock_rate, sort_joints
 
 DT = 0.002
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 1.6, 0.4])
@@ -266,3 +266,12 @@ def test_velocity_noise_cannot_keep_a_joint_braking():
     aim = ftqp.Target(pose=robot.pose(Q))
     steps = [planner.step(Q, V + 0.05 * rng.normal(size=7), aim).v[0] for _ in range(int(0.3 / DT) + 2)]
     assert steps[-1] == 0.0 and planner.step(Q, V, aim).a[0] == 0.0
+
+
+def test_brake_ends_at_rest_before_the_limit():
+    v, q, dt = 1.0, 0.0, 1e-2
+    for _ in range(2000):
+        rate = lock_rate(v, 0.3 - q, 0.5, 9.0, dt)
+        after = braked_velocity(v, rate, dt)
+        q, v = q + 0.5 * dt * (v + after), after
+    assert v == 0.0 and 0.25 < q <= 0.3

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.spatial import cKDTree
 
-from ftqp.analysis.circular_intervals import TURN
+from ftqp.analysis.circular_intervals import TURN, wrapped
 from ftqp.analysis.goals import STEP, GoalStudy
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.study_session import TracedCurve
@@ -29,13 +29,13 @@ def limited_curves(study: GoalStudy, curves: list[TracedCurve]) -> list[TracedCu
         copies = [copy for point in _inside(study, curve.q) for copy in _copies(study, point)]
         waiting = np.array(copies).reshape(-1, study.robot.nv)
         for piece in pieces:
-            waiting = _beside(piece, waiting, study)
+            waiting = beside(study, piece.q, waiting)
         while len(waiting):
             piece = study.limited.curve(waiting[0])
             waiting = waiting[1:]
             if len(piece.q) > 1:
                 pieces.append(piece)
-                waiting = _beside(piece, waiting, study)
+                waiting = beside(study, piece.q, waiting)
     return pieces
 
 
@@ -47,7 +47,7 @@ def _excess(study: GoalStudy, q: FloatArray) -> FloatArray:
     half = np.where(finite, 0.5 * (high - low), np.inf)
     away = q - 0.5 * (low + high)
     turns = ~study.robot.chain.prismatic & finite
-    away = np.where(turns, away - TURN * np.round(away / TURN), away)
+    away = np.where(turns, wrapped(away), away)
     one_sided = np.maximum(limits.q_min - q, q - limits.q_max)
     return np.asarray(np.where(finite, np.abs(away) - half, one_sided).max(axis=1))
 
@@ -60,16 +60,16 @@ def _inside(study: GoalStudy, q: FloatArray) -> FloatArray:
         if 0.0 < excess[k] < STEP and excess[k] <= min(excess[k - 1], excess[k + 1]):
             ends = q[k - 1], q[k + 1]
 
-            def beside(share: float, ends: tuple[FloatArray, FloatArray] = ends) -> FloatArray:
+            def between(share: float, ends: tuple[FloatArray, FloatArray] = ends) -> FloatArray:
                 return study.free.solutions((ends[0] + share * (ends[1] - ends[0]))[None], near=True)[0]
 
             best = minimize_scalar(
-                lambda share, beside=beside: float(_excess(study, beside(share))[0]),
+                lambda share, between=between: float(_excess(study, between(share))[0]),
                 bounds=(0.0, 1.0),
                 method="bounded",
             )
             if best.fun < 0.0:
-                found.append(beside(float(best.x)))
+                found.append(between(float(best.x)))
     return np.vstack(found)
 
 
@@ -88,14 +88,26 @@ def _copies(study: GoalStudy, q: FloatArray) -> list[FloatArray]:
     return [np.array(copy) for copy in islice(product(*choices), MOST_COPIES)]
 
 
-def _beside(curve: TracedCurve, q: FloatArray, study: GoalStudy) -> FloatArray:
-    """The configurations that a curve does not pass within two steps, (k, nv)."""
-    tree = cKDTree(_turned(curve.q, study), boxsize=np.where(study.turning, TURN, 0.0))
-    away, _ = tree.query(_turned(q, study), distance_upper_bound=2.0 * STEP)
+def beside(study: GoalStudy, known: FloatArray, q: FloatArray, reach: float = 2.0 * STEP) -> FloatArray:
+    """The configurations that are farther than a reach from all known ones, (k, nv) [rad or m].
+
+    Args:
+        study: Of the arm.
+        known: Configurations, (l, nv) [rad or m].
+        q: Configurations, (k, nv) [rad or m].
+        reach: As above [rad or m].
+    """
+    tree = cKDTree(turned(study, known), boxsize=np.where(study.turning, TURN, 0.0))
+    away, _ = tree.query(turned(study, q), distance_upper_bound=reach)
     return np.asarray(q[~np.isfinite(away)])
 
 
-def _turned(q: FloatArray, study: GoalStudy) -> FloatArray:
-    """Configurations with the values of joints without limits in [0, 2 pi)."""
-    turned = np.mod(q, TURN)
-    return np.asarray(np.where(study.turning, np.where(turned >= TURN, 0.0, turned), q))
+def turned(study: GoalStudy, q: FloatArray) -> FloatArray:
+    """Configurations with the values of joints without limits in [0, 2 pi).
+
+    Args:
+        study: Of the arm.
+        q: Configurations, (k, nv) [rad or m].
+    """
+    values = np.mod(q, TURN)
+    return np.asarray(np.where(study.turning, np.where(values >= TURN, 0.0, values), q))

@@ -1,37 +1,35 @@
 """What becomes of one motion to a goal when joints lock and nobody tells the law."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
-from scipy.integrate import DOP853, Radau, solve_ivp
-from scipy.optimize import brentq
 
-from ftqp.analysis.goals import goal_study
-from ftqp.analysis.outcomes.limit_cycle import cycle_through
+from ftqp.analysis.goals import GoalStudy, goal_study
+from ftqp.analysis.outcomes.limit_cycle import crossing, cycle_through
 from ftqp.analysis.outcomes.unaware_law import UnawareLaw
-from ftqp.analysis.outcomes.verdicts import NEAR, SLOW, Rest, goal_ahead, rest_ahead, singularity_ahead
 from ftqp.analysis.outcomes.weights import weights_inverse
-from ftqp.core.checks import BoolArray, FloatArray, frozen, non_negative, positive
+from ftqp.analysis.rest.linearisation import reduced_jacobians, weighted_inverse
+from ftqp.core.checks import FloatArray, frozen, non_negative, positive
 from ftqp.core.errors import InputError
+from ftqp.kernel.entry.law_study import Followed, LawStudy
 from ftqp.kernel.layout.endings import Ending
+from ftqp.kernel.layout.law_room import LONG_WAY
 from ftqp.model.robot import Robot
 
-TOLERANCE = 1e-10
-"""Of a step of an end that is reported."""
-STEPS, STIFF_STEPS = 400, 2000
-"""Of the explicit method and of the L-stable one that follows."""
-LOOKS = 4
-"""Steps from one look at how it may end to the next."""
-LONG_WAY = 60.0
-"""A motion that went further without rest has none [rad]."""
-LONGEST = 1.0
-"""Of a step, in s."""
 FLAT = 1e-9
 """Least over largest singular value from which a start is singular."""
 SUCCESS = 1e-2
 """The |e| that counts as correct within a horizon [unit lengths]."""
+NEUTRAL = 1e-6
+"""A rest whose slowest eigenvalue has a real part this small belongs to a curve of rests [1/s]."""
+ROUNDING = 1e-5
+"""Least over largest singular value below which slopes are lost in rounding ..."""
+BEFORE = 1e-3
+"""... and are those of a place so far before the rest [rad]."""
+APART = 0.02
+"""Of the configurations on record, in s."""
 
 
 @final
@@ -108,18 +106,18 @@ def outcome(
     if share > 1.0:
         raise InputError(f"at is {share:g}, expected a share of the motion from 0 to 1")
     limit = np.inf if v_max is None else positive("v_max", v_max, "m/s")
-    speed = positive("gain", gain, "1/s")
+    clock: dict[str, Any] = {"gain": positive("gain", gain, "1/s"), "v_max": limit}
     end = None if horizon is None else positive("horizon", horizon, "s")
     q = robot.angles(q0)
-    unit = 6.0 * robot.length / robot.nv
-    healthy = UnawareLaw(study.free, M, (), speed, limit)
-    if healthy.flatness(q) < FLAT:
+    sigma = np.linalg.svd(study.free.values(q[None])[1][0], compute_uv=False)
+    if not sigma[-1] >= FLAT * sigma[0]:
         raise InputError(
             f"q0 is singular: the task rows {', '.join(study.rows)} do not move independently there; "
             "expected a regular start, move a joint a little"
         )
-    q = _moved_on(healthy, q, share)
-    return _Run(UnawareLaw(study.free, M, which, speed, limit), unit, study.turning, speed, end).outcome(q)
+    motion = _Motion(study, M, which, clock)
+    q = motion.moved_on(q, share)
+    return motion.ended(q) if end is None else motion.until(q, end)
 
 
 def locked_joints(robot: Robot, locked: str | int | Sequence[str | int]) -> tuple[int, ...]:
@@ -139,203 +137,140 @@ def locked_joints(robot: Robot, locked: str | int | Sequence[str | int]) -> tupl
     return which
 
 
-def _moved_on(law: UnawareLaw, q: FloatArray, share: float) -> FloatArray:
-    """The configuration after a share of the healthy motion's distance.
-
-    A healthy arm takes its error straight to zero, |e| = |e_0| exp(-kappa t), unless it meets a singularity:
-    one that lies before the wanted error ends the way.
-    """
-    if share == 0.0:
-        return q
-
-    def size(y: FloatArray) -> float:
-        return float(np.linalg.norm(law.error(y)))
-
-    whole = size(q)
-    wanted = max(1.0 - share, 1e-9) * whole
-    solver = DOP853(law.scaled, 0.0, np.append(q, 0.0), 1e3, rtol=TOLERANCE, atol=TOLERANCE)
-    done, missed = 0.0, "it is not there in the steps it was given"
-    for step in range(1, STEPS + 1):
-        solver.step()
-        if solver.status == "failed":
-            missed = "it meets a singularity"
-            break
-        left = size(solver.y[:-1])
-        if left <= wanted:
-            return _where(solver, lambda y: size(y[:-1]) - wanted)[:-1]
-        done = 1.0 - left / whole
-        met = singularity_ahead(law, solver.y[:-1]) if step % LOOKS == 0 else None
-        if met is not None and size(met.q) > wanted:
-            done, missed = 1.0 - size(met.q) / whole, "it meets a singularity"
-            break
-    raise InputError(
-        f"at is {share:g}, but the healthy arm does only {done:.5g} of the motion's distance: {missed}; "
-        "choose a smaller at, another q0 or a goal within reach"
-    )
-
-
-def _where(solver: DOP853, crossed: Callable[[FloatArray], float]) -> FloatArray:
-    """The state within the last step of a solver at which a function of it is zero."""
-    way = solver.dense_output()
-    return np.asarray(way(brentq(lambda s: crossed(way(s)), solver.t_old, solver.t)))
-
-
 @final
-class _Run:
-    """One motion and its record."""
+class _Motion:
+    """A motion after a lock, and what there is to say of it."""
 
-    def __init__(
-        self, law: UnawareLaw, unit: float, turning: BoolArray, gain: float, horizon: float | None
-    ) -> None:
-        self._law, self._unit, self._turning, self._gain, self._horizon = law, unit, turning, gain, horizon
-        self._path: list[FloatArray] = []
-        self._t: list[float] = []
-        self._errors: list[float] = []
-        self._way = 0.0
+    def __init__(self, study: GoalStudy, M: FloatArray, which: Sequence[int], clock: dict[str, Any]) -> None:
+        self._study, self._M, self._which, self._clock = study, M, list(which), clock
+        self._unit = 6.0 * study.robot.length / study.robot.nv
+        self._kernel = LawStudy(study.free, M, self._unit)
+        self._law = UnawareLaw(study, M, which, **clock)
+        self._locked = sum(1 << i for i in which)
 
-    def _note(self, q: FloatArray, t: float) -> float:
-        """Put a configuration on record; |e| there."""
-        if self._path:
-            self._way += float(np.linalg.norm(q - self._path[-1]))
-        self._path.append(q.copy())
-        self._t.append(t)
-        self._errors.append(float(np.linalg.norm(self._law.error(q))))
-        return self._errors[-1]
+    def _size(self, q: FloatArray) -> float:
+        return float(self._law.sizes(q))
 
-    def outcome(self, q: FloatArray) -> Outcome:
-        """Drive it to its end."""
-        self._note(q, 0.0)
-        if self._horizon is not None:
-            return self._until(q, self._horizon)
-        found = self._look(q)
-        if found is None:
-            found = self._explicit(q)
-        cycle = None if found is not None else self._cycle()
-        if found is None and cycle is None and self._way <= LONG_WAY:
-            found = self._implicit(self._path[-1])
-            cycle = None if found is not None else self._cycle()
-        if found is not None:
-            return self._ended(found)
-        if cycle is not None:
-            return cycle
-        if self._way > LONG_WAY:
-            reason = f"The arm went {self._way:.0f} rad without rest; its returns do not settle to a cycle."
-        else:
-            reason = f"The arm neither came to rest nor went {LONG_WAY:.0f} rad in the steps it was given."
-        return self._said(Ending.UNRESOLVED, self._path[-1], reason)
+    def moved_on(self, q: FloatArray, share: float) -> FloatArray:
+        """The configuration after a share of the healthy motion's distance.
 
-    def _cycle(self) -> Outcome | None:
-        """The outcome of a cycle that the motion is on, or comes to."""
-        cycle = cycle_through(self._law, self._path[-1], self._turning)
-        if cycle is None:
-            return None
-        low, high = cycle.error_range
-        return self._said(
-            Ending.NONE, cycle.q,
-            f"The arm does not come to rest: it returns to the same configuration every "
-            f"{cycle.period:.6g} s, the error between {low:.6g} and {high:.6g} m.",
-            period=cycle.period, error_range=cycle.error_range,
-        )  # fmt: skip
-
-    def _look(self, q: FloatArray) -> Rest | None:
-        """How it may end from here."""
-        v, size = self._law.rates(q)
-        rate = float(np.linalg.norm(v))
-        if size < NEAR * self._unit and (found := goal_ahead(self._law, q, self._unit)) is not None:
-            return found
-        if rate / (0.5 + rate) < SLOW:
-            return rest_ahead(self._law, q, self._unit)
-        return singularity_ahead(self._law, q)
-
-    def _explicit(self, q: FloatArray) -> Rest | None:
-        """By an explicit method in s."""
-        solver = DOP853(
-            self._law.scaled, 0.0, np.append(q, 0.0), 1e6, max_step=LONGEST, rtol=TOLERANCE, atol=TOLERANCE
+        A healthy arm takes its error straight to zero, |e| = |e_0| exp(-kappa t), unless it meets a
+        singularity: one that lies before the wanted error ends the way.
+        """
+        if share == 0.0:
+            return q
+        whole = self._size(q)
+        wanted = max(1.0 - share, 1e-9) * whole
+        run = self._kernel.follow(q, 0, success=wanted)
+        if run.ending == Ending.CORRECT:
+            k = int(np.argmax(run.errors < wanted))
+            y, length = np.column_stack([run.path, run.t])[k - 1 : k + 1], run.s[k] - run.s[k - 1]
+            healthy = UnawareLaw(self._study, self._M, ())
+            found = crossing(healthy, y[0], y[1], length, lambda y: self._law.sizes(y[:-1]) - wanted)
+            return np.asarray(found[:-1])
+        met = run.ending == Ending.SINGULAR
+        missed = "it meets a singularity" if met else "it is not there in the steps it was given"
+        raise InputError(
+            f"at is {share:g}, but the healthy arm does only {1.0 - self._size(run.q) / whole:.5g} of the "
+            f"motion's distance: {missed}; choose a smaller at, another q0 or a goal within reach"
         )
-        for step in range(1, STEPS + 1):
-            solver.step()
-            if solver.status != "running":
-                return singularity_ahead(self._law, self._path[-1])
-            self._note(solver.y[:-1], float(solver.y[-1]))
-            if step % LOOKS == 0 and (found := self._look(solver.y[:-1])) is not None:
-                return found
-            if self._way > LONG_WAY:
-                return None
-        return None
 
-    def _implicit(self, q: FloatArray) -> Rest | None:
-        """By an L-stable method in real time with gain 1, for creeping next to singularities."""
-        solver = Radau(
-            self._law.real, 0.0, q, 1e9, jac=self._law.slopes, rtol=1e2 * TOLERANCE, atol=1e2 * TOLERANCE
-        )
-        t = self._t[-1]
-        for step in range(1, STIFF_STEPS + 1):
-            solver.step()
-            if solver.status != "running":
-                return singularity_ahead(self._law, self._path[-1])
-            t += (solver.t - solver.t_old) / self._law.kappa(self._errors[-1])
-            self._note(solver.y, t)
-            if step % LOOKS == 0 and (found := self._look(solver.y)) is not None:
-                return found
-            if self._way > LONG_WAY:
-                return None
-        return None
-
-    def _until(self, q: FloatArray, T: float) -> Outcome:
+    def until(self, q: FloatArray, T: float) -> Outcome:
         """What is reached within a time."""
         bound = SUCCESS * self._unit
+        run = self._kernel.follow(q, self._locked, horizon=T, success=bound, **self._clock)
+        end = min(run.arrived, T, run.t[-1])
+        last = [np.interp(end, run.t, column) for column in run.path.T]
+        kept = run.t < end
+        path, t = np.vstack([run.path[kept], last]), np.append(run.t[kept], end)
+        errors = np.append(run.errors[kept], self._size(path[-1]))
+        if run.ending == Ending.CORRECT or errors[0] < bound:
+            ending, reason = Ending.CORRECT, f"The error fell below {bound:.3g} m after {end:.4g} s."
+        else:
+            ending, reason = Ending.UNRESOLVED, f"After {end:.4g} s the error was still {errors[-1]:.4g} m."
+        return _outcome(ending, path[-1], errors[-1], (path, t, errors), reason)
 
-        def near(t: float, y: FloatArray) -> float:
-            return float(np.linalg.norm(self._law.error(y))) - bound
-
-        def motion(t: float, y: FloatArray) -> FloatArray:
-            v, size = self._law.rates(y)
-            return np.asarray(v * self._law.kappa(size))
-
-        near.terminal = True  # type: ignore[attr-defined]
-        way = solve_ivp(motion, (0.0, T), q, method="LSODA", rtol=1e-9, atol=1e-9, events=near)
-        for k in range(1, len(way.t)):
-            self._note(way.y[:, k], float(way.t[k]))
-        if way.status == 1 or self._errors[-1] < bound:
-            reason = f"The error fell below {bound:.3g} m after {self._t[-1]:.4g} s."
-            return self._said(Ending.CORRECT, self._path[-1], reason)
-        reason = f"After {T:.4g} s the error was still {self._errors[-1]:.4g} m."
-        return self._said(Ending.UNRESOLVED, self._path[-1], reason)
-
-    def _ended(self, found: Rest) -> Outcome:
-        """The outcome of a rest."""
-        size = float(np.linalg.norm(self._law.error(found.q)))
-        if found.ending == Ending.SINGULAR:
-            return self._said(
-                found.ending, found.q,
+    def ended(self, q: FloatArray) -> Outcome:
+        """Where it ends."""
+        run = self._kernel.follow(q, self._locked, **self._clock)
+        row = np.unique((run.s / APART).astype(np.int64), return_index=True)[1]
+        record = run.path[row], run.t[row], run.errors[row]
+        size = self._size(run.q)
+        if run.ending in (Ending.NONE, Ending.UNRESOLVED):
+            return self._without_rest(run, size, record)
+        if run.ending == Ending.SINGULAR:
+            reason = (
                 f"A singular configuration takes the arm in, {size:.4g} m from the goal: "
-                "behind it the law points back.",
-            )  # fmt: skip
-        rate = found.rate * self._law.kappa(size)
-        if found.ending == Ending.CORRECT:
+                "behind it the law points back."
+            )
+            return _outcome(run.ending, run.q, size, record, reason)
+        slowest = self._rate(run)
+        curve = run.ending == Ending.ERRONEOUS and slowest < NEUTRAL
+        rate = 0.0 if curve else slowest * self._law.kappa(size)
+        if run.ending == Ending.CORRECT:
             reason = f"The arm comes to rest at the goal; there the error falls with {rate:.4g} per second."
-        elif found.curve:
+        elif curve:
             reason = (
                 f"The arm comes to rest {size:.4g} m from the goal, at one of a curve of rest configurations."
             )
         else:
             reason = f"The arm comes to rest {size:.4g} m from the goal, where all eigenvalues are stable."
-        return self._said(found.ending, found.q, reason, rate=rate)
+        return _outcome(run.ending, run.q, size, record, reason, rate=rate)
 
-    def _said(
-        self,
-        ending: Ending,
-        q: FloatArray,
-        reason: str,
-        *,
-        rate: float | None = None,
-        period: float | None = None,
-        error_range: tuple[float, float] | None = None,
-    ) -> Outcome:
-        """The outcome with the record so far."""
-        return Outcome(
-            kind=ending.name.lower(), q=frozen(np.asarray(q).copy()),
-            error=float(np.linalg.norm(self._law.error(np.asarray(q)))), rate=rate, period=period,
-            error_range=error_range, path=frozen(np.array(self._path)), t=frozen(np.array(self._t)),
-            errors=frozen(np.array(self._errors)), reason=reason,
-        )  # fmt: skip
+    def _rate(self, run: Followed) -> float:
+        """With which a rest is approached at last, with gain 1 [1/s]: that of its slowest eigenvalue.
+
+        At the goal those of G A over the joints that move; where more of them move than there are task rows,
+        nil ones of its self-motion aside.
+        """
+        q = run.q
+        A = self._study.free.values(q[None])[1][0]
+        sigma = np.linalg.svd(A, compute_uv=False)
+        if run.ending == Ending.CORRECT:
+            free = np.setdiff1d(np.arange(len(q)), self._which)
+            fall = np.sort(np.linalg.eigvals((weighted_inverse(A, self._M) @ A)[np.ix_(free, free)]).real)
+            return float(fall[max(0, len(free) - len(A))])
+        if sigma[-1] < ROUNDING * sigma[0]:
+            away = run.path[-1] - q
+            q = q + BEFORE * away / max(float(np.linalg.norm(away)), 1e-300)
+        slopes = reduced_jacobians(self._study, self._M, q[None], self._which)[0]
+        return float(-np.linalg.eigvals(slopes).real.max())
+
+    def _without_rest(self, run: Followed, size: float, record: Any) -> Outcome:
+        """A cycle that the motion is on, or comes to; else it is not known what becomes of it."""
+        turning = self._study.turning
+        cycle = cycle_through(self._kernel, self._law, self._locked, run.q, turning, self._clock)
+        if cycle is not None:
+            low, high = cycle.error_range
+            reason = (
+                f"The arm does not come to rest: it returns to the same configuration every "
+                f"{cycle.period:.6g} s, the error between {low:.6g} and {high:.6g} m."
+            )
+            return _outcome(
+                Ending.NONE, cycle.q, self._size(cycle.q), record, reason,
+                period=cycle.period, error_range=cycle.error_range,
+            )  # fmt: skip
+        if run.ending == Ending.NONE:
+            reason = f"The arm went {run.way:.0f} rad without rest; its returns do not settle to a cycle."
+        else:
+            reason = f"The arm neither came to rest nor went {LONG_WAY:.0f} rad in the steps it was given."
+        return _outcome(Ending.UNRESOLVED, run.q, size, record, reason)
+
+
+def _outcome(
+    ending: Ending,
+    q: FloatArray,
+    error: float,
+    record: tuple[FloatArray, FloatArray, FloatArray],
+    reason: str,
+    *,
+    rate: float | None = None,
+    period: float | None = None,
+    error_range: tuple[float, float] | None = None,
+) -> Outcome:
+    """The outcome with the record of the way."""
+    path, t, errors = record
+    return Outcome(
+        kind=ending.name.lower(), q=frozen(q.copy()), error=float(error), rate=rate, period=period,
+        error_range=error_range, path=frozen(path), t=frozen(t), errors=frozen(errors), reason=reason,
+    )  # fmt: skip

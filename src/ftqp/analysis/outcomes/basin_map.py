@@ -10,6 +10,9 @@ from ftqp.analysis.goals import GoalStudy, goal_study
 from ftqp.analysis.outcomes.unaware_law import UnawareLaw
 from ftqp.analysis.outcomes.weights import weights_inverse
 from ftqp.analysis.planar_links import PlanarLinks
+from ftqp.analysis.rest.linearisation import reduced_jacobians
+from ftqp.analysis.rest.rest_configurations import rests_at
+from ftqp.analysis.spatial_map import whole_number
 from ftqp.core.checks import FloatArray, IntArray, frozen
 from ftqp.core.errors import InputError
 from ftqp.kernel.layout.endings import Ending
@@ -18,10 +21,6 @@ from ftqp.model.robot import Robot
 TURN = 2.0 * np.pi
 SAME = 1e-3
 """Ends so near each other are one [rad]."""
-CELLS = 120
-"""Along each joint, in which rest is looked for."""
-INFLATED = 0.1
-"""Share by which the range of a cell's corners is widened."""
 LEAVING = 1e-3
 """From a saddle to the begin of a separatrix [rad]."""
 LONGEST = 40.0
@@ -77,8 +76,7 @@ def basins(
     links = PlanarLinks.of(robot)
     if links is None or robot.nv != 3:
         raise InputError(f"{robot.name} has no map of basins, expected a planar arm of three revolute joints")
-    if isinstance(grid, bool) or not isinstance(grid, int | np.integer) or grid < 2:
-        raise InputError(f"grid is {grid!r}, expected a whole number from 2")
+    whole_number("grid", grid, 2)
     i = robot.joint(joint)
     first, second = (k for k in range(3) if k != i)
     M = weights_inverse(W, 3)
@@ -91,8 +89,7 @@ def basins(
     endings, ends, _ = planar.runs(starts.reshape(-1, 3), np.full(grid * grid, 1 << i))
     label, found, kinds = _labelled(endings, ends)
     share = np.array([np.mean(label == k) for k in range(len(found))])
-    law = UnawareLaw(study.free, M, (i,), 1.0, np.inf)
-    saddles, eigenvalues, ways = _saddles(study, law, i, value, (first, second))
+    saddles, eigenvalues, ways = _saddles(study, M, i, value, (first, second))
     return Basins(
         moving=(first, second), angles=frozen(angles), label=frozen(label.reshape(grid, grid)),
         ends=frozen(found), kinds=kinds, share=frozen(share), saddles=frozen(saddles),
@@ -128,65 +125,24 @@ def _labelled(endings: IntArray, ends: FloatArray) -> tuple[IntArray, FloatArray
 
 
 def _saddles(
-    study: GoalStudy, law: UnawareLaw, i: int, value: float, moving: tuple[int, int]
+    study: GoalStudy, M: FloatArray, i: int, value: float, moving: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
-    """Saddles away from the goal, their eigenvalues, and the ways into them.
-
-    Cells of a grid at whose corners both rates change their sign are where Newton steps begin.
-    """
-    axis = -np.pi + TURN * np.arange(CELLS + 1) / CELLS
-    q = np.empty((CELLS + 1, CELLS + 1, 3))
-    q[:, :, i] = value
-    q[:, :, moving[0]], q[:, :, moving[1]] = axis[:, None], axis[None, :]
-    v = np.array([law.rates(one)[0] for one in q.reshape(-1, 3)]).reshape(q.shape)[:, :, list(moving)]
-    corners = np.stack([v[:-1, :-1], v[1:, :-1], v[:-1, 1:], v[1:, 1:]])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    wide = INFLATED * (high - low)
-    candidates = np.argwhere(((low - wide <= 0.0) & (high + wide >= 0.0)).all(axis=2))
-    found: list[FloatArray] = []
-    values: list[FloatArray] = []
-    ways: list[FloatArray] = []
-    step = TURN / CELLS
-    for a, b in candidates:
-        here = q[a, b].copy()
-        here[list(moving)] += 0.5 * step
-        rest = _rest(law, here, moving)
-        if rest is None or np.abs(_principal(rest - here)).max() > 3.0 * step:
-            continue
-        rest = _principal(rest)
-        rest[i] = value
-        if any(np.abs(_principal(rest - other)).max() < SAME for other in found):
-            continue
-        S = law.slopes(0.0, rest)[np.ix_(moving, moving)]
-        eigenvalues, vectors = np.linalg.eig(S)
-        if np.linalg.norm(law.error(rest)) < 1e-6 or np.abs(eigenvalues.imag).max() > 0.0:
-            continue
+    """Saddles away from the goal, their eigenvalues, and the ways into them."""
+    law = UnawareLaw(study, M, (i,))
+    found, values, ways = [], [], []
+    for rest in rests_at(study, M, i, value):
+        eigenvalues, vectors = np.linalg.eig(reduced_jacobians(study, M, rest[None], (i,))[0])
         order = np.argsort(eigenvalues.real)
-        low_value, high_value = eigenvalues.real[order]
-        if not low_value < 0.0 < high_value:
+        low, high = eigenvalues.real[order]
+        if np.abs(eigenvalues.imag).max() > 0.0 or not low < 0.0 < high:
             continue
-        found.append(rest)
-        values.append(np.array([low_value, high_value]))
+        found.append(np.where(np.arange(3) == i, value, _principal(rest)))
+        values.append(np.array([low, high]))
         for side in (LEAVING, -LEAVING):
-            begin = rest.copy()
+            begin = found[-1].copy()
             begin[list(moving)] += side * vectors[:, order[0]].real
             ways.append(_backwards(law, begin))
     return np.array(found).reshape(-1, 3), np.array(values).reshape(-1, 2), ways
-
-
-def _rest(law: UnawareLaw, q: FloatArray, moving: tuple[int, int]) -> FloatArray | None:
-    """A rest near q by Newton steps."""
-    here = q.copy()
-    for _ in range(30):
-        v, _ = law.rates(here)
-        S = law.slopes(0.0, here)[np.ix_(moving, moving)]
-        move = np.linalg.lstsq(S, -v[list(moving)], rcond=1e-12)[0]
-        here[list(moving)] += move
-        if np.linalg.norm(move) < 1e-12:
-            return here
-        if np.linalg.norm(here - q) > 1.0:
-            return None
-    return None
 
 
 def _backwards(law: UnawareLaw, q: FloatArray) -> FloatArray:

@@ -1,13 +1,16 @@
 """A motion that does not come to rest: its returns to a section, its period and its errors."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, final
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from ftqp.analysis.outcomes.unaware_law import UnawareLaw
 from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.kernel.entry.law_study import LawStudy
 
 RETURNS = 400
 """To the section, at most."""
@@ -15,35 +18,14 @@ SAME = 1e-6
 """Two returns so near each other are the same [rad]."""
 AROUND = 0.5
 """The section reaches so far from its point [rad]."""
-LONGEST = 200.0
-"""A round is not longer, in s."""
-EVALUATIONS = 60_000
-"""Of the motion, at most: next to singularities steps collapse."""
-AWAY = 0.1
-"""In s, before a return is looked for."""
-TOLERANCE = 1e-10
-STEP = 0.5
-"""A step that is not longer, in s, passes no return unseen."""
-SAMPLES = 4000
-"""Of a round, for its errors."""
-
-
-class _TooLong(Exception):
-    """The evaluations are used up."""
-
-
-@final
-class _Counted:
-    """dq/ds and dt/ds, counted."""
-
-    def __init__(self, law: UnawareLaw) -> None:
-        self.law, self._left = law, EVALUATIONS
-
-    def __call__(self, s: float, y: FloatArray) -> FloatArray:
-        self._left -= 1
-        if self._left < 0:
-            raise _TooLong
-        return self.law.scaled(s, y)
+LONGEST = 100.0
+"""Of a stretch on which returns are looked for, in units of the law's time constant."""
+STRETCHES = 400
+"""That are looked at, at most."""
+SAMPLES = 2000
+"""Of a round, at least, for its errors."""
+NEVER = 1e-300
+"""An |e| that no motion falls below [m]: it is followed for all of its time."""
 
 
 @final
@@ -62,73 +44,83 @@ class Cycle:
     error_range: tuple[float, float]
 
 
-def cycle_through(law: UnawareLaw, q: FloatArray, turning: BoolArray) -> Cycle | None:
+def cycle_through(
+    study: LawStudy, law: UnawareLaw, locked: int, q: FloatArray, turning: BoolArray, clock: dict[str, Any]
+) -> Cycle | None:
     """The cycle that a motion from q comes to; None where returns do not settle.
 
     The section is the plane through q across the motion; joints that turn count modulo one turn. A cycle is
     certified where two returns in a row agree within SAME.
 
     Args:
+        study: Compiled studies of the arm with the goal.
         law: The law after the failure.
+        locked: The joints that do not move, bit i for joint i.
         q: A configuration that has gone on for long, (n,) [rad].
         turning: Joints that turn without end, (n,).
+        clock: ``gain`` and ``v_max`` of the law.
     """
-    try:
-        return _settled(law, q, turning)
-    except _TooLong:
+    n, across = len(q), law.rates(q)[0]
+    if not np.linalg.norm(across) > 0.0:
         return None
 
+    def away(y: FloatArray) -> FloatArray:
+        d = y[..., :n] - q
+        return np.asarray(np.where(turning, (d + np.pi) % (2.0 * np.pi) - np.pi, d))
 
-def _settled(law: UnawareLaw, q: FloatArray, turning: BoolArray) -> Cycle | None:
-    """The cycle, or None; _TooLong where it takes too many evaluations."""
-    n, motion = len(q), _Counted(law)
-    across = law.scaled(0.0, np.append(q, 0.0))[:n]
-    size = float(np.linalg.norm(across))
-    if size == 0.0:
-        return None
-    across /= size
+    def ahead(y: FloatArray) -> FloatArray:
+        d = y[..., :n] - q
+        return np.asarray(np.where(turning, np.sin(d), d) @ across)
 
-    def ahead(s: float, y: FloatArray) -> float:
-        away = y[:n] - q
-        return float(across @ np.where(turning, np.sin(away), away))
-
-    ahead.terminal, ahead.direction = True, 1.0  # type: ignore[attr-defined]
-    last, time = q, 0.0
-    for _ in range(RETURNS):
-        found = _return(motion, last, ahead, q, turning)
-        if found is None:
+    here, last, returns = q, None, 0
+    rows = np.empty((0, n + 2))
+    for _ in range(STRETCHES):
+        way = study.follow(here, locked, horizon=LONGEST / clock["gain"], success=NEVER, **clock)
+        time, gone = rows[-1, n:] if len(rows) else (0.0, 0.0)
+        new = np.column_stack([way.path, time + way.t, gone + way.s])
+        rows = np.vstack([rows if last is None else rows[_before(rows, last) :], new])
+        side = ahead(new)
+        for k in np.flatnonzero((side[:-1] < 0.0) & (side[1:] >= 0.0)):
+            if np.abs(away(new[k])).max() > AROUND:
+                continue
+            found = crossing(law, new[k, :-1], new[k + 1, :-1], new[k + 1, -1] - new[k, -1], ahead)
+            if last is not None and np.abs(away(found) - away(last)).max() < SAME:
+                some = rows[_before(rows, last) : _before(rows, found) + 2]
+                return Cycle(q=found[:n], period=float(found[n] - last[n]), error_range=_errors(law, some))
+            last, returns = found, returns + 1
+        if returns >= RETURNS or len(new) < 2:
             return None
-        here, time, orbit = found
-        away = here - last
-        away = np.where(turning, (away + np.pi) % (2.0 * np.pi) - np.pi, away)
-        if np.abs(away).max() < SAME:
-            errors = [float(np.linalg.norm(law.error(y[:n]))) for y in orbit]
-            return Cycle(q=here, period=time, error_range=(min(errors), max(errors)))
-        last = here
+        here = way.path[-1]
     return None
 
 
-def _return(
-    motion: _Counted, start: FloatArray, ahead: Any, centre: FloatArray, turning: BoolArray
-) -> tuple[FloatArray, float, FloatArray] | None:
-    """The next return: where, after which time, and samples of the way (k, n + 1)."""
-    n, y, gone = len(start), np.append(start, 0.0), []
-    options: dict[str, Any] = {
-        "method": "DOP853", "rtol": TOLERANCE, "atol": TOLERANCE, "dense_output": True, "max_step": STEP,
-    }  # fmt: skip
-    s, total = 0.0, 0.0
-    while total < LONGEST:
-        first = solve_ivp(motion, (0.0, AWAY), y, **options)
-        rest = solve_ivp(motion, (0.0, LONGEST), first.y[:, -1], events=ahead, **options)
-        for piece in (first, rest):
-            dense: Any = piece.sol
-            gone.append(dense(np.linspace(0.0, piece.t[-1], SAMPLES)).T)
-            s += piece.t[-1]
-        total, y = s, rest.y[:, -1]
-        if rest.status != 1:
-            return None
-        away = y[:n] - centre
-        away = np.where(turning, (away + np.pi) % (2.0 * np.pi) - np.pi, away)
-        if np.abs(away).max() < AROUND:
-            return y[:n], float(y[n]), np.concatenate(gone)
-    return None
+def _before(rows: FloatArray, state: FloatArray) -> int:
+    """The last row of a motion on record, (q, t, s) each, that is not later than a state (q, t)."""
+    return max(0, int(np.searchsorted(rows[:, -2], state[-1], side="right")) - 1)
+
+
+def _errors(law: UnawareLaw, rows: FloatArray) -> tuple[float, float]:
+    """The smallest and the largest |e| of a motion that is on record, (q, t, s) each, (k, n + 2)."""
+    states, count = [rows[:, :-1]], SAMPLES // len(rows)
+    if count:
+        share = np.linspace(0.0, 1.0, count + 2)[:, None]
+        for first, last in pairwise(rows):
+            states.append(law.between(first[:-1], last[:-1], last[-1] - first[-1], share))
+    sizes = law.sizes(np.vstack(states)[:, :-1])
+    return float(sizes.min()), float(sizes.max())
+
+
+def crossing(
+    law: UnawareLaw, begin: FloatArray, end: FloatArray, length: float, side: Callable[[FloatArray], Any]
+) -> FloatArray:  # fmt: skip
+    """The state (q, t) between two of a motion where a function of it is zero, (n + 1,).
+
+    Args:
+        law: That of the motion.
+        begin: Where the function has one sign, (n + 1,).
+        end: Where it has the other, (n + 1,).
+        length: How far apart they are in s.
+        side: The function.
+    """
+    share = brentq(lambda x: float(side(law.between(begin, end, length, x))), 0.0, 1.0, xtol=1e-12)
+    return law.between(begin, end, length, share)

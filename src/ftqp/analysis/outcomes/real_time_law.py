@@ -11,6 +11,7 @@ from ftqp.analysis.goals import goal_study
 from ftqp.analysis.outcomes.after_failure import locked_joints
 from ftqp.analysis.outcomes.unaware_law import UnawareLaw
 from ftqp.analysis.outcomes.weights import weights_inverse
+from ftqp.analysis.spatial_map import whole_number
 from ftqp.core.checks import FloatArray, frozen, positive
 from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
@@ -78,16 +79,15 @@ def point_to_point(
     study = goal_study(robot, goal, rows)
     speed, end = positive("gain", gain, "1/s"), positive("duration", duration, "s")
     limit = np.inf if v_max is None else positive("v_max", v_max, "m/s")
-    if isinstance(samples, bool) or not isinstance(samples, int | np.integer) or samples < 1:
-        raise InputError(f"samples is {samples!r}, expected a whole number from 1")
+    whole_number("samples", samples, 1)
     which = locked_joints(robot, locked)
-    law = UnawareLaw(study.free, weights_inverse(W, robot.nv), which, speed, limit)
+    law = UnawareLaw(study, weights_inverse(W, robot.nv), which, speed, limit)
 
     def motion(t: float, q: FloatArray) -> FloatArray:
         if controller is None:
             v, size = law.rates(q)
-            return np.asarray(law.kappa(size) * v)
-        e, A, _ = law.values(q)
+            return np.asarray(law.kappa(float(size)) * v)
+        e, A = law.values(q)
         wanted = law.kappa(float(np.linalg.norm(e))) * e
         return np.where(law.free, controller(A, wanted), 0.0)
 
@@ -100,8 +100,8 @@ def point_to_point(
             f"the motion meets a singularity after {way.t[-1] if len(way.t) else 0.0:.4g} s; "
             "choose a shorter duration"
         )
-    errors = np.array([np.linalg.norm(law.error(q)) for q in way.y.T])
-    return PointToPoint(t=frozen(way.t), q=frozen(way.y.T.copy()), errors=frozen(errors))
+    q = way.y.T.copy()
+    return PointToPoint(t=frozen(way.t), q=frozen(q), errors=frozen(law.sizes(q)))
 
 
 def qp_rates(W: Any, nv: int, backend: str = "active_set") -> Controller:

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ftqp.analysis.circular_intervals import TURN
+from ftqp.analysis.circular_intervals import TURN, wrapped
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 
 
@@ -83,7 +83,7 @@ def _step(
     reach = farthest * dt
     a, b = _pairs(here, there[open_ends], reach, turning)
     step = there[open_ends[b]] - here[a]
-    step = np.where(turning, step - TURN * np.round(step / TURN), step)
+    step = np.where(turning, wrapped(step), step)
     cost = ahead[open_ends[b]] + energy * (step * step).sum(axis=1) / dt
     order = np.lexsort((open_ends[b], cost, a))
     firsts = order[np.unique(a[order], return_index=True)[1]]

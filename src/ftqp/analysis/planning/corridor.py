@@ -7,10 +7,9 @@ import numpy as np
 
 from ftqp.analysis.planning.planning_study import planning_study
 from ftqp.analysis.planning.self_motion_speeds import null_vectors
-from ftqp.analysis.survival.continuing import continuation_study
+from ftqp.analysis.survival.continuing import locks_survived
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, frozen
-from ftqp.kernel.layout.survival import SURVIVED
 
 
 @final
@@ -47,7 +46,7 @@ def corridor_of(task: TaskPath, q: FloatArray, *, stride: int, widest: float, sp
         spacing: Of the steps [rad or m].
     """
     samples = np.arange(0, task.N, stride)
-    survived = _labels(task, q[samples], samples)
+    survived = locks_survived(task, q[samples], samples)
     ends = [_walk(task, q[samples], samples, survived, side, widest, spacing) for side in (-1.0, 1.0)]
     return Corridor(
         samples=frozen(samples),
@@ -56,15 +55,6 @@ def corridor_of(task: TaskPath, q: FloatArray, *, stride: int, widest: float, sp
         q_low=frozen(ends[0][1]),
         q_high=frozen(ends[1][1]),
     )
-
-
-def _labels(task: TaskPath, q: FloatArray, samples: IntArray) -> BoolArray:
-    """Which locks are survived, (K, nv)."""
-    nv = task.robot.nv
-    ends = continuation_study(task).runs(
-        np.repeat(q, nv, axis=0), np.repeat(samples, nv), np.tile(np.arange(nv), len(q))
-    )
-    return np.asarray((ends.status == SURVIVED).reshape(-1, nv))
 
 
 def _walk(
@@ -86,7 +76,7 @@ def _walk(
         kept = np.flatnonzero((left <= study.tolerance) & inside)
         if not len(kept):
             break
-        labels = _labels(task, exact[kept], samples[going[kept]])
+        labels = locks_survived(task, exact[kept], samples[going[kept]])
         kept = kept[(labels | ~survived[going[kept]]).all(axis=1)]
         going, exact = going[kept], exact[kept]
         reach[going], edge[going] = step * spacing, exact

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from ftqp.analysis.circular_intervals import TURN
+from ftqp.analysis.circular_intervals import wrapped
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.bellman import best_ways, farthest_waypoint
 from ftqp.analysis.planning.plan_case import PlanCase
@@ -108,9 +108,7 @@ def waypoint_task(fine: TaskPath, wanted: int) -> TaskPath:
     goals = np.tile(np.eye(4), (len(t), 1, 1))
     goals[:, :3, 3] = np.stack([np.interp(t, fine.t, p) for p in fine.goals[:, :3, 3].T], axis=1)
     goals[:, :3, :3] = Slerp(fine.t, Rotation.from_matrix(fine.goals[:, :3, :3]))(t).as_matrix()
-    return task_path(
-        fine.robot, goals, rows="position_axis" if fine.axis else fine.rows, dt=float(t[1] - t[0])
-    )
+    return task_path(fine.robot, goals, rows=fine.named_rows, dt=float(t[1] - t[0]))
 
 
 def _nodes(case: PlanCase, task: TaskPath, farthest: FloatArray) -> list[FloatArray]:
@@ -167,5 +165,5 @@ def _unwrapped(study: GoalStudy, q: FloatArray, q0: FloatArray | None) -> FloatA
     way = q.copy()
     start = way[0] if q0 is None else q0
     steps = np.diff(way, axis=0, prepend=start[None])
-    steps = np.where(study.turning, steps - TURN * np.round(steps / TURN), steps)
+    steps = np.where(study.turning, wrapped(steps), steps)
     return np.asarray(start + np.cumsum(steps, axis=0))

@@ -98,8 +98,11 @@ class Plan:
             raise InputError(
                 f"this plan was read without its robot, {self.robot_name}; give it one with plan.of(robot)"
             )
-        rows = "position_axis" if self.axis else list(self.rows)
-        return task_path(self.robot, self.goals, rows=rows, dt=self.dt)
+        return task_path(self.robot, self.goals, rows=self._named_rows, dt=self.dt)
+
+    @property
+    def _named_rows(self) -> str | tuple[str, ...]:
+        return "position_axis" if self.axis else self.rows
 
     def of(self, robot: Robot, path: Any = None) -> Self:
         """This plan with its robot.
@@ -118,9 +121,10 @@ class Plan:
             )
         own = replace(self, robot=robot)
         if path is not None:
-            rows = "position_axis" if self.axis else list(self.rows)
             dt = path.dt if isinstance(path, TaskPath) else self.dt
-            other = path if isinstance(path, TaskPath) else task_path(robot, path, rows=rows, dt=dt)
+            other = (
+                path if isinstance(path, TaskPath) else task_path(robot, path, rows=self._named_rows, dt=dt)
+            )
             if other.digest != self.task_digest and not _same(own.task, other):
                 raise InputError(
                     f"the plan is for another path: {_difference(own.task, other)}; plan again for this"

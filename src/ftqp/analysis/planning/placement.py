@@ -166,4 +166,4 @@ def _moved(task: TaskPath, freedoms: Sequence[Freedom], x: FloatArray) -> TaskPa
             goals = goals @ transform(rotation_z(float(value)), np.zeros(3))
         else:
             goals[:, "xyz".index(name[-1]), 3] -= value
-    return task_path(task.robot, goals, rows="position_axis" if task.axis else list(task.rows), dt=task.dt)
+    return task_path(task.robot, goals, rows=task.named_rows, dt=task.dt)

@@ -149,7 +149,7 @@ def _task(robot: Robot, path: Any, rows: Any, dt: float | None, q0: Any) -> Task
             f"path is a task of another {path.robot.name} than robot, or with another tool, load or limits; "
             "expected the same arm"
         )
-    return task_path(robot, path.goals, rows="position_axis" if path.axis else path.rows, dt=path.dt, q0=q0)
+    return task_path(robot, path.goals, rows=path.named_rows, dt=path.dt, q0=q0)
 
 
 def _refuse_method(task: TaskPath, method: str) -> None:

@@ -128,7 +128,7 @@ def _retreat(task: TaskPath, q: FloatArray, begin: int, failed: list[int], own: 
     """The way back to the begin of the path, or as far as it goes."""
     if begin == 0:
         return []
-    back = task_path(task.robot, task.goals[begin::-1], rows=_rows(task), dt=task.dt)
+    back = task_path(task.robot, task.goals[begin::-1], rows=task.named_rows, dt=task.dt)
     motion = _continued(back, q, 0, failed)
     if motion is None or motion.last == 0:
         return []
@@ -137,10 +137,6 @@ def _retreat(task: TaskPath, q: FloatArray, begin: int, failed: list[int], own: 
     return [
         Remaining(kind="retreat", rows=own, until=time, q=motion.q, sentence=f"go back the way to {where}")
     ]
-
-
-def _rows(task: TaskPath) -> str | list[str]:
-    return "position_axis" if task.axis else list(task.rows)
 
 
 def _continued(task: TaskPath, q: FloatArray, begin: int, failed: list[int]) -> _Motion | None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ftqp.analysis.goals import GoalStudy
-from ftqp.analysis.planning.waypoint_nodes import turned
+from ftqp.analysis.manifolds.limited_curves import turned
 from ftqp.core.checks import BoolArray, FloatArray
 
 SHARE_OF_REACH = 0.7

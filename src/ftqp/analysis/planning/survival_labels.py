@@ -2,17 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import final
 
 import numpy as np
 
 from ftqp.analysis.planning.plan_case import PlanCase
 from ftqp.analysis.planning.refusals import OUTSIDE
-from ftqp.analysis.survival.continuing import continuation_study
+from ftqp.analysis.survival.continuing import continuation_study, locks_survived
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import BoolArray, FloatArray
-from ftqp.kernel.entry.continuation_study import ContinuationStudy
 from ftqp.kernel.layout.survival import SURVIVED
 
 
@@ -58,28 +56,16 @@ class LockWork:
     nodes: tuple[FloatArray, ...]
     threads: int | None
 
-    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
-        return LockWork, (self.task, self.stride, self.nodes, self.threads)
-
-    @cached_property
-    def _study(self) -> ContinuationStudy:
-        return continuation_study(self.task)
-
     def __call__(self, items: Sequence[int]) -> list[tuple[str]]:
         """Which nodes survive which lock, for each of some waypoints: bits, as hexadecimal digits."""
-        nv, some = self.task.robot.nv, list(items)
+        some = list(items)
         sizes = [len(self.nodes[k]) for k in some]
-        q = np.repeat(np.vstack([self.nodes[k] for k in some]), nv, axis=0)
-        samples = np.repeat(self.stride * np.array(some), np.array(sizes) * nv)
-        ends = self._study.runs(
-            q,
-            samples,
-            np.tile(np.arange(nv), sum(sizes)),
-            bounded=self.task.redundancy > 1,
-            threads=self.threads,
+        samples = np.repeat(self.stride * np.array(some), sizes)
+        labels = locks_survived(
+            self.task, np.vstack([self.nodes[k] for k in some]), samples, threads=self.threads
         )
-        labels = np.split(ends.status == SURVIVED, nv * np.cumsum(sizes)[:-1])
-        return [(np.packbits(one).tobytes().hex(),) for one in labels]
+        parts = np.split(labels, np.cumsum(sizes)[:-1])
+        return [(np.packbits(one).tobytes().hex(),) for one in parts]
 
 
 def node_labels(case: PlanCase, task: TaskPath, stride: int, nodes: Sequence[FloatArray]) -> list[BoolArray]:

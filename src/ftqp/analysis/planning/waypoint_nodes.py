@@ -6,10 +6,9 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from ftqp.analysis.circular_intervals import TURN
 from ftqp.analysis.goals import GoalStudy
+from ftqp.analysis.manifolds.limited_curves import beside, turned
 from ftqp.analysis.planning.portions import Here, Portions
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.study_session import TracedCurve
@@ -83,17 +82,6 @@ _NEVER = 1 << 40
 """The search does not end early."""
 
 
-def turned(study: GoalStudy, q: FloatArray) -> FloatArray:
-    """Configurations with the values of joints without limits in [0, 2 pi).
-
-    Args:
-        study: Of the arm.
-        q: Configurations, (k, nv) [rad or m].
-    """
-    values = np.mod(q, TURN)
-    return np.asarray(np.where(study.turning, np.where(values >= TURN, 0.0, values), q))
-
-
 def _random_starts(study: GoalStudy, random: np.random.Generator, count: int) -> FloatArray:
     """Starts of each waypoint, evenly spread within the limits, (count, RANDOM_STARTS, nv)."""
     box = study.starts(1 << 10, limited=True)
@@ -137,19 +125,12 @@ def _missing(
     waiting = q[(left <= study.tolerance) & inside]
     found: list[TracedCurve] = []
     for curve in curves:
-        waiting = _beside(study, curve.q, waiting, 2.0 * spacing)
+        waiting = beside(study, curve.q, waiting, 2.0 * spacing)
     while len(waiting):
         traced = session.curve(waiting[0])
-        waiting = _beside(study, traced.q, waiting[1:], 2.0 * spacing) if len(traced.q) else waiting[1:]
+        waiting = beside(study, traced.q, waiting[1:], 2.0 * spacing) if len(traced.q) else waiting[1:]
         found.append(traced)
     return _text(found)
-
-
-def _beside(study: GoalStudy, known: FloatArray, q: FloatArray, reach: float) -> FloatArray:
-    """The configurations that are farther than a reach from all known ones, (k, nv)."""
-    tree = cKDTree(turned(study, known), boxsize=np.where(study.turning, TURN, 0.0))
-    away, _ = tree.query(turned(study, q), distance_upper_bound=reach)
-    return np.asarray(q[~np.isfinite(away)])
 
 
 def _nodes(study: GoalStudy, curves: Sequence[_Curve], spacing: float) -> FloatArray:

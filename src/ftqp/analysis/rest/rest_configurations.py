@@ -11,7 +11,7 @@ from ftqp.analysis.goals import GoalStudy, goal_study
 from ftqp.analysis.outcomes.weights import weights_inverse
 from ftqp.analysis.rest.linearisation import weighted_inverse
 from ftqp.analysis.rest.rest_equations import RestEquations
-from ftqp.analysis.rest.rest_grid import fits_grid, grid_rests
+from ftqp.analysis.rest.rest_grid import fits_grid, grid_rests, told_apart
 from ftqp.analysis.rest.rest_kinds import RestKind, eigenvalues_at, kind_of
 from ftqp.core.checks import BoolArray, FloatArray, frozen
 from ftqp.core.errors import InputError
@@ -19,8 +19,6 @@ from ftqp.model.robot import Robot
 
 STARTS = 512
 """Starts where rests are not found on a grid."""
-SAME = 1e-5
-"""Rests nearer than this are one [rad or m]."""
 AT_GOAL = 1e-7
 """Error below which a configuration is at the goal, no rest off it [m]."""
 SINGULAR = 1e-9
@@ -74,15 +72,26 @@ def rest_configurations(
     study, M, i = rest_study(robot, goal, joint, W, rows)
     if not np.isfinite(value):
         raise InputError(f"value is {value}, expected a finite position of {robot.joints[i]}")
+    q = rests_at(study, M, i, float(value))
+    return [described(study, M, i, one) for one in q[inside_limits(study, q, i)]]
+
+
+def rests_at(study: GoalStudy, M: FloatArray, i: int, value: float) -> FloatArray:
+    """Regular rests off the goal with joint i locked at a value, each once, wherever limits are, (k, n).
+
+    Args:
+        study: Of the goal.
+        M: W^-1, (n, n).
+        i: Index of the locked joint.
+        value: Where it is locked [rad or m].
+    """
     if fits_grid(study):
-        q = grid_rests(study, M, i, float(value))
-    else:
-        equations = RestEquations(study, M, i)
-        starts = study.starts(STARTS)
-        starts[:, i] = value
-        z, done = equations.solved(equations.started(starts), held=True)
-        q = z[done][:, : robot.nv]
-    return [described(study, M, i, one) for one in _kept(study, M, i, q)]
+        return _regular(study, M, i, grid_rests(study, M, i, value))
+    equations = RestEquations(study, M, i)
+    starts = study.starts(STARTS)
+    starts[:, i] = value
+    z, done = equations.solved(equations.started(starts), held=True)
+    return told_apart(_regular(study, M, i, z[done][:, : study.robot.nv]), ~study.robot.chain.prismatic)
 
 
 def rest_study(
@@ -150,10 +159,8 @@ def inside_limits(study: GoalStudy, q: FloatArray, but: int | None = None) -> Bo
     return np.asarray(inside.all(axis=1))
 
 
-def _kept(study: GoalStudy, M: FloatArray, i: int, q: FloatArray) -> list[FloatArray]:
-    """Rests off the goal, regular, within limits, each once."""
-    if not len(q):
-        return []
+def _regular(study: GoalStudy, M: FloatArray, i: int, q: FloatArray) -> FloatArray:
+    """Those of some configurations that are off the goal, regular, and command joint i alone, (k, n)."""
     e, A, _, _ = study.free.values(q)
     sigma = np.linalg.svd(A, compute_uv=False)
     regular = (sigma**2).prod(axis=1) > SINGULAR * sigma[:, 0] ** (2 * study.m)
@@ -161,11 +168,4 @@ def _kept(study: GoalStudy, M: FloatArray, i: int, q: FloatArray) -> list[FloatA
     q, e, A = q[regular], e[regular], A[regular]
     command = (weighted_inverse(A, M) @ e[:, :, None])[:, :, 0]
     others = np.delete(command, i, axis=1)
-    resting = np.linalg.norm(others, axis=1) < RESTING * np.linalg.norm(command, axis=1)
-    kept: list[FloatArray] = []
-    turns = ~study.robot.chain.prismatic
-    for one in q[resting & inside_limits(study, q, i)]:
-        away = [one - other for other in kept]
-        if all(np.abs(np.where(turns, d - TURN * np.round(d / TURN), d)).max() > SAME for d in away):
-            kept.append(one)
-    return kept
+    return np.asarray(q[np.linalg.norm(others, axis=1) < RESTING * np.linalg.norm(command, axis=1)])

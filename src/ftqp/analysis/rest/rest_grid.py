@@ -5,9 +5,9 @@ Source: docs/theory/unidentified-failures.md, "Rest".
 
 import numpy as np
 
-from ftqp.analysis.circular_intervals import TURN
+from ftqp.analysis.circular_intervals import wrapped
 from ftqp.analysis.goals import GoalStudy
-from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.checks import BoolArray, FloatArray, IntArray
 
 CELLS = 60
 """Cells of the grid along each of the two joints."""
@@ -15,6 +15,8 @@ INFLATED = 0.1
 """A cell may hold a zero where its corners miss a change of sign by less than this share of their spread."""
 NEWTON = 30
 """Newton steps from a cell at most."""
+SAME = 1e-5
+"""Configurations nearer than this are one [rad or m]."""
 FAR = 0.5
 """Longest Newton step [rad or m]."""
 
@@ -51,7 +53,7 @@ def grid_rests(study: GoalStudy, M: FloatArray, i: int, value: float) -> FloatAr
     half = 0.5 * (nodes[1] - nodes[0])
     start = np.full((int(marked.sum()), 3), value)
     start[:, others] = nodes[np.argwhere(marked)] + half
-    return _merged(_newton(study, w, i, start, others))
+    return told_apart(_newton(study, w, i, start, others), np.ones(3, dtype=np.bool_))
 
 
 def _pair(study: GoalStudy, w: FloatArray, i: int, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -79,11 +81,15 @@ def _newton(study: GoalStudy, w: FloatArray, i: int, q: FloatArray, others: IntA
     return np.asarray(q[np.abs(pair).max(axis=1, initial=0.0) < 1e-11])
 
 
-def _merged(q: FloatArray) -> FloatArray:
-    """One of each set of configurations that are the same up to whole turns."""
+def told_apart(q: FloatArray, turns: BoolArray) -> FloatArray:
+    """One of each set of configurations that are the same up to whole turns, (k, n) [rad or m].
+
+    Args:
+        q: Configurations, (k, n) [rad or m].
+        turns: Joints that turn, (n,).
+    """
     kept: list[FloatArray] = []
     for one in q:
-        away = [one - other for other in kept]
-        if all(np.abs(d - TURN * np.round(d / TURN)).max() > 1e-5 for d in away):
+        if all(np.abs(np.where(turns, wrapped(d), d)).max() > SAME for d in (one - other for other in kept)):
             kept.append(one)
-    return np.array(kept).reshape(-1, 3)
+    return np.array(kept).reshape(-1, len(turns))

@@ -4,22 +4,16 @@ from typing import Any
 
 import numpy as np
 
+from ftqp.analysis.goals import robot_session
 from ftqp.analysis.survival.task_path import TaskPath, task_rows
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.continuation_study import ContinuationStudy
 from ftqp.kernel.entry.study_session import StudySession
 from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.kernel.layout.survival import SURVIVED
 from ftqp.model.robot import Robot
 
-ENTRIES = (
-    "exact_continuations",
-    "bounded_continuations",
-    "self_speed_tracks",
-    "study_values",
-    "study_solutions",
-)
-"""Compiled parts of coverage."""
 START_ERROR = 1e-9
 """An error of the start that counts as none [m]."""
 
@@ -30,7 +24,7 @@ def task_session(task: TaskPath) -> StudySession:
     Args:
         task: The task.
     """
-    session = rows_session(task.robot, "position_axis" if task.axis else task.rows)
+    session = rows_session(task.robot, task.named_rows)
     session.aim(task.goals[0])
     return session
 
@@ -46,17 +40,7 @@ def rows_session(robot: Robot, rows: Any) -> StudySession:
         InputError: They are unknown, or the arm has fewer joints.
     """
     names, axis = task_rows(robot, rows)
-    limits = robot.limits
-    ends = np.isinf(limits.q_min) & np.isinf(limits.q_max)
-    return StudySession(
-        robot.chain.constants(),
-        [COMPONENTS.index(name) for name in names],
-        robot.length,
-        q_min=limits.q_min,
-        q_max=limits.q_max,
-        wraps=~robot.chain.prismatic & ends,
-        axis=axis,
-    )
+    return robot_session(robot, [COMPONENTS.index(name) for name in names], axis=axis)
 
 
 def path_values(task: TaskPath, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -73,6 +57,29 @@ def path_values(task: TaskPath, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         e[k], A[k] = (values[0] for values in session.values(q[k : k + 1])[:2])
     scale = np.array([task.robot.length if index > 2 else 1.0 for index in task.indices])
     return e / scale, A / scale[:, None]
+
+
+def locks_survived(
+    task: TaskPath,
+    q: FloatArray,
+    samples: IntArray,
+    joints: IntArray | None = None,
+    threads: int | None = None,
+) -> BoolArray:
+    """Whether the path is finished after a lock of each joint at some postures, (k, joints).
+
+    Args:
+        task: The task.
+        q: The postures, (k, nv) [rad or m].
+        samples: At which samples, (k,).
+        joints: That are looked at, by index; None is all.
+        threads: How many threads share the work; None is one a core.
+    """
+    which = np.arange(task.robot.nv) if joints is None else joints
+    each, at = np.repeat(q, len(which), axis=0), np.repeat(samples, len(which))
+    failed, bounded = np.tile(which, len(q)), task.redundancy > 1
+    found = continuation_study(task).runs(each, at, failed, bounded=bounded, threads=threads)
+    return np.asarray((found.status == SURVIVED).reshape(len(q), len(which)))
 
 
 def continuation_study(

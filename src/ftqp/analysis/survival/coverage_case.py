@@ -154,7 +154,7 @@ class CoverageCase:
         kept, motion = pairs.task, pairs.q
         structural: tuple[str, ...] = ()
         if self.fault == "locked":
-            structural = structural_joints(robot, "position_axis" if kept.axis else kept.rows)
+            structural = structural_joints(robot, kept.named_rows)
         column, row = np.divmod(np.arange(pairs.count), F)
         at = pairs.samples[column]
         status = _verdicts(robot, motion, at, found.status, row, pairs.failures, structural)

@@ -35,8 +35,7 @@ class PlannerRuns:
 
     def __init__(self, task: TaskPath, q: FloatArray) -> None:
         self._task, self._q, self._v = task, q, np.gradient(q, task.dt, axis=0)
-        rows = "position_axis" if task.axis else task.rows
-        self._planner = Planner(task.robot, dt=TICK, task=Task(rows=rows))
+        self._planner = Planner(task.robot, dt=TICK, task=Task(rows=task.named_rows))
 
     def at(
         self, sample: int, faults: Sequence[Fault], threads: int | None = None

@@ -5,7 +5,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ftqp.analysis.goals import start_box
+from ftqp.analysis.goals import random_postures
 from ftqp.analysis.spatial_map import whole_number
 from ftqp.analysis.survival.continuing import rows_session
 from ftqp.analysis.survival.task_path import task_rows
@@ -94,8 +94,7 @@ def survival_map(
     length = WAY * robot.length if way is None else positive("way", way, "m")
     names, _ = task_rows(robot, rows)
     session = rows_session(robot, rows)
-    low, high = start_box(robot, limited=True)
-    q = low + np.random.default_rng(seed).random((places, robot.nv)) * (high - low)
+    q = random_postures(robot, places, seed)
     poses = np.stack([robot.pose(one) for one in q])
     directions = [side * np.eye(3)[k] for k in range(3) if COMPONENTS[k] in names for side in (1.0, -1.0)]
     bounded = robot.nv - 1 != len(names)

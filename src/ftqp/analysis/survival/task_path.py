@@ -64,6 +64,11 @@ class TaskPath:
         return self.robot.nv - self.m
 
     @property
+    def named_rows(self) -> str | tuple[str, ...]:
+        """The rows as ``task_path`` takes them."""
+        return "position_axis" if self.axis else self.rows
+
+    @property
     def indices(self) -> tuple[int, ...]:
         """Which of x, y, z, rx, ry, rz the rows are, by index, (m,)."""
         return tuple(COMPONENTS.index(name) for name in self.rows)

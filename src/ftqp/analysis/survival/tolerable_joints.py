@@ -6,13 +6,12 @@ from typing import final
 
 import numpy as np
 
-from ftqp.analysis.goals import start_box
-from ftqp.analysis.survival.continuing import continuation_study, task_session
+from ftqp.analysis.goals import random_postures
+from ftqp.analysis.survival.continuing import locks_survived, task_session
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.kernel.entry.study_session import StudySession
-from ftqp.kernel.layout.survival import Survival
 
 STARTS = 256
 """Starts from which self-motions are looked for at each sample."""
@@ -50,17 +49,10 @@ class Bound:
             items: Which samples, by their place in ``samples``.
             threads: How many threads share the work; None is one a core.
         """
-        samples, which = self.samples[list(items)], self.joints
+        samples = self.samples[list(items)]
         points = sample_postures(self.grid, samples, threads)
         at = np.repeat(samples, [len(found) for found in points])
-        q = np.concatenate(points)
-        found = continuation_study(self.grid).runs(
-            np.repeat(q, len(which), axis=0),
-            np.repeat(at, len(which)),
-            np.tile(which, len(q)),
-            threads=threads,
-        )
-        count = (found.status == Survival.SURVIVED).reshape(len(q), len(which)).sum(axis=1)
+        count = locks_survived(self.grid, np.concatenate(points), at, self.joints, threads).sum(axis=1)
         return np.array([count[at == k].max(initial=0) for k in samples], dtype=np.int64)
 
 
@@ -120,8 +112,7 @@ def sample_postures(task: TaskPath, samples: IntArray, threads: int | None = Non
         threads: How many threads share the work; None is one a core.
     """
     session: StudySession = task_session(task)
-    low, high = start_box(task.robot, limited=True)
-    starts = low + np.random.default_rng(0).random((STARTS, task.robot.nv)) * (high - low)
+    starts = random_postures(task.robot, STARTS)
     found = session.spread_curves(
         task.goals[samples], starts, points=POINTS, quiet=QUIET, curves=CURVES, threads=threads
     )

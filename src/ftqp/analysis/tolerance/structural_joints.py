@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.analysis.goals import start_box
+from ftqp.analysis.goals import random_postures
 from ftqp.analysis.survival.continuing import rows_session
 from ftqp.analysis.tolerance.failed_sets import relative_manipulability
 from ftqp.core.checks import FloatArray
@@ -44,8 +44,7 @@ def random_jacobians(robot: Robot, rows: Any, count: int) -> FloatArray:
         rows: As in ``structural_joints``.
         count: How many.
     """
-    low, high = start_box(robot, limited=True)
-    q = low + np.random.default_rng(0).random((count, robot.nv)) * (high - low)
+    q = random_postures(robot, count)
     session = rows_session(robot, rows)
     if not session.S.study.axis:
         return session.values(q)[1]

@@ -34,7 +34,7 @@ def needs_planner(own: OwnFaults, what_ifs: WhatIfs, starts: FloatArray) -> Bool
     """
     robot, result = what_ifs.robot, own.later.copy()
     finite = np.isfinite(starts).all(axis=1)
-    free = np.flatnonzero(own.free & finite & ~result)
+    free = np.flatnonzero(own.freed.any(axis=1) & finite & ~result)
     data = robot.model.createData() if len(free) else None
     for arm in free:
         torques = gravity_torques(robot.model, data, robot.configuration(starts[arm]))

@@ -13,10 +13,10 @@ from ftqp.control.batch.own_faults import OwnFaults
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.status import StepStatus
 from ftqp.control.planner.target import Targets
-from ftqp.core.checks import BoolArray, FloatArray, IntArray
+from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.core.one_engine import check_engine
-from ftqp.kernel.entry.rollouts import Batch, drive, lane_width
+from ftqp.kernel.entry.rollouts import Batch, drive
 from ftqp.kernel.entry.threads import thread_count
 
 _LOG = logging.getLogger("ftqp")
@@ -75,8 +75,7 @@ def memory(
     check_engine(engine)
     n = planner.robot.nv
     kept = ticks // every if every else 0
-    once = 2 * n + 3 + len(StepStatus) + kept * n  # of the result, and again of what is driven
-    return arms * 8 * (2 * once + 2 * n + 1)
+    return arms * 8 * (4 * n + 5 + len(StepStatus) + kept * n)
 
 
 def rollout(
@@ -96,10 +95,8 @@ def rollout(
     Each arm does exactly what it is told, as on ``ftqp.KinematicPlant``: its command is its next state. The
     commands are those of ``planner.step`` to rounding, from a ``reset`` at the start on; every arm has the
     task, scheme, bounds, posture and believed faults of the planner, which does not change. A planner that
-    was made without a posture has each arm return to its own start, and only arms with the same start are
-    then driven with each other. Most ticks are computed for several arms side by side; an arm at a limit or
-    near a singularity is stepped alone, which takes ten times as long and more. An arm one of whose joints
-    swings freely without gravity, or that is told of more while one swings freely, is stepped by a planner.
+    was made without a posture has each arm return to its own start. An arm one of whose joints swings freely
+    without gravity, or that is told of more while one swings freely, is stepped by a planner.
 
     Ctrl-C stops all threads within a moment and raises ``KeyboardInterrupt``; nothing is returned then.
 
@@ -148,20 +145,19 @@ def rollout(
     _look_at_memory(memory(planner, arms, ticks, step), arms)
     own = OwnFaults(faults, arms, planner.robot, what_ifs)
     workers = thread_count() if threads is None else _whole("threads", threads)
-    alone = np.ones(arms, dtype=bool) if what_ifs.rich or what_ifs.frees else own.free
     result = _empty(starts, speeds, ticks, step)
     finite = np.isfinite(starts).all(axis=1) & np.isfinite(speeds).all(axis=1)
     stepped = needs_planner(own, what_ifs, starts) & finite
     done = 0
-    for apart, chosen in _together(alone, stepped, starts if what_ifs.return_to_start else None):
-        what_ifs.return_to(starts[chosen[0]])
-        batch = Batch.of(starts[chosen], speeds[chosen], targets.packed, *own.of(chosen), step)
-        name = "rollout_any" if apart else f"rollout_{lane_width()}"
-        say = None if progress is None else _shifted(progress, done, arms)
-        drive(what_ifs.session, batch, own.beliefs, threads=workers, side_by_side=not apart, progress=say)
-        done += len(chosen)
-        for name, value in _parts(batch).items():
-            getattr(result, name)[chosen] = value
+    if not stepped.all():
+        batch = Batch(
+            q=result.q, v=result.v, targets=targets.packed, beliefs=own.beliefs, events=own.events,
+            starts=own.starts, skipped=stepped.astype(np.int64), returns=what_ifs.return_to_start, every=step,
+            position_error=result.position_error, rotation_error=result.rotation_error, counts=result.counts,
+            first_bad=result.first_bad, trace=result.trace,
+        )  # fmt: skip
+        say = None if progress is None else lambda count: progress(count, arms)
+        done = drive(what_ifs.session, batch, threads=workers, progress=say)
     planners = ByPlanner(what_ifs, targets, step)
     for arm in np.flatnonzero(stepped).tolist():
         planners.drive(result, arm, own.told(arm))
@@ -173,39 +169,6 @@ def rollout(
     return result
 
 
-def _together(alone: BoolArray, stepped: BoolArray, starts: FloatArray | None) -> list[tuple[bool, IntArray]]:
-    """Arms that are driven with each other, by their indices, and whether they are stepped one by one.
-
-    Args:
-        alone: Which arms are stepped one by one, (B,).
-        stepped: Which are left to a planner, (B,).
-        starts: Where only arms with the same start are alike, (B, nv); None: where all are.
-    """
-    groups = [(apart, np.flatnonzero((alone == apart) & ~stepped)) for apart in (False, True)]
-    if starts is not None and len(starts):
-        same = np.unique(starts, axis=0, return_inverse=True)[1].ravel()
-        ordered = [(apart, arms[np.argsort(same[arms], kind="stable")]) for apart, arms in groups]
-        groups = [
-            (apart, part)
-            for apart, arms in ordered
-            for part in np.split(arms, np.flatnonzero(np.diff(same[arms])) + 1)
-        ]
-    return [(apart, arms) for apart, arms in groups if len(arms)]
-
-
-def _parts(batch: Batch) -> dict[str, Any]:
-    """The parts of a ``Rollout`` by name."""
-    return {
-        "q": batch.q,
-        "v": batch.v,
-        "position_error": batch.worst[:, 0],
-        "rotation_error": batch.worst[:, 1],
-        "counts": batch.counts,
-        "first_bad": batch.first_bad,
-        "trace": batch.trace,
-    }
-
-
 def _empty(q: FloatArray, v: FloatArray, ticks: int, every: int) -> Rollout:
     arms, n = q.shape
     return Rollout(
@@ -214,10 +177,6 @@ def _empty(q: FloatArray, v: FloatArray, ticks: int, every: int) -> Rollout:
         first_bad=np.full(arms, -1, dtype=np.int64),
         trace=np.zeros((arms, ticks // every if every else 0, n)),
     )  # fmt: skip
-
-
-def _shifted(progress: Callable[[int, int], None], done: int, total: int) -> Callable[[int, int], None]:
-    return lambda count, _: progress(done + count, total)
 
 
 def _starts(planner: Planner, q: Any, v: Any, faults: Any) -> tuple[FloatArray, FloatArray]:

@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 
 from ftqp.control.planner.what_ifs import WhatIfs
-from ftqp.core.checks import BoolArray, IntArray
+from ftqp.core.checks import IntArray
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import KINDS, Fault, FreeSwinging
 from ftqp.kernel.entry.rollouts import beliefs_of
@@ -59,11 +59,6 @@ class OwnFaults:
         self.starts: IntArray = np.array(starts, dtype=np.int64)
         self.beliefs = beliefs_of(what_ifs.session.capacity, self._rooms)
 
-    @property
-    def free(self) -> BoolArray:
-        """Arms one of whose joints swings freely sooner or later, (B,)."""
-        return np.asarray(self.freed.any(axis=1))
-
     def told(self, arm: int) -> list[tuple[Fault, int]]:
         """What one arm is told and at which tick, by tick.
 
@@ -71,18 +66,6 @@ class OwnFaults:
             arm: Its index.
         """
         return sorted(_told(self._entries[arm], arm), key=lambda pair: pair[1])
-
-    def of(self, arms: Any) -> tuple[IntArray, IntArray]:
-        """The events and starts of some of the arms.
-
-        Args:
-            arms: Their indices.
-        """
-        if len(arms) == len(self.later):
-            return self.events, self.starts
-        own = [self.events[self.starts[arm] : self.starts[arm + 1]] for arm in arms]
-        starts = np.cumsum([0, *map(len, own)], dtype=np.int64)
-        return np.concatenate([*own, self.events[:1]]), starts
 
     def _events_of(self, arm: int) -> tuple[list[tuple[int, int, int]], list[int], bool]:
         """The events of one arm, its joints that swing freely, and whether it is told more while they do."""

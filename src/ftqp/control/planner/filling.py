@@ -8,7 +8,7 @@ from ftqp.control.task.bounds import Bounds, Jin
 from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.task import MODES, PRIORITIES, Task, axis_frame, checked_gains, row_indices
 from ftqp.kernel.entry.session import Session
-from ftqp.kernel.layout.criteria import COEFFICIENTS, LANES, Criterion
+from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
 from ftqp.kernel.layout.enums import HISTORY, Level
 from ftqp.kernel.layout.record import load_chain
 from ftqp.kernel.layout.rows import constraint_count
@@ -65,7 +65,6 @@ def filled(
         K.turned.threshold, K.turned.factor = task.damping.threshold, task.damping.factor
     for name in COEFFICIENTS:
         setattr(K.criteria, name, getattr(criterion, name))
-    K.criteria.apart = not criterion.is_served_by(LANES)
     K.criteria.weight[:] = 1.0
     K.limits.conversion = bounds.code
     if isinstance(bounds, Jin):

@@ -7,10 +7,9 @@ from ftqp.control.planner.braking_reserve import BrakingReserve, count_on
 from ftqp.control.planner.free_joint import KEPT_OF
 from ftqp.control.planner.settings import Settings
 from ftqp.control.planner.solver.qp_solver import Solver
-from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
-from ftqp.faults.kinds import Fault, FreeSwinging
+from ftqp.faults.kinds import Fault
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.record import BELIEF_ROOMS
 from ftqp.model.robot import Robot
@@ -33,8 +32,6 @@ class WhatIfs:
         robot: The arm.
         given: What the planner was made with.
         told: The faults that it believes in.
-        rich: Whether a tick has directional damping or a gradient of the manipulability.
-        frees: Whether the planner believes that a joint swings freely.
         return_to_start: Whether the scheme draws each arm to a posture, and that is its own start.
 
     Raises:
@@ -52,9 +49,8 @@ class WhatIfs:
     ) -> None:
         _refuse_foreign(given, solver)
         session = session.copy()
-        self.session, self.rich = session, solver.rich
-        self.robot, self.given, self.told, self._reserve = robot, given, tuple(faults.values()), reserve
-        self.frees = any(isinstance(fault, FreeSwinging) for fault in self.told)
+        self.session, self.robot, self.given = session, robot, given
+        self.told, self._reserve = tuple(faults.values()), reserve
         K = session.K
         ArmLoop(session, robot.joints).forget()
         self.return_to_start = given.posture is None and float(K.criteria.norm_q) != 0.0
@@ -65,15 +61,6 @@ class WhatIfs:
         K.cascade.external = K.criteria.sways = 0
         K.free.joint, K.free.allowed = -1, sum(1 << KEPT_OF[name] for name in given.task.kept_sets)
         K.free.contact[:], K.free.tau_stop[:] = 0, 0.0
-
-    def return_to(self, start: FloatArray) -> None:
-        """Let arms be drawn to their start, where the planner has no posture of its own.
-
-        Args:
-            start: Of all the arms that are driven next, (nv,) [rad or m].
-        """
-        if self.return_to_start:
-            self.session.K.criteria.posture[: len(start)] = start
 
     def believing(self, faults: tuple[Fault, ...]) -> dict[str, Any]:
         """The rooms of limits and faults, by name, of a planner that was told of these, one after the other.

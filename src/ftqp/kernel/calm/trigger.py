@@ -8,17 +8,7 @@ from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.maths.cholesky import factor
 from ftqp.kernel.maths.eigenvalues import extreme_eigenvalues
 from ftqp.kernel.maths.elementary import select, smaller, sqrt
-from ftqp.kernel.maths.side_by_side import (
-    WIDTH,
-    all_of,
-    below,
-    block,
-    is_set,
-    numbers,
-    several,
-    sum_of,
-    total,
-)
+from ftqp.kernel.maths.side_by_side import WIDTH, all_of, below, is_set, numbers, several, sum_of
 from ftqp.kernel.maths.vectors import cross
 
 NEAR = 0.01
@@ -76,10 +66,10 @@ def largest_curvature(K: Any) -> Any:
     """
     task, J, n = K.task, K.kinematics.J, K.chain.n
     ways = 0.0
-    for at in range(0, n, block(J[0])):
+    for at in range(0, n, WIDTH):
         x, y, z = several(J[0], at), several(J[1], at), several(J[2], at)
-        ways = ways + (1.0 + numbers(J[0], at)) * (x * x + y * y + z * z)
-    linear = task.position_error / task.yielding[0] * sqrt(2.0 * total(J[0], ways))
+        ways = ways + (1.0 + numbers(at)) * (x * x + y * y + z * z)
+    linear = task.position_error / task.yielding[0] * sqrt(2.0 * sum_of(ways))
     weight, angle = task.length * task.length / task.yielding[3], task.rotation_error
     own = angle * (1.0 + angle) if task.tool_rows else 0.125 * angle * angle
     return linear + weight * (0.5 * angle * sqrt(1.0 * n * (n + 1)) + n * own)

@@ -5,6 +5,9 @@ import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
+BUILDER = "building"
+"""The folder of what builds the kernel, which is no part of its source."""
+
 
 def file_key(package: Path) -> str:
     """A hash of every source file of a package, in hexadecimal."""
@@ -40,6 +43,8 @@ def _is_text(node: ast.AST) -> bool:
 def _key(package: Path, content_of: Callable[[Path], bytes]) -> str:
     digest = hashlib.sha256()
     for path in sorted(package.rglob("*.py")):
+        if path.parent.name == BUILDER:
+            continue
         content = content_of(path)
         digest.update(f"{path.relative_to(package).as_posix()}\0{len(content)}\0".encode())
         digest.update(content)

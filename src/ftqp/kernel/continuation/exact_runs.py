@@ -9,7 +9,7 @@ from ftqp.kernel.continuation.failing import note_errors, note_motion, put_locke
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.study_room import GOAL_SIZE
 from ftqp.kernel.layout.survival import LIMIT, NOT_CONVERGED, SINGULAR, SINGULAR_VELOCITY, SURVIVED, VELOCITY
-from ftqp.kernel.maths.lu import lu_factor, lu_solve
+from ftqp.kernel.maths.lu import determinant_sign, lu_factor, lu_solve
 from ftqp.kernel.study.task_values import task_values
 
 CORRECTIONS = 6
@@ -37,13 +37,7 @@ def factor_left(S: Any, C: Any) -> float:
         for c in range(m):
             C.B[row, c] = S.study.A[row, C.free[c]]
     lu_factor(C.B, m, C.pivots)
-    sign = 1.0
-    for k in range(m):
-        if C.B[k, k] < 0.0:
-            sign = -sign
-        if int(C.pivots[k]) != k:
-            sign = -sign
-    return sign
+    return determinant_sign(C.B, m, C.pivots)
 
 
 @jit

@@ -8,7 +8,7 @@ from typing import Any
 
 from ftqp.kernel.continuation.exact_runs import aim
 from ftqp.kernel.jit import jit
-from ftqp.kernel.maths.lu import lu_factor
+from ftqp.kernel.maths.lu import determinant_sign, lu_factor
 from ftqp.kernel.study.null_directions import any_null_direction, decompose, least_step
 from ftqp.kernel.study.task_values import task_values
 
@@ -30,13 +30,7 @@ def side_of(S: Any, t: Any) -> float:
         for row in range(study.m):
             M[row + 1, i] = study.A[row, i]
     lu_factor(M, n, study.pivot)
-    sign = 1.0
-    for k in range(n):
-        if M[k, k] < 0.0:
-            sign = -sign
-        if int(study.pivot[k]) != k:
-            sign = -sign
-    return sign
+    return determinant_sign(M, n, study.pivot)
 
 
 @jit

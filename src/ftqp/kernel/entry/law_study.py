@@ -1,13 +1,52 @@
 """The point-to-point law on any arm from Python: runs after failures, and lines of the healthy arm."""
 
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, final
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, IntArray
+from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.kernel.entry.session import rooms
-from ftqp.kernel.entry.study_session import StudySession, packed_goals
-from ftqp.kernel.layout.law_room import law_dtype
+from ftqp.kernel.entry.study_session import StudySession
+from ftqp.kernel.layout.endings import Ending
+from ftqp.kernel.layout.law_room import law_memory
+
+Intervals = tuple[tuple[float, float], ...]
+"""Intervals (low, high) of a joint [rad or m]."""
+
+COARSE, FINE = 1e-5, 1e-9
+"""Of a step of a run that is told from others, and of one that is followed [rad or m]."""
+ANY, CLOSE = 0.05, 1e-6
+"""How near such a run must be to one of many ends that is taken for its own [rad or m]."""
+STEPS = 1000
+"""Of a coarse run before it goes on by a method for stiff equations; fine ones are shorter and have more."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Followed:
+    """One run, from the failure to its end.
+
+    Attributes:
+        ending: How it ended.
+        q: The rest, or where it was given up, (n,) [rad or m].
+        way: Of all joints together [rad or m].
+        arrived: When |e| fell below the bound asked for [s]; 1e300 where it did not.
+        path: Configurations on its way, (k, n) [rad or m].
+        s: Where they are on the orbit, dq/ds = v / (1/2 + |v|), (k,).
+        t: Their times, (k,) [s].
+        errors: |e| at them, (k,) [m].
+    """
+
+    ending: Ending
+    q: FloatArray
+    way: float
+    arrived: float
+    path: FloatArray
+    s: FloatArray
+    t: FloatArray
+    errors: FloatArray
 
 
 class LawStudy:
@@ -17,43 +56,152 @@ class LawStudy:
         session: Studies of the arm with the goal set; it is copied.
         M: The inverse of the weights, (n, n).
         unit: The mean length of a link [m].
-        tolerance: Of a step of a run [rad or m].
     """
 
-    def __init__(self, session: StudySession, M: FloatArray, unit: float, *, tolerance: float = 1e-5) -> None:
+    def __init__(self, session: StudySession, M: FloatArray, unit: float) -> None:
         self._session = session.copy()
-        self._law = np.zeros(1, law_dtype(session.capacity))
-        L: Any = rooms(self._law)
-        n = session.nv
-        L.M[:n, :n], L.unit, L.tolerance = M, unit, tolerance
+        self._law = law_memory(session.capacity)
+        L, n, chain = self._rooms(), session.nv, session.S.chain
+        L.M[:n, :n], L.unit, L.plain = M, unit, np.array_equal(M, np.eye(n))
+        offsets = np.vstack([chain.translation[:n], chain.tip_translation])
+        links = links_of(chain.rotation[:n], offsets, chain.prismatic[:n])
+        if links is not None and session.S.study.rows[: session.m].tolist() == [0, 1]:
+            L.planar, L.link[:n] = True, links
 
-    def runs(self, starts: FloatArray, locked: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Endings (R,), ends (R, n) [rad or m] and the |e| there (R,) [m].
+    def _rooms(self) -> Any:
+        return rooms(self._law)
+
+    def copy(self) -> "LawStudy":
+        """A study of its own of the same: one for each thread."""
+        other = LawStudy.__new__(LawStudy)
+        other.__setstate__(self.__getstate__())
+        return other
+
+    def runs(self, starts: FloatArray, locked: IntArray, **options: float) -> tuple[Any, Any, Any]:
+        """Endings (R,), ends (R, n) [rad or m], and way [rad or m], time of success [s] and steps, (R, 3).
 
         Args:
             starts: Configurations at the failure, (R, n) [rad or m].
-            locked: The joint that does not move, (R,).
+            locked: Which joints do not move, bit i for joint i, (R,).
+            options: Those of ``_ask``.
         """
-        q, which = np.array(starts, dtype=np.float64, order="C"), np.array(locked, dtype=np.int64)
-        endings, sizes = np.zeros(len(q), np.int64), np.zeros(len(q))
-        arrays = (q, which, endings, sizes)
-        self._session.bind("study_runs", self._law)(len(q), *(array.ctypes.data for array in arrays))
-        return endings, q, sizes
+        self._ask(COARSE, ANY, **options)
+        return self._run(starts, locked, np.empty((0, self._session.nv + 3)))
 
-    def lines(self, starts: FloatArray, poses: FloatArray, twist: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Configurations at the nodes, (C, K + 1, n), NaN after a failure, and the last node of each (C,).
+    def follow(self, start: FloatArray, locked: int, *, most: int = 60_000, **options: float) -> Followed:
+        """One run with its way.
 
         Args:
-            starts: Configurations at the first pose, (C, n) [rad or m].
-            poses: Poses of the nodes, (K + 1, 4, 4).
-            twist: Motion of the task rows from a node to the next, (m,) [m].
+            start: The configuration at the failure, (n,) [rad or m].
+            locked: Which joints do not move, bit i for joint i.
+            most: Rows of the way; where there are more, they are further apart.
+            options: Those of ``_ask``.
         """
-        starts, goals = np.ascontiguousarray(starts), packed_goals(poses)
-        wanted = np.ascontiguousarray(twist)
-        K = len(goals) - 1
-        q, done = np.full((len(starts), K + 1, self._session.nv), np.nan), np.zeros(len(starts), np.int64)
-        kept = self._session.S.study.goal.copy()
-        arrays = (starts, goals, wanted, q, done)
-        self._session.bind("study_lines", self._law)(len(starts), K, *(array.ctypes.data for array in arrays))
-        self._session.S.study.goal[:] = kept
-        return q, done
+        self._ask(FINE, CLOSE, **options)
+        trace = np.empty((most, self._session.nv + 3))
+        endings, ends, facts = self._run(start[None], np.array([locked]), trace)
+        way = trace[: self._rooms().rows]
+        return Followed(
+            ending=Ending(int(endings[0])), q=ends[0], way=float(facts[0, 0]), arrived=float(facts[0, 1]),
+            path=way[:, :-3].copy(), s=way[:, -3].copy(), t=way[:, -2].copy(), errors=way[:, -1].copy(),
+        )  # fmt: skip
+
+    def _ask(
+        self,
+        tolerance: float,
+        close: float,
+        *,
+        horizon: float = np.inf,
+        success: float = 0.0,
+        gain: float = 1.0,
+        v_max: float = np.inf,
+    ) -> None:
+        """What runs are asked.
+
+        Args:
+            tolerance: Of a step [rad or m].
+            close: How near a run must be to one of many ends that is taken for its own [rad or m].
+            horizon: Runs end then [s]; it counts where ``success`` is given.
+            success: The |e| that counts as correct [m]; 0 asks for the rest instead.
+            gain: K_e [1/s].
+            v_max: The largest commanded speed of the tip [m/s].
+        """
+        L = self._rooms()
+        L.tolerance, L.close, L.horizon, L.success = tolerance, close, horizon, success
+        L.slowness, L.per_speed = 1.0 / gain, 1.0 / v_max
+        L.most = round(STEPS * (COARSE / tolerance) ** (1.0 / 3.0))
+
+    def _run(self, starts: FloatArray, locked: IntArray, trace: FloatArray) -> tuple[Any, Any, Any]:
+        starts, locked = np.ascontiguousarray(starts), np.ascontiguousarray(locked, dtype=np.int64)
+        count = len(starts)
+        endings, ends, facts = np.zeros(count, np.int64), np.zeros(starts.shape), np.zeros((count, 3))
+        if count:
+            self._call("study_runs", [count, len(trace)], (starts, locked, endings, ends, facts, trace))
+        return endings, ends, facts
+
+    def lines(
+        self,
+        starts: FloatArray,
+        steps: int,
+        boxes: Sequence[Sequence[Intervals]],
+        *,
+        circular: Any = True,
+        by_joints: bool = False,
+        keep: bool = False,
+    ) -> tuple[FloatArray, BoolArray, FloatArray, BoolArray]:
+        """Shares inside (C, n + 1), failed (C,), nodes (C, steps + 1, n) and whether inside there.
+
+        Args:
+            starts: Configurations, (C, n) [rad or m].
+            steps: Equal parts of each line.
+            boxes: For each box, for each joint, its intervals.
+            circular: Whether the values of joints count modulo one turn, for all or for each, (n,).
+            by_joints: Whether lengths are those of the joints' way; else those of the tip's.
+            keep: Whether nodes are wanted; without, they come back empty.
+        """
+        L, count, n = self._rooms(), len(starts), self._session.nv
+        turns = np.broadcast_to(circular, n).astype(np.int64)
+        L.boxes, L.by_joints = len(boxes), by_joints
+        L.intervals = max(len(intervals) for box in boxes for intervals in box)
+        box_of = np.full((len(boxes), n, L.intervals, 2), -10.0)
+        for b, box in enumerate(boxes):
+            for i, intervals in enumerate(box):
+                for k, (low, high) in enumerate(intervals):
+                    full = high - low >= (2.0 * np.pi if turns[i] else np.inf)
+                    box_of[b, i, k] = 0.0 if full else 0.5 * (low + high), 0.5 * (high - low)
+                    if full:
+                        box_of[b, i, k, 1] = 20.0 if turns[i] else 1e300
+        kept = count if keep else 0
+        starts = np.ascontiguousarray(starts)
+        inside, failed = np.zeros((count, n + 1)), np.zeros(count, np.int64)
+        nodes = np.zeros((kept, steps + 1, n))
+        within = np.zeros((kept, steps + 1, n + 1), np.int8)
+        if count:
+            arrays = (starts, box_of, turns, inside, failed, nodes, within)
+            self._call("study_lines", [count, steps, keep], arrays)
+        return np.clip(inside, 0.0, 1.0), failed != 0, nodes, within != 0
+
+    def _call(self, name: str, numbers: list[int], arrays: tuple[Any, ...]) -> None:
+        table = np.array([*numbers, *(array.ctypes.data for array in arrays)], dtype=np.int64)
+        self._session.bind(name, self._law, table)(0, numbers[0])
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"session": self._session, "law": self._law}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self._session = state["session"].copy()
+        self._law = law_memory(self._session.capacity)
+        self._law[:] = state["law"]
+
+
+def links_of(rotation: Any, offsets: FloatArray, prismatic: Any) -> FloatArray | None:
+    """The lengths of the links of an arm whose joints all turn about z, one after the other along x; or None.
+
+    Args:
+        rotation: Of each joint's frame in its predecessor's at q = 0, (n, 3, 3) or (n, 9).
+        offsets: Of each joint's frame in its predecessor's, and of the tip's in the last, (n + 1, 3) [m].
+        prismatic: Which joints slide, (n,).
+    """
+    lengths = offsets[1:, 0]
+    straight = np.allclose(np.reshape(rotation, (-1, 3, 3)), np.eye(3)) and np.allclose(offsets[1:, 1:], 0.0)
+    return lengths if straight and not np.any(prismatic) and (lengths > 0.0).all() else None

@@ -3,7 +3,6 @@
 from typing import Final
 
 from ftqp.kernel.compiled.entry_point import EntryPoint
-from ftqp.kernel.compiled.levels import WIDE
 from ftqp.kernel.layout.record import CAPACITIES
 
 
@@ -14,7 +13,6 @@ def _entry(name: str, module: str, signature: str, nogil: bool = False) -> Entry
 
 _STEPS, _EXTERNAL = "ftqp.kernel.ticks.steps", "ftqp.kernel.ticks.external_steps"
 _NETWORK, _CLOSED = "ftqp.kernel.ticks.network_steps", "ftqp.kernel.ticks.closed_form_steps"
-_ROLLOUT = "ftqp.kernel.entry.rollout"
 _DETECTION = "ftqp.kernel.entry.detect_entries"
 _ARM, _STANDALONE = "ftqp.kernel.entry.arm_entries", "ftqp.kernel.entry.standalone_entries"
 _STUDY = "ftqp.kernel.entry.study_entries"
@@ -47,9 +45,7 @@ ENTRIES: Final = {
         _entry("torques", _ARM, "i"),
         _entry("servo_torques", _ARM, "iiooo"),
         _entry("block", "ftqp.kernel.ticks.block_of_ticks", "iooooiiiiiii"),
-        _entry("rollout_4", _ROLLOUT, "i" * 20, nogil=True),
-        _entry("rollout_8", _ROLLOUT, "i" * 20, nogil=True),
-        _entry("rollout_any", _ROLLOUT, "i" * 19, nogil=True),
+        _entry("rollout", "ftqp.kernel.entry.rollout", "i" * 6, nogil=True),
         _entry("write_target", "ftqp.kernel.entry.target_entry", "iooo"),
         _entry("follow_plan", "ftqp.kernel.entry.plan_entry", "ii"),
         _entry("detect", _DETECTION, "iioooooo"),
@@ -62,23 +58,14 @@ ENTRIES: Final = {
         _entry("study_solutions", _STUDY, "i" * 8, nogil=True),
         _entry("study_curve", _STUDY, "i" * 5, nogil=True),
         _entry("study_self_motions", _STUDY, "i" * 8, nogil=True),
-        _entry("study_runs", "ftqp.kernel.study.spatial_runs", "i" * 7, nogil=True),
-        _entry("study_lines", "ftqp.kernel.study.spatial_lines", "i" * 9, nogil=True),
+        _entry("study_runs", "ftqp.kernel.study.law_runs", "iiiii", nogil=True),
+        _entry("study_lines", "ftqp.kernel.study.law_lines", "iiiii", nogil=True),
         _entry("exact_continuations", _CONTINUATION, "iiiii", nogil=True),
         _entry("bounded_continuations", _CONTINUATION, "iiiii", nogil=True),
         _entry("self_speed_tracks", _CONTINUATION, "iiiii", nogil=True),
     )
 }
 """By name."""
-
-EXACT: Final = {
-    entry.name: entry
-    for entry in (
-        _entry("planar_runs", "ftqp.kernel.study.planar_runs", "iiii", nogil=True),
-        _entry("planar_lines", "ftqp.kernel.study.planar_lines", "iiii", nogil=True),
-    )
-}
-"""By name: entries whose capacity is the number of joints itself, compiled when a study begins."""
 
 ANY_SIZE: Final = 0
 """The capacity of entries that know no robot."""
@@ -95,13 +82,14 @@ FIRST: Final = (
 )
 """What the demo and a planner of a small arm need that is given targets."""
 
-
-def entries_of(level: str) -> tuple[tuple[EntryPoint, int], ...]:
-    """What is built for a class of processors: entry points with the capacities of their records."""
-    other_width = "rollout_4" if level == WIDE else "rollout_8"
-    sized = [entry for name, entry in ENTRIES.items() if name not in ALONE and name != other_width]
-    return (
-        *FIRST,
-        *((entry, capacity) for capacity in CAPACITIES for entry in sized if (entry, capacity) not in FIRST),
-        *((ENTRIES[name], ANY_SIZE) for name in ALONE[1:]),
-    )
+BUILT: Final = (
+    *FIRST,
+    *(
+        (entry, capacity)
+        for capacity in CAPACITIES
+        for name, entry in ENTRIES.items()
+        if name not in ALONE and (entry, capacity) not in FIRST
+    ),
+    *((ENTRIES[name], ANY_SIZE) for name in ALONE[1:]),
+)
+"""What is built: entry points with the capacities of their records."""

@@ -71,7 +71,7 @@ def _leaves_room(K: Any, v: Any, v_last: Any, a_max: Any, room: Any) -> Any:
 def _near(K: Any, at: int, q: Any, v: Any, v_last: Any, v_max: Any) -> Any:
     """Whether (q, v) follows upon what was last let through: by way, speed, acceleration and range.
 
-    A joint that is beyond its range comes back or brakes.
+    A joint that is beyond its range comes back or brakes; one that is inside stays there.
     """
     limits, dt = K.limits, K.state.dt
     q_last, q_min, q_max = several(K.gate.q, at), several(limits.q_min, at), several(limits.q_max, at)
@@ -82,8 +82,8 @@ def _near(K: Any, at: int, q: Any, v: Any, v_last: Any, v_max: Any) -> Any:
         near = near & _keeps(v - v_last, dt * a_max)
         near = near & (_leaves_room(K, v, v_last, a_max, q_max - q) | ((q_last > q_max) & (v < v_last)))
         return near & (_leaves_room(K, -v, -v_last, a_max, q - q_min) | ((q_last < q_min) & (v > v_last)))
-    above = (q <= q_max + ROUNDING) | (v <= ROUNDING) | (v < v_last)
-    return near & above & ((q >= q_min - ROUNDING) | (v >= -ROUNDING) | (v > v_last))
+    near = near & ((q <= q_max + ROUNDING) | ((q_last > q_max) & ((v <= ROUNDING) | (v < v_last))))
+    return near & ((q >= q_min - ROUNDING) | ((q_last < q_min) & ((v >= -ROUNDING) | (v > v_last))))
 
 
 @jit

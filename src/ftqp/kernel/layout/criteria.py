@@ -1,30 +1,21 @@
 """The coefficients of the objective: what a criterion is to the record, one field a coefficient.
 
-Each declares what serves it. What it does not declare counts as not served: arms of a batch then take the
-tick of a planner one by one, and external solvers are handed H anew at every tick; no term is left out.
+Where one that does not declare H to be steady is not zero, external solvers are handed H anew at every tick.
 """
 
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-LANES = "lanes"
-"""What may compute a term beside a planner's own tick: the tick of several arms side by side."""
 
-
-def _coefficient(
-    *, weight: bool = False, inertia: bool = False, steady: bool = False, served: tuple[str, ...] = ()
-) -> Any:
+def _coefficient(*, weight: bool = False, inertia: bool = False, steady: bool = False) -> Any:
     """A field of a criterion.
 
     Args:
         weight: Whether it weighs a quadratic form.
         inertia: Whether its term needs M or h.
         steady: Whether H is the same at every tick, however large it is.
-        served: What else computes its term, ``LANES`` or nothing.
     """
-    return field(
-        default=0.0, metadata={"weight": weight, "inertia": inertia, "steady": steady, "served": served}
-    )
+    return field(default=0.0, metadata={"weight": weight, "inertia": inertia, "steady": steady})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,9 +33,9 @@ class Criterion:
         manipulability: Factor of -x' d/dq log sqrt det(J J'), >= 0 [rad2/s at the velocity level].
     """
 
-    norm: float = _coefficient(weight=True, steady=True, served=(LANES,))
-    norm_v: float = _coefficient(steady=True, served=(LANES,))
-    norm_q: float = _coefficient(steady=True, served=(LANES,))
+    norm: float = _coefficient(weight=True, steady=True)
+    norm_v: float = _coefficient(steady=True)
+    norm_q: float = _coefficient(steady=True)
     inertia: float = _coefficient(weight=True, inertia=True)
     inertia_v: float = _coefficient(inertia=True, steady=True)
     inertia_h: float = _coefficient(inertia=True, steady=True)
@@ -76,14 +67,6 @@ class Criterion:
     def has_constant_hessian(self) -> bool:
         """Whether H is ``norm`` times the joint weights at every tick, so that a solver may keep it."""
         return all(getattr(self, f.name) == 0.0 for f in fields(self) if not f.metadata["steady"])
-
-    def is_served_by(self, what: str) -> bool:
-        """Whether every coefficient that is not zero declares that its term is computed there.
-
-        Args:
-            what: ``LANES``.
-        """
-        return all(getattr(self, f.name) == 0.0 for f in fields(self) if what not in f.metadata["served"])
 
 
 COEFFICIENTS = tuple(f.name for f in fields(Criterion))

@@ -85,9 +85,9 @@ def _task(N: int) -> Fields:
 
 
 def _criteria(N: int) -> Fields:
-    """Coefficients, see ``ftqp.kernel.rows.objective``; ``sways``: ``sway`` counts; ``apart``: no lanes."""
+    """Coefficients, see ``ftqp.kernel.rows.objective``; ``sways``: ``sway`` counts."""
     return [
-        *scalars("i8", "sways apart"),
+        *scalars("i8", "sways"),
         *scalars("f8", " ".join(COEFFICIENTS)),
         *floats({"weight": (N,), "posture": (N,), "sway": (N,)}),
     ]

@@ -1,6 +1,6 @@
-"""Elementary functions of formulas that serve one arm and several side by side.
+"""Elementary functions of formulas that serve one joint and eight neighbours at once.
 
-In compiled code they take a float64 or several in a vector register, in plain Python a number or an array.
+In compiled code they take a float64 or eight in a vector register, in plain Python a number or an array.
 """
 
 import math
@@ -39,7 +39,7 @@ def select(condition: Any, x: Any, y: Any) -> Any:
 
 
 def any_of(condition: Any) -> Any:
-    """Whether a condition holds for one of the arms, or of the joints."""
+    """Whether a condition holds for one of the joints."""
     return bool(np.any(condition))
 
 

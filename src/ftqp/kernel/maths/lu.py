@@ -48,6 +48,18 @@ def lu_factor(S: Any, n: int, pivots: Any) -> bool:
 
 
 @jit
+def determinant_sign(S: Any, n: int, pivots: Any) -> float:
+    """1 or -1, the sign of the determinant of what ``lu_factor`` has factorised."""
+    sign = 1.0
+    for k in range(n):
+        if S[k, k] < 0.0:
+            sign = -sign
+        if int(pivots[k]) != k:
+            sign = -sign
+    return sign
+
+
+@jit
 def lu_solve(S: Any, n: int, pivots: Any, x: Any) -> None:
     """x <- S^-1 x with the factors of ``lu_factor``."""
     for k in range(n):

@@ -3,8 +3,6 @@
 A loop over the joints goes in blocks, ``for at in range(0, K.chain.n, WIDTH)``; arrays of the joints have
 room for whole blocks, and hold zeros behind the last joint. Sums, comparisons and the functions of
 ``ftqp.kernel.maths.elementary`` take such numbers as they take one. In plain Python they are numpy arrays.
-Formulas that also serve several arms side by side go by ``block``, ``within`` and ``total`` instead: there a
-block is one joint of all arms.
 """
 
 from typing import Any
@@ -16,21 +14,6 @@ from ftqp.kernel.maths.elementary import any_of
 
 WIDTH = 8
 """Joints in a block."""
-
-
-def _block(array: Any) -> int:
-    """How many joints a block of an array holds: eight, or one of eight arms."""
-    return WIDTH
-
-
-def _within(array: Any, count: int, at: int) -> Any:
-    """Which joints of a block of an array are below a count; a block of lanes is one joint, and is."""
-    return _below(count, at)
-
-
-def _total(array: Any, lanes: Any) -> float:
-    """The sum over the joints of sums over blocks of an array: a number, of lanes one an arm."""
-    return _sum_of(lanes)
 
 
 def _several(array: Any, at: int) -> Any:
@@ -58,8 +41,8 @@ def _below(count: int, at: int) -> Any:
     return np.arange(at, at + WIDTH) < count
 
 
-def _numbers(array: Any, at: int) -> Any:
-    """The indices of the joints of a block of an array."""
+def _numbers(at: int) -> Any:
+    """The indices at .. at + 7."""
     return np.arange(float(at), at + WIDTH)
 
 
@@ -76,7 +59,6 @@ def _largest_of(lanes: Any) -> float:
 if COMPILED:
     from ftqp.kernel.compiled.making.joint_lanes import (
         below,
-        block,
         is_set,
         largest_of,
         numbers,
@@ -84,11 +66,8 @@ if COMPILED:
         put_either,
         several,
         sum_of,
-        total,
-        within,
     )
 else:
-    block, within, total = _block, _within, _total
     several, put, is_set, put_either = _several, _put, _is_set, _put_either
     below, numbers, sum_of, largest_of = _below, _numbers, _sum_of, _largest_of
 
@@ -103,7 +82,6 @@ __all__ = [
     "WIDTH",
     "all_of",
     "below",
-    "block",
     "is_set",
     "largest_of",
     "numbers",
@@ -111,6 +89,4 @@ __all__ = [
     "put_either",
     "several",
     "sum_of",
-    "total",
-    "within",
 ]

@@ -34,18 +34,6 @@ def posture_error(K: Any, i: int) -> Any:
 
 
 @jit
-def uncoupled_objective(K: Any) -> None:
-    """H_diagonal, and g as far as no criterion couples joints; H itself counts no more."""
-    state, criteria, qp = K.state, K.criteria, K.qp
-    qp.dense = 0
-    for i in range(K.chain.n):
-        qp.H_diagonal[i] = criteria.norm * criteria.weight[i]
-        qp.g[i] = criteria.weight[i] * criteria.norm_v * state.v[i]
-        if criteria.norm_q != 0.0:
-            qp.g[i] += criteria.weight[i] * criteria.norm_q * posture_error(K, i)
-
-
-@jit
 def draw_to(K: Any, x: Any) -> None:
     """The objective of x - x_0 in place of x, g -= H x_0; x_0 is 0 for failed joints."""
     qp, n = K.qp, K.chain.n
@@ -60,8 +48,13 @@ def draw_to(K: Any, x: Any) -> None:
 @part_jit
 def objective(K: Any) -> None:
     """H and g of the joints; H_diagonal alone when no criterion couples joints."""
-    criteria = K.criteria
-    uncoupled_objective(K)
+    state, criteria, qp = K.state, K.criteria, K.qp
+    qp.dense = 0
+    for i in range(K.chain.n):
+        qp.H_diagonal[i] = criteria.norm * criteria.weight[i]
+        qp.g[i] = criteria.weight[i] * criteria.norm_v * state.v[i]
+        if criteria.norm_q != 0.0:
+            qp.g[i] += criteria.weight[i] * criteria.norm_q * posture_error(K, i)
     if (
         criteria.inertia != 0.0
         or criteria.inertia_v != 0.0

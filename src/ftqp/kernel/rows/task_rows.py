@@ -10,7 +10,7 @@ from ftqp.kernel.layout.enums import (
     TARGET_TWIST,
 )
 from ftqp.kernel.maths.elementary import select
-from ftqp.kernel.maths.side_by_side import WIDTH, below, block, put, several, sum_of, total, within
+from ftqp.kernel.maths.side_by_side import WIDTH, below, put, several, sum_of
 
 TIP_BRAKE_STEPS = 20.0
 """Scaled mode: scale 0 brakes the tip along its own direction with the time constant TIP_BRAKE_STEPS dt."""
@@ -54,7 +54,7 @@ def task_rows(K: Any, kp: float) -> None:
         row = qp.A[k]
         if c < 3 or not task.tool_rows:
             J = kinematics.J[c]
-            for at in range(0, n, block(row)):
+            for at in range(0, n, WIDTH):
                 put(row, at, w * several(J, at))
         else:
             a = c - 3
@@ -74,7 +74,7 @@ def task_rows(K: Any, kp: float) -> None:
                 + kinematics.R_tip[8] * task.axis[6 + a]
             )
             J = kinematics.J
-            for at in range(0, n, block(row)):
+            for at in range(0, n, WIDTH):
                 s = t0 * several(J[3], at) + t1 * several(J[4], at) + t2 * several(J[5], at)
                 put(row, at, w * s)
         e = w * component_of(K, c, 0, task.error)
@@ -82,9 +82,9 @@ def task_rows(K: Any, kp: float) -> None:
         moving = drift = 0.0
         if state.level == ACCELERATION:
             moves = 0.0
-            for at in range(0, n, block(row)):
+            for at in range(0, n, WIDTH):
                 moves = moves + several(row, at) * several(state.v, at)
-            moving = total(row, moves)
+            moving = sum_of(moves)
             drift = w * component_of(K, c, 0, kinematics.drift)
             b = (
                 w * component_of(K, c, TARGET_ACCELERATION, task.target)
@@ -121,12 +121,12 @@ def compliance(K: Any, ratio: float) -> None:
         for at in range(0, chain.n, WIDTH):
             trace += sum_of(select(below(chain.n, at), several(qp.H_diagonal, at), 0.0))
     squares = 0.0
-    for at in range(0, chain.n, block(qp.g)):
-        inside = within(qp.g, chain.n, at)
+    for at in range(0, chain.n, WIDTH):
+        inside = below(chain.n, at)
         for k in range(qp.meq):
             a = select(inside, several(qp.A[k], at), 0.0)
             squares = squares + a * a
-    soft = ratio * total(qp.g, squares) / (max(qp.meq, 1) * trace) + 1e-300
+    soft = ratio * sum_of(squares) / (max(qp.meq, 1) * trace) + 1e-300
     for k in range(qp.meq):
         qp.soft[k] = (
             soft + turned.softness[k] * chain.n / trace if turned.on else soft * task.yielding[task.rows[k]]

@@ -8,7 +8,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import CLOSED, CUT, UNFINISHED
-from ftqp.kernel.maths.lu import lu_factor
+from ftqp.kernel.maths.lu import determinant_sign, lu_factor
 from ftqp.kernel.study.null_directions import any_null_direction, decompose, least_step, onto_null_space
 from ftqp.kernel.study.task_values import task_values
 
@@ -64,13 +64,7 @@ def _side(S: Any, t: Any) -> float:
                 M[at, i] = 1.0 if i == j else 0.0
             at += 1
     lu_factor(M, n, study.pivot)
-    sign = 1.0
-    for i in range(n):
-        if M[i, i] < 0.0:
-            sign = -sign
-        if int(study.pivot[i]) != i:
-            sign = -sign
-    return sign
+    return determinant_sign(M, n, study.pivot)
 
 
 @jit

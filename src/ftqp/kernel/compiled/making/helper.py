@@ -174,7 +174,9 @@ class Helper(CPUDispatcher):  # type: ignore[misc]
     Args:
         function: with arguments that numba can type.
         options: numba's.
-        apart, rare, long: as of ``helper``.
+        apart: as of ``helper``.
+        rare: as of ``helper``.
+        long: as of ``helper``.
     """
 
     def __init__(

@@ -1,6 +1,6 @@
-"""Numbers of several arms side by side as a type of numba's: the same source serves one arm and many.
+"""Eight numbers in a vector register as a type of numba's: the same formula serves one joint and eight.
 
-``Lanes`` is a vector register of float64, one lane an arm, ``Mask`` what a comparison of two gives.
+``Lanes`` are float64, one a joint, and a ``Mask`` is what a comparison of two gives.
 """
 
 import operator
@@ -13,81 +13,85 @@ from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, lower_cast, models, register_model
 
+WIDTH = 8
+"""Joints in a register: one of AVX-512; of smaller ones the compiler takes several."""
+
 DOUBLE, LONG, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
+DOUBLES, LONGS, BITS = (ir.VectorType(kind, WIDTH) for kind in (DOUBLE, LONG, BIT))
+NUMBERS = types.Float | types.Integer
 
 
 class LanesType(types.Type):  # type: ignore[misc]
-    """``width`` float64 side by side."""
+    """Eight float64."""
 
-    def __init__(self, width: int) -> None:
-        super().__init__(name=f"Lanes({width})")
-        self.width = width
+    def __init__(self) -> None:
+        super().__init__(name="Lanes")
 
     def can_convert_from(self, context: Any, other: Any) -> Any:
         """A number is the same in every lane."""
-        return Conversion.safe if isinstance(other, types.Float | types.Integer) else None
+        return Conversion.safe if isinstance(other, NUMBERS) else None
 
     def unify(self, context: Any, other: Any) -> Any:
         """A variable that is a number here and lanes there is lanes."""
-        return self if isinstance(other, types.Float | types.Integer) else None
+        return self if isinstance(other, NUMBERS) else None
 
 
 class MaskType(types.Type):  # type: ignore[misc]
-    """``width`` truth values side by side."""
+    """Eight truth values."""
 
-    def __init__(self, width: int) -> None:
-        super().__init__(name=f"Mask({width})")
-        self.width = width
+    def __init__(self) -> None:
+        super().__init__(name="Mask")
+
+
+LANES, MASK = LanesType(), MaskType()
 
 
 @register_model(LanesType)
 class _LanesModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, ir.VectorType(DOUBLE, kind.width))
+        super().__init__(manager, kind, DOUBLES)
 
 
 @register_model(MaskType)
 class _MaskModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, ir.VectorType(BIT, kind.width))
+        super().__init__(manager, kind, BITS)
 
 
-def _same_in_every_lane(builder: Any, value: Any, width: int) -> Any:
-    kind = ir.VectorType(DOUBLE, width)
+def everywhere(builder: Any, value: Any, kind: Any) -> Any:
+    """The same number in every lane.
+
+    Args:
+        builder: Where code goes.
+        value: The number.
+        kind: The type of the vector.
+    """
     first = builder.insert_element(ir.Constant(kind, ir.Undefined), value, ir.IntType(32)(0))
-    order = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
+    order = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
     return builder.shuffle_vector(first, ir.Constant(kind, ir.Undefined), order)
 
 
 def _cast(context: Any, builder: Any, given: Any, wanted: Any, value: Any) -> Any:
-    number = context.cast(builder, value, given, types.float64)
-    return _same_in_every_lane(builder, number, wanted.width)
+    return everywhere(builder, context.cast(builder, value, given, types.float64), DOUBLES)
 
 
 lower_cast(types.Float, LanesType)(_cast)
 lower_cast(types.Integer, LanesType)(_cast)
 
 
-def _width_of(arguments: Any) -> int:
-    """The width of the lanes among the arguments; 0 when there is none, or something that is no number."""
-    width = 0
-    for kind in arguments:
-        if isinstance(kind, LanesType):
-            width = kind.width
-        elif not isinstance(kind, types.Float | types.Integer):
-            return 0
-    return width
+def _has_lanes(kinds: Any) -> bool:
+    """Whether there are lanes among the types, and else only numbers."""
+    return any(kind == LANES for kind in kinds) and all(
+        kind == LANES or isinstance(kind, NUMBERS) for kind in kinds
+    )
 
 
-def _numeric(result: type[LanesType] | type[MaskType]) -> type:
+def _rule(result: Any) -> type:
     """A typing rule: of lanes, or lanes and numbers, comes ``result``."""
 
     class Rule(AbstractTemplate):  # type: ignore[misc]
         def generic(self, arguments: Any, _keywords: Any) -> Any:
-            width = _width_of(arguments)
-            if not width:
-                return None
-            return signature(result(width), *(LanesType(width) for _ in arguments))
+            return signature(result, *(LANES for _ in arguments)) if _has_lanes(arguments) else None
 
     return Rule
 
@@ -109,24 +113,23 @@ for _operator, _in_place, _instruction in (
     def _arithmetic(builder: Any, a: Any, b: Any, instruction: str = _instruction) -> Any:
         return getattr(builder, instruction)(a, b)
 
-    _register(_operator, 2, _numeric(LanesType), _arithmetic)
-    _register(_in_place, 2, _numeric(LanesType), _arithmetic)
+    _register(_operator, 2, _rule(LANES), _arithmetic)
+    _register(_in_place, 2, _rule(LANES), _arithmetic)
 
 for _operator, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")):
 
     def _comparison(builder: Any, a: Any, b: Any, sign: str = _sign) -> Any:
         return builder.fcmp_ordered(sign, a, b)
 
-    _register(_operator, 2, _numeric(MaskType), _comparison)
+    _register(_operator, 2, _rule(MASK), _comparison)
 
-
-_register(operator.neg, 1, _numeric(LanesType), lambda builder, a: builder.fneg(a))
+_register(operator.neg, 1, _rule(LANES), lambda builder, a: builder.fneg(a))
 
 
 class _OfMasks(AbstractTemplate):  # type: ignore[misc]
     def generic(self, arguments: Any, _keywords: Any) -> Any:
-        if arguments and all(isinstance(kind, MaskType) for kind in arguments):
-            return signature(arguments[0], *arguments)
+        if arguments and all(kind == MASK for kind in arguments):
+            return signature(MASK, *arguments)
         return None
 
 
@@ -176,10 +179,10 @@ def register_elementary(
 
     class OfNumbers(AbstractTemplate):  # type: ignore[misc]
         def generic(self, arguments: Any, _keywords: Any) -> Any:
-            if all(isinstance(kind, types.Float | types.Integer) for kind in arguments):
-                return signature(types.float64, *(types.float64 for _ in arguments))
-            width = _width_of(arguments)
-            return (width and signature(LanesType(width), *(LanesType(width) for _ in arguments))) or None
+            kind = LANES if _has_lanes(arguments) else types.float64
+            if kind == LANES or all(isinstance(one, NUMBERS) for one in arguments):
+                return signature(kind, *(kind for _ in arguments))
+            return None
 
     for function, count, code in ((sqrt, 1, root), (floor, 1, down), (larger, 2, most), (smaller, 2, least)):
         infer_global(function)(type(f"Rule_{function.__name__}", (OfNumbers,), {}))
@@ -191,16 +194,9 @@ def register_elementary(
     class Choice(AbstractTemplate):  # type: ignore[misc]
         def generic(self, arguments: Any, _keywords: Any) -> Any:
             condition, *values = arguments
-            if isinstance(condition, MaskType):
-                kind = LanesType(condition.width)
-                return signature(kind, condition, kind, kind)
-            if not isinstance(condition, types.Boolean):
+            if not isinstance(condition, MaskType | types.Boolean):
                 return None
-            kind = (
-                LanesType(_width_of(values))
-                if any(isinstance(v, LanesType) for v in values)
-                else types.float64
-            )
+            kind = LANES if condition == MASK or _has_lanes(values) else types.float64
             return signature(kind, condition, kind, kind)
 
     infer_global(select)(Choice)
@@ -223,27 +219,14 @@ def register_elementary(
     lower_builtin(any_of, types.Boolean)(lambda context, builder, sig, values: values[0])
     lower_builtin(any_of, MaskType)(
         lambda context, builder, sig, values: builder.icmp_unsigned(
-            "!=", as_bits(builder, values[0], sig.args[0].width), LONG(0)
+            "!=", builder.zext(builder.bitcast(values[0], ir.IntType(WIDTH)), LONG), LONG(0)
         )
     )
 
 
-def as_bits(builder: Any, mask: Any, width: int) -> Any:
-    """The truth values of a mask as the lowest bits of a 64-bit integer.
-
-    Args:
-        builder: Where code goes.
-        mask: The mask.
-        width: How many lanes it has.
-    """
-    return builder.zext(builder.bitcast(mask, ir.IntType(width)), LONG)
-
-
 class _Absolute(AbstractTemplate):  # type: ignore[misc]
     def generic(self, arguments: Any, _keywords: Any) -> Any:
-        if len(arguments) == 1 and isinstance(arguments[0], LanesType):
-            return signature(arguments[0], arguments[0])
-        return None
+        return signature(LANES, LANES) if tuple(arguments) == (LANES,) else None
 
 
 infer_global(abs)(_Absolute)

@@ -25,14 +25,14 @@ from typing import Any
 
 from numba.core.errors import NumbaError
 
+from ftqp.kernel.building.fingerprint import fingerprint as key_of
+from ftqp.kernel.building.quicker import be_quicker
 from ftqp.kernel.compiled.entry_point import EntryPoint
 from ftqp.kernel.compiled.facts import FIRST, LAST
 from ftqp.kernel.compiled.library import MANIFEST, fingerprint, platform_facts
 from ftqp.kernel.compiled.making import emit
-from ftqp.kernel.compiled.making.fingerprint import fingerprint as key_of
 from ftqp.kernel.compiled.making.helper import Part
 from ftqp.kernel.compiled.making.processor import Target
-from ftqp.kernel.compiled.making.quicker import be_quicker
 from ftqp.kernel.compiled.source import code_key, file_key
 
 Wanted = tuple[EntryPoint, int]

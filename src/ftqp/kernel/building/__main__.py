@@ -1,4 +1,4 @@
-"""``python -m ftqp.kernel.compiled.making`` builds the library of the kernel from this source.
+"""``python -m ftqp.kernel.building`` builds the library of the kernel from this source.
 
 It needs numpy, numba, and ziglang or ``cc``. Nothing is done where the library is there and no older than the
 source.
@@ -10,10 +10,10 @@ import json
 import os
 import platform
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
+from ftqp.core.clock import now
 from ftqp.kernel.compiled import mode
 from ftqp.kernel.compiled.library import MANIFEST, platform_facts
 from ftqp.kernel.compiled.mode import KERNEL
@@ -24,7 +24,7 @@ ROOT = KERNEL.parents[2]
 
 def main(arguments: list[str] | None = None) -> int:
     """Build it: 0 built, 1 not, and a sentence and the manifest say why, 130 interrupted."""
-    parser = argparse.ArgumentParser(prog="python -m ftqp.kernel.compiled.making", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m ftqp.kernel.building", description=__doc__)
     add = parser.add_argument
     add("--out", type=Path, default=KERNEL.parent / "_kernel", help="the folder of the library (%(default)s)")
     add("--store", type=Path, default=ROOT / "build" / "kernel", help="folder of object files (%(default)s)")
@@ -45,11 +45,11 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _built(given: argparse.Namespace) -> int:
-    began = time.perf_counter()
+    began = now()
     mode.BUILDING = True  # before the formulas are imported
     try:
         from ftqp.kernel.compiled.levels import LEVELS, level_here
-        from ftqp.kernel.entry.table import FIRST, entries_of
+        from ftqp.kernel.entry.table import BUILT, FIRST
 
         levels = [name for name in (given.levels or level_here() or "").split(",") if name]
         known = LEVELS.get(platform.machine(), {})
@@ -57,11 +57,11 @@ def _built(given: argparse.Namespace) -> int:
             return _told(
                 given, f"no class of processors is named for {platform.machine()} ({levels or known})"
             )
-        wanted: dict[str, Any] = {name: FIRST if given.first else entries_of(name) for name in levels}
+        wanted: dict[str, Any] = {name: FIRST if given.first else BUILT for name in levels}
         if _is_there(given, wanted):
             return 0
         try:
-            from ftqp.kernel.compiled.making.build import CannotBuild, Store, build
+            from ftqp.kernel.building.build import CannotBuild, Store, build
             from ftqp.kernel.compiled.making.processor import target
         except ImportError as error:
             return _told(given, f"building needs numba and llvmlite ({error})")
@@ -78,7 +78,7 @@ def _built(given: argparse.Namespace) -> int:
             return _told(given, str(error))
     except OSError as error:
         return _told(given, f"{error.filename or given.out}: {error.strerror or error}")
-    seconds, spent = time.perf_counter() - began, sum(os.times()[:4])
+    seconds, spent = 1e-9 * (now() - began), sum(os.times()[:4])
     sys.stderr.write(f"the kernel is built: {made} units compiled, {seconds:.0f} s, {spent:.0f} s of CPU\n")
     return 0
 

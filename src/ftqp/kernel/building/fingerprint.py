@@ -9,7 +9,6 @@ import hashlib
 import sys
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
@@ -18,10 +17,20 @@ import numba
 import numpy as np
 
 from ftqp.kernel.compiled.making.helper import Helper
+from ftqp.kernel.compiled.mode import KERNEL
 from ftqp.kernel.compiled.source import code_text
 
-_MAKERS = ("emit.py", "helper.py", "joint_lanes.py", "lane_numbers.py", "lane_records.py", "process_calls.py",
-           "array_reading.py", "../facts.py", "../../jit.py")  # fmt: skip
+_MAKING = "compiled/making"
+_MAKERS = (
+    f"{_MAKING}/emit.py",
+    f"{_MAKING}/helper.py",
+    f"{_MAKING}/joint_lanes.py",
+    f"{_MAKING}/lane_numbers.py",
+    f"{_MAKING}/process_calls.py",
+    f"{_MAKING}/array_reading.py",
+    "compiled/facts.py",
+    "jit.py",
+)
 """The files that say how a function becomes machine code."""
 _NAMES = ("__module__", "__qualname__")
 
@@ -40,7 +49,7 @@ def fingerprint(function: Any, *beside: Any) -> str:
 @cache
 def _maker() -> str:
     """Whatever makes machine code of functions, here and in other packages."""
-    texts = [code_text(Path(__file__).parent / name) for name in _MAKERS]
+    texts = [code_text(KERNEL / name) for name in _MAKERS]
     return f"{sys.version_info[:2]} {numba.__version__} {llvmlite.__version__} {texts}"
 
 

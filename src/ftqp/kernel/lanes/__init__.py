@@ -1,1 +1,0 @@
-"""Several arms side by side: the tick that most of them have in common."""

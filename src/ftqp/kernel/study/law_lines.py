@@ -1,0 +1,238 @@
+"""Straight lines of the tip of a healthy arm, eight at once, and how far the joints stay in boxes."""
+
+from collections.abc import Callable
+from math import pi
+from typing import Any, Final
+
+import numpy as np
+
+from ftqp.kernel.jit import carray, jit, pointer
+from ftqp.kernel.layout.law_room import law_dtype
+from ftqp.kernel.layout.study_room import study_dtype
+from ftqp.kernel.maths.elementary import any_of, floor, larger, select, smaller, sqrt
+from ftqp.kernel.maths.side_by_side import WIDTH, put, several
+from ftqp.kernel.study.law_rates import TINY, resolve, towards_goal, values, weigh
+
+TURN: Final = 0.05
+"""Of all joints together in one substep, at most [rad or m]."""
+SUBSTEPS: Final = 400
+"""Between two nodes; a line that takes more has failed at a singularity."""
+OFF: Final = 1e-6
+"""A tip so far from the goal at the end has failed [unit lengths]."""
+EDGE: Final = -1e-9
+"""A margin from here on counts as inside [rad or m]."""
+OUTSIDE: Final = -10.0
+"""The margin where there is no interval; that of a joint which all values suit is its opposite [rad or m]."""
+FLOAT, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
+
+
+@jit
+def _led_rates(S: Any, L: Any, out: Any) -> Any:
+    """dq of a tip that moves as ``wanted``, by the factors that are there, into ``out``; |dq|."""
+    for at in range(0, S.study.m * WIDTH, WIDTH):
+        put(L.rhs, at, several(L.wanted, at))
+    return resolve(S, L, L.free, out)
+
+
+@jit
+def _stage(S: Any, L: Any, h: Any, rate: Any, out: Any, seats: int) -> None:
+    """The rates h times a rate further."""
+    for at in range(0, S.chain.n * WIDTH, WIDTH):
+        put(L.next, at, several(L.q, at) + h * several(rate, at))
+    values(S, L, L.next, seats)
+    weigh(S, L)
+    _led_rates(S, L, out)
+
+
+@jit
+def _substeps(S: Any, L: Any, length: Any, pace: Any, seats: int) -> None:
+    """From a node to the next: classical Runge-Kutta steps with |dq| <= TURN from the rates in ``k1`` on."""
+    left = length
+    for _ in range(SUBSTEPS):
+        h = smaller(left, TURN / (pace + TINY))
+        left = left - h
+        _stage(S, L, 0.5 * h, L.k1, L.k2, seats)
+        _stage(S, L, 0.5 * h, L.k2, L.k3, seats)
+        _stage(S, L, h, L.k3, L.k4, seats)
+        sixth = h * (1.0 / 6.0)
+        for at in range(0, S.chain.n * WIDTH, WIDTH):
+            both = several(L.k2, at) + several(L.k3, at)
+            move = sixth * (several(L.k1, at) + 2.0 * both + several(L.k4, at))
+            put(L.q, at, several(L.q, at) + move)
+        values(S, L, L.q, seats)
+        if not any_of(left > 0.0):
+            return
+        weigh(S, L)
+        pace = _led_rates(S, L, L.k1)
+    put(L.failed, 0, select(left > 0.0, 1.0, several(L.failed, 0)))
+
+
+@jit
+def _onto(S: Any, L: Any, left: float) -> Any:
+    """One Newton step onto the node with a share of the way left, then the rates in ``k1`` and |dq|.
+
+    Both with the values before the step, which moves the arm by the error of a Runge-Kutta step only.
+    """
+    weigh(S, L)
+    for at in range(0, S.study.m * WIDTH, WIDTH):
+        put(L.rhs, at, several(L.e, at) - left * several(L.way, at))
+    resolve(S, L, L.free, L.k4)
+    for at in range(0, S.chain.n * WIDTH, WIDTH):
+        put(L.q, at, several(L.q, at) + several(L.k4, at))
+    return _led_rates(S, L, L.k1)
+
+
+@jit
+def _margin(L: Any, boxes: Any, turns: Any, box: int, i: int, q: Any) -> Any:
+    """How far q_i is inside the intervals of a box, (middle, half width) each; < 0 outside [rad or m]."""
+    best = several(L.zero, 0) + OUTSIDE
+    for k in range(L.intervals):
+        away = q - boxes[box, i, k, 0]
+        if turns[i]:
+            away = away - 2.0 * pi * floor(away * (0.5 / pi) + 0.5)
+        best = larger(best, boxes[box, i, k, 1] - abs(away))
+    return best
+
+
+@jit
+def _share_outside(before: Any, now: Any) -> Any:
+    """The share of a segment that is outside, of the margins at its ends."""
+    crossing = before / (before - now + TINY)
+    inside = select(
+        before >= EDGE,
+        select(now >= EDGE, 1.0, crossing),
+        select(now >= EDGE, 1.0 - crossing, 0.0),
+    )
+    return 1.0 - smaller(larger(inside, 0.0), 1.0)
+
+
+@jit
+def _account(S: Any, L: Any, boxes: Any, turns: Any, weight: Any, first: bool) -> None:
+    """The margins at a node into ``margin``, and the length outside since the last one."""
+    n = S.chain.n
+    common = several(L.zero, 0) + OUTSIDE
+    for box in range(L.boxes):
+        of_all = several(L.zero, 0) - OUTSIDE
+        for i in range(n):
+            of_all = smaller(of_all, _margin(L, boxes, turns, box, i, several(L.q, i * WIDTH)))
+        common = larger(common, of_all)
+    for i in range(n + 1):
+        at, now = i * WIDTH, common
+        if i < n:
+            now = _margin(L, boxes, turns, 0, i, several(L.q, at))
+            for box in range(1, L.boxes):
+                now = larger(now, _margin(L, boxes, turns, box, i, several(L.q, at)))
+        if not first:
+            outside = weight * _share_outside(several(L.margin, at), now)
+            put(L.outside, at, several(L.outside, at) + outside)
+        put(L.margin, at, now)
+
+
+@jit
+def eight_lines(
+    S: Any, L: Any, starts: Any, first: int, last: int, K: int, boxes: Any, turns: Any, inside: Any,
+    failed: Any, q: Any, within: Any,
+) -> None:  # fmt: skip
+    """Up to eight lines from starts to the goal in K equal parts; rotations are those of the goal all along.
+
+    Args:
+        S: The record of the study.
+        L: The memory of the law.
+        starts: Configurations, (C, n) [rad or m].
+        first: The first start.
+        last: Behind the last start.
+        K: Parts of a line.
+        boxes: The intervals of each box and joint as (middle, half width), (boxes, n, intervals, 2).
+        turns: Whether the values of a joint count modulo one turn, (n,).
+        inside: Out: the share of the length with joint i, and at last all joints, in the boxes, (C, n + 1).
+        failed: Out: whether the line ended at a singularity, (C,).
+        q: Out: the configurations at the nodes, (C, K + 1, n) [rad or m]; empty where nobody asks.
+        within: Out: whether the margins at the nodes are not negative, (C, K + 1, n + 1); empty likewise.
+    """
+    n, m, count = S.chain.n, S.study.m, last - first
+    seats, size = (1 << count) - 1, n * WIDTH
+    for seat in range(WIDTH):
+        L.used[seat] = 1.0 if seat < count else 0.0
+        for i in range(n):
+            L.q[i * WIDTH + seat] = starts[min(first + seat, last - 1), i]
+    L.free[:], L.outside[:], L.failed[:] = 1.0, 0.0, 0.0
+    values(S, L, L.q, seats)
+    towards_goal(S, L)
+    square = several(L.zero, 0)
+    for r in range(m):
+        e = several(L.e, r * WIDTH) * several(L.used, 0) if S.study.rows[r] < 3 else several(L.zero, 0)
+        square = square + e * e
+        put(L.way, r * WIDTH, e)
+    length = sqrt(square)
+    for at in range(0, m * WIDTH, WIDTH):
+        put(L.wanted, at, several(L.way, at) / (length + TINY))
+    part, total = length * (1.0 / K), several(L.zero, 0)
+    _account(S, L, boxes, turns, part, True)
+    _keep(S, L, 0, first, last, q, within)
+    weigh(S, L)
+    pace = _led_rates(S, L, L.k1)
+    for k in range(K):
+        for at in range(0, size, WIDTH):
+            put(L.trial, at, several(L.q, at))
+        _substeps(S, L, part, pace, seats)
+        pace = _onto(S, L, (K - 1.0 - k) / K)
+        weight = part
+        if L.by_joints:
+            turned = several(L.zero, 0)
+            for at in range(0, size, WIDTH):
+                move = several(L.q, at) - several(L.trial, at)
+                turned = turned + move * move
+            weight = sqrt(turned)
+        total = total + weight
+        _account(S, L, boxes, turns, weight, False)
+        _keep(S, L, k + 1, first, last, q, within)
+    values(S, L, L.q, seats)
+    arrived = towards_goal(S, L) < (OFF * L.unit) ** 2
+    put(L.failed, 0, select(arrived, several(L.failed, 0), 1.0))
+    for i in range(n + 1):
+        share = 1.0 - several(L.outside, i * WIDTH) / (total + TINY)
+        put(L.outside, i * WIDTH, share)
+    for seat in range(count):
+        failed[first + seat] = int(L.failed[seat])
+        for i in range(n + 1):
+            inside[first + seat, i] = L.outside[i * WIDTH + seat]
+
+
+@jit
+def _keep(S: Any, L: Any, k: int, first: int, last: int, q: Any, within: Any) -> None:
+    """What is known at node k, where somebody asks."""
+    n = S.chain.n
+    if len(q) == 0:
+        return
+    for seat in range(last - first):
+        for i in range(n):
+            q[first + seat, k, i] = L.q[i * WIDTH + seat]
+        for i in range(n + 1):
+            within[first + seat, k, i] = 1 if L.margin[i * WIDTH + seat] >= EDGE else 0
+
+
+def study_lines(capacity: int) -> Callable[..., int]:
+    """Straight lines of a healthy arm."""
+    study, law, small = study_dtype(capacity), law_dtype(capacity), np.dtype(np.int8)
+
+    def study_lines(address: int, law_at: int, table_at: int, first: int, last: int) -> int:
+        """Lines ``first`` to ``last - 1``.
+
+        The table holds the number of all starts, K, whether nodes are kept, and the addresses of starts,
+        boxes, turns, inside, failed, q and within.
+        """
+        S, L = carray(pointer(address), 1, study)[0], carray(pointer(law_at), 1, law)[0]
+        table, n = carray(pointer(table_at), (10,), WHOLE), S.chain.n
+        count, K, kept = table[0], table[1], table[0] * table[2]
+        starts = carray(pointer(table[3]), (count, n), FLOAT)
+        boxes = carray(pointer(table[4]), (L.boxes, n, L.intervals, 2), FLOAT)
+        turns = carray(pointer(table[5]), (n,), WHOLE)
+        inside = carray(pointer(table[6]), (count, n + 1), FLOAT)
+        failed = carray(pointer(table[7]), (count,), WHOLE)
+        q = carray(pointer(table[8]), (kept, K + 1, n), FLOAT)
+        within = carray(pointer(table[9]), (kept, K + 1, n + 1), small)
+        for at in range(first, last, WIDTH):
+            eight_lines(S, L, starts, at, min(at + WIDTH, last), K, boxes, turns, inside, failed, q, within)
+        return 0
+
+    return study_lines

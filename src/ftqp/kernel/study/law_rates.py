@@ -1,0 +1,195 @@
+"""Joint rates of the point-to-point law of any arm, eight configurations at once.
+
+The bits of ``seats`` say which configurations of an arm in space are computed; in the plane all are.
+Source: docs/theory/after-a-failure.md, "The law and its clock".
+"""
+
+from typing import Any, Final
+
+from ftqp.kernel.jit import jit
+from ftqp.kernel.layout.enums import TASK_ROWS
+from ftqp.kernel.layout.law_room import SHARE
+from ftqp.kernel.maths.elementary import larger, smaller, sqrt
+from ftqp.kernel.maths.side_by_side import WIDTH, put, several
+from ftqp.kernel.maths.trigonometry import sin_cos
+from ftqp.kernel.study.task_values import task_values
+
+ALL: Final = (1 << WIDTH) - 1
+"""Every one of the eight."""
+TINY: Final = 1e-300
+"""Keeps a quotient of two zeros a number."""
+FLOOR: Final = 1e-30
+"""Least pivot of B over the largest: beyond it the rates of a singular arm are huge, but numbers."""
+
+
+@jit
+def values(S: Any, L: Any, q: Any, seats: int) -> None:
+    """e and A of the task rows at eight configurations."""
+    n, m = S.chain.n, S.study.m
+    if L.planar:
+        _planar_values(S, L, q)
+        return
+    for seat in range(WIDTH):
+        if not (seats >> seat) & 1:
+            continue
+        for i in range(n):
+            S.state.q[i] = q[i * WIDTH + seat]
+        task_values(S)
+        for r in range(m):
+            L.e[r * WIDTH + seat] = S.study.e[r]
+            for i in range(n):
+                L.A[(r * n + i) * WIDTH + seat] = S.study.A[r, i]
+
+
+@jit
+def _planar_values(S: Any, L: Any, q: Any) -> None:
+    """The same in the plane: columns (-p_iy, p_ix), p_i = sum over k >= i of l_k u(q_1 + ... + q_k)."""
+    n, T, base = S.chain.n, S.study.goal, S.chain.translation[0]
+    psi = several(L.zero, 0)
+    for i in range(n):
+        psi = psi + several(q, i * WIDTH)
+        sine, cosine = sin_cos(psi)
+        put(L.A, i * WIDTH, sine * -L.link[i])
+        put(L.A, (n + i) * WIDTH, cosine * L.link[i])
+    x, y = several(L.zero, 0), several(L.zero, 0)
+    for k in range(n):
+        at = (n - 1 - k) * WIDTH
+        x, y = x + several(L.A, n * WIDTH + at), y + several(L.A, at)
+        put(L.A, n * WIDTH + at, x)
+        put(L.A, at, y)
+    put(L.e, 0, T[3] - base[0] - x)
+    put(L.e, WIDTH, T[7] - base[1] + y)
+
+
+@jit
+def weigh(S: Any, L: Any) -> Any:
+    """P = M A' and the factors of B = A P; the least pivot over the largest."""
+    n, m = S.chain.n, S.study.m
+    if L.plain:
+        for at in range(0, m * n * WIDTH, WIDTH):
+            put(L.P, at, several(L.A, at))
+        return factor(S, L)
+    for r in range(m):
+        for i in range(n):
+            p = several(L.zero, 0)
+            for k in range(n):
+                p = p + several(L.A, (r * n + k) * WIDTH) * L.M[i, k]
+            put(L.P, (r * n + i) * WIDTH, p)
+    return factor(S, L)
+
+
+@jit
+def factor(S: Any, L: Any) -> Any:
+    """B = A P = F D F', F with ones on the diagonal; ``pivot`` is D^-1. The least of D over the largest."""
+    n, m = S.chain.n, S.study.m
+    low, high = several(L.zero, 0), several(L.zero, 0)
+    for c in range(m):
+        for r in range(c, m):
+            s = several(L.zero, 0)
+            for i in range(n):
+                s = s + several(L.A, (r * n + i) * WIDTH) * several(L.P, (c * n + i) * WIDTH)
+            for k in range(c):
+                part = several(L.factor, (r * TASK_ROWS + k) * WIDTH)
+                s = s - part * several(L.factor, (k * TASK_ROWS + c) * WIDTH)
+            put(L.factor, (c * TASK_ROWS + r) * WIDTH, s)
+        d = several(L.factor, (c * TASK_ROWS + c) * WIDTH)
+        high = larger(high, d)
+        d = larger(d, high * FLOOR + TINY)
+        low = d if c == 0 else smaller(low, d)
+        inverse = 1.0 / d
+        put(L.pivot, c * WIDTH, inverse)
+        for r in range(c + 1, m):
+            s = several(L.factor, (c * TASK_ROWS + r) * WIDTH)
+            put(L.factor, (r * TASK_ROWS + c) * WIDTH, s * inverse)
+    return low / (high + TINY)
+
+
+@jit
+def solve(S: Any, L: Any) -> None:
+    """rhs <- B^-1 rhs with the factors of ``factor``."""
+    m = S.study.m
+    for r in range(1, m):
+        s = several(L.rhs, r * WIDTH)
+        for k in range(r):
+            s = s - several(L.factor, (r * TASK_ROWS + k) * WIDTH) * several(L.rhs, k * WIDTH)
+        put(L.rhs, r * WIDTH, s)
+    for back in range(m):
+        r = m - 1 - back
+        s = several(L.rhs, r * WIDTH) * several(L.pivot, r * WIDTH)
+        for k in range(r + 1, m):
+            s = s - several(L.factor, (k * TASK_ROWS + r) * WIDTH) * several(L.rhs, k * WIDTH)
+        put(L.rhs, r * WIDTH, s)
+
+
+@jit
+def resolve(S: Any, L: Any, free: Any, out: Any) -> Any:
+    """out <- I_S P B^-1 rhs with what ``factor`` left; returns |out|. The right side is lost."""
+    n, m = S.chain.n, S.study.m
+    solve(S, L)
+    square = several(L.zero, 0)
+    for i in range(n):
+        s = several(L.zero, 0)
+        for r in range(m):
+            s = s + several(L.P, (r * n + i) * WIDTH) * several(L.rhs, r * WIDTH)
+        s = s * several(free, i * WIDTH)
+        square = square + s * s
+        put(out, i * WIDTH, s)
+    return sqrt(square)
+
+
+@jit
+def towards_goal(S: Any, L: Any) -> Any:
+    """rhs <- e; returns |e|^2."""
+    square = several(L.zero, 0)
+    for at in range(0, S.study.m * WIDTH, WIDTH):
+        e = several(L.e, at)
+        square = square + e * e
+        put(L.rhs, at, e)
+    return square
+
+
+@jit
+def rates(S: Any, L: Any, q: Any, free: Any, out: Any, seats: int) -> Any:
+    """out <- v = I_S G e, gain 1; returns |e|^2, |v| and the least pivot of B over the largest."""
+    values(S, L, q, seats)
+    regular = weigh(S, L)
+    error = towards_goal(S, L)
+    return error, resolve(S, L, free, out), regular
+
+
+@jit
+def scaled_rates(S: Any, L: Any, q: Any, out: Any, seats: int) -> Any:
+    """out <- dq/ds = v / (c + |v|); returns the same."""
+    error, speed, regular = rates(S, L, q, L.free, out, seats)
+    scale = 1.0 / (speed + SHARE)
+    for at in range(0, S.chain.n * WIDTH, WIDTH):
+        put(out, at, several(out, at) * scale)
+    return error, speed, regular
+
+
+@jit
+def clock(L: Any, error: Any, speed: Any) -> Any:
+    """dt/ds = 1 / (kappa (c + |v|)) with kappa = min(K_e, v_max / |e|), of |e|^2."""
+    return larger(sqrt(error) * L.per_speed, L.slowness) / (speed + SHARE)
+
+
+@jit
+def rates_in_eight(S: Any, L: Any, out: Any, count: int) -> None:
+    """The rates at the first configurations of ``eight``, of the joints ``alone`` says, in ``eight_rate``.
+
+    Those at the first one go into out, (n,), what ``rates`` returns of it into ``one_``.
+    """
+    error, speed, regular = rates(S, L, L.eight, L.alone, L.eight_rate, (1 << count) - 1)
+    put(L.one_error, 0, error)
+    put(L.one_speed, 0, speed)
+    put(L.one_regular, 0, regular)
+    for i in range(S.chain.n):
+        out[i] = L.eight_rate[i * WIDTH]
+
+
+@jit
+def rates_at(S: Any, L: Any, q: Any, out: Any) -> None:
+    """The same at one configuration, (n,)."""
+    for i in range(S.chain.n):
+        L.eight[i * WIDTH : (i + 1) * WIDTH] = q[i]
+    rates_in_eight(S, L, out, 1)

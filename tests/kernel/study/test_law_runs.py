@@ -1,0 +1,239 @@
+"""Runs of any arm after failures: against a general integrator, in every seat, with any weights."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from studies import unit_arm
+
+import ftqp
+from ftqp.analysis import outcome, point_to_point
+from ftqp.analysis.goals import goal_study
+from ftqp.analysis.outcomes.unaware_law import UnawareLaw
+from ftqp.kernel.entry.law_study import LawStudy
+from ftqp.kernel.layout.endings import Ending
+
+LINK = np.array([1.1, 0.8, 1.1])
+GOAL = np.array([1.2, 0.9])
+W = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, -0.2], [0.0, -0.2, 0.7]])
+GOALS = {"inside": (1.2, 0.9), "out of reach": (4.0, 1.0), "near the base": (0.5, 0.1)}
+
+
+def law(q, link, goal, M, locked, gain=1.0, v_max=np.inf):
+    """v = I_S G kappa e, as in the theory, by numpy."""
+    p = np.cumsum((link * np.exp(1j * np.cumsum(q)))[::-1])[::-1]
+    J = np.array([-p.imag, p.real])
+    e = goal - np.array([p[0].real, p[0].imag])
+    size = np.linalg.norm(e)
+    v = M @ J.T @ np.linalg.solve(J @ M @ J.T, min(gain, v_max / max(size, 1e-300)) * e)
+    v[list(locked)] = 0.0
+    return v
+
+
+def end_of(q, T, *args):
+    return solve_ivp(lambda t, q: law(q, *args), (0.0, T), q, rtol=1e-10, atol=1e-10, method="LSODA").y[:, -1]
+
+
+def study_of(lengths, goal, M=None, rows="position"):
+    arm = ftqp.robots.load("planar", lengths=lengths, continuous=True)
+    return LawStudy(goal_study(arm, np.array(goal), rows).free, np.eye(len(lengths)) if M is None else M, 1.0)
+
+
+@pytest.fixture(scope="module")
+def study():
+    return study_of(LINK, GOAL, np.linalg.inv(W))
+
+
+@pytest.fixture(scope="module")
+def panda():
+    robot = ftqp.robots.load("panda")
+    return robot, robot.pose(robot.neutral + 0.3 * np.array([1, -1, 0.5, 0.3, 0.2, 0.5, 1]))
+
+
+def panda_study(panda, rows):
+    robot, T = panda
+    goal = T if rows == "pose" else T[:3, 3]
+    found = goal_study(robot, goal, rows)
+    return LawStudy(found.free, np.eye(7), 6.0 * robot.length / 7), found, goal
+
+
+def test_ends_are_those_of_a_general_integrator_in_real_time(study):
+    rng = np.random.default_rng(4)
+    starts = rng.uniform(-np.pi, np.pi, (24, 3))
+    locked = rng.integers(0, 3, 24)
+    endings, ends, _ = study.runs(starts, 1 << locked)
+    checked = 0
+    for q, i, ending, end in zip(starts, locked, endings, ends, strict=True):
+        if ending > Ending.ERRONEOUS:
+            continue
+        late = end_of(q, 400.0, LINK, GOAL, np.linalg.inv(W), (i,))
+        tip, found = (np.exp(1j * np.cumsum(x)) @ LINK for x in (late, end))
+        assert abs(tip - found) < 1e-3, (q, i)
+        assert (abs(found - complex(*GOAL)) < 1e-6) == (ending == Ending.CORRECT)
+        checked += 1
+    assert checked > 18
+
+
+@pytest.mark.parametrize("goal", GOALS)
+def test_an_ending_means_what_it_says(goal):
+    rng = np.random.default_rng(6)
+    starts, locked = rng.uniform(-np.pi, np.pi, (200, 3)), rng.integers(0, 3, 200)
+    endings, ends, facts = study_of((1.0, 1.0, 1.0), GOALS[goal]).runs(starts, 1 << locked)
+    expected = {
+        "inside": {Ending.CORRECT, Ending.ERRONEOUS},
+        "out of reach": {Ending.ERRONEOUS, Ending.SINGULAR},
+        "near the base": {Ending.CORRECT, Ending.ERRONEOUS, Ending.NONE},
+    }[goal]
+    assert set(endings) - {Ending.UNRESOLVED} == expected and (endings == Ending.UNRESOLVED).mean() < 0.01
+    for ending, q, start, i, fact in zip(endings, ends, starts, locked, facts, strict=True):
+        others = np.arange(3) != i
+        assert q[i] == start[i]
+        miss = abs(np.exp(1j * np.cumsum(q)).sum() - complex(*GOALS[goal]))
+        assert (miss < 1e-6) == (ending == Ending.CORRECT)
+        if ending == Ending.ERRONEOUS:
+
+            def rates(x):
+                return law(x, np.ones(3), np.array(GOALS[goal]), np.eye(3), ())
+
+            assert np.abs(rates(q)[others]).max() < 1e-6, "it rests"
+            step = 1e-6 * np.eye(3)
+            slopes = np.array([rates(q + d) - rates(q - d) for d in step]).T / 2e-6
+            assert np.linalg.eigvals(slopes[np.ix_(others, others)]).real.max() < 1e-5, "and is not left"
+        elif ending == Ending.SINGULAR:
+            p = np.cumsum(np.exp(1j * np.cumsum(q))[::-1])[::-1]
+            assert np.linalg.svd(np.array([-p.imag, p.real]), compute_uv=False)[1] < 1e-4
+        elif ending == Ending.NONE:
+            assert fact[0] > 60.0
+
+
+def test_a_run_is_the_same_in_every_seat_and_company(study):
+    rng = np.random.default_rng(5)
+    starts, locked = rng.uniform(-np.pi, np.pi, (41, 3)), 1 << rng.integers(0, 3, 41)
+    endings, ends, facts = study.runs(starts, locked)
+    for k in (0, 7, 20, 40):
+        one = study.runs(starts[k : k + 1], locked[k : k + 1])
+        assert one[0][0] == endings[k] and np.array_equal(one[1][0], ends[k])
+        assert np.array_equal(one[2][0], facts[k])
+    order = rng.permutation(41)
+    again = study.copy().runs(starts[order], locked[order])
+    assert np.array_equal(again[0], endings[order]) and np.array_equal(again[1], ends[order])
+
+
+def test_locked_joints_do_not_move_and_many_may_be_locked(study):
+    start = np.array([[0.4, -0.9, 1.3]])
+    _, ends, _ = study.runs(start, np.array([0b101]))
+    assert ends[0, 0] == start[0, 0] and ends[0, 2] == start[0, 2] and ends[0, 1] != start[0, 1]
+    endings, ends, _ = study.runs(start, np.array([0]))
+    assert endings[0] == Ending.CORRECT
+
+
+def test_time_of_success_is_that_of_the_law_with_gain_and_speed_limit(study):
+    start, M = np.array([0.4, -0.9, 1.3]), np.linalg.inv(W)
+    options = {"success": 0.01, "gain": 2.0, "v_max": 0.4}
+    _, _, facts = study.runs(start[None], np.array([2]), horizon=50.0, **options)
+    run = study.follow(start, 2, horizon=50.0, **options)
+
+    def near(t, q):
+        return abs(np.exp(1j * np.cumsum(q)) @ LINK - complex(*GOAL)) - 0.01
+
+    near.terminal = True
+    args = (LINK, GOAL, M, (1,), 2.0, 0.4)
+    expected = solve_ivp(lambda t, q: law(q, *args), (0, 50), start, rtol=1e-9, atol=1e-10, events=near)
+    time = expected.t_events[0][0]
+    assert facts[0, 1] == pytest.approx(time, rel=2e-3) and run.arrived == pytest.approx(time, rel=1e-5)
+    assert run.ending == Ending.CORRECT
+    early = study.follow(start, 2, horizon=0.99 * time, **options)
+    assert early.ending == Ending.UNRESOLVED and early.t[-1] > 0.99 * time
+
+
+def test_a_motion_that_is_followed_is_on_record_as_a_general_integrator_has_it(study):
+    start, args = np.array([0.4, -0.9, 1.3]), (LINK, GOAL, np.linalg.inv(W), (1,))
+    run, few = study.follow(start, 2), study.follow(start, 2, most=50)
+    times = run.t[[100, len(run.t) // 2, -1]]
+    way = solve_ivp(lambda t, q: law(q, *args), (0, run.t[-1]), start, rtol=1e-11, atol=1e-11, t_eval=times)
+    assert np.abs(run.path[[100, len(run.t) // 2, -1]] - way.y.T).max() < 1e-6
+    tips = np.exp(1j * np.cumsum(run.path, axis=1)) @ LINK
+    assert run.errors == pytest.approx(np.abs(tips - complex(*GOAL)), abs=1e-12)
+    assert run.way == pytest.approx(np.linalg.norm(np.diff(run.path, axis=0), axis=1).sum(), rel=1e-6)
+    assert 25 <= len(few.t) <= 50 and np.isin(few.t, run.t).all() and np.array_equal(few.q, run.q)
+
+
+def test_creeping_along_a_nearly_singular_curve_ends_at_the_goal():
+    study = study_of((1.0, 1.0, 1.0), (1.5, 1.5))
+    starts = np.deg2rad([[-153.985, -0.01, 87.875], [-54.028, 0.354, -155.163], [-154.43, -1.153, 163.427]])
+    endings, _, facts = study.runs(starts, np.full(3, 2))
+    assert (endings == Ending.CORRECT).all() and (facts[:, 2] > 400).all()
+
+
+@pytest.mark.parametrize("rows", ["pose", "position"])
+def test_runs_of_an_arm_in_space_end_where_the_motion_in_real_time_is_late(panda, rows):
+    study, _, goal = panda_study(panda, rows)
+    robot = panda[0]
+    rng = np.random.default_rng(0)
+    starts, locked = robot.neutral + 0.6 * rng.normal(size=(24, 7)), rng.integers(0, 7, 24)
+    endings, ends, _ = study.runs(starts, 1 << locked)
+    assert (endings == Ending.UNRESOLVED).mean() < 0.05
+    for k in np.flatnonzero(endings <= Ending.ERRONEOUS)[:8]:
+        found = outcome(robot, goal, starts[k], int(locked[k]), rows=rows)
+        assert found.kind == Ending(int(endings[k])).name.lower()
+        late = point_to_point(
+            robot, goal, starts[k], duration=12.0 / max(found.rate, 0.05), locked=int(locked[k]), rows=rows,
+            samples=1,
+        )  # fmt: skip
+        assert late.errors[-1] == pytest.approx(found.error, abs=2e-3)
+        assert ends[k, locked[k]] == starts[k, locked[k]]
+
+
+@pytest.mark.parametrize(
+    ("rows", "ending", "least"), [("position", Ending.ERRONEOUS, 10), ("pose", Ending.SINGULAR, 5)]
+)
+def test_curves_of_rests_and_singular_ends_of_an_arm_in_space_are_what_they_are_said_to_be(
+    panda, rows, ending, least
+):
+    study, found, _ = panda_study(panda, rows)
+    rng = np.random.default_rng(3)
+    starts, locked = panda[0].neutral + 0.8 * rng.normal(size=(500, 7)), rng.integers(0, 7, 500)
+    endings, ends, _ = study.runs(starts, 1 << locked)
+    assert (endings == Ending.UNRESOLVED).mean() < 0.06
+    such = np.flatnonzero(endings == ending)
+    assert len(such) >= least
+    for k in such:
+        rule = UnawareLaw(found, np.eye(7), (locked[k],))
+        sigma = np.linalg.svd(rule.values(ends[k])[1], compute_uv=False)
+        if ending == Ending.SINGULAR:
+            assert sigma[-1] < 1e-4 * sigma[0]
+        else:
+            assert np.linalg.norm(rule.rates(ends[k])[0]) < 1e-6 and rule.sizes(ends[k]) > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("goal", "which", "ending"),
+    [((3.8, 0.5), 0, Ending.CORRECT), ((3.8, 0.5), 1, Ending.ERRONEOUS), ((5.0, 0.5), 8, Ending.SINGULAR)],
+)
+def test_four_links_end_at_the_goal_on_a_curve_of_rests_or_stretched(goal, which, ending):
+    rng = np.random.default_rng(6)
+    starts, locked = rng.uniform(-np.pi, np.pi, (200, 4)), rng.integers(0, 4, 200)
+    study = LawStudy(goal_study(unit_arm(4), np.array(goal), "position").free, np.eye(4), 1.0)
+    endings, _, _ = study.runs(starts[[which]], 1 << locked[[which]])
+    assert endings[0] == ending
+
+
+def test_planar_and_spatial_kinematics_give_the_same_runs():
+    """Three links in the plane, and the same arm turned out of it, which takes the way of any arm."""
+    from dataclasses import replace
+
+    flat = goal_study(unit_arm(3), GOAL, "position")
+    chain = flat.robot.chain
+    constants = {**chain.constants(), "rotation": chain.rotation.copy()}
+    constants["rotation"][0] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    limits = {"q_min": np.full(3, -np.inf), "q_max": np.full(3, np.inf), "wraps": np.ones(3, bool)}
+    turned = type(flat.free)(constants, (1, 2), flat.robot.length, **limits)
+    pose = np.eye(4)
+    pose[1:3, 3] = GOAL
+    turned.aim(pose)
+    rng = np.random.default_rng(8)
+    starts, locked = rng.uniform(-np.pi, np.pi, (60, 3)), 1 << rng.integers(0, 3, 60)
+    M = np.linalg.inv(W)
+    one = LawStudy(flat.free, M, 1.0).runs(starts, locked)
+    other = LawStudy(replace(flat, free=turned).free, M, 1.0).runs(starts, locked)
+    assert np.array_equal(one[0], other[0]) and len(set(one[0])) > 1
+    assert np.abs(one[1] - other[1]).max() < 1e-6
