@@ -182,7 +182,7 @@ def test_e8_bounds_decide_whether_the_fault_is_survived() -> None:
 @jit
 def bounded(K: Any) -> None:
     """The intervals of healthy joints at the state in the record."""
-    sort_joints(K)
+    sort_joints(K.faults, K.chain)
     intervals(K)
 
 
