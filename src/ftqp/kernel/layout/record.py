@@ -1,6 +1,6 @@
 """The record: all that one planner knows, in rooms, in one array element that compiled code reads in place.
 
-A helper is handed the rooms that it reads and writes, so that its signature says so; the stages of a tick, which
+A helper is handed the rooms that it reads and writes, so that its signature says so; stages of a tick, which
 touch more of them, take the whole record K. A solver gets ``K.qp`` and nothing else. Sizes are read at run
 time. SI units; ``f8`` unless another type is named.
 """
