@@ -11,7 +11,6 @@ import pytest
 pytest.importorskip("numba")
 ROOT = Path(__file__).resolve().parents[2]
 FILES = (
-    "lanes/test_lanes.py",
     "maths/test_side_by_side.py",
     "layout/test_record.py",
     "test_jit.py::test_rounding_stays_as_written_whoever_calls",
