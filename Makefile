@@ -10,7 +10,7 @@ MAKER   = $(BIN)/python -m ftqp.kernel.building
 LEVELS ?= $(if $(filter x86_64,$(shell uname -m)),"x86-64-v4,x86-64-v3")
 PYTHONS ?= python3.11 python3.12 python3.13
 # The rest (papers, random episodes, the bench, every compiled part) is for make test.
-QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/robustness tests/qp/judge tests/qp/recording tests/app/scenario \
+QUICK  ?= tests/core tests/faults tests/model tests/control tests/sim tests/robustness tests/qp/test_answer_check.py tests/qp/test_infeasibility.py tests/qp/test_solving.py tests/qp/recording tests/app/scenario \
           tests/app/replay tests/kernel/rows tests/kernel/arm tests/kernel/judge tests/kernel/maths tests/laws/test_laws.py tests/laws/test_faults.py \
           tests/test_package.py tests/test_texts.py
 

@@ -1,7 +1,8 @@
 """The picture and the animation of README, made by the live page itself in a browser without a window.
 
-A Panda goes round a circle; after 2.4 s its third joint locks. The ghost is the same arm with the same lock,
-whose planner is never told. Needs Chromium (apt install chromium, or FTQP_CHROMIUM=/path/to/it).
+A Panda goes round a circle; after 2.4 s its third joint locks. The uninformed baseline is the same arm with
+the same lock, whose planner is never told. Needs Chromium (apt install
+chromium, or FTQP_CHROMIUM=/path/to/it).
 
     python docs/making/live_pictures.py            docs/pictures/arm-loses-a-joint.png and .gif
     python docs/making/live_pictures.py --still    the picture only
@@ -147,7 +148,8 @@ def titled(seen: Image.Image, frame: Frame) -> Image.Image:
     lines = [(f"{frame.t:.1f} s" + (f"   {JOINT} is locked" if locked else ""), "#222222")]
     if locked:
         lines.append((f"told of it: {1e3 * frame.position_error:.1f} mm off its target", "#2e70b8"))
-        lines.append((f"never told: {1e3 * frame.ghost_error:.1f} mm off, {frame.ghost_status}", "#783c82"))
+        off = f"{1e3 * frame.baseline_error:.1f} mm off, {frame.baseline_status}"
+        lines.append((f"never told: {off}", "#783c82"))
     for row, (words, colour) in enumerate(lines):
         pen.text((14, SCENE[1] - 82 + 23 * row), words, fill=colour, font=font)
     return picture

@@ -11,7 +11,7 @@ from bench.tables import Table, counted, exponent
 from comparison import charts
 from comparison.accuracy import COARSE, INFEASIBLE, PARTS, SOLVABLE, STARTS, Outcome
 
-from ftqp.qp.judge.kkt_residuals import ACCEPTANCE
+from ftqp.qp.answer_check import ACCEPTANCE
 
 LIMITATIONS = (
     "The profiles of the external solvers were chosen on these same QPs, by trying a few settings of each: "

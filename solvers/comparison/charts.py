@@ -8,8 +8,9 @@ import numpy as np
 from bench.tables import exponent
 from comparison.accuracy import INFEASIBLE, PARTS, SOLVABLE, Outcome
 
-from ftqp.qp.judge.kkt_residuals import ACCEPTANCE
-from ftqp.viz.figures.canvas import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW, paper, save, tidy
+from ftqp.qp.answer_check import ACCEPTANCE
+from ftqp.viz.figures.canvas import paper, save, tidy
+from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW
 
 LEAST = 1e-17
 """Where a residual of zero is drawn on a logarithmic axis."""

@@ -12,7 +12,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.kernel.entry.workspace import NetworkMemory
 from ftqp.qp import QP, Claim
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
-from ftqp.qp.judge.solving import loaded
+from ftqp.qp.solving import loaded
 
 PAPER: dict[str, Any] = {"name": "dtrnn", "mode": "paper"}
 METHODS: dict[str, dict[str, Any]] = {

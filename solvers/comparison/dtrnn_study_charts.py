@@ -6,23 +6,8 @@ from typing import Any
 import numpy as np
 from comparison.dtrnn_study import JUMPING, METHODS, PRODUCT, SCALED, cells
 
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    WINE,
-    Axes,
-    Line2D,
-    Patch,
-    legend_below,
-    paper,
-    save,
-    tidy,
-)  # fmt: skip
+from ftqp.viz.figures.canvas import Axes, Line2D, Patch, legend_below, paper, save, tidy
+from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, WINE  # fmt: skip
 
 COLOURS = dict(zip(METHODS, (BLUE, SKY, ORANGE, GREEN, RED, WINE), strict=True))
 DASHED = "e47"

@@ -33,7 +33,7 @@ from comparison.truth import Fact, truth
 
 from ftqp.core.checks import FloatArray
 from ftqp.qp import QP, Claim
-from ftqp.qp.judge.solving import loaded
+from ftqp.qp.solving import loaded
 
 STARTS = ("cold", "warm")
 EVERY = 10

@@ -13,7 +13,7 @@ from ftqp.control.planner.labels import SLACK
 from ftqp.core.checks import FloatArray
 from ftqp.model.robot import Robot
 from ftqp.qp import QP, Claim, Recorder, Recording, Solution, SolveStatus
-from ftqp.qp.judge.kkt_residuals import scales
+from ftqp.qp.answer_check import scales
 from ftqp.qp.recording.recorded_qps import ANSWER
 from ftqp.sim.log.recorded_run import recorded
 from ftqp.sim.schedule import FaultEvent, Schedule
@@ -118,7 +118,7 @@ def _with_truth(recording: Recording) -> Recording:
 
 
 def relative_residual(problem: QP, answer: Solution) -> float:
-    """The largest KKT residual over its scale (``ftqp.qp.judge.kkt_residuals.scales``)."""
+    """The largest KKT residual over its scale (``ftqp.qp.answer_check.scales``)."""
     found = answer.residuals
     if not np.isfinite(found.largest):
         return np.inf

@@ -14,7 +14,7 @@ from comparison.recorded import Recorded
 from comparison.truth import relative_residuals
 
 from ftqp.qp import Backend, Claim, QPBuffers
-from ftqp.qp.judge.kkt_residuals import ACCEPTANCE
+from ftqp.qp.answer_check import ACCEPTANCE
 
 EMPTY = "empty"
 """A backend that solves nothing: what the interface itself costs."""

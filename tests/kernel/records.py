@@ -29,7 +29,7 @@ def believe(K: Any, codes: Mapping[int, int] | None = None) -> None:
     """Fault codes by joint, and the list of joints that follows from them."""
     for joint, code in (codes or {}).items():
         K.faults.code[joint] = code
-    sort_joints(K)
+    sort_joints(K.faults, K.chain)
 
 
 def formula(function: Any) -> Any:

@@ -1,4 +1,4 @@
-"""What helpers and lanes do as compiled code is tested in a process where helpers are compiled."""
+"""What helpers do as compiled code is tested in a process where helpers are compiled."""
 
 import os
 import re
@@ -11,16 +11,15 @@ import pytest
 pytest.importorskip("numba")
 ROOT = Path(__file__).resolve().parents[2]
 FILES = (
-    "lanes/test_lanes.py",
     "maths/test_side_by_side.py",
     "layout/test_record.py",
     "test_jit.py::test_rounding_stays_as_written_whoever_calls",
 )
 
 
-def test_helpers_and_lanes_pass_their_tests_as_compiled_code():
+def test_helpers_pass_their_tests_as_compiled_code():
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider",
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow",
          *(str(ROOT / "tests" / "kernel" / file) for file in FILES)],
         cwd=ROOT,
         env={**os.environ, "FTQP_BUILD_KERNEL": "1", "PYTHONPATH": str(ROOT / "src")},

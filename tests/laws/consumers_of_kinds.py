@@ -32,7 +32,7 @@ from ftqp.sim.session.session_commands import Break, Play, Seek
 from ftqp.viz.figures.run_figures import save_figures
 from ftqp.viz.figures.status_ribbon import CONDITION_COLOURS
 from ftqp.viz.live import colours
-from ftqp.viz.live.legend import legend
+from ftqp.viz.live.colours import legend
 from ftqp.viz.live.panel import ACTIONS
 from ftqp.viz.live.status_head import joint_table
 

@@ -12,7 +12,7 @@ from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.entry.workspace import NetworkMemory
 from ftqp.qp import Claim, Recorder, Recording
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
-from ftqp.qp.judge.solving import loaded
+from ftqp.qp.solving import loaded
 
 LOCK = ((15.0, ftqp.Locked(0, mode="instant", reset="kinematic")),)
 EXPERIMENTS: dict[str, dict[str, Any]] = {

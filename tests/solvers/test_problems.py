@@ -12,8 +12,7 @@ from comparison.sequences import FOLDER, QUICK, feasible, names, sequences
 
 from ftqp.core.errors import InputError
 from ftqp.qp import QP, Recording, residuals
-from ftqp.qp.judge.infeasibility import infeasibility
-from ftqp.qp.judge.kkt_residuals import scales
+from ftqp.qp.answer_check import infeasibility, scales
 
 LARGEST = 3_000_000
 """Bytes that all sequences may take together."""

@@ -12,7 +12,7 @@ from tests.solvers.stand_ins import SOLVABLE, sequence
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.qp import backend, backend_names, backends, residuals
 from ftqp.qp.adapters.profile import profile
-from ftqp.qp.judge.kkt_residuals import scales
+from ftqp.qp.answer_check import scales
 
 FILES = sorted(PROFILES.glob("*.toml"))
 ROOT = Path(__file__).resolve().parents[2]

@@ -27,7 +27,7 @@ from comparison.recorded import recorded
 from comparison.sequences import sequences
 
 from ftqp.qp import QP, Claim, solve
-from ftqp.qp.judge.solving import loaded
+from ftqp.qp.solving import loaded
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = ROOT / "solvers" / "study_dtrnn.py"

@@ -19,13 +19,7 @@ With the full limit healthy joints saturate when they compensate (``docs/theory/
 
 @final
 class Belief:
-    """What a planner holds to be true of its joints; it never changes, another belief takes its place.
-
-    Args:
-        robot: The healthy robot.
-        torque_limits: Whether torque limits are believed in at all.
-        faults: What is believed, by joint index.
-    """
+    """What a planner holds to be true of its joints; it never changes, another belief takes its place."""
 
     __slots__ = ("_faults", "_robot", "_torque_limits")
 
@@ -75,14 +69,7 @@ class Belief:
         return self if self._faults.get(i) == fault else self._but(self._faults | {i: fault})
 
     def without(self, joint: str | int) -> Self:
-        """This belief, but the joint is healthy.
-
-        Args:
-            joint: The joint's name or its 0-based index.
-
-        Raises:
-            InputError: The joint is unknown.
-        """
+        """This belief, but the joint is healthy."""
         i = self._robot.joint(joint)
         if i not in self._faults:
             return self

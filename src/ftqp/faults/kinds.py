@@ -168,14 +168,7 @@ RECIPE = "CONTRIBUTING.md, 'Add a kind of fault'"
 
 
 def table_of(*kinds: type[Fault]) -> Mapping[str, type[Fault]]:
-    """Kinds by their names.
-
-    Args:
-        kinds: The classes.
-
-    Raises:
-        InputError: A kind leaves something unsaid, or says of itself what another one does.
-    """
+    """Kinds by their names."""
     for kind in kinds:
         left_out = [fact for fact in FACTS if getattr(kind, fact, None) is None]
         if left_out:
@@ -198,43 +191,21 @@ KINDS: Mapping[str, type[Fault]] = table_of(Locked, FreeSwinging, Degraded)
 
 
 def kind_of(name: str) -> type[Fault]:
-    """The kind of that name.
-
-    Args:
-        name: As in files.
-
-    Raises:
-        InputError: There is none.
-    """
+    """The kind of that name."""
     if name not in KINDS:
         raise unknown("kind of fault", name, "ftqp", KINDS)
     return KINDS[name]
 
 
 def refuse_unknown(fault: Any) -> None:
-    """Refuse what is no fault of a kind in ``KINDS``.
-
-    Args:
-        fault: What was given.
-
-    Raises:
-        InputError: It is none.
-    """
+    """Refuse what is no fault of a kind in ``KINDS``."""
     if type(fault) not in KINDS.values():
         *names, last = (f"ftqp.{kind.__name__}" for kind in KINDS.values())
         raise InputError(f"{fault!r:.200} is not a fault; expected {', '.join(names)} or {last}")
 
 
 def not_served(fault: Never, who: str) -> NoReturn:
-    """End a ``match`` over the kinds of fault: mypy accepts the call only where none is left.
-
-    Args:
-        fault: One of a kind that no case was written for.
-        who: Who cannot do anything with it.
-
-    Raises:
-        InputError: Always.
-    """
+    """End a ``match`` over the kinds of fault: mypy accepts the call only where none is left."""
     refuse_unknown(fault)
     raise InputError(
         f"{who} does not serve a joint that {fault.happens} ({fault!r:.200}), expected a kind that it has a "

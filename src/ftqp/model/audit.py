@@ -21,12 +21,7 @@ LARGEST_LIMIT = 1e100
 NO_INERTIA = 1e-12
 """Moments of inertia [kg m2] this small are rounding."""
 
-MAGNITUDES = (
-    ("v_max", "velocity"),
-    ("a_max", "acceleration"),
-    ("tau_max", "torque"),
-    ("j_max", "jerk"),
-)
+MAGNITUDES = (("v_max", "velocity"), ("a_max", "acceleration"), ("tau_max", "torque"), ("j_max", "jerk"))
 """Limits of a joint that are the same to both sides, with their words."""
 
 CORRECT = "correct the model or drop all masses with kinematics_only=True"
@@ -76,87 +71,61 @@ def note(sentence: str) -> Finding:
 
 
 def refuse_unsafe(name: str, findings: Iterable[Finding]) -> None:
-    """Raises when the robot is unsafe.
-
-    Raises:
-        ModelError: With every finding, the unsafe ones first.
-    """
-    every = list(findings)
-    bad = [f.sentence for f in every if f.severity is Severity.UNSAFE]
-    if bad:
-        rest = [
-            f"({f.severity.name.lower()}) {f.sentence}" for f in every if f.severity is not Severity.UNSAFE
-        ]
-        raise ModelError(f"{name} is unsafe", [*bad, *rest])
+    """Raises when the robot is unsafe."""
+    every = sorted(findings, key=lambda finding: finding.severity is not Severity.UNSAFE)
+    if every and every[0].severity is Severity.UNSAFE:
+        marks = ["" if f.severity is Severity.UNSAFE else f"({f.severity.name.lower()}) " for f in every]
+        sentences = [f"{mark}{f.sentence}" for mark, f in zip(marks, every, strict=True)]
+        raise ModelError(f"{name} is unsafe", sentences)
 
 
 def limit_findings(names: Sequence[str], limits: JointLimits, continuous: BoolArray) -> list[Finding]:
-    """What is wrong with the limits of every joint: NaN, crossed, empty, zero, negative or missing ones.
-
-    Args:
-        names: Joint names, (nv,).
-        limits: The limits of those joints.
-        continuous: Joints that turn without limits, (nv,).
-    """
+    """What is wrong with the limits of every joint: NaN, crossed, empty, zero, negative or missing ones."""
     found: list[Finding] = []
     for i, joint in enumerate(names):
         low, high = float(limits.q_min[i]), float(limits.q_max[i])
-        if np.isnan(low) or np.isnan(high):
-            found.append(
-                unsafe(
-                    f"joint {joint!r} has a position limit that is missing or not a number; "
-                    f"{_remedy('q_min, q_max')}"
-                )
-            )
-        elif low > high:
-            found.append(
-                unsafe(f"joint {joint!r} has crossed limits {low:g} > {high:g}; {_remedy('q_min, q_max')}")
-            )
-        elif low == high or low == np.inf or high == -np.inf:
-            found.append(
-                unsafe(
-                    f"joint {joint!r} cannot move: both limits are {low:g}; hold it with locked=[{joint!r}]"
-                )
-            )
-        elif any(LARGEST_LIMIT < abs(end) < np.inf for end in (low, high)):
-            found.append(
-                unsafe(
-                    f"joint {joint!r} has the range {low:g} to {high:g}, which no joint has; "
-                    f"{_remedy('q_min, q_max', 'inf = no limit')}"
-                )
-            )
+        wrong = _wrong_range(low, high, joint)
+        if wrong:
+            found.append(unsafe(f"joint {joint!r} {wrong}"))
         elif not continuous[i] and (low == -np.inf or high == np.inf):
             found.append(note(f"joint {joint!r} has no position limit on {_open(low, high)}"))
         for field, what in MAGNITUDES:
-            found += _magnitude(joint, what, field, float(getattr(limits, field)[i]))
+            value = float(getattr(limits, field)[i])
+            wrong = _wrong_magnitude(value, what, field)
+            if wrong:
+                found.append(unsafe(f"joint {joint!r} has {wrong}"))
+            elif value == np.inf and field == "v_max":
+                found.append(warning(f"joint {joint!r} has no velocity limit; {_remedy(field)}"))
     return [replace(finding, about="limits") for finding in found]
 
 
-def _magnitude(joint: str, what: str, field: str, value: float) -> list[Finding]:
+def _wrong_range(low: float, high: float, joint: str) -> str:
+    """What is wrong with position limits, after the joint's name; empty where nothing is."""
+    remedy = _remedy("q_min, q_max")
+    if np.isnan(low) or np.isnan(high):
+        return f"has a position limit that is missing or not a number; {remedy}"
+    if low > high:
+        return f"has crossed limits {low:g} > {high:g}; {remedy}"
+    if low == high or low == np.inf or high == -np.inf:
+        return f"cannot move: both limits are {low:g}; hold it with locked=[{joint!r}]"
+    if any(LARGEST_LIMIT < abs(end) < np.inf for end in (low, high)):
+        remedy = _remedy("q_min, q_max", "inf = no limit")
+        return f"has the range {low:g} to {high:g}, which no joint has; {remedy}"
+    return ""
+
+
+def _wrong_magnitude(value: float, what: str, field: str) -> str:
+    """What is wrong with a limit that is the same to both sides; empty where nothing is."""
     a = "an" if what[0] in "aeiou" else "a"
     if np.isnan(value):
-        return [
-            unsafe(f"joint {joint!r} has {a} {what} limit that is missing or not a number; {_remedy(field)}")
-        ]
+        return f"{a} {what} limit that is missing or not a number; {_remedy(field)}"
     if value == 0.0:
-        return [
-            unsafe(
-                f"joint {joint!r} has a zero {what} limit, so it may never move; "
-                f"{_remedy(field, 'inf = no limit')}"
-            )
-        ]
+        return f"a zero {what} limit, so it may never move; {_remedy(field, 'inf = no limit')}"
     if value < 0.0:
-        return [unsafe(f"joint {joint!r} has {a} {what} limit of {value:g}, expected > 0; {_remedy(field)}")]
+        return f"{a} {what} limit of {value:g}, expected > 0; {_remedy(field)}"
     if LARGEST_LIMIT < value < np.inf:
-        return [
-            unsafe(
-                f"joint {joint!r} has {a} {what} limit of {value:g}, which no joint has; "
-                f"{_remedy(field, 'inf = no limit')}"
-            )
-        ]
-    if value == np.inf and field == "v_max":
-        return [warning(f"joint {joint!r} has no velocity limit; {_remedy(field)}")]
-    return []
+        return f"{a} {what} limit of {value:g}, which no joint has; {_remedy(field, 'inf = no limit')}"
+    return ""
 
 
 def _open(low: float, high: float) -> str:
@@ -179,12 +148,8 @@ def body_findings(
     for the whole may be sound. An inertia that breaks the triangle inequality A + B >= C of its principal
     moments belongs to no rigid body, and one without mass to no real one, yet both are safe: warnings.
 
-    Args:
-        label: What the bodies are: ``link`` for parts, else for moving bodies.
-        names: Names of the bodies, (count,).
-        mass: (count,) [kg].
-        com: (count, 3) [m].
-        inertia: About the centre of mass, (count, 3, 3) [kg m2].
+    ``label`` is ``link`` for parts; masses are (count,) [kg], centres of mass (count, 3) [m], inertias about
+    them (count, 3, 3) [kg m2].
     """
     found: list[Finding] = []
     for name, m, c, moment in zip(names, mass, com, inertia, strict=True):
@@ -194,18 +159,10 @@ def body_findings(
 
 
 def rotor_findings(names: Sequence[str], armature: FloatArray) -> list[Finding]:
-    """What is wrong with rotor inertias: each stands on the diagonal of the joint-space inertia.
-
-    Args:
-        names: Joint names, (nv,).
-        armature: (nv,) [kg m2 or kg].
-    """
+    """What is wrong with rotor inertias: each stands on the diagonal of the joint-space inertia."""
+    said = "has a rotor inertia (armature) of"
     return [
-        Finding(
-            Severity.UNSAFE,
-            f"joint {name!r} has a rotor inertia (armature) of {value:g}, expected >= 0; {CORRECT}",
-            "masses",
-        )
+        Finding(Severity.UNSAFE, f"joint {name!r} {said} {value:g}, expected >= 0; {CORRECT}", "masses")
         for name, value in zip(names, armature, strict=True)
         if not 0.0 <= value <= LARGEST_FIGURE
     ]
@@ -214,9 +171,7 @@ def rotor_findings(names: Sequence[str], armature: FloatArray) -> list[Finding]:
 def length_findings(names: Sequence[str], offset: FloatArray) -> list[Finding]:
     """What is wrong with the places of joints and frames.
 
-    Args:
-        names: Of joints and frames, (count,).
-        offset: The place of each in the joint before it, (count, 3) [m].
+    ``offset`` is the place of each in the joint before it, (count, 3) [m].
     """
     return [
         unsafe(f"{name!r} is {np.abs(place).max():g} m from the joint before it; correct the model")

@@ -96,24 +96,14 @@ def robot_fields(
         findings.append(_guess(arm, chain, bounds, guessed))
     write_limits(arm, bounds)
     rows = _rows(wishes.get("default_rows", ROWS))
-    length = _length(wishes.get("length"), LENGTH_FRACTION * reach_of(chain, bounds))
+    reach, wanted = reach_of(chain, bounds), wishes.get("length")
+    length = LENGTH_FRACTION * reach if wanted is None else positive("length", wanted, "m")
     shape = Arm(arm, tip, chain, bounds, rows, length)
     start, said = neutral_posture(shape, wishes.get("neutral"), source.postures)
-    return {
-        "name": arm.name,
-        "model": arm,
-        "tip": tip,
-        "chain": chain,
-        "limits": bounds,
-        "neutral": frozen(start),
-        "default_rows": rows,
-        "length": length,
-        "findings": (*findings, *said),
-    }
-
-
-def _length(given: float | None, default: float) -> float:
-    return default if given is None else positive("length", given, "m")
+    return dict(
+        name=arm.name, model=arm, tip=tip, chain=chain, limits=bounds, neutral=frozen(start),
+        default_rows=rows, length=length, findings=(*findings, *said),
+    )  # fmt: skip
 
 
 def _given(wishes: Wishes, count: int) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.checks import BoolArray, FloatArray, read_only
+from ftqp.core.checks import BoolArray, FloatArray, array, numbers, read_only
 from ftqp.core.errors import ModelError
 from ftqp.kernel.layout.enums import JOINTS
 
@@ -71,9 +71,7 @@ class Chain:
 def chain_of(model: Any, tip: str) -> Chain:
     """The chain from the base to the frame ``tip`` of a pinocchio model whose joints all lie on it.
 
-    Args:
-        model: a pinocchio model; joints off the chain must be held already (``reduction.reduced``).
-        tip: Name of a frame of the model.
+    Joints off the chain must be held already (``reduction.reduced``).
 
     Raises:
         ModelError: a joint off the chain, more than 32 joints, or joints that the kernel cannot express.
@@ -144,7 +142,11 @@ def axis_rotation(joint: Any) -> FloatArray:
     known = kind(joint)
     if known[-1] in ALIGNED:
         return ALIGNED[known[-1]]
-    z = slanted_axis(joint)
+    return rotation_to(slanted_axis(joint))
+
+
+def rotation_to(z: FloatArray) -> FloatArray:
+    """A rotation (3, 3) whose third column is the unit vector z."""
     x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
     x /= np.linalg.norm(x)
     return np.column_stack([x, np.cross(z, x), z])
@@ -165,3 +167,29 @@ def frame_id(model: Any, tip: str) -> int:
     if not found:
         raise ModelError(f"{tip!r} is not a frame of {model.name}")
     return found[0]
+
+
+def positions_of(model: Any, continuous: BoolArray, q: Any) -> FloatArray:
+    """Joint positions (nv,) from (nv,) positions or from pinocchio's configuration (nq,) [rad or m]."""
+    nv, given = len(continuous), numbers("q", q)
+    if model.nq == nv or given.shape == (nv,):
+        return array("q", given, (nv,), "(nv,)")
+    configuration = array("q", given, (int(model.nq),), "(nv,) or (nq,)")
+    result = np.empty(nv)
+    for i, at in enumerate(model.idx_qs[1:]):
+        if continuous[i]:
+            result[i] = np.arctan2(configuration[at + 1], configuration[at])
+        else:
+            result[i] = configuration[at]
+    return result
+
+
+def configuration_of(model: Any, continuous: BoolArray, positions: FloatArray) -> FloatArray:
+    """pinocchio's configuration (nq,) from joint positions (nv,) [rad or m]."""
+    result = np.empty(int(model.nq))
+    for i, at in enumerate(model.idx_qs[1:]):
+        if continuous[i]:
+            result[at : at + 2] = np.cos(positions[i]), np.sin(positions[i])
+        else:
+            result[at] = positions[i]
+    return result

@@ -114,11 +114,7 @@ class JointLimits:
 
 
 def one_each(name: str, value: Any, count: int) -> FloatArray:
-    """``value``, one number or one a joint, as a fresh array (count,); NaN passes, the audit names the joint.
-
-    Raises:
-        InputError: These are no numbers, or as many as neither one nor nv.
-    """
+    """``value``, one number or one a joint, as a new array (count,); NaN is for the audit to find."""
     try:
         result = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:

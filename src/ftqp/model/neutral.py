@@ -8,8 +8,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray, array
 from ftqp.core.errors import InputError, unknown
 from ftqp.model.audit import Finding, note
-from ftqp.model.chain import Chain, frame_id
-from ftqp.model.coordinates import configuration_of
+from ftqp.model.chain import Chain, configuration_of, frame_id
 from ftqp.model.limits import JointLimits
 from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, scaled_jacobian
 from ftqp.model.shape import neutral_of
@@ -36,16 +35,7 @@ HANDICAP = 0.5
 
 
 class Arm:
-    """What the search needs of an arm.
-
-    Args:
-        model: A pinocchio model whose joints all lie on the chain.
-        tip: The controlled frame.
-        chain: Its constants.
-        limits: Its limits.
-        rows: The task rows.
-        length: The characteristic length [m].
-    """
+    """What the search needs of an arm."""
 
     def __init__(
         self, model: Any, tip: str, chain: Chain, limits: JointLimits, rows: Sequence[str], length: float
@@ -102,13 +92,8 @@ def neutral_posture(
     best of ``CANDIDATES`` postures round the middle, by ``Arm.merit``, with every joint back at its simple
     position that may be. The candidates are a fixed sequence: the same arm starts at the same posture.
 
-    Args:
-        arm: The arm.
-        wanted: What the user gives: (nv,) positions, the name of a posture, or None.
-        named: Postures of the model by name, positions by joint.
-
-    Raises:
-        InputError: What the user gives is no posture inside the limits.
+    ``wanted`` is (nv,) positions, the name of a posture or None, and ``named`` has the postures of the model
+    by name, positions by joint.
     """
     if isinstance(wanted, str):
         if not named:

@@ -24,14 +24,8 @@ def scaled_jacobian(
 ) -> FloatArray:
     """The task's Jacobian, its angular rows times the characteristic length, (m, nv) [m].
 
-    Args:
-        model: A pinocchio model of a chain.
-        data: Its data, in which the frames are placed.
-        tip: The index of the controlled frame.
-        configuration: pinocchio's configuration, (nq,).
-        rows: Rows of the task, of x, y, z, rx, ry, rz.
-        length: The characteristic length [m].
-        tool_axes: Rotation from the tip frame to axes that the angular rows go along, (3, 3); None is W.
+    The frames are placed in ``data``, and ``length`` is the characteristic length [m]. Angular rows go along
+    W, or along ``tool_axes``, a rotation (3, 3) from the tip's frame.
     """
     J = pin.computeFrameJacobian(model, data, configuration, tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
     J = J.reshape(6, -1)  # pinocchio gives one joint's as a vector
@@ -50,24 +44,12 @@ def least_singular_value(J: FloatArray) -> float:
 
 
 def gravity_torques(model: Any, data: Any, configuration: FloatArray) -> FloatArray:
-    """The torques that hold an arm at rest, (nv,) [N m or N]; zeros without masses.
-
-    Args:
-        model: A pinocchio model of a chain.
-        data: Its data, in which the joints are placed.
-        configuration: pinocchio's configuration, (nq,).
-    """
+    """The torques that hold an arm at rest, (nv,) [N m or N]; zeros without masses."""
     return np.array(pin.computeGeneralizedGravity(model, data, configuration))
 
 
 def places(model: Any, tip: int, configuration: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where the joints and the tip are in the base, (nv + 1, 3) [m], and the axes of the joints, (nv, 3).
-
-    Args:
-        model: A pinocchio model of a chain.
-        tip: The index of the controlled frame.
-        configuration: pinocchio's configuration, (nq,).
-    """
+    """Where the joints and the tip are in the base, (nv + 1, 3) [m], and the axes of the joints, (nv, 3)."""
     data = model.createData()
     pin.computeJointJacobians(model, data, configuration)
     frame = model.frames[tip]

@@ -26,14 +26,8 @@ def reduced(
     Held joints stand at ``q_locked`` or, without an entry, at neutral; their bodies' inertia is lumped into
     the body that carries them. Their rotor inertias and friction are dropped, for they stand still.
 
-    Args:
-        model: a pinocchio model.
-        tip: Name of a frame.
-        locked: Joints to hold, by name or 0-based index.
-        q_locked: Positions of held joints by name [rad or m].
-
-    Returns:
-        A new pinocchio model; the one handed in is not changed.
+    Joints in ``locked`` are given by name or 0-based index, ``q_locked`` holds positions by name [rad or m].
+    The model handed in is not changed.
 
     Raises:
         InputError: An unknown joint, or a position of a joint that is not held or has several degrees of
@@ -103,11 +97,7 @@ def _position(joint: str, value: float) -> float:
 
 
 def joint_index(names: Sequence[str], joint: str | int, owner: str) -> int:
-    """The 0-based index of a joint given by name or index.
-
-    Raises:
-        InputError: No such joint; names the valid ones and the nearest.
-    """
+    """The 0-based index of a joint given by name or index."""
     if isinstance(joint, str):
         if joint in names:
             return list(names).index(joint)
@@ -129,9 +119,6 @@ def tip_of(model: Any, tip: str | None, locked: Sequence[str | int] = ()) -> tup
 
     Where that fails, the nearest or the last frame stands in, so that the audit can go on, with an unsafe
     finding.
-
-    Raises:
-        InputError: Nothing in the model moves.
     """
     valid = frame_names(model)
     if model.njoints < 2:

@@ -18,11 +18,7 @@ REMEDY = "robot.with_friction(viscous=..., coulomb=...)"
 
 
 def loaded(model: Any, tip: str, payload: Any) -> Any:
-    """A copy of the model with a payload at the frame ``tip``.
-
-    Raises:
-        InputError: This is no payload, or the model has no masses.
-    """
+    """A copy of the model with a payload at the frame ``tip``."""
     if not isinstance(payload, Payload):
         raise InputError(f"payload is {payload!r:.60}, expected an ftqp.Payload, ftqp.Payload(mass=0.5)")
     if not has_masses(model):
@@ -37,11 +33,7 @@ def loaded(model: Any, tip: str, payload: Any) -> Any:
 
 
 def with_tip(model: Any, tip: str, place: Any, name: str) -> Any:
-    """A copy of the model with one more frame, ``name``, at the pose ``place`` in the frame ``tip``.
-
-    Raises:
-        InputError: The name is taken, or ``place`` is no pose.
-    """
+    """A copy of the model with one more frame, ``name``, at the pose ``place`` in the frame ``tip``."""
     if any(frame.name == name for frame in model.frames):
         raise InputError(f"{name!r} is already a frame of {model.name}; give the new tip another name=")
     copy = model.copy()
@@ -53,13 +45,7 @@ def with_tip(model: Any, tip: str, place: Any, name: str) -> Any:
 
 
 def with_friction(model: Any, viscous: FloatArray, coulomb: FloatArray) -> Any:
-    """A copy of the model with other friction.
-
-    Args:
-        model: A pinocchio model of a chain.
-        viscous: Viscous friction, (nv,) [N m s/rad or N s/m].
-        coulomb: Coulomb friction, (nv,) [N m or N].
-    """
+    """A copy of the model with other friction."""
     copy = model.copy()
     write_friction(copy, viscous, coulomb)
     return copy
@@ -78,12 +64,7 @@ def has_masses(model: Any) -> bool:
 
 
 def friction_findings(model: Any, limits: JointLimits) -> list[Finding]:
-    """What there is to say about the friction of a model's joints, which is none without masses.
-
-    Args:
-        model: A pinocchio model of a chain.
-        limits: The limits of its joints.
-    """
+    """What there is to say about the friction of a model's joints, which is none without masses."""
     found: list[Finding] = []
     names = [str(name) for name in model.names][1:]
     viscous, coulomb = np.asarray(model.damping), np.asarray(model.friction)

@@ -11,8 +11,7 @@ from ftqp.core.errors import InputError
 from ftqp.model import audit
 from ftqp.model.audit import Finding
 from ftqp.model.build import write_limits
-from ftqp.model.chain import Chain, chain_of, frame_id
-from ftqp.model.coordinates import configuration_of, positions_of
+from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id, positions_of
 from ftqp.model.limits import JointLimits, one_each
 from ftqp.model.payload import Payload
 from ftqp.model.readers import Readers

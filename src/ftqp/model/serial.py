@@ -74,15 +74,8 @@ def serial_model(
 ) -> Any:
     """A pinocchio model of the arm.
 
-    Args:
-        name: The model's name.
-        bodies: Joints and bodies, base to tip.
-        limits: Limits of the joints; they are also written into the model.
-        frames: Named frames on the last body, each with its pose (4, 4) in the last joint's frame.
-        gravity: Gravity in the base frame, (3,) [m/s2].
-
-    Returns:
-        pinocchio.Model with nv the number of bodies, and one more nq for each joint that turns without end.
+    Limits are also written into the model, and ``frames`` are on the last body, each with its pose (4, 4) in
+    the last joint's frame. A joint that turns without end has one more nq.
     """
     model = pin.Model()
     model.name = name

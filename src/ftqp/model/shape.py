@@ -42,13 +42,8 @@ def reach_of(chain: Chain, limits: JointLimits) -> float:
 def neutral_of(limits: JointLimits, wanted: FloatArray | None) -> FloatArray:
     """A configuration inside the limits, (nv,) [rad or m].
 
-    Args:
-        limits: Limits of the joints.
-        wanted: Taken as it is where it respects the limits, clipped where limits were narrowed; None: zero
-            where that is well inside, else the middle of the range.
-
-    Raises:
-        InputError: ``wanted`` is not finite.
+    ``wanted`` is taken as it is where it respects the limits, clipped where they were narrowed; without it a
+    joint is at zero where that is well inside, else in the middle of its range.
     """
     low, high = limits.q_min, limits.q_max
     if wanted is not None:
@@ -70,14 +65,7 @@ def neutral_of(limits: JointLimits, wanted: FloatArray | None) -> FloatArray:
 def random_postures(
     limits: JointLimits, prismatic: BoolArray, count: int, generator: np.random.Generator
 ) -> FloatArray:
-    """Random postures inside the limits, (count, nv), half a turn or half a metre where there are none.
-
-    Args:
-        limits: Limits of the joints.
-        prismatic: Joints that slide, (nv,).
-        count: The number of postures.
-        generator: Where they are drawn from.
-    """
+    """Random postures inside the limits, (count, nv), half a turn or half a metre where there are none."""
     wide = np.where(prismatic, 0.5, np.pi)
     low = np.where(np.isfinite(limits.q_min), limits.q_min, -wide)
     high = np.where(np.isfinite(limits.q_max), limits.q_max, wide)
@@ -107,11 +95,9 @@ def dynamics_findings(model: Any) -> list[Finding]:
     M = np.triu(M) + np.triu(M, 1).T
     values = np.linalg.eigvalsh(M)
     if values[0] <= SINGULAR * values[-1]:
-        found.append(
-            unsafe(
-                f"{model.name} has a joint-space inertia that is not positive definite (eigenvalues "
-                f"{values[0]:.3g} to {values[-1]:.3g}); "
-                "correct the masses or drop them with kinematics_only=True"
-            )
+        sentence = (
+            f"{model.name} has a joint-space inertia that is not positive definite (eigenvalues "
+            f"{values[0]:.3g} to {values[-1]:.3g}); correct the masses or drop them with kinematics_only=True"
         )
+        found.append(unsafe(sentence))
     return found

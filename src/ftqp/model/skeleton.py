@@ -44,11 +44,7 @@ class Skeleton:
 
     @classmethod
     def from_facts(cls, facts: Mapping[str, Any]) -> Self:
-        """The skeleton that ``facts`` gave, for example those in a log.
-
-        Raises:
-            InputError: These are no facts of a skeleton.
-        """
+        """The skeleton that ``facts`` gave, for example those in a log."""
         try:
             prismatic = np.atleast_1d(np.array(facts["prismatic"], dtype=np.bool_))
             placements = np.array(facts["placements"], dtype=np.float64)
@@ -73,11 +69,7 @@ class Skeleton:
         }
 
     def frames(self, q: FloatArray) -> FloatArray:
-        """Poses of the joint frames and then of the tip in the base, (K, nv + 1, 4, 4).
-
-        Args:
-            q: Joint positions, (K, nv) [rad or m].
-        """
+        """Poses of the joint frames and then of the tip in the base, (K, nv + 1, 4, 4)."""
         model = pin.Model()
         parent = 0
         for i, (placement, slides) in enumerate(zip(self.placements, self.prismatic, strict=True)):

@@ -42,10 +42,6 @@ def locks(robot: Robot, rows: Sequence[str]) -> Locks:
     ``NEAR_SINGULAR`` times the characteristic length. A lock is fatal by structure where sigma_min is zero to
     rounding at every posture: then the joint's angle alone decides what the task gets, as the elbow of an arm
     with spherical shoulder and wrist decides the distance of the hand. The samples are the same every time.
-
-    Args:
-        robot: The arm.
-        rows: Rows of the task, of x, y, z, rx, ry, rz.
     """
     model, data, tip, m = robot.model, robot.model.createData(), frame_id(robot.model, robot.tip), len(rows)
     J = np.array(

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.core.checks import BoolArray, FloatArray
-from ftqp.model.coordinates import configuration_of
+from ftqp.model.chain import configuration_of
 from ftqp.model.limits import JointLimits
 from ftqp.model.posture import gravity_torques
 from ftqp.model.shape import random_postures
@@ -21,11 +21,6 @@ def acceleration_by_torque(model: Any, continuous: BoolArray, limits: JointLimit
 
     It is the least of max(0, tau_max_i - |g_i(q)|) / M_ii(q) over postures q inside the limits, the same
     ones every time. Infinite without a torque limit.
-
-    Args:
-        model: A pinocchio model of a chain with masses.
-        continuous: Joints that turn without limits, (nv,).
-        limits: The limits of the joints.
     """
     data = model.createData()
     prismatic = np.array(

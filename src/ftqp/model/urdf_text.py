@@ -16,7 +16,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.model.chain import Chain
+from ftqp.model.chain import Chain, rotation_to
 from ftqp.model.limits import JointLimits
 from ftqp.model.reading.urdf import SYMMETRIC
 from ftqp.model.shape import reach_of
@@ -35,13 +35,6 @@ DRAKE = "http://drake.mit.edu"
 
 def urdf_text(name: str, joints: Sequence[str], tip: str, chain: Chain, limits: JointLimits) -> str:
     """The URDF of a robot, see ``Robot.to_urdf``.
-
-    Args:
-        name: The robot's name.
-        joints: Names of its joints.
-        tip: Name of its controlled frame.
-        chain: Its geometry and masses.
-        limits: The limits of its joints.
 
     Raises:
         InputError: A name cannot stand in XML, or joints would share a link.
@@ -70,12 +63,7 @@ def urdf_text(name: str, joints: Sequence[str], tip: str, chain: Chain, limits: 
 
 
 def link_names(joints: Sequence[str], tip: str) -> tuple[str, ...]:
-    """Names of the links, base to tip, nv + 2: ``base``, one behind each joint, and the tip's own name.
-
-    Args:
-        joints: Names of the joints.
-        tip: Name of the controlled frame.
-    """
+    """Names of the links, base to tip, nv + 2: ``base``, one behind each joint, and the tip's own name."""
     taken = [BASE]
     for joint in joints:
         taken.append(_free(f"{joint}_link", taken))
@@ -128,14 +116,9 @@ def _bar(link: Element, to: FloatArray, size: float) -> None:
     """A cylinder from the link's origin to the next one's."""
     length = float(np.linalg.norm(to))
     if length > SHORT * size:
-        _cylinder(link, 0.5 * to, _turned_to(to / length), THIN * size, length)
-
-
-def _turned_to(z: FloatArray) -> FloatArray:
-    """A rotation (3, 3) whose third column is the unit vector z."""
-    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
+        # Half a turn more, and no negative zeros: that writes rounder angles.
+        turned = rotation_to(to / length) * (-1.0, -1.0, 1.0) + 0.0
+        _cylinder(link, 0.5 * to, turned, THIN * size, length)
 
 
 def _cylinder(link: Element, at: FloatArray, rotation: FloatArray, radius: float, length: float) -> None:

@@ -9,6 +9,10 @@ import numpy as np
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError
 
+PARTS = ("H", "g", "A", "b", "C", "l", "u", "lb", "ub")
+"""What a QP is made of."""
+ANSWER = ("x", "y", "z", "z_box")
+"""What solving one gives."""
 SYMMETRY_TOLERANCE = 1e-9
 """Largest |H - H'| / max |H| that counts as rounding."""
 CONVEXITY_TOLERANCE = 1e-10
@@ -66,17 +70,10 @@ class QP:
         if n == 0:
             raise InputError("g is empty, expected at least one variable")
         parts = {"H": _convex(array("H", H, (n, n), "(n, n)")), "g": array("g", g, (n,), "(n,)")}
-        if (A is None) != (b is None):
-            given, absent = ("b", "A") if A is None else ("A", "b")
-            raise InputError(f"{given} was given without {absent}; give both or neither")
+        refuse_halves(A, b, C, l, u)
         m = 0 if b is None else _length("b", b)
         parts["A"] = _rows("A", A, m, n, "(m, n)")
         parts["b"] = array("b", () if b is None else b, (m,), "(m,)")
-        if C is None and not (l is None and u is None):
-            given = "u" if l is None else "l"
-            raise InputError(f"{given} was given without C; give the rows as well, or use lb and ub")
-        if C is not None and l is None and u is None:
-            raise InputError("C was given without bounds; give l, u or both")
         p = 0 if C is None else _length("u" if l is None else "l", u if l is None else l)
         parts["C"] = _rows("C", C, p, n, "(p, n)")
         parts["l"], parts["u"] = _bounds("l", l, "u", u, p, "(p,)")
@@ -173,7 +170,7 @@ class Solution:
         y: Multipliers of Ax = b, (m,).
         z: Multipliers of the two-sided rows, (p,), > 0 at an upper bound, < 0 at a lower one.
         z_box: Multipliers of the bounds of x, (n,), with the same signs.
-        status: How it ended, judged by the residuals and not by the solver.
+        status: How it ended, by the residuals and not by the word of the solver.
         iterations: Iterations in the solver's own counting.
         residuals: How well the answer solves the QP.
         backend: The solver's name.
@@ -189,6 +186,18 @@ class Solution:
     residuals: Residuals
     backend: str
     certificate: Certificate | None = None
+
+
+def refuse_halves(A: Any, b: Any, C: Any, l: Any, u: Any) -> None:
+    """Refuse rows without a right side or bounds, and these without rows."""
+    if (A is None) != (b is None):
+        given, absent = ("b", "A") if A is None else ("A", "b")
+        raise InputError(f"{given} was given without {absent}; give both or neither")
+    if C is None and not (l is None and u is None):
+        given = "u" if l is None else "l"
+        raise InputError(f"{given} was given without C; give the rows as well, or use lb and ub")
+    if C is not None and l is None and u is None:
+        raise InputError("C was given without bounds; give l, u or both")
 
 
 def _length(name: str, value: Any) -> int:

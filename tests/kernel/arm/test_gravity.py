@@ -29,7 +29,9 @@ def test_torque_is_that_of_newton_and_euler_and_gradient_that_of_finite_differen
         forward_kinematics(K)
         size = np.abs(gravity_of(robot, q)).max()
         for i in range(joints):
-            assert abs(gravity_torque(K, i, slope) - gravity_of(robot, q)[i]) < 1e-12 * size
+            assert (
+                abs(gravity_torque(K.kinematics, K.chain, i, slope) - gravity_of(robot, q)[i]) < 1e-12 * size
+            )
             for j in range(joints):
                 d = step * np.eye(joints)[j]
                 expected = (gravity_of(robot, q + d)[i] - gravity_of(robot, q - d)[i]) / (2.0 * step)
@@ -39,6 +41,6 @@ def test_torque_is_that_of_newton_and_euler_and_gradient_that_of_finite_differen
 def test_only_the_first_joint_of_an_upright_arm_knows_no_gravity():
     K = chain_record(ftqp.robots.load("panda"))
     forward_kinematics(K)
-    assert [knows_no_gravity(K, i) for i in range(7)] == [True, *[False] * 6]
+    assert [knows_no_gravity(K.kinematics, K.chain, i) for i in range(7)] == [True, *[False] * 6]
     K.chain.gravity[:] = 0.0
-    assert all(knows_no_gravity(K, i) for i in range(7))
+    assert all(knows_no_gravity(K.kinematics, K.chain, i) for i in range(7))

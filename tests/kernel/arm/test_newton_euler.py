@@ -21,7 +21,7 @@ def test_torques_agree_with_pinocchio(joints):
         K.state.q[:joints], K.state.v[:joints], K.chain.viscous[:joints] = q, v, viscous
         forward_kinematics(K)
         motion(K)
-        torques_of(K, a)
+        torques_of(K.state, K.kinematics, K.chain, a)
         expected = pin.rnea(robot.model, robot.model.createData(), full, v, a) + viscous * v
         assert np.abs(K.kinematics.tau[:joints] - expected).max() < 1e-12 * np.abs(expected).max()
 
@@ -36,6 +36,6 @@ def test_torques_leave_the_snapshot_as_it_was():
     motion(K)
     dynamics(K)
     M, h = K.kinematics.M.copy(), K.kinematics.h.copy()
-    torques_of(K, rng.normal(size=7))
+    torques_of(K.state, K.kinematics, K.chain, rng.normal(size=7))
     dynamics(K)
     assert np.array_equal(K.kinematics.M, M) and np.array_equal(K.kinematics.h, h)

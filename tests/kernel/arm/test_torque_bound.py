@@ -23,9 +23,9 @@ def test_no_torque_is_beyond_the_bound(joints):
         K.state.v[:joints] = v * rng.choice([0.0, 0.1, 3.0])
         forward_kinematics(K)
         motion(K)
-        torques_of(K, a)
+        torques_of(K.state, K.kinematics, K.chain, a)
         tau = np.abs(K.kinematics.tau[:joints])
-        torque_bound(K, a)
+        torque_bound(K.state, K.kinematics, K.chain, a)
         bound = K.kinematics.tau[:joints]
         assert np.all(tau <= bound * (1.0 + 1e-12))
         closest = max(closest, float((tau / bound).max()))
@@ -39,7 +39,7 @@ def test_bound_is_reached_by_a_stretched_arm_that_turns_all_joints_one_way():
     a = np.array([2.0, 1.0, 0.5])
     forward_kinematics(K)
     motion(K)
-    torques_of(K, a)
+    torques_of(K.state, K.kinematics, K.chain, a)
     tau = K.kinematics.tau[:3].copy()
-    torque_bound(K, a)
+    torque_bound(K.state, K.kinematics, K.chain, a)
     assert np.abs(K.kinematics.tau[:3] - tau).max() < 1e-12 * tau.max() and tau.min() > 0.1

@@ -28,7 +28,7 @@ def energy(K, q):
     forward_kinematics(K)
     pose_error(K)
     task_rows(K, 1.0)
-    return 0.5 * weigh_rows(K)
+    return 0.5 * weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm)
 
 
 def hessian(K, q):
@@ -82,7 +82,7 @@ def test_the_curvature_is_the_hessian_of_half_the_squared_error(name, task, angl
     expected = hessian(K, q)
     energy(K, q)
     n, m = robot.nv, int(K.task.m)
-    s = curvature(K)
+    s = curvature(K.faults, K.task, K.kinematics, K.chain, K.calm)
     A, e = K.calm.A[:m, :n].copy(), K.calm.e[:m].copy()
     gradient = [(energy(K, q + d) - energy(K, q - d)) / (2.0 * STEP) for d in STEP * np.eye(n)]
     np.testing.assert_allclose(-A.T @ e, gradient, atol=1e-7)

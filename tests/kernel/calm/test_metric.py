@@ -28,7 +28,7 @@ def look(K, robot, q, pose):
     K.task.target[:] = ftqp.Target(pose=pose).packed
     forward_kinematics(K)
     pose_error(K)
-    see_error(K)
+    see_error(K.task, K.feedback, K.kinematics, K.past)
     task_rows(K, 1.0)
 
 
@@ -55,9 +55,12 @@ def test_an_error_called_harmless_is():
         look(K, robot, q, pose)
         harmless = is_regular(K)
         regular += harmless
-        weigh_rows(K)
+        weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm)
         if harmless:
-            assert curvature(K) < np.linalg.svd(K.calm.A[:6, :7], compute_uv=False)[-1] ** 2
+            assert (
+                curvature(K.faults, K.task, K.kinematics, K.chain, K.calm)
+                < np.linalg.svd(K.calm.A[:6, :7], compute_uv=False)[-1] ** 2
+            )
     assert 50 < regular < 290
 
 
@@ -70,7 +73,11 @@ def test_bounds_on_the_curvature_hold_and_the_closer_one_is_close(name):
     for _ in range(100):
         q, pose = near(robot, rng, 10.0 ** rng.uniform(-4.0, -1.0))
         look(K, robot, q, pose)
-        s, close, wide = curvature(K), curvature_bound(K), largest_curvature(K)
+        s, close, wide = (
+            curvature(K.faults, K.task, K.kinematics, K.chain, K.calm),
+            curvature_bound(K.task, K.kinematics, K.chain, K.calm),
+            largest_curvature(K.task, K.kinematics, K.chain),
+        )
         assert s <= close * (1.0 + 1e-12) and s <= wide * (1.0 + 1e-12)
         ratios.append(close / s)
     assert np.median(ratios) < 1.01
@@ -85,17 +92,20 @@ def test_rows_and_metric_together_are_convex_and_the_metric_is_zero_where_no_dir
         for _ in range(20):
             q, pose = near(robot, rng, size)
             look(K, robot, q, pose)
-            square, s = weigh_rows(K), curvature(K)
+            square, s = (
+                weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm),
+                curvature(K.faults, K.task, K.kinematics, K.chain, K.calm),
+            )
             count = find_metric(K, s, square)
             A, D = K.calm.A[:m, :n], K.calm.D[:n, :n]
             sigma = np.linalg.svd(A[:, K.calm.free[: abs(count)]], compute_uv=False)[-1]
             kinds.add(count >= 0)
             largest = np.abs(np.linalg.eigvalsh(K.calm.S[:n, :n])).max()
-            assert largest * (1.0 - 1e-9) <= spread(K) <= s * (1.0 + 1e-9)
+            assert largest * (1.0 - 1e-9) <= spread(K.chain, K.calm) <= s * (1.0 + 1e-9)
             if count < 0:
                 assert np.linalg.svd(A, compute_uv=False)[-1] ** 2 >= largest * (1.0 - 1e-9)
                 continue
-            assert sigma**2 < spread(K) * (1.0 + 1e-9)
+            assert sigma**2 < spread(K.chain, K.calm) * (1.0 + 1e-9)
             np.testing.assert_allclose(D, D.T, atol=1e-12 * s)
             assert np.linalg.eigvalsh(A.T @ A + D)[0] > -1e-9 * s
     assert kinds == {True, False}
@@ -107,7 +117,10 @@ def test_at_an_exact_singularity_the_modes_are_those_of_the_modulus_with_its_flo
     pose = robot.pose(q)
     pose[0, 3] += 0.2
     look(K, robot, q, pose)
-    square, s = weigh_rows(K), curvature(K)
+    square, s = (
+        weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm),
+        curvature(K.faults, K.task, K.kinematics, K.chain, K.calm),
+    )
     assert find_metric(K, s, square) == 4
     A, S = K.calm.A[:2, :4], K.calm.S[:4, :4]
     mu, Z = np.linalg.eigh(A.T @ A + S)
@@ -129,7 +142,10 @@ def test_there_is_no_kick_while_the_rows_can_remove_most_of_the_error():
     for _ in range(60):
         q, pose = near(robot, rng, 0.03)
         look(K, robot, q, pose)
-        square, s = weigh_rows(K), curvature(K)
+        square, s = (
+            weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm),
+            curvature(K.faults, K.task, K.kinematics, K.chain, K.calm),
+        )
         count = find_metric(K, s, square)
         if count < 0:
             continue

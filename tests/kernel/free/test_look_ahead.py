@@ -62,7 +62,7 @@ def test_joint_near_its_limit_is_not_driven_further():
     K, F = falling()
     K.state.q[0], K.state.v[0] = K.limits.q_max[0] - 1e-3, 0.0
     F.plan[0, 0] = 1.0
-    a = planned(K, F, 0, 0.0, 1.0, 0.01)
+    a = planned(K.state, K.limits, F, 0, 0.0, 1.0, 0.01)
     assert 0.0 <= a < K.limits.a_max[0] and 0.5 * a * 0.01**2 <= 1e-3
 
 

@@ -54,7 +54,7 @@ def test_posture_found_keeps_the_rows_and_needs_no_torque_of_the_free_joint(rows
     robot = ftqp.robots.load("panda")
     K, F = arm(rows, joint)
     for number in range(5):
-        begin_start(K, F, number)
+        begin_start(K.faults, K.chain, F, number)
         while not seek(K, F, 20):
             pass
     assert F.found > 0

@@ -39,7 +39,7 @@ def test_free_joint_gets_the_torque_of_its_friction_and_the_others_their_acceler
     robot = ftqp.robots.load("panda")
     q, v, a = robot.neutral.copy(), rng.uniform(-1.0, 1.0, 7), rng.uniform(-3.0, 3.0, 7)
     K, F = arm(joint, q, v, a, damping=0.7)
-    impact, share = swing_on(K, F, STEP)
+    impact, share = swing_on(K.state, K.faults, K.limits, K.kinematics, K.chain, F, STEP)
     after = K.state.v[:7].copy()
     tau = pin.rnea(robot.model, robot.model.createData(), q, v, (after - v) / STEP)
     assert impact == 0.0
@@ -57,7 +57,7 @@ def test_joint_stops_where_it_meets_its_stop_and_rests_there(arm, side):
     stop = robot.limits.q_max[3] if side > 0 else robot.limits.q_min[3]
     q[3], v[3] = stop - side * 0.005, side * 2.0
     K, F = arm(3, q, v, np.zeros(7))
-    impact, _ = swing_on(K, F, STEP)
+    impact, _ = swing_on(K.state, K.faults, K.limits, K.kinematics, K.chain, F, STEP)
     assert 1.5 < impact < 2.5 and K.state.q[3] == stop and K.state.v[3] == 0.0
 
 

@@ -30,7 +30,7 @@ def packed(mode, level, *faults, scheme="dlsm"):
     for ticks in (outside, inside):
         ticks.reset(Q, V)
     outside.K.cascade.external = 1
-    buffers = QPBuffers.zeros(*sizes(outside.K))
+    buffers = QPBuffers.zeros(*sizes(outside.K.task, outside.K.cascade, outside.K.chain))
     prepare = outside.session.bind("prepare_clock", buffers.flat)
     assert prepare(Q, V, target.packed, target.row) == codes.QP_READY
     inside.tick(Q, V, target)
@@ -77,6 +77,6 @@ def test_packed_diagonal_hessian_is_written_out():
 def test_answer_comes_back_whole():
     b, K, _ = packed("scaled", "acceleration")
     b.solution[:] = np.arange(len(b.solution)) + 0.5
-    unpack(K, b.solution)
+    unpack(K.task, K.cascade, K.chain, K.qp, b.solution)
     for mine, theirs, count in ((b.x, "x", 8), (b.z_box, "z_box", 8), (b.y, "y", 6), (b.z, "z", 7)):
         assert np.array_equal(K.qp[theirs][:count], mine[:count])

@@ -26,7 +26,7 @@ def solved(**options):
 def test_a_solved_qp_passes():
     K = solved()
     assert np.abs(K.qp.z_box).max() > 0.0
-    assert check_solution(K)
+    assert check_solution(K.task, K.cascade, K.qp, K.scratch)
     cascade = K.cascade
     assert cascade.residual_task < 1e-9 and cascade.residual_dual < 1e-9 and cascade.residual_bounds < 1e-9
 
@@ -51,7 +51,7 @@ def test_a_wrong_number_does_not_pass(field, index, change):
         assert abs(qp.z_box[index]) == 0.0
     size = 1.0 + np.abs(qp.y).max() if field in ("y", "z_box", "z", "g") else 1.0
     getattr(qp, field)[index] += change * size
-    assert not check_solution(K)
+    assert not check_solution(K.task, K.cascade, K.qp, K.scratch)
 
 
 @pytest.mark.parametrize("field", ["x", "y", "z", "z_box"])
@@ -61,10 +61,10 @@ def test_what_is_not_a_number_does_not_pass(field, value):
     qp = K.qp
     qp.nc = 7  # torque rows, open ones here, are looked at
     qp.C[:7, :7], qp.l[:], qp.u[:] = np.eye(7), -np.inf, np.inf
-    assert check_solution(K)
+    assert check_solution(K.task, K.cascade, K.qp, K.scratch)
     getattr(qp, field)[:6] = value
     with np.errstate(invalid="ignore"):  # plain Python warns
-        assert not check_solution(K)
+        assert not check_solution(K.task, K.cascade, K.qp, K.scratch)
     if field == "x" and np.isinf(value):  # clamped into the box, like any x outside
         assert np.isfinite(qp.x[:7]).all()
 
@@ -74,13 +74,13 @@ def test_multiplier_of_the_wrong_sign_does_not_pass():
     i = int(np.argmax(np.abs(K.qp.z_box[:7])))
     free = [j for j in range(7) if K.qp.z_box[j] == 0.0]
     K.qp.z_box[i] *= -1.0
-    assert not check_solution(K) and free
+    assert not check_solution(K.task, K.cascade, K.qp, K.scratch) and free
 
 
 def test_x_outside_its_box_is_clamped():
     K = solved()
     K.qp.x[:7] = 1e9
-    check_solution(K)
+    check_solution(K.task, K.cascade, K.qp, K.scratch)
     assert np.array_equal(K.qp.x[:7], K.qp.ub[:7])
 
 
@@ -122,7 +122,7 @@ def test_residuals_are_those_of_their_formulas(dense, soft_rows):
         qp.x[:n], qp.z_box[:n] = 2.0 * rng.normal(size=n), rng.normal(size=n)
         qp.z_box[2], qp.lb[3] = 0.0, qp.ub[3]
         x = np.clip(qp.x[:n], qp.lb[:n], qp.ub[:n])
-        assert not check_solution(K)
+        assert not check_solution(K.task, K.cascade, K.qp, K.scratch)
         assert np.array_equal(qp.x[:n], x)
         left = qp.A[:m, :n] @ x - qp.b[:m] - qp.soft[:m] * qp.y[:m]
         assert K.cascade.residual_task == pytest.approx(np.abs(left).max() / (1.0 + np.abs(qp.b[:m]).max()))
@@ -146,14 +146,14 @@ def test_each_residual_alone_keeps_an_answer_from_passing(which):
     K = solved()
     qp = K.qp
     qp.nc, qp.C[0, :7], qp.l[0], qp.u[0], qp.z[0] = 1, 1.0, -np.inf, np.inf, 0.0
-    assert check_solution(K)
+    assert check_solution(K.task, K.cascade, K.qp, K.scratch)
     if which == "residual_task":
         qp.b[0] += 1e-3 * (1.0 + np.abs(qp.b[:6]).max())
     elif which == "residual_bounds":
         qp.u[0] = qp.x[:7].sum() - 1e-3 * (1.0 + np.abs(qp.x[:7]).max())
     else:
         qp.g[0] += 1e-3 * (1.0 + np.linalg.norm(qp.H_diagonal[:7] * qp.x[:7]) + np.abs(qp.y).max())
-    assert not check_solution(K)
+    assert not check_solution(K.task, K.cascade, K.qp, K.scratch)
     bad = {
         name
         for name in ("residual_task", "residual_bounds", "residual_dual")

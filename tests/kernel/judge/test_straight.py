@@ -48,7 +48,9 @@ def test_it_is_the_active_sets_answer(n, m, capacity, soft, failed):
     held = (n // 2,) if failed and n > m else ()
     ours, theirs = (posed(n, n, m, capacity, held, soft) for _ in range(2))
     assert straight(ours)
-    assert active_set(theirs.qp) == codes.SOLVED and check_solution(theirs)
+    assert active_set(theirs.qp) == codes.SOLVED and check_solution(
+        theirs.task, theirs.cascade, theirs.qp, theirs.scratch
+    )
     for name, value in answer(ours).items():
         expected = answer(theirs)[name]
         assert value == pytest.approx(expected, rel=1e-9, abs=1e-9 * (1.0 + np.abs(expected).max())), name

@@ -32,7 +32,7 @@ def constrained(level, codes=(), robot=PANDA):
     for joint, code in codes:
         K.faults.code[joint] = code
         K.faults.friction[joint] = 0.5
-    sort_joints(K)
+    sort_joints(K.faults, K.chain)
     forward_kinematics(K)
     if level == "acceleration":
         motion(K)

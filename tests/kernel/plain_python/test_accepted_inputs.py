@@ -33,14 +33,14 @@ def test_one_number_that_is_not_finite_makes_a_target_unusable(bad, has_rotation
     for at in range(TARGET_HAS_ROTATION):
         K = record(has_rotation)
         K.task.target[at] = bad
-        assert not accepted_inputs.target_is_usable(K), at
+        assert not accepted_inputs.target_is_usable(K.task), at
 
 
 def test_a_rotation_has_to_be_one_where_there_is_one():
     for has_rotation, usable in ((1.0, False), (0.0, True)):
         K = record(has_rotation)
         K.task.target[0] = 1.5
-        assert accepted_inputs.target_is_usable(K) == usable
+        assert accepted_inputs.target_is_usable(K.task) == usable
 
 
 @pytest.mark.parametrize("name", ["q", "v"])
@@ -50,12 +50,12 @@ def test_a_state_that_is_not_finite_gives_way_to_the_last_command(name, bad):
     for joint in (0, 7, 8, N - 1):
         K = record()
         K.state[name][joint] = bad
-        assert not accepted_inputs.state_is_finite(K)
+        assert not accepted_inputs.state_is_finite(K.state, K.chain)
         assert np.array_equal(K.state.q[:N], np.arange(N))
         assert np.array_equal(K.state.v[:N], 0.1 * np.arange(N))
     K = record()
     K.state.unusable = 1
-    assert not accepted_inputs.state_is_finite(K) and K.state.q[3] == 3.0
+    assert not accepted_inputs.state_is_finite(K.state, K.chain) and K.state.q[3] == 3.0
 
 
 @pytest.mark.parametrize("turns", [-3, 0, 2])
@@ -67,11 +67,11 @@ def test_an_angle_of_cosine_and_sine_is_that_of_the_turn_of_the_command(turns, b
     K.state.q_command[:3] = [0.0, command, 0.0]
     angle = command + beside
     K.state.given_q[:4], K.state.given_v[:3] = [0.25, np.cos(angle), np.sin(angle), -0.75], [1.0, 2.0, 3.0]
-    accepted_inputs.accept_state(K, 4)
+    accepted_inputs.accept_state(K.state, K.chain, 4)
     assert np.allclose(K.state.q[:3], [0.25, angle, -0.75], atol=1e-12)
     assert K.state.v[:3].tolist() == [1.0, 2.0, 3.0]
     K.state.given_q[1:3] = [np.nan, 0.0]
-    accepted_inputs.accept_state(K, 4)
+    accepted_inputs.accept_state(K.state, K.chain, 4)
     assert np.isnan(K.state.q[1]) and K.state.q[2] == -0.75
 
 
@@ -88,7 +88,7 @@ def test_an_angle_of_which_cosine_or_sine_is_no_number_is_none(at, bad):
     K.chain.n, K.chain.continuous[:3] = 3, [0, 1, 0]
     K.state.given_q[:4] = [0.25, 0.6, 0.8, -0.75]
     K.state.given_q[at] = bad
-    accepted_inputs.accept_state(K, 4)
+    accepted_inputs.accept_state(K.state, K.chain, 4)
     assert not np.isfinite(K.state.q[1]) and K.state.q[2] == -0.75
 
 
@@ -96,5 +96,5 @@ def test_only_joints_without_end_are_unwrapped():
     K = record()
     K.chain.n, K.chain.continuous[:3], K.state.q_command[:3] = 3, [0, 1, 0], 13.0
     K.state.given_q[:3] = 0.5
-    accepted_inputs.accept_state(K, 3)
+    accepted_inputs.accept_state(K.state, K.chain, 3)
     assert K.state.q[:3] == pytest.approx([0.5, 0.5 + 4.0 * np.pi, 0.5])

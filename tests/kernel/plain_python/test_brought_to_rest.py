@@ -124,7 +124,7 @@ def test_the_error_that_may_stop_is_that_to_the_target_that_is_followed(what):
     K.watch.stop_position, K.watch.stop_rotation, K.watch.stop_samples = 1.0, 1.0, 100
     if what != "nothing":
         K.feedback[what] = 1
-    assert not tick._emergency(K)
+    assert not tick._emergency(K.task, K.watch, K.feedback, K.kinematics)
     assert K.watch.last_position_error == pytest.approx(9.0 if what == "nothing" else 0.5)
     assert K.watch.rising == (1 if what == "nothing" else 0)
 
@@ -146,5 +146,5 @@ def test_a_multiplier_of_a_bound_that_is_not_met_does_not_pass(z):
         K.qp.nx, K.cascade.accept = 1, 1e-6
         K.qp.H_diagonal[0], K.qp.x[0], K.qp.z_box[0] = 1.0, x, z
         K.qp.g[0], K.qp.lb[0], K.qp.ub[0] = -x - z, lb, ub
-        assert bool(solution_check.check_solution(K)) == passes
+        assert bool(solution_check.check_solution(K.task, K.cascade, K.qp, K.scratch)) == passes
         assert (K.cascade.residual_dual > 0.1) != passes

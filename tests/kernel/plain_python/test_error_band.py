@@ -74,7 +74,7 @@ def test_in_a_stop_the_error_band_is_two_hundredths_six_sigmas_and_a_tenth_of_a_
         K = record()
         K.watch.latched, K.feedback.sigma = 1, sigma
         K.past.v[1, 3], K.past.q[1, 3], K.feedback.seen[3] = v, 0.7, 0.7 + side * share * band
-        assert error_band.error_band(K, 3) == pytest.approx(band)
+        assert error_band.error_band(K.feedback, K.past, 3) == pytest.approx(band)
         assert ticks_until_asked(K) == expected
         K.watch.latched = 0
         K.feedback.asks[:] = 0

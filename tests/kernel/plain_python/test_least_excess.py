@@ -42,7 +42,7 @@ def test_a_joint_beyond_its_limits_is_drawn_back_and_not_forced(level, v, forced
     K = record(level)
     K.state.v[1], K.qp.g[1] = v, -rest
     K.qp.lb[1], K.qp.ub[1] = forced
-    least_excess._open_forced_return(K, 1)
+    least_excess._open_forced_return(K.state, K.limits, K.qp, 1)
     assert -K.qp.g[1] == pytest.approx(drawn)
     assert (K.qp.lb[1], K.qp.ub[1]) == pytest.approx(opened)
 
@@ -68,7 +68,7 @@ def test_the_least_excess_keeps_the_task_aside_and_opens_only_joints_that_are_fo
     assert K.cascade.stage == LEAST_EXCESS_STAGE and K.qp.soft_rows == least_excess.SOFTNESS
     wider = np.arange(N) == (2 if how != "failed" else -1)
     assert np.array_equal(K.qp.ub[:N] > before["ub"], wider)
-    least_excess.make_room(K)
+    least_excess.make_room(K.chain, K.qp, K.aside)
     for name in ("g", "H_diagonal"):
         assert np.array_equal(K.qp[name][:N], before[name])
     assert (K.qp.nx, K.qp.meq, K.qp.dense, K.qp.warm, K.qp.soft_rows) == (N + 1, 3, 1, 0, 0.0)
@@ -82,7 +82,7 @@ def test_rows_get_the_room_that_they_need_and_no_more():
     l, u = s + np.array([-1.0, 0.1, -0.3, 0.2, -inf]), s + np.array([1.0, 0.5, -0.1, 0.2, inf])
     K.qp.l[:5], K.qp.u[:5] = l, u  # kept, below, above, an equation that is missed, open
     K.aside.lb[:N], K.aside.ub[:N], K.aside.nx = -1.0, 1.0, N
-    least_excess.make_room(K)
+    least_excess.make_room(K.chain, K.qp, K.aside)
     room = 1e-8 * (1.0 + np.abs(s))
     assert np.allclose(K.qp.l[:4], [l[0], (s - room)[1], l[2], l[3]], rtol=0.0, atol=1e-13)
     assert np.allclose(K.qp.u[:4], [u[0], u[1], (s + room)[2], u[3]], rtol=0.0, atol=1e-13)
@@ -113,7 +113,7 @@ def test_the_proof_is_believed_exactly_where_it_proves_something():
         none = infeasible(C, l, u, lb, ub)
         for _ in range(4):
             K.qp.z[:p] = rng.normal(size=p) * (rng.random(p) < 0.7)
-            assert not least_excess.box_excludes_rows(K) or none
+            assert not least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside) or none
         if none:  # least excess of the rows: its gradient is a proof
             weights = linprog(
                 np.r_[np.where(np.isfinite(u), u, 0.0), np.where(np.isfinite(l), -l, 0.0), ub, -lb],
@@ -125,7 +125,7 @@ def test_the_proof_is_believed_exactly_where_it_proves_something():
                 ],
             ).x
             K.qp.z[:p] = weights[:p] - weights[p : 2 * p]
-            assert least_excess.box_excludes_rows(K)
+            assert least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside)
         said[none] += 1
     assert min(said.values()) > 8
 
@@ -135,15 +135,23 @@ def test_a_proof_may_not_lean_on_a_bound_that_is_not_there():
     K.qp.nc, K.qp.C[0, :2], K.qp.C[1, :2] = 2, [1.0, 1.0], [1.0, -1.0 + 1e-12]
     K.qp.l[:2], K.qp.u[:2], K.qp.z[:2] = 3.0, 4.0, -1.0
     K.aside.lb[:N], K.aside.ub[:N] = -1.0, 1.0
-    assert least_excess.box_excludes_rows(K), "the first is 1 at most, and 3 of it are asked for"
+    assert least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside), (
+        "the first is 1 at most, and 3 of it are asked for"
+    )
     K.aside.ub[1] = inf
-    assert least_excess.box_excludes_rows(K), "a ray of 1e-12 is rounding"
+    assert least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside), (
+        "a ray of 1e-12 is rounding"
+    )
     K.qp.C[1, 1] = -1.0 + 1e-6
-    assert not least_excess.box_excludes_rows(K), "one of 1e-6 is none"
+    assert not least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside), (
+        "one of 1e-6 is none"
+    )
     K.qp.C[1, 1], K.aside.ub[0] = -1.0, inf
-    assert not least_excess.box_excludes_rows(K)
+    assert not least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside)
     K.aside.ub[0], K.qp.z[:2], K.qp.u[:2] = 1.0, 1.0, inf
-    assert not least_excess.box_excludes_rows(K), "a multiplier of a side that is open proves nothing"
+    assert not least_excess.box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside), (
+        "a multiplier of a side that is open proves nothing"
+    )
 
 
 @pytest.mark.parametrize("free", [[1], [0, 2]])
@@ -154,7 +162,7 @@ def test_what_swings_free_is_pushed_by_nobody(free):
     M = rng.normal(size=(N, N))
     K.qp.nc, K.qp.C[:N, :N], K.qp.z[:N] = N, M @ M.T + np.eye(N), rng.normal(size=N)
     z = K.qp.z[:N].copy()
-    least_excess._without_push_on_free(K)
+    least_excess._without_push_on_free(K.faults, K.qp, K.scratch)
     push = K.qp.C[:N, :N].T @ K.qp.z[:N]
     assert np.abs(push[free]).max() < 1e-12
     assert np.array_equal(K.qp.z[:N][working], z[working])
@@ -173,12 +181,12 @@ def test_rows_of_what_swings_free_are_kept_whatever_the_others_do(free, open_sid
     K.qp.l[:N] = -inf if open_side == "lower" else wanted
     K.qp.u[:N] = inf if open_side == "upper" else wanted
     x = K.qp.x[:N].copy()
-    least_excess.keep_free_rows(K)
+    least_excess.keep_free_rows(K.faults, K.chain, K.qp, K.scratch)
     left = K.qp.C[:N, :N] @ K.qp.x[:N] - wanted
     assert np.abs(left[free]).max() < 1e-12
     assert np.array_equal(K.qp.x[:N][working], x[working])
     K.qp.lb[free[0]] = K.qp.ub[free[0]] = 0.125
-    least_excess.keep_free_rows(K)
+    least_excess.keep_free_rows(K.faults, K.chain, K.qp, K.scratch)
     assert K.qp.x[free[0]] == 0.125, "one that is held does what is prescribed"
 
 
@@ -188,7 +196,7 @@ def test_without_free_joints_or_rows_there_is_nothing_to_keep(what):
     K.qp.x[:N], K.qp.C[:N, :N], K.qp.nc = 1.0, np.eye(N), N
     if what == "no rows":
         K.faults.working, K.qp.nc = N - 1, 0
-    least_excess.keep_free_rows(K)
+    least_excess.keep_free_rows(K.faults, K.chain, K.qp, K.scratch)
     assert K.qp.x[:N].tolist() == [1.0] * N
 
 

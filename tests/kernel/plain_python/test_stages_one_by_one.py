@@ -148,7 +148,7 @@ def test_the_rate_of_a_path_is_the_last_variable_where_there_is_one(monkeypatch)
 def test_a_solved_qp_is_ok_where_nothing_is_left_out(field, value, says):
     K = record()
     (K.task if field in ("given_up", "scale") else K.cascade)[field] = value
-    assert fallback_cascade._outcome_of_solved(K) == says
+    assert fallback_cascade._outcome_of_solved(K.task, K.cascade) == says
 
 
 def test_a_task_is_missed_beyond_a_thousandth_of_what_is_asked_and_a_tenth_of_a_millimetre():
@@ -160,7 +160,7 @@ def test_a_task_is_missed_beyond_a_thousandth_of_what_is_asked_and_a_tenth_of_a_
             for sign in (1.0, -1.0):
                 K = record()
                 K.task.asked[row], K.task.beyond, K.task.slack[1 - row] = sign * asked, beyond, -sign * slack
-                assert fallback_cascade._misses_task(K) == missed
+                assert fallback_cascade._misses_task(K.task) == missed
 
 
 def test_torque_rows_are_added_where_an_answer_without_them_is_no_good(monkeypatch):

@@ -24,7 +24,7 @@ def listed(codes):
     K.chain.n = len(codes)
     K.faults.code[: len(codes)] = codes
     K.faults.order[:] = -1
-    sort_joints(K)
+    sort_joints(K.faults, K.chain)
     return K
 
 
@@ -56,7 +56,7 @@ def test_a_list_of_joints_that_are_all_alike_has_one_part(code):
 def test_a_joint_that_recovers_is_listed_as_working_again():
     K = listed([HEALTHY, LOCKED, FREE, HEALTHY])
     K.faults.code[1:3] = HEALTHY
-    sort_joints(K)
+    sort_joints(K.faults, K.chain)
     assert list(K.faults.order[:4]) == [0, 1, 2, 3] and K.faults.working == K.faults.movable == 4
 
 

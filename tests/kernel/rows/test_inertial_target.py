@@ -158,7 +158,7 @@ def test_lead_of_the_set_point_narrows_the_interval_but_never_empties_it():
     K.qp.lb[:7], K.qp.ub[:7] = -0.8, 0.8
     base.setpoint[:7] = DT * np.array([0.0, 0.5, -0.5, 1.5, -1.5, 9.0, -9.0])
     believe(K, {0: codes.LOCKED})
-    reduce_by_lead(K, base)
+    reduce_by_lead(K.state, K.faults, K.limits, K.qp, base)
     np.testing.assert_allclose(K.qp.ub[:7], [0.8, 0.5, 0.8, -0.5, 0.8, -0.8, 0.8])
     np.testing.assert_allclose(K.qp.lb[:7], [-0.8, -0.8, -0.5, -0.8, 0.5, -0.8, 0.8])
 
@@ -176,4 +176,6 @@ def test_rank_is_deficient_exactly_when_the_smallest_singular_value_is_below_the
         A = rng.standard_normal((6, 7)) * 10.0 ** rng.uniform(-2, 0)
         K.qp.A[:6, :7] = A
         smallest = np.linalg.svd(np.delete(A, 3, axis=1), compute_uv=False)[-1]
-        assert bool(is_rank_deficient(K, threshold)) == (smallest / 0.25 < threshold)
+        assert bool(is_rank_deficient(K.faults, K.task, K.qp, K.scratch, threshold)) == (
+            smallest / 0.25 < threshold
+        )

@@ -313,10 +313,15 @@ def test_each_end_is_its_formula_for_one_joint_and_for_eight_at_once(level, plac
         size = 1.0 + np.abs(hi) + np.abs(lo)
         for together in (True, False):
             K.qp.lb[:] = K.qp.ub[:] = np.nan
-            bounds.intervals(K) if together else bounds._one_by_one(K, 0, JOINTS)
+            bounds.intervals(K) if together else bounds._one_by_one(
+                K.state, K.faults, K.limits, K.feedback, K.qp, 0, JOINTS
+            )
             assert np.all(np.abs(K.qp.lb[:JOINTS] - lo)[whole] <= 1e-9 * size[whole])
             assert np.all(np.abs(K.qp.ub[:JOINTS] - hi)[whole] <= 1e-9 * size[whole])
-        taken += sum(bool(bounds._together(K, at)) for at in range(0, JOINTS, 8))
+        taken += sum(
+            bool(bounds._together(K.state, K.faults, K.limits, K.feedback, K.qp, at))
+            for at in range(0, JOINTS, 8)
+        )
     if place == "in the middle" and speed < 1.0:
         assert taken == 160, "far from all limits eight are always taken at once"
     if place == "at a limit":

@@ -5,7 +5,7 @@ import pytest
 from planted import buffers, compliant, planted
 
 from ftqp.qp import QP, backend
-from ftqp.qp.adapters.compliant_rows import compliance
+from ftqp.qp.adapters.eased import compliance
 from ftqp.qp.adapters.polish import polished
 
 

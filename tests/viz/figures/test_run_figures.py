@@ -20,7 +20,7 @@ from ftqp.sim.sensors.sensor_faults import Offset
 
 pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 
-from ftqp.viz.figures import canvas, joint_panels, tracking
+from ftqp.viz.figures import canvas, palette, tracking
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import status_ribbon as ribbon
 from ftqp.viz.figures.run_figures import DRAWINGS, save_figures
@@ -78,7 +78,7 @@ def drawn(monkeypatch):
         figures.append(figure)
         return canvas.save(figure, path)
 
-    for module in (joint_panels, ribbon, tracking):
+    for module in (joints, ribbon, tracking):
         monkeypatch.setattr(module, "save", keep)
     return figures
 
@@ -157,7 +157,7 @@ def test_joint_figure_shows_every_joint_within_its_limits(panda_log, drawn, tmp_
 def test_torque_at_the_brake_takes_the_place_of_that_of_the_motor(panda_log, drawn, tmp_path):
     joints.draw_torques(panda_log, tmp_path / "a.png")
     panel = drawn[0].axes[2]
-    (carried,) = [line for line in panel.lines if line.get_color() == canvas.WINE]
+    (carried,) = [line for line in panel.lines if line.get_color() == palette.WINE]
     told = panda_log["t"] >= 1.2 - 1e-9
     np.testing.assert_allclose(carried.get_ydata()[told], panda_log["tau_brake.panda_joint3"][told])
     assert np.isnan(carried.get_ydata()[~told]).all()

@@ -121,7 +121,7 @@ def test_every_overlay_has_a_check_box_that_hides_it(panda):
         use(boxes[overlay], False)
         assert not any(node.visible for node in nodes)
         use(boxes[overlay], True)
-        if overlay != "naive twin":
+        if overlay != "uninformed baseline":
             assert all(node.visible for node in nodes)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
 from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.detection.detector_settings import DetectorSettings
 from ftqp.faults.detection.joint_friction import Friction, friction_of
 from ftqp.faults.detection.motion_log import MotionLog
 from ftqp.faults.detection.residual_thresholds import (
@@ -40,33 +41,13 @@ that `python studies/detection.py` has not contradicted."""
 
 
 def calibrated(
-    session: DetectionSession,
-    robot: Robot,
-    logs: Sequence[MotionLog],
-    *,
-    rate: float,
-    dt: float,
-    drive: str,
-    bandwidths: tuple[float, float],
-    delay: int,
-    stated: float | None,
-    quantum: float,
-    extrapolate: bool,
-) -> Calibration:
+    settings: DetectorSettings, session: DetectionSession, robot: Robot, dt: float, delay: int,
+    logs: Sequence[MotionLog], rate: float, *, extrapolate: bool,
+) -> Calibration:  # fmt: skip
     """Noise, friction and thresholds of healthy motion, in this order.
 
-    Args:
-        session: A record of the detector, used up.
-        robot: The arm.
-        logs: The motion.
-        rate: Wanted false alarms an hour.
-        dt: The sampling period [s].
-        drive: What the arm takes.
-        bandwidths: Of the observers [1/s].
-        delay: How late samples are, in ticks.
-        stated: The noise of positions that was stated [rad or m]; None where nothing was.
-        quantum: The smallest step of positions that was stated.
-        extrapolate: Whether a rate that the log does not show is allowed.
+    The session's record is used up; samples are ``delay`` ticks late, and ``rate`` alarms an hour are wanted,
+    fewer than the log can show only with ``extrapolate``.
 
     Raises:
         InputError: As ``ftqp.Detector.calibrate``.
@@ -80,11 +61,12 @@ def calibrated(
             f"(95 %), but {rate:g} are wanted, which takes {3600.0 * EVERY / rate:.6g} s; record "
             f"{EVERY / rate:.3g} h, ask for more alarms, or extrapolate=True"
         )
-    quantum = max(quantum, _quantum(logs))
+    quantum = max(settings.quantum, _quantum(logs))
     sigma = _noise(logs, quantum)
-    if stated is not None and stated < STATED_SHARE * sigma:
+    noise = settings.noise
+    if noise is not None and noise.q < STATED_SHARE * sigma:
         raise InputError(
-            f"the noise of positions is stated as {stated:.2g} rad, but the log shows {sigma:.2g}; state "
+            f"the noise of positions is stated as {noise.q:.2g} rad, but the log shows {sigma:.2g}; state "
             "what the encoders have"
         )
     has_torques = all(log.tau is not None or log.effort is not None for log in logs)
@@ -96,23 +78,11 @@ def calibrated(
     folds = np.minimum(np.arange(len(peaks)) * FOLDS // len(peaks), FOLDS - 1)
     tail = tested_thresholds(peaks, folds, rate)
     return Calibration(
-        joints=robot.joints,
-        drive=drive,
-        dt=dt,
-        bandwidths=bandwidths,
-        delay=delay,
-        room=tail.room,
-        sigma=sigma,
-        quantum=quantum,
-        coulomb=friction.coulomb,
-        viscous=friction.viscous,
-        hours=hours,
-        rate=rate,
-        alarms=tail.alarms,
-        rate_low=tail.low,
-        rate_high=tail.high,
+        joints=robot.joints, drive=settings.drive, dt=dt, bandwidths=settings.bandwidths, delay=delay,
+        room=tail.room, sigma=sigma, quantum=quantum, coulomb=friction.coulomb, viscous=friction.viscous,
+        hours=hours, rate=rate, alarms=tail.alarms, rate_low=tail.low, rate_high=tail.high,
         extrapolated=rate * hours < EVERY,
-    )
+    )  # fmt: skip
 
 
 def _refuse_unfit(robot: Robot, logs: Sequence[MotionLog]) -> None:
@@ -174,13 +144,9 @@ def _noise(logs: Sequence[MotionLog], quantum: float) -> float:
 
 
 def _peaks(
-    session: DetectionSession,
-    logs: Sequence[MotionLog],
-    dt: float,
-    sigma: float,
-    quantum: float,
+    session: DetectionSession, logs: Sequence[MotionLog], dt: float, sigma: float, quantum: float,
     friction: Friction,
-) -> FloatArray:
+) -> FloatArray:  # fmt: skip
     """Largest residuals of blocks of 25 ms, (B, 9, nv); no suspicion holds the means."""
     D = session.D
     n = D.n

@@ -159,11 +159,7 @@ class Calibration:
 
 
 def _refuse_strange(path: str | Path, values: Mapping[str, Any]) -> None:
-    """Refuse what is of another kind than a calibration has; its arrays are looked at where they are made.
-
-    Raises:
-        InputError: A value is.
-    """
+    """Refuse what is of another kind than a calibration has; its arrays are looked at where they are made."""
     for field in fields(Calibration):
         value = values[field.name]
         if field.name == "joints":

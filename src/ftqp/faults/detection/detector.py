@@ -10,11 +10,10 @@ from ftqp.core.errors import InputError, unknown
 from ftqp.core.setting import Setting, Settings
 from ftqp.faults.detection.calibrating import calibrated
 from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.detection.detector_record import fill_record
 from ftqp.faults.detection.detector_settings import DetectorSettings, Noisy
 from ftqp.faults.detection.diagnosis import Diagnosis
-from ftqp.faults.detection.filled_record import fill_record
-from ftqp.faults.detection.motion_log import MotionLog
-from ftqp.faults.detection.recorded_motion import RecordedRun, motion_of
+from ftqp.faults.detection.motion_log import MotionLog, RecordedRun, motion_of
 from ftqp.faults.kinds import Fault, refuse_unknown
 from ftqp.kernel.entry.detection_session import DetectionSession
 from ftqp.kernel.layout.enums import DELAYS, DriveKind, Mistake
@@ -70,7 +69,11 @@ class Detector(DetectorSettings):
     Source: docs/theory/detection.md.
     """
 
-    __slots__ = ("_detect", "_names", "_session", "_ticks", "_torques")
+    __slots__ = (
+        "_bandwidths", "_calibration", "_delay", "_detect", "_diagnosis", "_drive", "_dt",
+        "_false_alarms_per_hour", "_names", "_noise", "_patience", "_probe_after", "_quantum", "_robot",
+        "_session", "_ticks", "_torques",
+    )  # fmt: skip
 
     settings: ClassVar[Settings] = {
         "bandwidths": Setting("of the slow and of the fast observer, > 0", unit="1/s"),
@@ -115,7 +118,7 @@ class Detector(DetectorSettings):
         self._calibration = calibration
         self._probe_after = None if probe_after is None else positive("probe_after", probe_after, "s")
         self._robot, self._dt, self._noise = robot, dt, noise
-        self._drive = _drive(drive)
+        self._drive: str | None = _drive(drive)
         latency = getattr(drive, "latency", None) if delay is None else delay
         self._delay = None if latency is None else non_negative("delay of the detector", latency, "s")
         self._session: DetectionSession | None = None
@@ -170,18 +173,7 @@ class Detector(DetectorSettings):
         session.D.from_command = int(self._torques)
         if self.calibration is not None:
             self.calibration.refuse_others(robot.joints, self.drive, dt, self.bandwidths, ticks)
-        fill_record(
-            session.D,
-            robot,
-            dt=dt,
-            ticks=ticks,
-            bandwidths=self.bandwidths,
-            patience=self.patience,
-            sigma=0.0 if self.noise is None else self.noise.q,
-            sigma_tau=0.0 if self.noise is None else self.noise.tau,
-            quantum=self.quantum,
-            known=self.calibration,
-        )
+        fill_record(session.D, self, robot, dt, ticks)
         self._names = robot.joints
         self._detect = session.detect()
         self._diagnosis = Diagnosis(robot.joints, session.field)
@@ -377,20 +369,11 @@ class Detector(DetectorSettings):
         rate = self.false_alarms_per_hour if false_alarms_per_hour is None else false_alarms_per_hour
         given = [log] if isinstance(log, MotionLog | RecordedRun) else list(log)
         assert self.robot is not None and self.dt is not None and self.drive is not None
-        joints, dt, drive = self.robot.joints, self.dt, self.drive
-        logs = [one if isinstance(one, MotionLog) else motion_of(one, joints, dt, drive) for one in given]
+        about = (self.robot.joints, self.dt, self.drive)
+        logs = [one if isinstance(one, MotionLog) else motion_of(one, *about) for one in given]
+        rate = positive("false_alarms_per_hour", rate, "1/h")
         found = calibrated(
-            session.copy(),
-            self.robot,
-            logs,
-            rate=positive("false_alarms_per_hour", rate, "1/h"),
-            dt=self.dt,
-            drive=self.drive,
-            bandwidths=self.bandwidths,
-            delay=self._ticks,
-            stated=None if self.noise is None else self.noise.q,
-            quantum=self.quantum,
-            extrapolate=extrapolate,
+            self, session.copy(), self.robot, self.dt, self._ticks, logs, rate, extrapolate=extrapolate
         )
         return self._but_with(false_alarms_per_hour=rate, calibration=found)
 

@@ -23,22 +23,7 @@ class Noisy(Protocol):
 class DetectorSettings:
     """What a detector was made with; ``ftqp.Detector`` says what each setting does."""
 
-    __slots__ = (
-        "_bandwidths", "_calibration", "_delay", "_diagnosis", "_drive", "_dt", "_false_alarms_per_hour",
-        "_noise", "_patience", "_probe_after", "_quantum", "_robot",
-    )  # fmt: skip
-    _bandwidths: tuple[float, float]
-    _calibration: Calibration | None
-    _delay: float | None
-    _diagnosis: Diagnosis
-    _drive: Any
-    _dt: float | None
-    _false_alarms_per_hour: float
-    _noise: Noisy | None
-    _patience: float
-    _probe_after: float | None
-    _quantum: float
-    _robot: Robot | None
+    __slots__ = ()
     robot: Fixed[Robot | None] = Fixed("_robot", "The arm; None where a planner will give it.", ANEW)
     dt: Fixed[float | None] = Fixed(
         "_dt", "The sampling period [s]; None where a planner will give it.", ANEW

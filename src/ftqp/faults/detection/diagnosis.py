@@ -89,13 +89,7 @@ class Finding:
 
 @final
 class JointDiagnosis:
-    """What is held of one joint; it follows its detector.
-
-    Args:
-        name: The joint's name.
-        index: Its 0-based index.
-        look: Gives a field of the detector's record as an array.
-    """
+    """What is held of one joint; it follows its detector."""
 
     __slots__ = ("_dt", "_i", "_look", "name")
 

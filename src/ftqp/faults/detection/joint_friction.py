@@ -43,12 +43,6 @@ def friction_of(robot: Robot, logs: Sequence[MotionLog], dt: float, delay: int) 
     tau - (M a + h) = f_c sign(v) + f_v v + G(q) (m, m c), all averaged over 25 ms; G is what a load of mass m
     with its centre c weighs at the joints.
 
-    Args:
-        robot: The arm as it is known.
-        logs: Healthy motion with measured torques, or with those sent to an arm that takes torques.
-        dt: The sampling period [s].
-        delay: How late the samples are, in ticks.
-
     Source: docs/theory/detection.md, "Friction".
     """
     n, width = robot.nv, max(round(BLOCK / dt), 2)

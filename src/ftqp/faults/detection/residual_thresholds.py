@@ -51,11 +51,6 @@ JUMP_LEAST = 1e-4
 def noise_of_acceleration(sigma: float, bandwidth: float, dt: float) -> float:
     """Standard deviation of d [rad/s2 or m/s2]: sqrt(3)/4 sigma w^(5/2) dt^(1/2).
 
-    Args:
-        sigma: Of the samples [rad or m].
-        bandwidth: w of the observer [1/s].
-        dt: The sampling period [s].
-
     Source: docs/theory/detection.md, "Observers".
     """
     return NOISE_OF_D * sigma * bandwidth * bandwidth * sqrt(bandwidth * dt)
@@ -66,12 +61,7 @@ def uncalibrated(
 ) -> FloatArray:
     """Thresholds of an arm of which no log is known, (9, nv): twelve standard deviations and some room.
 
-    Args:
-        robot: The arm.
-        dt: The sampling period [s].
-        bandwidths: Of the slow and the fast observer [1/s].
-        sigma: Noise of the positions [rad or m].
-        sigma_tau: Noise of the torques [N m or N].
+    ``sigma`` is the noise of positions [rad or m], ``sigma_tau`` that of torques [N m or N].
     """
     limits = robot.limits
     room = np.full((len(Residual), robot.nv), np.inf)
@@ -100,12 +90,6 @@ def largest_jumps(robot: Robot, dt: float, sigma: float, quantum: float) -> Floa
     """The largest second difference of samples that motion explains, (nv,) [rad or m].
 
     min(8 mrad, 1.3 a dt^2), a = tau_max (M^-1)_ii, but not below 8 sqrt(6) sigma + 3 quanta.
-
-    Args:
-        robot: The arm.
-        dt: The sampling period [s].
-        sigma: Noise of the positions [rad or m].
-        quantum: Smallest step of the positions [rad or m].
     """
     most = np.full(robot.nv, JUMP_MOST)
     if robot.has_inertia:
@@ -137,9 +121,7 @@ def thresholds(peaks: FloatArray, rate: float) -> FloatArray:
     Above the 99th percentile u the largest values of 25 ms are taken to fall off exponentially, with the mean
     excess b: T = u + b log(0.01 K m/rate), K blocks an hour and m residuals; at least 1.15 times the largest.
 
-    Args:
-        peaks: Largest values of blocks of 25 ms, (B, 9, nv).
-        rate: False alarms an hour, > 0.
+    ``peaks`` are the largest values of blocks of 25 ms, (B, 9, nv).
 
     Source: docs/theory/detection.md, "Thresholds".
     """
@@ -165,10 +147,7 @@ def interval(alarms: int, hours: float) -> tuple[float, float]:
 def tested_thresholds(peaks: FloatArray, folds: IntArray, rate: float) -> Tail:
     """Thresholds from all of the log, and the alarms that those of two thirds raise on the third one.
 
-    Args:
-        peaks: Largest values of blocks of 25 ms, (B, 9, nv).
-        folds: Which part each block belongs to, (B,).
-        rate: False alarms an hour, > 0.
+    ``folds`` says which part each block of ``peaks`` belongs to, (B,).
     """
     alarms = 0
     for part in range(FOLDS):

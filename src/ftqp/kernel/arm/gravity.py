@@ -7,7 +7,7 @@ from ftqp.kernel.maths.vectors import cross
 
 
 @jit
-def gravity_torque(K: Any, i: int, slope: Any) -> float:
+def gravity_torque(kinematics: Any, chain: Any, i: int, slope: Any) -> float:
     """g_i [N m or N] of tau = M a + h at v = 0, and its gradient d g_i/d q_j in ``slope``, (n,).
 
     With the mass m_b that joint b carries and its first moment r_b about the joint's origin,
@@ -20,7 +20,6 @@ def gravity_torque(K: Any, i: int, slope: Any) -> float:
     Needs ``forward_kinematics``.
     Source: docs/theory/free-swinging.md, "Gravity's torque".
     """
-    chain, kinematics = K.chain, K.kinematics
     n = chain.n
     G0, G1, G2 = chain.gravity[0], chain.gravity[1], chain.gravity[2]
     z0, z1, z2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
@@ -74,9 +73,8 @@ def gravity_torque(K: Any, i: int, slope: Any) -> float:
 
 
 @jit
-def knows_no_gravity(K: Any, i: int) -> bool:
+def knows_no_gravity(kinematics: Any, chain: Any, i: int) -> bool:
     """Whether gravity's torque on joint i is zero in every posture: nothing before it tilts its axis."""
-    chain, kinematics = K.chain, K.kinematics
     G0, G1, G2 = chain.gravity[0], chain.gravity[1], chain.gravity[2]
     size = abs(G0) + abs(G1) + abs(G2)
     if size == 0.0:

@@ -13,14 +13,13 @@ def forward_kinematics(K: Any) -> None:
 
     Column i of J: (z_i x (o_tip - o_i); z_i) for a revolute joint, (z_i; 0) for a prismatic one.
     """
-    joint_sines(K)
-    frames(K)
+    joint_sines(K.state, K.kinematics, K.chain)
+    frames(K.state, K.kinematics, K.chain)
 
 
 @jit
-def frames(K: Any) -> None:
+def frames(state: Any, kinematics: Any, chain: Any) -> None:
     """The same from the sines and cosines of the joints."""
-    chain, state, kinematics = K.chain, K.state, K.kinematics
     n = chain.n
     # the frame before, in registers; at first that of the base
     x0 = y1 = z2 = 1.0

@@ -7,14 +7,13 @@ from ftqp.kernel.maths.vectors import cross
 
 
 @jit
-def torques_of(K: Any, a: Any) -> None:
+def torques_of(state: Any, kinematics: Any, chain: Any, a: Any) -> None:
     """tau = M a + h by the recursive Newton-Euler algorithm, into ``kinematics.tau`` [N m or N].
 
     Needs ``forward_kinematics`` and ``motion``, to which the part of a is added; the rest of tau is that of
     ``dynamics``. A wrench is a force and its moment about the world's origin.
     Source: Featherstone 2008, chapter 5; here in world coordinates, Euler's equation along the body's axes.
     """
-    chain, state, kinematics = K.chain, K.state, K.kinematics
     wrench, tau, o = kinematics.wrench, kinematics.tau, kinematics.o
     n = chain.n
     e0 = e1 = e2 = 0.0  # what a adds to the angular acceleration, and to that of the joint

@@ -69,19 +69,19 @@ def arc_tangent_over(square: Any) -> Any:
 
 
 @jit
-def _tip_rotation(K: Any) -> Any:
+def _tip_rotation(task: Any, kinematics: Any) -> Any:
     """The rotation of the tip by rows, measured or of forward kinematics."""
-    R, P = K.kinematics.R_tip, K.task.tip_measured
-    if K.task.has_tip_measured:
+    R, P = kinematics.R_tip, task.tip_measured
+    if task.has_tip_measured:
         return P[0, 0], P[0, 1], P[0, 2], P[1, 0], P[1, 1], P[1, 2], P[2, 0], P[2, 1], P[2, 2]
     return R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8]
 
 
 @jit
-def _tool_axes(K: Any) -> Any:
+def _tool_axes(task: Any, kinematics: Any) -> Any:
     """The tool axis of the tip and that of the target along W, three numbers each."""
-    T, axis = K.task.target, K.task.axis
-    R0, R1, R2, R3, R4, R5, R6, R7, R8 = _tip_rotation(K)
+    T, axis = task.target, task.axis
+    R0, R1, R2, R3, R4, R5, R6, R7, R8 = _tip_rotation(task, kinematics)
     a0 = R0 * axis[2] + R1 * axis[5] + R2 * axis[8]
     a1 = R3 * axis[2] + R4 * axis[5] + R5 * axis[8]
     a2 = R6 * axis[2] + R7 * axis[5] + R8 * axis[8]
@@ -92,22 +92,21 @@ def _tool_axes(K: Any) -> Any:
 
 
 @jit
-def near_pose_error(K: Any) -> Any:
+def near_pose_error(task: Any, kinematics: Any) -> Any:
     """The error of a tip that is turned little from its target, and a measure of how much.
 
     The error is right where the measure, tan^2 of half the angle, in axis mode of the angle, is at most
     ``NEAR``.
     """
-    kinematics, task = K.kinematics, K.task
     T, P = task.target, task.tip_measured
     for r in range(3):
         task.error[r] = T[4 * r + 3] - (P[r, 3] if task.has_tip_measured else kinematics.o_tip[r])
     if not task.uses_rotation:
         task.error[3], task.error[4], task.error[5] = 0.0, 0.0, 0.0
         return 0.0 * kinematics.o_tip[0]
-    R0, R1, R2, R3, R4, R5, R6, R7, R8 = _tip_rotation(K)
+    R0, R1, R2, R3, R4, R5, R6, R7, R8 = _tip_rotation(task, kinematics)
     if task.tool_rows:
-        a0, a1, a2, d0, d1, d2 = _tool_axes(K)
+        a0, a1, a2, d0, d1, d2 = _tool_axes(task, kinematics)
         x, y, z = a1 * d2 - a2 * d1, a2 * d0 - a0 * d2, a0 * d1 - a1 * d0
         w = a0 * d0 + a1 * d1 + a2 * d2
         sides = 1.0
@@ -133,21 +132,20 @@ def pose_error(K: Any) -> None:
 
     The tip's pose is the measured one when there is one, else that of forward kinematics.
     """
-    if not near_pose_error(K) <= NEAR:
-        _any_pose_error(K)
+    if not near_pose_error(K.task, K.kinematics) <= NEAR:
+        _any_pose_error(K.task, K.kinematics)
 
 
 @jit
-def _any_pose_error(K: Any) -> None:
+def _any_pose_error(task: Any, kinematics: Any) -> None:
     """The rotation part for every angle."""
-    task = K.task
     T = task.target
     if not task.uses_rotation:
         return
-    R0, R1, R2, R3, R4, R5, R6, R7, R8 = _tip_rotation(K)
+    R0, R1, R2, R3, R4, R5, R6, R7, R8 = _tip_rotation(task, kinematics)
     if task.tool_rows:
         axis = task.axis
-        a0, a1, a2, d0, d1, d2 = _tool_axes(K)
+        a0, a1, a2, d0, d1, d2 = _tool_axes(task, kinematics)
         x, y, z = a1 * d2 - a2 * d1, a2 * d0 - a0 * d2, a0 * d1 - a1 * d0
         along = x * a0 + y * a1 + z * a2  # rounding, large beside the product of nearly opposite axes
         x, y, z = x - along * a0, y - along * a1, z - along * a2

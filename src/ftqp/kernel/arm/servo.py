@@ -6,10 +6,10 @@ from ftqp.kernel.jit import jit
 
 
 @jit
-def wanted(K: Any, S: Any) -> None:
+def wanted(state: Any, chain: Any, S: Any) -> None:
     """a_i = g_p (q_c - q) + g_d (v_c - v), what the servo of each joint wants of it."""
-    q, v = K.state.q, K.state.v
-    for i in range(K.chain.n):
+    q, v = state.q, state.v
+    for i in range(chain.n):
         S.a[i] = S.stiffness * (S.q[i] - q[i]) + S.damping * (S.v[i] - v[i])
 
 
@@ -21,13 +21,13 @@ def _obeys(S: Any, i: int) -> bool:
 
 
 @jit
-def ask(K: Any, S: Any) -> int:
+def ask(kinematics: Any, chain: Any, S: Any) -> int:
     """tau_i = sum_j M_ij a_j + h_i over joint i and those that obey: 1 if a motor that obeys is at its limit.
 
     Needs M and h. What joints that do not obey are wanted to do throws no other about.
     Source: docs/mujoco-plant.md, "The arm".
     """
-    n, M, h = K.chain.n, K.kinematics.M, K.kinematics.h
+    n, M, h = chain.n, kinematics.M, kinematics.h
     full = 0
     for i in range(n):
         total = h[i]

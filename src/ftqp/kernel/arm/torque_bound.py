@@ -7,7 +7,7 @@ from ftqp.kernel.jit import jit
 
 
 @jit
-def torque_bound(K: Any, a: Any) -> None:
+def torque_bound(state: Any, kinematics: Any, chain: Any, a: Any) -> None:
     """No less than |M a + h|_i in any posture, for every joint, into ``kinematics.tau``.
 
     Newton and Euler with norms in the place of vectors: bodies turn at W_i = sum |v_j| at most and faster by
@@ -22,7 +22,6 @@ def torque_bound(K: Any, a: Any) -> None:
     b_i and |q_i| to l_i, and nothing to W and A. Rotors and viscous friction add theirs.
     Source: docs/theory/joint-limits.md, "Torque rows on demand".
     """
-    chain, state, kinematics = K.chain, K.state, K.kinematics
     effort, tau = kinematics.effort, kinematics.tau
     n = chain.n
     g0, g1, g2 = chain.gravity[0], chain.gravity[1], chain.gravity[2]

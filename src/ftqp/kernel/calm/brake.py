@@ -19,12 +19,11 @@ same command as SHARE, `python studies/study_calm.py --seed 17`."""
 
 
 @jit
-def way_to_go(K: Any, count: int, soft: float) -> float:
+def way_to_go(task: Any, calm: Any, count: int, soft: float) -> float:
     """Delta over the free joints and the share of the error that it can remove.
 
     Delta = (A'A + D + soft 1)^-1 (A'e + kick),  rho = (A'e + kick)'Delta/(e'e)
     """
-    task, calm = K.task, K.calm
     W, delta = calm.work, calm.delta
     square = 0.0
     for k in range(task.m):
@@ -50,14 +49,13 @@ def way_to_go(K: Any, count: int, soft: float) -> float:
 
 
 @jit
-def braked(K: Any, count: int, rate: float, square: float) -> float:
+def braked(limits: Any, calm: Any, count: int, rate: float, square: float) -> float:
     """beta = min_i sqrt(2 SHARE a_brake_i |Delta_i|) / (rate |Delta_i|), at most 1.
 
     It is the share of the error that feedback may ask for: never a speed from which the arm cannot brake
     before the point it goes to. Velocity limits do not count here, they are bounds of the QP: a joint that
     runs at its limit does not slow the others. ``rate`` is that of the feedback [1/s], ``square`` e'e.
     """
-    limits, calm = K.limits, K.calm
     fine = FINE * max(1.0, square / LEAST) ** 2 if calm.stood >= IMPATIENT else inf
     beta = 1.0
     for a in range(count):
@@ -72,8 +70,8 @@ def braked(K: Any, count: int, rate: float, square: float) -> float:
 
 
 @jit
-def feedback_rate(K: Any, kp: float) -> float:
+def feedback_rate(state: Any, task: Any, kp: float) -> float:
     """How fast the feedback alone brings the error down [1/s]: kp/kv, or kp at the velocity level."""
-    if K.state.level == ACCELERATION:
-        return kp / K.task.kv if K.task.kv > 0.0 else 0.0
+    if state.level == ACCELERATION:
+        return kp / task.kv if task.kv > 0.0 else 0.0
     return kp

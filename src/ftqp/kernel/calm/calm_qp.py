@@ -14,9 +14,8 @@ from ftqp.kernel.layout.enums import ACCELERATION, CALM_STAGE, SCALE
 
 
 @jit
-def softness(K: Any, ratio: float) -> float:
+def softness(task: Any, chain: Any, qp: Any, ratio: float) -> float:
     """ratio |A|_F^2/(m tr H), the task's compliance as ``compliance`` gives it to the rows."""
-    chain, task, qp = K.chain, K.task, K.qp
     trace = norm = 0.0
     for i in range(chain.n):
         trace += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
@@ -34,9 +33,9 @@ def calms(K: Any, kp: float) -> bool:
     calm = K.calm
     if not calm.on or kp == 0.0:  # without feedback the error asks for nothing
         return False
-    watch_target(K)
+    watch_target(K.state, K.faults, K.task, calm)
     watch_swing(K)
-    if not calm.holding and not gives_up(K) and is_regular(K):
+    if not calm.holding and not gives_up(calm) and is_regular(K):
         calm.sure = 0.0
         return False
     return _takes_part(K, kp)
@@ -46,9 +45,9 @@ def calms(K: Any, kp: float) -> bool:
 def _takes_part(K: Any, kp: float) -> bool:
     """The same where the curvature may matter: the metric, the way to go and the pace of the feedback."""
     calm = K.calm
-    square = weigh_rows(K)
-    s = curvature(K)
-    calm.soft = softness(K, K.task.slack_ratio)
+    square = weigh_rows(K.task, K.kinematics, K.chain, K.qp, calm)
+    s = curvature(K.faults, K.task, K.kinematics, K.chain, calm)
+    calm.soft = softness(K.task, K.chain, K.qp, K.task.slack_ratio)
     if not s > calm.soft:  # no direction is stiffer than the feedback then
         calm.sure = 0.0
         return False
@@ -58,14 +57,16 @@ def _takes_part(K: Any, kp: float) -> bool:
         calm.holding = 0
         return False
     calm.count = count
-    calm.rho = way_to_go(K, count, calm.soft)
+    calm.rho = way_to_go(K.task, calm, count, calm.soft)
     decide(K, square)
-    calm.beta = 0.0 if calm.holding else braked(K, count, feedback_rate(K, kp), square)
+    calm.beta = (
+        0.0 if calm.holding else braked(K.limits, calm, count, feedback_rate(K.state, K.task, kp), square)
+    )
     return True
 
 
 @jit
-def _lean(K: Any, kp: float, kv: float) -> None:
+def _lean(state: Any, faults: Any, limits: Any, qp: Any, calm: Any, kp: float, kv: float) -> None:
     """A joint that the gradient presses against its range goes to its limit at the pace of the feedback.
 
     The full demand, which the range forbids, would make it hunt there at its acceleration limit. With
@@ -75,7 +76,6 @@ def _lean(K: Any, kp: float, kv: float) -> None:
 
     so that x_B = w, and the free joints know of it.
     """
-    limits, faults, state, calm, qp = K.limits, K.faults, K.state, K.calm, K.qp
     psi = calm.psi
     for a in range(calm.count, faults.working):
         i = calm.free[a]
@@ -136,7 +136,7 @@ def pose_calm(K: Any, kp: float) -> None:
             for k in range(m):
                 s += calm.A[k, i] * calm.A[k, j]
             qp.H[i, j] = qp.H[j, i] = s
-    _lean(K, kp, kv)
+    _lean(state, K.faults, K.limits, qp, calm, kp, kv)
     qp.dense = 1
     qp.meq = 0
     if calm.entered == 0:

@@ -16,29 +16,28 @@ at a half turn it is endless. A guess that `python studies/study_calm.py` has no
 
 
 @jit
-def weigh_rows(K: Any) -> float:
+def weigh_rows(task: Any, kinematics: Any, chain: Any, qp: Any, calm: Any) -> float:
     """Rows and error of the task as its priority weighs them, times 1/sqrt(yielding); e'e.
 
     It needs ``task_rows``, whose A it reads.
     """
-    task, calm, qp = K.task, K.calm, K.qp
-    n = K.chain.n
+    n = chain.n
     square = 0.0
     for k in range(task.m):
         c = task.rows[k]
         w = 1.0 / sqrt(task.yielding[c])
         for i in range(n):
             calm.A[k, i] = w * qp.A[k, i]
-        e = w * task.row_scale[c] * component_of(K, c, 0, task.error)
+        e = w * task.row_scale[c] * component_of(task, kinematics, c, 0, task.error)
         calm.e[k] = e
         square += e * e
     return square
 
 
 @jit
-def weighted_error(K: Any) -> None:
+def weighted_error(task: Any, calm: Any) -> None:
     """The error vector along W with only the rows of the task, weighted twice: what S is linear in."""
-    task, v = K.task, K.calm.weighted
+    v = calm.weighted
     for c in range(6):
         v[c] = 0.0
     for k in range(task.m):
@@ -52,9 +51,9 @@ def weighted_error(K: Any) -> None:
 
 
 @jit
-def spread(K: Any) -> float:
+def spread(chain: Any, calm: Any) -> float:
     """(tr S^4)^(1/4), no less than the largest |eigenvalue| of S and no more than ||S||_F."""
-    S, n = K.calm.S, K.chain.n
+    S, n = calm.S, chain.n
     total = 0.0
     for i in range(n):
         row = S[i]
@@ -72,9 +71,8 @@ def spread(K: Any) -> float:
 
 
 @jit
-def _add_bend_of_rotation(K: Any, S: Any) -> None:
+def _add_bend_of_rotation(faults: Any, task: Any, kinematics: Any, S: Any) -> None:
     """- L^2 (1 - g)(W'W), W = (1 - uu') J_r, g = (|e|/2) cot(|e|/2): how the rotation vector itself bends."""
-    faults, kinematics, task = K.faults, K.kinematics, K.task
     x, y, z = task.error[3], task.error[4], task.error[5]
     angle = sqrt(x * x + y * y + z * z)
     if not angle > STRAIGHT:
@@ -94,12 +92,11 @@ def _add_bend_of_rotation(K: Any, S: Any) -> None:
 
 
 @jit
-def _add_bend_of_axis(K: Any, S: Any) -> None:
+def _add_bend_of_axis(faults: Any, task: Any, kinematics: Any, S: Any) -> None:
     """- L^2 ((1 - |e| cot |e|)(d'w)^2 + (a'w)(t'w)), w = J_r: the same of the turn of the tool axis a.
 
     t = e x a points along the turn with its length, d = t/|t|.
     """
-    faults, kinematics, task = K.faults, K.kinematics, K.task
     R, axis, J = kinematics.R_tip, task.axis, kinematics.J
     x, y, z = task.error[3], task.error[4], task.error[5]
     angle = sqrt(x * x + y * y + z * z)
@@ -125,7 +122,7 @@ def _add_bend_of_axis(K: Any, S: Any) -> None:
 
 
 @jit
-def curvature(K: Any) -> float:
+def curvature(faults: Any, task: Any, kinematics: Any, chain: Any, calm: Any) -> float:
     """Fill S over the joints that work, zero elsewhere; its Frobenius norm s.
 
         position   S_ij = - (z_i x p_j) . e_p for i <= j
@@ -134,9 +131,8 @@ def curvature(K: Any) -> float:
     z_i and p_j are columns of the tip's Jacobian. Rows that the task leaves out count as without error.
     Source: docs/theory/calm.md, "The curvature".
     """
-    chain, faults, kinematics, task, calm = K.chain, K.faults, K.kinematics, K.task, K.calm
     S, J, v = calm.S, kinematics.J, calm.weighted
-    weighted_error(K)
+    weighted_error(task, calm)
     for i in range(chain.n):
         for j in range(i + 1):
             S[i, j] = 0.0
@@ -153,9 +149,9 @@ def curvature(K: Any) -> float:
             S[j, i] = -s
     if task.uses_rotation:
         if task.tool_rows:
-            _add_bend_of_axis(K, S)
+            _add_bend_of_axis(faults, task, kinematics, S)
         elif task.m >= 3 and task.rows[task.m - 3] == 3:
-            _add_bend_of_rotation(K, S)
+            _add_bend_of_rotation(faults, task, kinematics, S)
     square = 0.0
     for i in range(chain.n):
         for j in range(i):

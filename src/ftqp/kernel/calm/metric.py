@@ -47,7 +47,7 @@ def free_joints(K: Any) -> int:
         for r in range(task.m):
             s += calm.A[r, i] * calm.e[r]
         calm.gradient[i] = s
-        near = NEAR * unit_of(K, i)
+        near = NEAR * unit_of(task, K.chain, i)
         q = state.q[i]
         if (s > 0.0 and limits.q_max[i] - q < near) or (s < 0.0 and q - limits.q_min[i] < near):
             last -= 1
@@ -59,18 +59,17 @@ def free_joints(K: Any) -> int:
 
 
 @jit
-def _add_modulus(K: Any) -> None:
+def _add_modulus(faults: Any, chain: Any, calm: Any) -> None:
     """D <- |S| over the joints that work, the matrix absolute value; no kick."""
-    faults, calm = K.faults, K.calm
     w, W, Z, D = faults.working, calm.work, calm.modes, calm.D
     for a in range(w):
         i = faults.order[a]
         for b in range(a + 1):
             W[a, b] = calm.S[i, faults.order[b]]
     eigensystem(W, w, calm.values, calm.beside, Z)
-    for i in range(K.chain.n):
+    for i in range(chain.n):
         calm.kick[i] = 0.0
-        for j in range(K.chain.n):
+        for j in range(chain.n):
             D[i, j] = 0.0
     for a in range(w):
         i = faults.order[a]
@@ -83,27 +82,26 @@ def _add_modulus(K: Any) -> None:
 
 
 @jit
-def _gain_of(K: Any, i: int, j: int) -> float:
+def _gain_of(task: Any, calm: Any, i: int, j: int) -> float:
     """(A'A)_ij."""
-    A = K.calm.A
+    A = calm.A
     s = 0.0
-    for k in range(K.task.m):
+    for k in range(task.m):
         s += A[k, i] * A[k, j]
     return s
 
 
 @jit
-def _see_singular_directions(K: Any, count: int) -> None:
+def _see_singular_directions(task: Any, calm: Any, count: int) -> None:
     """The squares sigma_k^2 and the left singular vectors, rows of U, of A over the free joints."""
-    calm = K.calm
-    gram_of_rows(K, count)
-    eigensystem(calm.G, K.task.m, calm.squares, calm.beside, calm.U)
+    gram_of_rows(task, calm, count)
+    eigensystem(calm.G, task.m, calm.squares, calm.beside, calm.U)
 
 
 @jit
-def _lost(K: Any, s: float) -> float:
+def _lost(task: Any, calm: Any, s: float) -> float:
     """sum_k phi_k (u_k'e)^2: what of e'e lies where the curvature outweighs the rows, see ``_fade``."""
-    m, calm = K.task.m, K.calm
+    m = task.m
     lost = 0.0
     for k in range(m):
         phi = 1.0 - max(calm.squares[k], 0.0) / s
@@ -116,7 +114,7 @@ def _lost(K: Any, s: float) -> float:
 
 
 @jit
-def _newton_metric(K: Any, count: int, s: float, square: float) -> None:
+def _newton_metric(faults: Any, task: Any, calm: Any, count: int, s: float, square: float) -> None:
     """D <- P - A'A from D = |S|, and the kick.
 
         P_FF = Z diag(max(|mu_k|, FLOOR z_k'(A'A + |S|)z_k, nu_k s)) Z',  P_BB = (A'A + |S|)_BB,  P_FB = 0
@@ -126,17 +124,16 @@ def _newton_metric(K: Any, count: int, s: float, square: float) -> None:
     SADDLE |mu_k|, the gradient along z_k becomes that, in its own direction; not for a last millimetre, nor
     while the rows can remove most of the error themselves. It needs ``_see_singular_directions``.
     """
-    faults, calm = K.faults, K.calm
     D, W, Z, G = calm.D, calm.work, calm.modes, calm.gains
     for a in range(count):
         i = calm.free[a]
         for b in range(a + 1):
             j = calm.free[b]
-            gain = _gain_of(K, i, j)
+            gain = _gain_of(task, calm, i, j)
             G[a, b] = G[b, a] = gain
             W[a, b] = gain + calm.S[i, j]
     eigensystem(W, count, calm.values, calm.beside, Z)
-    stuck = square > LEAST and _lost(K, s) >= LOST * square
+    stuck = square > LEAST and _lost(task, calm, s) >= LOST * square
     for k in range(count):
         mu, z = calm.values[k], Z[k]
         along = stiff = 0.0
@@ -152,7 +149,7 @@ def _newton_metric(K: Any, count: int, s: float, square: float) -> None:
         nu = SWIVEL * min(1.0, max(LEAST_SWIVEL, 1.0 - removable / REMOVABLE))
         calm.beside[k] = max(size, FLOOR * stiff, nu * s)
         if stuck and mu < -SADDLE * s and abs(along) < SADDLE * size:
-            _kick(K, count, k, along, SADDLE * size)
+            _kick(calm, count, k, along, SADDLE * size)
     for a in range(count):
         i = calm.free[a]
         for b in range(a + 1):
@@ -165,13 +162,12 @@ def _newton_metric(K: Any, count: int, s: float, square: float) -> None:
         i = calm.free[a]
         for b in range(count, faults.working):
             j = calm.free[b]
-            D[i, j] = D[j, i] = -_gain_of(K, i, j)
+            D[i, j] = D[j, i] = -_gain_of(task, calm, i, j)
 
 
 @jit
-def _kick(K: Any, count: int, mode: int, along: float, size: float) -> None:
+def _kick(calm: Any, count: int, mode: int, along: float, size: float) -> None:
     """Add to the kick what makes the gradient along a mode as large as ``size``."""
-    calm = K.calm
     z = calm.modes[mode]
     sign = 1.0 if along > 0.0 else -1.0
     if along == 0.0:
@@ -185,7 +181,7 @@ def _kick(K: Any, count: int, mode: int, along: float, size: float) -> None:
 
 
 @jit
-def _fade(K: Any, count: int, s: float) -> None:
+def _fade(faults: Any, task: Any, calm: Any, count: int, s: float) -> None:
     """D <- psi T D T and kick <- psi T kick: the metric is there only where it is needed.
 
         T = 1 - sum_k (1 - sqrt(phi_k)) v_k v_k',  phi_k = max(0, 1 - sigma_k^2/s),
@@ -193,7 +189,6 @@ def _fade(K: Any, count: int, s: float) -> None:
 
     sigma_k and v_k are those of A over the free joints.
     """
-    faults, task, calm = K.faults, K.task, K.calm
     m, w, D, U = task.m, faults.working, calm.D, calm.U
     least = calm.squares[0]
     for k in range(m):
@@ -212,7 +207,7 @@ def _fade(K: Any, count: int, s: float) -> None:
             for r in range(m):
                 x += U[k, r] * calm.A[r, i]
             v[i] = x * inverse
-        _project(K, t)
+        _project(faults, calm, t)
     psi = max(0.0, 1.0 - max(least, 0.0) / s)
     calm.psi = psi
     for a in range(w):
@@ -223,9 +218,8 @@ def _fade(K: Any, count: int, s: float) -> None:
 
 
 @jit
-def _project(K: Any, t: float) -> None:
+def _project(faults: Any, calm: Any, t: float) -> None:
     """D <- (1 - t v v') D (1 - t v v') and kick <- (1 - t v v') kick with the unit vector ``direction``."""
-    faults, calm = K.faults, K.calm
     w, D, v, y = faults.working, calm.D, calm.direction, calm.beside
     twice = kicked = 0.0
     for a in range(w):
@@ -254,16 +248,16 @@ def find_metric(K: Any, s: float, square: float) -> int:
     """
     count = free_joints(K)
     if count >= K.task.m:
-        gram_of_rows(K, count)
-        if exceeds(K, s):
+        gram_of_rows(K.task, K.calm, count)
+        if exceeds(K.task, K.calm, s):
             return -1
-        gram_of_rows(K, count)
-        if exceeds(K, spread(K)):
+        gram_of_rows(K.task, K.calm, count)
+        if exceeds(K.task, K.calm, spread(K.chain, K.calm)):
             return -1
-    _add_modulus(K)
+    _add_modulus(K.faults, K.chain, K.calm)
     K.calm.psi = 1.0
     if count > 0:
-        _see_singular_directions(K, count)
-        _newton_metric(K, count, s, square)
-        _fade(K, count, s)
+        _see_singular_directions(K.task, K.calm, count)
+        _newton_metric(K.faults, K.task, K.calm, count, s, square)
+        _fade(K.faults, K.task, K.calm, count, s)
     return count

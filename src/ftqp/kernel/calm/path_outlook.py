@@ -26,12 +26,11 @@ arms that stand stretched out, where no way leads on, have curvatures down to th
 
 
 @jit
-def _seek_null_space(K: Any, count: int) -> int:
+def _seek_null_space(task: Any, calm: Any, count: int) -> int:
     """Rows 0..k-1 of ``calm.modes``: the self-motions of the free joints; k.
 
     What of ``calm.e`` the other modes can make is taken out of it.
     """
-    task, calm = K.task, K.calm
     A, W, Z = calm.A, calm.work, calm.modes
     edge = (SINGULAR * task.length) ** 2
     for a in range(count):
@@ -62,15 +61,14 @@ def _seek_null_space(K: Any, count: int) -> int:
 
 
 @jit
-def _take_for_error(K: Any, scale: float) -> None:
+def _take_for_error(task: Any, kinematics: Any, calm: Any, scale: float) -> None:
     """The error along W whose weighted rows are ``scale`` times ``calm.e``."""
-    kinematics, task = K.kinematics, K.task
     R, axis = kinematics.R_tip, task.axis
     for c in range(6):
         task.error[c] = 0.0
     for k in range(task.m):
         c = task.rows[k]
-        x = scale * K.calm.e[k] * sqrt(task.yielding[c]) / task.row_scale[c]
+        x = scale * calm.e[k] * sqrt(task.yielding[c]) / task.row_scale[c]
         if c < 3 or not task.tool_rows:
             task.error[c] = x
             continue
@@ -80,11 +78,12 @@ def _take_for_error(K: Any, scale: float) -> None:
 
 
 @jit
-def _lowest(K: Any, path: Any, count: int, null: int) -> float:
+def _lowest(
+    faults: Any, task: Any, kinematics: Any, chain: Any, calm: Any, path: Any, count: int, null: int
+) -> float:
     """The least curvature along a self-motion over ||S||, and that motion as ``path.way``."""
-    calm = K.calm
     S, N, W, Z = calm.S, calm.modes, calm.gains, calm.work
-    s = curvature(K)
+    s = curvature(faults, task, kinematics, chain, calm)
     if not s > 0.0:
         return 0.0
     for k in range(null):
@@ -103,7 +102,7 @@ def _lowest(K: Any, path: Any, count: int, null: int) -> float:
     for k in range(null):
         if calm.values[k] < least:
             at, least = k, calm.values[k]
-    for i in range(K.chain.n):
+    for i in range(chain.n):
         calm.direction[i] = 0.0
     for a in range(count):
         x = 0.0
@@ -114,19 +113,18 @@ def _lowest(K: Any, path: Any, count: int, null: int) -> float:
 
 
 @jit
-def _draw(K: Any, path: Any) -> None:
+def _draw(state: Any, task: Any, chain: Any, calm: Any, path: Any) -> None:
     """Draw the joints along the way that was found, to the side to which they are drawn or move already."""
-    state, calm = K.state, K.calm
     kept = moving = largest = 0.0
-    for i in range(K.chain.n):
+    for i in range(chain.n):
         x = calm.direction[i]
         kept += x * path.drive[i]
         moving += x * state.v[i]
         largest = max(largest, abs(x))
     side = kept if path.found else moving
     size = (path.speed if side >= 0.0 else -path.speed) / max(largest, 1e-300)
-    for i in range(K.chain.n):
-        path.drive[i] = size * unit_of(K, i) * calm.direction[i]
+    for i in range(chain.n):
+        path.drive[i] = size * unit_of(task, chain, i) * calm.direction[i]
     path.found = path.driven = 1
 
 
@@ -134,19 +132,19 @@ def _draw(K: Any, path: Any) -> None:
 def _see_saddle(K: Any, path: Any) -> bool:
     """Whether the tangent of the path, which stands in ``task.error``, is lost but for a self-motion."""
     task, calm = K.task, K.calm
-    size = sqrt(weigh_rows(K))
+    size = sqrt(weigh_rows(task, K.kinematics, K.chain, K.qp, calm))
     if not size > 0.0:
         return False
     count = free_joints(K)
-    null = _seek_null_space(K, count)
+    null = _seek_null_space(task, calm, count)
     lost = 0.0
     for k in range(task.m):
         lost += calm.e[k] * calm.e[k]
     lost = sqrt(lost)
     if null == 0 or not lost > NOTICEABLE * size:
         return False
-    _take_for_error(K, AHEAD * task.length / lost)
-    return _lowest(K, path, count, null) < -SADDLE
+    _take_for_error(task, K.kinematics, calm, AHEAD * task.length / lost)
+    return _lowest(K.faults, task, K.kinematics, K.chain, calm, path, count, null) < -SADDLE
 
 
 @part_jit
@@ -167,7 +165,7 @@ def outlook(K: Any, path: Any) -> None:
         path.kept[c] = task.error[c]
         task.error[c] = task.target[TARGET_TWIST + c]
     if _see_saddle(K, path):
-        _draw(K, path)
+        _draw(K.state, task, K.chain, K.calm, path)
     else:
         path.found = 0
     for c in range(6):

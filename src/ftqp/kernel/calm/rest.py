@@ -41,9 +41,8 @@ PUSHED = 0.01
 
 
 @jit
-def target_stands(K: Any) -> bool:
+def target_stands(task: Any, calm: Any) -> bool:
     """Whether the target is where it was, and is not said to move; else it is remembered anew."""
-    task, calm = K.task, K.calm
     T, anchor = task.target, calm.anchor
     way = speed = 0.0
     for r in range(3):
@@ -65,9 +64,8 @@ def target_stands(K: Any) -> bool:
 
 
 @jit
-def _beliefs_changed(K: Any) -> bool:
+def _beliefs_changed(faults: Any, calm: Any) -> bool:
     """Whether another set of joints works than at the last tick."""
-    faults, calm = K.faults, K.calm
     changed = calm.known_working != faults.working
     calm.known_working = faults.working
     for k in range(faults.working):
@@ -78,21 +76,19 @@ def _beliefs_changed(K: Any) -> bool:
 
 
 @jit
-def watch_target(K: Any) -> None:
+def watch_target(state: Any, faults: Any, task: Any, calm: Any) -> None:
     """How long the target has stood and beliefs have not changed [s]; else the arm no longer holds."""
-    calm = K.calm
-    stands, same = target_stands(K), not _beliefs_changed(K)
-    if stands and same and K.state.ticks > 1:
-        calm.stood += K.state.dt
+    stands, same = target_stands(task, calm), not _beliefs_changed(faults, calm)
+    if stands and same and state.ticks > 1:
+        calm.stood += state.dt
     else:
         calm.stood = calm.sure = 0.0
         calm.holding = 0
 
 
 @jit
-def _is_slow(K: Any) -> bool:
+def _is_slow(state: Any, faults: Any, limits: Any) -> bool:
     """Whether every working joint is below SLOW of its velocity limit."""
-    limits, faults, state = K.limits, K.faults, K.state
     for k in range(faults.working):
         i = faults.order[k]
         top = limits.v_max[i] if limits.v_max[i] < inf else 1.0
@@ -102,9 +98,8 @@ def _is_slow(K: Any) -> bool:
 
 
 @jit
-def _is_near(K: Any) -> bool:
+def _is_near(task: Any, feedback: Any) -> bool:
     """Whether what is left of the error is well within what the task tolerates."""
-    task, feedback = K.task, K.feedback
     near: bool = task.position_error < NEAR_SHARE * feedback.tolerance
     return near and task.rotation_error < NEAR_SHARE * feedback.rotation_tolerance
 
@@ -119,10 +114,10 @@ def decide(K: Any, square: float) -> None:
             calm.stood = calm.sure = 0.0
         return
     futile = calm.stood >= STOOD - SURE and calm.rho < GAIN and square > LEAST
-    futile = futile and (calm.stood >= IMPATIENT or _is_slow(K))
-    if calm.stood >= IMPATIENT and _is_near(K) and not _is_slow(K):
+    futile = futile and (calm.stood >= IMPATIENT or _is_slow(K.state, K.faults, K.limits))
+    if calm.stood >= IMPATIENT and _is_near(K.task, K.feedback) and not _is_slow(K.state, K.faults, K.limits):
         futile = True
-    if gives_up(K) and square > LEAST:
+    if gives_up(calm) and square > LEAST:
         futile = True
     calm.sure = calm.sure + K.state.dt if futile else 0.0
     if calm.sure >= SURE:

@@ -37,14 +37,14 @@ def watch_swing(K: Any) -> None:
     if calm.stood < SETTLED:
         calm.window = 0.0
         calm.hushed = 0
-    elif not gives_up(K):
+    elif not gives_up(calm):
         _look_back(K)
 
 
 @jit
-def gives_up(K: Any) -> bool:
+def gives_up(calm: Any) -> bool:
     """Whether the arm swings although its scheme has given way: not even its error is worth that."""
-    swung: bool = K.calm.hushed >= TIMES
+    swung: bool = calm.hushed >= TIMES
     return swung
 
 
@@ -53,9 +53,9 @@ def _look_back(K: Any) -> None:
     faults, state, calm = K.faults, K.state, K.calm
     if calm.window == 0.0:
         calm.way = calm.long_way = 0.0
-        _begin_at(K, calm.q_long_window)
+        _begin_at(state, K.chain, calm.q_long_window)
     if calm.way == 0.0:
-        _begin_at(K, calm.q_window)
+        _begin_at(state, K.chain, calm.q_window)
     way = 0.0
     for k in range(faults.working):
         i = faults.order[k]
@@ -66,10 +66,12 @@ def _look_back(K: Any) -> None:
     calm.window += state.dt
     swings = False
     if calm.window // WINDOW > begun:
-        swings = _goes_to_and_fro(K, WINDOW, calm.way, calm.q_window)
+        swings = _goes_to_and_fro(state, faults, K.limits, WINDOW, calm.way, calm.q_window)
         calm.way = 0.0
     if calm.window >= LONG_WINDOW:
-        swings = swings or _goes_to_and_fro(K, LONG_WINDOW, calm.long_way, calm.q_long_window)
+        swings = swings or _goes_to_and_fro(
+            state, faults, K.limits, LONG_WINDOW, calm.long_way, calm.q_long_window
+        )
         calm.window = 0.0
     if swings:
         calm.hushed += 1
@@ -77,19 +79,18 @@ def _look_back(K: Any) -> None:
 
 
 @jit
-def _begin_at(K: Any, q: Any) -> None:
-    for i in range(K.chain.n):
-        q[i] = K.state.q[i]
+def _begin_at(state: Any, chain: Any, q: Any) -> None:
+    for i in range(chain.n):
+        q[i] = state.q[i]
 
 
 @jit
-def _goes_to_and_fro(K: Any, window: float, way: float, q: Any) -> bool:
+def _goes_to_and_fro(state: Any, faults: Any, limits: Any, window: float, way: float, q: Any) -> bool:
     """Whether the joints went ``way`` since they were at q, and came no farther than half of that."""
-    faults, state = K.faults, K.state
     come = 0.0
     for k in range(faults.working):
         i = faults.order[k]
-        come += abs(state.q[i] + state.dt * state.v[i] - q[i]) / _top(K.limits, i)
+        come += abs(state.q[i] + state.dt * state.v[i] - q[i]) / _top(limits, i)
     swings: bool = way > LEAST_WAY * window and come < TO_AND_FRO * way
     return swings
 

@@ -23,23 +23,22 @@ bound holds whatever they are (docs/theory/calm.md, "What a regular tick pays").
 
 
 @jit
-def unit_of(K: Any, i: int) -> float:
+def unit_of(task: Any, chain: Any, i: int) -> float:
     """What counts as one radian: the characteristic length of a joint that slides."""
-    length: float = K.task.length
-    return length if K.chain.prismatic[i] else 1.0
+    length: float = task.length
+    return length if chain.prismatic[i] else 1.0
 
 
 @jit
-def room_to_limit(K: Any, i: int) -> Any:
+def room_to_limit(state: Any, limits: Any, task: Any, chain: Any, i: int) -> Any:
     """Distance to the nearer position limit [rad; sliding joints in characteristic lengths]."""
-    limits, q = K.limits, K.state.q[i]
-    return smaller(limits.q_max[i] - q, q - limits.q_min[i]) / unit_of(K, i)
+    q = state.q[i]
+    return smaller(limits.q_max[i] - q, q - limits.q_min[i]) / unit_of(task, chain, i)
 
 
 @jit
-def gram_of_rows(K: Any, count: int) -> None:
+def gram_of_rows(task: Any, calm: Any, count: int) -> None:
     """G <- A A' of the weighted rows over the columns ``calm.free[:count]``, its lower part."""
-    task, calm = K.task, K.calm
     A, G = calm.A, calm.G
     for a in range(task.m):
         for b in range(a + 1):
@@ -51,23 +50,22 @@ def gram_of_rows(K: Any, count: int) -> None:
 
 
 @jit
-def exceeds(K: Any, s: float) -> bool:
+def exceeds(task: Any, calm: Any, s: float) -> bool:
     """Whether sigma_min^2 >= s, exactly when A A' - s 1 has a Cholesky factor; it takes ``gram_of_rows``."""
-    calm = K.calm
-    for k in range(K.task.m):
+    for k in range(task.m):
         calm.G[k, k] -= s
-    return factor(calm.G, K.task.m)
+    return factor(calm.G, task.m)
 
 
 @jit
-def largest_curvature(K: Any) -> Any:
+def largest_curvature(task: Any, kinematics: Any, chain: Any) -> Any:
     """No less than ||S||_F, at no cross product of two joints; it needs the Jacobian.
 
     |S_ij| <= |p_j| |e_p| + L^2/2 |e_r| for i <= j, p_j the linear column of joint j, so that
     ||S|| <= sqrt 2 (|e_p| sqrt(sum_j j |p_j|^2) + L^2/2 |e_r| sqrt(n (n + 1)/2)), and how the rotation's own
     measure bends: n L^2 |e_r|^2/8 at most, of the tool axis n L^2 |e_r| (1 + |e_r|).
     """
-    task, J, n = K.task, K.kinematics.J, K.chain.n
+    J, n = kinematics.J, chain.n
     ways = 0.0
     for at in range(0, n, WIDTH):
         x, y, z = several(J[0], at), several(J[1], at), several(J[2], at)
@@ -79,15 +77,15 @@ def largest_curvature(K: Any) -> Any:
 
 
 @jit
-def curvature_bound(K: Any) -> float:
+def curvature_bound(task: Any, kinematics: Any, chain: Any, calm: Any) -> float:
     """No less than ||S||_F and hardly more, in a number of operations that grows with n; needs the Jacobian.
 
     With c_j = p_j x v_p and g_j = c_j + z_j x v_r/2, v the error weighted twice, S_jj = -z_j . c_j, and
     S_ij = -z_i . g_j for i < j, so that the squares of column j sum up to g_j'(sum_(i<j) z_i z_i')g_j. How
     the rotation's own measure bends is bounded as in ``largest_curvature``.
     """
-    task, J, v, n = K.task, K.kinematics.J, K.calm.weighted, K.chain.n
-    weighted_error(K)
+    J, v, n = kinematics.J, calm.weighted, chain.n
+    weighted_error(task, calm)
     v0, v1, v2, v3, v4, v5 = v[0], v[1], v[2], v[3], v[4], v[5]
     Z0 = Z1 = Z2 = Z3 = Z4 = Z5 = 0.0  # xx xy xz yy yz zz
     beside = diagonal = 0.0
@@ -109,16 +107,15 @@ def curvature_bound(K: Any) -> float:
 
 
 @jit
-def _moved(K: Any) -> float:
+def _moved(state: Any, faults: Any, task: Any, chain: Any, calm: Any) -> float:
     """How far the joints have moved in sum since sigma_min was looked at; inf when that is too long ago."""
-    faults, state, calm = K.faults, K.state, K.calm
     if calm.seen_working != faults.working:
         return inf
     moved = 0.0
-    for at in range(0, K.chain.n, WIDTH):
-        unit = select(is_set(K.chain.prismatic, at), K.task.length, 1.0)
+    for at in range(0, chain.n, WIDTH):
+        unit = select(is_set(chain.prismatic, at), task.length, 1.0)
         step = abs(several(state.q, at) - several(calm.q_seen, at)) / unit
-        step = select(below(K.chain.n, at) & ~is_set(faults.code, at), step, 0.0)
+        step = select(below(chain.n, at) & ~is_set(faults.code, at), step, 0.0)
         if not all_of(step < STEP):
             return inf
         moved += sum_of(step)
@@ -155,14 +152,14 @@ def _look(K: Any) -> float:
     for k in range(faults.working):
         i = faults.order[k]
         calm.q_seen[i] = state.q[i]
-        if room_to_limit(K, i) > NEAR + STEP:
+        if room_to_limit(state, K.limits, K.task, K.chain, i) > NEAR + STEP:
             calm.free[count] = i
             count += 1
     calm.seen_working = faults.working
     calm.sigma_seen = 0.0
     if count >= K.task.m:
-        weigh_rows(K)
-        gram_of_rows(K, count)
+        weigh_rows(K.task, K.kinematics, K.chain, K.qp, calm)
+        gram_of_rows(K.task, calm, count)
         least, _ = extreme_eigenvalues(calm.G, K.task.m, calm.values, calm.beside)
         calm.sigma_seen = sqrt(max(least, 0.0))
     return calm.sigma_seen
@@ -176,14 +173,14 @@ def is_regular(K: Any) -> bool:
     then; between, it is known to have changed by no more than sqrt(reach^2 + L^2) times what the joints have
     moved.
     """
-    moved, seen = _moved(K), K.calm.sigma_seen
+    moved, seen = _moved(K.state, K.faults, K.task, K.chain, K.calm), K.calm.sigma_seen
     least = most = inf
     if moved < inf:
         change = K.calm.lipschitz * moved
         least, most = seen - change, seen + change
-        if least > 0.0 and largest_curvature(K) < least * least:
+        if least > 0.0 and largest_curvature(K.task, K.kinematics, K.chain) < least * least:
             return True
-    bend = curvature_bound(K)
+    bend = curvature_bound(K.task, K.kinematics, K.chain, K.calm)
     if moved < inf:
         if least > 0.0 and bend < least * least:
             return True

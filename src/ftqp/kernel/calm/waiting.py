@@ -20,20 +20,20 @@ def waits(K: Any, path: Any) -> bool:
 
 
 @jit
-def stand_still(K: Any, path: Any) -> bool:
+def stand_still(task: Any, calm: Any, path: Any) -> bool:
     """The target of a blocked path stands where it is, without twist and acceleration; whether it does."""
-    if path.limit > 0.0 or not K.calm.on:
+    if path.limit > 0.0 or not calm.on:
         return False
     for k in range(TARGET_TWIST, TARGET_HAS_ROTATION):
-        K.task.target[k] = 0.0
+        task.target[k] = 0.0
     return True
 
 
 @jit
-def leave_calm(K: Any) -> None:
+def leave_calm(qp: Any, calm: Any) -> None:
     """The codes of a working set depend on how many rows there are: after a tick in calm it is of no use."""
-    if K.calm.entered:
-        K.calm.entered, K.qp.warm = 0, 0
+    if calm.entered:
+        calm.entered, qp.warm = 0, 0
 
 
 @rare_jit
@@ -71,17 +71,16 @@ def begin_calm_on_path(K: Any, path: Any, kp: float) -> None:
         for i in range(n):
             for j in range(n):
                 qp.g[i] -= kv * calm.D[i, j] * path.drive[j]
-    _hold_rate(K, path, weight)
+    _hold_rate(K.faults, K.chain, qp, calm, path, weight)
 
 
 @jit
-def _hold_rate(K: Any, path: Any, weight: float) -> None:
+def _hold_rate(faults: Any, chain: Any, qp: Any, calm: Any, path: Any, weight: float) -> None:
     """Where D < 0 along what s moves, add to 1/2 (s - sigma')^2 what keeps the QP convex.
 
     What is left for s when the joints follow, H_ss - h'H^-1 h, becomes ``weight`` at least.
     """
-    faults, calm, qp = K.faults, K.calm, K.qp
-    n, w, W, x = K.chain.n, faults.working, calm.work, calm.beside
+    n, w, W, x = chain.n, faults.working, calm.work, calm.beside
     for a in range(w):
         i = faults.order[a]
         x[a] = qp.H[i, n]

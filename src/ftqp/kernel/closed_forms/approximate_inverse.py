@@ -77,12 +77,11 @@ def approximate_inverse(P: Any) -> None:
 
 
 @jit
-def wrist_jacobian(K: Any, P: Any) -> None:
+def wrist_jacobian(task: Any, kinematics: Any, chain: Any, qp: Any, P: Any) -> None:
     """A and b at the wrist centre from the tick's kinematics and the task's twist.
 
     p_w = o + wrist z of the last joint but one; the twist moves there by v_w = v - omega x (p_tip - p_w).
     """
-    chain, kinematics, task, qp = K.chain, K.kinematics, K.task, K.qp
     n = chain.n
     middle = n - 2
     p0 = kinematics.o[middle, 0] + P.wrist * kinematics.axis_w[middle, 0]

@@ -31,9 +31,8 @@ pseudoinverse with pivots of 1e-8 may lose as many as half of its sixteen digits
 
 
 @jit
-def _failed_joints(K: Any, P: Any) -> None:
+def _failed_joints(state: Any, faults: Any, chain: Any, qp: Any, P: Any) -> None:
     """Which joints the closed form cannot use, and their rates: prescribed, or measured of a free one."""
-    chain, faults, state, qp = K.chain, K.faults, K.state, K.qp
     P.n = chain.n
     P.swings = 0
     for k in range(faults.working):
@@ -49,13 +48,12 @@ def _failed_joints(K: Any, P: Any) -> None:
 
 
 @jit
-def _eliminate_free_joints(K: Any, P: Any) -> None:
+def _eliminate_free_joints(faults: Any, chain: Any, qp: Any, P: Any) -> None:
     """Put the motion of every free-swinging joint, its torque row C_i x = l_i, into the rows A x = b.
 
     Gauss on the free joints: E holds (C_i | l_i) triangular in them, with unit pivots. C over the free joints
     is a part of M with friction, so no pivot vanishes.
     """
-    chain, faults, qp = K.chain, K.faults, K.qp
     n = chain.n
     free = 0
     for i in range(n):
@@ -88,9 +86,8 @@ def _eliminate_free_joints(K: Any, P: Any) -> None:
 
 
 @jit
-def _free_rates(K: Any, P: Any) -> None:
+def _free_rates(chain: Any, P: Any) -> None:
     """The rates of the free-swinging joints that follow from those of the others."""
-    chain = K.chain
     for c in range(P.swings - 1, -1, -1):
         E = P.E[c]
         i = P.swinging[c]
@@ -102,9 +99,8 @@ def _free_rates(K: Any, P: Any) -> None:
 
 
 @jit
-def _limits(K: Any, P: Any) -> None:
+def _limits(limits: Any, chain: Any, P: Any) -> None:
     """Limits a joint, as believed now: column_i = v_max_i / limit, limit the largest of them."""
-    chain, limits = K.chain, K.limits
     limit = 0.0
     for i in range(chain.n):
         if P.failed[i] == 0:
@@ -118,14 +114,14 @@ def _limits(K: Any, P: Any) -> None:
 def resolve_task(K: Any, P: Any) -> None:
     """x of the closed form for the task's rows of this tick, into P."""
     chain, task, qp = K.chain, K.task, K.qp
-    _failed_joints(K, P)
+    _failed_joints(K.state, K.faults, chain, qp, P)
     if P.method == APPROXIMATE:
         P.m = 6
-        wrist_jacobian(K, P)
+        wrist_jacobian(task, K.kinematics, chain, qp, P)
         approximate_inverse(P)
         return
     if P.own_limits:
-        _limits(K, P)
+        _limits(K.limits, chain, P)
     P.m = task.m
     inverse = 1.0 / task.length
     if P.swings and qp.nc > 0:
@@ -133,19 +129,18 @@ def resolve_task(K: Any, P: Any) -> None:
             P.b[k] = qp.b[k]
             for i in range(chain.n):
                 P.A[k, i] = qp.A[k, i]
-        _eliminate_free_joints(K, P)
+        _eliminate_free_joints(K.faults, chain, qp, P)
         gather(P, P.A, P.b, inverse)
         closed_form(P)
-        _free_rates(K, P)
+        _free_rates(chain, P)
     else:
         gather(P, qp.A, qp.b, inverse)
         closed_form(P)
 
 
 @jit
-def _task_slack(K: Any) -> None:
+def _task_slack(task: Any, chain: Any, qp: Any) -> None:
     """slack = A x - asked."""
-    chain, task, qp = K.chain, K.task, K.qp
     for k in range(task.m):
         s = -task.asked[k]
         row = qp.A[k]
@@ -177,9 +172,8 @@ def _is_allowed(K: Any) -> bool:
 
 
 @jit
-def _has_moved(K: Any, P: Any) -> bool:
+def _has_moved(chain: Any, qp: Any, P: Any) -> bool:
     """Whether the command is another than the closed form's."""
-    chain, qp = K.chain, K.qp
     for i in range(chain.n):
         if not abs(qp.x[i] - P.x[i]) <= INSIDE * (1.0 + abs(P.x[i])):
             return True
@@ -207,13 +201,13 @@ def resolve(K: Any, P: Any, prepared: int) -> int:
         qp.z[j] = 0.0
     for k in range(task.m):
         qp.y[k] = 0.0
-    _task_slack(K)
+    _task_slack(task, chain, qp)
     code = run_cascade(K, ANSWERED if _is_allowed(K) else SOLVE, SOLVED)
     if cascade.stage == MAIN_STAGE:
         if cascade.qp_iterations == 0:
             cascade.claim = -1
-        elif _has_moved(K, P) and (code == OK or code == RELAXED):
-            _task_slack(K)
+        elif _has_moved(chain, qp, P) and (code == OK or code == RELAXED):
+            _task_slack(task, chain, qp)
             cascade.missed = 1
             cascade.status = code = RELAXED
     return code

@@ -15,9 +15,6 @@ LEVELS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
 """For each architecture the classes by LLVM's name, the best first, with what numpy calls their features."""
 LEVELS["AMD64"] = LEVELS["x86_64"]
 
-WIDE: Final = "x86-64-v4"
-"""The class whose registers hold eight numbers; those of the others hold four."""
-
 
 def _features() -> dict[str, Any]:
     """What this processor has, as numpy finds it when it is imported."""

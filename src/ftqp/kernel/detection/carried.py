@@ -22,9 +22,9 @@ ALIKE = 6.0
 
 
 @jit
-def _columns(K: Any, out: Any, a0: float, a1: float, a2: float) -> None:
+def _columns(kinematics: Any, chain: Any, out: Any, a0: float, a1: float, a2: float) -> None:
     """J_v' a and J_w' (R_k x a), k = 1, 2, 3: what a mass and its first moments take of joints."""
-    J, R, n = K.kinematics.J, K.kinematics.R_tip, K.chain.n
+    J, R, n = kinematics.J, kinematics.R_tip, chain.n
     for i in range(n):
         out[0, i] = J[0, i] * a0 + J[1, i] * a1 + J[2, i] * a2
     for k in range(3):
@@ -56,8 +56,8 @@ def weigh(D: Any, K: Any, then: int) -> None:
         d0 += J[0, i] * d
         d1 += J[1, i] * d
         d2 += J[2, i] * d
-    _columns(K, D.pull, a0, a1, a2)
-    _columns(K, D.jolt, d0, d1, d2)
+    _columns(kinematics, K.chain, D.pull, a0, a1, a2)
+    _columns(kinematics, K.chain, D.jolt, d0, d1, d2)
 
 
 @jit

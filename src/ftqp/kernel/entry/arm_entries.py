@@ -21,7 +21,7 @@ def kinematics(capacity: int) -> Callable[..., int]:
 
     def kinematics(address: int, nq: int) -> int:
         K = carray(pointer(address), 1, dtype)[0]
-        accept_state(K, nq)
+        accept_state(K.state, K.chain, nq)
         forward_kinematics(K)
         motion(K)
         return 0
@@ -35,7 +35,7 @@ def inverse_dynamics(capacity: int) -> Callable[..., int]:
 
     def inverse_dynamics(address: int, nq: int) -> int:
         K = carray(pointer(address), 1, dtype)[0]
-        accept_state(K, nq)
+        accept_state(K.state, K.chain, nq)
         forward_kinematics(K)
         motion(K)
         dynamics(K)
@@ -74,7 +74,7 @@ def servo_torques(capacity: int) -> Callable[..., int]:
         forward_kinematics(K)
         motion(K)
         dynamics(K)
-        wanted(K, S)
-        return ask(K, S)
+        wanted(K.state, K.chain, S)
+        return ask(K.kinematics, K.chain, S)
 
     return servo_torques

@@ -21,7 +21,7 @@ def follow_plan(capacity: int) -> Callable[..., int]:
         P = carray(pointer(plan_at), 1, plan)[0]
         q = carray(pointer(P.q_at), (P.rows, K.chain.n), FLOAT)
         tips = carray(pointer(P.tip_at), (P.rows, 12), FLOAT)
-        follow(K, P, q, tips)
+        follow(K.state, K.criteria, K.kinematics, K.chain, P, q, tips)
         return 0
 
     return follow_plan

@@ -23,29 +23,29 @@ STATUSES = len(Status)
 
 
 @jit
-def believe_event(K: Any, B: Any, joint: int) -> None:
+def believe_event(faults: Any, limits: Any, chain: Any, qp: Any, free: Any, B: Any, joint: int) -> None:
     """From now on the arm believes what record B believes of its limits and of a joint."""
-    limits, other = K.limits, B.limits
-    for i in range(K.chain.n):
+    other = B.limits
+    for i in range(chain.n):
         limits.q_min[i], limits.q_max[i] = other.q_min[i], other.q_max[i]
         limits.v_max[i], limits.a_max[i] = other.v_max[i], other.a_max[i]
         limits.a_brake[i], limits.tau_max[i] = other.a_brake[i], other.tau_max[i]
     limits.dynamic, limits.on_demand, limits.guard = other.dynamic, other.on_demand, other.guard
-    faults, theirs = K.faults, B.faults
+    theirs = B.faults
     faults.reset_mode = theirs.reset_mode
     faults.code[joint], faults.lock_rate[joint] = theirs.code[joint], theirs.lock_rate[joint]
     faults.lock_velocity[joint] = theirs.lock_velocity[joint]
     faults.friction[joint], faults.coulomb[joint] = theirs.friction[joint], theirs.coulomb[joint]
-    K.qp.warm = 0
+    qp.warm = 0
     if faults.code[joint] == FREE:
-        K.free.joint = -1
+        free.joint = -1
 
 
 @jit
-def _frees(K: Any) -> bool:
+def _frees(faults: Any, chain: Any) -> bool:
     """Whether a joint swings freely."""
-    for i in range(K.chain.n):
-        if K.faults.code[i] == FREE:
+    for i in range(chain.n):
+        if faults.code[i] == FREE:
             return True
     return False
 
@@ -59,28 +59,30 @@ def _tick(K: Any, F: Any, target: Any) -> int:
         state.given_q[i], state.given_v[i] = state.q_command[i], state.v_command[i]
     for i in range(TARGET_SIZE):
         K.task.target[i] = target[i]
-    accept_state(K, n)
-    if _frees(K):
+    accept_state(state, K.chain, n)
+    if _frees(K.faults, K.chain):
         code = run_cascade(K, prepare_free(K, F), SOLVED)
-        stop_torques(K)
+        stop_torques(state, K.faults, K.kinematics, K.chain, K.free)
     else:
         code = run_cascade(K, prepare_rich(K), SOLVED)
     if K.turned.on:
-        turn_back(K)
+        turn_back(K.task, K.scratch, K.turned)
     return code
 
 
 @jit
-def _begin(K: Any, q: Any, v: Any, returns: int) -> bool:
+def _begin(
+    state: Any, criteria: Any, feedback: Any, gate: Any, chain: Any, q: Any, v: Any, returns: int
+) -> bool:
     """Put an arm on its start; whether that is one."""
     good = True
-    for i in range(K.chain.n):
-        K.gate.q[i] = K.gate.sent[i] = K.state.q_command[i] = q[i]
-        K.gate.v[i] = K.state.v_command[i] = v[i]
+    for i in range(chain.n):
+        gate.q[i] = gate.sent[i] = state.q_command[i] = q[i]
+        gate.v[i] = state.v_command[i] = v[i]
         if returns:
-            K.criteria.posture[i] = q[i]
+            criteria.posture[i] = q[i]
         good = good and is_finite(q[i]) and is_finite(v[i])
-    K.feedback.fresh = AS_TOLD
+    feedback.fresh = AS_TOLD
     return good
 
 
@@ -118,12 +120,17 @@ def rollout(capacity: int) -> Callable[..., int]:
                 continue
             for w in range(words):
                 own[w] = model[w]
-            at, present = starts[r], _begin(K, q[r], v[r], B.returns)
+            at, present = (
+                starts[r],
+                _begin(K.state, K.criteria, K.feedback, K.gate, K.chain, q[r], v[r], B.returns),
+            )
             for k in range(ticks):
                 if B.stop != 0:
                     return done
                 while at < starts[r + 1] and events[at, 0] <= k:
-                    believe_event(K, beliefs[events[at, 1]], events[at, 2])
+                    believe_event(
+                        K.faults, K.limits, K.chain, K.qp, K.free, beliefs[events[at, 1]], events[at, 2]
+                    )
                     at += 1
                 code = INVALID_INPUT
                 if present:

@@ -29,9 +29,8 @@ these are guesses that the campaigns have not contradicted."""
 
 
 @jit
-def error_band(K: Any, i: int) -> float:
+def error_band(feedback: Any, past: Any, i: int) -> float:
     """The tracking error that joint i may have: 0.02 + 6 sigma + 0.1 s |v_r|."""
-    feedback, past = K.feedback, K.past
     v: float = abs(past.v[slot(feedback, feedback.latency), i])
     return ERROR_BAND + BAND_SIGMAS * feedback.sigma + BAND_TIME * v
 
@@ -87,7 +86,7 @@ def find_out_of_hand(K: Any) -> None:
         if K.faults.code[i] != HEALTHY:
             feedback.outside_band[i] = feedback.hurried[i] = 0
             continue
-        out = watch.latched and abs(feedback.seen[i] - past.q[then, i]) > error_band(K, i)
+        out = watch.latched and abs(feedback.seen[i] - past.q[then, i]) > error_band(feedback, past, i)
         feedback.outside_band[i] = feedback.outside_band[i] + 1 if out else 0
         top = K.limits.v_max[i]
         fast = abs(feedback.v_hat[i]) > OVERSPEED * top + max(top, abs(past.v[then, i]))

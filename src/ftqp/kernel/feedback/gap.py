@@ -32,12 +32,11 @@ PATIENCE = 1.0
 
 
 @jit
-def norms(K: Any, error: Any) -> tuple[Any, Any]:
+def norms(task: Any, kinematics: Any, error: Any) -> tuple[Any, Any]:
     """Norms of a six-vector along W over the task's rows: position [m], rotation [rad]."""
-    task = K.task
     linear = angular = 0.0
     for k in range(task.m):
-        e = component_of(K, task.rows[k], 0, error)
+        e = component_of(task, kinematics, task.rows[k], 0, error)
         if task.rows[k] < 3:
             linear += e * e
         else:
@@ -46,14 +45,13 @@ def norms(K: Any, error: Any) -> tuple[Any, Any]:
 
 
 @jit
-def _joint_gap(K: Any) -> float:
+def _joint_gap(faults: Any, feedback: Any, chain: Any, past: Any) -> float:
     """max |q_u - q_r| / error band over healthy joints; who is farthest."""
-    feedback, past, faults = K.feedback, K.past, K.faults
     then = slot(feedback, feedback.latency)
     gap = 0.0
-    for i in range(K.chain.n):
+    for i in range(chain.n):
         if faults.code[i] == HEALTHY:
-            g = abs(feedback.seen[i] - past.q[then, i]) / error_band(K, i)
+            g = abs(feedback.seen[i] - past.q[then, i]) / error_band(feedback, past, i)
             if g > gap:
                 gap = g
                 feedback.culprit = i
@@ -76,10 +74,10 @@ def measure_gap(K: Any) -> None:
         return
     for k in range(6):
         feedback.left[k] = feedback.off[k] + feedback.c[k]
-    position, rotation = norms(K, feedback.left)
+    position, rotation = norms(K.task, K.kinematics, feedback.left)
     gap = max(position / feedback.tolerance, rotation / feedback.rotation_tolerance)
     feedback.tip_gap = gap
-    feedback.gap = max(gap, _joint_gap(K))
+    feedback.gap = max(gap, _joint_gap(K.faults, feedback, K.chain, K.past))
     beyond = position > watch.stop_position or rotation > watch.stop_rotation
     feedback.far = feedback.far + 1 if beyond else 0
     if feedback.far >= DEVIATION_SAMPLES and watch.latched == 0:
@@ -88,14 +86,14 @@ def measure_gap(K: Any) -> None:
 
 
 @jit
-def wait(K: Any) -> None:
+def wait(state: Any, watch: Any, feedback: Any) -> None:
     """The rate of the path: 1 up to a gap of 0.6, 0 at a gap of 1, changing smoothly.
 
     g_f' = (g - g_f)/10 ms; rate' = clip((clip((1 - g_f)/0.4, 0, 1) - rate)/0.05 s, -5, 2). During a stop it
     rests. Waiting for a second in vain stops the arm, unless the planner never stops of its own accord.
     Source: docs/theory/feedback.md, "The gap".
     """
-    feedback, watch, dt = K.feedback, K.watch, K.state.dt
+    dt = state.dt
     feedback.rate_change = 0.0
     if watch.latched:
         return

@@ -44,10 +44,9 @@ contradicted."""
 
 
 @jit
-def open_gate(K: Any) -> None:
+def open_gate(state: Any, gate: Any, chain: Any) -> None:
     """Begin a tick at what was last let through."""
-    gate, state = K.gate, K.state
-    for at in range(0, K.chain.n, WIDTH):
+    for at in range(0, chain.n, WIDTH):
         put(state.q_command, at, several(gate.q, at))
         put(state.v_command, at, several(gate.v, at))
 
@@ -59,31 +58,31 @@ def _keeps(value: Any, most: Any) -> Any:
 
 
 @jit
-def _leaves_room(K: Any, v: Any, v_last: Any, a_max: Any, room: Any) -> Any:
+def _leaves_room(state: Any, v: Any, v_last: Any, a_max: Any, room: Any) -> Any:
     """Whether a joint that moves towards the end of its range can still stop, or brakes as hard as it can.
 
     At the velocity level a tick moves by the velocity at its end, so that whole ticks take v dt/2 less.
     """
-    less = 0.5 * K.state.dt * v if K.state.level == VELOCITY else 0.0 * v
+    less = 0.5 * state.dt * v if state.level == VELOCITY else 0.0 * v
     stops = v * v <= 2.0 * a_max * (room + less + ROUNDING)
-    return (v <= ROUNDING) | stops | (v <= v_last - FULL * K.state.dt * a_max + ROUNDING)
+    return (v <= ROUNDING) | stops | (v <= v_last - FULL * state.dt * a_max + ROUNDING)
 
 
 @jit
-def _near(K: Any, at: int, q: Any, v: Any, v_last: Any, v_max: Any) -> Any:
+def _near(state: Any, limits: Any, gate: Any, at: int, q: Any, v: Any, v_last: Any, v_max: Any) -> Any:
     """Whether (q, v) follows upon what was last let through: by way, speed, acceleration and range.
 
     A joint that is beyond its range comes back or brakes; one that is inside stays there.
     """
-    limits, dt = K.limits, K.state.dt
-    q_last, q_min, q_max = several(K.gate.q, at), several(limits.q_min, at), several(limits.q_max, at)
+    dt = state.dt
+    q_last, q_min, q_max = several(gate.q, at), several(limits.q_min, at), several(limits.q_max, at)
     near = _keeps(q - q_last, dt * larger(abs(v), abs(v_last)))
     near = near & _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last)))
     if limits.conversion == VIABILITY:
         a_max = several(limits.a_max, at)
         near = near & _keeps(v - v_last, dt * a_max)
-        near = near & (_leaves_room(K, v, v_last, a_max, q_max - q) | ((q_last > q_max) & (v < v_last)))
-        return near & (_leaves_room(K, -v, -v_last, a_max, q - q_min) | ((q_last < q_min) & (v > v_last)))
+        near = near & (_leaves_room(state, v, v_last, a_max, q_max - q) | ((q_last > q_max) & (v < v_last)))
+        return near & (_leaves_room(state, -v, -v_last, a_max, q - q_min) | ((q_last < q_min) & (v > v_last)))
     near = near & ((q <= q_max + ROUNDING) | ((q_last > q_max) & ((v <= ROUNDING) | (v < v_last))))
     return near & ((q >= q_min - ROUNDING) | ((q_last < q_min) & ((v >= -ROUNDING) | (v > v_last))))
 
@@ -98,7 +97,7 @@ def _lets_through(K: Any, at: int) -> bool:
     q, v, v_last = several(state.q_command, at), several(state.v_command, at), several(gate.v, at)
     v_max, dt = several(limits.v_max, at), state.dt
     if feedback.active:
-        near = _near(K, at, q, v, v_last, v_max)
+        near = _near(state, limits, gate, at, q, v, v_last, v_max)
         if feedback.kind == VELOCITY_DRIVE:
             near = near & _keeps(several(feedback.v_sent, at), larger(smaller(v_max, UNLIMITED), abs(v)))
         elif feedback.kind == TORQUE_DRIVE:
@@ -137,7 +136,7 @@ def _send_to_held(K: Any) -> None:
         if faults.code[i] == LOCKED and feedback.still[i] < STILL_SAMPLES:
             wanted = gate.sent[i]
         top = min(K.limits.v_max[i], UNLIMITED)
-        feedback.q_sent[i] = place_of(K, i, _toward(gate.sent[i], wanted, state.dt * top))
+        feedback.q_sent[i] = place_of(K.limits, gate, i, _toward(gate.sent[i], wanted, state.dt * top))
         feedback.v_sent[i] = min(max(feedback.v_sent[i], -top), top)
 
 
@@ -157,7 +156,7 @@ def _send_as_measured(K: Any) -> bool:
         room = SPEED_SHARE * top * state.dt + SIGMAS * feedback.sigma + ROOM
         near = _toward(gate.sent[i], feedback.q_sent[i], room)
         whole = whole and near == feedback.q_sent[i]
-        feedback.q_sent[i] = place_of(K, i, near)
+        feedback.q_sent[i] = place_of(limits, gate, i, near)
     return whole
 
 
@@ -182,7 +181,7 @@ def _brake(K: Any) -> None:
         state.q_command[i], state.v_command[i], state.a_command[i] = end, after, (after - v) / dt
         ahead = (gate.sent[i] - q) * (after / v) if v != 0.0 else 0.0  # of the lead
         sent = _toward(gate.sent[i], end + ahead, dt * max(abs(v), min(limits.v_max[i], UNLIMITED)))
-        feedback.q_sent[i], feedback.v_sent[i] = place_of(K, i, sent), after
+        feedback.q_sent[i], feedback.v_sent[i] = place_of(limits, gate, i, sent), after
         K.task.slack[i % 6] = K.qp.z_box[i] = 0.0
         feedback.q_now[i], feedback.v_now[i] = q, v
     K.kinematics.has_dynamics = 0

@@ -29,12 +29,11 @@ contradicted."""
 
 
 @jit
-def _store(K: Any) -> None:
+def _store(state: Any, task: Any, feedback: Any, history: Any) -> None:
     """Keep every few of the given targets, the newest at ``history.newest``."""
-    feedback, history, task = K.feedback, K.history, K.task
     if feedback.until_stored > 0:
         feedback.until_stored -= 1
-        history.age += K.state.dt
+        history.age += state.dt
         return
     feedback.until_stored = feedback.stride - 1
     history.newest = history.newest + 1 if history.newest + 1 < HISTORY else 0
@@ -122,7 +121,7 @@ def play_back(K: Any) -> None:
     Source: docs/theory/feedback.md, "Late targets".
     """
     feedback, task, watch, dt = K.feedback, K.task, K.watch, K.state.dt
-    _store(K)
+    _store(K.state, task, feedback, K.history)
     if feedback.late == 0.0 and feedback.rate == 1.0:
         feedback.up = 0.0
         return

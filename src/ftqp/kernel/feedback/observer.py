@@ -16,39 +16,40 @@ from ftqp.kernel.maths.side_by_side import WIDTH, is_set, put, several
 
 
 @jit
-def advanced(K: Any, q: Any, v: Any, a: Any) -> tuple[Any, Any]:
+def advanced(state: Any, q: Any, v: Any, a: Any) -> tuple[Any, Any]:
     """(q, v) after dt at the acceleration a, by the planner's own formula of its level."""
-    dt = K.state.dt
+    dt = state.dt
     after = v + dt * a
-    return (q + dt * (v + 0.5 * dt * a) if K.state.level == ACCELERATION else q + dt * after), after
+    return (q + dt * (v + 0.5 * dt * a) if state.level == ACCELERATION else q + dt * after), after
 
 
 @jit
-def corrected(K: Any, z: Any, q: Any, v: Any, e: Any) -> tuple[Any, Any, Any]:
+def corrected(state: Any, z: Any, q: Any, v: Any, e: Any) -> tuple[Any, Any, Any]:
     """(q^, v^) from the predicted (q, v) and the innovation e, and the change of d^; z is the pole."""
-    dt, s = K.state.dt, 1.0 - z
+    dt, s = state.dt, 1.0 - z
     return q + (1.0 - z * z * z) * e, v + 1.5 * s * s * (1.0 + z) / dt * e, s * s * s / (dt * dt) * e
 
 
 @jit
-def plausible(K: Any, v: Any, d: Any, v_max: Any) -> tuple[Any, Any]:
+def plausible(state: Any, v: Any, d: Any, v_max: Any) -> tuple[Any, Any]:
     """(v^, d^) as any joint may have them: |v| <= 2 v_max and 30 at least, |d| <= 2 of that within dt.
 
     A sensor that lies about a failed joint would else lead the observer, and what it tells the others of
     inertia and gravity, out of all bounds.
     """
     top = smaller(larger(2.0 * v_max, FASTEST), UNLIMITED)
-    most = 2.0 * top / K.state.dt
+    most = 2.0 * top / state.dt
     return smaller(larger(v, -top), top), smaller(larger(d, -most), most)
 
 
 @jit
-def predicted(K: Any, q: float, v: float, a: Any, i: int, d: float) -> tuple[float, float]:
+def predicted(
+    state: Any, limits: Any, feedback: Any, q: float, v: float, a: Any, i: int, d: float
+) -> tuple[float, float]:
     """(q, v) of the samples' time brought to now by what was sent since, column i of the ring a, and d."""
-    feedback = K.feedback
     for ago in range(feedback.latency, 0, -1):
-        q, v = advanced(K, q, v, a[slot(feedback, ago), i] + d)
-        v, d = plausible(K, v, d, K.limits.v_max[i])
+        q, v = advanced(state, q, v, a[slot(feedback, ago), i] + d)
+        v, d = plausible(state, v, d, limits.v_max[i])
     return q, v
 
 
@@ -73,14 +74,14 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
     if feedback.bad[i]:
         feedback.q_hat[i], feedback.v_hat[i] = feedback.seen[i], past.v[then, i]
     elif not first:
-        q, v = advanced(K, feedback.q_hat[i], feedback.v_hat[i], past.a[before, i] + feedback.d_hat[i])
+        q, v = advanced(K.state, feedback.q_hat[i], feedback.v_hat[i], past.a[before, i] + feedback.d_hat[i])
         e = feedback.innovation[i] = feedback.seen[i] - q
-        feedback.q_hat[i], v, change = corrected(K, z, q, v, e)
-        v, d = plausible(K, v, feedback.d_hat[i] + change, K.limits.v_max[i])
+        feedback.q_hat[i], v, change = corrected(K.state, z, q, v, e)
+        v, d = plausible(K.state, v, feedback.d_hat[i] + change, K.limits.v_max[i])
         feedback.v_hat[i], feedback.d_hat[i] = v, d
     q, v = feedback.q_hat[i], feedback.v_hat[i]
     if not healthy or feedback.kind == TORQUE_DRIVE:
-        q, v = predicted(K, q, v, past.a, i, feedback.d_hat[i])
+        q, v = predicted(K.state, K.limits, feedback, q, v, past.a, i, feedback.d_hat[i])
     feedback.q_now[i], feedback.v_now[i] = q, v
     if healthy and not feedback.unresponsive[i]:
         if not is_soft(feedback, i):
@@ -90,23 +91,25 @@ def _observe_joint(K: Any, i: int, then: int, before: int, first: bool) -> None:
 
 
 @jit
-def _observe_block(K: Any, at: int, before: int) -> bool:
+def _observe_block(
+    state: Any, faults: Any, limits: Any, feedback: Any, past: Any, at: int, before: int
+) -> bool:
     """The observers of the joints from ``at`` on; False where one of them is in no regular state.
 
     It is regular where its sample is good and its failure, if it has failed, was known a tick ago.
     """
-    feedback, failed = K.feedback, is_set(K.faults.code, at)
+    failed = is_set(faults.code, at)
     known = is_set(feedback.known_failed, at)
     odd = is_set(feedback.bad, at) | is_set(feedback.unresponsive, at) | (failed & ~known) | (known & ~failed)
     if any_of(odd):
         return False
     d, d_slow = several(feedback.d_hat, at), several(feedback.d_slow, at)
     q, v = advanced(
-        K, several(feedback.q_hat, at), several(feedback.v_hat, at), several(K.past.a[before], at) + d
+        state, several(feedback.q_hat, at), several(feedback.v_hat, at), several(past.a[before], at) + d
     )
     e = several(feedback.seen, at) - q
-    q, v, change = corrected(K, select(failed, feedback.pole_failed, feedback.pole), q, v, e)
-    v, d = plausible(K, v, d + change, several(K.limits.v_max, at))
+    q, v, change = corrected(state, select(failed, feedback.pole_failed, feedback.pole), q, v, e)
+    v, d = plausible(state, v, d + change, several(limits.v_max, at))
     put(feedback.innovation, at, e)
     put(feedback.q_hat, at, q)
     put(feedback.v_hat, at, v)
@@ -132,7 +135,7 @@ def observe(K: Any, first: bool) -> None:
     then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
     together = feedback.latency == 0 and not first and not feedback.softened
     for at in range(0, K.chain.n, WIDTH):
-        if not together or not _observe_block(K, at, before):
+        if not together or not _observe_block(K.state, K.faults, K.limits, feedback, K.past, at, before):
             for i in range(at, min(at + WIDTH, K.chain.n)):
                 _observe_joint(K, i, then, before, first)
 

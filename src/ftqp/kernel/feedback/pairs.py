@@ -27,15 +27,15 @@ exceeds them by itself. A guess that the campaigns have not contradicted."""
 
 
 @jit
-def partner(K: Any, j: int) -> int:
+def partner(feedback: Any, chain: Any, j: int) -> int:
     """The joint that does almost the same as joint j, or -1.
 
     Beside a joint that gives way the inertia of the other is M_ii (1 - M_ij^2/(M_ii M_jj)): too little for a
     loop with delay.
     """
-    M = K.feedback.M
+    M = feedback.M
     found, most = -1, PARALLEL
-    for i in range(K.chain.n):
+    for i in range(chain.n):
         alike = M[i, j] * M[i, j] / (M[i, i] * M[j, j])
         if i != j and alike > most:
             found, most = i, alike
@@ -43,30 +43,29 @@ def partner(K: Any, j: int) -> int:
 
 
 @jit
-def heeds(K: Any, j: int) -> bool:
+def heeds(state: Any, limits: Any, feedback: Any, past: Any, j: int) -> bool:
     """Whether joint j is where its command is, and as fast."""
-    feedback, state = K.feedback, K.state
     off = abs(feedback.q_now[j] - state.q_command[j])
     slower = abs(feedback.v_now[j] - state.v_command[j])
     noise = NOISE_LEVELS * feedback.sigma * feedback.failed_noise
-    near: bool = off < NEAR * error_band(K, j)
-    return near and slower < SLOW * K.limits.v_max[j] + noise
+    near: bool = off < NEAR * error_band(feedback, past, j)
+    return near and slower < SLOW * limits.v_max[j] + noise
 
 
 @jit
-def _missing(K: Any) -> int:
+def _missing(limits: Any, feedback: Any, chain: Any) -> int:
     """The joint whose motor alone explains what has been unusual for a while, or -1."""
-    feedback, M, missing = K.feedback, K.feedback.M, K.feedback.missing
+    M, missing = feedback.M, feedback.missing
     worst, most, total = -1, 0.0, 0.0
-    for i in range(K.chain.n):
+    for i in range(chain.n):
         energy = missing[i] * missing[i] / M[i, i]
         total += energy
         if energy > most:
             worst, most = i, energy
-    if worst < 0 or most < ALONE * total or abs(missing[worst]) < LACKING * K.limits.tau_max[worst]:
+    if worst < 0 or most < ALONE * total or abs(missing[worst]) < LACKING * limits.tau_max[worst]:
         return -1
     noise = 0.0
-    for j in range(K.chain.n):
+    for j in range(chain.n):
         noise += M[worst, j] * M[worst, j]
     return worst if abs(missing[worst]) > NOISE_LEVELS * feedback.missing_noise * sqrt(noise) else -1
 
@@ -80,8 +79,8 @@ def soften(K: Any) -> None:
     """
     feedback, faults, dt = K.feedback, K.faults, K.state.dt
     if faults.working == K.chain.n:
-        suspect = _missing(K)
-        other = partner(K, suspect) if suspect >= 0 else -1
+        suspect = _missing(K.limits, feedback, K.chain)
+        other = partner(feedback, K.chain, suspect) if suspect >= 0 else -1
         if other >= 0:
             if not feedback.softened:
                 feedback.soft_one, feedback.soft_other = suspect, other
@@ -89,7 +88,12 @@ def soften(K: Any) -> None:
     if not feedback.softened:
         return
     one, another = feedback.soft_one, feedback.soft_other
-    feedback.agreeing = feedback.agreeing + 1 if heeds(K, one) and heeds(K, another) else 0
+    feedback.agreeing = (
+        feedback.agreeing + 1
+        if heeds(K.state, K.limits, feedback, K.past, one)
+        and heeds(K.state, K.limits, feedback, K.past, another)
+        else 0
+    )
     failed = faults.code[one] != HEALTHY or faults.code[another] != HEALTHY
     if failed or feedback.agreeing * dt > AGREE_TIME:
         feedback.softened = 0
@@ -103,13 +107,13 @@ def is_soft(feedback: Any, i: int) -> bool:
 
 
 @jit
-def softly(K: Any, i: int, a: Any, back: float) -> float:
+def softly(feedback: Any, i: int, a: Any, back: float) -> float:
     """M_ii (1 - r) (a_i + b_i) - M_ii a_i - M_ij a_j, with r = |M_ij|/sqrt(M_ii M_jj), beside M a.
 
     M_ii (1 - r) is the least inertia that the pair has in any direction, whoever of the two obeys.
     """
-    M = K.feedback.M
-    j = K.feedback.soft_other if i == K.feedback.soft_one else K.feedback.soft_one
+    M = feedback.M
+    j = feedback.soft_other if i == feedback.soft_one else feedback.soft_one
     share = 1.0 - abs(M[i, j]) / sqrt(M[i, i] * M[j, j])
     tau: float = M[i, i] * (share * (a[i] + back) - a[i]) - M[i, j] * a[j]
     return tau

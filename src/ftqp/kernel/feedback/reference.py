@@ -30,20 +30,19 @@ contradicted."""
 
 
 @jit
-def refer(K: Any) -> None:
+def refer(state: Any, faults: Any, feedback: Any, chain: Any, past: Any) -> None:
     """(q_r, v_r) into ``state``: the last command; of failed joints the observed state.
 
     A joint that brakes or swings counts as it is observed now. A locked joint at rest has velocity zero, and
     its place follows the sensor slowly, so that its noise does not shake the others.
     Source: docs/theory/feedback.md, "The reference".
     """
-    feedback, past, state, faults = K.feedback, K.past, K.state, K.faults
     now = feedback.now
     rest = STILL + 6.0 * feedback.sigma * feedback.failed_noise
-    for at in range(0, K.chain.n, WIDTH):
+    for at in range(0, chain.n, WIDTH):
         put(state.q, at, several(state.q_command, at))
         put(state.v, at, several(state.v_command, at))
-    for k in range(faults.working, K.chain.n):
+    for k in range(faults.working, chain.n):
         i = faults.order[k]
         q, v = feedback.q_now[i], feedback.v_now[i]
         if faults.code[i] == LOCKED:
@@ -57,9 +56,9 @@ def refer(K: Any) -> None:
 
 
 @jit
-def place_of(K: Any, i: int, wanted: float) -> float:
+def place_of(limits: Any, gate: Any, i: int, wanted: float) -> float:
     """A position that may be sent to joint i: in its range, or no farther outside than the last one."""
-    limits, last = K.limits, K.gate.sent[i]
+    last = gate.sent[i]
     low, high = min(limits.q_min[i], last), max(limits.q_max[i], last)
     return min(max(wanted, low), high)
 
@@ -81,7 +80,7 @@ def return_to_work(K: Any, i: int) -> None:
         good = feedback.bad[i] == 0 and is_finite(state.q[i])
         most, seen = (feedback.latency + 1) * state.dt * top, state.q[i] if good else gate.sent[i]
         q = min(max(gate.q[i], seen - most), seen + most)
-    gate.q[i] = state.q_command[i] = place_of(K, i, q)
+    gate.q[i] = state.q_command[i] = place_of(K.limits, gate, i, q)
     for s in range(feedback.span):
         past.q[s, i] = gate.q[i]
 
@@ -98,19 +97,18 @@ def take_jump(K: Any) -> None:
 
 
 @jit
-def leave_margin(K: Any) -> None:
+def leave_margin(faults: Any, feedback: Any, chain: Any, past: Any) -> None:
     """The reference keeps below the speed limits from when a healthy joint was first seen beside its command.
 
     A servo answers the end of an acceleration with an overshoot, a_max/(e wn) at wn, and noise and loads add
     theirs. An arm that follows exactly needs none.
     Source: docs/theory/feedback.md, "The reference".
     """
-    feedback, past, faults = K.feedback, K.past, K.faults
     if feedback.exact:
         return
     then = slot(feedback, feedback.latency)
     if feedback.speed_margin == 0.0:
-        for i in range(K.chain.n):
+        for i in range(chain.n):
             if faults.code[i] == HEALTHY and abs(feedback.seen[i] - past.q[then, i]) > BESIDE:
                 feedback.speed_margin = SPEED_MARGIN
     else:
@@ -118,11 +116,10 @@ def leave_margin(K: Any) -> None:
 
 
 @jit
-def follows(K: Any) -> bool:
+def follows(feedback: Any, chain: Any, past: Any) -> bool:
     """Whether every sample is the reference of its time to the last bit, as on an arm that obeys exactly."""
-    feedback, past = K.feedback, K.past
     then = slot(feedback, feedback.latency)
-    for at in range(0, K.chain.n, WIDTH):
+    for at in range(0, chain.n, WIDTH):
         if any_of(abs(several(feedback.seen, at) - several(past.q[then], at)) > 0.0):
             return False
     return True

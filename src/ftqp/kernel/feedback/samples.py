@@ -78,14 +78,16 @@ def begin(K: Any) -> None:
 
 
 @jit
-def _is_possible(K: Any, i: int, sample: float, v: float) -> bool:
+def _is_possible(
+    state: Any, faults: Any, limits: Any, feedback: Any, i: int, sample: float, v: float
+) -> bool:
     """|q_m - q_good - t v_r| <= 1.3 v_max dt + a_max t^2 + 8.5 sigma + 1e-4, t the time since q_good."""
-    feedback, limits, dt = K.feedback, K.limits, K.state.dt
+    dt = state.dt
     if not is_finite(sample):
         return False
     t = feedback.age[i] * dt
     top = max(limits.v_max[i], abs(v), abs(feedback.v_hat[i]))  # a limit that has just been lowered
-    if K.faults.code[i] == FREE:
+    if faults.code[i] == FREE:
         top = max(top, FREE_SPEED)
     if not top < inf:
         return True
@@ -94,9 +96,8 @@ def _is_possible(K: Any, i: int, sample: float, v: float) -> bool:
 
 
 @jit
-def _is_frozen(K: Any, i: int, sample: float, v: float) -> bool:
+def _is_frozen(state: Any, feedback: Any, i: int, sample: float, v: float) -> bool:
     """Whether a sensor whose noise is known repeats its number although the joint moves."""
-    feedback = K.feedback
     if sample == feedback.raw[i]:
         feedback.same[i] += 1
     else:
@@ -104,26 +105,25 @@ def _is_frozen(K: Any, i: int, sample: float, v: float) -> bool:
         feedback.raw[i] = sample
     if feedback.sigma == 0.0 or feedback.same[i] < FROZEN_SAMPLES:
         return False
-    return abs(v) * feedback.same[i] * K.state.dt > FROZEN_SIGMAS * feedback.sigma
+    return abs(v) * feedback.same[i] * state.dt > FROZEN_SIGMAS * feedback.sigma
 
 
 @jit
-def _spend(K: Any, spent: float, bad: bool) -> float:
+def _spend(state: Any, watch: Any, feedback: Any, spent: float, bad: bool) -> float:
     """The leaky count of bad samples as time [s]; the arm is stopped when patience is at an end."""
-    dt = K.state.dt
+    dt = state.dt
     if not bad:
         return max(0.0, spent - RECOVERY * dt)
     spent += dt
-    if spent > K.feedback.patience + 0.5 * dt and K.watch.latched == 0:
-        K.watch.latched = 1
-        K.watch.reason = STOPPED_BY_SENSOR
+    if spent > feedback.patience + 0.5 * dt and watch.latched == 0:
+        watch.latched = 1
+        watch.reason = STOPPED_BY_SENSOR
     return spent
 
 
 @jit
-def _drop_broken_tip(K: Any) -> bool:
+def _drop_broken_tip(task: Any) -> bool:
     """Whether a tip was measured that is not finite; it then counts as not measured."""
-    task = K.task
     if not task.has_tip_measured:
         return False
     for r in range(4):
@@ -141,11 +141,11 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
     sample = state.q[i]
     v = past.v[then, i] if K.faults.code[i] != FREE else feedback.v_hat[i]
     feedback.age[i] += 1
-    bad = feedback.lost[i] != 0 or not _is_possible(K, i, sample, v)
-    if _is_frozen(K, i, sample, v):
+    bad = feedback.lost[i] != 0 or not _is_possible(state, K.faults, K.limits, feedback, i, sample, v)
+    if _is_frozen(state, feedback, i, sample, v):
         bad = True
     feedback.bad[i] = 1 if bad else 0
-    feedback.spent[i] = _spend(K, feedback.spent[i], bad)
+    feedback.spent[i] = _spend(state, K.watch, feedback, feedback.spent[i], bad)
     if bad:
         feedback.refused += 1
         off = feedback.offset[i] if K.faults.code[i] == HEALTHY else 0.0  # a failed joint's is its reference
@@ -159,12 +159,11 @@ def _believe_joint(K: Any, i: int, then: int) -> None:
 
 
 @jit
-def _believe_block(K: Any, at: int, then: int) -> bool:
+def _believe_block(state: Any, limits: Any, feedback: Any, past: Any, at: int, then: int) -> bool:
     """The samples of the joints from ``at`` on, taken as they are; False where one needs a closer look.
 
     They are taken where all were good a tick ago and all are possible now, as ``_is_possible`` has it.
     """
-    feedback, past, limits, state = K.feedback, K.past, K.limits, K.state
     odd = is_set(feedback.age, at) | is_set(feedback.lost, at) | is_set(feedback.bad, at)
     if any_of(odd):
         return False
@@ -202,16 +201,16 @@ def believe(K: Any) -> None:
     now = feedback.now
     then = slot(feedback, feedback.latency)
     feedback.refused = 0
-    elsewhere = _drop_broken_tip(K) or state.unusable != 0
+    elsewhere = _drop_broken_tip(K.task) or state.unusable != 0
     together = feedback.sigma == 0.0 and faults.movable == faults.working  # noise: frozen sensors are counted
     for at in range(0, K.chain.n, WIDTH):
         put(past.q[now], at, several(state.q_command, at))
         put(past.v[now], at, several(state.v_command, at))
     for at in range(0, K.chain.n, WIDTH):
         elsewhere = elsewhere or not all_of(abs(several(state.v, at)) < inf)
-        if not together or not _believe_block(K, at, then):
+        if not together or not _believe_block(state, K.limits, feedback, past, at, then):
             for i in range(at, min(at + WIDTH, n)):
                 _believe_joint(K, i, then)
-    feedback.spent_elsewhere = _spend(K, feedback.spent_elsewhere, elsewhere)
+    feedback.spent_elsewhere = _spend(state, K.watch, feedback, feedback.spent_elsewhere, elsewhere)
     if elsewhere:
         feedback.refused += 1

@@ -28,16 +28,16 @@ campaigns have not contradicted."""
 
 
 @jit
-def _swing(K: Any, i: int, wanted: Any) -> None:
+def _swing(state: Any, faults: Any, feedback: Any, chain: Any, free: Any, i: int, wanted: Any) -> None:
     """What a free-swinging joint does when the others do what is wanted, feedback included.
 
     (M_ii + dt d) a_i = -h_i - M_ih a_h - d v_i, 0 on its stop. With the acceleration that it had without the
     feedback, the others' loop would be as much too stiff as their inertia beside a free joint is smaller, and
     so would what is fed forward: no disturbance of the others acts on it, so that M_i: d = 0.
     """
-    chain, faults, feedback, M = K.chain, K.faults, K.feedback, K.feedback.M
+    M = feedback.M
     feedback.d_slow[i] = 0.0
-    if K.free.contact[i]:
+    if free.contact[i]:
         wanted[i] = 0.0
         return
     disturbed = 0.0
@@ -49,16 +49,16 @@ def _swing(K: Any, i: int, wanted: Any) -> None:
     for j in range(chain.n):
         if j != i:
             total -= M[i, j] * wanted[j]
-    wanted[i] = total / (M[i, i] + K.state.dt * (faults.friction[i] + chain.viscous[i]))
+    wanted[i] = total / (M[i, i] + state.dt * (faults.friction[i] + chain.viscous[i]))
 
 
 @jit
-def _slip(K: Any, i: int, wanted: Any) -> None:
+def _slip(state: Any, faults: Any, feedback: Any, i: int, wanted: Any) -> None:
     """What the others' feedback does to a joint whose brake slips: a_i = -M_ih (a_h - a_r,h)/M_ii.
 
     As beside a free joint, their loop would be too stiff if they took it to stand.
     """
-    faults, state, M = K.faults, K.state, K.feedback.M
+    M = feedback.M
     total = 0.0
     for k in range(faults.working):
         j = faults.order[k]
@@ -67,30 +67,28 @@ def _slip(K: Any, i: int, wanted: Any) -> None:
 
 
 @jit
-def _model_torque(K: Any, i: int, wanted: Any) -> float:
+def _model_torque(feedback: Any, chain: Any, i: int, wanted: Any) -> float:
     """(M a + h)_i of the accelerations that are wanted."""
-    feedback = K.feedback
     tau: float = feedback.h[i]
-    for j in range(K.chain.n):
+    for j in range(chain.n):
         tau += feedback.M[i, j] * wanted[j]
     return tau
 
 
 @jit
-def _forward(K: Any, i: int) -> float:
+def _forward(limits: Any, feedback: Any, chain: Any, i: int) -> float:
     """clip(-(M d)_i, +-0.3 tau_max) of the observed disturbance."""
-    feedback = K.feedback
-    most = FEED_FORWARD_SHARE * K.limits.tau_max[i]
+    most = FEED_FORWARD_SHARE * limits.tau_max[i]
     forward = 0.0
-    for j in range(K.chain.n):
+    for j in range(chain.n):
         forward -= feedback.M[i, j] * feedback.d_slow[j]
     return min(max(forward, -most), most)
 
 
 @jit
-def _farthest_beyond(K: Any, count: int, wanted: Any) -> int:
+def _farthest_beyond(faults: Any, limits: Any, feedback: Any, chain: Any, count: int, wanted: Any) -> int:
     """The joint farthest beyond its torque limit, the first ``others`` aside, or -1; ``bent``: its sign."""
-    feedback, faults, tau_max = K.feedback, K.faults, K.limits.tau_max
+    tau_max = limits.tau_max
     worst, most = -1, 1.0
     for k in range(faults.working):
         i = faults.order[k]
@@ -99,7 +97,7 @@ def _farthest_beyond(K: Any, count: int, wanted: Any) -> int:
             known = known or feedback.others[a] == i
         if known:
             continue
-        tau = _model_torque(K, i, wanted) + _forward(K, i)
+        tau = _model_torque(feedback, chain, i, wanted) + _forward(limits, feedback, chain, i)
         if abs(tau) > most * tau_max[i]:
             worst, most = i, abs(tau) / tau_max[i]
             feedback.bent[i] = 1.0 if tau > 0.0 else -1.0
@@ -107,22 +105,26 @@ def _farthest_beyond(K: Any, count: int, wanted: Any) -> int:
 
 
 @jit
-def _share_limits(K: Any, wanted: Any) -> None:
+def _share_limits(faults: Any, limits: Any, feedback: Any, chain: Any, scratch: Any, wanted: Any) -> None:
     """Joints S whose torques are at their limits get less of what is wanted, and the others know of it.
 
     M_SS Delta_S = +-tau_max_S - tau_S is added to their accelerations: else the others would answer ones that
     they do not have. S grows by the joint that is farthest beyond its limit, until there is none.
     """
-    feedback, tau_max = K.feedback, K.limits.tau_max
-    M, S, missing, full = feedback.M, K.scratch.square, K.scratch.impulse, K.feedback.others
-    for count in range(1, K.faults.working + 1):
-        worst = _farthest_beyond(K, count - 1, wanted)
+    tau_max = limits.tau_max
+    M, S, missing, full = feedback.M, scratch.square, scratch.impulse, feedback.others
+    for count in range(1, faults.working + 1):
+        worst = _farthest_beyond(faults, limits, feedback, chain, count - 1, wanted)
         if worst < 0:
             return
         full[count - 1] = worst
         for a in range(count):
             i = full[a]
-            missing[a] = feedback.bent[i] * tau_max[i] - _model_torque(K, i, wanted) - _forward(K, i)
+            missing[a] = (
+                feedback.bent[i] * tau_max[i]
+                - _model_torque(feedback, chain, i, wanted)
+                - _forward(limits, feedback, chain, i)
+            )
             for b in range(a + 1):
                 S[a, b] = M[i, full[b]]
         if not factor(S, count):
@@ -133,17 +135,17 @@ def _share_limits(K: Any, wanted: Any) -> None:
 
 
 @jit
-def _send_to_unresponsive(K: Any, i: int, wanted: Any) -> None:
+def _send_to_unresponsive(limits: Any, feedback: Any, chain: Any, past: Any, i: int, wanted: Any) -> None:
     """The torque with which a joint does what it should, if it obeys, and what it does in that case."""
-    feedback, top = K.feedback, K.limits.tau_max[i]
+    top = limits.tau_max[i]
     inertia = feedback.alone[i]
     most = FEED_FORWARD_SHARE * top
-    tau = _model_torque(K, i, wanted) + inertia * (feedback.asked[i] - wanted[i])
+    tau = _model_torque(feedback, chain, i, wanted) + inertia * (feedback.asked[i] - wanted[i])
     forward = min(max(-inertia * feedback.own_slow[i], -most), most)
     sent = min(max(tau + forward, -top), top)
     feedback.tau_sent[i] = sent
     if not feedback.asks[i]:
-        K.past.own[feedback.now, feedback.place[i]] = feedback.asked[i] + (sent - tau) / inertia
+        past.own[feedback.now, feedback.place[i]] = feedback.asked[i] + (sent - tau) / inertia
 
 
 @rare_jit
@@ -167,28 +169,31 @@ def _torques(K: Any) -> None:
             most = FEEDBACK_SHARE * limits.tau_max[i] / M[i, i]
             back = min(max(back, -most), most)
             if is_soft(feedback, i):
-                feedback.softly[i] = softly(K, i, state.a_command, back)
+                feedback.softly[i] = softly(feedback, i, state.a_command, back)
             else:
                 wanted[i] += back
     for k in range(faults.working, faults.movable):
-        _swing(K, faults.order[k], wanted)
+        _swing(state, faults, feedback, K.chain, K.free, faults.order[k], wanted)
     slips = SLIPS + SLIP_SIGMAS * feedback.sigma * feedback.failed_noise
     for k in range(faults.movable, n):
         i = faults.order[k]
         if faults.code[i] == LOCKED and abs(feedback.v_hat[i]) > slips:
-            _slip(K, i, wanted)
+            _slip(state, faults, feedback, i, wanted)
     if feedback.unresponsive_count:
-        predict_unresponsive(K, wanted, FEEDBACK_SHARE)
-    _share_limits(K, wanted)
+        predict_unresponsive(faults, limits, feedback, K.chain, K.scratch, wanted, FEEDBACK_SHARE)
+    _share_limits(faults, limits, feedback, K.chain, K.scratch, wanted)
     changed = False
     count = 0
     for k in range(faults.working):
         i = faults.order[k]
         if feedback.unresponsive[i]:
-            _send_to_unresponsive(K, i, wanted)
+            _send_to_unresponsive(limits, feedback, K.chain, past, i, wanted)
             continue
-        tau = _model_torque(K, i, wanted)
-        sent = min(max(tau + _forward(K, i) + feedback.softly[i], -limits.tau_max[i]), limits.tau_max[i])
+        tau = _model_torque(feedback, K.chain, i, wanted)
+        sent = min(
+            max(tau + _forward(limits, feedback, K.chain, i) + feedback.softly[i], -limits.tau_max[i]),
+            limits.tau_max[i],
+        )
         extra[count] = sent - tau
         changed = changed or extra[count] != 0.0
         feedback.tau_sent[i] = sent
@@ -208,26 +213,26 @@ def _torques(K: Any) -> None:
             for k in range(count):
                 past.a[now, moving[k]] += extra[k]
     if feedback.unresponsive_count:
-        inform_unresponsive(K)
+        inform_unresponsive(feedback, K.chain, past)
 
 
 @jit
-def _held(K: Any, i: int, off: float) -> float:
+def _held(state: Any, limits: Any, feedback: Any, i: int, off: float) -> float:
     """v_r + k_q e + k_q^2/8 int e, within the velocity limit: a load unknown to a servo makes it slip."""
-    feedback, top = K.feedback, K.limits.v_max[i]
+    top = limits.v_max[i]
     most = SLIP_SHARE * top
-    wound = feedback.wound[i] + 0.125 * feedback.hold * feedback.hold * K.state.dt * off
+    wound = feedback.wound[i] + 0.125 * feedback.hold * feedback.hold * state.dt * off
     feedback.wound[i] = min(max(wound, -most), most)
-    v = K.state.v_command[i] + feedback.hold * off + feedback.wound[i]
+    v = state.v_command[i] + feedback.hold * off + feedback.wound[i]
     return min(max(v, -top), top)
 
 
 @jit
-def _faded(K: Any, i: int, extra: float) -> float:
+def _faded(state: Any, limits: Any, i: int, extra: float) -> float:
     """v_r and what is left of the last tick's feedback, which a_max takes away, within the velocity limit."""
-    top, step = K.limits.v_max[i], K.limits.a_max[i] * K.state.dt
+    top, step = limits.v_max[i], limits.a_max[i] * state.dt
     left = max(abs(extra) - step, 0.0)
-    v = K.state.v_command[i] + (left if extra > 0.0 else -left)
+    v = state.v_command[i] + (left if extra > 0.0 else -left)
     return min(max(v, -top), top)
 
 
@@ -263,9 +268,9 @@ def send(K: Any) -> None:
         for k in range(faults.working):
             i = faults.order[k]
             if feedback.bad[i]:
-                feedback.v_sent[i] = _faded(K, i, feedback.bent[i])
+                feedback.v_sent[i] = _faded(state, limits, i, feedback.bent[i])
             else:
-                feedback.v_sent[i] = _held(K, i, past.q[then, i] - feedback.q_hat[i])
+                feedback.v_sent[i] = _held(state, limits, feedback, i, past.q[then, i] - feedback.q_hat[i])
     elif lead != 0.0:
         for k in range(faults.working):
             i = faults.order[k]

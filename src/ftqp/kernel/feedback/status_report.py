@@ -19,12 +19,11 @@ contradicted."""
 
 
 @jit
-def see_error(K: Any) -> None:
+def see_error(task: Any, feedback: Any, kinematics: Any, past: Any) -> None:
     """e: from the measured tip to the target of the same time, (6,), and its norms.
 
     That is the reference's error to the given target at that time, less d.
     """
-    feedback, past, task = K.feedback, K.past, K.task
     if feedback.latency == 0:
         for k in range(6):
             task.seen[k] = task.error[k] - feedback.off[k]
@@ -35,18 +34,17 @@ def see_error(K: Any) -> None:
         source = then if past.known[then] else feedback.now
         for k in range(6):
             task.seen[k] = past.error[source, k] - feedback.off[k]
-    task.position_error, task.rotation_error = norms(K, task.seen)
+    task.position_error, task.rotation_error = norms(task, kinematics, task.seen)
 
 
 @jit
-def _is_measured_outside(K: Any) -> bool:
+def _is_measured_outside(limits: Any, feedback: Any, chain: Any) -> bool:
     """Whether a joint is measured beyond its range, farther than by six standard deviations of the noise.
 
     The reference, at which the QP is posed, may be inside all the while.
     """
-    limits, feedback = K.limits, K.feedback
     room = OUTSIDE_FROM + OUTSIDE_SIGMAS * feedback.sigma
-    for at in range(0, K.chain.n, WIDTH):
+    for at in range(0, chain.n, WIDTH):
         q = several(feedback.seen, at)
         if any_of((q < several(limits.q_min, at) - room) | (q > several(limits.q_max, at) + room)):
             return True
@@ -54,7 +52,7 @@ def _is_measured_outside(K: Any) -> bool:
 
 
 @jit
-def report_status(K: Any, outcome: int) -> int:
+def report_status(state: Any, limits: Any, task: Any, feedback: Any, chain: Any, outcome: int) -> int:
     """The status: INVALID_INPUT of a refused sample, LAGGING with hysteresis, else the QP's own outcome.
 
     It is LAGGING when the measured tip is beyond the task's tolerance, or a joint has been outside its
@@ -62,7 +60,7 @@ def report_status(K: Any, outcome: int) -> int:
     beyond its range. Where the QP itself says that the task is relaxed or scaled, and the arm follows the
     command, that goes first.
     """
-    feedback, task, dt = K.feedback, K.task, K.state.dt
+    dt = state.dt
     if not feedback.active:
         return outcome
     e = max(task.position_error / feedback.tolerance, task.rotation_error / feedback.rotation_tolerance)
@@ -78,6 +76,6 @@ def report_status(K: Any, outcome: int) -> int:
         return INVALID_INPUT
     if feedback.lagging and (outcome == OK or feedback.gap >= 1.0):
         return LAGGING
-    if outcome == OK and _is_measured_outside(K):
+    if outcome == OK and _is_measured_outside(limits, feedback, chain):
         return LAGGING
     return outcome

@@ -25,12 +25,12 @@ tip"). A guess that the campaigns have not contradicted."""
 
 
 @jit
-def _keep_tip(K: Any, place: Any) -> None:
+def _keep_tip(kinematics: Any, place: Any) -> None:
     """The tip of the present kinematics, rotation by rows and origin, into (12,)."""
     for k in range(9):
-        place[k] = K.kinematics.R_tip[k]
+        place[k] = kinematics.R_tip[k]
     for k in range(3):
-        place[9 + k] = K.kinematics.o_tip[k]
+        place[9 + k] = kinematics.o_tip[k]
 
 
 @jit
@@ -57,13 +57,13 @@ def look_at_tip(K: Any) -> None:
     """Kinematics of the reference, and d: the measured tip beside that of the reference of the same time."""
     feedback, past, state, task = K.feedback, K.past, K.state, K.task
     n, now = K.chain.n, feedback.now
-    exact = follows(K)
+    exact = follows(feedback, K.chain, past)
     feedback.exact = exact
     if not (exact or task.has_tip_measured):
         for i in range(n):
             state.q[i] = feedback.seen[i]
         forward_kinematics(K)
-        _keep_tip(K, feedback.tip)
+        _keep_tip(K.kinematics, feedback.tip)
         for i in range(n):
             state.q[i] = past.q[now, i]
     forward_kinematics(K)
@@ -71,7 +71,7 @@ def look_at_tip(K: Any) -> None:
         for k in range(6):
             feedback.off[k] = 0.0
         return
-    _keep_tip(K, past.tip[now])
+    _keep_tip(K.kinematics, past.tip[now])
     past.known[now] = 1
     then = slot(feedback, feedback.latency)
     if task.has_tip_measured:
@@ -101,10 +101,9 @@ def _bounded(c: Any, rate: Any, at: int, most: float) -> None:
 
 
 @jit
-def _rests(K: Any) -> bool:
+def _rests(feedback: Any, calm: Any) -> bool:
     """Whether the displacement rests: near a target that stands, where dry friction would make it hunt."""
-    feedback = K.feedback
-    if K.calm.stood < STOOD or feedback.tip_gap > LOUD:
+    if calm.stood < STOOD or feedback.tip_gap > LOUD:
         feedback.quiet = 0
     elif feedback.tip_gap < QUIET:
         feedback.quiet = 1
@@ -112,7 +111,7 @@ def _rests(K: Any) -> bool:
 
 
 @jit
-def correct(K: Any) -> None:
+def correct(state: Any, task: Any, watch: Any, feedback: Any, calm: Any) -> None:
     """c'' = -kappa^2 (c + d) - 2 kappa c', and what it adds to the task: c to its error, the rest to b.
 
     It rests while a sample is refused, during a stop, near a target that stands, when the arm holds, and when
@@ -120,7 +119,6 @@ def correct(K: Any) -> None:
     acceleration are fed forward, so that kappa alone decides how fast the arm's error is taken back.
     Source: docs/theory/feedback.md, "The tip".
     """
-    feedback, state, task = K.feedback, K.state, K.task
     c, rate, kappa, dt = feedback.c, feedback.c_rate, feedback.kappa, state.dt
     feedback.displaced = 0
     for k in range(6):
@@ -128,7 +126,9 @@ def correct(K: Any) -> None:
             feedback.displaced = 1
     if not feedback.displaced:
         return
-    frozen = feedback.refused > 0 or K.watch.latched != 0 or _rests(K) or K.calm.holding or gives_up(K)
+    frozen = (
+        feedback.refused > 0 or watch.latched != 0 or _rests(feedback, calm) or calm.holding or gives_up(calm)
+    )
     for k in range(6):
         if frozen:
             rate[k] = feedback.push[k] = 0.0
@@ -143,9 +143,9 @@ def correct(K: Any) -> None:
 
 
 @jit
-def displace(K: Any) -> None:
+def displace(task: Any, feedback: Any) -> None:
     """The task's error becomes that to the displaced target."""
-    if not K.feedback.displaced:
+    if not feedback.displaced:
         return
     for k in range(6):
-        K.task.error[k] += K.feedback.c[k]
+        task.error[k] += feedback.c[k]

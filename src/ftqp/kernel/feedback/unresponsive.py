@@ -39,32 +39,31 @@ suspected. A guess that the campaigns have not contradicted."""
 
 
 @jit
-def stands(K: Any, j: int) -> bool:
+def stands(feedback: Any, j: int) -> bool:
     """Whether an unresponsive joint is at rest."""
-    still: bool = K.feedback.still[j] >= STILL_SAMPLES
+    still: bool = feedback.still[j] >= STILL_SAMPLES
     return still
 
 
 @jit
-def answer(K: Any, j: int, a: Any) -> float:
+def answer(feedback: Any, chain: Any, j: int, a: Any) -> float:
     """-M_jh a_h/M_jj: what the accelerations of the others do to joint j."""
-    M = K.feedback.M
+    M = feedback.M
     total = 0.0
-    for i in range(K.chain.n):
+    for i in range(chain.n):
         if i != j:
             total -= M[j, i] * a[i]
     return total / M[j, j]
 
 
 @jit
-def _retell(K: Any, j: int) -> None:
+def _retell(feedback: Any, chain: Any, past: Any, j: int) -> None:
     """What joint j was to do lately: nothing where it stands, else -M_jh a_h/M_jj; d_j is all the rest."""
-    feedback, past = K.feedback, K.past
     before = slot(feedback, feedback.latency + 1)
     feedback.d_hat[j] += past.a[before, j]
     for ago in range(feedback.latency + 2):
         then = slot(feedback, ago)
-        past.a[then, j] = 0.0 if stands(K, j) else answer(K, j, past.a[then])
+        past.a[then, j] = 0.0 if stands(feedback, j) else answer(feedback, chain, j, past.a[then])
     feedback.d_hat[j] -= past.a[before, j]
 
 
@@ -88,7 +87,7 @@ def _leave_out(K: Any, j: int) -> None:
         for ago in range(feedback.latency + 2):
             then = slot(feedback, ago)
             past.own[then, feedback.place[j]] = past.a[then, j]
-    _retell(K, j)
+    _retell(feedback, K.chain, past, j)
 
 
 @jit
@@ -109,39 +108,42 @@ def _take_back(K: Any, j: int) -> None:
 
 
 @jit
-def _observe_own(K: Any, j: int) -> None:
+def _observe_own(state: Any, limits: Any, feedback: Any, past: Any, j: int) -> None:
     """The observer of joint j as if it obeyed, see ``ftqp.kernel.feedback.observer``."""
-    feedback, past = K.feedback, K.past
     then, before = slot(feedback, feedback.latency), slot(feedback, feedback.latency + 1)
     place = feedback.place[j]
     if feedback.bad[j]:
         feedback.own_q[j], feedback.own_v[j] = feedback.seen[j], past.v[then, j]
     else:
-        q, v = advanced(K, feedback.own_q[j], feedback.own_v[j], past.own[before, place] + feedback.own_d[j])
+        q, v = advanced(
+            state, feedback.own_q[j], feedback.own_v[j], past.own[before, place] + feedback.own_d[j]
+        )
         e = feedback.seen[j] - q
-        feedback.own_q[j], v, change = corrected(K, feedback.pole, q, v, e)
-        v, d = plausible(K, v, feedback.own_d[j] + change, K.limits.v_max[j])
+        feedback.own_q[j], v, change = corrected(state, feedback.pole, q, v, e)
+        v, d = plausible(state, v, feedback.own_d[j] + change, limits.v_max[j])
         feedback.own_v[j], feedback.own_d[j] = v, d
-        other, share = feedback.innovation[j], min(1.0, K.state.dt / COMPARED_TIME)
+        other, share = feedback.innovation[j], min(1.0, state.dt / COMPARED_TIME)
         feedback.own_missed[j] += share * (e * e - feedback.own_missed[j])
         feedback.dead_missed[j] += share * (other * other - feedback.dead_missed[j])
     feedback.own_slow[j] += feedback.slowness * (feedback.own_d[j] - feedback.own_slow[j])
-    q, v = predicted(K, feedback.own_q[j], feedback.own_v[j], past.own, place, feedback.own_d[j])
+    q, v = predicted(
+        state, limits, feedback, feedback.own_q[j], feedback.own_v[j], past.own, place, feedback.own_d[j]
+    )
     feedback.q_now[j], feedback.v_now[j] = q, v
 
 
 @jit
-def _unusual(K: Any) -> int:
+def _unusual(state: Any, faults: Any, limits: Any, feedback: Any, chain: Any) -> int:
     """The joint whose motor alone explains what is unusual, (M d)_i less what is usual there, or -1.
 
     rho_j^2/M_jj >= 0.8 sum_i rho_i^2/M_ii and |rho_j| >= 0.03 tau_max and 4 standard deviations of its noise.
     """
-    feedback, faults, n = K.feedback, K.faults, K.chain.n
+    n = chain.n
     M, d, usual, unresponsive = feedback.M, feedback.d_hat, feedback.usual, feedback.unresponsive
     worst, most, total, found = -1, 0.0, 0.0, 0.0
     feedback.heard += 1
-    share = min(1.0, max(K.state.dt / USUAL_TIME, 1.0 / feedback.heard))
-    missing, lately = feedback.missing, min(1.0, K.state.dt / LATELY)
+    share = min(1.0, max(state.dt / USUAL_TIME, 1.0 / feedback.heard))
+    missing, lately = feedback.missing, min(1.0, state.dt / LATELY)
     for i in range(n):
         if faults.code[i] != HEALTHY or unresponsive[i]:
             missing[i] = 0.0
@@ -159,9 +161,9 @@ def _unusual(K: Any) -> int:
         total += energy
         if energy > most:
             worst, most, found = i, energy, rho
-    if worst < 0 or partner(K, worst) >= 0:
+    if worst < 0 or partner(feedback, chain, worst) >= 0:
         return -1
-    if most < ALONE * total or abs(found) < MISSING_SHARE * K.limits.tau_max[worst]:
+    if most < ALONE * total or abs(found) < MISSING_SHARE * limits.tau_max[worst]:
         return -1
     noise = 0.0
     for j in range(n):
@@ -170,31 +172,29 @@ def _unusual(K: Any) -> int:
 
 
 @jit
-def _suspected(K: Any, suspect: int) -> int:
+def _suspected(state: Any, faults: Any, feedback: Any, chain: Any, suspect: int) -> int:
     """Only one joint is suspected at a time: the earlier one is taken back if it obeys, else it remains.
 
     The suspect, or -1. While a joint is known to have failed none is suspected.
     """
-    feedback = K.feedback
-    if suspect < 0 or K.faults.working < K.chain.n:
+    if suspect < 0 or faults.working < chain.n:
         return -1
-    for j in range(K.chain.n):
-        cleared = feedback.asks[j] or feedback.heeded[j] * K.state.dt > CLEARED_TIME
+    for j in range(chain.n):
+        cleared = feedback.asks[j] or feedback.heeded[j] * state.dt > CLEARED_TIME
         if feedback.unresponsive[j] and not cleared:
             return -1
     return suspect
 
 
 @jit
-def _is_clearer(K: Any, j: int) -> bool:
+def _is_clearer(state: Any, feedback: Any, j: int) -> bool:
     """Whether that joint j obeys predicts its samples much better than that it does not."""
-    feedback = K.feedback
     noise = NOISE_LEVELS * feedback.sigma + SMALL
     clearer = feedback.dead_missed[j] > max(CLEARER * feedback.own_missed[j], noise * noise)
     slow = MOVES + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
     moves = abs(feedback.own_v[j]) > slow and abs(feedback.v_hat[j]) > slow
     feedback.clearer[j] = feedback.clearer[j] + 1 if clearer and moves else 0
-    over: bool = feedback.clearer[j] * K.state.dt > CLEARER_TIME
+    over: bool = feedback.clearer[j] * state.dt > CLEARER_TIME
     return over
 
 
@@ -203,16 +203,16 @@ def _watch(K: Any, j: int, replaced: bool) -> None:
     """A joint that was left out: whether it stands, and whether it obeys again."""
     feedback = K.feedback
     if not feedback.asks[j]:
-        _observe_own(K, j)
-    stood = stands(K, j)
+        _observe_own(K.state, K.limits, feedback, K.past, j)
+    stood = stands(feedback, j)
     rest = UNRESPONSIVE_STILL + NOISE_LEVELS * feedback.sigma * feedback.failed_noise
     feedback.still[j] = feedback.still[j] + 1 if abs(feedback.v_hat[j]) < rest else 0
-    if stands(K, j) != stood:
-        _retell(K, j)
+    if stands(feedback, j) != stood:
+        _retell(feedback, K.chain, K.past, j)
     if not feedback.asks[j]:
-        feedback.heeded[j] = feedback.heeded[j] + 1 if heeds(K, j) else 0
+        feedback.heeded[j] = feedback.heeded[j] + 1 if heeds(K.state, K.limits, feedback, K.past, j) else 0
         obeys = feedback.heeded[j] * K.state.dt > AGREE_TIME
-        if partner(K, j) >= 0 or _is_clearer(K, j) or replaced or obeys:
+        if partner(feedback, K.chain, j) >= 0 or _is_clearer(K.state, feedback, j) or replaced or obeys:
             _take_back(K, j)
 
 
@@ -226,7 +226,9 @@ def find_unresponsive(K: Any) -> None:
     feedback, dt = K.feedback, K.state.dt
     if feedback.exact:
         return
-    suspect = _suspected(K, _unusual(K))
+    suspect = _suspected(
+        K.state, K.faults, feedback, K.chain, _unusual(K.state, K.faults, K.limits, feedback, K.chain)
+    )
     soften(K)
     feedback.unresponsive_count, found = 0, -1
     for j in range(K.chain.n):
@@ -245,10 +247,10 @@ def find_unresponsive(K: Any) -> None:
 
 
 @jit
-def _inertia_alone(K: Any, j: int) -> float:
+def _inertia_alone(faults: Any, feedback: Any, scratch: Any, j: int) -> float:
     """M_jj - M_jh M_hh^-1 M_hj: the inertia of joint j while the others do not answer what it does."""
-    feedback, faults, M = K.feedback, K.faults, K.feedback.M
-    S, column, others = K.scratch.square, K.scratch.impulse, feedback.others
+    M = feedback.M
+    S, column, others = scratch.square, scratch.impulse, feedback.others
     count = 0
     for k in range(faults.working):
         i = faults.order[k]
@@ -268,32 +270,33 @@ def _inertia_alone(K: Any, j: int) -> float:
 
 
 @jit
-def predict_unresponsive(K: Any, wanted: Any, most: float) -> None:
+def predict_unresponsive(
+    faults: Any, limits: Any, feedback: Any, chain: Any, scratch: Any, wanted: Any, most: float
+) -> None:
     """What unresponsive joints do when the others do what is wanted; ``asked``: what they should do.
 
     a_j = 0 at rest, else d_j - M_jh a_h/M_jj, bounded as the feedback is: what acts on the joint besides the
     others, whether its own weight, its friction or a brake that slips, goes on as it was observed.
     Source: docs/theory/feedback.md, "The torque drive".
     """
-    feedback, faults = K.feedback, K.faults
     for k in range(faults.working):
         j = faults.order[k]
         feedback.asked[j] = wanted[j]
         if feedback.unresponsive[j]:
-            feedback.alone[j] = _inertia_alone(K, j)
+            feedback.alone[j] = _inertia_alone(faults, feedback, scratch, j)
             wanted[j] = feedback.d_slow[j] = 0.0
     for k in range(faults.working):
         j = faults.order[k]
-        if feedback.unresponsive[j] and not stands(K, j):
-            feedback.d_slow[j] = answer(K, j, feedback.d_slow)
-            bound = most * K.limits.tau_max[j] / feedback.M[j, j]
-            wanted[j] = min(max(feedback.d_hat[j] + answer(K, j, wanted), -bound), bound)
+        if feedback.unresponsive[j] and not stands(feedback, j):
+            feedback.d_slow[j] = answer(feedback, chain, j, feedback.d_slow)
+            bound = most * limits.tau_max[j] / feedback.M[j, j]
+            wanted[j] = min(max(feedback.d_hat[j] + answer(feedback, chain, j, wanted), -bound), bound)
 
 
 @jit
-def inform_unresponsive(K: Any) -> None:
+def inform_unresponsive(feedback: Any, chain: Any, past: Any) -> None:
     """The observer of an unresponsive joint is told what the others do to it."""
-    feedback, a = K.feedback, K.past.a[K.feedback.now]
-    for j in range(K.chain.n):
+    a = past.a[feedback.now]
+    for j in range(chain.n):
         if feedback.unresponsive[j]:
-            a[j] = 0.0 if stands(K, j) else answer(K, j, a)
+            a[j] = 0.0 if stands(feedback, j) else answer(feedback, chain, j, a)

@@ -98,61 +98,60 @@ speeds that up without end near some postures (docs/theory/free-swinging.md, "De
 
 
 @jit
-def _next_rows(K: Any, F: Any, above: int) -> None:
+def _next_rows(faults: Any, watch: Any, chain: Any, free: Any, F: Any, above: int) -> None:
     """The next smaller set of rows that is allowed, from where the arm is now; none: the look-ahead."""
     rows = above - 1
-    while rows > NOTHING_KEPT and not (int(K.free.allowed) >> rows) & 1:
+    while rows > NOTHING_KEPT and not (int(free.allowed) >> rows) & 1:
         rows -= 1
     if rows == NOTHING_KEPT:
-        begin_arrest(K, F)
+        begin_arrest(faults, watch, chain, free, F)
         return
-    _begin_rows(K, F, rows)
+    _begin_rows(faults, chain, F, rows)
 
 
 @jit
-def _begin_rows(K: Any, F: Any, rows: int) -> None:
+def _begin_rows(faults: Any, chain: Any, F: Any, rows: int) -> None:
     """Begin the decision on a set of rows."""
     F.rows, F.stage, F.starts, F.found = rows, SEEK, 0, 0
-    for j in range(K.chain.n):
+    for j in range(chain.n):
         F.start[j], F.start_v[j] = F.q[j], F.v[j]
-    begin_start(K, F, 0)
+    begin_start(faults, chain, F, 0)
 
 
 @jit
-def _try_next(K: Any, F: Any, refusal: int) -> None:
+def _try_next(faults: Any, watch: Any, chain: Any, free: Any, F: Any, refusal: int) -> None:
     """The next rest posture of these rows; none: the next rows."""
     F.refused[F.rows] = refusal
-    if take_nearest(K, F):
+    if take_nearest(chain, F):
         F.stage = GAIN
     elif F.calming:
         F.calming, F.recheck = 0, RETRY
     else:
-        _next_rows(K, F, F.rows)
+        _next_rows(faults, watch, chain, free, F, F.rows)
 
 
 @jit
-def _latch(K: Any) -> None:
+def _latch(watch: Any) -> None:
     """The task is given up until somebody says that it goes on."""
-    if K.watch.latched == 0:
-        K.watch.latched = 1
-        K.watch.reason = STOPPED_BY_FREE_JOINT
+    if watch.latched == 0:
+        watch.latched = 1
+        watch.reason = STOPPED_BY_FREE_JOINT
 
 
 @jit
-def begin_arrest(K: Any, F: Any) -> None:
+def begin_arrest(faults: Any, watch: Any, chain: Any, free: Any, F: Any) -> None:
     """Give the task up; the arm is latched."""
-    n = K.chain.n
-    K.free.mode, K.free.rows = ARREST, NOTHING_KEPT
-    _latch(K)
+    n = chain.n
+    free.mode, free.rows = ARREST, NOTHING_KEPT
+    _latch(watch)
     F.calming, F.recheck, F.given_up = 0, 0.0, 0.0
-    F.left = SEARCH_TIME if viscous_friction(K, F.joint) >= DAMPED else SEARCH_TIME_UNDAMPED
+    F.left = SEARCH_TIME if viscous_friction(faults, chain, F.joint) >= DAMPED else SEARCH_TIME_UNDAMPED
     begin_plan(F, n)
 
 
 @jit
-def _aim(K: Any, F: Any) -> None:
+def _aim(state: Any, task: Any, kinematics: Any, chain: Any, F: Any) -> None:
     """Where the tip is to be held: where the target, or a tip far from it, comes to rest within 0.4 s."""
-    kinematics, task, state = K.kinematics, K.task, K.state
     far = 0.0
     for r in range(3):
         d = task.target[4 * r + 3] - kinematics.o_tip[r]
@@ -161,7 +160,7 @@ def _aim(K: Any, F: Any) -> None:
     half = 0.5 * BRAKING_TIME
     for r in range(3):
         moving = 0.0
-        for j in range(K.chain.n):
+        for j in range(chain.n):
             moving += kinematics.J[r, j] * state.v[j]
         F.goal[r] = kinematics.o_tip[r] + half * moving
         if near and is_finite(task.target[TARGET_TWIST + r]):
@@ -189,18 +188,18 @@ def begin(K: Any, F: Any) -> None:
         F.refused[rows] = NOT_REFUSED
     forward_kinematics(K)
     single = faults.movable == faults.working + 1
-    if single and knows_no_gravity(K, F.joint):
+    if single and knows_no_gravity(K.kinematics, K.chain, F.joint):
         free.mode = FOLLOW
         F.borne, F.since = -1.0, REPEAT
     elif not single or faults.working == 0:
         free.mode = STILL
-        _latch(K)
+        _latch(K.watch)
     elif K.watch.latched:
-        begin_arrest(K, F)
+        begin_arrest(faults, K.watch, K.chain, free, F)
     else:
         free.mode = DECIDE
-        _aim(K, F)
-        _next_rows(K, F, POSE_KEPT + 1)
+        _aim(K.state, K.task, K.kinematics, K.chain, F)
+        _next_rows(faults, K.watch, K.chain, free, F, POSE_KEPT + 1)
 
 
 @jit
@@ -215,38 +214,38 @@ def _decide(K: Any, F: Any) -> None:
             if done:
                 F.starts += 1
                 if F.starts < STARTS:
-                    begin_start(K, F, F.starts)
+                    begin_start(K.faults, K.chain, F, F.starts)
                 else:
-                    _try_next(K, F, NO_POSTURE)
+                    _try_next(K.faults, K.watch, K.chain, K.free, F, NO_POSTURE)
         elif F.stage == GAIN:
             work -= MODEL_WORK
             F.stage = DOUBLE
             if not begin_gain(K, F):
-                _try_next(K, F, NO_GAIN)
+                _try_next(K.faults, K.watch, K.chain, K.free, F, NO_GAIN)
         elif F.stage == DOUBLE:
             work -= DOUBLING_WORK
-            change = go_on_doubling(K, F)
+            change = go_on_doubling(K.faults, F)
             if change < SETTLED:
-                finish_gain(K, F)
-                begin_rollout(K, F)
+                finish_gain(K.faults, K.limits, F)
+                begin_rollout(K.chain, F)
                 F.stage = ROLL
             elif not change < inf:
-                _try_next(K, F, NO_GAIN)
+                _try_next(K.faults, K.watch, K.chain, K.free, F, NO_GAIN)
         else:
             work -= SLICE
             refusal = roll_on(K, F, SLICE, 1.0)
             if refusal != NOT_REFUSED:
-                _try_next(K, F, refusal)
+                _try_next(K.faults, K.watch, K.chain, K.free, F, refusal)
             elif F.roll_step >= ROLLOUT_STEPS:
                 K.free.mode, K.free.rows = HOLD, F.rows
                 F.since, F.rolling, F.calming = 0.0, 0, 0
 
 
 @jit
-def hold_still(K: Any, F: Any) -> None:
+def hold_still(free: Any, F: Any) -> None:
     """The search is over; what lies ahead is looked at now and then, to be told."""
     F.left = 0.0
-    K.free.mode = STILL
+    free.mode = STILL
     F.period = max(F.period, int(REPEAT / F.dt + 0.5))
     F.countdown = 0
 
@@ -254,7 +253,7 @@ def hold_still(K: Any, F: Any) -> None:
 @jit
 def _may_rest(K: Any, F: Any) -> bool:
     """Whether the others may rest: the free joint stays off its stops, and it hangs or its time is over."""
-    damped = viscous_friction(K, F.joint) >= DAMPED
+    damped = viscous_friction(K.faults, K.chain, F.joint) >= DAMPED
     over = F.given_up >= (LED_FOR if damped else LED_FOR_UNDAMPED)
     if not over and abs(F.v[F.joint]) > HANGS:
         return False
@@ -274,17 +273,17 @@ def _watch(K: Any, F: Any) -> None:
     F.since += F.dt
     if not F.rolling and F.since >= REPEAT:
         if K.watch.latched and _may_rest(K, F):
-            hold_still(K, F)
+            hold_still(K.free, F)
             return
         F.since, F.rolling = 0.0, 1
-        begin_rollout(K, F)
+        begin_rollout(K.chain, F)
     if F.rolling:
         refusal = roll_on(K, F, WATCH_WORK, LENIENCE)
         if F.roll_step >= ROLLOUT_STEPS:
             F.rolling = 0
         if refusal != NOT_REFUSED:
             F.refused[F.rows] = refusal
-            begin_arrest(K, F)
+            begin_arrest(K.faults, K.watch, K.chain, K.free, F)
 
 
 @jit
@@ -294,7 +293,7 @@ def _arrest(K: Any, F: Any) -> None:
     With little friction, or where a stop would still be met, a posture is looked for in which the free joint
     can rest wherever the tip is, and the arm is led there.
     """
-    damped = viscous_friction(K, F.joint) >= DAMPED
+    damped = viscous_friction(K.faults, K.chain, F.joint) >= DAMPED
     F.recheck -= F.dt
     if F.calming:
         _decide(K, F)
@@ -308,29 +307,29 @@ def _arrest(K: Any, F: Any) -> None:
     if not boundary or not (F.quiet or F.left <= 0.0):
         return
     if braking_is_safe(K, F) and (damped or F.highest - F.lowest < CALM_SWING):
-        hold_still(K, F)
+        hold_still(K.free, F)
     elif F.recheck <= 0.0:
         F.calming = 1
-        _begin_rows(K, F, NOTHING_KEPT)
+        _begin_rows(K.faults, K.chain, F, NOTHING_KEPT)
     elif F.left <= -LONGER:
-        hold_still(K, F)
+        hold_still(K.free, F)
 
 
 @jit
-def _drift(K: Any, F: Any) -> None:
+def _drift(faults: Any, limits: Any, kinematics: Any, chain: Any, free: Any, F: Any) -> None:
     """A joint without gravity: its speed (M_i: v) / M_ii once the others rest, and when it meets its stop."""
     # the last tick's M is one tick old, which is near enough for a message
-    free, limits, M, i = K.free, K.limits, K.kinematics.M, F.joint
+    M, i = kinematics.M, F.joint
     if not M[i, i] > 0.0:
         return
     momentum = 0.0
-    for j in range(K.chain.n):
+    for j in range(chain.n):
         momentum += M[i, j] * F.v[j]
     free.drift = momentum / M[i, i]
     room = limits.q_max[i] - F.q[i] if free.drift > 0.0 else F.q[i] - limits.q_min[i]
     free.drift_time = inf
     if abs(free.drift) > 1e-4 and room < inf:
-        friction = viscous_friction(K, i)
+        friction = viscous_friction(faults, chain, i)
         way = inf if friction == 0.0 else abs(momentum) / friction
         if way > room:
             free.drift_time = room / abs(free.drift)
@@ -343,7 +342,7 @@ def _go_on_following(K: Any, F: Any) -> None:
     Now and then it is looked at how the joint would meet its stop were all others to brake. Faster by HARDER
     than it would have drifted when it failed means that the task is kept at the expense of that.
     """
-    _drift(K, F)
+    _drift(K.faults, K.limits, K.kinematics, K.chain, K.free, F)
     F.since -= F.dt
     if F.since > 0.0 or K.watch.latched:
         return
@@ -354,7 +353,7 @@ def _go_on_following(K: Any, F: Any) -> None:
         F.borne = max(abs(K.free.drift), F.impact_speed)
     F.since = REPEAT
     if F.impact_speed > F.borne + HARDER:
-        begin_arrest(K, F)
+        begin_arrest(K.faults, K.watch, K.chain, K.free, F)
 
 
 @part_jit
@@ -368,7 +367,7 @@ def think(K: Any, F: Any) -> None:
         if not (is_finite(state.q[j]) and is_finite(state.v[j])):
             return
         F.q[j], F.v[j] = state.q[j], state.v[j]
-    sort_joints(K)
+    sort_joints(K.faults, K.chain)
     for k in range(K.faults.working, K.faults.movable):
         i = K.faults.order[k]
         if K.free.contact[i]:
@@ -377,7 +376,7 @@ def think(K: Any, F: Any) -> None:
     if state.ticks == 1 or K.free.joint < 0 or (given_up and K.watch.latched == 0):
         begin(K, F)
     if K.free.mode == DECIDE and K.watch.latched:
-        begin_arrest(K, F)
+        begin_arrest(K.faults, K.watch, K.chain, K.free, F)
     mode = K.free.mode
     F.given_up += F.dt
     if mode == FOLLOW:

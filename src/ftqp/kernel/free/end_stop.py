@@ -17,20 +17,19 @@ BOUNCE = 0.05
 
 
 @jit
-def free_motion(K: Any, i: int, x: Any) -> float:
+def free_motion(chain: Any, qp: Any, i: int, x: Any) -> float:
     """x_i of the free joint by its row, given those of the others: (l_i - sum_j C_ij x_j) / C_ii."""
-    row, total = K.qp.C[i], K.qp.l[i]
-    for j in range(K.chain.n):
+    row, total = qp.C[i], qp.l[i]
+    for j in range(chain.n):
         if j != i:
             total -= row[j] * x[j]
     return total / row[i]
 
 
 @jit
-def _stop_side(K: Any, i: int) -> int:
+def _stop_side(state: Any, limits: Any, free: Any, i: int) -> int:
     """1 at the lower stop, -1 at the upper one, 0 away from both."""
-    limits, state = K.limits, K.state
-    near = LEAVES if K.free.contact[i] else TOUCHES
+    near = LEAVES if free.contact[i] else TOUCHES
     if state.q[i] - limits.q_min[i] <= near:
         return 1
     if limits.q_max[i] - state.q[i] <= near:
@@ -52,21 +51,21 @@ def end_stops(K: Any, x: Any) -> None:
     for k in range(faults.working, faults.movable):
         i = faults.order[k]
         if faults.coulomb[i] > 0.0:
-            _rub(K, i, x)
-        s = _stop_side(K, i)
+            _rub(state, faults, K.chain, qp, i, x)
+        s = _stop_side(state, K.limits, free, i)
         if s != 0:
-            x_i = free_motion(K, i, x) if qp.lb[i] < qp.ub[i] else qp.lb[i]
+            x_i = free_motion(K.chain, qp, i, x) if qp.lb[i] < qp.ub[i] else qp.lb[i]
             leaving = x_i if state.level == VELOCITY else x_i + state.v[i] / state.dt
             if s * state.v[i] > BOUNCE or s * leaving >= 0.0:
                 s = 0
             elif state.v[i] != 0.0:
                 _absorb(K, i)
-                if s * free_motion(K, i, x) >= 0.0:
+                if s * free_motion(K.chain, qp, i, x) >= 0.0:
                     s = 0
         free.contact[i], free.tau_stop[i] = s, 0.0
         if s == 0:
             continue
-        carried = _without_stop(K, i)
+        carried = _without_stop(state, K.kinematics, K.chain, i)
         qp.lb[i] = qp.ub[i] = 0.0
         qp.l[i], qp.u[i] = (carried, inf) if s > 0 else (-inf, carried)
 
@@ -94,13 +93,12 @@ def _absorb(K: Any, i: int) -> None:
 
 
 @jit
-def _rub(K: Any, i: int, x: Any) -> None:
+def _rub(state: Any, faults: Any, chain: Any, qp: Any, i: int, x: Any) -> None:
     """Coulomb friction in the row: -mu sgn v' where the joint slides, anything up to mu where it is stuck."""
-    state, qp = K.state, K.qp
-    x_i = free_motion(K, i, x)
+    x_i = free_motion(chain, qp, i, x)
     after = x_i if state.level == VELOCITY else state.v[i] + state.dt * x_i
-    most = K.faults.coulomb[i] * (state.dt if state.level == VELOCITY else 1.0)
-    slowed = K.faults.coulomb[i] * state.dt / qp.C[i, i]
+    most = faults.coulomb[i] * (state.dt if state.level == VELOCITY else 1.0)
+    slowed = faults.coulomb[i] * state.dt / qp.C[i, i]
     if after > slowed:
         qp.l[i] = qp.u[i] = qp.l[i] - most
     elif after < -slowed:
@@ -111,25 +109,23 @@ def _rub(K: Any, i: int, x: Any) -> None:
 
 
 @jit
-def _without_stop(K: Any, i: int) -> float:
+def _without_stop(state: Any, kinematics: Any, chain: Any, i: int) -> float:
     """The row's value M_ih x_h at which the stop carries nothing, x_i = 0."""
-    state, kinematics = K.state, K.kinematics
     if state.level != VELOCITY:
         return -kinematics.h[i]
     total = -state.dt * kinematics.h[i]
-    for j in range(K.chain.n):
+    for j in range(chain.n):
         total += kinematics.M[i, j] * state.v[j]
     return total
 
 
 @jit
-def stop_torques(K: Any) -> None:
+def stop_torques(state: Any, faults: Any, kinematics: Any, chain: Any, free: Any) -> None:
     """What the stops carry, M_i x + h_i of the command."""
-    faults, state, kinematics, free = K.faults, K.state, K.kinematics, K.free
     for k in range(faults.working, faults.movable):
         i = faults.order[k]
         if free.contact[i]:
             total = kinematics.h[i]
-            for j in range(K.chain.n):
+            for j in range(chain.n):
                 total += kinematics.M[i, j] * state.a_command[j]
             free.tau_stop[i] = total

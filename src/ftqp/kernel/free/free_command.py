@@ -27,24 +27,24 @@ REACHED, ATTAINED = 0.01, 0.05
 
 
 @jit
-def _wanted(K: Any, F: Any) -> None:
+def _wanted(state: Any, faults: Any, limits: Any, kinematics: Any, free: Any, F: Any) -> None:
     """The accelerations of the healthy joints into ``F.a``."""
-    faults, mode, dt = K.faults, K.free.mode, K.state.dt
+    mode, dt = free.mode, state.dt
     if mode == HOLD:
-        led(K, F, dt)
+        led(state, faults, limits, kinematics, F, dt)
     for k in range(faults.working):
         j = faults.order[k]
         if mode == ARREST:
-            F.a[j] = planned(K, F, j, F.phase, F.left, dt)
+            F.a[j] = planned(state, limits, F, j, F.phase, F.left, dt)
         elif mode != HOLD:
-            F.a[j] = braked(K, j, dt)
+            F.a[j] = braked(state, limits, j, dt)
 
 
 @jit
 def ask_for_motion(K: Any, F: Any) -> None:
     """1/2 |x - x_wanted|^2 over box, torque rows and end stop; needs ``begin_rest`` and the rows of C."""
     faults, state, qp = K.faults, K.state, K.qp
-    _wanted(K, F)
+    _wanted(state, faults, K.limits, K.kinematics, K.free, F)
     for k in range(faults.working):
         j = faults.order[k]
         x = F.a[j] if state.level != VELOCITY else state.v[j] + state.dt * F.a[j]
@@ -57,7 +57,7 @@ def ask_for_motion(K: Any, F: Any) -> None:
     for k in range(faults.working, faults.movable):
         i = faults.order[k]
         qp.H_diagonal[i] = FREE_SHARE
-        qp.g[i] = -FREE_SHARE * free_motion(K, i, F.x) if qp.lb[i] < qp.ub[i] else 0.0
+        qp.g[i] = -FREE_SHARE * free_motion(K.chain, qp, i, F.x) if qp.lb[i] < qp.ub[i] else 0.0
     if K.free.mode == ARREST:
         F.left -= F.dt
         shift_plan(F, K.chain.n)

@@ -74,7 +74,7 @@ def begin_gain(K: Any, F: Any) -> bool:
         F.moving[k] = faults.order[k]
     F.moving[w] = i
     see_arm(K)
-    gravity_torque(K, i, F.slope)
+    gravity_torque(kinematics, K.chain, i, F.slope)
     A, G, H, J = F.A, F.G, F.H, kinematics.J
     inertia = kinematics.M[i, i]
     for a in range(2 * n):
@@ -92,7 +92,7 @@ def begin_gain(K: Any, F: Any) -> bool:
             for r in range(3):
                 s += J[r, j] * J[r, F.moving[b]]
             H[a, b] += WEIGHT_TIP * s if F.rows != NOTHING_KEPT else 0.0
-    A[2 * n - 1, 2 * n - 1] = -(viscous_friction(K, i) + DASHPOT) / inertia
+    A[2 * n - 1, 2 * n - 1] = -(viscous_friction(faults, K.chain, i) + DASHPOT) / inertia
     total = 0.0
     for a in range(w):
         j = F.moving[a]
@@ -110,9 +110,9 @@ def begin_gain(K: Any, F: Any) -> bool:
 
 
 @jit
-def go_on_doubling(K: Any, F: Any) -> float:
+def go_on_doubling(faults: Any, F: Any) -> float:
     """One iteration of the Riccati equation: its relative change, inf where it has no solution."""
-    n = 2 * (K.faults.working + 1)
+    n = 2 * (faults.working + 1)
     F.iteration += 1
     if F.iteration > DOUBLINGS:
         return inf
@@ -120,9 +120,9 @@ def go_on_doubling(K: Any, F: Any) -> float:
 
 
 @jit
-def finish_gain(K: Any, F: Any) -> None:
+def finish_gain(faults: Any, limits: Any, F: Any) -> None:
     """K = R^-1 B' P."""
-    limits, w = K.limits, K.faults.working
+    w = faults.working
     n = w + 1
     for a in range(w):
         top = limits.a_max[F.moving[a]]
@@ -131,29 +131,29 @@ def finish_gain(K: Any, F: Any) -> None:
 
 
 @jit
-def led(K: Any, F: Any, dt: float) -> None:
+def led(state: Any, faults: Any, limits: Any, kinematics: Any, F: Any, dt: float) -> None:
     """u = clip(-K x) at the record's state: the accelerations of the healthy joints, into ``F.a``.
 
     All brake where Coulomb friction holds a free joint that hardly moves: the feedback knows no stiction.
     """
-    state, w, mu = K.state, K.faults.working, K.faults.coulomb[F.joint]
+    w, mu = faults.working, faults.coulomb[F.joint]
     n = w + 1
-    if mu > 0.0 and abs(state.v[F.joint]) < STUCK and abs(K.kinematics.h[F.joint]) <= STICKS * mu:
+    if mu > 0.0 and abs(state.v[F.joint]) < STUCK and abs(kinematics.h[F.joint]) <= STICKS * mu:
         for a in range(w):
-            F.a[F.moving[a]] = braked(K, F.moving[a], dt)
+            F.a[F.moving[a]] = braked(state, limits, F.moving[a], dt)
         return
     for a in range(w):
         u = 0.0
         for b in range(n):
             j = F.moving[b]
             u -= F.gain[a, b] * (state.q[j] - F.rest[j]) + F.gain[a, n + b] * state.v[j]
-        F.a[F.moving[a]] = within_limits(K, F.moving[a], u, dt)
+        F.a[F.moving[a]] = within_limits(state, limits, F.moving[a], u, dt)
 
 
 @jit
-def begin_rollout(K: Any, F: Any) -> None:
+def begin_rollout(chain: Any, F: Any) -> None:
     """From where the arm is now."""
-    for j in range(K.chain.n):
+    for j in range(chain.n):
         F.roll_q[j], F.roll_v[j] = F.q[j], F.v[j]
     F.roll_step = 0
 
@@ -169,7 +169,7 @@ def roll_on(K: Any, F: Any, steps: int, lenience: float) -> int:
     for j in range(n):
         state.q[j], state.v[j] = F.roll_q[j], F.roll_v[j]
     for _ in range(steps):
-        led(K, F, ROLLOUT_STEP)
+        led(state, K.faults, K.limits, kinematics, F, ROLLOUT_STEP)
         see_arm(K)
         away = 0.0
         for r in range(3):
@@ -180,7 +180,7 @@ def roll_on(K: Any, F: Any, steps: int, lenience: float) -> int:
             F.way = away
         if away > F.way + lenience * WAY_ERROR:
             return OFF_THE_WAY
-        impact, share = swing_on(K, F, ROLLOUT_STEP)
+        impact, share = swing_on(state, K.faults, K.limits, kinematics, K.chain, F, ROLLOUT_STEP)
         if impact > 0.0:
             return STOP_TOUCHED
         if share > lenience:

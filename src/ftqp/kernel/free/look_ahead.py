@@ -94,12 +94,12 @@ def shift_plan(F: Any, n: int) -> None:
 
 
 @jit
-def planned(K: Any, F: Any, j: int, time: float, left: float, dt: float) -> float:
+def planned(state: Any, limits: Any, F: Any, j: int, time: float, left: float, dt: float) -> float:
     """The acceleration of joint j at a time since the first segment began; it brakes when none is left."""
     segment = int(time / SEGMENT + 1e-9)
     value = F.plan[segment, j] if segment < SEGMENTS and left > 0.0 else BRAKE
-    a = braked(K, j, dt) if value == BRAKE else value * K.limits.a_max[j]
-    return within_limits(K, j, a, dt)
+    a = braked(state, limits, j, dt) if value == BRAKE else value * limits.a_max[j]
+    return within_limits(state, limits, j, a, dt)
 
 
 @part_jit
@@ -122,7 +122,7 @@ def look_ahead(K: Any, F: Any, phase: float, left: float, give_up: float, steps:
     for k in range(steps):
         for c in range(faults.working):
             j = faults.order[c]
-            F.a[j] = planned(K, F, j, phase + k * dt, left - k * dt, dt)
+            F.a[j] = planned(state, K.limits, F, j, phase + k * dt, left - k * dt, dt)
         see_arm(K)
         away = 0.0
         for r in range(3):
@@ -132,7 +132,7 @@ def look_ahead(K: Any, F: Any, phase: float, left: float, give_up: float, steps:
             away += d * d
         F.reach = max(F.reach, away)
         inertia = kinematics.M[i, i]
-        impact, share = swing_on(K, F, dt)
+        impact, share = swing_on(state, faults, K.limits, kinematics, chain, F, dt)
         if impact > 0.0 and F.impact_speed == 0.0:
             F.impact_speed, F.impact_time = impact, (k + 1) * dt
             F.impact_energy = 0.5 * inertia * impact * impact
@@ -163,11 +163,11 @@ def _later_impact(K: Any, F: Any) -> float:
     i, state, limits, coulomb = F.joint, K.state, K.limits, K.faults.coulomb[F.joint]
     inertia, turns = K.kinematics.M[i, i], K.chain.prismatic[i] == 0
     forward_kinematics(K)
-    torque = gravity_torque(K, i, F.slope)
+    torque = gravity_torque(K.kinematics, K.chain, i, F.slope)
     slope = steep = F.slope[i]
     if abs(torque) < NO_SLOPE and abs(slope) < NO_SLOPE:
         return 0.0
-    friction, begun, q, v = viscous_friction(K, i), state.q[i], state.q[i], state.v[i]
+    friction, begun, q, v = viscous_friction(K.faults, K.chain, i), state.q[i], state.q[i], state.v[i]
     for _ in range(LATER_STEPS):
         g = torque
         if turns:

@@ -47,7 +47,7 @@ contradicted."""
 
 
 @jit
-def begin_start(K: Any, F: Any, number: int) -> None:
+def begin_start(faults: Any, chain: Any, F: Any, number: int) -> None:
     """Where search ``number`` begins: the free joint where it is, or moved to either side."""
     offset = 0.0
     if number == 1 or number == 2:
@@ -56,11 +56,11 @@ def begin_start(K: Any, F: Any, number: int) -> None:
         offset = 0.9
     if number % 2 == 0:
         offset = -offset
-    for j in range(K.chain.n):
+    for j in range(chain.n):
         F.trial[j] = F.start[j] + RUN_UP * F.start_v[j]
     F.trial[F.joint] += offset
-    for k in range(K.faults.movable, K.chain.n):
-        j = K.faults.order[k]
+    for k in range(faults.movable, chain.n):
+        j = faults.order[k]
         F.trial[j] = F.start[j]
     F.iteration = 0
 
@@ -77,7 +77,7 @@ def residual(K: Any, F: Any) -> float:
         state.q[j] = F.trial[j]
     forward_kinematics(K)
     c, C = F.c, F.C
-    g = gravity_torque(K, F.joint, F.slope)
+    g = gravity_torque(kinematics, K.chain, F.joint, F.slope)
     held = COULOMB_SHARE * faults.coulomb[F.joint]
     over = g - held if g > held else (g + held if g < -held else 0.0)
     c[0] = over / TORQUE_UNIT
@@ -90,7 +90,7 @@ def residual(K: Any, F: Any) -> float:
     F.unknowns = 4 if F.rows != NOTHING_KEPT else 1
     if F.rows == POSE_KEPT or F.rows == AXIS_KEPT:
         F.unknowns = 7
-        _rotation(K, F)
+        _rotation(K.task, kinematics, K.chain, F)
     size = 0.0
     for r in range(F.unknowns):
         size = max(size, abs(c[r]))
@@ -100,9 +100,8 @@ def residual(K: Any, F: Any) -> float:
 
 
 @jit
-def _rotation(K: Any, F: Any) -> None:
+def _rotation(task: Any, kinematics: Any, chain: Any, F: Any) -> None:
     """The rotation's part of c and C."""
-    chain, kinematics, task = K.chain, K.kinematics, K.task
     R, T, c, C = kinematics.R_tip, F.goal_rotation, F.c, F.C
     if F.rows == POSE_KEPT:
         e0, e1, e2 = rotation_vector(
@@ -140,12 +139,12 @@ def _rotation(K: Any, F: Any) -> None:
 
 
 @jit
-def improve(K: Any, F: Any) -> None:
+def improve(limits: Any, chain: Any, F: Any) -> None:
     """One step of Gauss and Newton of least norm, dq = -C' (C C' + 1e-6)^-1 c, at most 0.25 rad a joint.
 
     A joint at the end of its range that the step would move further out takes no part in it.
     """
-    limits, n, m = K.limits, K.chain.n, F.unknowns
+    n, m = chain.n, F.unknowns
     for again in range(2):
         for a in range(m):
             for b in range(a + 1):
@@ -183,12 +182,11 @@ def improve(K: Any, F: Any) -> None:
 
 
 @jit
-def time_to_rest(K: Any, F: Any) -> float:
+def time_to_rest(faults: Any, limits: Any, F: Any) -> float:
     """The cost of the way to ``F.trial``: max_h max(dq/v_max, 2 sqrt(dq/a_max)) + 0.3 |dq_i|, [s].
 
     A posture in which gravity would carry the free joint away, d g_i/d q_i < 0, costs 0.3 more.
     """
-    limits, faults = K.limits, K.faults
     longest = 0.0
     for k in range(faults.working):
         j = faults.order[k]
@@ -199,22 +197,22 @@ def time_to_rest(K: Any, F: Any) -> float:
 
 
 @jit
-def _keep(K: Any, F: Any) -> None:
+def _keep(faults: Any, limits: Any, chain: Any, F: Any) -> None:
     """Note the posture ``F.trial``, unless it is known."""
     for a in range(F.found):
         apart = 0.0
-        for j in range(K.chain.n):
+        for j in range(chain.n):
             apart = max(apart, abs(F.rests[a, j] - F.trial[j]))
         if apart < APART:
             return
-    for j in range(K.chain.n):
+    for j in range(chain.n):
         F.rests[F.found, j] = F.trial[j]
-    F.rest_costs[F.found] = time_to_rest(K, F)
+    F.rest_costs[F.found] = time_to_rest(faults, limits, F)
     F.found += 1
 
 
 @jit
-def take_nearest(K: Any, F: Any) -> bool:
+def take_nearest(chain: Any, F: Any) -> bool:
     """The cheapest posture that has not been taken yet becomes ``F.rest``; whether there is one."""
     best = -1
     for a in range(F.found):
@@ -223,7 +221,7 @@ def take_nearest(K: Any, F: Any) -> bool:
     if best < 0:
         return False
     F.rest_costs[best] = inf
-    for j in range(K.chain.n):
+    for j in range(chain.n):
         F.rest[j] = F.rests[best, j]
     return True
 
@@ -236,10 +234,10 @@ def seek(K: Any, F: Any, iterations: int) -> bool:
         if not size < inf:
             return True
         if size < PRECISION:
-            _keep(K, F)
+            _keep(K.faults, K.limits, K.chain, F)
             return True
         if F.iteration >= ITERATIONS:
             return True
-        improve(K, F)
+        improve(K.limits, K.chain, F)
         F.iteration += 1
     return False

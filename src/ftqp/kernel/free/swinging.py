@@ -14,9 +14,9 @@ a joint falls for. A guess that `python studies/study_free_swinging.py` has not 
 
 
 @jit
-def viscous_friction(K: Any, i: int) -> float:
+def viscous_friction(faults: Any, chain: Any, i: int) -> float:
     """d of a free joint: what is believed of its fault, and the joint's own [N m s/rad or N s/m]."""
-    return K.faults.friction[i] + K.chain.viscous[i]
+    return faults.friction[i] + chain.viscous[i]
 
 
 @jit
@@ -37,9 +37,8 @@ def free_velocity(inertia: float, drive: float, v: float, damping: float, coulom
 
 
 @jit
-def within_limits(K: Any, i: int, a: float, dt: float) -> float:
+def within_limits(state: Any, limits: Any, i: int, a: float, dt: float) -> float:
     """The acceleration nearest to ``a`` after which joint i still keeps its limits for ever."""
-    limits, state = K.limits, K.state
     v, top, brake = state.v[i], limits.a_max[i], limits.a_brake[i]
     hi, _ = viability(v, limits.q_max[i] - state.q[i], limits.v_max[i], top, brake, dt)
     lo, _ = viability(-v, state.q[i] - limits.q_min[i], limits.v_max[i], top, brake, dt)
@@ -49,10 +48,10 @@ def within_limits(K: Any, i: int, a: float, dt: float) -> float:
 
 
 @jit
-def braked(K: Any, i: int, dt: float) -> float:
+def braked(state: Any, limits: Any, i: int, dt: float) -> float:
     """The acceleration of a joint that comes to rest as fast as it can."""
-    top = K.limits.a_max[i]
-    return min(max(-K.state.v[i] / dt, -top), top)
+    top = limits.a_max[i]
+    return min(max(-state.v[i] / dt, -top), top)
 
 
 @jit
@@ -64,7 +63,9 @@ def see_arm(K: Any) -> None:
 
 
 @jit
-def swing_on(K: Any, F: Any, dt: float) -> tuple[float, float]:
+def swing_on(
+    state: Any, faults: Any, limits: Any, kinematics: Any, chain: Any, F: Any, dt: float
+) -> tuple[float, float]:
     """Move the arm on by dt with the accelerations ``F.a`` of its healthy joints; needs ``see_arm``.
 
     Semi-implicit: v' = v + dt a, q' = q + dt v'. A joint that is held slows down at its brake's rate. The
@@ -73,7 +74,6 @@ def swing_on(K: Any, F: Any, dt: float) -> tuple[float, float]:
     Returns:
         The speed at which the stop was met, 0 without impact, and the largest share of a torque limit.
     """
-    chain, limits, faults, state, kinematics = K.chain, K.limits, K.faults, K.state, K.kinematics
     n, i = chain.n, F.joint
     for k in range(faults.movable, n):
         j = faults.order[k]
@@ -85,7 +85,9 @@ def swing_on(K: Any, F: Any, dt: float) -> tuple[float, float]:
             drive -= kinematics.M[i, j] * F.a[j]
     v = state.v[i]
     drive -= faults.friction[i] * v  # the joint's own friction is a part of h
-    after = free_velocity(kinematics.M[i, i], drive, v, viscous_friction(K, i), faults.coulomb[i], dt)
+    after = free_velocity(
+        kinematics.M[i, i], drive, v, viscous_friction(faults, chain, i), faults.coulomb[i], dt
+    )
     impact = 0.0
     q = state.q[i] + dt * after
     low, high = limits.q_min[i], limits.q_max[i]

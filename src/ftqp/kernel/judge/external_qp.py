@@ -14,32 +14,30 @@ from ftqp.kernel.layout.enums import HARD, SCALE
 
 
 @jit
-def sizes(K: Any) -> tuple[int, int, int]:
+def sizes(task: Any, cascade: Any, chain: Any) -> tuple[int, int, int]:
     """Variables, equality rows and two-sided rows of the external QP."""
-    chain, task, cascade = K.chain, K.task, K.cascade
     variables = chain.n + (1 if task.mode == SCALE else 0) + (0 if task.mode == HARD else task.m)
     return variables, task.m, cascade.p
 
 
 @jit
-def packed_size(K: Any) -> int:
+def packed_size(task: Any, cascade: Any, chain: Any) -> int:
     """Numbers that ``pack`` writes."""
-    n, m, p = sizes(K)
+    n, m, p = sizes(task, cascade, chain)
     return n * n + n + (m + p) * n + 2 * (n + m + p)
 
 
 @jit
-def solution_size(K: Any) -> int:
+def solution_size(task: Any, cascade: Any, chain: Any) -> int:
     """Numbers that ``unpack`` reads."""
-    n, m, p = sizes(K)
+    n, m, p = sizes(task, cascade, chain)
     return 2 * n + m + p
 
 
 @jit
-def pack(K: Any, flat: Any) -> None:
+def pack(task: Any, cascade: Any, chain: Any, qp: Any, flat: Any) -> None:
     """Write H, g, A, C, lb, b, l, ub, b, u one after the other, matrices by rows, into ``flat``."""
-    chain, qp = K.chain, K.qp
-    n, m, p = sizes(K)
+    n, m, p = sizes(task, cascade, chain)
     nx = qp.nx
     mean = 0.0
     for i in range(chain.n):
@@ -85,10 +83,9 @@ def pack(K: Any, flat: Any) -> None:
 
 
 @jit
-def unpack(K: Any, flat: Any) -> None:
+def unpack(task: Any, cascade: Any, chain: Any, qp: Any, flat: Any) -> None:
     """Read x, z_box, y, z, one after the other in ``flat``, back into the record."""
-    qp = K.qp
-    n, m, _ = sizes(K)
+    n, m, _ = sizes(task, cascade, chain)
     for i in range(qp.nx):
         qp.x[i] = flat[i]
         qp.z_box[i] = flat[n + i]

@@ -98,7 +98,7 @@ def begin_first_stage(K: Any) -> None:
         qp.g[i], qp.H_diagonal[i] = 0.0, 1.0
     cascade.dense_task = qp.dense
     qp.dense = 0
-    compliance(K, RELAXED_RATIO)
+    compliance(K.task, chain, qp, K.turned, RELAXED_RATIO)
     qp.warm = 0
     cascade.stage = FIRST_STAGE
 
@@ -122,7 +122,7 @@ def _begin_second_stage(K: Any, claim: int) -> None:
         cascade.z_first[j] = qp.z[j]
     for k in range(task.m):
         turned.softness[k] = 0.0  # what the damping leaves of the task is now to be kept
-    compliance(K, SECOND_STAGE_RATIO)
+    compliance(task, chain, qp, turned, SECOND_STAGE_RATIO)
     qp.warm = 0
     cascade.stage = MAIN_STAGE
 
@@ -169,9 +169,8 @@ def begin_stop(K: Any) -> None:
 
 
 @jit
-def _misses_task(K: Any) -> bool:
+def _misses_task(task: Any) -> bool:
     """Whether the solved QP leaves more of the task than counts as none."""
-    task = K.task
     size, residual = task.beyond, 0.0
     for k in range(task.m):
         size = max(size, abs(task.asked[k]))
@@ -180,12 +179,11 @@ def _misses_task(K: Any) -> bool:
 
 
 @jit
-def _outcome_of_solved(K: Any) -> int:
+def _outcome_of_solved(task: Any, cascade: Any) -> int:
     """OK, SCALED or RELAXED, by what is left of the task, rows given up included, and by limits not kept."""
-    cascade = K.cascade
-    if cascade.missed or cascade.outside > 0 or cascade.jump < 1.0 or K.task.given_up > 0:
+    if cascade.missed or cascade.outside > 0 or cascade.jump < 1.0 or task.given_up > 0:
         return RELAXED
-    return SCALED if K.task.scale < SCALED_FROM else OK
+    return SCALED if task.scale < SCALED_FROM else OK
 
 
 @rare_jit
@@ -225,17 +223,17 @@ def _finish(K: Any) -> int:
             qp.z[j] = cascade.z_first[j]
     if cascade.outcome == STOPPED and _sets_out(K):
         cascade.outcome = STOPPING
-    cascade.status = report_status(K, cascade.outcome)
+    cascade.status = report_status(K.state, K.limits, task, K.feedback, K.chain, cascade.outcome)
     return cascade.status
 
 
 @rare_jit
 def _begin_elastic(K: Any) -> None:
     """Let torque limits give way as little as can be, where they and the box exclude each other."""
-    if box_excludes_rows(K):
+    if box_excludes_rows(K.faults, K.chain, K.qp, K.scratch, K.aside):
         K.cascade.outcome = RELAXED
-    make_room(K)
-    compliance(K, ELASTIC_TASK_RATIO)
+    make_room(K.chain, K.qp, K.aside)
+    compliance(K.task, K.chain, K.qp, K.turned, ELASTIC_TASK_RATIO)
     K.cascade.stage = ELASTIC_STAGE
 
 
@@ -246,7 +244,7 @@ def _clip(K: Any) -> None:
     for i in range(K.chain.n):
         x = min(max(-qp.g[i], qp.lb[i]), qp.ub[i])
         qp.x[i] = x if is_finite(x) else 0.0
-    keep_free_rows(K)
+    keep_free_rows(K.faults, K.chain, qp, K.scratch)
 
 
 @rare_jit
@@ -257,7 +255,7 @@ def _advance_in_calm(K: Any, claim: int) -> int:
     task is relaxed as without calm.
     """
     task, cascade, qp = K.task, K.cascade, K.qp
-    good = claim == SOLVED and check_solution(K)
+    good = claim == SOLVED and check_solution(task, cascade, qp, K.scratch)
     if K.limits.on_demand and not K.kinematics.has_dynamics and not (good and keeps_torque(K)):
         add_constraints(K)
         return SOLVE
@@ -271,10 +269,10 @@ def _advance_in_calm(K: Any, claim: int) -> int:
                 s += qp.A[k, i] * qp.x[i]
             task.slack[k] = s
         task.scale = qp.x[K.chain.n] if qp.nx > K.chain.n else 1.0
-        cascade.missed = _misses_task(K)
+        cascade.missed = _misses_task(task)
         cascade.outside = joints_outside(K)
         if qp.soft_rows == 0.0:
-            cascade.outcome = _outcome_of_solved(K)
+            cascade.outcome = _outcome_of_solved(task, cascade)
         return _finish(K)
     qp.warm = 0
     if qp.soft_rows == 0.0 and qp.nc > 0:
@@ -285,7 +283,7 @@ def _advance_in_calm(K: Any, claim: int) -> int:
     for k in range(task.m):
         qp.b[k] = task.asked[k]
     qp.meq, qp.nx = task.m, K.chain.n  # a path waits
-    compliance(K, RELAXED_RATIO)
+    compliance(task, K.chain, qp, K.turned, RELAXED_RATIO)
     cascade.stage = RELAX_STAGE
     return SOLVE
 
@@ -301,7 +299,7 @@ def _advance(K: Any, claim: int) -> int:
     if stage == FIRST_STAGE:
         _begin_second_stage(K, claim)
         return QP_READY
-    good = claim == SOLVED and (cascade.checked != 0 or check_solution(K))
+    good = claim == SOLVED and (cascade.checked != 0 or check_solution(task, cascade, qp, K.scratch))
     if K.limits.on_demand and not K.kinematics.has_dynamics and not (good and keeps_torque(K)):
         add_constraints(K)  # the same QP again, now with torque rows
         return SOLVE
@@ -313,10 +311,10 @@ def _advance(K: Any, claim: int) -> int:
     if good:
         if follows:
             task.scale = qp.x[n] if task.mode == SCALE else 1.0
-            cascade.missed = _misses_task(K)
+            cascade.missed = _misses_task(task)
             cascade.outside = joints_outside(K)
         if stage == MAIN_STAGE:
-            cascade.outcome = _outcome_of_solved(K)
+            cascade.outcome = _outcome_of_solved(task, cascade)
         elif follows and cascade.missed and (task.mode == HARD or not cascade.external):
             cascade.outcome = RELAXED  # what compliance cannot close proves that no motion follows the task
         return _finish(K)
@@ -328,7 +326,7 @@ def _advance(K: Any, claim: int) -> int:
             begin_least_excess(K)  # compliant already: only torque limits and box can exclude each other
         else:
             if task.mode != SLACK:  # else the very QP that the external solver could not solve
-                compliance(K, RELAXED_RATIO)
+                compliance(task, K.chain, qp, K.turned, RELAXED_RATIO)
             cascade.stage = RELAX_STAGE
     elif stage == RELAX_STAGE:
         begin_least_excess(K)

@@ -30,9 +30,8 @@ of rounding."""
 
 
 @jit
-def _open_forced_return(K: Any, i: int) -> None:
+def _open_forced_return(state: Any, limits: Any, qp: Any, i: int) -> None:
     """Draw a joint beyond its limits back in place of forcing it: its interval ends where others end."""
-    limits, state, qp = K.limits, K.state, K.qp
     v, v_max, a_max, dt = state.v[i], limits.v_max[i], limits.a_max[i], state.dt
     if state.level == ACCELERATION:
         low, high = max(-a_max, min((-v_max - v) / dt, 0.0)), min(a_max, max((v_max - v) / dt, 0.0))
@@ -58,17 +57,16 @@ def begin_least_excess(K: Any) -> None:
     for k in range(faults.working):
         i = faults.order[k]
         if is_beyond_range(K, i) or is_too_fast(K, i):
-            _open_forced_return(K, i)
+            _open_forced_return(K.state, K.limits, qp, i)
     qp.nx, qp.meq, qp.warm = n, 0, 0
     qp.soft_rows = SOFTNESS
     K.cascade.stage = LEAST_EXCESS_STAGE
 
 
 @jit
-def _without_push_on_free(K: Any) -> None:
+def _without_push_on_free(faults: Any, qp: Any, scratch: Any) -> None:
     """Correct the multipliers of the free-swinging joints' rows until C'z vanishes along those joints."""
-    faults, qp = K.faults, K.qp
-    S, r = K.scratch.square, K.scratch.impulse
+    S, r = scratch.square, scratch.impulse
     working, count = faults.working, faults.movable - faults.working
     for a in range(count):
         i = faults.order[working + a]
@@ -85,14 +83,13 @@ def _without_push_on_free(K: Any) -> None:
 
 
 @jit
-def box_excludes_rows(K: Any) -> bool:
+def box_excludes_rows(faults: Any, chain: Any, qp: Any, scratch: Any, aside: Any) -> bool:
     """Whether the multipliers of the least excess prove that no x in the box keeps all rows (Farkas).
 
     For every x that does, (C'z)'x = z'Cx <= sum z+ u - z- l. So there is none where the least (C'z)'x of the
     box, sum t+ lb - t- ub with t = C'z, is larger. The box is the task's own.
     """
-    qp, aside = K.qp, K.aside
-    _without_push_on_free(K)
+    _without_push_on_free(faults, qp, scratch)
     most, size = 0.0, 0.0
     for j in range(qp.nc):
         z = qp.z[j]
@@ -103,7 +100,7 @@ def box_excludes_rows(K: Any) -> bool:
             most += z * bound
             size += abs(z * bound)
     least = 0.0
-    for i in range(K.chain.n):
+    for i in range(chain.n):
         t, terms = 0.0, 0.0
         for j in range(qp.nc):
             if qp.z[j] != 0.0:
@@ -121,10 +118,9 @@ def box_excludes_rows(K: Any) -> bool:
 
 
 @jit
-def make_room(K: Any) -> None:
+def make_room(chain: Any, qp: Any, aside: Any) -> None:
     """Take the task's QP up again, its rows widened by the least excess, its box by what did not return."""
-    qp, aside = K.qp, K.aside
-    n = K.chain.n
+    n = chain.n
     for j in range(qp.nc):
         if qp.l[j] < qp.u[j]:
             s = 0.0
@@ -155,10 +151,9 @@ def begin_plain(K: Any) -> None:
 
 
 @jit
-def keep_free_rows(K: Any) -> None:
+def keep_free_rows(faults: Any, chain: Any, qp: Any, scratch: Any) -> None:
     """Put into x what the free-swinging joints do when all others move as x says: their rows as equations."""
-    faults, qp = K.faults, K.qp
-    n, S, r = K.chain.n, K.scratch.square, K.scratch.impulse
+    n, S, r = chain.n, scratch.square, scratch.impulse
     working, count = faults.working, faults.movable - faults.working
     if count == 0 or qp.nc == 0:
         return

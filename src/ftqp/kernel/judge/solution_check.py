@@ -13,14 +13,13 @@ from ftqp.kernel.maths.side_by_side import WIDTH, below, put, several
 
 
 @jit
-def check_solution(K: Any) -> bool:
+def check_solution(task: Any, cascade: Any, qp: Any, scratch: Any) -> bool:
     """Clamp x into the box, recompute every residual, and say whether the answer counts as solved.
 
     residual_task: max |A x + s - b| with s = soft lam, over 1 + max |b|; residual_bounds: what the rows of C
     are violated by, over 1 + max |x|; residual_dual: max |Hx + g + A'y + C'z + z_box|, over 1 + the norm of
     its terms. Wrong signs of multipliers count into residual_dual.
     """
-    task, cascade, qp, scratch = K.task, K.cascade, K.qp, K.scratch
     n, m = qp.nx, qp.meq
     size_x = 0.0
     for i in range(n):
@@ -121,25 +120,24 @@ def command(K: Any) -> None:
         elif faults.code[i] == BRAKING:
             state.v_command[i] = faults.lock_velocity[i]
     if kinematics.has_dynamics:
-        joint_torques(K)
+        joint_torques(state, faults, kinematics, chain)
         K.cascade.torque_excess = torque_excess(K)
 
 
 @jit
-def joint_torques(K: Any) -> None:
+def joint_torques(state: Any, faults: Any, kinematics: Any, chain: Any) -> None:
     """tau = M a + h of the command: of the motor for a joint that works, of the brake for a locked one."""
-    chain, state, kinematics = K.chain, K.state, K.kinematics
     for i in range(chain.n):
         tau = kinematics.h[i]
         for j in range(chain.n):
             tau += kinematics.M[i, j] * state.a_command[j]
-        _carry(K, i, tau)
+        _carry(state, faults, i, tau)
 
 
 @jit
-def _carry(K: Any, i: int, tau: float) -> None:
+def _carry(state: Any, faults: Any, i: int, tau: float) -> None:
     """Give the torque of a joint to its motor, or to its brake; a free-swinging joint has neither."""
-    state, fault = K.state, K.faults.code[i]
+    fault = faults.code[i]
     state.tau[i] = tau if fault == HEALTHY else 0.0
     state.tau_brake[i] = tau if fault == LOCKED or fault == BRAKING else 0.0
 
@@ -147,7 +145,7 @@ def _carry(K: Any, i: int, tau: float) -> None:
 @part_jit
 def torques_without_inertia(K: Any) -> None:
     """The same of a tick that did without M and h; needs ``motion``."""
-    torques_of(K, K.state.a_command)
+    torques_of(K.state, K.kinematics, K.chain, K.state.a_command)
     for i in range(K.chain.n):
-        _carry(K, i, K.kinematics.tau[i])
+        _carry(K.state, K.faults, i, K.kinematics.tau[i])
     K.kinematics.has_dynamics = 1  # as far as torques are concerned

@@ -17,12 +17,12 @@ from ftqp.kernel.maths.side_by_side import WIDTH, below, is_set, largest_of, put
 
 
 @jit
-def _minimise_free(K: Any) -> bool:
+def _minimise_free(faults: Any, chain: Any, qp: Any) -> bool:
     """H^-1, zero for a joint that has failed, and x_free; whether H > 0."""
-    qp, n = K.qp, K.chain.n
-    for at in range(0, K.chain.n, WIDTH):
+    n = chain.n
+    for at in range(0, chain.n, WIDTH):
         inside = below(n, at)
-        held = is_set(K.faults.code, at) | ~inside
+        held = is_set(faults.code, at) | ~inside
         H = select(held, 1.0, several(qp.H_diagonal, at))
         if any_of(~(H > 0.0)):
             return False
@@ -34,9 +34,9 @@ def _minimise_free(K: Any) -> bool:
 
 
 @jit
-def _pose_dual(K: Any) -> None:
+def _pose_dual(chain: Any, qp: Any) -> None:
     """V = A H^-1, S and t = b - A x_free."""
-    qp, width = K.qp, K.chain.n
+    width = chain.n
     for k in range(qp.meq):
         row, V, G = qp.A[k], qp.V[k], qp.G[k]
         t = several(row, 0) * 0.0
@@ -151,10 +151,9 @@ def _solve(qp: Any, x: Any) -> None:
 
 
 @jit
-def _add(K: Any, x: Any, lam: Any) -> None:
+def _add(chain: Any, qp: Any, x: Any, lam: Any) -> None:
     """qp.x <- x + H^-1 A' lam."""
-    qp = K.qp
-    for at in range(0, K.chain.n, WIDTH):
+    for at in range(0, chain.n, WIDTH):
         s = several(x, at)
         for k in range(qp.meq):
             s = s + lam[k] * several(qp.V[k], at)
@@ -162,31 +161,29 @@ def _add(K: Any, x: Any, lam: Any) -> None:
 
 
 @jit
-def _left(K: Any) -> float:
+def _left(task: Any, cascade: Any, chain: Any, qp: Any) -> float:
     """What is left of A x + soft lam = b into ``lam_new``, the slack, and the largest of what is left."""
-    task, qp = K.task, K.qp
     worst = size = 0.0
     for k in range(qp.meq):
         row = qp.A[k]
         t = several(row, 0) * several(qp.x, 0)
-        for at in range(WIDTH, K.chain.n, WIDTH):
+        for at in range(WIDTH, chain.n, WIDTH):
             t = t + several(row, at) * several(qp.x, at)
         s = sum_of(t)
         task.slack[k] = s - task.asked[k]
         r = qp.b[k] - s - qp.soft[k] * qp.lam[k]
         qp.lam_new[k] = r
         worst, size = max(worst, abs(r)), max(size, abs(qp.b[k]))
-    K.cascade.residual_task = worst / (1.0 + size)
+    cascade.residual_task = worst / (1.0 + size)
     return worst
 
 
 @jit
-def _is_optimal(K: Any) -> bool:
+def _is_optimal(faults: Any, cascade: Any, chain: Any, qp: Any) -> bool:
     """Whether x is within its bounds and every residual small; multipliers of the joints that are held."""
-    faults, cascade, qp = K.faults, K.cascade, K.qp
     worst = size = several(qp.x, 0) * 0.0
-    for at in range(0, K.chain.n, WIDTH):
-        inside, failed = below(K.chain.n, at), is_set(faults.code, at)
+    for at in range(0, chain.n, WIDTH):
+        inside, failed = below(chain.n, at), is_set(faults.code, at)
         x, g = several(qp.x, at), several(qp.g, at)
         fits = (several(qp.lb, at) <= x) & (x <= several(qp.ub, at)) & (abs(x) < inf)
         if any_of(inside & ~fits):
@@ -217,26 +214,26 @@ def straight(K: Any) -> bool:
     cascade, qp = K.cascade, K.qp
     if qp.warm > 0 or qp.dense or qp.nc > 0 or qp.nx != K.chain.n or qp.meq == 0 or cascade.external:
         return False
-    if K.faults.movable > K.faults.working or not _minimise_free(K):
+    if K.faults.movable > K.faults.working or not _minimise_free(K.faults, K.chain, qp):
         return False
-    _pose_dual(K)
+    _pose_dual(K.chain, qp)
     m = qp.meq
     if not (_factor_six(qp) if m == 6 else _factor(qp)):
         return False
     for k in range(m):
         qp.lam[k] = qp.t[k]
     _solve(qp, qp.lam)
-    _add(K, qp.x_free, qp.lam)
-    worst = _left(K)
+    _add(K.chain, qp, qp.x_free, qp.lam)
+    worst = _left(K.task, cascade, K.chain, qp)
     for _ in range(REFINEMENTS):
         if not worst > REFINE_FROM:
             break
         _solve(qp, qp.lam_new)
         for k in range(m):
             qp.lam[k] += qp.lam_new[k]
-        _add(K, qp.x, qp.lam_new)
-        worst = _left(K)
-    if not _is_optimal(K):
+        _add(K.chain, qp, qp.x, qp.lam_new)
+        worst = _left(K.task, cascade, K.chain, qp)
+    if not _is_optimal(K.faults, cascade, K.chain, qp):
         return False
     for k in range(m):
         qp.y[k] = -qp.lam[k]

@@ -1,8 +1,8 @@
 """The record: all that one planner knows, in rooms, in one array element that compiled code reads in place.
 
-A function takes the record K and binds the rooms that it uses; a solver gets ``K.qp`` and nothing else. Sizes
-are read at run time; what an array holds at most follows from the capacity class of the arm, so that a small
-arm has a small record. SI units; ``f8`` unless another type is named.
+A helper is handed the rooms that it reads and writes, so that its signature says so; stages of a tick, which
+touch more of them, take the whole record K. A solver gets ``K.qp`` and nothing else. Sizes are read at run
+time. SI units; ``f8`` unless another type is named.
 """
 
 from functools import cache

@@ -47,10 +47,9 @@ def sin_cos(x: Any) -> tuple[Any, Any]:
 
 
 @jit
-def joint_sines(K: Any) -> None:
+def joint_sines(state: Any, kinematics: Any, chain: Any) -> None:
     """sin q_i and cos q_i of every joint; 0 and 1 for a prismatic one, which does not turn."""
-    chain, state, kinematics = K.chain, K.state, K.kinematics
-    for at in range(0, K.chain.n, WIDTH):
+    for at in range(0, chain.n, WIDTH):
         q, slides = several(state.q, at), is_set(chain.prismatic, at)
         if all_of(abs(q) <= REDUCED):
             sine, cosine = sin_cos(q)

@@ -60,23 +60,22 @@ def stood_at_torque_limit(Q: Any) -> bool:
 
 
 @jit
-def _is_within_guard(K: Any, a: Any) -> bool:
+def _is_within_guard(limits: Any, chain: Any, a: Any) -> bool:
     """Whether max_i |a_i| / a_max_i <= guard: so little that torque limits hold, as samples have shown."""
-    limits = K.limits
     if limits.guard == 0.0:
         return False
-    for at in range(0, K.chain.n, WIDTH):
+    for at in range(0, chain.n, WIDTH):
         if not all_of(abs(several(a, at)) <= limits.guard * several(limits.a_max, at)):
             return False
     return True
 
 
 @jit
-def _is_within_torque(K: Any) -> bool:
+def _is_within_torque(faults: Any, limits: Any, kinematics: Any, chain: Any) -> bool:
     """Whether ``kinematics.tau`` is within the limits of every joint that works."""
-    limits, tau = K.limits, K.kinematics.tau
-    for at in range(0, K.chain.n, WIDTH):
-        works = below(K.chain.n, at) & ~is_set(K.faults.code, at)
+    tau = kinematics.tau
+    for at in range(0, chain.n, WIDTH):
+        works = below(chain.n, at) & ~is_set(faults.code, at)
         if any_of(works & ~(abs(several(tau, at)) <= several(limits.tau_max, at))):
             return False
     return True
@@ -87,8 +86,8 @@ def _torques_hold(K: Any, a: Any) -> bool:
     """Whether the torques themselves are within their limits."""
     if K.state.level == VELOCITY:
         motion(K)
-    torques_of(K, a)
-    return _is_within_torque(K)
+    torques_of(K.state, K.kinematics, K.chain, a)
+    return _is_within_torque(K.faults, K.limits, K.kinematics, K.chain)
 
 
 @jit
@@ -103,7 +102,7 @@ def keeps_torque(K: Any) -> bool:
     for at in range(0, K.chain.n, WIDTH):
         x = select(below(K.chain.n, at), several(qp.x, at), 0.0)
         put(a, at, x if state.level != VELOCITY else (x - several(state.v, at)) / state.dt)
-    if _is_within_guard(K, a):
+    if _is_within_guard(K.limits, K.chain, a):
         return True
-    torque_bound(K, a)
-    return _is_within_torque(K) or _torques_hold(K, a)
+    torque_bound(state, K.kinematics, K.chain, a)
+    return _is_within_torque(K.faults, K.limits, K.kinematics, K.chain) or _torques_hold(K, a)

@@ -34,4 +34,4 @@ def add_drive(K: Any, path: Any) -> None:
         elif keeps:
             x = DRIVE_GAIN * state.dt * (x - state.v[i])
         scratch.joints[i] = x if faults.code[i] == HEALTHY else 0.0
-    draw_to(K, scratch.joints)
+    draw_to(K.chain, K.qp, scratch.joints)

@@ -20,12 +20,12 @@ from ftqp.kernel.maths.side_by_side import WIDTH, is_set
 
 
 @jit
-def sort_joints(K: Any) -> None:
+def sort_joints(faults: Any, chain: Any) -> None:
     """The one list of joints of a tick: those that work, those that swing free, those that are held.
 
     ``order[:working]`` have a motor that obeys, ``order[:movable]`` can move at all; each part rises.
     """
-    faults, n = K.faults, K.chain.n
+    n = chain.n
     if faults.working == n:
         failed = is_set(faults.code, 0)
         for at in range(WIDTH, n, WIDTH):
@@ -75,7 +75,7 @@ def braked_velocity(v: Any, rate: Any, dt: float) -> Any:
 
 
 @jit
-def prescribed_motion(K: Any) -> None:
+def prescribed_motion(state: Any, faults: Any, limits: Any, chain: Any, qp: Any) -> None:
     """x_F of every locked or braking joint, as the degenerate interval lb = ub.
 
     While it brakes, x_F = -sign(v_F) min(rate, |v_F|/dt) until v_F is exactly zero, the last step partial;
@@ -83,9 +83,8 @@ def prescribed_motion(K: Any) -> None:
     velocity where the joint stops sooner, so that noise cannot keep it braking.
     Source: docs/theory/joint-failures.md, "Locked".
     """
-    limits, faults, state, qp = K.limits, K.faults, K.state, K.qp
     dt = state.dt
-    for k in range(faults.movable, K.chain.n):
+    for k in range(faults.movable, chain.n):
         i = faults.order[k]
         if faults.code[i] == BRAKING:
             vf = faults.lock_velocity[i]
@@ -108,21 +107,20 @@ def prescribed_motion(K: Any) -> None:
 
 
 @jit
-def any_instant_lock(K: Any) -> bool:
+def any_instant_lock(faults: Any, chain: Any) -> bool:
     """Whether a joint is to be locked at this very tick."""
-    faults = K.faults
-    for k in range(faults.movable, K.chain.n):
+    for k in range(faults.movable, chain.n):
         if faults.code[faults.order[k]] == INSTANT:
             return True
     return False
 
 
 @jit
-def _momentum_jump(K: Any) -> None:
+def _momentum_jump(faults: Any, kinematics: Any, chain: Any, scratch: Any) -> None:
     """Delta_H = -M_HH^-1 M_HF Delta_F, the free impulse, over the joints that can move."""
-    faults, M = K.faults, K.kinematics.M
-    n, movable = K.chain.n, faults.movable
-    S, jump, delta = K.scratch.square, K.scratch.impulse, K.scratch.joints
+    M = kinematics.M
+    n, movable = chain.n, faults.movable
+    S, jump, delta = scratch.square, scratch.impulse, scratch.joints
     for a in range(movable):
         i = faults.order[a]
         s = 0.0
@@ -138,15 +136,15 @@ def _momentum_jump(K: Any) -> None:
 
 
 @jit
-def _task_jump(K: Any) -> None:
+def _task_jump(faults: Any, task: Any, kinematics: Any, chain: Any, scratch: Any) -> None:
     """Delta_H = -J_H^+ J_F Delta_F over the joints that work: the tip goes on as it was."""
-    faults, task, J = K.faults, K.task, K.kinematics.J
+    J = kinematics.J
     m = task.m
-    S, jump, delta = K.scratch.square, K.scratch.impulse, K.scratch.joints
+    S, jump, delta = scratch.square, scratch.impulse, scratch.joints
     trace = 0.0
     for a in range(m):
         s = 0.0
-        for j in range(K.chain.n):
+        for j in range(chain.n):
             s -= J[task.rows[a], j] * delta[j]
         jump[a] = s
         for b in range(m):
@@ -169,9 +167,9 @@ def _task_jump(K: Any) -> None:
 
 
 @jit
-def _share_of_jump(K: Any) -> float:
+def _share_of_jump(state: Any, faults: Any, limits: Any, scratch: Any) -> float:
     """The largest share of the jump that leaves every working joint its speed limit and room to stop."""
-    limits, faults, state, delta = K.limits, K.faults, K.state, K.scratch.joints
+    delta = scratch.joints
     share = 1.0
     for k in range(faults.working):
         i = faults.order[k]
@@ -204,10 +202,10 @@ def lock_instantly(K: Any) -> None:
     for i in range(n):
         delta[i] = -state.v[i] if faults.code[i] == INSTANT else 0.0
     if faults.reset_mode == RESET_MOMENTUM:
-        _momentum_jump(K)
+        _momentum_jump(faults, K.kinematics, K.chain, K.scratch)
     if faults.reset_mode == RESET_TASK:
-        _task_jump(K)
-    share = K.cascade.jump = _share_of_jump(K)
+        _task_jump(faults, K.task, K.kinematics, K.chain, K.scratch)
+    share = K.cascade.jump = _share_of_jump(state, faults, K.limits, K.scratch)
     for k in range(faults.movable):
         i = faults.order[k]
         state.v[i] += share * delta[i]

@@ -127,7 +127,7 @@ def _observe(base: Any, arm: Any) -> None:
 
 
 @jit
-def _predict(K: Any, base: Any) -> None:
+def _predict(state: Any, kinematics: Any, base: Any) -> None:
     """Twist of the tip by base motion, as a twist at the tip's point along I, and T_b brought to now.
 
     A given twist V of the base is the mean over the sample that began ``lead`` ago: over the coming sample it
@@ -135,7 +135,6 @@ def _predict(K: Any, base: Any) -> None:
     that is v + w x r with r from the base to the tip. Without a given twist it is dv/dt of the observer, or
     zero.
     """
-    state, kinematics = K.state, K.kinematics
     T, S, s = base.now, base.pose, base.six
     lead = base.delay * state.dt
     r0 = T[0, 0] * kinematics.o_tip[0] + T[0, 1] * kinematics.o_tip[1] + T[0, 2] * kinematics.o_tip[2]
@@ -177,7 +176,7 @@ def _predict(K: Any, base: Any) -> None:
 
 
 @jit
-def _target_from_base(K: Any, base: Any) -> None:
+def _target_from_base(task: Any, kinematics: Any, base: Any) -> None:
     """The inertial target as a target in B whose error there is R' e, and its twist R'(V_d - V_base).
 
     e = (p_d - p_E; log R_d R_E') along I with T_E = T_b T_arm; p = p_arm + R'(p_d - p_E), rotation
@@ -185,7 +184,6 @@ def _target_from_base(K: Any, base: Any) -> None:
     attitude.
     Source: Holt and Desrochers 1994, eq. 19, for the nominal one.
     """
-    kinematics, task = K.kinematics, K.task
     B, T, A, R = base.pose, task.target, kinematics.R_tip, base.turn
     for r in range(3):
         for c in range(3):
@@ -274,22 +272,21 @@ def follow_base(K: Any, base: Any) -> bool:
     base.ever = 1
     base.stale = 1 if base.age > 0.0 else 0
     base.rates = base.rates + 1 if base.has & HAS_TWIST else 0
-    _predict(K, base)
+    _predict(state, kinematics, base)
     if base.has & HAS_TWIST:
         for k in range(6):
             base.rate_last[k] = base.rate[k]
-    _target_from_base(K, base)
+    _target_from_base(K.task, kinematics, base)
     return True
 
 
 @jit
-def reduce_by_lead(K: Any, base: Any) -> None:
+def reduce_by_lead(state: Any, faults: Any, limits: Any, qp: Any, base: Any) -> None:
     """-v_max - lead/dt <= x <= v_max - lead/dt, lead = set point - q: no windup against a servo that lags.
 
     The set point, which accumulates dt x, then never runs ahead of the joint by more than v_max dt, and is
     called back where it does. The result never leaves the joint's own interval.
     """
-    limits, faults, state, qp = K.limits, K.faults, K.state, K.qp
     for k in range(faults.working):
         i = faults.order[k]
         lead = (base.setpoint[i] - state.q[i]) / state.dt
@@ -299,12 +296,11 @@ def reduce_by_lead(K: Any, base: Any) -> None:
 
 
 @jit
-def is_rank_deficient(K: Any, threshold: float) -> bool:
+def is_rank_deficient(faults: Any, task: Any, qp: Any, scratch: Any, threshold: float) -> bool:
     """Whether sigma_min of the working joints' task rows in characteristic lengths is below ``threshold``.
 
     That is so exactly when A_H A_H' - (threshold length)^2 1 has no Cholesky factor.
     """
-    faults, task, qp, scratch = K.faults, K.task, K.qp, K.scratch
     m, S = task.m, scratch.square
     least = threshold * task.length
     for a in range(m):
@@ -319,9 +315,8 @@ def is_rank_deficient(K: Any, threshold: float) -> bool:
 
 
 @jit
-def _leans_or_stands(K: Any) -> bool:
+def _leans_or_stands(state: Any, faults: Any, limits: Any, chain: Any, qp: Any) -> bool:
     """Whether every command is about zero, or a position limit holds one back."""
-    chain, limits, faults, state, qp = K.chain, K.limits, K.faults, K.state, K.qp
     standing = True
     for i in range(chain.n):
         if abs(state.v_command[i]) > AT_REST * min(limits.v_max[i], 1e3):
@@ -348,8 +343,10 @@ def base_verdict(K: Any, base: Any) -> int:
     if cascade.status == STOPPING or cascade.status == STOPPED or cascade.status == INVALID_INPUT:
         return BASE_HALTED
     off = task.position_error > base.tolerance or task.rotation_error * task.length > base.tolerance
-    base.leaning = base.leaning + 1 if held and off and _leans_or_stands(K) else 0
-    if is_rank_deficient(K, base.rank):
+    base.leaning = (
+        base.leaning + 1 if held and off and _leans_or_stands(state, K.faults, K.limits, chain, K.qp) else 0
+    )
+    if is_rank_deficient(K.faults, task, K.qp, K.scratch, base.rank):
         return BASE_RANK_DEFICIENT
     if base.leaning >= PATIENCE:
         return BASE_UNREACHABLE

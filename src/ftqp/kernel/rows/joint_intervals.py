@@ -156,10 +156,9 @@ def braking(v: float, d: float, v_max: float, a_max: float, a_brake: float, dt: 
 
 
 @jit
-def _upper(K: Any, i: int, v: float, d: float) -> tuple[float, int]:
+def _upper(state: Any, limits: Any, feedback: Any, i: int, v: float, d: float) -> tuple[float, int]:
     """The upper end for joint i by the conversion that the planner was made with."""
-    limits, state = K.limits, K.state
-    v_max = (1.0 - K.feedback.speed_margin) * limits.v_max[i]
+    v_max = (1.0 - feedback.speed_margin) * limits.v_max[i]
     if state.level == ACCELERATION:
         if limits.conversion == JIN:
             return jin(v, d, v_max, limits.a_max[i], limits.jin_p, limits.jin_v, limits.jin_margin)
@@ -176,9 +175,8 @@ def _upper(K: Any, i: int, v: float, d: float) -> tuple[float, int]:
 
 
 @jit
-def _least_bad(K: Any, i: int, lo: float, hi: float) -> float:
+def _least_bad(state: Any, limits: Any, i: int, lo: float, hi: float) -> float:
     """The one value for an interval that came out empty: stop as fast as the acceleration limit allows."""
-    limits, state = K.limits, K.state
     if state.level == ACCELERATION:
         return min(max(-state.v[i] / state.dt, -limits.a_max[i]), limits.a_max[i])
     return min(max(0.0, state.v[i] - limits.a_max[i] * state.dt), state.v[i] + limits.a_max[i] * state.dt)
@@ -186,10 +184,10 @@ def _least_bad(K: Any, i: int, lo: float, hi: float) -> float:
 
 @jit
 def _jin_leaving(
-    K: Any, i: int, lo: float, lower_by: int, hi: float, upper_by: int
+    state: Any, limits: Any, i: int, lo: float, lower_by: int, hi: float, upper_by: int
 ) -> tuple[float, int, float, int]:
     """An interval that came out empty, without the position term of the strip that the joint is leaving."""
-    limits, v = K.limits, K.state.v[i]
+    v = state.v[i]
     if v < 0.0:
         hi, upper_by = jin(v, inf, limits.v_max[i], limits.a_max[i], limits.jin_p, limits.jin_v, 0.0)
     else:
@@ -199,22 +197,21 @@ def _jin_leaving(
 
 
 @jit
-def _one_by_one(K: Any, first: int, last: int) -> None:
+def _one_by_one(state: Any, faults: Any, limits: Any, feedback: Any, qp: Any, first: int, last: int) -> None:
     """The intervals of the joints that work among ``first`` .. ``last`` - 1, each looked at by itself."""
-    limits, state, qp = K.limits, K.state, K.qp
     for i in range(first, last):
-        if K.faults.code[i] != HEALTHY:
+        if faults.code[i] != HEALTHY:
             continue
         v = state.v[i]
-        hi, upper_by = _upper(K, i, v, limits.q_max[i] - state.q[i])
-        lo, lower_by = _upper(K, i, -v, state.q[i] - limits.q_min[i])
+        hi, upper_by = _upper(state, limits, feedback, i, v, limits.q_max[i] - state.q[i])
+        lo, lower_by = _upper(state, limits, feedback, i, -v, state.q[i] - limits.q_min[i])
         lo = -lo
         if lo > hi:
             if limits.conversion == JIN and state.level == ACCELERATION:
-                lo, lower_by, hi, upper_by = _jin_leaving(K, i, lo, lower_by, hi, upper_by)
+                lo, lower_by, hi, upper_by = _jin_leaving(state, limits, i, lo, lower_by, hi, upper_by)
             if lo > hi:
                 limits.empty_intervals += 1
-                lo = hi = _least_bad(K, i, lo, hi)
+                lo = hi = _least_bad(state, limits, i, lo, hi)
         qp.lb[i], qp.ub[i] = lo, hi
         limits.lower_by[i], limits.upper_by[i] = lower_by, upper_by
 
@@ -239,11 +236,10 @@ def _far_velocities(v: Any, d: Any, v_max: Any, a_max: Any, a_brake: Any, dt: fl
 
 
 @jit
-def _together(K: Any, at: int) -> bool:
+def _together(state: Any, faults: Any, limits: Any, feedback: Any, qp: Any, at: int) -> bool:
     """The intervals of the joints from ``at`` on, where all are far from position limits; else False."""
-    limits, state, qp = K.limits, K.state, K.qp
     q, v, dt = several(state.q, at), several(state.v, at), state.dt
-    v_max = (1.0 - K.feedback.speed_margin) * several(limits.v_max, at)
+    v_max = (1.0 - feedback.speed_margin) * several(limits.v_max, at)
     a_max, a_brake = several(limits.a_max, at), several(limits.a_brake, at)
     above, below_it = several(limits.q_max, at) - q, q - several(limits.q_min, at)
     if state.level == ACCELERATION:
@@ -252,7 +248,7 @@ def _together(K: Any, at: int) -> bool:
     else:
         hi, fast, far = _far_velocities(v, above, v_max, a_max, a_brake, dt)
         lo, fast_back, far_back = _far_velocities(-v, below_it, v_max, a_max, a_brake, dt)
-    held = is_set(K.faults.code, at)
+    held = is_set(faults.code, at)
     if not all_of((far & far_back & (-lo <= hi)) | held):
         return False
     put(qp.lb, at, select(held, several(qp.lb, at), -lo))
@@ -267,8 +263,8 @@ def intervals(K: Any) -> None:
     """lb <= x <= ub of every joint, and which limit set each end; a failed joint has no limits of its own."""
     chain, limits, faults, qp = K.chain, K.limits, K.faults, K.qp
     for at in range(0, K.chain.n, WIDTH):
-        if limits.conversion != VIABILITY or not _together(K, at):
-            _one_by_one(K, at, min(at + WIDTH, chain.n))
+        if limits.conversion != VIABILITY or not _together(K.state, faults, limits, K.feedback, qp, at):
+            _one_by_one(K.state, faults, limits, K.feedback, qp, at, min(at + WIDTH, chain.n))
     for k in range(faults.movable, chain.n):  # x_F is written by prescribed_motion
         i = faults.order[k]
         limits.lower_by[i] = limits.upper_by[i] = BY_FAULT

@@ -12,9 +12,8 @@ the tests have not contradicted."""
 
 
 @jit
-def _along_rows(K: Any) -> tuple[float, float, float, float, float, float]:
+def _along_rows(task: Any, kinematics: Any, scratch: Any) -> tuple[float, float, float, float, float, float]:
     """The six-vector along W that the row coefficients in t stand for."""
-    kinematics, task, scratch = K.kinematics, K.task, K.scratch
     f0 = f1 = f2 = m0 = m1 = m2 = 0.0
     for k in range(task.m):
         c = task.rows[k]
@@ -82,7 +81,7 @@ def manipulability_gradient(K: Any) -> None:
         for k in range(m):
             scratch.rows[k] = qp.A[k, j]
         solve_factored(S, m, scratch.rows)
-        f0, f1, f2, m0, m1, m2 = _along_rows(K)
+        f0, f1, f2, m0, m1, m2 = _along_rows(task, kinematics, scratch)
         turns = 0.0 if chain.prismatic[j] else 1.0
         w0, w1, w2 = (
             turns * kinematics.axis_w[j, 0],

@@ -23,9 +23,8 @@ from ftqp.kernel.maths.trigonometry import sin_cos
 
 
 @jit
-def posture_error(K: Any, i: int) -> Any:
+def posture_error(state: Any, criteria: Any, chain: Any, i: int) -> Any:
     """q_i - posture_i; for a continuous joint the short way round, smooth: 2 sin(d/2) sign(cos(d/2))."""
-    chain, state, criteria = K.chain, K.state, K.criteria
     d = state.q[i] - criteria.posture[i]
     if chain.continuous[i]:
         sine, cosine = sin_cos(0.5 * d)
@@ -34,9 +33,9 @@ def posture_error(K: Any, i: int) -> Any:
 
 
 @jit
-def draw_to(K: Any, x: Any) -> None:
+def draw_to(chain: Any, qp: Any, x: Any) -> None:
     """The objective of x - x_0 in place of x, g -= H x_0; x_0 is 0 for failed joints."""
-    qp, n = K.qp, K.chain.n
+    n = chain.n
     for i in range(n):
         if qp.dense:
             for j in range(n):
@@ -54,7 +53,7 @@ def objective(K: Any) -> None:
         qp.H_diagonal[i] = criteria.norm * criteria.weight[i]
         qp.g[i] = criteria.weight[i] * criteria.norm_v * state.v[i]
         if criteria.norm_q != 0.0:
-            qp.g[i] += criteria.weight[i] * criteria.norm_q * posture_error(K, i)
+            qp.g[i] += criteria.weight[i] * criteria.norm_q * posture_error(state, criteria, K.chain, i)
     if (
         criteria.inertia != 0.0
         or criteria.inertia_v != 0.0
@@ -65,7 +64,7 @@ def objective(K: Any) -> None:
     if K.calm.hushed:
         _hush(K)
     if criteria.sways:
-        draw_to(K, criteria.sway)
+        draw_to(K.chain, qp, criteria.sway)
 
 
 @jit

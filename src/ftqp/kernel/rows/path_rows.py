@@ -66,10 +66,10 @@ def path_rows(K: Any, path: Any) -> None:
     for k in range(task.m):
         c = task.rows[k]
         w = task.row_scale[c]
-        e = w * component_of(K, c, 0, task.error)
-        rate = w * component_of(K, c, TARGET_TWIST, task.target)
-        change = w * component_of(K, c, TARGET_ACCELERATION, task.target)
-        drift = w * component_of(K, c, 0, kinematics.drift)
+        e = w * component_of(task, kinematics, c, 0, task.error)
+        rate = w * component_of(task, kinematics, c, TARGET_TWIST, task.target)
+        change = w * component_of(task, kinematics, c, TARGET_ACCELERATION, task.target)
+        drift = w * component_of(task, kinematics, c, 0, kinematics.drift)
         moving = 0.0
         if state.level == ACCELERATION:
             for i in range(n):
@@ -84,19 +84,18 @@ def path_rows(K: Any, path: Any) -> None:
             qp.A[k, n] = -rate
             qp.b[k] = task.kp * e
             task.beyond = max(task.beyond, abs(rate))
-        qp.b[k] += w * component_of(K, c, 0, K.feedback.push)
+        qp.b[k] += w * component_of(task, kinematics, c, 0, K.feedback.push)
         path.feedback[k] = task.kp * e if path.limit > 0.0 else qp.b[k] + task.kv * moving
         own = max(path.rate, LEAST_IN_CALM if K.calm.on else LEAST_RATE)
         path.bend[k] = change - drift / (own * own)
 
 
 @jit
-def _braking(K: Any, path: Any) -> float:
+def _braking(state: Any, faults: Any, limits: Any, path: Any) -> float:
     """How fast the rate can fall [1/s] with STOP_SHARE of the acceleration limits; inf at rest.
 
     Joint i moves by |v_i|/sigma' per unit of progress, so it is min_i STOP_SHARE a_max_i sigma'/|v_i|.
     """
-    limits, faults, state = K.limits, K.faults, K.state
     brake = inf
     for k in range(faults.working):
         i = faults.order[k]
@@ -106,9 +105,8 @@ def _braking(K: Any, path: Any) -> float:
 
 
 @jit
-def _limit_before_jump(K: Any, path: Any, brake: float) -> float:
+def _limit_before_jump(state: Any, path: Any, brake: float) -> float:
     """The largest rate from which the arm can stop, in whole steps, before the path's twist jumps."""
-    state = K.state
     ahead = path.stop - path.progress
     if state.level == ACCELERATION:
         ahead -= 0.5 * state.dt * path.rate  # of this step already
@@ -160,19 +158,19 @@ def _limit_in_bend(K: Any, path: Any) -> float:
 
 
 @jit
-def _gain_of_waiting(K: Any, speed: float) -> float:
+def _gain_of_waiting(faults: Any, task: Any, qp: Any, turned: Any, speed: float) -> float:
     """What the objective falls by at most, to first order, when s goes from 1 to 0.
 
     x' makes the joints move by J^+ x', against the slope g of the objective: |x'| |g|/sigma_min. It counts
     where a scheme draws the joints somewhere, as rmp does: on a slow path it exceeds |x'|^2.
     """
-    turned, slope, least = K.turned, 0.0, inf
-    for k in range(K.task.m):
+    slope, least = 0.0, inf
+    for k in range(task.m):
         least = min(least, turned.sigma[k])
-    for column in range(K.faults.working):
-        g = K.qp.g[K.faults.order[column]]
+    for column in range(faults.working):
+        g = qp.g[faults.order[column]]
         slope += g * g
-    return sqrt(speed * slope) / max(least, SINGULAR_FROM * K.task.length)
+    return sqrt(speed * slope) / max(least, SINGULAR_FROM * task.length)
 
 
 @jit
@@ -197,7 +195,7 @@ def rate_variable(K: Any, path: Any) -> None:
     if state.level == ACCELERATION:
         weight *= (RISE / state.dt) ** 2  # s is drawn by the share dt/RISE of 1 - sigma' only
     if speed > 0.0:
-        push = 0.0 if K.calm.on else PUSH * _gain_of_waiting(K, speed)
+        push = 0.0 if K.calm.on else PUSH * _gain_of_waiting(K.faults, K.task, qp, K.turned, speed)
         if state.level == ACCELERATION:
             push *= RISE / state.dt
         weight = min(weight, speed / (SEPARATION * qp.soft[0]))
@@ -207,8 +205,8 @@ def rate_variable(K: Any, path: Any) -> None:
         wanted = path.rate + (1.0 - path.rate) * min(1.0, state.dt / RISE)
     for i in range(n):
         qp.H[i, n] = qp.H[n, i] = 0.0
-    brake = _braking(K, path)
-    path.ahead = _limit_before_jump(K, path, brake)
+    brake = _braking(state, K.faults, limits, path)
+    path.ahead = _limit_before_jump(state, path, brake)
     slowest = path.rate - brake * state.dt if brake < inf else 0.0
     in_bend = _limit_in_bend(K, path)
     allowed = K.feedback.rate * K.feedback.speed  # the path waits for an arm that lags
@@ -222,15 +220,14 @@ def rate_variable(K: Any, path: Any) -> None:
 
 
 @jit
-def _rate_of_motion(K: Any, v: Any) -> float:
+def _rate_of_motion(task: Any, kinematics: Any, chain: Any, v: Any) -> float:
     """The share of the path's twist that J v makes, within [0, 1]; 1 where the path rests."""
-    kinematics, task = K.kinematics, K.task
     along = square = 0.0
     for k in range(task.m):
         c = task.rows[k]
         x = task.target[TARGET_TWIST + c] * task.row_scale[c]
         square += x * x
-        for i in range(K.chain.n):
+        for i in range(chain.n):
             along += x * task.row_scale[c] * kinematics.J[c, i] * v[i]
     return min(max(along / square, 0.0), 1.0) if square > 0.0 else 1.0
 
@@ -239,20 +236,19 @@ def _rate_of_motion(K: Any, v: Any) -> float:
 def begin_on_path(K: Any, path: Any) -> None:
     """The first step along a path: the rate is that of the measured motion."""
     if path.rate < 0.0:
-        path.rate = _rate_of_motion(K, K.state.v)
+        path.rate = _rate_of_motion(K.task, K.kinematics, K.chain, K.state.v)
 
 
 @jit
-def advance(K: Any, path: Any) -> None:
+def advance(state: Any, task: Any, kinematics: Any, chain: Any, qp: Any, path: Any) -> None:
     """sigma += s dt, or dt (sigma' + s)/2 at the acceleration level.
 
     Where the task was given up, s is that of the motion that is left.
     """
-    state, qp = K.state, K.qp
-    n = K.chain.n
+    n = chain.n
     before = max(path.rate, 0.0)
-    on_task = K.task.mode == SCALE and qp.nx > n
-    s = min(max(qp.x[n], 0.0), 1.0) if on_task else _rate_of_motion(K, state.v_command)
+    on_task = task.mode == SCALE and qp.nx > n
+    s = min(max(qp.x[n], 0.0), 1.0) if on_task else _rate_of_motion(task, kinematics, chain, state.v_command)
     step = state.dt * (0.5 * (before + s) if state.level == ACCELERATION else s)
     after = path.progress + step
     if after > path.stop - TIME_SLACK:

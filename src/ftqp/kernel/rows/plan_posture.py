@@ -87,18 +87,18 @@ def row_speed(q: Any, k: int, last: int, i: int) -> float:
 
 
 @jit
-def refer(K: Any, P: Any, q: Any) -> None:
+def refer(state: Any, criteria: Any, chain: Any, P: Any, q: Any) -> None:
     """The posture whose pull is that of a plan that moves: q_p + (norm_v v_p + norm a_p)/norm_q.
 
     At the velocity level it is q_p + norm v_p/norm_q. Between rows the plan is the cubic through their
     positions and speeds.
     """
-    criteria, last = K.criteria, P.rows - 1
+    last = P.rows - 1
     k = min(int(P.at), last - 1)
     u = P.at - k
     pace = P.pace
-    velocity_level = K.state.level == VELOCITY
-    for i in range(K.chain.n):
+    velocity_level = state.level == VELOCITY
+    for i in range(chain.n):
         begin, end = q[k, i], q[k + 1, i]
         out, into = row_speed(q, k, last, i), row_speed(q, k + 1, last, i)
         second = 3.0 * (end - begin) - 2.0 * out - into
@@ -113,17 +113,17 @@ def refer(K: Any, P: Any, q: Any) -> None:
 
 
 @jit
-def follow(K: Any, P: Any, q: Any, tips: Any) -> None:
+def follow(state: Any, criteria: Any, kinematics: Any, chain: Any, P: Any, q: Any, tips: Any) -> None:
     """The posture of the next tick, from the tip of the last one."""
-    dt = K.state.dt
+    dt = state.dt
     if P.begun:
         for c in range(3):
-            P.tip[c] = K.kinematics.o_tip[c]
+            P.tip[c] = kinematics.o_tip[c]
         for c in range(9):
-            P.tip[3 + c] = K.kinematics.R_tip[c]
+            P.tip[3 + c] = kinematics.R_tip[c]
         found = place(P, tips, dt)
         pace = min(max((found - P.at) / dt, 0.0), FASTEST / P.spacing)
         P.pace += dt / (SETTLES + dt) * (pace - P.pace)
         P.at = found
     P.begun = 1
-    refer(K, P, q)
+    refer(state, criteria, chain, P, q)

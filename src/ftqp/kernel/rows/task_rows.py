@@ -21,9 +21,8 @@ progress goes before rates. A guess that the tests have not contradicted."""
 
 
 @jit
-def component_of(K: Any, component: int, offset: int, source: Any) -> float:
+def component_of(task: Any, kinematics: Any, component: int, offset: int, source: Any) -> float:
     """Component 0..5 of a six-vector along W; with tool rows the angular part along the tool's axes."""
-    kinematics, task = K.kinematics, K.task
     if component < 3 or not task.tool_rows:
         value: float = source[offset + component]
         return value
@@ -79,17 +78,17 @@ def task_rows(K: Any, kp: float) -> None:
             for at in range(0, n, WIDTH):
                 s = t0 * several(J[3], at) + t1 * several(J[4], at) + t2 * several(J[5], at)
                 put(row, at, w * s)
-        e = w * component_of(K, c, 0, task.error)
-        rate = w * component_of(K, c, TARGET_TWIST, task.target)
+        e = w * component_of(task, kinematics, c, 0, task.error)
+        rate = w * component_of(task, kinematics, c, TARGET_TWIST, task.target)
         moving = drift = 0.0
         if state.level == ACCELERATION:
             moves = 0.0
             for at in range(0, n, WIDTH):
                 moves = moves + several(row, at) * several(state.v, at)
             moving = sum_of(moves)
-            drift = w * component_of(K, c, 0, kinematics.drift)
+            drift = w * component_of(task, kinematics, c, 0, kinematics.drift)
             b = (
-                w * component_of(K, c, TARGET_ACCELERATION, task.target)
+                w * component_of(task, kinematics, c, TARGET_ACCELERATION, task.target)
                 + task.kv * (rate - moving)
                 + kp * e
                 - drift
@@ -98,7 +97,7 @@ def task_rows(K: Any, kp: float) -> None:
         else:
             b = rate + kp * e
             rest = 0.0
-        b += w * component_of(K, c, 0, K.feedback.push)
+        b += w * component_of(task, kinematics, c, 0, K.feedback.push)
         qp.b[k] = b
         if task.mode == SCALE:
             row[n] = rest - b
@@ -109,12 +108,11 @@ def task_rows(K: Any, kp: float) -> None:
 
 
 @jit
-def compliance(K: Any, ratio: float) -> None:
+def compliance(task: Any, chain: Any, qp: Any, turned: Any, ratio: float) -> None:
     """soft_k = yielding_k ratio |A|_F^2 / (m tr H): the slack's weight follows the QP's own magnitude.
 
     Rows turned by directional damping have no priority of their own; their damping adds.
     """
-    chain, task, turned, qp = K.chain, K.task, K.turned, K.qp
     trace = 0.0
     if qp.dense:
         for i in range(chain.n):
@@ -136,9 +134,8 @@ def compliance(K: Any, ratio: float) -> None:
 
 
 @jit
-def path_scale(K: Any) -> None:
+def path_scale(state: Any, limits: Any, chain: Any, qp: Any) -> None:
     """The extra variable s in [0, 1] of the scaled mode, drawn to 1."""
-    chain, limits, state, qp = K.chain, K.limits, K.state, K.qp
     n = chain.n
     size = 0.0
     for i in range(n):

@@ -16,10 +16,9 @@ guess that the tests have not contradicted."""
 
 
 @jit
-def _reduced_svd(K: Any) -> None:
+def _reduced_svd(faults: Any, task: Any, qp: Any, scratch: Any, turned: Any) -> None:
     """U and sigma of the task rows' columns of the working joints; diag(sigma) V' stays in scratch."""
-    faults, task, turned, qp = K.faults, K.task, K.turned, K.qp
-    W = K.scratch.wide
+    W = scratch.wide
     for column in range(faults.working):
         for k in range(task.m):
             W[k, column] = qp.A[k, faults.order[column]]
@@ -38,7 +37,7 @@ def fade_feedback(K: Any, path: Any) -> None:
     """
     task, turned, qp = K.task, K.turned, K.qp
     m, U = task.m, turned.U
-    _reduced_svd(K)
+    _reduced_svd(K.faults, task, qp, K.scratch, turned)
     lost, blocked = 0.0, path.limit == 0.0 and not K.calm.on
     for k in range(m):
         share = turned.sigma[k] / (task.length * (CALM_FROM if blocked else SINGULAR_FROM))
@@ -74,7 +73,7 @@ def turn_rows(K: Any) -> None:
     chain, task, turned, qp, scratch = K.chain, K.task, K.turned, K.qp, K.scratch
     n, m = chain.n, task.m
     U = turned.U
-    _reduced_svd(K)
+    _reduced_svd(K.faults, task, qp, scratch, turned)
     for i in range(n):
         for k in range(m):
             s = 0.0
@@ -97,9 +96,8 @@ def turn_rows(K: Any) -> None:
 
 
 @jit
-def turn_back(K: Any) -> None:
+def turn_back(task: Any, scratch: Any, turned: Any) -> None:
     """The slack along the rows of the task, from that along the singular directions."""
-    task, turned, scratch = K.task, K.turned, K.scratch
     m = task.m
     for k in range(m):
         s = 0.0

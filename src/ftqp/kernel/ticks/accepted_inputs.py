@@ -26,7 +26,7 @@ its sine is none; `python studies/fuzz_step.py` draws such numbers."""
 
 
 @jit
-def accept_arrays(K: Any, q: Any, v: Any) -> int:
+def accept_arrays(state: Any, gate: Any, chain: Any, q: Any, v: Any) -> int:
     """Copy q, (n,) or (nq,), and v, (n,): how many numbers q has, or a mistake (negative).
 
     The tick begins at what was last let through.
@@ -36,7 +36,6 @@ def accept_arrays(K: Any, q: Any, v: Any) -> int:
         q: any object with a buffer of contiguous float64; its address in compiled code.
         v: the same.
     """
-    chain, state = K.chain, K.state
     nq = take(q, 0, state.given_q.ctypes.data, len(state.given_q), 1)
     nv = take(v, 0, state.given_v.ctypes.data, len(state.given_v), 1)
     if nq < 0 or nv < 0:
@@ -45,14 +44,13 @@ def accept_arrays(K: Any, q: Any, v: Any) -> int:
         return WRONG_SHAPE
     if not state.is_reset:
         return NOT_RESET
-    open_gate(K)
+    open_gate(state, gate, chain)
     return nq
 
 
 @jit
-def accept_target(K: Any, target: Any, row: int) -> int:
+def accept_target(task: Any, target: Any, row: int) -> int:
     """Copy row ``row`` of packed targets: 0, or a mistake (negative)."""
-    task = K.task
     if row < 0 or row > MOST_ROWS:
         return NOT_READ
     if take(target, row * TARGET_SIZE, task.target.ctypes.data, TARGET_SIZE, 0) < TARGET_SIZE:
@@ -73,13 +71,12 @@ def whole_turns(angle: float) -> float:
 
 
 @jit
-def accept_state(K: Any, nq: int) -> None:
+def accept_state(state: Any, chain: Any, nq: int) -> None:
     """The given state as joint values: n of them, or nq with (cos, sin) for each continuous joint.
 
     The angle of a continuous joint, as it is or by cosine and sine, is unwrapped to the turn of the last
     command: an encoder may begin anew with every turn.
     """
-    chain, state = K.chain, K.state
     n, given = chain.n, state.given_q
     for i in range(n):
         state.v[i] = state.given_v[i]
@@ -103,31 +100,30 @@ def accept_state(K: Any, nq: int) -> None:
 
 
 @jit
-def target_is_usable(K: Any) -> bool:
+def target_is_usable(task: Any) -> bool:
     """Whether the target is finite and the rotation of its pose, if it has one, is one.
 
     |x| < inf of each: fast math may fold a sum of x - x into zero, NaN or not.
     """
-    target = K.task.target
+    target = task.target
     good = True
     for at in range(0, TARGET_HAS_ROTATION, WIDTH):
         here = several(target, min(at, TARGET_HAS_ROTATION - WIDTH))
         good = good and all_of(abs(here) < inf)
-    if good and K.task.target[TARGET_HAS_ROTATION] > 0.0:
-        return is_rotation(K.task.target)
+    if good and task.target[TARGET_HAS_ROTATION] > 0.0:
+        return is_rotation(task.target)
     return good
 
 
 @jit
-def state_is_finite(K: Any) -> bool:
+def state_is_finite(state: Any, chain: Any) -> bool:
     """Whether the measured state is finite; a q or v that is not gives way to the last command."""
-    state = K.state
     good = state.unusable == 0
-    for at in range(0, K.chain.n, WIDTH):
+    for at in range(0, chain.n, WIDTH):
         finite = (abs(several(state.q, at)) < inf) & (abs(several(state.v, at)) < inf)
         good = good and all_of(finite)
     if not good:
-        for i in range(K.chain.n):
+        for i in range(chain.n):
             state.q[i] = state.q_command[i]
             state.v[i] = state.v_command[i]
     return good

@@ -17,12 +17,12 @@ FLOAT, WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 
 
 @jit
-def qp_outcome(K: Any) -> int:
+def qp_outcome(task: Any, cascade: Any) -> int:
     """What the residuals made of the solver's claim, -1 when the tick needed no task QP."""
-    claim, status = K.cascade.claim, K.cascade.status
+    claim, status = cascade.claim, cascade.status
     if claim == INFEASIBLE and status == FALLBACK:
         return FAILED
-    hard_missed = status == RELAXED and K.task.mode == HARD and K.cascade.missed
+    hard_missed = status == RELAXED and task.mode == HARD and cascade.missed
     if claim == SOLVED and (status == FALLBACK or hard_missed):
         return FAILED
     return int(claim)
@@ -68,7 +68,7 @@ def keep(K: Any, places: Any, row: Any) -> None:
     row[rest + 1] = task.rotation_error
     row[rest + 2] = task.scale
     row[rest + 3] = cascade.status
-    row[rest + 4] = qp_outcome(K)
+    row[rest + 4] = qp_outcome(task, cascade)
     row[rest + 5] = cascade.qp_iterations
     row[rest + 6] = max(cascade.residual_task, cascade.residual_bounds, cascade.residual_dual)
     row[rest + 8] = cascade.kappa

@@ -20,14 +20,26 @@ def _hand_over(K: Any, prepared: int, flat_at: int) -> int:
     """The QP into memory when it waits for a solver: QP_READY, or the status of a tick that needed none."""
     code = run_cascade(K, prepared, SOLVED)
     if code == QP_READY:
-        pack(K, carray(pointer(flat_at), (packed_size(K),), FLOAT))
+        pack(
+            K.task,
+            K.cascade,
+            K.chain,
+            K.qp,
+            carray(pointer(flat_at), (packed_size(K.task, K.cascade, K.chain),), FLOAT),
+        )
     return code
 
 
 @jit
 def _take_back(K: Any, solution_at: int, claim: int, iterations: int) -> int:
     """Judge and clamp what the solver answered, and turn it into a command: the status."""
-    unpack(K, carray(pointer(solution_at), (solution_size(K),), FLOAT))
+    unpack(
+        K.task,
+        K.cascade,
+        K.chain,
+        K.qp,
+        carray(pointer(solution_at), (solution_size(K.task, K.cascade, K.chain),), FLOAT),
+    )
     K.cascade.qp_iterations = iterations
     return run_cascade(K, ANSWERED, claim)
 
@@ -43,7 +55,7 @@ def prepare_clock(capacity: int) -> Callable[..., int]:
             return code
         code = _hand_over(K, prepare_rich(K), flat_at)
         if code != QP_READY and K.turned.on:
-            turn_back(K)
+            turn_back(K.task, K.scratch, K.turned)
         return code
 
     return prepare_clock
@@ -57,7 +69,7 @@ def finish_clock(capacity: int) -> Callable[..., int]:
         K = carray(pointer(address), 1, dtype)[0]
         code = _take_back(K, solution_at, claim, iterations)
         if K.turned.on:
-            turn_back(K)
+            turn_back(K.task, K.scratch, K.turned)
         return code
 
     return finish_clock
@@ -77,7 +89,7 @@ def prepare_path(capacity: int) -> Callable[..., int]:
             return code
         code = _hand_over(K, prepare_on_path(K, path), flat_at)
         if code != QP_READY:
-            advance(K, path)
+            advance(K.state, K.task, K.kinematics, K.chain, K.qp, path)
         return code
 
     return prepare_path
@@ -90,7 +102,7 @@ def finish_path(capacity: int) -> Callable[..., int]:
     def finish_path(address: int, path_at: int, solution_at: int, claim: int, iterations: int) -> int:
         K = carray(pointer(address), 1, dtype)[0]
         code = _take_back(K, solution_at, claim, iterations)
-        advance(K, carray(pointer(path_at), 1, lead)[0])
+        advance(K.state, K.task, K.kinematics, K.chain, K.qp, carray(pointer(path_at), 1, lead)[0])
         return code
 
     return finish_path

@@ -48,7 +48,7 @@ def network_clock(capacity: int) -> Callable[..., int]:
         warm = K.qp.warm
         code = _solved(K, carray(pointer(memory_at), (numbers,), FLOAT), warm, prepare_rich(K))
         if K.turned.on:
-            turn_back(K)
+            turn_back(K.task, K.scratch, K.turned)
         return code
 
     return network_clock
@@ -68,7 +68,7 @@ def network_path(capacity: int) -> Callable[..., int]:
             return code
         warm = K.qp.warm
         code = _solved(K, carray(pointer(memory_at), (numbers,), FLOAT), warm, prepare_on_path(K, path))
-        advance(K, path)
+        advance(K.state, K.task, K.kinematics, K.chain, K.qp, path)
         return code
 
     return network_path

@@ -38,26 +38,26 @@ FLOAT = np.dtype(np.float64)
 @part_jit
 def accept(K: Any, q: Any, v: Any, target: Any, row: int) -> int:
     """Copy the inputs of a tick: 0, or a mistake."""
-    nq = accept_arrays(K, q, v)
+    nq = accept_arrays(K.state, K.gate, K.chain, q, v)
     if nq < 0:
         return nq
-    code = accept_target(K, target, row)
+    code = accept_target(K.task, target, row)
     if code < 0:
         return code
-    accept_state(K, nq)
+    accept_state(K.state, K.chain, nq)
     return 0
 
 
 @part_jit
 def accept_on_path(K: Any, path: Any, table: Any, q: Any, v: Any) -> int:
     """Copy the state, and look up the path's target at its progress: 0, or a mistake."""
-    nq = accept_arrays(K, q, v)
+    nq = accept_arrays(K.state, K.gate, K.chain, q, v)
     if nq < 0:
         return nq
     look_up(path, table, len(table), path.target)
     for k in range(TARGET_SIZE):
         K.task.target[k] = path.target[k]
-    accept_state(K, nq)
+    accept_state(K.state, K.chain, nq)
     return 0
 
 
@@ -65,19 +65,19 @@ def accept_on_path(K: Any, path: Any, table: Any, q: Any, v: Any) -> int:
 def settle_on_base(K: Any, base: Any) -> None:
     """After a tick above a moving base: the slack along the task's rows, the set point, and the verdict."""
     if K.turned.on:
-        turn_back(K)
+        turn_back(K.task, K.scratch, K.turned)
     base.code = base_verdict(K, base)
 
 
 @jit
-def accept_on_joints(K: Any, q: Any, v: Any) -> int:
+def accept_on_joints(state: Any, task: Any, gate: Any, chain: Any, q: Any, v: Any) -> int:
     """Copy the state, which is all that a motion of the joints is given: 0, or a mistake."""
-    nq = accept_arrays(K, q, v)
+    nq = accept_arrays(state, gate, chain, q, v)
     if nq < 0:
         return nq
     for k in range(TARGET_SIZE):
-        K.task.target[k] = 0.0
-    accept_state(K, nq)
+        task.target[k] = 0.0
+    accept_state(state, chain, nq)
     return 0
 
 
@@ -126,7 +126,7 @@ def step_rich(capacity: int) -> Callable[..., int]:
             return code
         code = run_cascade(K, prepare_rich(K), SOLVED)
         if K.turned.on:
-            turn_back(K)
+            turn_back(K.task, K.scratch, K.turned)
         return code
 
     return step_rich
@@ -144,8 +144,8 @@ def step_free(capacity: int) -> Callable[..., int]:
             return code
         code = run_cascade(K, prepare_free(K, F), SOLVED)
         if K.turned.on:
-            turn_back(K)
-        stop_torques(K)
+            turn_back(K.task, K.scratch, K.turned)
+        stop_torques(K.state, K.faults, K.kinematics, K.chain, K.free)
         return code
 
     return step_free
@@ -162,7 +162,7 @@ def step_path(capacity: int) -> Callable[..., int]:
         if code < 0:
             return code
         code = run_cascade(K, prepare_on_path(K, path), SOLVED)
-        advance(K, path)
+        advance(K.state, K.task, K.kinematics, K.chain, K.qp, path)
         return code
 
     return step_path
@@ -192,7 +192,7 @@ def step_joints(capacity: int) -> Callable[..., int]:
     def step_joints(address: int, joints_at: int, q: Any, v: Any) -> int:
         K = carray(pointer(address), 1, dtype)[0]
         joints = carray(pointer(joints_at), 1, lead)[0]
-        code = accept_on_joints(K, q, v)
+        code = accept_on_joints(K.state, K.task, K.gate, K.chain, q, v)
         if code < 0:
             return code
         return step_on_joints(K, joints)

@@ -58,12 +58,11 @@ contradicted."""
 
 
 @jit
-def _emergency(K: Any) -> bool:
+def _emergency(task: Any, watch: Any, feedback: Any, kinematics: Any) -> bool:
     """Latch when the reference's error is beyond its threshold and has risen on ``stop_samples`` ticks."""
-    watch, feedback, task = K.watch, K.feedback, K.task
     e, r = task.position_error, task.rotation_error
     if feedback.displaced or feedback.late > 0.0 or feedback.latency > 0:
-        e, r = norms(K, task.error)
+        e, r = norms(task, kinematics, task.error)
     beyond = (e > watch.stop_position and e > watch.last_position_error) or (
         r > watch.stop_rotation and r > watch.last_rotation_error
     )
@@ -76,25 +75,24 @@ def _emergency(K: Any) -> bool:
 
 
 @jit
-def _begin(K: Any) -> None:
+def _begin(state: Any, faults: Any, cascade: Any, chain: Any, qp: Any) -> None:
     """Forget the last tick's QP and sort the joints."""
-    cascade = K.cascade
-    K.state.ticks += 1
-    K.qp.soft_rows = 0.0
+    state.ticks += 1
+    qp.soft_rows = 0.0
     cascade.claim = -1
     cascade.qp_iterations = 0
     cascade.torque_excess = 0.0
     cascade.missed = cascade.outside = 0
     cascade.jump = 1.0
-    sort_joints(K)
+    sort_joints(faults, chain)
 
 
 @jit
 def _see_as_measured(K: Any) -> bool:
     """Begin a tick at the measured state: whether all inputs are usable."""
-    _begin(K)
+    _begin(K.state, K.faults, K.cascade, K.chain, K.qp)
     K.feedback.active = 0
-    valid = state_is_finite(K) and target_is_usable(K)
+    valid = state_is_finite(K.state, K.chain) and target_is_usable(K.task)
     forward_kinematics(K)
     return valid
 
@@ -106,34 +104,34 @@ def _see(K: Any) -> bool:
     Whether the target is usable.
     """
     feedback = K.feedback
-    _begin(K)
+    _begin(K.state, K.faults, K.cascade, K.chain, K.qp)
     feedback.active = 1
     first = feedback.fresh != 0
-    valid = target_is_usable(K)
+    valid = target_is_usable(K.task)
     believe(K)
     observe(K, first)
     if feedback.kind == TORQUE_DRIVE:
         feel(K)
         find_unresponsive(K)
-    refer(K)
+    refer(K.state, K.faults, feedback, K.chain, K.past)
     look_at_tip(K)
     find_out_of_hand(K)
-    leave_margin(K)
-    correct(K)
+    leave_margin(K.faults, feedback, K.chain, K.past)
+    correct(K.state, K.task, K.watch, feedback, K.calm)
     measure_gap(K)
-    wait(K)
+    wait(K.state, K.watch, feedback)
     return valid
 
 
 @part_jit
 def _bound(K: Any) -> None:
     """Motion of the failed joints, kinematics at the acceleration level, and every joint's interval."""
-    if any_instant_lock(K):
+    if any_instant_lock(K.faults, K.chain):
         motion(K)
         dynamics(K)
         lock_instantly(K)
         take_jump(K)
-    prescribed_motion(K)
+    prescribed_motion(K.state, K.faults, K.limits, K.chain, K.qp)
     if K.state.level == ACCELERATION:
         motion(K)
     intervals(K)
@@ -174,9 +172,9 @@ def _may_go_on(K: Any, valid: bool) -> bool:
         return _refuse_target(K)
     K.task.has_tip_measured = 0  # it is in the displacement
     pose_error(K)
-    see_error(K)
-    displace(K)
-    return not _emergency(K) or _stop(K)
+    see_error(K.task, K.feedback, K.kinematics, K.past)
+    displace(K.task, K.feedback)
+    return not _emergency(K.task, K.watch, K.feedback, K.kinematics) or _stop(K)
 
 
 @jit
@@ -185,14 +183,14 @@ def _may_go_on_by_the_clock(K: Any, valid: bool) -> bool:
     if valid:
         K.task.has_tip_measured = 0
         pose_error(K)
-        see_error(K)
+        see_error(K.task, K.feedback, K.kinematics, K.past)
         play_back(K)
         if K.feedback.late > 0.0:
             pose_error(K)
     else:
         return _refuse_target(K)
-    displace(K)
-    return not _emergency(K) or _stop(K)
+    displace(K.task, K.feedback)
+    return not _emergency(K.task, K.watch, K.feedback, K.kinematics) or _stop(K)
 
 
 @jit
@@ -203,8 +201,8 @@ def _may_go_on_as_measured(K: Any, valid: bool) -> bool:
     pose_error(K)
     for k in range(6):
         K.task.seen[k] = K.task.error[k]
-    K.task.position_error, K.task.rotation_error = norms(K, K.task.error)
-    return not _emergency(K) or _stop(K)
+    K.task.position_error, K.task.rotation_error = norms(K.task, K.kinematics, K.task.error)
+    return not _emergency(K.task, K.watch, K.feedback, K.kinematics) or _stop(K)
 
 
 @jit
@@ -212,23 +210,23 @@ def _ask(K: Any) -> int:
     """How firmly the task is asked for, by its mode: QP_READY, or SOLVE when another QP comes first."""
     task, turned, qp = K.task, K.turned, K.qp
     K.cascade.stage = MAIN_STAGE
-    leave_calm(K)
+    leave_calm(qp, K.calm)
     for k in range(task.m):
         task.asked[k] = qp.b[k]
     if task.mode == HARD:
         if turned.on:
-            compliance(K, 0.0)
+            compliance(task, K.chain, qp, turned, 0.0)
         for k in range(task.m):
             if not turned.on or turned.softness[k] == 0.0:
                 qp.soft[k] = 0.0
     elif task.mode == SCALE:
-        compliance(K, SCALE_STAGE_RATIO)
-        path_scale(K)
+        compliance(task, K.chain, qp, turned, SCALE_STAGE_RATIO)
+        path_scale(K.state, K.limits, K.chain, qp)
     elif task.mode == LEXICOGRAPHIC:
         begin_first_stage(K)
         return SOLVE
     else:
-        compliance(K, task.slack_ratio)
+        compliance(task, K.chain, qp, turned, task.slack_ratio)
     return QP_READY
 
 
@@ -294,7 +292,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
     motion(K)
     begin_on_path(K, path)
     objective(K)
-    blocked = stand_still(K, path)
+    blocked = stand_still(task, K.calm, path)
     task_rows(K, task.kp)
     outlook(K, path)
     if path.driven:
@@ -307,12 +305,12 @@ def prepare_on_path(K: Any, path: Any) -> int:
     K.cascade.stage = MAIN_STAGE
     for k in range(task.m):
         task.asked[k] = qp.b[k]
-    compliance(K, task.slack_ratio if calm or blocked else STIFFNESS)
+    compliance(task, K.chain, qp, K.turned, task.slack_ratio if calm or blocked else STIFFNESS)
     rate_variable(K, path)
     if calm:
         begin_calm_on_path(K, path, task.kp)
         return SOLVE
-    leave_calm(K)
+    leave_calm(qp, K.calm)
     return QP_READY
 
 
@@ -324,7 +322,7 @@ def prepare_on_base(K: Any, base: Any) -> int:
         valid = False
     _bound(K)
     if base.anti_windup:
-        reduce_by_lead(K, base)
+        reduce_by_lead(K.state, K.faults, K.limits, K.qp, base)
     _limit(K)
     if not _may_go_on_as_measured(K, valid):
         return SOLVE
@@ -355,7 +353,7 @@ def prepare_free(K: Any, F: Any) -> int:
         return _follow(K, valid)
     K.task.has_tip_measured = 0
     pose_error(K)
-    see_error(K)
+    see_error(K.task, K.feedback, K.kinematics, K.past)
     task_rows(K, K.task.kp)
     K.turned.on = K.calm.holding = 0
     begin_rest(K, K.state.dt, 0.0)

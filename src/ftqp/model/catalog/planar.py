@@ -93,14 +93,7 @@ def links(
 ) -> Robot:
     """Planar arm of uniform slender links: m = density l, centre of mass at l/2, I_zz = m l^2 / 12.
 
-    Args:
-        name: The robot's name.
-        lengths: Lengths of the links, (n,) [m].
-        density: Mass per length [kg/m].
-        limits: Fields of ``JointLimits``, each (n,) or one number.
-        neutral: a configuration inside the limits, (n,) [rad].
-        vertical: Gravity (0, -9.81, 0) m/s2 instead of zero.
-        continuous: Whether the joints turn without end.
+    Links are (n,) long [m] and of ``density`` [kg/m].
     """
     masses = [
         Inertial(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from ftqp.kernel.entry.workspace import Workspace
 from ftqp.qp.adapters.backend import Backend, Claim
 from ftqp.qp.adapters.buffers import QPBuffers
+from ftqp.qp.problem import ANSWER, PARTS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,20 +27,11 @@ class ActiveSet(Backend):
 
     def _run(self, qp: QPBuffers, cold: bool) -> Claim:
         work = self._work
-        work.H[...] = qp.H
-        work.g[:] = qp.g
-        work.A[...] = qp.A
-        work.b[:] = qp.b
-        work.C[...] = qp.C
-        work.l[:] = qp.l
-        work.u[:] = qp.u
-        work.lb[:] = qp.lb
-        work.ub[:] = qp.ub
+        for name in PARTS:
+            getattr(work, name)[...] = getattr(qp, name)
         claim = Claim(work.solve(cold))
         self.iterations = int(work.iterations)
         if claim <= Claim.MAX_ITERATIONS:
-            qp.x[:] = work.x
-            qp.y[:] = work.y
-            qp.z[:] = work.z
-            qp.z_box[:] = work.z_box
+            for name in ANSWER:
+                getattr(qp, name)[:] = getattr(work, name)
         return claim

@@ -17,12 +17,9 @@ NO_BOUND = 1e30
 """OSQP's infinity; a bound that is really infinite spoils its duality gap."""
 
 CLAIMS = {
-    1: Claim.SOLVED,
-    2: Claim.MAX_ITERATIONS,
-    3: Claim.INFEASIBLE,
-    4: Claim.INFEASIBLE,
+    1: Claim.SOLVED, 2: Claim.MAX_ITERATIONS, 3: Claim.INFEASIBLE, 4: Claim.INFEASIBLE,
     7: Claim.MAX_ITERATIONS,
-}
+}  # fmt: skip
 """OSQP's status values: solved (inaccurately), infeasible (inaccurately), iterations; others are failures."""
 
 OUT_OF_TIME = 8
@@ -100,22 +97,11 @@ class Osqp(PolishedBackend):
         chosen = self._settings
         model = osqp.OSQP(algebra="builtin")
         model.setup(
-            triangle,
-            np.zeros(n),
-            constraints,
-            -np.ones(n + k),
-            np.ones(n + k),
-            verbose=False,
-            eps_abs=chosen.tolerance,
-            eps_rel=0.0,
-            max_iter=chosen.max_iterations,
-            polishing=False,
-            rho=chosen.rho,
-            sigma=chosen.sigma,
-            alpha=chosen.alpha,
-            check_termination=chosen.check_every,
+            triangle, np.zeros(n), constraints, -np.ones(n + k), np.ones(n + k), verbose=False,
+            eps_abs=chosen.tolerance, eps_rel=0.0, max_iter=chosen.max_iterations, polishing=False,
+            rho=chosen.rho, sigma=chosen.sigma, alpha=chosen.alpha, check_termination=chosen.check_every,
             eps_prim_inf=chosen.infeasibility_tolerance,
-        )
+        )  # fmt: skip
         # The compiled solver inside: OSQP's Python wrapper around it costs 10 us a tick.
         self._solver: Any = model._solver
         self._native, self._native_cap = model.settings, chosen.max_iterations

@@ -2,8 +2,7 @@
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import qpsolvers
@@ -16,31 +15,13 @@ from ftqp.qp.adapters.buffers import QPBuffers
 from ftqp.qp.adapters.polished_backend import PolishedBackend
 
 OTHER_SOLVERS = (
-    "copt",
-    "cvxopt",
-    "ecos",
-    "gurobi",
-    "highs",
-    "hpipm",
-    "jaxopt_osqp",
-    "kvxopt",
-    "mosek",
-    "nppro",
-    "pdhcg",
-    "pyqpmad",
-    "qpalm",
-    "qpax",
-    "qpoases",
-    "qpswift",
-    "qtqp",
-    "quadprog",
-    "sip",
-)
+    "copt", "cvxopt", "ecos", "gurobi", "highs", "hpipm", "jaxopt_osqp", "kvxopt", "mosek", "nppro", "pdhcg",
+    "pyqpmad", "qpalm", "qpax", "qpoases", "qpswift", "qtqp", "quadprog", "sip",
+)  # fmt: skip
 """Names that qpsolvers knows beside those of ``_DIALECTS``."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Dialect:
+class _Dialect(NamedTuple):
     """What a solver calls ``tolerance`` and ``max_iterations``, and the values it gets without being told."""
 
     tolerance: tuple[str, ...]
@@ -48,39 +29,22 @@ class _Dialect:
     defaults: dict[str, float]
 
 
+_ABSOLUTE = {"eps_abs": 1e-9, "eps_rel": 0.0}
 # Their own defaults are too coarse for a control loop, or leave them uncapped.
 _DIALECTS = {
     "clarabel": _Dialect(
-        tolerance=("tol_feas", "tol_gap_abs", "tol_gap_rel"),
-        max_iterations="max_iter",
-        defaults={"tol_feas": 1e-9, "tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "max_iter": 100},
+        ("tol_feas", "tol_gap_abs", "tol_gap_rel"), "max_iter",
+        {"tol_feas": 1e-9, "tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "max_iter": 100},
     ),
-    "daqp": _Dialect(
-        tolerance=("primal_tol",),
-        max_iterations="iter_limit",
-        defaults={"primal_tol": 1e-11, "iter_limit": 1000},
-    ),
-    "osqp": _Dialect(
-        tolerance=("eps_abs",),
-        max_iterations="max_iter",
-        defaults={"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 10_000},
-    ),
+    "daqp": _Dialect(("primal_tol",), "iter_limit", {"primal_tol": 1e-11, "iter_limit": 1000}),
+    "osqp": _Dialect(("eps_abs",), "max_iter", {**_ABSOLUTE, "max_iter": 10_000}),
     "piqp": _Dialect(
-        tolerance=("eps_abs", "eps_duality_gap_abs"),
-        max_iterations="max_iter",
-        defaults={"eps_abs": 1e-9, "eps_rel": 0.0, "eps_duality_gap_abs": 1e-9, "max_iter": 100},
+        ("eps_abs", "eps_duality_gap_abs"), "max_iter",
+        {**_ABSOLUTE, "eps_duality_gap_abs": 1e-9, "max_iter": 100},
     ),
-    "proxqp": _Dialect(
-        tolerance=("eps_abs",),
-        max_iterations="max_iter",
-        defaults={"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 100},
-    ),
-    "scs": _Dialect(
-        tolerance=("eps_abs",),
-        max_iterations="max_iters",
-        defaults={"eps_abs": 1e-9, "eps_rel": 0.0, "max_iters": 100_000},
-    ),
-}
+    "proxqp": _Dialect(("eps_abs",), "max_iter", {**_ABSOLUTE, "max_iter": 100}),
+    "scs": _Dialect(("eps_abs",), "max_iters", {**_ABSOLUTE, "max_iters": 100_000}),
+}  # fmt: skip
 
 
 def solver_names() -> tuple[str, ...]:
@@ -128,16 +92,10 @@ class Qpsolvers(PolishedBackend):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                problem = qpsolvers.Problem(
-                    matrix(qp.H),
-                    qp.g.copy(),
-                    matrix(G) if len(h) else None,
-                    h if len(h) else None,
-                    matrix(A) if len(b) else None,
-                    b if len(b) else None,
-                    qp.lb.copy(),
-                    qp.ub.copy(),
-                )
+                rows: dict[str, Any] = {"lb": qp.lb.copy(), "ub": qp.ub.copy()}
+                rows |= {"G": matrix(G), "h": h} if len(h) else {}
+                rows |= {"A": matrix(A), "b": b} if len(b) else {}
+                problem = qpsolvers.Problem(matrix(qp.H), qp.g.copy(), **rows)
                 solution = qpsolvers.solve_problem(problem, self._solver, None, False, **self._native)
         except (TypeError, AttributeError, qpsolvers.ParamError) as error:
             raise InputError(f"{self.name} refused the settings {self._native}: {error}") from error

@@ -93,29 +93,11 @@ class QPBuffers:
         lower[:n] = lower[n + m :] = -np.inf
         upper[:n] = upper[n + m :] = np.inf
         return cls(
-            flat=flat,
-            data=data,
-            bounds=bounds,
-            solution=solution,
-            H=H,
-            g=g,
-            rows=rows,
-            lower=lower,
-            upper=upper,
-            A=rows[:m],
-            b=lower[n : n + m],
-            C=rows[m:],
-            l=lower[n + m :],
-            u=upper[n + m :],
-            lb=lower[:n],
-            ub=upper[:n],
-            x=solution[:n],
-            multipliers=multipliers,
-            y=multipliers[n : n + m],
-            z=multipliers[n + m :],
-            z_box=multipliers[:n],
-            constant_hessian=constant_hessian,
-        )
+            flat=flat, data=data, bounds=bounds, solution=solution, H=H, g=g, rows=rows, lower=lower,
+            upper=upper, A=rows[:m], b=lower[n : n + m], C=rows[m:], l=lower[n + m :], u=upper[n + m :],
+            lb=lower[:n], ub=upper[:n], x=solution[:n], multipliers=multipliers, y=multipliers[n : n + m],
+            z=multipliers[n + m :], z_box=multipliers[:n], constant_hessian=constant_hessian,
+        )  # fmt: skip
 
     @property
     def n(self) -> int:

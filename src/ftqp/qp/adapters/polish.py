@@ -36,9 +36,7 @@ def polished(qp: QPBuffers, soft: FloatArray | None) -> bool:
     Source: Stellato et al. 2020, section 4, which solves once; to go on with the bounds that the solution
     asks for is the primal-dual active set method of Hintermueller, Ito and Kunisch 2003.
 
-    Args:
-        qp: The QP and an answer.
-        soft: The compliance of its rows, (m,); None: they are hard.
+    Rows of compliance ``soft``, (m,), give way; None: they are hard.
     """
     if not np.isfinite(qp.solution).all():
         return False

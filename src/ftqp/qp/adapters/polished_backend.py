@@ -9,8 +9,7 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.clock import now
 from ftqp.qp.adapters.backend import Backend, Claim
 from ftqp.qp.adapters.buffers import QPBuffers
-from ftqp.qp.adapters.compliant_rows import compliance
-from ftqp.qp.adapters.eased import EasedQP
+from ftqp.qp.adapters.eased import EasedQP, compliance
 from ftqp.qp.adapters.polish import polished
 
 LARGE = 1e5
@@ -38,14 +37,10 @@ class PolishedBackend(Backend):
     ) -> None:
         """Prepare for a solver.
 
-        Args:
-            name: How users name the backend.
-            first_cap: Iterations after which an answer is polished.
-            cap: The most iterations of a solve, all attempts together; 0 for a solver that counts none.
-            polish: Whether all this is done; without it the solver is asked once, for ``cap`` iterations.
-            unsolved: What an answer is called that stayed unsolved.
-            time_limit: How long a solve may take, all attempts together [s]; None is without limit, and
-                without a look at a clock.
+        An answer is polished after ``first_cap`` iterations; ``cap`` is the most of a solve, all attempts
+        together, 0 for a solver that counts none, and so is ``time_limit`` [s], None without a look at a
+        clock. Without ``polish`` the solver is asked once, for ``cap`` iterations. ``unsolved`` is what an
+        answer is called that stayed unsolved.
         """
         super().__init__(name)
         self._cap, self._first_cap = cap, min(first_cap, cap)

@@ -1,33 +1,45 @@
 """Backends by name: what there is, what is missing and how to install it."""
 
+import logging
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 from ftqp.core.errors import InputError, MissingPackage, unknown
 from ftqp.core.extras import remedy_for_extra
+from ftqp.qp import adapters
 from ftqp.qp.adapters.backend import Backend
 from ftqp.qp.adapters.backend_settings import settings
 from ftqp.qp.adapters.profile import profile
-from ftqp.qp.adapters.steady_rounding import PACKAGE, steady_rounding
 
 EXTRA = "solvers"
 """The extra that brings the packages of the backends."""
-PREFIX = "qpsolvers:"
+QPSOLVERS = "qpsolvers"
+PREFIX = f"{QPSOLVERS}:"
 IN_KERNEL = "in the kernel"
 NATIVE = "native"
 ADAPTED = "through qpsolvers"
+PACKAGE = "proxsuite"
+FAST_BUILDS = ("proxsuite.proxsuite_pywrap_avx512", "proxsuite.proxsuite_pywrap_avx2")
+"""Builds of proxsuite that keep some arrays where malloc puts them, aligned to 16 bytes.
+
+Eigen sums numbers one by one up to the first address that is aligned to its own width, 32 or 64 bytes, and in
+packets from there on. So the same input gives sums of another rounding when malloc happens to answer
+otherwise, and an iteration that stops at a threshold stops elsewhere. The build for any x86 processor has a
+width of 16 bytes, where nothing is left to chance.
+"""
+
+_LOG = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Entry:
-    module: str
+class _Entry(NamedTuple):
     cls: str
     imports: str
     distribution: str
@@ -37,44 +49,14 @@ class _Entry:
 
 # A backend is one file in ftqp.qp.adapters and one line here.
 _ENTRIES = {
-    "active_set": _Entry(
-        module="_active_set",
-        cls="ActiveSet",
-        imports="numpy",
-        distribution="ftqp",
-        licence="Apache-2.0",
-        kind=IN_KERNEL,
-    ),
-    "dtrnn": _Entry(
-        module="_dtrnn",
-        cls="Dtrnn",
-        imports="numpy",
-        distribution="ftqp",
-        licence="Apache-2.0",
-        kind=IN_KERNEL,
-    ),
-    "daqp": _Entry(module="_daqp", cls="Daqp", imports="daqp", distribution="daqp", licence="MIT"),
-    "osqp": _Entry(module="_osqp", cls="Osqp", imports="osqp", distribution="osqp", licence="Apache-2.0"),
-    "proxqp": _Entry(
-        module="_proxqp", cls="Proxqp", imports="proxsuite", distribution="proxsuite", licence="BSD-2-Clause"
-    ),
-    "quadprog": _Entry(
-        module="_quadprog",
-        cls="Quadprog",
-        imports="quadprog",
-        distribution="quadprog",
-        licence="GPL-2.0-or-later",
-    ),
+    "active_set": _Entry("ActiveSet", "numpy", "ftqp", "Apache-2.0", IN_KERNEL),
+    "dtrnn": _Entry("Dtrnn", "numpy", "ftqp", "Apache-2.0", IN_KERNEL),
+    "daqp": _Entry("Daqp", "daqp", "daqp", "MIT"),
+    "osqp": _Entry("Osqp", "osqp", "osqp", "Apache-2.0"),
+    "proxqp": _Entry("Proxqp", "proxsuite", "proxsuite", "BSD-2-Clause"),
+    "quadprog": _Entry("Quadprog", "quadprog", "quadprog", "GPL-2.0-or-later"),
 }
-
-_QPSOLVERS = _Entry(
-    module="_qpsolvers",
-    cls="Qpsolvers",
-    imports="qpsolvers",
-    distribution="qpsolvers",
-    licence="LGPL-3.0",
-    kind=ADAPTED,
-)
+_QPSOLVERS = _Entry("Qpsolvers", "qpsolvers", "qpsolvers", "LGPL-3.0", ADAPTED)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,7 +118,7 @@ def backends() -> list[BackendInfo]:
     adapter = _info(f"{PREFIX}<name>", _QPSOLVERS)
     if not adapter.available:
         return [*rows, adapter]
-    names = _module(_QPSOLVERS).solver_names()
+    names = _module(QPSOLVERS, _QPSOLVERS).solver_names()
     return rows + [_info(f"{PREFIX}{name}", _QPSOLVERS) for name in names]
 
 
@@ -146,33 +128,29 @@ def backend_names() -> tuple[str, ...]:
 
 
 def _made(name: str, given: Mapping[str, Any]) -> Backend:
-    if name.startswith(PREFIX):
-        made: Backend = _class(name, _QPSOLVERS)(name.removeprefix(PREFIX), given)
-        return made
-    if name not in _ENTRIES:
+    adapted = name.startswith(PREFIX)
+    if not adapted and name not in _ENTRIES:
         raise unknown("backend", name, "ftqp", backend_names())
-    cls = _class(name, _ENTRIES[name])
-    made = cls(settings(cls.settings_type, name, given))
-    return made
-
-
-def _module(entry: _Entry) -> ModuleType:
-    """The adapter's module; what it needs of others is loaded with it."""
-    name = f"ftqp.qp.adapters.{entry.module}"
-    if name in sys.modules or entry.imports not in (PACKAGE, _QPSOLVERS.imports):
-        return import_module(name)
-    with steady_rounding():
-        return import_module(name)
-
-
-def _class(name: str, entry: _Entry) -> Any:
+    entry = _QPSOLVERS if adapted else _ENTRIES[name]
     try:
-        module = _module(entry)
+        cls: Any = getattr(_module(QPSOLVERS if adapted else name, entry), entry.cls)
     except ModuleNotFoundError as error:
         if error.name is None or error.name.split(".")[0] == "ftqp":
             raise
         raise MissingPackage(f"backend {name!r}", error.name, remedy_for_extra(EXTRA)) from error
-    return getattr(module, entry.cls)
+    made: Backend = (
+        cls(name.removeprefix(PREFIX), given) if adapted else cls(settings(cls.settings_type, name, given))
+    )
+    return made
+
+
+def _module(name: str, entry: _Entry) -> ModuleType:
+    """The adapter's module; what it needs of others is loaded with it."""
+    path = f"{adapters.__name__}._{name}"
+    if path in sys.modules or entry.imports not in (PACKAGE, QPSOLVERS):
+        return import_module(path)
+    with _steady_rounding():
+        return import_module(path)
 
 
 def _info(name: str, entry: _Entry) -> BackendInfo:
@@ -190,3 +168,28 @@ def _info(name: str, entry: _Entry) -> BackendInfo:
         reason="" if available else f"package {entry.imports!r} is not installed",
         install="" if entry.kind == IN_KERNEL else remedy_for_extra(EXTRA),
     )
+
+
+@contextmanager
+def _steady_rounding() -> Iterator[None]:
+    """While this lasts, proxsuite is loaded in the build whose answers do not depend on addresses.
+
+    Where somebody has loaded another build before, it stays, and that is said once a use.
+    """
+    if PACKAGE in sys.modules:
+        if any(sys.modules.get(build) is not None for build in FAST_BUILDS):
+            _LOG.warning(
+                "proxsuite was loaded before ftqp, in a build whose rounding depends on where its memory "
+                "lies: proxqp may answer the same QP differently in the last digits; make the planner "
+                "before importing proxsuite, pink or qpsolvers"
+            )
+        yield
+        return
+    kept_out = [build for build in FAST_BUILDS if build not in sys.modules]
+    for build in kept_out:
+        sys.modules[build] = None  # type: ignore[assignment]  # so that importing it fails as if not installed
+    try:
+        yield
+    finally:
+        for build in kept_out:
+            sys.modules.pop(build, None)

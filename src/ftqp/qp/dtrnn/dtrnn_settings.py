@@ -95,13 +95,5 @@ class DtrnnSettings:
 
     def numbers(self) -> FloatArray:
         """The options as the kernel takes them, and two numbers that it writes, (9,)."""
-        values = (
-            _CODES[self.method],
-            self.scaled,
-            self.jumps,
-            self.paper,
-            self.cap,
-            self.step_size,
-            self.accuracy,
-        )
-        return np.array([*values, 0.0, 0.0], dtype=np.float64)
+        chosen = (self.scaled, self.jumps, self.paper, self.cap, self.step_size, self.accuracy)
+        return np.array([_CODES[self.method], *chosen, 0.0, 0.0], dtype=np.float64)

@@ -12,7 +12,7 @@ from ftqp.kernel.entry.workspace import solve_many
 from ftqp.qp.adapters.backend import Claim
 from ftqp.qp.adapters.backend_settings import settings
 from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
-from ftqp.qp.problem import SYMMETRY_TOLERANCE
+from ftqp.qp.problem import SYMMETRY_TOLERANCE, refuse_halves
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,7 +25,7 @@ class BatchSolution:
         z: Multipliers of the two-sided rows, (B, p).
         z_box: Multipliers of the bounds of x, (B, n).
         codes: What the network claims of each by its own stopping rule, as numbers of ``Claim``, (B,);
-            ``ftqp.qp.residuals`` judges a single answer.
+            ``ftqp.qp.residuals`` checks a single answer.
         iterations: Iterations of each, (B,).
         residual: |e| of each at the end, in the network's own scaled units, (B,).
     """
@@ -95,21 +95,16 @@ def solve_batch(
         max_iterations: Most iterations of each, >= 1; None is 2000, in paper mode 20000.
 
     Returns:
-        The answers with the network's own claims; one call judges none of them by residuals.
+        The answers with the network's own claims; one call checks none of them by residuals.
 
     Raises:
         InputError: Shapes that do not fit, a wrong setting, another engine, or H not symmetric.
     """
     check_engine(engine)
     given = dict(
-        method=method,
-        mode=mode,
-        scaling=scaling,
-        newton=newton,
-        gamma=gamma,
-        tolerance=tolerance,
+        method=method, mode=mode, scaling=scaling, newton=newton, gamma=gamma, tolerance=tolerance,
         max_iterations=max_iterations,
-    )
+    )  # fmt: skip
     chosen = settings(DtrnnSettings, "dtrnn", given)
     parts = _parts(H, g, A, b, C, l, u, lb, ub)
     count = max(len(value) for value in parts.values())
@@ -119,12 +114,7 @@ def solve_batch(
 
 def _parts(H: Any, g: Any, A: Any, b: Any, C: Any, l: Any, u: Any, lb: Any, ub: Any) -> dict[str, FloatArray]:
     """Every part with a leading axis of B or 1, contiguous."""
-    if (A is None) != (b is None):
-        raise InputError("A and b belong together, one is missing; give both or neither")
-    if C is None and not (l is None and u is None):
-        raise InputError("l or u was given without C; give the rows as well, or use lb and ub")
-    if C is not None and l is None and u is None:
-        raise InputError("C was given without bounds; give l, u or both")
+    refuse_halves(A, b, C, l, u)
     H, g = _numbers("H", H), _numbers("g", g)
     n = g.shape[-1] if g.ndim else 0
     if n == 0:

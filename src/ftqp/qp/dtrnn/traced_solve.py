@@ -1,6 +1,6 @@
 """The discrete-time recurrent network (DTRNN) as a solver of its own, with the trace of its convergence."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -11,21 +11,9 @@ from ftqp.qp.adapters._dtrnn import Dtrnn
 from ftqp.qp.adapters.backend import Claim
 from ftqp.qp.adapters.backend_settings import settings
 from ftqp.qp.adapters.buffers import QPBuffers
-from ftqp.qp.dtrnn.dtrnn_settings import METHODS, MODES, DtrnnSettings
-from ftqp.qp.dtrnn.many import BatchSolution, solve_batch
-from ftqp.qp.judge.solving import judged, loaded
+from ftqp.qp.dtrnn.dtrnn_settings import DtrnnSettings
 from ftqp.qp.problem import QP, Solution
-
-__all__ = [
-    "METHODS",
-    "MODES",
-    "BatchSolution",
-    "DtrnnSettings",
-    "DtrnnSolution",
-    "Trace",
-    "solve",
-    "solve_batch",
-]
+from ftqp.qp.solving import checked, loaded
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,7 +37,7 @@ class Trace:
 class DtrnnSolution(Solution):
     """A solution of the network, with the trace of its convergence.
 
-    ``status`` is judged by the KKT residuals, as with every backend. The network's own stopping rule is in
+    ``status`` follows from the KKT residuals, as with every backend. The network's own stopping rule is in
     ``claim``: in paper mode |e| <= tolerance, which bounds the task residual and not the error of x, so that
     a claim of SOLVED may go with a status of FAILED.
 
@@ -93,7 +81,7 @@ def solve(
         start: A former solution, or (x, y) with y of Ax = b; None starts from zero.
 
     Returns:
-        The answer, judged by its residuals, with what the network claims of it.
+        The answer, checked by its residuals, with what the network claims of it.
 
     Raises:
         InputError: Not a QP, a wrong setting, or a start that does not fit.
@@ -101,14 +89,9 @@ def solve(
     if not isinstance(problem, QP):
         raise InputError(f"the problem is a {type(problem).__name__}, expected an ftqp.QP")
     given = dict(
-        method=method,
-        mode=mode,
-        scaling=scaling,
-        newton=newton,
-        gamma=gamma,
-        tolerance=tolerance,
+        method=method, mode=mode, scaling=scaling, newton=newton, gamma=gamma, tolerance=tolerance,
         max_iterations=max_iterations,
-    )
+    )  # fmt: skip
     chosen = settings(DtrnnSettings, "dtrnn", given)
     solver = Dtrnn(chosen)
     buffers = loaded(problem)
@@ -118,17 +101,9 @@ def solve(
     if trace:
         solver.trace = np.zeros((chosen.cap + 1, 4))
     claim = solver.solve(cold=start is None)
-    common = judged(problem, solver, buffers, claim)
+    common = checked(problem, solver, buffers, claim)
     return DtrnnSolution(
-        x=common.x,
-        y=common.y,
-        z=common.z,
-        z_box=common.z_box,
-        status=common.status,
-        iterations=common.iterations,
-        residuals=common.residuals,
-        backend=common.backend,
-        certificate=common.certificate,
+        **{field.name: getattr(common, field.name) for field in fields(common)},
         claim=claim,
         residual=float(solver.numbers[-1]),
         trace=_trace(solver.trace[: solver.iterations + 1]) if trace else None,

@@ -11,34 +11,17 @@ from numpy.typing import NDArray
 from ftqp.core.checks import BoolArray, FloatArray, IntArray, frozen
 from ftqp.core.errors import InputError
 from ftqp.qp.adapters.backend import Claim
-from ftqp.qp.problem import QP, SYMMETRY_TOLERANCE
+from ftqp.qp.problem import ANSWER, PARTS, QP, SYMMETRY_TOLERANCE
 from ftqp.qp.recording.recording_file import read, write
 
 SHAPES: dict[str, tuple[str, ...]] = {
-    "H": ("n", "n"),
-    "g": ("n",),
-    "A": ("m", "n"),
-    "b": ("m",),
-    "C": ("p", "n"),
-    "l": ("p",),
-    "u": ("p",),
-    "lb": ("n",),
-    "ub": ("n",),
-    "x": ("n",),
-    "y": ("m",),
-    "z": ("p",),
-    "z_box": ("n",),
-    "claim": (),
-    "iterations": (),
-    "cold": (),
-    "tick": (),
-    "time": (),
-}
+    "H": ("n", "n"), "g": ("n",), "A": ("m", "n"), "b": ("m",), "C": ("p", "n"), "l": ("p",), "u": ("p",),
+    "lb": ("n",), "ub": ("n",), "x": ("n",), "y": ("m",), "z": ("p",), "z_box": ("n",),
+    "claim": (), "iterations": (), "cold": (), "tick": (), "time": (),
+}  # fmt: skip
 """The arrays and their shapes behind the leading axis of K QPs."""
 WHOLE = {"claim": np.int64, "iterations": np.int64, "tick": np.int64, "cold": np.bool_}
 """Arrays that are not of floats."""
-PARTS = ("H", "g", "A", "b", "C", "l", "u", "lb", "ub")
-ANSWER = ("x", "y", "z", "z_box")
 
 
 @final

@@ -13,7 +13,8 @@ from ftqp.core.errors import InputError
 from ftqp.qp.adapters.backend import Backend, Claim
 from ftqp.qp.adapters.buffers import QPBuffers
 from ftqp.qp.adapters.registry import backend as backend_of
-from ftqp.qp.recording.recorded_qps import ANSWER, PARTS, Recording
+from ftqp.qp.problem import ANSWER, PARTS
+from ftqp.qp.recording.recorded_qps import Recording
 
 MEMORY = 256 * 2**20
 """Bytes that the copies take at most unless ``limit`` says otherwise: 75 000 QPs of a Panda's pose task."""

@@ -23,11 +23,7 @@ KEYS = {"variables", "rows", "metadata"}
 
 
 def write(path: str | Path, arrays: Mapping[str, NDArray[Any]], about: Mapping[str, Any]) -> None:
-    """Write a new file, whole or not at all.
-
-    Raises:
-        InputError: The file exists already or cannot be written, or ``about`` is more than JSON can hold.
-    """
+    """Write a new file, whole or not at all."""
     file = free_file(path)
     try:
         text = json.dumps({"format": FORMAT, **about}, allow_nan=False)
@@ -46,11 +42,7 @@ def write(path: str | Path, arrays: Mapping[str, NDArray[Any]], about: Mapping[s
 
 
 def read(path: str | Path, names: Sequence[str]) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """The arrays called ``names``, and what the text says: variables, rows, metadata.
-
-    Raises:
-        InputError: No such file, not a recording, of another version, truncated, or damaged.
-    """
+    """The arrays called ``names``, and what the text says: variables, rows, metadata."""
     file = Path(path)
     if not file.is_file():
         raise InputError(f"recording {file} does not exist; `ftqp run --record-qps FILE` makes one")
@@ -80,11 +72,7 @@ def free_file(path: str | Path) -> Path:
 
 
 def _put(part: Path, file: Path) -> None:
-    """Give the finished ``part`` its name; a file that has come to be meanwhile stays.
-
-    Raises:
-        InputError: The file exists.
-    """
+    """Give the finished ``part`` its name; a file that has come to be meanwhile stays."""
     try:
         os.link(part, file)
     except FileExistsError as error:

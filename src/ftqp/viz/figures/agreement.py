@@ -10,9 +10,10 @@ from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, unknown
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import GREY, Axes, arrange, curve, label_width, paper, plain_decades, save, tidy
+from ftqp.viz.figures.canvas import Axes, arrange, curve, label_width, paper, plain_decades, save, tidy
 from ftqp.viz.figures.curves import draw_runs, logarithmic, longest, look, run_handles
-from ftqp.viz.figures.tracking import MILLIMETRES, SMALLEST_ERROR
+from ftqp.viz.figures.palette import GREY, MILLIMETRES
+from ftqp.viz.figures.tracking import SMALLEST_ERROR
 
 LEAST = 1e-16
 """Differences below this are drawn at it: a logarithmic axis has no zero [rad or m]."""
@@ -24,10 +25,7 @@ def joint_difference(log: Log, reference: Log) -> FloatArray:
     Raises:
         InputError: the logs are of different joints or sampling periods.
     """
-    if (
-        log.metadata["joints"] != reference.metadata["joints"]
-        or log.metadata["dt"] != reference.metadata["dt"]
-    ):
+    if any(log.metadata[name] != reference.metadata[name] for name in ("joints", "dt")):
         raise InputError(
             f"logs {log.path} and {reference.path} have different joints or sampling periods, "
             "expected runs of the same scenario"
@@ -42,12 +40,8 @@ def draw_agreement(
 ) -> Path:
     """Draw task error, joint difference and step times of several runs to a PNG file.
 
-    Args:
-        logs: loaded logs with rows, of the same scenario, by the label of the run.
-        path: the file to write.
-        reference: the label of the run that the others are compared to.
-        title: what the runs have in common.
-        tolerance: largest difference that counts as agreement [rad or m], drawn as a line; None: no line.
+    The others are compared to the run called ``reference``, by the largest difference of a joint; one up to
+    ``tolerance`` [rad or m] counts as agreement and is drawn as a line, None is no line.
 
     Raises:
         InputError: an unknown reference, different joints, or a file that cannot be written.
@@ -80,11 +74,8 @@ def _draw_differences(axes: Axes, logs: Mapping[str, Log], reference: str, toler
             worst = np.maximum.accumulate(np.maximum(joint_difference(log, logs[reference]), LEAST))
             curve(axes, log["t"][: len(worst)], worst, color=colour, linestyle=style, linewidth=1.5)
     slides = any(logs[reference].metadata["prismatic"])
-    tidy(
-        axes,
-        "time [s]",
-        f"largest joint difference\nto {reference} so far [{'rad or m' if slides else 'rad'}]",
-    )
+    unit = "rad or m" if slides else "rad"
+    tidy(axes, "time [s]", f"largest joint difference\nto {reference} so far [{unit}]")
     if tolerance is not None:
         axes.axhline(tolerance, color=GREY, linewidth=1.0, linestyle="--")
         axes.annotate(
@@ -101,13 +92,8 @@ def _draw_times(axes: Axes, logs: Mapping[str, Log]) -> None:
         axes.barh(index, p50, height=0.55, color=colour)
         axes.plot((p50, p99), (index, index), color=colour, linewidth=2.0)
         axes.plot(largest, index, "o", color=colour, markersize=4.0)
-        axes.annotate(
-            f"{p50:.3g}" if p50 < 1e3 else f"{p50:.0f}",
-            (p50, index),
-            xytext=(3, 4),
-            textcoords="offset points",
-            fontsize=8,
-        )
+        said = f"{p50:.3g}" if p50 < 1e3 else f"{p50:.0f}"
+        axes.annotate(said, (p50, index), xytext=(3, 4), textcoords="offset points", fontsize=8)
     axes.set_xscale("log")
     axes.set_yticks(range(len(logs)), list(logs))
     axes.invert_yaxis()

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.viz.figures.canvas import BLUE, GREY, LIMIT, ORANGE, Axes, paper, save
+from ftqp.viz.figures.canvas import Axes, paper, save
+from ftqp.viz.figures.palette import BLUE, GREY, LIMIT, ORANGE
 
 FLAT = 0.02
 """An arm whose extent along a direction is below this share of its size is flat there."""
@@ -30,15 +31,9 @@ def draw_arm(
 ) -> Path:
     """Draw an arm at one posture to a PNG file.
 
-    Args:
-        path: The file to write.
-        title: Stands above the picture.
-        joints: Names of the joints, base to tip, (n,).
-        points: Where the joints and the tip are, (n + 1, 3) [m].
-        axes: Unit axes of the joints, (n, 3).
-        up: The direction against gravity, (3,).
-        ranges: Least and greatest position of every joint, (n, 2); infinite is no limit.
-        q: The posture, (n,) [rad or m].
+    ``points`` are the places of joints and tip, (n + 1, 3) [m], ``axes`` the unit axes of the joints, (n, 3),
+    ``up`` is the direction against gravity, (3,), and ``ranges`` holds the least and the greatest position of
+    every joint, (n, 2), infinite where there is no limit; ``q`` is the posture, (n,) [rad or m].
     """
     whole = np.vstack([np.zeros(3), points])
     across = _widest(whole, up)
@@ -81,14 +76,9 @@ def _draw_view(
     for label, place in [*_labels(at[1:-1], extent), ("base", at[0]), ("tip", at[-1])]:
         below = label in ("base", "tip")
         panel.annotate(
-            label,
-            place,
-            xytext=(9, -13 if below else 6),
-            textcoords="offset points",
-            fontsize=9,
+            label, place, xytext=(9, -13 if below else 6), textcoords="offset points", fontsize=9, zorder=6,
             fontweight="normal" if below else "bold",
-            zorder=6,
-        )
+        )  # fmt: skip
     panel.set_aspect("equal", adjustable="datalim")
     panel.margins(0.18)
     panel.set_title(name, fontsize=10)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +13,15 @@ from ftqp.model.skeleton import Skeleton
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import HEALTHY
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import GREY, ORANGE, RED, Axes, Figure, Line2D, head, trace
+from ftqp.viz.figures.canvas import Axes, Figure, Line2D, head, trace
+from ftqp.viz.figures.palette import GREY, MILLIMETRES, ORANGE, RED
 from ftqp.viz.figures.plain_axes import plain_axes
 
 INSTANTS = 5
 """So often the arm is drawn."""
 FLAT = 0.02
 """A motion whose extent along a direction is below this share of its size is flat there."""
-MILLIMETRES, LARGE = 1e3, 5.0
+LARGE = 5.0
 """Arms that extend farther than this [m] are drawn in metres."""
 FAINTEST = 0.22
 """How dark the first posture is; the last is black."""
@@ -64,11 +66,7 @@ def instants(log: Log, most: int = INSTANTS) -> list[int]:
 
 
 def postures(log: Log, rows: Sequence[int] | NDArray[np.intp]) -> Postures | None:
-    """The arm at some rows of a log; None for a log that does not say where its joints sit.
-
-    Raises:
-        InputError: What the log says of the arm is not readable.
-    """
+    """The arm at some rows of a log; None for a log that does not say where its joints sit."""
     if "skeleton" not in log.metadata:
         return None
     at = list(rows)
@@ -94,37 +92,28 @@ def name(plane: Plane) -> str:
     return "from above" if plane == (0, 1) else f"from the side, along {'yx'[plane[0]]}"
 
 
-def draw_view(
-    figure: Figure, place: object, plane: Plane, motions: Sequence[Postures], *,
-    colours: Sequence[str] = ("black",), ways: Sequence[str] = (ORANGE,), targets: FloatArray | None = None,
-    title: str = "",
-) -> Axes:  # fmt: skip
-    """Draw arms in a plane of the base.
+def draw_views(
+    figure: Figure, grid: Any, motions: Sequence[Postures], *, targets: FloatArray,
+    colours: Sequence[str] = ("black",), ways: Sequence[str] = (ORANGE,),
+) -> None:  # fmt: skip
+    """Draw arms from where they are seen best, in the first column, of two rows, of the figure's grid.
 
-    Args:
-        figure: Where to draw.
-        place: A cell of its grid.
-        plane: Two axes of the base.
-        motions: The arms, the first on top.
-        colours: Of the arms.
-        ways: Colours of the ways of their tips.
-        targets: Where the tip should have been, (K, 3) [m].
-        title: In place of the name of the view.
+    The first motion is on top. ``targets`` are where the tip should have been, (K, 3) [m]; ``colours`` are
+    those of the arms, ``ways`` those of the ways of their tips.
     """
-    axes: Axes = figure.add_subplot(place)  # type: ignore[call-overload]
-    at = list(plane)
-    scale, unit = _unit(*motions)
-    if targets is not None:
+    views, (scale, unit) = planes(*motions), _unit(*motions)
+    for row, plane in enumerate(views):
+        axes: Axes = figure.add_subplot(grid[row, 0] if len(views) > 1 else grid[:, 0])
+        at = list(plane)
         trace(axes, *(scale * targets[:, at]).T, color=GREY, linewidth=5.0, alpha=0.35, zorder=2)
-    for motion, colour, way in reversed(list(zip(motions, colours, ways, strict=True))):
-        _draw_arm(axes, motion, scale, at, colour)
-        trace(axes, *(scale * motion.way[:, at]).T, color=way, linewidth=1.6, zorder=6)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.margins(ROOM)
-    plain_axes(axes, count=(4, 4))
-    labels = [f"{'xyz'[k]} [{unit}]" for k in plane]
-    head(axes, title or f"The arm {name(plane)}, {labels[0]} and {labels[1]}")
-    return axes
+        for motion, colour, way in reversed(list(zip(motions, colours, ways, strict=True))):
+            _draw_arm(axes, motion, scale, at, colour)
+            trace(axes, *(scale * motion.way[:, at]).T, color=way, linewidth=1.6, zorder=6)
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.margins(ROOM)
+        plain_axes(axes, count=(4, 4))
+        labels = [f"{'xyz'[k]} [{unit}]" for k in plane]
+        head(axes, f"The arm {name(plane)}, {labels[0]} and {labels[1]}")
 
 
 def _unit(*motions: Postures) -> tuple[float, str]:

@@ -9,24 +9,8 @@ from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    YELLOW,
-    Axes,
-    Line2D,
-    Patch,
-    arrange,
-    curve,
-    paper,
-    save,
-    tidy,
-)
+from ftqp.viz.figures.canvas import Axes, Line2D, Patch, arrange, curve, equal_runs, paper, save, tidy
+from ftqp.viz.figures.palette import BLUE, DEGREES, GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW
 
 LINES = (ORANGE, GREEN, PURPLE, SKY, BLUE, RED)
 SHADES = {
@@ -41,16 +25,11 @@ UNITS = (("mm", 1e3), ("\N{MICRO SIGN}m", 1e6))
 
 
 def draw(log: Log, path: str | Path) -> Path:
-    """Draw position and rotation errors per axis over the coordinates of the base to a PNG file.
-
-    Args:
-        log: the log of a run on a moving base.
-        path: the file to write.
-    """
+    """Draw position and rotation errors per axis over the coordinates of the base to a PNG file."""
     t, error, moved = log["t"], log["inertial_error"], log["disturbance"]
     names = [name.split(".", 1)[1] for name in log.names if name.startswith("disturbance.")]
     slides = [log.units[f"disturbance.{name}"] == "m" for name in names]
-    columns = (error[:, :3], 180.0 / np.pi * error[:, 3:])
+    columns = (error[:, :3], DEGREES * error[:, 3:])
     unit, factor = _unit(columns[0])
     figure = paper(11.0, 9.0, f"Tip held in inertial space: {events.heading(log)}", search=False)
     grid: Any = figure.subplots(4, 2, sharex=True)
@@ -69,7 +48,7 @@ def draw(log: Log, path: str | Path) -> Path:
     for side, sliding in enumerate((True, False)):
         axes = grid[3, side]
         chosen = [k for k in range(len(names)) if slides[k] == sliding and moved[:, k].any()]
-        place_unit, place = _unit(moved[:, chosen]) if sliding else ("deg", 180.0 / np.pi)
+        place_unit, place = _unit(moved[:, chosen]) if sliding else ("deg", DEGREES)
         for k in chosen:
             curve(axes, t, place * moved[:, k], color=LINES[k % len(LINES)], linewidth=1.3, label=names[k])
         if chosen:
@@ -77,12 +56,8 @@ def draw(log: Log, path: str | Path) -> Path:
         else:
             axes.set_yticks([])
             axes.text(0.5, 0.5, "none", transform=axes.transAxes, ha="center", color=GREY)
-        tidy(
-            axes,
-            "time [s]",
-            f"[{place_unit}]" if chosen else "",
-            "disturbance: base " + ("position" if sliding else "rotation"),
-        )
+        title = "disturbance: base " + ("position" if sliding else "rotation")
+        tidy(axes, "time [s]", f"[{place_unit}]" if chosen else "", title)
         axes.set_xlim(*events.time_span(log))
         events.mark(axes, log)
     arrange(figure, [*_shades_used(log), *events.handles(log)], gap=(1.1, 0.45))
@@ -109,10 +84,9 @@ def _extremes(signal: FloatArray) -> str:
 def _spans(log: Log, status: BaseStatus) -> list[tuple[float, float]]:
     """When the inertial task had this status [s]."""
     code = list(BaseStatus).index(status)
-    inside = np.concatenate([[False], log["base_status"] == code, [False]])
-    edges = np.flatnonzero(np.diff(inside.astype(np.int64)))
-    t, dt = log["t"], float(log.metadata.get("dt", 0.0))
-    return [(float(t[a]), float(t[b - 1]) + dt) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    edges = np.append(log["t"], log["t"][-1] + float(log.metadata.get("dt", 0.0)))
+    spells = equal_runs(log["base_status"])
+    return [(float(edges[first]), float(edges[last])) for first, last, which in spells if which == code]
 
 
 def _shade(axes: Axes, log: Log) -> None:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ftqp.viz.figures.canvas import BLUE, GREY, RED, arrange, head, label_width, paper, save, tidy
+from ftqp.viz.figures.canvas import arrange, head, label_width, paper, save, tidy
+from ftqp.viz.figures.palette import BLUE, GREY, RED
 
 BINS = 40
 LEAST = 1e-9
@@ -22,10 +23,7 @@ Shares = Mapping[str, Sequence[tuple[str, int, int, tuple[float, float]]]]
 def draw_ok_errors(path: str | Path, errors: Sequence[float], title: str) -> Path:
     """Draw how many episodes had which largest error of the tip while OK was claimed.
 
-    Args:
-        path: The file to write.
-        errors: Of each episode [m].
-        title: Of the campaign.
+    ``errors`` holds that of each episode [m].
     """
     logs = np.log10(np.maximum(np.array(errors, dtype=np.float64), LEAST)) + 3.0
     figure = paper(9.0, 3.2, title, search=False)
@@ -40,13 +38,7 @@ def draw_ok_errors(path: str | Path, errors: Sequence[float], title: str) -> Pat
 
 
 def draw_shares(path: str | Path, shares: Shares, title: str) -> Path:
-    """Draw the share of episodes that broke a law for each value of each key, with its interval.
-
-    Args:
-        path: The file to write.
-        shares: Of the keys that are shown.
-        title: Of the campaign.
-    """
+    """Draw the share of episodes that broke a law for each value of each key, with its interval."""
     count = sum(len(values) for values in shares.values())
     names = [value for values in shares.values() for value, *_ in values]
     gap = 0.45

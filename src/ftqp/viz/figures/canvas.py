@@ -1,6 +1,7 @@
 """The paper that figures are drawn on: the only file that imports matplotlib; no window, no global state."""
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -10,30 +11,24 @@ from numpy.typing import NDArray
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError, MissingPackage
 from ftqp.core.extras import remedy_for_extra
+from ftqp.viz.figures.palette import FORBIDDEN, LIMIT
 
 try:
     from matplotlib import rc_context
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
+    from matplotlib.artist import Artist as Artist
+    from matplotlib.axes import Axes as Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.collections import LineCollection
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-    from matplotlib.text import Text
-    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+    from matplotlib.collections import LineCollection as LineCollection
+    from matplotlib.figure import Figure as Figure
+    from matplotlib.lines import Line2D as Line2D
+    from matplotlib.patches import Patch as Patch
+    from matplotlib.text import Text as Text
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+    from matplotlib.ticker import MaxNLocator as MaxNLocator
 except ImportError as error:
     raise MissingPackage("drawing figures", "matplotlib", remedy_for_extra("viz")) from error
 
 DOTS_PER_INCH = 110
-BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = (
-    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442",
-)  # fmt: skip
-"""Colours that colour-blind readers can tell apart (Okabe and Ito)."""
-GREY, WINE = "#7F7F7F", "#882255"
-LIMIT = "#C9917D"
-FORBIDDEN = "#F4E3DC"
-"""Shade of what lies beyond a limit."""
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 """Of SVG files: what would name a day and an outside address."""
 COMPRESSION = 1
@@ -45,19 +40,13 @@ TITLE_FROM_TOP, LEGEND_LINE = 0.12, 0.23
 PLAIN = 3
 """Powers of ten up to this, and down to its negative, are written as numbers."""
 RAISED = str.maketrans("-0123456789", "\N{SUPERSCRIPT MINUS}⁰¹²³⁴⁵⁶⁷⁸⁹")
-TINT = "#FFF6EC"
-"""Background of a joint that fails."""
 
 
 def paper(width: float, height: float, title: str, *, search: bool = True) -> Figure:
     """An empty figure of a size in inches, under a title.
 
-    Args:
-        width: [inches].
-        height: [inches].
-        title: stands above all panels.
-        search: let matplotlib search for margins, which takes as long as the drawing; without it `arrange`
-            says where the panels are.
+    Without ``search`` matplotlib does not look for margins, which takes as long as the drawing; `arrange`
+    then says where the panels are.
     """
     figure = Figure(figsize=(width, height), dpi=DOTS_PER_INCH, layout="constrained" if search else None)
     FigureCanvasAgg(figure)
@@ -78,19 +67,15 @@ def arrange(
 ) -> None:
     """Give the panels of a figure fixed margins, and a legend for all of them below.
 
-    Args:
-        figure: its panels share one grid.
-        handles: what the legend explains; without them there is none.
-        left: from the figure's edge to the panels, with room for labels [inches].
-        right: the same on the right.
-        top: the same above, with room for the title.
-        bottom: the same below, above the legend.
-        gap: between panels, beside and above each other [inches].
+    Margins go from the edge to the panels, with room for labels, above for the title and below for the legend
+    of the handles, and ``gap`` is between panels, beside and above each other, all in inches. The panels
+    share one grid.
     """
     width, height = figure.get_size_inches()
     grid: Any = figure.axes[0].get_gridspec()
     rows, columns = grid.get_geometry()
-    bottom += _legend_at_the_bottom(figure, handles)
+    if handles:
+        bottom += LEGEND_LINE * _legend(figure, handles, "lower center", fontsize=10, borderaxespad=0.2)
     each_width = (width - left - right - (columns - 1) * gap[0]) / columns
     each_height = (height - top - bottom - (rows - 1) * gap[1]) / rows
     grid.update(
@@ -107,22 +92,6 @@ def arrange(
             axes.set_subplotspec(place)
 
 
-def _legend_at_the_bottom(figure: Figure, handles: Sequence[Any]) -> float:
-    """A legend in the middle of the lower edge; its height [inches]."""
-    if not handles:
-        return 0.0
-    columns = _legend_columns(figure, handles)
-    figure.legend(
-        handles=list(handles),
-        loc="lower center",
-        ncols=columns,
-        frameon=False,
-        fontsize=10,
-        borderaxespad=0.2,
-    )
-    return LEGEND_LINE * -(-len(handles) // columns)
-
-
 def label_width(labels: Iterable[str]) -> float:
     """Room for the longest of some labels of an axis [inches]."""
     return LETTER * max((len(label) for label in labels), default=0) + 0.25
@@ -133,12 +102,8 @@ def thinned(*signals: FloatArray, bins: int) -> NDArray[np.intp]:
 
     A gap (NaN) that fills a bin stays a gap; peaks stay however narrow they are.
 
-    Args:
-        signals: each (K,).
-        bins: about one a pixel.
-
-    Returns:
-        Rising indices, all K of them where there are at most twice as many samples as bins.
+    Signals are (K,) each; with at most twice as many samples as bins, which are about one a pixel, all are
+    kept. The indices rise.
     """
     count = len(signals[0])
     if count <= 2 * bins:
@@ -158,24 +123,14 @@ def thinned(*signals: FloatArray, bins: int) -> NDArray[np.intp]:
 def curve(axes: Axes, t: FloatArray, y: FloatArray, **style: Any) -> None:
     """Draw a signal over time, with about two points a pixel.
 
-    Args:
-        axes: where to draw.
-        t: rising times, (K,) [s].
-        y: the signal, (K,); NaN is a gap.
-        style: of the line.
+    Times (K,) rise; NaN in ``y``, (K,), is a gap.
     """
     kept = thinned(y, bins=_pixels(axes))
     axes.plot(t[kept], y[kept], **style)
 
 
 def trace(axes: Any, *coordinates: FloatArray, **style: Any) -> None:
-    """Draw a curve in the plane or in space, with a few points a pixel.
-
-    Args:
-        axes: where to draw, in two or three dimensions.
-        coordinates: each (K,).
-        style: of the line.
-    """
+    """Draw a curve in the plane or in space, with a few points a pixel."""
     kept = thinned(*coordinates, bins=_pixels(axes))
     axes.plot(*(coordinate[kept] for coordinate in coordinates), **style)
 
@@ -245,11 +200,7 @@ def head(axes: Axes, title: str, **style: Any) -> None:
 def shade_beyond(axes: Axes, low: float | None, high: float | None, values: Any) -> None:
     """Shade what lies beyond the limits and choose the range so that they are seen.
 
-    Args:
-        axes: where to draw.
-        low: lower limit, or ``None``.
-        high: upper limit, or ``None``.
-        values: what is drawn, in the same unit.
+    ``values`` is what is drawn, in the unit of the limits; None is no limit.
     """
     finite = np.asarray(values, dtype=np.float64)
     finite = finite[np.isfinite(finite)]
@@ -266,67 +217,43 @@ def shade_beyond(axes: Axes, low: float | None, high: float | None, values: Any)
             axes.axhline(limit, color=LIMIT, linewidth=0.8)
 
 
-def shade_later(axes: Axes, since: float, low: float | None, high: float | None) -> None:
-    """Shade what lies beyond narrower limits from a time on; the range of `shade_beyond` stays."""
-    bottom, top = axes.get_ylim()
-    end = float(axes.get_xlim()[1])
-    for limit, outer in ((low, bottom), (high, top)):
-        if limit is not None:
-            axes.fill_between([since, end], limit, outer, color=FORBIDDEN, linewidth=0.0, zorder=0)
-            axes.plot([since, end], [limit, limit], color=LIMIT, linewidth=0.8)
-
-
 def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
     """One legend for a figure whose margins are searched, under it."""
     if handles:
-        figure.legend(
-            handles=list(handles),
-            loc="outside lower center",
-            ncols=_legend_columns(figure, handles),
-            frameon=False,
-        )
+        _legend(figure, handles, "outside lower center")
 
 
-def _legend_columns(figure: Figure, handles: Sequence[Any]) -> int:
-    """As many as the longest label lets fit, at most five."""
+def _legend(figure: Figure, handles: Sequence[Any], place: Any, **style: Any) -> int:
+    """A legend with as many columns as the longest label lets fit, at most five; how many lines it has."""
     longest = max(len(handle.get_label()) for handle in handles)
     fitting = int(figure.get_figwidth() / (LETTER * longest + SAMPLE))
-    return min(5, len(handles), max(1, fitting))
+    columns = min(5, len(handles), max(1, fitting))
+    figure.legend(handles=list(handles), loc=place, ncols=columns, frameon=False, **style)
+    return -(-len(handles) // columns)
 
 
-__all__ = [
-    "BLUE",
-    "FORBIDDEN",
-    "GREEN",
-    "GREY",
-    "ORANGE",
-    "PURPLE",
-    "RED",
-    "SKY",
-    "TINT",
-    "WINE",
-    "YELLOW",
-    "Artist",
-    "Axes",
-    "Figure",
-    "Line2D",
-    "LineCollection",
-    "MaxNLocator",
-    "Patch",
-    "Text",
-    "arrange",
-    "curve",
-    "decade",
-    "few_ticks",
-    "head",
-    "label_width",
-    "legend_below",
-    "paper",
-    "plain_decades",
-    "save",
-    "shade_beyond",
-    "shade_later",
-    "thinned",
-    "tidy",
-    "trace",
-]
+def label_below(axes: Axes, text: str, away: float = 0.36) -> None:
+    """The label of a panel's lower edge, so far below it [inches], where the panel has no axis of its own."""
+    figure: Any = axes.figure
+    box = axes.get_position()
+    place = 0.5 * (box.x0 + box.x1), box.y0 - away / figure.get_figheight()
+    figure.text(*place, text, ha="center", va="center")
+
+
+def equal_runs(codes: NDArray[Any]) -> list[tuple[int, int, int]]:
+    """Where a signal stays the same, (K,): first row, row behind the last, and value of each stretch."""
+    ends = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
+    return [(first, last, int(codes[first])) for first, last in pairwise(ends)]
+
+
+def made_folder(folder: str | Path) -> Path:
+    """A folder for figures, made if it is missing.
+
+    Raises:
+        InputError: it cannot be made.
+    """
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"folder {folder} cannot be made: {error.strerror}") from error
+    return Path(folder)

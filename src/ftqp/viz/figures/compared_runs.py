@@ -8,42 +8,31 @@ from typing import Any
 import numpy as np
 
 from ftqp.control.planner.status import STATUSES, StepStatus
-from ftqp.core.errors import InputError
 from ftqp.sim.log.log_arrays import Log
-from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import Line2D, Patch, arrange, curve, few_ticks, label_width, paper, save, tidy
-from ftqp.viz.figures.curves import (
-    SPIKES,
-    THIN,
-    draw_runs,
-    frame,
-    handle,
-    length,
-    logarithmic,
-    longest,
-    look,
-    peak,
-    run_handles,
-    time_span,
+from ftqp.viz.figures import curves, events
+from ftqp.viz.figures.canvas import (
+    Axes,
+    Line2D,
+    Patch,
+    arrange,
+    curve,
+    few_ticks,
+    label_width,
+    made_folder,
+    paper,
+    save,
+    tidy,
 )
+from ftqp.viz.figures.palette import DEGREES, MILLIMETRES
 from ftqp.viz.figures.status_ribbon import STATUS_COLOURS, spells
-from ftqp.viz.figures.tracking import MILLIMETRES, SMALLEST_ERROR
-
-DEGREES = 180.0 / np.pi
+from ftqp.viz.figures.tracking import SMALLEST_ERROR
 
 
 def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, title: str) -> list[Path]:
     """Draw runs of one arm and path as PNG files into ``folder``, which is made if it is missing.
 
-    Args:
-        logs: loaded logs of the same robot and path by the label of the run; empty ones are left out.
-        folder: where to put the files.
-        name: how their names begin.
-        title: what the runs have in common.
-
-    Returns:
-        The files: errors, velocities, accelerations, torques (left out where the arm has no inertia) and
-        statuses; none when every log is empty.
+    Logs are by the label of their run; empty ones are left out. The files are errors, velocities,
+    accelerations, torques (where the arm has inertia) and statuses, and their names begin with ``name``.
 
     Raises:
         InputError: a folder that cannot be written.
@@ -51,10 +40,7 @@ def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, t
     drawn = {label: log for label, log in logs.items() if len(log)}
     if not drawn:
         return []
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"folder {folder} cannot be made: {error.strerror}") from error
+    place = made_folder(folder)
     drawings: dict[str, Callable[[Mapping[str, Log], str, Path], Path]] = {
         "errors": draw_errors,
         "velocities": draw_velocities,
@@ -64,7 +50,7 @@ def save_comparison(logs: Mapping[str, Log], folder: str | Path, *, name: str, t
     }
     if not any(np.isfinite(log["tau"]).any() for log in drawn.values()):
         del drawings["torques"]
-    return [draw(drawn, title, Path(folder) / f"{name}-{what}.png") for what, draw in drawings.items()]
+    return [draw(drawn, title, place / f"{name}-{what}.png") for what, draw in drawings.items()]
 
 
 def draw_errors(logs: Mapping[str, Log], title: str, path: Path) -> Path:
@@ -75,15 +61,14 @@ def draw_errors(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     signals = [("position_error", "position error [mm]", MILLIMETRES)]
     signals += [("rotation_error", "rotation error [deg]", DEGREES)] if turns else []
     for axes, (signal, label, factor) in zip(grid.flat, signals, strict=True):
-        curves = [np.maximum(factor * log[signal], SMALLEST_ERROR) for log in logs.values()]
-        draw_runs(axes, logs, curves)
-        logarithmic(axes, curves)
+        values = [np.maximum(factor * log[signal], SMALLEST_ERROR) for log in logs.values()]
+        curves.draw_runs(axes, logs, values)
+        curves.logarithmic(axes, values)
         tidy(axes, "", label)
-        events.mark_faults(axes, longest(logs))
-        events.mark_found(axes, *logs.values())
+        _mark_instants(axes, logs)
     grid.flat[-1].set_xlabel("time [s]")
-    largest = [f"largest {length(float(log['position_error'].max()))}" for log in logs.values()]
-    arrange(figure, [*run_handles(logs, largest), *_instants(logs)])
+    largest = [f"largest {curves.length(float(log['position_error'].max()))}" for log in logs.values()]
+    arrange(figure, [*curves.run_handles(logs, largest), *_instants(logs)])
     return save(figure, path)
 
 
@@ -99,20 +84,19 @@ def draw_accelerations(logs: Mapping[str, Log], title: str, path: Path) -> Path:
 
 def draw_torques(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     """The norm of the motor torques over time, all runs in one panel."""
-    curves = [np.linalg.norm(log["tau"], axis=1) for log in logs.values()]
-    top = frame(curves)
-    spikes = SPIKES if top < peak(curves) else ""
+    values = [np.linalg.norm(log["tau"], axis=1) for log in logs.values()]
+    top = curves.frame(values)
+    spikes = curves.SPIKES if top < curves.peak(values) else ""
     figure = paper(12.0, 5.6, f"Norm of the motor torques: {title}{spikes}", search=False)
     axes = figure.add_subplot()
-    draw_runs(axes, logs, curves)
+    curves.draw_runs(axes, logs, values)
     slides = any(any(log.metadata["prismatic"]) for log in logs.values())
     unit = "N m and N" if slides else "N m"
     tidy(axes, "time [s]", f"torque norm [{unit}]")
     axes.set_ylim(0.0, top)
-    events.mark_faults(axes, longest(logs))
-    events.mark_found(axes, *logs.values())
-    largest = [f"largest {peak([curve]):.3g} {unit}" for curve in curves]
-    arrange(figure, [*run_handles(logs, largest), *_instants(logs)])
+    _mark_instants(axes, logs)
+    largest = [f"largest {curves.peak([curve]):.3g} {unit}" for curve in values]
+    arrange(figure, [*curves.run_handles(logs, largest), *_instants(logs)])
     return save(figure, path)
 
 
@@ -131,25 +115,31 @@ def draw_statuses(logs: Mapping[str, Log], title: str, path: Path) -> Path:
     axes.set_ylim(len(logs) - 0.4, -0.6)
     tidy(axes, "", "")
     if slowed:
-        draw_runs(grid.flat[1], logs, [log["scale"] for log in logs.values()])
+        curves.draw_runs(grid.flat[1], logs, [log["scale"] for log in logs.values()])
         grid.flat[1].set_ylim(-0.05, 1.05)
         tidy(grid.flat[1], "", "scale along the path [-]")
     for panel in grid.flat:
-        panel.set_xlim(*time_span(logs))
-        events.mark_faults(panel, longest(logs))
-        events.mark_found(panel, *logs.values())
+        panel.set_xlim(*curves.time_span(logs))
+        _mark_instants(panel, logs)
     grid.flat[-1].set_xlabel("time [s]")
     seen = sorted({int(code) for log in logs.values() for code in np.unique(log["status"])})
     statuses = [Patch(color=STATUS_COLOURS[code], label=STATUSES[code].name) for code in seen]
-    runs = run_handles(logs, [""] * len(logs)) if slowed else []
+    runs = curves.run_handles(logs, [""] * len(logs)) if slowed else []
     handles = [*statuses, *runs, *_instants(logs)]
     arrange(figure, handles, left=label_width(logs), top=0.6, gap=(0.7, 0.3))
     return save(figure, path)
 
 
+def _mark_instants(axes: Axes, logs: Mapping[str, Log]) -> None:
+    """Faults, and when detectors found out, as vertical lines."""
+    events.mark_faults(axes, curves.longest(logs))
+    events.mark_found(axes, *logs.values())
+
+
 def _instants(logs: Mapping[str, Log]) -> list[Line2D]:
     """What the vertical lines mean: faults, and when detectors found out."""
-    return [*events.fault_handles(longest(logs), *logs.values()), *events.found_handles(*logs.values())]
+    runs = list(logs.values())
+    return [*events.fault_handles(curves.longest(logs), *runs), *events.found_handles(*runs)]
 
 
 def _draw_joints(
@@ -159,11 +149,11 @@ def _draw_joints(
     columns = min(len(logs), 3 if len(logs) in (3, 5, 6, 9) else 4 if len(logs) > 4 else 2)
     rows = ceil(len(logs) / columns)
     slides = np.array(next(iter(logs.values())).metadata["prismatic"])
-    curves = [np.where(slides, MILLIMETRES, DEGREES) * log[signal] for log in logs.values()]
+    values = [np.where(slides, MILLIMETRES, DEGREES) * log[signal] for log in logs.values()]
     what, rate = quantity
     unit = f"deg{rate}, mm{rate}" if slides.any() else f"deg{rate}"
-    top = frame(curves)
-    spikes = SPIKES if top < peak(curves) else ""
+    top = curves.frame(values)
+    spikes = curves.SPIKES if top < curves.peak(values) else ""
     figure = paper(max(4.0 * columns, 12.0), 2.6 * rows + 1.4, f"{title}{spikes}", search=False)
     grid: Any = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     for unused in grid.flat[len(logs) :]:
@@ -171,11 +161,12 @@ def _draw_joints(
     for index, (label, log) in enumerate(logs.items()):
         axes = grid.flat[index]
         for joint in range(len(slides)):
-            colour, style = look(joint)
-            curve(axes, log["t"], curves[index][:, joint], color=colour, linestyle=style, linewidth=THIN)
-        heading = f"{label}: at most {peak([curves[index]]):.3g} {unit}"
+            colour, style = curves.look(joint)
+            line = {"color": colour, "linestyle": style, "linewidth": curves.THIN}
+            curve(axes, log["t"], values[index][:, joint], **line)
+        heading = f"{label}: at most {curves.peak([values[index]]):.3g} {unit}"
         tidy(axes, "", f"{what} [{unit}]" if index % columns == 0 else "", heading)
-        axes.set_xlim(*time_span(logs))
+        axes.set_xlim(*curves.time_span(logs))
         axes.set_ylim(-top, top)
         few_ticks(axes, 5, 6)
         events.mark(axes, log)
@@ -184,7 +175,7 @@ def _draw_joints(
         if lowest:
             axes.set_xlabel("time [s]")
     names = next(iter(logs.values())).metadata["joints"]
-    joints = [handle(joint, name) for joint, name in enumerate(names)]
+    joints = [curves.handle(joint, name) for joint, name in enumerate(names)]
     stops = [log for log in logs.values() if events.stop_time(log) is not None]
     marks = [Line2D([], [], color="black", linestyle="--", label="emergency stop")] if stops else []
     arrange(figure, [*joints, *_instants(logs), *marks], top=0.85, gap=(0.3, 0.45))

@@ -6,22 +6,8 @@ from typing import Any
 import numpy as np
 
 from ftqp.kernel.layout.survival import Survival
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    WINE,
-    YELLOW,
-    Patch,
-    arrange,
-    label_width,
-    paper,
-    save,
-    tidy,
-)
+from ftqp.viz.figures.canvas import Patch, arrange, label_width, paper, save, tidy
+from ftqp.viz.figures.palette import BLUE, GREY, ORANGE, PURPLE, RED, SKY, WINE, YELLOW
 
 COLOURS = {
     Survival.SURVIVED: "#DCEFE6",
@@ -52,12 +38,7 @@ ROW = 0.36
 
 
 def draw_coverage(path: str | Path, report: Any) -> Path:
-    """Draw a report on coverage to a PNG file: a row for each failure, its verdict over time as colour.
-
-    Args:
-        path: The file to write.
-        report: The report of ``ftqp.analysis.coverage``.
-    """
+    """Draw a report on coverage to a PNG file: a row for each failure, its verdict over time as colour."""
     names = report.names
     edges = np.append(report.t, report.task.t[-1])
     title = f"{report.task.robot.name}: {100.0 * report.coverage:.1f} % of failures survived"

@@ -8,20 +8,9 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import events
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    WINE,
-    Axes,
-    Line2D,
-    head,
-    plain_decades,
-)
+from ftqp.viz.figures.canvas import Axes, Line2D, head, plain_decades
 from ftqp.viz.figures.canvas import curve as draw
+from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, WINE
 
 COLOURS = (BLUE, ORANGE, GREEN, "black", SKY, PURPLE, GREY, WINE)
 """Colours of runs and of joints; they come again, dashed, after the last. Red marks faults."""

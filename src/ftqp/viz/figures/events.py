@@ -8,7 +8,8 @@ import numpy as np
 from ftqp.control.planner.status import STATUSES, StepStatus
 from ftqp.faults.kinds import KINDS
 from ftqp.sim.log.log_arrays import Log
-from ftqp.viz.figures.canvas import BLUE, GREY, RED, Axes, Line2D
+from ftqp.viz.figures.canvas import Axes, Line2D
+from ftqp.viz.figures.palette import BLUE, RED
 
 TOLD_LATER = 1e-6
 """An announcement at least this much after its fault is marked by itself [s]."""
@@ -124,6 +125,3 @@ def time_span(log: Log) -> tuple[float, float]:
     """First and last time of the log [s]."""
     t = log["t"]
     return float(t[0]), float(max(t[-1], t[0] + 1e-9))
-
-
-HEALTHY_COLOUR, FAILED_COLOUR, BRAKE_COLOUR = BLUE, RED, GREY

@@ -7,25 +7,8 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    WINE,
-    YELLOW,
-    Line2D,
-    Patch,
-    few_ticks,
-    head,
-    legend_below,
-    paper,
-    save,
-    tidy,
-)
+from ftqp.viz.figures.canvas import Line2D, Patch, few_ticks, head, legend_below, paper, save, tidy
+from ftqp.viz.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, WINE, YELLOW
 
 POSTURES = 9
 """Of an arm on its way."""
@@ -33,7 +16,7 @@ COLOURS = (SKY, YELLOW, GREEN, PURPLE, ORANGE, BLUE)
 """Of basins, the largest first."""
 Motion = tuple[FloatArray, FloatArray, FloatArray]
 """Times (k,) [s], configurations (k, n) [rad] and errors (k,) [m]."""
-NO_REST, NO_VERDICT = "#444444", "#FFFFFF"
+NO_REST, NOT_KNOWN = "#444444", "#FFFFFF"
 
 
 def draw_motions(
@@ -41,12 +24,8 @@ def draw_motions(
 ) -> Path:
     """Draw planar arms on their ways, a panel each, and below it the error over time, to a PNG file.
 
-    Args:
-        path: The file to write.
-        title: Stands above all.
-        lengths: Of the links, (n,) [m].
-        motions: By the panel's heading.
-        goal: (2,) [m].
+    ``lengths`` are those of the links, (n,) [m], motions are by the heading of their panel, and the goal is
+    (2,) [m].
     """
     figure = paper(3.9 * len(motions), 6.4, title)
     grid = figure.add_gridspec(2, len(motions), height_ratios=(2.6, 1.0))
@@ -73,15 +52,13 @@ def draw_motions(
         below.set_ylim(0.0, 1.08 * max(float(errors.max()), 1e-9))
         tidy(below, "time [s]", "error [m]" if k == 0 else "")
         few_ticks(below)
-    legend_below(
-        figure,
-        [
-            Line2D([], [], color=BLUE, marker="o", label="at the failure"),
-            Line2D([], [], color=RED, marker="o", label="in the end"),
-            Line2D([], [], color=ORANGE, label="the tip's way"),
-            Line2D([], [], color="black", marker="x", linestyle="none", label="goal"),
-        ],
-    )
+    handles = [
+        Line2D([], [], color=BLUE, marker="o", label="at the failure"),
+        Line2D([], [], color=RED, marker="o", label="in the end"),
+        Line2D([], [], color=ORANGE, label="the tip's way"),
+        Line2D([], [], color="black", marker="x", linestyle="none", label="goal"),
+    ]
+    legend_below(figure, handles)
     return save(figure, path)
 
 
@@ -98,21 +75,14 @@ def draw_basins(
 ) -> Path:  # fmt: skip
     """Draw which start goes where over the two joints that move, to a PNG file.
 
-    Args:
-        path: The file to write.
-        title: Stands above it.
-        names: Of the joints that move.
-        angles: Middles of the cells, (k,) [rad].
-        label: Index of the end of each start, -1 without rest, -2 without verdict, (k, k).
-        ends: Both joints at each end, (e, 2) [rad].
-        kinds: What each end is.
-        saddles: Both joints at each saddle, (s, 2) [rad].
-        separatrices: Both joints along each way into a saddle, (k, 2) [rad].
+    ``angles`` are the middles of the cells, (k,) [rad], and ``label`` is the index of the end of each start,
+    -1 without rest, -2 where that is not known, (k, k). ``ends`` (e, 2) and ``saddles`` (s, 2) hold both
+    joints [rad], each separatrix (k, 2) a way into a saddle, and ``kinds`` what each end is.
     """
     figure = paper(6.4, 6.9, title)
     axes = figure.add_subplot()
     image = np.empty((*label.shape, 3))
-    image[:] = _rgb(NO_VERDICT)
+    image[:] = _rgb(NOT_KNOWN)
     image[label == -1] = _rgb(NO_REST)
     for k in range(len(ends)):
         image[label == k] = _rgb(COLOURS[k % len(COLOURS)])
@@ -176,13 +146,7 @@ class SignPanel:
 
 
 def draw_error_signs(path: str | Path, title: str, panels: dict[str, SignPanel]) -> Path:
-    """Draw over goals and angles of a joint where its error falls, and which way it turns, to a PNG file.
-
-    Args:
-        path: The file to write.
-        title: Stands above all.
-        panels: By heading.
-    """
+    """Draw over goals and angles of a joint where its error falls, and which way it turns, to a PNG file."""
     figure = paper(5.2 * len(panels), 5.6, title)
     grid = figure.add_gridspec(1, len(panels))
     for k, (name, panel) in enumerate(panels.items()):
@@ -206,14 +170,12 @@ def draw_error_signs(path: str | Path, title: str, panels: dict[str, SignPanel])
         axes.set_xlabel("direction of the goal from joint 2 [degrees]")
         axes.set_ylabel("joint 2 [degrees]" if k == 0 else "")
         head(axes, name)
-    legend_below(
-        figure,
-        [
-            Patch(color="#9E9E9E", label="error falls"),
-            Patch(color="#EBEBEB", label="error rises"),
-            Line2D([], [], color=RED, label="rest"),
-            Line2D([], [], color=WINE, linewidth=4.0, label="taken in by the stretched arm"),
-            Line2D([], [], color=BLUE, marker="^", linestyle="none", label="which way joint 2 turns"),
-        ],
-    )
+    handles = [
+        Patch(color="#9E9E9E", label="error falls"),
+        Patch(color="#EBEBEB", label="error rises"),
+        Line2D([], [], color=RED, label="rest"),
+        Line2D([], [], color=WINE, linewidth=4.0, label="taken in by the stretched arm"),
+        Line2D([], [], color=BLUE, marker="^", linestyle="none", label="which way joint 2 turns"),
+    ]
+    legend_below(figure, handles)
     return save(figure, path)

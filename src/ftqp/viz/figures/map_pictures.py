@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.viz.figures.canvas import GREY, ORANGE, Axes, paper, save
+from ftqp.viz.figures.canvas import Axes, paper, save
+from ftqp.viz.figures.palette import GREY, ORANGE
 
 LETTERS = {
     "R": "share of the way on which the goal stays within reach",
@@ -35,50 +36,27 @@ def save_maps(
 ) -> list[Path]:
     """Draw one picture a letter: a row for each kind of measure, a column for each joint and for any.
 
+    The last column of a measure is that of any joint. ``goal`` is (2,) or (3,) [m], ``arm`` the arm with its
+    tip there, base to tip, (k, 2) or (k, 3) [m], None where it is not known. ``found`` has ``places`` on a
+    grid, (P, 2) or in one plane (P, 3) [m], and measures like ``R100``, (P, n + 1) [percent].
+
     Source: Goel, Maciejewski and Balakrishnan 2005, Fig. 10.
-
-    Args:
-        folder: Where the pictures go.
-        title: Stands above each picture.
-        joints: Names of the joints; the last column of a measure is that of any joint.
-        goal: Where the tip is to go, (2,) or (3,) [m].
-        arm: The arm with its tip at the goal, base to tip, (k, 2) or (k, 3) [m]; None where it is not known.
-        found: ``places``, (P, 2) or in one plane (P, 3) [m], on a grid, and measures like ``R100``,
-            (P, n + 1) [percent].
-
-    Returns:
-        The files.
     """
     shown = np.flatnonzero(np.ptp(found["places"], axis=0) > 0.0)[:2]
     flat = {**found, "places": found["places"][:, shown]}
     around = None if arm is None else arm[:, shown]
-    names = ["xyz"[k] for k in shown]
+    about = (joints, ["xyz"[k] for k in shown], goal[shown], around, flat)
     return [
-        _draw(
-            folder / f"{letter}.png",
-            f"{title}: {letter}, {meaning}",
-            letter,
-            joints,
-            names,
-            goal[shown],
-            around,
-            flat,
-        )
+        _draw(folder / f"{letter}.png", f"{title}: {letter}, {meaning}", letter, *about)
         for letter, meaning in LETTERS.items()
         if f"{letter}100" in found
     ]
 
 
 def _draw(
-    path: Path,
-    title: str,
-    letter: str,
-    joints: Sequence[str],
-    axes: Sequence[str],
-    goal: FloatArray,
-    arm: FloatArray | None,
-    found: Mapping[str, FloatArray],
-) -> Path:
+    path: Path, title: str, letter: str, joints: Sequence[str], axes: Sequence[str], goal: FloatArray,
+    arm: FloatArray | None, found: Mapping[str, FloatArray],
+) -> Path:  # fmt: skip
     """The picture of a letter."""
     rows = [kind for kind in KINDS if f"{letter}{kind}" in found]
     columns = [*(f"{joint} locks" for joint in joints), "any joint locks"]
@@ -106,9 +84,10 @@ def _panel(
     """One measure over the grid, with the arm at its goal."""
     x, y = np.unique(places[:, 0]), np.unique(places[:, 1])
     image = np.full((len(y), len(x)), np.nan)
-    image[np.searchsorted(y, places[:, 1]), np.searchsorted(x, places[:, 0])] = values
+    at = np.searchsorted(y, places[:, 1]), np.searchsorted(x, places[:, 0])
+    image[at] = values
     out = np.full(image.shape, np.nan)
-    out[np.searchsorted(y, places[:, 1]), np.searchsorted(x, places[:, 0])] = 1.0
+    out[at] = 1.0
     panel.pcolormesh(x, y, out, cmap="Greys", vmin=0.0, vmax=4.0, shading="nearest")
     mesh = panel.pcolormesh(x, y, image, cmap="viridis", vmin=0.0, vmax=100.0, shading="nearest")
     if arm is not None:

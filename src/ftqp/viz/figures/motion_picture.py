@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.viz.figures.canvas import BLUE, GREY, ORANGE, Axes, paper, save, shade_beyond, tidy
+from ftqp.viz.figures.canvas import Axes, paper, save, shade_beyond, tidy
+from ftqp.viz.figures.palette import BLUE, GREY, ORANGE
 
 INSTANTS = 5
 """So often the arm is drawn."""
@@ -27,15 +28,9 @@ def draw_motion(
 ) -> Path:
     """Draw a motion to a PNG file.
 
-    Args:
-        path: The file to write.
-        title: Stands above the picture.
-        joints: Names of the joints, (nv,).
-        t: Times, (N,) [s].
-        q: Joint positions, (N, nv) [rad or m].
-        limits: Least and greatest position of every joint, (nv, 2); infinite is no limit.
-        arms: The arm at some instants, base to tip, (k, points, 3) [m].
-        way: The tip's way, (N, 3) [m].
+    Times ``t`` are (N,) [s], joint positions ``q`` (N, nv) [rad or m], their ``limits`` (nv, 2), infinite
+    where there is none; ``arms`` is the arm at some instants, base to tip, (k, points, 3) [m], and ``way``
+    that of the tip, (N, 3) [m].
     """
     everything = np.vstack([arms.reshape(-1, 3), way])
     extent = np.ptp(everything, axis=0)

@@ -1,4 +1,4 @@
-"""An arm whose planner knows of a failure beside its twin, whose planner is never told: what ftqp is for."""
+"""An arm whose planner knows of a failure beside the uninformed baseline: what ftqp is for."""
 
 from pathlib import Path
 
@@ -6,61 +6,36 @@ import numpy as np
 
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import arm_views, events
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREY,
-    PURPLE,
-    RED,
-    Axes,
-    Line2D,
-    arrange,
-    curve,
-    head,
-    paper,
-    save,
-    trace,
-)
+from ftqp.viz.figures.canvas import Axes, Line2D, arrange, curve, head, label_below, paper, save, trace
 from ftqp.viz.figures.curves import length
+from ftqp.viz.figures.palette import BLUE, GREY, MILLIMETRES, PURPLE, RED
 from ftqp.viz.figures.plain_axes import plain_axes
 
-MILLIMETRES = 1e3
 TOLD, NEVER = BLUE, PURPLE
 INSTANTS = 3
 """So often each arm is drawn, from the failure on."""
 
 
 def draw_contrast(told: Log, never: Log, path: str | Path, title: str) -> Path:
-    """Draw both arms, the paths of both tips and both errors to a PNG file.
-
-    Args:
-        told: The run whose planner is told.
-        never: The same run, whose planner is never told.
-        path: The file to write.
-        title: Stands above it.
-    """
+    """Draw both arms, the paths of both tips and both errors to a PNG file."""
     figure = paper(16.0, 6.6, title, search=False)
     grid = figure.add_gridspec(2, 3, width_ratios=(1.0, 1.0, 1.1))
     arms = [arm_views.postures(log, _instants(log)) for log in (never, told)]
-    twin, arm = arms
+    baseline, arm = arms
     handles = [
         Line2D([], [], color=TOLD, linewidth=3.0, label="planner told at once"),
         Line2D([], [], color=NEVER, linewidth=3.0, label="same planner, never told"),
         Line2D([], [], color=GREY, linewidth=5.0, alpha=0.35, label="where the tip should go"),
     ]
-    if twin is not None and arm is not None:
-        views = arm_views.planes(arm, twin)
-        for row, plane in enumerate(views):
-            arm_views.draw_view(
-                figure, grid[row, 0] if len(views) > 1 else grid[:, 0], plane, [arm, twin],
-                colours=[TOLD, NEVER], ways=[TOLD, NEVER], targets=told["target"][:, :3],
-            )  # fmt: skip
+    if baseline is not None and arm is not None:
+        colours, targets = [TOLD, NEVER], told["target"][:, :3]
+        arm_views.draw_views(figure, grid, [arm, baseline], targets=targets, colours=colours, ways=colours)
         handles += arm_views.arm_handles(arm, GREY)
     _draw_tips(figure.add_subplot(grid[:, 1]), told, never)
     errors = figure.add_subplot(grid[:, 2])
     _draw_errors(errors, told, never)
     arrange(figure, [*handles, *events.fault_handles(told)], left=0.6, gap=(0.75, 0.5))
-    box, height = errors.get_position(), figure.get_figheight()
-    figure.text(0.5 * (box.x0 + box.x1), box.y0 - 0.36 / height, "time [s]", ha="center", va="center")
+    label_below(errors, "time [s]")
     return save(figure, path)
 
 

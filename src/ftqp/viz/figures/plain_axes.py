@@ -23,10 +23,8 @@ DECIMALS = 9
 def plain_axes(axes: Axes, *, count: tuple[int, int] = (5, 4), bottom: bool = True) -> None:
     """Replace both axes of a panel by a grid, two lines and plain numbers.
 
-    Args:
-        axes: The panel; where its upward scale is logarithmic, every power of ten counts.
-        count: At most so many intervals, across and up.
-        bottom: Whether the numbers below the panel are written.
+    ``count`` is the most intervals, across and up; where the upward scale is logarithmic, every power of ten
+    counts. ``bottom`` says whether the numbers below the panel are written.
     """
     axes.xaxis.set_visible(False)
     axes.yaxis.set_visible(False)

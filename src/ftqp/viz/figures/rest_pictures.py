@@ -7,20 +7,8 @@ import numpy as np
 
 from ftqp.analysis import CircularIntervals, RestCurve, RestCurves, RestKind
 from ftqp.core.checks import FloatArray
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREY,
-    PURPLE,
-    RED,
-    Axes,
-    Line2D,
-    Patch,
-    few_ticks,
-    legend_below,
-    paper,
-    save,
-    tidy,
-)
+from ftqp.viz.figures.canvas import Axes, Line2D, Patch, few_ticks, legend_below, paper, save, tidy
+from ftqp.viz.figures.palette import BLUE, GREY, PURPLE, RED
 
 COLOURS: Final = {
     RestKind.SINK: RED,
@@ -42,11 +30,7 @@ def draw_rests(
 ) -> Path:
     """Draw curves of rests to a PNG file: the error and the other joints over the locked value, by kind.
 
-    Args:
-        path: The file to write.
-        title: Stands above all.
-        rests: The curves of one joint.
-        within_reach: Locked values with which the goal stays within reach, as of ``joint_ranges``; shaded.
+    Locked values with which the goal stays within reach, as of ``joint_ranges``, are shaded.
     """
     i, joints = rests.index, rests.joints
     others = [k for k in range(len(joints)) if k != i]
@@ -57,12 +41,8 @@ def draw_rests(
         if within_reach is not None:
             _shade(axes, within_reach)
         for curve in rests:
-            _draw(
-                axes,
-                curve,
-                np.degrees(curve.q[:, i]),
-                curve.error if k is None else np.degrees(curve.q[:, k]),
-            )
+            y = curve.error if k is None else np.degrees(curve.q[:, k])
+            _draw(axes, curve, np.degrees(curve.q[:, i]), y)
             _mark(axes, curve, i, k)
         last = axes is rows[-1]
         label = "error [m]" if k is None else f"{joints[k]} [°]"

@@ -1,5 +1,6 @@
 """Figures of one run: arm, path and error, joints, velocities, torques, statuses."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from ftqp.viz.figures import base_errors as base
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import status_ribbon as ribbon
 from ftqp.viz.figures import tracking
+from ftqp.viz.figures.canvas import made_folder
 
 DRAWINGS = {
     "path.png": tracking.draw,
@@ -28,13 +30,8 @@ DRAWINGS = {
 def save_figures(log: Log, folder: str | Path) -> list[Path]:
     """Draw all figures of a run as PNG files into ``folder``, which is made if it is missing.
 
-    Args:
-        log: a loaded log with at least one row.
-        folder: where to put them; existing files of the same names are replaced.
-
-    Returns:
-        The files, in the order path, joints, velocities, following (of an arm with a drive or sensors),
-        torques (left out where the arm has no inertia), status, base (of a run on a moving base).
+    Existing files of the same names are replaced. The order is path, joints, velocities, following (of an arm
+    with a drive or sensors), torques (of an arm with inertia), status, base (of a run on a moving base).
 
     Raises:
         InputError: an empty log, a condition of joints that no kind of fault has, or a folder that cannot be
@@ -44,17 +41,12 @@ def save_figures(log: Log, folder: str | Path) -> list[Path]:
         raise InputError(f"log {log.path} has no rows, expected at least one to draw")
     for name in ("truth", "belief"):
         refuse_unknown_conditions(log[name], log.title)
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"folder {folder} cannot be made: {error.strerror}") from error
-    files = []
-    for name, draw in DRAWINGS.items():
-        if name == "torques.png" and not np.isfinite(log["tau"]).any():
-            continue
-        if name == "following.png" and not is_sensed(log):
-            continue
-        if name == "base.png" and "base_status" not in log:
-            continue
-        files.append(draw(log, Path(folder) / name))
-    return files
+    place = made_folder(folder)
+    return [draw(log, place / name) for name, draw in drawings_of(log).items()]
+
+
+def drawings_of(log: Log) -> dict[str, Callable[[Log, Path], Path]]:
+    """The figures that a run has, by file name."""
+    absent = {"following.png": not is_sensed(log), "base.png": "base_status" not in log}
+    absent["torques.png"] = not np.isfinite(log["tau"]).any()
+    return {name: draw for name, draw in DRAWINGS.items() if not absent.get(name, False)}

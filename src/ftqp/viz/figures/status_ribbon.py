@@ -13,23 +13,18 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import CONDITIONS, HEALTHY
 from ftqp.viz.figures import events
 from ftqp.viz.figures.canvas import (
-    GREEN,
-    GREY,
     LETTER,
-    ORANGE,
-    PURPLE,
-    RED,
     SAMPLE,
-    SKY,
-    YELLOW,
     Axes,
     Patch,
     arrange,
+    equal_runs,
     label_width,
     paper,
     save,
     tidy,
 )
+from ftqp.viz.figures.palette import GREEN, GREY, ORANGE, PURPLE, RED, SKY, YELLOW
 
 WIDTH = 12.0
 """Of the figure [inches]."""
@@ -44,22 +39,14 @@ COLOURS = {
 }
 STATUS_COLOURS = tuple(COLOURS.get(status.name, GREY) for status in STATUSES)
 """Colours of the statuses, in the order of their codes."""
-CONDITION_COLOURS = {
-    HEALTHY: "#DDEEE6",
-    **{kind.number: kind.colour for kind in KINDS.values()},
-}
+CONDITION_COLOURS = {HEALTHY: "#DDEEE6", **{kind.number: kind.colour for kind in KINDS.values()}}
 """Colours of joints by the codes of their conditions."""
 THINNEST = 0.002
 """Spells shorter than this share of the time are widened to it, so that a single step is seen."""
 
 
 def draw(log: Log, path: str | Path) -> Path:
-    """Draw the ribbon to a PNG file.
-
-    Args:
-        log: a loaded log.
-        path: the file to write.
-    """
+    """Draw the ribbon to a PNG file."""
     failing = sorted({fault["index"] for fault in events.faults(log)})
     seen = [int(code) for code in np.unique(log["status"])]
     ribbons: list[tuple[str, IntArray]] = []
@@ -92,24 +79,16 @@ def draw(log: Log, path: str | Path) -> Path:
     meanings = [
         Patch(color=CONDITION_COLOURS.get(code, GREY), label=f"joint {CONDITIONS[code]}") for code in shown
     ]
-    arrange(
-        figure,
-        [*meanings, *events.handles(log)],
-        left=label_width(labels),
-        top=0.55 + 0.22 * lines,
-    )
+    arrange(figure, [*meanings, *events.handles(log)], left=label_width(labels), top=0.55 + 0.22 * lines)
     return save(figure, path)
 
 
 def spells(axes: Axes, log: Log, codes: IntArray, place: float, colours: Mapping[int, str]) -> None:
     """One bar for every spell of equal codes; rare ones on top and wide enough to be seen."""
     t = log["t"]
-    changes = np.flatnonzero(np.diff(codes)) + 1
-    starts = np.concatenate([[0], changes])
-    step = float(t[1] - t[0]) if len(t) > 1 else 1.0
-    ends = np.concatenate([t[changes], [t[-1] + step]])
+    edges = np.append(t, t[-1] + (t[1] - t[0] if len(t) > 1 else 1.0))
     thinnest = THINNEST * (float(t[-1] - t[0]) or 1.0)
-    for start, end in sorted(zip(starts, ends, strict=True), key=lambda spell: t[spell[0]] - spell[1]):
-        width = max(float(end - t[start]), thinnest)
-        colour = colours.get(int(codes[start]), GREY)
-        axes.broken_barh([(float(t[start]), width)], (place - 0.4, 0.8), facecolors=colour)
+    found = [(float(edges[first]), float(edges[last]), code) for first, last, code in equal_runs(codes)]
+    for start, end, code in sorted(found, key=lambda spell: spell[0] - spell[1]):
+        width = max(end - start, thinnest)
+        axes.broken_barh([(start, width)], (place - 0.4, 0.8), facecolors=colours.get(code, GREY))

@@ -8,27 +8,13 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.sim.log.log_arrays import Log
 from ftqp.viz.figures import arm_views, events
-from ftqp.viz.figures.canvas import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    RED,
-    Axes,
-    Figure,
-    arrange,
-    curve,
-    head,
-    paper,
-    save,
-    trace,
-)
+from ftqp.viz.figures.canvas import Axes, Figure, arrange, curve, head, label_below, paper, save, trace
 from ftqp.viz.figures.curves import length
+from ftqp.viz.figures.palette import BLUE, DEGREES, GREEN, GREY, MILLIMETRES, ORANGE, RED
 from ftqp.viz.figures.plain_axes import plain_axes
 
 FLAT = 0.1
 """A path is drawn in its plane when it is thinner than this share of its size."""
-MILLIMETRES = 1e3
 SMALLEST_ERROR = 1e-9
 """Errors below this are drawn at it: a logarithmic axis has no zero [mm or deg]."""
 SMALLEST_SHOWN = 1e-6
@@ -40,9 +26,7 @@ HAIR = 0.1
 def draw(log: Log, path: str | Path) -> Path:
     """Draw the arm, its path and the error to a PNG file.
 
-    Args:
-        log: a loaded log; the arm is left out where the log does not say where its joints sit.
-        path: the file to write.
+    The arm is left out where the log does not say where its joints sit.
     """
     arm = arm_views.postures(log, arm_views.instants(log))
     title = f"The arm and the path of its tip: {events.heading(log)}"
@@ -60,22 +44,17 @@ def draw(log: Log, path: str | Path) -> Path:
         _draw_error(rotation, log, "rotation_error", emergency.get("rotation"))
     handles: list[Any] = [*way.get_legend_handles_labels()[0], *events.handles(log)]
     if arm is not None:
-        views = arm_views.planes(arm)
-        for row, plane in enumerate(views):
-            place = grid[row, 0] if len(views) > 1 else grid[:, 0]
-            arm_views.draw_view(figure, place, plane, [arm], targets=log["target"][:, :3])
+        arm_views.draw_views(figure, grid, [arm], targets=log["target"][:, :3])
         handles = [*arm_views.arm_handles(arm), *handles]
     arrange(figure, handles, left=0.6, gap=(0.7 if flat else 1.2, 0.5))
-    below = figure.axes[2 if turns else 1].get_position()
-    height = figure.get_figheight()
-    figure.text(0.5 * (below.x0 + below.x1), below.y0 - 0.36 / height, "time [s]", ha="center", va="center")
+    label_below(figure.axes[2 if turns else 1], "time [s]")
     return save(figure, path)
 
 
 def _draw_error(axes: Axes, log: Log, signal: str, threshold: float | None) -> None:
     """The distance from the target in millimetres, or the angle to it in degrees."""
     turned = signal == "rotation_error"
-    factor, unit = (180.0 / np.pi, "deg") if turned else (MILLIMETRES, "mm")
+    factor, unit = (DEGREES, "deg") if turned else (MILLIMETRES, "mm")
     error = factor * log[signal]
     worst = int(np.argmax(error))
     at, largest = float(log["t"][worst]), float(error[worst])

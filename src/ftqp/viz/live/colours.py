@@ -1,10 +1,10 @@
-"""What the colours of the live page mean; its legend is made of these tables."""
+"""What the colours of the live page mean, and its legend, which is made of these tables."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
 
 from ftqp.faults.kinds import KINDS
-from ftqp.sim.log.signals import HEALTHY
+from ftqp.sim.log.signals import CONDITIONS, HEALTHY
 
 Colour = tuple[int, int, int]
 """Red, green and blue, 0 to 255."""
@@ -16,10 +16,7 @@ def _rgb(colour: str) -> Colour:
 
 
 CONDITION: Mapping[int, Colour] = MappingProxyType(
-    {
-        HEALTHY: (46, 112, 184),
-        **{kind.number: _rgb(kind.live_colour) for kind in KINDS.values()},
-    }
+    {HEALTHY: (46, 112, 184), **{kind.number: _rgb(kind.live_colour) for kind in KINDS.values()}}
 )
 """Colour of a joint by the code of its condition."""
 BRAKING: Colour = (128, 20, 24)
@@ -34,8 +31,8 @@ TARGET: Colour = (28, 150, 92)
 PATH: Colour = (120, 128, 140)
 TRAIL: Colour = (246, 148, 30)
 ELLIPSOID: Colour = (60, 150, 210)
-GHOST: Colour = (120, 60, 130)
-"""The naive twin: the same arm, whose planner is never told."""
+BASELINE: Colour = (120, 60, 130)
+"""The uninformed baseline: the same arm, whose planner is never told."""
 
 STATUS: Mapping[str, Colour] = MappingProxyType(
     {
@@ -50,16 +47,12 @@ STATUS: Mapping[str, Colour] = MappingProxyType(
     }
 )
 """Colour of a step by the name of its status."""
+_FORMS = {"dot": "border-radius:50%;width:11px;height:11px", "line": "width:18px;height:4px"}
+_ROW = "display:flex;align-items:center;gap:6px;break-inside:avoid;line-height:1.25;margin-bottom:2px"
 
 
 def joint_colour(truth: int, braking: bool, near_limit: bool) -> Colour:
-    """The colour of a joint's barrel.
-
-    Args:
-        truth: The code of what really is the matter with it.
-        braking: Whether it is coming to rest.
-        near_limit: Whether it is beyond nine tenths of its range.
-    """
+    """The colour of a joint's barrel."""
     if braking:
         return BRAKING
     if near_limit and truth == HEALTHY:
@@ -70,3 +63,25 @@ def joint_colour(truth: int, braking: bool, near_limit: bool) -> Colour:
 def hexadecimal(colour: Colour) -> str:
     """``#rrggbb`` of a colour."""
     return "#{:02x}{:02x}{:02x}".format(*colour)
+
+
+def legend(columns: int = 1) -> str:
+    """A line for each colour: joints by their condition, then lines and bodies."""
+    joints = [("dot", CONDITION[code], f"{word} joint") for code, word in CONDITIONS.items()]
+    joints += [("dot", BRAKING, "braking joint"), ("dot", NEAR_LIMIT, "joint near its limit")]
+    others = [
+        ("line", TRAIL, "way of the tip"),
+        ("line", PATH, "path to follow"),
+        ("dot", TARGET, "target of the tip"),
+        ("dot", BASELINE, "baseline: same arm, never told of its faults"),
+        ("dot", ELLIPSOID, "ellipsoid: tip speeds that working joints can make"),
+    ]
+    rows = "".join(
+        f'<div style="{_ROW}"><span style="flex:none;display:inline-block;{_FORMS[form]};'
+        f'background:{hexadecimal(colour)}"></span>{words}</div>'
+        for form, colour, words in [*joints, *others]
+    )
+    return (
+        f'<div style="font:12px/1.45 system-ui,sans-serif;color:#333;background:rgba(255,255,255,.8);'
+        f'padding:6px 9px;border-radius:6px;columns:{columns};column-gap:10px">{rows}</div>'
+    )

@@ -9,7 +9,7 @@ import numpy as np
 from ftqp.control.following.path_follower import PathStatus
 from ftqp.control.planner.status import STATUSES
 from ftqp.core.checks import BoolArray, FloatArray, frozen
-from ftqp.core.pose import transform
+from ftqp.core.pose import rotated, transform
 from ftqp.faults.kinds import KINDS, Locked
 from ftqp.kernel.entry.session import ArmSession
 from ftqp.model.robot import Robot
@@ -29,6 +29,11 @@ _SENTENCES = {
     if status in (PathStatus.ESCAPING, PathStatus.BLOCKED, PathStatus.DONE)
 }
 """What a path adds to the status of a step."""
+SHARED = (
+    "stage", "tick", "t", "paused", "speed", "pace", "truth", "belief", "position_error", "rotation_error",
+    "q", "v", "message",
+)  # fmt: skip
+"""What a frame takes from the facts of a tick as it is."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -46,9 +51,9 @@ class Frame:
             (nv + 1, 4, 4).
         tip: Pose of the tip, (4, 4).
         target: Where the tip should be, (4, 4); None where that is not known.
-        ghost: The naive twin's ``joints``, (nv + 1, 4, 4); None without a twin.
-        ghost_status: Name of its step's status; empty without a twin.
-        ghost_error: How far its tip is from the target [m]; 0 without a twin.
+        baseline: ``joints`` of the uninformed baseline, (nv + 1, 4, 4); None without a baseline.
+        baseline_status: Name of its step's status; empty without a baseline.
+        baseline_error: How far its tip is from the target [m]; 0 without a baseline.
         truth: What each joint is, (nv,), codes of `ftqp.sim.log.signals.CONDITIONS`.
         belief: What the planner believes of it, (nv,), the same codes.
         braking: Which joints have a closed brake and still move, (nv,).
@@ -77,9 +82,9 @@ class Frame:
     joints: FloatArray
     tip: FloatArray
     target: FloatArray | None
-    ghost: FloatArray | None
-    ghost_status: str
-    ghost_error: float
+    baseline: FloatArray | None
+    baseline_status: str
+    baseline_error: float
     truth: IntArray
     belief: IntArray
     braking: BoolArray
@@ -99,11 +104,7 @@ class Frame:
 
 @final
 class DrawnArm:
-    """Kinematics and limits of one arm, for its pictures; it has a record of its own and no planner.
-
-    Args:
-        robot: The arm.
-    """
+    """Kinematics and limits of one arm, for its pictures; it has a record of its own and no planner."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -123,8 +124,7 @@ class DrawnArm:
     def joints(self, q: FloatArray) -> FloatArray:
         """Poses of the joints' frames, then of the tip, (nv + 1, 4, 4).
 
-        Args:
-            q: Joint positions, (nv,) [rad or m]; one that is NaN or infinite counts as the last that was not.
+        A position that is NaN or infinite counts as the last that was not.
         """
         self._last = np.where(np.isfinite(q), q, self._last)
         self._session.kinematics(self._last)
@@ -136,11 +136,7 @@ class DrawnArm:
         return poses
 
     def ellipsoid(self, working: BoolArray) -> tuple[FloatArray, FloatArray]:
-        """Half axes (3,) and rotation (3, 3) over some joints, at the q of the last call of ``joints``.
-
-        Args:
-            working: Which joints count, (nv,).
-        """
+        """Half axes (3,) and rotation (3, 3) over some joints, at the q of the last call of ``joints``."""
         U, axes, _ = np.linalg.svd(self._J * working)
         if np.linalg.det(U) < 0.0:
             U[:, 2] = -U[:, 2]
@@ -160,13 +156,8 @@ class DrawnArm:
 
 
 def frame_of(facts: Facts, arm: DrawnArm) -> Frame:
-    """The picture of one tick.
-
-    Args:
-        facts: Of a session, or of a row of a log.
-        arm: The arm that they are about.
-    """
-    ghost = None if facts.twin is None else arm.joints(facts.twin.q)
+    """The picture of one tick."""
+    baseline = None if facts.twin is None else arm.joints(facts.twin.q)
     joints = arm.joints(facts.q)
     fails = np.isin(facts.truth, _BROKEN) | np.isin(facts.belief, _BROKEN)
     axes, rotation = arm.ellipsoid(~fails)
@@ -174,45 +165,28 @@ def frame_of(facts: Facts, arm: DrawnArm) -> Frame:
     locked = (facts.truth == Locked.number) | (facts.belief == Locked.number)
     added = _SENTENCES.get(facts.path_status)
     status = STATUSES[facts.status]
+    twin = facts.twin
     return Frame(
-        stage=facts.stage,
-        tick=facts.tick,
-        t=facts.t,
-        paused=facts.paused,
-        speed=facts.speed,
-        pace=facts.pace,
+        **{name: getattr(facts, name) for name in SHARED},
         joints=frozen(joints),
         tip=frozen(joints[-1]),
         target=_target(facts),
-        ghost=None if ghost is None else frozen(ghost),
-        ghost_status="" if facts.twin is None else STATUSES[facts.twin.status].name,
-        ghost_error=0.0 if facts.twin is None else facts.twin.position_error,
-        truth=facts.truth,
-        belief=facts.belief,
+        baseline=None if baseline is None else frozen(baseline),
+        baseline_status="" if twin is None else STATUSES[twin.status].name,
+        baseline_error=0.0 if twin is None else twin.position_error,
         braking=locked & (np.abs(facts.v) > AT_REST),
         near_limit=arm.near(share),
         status=status.name,
         sentence=status.value if added is None else f"{status.value}; {added}",
-        position_error=facts.position_error,
-        rotation_error=facts.rotation_error,
-        q=facts.q,
-        v=facts.v,
         share=share,
         axes=axes,
         axes_rotation=rotation,
         step_time_us=facts.step_time,
-        message=facts.message,
     )
 
 
 def frames_of(log: Log, robot: Robot, ticks: Iterable[int] | None = None) -> Iterator[Frame]:
-    """The pictures of a run, the same that a session would have shown at those ticks.
-
-    Args:
-        log: The log of the run.
-        robot: Its arm.
-        ticks: Which rows; all without them.
-    """
+    """The pictures of a run, the same that a session would have shown at those ticks."""
     arm = DrawnArm(robot)
     for tick in range(len(log)) if ticks is None else ticks:
         yield frame_of(facts_of(log, tick), arm)
@@ -220,22 +194,16 @@ def frames_of(log: Log, robot: Robot, ticks: Iterable[int] | None = None) -> Ite
 
 def _target(facts: Facts) -> FloatArray | None:
     """The target in the frame of the base."""
-    target = transform(_rotation(facts.target_quaternion), facts.target_position)
+    target = transform(rotation_of(facts.target_quaternion), facts.target_position)
     if facts.base_position is not None and facts.base_quaternion is not None:
-        R = _rotation(facts.base_quaternion)
+        R = rotation_of(facts.base_quaternion)
         target = transform(R.T @ target[:3, :3], R.T @ (target[:3, 3] - facts.base_position))
     return frozen(target) if np.isfinite(target).all() else None
 
 
-def _rotation(quaternion: FloatArray) -> FloatArray:
-    """The rotation of a unit quaternion x, y, z, w, (3, 3)."""
-    if not (np.abs(quaternion) < 2.0).all():  # of a unit quaternion, as far as it is one
+def rotation_of(quaternion: FloatArray) -> FloatArray:
+    """The rotation (3, 3) of a unit quaternion x, y, z, w; NaN where it is far from one."""
+    if not (np.abs(quaternion) < 2.0).all():
         return np.full((3, 3), np.nan)
-    x, y, z, w = quaternion
-    return np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
-            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
-            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )
+    columns: FloatArray = rotated(np.asarray(quaternion)[None], np.eye(3)[None])[0]
+    return columns.T

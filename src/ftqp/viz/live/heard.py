@@ -78,10 +78,7 @@ OPTIONAL: Final = ("owner",)
 def is_taken(message: Any, size: int, control: Callable[[str], Control | None]) -> bool:
     """Whether a message of a browser is handed to viser.
 
-    Args:
-        message: As it was unpacked; anything at all.
-        size: Its length [bytes].
-        control: The control of that identity, or None.
+    The message is as it was unpacked, anything at all, and ``control`` finds a control by its identity.
     """
     if not isinstance(message, dict):
         return False
@@ -109,12 +106,7 @@ def _is_update(parts: Mapping[Any, Any], control: Callable[[str], Control | None
 
 
 def is_value(value: Any, control: Control) -> bool:
-    """Whether a control can have a value: one of its options, a number in its range, a short text.
-
-    Args:
-        value: What a browser says.
-        control: viser's state of the control.
-    """
+    """Whether a control can have a value: one of its options, a number in its range, a short text."""
     props, present = control.props, control.value
     options = getattr(props, "options", None)
     if options is not None:

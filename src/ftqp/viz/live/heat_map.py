@@ -31,13 +31,7 @@ _PICK = (
 
 @final
 class FailureMap:
-    """The map with a field that says which failure is played, in the container that is open.
-
-    Args:
-        gui: The panel's side of a server.
-        heat: Which failures are survived.
-        put: Takes the commands, from any thread.
-    """
+    """The map with a field that says which failure is played, in the container that is open."""
 
     def __init__(self, gui: Any, heat: HeatMap, put: Callable[[Command], None]) -> None:
         self._heat, self._put = heat, put
@@ -62,12 +56,7 @@ class FailureMap:
 
 
 def named_failure(text: str, heat: HeatMap) -> tuple[int, int] | str:
-    """Row and column of a failure by its words, ``joint @ time``; a sentence where there is none.
-
-    Args:
-        text: What somebody wrote or clicked.
-        heat: The map.
-    """
+    """Row and column of a failure by its words, ``joint @ time``; a sentence where there is none."""
     name, _, time = text.rpartition(BETWEEN)
     try:
         at = float(time)
@@ -79,11 +68,7 @@ def named_failure(text: str, heat: HeatMap) -> tuple[int, int] | str:
 
 
 def failure_map(heat: HeatMap) -> str:
-    """The map as HTML: a row for each joint, verdicts over the time of the failure.
-
-    Args:
-        heat: Which failures are survived.
-    """
+    """The map as HTML: a row for each joint, verdicts over the time of the failure."""
     end = float(heat.times[-1] + (heat.times[-1] - heat.times[-2] if len(heat.times) > 1 else 1.0))
     begin = float(heat.times[0])
     edges = (np.append(heat.times, end) - begin) / (end - begin) * WIDTH

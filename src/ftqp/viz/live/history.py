@@ -1,6 +1,7 @@
 """The last seconds of what a page has shown: what its plots and its ribbon are made of."""
 
 from html import escape
+from itertools import groupby
 from typing import final
 
 import numpy as np
@@ -24,16 +25,13 @@ class History:
     """Samples of frames in the order of their times; a frame before the last one begins anew.
 
     Samples that there are not yet are NaN, and their status is empty.
-
-    Args:
-        frame: The first frame.
     """
 
     def __init__(self, frame: Frame) -> None:
         self.t: FloatArray = np.zeros(SAMPLES)
         self.share: FloatArray = np.zeros((SAMPLES, len(frame.share)))
         self.error: FloatArray = np.zeros(SAMPLES)
-        self.ghost: FloatArray = np.zeros(SAMPLES)
+        self.baseline: FloatArray = np.zeros(SAMPLES)
         self.step_time: FloatArray = np.zeros(SAMPLES)
         self.status: list[str] = []
         self._tick = frame.tick
@@ -44,7 +42,7 @@ class History:
         if frame.tick < self._tick or frame.t < self.t[-1] or frame.t > self.t[-1] + GAP:
             self._begin(frame)
         elif _place(frame.t) > _place(float(self.t[-1])):
-            for column in (self.t, self.share, self.error, self.ghost, self.step_time):
+            for column in (self.t, self.share, self.error, self.baseline, self.step_time):
                 column[:-1] = column[1:]
             self.status = [*self.status[1:], frame.status]
             self._write(frame)
@@ -63,18 +61,15 @@ class History:
 
     def ribbon(self, width: int = 300, height: int = 14) -> str:
         """The statuses as a strip of SVG, the latest at its right end."""
-        bar, pieces, start = width / SAMPLES, [], 0
-        for k in range(1, SAMPLES + 1):
-            if k == SAMPLES or self.status[k] != self.status[start]:
-                if not self.status[start]:
-                    start = k
-                    continue
-                fill = colours.hexadecimal(colours.STATUS.get(self.status[start], colours.UNKNOWN))
+        bar, pieces, end = width / SAMPLES, [], 0
+        for status, spell in groupby(self.status):
+            start, end = end, end + len(list(spell))
+            if status:
+                fill = colours.hexadecimal(colours.STATUS.get(status, colours.UNKNOWN))
                 pieces.append(
-                    f'<rect x="{start * bar:g}" width="{(k - start) * bar:g}" height="{height}" '
-                    f'fill="{fill}"><title>{escape(self.status[start])}</title></rect>'
+                    f'<rect x="{start * bar:g}" width="{(end - start) * bar:g}" height="{height}" '
+                    f'fill="{fill}"><title>{escape(status)}</title></rect>'
                 )
-                start = k
         return (
             f'<svg viewBox="0 0 {width} {height}" width="100%" height="{height}" '
             f'preserveAspectRatio="none">{"".join(pieces)}</svg>'
@@ -83,7 +78,7 @@ class History:
     def _begin(self, frame: Frame) -> None:
         """Forget every sample but one."""
         self.t[:] = frame.t + np.linspace(-SPAN * (1.0 - 1.0 / SAMPLES), 0.0, SAMPLES)
-        for column in (self.share, self.error, self.ghost, self.step_time):
+        for column in (self.share, self.error, self.baseline, self.step_time):
             column[:] = np.nan
         self.status = [""] * (SAMPLES - 1) + [frame.status]
         self._tick = frame.tick
@@ -94,8 +89,8 @@ class History:
         self.t[-1] = frame.t
         self.share[-1] = frame.share
         self.error[-1] = _millimetres(frame.position_error)
-        failed = frame.ghost is not None and frame.truth.any()
-        self.ghost[-1] = _millimetres(frame.ghost_error) if failed else np.nan
+        failed = frame.baseline is not None and frame.truth.any()
+        self.baseline[-1] = _millimetres(frame.baseline_error) if failed else np.nan
         self.step_time[-1] = max(frame.step_time_us, LEAST_TIME)
 
 

@@ -115,12 +115,7 @@ class Page:
         return True
 
     def run(self, ended: Event, pictures: float = PICTURES) -> None:
-        """Draw until the event is set.
-
-        Args:
-            ended: Set by another thread, or by a signal.
-            pictures: Frames in a second at most, > 0.
-        """
+        """Draw until the event is set."""
         due = monotonic()
         while not ended.is_set():
             self.refresh()

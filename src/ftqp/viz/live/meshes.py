@@ -35,10 +35,7 @@ def mesh_parts(robot: Robot, urdf: Any, look: str = "collision") -> tuple[Part, 
     Whatever goes wrong costs the meshes and not the picture: a line on standard error says what, and the
     arm is drawn from its chain.
 
-    Args:
-        robot: The arm, as it was read from the same URDF.
-        urdf: Path of the file, or its text; None draws the chain.
-        look: One of ``LOOKS``.
+    ``urdf`` is the path of the file that the arm was read from, or its text; None draws the chain.
 
     Raises:
         InputError: There is no such look.
@@ -55,11 +52,7 @@ def mesh_parts(robot: Robot, urdf: Any, look: str = "collision") -> tuple[Part, 
 
 
 def _parts(robot: Robot, urdf: Any, look: str) -> tuple[Part, ...]:
-    """Barrels that show the joints' conditions, and a body for each link that has one.
-
-    Raises:
-        InputError: The URDF has no body of this look, or one that cannot be read.
-    """
+    """Barrels that show the joints' conditions, and a body for each link that has one."""
     _, root, path = xml_of(urdf, "URDF", "robot")
     bodies: dict[int, list[Mesh]] = {}
     for link in root.iter("link"):
@@ -138,9 +131,7 @@ def _shape(shape: Element, urdf: Path | None) -> Mesh:
 def found_mesh(name: str, urdf: Path | None) -> Path:
     """The file of a mesh: ``package://name/rest`` is looked for in the folders above the URDF.
 
-    Args:
-        name: As the URDF gives it: a path, ``file://`` or ``package://``.
-        urdf: Path of the URDF; None of one that was given as text.
+    ``urdf`` is None for one that was given as text.
 
     Raises:
         InputError: No such file was found.
@@ -164,9 +155,6 @@ def found_mesh(name: str, urdf: Path | None) -> Path:
 def read_mesh(file: Path) -> Mesh:
     """The triangles of a file that trimesh reads: STL, OBJ, PLY, GLB; DAE where pycollada is installed.
 
-    Args:
-        file: The file.
-
     Raises:
         InputError: It is too large, or is no mesh.
     """
@@ -185,12 +173,7 @@ def read_mesh(file: Path) -> Mesh:
 
 
 def simplified(meshes: Sequence[Mesh], most: int = MOST_FACES) -> list[Mesh]:
-    """Meshes with at most ``most`` triangles in all: corners in a cell become one, cells grow until it fits.
-
-    Args:
-        meshes: The meshes.
-        most: Triangles that are allowed, >= 1.
-    """
+    """Meshes with at most ``most`` triangles: corners in a cell become one, cells grow until it fits."""
     result, cell = list(meshes), FINEST
     while sum(len(mesh.faces) for mesh in result) > most:
         result = [_clustered(mesh, cell) for mesh in meshes]
@@ -215,11 +198,7 @@ def _clustered(mesh: Mesh, cell: float) -> Mesh:
 
 
 def _numbers(text: str, count: int) -> FloatArray:
-    """Numbers of an attribute.
-
-    Raises:
-        InputError: They are none, or not as many.
-    """
+    """Numbers of an attribute."""
     try:
         values = np.array([float(word) for word in text.split()])
     except ValueError:

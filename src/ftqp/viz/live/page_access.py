@@ -20,9 +20,6 @@ class Gate:
     connection (its ``Origin`` differs), nor by a name that it lets point to this machine (``Host`` is then
     that name). Another user of the machine does not know the token that stands in the address.
 
-    Args:
-        host: The address that is listened at.
-
     Attributes:
         token: The first part of the path of every address that is answered.
     """
@@ -35,10 +32,8 @@ class Gate:
     def refusal(self, path: str, hosts: Sequence[str], origins: Sequence[str]) -> str:
         """Why a request is not answered, in a sentence; empty where it is.
 
-        Args:
-            path: What is asked for, with its query.
-            hosts: The values of its header ``Host``.
-            origins: The values of its header ``Origin``, which a browser sends with every connection.
+        ``hosts`` and ``origins`` are the values of its headers ``Host`` and ``Origin``; a browser sends the
+        latter with every connection.
         """
         if len(hosts) != 1 or not self._knows(hosts[0]):
             return "This page is not served under that name; open the address that ftqp view has printed."

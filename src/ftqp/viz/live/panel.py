@@ -6,24 +6,13 @@ from typing import Any, final
 
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import KINDS
-from ftqp.sim.session.session_commands import (
-    TELLS,
-    Aim,
-    Break,
-    Command,
-    Pause,
-    Repair,
-    Reset,
-    Seek,
-    Speed,
-    Tell,
-    Use,
-)
+from ftqp.sim.session import session_commands as commands
+from ftqp.sim.session.session_commands import TELLS, Command
+from ftqp.viz.live.colours import legend
 from ftqp.viz.live.frame import Frame
 from ftqp.viz.live.frame_source import Stage
 from ftqp.viz.live.heat_map import FailureMap
 from ftqp.viz.live.history import History
-from ftqp.viz.live.legend import legend
 from ftqp.viz.live.plots import Plots
 from ftqp.viz.live.scene import OVERLAYS, Scene
 from ftqp.viz.live.status_head import joint_table, status_head
@@ -42,12 +31,7 @@ FASTEST = 5.0
 class Panel:
     """Controls and plots for one stage.
 
-    Args:
-        server: As made by ``ftqp.viz.live.server.open_server``.
-        stage: What is shown.
-        scene: Of the same stage; its overlays have check boxes.
-        frame: The first frame.
-        put: Takes the commands, from any thread.
+    ``put`` takes the commands, from any thread.
     """
 
     def __init__(
@@ -141,7 +125,8 @@ class Panel:
 
     def _clock(self, words: Sequence[str]) -> None:
         """Buttons and a slider for time."""
-        commands: dict[str, Command] = {PAUSE: Pause(True), RESUME: Pause(False), RESET: Reset()}
+        asked: dict[str, Command] = {PAUSE: commands.Pause(True), RESUME: commands.Pause(False)}
+        asked[RESET] = commands.Reset()
         buttons = self._kept(self._gui.add_button_group("time", words))
         speed = self._kept(
             self._gui.add_slider(
@@ -150,26 +135,26 @@ class Panel:
         )
 
         async def clicked(event: Any) -> None:
-            self._put(commands[str(event.target.value)])
-
-        async def moved(event: Any) -> None:
-            if event.client is not None:
-                self._put(Speed(float(event.target.value)))
+            self._put(asked[str(event.target.value)])
 
         buttons.on_click(clicked)
-        speed.on_update(moved)
+        self._on_update(speed, lambda value: commands.Speed(float(value)))
 
     def _time_slider(self, duration: float) -> None:
         """A slider over the time of a replay, which follows it and can be dragged."""
         self._slider = self._kept(
             self._gui.add_slider("t [s]", min=0.0, max=max(duration, 0.01), step=0.01, initial_value=0.0)
         )
+        self._on_update(self._slider, lambda value: commands.Seek(float(value)))
 
-        async def moved(event: Any) -> None:
+    def _on_update(self, control: Any, order: Callable[[Any], Command]) -> None:
+        """Turn what somebody sets a control to into an order."""
+
+        async def changed(event: Any) -> None:
             if event.client is not None:
-                self._put(Seek(float(event.target.value)))
+                self._put(order(event.target.value))
 
-        self._slider.on_update(moved)
+        control.on_update(changed)
 
     def _tell(self, stage: Stage) -> None:
         """How the planner learns of what breaks."""
@@ -182,7 +167,7 @@ class Panel:
         async def changed(event: Any) -> None:
             delay.visible = how.value == "after"
             if event.client is not None:
-                self._put(Tell(str(how.value), float(delay.value)))
+                self._put(commands.Tell(str(how.value), float(delay.value)))
 
         how.on_update(changed)
         delay.on_update(changed)
@@ -202,7 +187,7 @@ class Panel:
 
         async def clicked(event: Any) -> None:
             word = str(event.target.value)
-            self._put(Repair(joint()) if word == REPAIR else Break(joint(), ACTIONS[word]))
+            self._put(commands.Repair(joint()) if word == REPAIR else commands.Break(joint(), ACTIONS[word]))
 
         row.on_click(clicked)
 
@@ -230,7 +215,7 @@ class Panel:
 
         async def changed(event: Any) -> None:
             if event.client is not None and event.target.value in options:
-                self._put(Use(**{key: str(event.target.value)}))
+                self._put(commands.Use(**{key: str(event.target.value)}))
 
         dropdown.on_update(changed)
         self._dropdowns[key] = dropdown
@@ -275,13 +260,13 @@ class Panel:
         """Give the target a handle where it is, or give the path back."""
         if event.target.value:
             pose = self._latest.target if self._latest.target is not None else self._latest.tip
-            self._put(Aim(pose.copy()))
+            self._put(commands.Aim(pose.copy()))
             turns = any(row.startswith("r") for row in self._stage.robot.default_rows)
             self._scene.drag(self._aim, pose, turns)
         else:
             self._scene.release()
-            self._put(Aim(None))
+            self._put(commands.Aim(None))
 
     def _aim(self, pose: FloatArray) -> None:
         """Lead the tip to where the handle is."""
-        self._put(Aim(pose))
+        self._put(commands.Aim(pose))

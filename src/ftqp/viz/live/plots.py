@@ -24,58 +24,34 @@ _NOTE = (
 
 @final
 class Plots:
-    """Three plots in the container that is open.
-
-    Args:
-        gui: The panel's side of a server.
-        joints: Names of the joints.
-        history: What they show.
-    """
+    """Three plots in the container that is open."""
 
     def __init__(self, gui: Any, joints: Sequence[str], history: History) -> None:
-        legend = {"show": len(joints) <= len(LINES), "live": False}
-        lines = [
-            {"label": str(i + 1), "stroke": LINES[i % len(LINES)], "width": 1.5, "points": {"show": False}}
-            for i in range(len(joints))
-        ]
+        lines = [_line(str(i + 1), LINES[i % len(LINES)]) for i in range(len(joints))]
         ends = [_line("upper", LIMIT, dash=(4, 4)), _line("lower limit", LIMIT, dash=(4, 4))]
-        self._joints = gui.add_uplot(
-            data=_shares(history),
-            series=({"label": "before now [s]"}, *lines, *ends),
-            title=f"joints 1 to {len(joints)} in their ranges, limits at ±1",
-            scales={"x": _AGO, "y": {"range": (-1.15, 1.15)}},
-            axes=(_TIME, _SMALL),
-            legend={"show": False} if not legend["show"] else legend,
-            height=HEIGHT + 20,
-        )
+        healthy = colours.hexadecimal(colours.CONDITION[0])
+
+        def add(data: Any, series: Sequence[Any], title: str, scale: Any, axis: Any, **more: Any) -> Any:
+            look = {"legend": {"show": True, "live": False}, "height": HEIGHT, **more}
+            scales, all_series = {"x": _AGO, "y": scale}, ({"label": "before now [s]"}, *series)
+            return gui.add_uplot(
+                data=data, series=all_series, title=title, scales=scales, axes=(_TIME, axis), **look
+            )
+
+        few = {"show": True, "live": False} if len(joints) <= len(LINES) else {"show": False}
+        self._joints = add(
+            _shares(history), [*lines, *ends], f"joints 1 to {len(joints)} in their ranges, limits at ±1",
+            {"range": (-1.15, 1.15)}, _SMALL, legend=few, height=HEIGHT + 20,
+        )  # fmt: skip
         gui.add_html(_NOTE)
-        self._error = gui.add_uplot(
-            data=_errors(history),
-            series=(
-                {"label": "before now [s]"},
-                _line("told of its faults", colours.hexadecimal(colours.CONDITION[0])),
-                _line("never told (ghost)", colours.hexadecimal(colours.GHOST)),
-            ),
-            title="error of the tip [mm]",
-            scales={"x": _AGO, "y": {"distr": 3, "log": 10, "range": (LEAST_ERROR, 3e3)}},
-            axes=(_TIME, _decades(-3, 3)),
-            legend={"show": True, "live": False},
-            height=HEIGHT,
-        )
-        self._time = gui.add_uplot(
-            data=_times(history),
-            series=(
-                {"label": "before now [s]"},
-                _line("step", "#888888"),
-                _line("median", colours.hexadecimal(colours.CONDITION[0])),
-                _line("99.9 %", LIMIT, dash=(4, 4)),
-            ),
-            title="time of a planner's step [µs]",
-            scales={"x": _AGO, "y": {"distr": 3, "log": 10, "range": (LEAST_TIME, 3e4)}},
-            axes=(_TIME, _decades(0, 4)),
-            legend={"show": True, "live": False},
-            height=HEIGHT,
-        )
+        told = [_line("told of its faults", healthy)]
+        told.append(_line("never told (baseline)", colours.hexadecimal(colours.BASELINE)))
+        range_of_errors = {"distr": 3, "log": 10, "range": (LEAST_ERROR, 3e3)}
+        self._error = add(_errors(history), told, "error of the tip [mm]", range_of_errors, _decades(-3, 3))
+        times = [_line("step", "#888888"), _line("median", healthy), _line("99.9 %", LIMIT, dash=(4, 4))]
+        range_of_times = {"distr": 3, "log": 10, "range": (LEAST_TIME, 3e4)}
+        title = "time of a planner's step [µs]"
+        self._time = add(_times(history), times, title, range_of_times, _decades(0, 4))
 
     def show(self, history: History) -> None:
         """Draw what has been kept."""
@@ -103,8 +79,8 @@ def _shares(history: History) -> tuple[FloatArray, ...]:
 
 
 def _errors(history: History) -> tuple[FloatArray, ...]:
-    """Times, the error of the tip and that of the naive twin."""
-    return history.ago, history.error.copy(), history.ghost.copy()
+    """Times, the error of the tip and that of the uninformed baseline."""
+    return history.ago, history.error.copy(), history.baseline.copy()
 
 
 def _times(history: History) -> tuple[FloatArray, ...]:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
+from ftqp.viz.live.colours import legend
 from ftqp.viz.live.frame import Frame
-from ftqp.viz.live.legend import legend
 from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.server import VERSION, close_server, open_server, unpacked
 from ftqp.viz.live.shapes import Part
@@ -29,11 +29,8 @@ _MARK = '__VISER_EMBED_DATA__="'
 def picture_ticks(t: FloatArray, fps: float = 30.0, longest: float | None = LONGEST) -> IntArray:
     """The rows of a log that make up a recording.
 
-    Args:
-        t: The times of its rows, (K,), ascending [s].
-        fps: Pictures a second, > 0.
-        longest: Seconds of pictures at most: of a longer run fewer pictures a second are kept, the last one
-            always. None keeps all.
+    Times ``t`` are (K,) and rise [s]. Of a run with more than ``longest`` seconds of pictures fewer a second
+    are kept, the last one always; None keeps all.
 
     Raises:
         InputError: There is no row, or the rate is not positive.
@@ -60,12 +57,8 @@ def recording(
 ) -> str:
     """A whole page that plays the frames, each for as long as the times of the frames say.
 
-    Args:
-        frames: In the order of their times, at least one; ``picture_ticks`` says which of a log are needed.
-        robot: Their arm.
-        path: Points along the path, (k, 3) in the base's frame [m].
-        title: Names the page.
-        parts: What the arm is made of; by default what its chain gives.
+    There is at least one frame, in the order of their times; ``picture_ticks`` says which of a log are
+    needed. ``path`` is (k, 3) in the base's frame [m], and without ``parts`` the arm is what its chain gives.
 
     Raises:
         InputError: There is no frame.
@@ -98,9 +91,6 @@ def recording(
 def messages_of(page: str) -> tuple[float, list[tuple[float, dict[str, Any]]]]:
     """Length [s] and messages of a recording, each with its time [s].
 
-    Args:
-        page: The text of the file.
-
     Raises:
         InputError: The text is no recording.
     """
@@ -115,9 +105,7 @@ def messages_of(page: str) -> tuple[float, list[tuple[float, dict[str, Any]]]]:
 def poses_of(page: str, node: str) -> tuple[NDArray[np.float64], FloatArray]:
     """When a node of a recording turned and to where: times (k,) [s], quaternions w, x, y, z (k, 4).
 
-    Args:
-        page: The text of the file.
-        node: The name of the node, for example ``/arm-1/frame2`` for the third joint.
+    The node of the third joint is called ``/arm-1/frame2``.
     """
     _, messages = messages_of(page)
     turns = [

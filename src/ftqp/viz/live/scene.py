@@ -6,15 +6,17 @@ from typing import Any
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.core.pose import quaternions
+from ftqp.core.pose import quaternions, transform
 from ftqp.model.robot import Robot
 from ftqp.sim.log.signals import CONDITIONS, HEALTHY
 from ftqp.viz.live import colours
-from ftqp.viz.live.frame import Frame
+from ftqp.viz.live.frame import Frame, rotation_of
 from ftqp.viz.live.shapes import BASE, Part, arm_parts, size_of
 from ftqp.viz.live.solids import Mesh, ball
 
-OVERLAYS = ("target", "path", "trail", "ellipsoid", "naive twin", "labels", "grid")
+BASELINE = "uninformed baseline"
+"""The overlay of the same arm, whose planner is never told."""
+OVERLAYS = ("target", "path", "trail", "ellipsoid", BASELINE, "labels", "grid")
 """What can be shown or left out, each with a check box."""
 SEGMENTS = 300
 """Segments of a trail; always as many, so that no node is made anew."""
@@ -27,24 +29,18 @@ THINNEST = 2e-3
 DISTANCE = 1.8
 """From the camera to the middle of what is shown, in its diagonals."""
 SHADE = 0.32
-"""Opacity of the naive twin."""
+"""Opacity of the uninformed baseline."""
 SHRUNK = 0.97
-"""Size of the naive twin's parts, so that it is hidden where it is with the arm."""
+"""Size of the uninformed baseline's parts, so that it is hidden where it is with the arm."""
 
 
 class Scene:
     """An arm with its overlays on a server; ``show`` moves it.
 
-    Args:
-        server: As made by ``ftqp.viz.live.server.open_server``.
-        robot: The arm of the frames.
-        frame: The first frame, by which the camera is placed.
-        path: Points along the path, (k, 3) in the base's frame [m].
-        name: Of the root node; a scene that follows another on the same server needs one of its own.
-        parts: What the arm is made of; by default what its chain gives.
-        hidden: Overlays that are left out at first, of ``OVERLAYS``.
-        trail: The segments that a trail has at most.
-        clock: Whether time and status stand beside the arm, for scenes without a page around them.
+    The camera is placed by the first frame. ``path`` is (k, 3) in the base's frame [m]. A scene that follows
+    another on the same server needs a ``name`` of its own. Without ``parts`` the arm is what its chain gives.
+    Overlays in ``hidden`` are left out at first, a trail has at most ``trail`` segments, and ``clock`` puts
+    time and status beside the arm, for scenes without a page around them.
     """
 
     def __init__(
@@ -114,7 +110,7 @@ class Scene:
             scale=0.22 * self.size,
             disable_rotations=not turns,
             depth_test=False,
-            wxyz=quaternions(pose[None, :3, :3])[0, [3, 0, 1, 2]],
+            wxyz=_wxyz(pose[:3, :3]),
             position=pose[:3, 3],
         )
 
@@ -148,14 +144,9 @@ class Scene:
         self._shown: list[colours.Colour | None] = [None] * n
         self._present: dict[str, bool] = {}
         twin = add.add_frame(f"{self._name}/twin", show_axes=False)
-        self._ghosts = [add.add_frame(shadow, show_axes=False) for shadow in shadows]
-        fills = {
-            "link": colours.LINK,
-            "body": colours.LINK,
-            "base": colours.BASE,
-            "tip": colours.TRAIL,
-            "joint": colours.UNKNOWN,
-        }
+        self._baseline_frames = [add.add_frame(shadow, show_axes=False) for shadow in shadows]
+        fills = {"link": colours.LINK, "body": colours.LINK, "base": colours.BASE}
+        fills |= {"tip": colours.TRAIL, "joint": colours.UNKNOWN}
         for part in parts:
             home = self._name if part.frame == BASE else homes[part.frame]
             mesh = self._mesh(f"{home}/{part.name}", part.mesh, fills[part.kind], None)
@@ -165,7 +156,7 @@ class Scene:
                 self._bodies[part.frame].append(mesh)
             if part.frame != BASE:
                 thinner = Mesh(SHRUNK * part.mesh.vertices, part.mesh.faces)
-                self._mesh(f"{shadows[part.frame]}/{part.name}", thinner, colours.GHOST, SHADE)
+                self._mesh(f"{shadows[part.frame]}/{part.name}", thinner, colours.BASELINE, SHADE)
         s = self.size
         self._target = add.add_frame(
             f"{self._name}/target", axes_length=0.07 * s, axes_radius=0.0028 * s, origin_radius=0.0
@@ -173,7 +164,9 @@ class Scene:
         self._mesh(f"{self._name}/target/ball", ball(0.035 * s), colours.TARGET, 0.3)
         self._ellipsoid = self._mesh(f"{self._name}/ellipsoid", ball(1.0), colours.ELLIPSOID, 0.25)
         self._trail = _Trail(add, f"{self._name}/trail", colours.TRAIL, 0.0045 * s, STEP * s, trail)
-        self._twin_trail = _Trail(add, f"{self._name}/twin/trail", colours.GHOST, 0.003 * s, STEP * s, trail)
+        self._twin_trail = _Trail(
+            add, f"{self._name}/twin/trail", colours.BASELINE, 0.003 * s, STEP * s, trail
+        )
         ways = [self._way(path)] if path is not None and len(path) > 1 else []
         grid = add.add_grid(
             f"{self._name}/grid", width=3.0 * s, height=3.0 * s, cell_size=0.1 * s, section_size=0.5 * s,
@@ -181,30 +174,17 @@ class Scene:
             position=(0.0, 0.0, -0.02 * s),
         )  # fmt: skip
         self._said = self._label("said", "")
-        self._named = self._label("twin/named", "ghost: never told", anchor="top-center")
-        self._overlays: dict[str, list[Any]] = {
-            "target": [self._target],
-            "path": ways,
-            "trail": [self._trail.node],
-            "ellipsoid": [self._ellipsoid],
-            "naive twin": [twin],
-            "labels": [self._said, self._named],
-            "grid": [grid],
-        }
+        self._named = self._label("twin/named", "baseline: never told", anchor="top-center")
+        nodes = ([self._target], ways, [self._trail.node], [self._ellipsoid], [twin])
+        labels = [self._said, self._named]
+        self._overlays: dict[str, list[Any]] = dict(zip(OVERLAYS, (*nodes, labels, [grid]), strict=True))
         for overlay in self._hidden:
             self.choose(overlay, False)
 
     def _mesh(self, name: str, mesh: Mesh, colour: colours.Colour, opacity: float | None) -> Any:
         """A node of triangles."""
-        return self._server.scene.add_mesh_simple(
-            name,
-            mesh.vertices,
-            mesh.faces,
-            color=colour,
-            opacity=opacity,
-            cast_shadow=opacity is None,
-            receive_shadow=False,
-        )
+        look = dict(color=colour, opacity=opacity, cast_shadow=opacity is None, receive_shadow=False)
+        return self._server.scene.add_mesh_simple(name, mesh.vertices, mesh.faces, **look)
 
     def _label(self, name: str, text: str, anchor: str = "bottom-center") -> Any:
         """A text in the scene."""
@@ -226,7 +206,7 @@ class Scene:
         middle = 0.5 * (cloud.min(axis=0) + cloud.max(axis=0))
         flat = np.ptp(cloud[:, 2]) < 0.05 * self.size
         side = np.array([0.15, -0.75, 1.0]) if flat else np.array([0.75, -1.0, 0.42])
-        R = _rotation(_upright(self._robot.chain.gravity))
+        R = rotation_of(np.roll(_upright(self._robot.chain.gravity), -1))
         span = max(float(np.linalg.norm(np.ptp(cloud, axis=0))), 0.6 * self.size)
         self._middle = R @ middle
         self._eye = self._middle + DISTANCE * span * (R @ (side / np.linalg.norm(side)))
@@ -239,20 +219,20 @@ class Scene:
         """The target's frame; nothing where there is none."""
         self._appear("target", frame.target is not None)
         if frame.target is not None:
-            self._target.wxyz = quaternions(frame.target[None, :3, :3])[0, [3, 0, 1, 2]]
+            self._target.wxyz = _wxyz(frame.target[:3, :3])
             self._target.position = frame.target[:3, 3]
 
     def _show_twin(self, frame: Frame) -> None:
         """The arm whose planner is never told, once something has failed."""
-        apart = frame.ghost is not None and bool(frame.truth.any())
-        self._appear("naive twin", apart)
-        if frame.ghost is None or not apart:
+        apart = frame.baseline is not None and bool(frame.truth.any())
+        self._appear(BASELINE, apart)
+        if frame.baseline is None or not apart:
             self._twin_trail.rest()
             return
-        _place(self._ghosts, frame.ghost)
-        tip = frame.ghost[-1, :3, 3]
+        _place(self._baseline_frames, frame.baseline)
+        tip = frame.baseline[-1, :3, 3]
         self._named.position = tip - np.array([0.0, 0.0, 0.07 * self.size])
-        self._twin_trail.follow(tip, frame.tick, "naive twin" not in self._hidden)
+        self._twin_trail.follow(tip, frame.tick, BASELINE not in self._hidden)
 
     def _show_ellipsoid(self, frame: Frame) -> None:
         """How fast the healthy joints move the tip in each direction."""
@@ -260,7 +240,7 @@ class Scene:
             return
         axes = np.maximum(ELLIPSOID * frame.axes, THINNEST * self.size)
         self._ellipsoid.scale = tuple(float(a) for a in axes)
-        self._ellipsoid.wxyz = quaternions(frame.axes_rotation[None])[0, [3, 0, 1, 2]]
+        self._ellipsoid.wxyz = _wxyz(frame.axes_rotation)
         self._ellipsoid.position = frame.tip[:3, 3]
 
     def _appear(self, overlay: str, present: bool) -> None:
@@ -342,20 +322,11 @@ def _upright(gravity: FloatArray) -> FloatArray:
     return np.asarray(turn / np.linalg.norm(turn))
 
 
-def _rotation(wxyz: FloatArray) -> FloatArray:
-    """The matrix (3, 3) of a unit quaternion w, x, y, z."""
-    w, x, y, z = np.asarray(wxyz, dtype=np.float64) / np.linalg.norm(wxyz)
-    return np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )
+def _wxyz(rotation: FloatArray) -> FloatArray:
+    """The quaternion w, x, y, z of a rotation (3, 3)."""
+    return np.roll(quaternions(rotation[None])[0], 1)
 
 
 def _pose(wxyz: FloatArray, position: FloatArray) -> FloatArray:
-    """A pose (4, 4) from a quaternion and a position."""
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = _rotation(wxyz), position
-    return T
+    """A pose (4, 4) from a quaternion w, x, y, z and a position."""
+    return transform(rotation_of(np.roll(wxyz, -1) / np.linalg.norm(wxyz)), np.asarray(position))

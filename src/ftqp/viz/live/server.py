@@ -56,11 +56,9 @@ _Control = Callable[[str], Any]
 def open_server(host: str = LOOPBACK, port: int = 8080, label: str = "ftqp", gate: Gate | None = None) -> Any:
     """A server of pages, already listening.
 
-    Args:
-        host: The address to listen at. Others than that of this machine open the page to the network.
-        port: The port, 0 for any free one. Where it is in use, the next free one is taken.
-        label: Stands above the panel.
-        gate: Says who is answered; without one nobody is, as nobody knows the address.
+    Any other ``host`` than that of this machine opens the page to the network. A ``port`` of 0 is any free
+    one; where it is in use, the next free one is taken. Without a ``gate`` nobody is answered, as nobody
+    knows the address.
 
     Raises:
         InputError: The address is none of this machine, or no port is free.
@@ -111,9 +109,7 @@ def _guarded(gate: Gate, known: list[_Control]) -> Iterator[list[bool]]:
 
     viser has no way to look at requests, nor at messages before it obeys them, but websockets has both.
 
-    Args:
-        gate: Says who is answered.
-        known: The last one finds a control by its identity; without one there is none yet.
+    The last one ``known`` finds a control by its identity; without one there is none yet.
     """
 
     class Connection(sockets.ServerConnection):
@@ -198,10 +194,6 @@ class _Once:
 
 def free_port(host: str, port: int) -> int:
     """The first free port from ``port`` on, or 0 for 0.
-
-    Args:
-        host: The address to listen at.
-        port: The port that is wanted, 0 to 65535.
 
     Raises:
         InputError: The port is no port, the address is none of this machine, or no port is free.

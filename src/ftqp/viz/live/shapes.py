@@ -55,11 +55,7 @@ def radii(chain: Chain) -> FloatArray:
 
 
 def arm_parts(chain: Chain) -> tuple[Part, ...]:
-    """All parts of an arm, base to tip, each in the coordinates of its joint's frame.
-
-    Args:
-        chain: The constants of the arm.
-    """
+    """All parts of an arm, base to tip, each in the coordinates of its joint's frame."""
     size, thick = size_of(chain), radii(chain)
     parts = [Part(name="base", kind="base", frame=BASE, mesh=_base(chain, float(thick[0]), size))]
     ends = [*chain.translation[1:], chain.tip_translation]

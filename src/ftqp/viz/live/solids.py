@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftqp.core.checks import FloatArray, IntArray
+from ftqp.model.chain import rotation_to
 
 SIDES = 24
 """Sides of a cylinder."""
@@ -70,10 +71,7 @@ def tube(start: FloatArray, end: FloatArray, radius: float) -> Mesh:
     length = float(np.linalg.norm(along))
     if length == 0.0:
         return joined([])
-    z = along / length
-    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-    x /= np.linalg.norm(x)
-    return cylinder(radius, 0.0, length).moved(np.column_stack([x, np.cross(z, x), z]), np.asarray(start))
+    return cylinder(radius, 0.0, length).moved(rotation_to(along / length), np.asarray(start))
 
 
 def box(size: FloatArray) -> Mesh:

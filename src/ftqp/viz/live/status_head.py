@@ -14,22 +14,15 @@ _FONT = "font:13px/1.45 system-ui,sans-serif;color:#222"
 
 
 def status_head(frame: Frame, title: str, joints: Sequence[str], ribbon: str) -> str:
-    """Status, sentence, time, errors, what has failed, the last refusal, and the ribbon.
-
-    Args:
-        frame: What is shown.
-        title: Stands above it.
-        joints: Names of the joints.
-        ribbon: The strip of statuses, as SVG.
-    """
+    """Status, sentence, time, errors, what has failed, the last refusal, and the ribbon."""
     colour = colours.hexadecimal(colours.STATUS.get(frame.status, colours.UNKNOWN))
     time = "paused" if frame.paused else f"{_short(frame.pace)} × real time"
     facts = [f"{frame.t:.1f} s, {time}", f"tip error <b>{_length(frame.position_error)}</b>"]
-    if frame.ghost is not None and frame.truth.any():
-        ghost = colours.hexadecimal(colours.GHOST)
+    if frame.baseline is not None and frame.truth.any():
+        baseline = colours.hexadecimal(colours.BASELINE)
         facts.append(
-            f'<span style="color:{ghost}">ghost, never told: <b>{_length(frame.ghost_error)}</b>, '
-            f"{escape(frame.ghost_status)}</span>"
+            f'<span style="color:{baseline}">baseline, never told: <b>{_length(frame.baseline_error)}</b>, '
+            f"{escape(frame.baseline_status)}</span>"
         )
     note = f'<div style="color:#8a4b00">{escape(frame.message)}</div>' if frame.message else ""
     return (
@@ -48,12 +41,7 @@ def status_head(frame: Frame, title: str, joints: Sequence[str], ribbon: str) ->
 
 
 def joint_table(frame: Frame, joints: Sequence[str]) -> str:
-    """What each joint really is, and what the planner believes of it.
-
-    Args:
-        frame: What is shown.
-        joints: Names of the joints.
-    """
+    """What each joint really is, and what the planner believes of it."""
     rows = "".join(
         f'<tr><td style="padding:0 8px 0 0">{escape(name)}</td>'
         f"{_cell(int(frame.truth[i]), bool(frame.braking[i]))}{_cell(int(frame.belief[i]), False)}</tr>"

@@ -28,14 +28,7 @@ WIDE = "body { max-width: 84rem } p, table, pre { max-width: 60rem }"
 
 
 def page(title: str, parts: Iterable[str], footer: str = "", *, wide: bool = False) -> str:
-    """A whole page.
-
-    Args:
-        title: Stands above it and names its window.
-        parts: As made by the functions of this file, in order.
-        footer: Stands below it, as plain text.
-        wide: Whether figures get more room than text.
-    """
+    """A whole page."""
     style = STYLE + WIDE if wide else STYLE
     below = f"<footer>{escape(footer)}</footer>" if footer else ""
     body = "\n".join([f"<h1>{escape(title)}</h1>", *parts, below])
@@ -63,11 +56,7 @@ def table(
 ) -> str:
     """A table.
 
-    Args:
-        caption: Says what it shows.
-        headers: Of the columns.
-        rows: A text for each column.
-        numbers: The headers of columns that hold numbers, which are set to the right.
+    ``numbers`` are the headers of columns that hold numbers, which are set to the right.
     """
     right = set(numbers)
     kinds = [' class="number"' if header in right else "" for header in headers]
@@ -82,12 +71,7 @@ def table(
 
 
 def picture(file: Path, caption: str) -> str:
-    """A picture from a PNG file, which becomes part of the page.
-
-    Args:
-        file: The PNG file.
-        caption: Says what is seen, also to those who cannot see it.
-    """
+    """A picture from a PNG file, which becomes part of the page."""
     data = b64encode(file.read_bytes()).decode()
     return (
         f'<figure><img src="data:image/png;base64,{data}" alt="{escape(caption, quote=True)}">'
@@ -96,32 +80,17 @@ def picture(file: Path, caption: str) -> str:
 
 
 def drawing(svg: str, caption: str) -> str:
-    """A drawing as a part of the page.
-
-    Args:
-        svg: Its element, whose texts are escaped already.
-        caption: Says what is seen, as plain text.
-    """
+    """A drawing as a part of the page."""
     return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
 def folded(summary: str, text: str) -> str:
-    """A text as it is, for example a file, that opens on a click.
-
-    Args:
-        summary: Says what it is.
-        text: Set with its lines as they are.
-    """
+    """A text as it is, for example a file, that opens on a click."""
     return f"<details><summary>{escape(summary)}</summary><pre>{escape(text)}</pre></details>"
 
 
 def inner_page(page: str, title: str) -> str:
-    """A whole page within the page; its scripts run, but reach nothing outside of it.
-
-    Args:
-        page: The HTML of the inner page.
-        title: Says what it shows.
-    """
+    """A whole page within the page; its scripts run, but reach nothing outside of it."""
     content = page.replace("&", "&amp;").replace('"', "&quot;")
     return (
         f'<iframe title="{escape(title, quote=True)}" sandbox="allow-scripts" loading="lazy" '

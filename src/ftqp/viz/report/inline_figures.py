@@ -7,12 +7,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-import numpy as np
-
 from ftqp.sim.log.log_arrays import Log
-from ftqp.sim.log.metrics import is_sensed
 from ftqp.viz.figures import compared_runs
-from ftqp.viz.figures.run_figures import DRAWINGS
+from ftqp.viz.figures.run_figures import drawings_of
 from ftqp.viz.pages.page import drawing
 
 CAPTIONS: Final = {
@@ -37,27 +34,13 @@ _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 
 
 def figures_of(log: Log) -> list[str]:
-    """The figures of a run, each with its caption.
-
-    Args:
-        log: Its log, with rows.
-    """
-    absent = {"following.png": not is_sensed(log), "base.png": "base_status" not in log}
-    absent["torques.png"] = not np.isfinite(log["tau"]).any()
-    parts = []
-    for name, draw in DRAWINGS.items():
-        if not absent.get(name, False):
-            parts.append(drawing(inline(partial(draw, log)), CAPTIONS[name]))
-    return parts
+    """The figures of a run, each with its caption."""
+    found = drawings_of(log).items()
+    return [drawing(inline(partial(draw, log)), CAPTIONS[name]) for name, draw in found]
 
 
 def compared(logs: Mapping[str, Log], title: str) -> list[str]:
-    """Figures of several runs of the same arm side by side.
-
-    Args:
-        logs: Their logs by label, with rows.
-        title: What they have in common.
-    """
+    """Figures of several runs of the same arm side by side."""
     return [
         drawing(inline(lambda path: compared_runs.draw_errors(logs, title, path)), ERRORS),
         drawing(inline(lambda path: compared_runs.draw_statuses(logs, title, path)), STATUSES),
@@ -65,22 +48,14 @@ def compared(logs: Mapping[str, Log], title: str) -> list[str]:
 
 
 def inline(draw: Callable[[Path], Path]) -> str:
-    """The drawing that a function writes to a file.
-
-    Args:
-        draw: Writes the figure to the path that it is given, and returns it.
-    """
+    """The drawing that a function writes to a file."""
     with TemporaryDirectory() as folder:
         text = draw(Path(folder) / "figure.svg").read_text(encoding="utf-8")
     return cleaned(text)
 
 
 def cleaned(svg: str) -> str:
-    """The element of an SVG file: no outside address, lengths to a hundredth of a point.
-
-    Args:
-        svg: The text of the file.
-    """
+    """The element of an SVG file: no outside address, lengths to a hundredth of a point."""
     element = _METADATA.sub("", _COMMENT.sub("", svg[svg.index("<svg") :]))
     head, rest = element.split(">", 1)
     short = _PATHS.sub(lambda path: _NUMBERS.sub(_rounded, path.group()), rest)

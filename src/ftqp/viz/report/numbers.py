@@ -17,12 +17,7 @@ Facts = Mapping[str, Any]
 
 
 def numbers(facts: Mapping[str, Facts], logs: Mapping[str, Log]) -> str:
-    """The table.
-
-    Args:
-        facts: The summary of each run, by its label.
-        logs: The log of each, with rows.
-    """
+    """The table."""
     rows = [(what, *(value(facts[label], logs[label]) for label in facts)) for what, value in _VALUES.items()]
     shown = [row for row in rows if any(cell != UNKNOWN for cell in row[1:])]
     return table("Numbers", ("", *facts), shown, numbers=tuple(facts))

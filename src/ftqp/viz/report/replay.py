@@ -18,13 +18,6 @@ WAY: Final = 240
 def replay(log: Log, robot: Robot, title: str, room: int, full: bool = False) -> str:
     """A page within the page that plays the run.
 
-    Args:
-        log: Its log, with rows.
-        robot: Its arm.
-        title: Names it.
-        room: It may have so many bytes.
-        full: Keep every picture of a run that is longer than a minute.
-
     Raises:
         MissingPackage: viser is not installed.
         FtqpError: It does not fit into the room.

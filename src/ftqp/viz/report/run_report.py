@@ -34,11 +34,7 @@ class ReportedRun:
 
 
 def side_by_side(runs: Sequence[ReportedRun]) -> list[str]:
-    """What several runs have in common: all their numbers, and figures where it is the same arm.
-
-    Args:
-        runs: At least one.
-    """
+    """What several runs have in common: all their numbers, and figures where it is the same arm."""
     logs = {run.label: run.log for run in runs}
     parts = [numbers({run.label: run.facts for run in runs}, logs)]
     arms = {(run.log.metadata["robot"], tuple(run.log.metadata["joints"])) for run in runs}
@@ -50,9 +46,7 @@ def side_by_side(runs: Sequence[ReportedRun]) -> list[str]:
 def run_parts(run: ReportedRun, *, alone: bool) -> list[str]:
     """The section about a run.
 
-    Args:
-        run: The run.
-        alone: Whether the page is about it alone, so that its name stands above already.
+    A page about it ``alone`` has its name above already.
     """
     parts = [heading("What happened" if alone else run.label)]
     parts += [paragraph(sentence) for sentence in run.sentences]
@@ -67,12 +61,7 @@ def run_parts(run: ReportedRun, *, alone: bool) -> list[str]:
 
 
 def versions_part(runs: Sequence[ReportedRun], here: Mapping[str, str]) -> str:
-    """A table of what took part in the runs, and in the report.
-
-    Args:
-        runs: The runs.
-        here: Versions of what made the report.
-    """
+    """A table of what took part in the runs, and in the report."""
     columns = [(run.label, run.log.metadata.get("versions") or {}) for run in runs] + [("this report", here)]
     names = dict.fromkeys(name for _, found in columns for name in found)
     rows = [(str(name), *(str(found.get(name, "-")) for _, found in columns)) for name in names]

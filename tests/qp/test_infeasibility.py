@@ -3,7 +3,7 @@ import pytest
 from planted import infeasible, planted
 
 from ftqp.qp import QP
-from ftqp.qp.judge.infeasibility import infeasibility
+from ftqp.qp.answer_check import infeasibility
 
 
 def proof_value(qp, proof):
@@ -61,7 +61,7 @@ def test_degenerate_but_feasible_qps_are_not_called_infeasible(qp):
 
 
 def test_an_inexact_least_squares_proves_nothing_false(monkeypatch):
-    import ftqp.qp.judge.infeasibility as module
+    import ftqp.qp.answer_check as module
 
     rng = np.random.default_rng(3)
     for _ in range(20):

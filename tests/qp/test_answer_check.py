@@ -5,7 +5,7 @@ import pytest
 from planted import buffers, planted
 
 from ftqp.qp import QP
-from ftqp.qp.judge.kkt_residuals import accepted, residuals
+from ftqp.qp.answer_check import accepted, residuals
 
 
 def answer(case):

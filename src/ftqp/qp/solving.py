@@ -1,4 +1,4 @@
-"""One QP, one call: solve it with any backend and judge the answer."""
+"""One QP, one call: solve it with any backend and check the answer."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,9 +10,8 @@ from ftqp.core.errors import InputError
 from ftqp.qp.adapters.backend import Backend, Claim
 from ftqp.qp.adapters.buffers import QPBuffers
 from ftqp.qp.adapters.registry import backend as backend_of
-from ftqp.qp.judge.infeasibility import infeasibility
-from ftqp.qp.judge.kkt_residuals import accepted, residuals
-from ftqp.qp.problem import QP, Certificate, Solution, SolveStatus
+from ftqp.qp.answer_check import accepted, infeasibility, residuals
+from ftqp.qp.problem import PARTS, QP, Solution, SolveStatus
 
 
 def solve(
@@ -22,8 +21,8 @@ def solve(
 
     The solver's word is not taken. The status is SOLVED exactly when the KKT residuals are small enough
     (``ftqp.qp.accepted``), INFEASIBLE exactly when they are not and a Farkas certificate is found
-    (``ftqp.qp.judge.infeasibility``), whatever the solver claimed; otherwise it is MAX_ITERATIONS if the
-    solver ran into its cap, else FAILED.
+    (``ftqp.qp.answer_check.infeasibility``), whatever the solver claimed; otherwise it is MAX_ITERATIONS if
+    the solver ran into its cap, else FAILED.
 
     Args:
         problem: The QP.
@@ -32,7 +31,7 @@ def solve(
         **settings: Settings of the backend, when it is given by name; unknown ones are errors.
 
     Returns:
-        The answer, judged by its residuals.
+        The answer, checked by its residuals.
 
     Raises:
         InputError: This is no QP, the backend or a setting is unknown, or the QP is larger than the backend
@@ -51,42 +50,30 @@ def solve(
     solver = backend_of(backend)
     buffers = loaded(problem)
     solver.setup(buffers)
-    return judged(problem, solver, buffers, solver.solve(cold=True))
+    return checked(problem, solver, buffers, solver.solve(cold=True))
 
 
 def loaded(problem: QP) -> QPBuffers:
     """New buffers that hold the problem; their solution is NaN."""
     buffers = QPBuffers.zeros(problem.n, problem.m, problem.p)
-    for name in ("H", "g", "A", "b", "C", "l", "u", "lb", "ub"):
+    for name in PARTS:
         getattr(buffers, name)[...] = getattr(problem, name)
     buffers.solution[:] = np.nan
     return buffers
 
 
-def judged(problem: QP, solver: Backend, buffers: QPBuffers, claim: Claim) -> Solution:
-    """What the buffers hold after a solve that ended in ``claim``, judged by its residuals."""
+def checked(problem: QP, solver: Backend, buffers: QPBuffers, claim: Claim) -> Solution:
+    """What the buffers hold after a solve that ended in ``claim``, with the status by its residuals."""
     x, y, z, z_box = (part.copy() for part in (buffers.x, buffers.y, buffers.z, buffers.z_box))
-    found = residuals(problem, x, y, z, z_box)
-    status, certificate = _status(problem, claim, good=accepted(problem, found, x, y))
+    found, certificate = residuals(problem, x, y, z, z_box), None
+    if accepted(problem, found, x, y):
+        status = SolveStatus.SOLVED
+    elif (certificate := infeasibility(problem)) is not None:
+        status = SolveStatus.INFEASIBLE
+    else:
+        told = claim in (Claim.MAX_ITERATIONS, Claim.OUT_OF_TIME)
+        status = SolveStatus[claim.name] if told else SolveStatus.FAILED
     return Solution(
-        x=x,
-        y=y,
-        z=z,
-        z_box=z_box,
-        status=status,
-        iterations=solver.iterations,
-        residuals=found,
-        backend=solver.name,
-        certificate=certificate,
-    )
-
-
-def _status(problem: QP, claim: Claim, *, good: bool) -> tuple[SolveStatus, Certificate | None]:
-    """The status by residuals and certificate, and the certificate."""
-    if good:
-        return SolveStatus.SOLVED, None
-    certificate = infeasibility(problem)
-    if certificate is not None:
-        return SolveStatus.INFEASIBLE, certificate
-    told = claim in (Claim.MAX_ITERATIONS, Claim.OUT_OF_TIME)
-    return (SolveStatus[claim.name] if told else SolveStatus.FAILED), None
+        x=x, y=y, z=z, z_box=z_box, status=status, iterations=solver.iterations, residuals=found,
+        backend=solver.name, certificate=certificate,
+    )  # fmt: skip

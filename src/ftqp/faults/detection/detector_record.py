@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.faults.detection.calibration import Calibration
+from ftqp.faults.detection.detector_settings import DetectorSettings
 from ftqp.faults.detection.joint_friction import SLOWEST
 from ftqp.faults.detection.residual_thresholds import largest_jumps, uncalibrated
 from ftqp.kernel.layout.detection_room import LOAD_EVERY
@@ -32,52 +32,29 @@ LEAST_ROOM = 1e-100
 far below real residuals does."""
 
 
-def fill_record(
-    D: Any,
-    robot: Robot,
-    *,
-    dt: float,
-    ticks: int,
-    bandwidths: tuple[float, float],
-    patience: float,
-    sigma: float,
-    sigma_tau: float,
-    quantum: float,
-    known: Calibration | None,
-) -> None:
-    """Write what a detector counts on.
-
-    Args:
-        D: The record.
-        robot: The arm.
-        dt: The sampling period [s].
-        ticks: How late samples are.
-        bandwidths: Of the slow and the fast observer [1/s].
-        patience: How long a loss of torque is fitted [s].
-        sigma: Stated noise of positions [rad or m].
-        sigma_tau: Stated noise of torques [N m or N].
-        quantum: Stated step of positions [rad or m].
-        known: What is known of healthy motion, of this arm; None is nothing.
-    """
+def fill_record(D: Any, settings: DetectorSettings, robot: Robot, dt: float, ticks: int) -> None:
+    """Write into a record what a detector counts on whose samples of an arm are so many ticks late."""
+    bandwidths, known, noise = settings.bandwidths, settings.calibration, settings.noise
+    sigma, sigma_tau = (0.0, 0.0) if noise is None else (noise.q, noise.tau)
     n = robot.nv
     D.dt, D.latency, D.span = dt, ticks, ticks + 2
     for b, w in enumerate(bandwidths):
         p = exp(-w * dt)
         D.pole[b], D.k_s[b] = p, 1.0 - p**3
         D.k_w[b], D.k_d[b] = 1.5 * (1.0 - p) ** 2 * (1.0 + p) / dt, (1.0 - p) ** 3 / dt**2
-    D.patience, D.settle = round(patience / dt), SETTLE
+    D.patience, D.settle = round(settings.patience / dt), SETTLE
     D.bandwidth_fast = bandwidths[1]
     D.slowness, D.slip = dt / MEAN, SLOWEST
     strongest = np.where(np.isfinite(robot.limits.tau_max), robot.limits.tau_max, 1.0)
     D.finest[:n] = np.maximum(FINEST * strongest, 1e-6) ** 2
     D.load_fade = 1.0 - LOAD_EVERY * dt / LOAD
-    D.quantum = quantum
+    D.quantum = settings.quantum
     if known is None:
         room = uncalibrated(robot, dt, bandwidths, sigma, sigma_tau)
         D.coulomb[:n] = robot.coulomb
     else:
         room = known.room
-        sigma, D.quantum = known.sigma, max(known.quantum, quantum)
+        sigma, D.quantum = known.sigma, max(known.quantum, settings.quantum)
         D.coulomb[:n], D.viscous[:n] = known.coulomb, known.viscous
     D.sigma = sigma
     with np.errstate(divide="ignore", over="ignore"):

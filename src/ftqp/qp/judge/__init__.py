@@ -1,1 +1,0 @@
-"""One QP, solved and judged."""
