@@ -238,3 +238,21 @@ def test_bounds_as_published_pass_the_gate(bounds):
         step = planner.step(q, v, target)
         q, v = step.q.copy(), step.v.copy()
     assert planner.session().K.gate.shut == 0
+
+
+@pytest.mark.parametrize("bounds", ["jin", "one_step"])
+@pytest.mark.parametrize("drive", ["position", "velocity", "torque"])
+def test_a_joint_that_cannot_stop_in_time_is_not_sent_beyond_its_range(bounds, drive):
+    """Bounds that keep no room to brake let a joint come too fast to its end: it ends there at once."""
+    robot = ftqp.robots.load("panda")
+    planner = ftqp.Planner(robot, dt=0.01, bounds=bounds, drive=drive)
+    q, v = robot.neutral.copy(), np.zeros(robot.nv)
+    q[3], v[3] = robot.limits.q_min[3] + 0.03, -2.0
+    planner.reset(q, v)
+    planner.stop()
+    target = ftqp.Target(pose=robot.pose(q))
+    for _ in range(120):
+        step = planner.step(q, v, target)
+        assert (step.q >= robot.limits.q_min).all()
+        q, v = step.reference.q.copy(), step.reference.v.copy()
+    assert step.status is ftqp.StepStatus.STOPPED
