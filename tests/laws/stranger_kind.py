@@ -18,7 +18,7 @@ class Sticky:
 
     kind: ClassVar[str] = "sticky"
     happens: ClassVar[str] = "sticks"
-    number: ClassVar[int] = 4
+    number: ClassVar[int] = 1 + max(kind.number for kind in kinds.KINDS.values())
     works: ClassVar[bool] = False
     shares: ClassVar[Mapping[str, str]] = kinds.NOTHING
     button: ClassVar[str] = "stick"

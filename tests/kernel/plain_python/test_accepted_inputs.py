@@ -29,7 +29,7 @@ def record(has_rotation=1.0):
 @pytest.mark.parametrize("has_rotation", [0.0, 1.0])
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_one_number_that_is_not_finite_makes_a_target_unusable(bad, has_rotation):
-    assert accepted_inputs.target_is_usable(record(has_rotation))
+    assert accepted_inputs.target_is_usable(record(has_rotation).task)
     for at in range(TARGET_HAS_ROTATION):
         K = record(has_rotation)
         K.task.target[at] = bad
@@ -46,7 +46,8 @@ def test_a_rotation_has_to_be_one_where_there_is_one():
 @pytest.mark.parametrize("name", ["q", "v"])
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_a_state_that_is_not_finite_gives_way_to_the_last_command(name, bad):
-    assert accepted_inputs.state_is_finite(record())
+    K = record()
+    assert accepted_inputs.state_is_finite(K.state, K.chain)
     for joint in (0, 7, 8, N - 1):
         K = record()
         K.state[name][joint] = bad

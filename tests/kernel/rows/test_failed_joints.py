@@ -64,7 +64,8 @@ def test_an_instant_lock_is_noticed_wherever_it_is():
     rng = np.random.default_rng(6)
     for _ in range(100):
         codes = rng.choice([int(code) for code in JointCode], 8, p=[0.5, 0.15, 0.15, 0.15, 0.05])
-        assert any_instant_lock(listed(codes)) == (INSTANT in codes)
+        K = listed(codes)
+        assert any_instant_lock(K.faults, K.chain) == (INSTANT in codes)
 
 
 def target(robot):

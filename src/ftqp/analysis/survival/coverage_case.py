@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any, Literal, final, get_args
+from typing import Any, Literal, assert_never, final, get_args
 
 import numpy as np
 
@@ -263,13 +263,20 @@ def _rule(
 
 
 def _told(
-    joint: str, fault: str, lock: Literal["instant", "ramp"], velocity: float, brakes: Any
+    joint: str, fault: Fault, lock: Literal["instant", "ramp"], velocity: float, brakes: Any
 ) -> kinds.Fault:
     """What the planner is told of a joint."""
-    if fault == "free_swinging":
-        return kinds.FreeSwinging(joint)
-    if fault == "degraded":
-        return kinds.Degraded(joint, velocity=velocity)
+    match fault:
+        case "free_swinging":
+            return kinds.FreeSwinging(joint)
+        case "degraded":
+            return kinds.Degraded(joint, velocity=velocity)
+        case "locked":
+            return _locked(joint, lock, brakes)
+    assert_never(fault)
+
+
+def _locked(joint: str, lock: Literal["instant", "ramp"], brakes: Any) -> kinds.Locked:
     if lock == "instant":
         return kinds.Locked(joint, mode="instant", reset="task")
     if brakes is not None and np.ndim(brakes) > 0:

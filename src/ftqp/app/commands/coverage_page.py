@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from ftqp import __version__
 from ftqp.app.run.runs import write
+from ftqp.faults.kinds import KINDS
 from ftqp.viz.pages.page import heading, page, paragraph, picture, table
 
 PAGE: Final = "report.html"
@@ -15,7 +16,7 @@ def write_page(folder: Path, facts: dict[str, Any], figures: Sequence[Path]) -> 
     """Write the page."""
     heat_map, motion = figures
     share = 100.0 * facts["coverage"]
-    what = {"locked": "locks", "degraded": "loses speed", "free_swinging": "swings freely"}[facts["fault"]]
+    what = "loses speed" if facts["fault"] == "degraded" else KINDS[facts["fault"]].happens
     instants = f"{facts['instants']} instants"
     parts = [
         paragraph(

@@ -6,6 +6,9 @@ Where one that does not declare H to be steady is not zero, external solvers are
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from ftqp.core.checks import is_number, non_negative, shown
+from ftqp.core.errors import InputError
+
 
 def _coefficient(*, weight: bool = False, inertia: bool = False, steady: bool = False) -> Any:
     """A field of a criterion.
@@ -31,6 +34,9 @@ class Criterion:
         inertia_h: Factor of x'h, without unit.
         torque: Weight of |tau|^2/2 of the joints that have not failed, >= 0, without unit.
         manipulability: Factor of -x' d/dq log sqrt det(J J'), >= 0 [rad2/s at the velocity level].
+
+    Raises:
+        InputError: A coefficient is not finite, or one that weighs a quadratic form is negative.
     """
 
     norm: float = _coefficient(weight=True, steady=True)
@@ -41,6 +47,14 @@ class Criterion:
     inertia_h: float = _coefficient(inertia=True, steady=True)
     torque: float = _coefficient(weight=True, inertia=True)
     manipulability: float = _coefficient(steady=True)
+
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if one.metadata["weight"]:
+                non_negative(f"{one.name} of a criterion", value)
+            elif not is_number(value):
+                raise InputError(f"{one.name} of a criterion is {shown(value)}, expected a finite number")
 
     def __add__(self, other: "Criterion") -> "Criterion":
         return Criterion(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
