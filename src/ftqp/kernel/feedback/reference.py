@@ -69,10 +69,10 @@ def return_to_work(K: Any, i: int) -> None:
 
     An arm that takes positions stands where it was sent, if the joint obeys; the lead is added again when it
     is sent. Another begins where it is predicted, which is as near to its sample as it can have moved since,
-    and in its range.
+    and in its range. At the end of its range, where a stop holds it, it is not on its way out.
     """
-    gate, state, feedback, past = K.gate, K.state, K.feedback, K.past
-    top = min(K.limits.v_max[i], UNLIMITED)
+    gate, state, feedback, limits, past = K.gate, K.state, K.feedback, K.limits, K.past
+    top = min(limits.v_max[i], UNLIMITED)
     gate.v[i] = state.v_command[i] = v = min(max(gate.v[i], -top), top)
     if feedback.kind == POSITION_DRIVE:
         q = gate.sent[i] - gate.lead * v
@@ -80,7 +80,9 @@ def return_to_work(K: Any, i: int) -> None:
         good = feedback.bad[i] == 0 and is_finite(state.q[i])
         most, seen = (feedback.latency + 1) * state.dt * top, state.q[i] if good else gate.sent[i]
         q = min(max(gate.q[i], seen - most), seen + most)
-    gate.q[i] = state.q_command[i] = place_of(K.limits, gate, i, q)
+    gate.q[i] = state.q_command[i] = place_of(limits, gate, i, q)
+    if (gate.q[i] <= limits.q_min[i] and v < 0.0) or (gate.q[i] >= limits.q_max[i] and v > 0.0):
+        gate.v[i] = state.v_command[i] = 0.0
     for s in range(feedback.span):
         past.q[s, i] = gate.q[i]
 
