@@ -108,7 +108,7 @@ from pathlib import Path
 from ftqp.kernel.compiled import mode
 mode.BUILDING = True
 from ftqp.kernel.compiled.entry_point import EntryPoint
-from ftqp.kernel.building.build import CannotBuild, Store, build
+from ftqp.kernel.building.store import CannotBuild, Store, build
 from ftqp.kernel.compiled.making.processor import target
 given = json.loads(sys.argv[1])
 wanted = [(EntryPoint(name=n, module=given["module"], factory=n, signature=s, nogil=g), c)

@@ -27,7 +27,7 @@ def record(stage: int = MAIN_STAGE, mode: int = SLACK, **cascade_is: Any) -> Any
 
 def stubs(monkeypatch: Any, **said: Any) -> list[str]:
     """Parts of the cascade that answer what the test says, and the names of those that were asked."""
-    usual = {"command": None, "send": None, "pass_gate": True, "report_status": lambda K, code: code}
+    usual = {"command": None, "send": None, "pass_gate": True, "report_status": lambda *given: given[-1]}
     return answers(monkeypatch, fallback_cascade, **usual | said)
 
 

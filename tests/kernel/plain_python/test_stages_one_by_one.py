@@ -234,7 +234,7 @@ def test_lexicographic_stages_put_the_objective_aside_and_take_what_the_first_le
     g, H, A, x = rng.normal(size=N), rng.uniform(1.0, 2.0, N), rng.normal(size=(2, N)), rng.normal(size=N)
     K.qp.g[:N], K.qp.H_diagonal[:N], K.qp.dense, K.qp.A[:2, :N], K.qp.nc = g, H, dense, A, 2
     soft = []
-    stubs(monkeypatch, compliance=lambda K, ratio: soft.append(ratio))
+    stubs(monkeypatch, compliance=lambda *given: soft.append(given[-1]))
     fallback_cascade.begin_first_stage(K)
     assert not K.qp.g[:N].any() and (K.qp.H_diagonal[:N] == 1.0).all() and K.qp.dense == 0 == K.qp.warm
     assert K.cascade.stage == FIRST_STAGE

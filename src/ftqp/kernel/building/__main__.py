@@ -17,7 +17,7 @@ from ftqp.core.clock import now
 from ftqp.kernel.compiled import mode
 from ftqp.kernel.compiled.library import MANIFEST, platform_facts
 from ftqp.kernel.compiled.mode import KERNEL
-from ftqp.kernel.compiled.source import code_key, file_key
+from ftqp.kernel.compiled.source_text import code_key, file_key
 
 ROOT = KERNEL.parents[2]
 
@@ -61,7 +61,7 @@ def _built(given: argparse.Namespace) -> int:
         if _is_there(given, wanted):
             return 0
         try:
-            from ftqp.kernel.building.build import CannotBuild, Store, build
+            from ftqp.kernel.building.store import CannotBuild, Store, build
             from ftqp.kernel.compiled.making.processor import target
         except ImportError as error:
             return _told(given, f"building needs numba and llvmlite ({error})")

@@ -18,7 +18,7 @@ import numpy as np
 
 from ftqp.kernel.compiled.making.helper import Helper
 from ftqp.kernel.compiled.mode import KERNEL
-from ftqp.kernel.compiled.source import code_text
+from ftqp.kernel.compiled.source_text import code_text
 
 _MAKING = "compiled/making"
 _MAKERS = (

@@ -15,7 +15,7 @@ from typing import Any
 from ftqp.kernel.compiled.entry_point import EntryPoint
 from ftqp.kernel.compiled.facts import SYMBOL, fill
 from ftqp.kernel.compiled.levels import belongs
-from ftqp.kernel.compiled.source import code_key, file_key
+from ftqp.kernel.compiled.source_text import code_key, file_key
 
 FORMAT = 3
 MANIFEST = "manifest.json"

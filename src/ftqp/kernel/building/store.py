@@ -33,7 +33,7 @@ from ftqp.kernel.compiled.library import MANIFEST, fingerprint, platform_facts
 from ftqp.kernel.compiled.making import emit
 from ftqp.kernel.compiled.making.helper import Part
 from ftqp.kernel.compiled.making.processor import Target
-from ftqp.kernel.compiled.source import code_key, file_key
+from ftqp.kernel.compiled.source_text import code_key, file_key
 
 Wanted = tuple[EntryPoint, int]
 """An entry point and the capacity of the records that it works on."""
