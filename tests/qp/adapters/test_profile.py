@@ -1,3 +1,5 @@
+import sys
+
 import pytest
 
 from ftqp import InputError
@@ -26,8 +28,13 @@ def test_a_profile_becomes_a_backend(tmp_path):
 def test_a_wrong_profile_is_refused_in_one_sentence(tmp_path, content, sentence):
     path = tmp_path / "wrong.toml"
     path.write_bytes(content)
-    with pytest.raises(InputError, match=sentence):
-        profile(path)
+    usual = sys.getrecursionlimit()
+    sys.setrecursionlimit(1_500)  # a package may have raised it
+    try:
+        with pytest.raises(InputError, match=sentence):
+            profile(path)
+    finally:
+        sys.setrecursionlimit(usual)
 
 
 def test_a_missing_profile_or_a_folder_is_refused(tmp_path):
