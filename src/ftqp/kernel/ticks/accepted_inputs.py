@@ -32,7 +32,9 @@ def accept_arrays(state: Any, gate: Any, chain: Any, q: Any, v: Any) -> int:
     The tick begins at what was last let through.
 
     Args:
-        K: the record.
+        state: the room that they are copied to.
+        gate: what was last let through.
+        chain: the arm.
         q: any object with a buffer of contiguous float64; its address in compiled code.
         v: the same.
     """
