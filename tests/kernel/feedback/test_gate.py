@@ -119,6 +119,20 @@ def test_whatever_the_record_holds_the_command_is_safe(drive, level):
     assert {ftqp.StepStatus.OK, ftqp.StepStatus.FALLBACK} <= said
 
 
+@pytest.mark.parametrize("level", LEVELS)
+def test_a_joint_that_swings_is_nowhere_faster_than_anything_moves(level):
+    robot = ftqp.robots.load("planar(4)")
+    target = ftqp.Target(pose=robot.pose(robot.neutral))
+    for room, name in [(room, name) for room, name, kind in fields() if kind == "f8"]:
+        planner = ftqp.Planner(robot, DT, level=level)
+        planner.reset(robot.neutral)
+        planner.report(ftqp.FreeSwinging("j3", damping=4.0))
+        planner.step(robot.neutral, None, target)
+        planner._session.K[room][name] = 1e200
+        step = planner.step(robot.neutral, None, target)
+        assert (abs(step.v) < 1e4).all() and (abs(step.q) < 1e7).all() and np.isfinite(step.tau).all(), name
+
+
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("joint", [0, 3])
 def test_a_command_that_is_no_number_is_replaced_by_the_last_one_braked(drive, joint):

@@ -38,6 +38,8 @@ from ftqp.kernel.rows.failed_joints import braked_velocity
 ROUNDING = 1e-9
 """What rounding may add to a position, a speed or a torque: this, and this share of it. A million units of
 rounding, and far below what an encoder shows."""
+FARTHEST = ROUNDING * 2.0**52
+"""Nothing turns or slides so far: of a place beyond, rounding alone is more than ``ROUNDING`` [rad or m]."""
 FULL = 0.999
 """Who brakes by this share of a_max brakes as hard as it can. A guess that the campaigns have not
 contradicted."""
@@ -88,6 +90,12 @@ def _near(state: Any, limits: Any, gate: Any, at: int, q: Any, v: Any, v_last: A
 
 
 @jit
+def _is_a_motion(q: Any, v: Any, change: Any) -> Any:
+    """Whether a joint can be at q, move at v and change that by so much in a tick, whatever it does."""
+    return (abs(q) < FARTHEST) & (abs(v) < UNLIMITED) & (abs(change) < 2.0 * UNLIMITED)
+
+
+@jit
 def _lets_through(K: Any, at: int) -> bool:
     """Whether the commands of the joints from ``at`` on may leave: the reference, and what is made of it.
 
@@ -110,8 +118,7 @@ def _lets_through(K: Any, at: int) -> bool:
     else:
         near = _keeps(v, larger(smaller(v_max, UNLIMITED), abs(v_last))) & (abs(q) < inf)
     if K.faults.working < K.chain.n:
-        finite = (abs(q) < inf) & (abs(v) < inf) & (abs(several(state.a_command, at)) < inf)
-        near = near | (is_set(K.faults.code, at) & finite)
+        near = near | (is_set(K.faults.code, at) & _is_a_motion(q, v, dt * several(state.a_command, at)))
     return all_of(near | ~below(K.chain.n, at))
 
 
