@@ -98,6 +98,20 @@ def test_more_joints_than_any_class_holds_are_refused():
         capacity_for(33)
 
 
+def starts(dtype, begin=0):
+    """Every field's type and its first byte."""
+    for name in dtype.names:
+        kind, offset = dtype.fields[name][:2]
+        yield kind, begin + offset
+        yield from starts(kind, begin + offset) if kind.names else ()
+
+
+def test_arrays_of_a_record_begin_lines_of_the_cache():
+    found = list(starts(record_dtype(32)))
+    assert len(found) > 350
+    assert all(offset % 64 == 0 for kind, offset in found if kind.itemsize >= 64)
+
+
 @pytest.mark.parametrize(
     "copied",
     [lambda s: s.copy(), copy.copy, copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s))],
@@ -108,6 +122,7 @@ def test_a_copied_session_holds_the_same_and_is_independent(copied):
     session.K.chain.n, session.K.task.kp = 7, 3.0
     session.K.qp.lb[:] = -1.0
     other = copied(session)
+    assert [one._memory.ctypes.data % 64 for one in (session, other)] == [0, 0]
     assert other.capacity == session.capacity
     assert other.K.chain.n == 7 and other.K.task.kp == 3.0 and np.all(other.K.qp.lb == -1.0)
     field, number = other.field("qp", "lb"), other.field("task", "kp")

@@ -19,6 +19,7 @@ from ftqp.kernel.layout.record import (
     arm_dtype,
     base_dtype,
     capacity_for,
+    in_line,
     joints_dtype,
     load_chain,
     path_dtype,
@@ -85,7 +86,7 @@ class Session:
         """A session of its own that holds the same."""
         other = Session.__new__(Session)
         other.capacity = self.capacity
-        other._memory = self._memory.copy()
+        other._memory = in_line(self._memory)
         other._begin()
         return other
 
@@ -97,7 +98,7 @@ class Session:
         return {"capacity": self.capacity, "memory": self._memory}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.capacity, self._memory = state["capacity"], state["memory"].copy()
+        self.capacity, self._memory = state["capacity"], in_line(state["memory"])
         self._begin()
 
 
@@ -126,7 +127,7 @@ class Reduced:
         return {"capacity": self.capacity, "memory": self.memory}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.capacity, self.memory = state["capacity"], state["memory"].copy()
+        self.capacity, self.memory = state["capacity"], in_line(state["memory"])
         self.P = rooms(self.memory)
 
 
@@ -183,7 +184,11 @@ class ArmSession:
         return {"capacity": self.capacity, "memory": self._memory, "joints": self._joints}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.capacity, self._memory, self._joints = state["capacity"], state["memory"].copy(), state["joints"]
+        self.capacity, self._memory, self._joints = (
+            state["capacity"],
+            in_line(state["memory"]),
+            state["joints"],
+        )
         self.K = rooms(self._memory)
         self._q, self._v = self.K.state.given_q, self.K.state.given_v
         self._kinematics = self._dynamics = None

@@ -5,6 +5,7 @@ touch more of them, take the whole record K. A solver gets ``K.qp`` and nothing 
 time. SI units; ``f8`` unless another type is named.
 """
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -38,10 +39,36 @@ BELIEF_ROOMS = ("faults", "limits")
 """The rooms that faults are written into."""
 
 
-def _nested(rooms: dict[str, Any], capacity: int) -> np.dtype[Any]:
+LINE = 64
+"""Bytes of a line of the cache, and of the widest register that is loaded at once."""
+
+
+def _on_lines(fields: Sequence[Any]) -> np.dtype[Any]:
+    """A type whose arrays and rooms each begin a line, so that no wide load of theirs needs two."""
+    plain = np.dtype(list(fields), align=True)
+    kinds, offsets, end = [plain[name] for name in plain.names or ()], [], 0
+    for kind in kinds:
+        unit = LINE if kind.itemsize >= LINE else kind.alignment
+        offsets.append(-(-end // unit) * unit)
+        end = offsets[-1] + kind.itemsize
+    size = -(-end // LINE) * LINE
     return np.dtype(
-        [(name, np.dtype(fields(capacity), align=True)) for name, fields in rooms.items()], align=True
+        {"names": plain.names, "formats": kinds, "offsets": offsets, "itemsize": size}, align=True
     )
+
+
+def in_line(memory: Any) -> Any:
+    """A copy of (1,) that begins a line of the cache."""
+    size = memory.dtype.itemsize
+    room = np.empty(size + LINE, np.uint8)
+    begin = -room.ctypes.data % LINE
+    copy = room[begin : begin + size].view(memory.dtype)
+    copy[:] = memory
+    return copy
+
+
+def _nested(rooms: dict[str, Any], capacity: int) -> np.dtype[Any]:
+    return _on_lines([(name, _on_lines(fields(capacity))) for name, fields in rooms.items()])
 
 
 @cache
@@ -85,7 +112,7 @@ def record(capacity: int) -> Any:
     W = np.zeros(1, record_dtype(capacity))
     W["task"]["yielding"] = 1.0
     W["free"]["joint"] = -1
-    return W
+    return in_line(W)
 
 
 def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, inertia: Any, prismatic: Any,
