@@ -13,6 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FILES = (
     "maths/test_side_by_side.py",
     "layout/test_record.py",
+    "rows/test_joint_intervals.py",
     "test_jit.py::test_rounding_stays_as_written_whoever_calls",
 )
 

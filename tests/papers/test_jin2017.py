@@ -218,12 +218,13 @@ def test_e9_bounds_are_never_empty_and_never_broken(level: str) -> None:
         target = ftqp.Target(pose=planner.robot.pose(START))
         q, v = START.copy(), np.zeros(6)
         planner.reset(q)
-        for _ in range(6000):
+        for k in range(6000):
             planner.reset(q, v)
             step = planner.step(q, v, target)
-            lower, upper = intervals_at(session, q, v)
-            for own, said in ((lower, step.lower), (upper, step.upper)):  # built code fuses
-                np.testing.assert_allclose(own, said, rtol=1e-12, atol=1e-12)
+            if k % 10 == 0:  # the formulas are plain Python here
+                lower, upper = intervals_at(session, q, v)
+                for own, said in ((lower, step.lower), (upper, step.upper)):  # built code fuses
+                    np.testing.assert_allclose(own, said, rtol=1e-12, atol=1e-12)
             choice = generator.random(6) if generator.random() < 0.5 else generator.integers(0, 2, 6)
             x = step.lower + choice * (step.upper - step.lower)
             if level == "acceleration":

@@ -6,12 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from records import believe, empty_record, formula
 
+from ftqp.kernel.jit import COMPILED
 from ftqp.kernel.layout import enums as codes
 from ftqp.kernel.layout.enums import JOINTS
 from ftqp.kernel.rows import joint_intervals as bounds
 
 DTS = (0.001, 0.01, 0.05)
 EXACT = settings(max_examples=60, deadline=None, derandomize=True)
+LONG = pytest.mark.skipif(not COMPILED, reason="long runs of compiled helpers: test_while_building")
 PLANAR6 = {"q_min": 0.009, "q_max": 0.445, "v_max": 0.4, "a_max": 2.0}
 """Limits of joint 6 of the planar arm."""
 
@@ -121,6 +123,7 @@ def test_one_step_has_its_formula():
     assert np.allclose(ub, expected, atol=1e-10)
 
 
+@LONG
 @given(
     seed=st.integers(0, 2**32),
     dt=st.sampled_from(DTS),
@@ -152,6 +155,7 @@ def test_viability_is_never_empty_and_never_broken(seed, dt, style, share):
     assert K.limits.empty_intervals == 0
 
 
+@LONG
 @given(
     seed=st.integers(0, 2**32),
     dt=st.sampled_from(DTS),
@@ -199,6 +203,7 @@ def overrun(conversion, dt, ticks=4000):
     return worst
 
 
+@LONG
 def test_one_step_overruns_positions_by_the_braking_distance():
     """0.040 rad = v^2 / 2A, as published; never more."""
     position, velocity = overrun(codes.ONE_STEP, 0.01)
@@ -206,6 +211,7 @@ def test_one_step_overruns_positions_by_the_braking_distance():
     assert velocity < 1e-9
 
 
+@LONG
 def test_jin_overruns_positions_from_viable_starts_and_viability_does_not():
     """Published: up to 0.009 rad from arbitrary viable starts; here within a factor of two of that."""
     position, _ = overrun(codes.JIN, 0.01)
@@ -213,6 +219,7 @@ def test_jin_overruns_positions_from_viable_starts_and_viability_does_not():
     assert np.all(overrun(codes.VIABILITY, 0.01) < 1e-9)
 
 
+@LONG
 @pytest.mark.parametrize("level", [codes.ACCELERATION, codes.VELOCITY])
 @pytest.mark.parametrize("dt", DTS)
 def test_a_joint_outside_its_limits_is_led_back_with_bounded_acceleration(level, dt):
