@@ -14,8 +14,13 @@ class Interrupt(Exception):
     """What a signal handler might raise."""
 
 
-def interrupted(call: Callable[[], Any], line: int) -> bool:
-    """Whether the call was cut short by ``Interrupt`` before the ``line``-th line of ftqp, from 0 on."""
+def stop() -> None:
+    """What an interruption does."""
+    raise Interrupt
+
+
+def interrupted(call: Callable[[], Any], line: int, act: Callable[[], Any] = stop) -> bool:
+    """Whether the call came to the ``line``-th line of ftqp, from 0 on, before which ``act`` was done."""
     count = -1
 
     def look(frame: Any, event: str, _: Any) -> Any:
@@ -26,7 +31,7 @@ def interrupted(call: Callable[[], Any], line: int) -> bool:
         if event == "line":
             count += 1
             if count == line:
-                raise Interrupt
+                act()
         return look
 
     before = sys.gettrace()
@@ -37,4 +42,4 @@ def interrupted(call: Callable[[], Any], line: int) -> bool:
         return True
     finally:
         sys.settrace(before)
-    return False
+    return count >= line

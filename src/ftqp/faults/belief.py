@@ -89,7 +89,8 @@ class Belief:
             was, fault = (None if before is None else before._faults.get(i)), self._faults.get(i)
             if before is not None and was == fault:
                 continue
-            self._restore(i, limits, codes)
+            self._limit(i, fault, limits)
+            codes.friction[i] = codes.coulomb[i] = 0.0
             match fault:
                 case None:
                     codes.code[i] = HEALTHY
@@ -101,18 +102,17 @@ class Belief:
                     codes.coulomb[i] = fault.friction + self._robot.coulomb[i]
                 case Degraded():
                     codes.code[i] = HEALTHY
-                    for limit, share in fault.shares.items():
-                        getattr(limits, limit)[i] *= getattr(fault, share)
-                    limits.q_min[i], limits.q_max[i] = self._range(i, fault)
                 case _:
                     not_served(fault, "the planner")
 
-    def _restore(self, i: int, limits: Any, codes: Any) -> None:
-        healthy = self._robot.limits
-        for name in ("q_min", "q_max", "v_max", "a_max"):
-            getattr(limits, name)[i] = getattr(healthy, name)[i]
-        limits.tau_max[i] = healthy.tau_max[i] if self._torque_limits else np.inf
-        codes.friction[i] = codes.coulomb[i] = 0.0
+    def _limit(self, i: int, fault: Fault | None, limits: Any) -> None:
+        """Write the limits that are left of joint i, each at once: another call may come in between."""
+        healthy, left = self._robot.limits, {} if fault is None else fault.shares
+        for name in ("v_max", "a_max", "tau_max"):
+            most = np.inf if name == "tau_max" and not self._torque_limits else getattr(healthy, name)[i]
+            getattr(limits, name)[i] = most * getattr(fault, left[name]) if name in left else most
+        reach = self._range(i, fault) if isinstance(fault, Degraded) else (healthy.q_min[i], healthy.q_max[i])
+        limits.q_min[i], limits.q_max[i] = reach
 
     def _lock(self, i: int, fault: Locked, codes: Any, code: int) -> None:
         """Lock joint i of this ``code``: locked it stays so, braking it goes on from where it is."""

@@ -138,6 +138,24 @@ def test_a_change_that_is_interrupted_at_any_line_happened_or_did_not(kind, way)
             assert happened(planner) == (call is there)
 
 
+@pytest.mark.parametrize("way", ["lock", "free", "weak"])
+def test_a_change_inside_another_one_at_any_line_leaves_belief_and_kernel_at_one(way):
+    there, back, _ = CHANGES[way]
+    ride = Ride()
+    planner = ride.planner
+    for line in itertools.count():
+        met = interrupted(lambda: there(planner), line, lambda: planner.report(ftqp.Locked(0)))
+        assert (PANDA.joints[0] in planner.faults) == met
+        settled(planner, ride, None, way)
+        back(planner)
+        planner.withdraw(0)
+        ride.q = PANDA.neutral.copy()
+        planner.reset(ride.q)
+        if not met:
+            break
+    assert line > 20
+
+
 def test_a_planner_stays_stopped_until_all_of_resuming_has_happened():
     ride = Ride()
     K = ride.planner._session.K
