@@ -45,6 +45,12 @@ from ftqp.control.task.directional_damping import DirectionalDamping as Directio
 from ftqp.control.task.emergency import EmergencyStop as EmergencyStop
 from ftqp.control.task.resolvers import Damping as Damping
 from ftqp.control.task.scheme import Scheme as Scheme
+from ftqp.control.task.soft_tasks import AxisTask as AxisTask
+from ftqp.control.task.soft_tasks import CentreOfMass as CentreOfMass
+from ftqp.control.task.soft_tasks import JointTask as JointTask
+from ftqp.control.task.soft_tasks import LeastSquares as LeastSquares
+from ftqp.control.task.soft_tasks import PositionTask as PositionTask
+from ftqp.control.task.soft_tasks import PostureTask as PostureTask
 from ftqp.control.task.task import Task as Task
 from ftqp.core.errors import FtqpError as FtqpError
 from ftqp.core.errors import InputError as InputError

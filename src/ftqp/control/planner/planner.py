@@ -1,6 +1,6 @@
 """Planner: one arm, one task, one QP a tick."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -28,6 +28,7 @@ from ftqp.control.planner.start import Rest, StartWatch
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.step_parts import Said
 from ftqp.control.planner.target import Target, Targets
+from ftqp.control.planner.task_list import TaskList, split
 from ftqp.control.planner.wanted import Fitting, Wanted
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.task.bounds import Bounds
@@ -35,9 +36,11 @@ from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.emergency import EmergencyStop
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
+from ftqp.control.task.soft_tasks import SoftTask
 from ftqp.control.task.task import Task
 from ftqp.core.checks import instance
 from ftqp.core.clock import now
+from ftqp.core.errors import InputError
 from ftqp.faults.belief import Belief
 from ftqp.faults.detection.detector import Detector
 from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory
@@ -74,6 +77,8 @@ class Planner(PlannerChanges):
         detector: Looks for failures that nobody reports, and makes the planner believe them; None is none.
         plan: One of ``ftqp.analysis.plan`` or ``load_plan``: its postures lead the null space, in the place
             of ``posture``; the scheme is ``rmp`` unless another is named.
+        tasks: That of the tip, if it is not given as ``task``, and up to 8 soft ones, ``ftqp.PositionTask``
+            and others, which share what it leaves of the arm's freedom, as their weights say.
 
     Raises:
         InputError: A parameter is wrong, or two of them exclude each other.
@@ -101,8 +106,10 @@ class Planner(PlannerChanges):
         noise: Noise | None = None,
         detector: Detector | None = None,
         plan: LeadingPlan | None = None,
+        tasks: Sequence[Task | SoftTask] | None = None,
     ) -> None:
         instance("detector", detector, Detector | None, "an ftqp.Detector or None")
+        task, soft = split(task, tasks)
         given = self._given = settled(
             robot, dt, level=level, scheme=scheme, task=task, bounds=bounds, backend=backend, posture=posture,
             torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
@@ -114,6 +121,12 @@ class Planner(PlannerChanges):
             level=level, dt=given.dt, drive=given.drive, noise=given.noise,
         )  # fmt: skip
         self._solver = Solver(self._session, robot, given.task, given.scheme, given.solver)
+        if soft and not self._solver.has_qp:
+            raise InputError(
+                f"scheme {given.scheme.name!r} solves no QP, so that soft tasks have no effect on it; take "
+                "one that does, for example 'mvn'"
+            )
+        self._tasks = TaskList(self._session, robot, soft, level, given.dt)
         self._wanted = Wanted(
             Belief(robot, torque_limits=given.limits_torque),
             Fitting(robot),
@@ -122,7 +135,7 @@ class Planner(PlannerChanges):
         self._adopted, self._step_arm = None, self._wanted.fitting
         self._said = Said(int(self._session.K.cascade.status))
         self._out, self._loop = (
-            Step(self._session, robot.joints, self._said),
+            Step(self._session, robot.joints, self._said, self._tasks.names),
             ArmLoop(self._session, robot.joints),
         )
         self._rest, self._timing = Rest(self._session), timing
@@ -139,8 +152,8 @@ class Planner(PlannerChanges):
                 self._disbelieve, probing_of(self._session, given, detector),
             )  # fmt: skip
         parts = (
-            self._loop, self._solver, self._leading, degrading, self._free, StartWatch(self._session.K),
-            self._fault_response,
+            self._tasks, self._loop, self._solver, self._leading, degrading, self._free,
+            StartWatch(self._session.K), self._fault_response,
         )  # fmt: skip
         self._stages = tuple(part.stage for part in parts if part is not None)
         self._ordinary = self._solver.tick(CLOCK)
@@ -177,7 +190,9 @@ class Planner(PlannerChanges):
                 of them is remembered.
             v: Measured velocity, (nv,) [rad/s or m/s], or None: the planner observes it from q, and looks at
                 a given one only to see whether it is finite.
-            target: Where the tip should be now; or ``targets.at(k)`` of a whole trajectory.
+            target: Where the tip should be now; or ``targets.at(k)`` of a whole trajectory; or a table of
+                targets by task, ``{"tip": target, "elbow": position}``, in which a task that is left out
+                keeps its last one.
             tau: Measured torque, (nv,) [N m or N]; it is checked to be finite.
             tip: Measured pose of the tip, (4, 4), in place of the one of forward kinematics.
 
@@ -194,12 +209,16 @@ class Planner(PlannerChanges):
             try:
                 code = begin(q, self._at_rest if v is None else v, target.packed, target.row)
             except (AttributeError, TypeError, ValueError, OverflowError) as error:
+                if isinstance(target, Mapping):
+                    return self.step(q, v, self._tasks.distributed(target))
                 raise not_a_target(target) from error
             if code >= 0:
                 self._said.code = code
                 if code == RELAXED or self._rest.held:
                     self._rest.tell(self._out)
                 return self._out
+        if isinstance(target, Mapping):
+            target = self._tasks.distributed(target)
         if not isinstance(target, Target | Targets) or not is_row(target.row):
             raise not_a_target(target)
         return self._led(None, q, v, (target.packed, target.row), tau, tip)
@@ -210,6 +229,11 @@ class Planner(PlannerChanges):
         Raises:
             InputError: A foreign solver, a plan, or a task that gives rows up.
         """
+        if self._tasks.calls_python:
+            raise InputError(
+                "a task of LeastSquares asks a Python function in every step, which a batch does not; make a "
+                "planner without it"
+            )
         return WhatIfs(
             self._session, self.robot, self._given, self._solver, self._wanted.reserve, self.faults
         )
@@ -236,7 +260,7 @@ class Planner(PlannerChanges):
         None where a foreign solver or a clock takes part in every tick.
         """
         self._heal()
-        whole = self._solver.is_compiled and not self._timing
+        whole = self._solver.is_compiled and not self._timing and not self._tasks.calls_python
         return Blocks(self._session, self._tick, self.robot) if whole else None
 
     @guarded("step")

@@ -7,6 +7,7 @@ from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remainin
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.response.fault_response import FaultResponse
 from ftqp.control.planner.settings import Settings
+from ftqp.control.planner.task_list import TaskList
 from ftqp.control.planner.wanted import Wanted
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.emergency import EmergencyStop
@@ -30,12 +31,22 @@ ANEW = "the planner was laid out for it; make another one, ftqp.Planner(robot, {
 class PlannerFacts:
     """What a planner believes, has found and has been given, to be read between steps."""
 
-    __slots__ = ("__weakref__", "_fault_response", "_given", "_leading", "_loop", "_session", "_wanted")
+    __slots__ = (
+        "__weakref__",
+        "_fault_response",
+        "_given",
+        "_leading",
+        "_loop",
+        "_session",
+        "_tasks",
+        "_wanted",
+    )
     _given: Settings
     _session: Session
     _loop: ArmLoop
     _leading: PlanLeading | None
     _fault_response: FaultResponse | None
+    _tasks: TaskList
     _wanted: Wanted
 
     robot: Fixed[Robot] = Fixed(
@@ -46,6 +57,11 @@ class PlannerFacts:
     dt: Fixed[float] = Fixed("_given.dt", "The sampling period [s].", ANEW)
     level: Fixed[str] = Fixed("_given.level", "``acceleration`` or ``velocity``, what the QP decides.", ANEW)
     task: Fixed[Task] = Fixed("_given.task", "Which rows of the pose are followed, and how.", ANEW)
+    tasks: Fixed[TaskList] = Fixed(
+        "_tasks",
+        "The soft tasks by name; their weights and targets may be changed between steps.",
+        ANEW,
+    )
     scheme: Fixed[Scheme | Resolver] = Fixed("_given.scheme", "What the arm does with its redundancy.", ANEW)
     bounds: Fixed[Bounds] = Fixed("_given.bounds", "How limits become intervals.", ANEW)
     emergency: Fixed[EmergencyStop | None] = Fixed(

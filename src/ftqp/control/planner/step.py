@@ -26,6 +26,7 @@ from ftqp.control.planner.step_parts import (
     QPReport,
     Reference,
     Said,
+    SoftTaskReport,
     measures_of,
 )
 from ftqp.core.checks import BoolArray, FloatArray
@@ -64,6 +65,7 @@ class Step:
         session: The planner's, whose record the step reads.
         joints: Names of the joints, (nv,).
         said: What the planner writes of each step.
+        soft: Names of the soft tasks.
 
     Attributes:
         q: The joint positions to be sent, for the end of the step, (nv,) [rad or m].
@@ -74,7 +76,7 @@ class Step:
     All arrays are views that cannot be written; ``step.q.copy()`` can.
     """
 
-    __slots__ = ("_arm", "_fill_in", "_joints", "_parts", "_said", "a", "q", "task_error", "v")
+    __slots__ = ("_arm", "_fill_in", "_joints", "_parts", "_said", "_soft", "a", "q", "task_error", "v")
     q: FloatArray
     v: FloatArray
     a: FloatArray
@@ -83,18 +85,31 @@ class Step:
     _joints: tuple[str, ...]
     _parts: Any
     _said: Said
+    _soft: tuple[str, ...]
     _fill_in: Callable[[], Any] | None
 
-    def __init__(self, session: Session, joints: Sequence[str], said: Said) -> None:
+    def __init__(
+        self, session: Session, joints: Sequence[str], said: Said, soft: tuple[str, ...] = ()
+    ) -> None:
         n, nc = len(joints), int(session.K.cascade.p)
         parts = {name: session.view(*place) for name, place in PLACES_OF_A_STEP.items()}
         for name in JOINTS_ONLY:
             parts[name] = parts[name][:n]
         parts["z"] = parts["z"][:nc]
-        self._own(ArmOfSteps(session), joints, parts, said)
+        parts["soft_error"] = parts["soft_error"].reshape(-1)
+        self._own(ArmOfSteps(session), joints, parts, said, soft)
 
-    def _own(self, arm: ArmOfSteps, joints: Sequence[str], parts: Any, said: Said) -> None:
-        own = {"_arm": arm, "_joints": tuple(joints), "_parts": parts, "_said": said, "_fill_in": None}
+    def _own(
+        self, arm: ArmOfSteps, joints: Sequence[str], parts: Any, said: Said, soft: tuple[str, ...]
+    ) -> None:
+        own = {
+            "_soft": soft,
+            "_arm": arm,
+            "_joints": tuple(joints),
+            "_parts": parts,
+            "_said": said,
+            "_fill_in": None,
+        }
         own |= {"q": parts["q"], "v": parts["v"], "a": parts["a"], "task_error": parts["error"]}
         for name, value in own.items():
             object.__setattr__(self, name, value)
@@ -218,6 +233,12 @@ class Step:
         It goes on as soon as the target moves, or another set of joints works.
         """
         return bool(self._number("holding"))
+
+    @property
+    def tasks(self) -> dict[str, SoftTaskReport]:
+        """How far each soft task was from its target before the step, by name."""
+        errors = self._parts["soft_error"]
+        return {name: SoftTaskReport(errors[3 * k : 3 * k + 3]) for k, name in enumerate(self._soft)}
 
     @property
     def slack(self) -> FloatArray:
@@ -379,7 +400,7 @@ class Step:
             numbers[begin:end] = self._parts[name]
         layout["jacobian"] = (at, len(numbers))
         numbers[at:] = jacobian
-        return _kept(self._arm, self._joints, layout, numbers, self.code, self.duration)
+        return _kept(self._arm, self._joints, layout, numbers, self.code, self.duration, self._soft)
 
     def leave_arm(self) -> None:
         """Stay with the arm that this step and its copies were made for: the planner's becomes another."""
@@ -399,7 +420,15 @@ class Step:
     def __reduce__(self) -> tuple[Any, ...]:
         kept = self.copy()
         parts = kept._parts
-        return _kept, (self._arm, self._joints, parts._layout, parts._numbers, self.code, self.duration)
+        return _kept, (
+            self._arm,
+            self._joints,
+            parts._layout,
+            parts._numbers,
+            self.code,
+            self.duration,
+            self._soft,
+        )
 
     def __repr__(self) -> str:
         errors = f"position_error={self.position_error:.2e}, rotation_error={self.rotation_error:.2e}"
@@ -413,8 +442,9 @@ def _kept(
     numbers: FloatArray,
     code: int,
     duration: float | None,
+    soft: tuple[str, ...],
 ) -> Step:
     """A step that owns its numbers."""
     step = Step.__new__(Step)
-    step._own(arm, joints, KeptParts(layout, numbers), Said(code, duration))
+    step._own(arm, joints, KeptParts(layout, numbers), Said(code, duration), soft)
     return step

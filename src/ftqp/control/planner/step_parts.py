@@ -61,6 +61,7 @@ PLACES_OF_A_STEP = {
     "holding": ("calm", "holding"),
     "m": ("task", "m"),
     "components": ("task", "rows"),
+    "soft_error": ("terms", "error"),
     **PLACES,
 }
 """Where each part of a step stands in the record."""
@@ -175,6 +176,18 @@ class QPReport(NamedTuple):
     residual_bounds: float
     residual_dual: float
     time: float | None
+
+
+class SoftTaskReport(NamedTuple):
+    """How far a soft task was from its target before a step.
+
+    Attributes:
+        error: Of a point from it to its target, along W, (3,) [m]; of an axis the rotation that turns it onto
+            its direction, its length the sine of the angle, 1 beyond a right angle; 0 of tasks of joints and
+            of one's own.
+    """
+
+    error: FloatArray
 
 
 class Measures(NamedTuple):

@@ -52,9 +52,8 @@ def _on_lines(fields: Sequence[Any]) -> np.dtype[Any]:
         offsets.append(-(-end // unit) * unit)
         end = offsets[-1] + kind.itemsize
     size = -(-end // LINE) * LINE
-    return np.dtype(
-        {"names": plain.names, "formats": kinds, "offsets": offsets, "itemsize": size}, align=True
-    )
+    layout: Any = {"names": plain.names, "formats": kinds, "offsets": offsets, "itemsize": size}
+    return np.dtype(layout, align=True)
 
 
 def in_line(memory: Any) -> Any:

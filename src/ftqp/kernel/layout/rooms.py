@@ -7,6 +7,7 @@ from ftqp.kernel.layout.feedback_rooms import feedback_fields, history_fields, p
 from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
 from ftqp.kernel.layout.gate_room import gate_fields
 from ftqp.kernel.layout.rows import constraint_capacity
+from ftqp.kernel.layout.terms_room import terms_fields
 
 
 def _state(N: int) -> Fields:
@@ -402,5 +403,6 @@ ROOMS = {
     "aside": _aside,
     "calm": calm_fields,
     "free": _free,
+    "terms": terms_fields,
 }
 """Each room with the fields that it has for N joints; those that every tick touches come first."""

@@ -1,0 +1,240 @@
+"""Soft tasks: what other points, axes and joints of the arm should do with what the tip's task leaves."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ftqp.control.task.task import DEFAULT_GAINS
+from ftqp.core.checks import array, frozen
+from ftqp.core.errors import InputError
+from ftqp.kernel.layout.enums import TASK_ROWS
+from ftqp.kernel.layout.terms_room import AXIS, JOINT_PLACES, MASS, OWN, POINT
+
+AXES = "xyz"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SoftTask:
+    """What every soft task has.
+
+    Args:
+        weight: How much it counts beside the scheme's objective and the other soft tasks, >= 0. A larger one
+            is kept more closely where two of them want different things; 0 leaves it out. The task of the
+            tip goes before them all.
+        kp: Gain on the error, >= 0 [1/s2 at the acceleration level, 1/s at the velocity level]. A larger one
+            comes nearer sooner. None is 100 and 10.
+        kv: Gain on the error of the velocity, >= 0 [1/s], at the acceleration level only. A larger one damps
+            more. None is 2 sqrt(kp), critical damping.
+        name: What ``planner.tasks``, ``step.tasks`` and the targets of a step call it; None is what it is of.
+
+    Raises:
+        InputError: A number is out of its range, or an array has a wrong shape.
+    """
+
+    weight: float = 1.0
+    kp: float | None = None
+    kv: float | None = None
+    name: str | None = None
+    code: ClassVar[int]
+
+    def __post_init__(self) -> None:
+        self.check("weight", self.weight)
+        for name in ("kp", "kv"):
+            if getattr(self, name) is not None:
+                self.check(name, getattr(self, name))
+        if self.name is not None and not (isinstance(self.name, str) and self.name):
+            raise InputError(f"name is {self.name!r:.60}, expected a word such as 'elbow', or None")
+
+    def check(self, name: str, value: Any) -> float:
+        """A number of the task, if it is finite and no less than 0."""
+        if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not isfinite(value):
+            raise InputError(f"{name} of {self.label} is {value!r:.60}, expected a finite number >= 0")
+        if value < 0.0:
+            raise InputError(f"{name} of {self.label} is {value:g}, expected >= 0")
+        return float(value)
+
+    @property
+    def label(self) -> str:
+        """What it is called."""
+        return self.name or type(self).__name__
+
+    def gains(self, level: str, dt: float) -> tuple[float, float]:
+        """kp and kv at a level.
+
+        Raises:
+            InputError: The sampled feedback loop that they make is unstable.
+        """
+        kp = DEFAULT_GAINS[level][0] if self.kp is None else float(self.kp)
+        kv = 2.0 * kp**0.5 if self.kv is None else float(self.kv)
+        kv = kv if level == "acceleration" else 0.0
+        said, loop = ("kp", kp) if level == "velocity" else ("kv", kv)
+        if loop * dt >= 2.0:
+            raise InputError(
+                f"{said} of {self.label} is {loop:g}, but with dt = {dt:g} s the feedback is unstable; "
+                f"expected {said} < {2.0 / dt:g}"
+            )
+        return kp, kv
+
+
+def _rows_of(task: SoftTask, rows: Any) -> str:
+    if not isinstance(rows, str) or not rows or set(rows) - set(AXES) or len(set(rows)) < len(rows):
+        raise InputError(f"rows of {task.label} is {rows!r:.60}, expected some of x, y, z, for example 'z'")
+    return rows
+
+
+@dataclass(frozen=True, slots=True)
+class PositionTask(SoftTask):
+    """A point of the arm is somewhere, for example its elbow above the table.
+
+    Args:
+        frame: A frame, link or joint of the robot's model, whose origin is meant.
+        rows: Along which axes of the world, some of x, y, z. Fewer leave more freedom.
+        target: Where it should be, (3,) [m]; None is where it is at ``planner.reset``.
+        point: Another point of that frame, (3,) [m].
+    """
+
+    frame: str
+    rows: str = field(default="xyz", kw_only=True)
+    target: Any = field(default=None, kw_only=True)
+    point: Any = field(default=(0.0, 0.0, 0.0), kw_only=True)
+    code: ClassVar[int] = POINT
+
+    def __post_init__(self) -> None:
+        SoftTask.__post_init__(self)
+        _rows_of(self, self.rows)
+        object.__setattr__(self, "point", frozen(array("point", self.point, (3,), "(3,)")))
+        if self.target is not None:
+            object.__setattr__(self, "target", frozen(array("target", self.target, (3,), "(3,)")))
+
+    @property
+    def label(self) -> str:
+        """What it is called."""
+        return self.name or str(self.frame)
+
+
+@dataclass(frozen=True, slots=True)
+class AxisTask(SoftTask):
+    """An axis of a frame points along a direction, or at a place: a camera looks at the work.
+
+    Args:
+        frame: A frame, link or joint of the robot's model.
+        axis: The axis, in that frame, (3,); its length does not matter.
+        along: What it should point along, in the world, (3,); its length does not matter.
+        towards: In place of ``along`` the place that it should point at from the frame's origin, (3,) [m].
+    """
+
+    frame: str
+    axis: Any = field(default=(0.0, 0.0, 1.0), kw_only=True)
+    along: Any = field(default=None, kw_only=True)
+    towards: Any = field(default=None, kw_only=True)
+    code: ClassVar[int] = AXIS
+
+    def __post_init__(self) -> None:
+        SoftTask.__post_init__(self)
+        if (self.along is None) == (self.towards is None):
+            raise InputError(
+                f"{self.label} has along {self.along!r:.40} and towards {self.towards!r:.40}, "
+                "expected one of them: a direction, or a place to point at"
+            )
+        object.__setattr__(self, "axis", direction("axis", self.axis))
+        if self.along is not None:
+            object.__setattr__(self, "along", direction("along", self.along))
+        else:
+            object.__setattr__(self, "towards", frozen(array("towards", self.towards, (3,), "(3,)")))
+
+    @property
+    def label(self) -> str:
+        """What it is called."""
+        return self.name or str(self.frame)
+
+
+def direction(name: str, value: Any) -> Any:
+    """A unit vector along ``value``.
+
+    Raises:
+        InputError: It is none of (3,), or has no length.
+    """
+    found = array(name, value, (3,), "(3,)")
+    length = float(np.linalg.norm(found))
+    if not 1e-12 < length < np.inf:
+        raise InputError(f"{name} is {found.tolist()}, expected a direction: (3,) numbers that are not all 0")
+    return frozen(found / length)
+
+
+@dataclass(frozen=True, slots=True)
+class CentreOfMass(SoftTask):
+    """The centre of mass of the arm's bodies, its load included, is somewhere.
+
+    Args:
+        rows: Along which axes of the world, some of x, y, z.
+        target: Where it should be, (3,) [m]; None is where it is at ``planner.reset``.
+    """
+
+    rows: str = "xyz"
+    target: Any = field(default=None, kw_only=True)
+    code: ClassVar[int] = MASS
+
+    def __post_init__(self) -> None:
+        SoftTask.__post_init__(self)
+        _rows_of(self, self.rows)
+        if self.target is not None:
+            object.__setattr__(self, "target", frozen(array("target", self.target, (3,), "(3,)")))
+
+
+@dataclass(frozen=True, slots=True)
+class PostureTask(SoftTask):
+    """All joints are drawn to a posture.
+
+    Args:
+        target: The posture, (nv,) [rad or m]; None is where the arm is at ``planner.reset``.
+    """
+
+    target: Any = None
+    code: ClassVar[int] = JOINT_PLACES
+
+
+@dataclass(frozen=True, slots=True)
+class JointTask(SoftTask):
+    """Some joints are drawn to places of their own.
+
+    Args:
+        joints: Where each should be, by name or 0-based index [rad or m].
+    """
+
+    joints: Mapping[str | int, float]
+    code: ClassVar[int] = JOINT_PLACES
+
+    def __post_init__(self) -> None:
+        SoftTask.__post_init__(self)
+        if not isinstance(self.joints, Mapping) or not self.joints:
+            raise InputError(
+                f"joints of {self.label} is {self.joints!r:.60}, expected places by joint, for example "
+                "{'panda_joint2': 0.5}"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class LeastSquares(SoftTask):
+    """weight/2 |J x - b|^2 of one's own, at the price of a call in every step.
+
+    Args:
+        rows: How many rows, 1 to 6.
+        fill: Called before each tick as ``fill(state, J, b)``: ``state`` has the reference ``q`` and ``v``,
+            (nv,), and ``J`` (rows, nv) and ``b`` (rows,) are to be written. x is the joint acceleration, or
+            velocity at the velocity level. What it raises goes through ``step``; numbers that are not finite
+            leave the task out of that tick.
+    """
+
+    rows: int
+    fill: Callable[[Any, Any, Any], None]
+    code: ClassVar[int] = OWN
+
+    def __post_init__(self) -> None:
+        SoftTask.__post_init__(self)
+        if isinstance(self.rows, bool) or not isinstance(self.rows, int) or not 1 <= self.rows <= TASK_ROWS:
+            raise InputError(f"rows of {self.label} is {self.rows!r:.60}, expected 1 to {TASK_ROWS}")
+        if not callable(self.fill):
+            raise InputError(f"fill of {self.label} is {self.fill!r:.60}, expected a function (state, J, b)")
