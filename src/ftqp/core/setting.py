@@ -60,21 +60,22 @@ Settings = Mapping[str, Setting]
 """What a class without fields declares: what a file may say of its arguments, by name."""
 
 
-def setting(default: Any, about: str, **says: Any) -> Any:
+def setting(default: Any, about: str, *, kw_only: bool | None = None, **says: Any) -> Any:
     """A field of a dataclass that is a setting.
 
     Args:
         default: The value of an object that does not give it; ``REQUIRED`` where each has to.
         about: The meaning in a few words, for ``ftqp check --keys``.
+        kw_only: Whether it is given by name only; None is as its class has it.
         says: Further attributes of a ``Setting``.
     """
-    return _field(default, Setting(about, **says))
+    return _field(default, Setting(about, **says), **({} if kw_only is None else {"kw_only": kw_only}))
 
 
-def _field(default: Any, says: Setting) -> Any:
+def _field(default: Any, says: Setting, **more: Any) -> Any:
     if isinstance(default, dict):
-        return field(default_factory=default.copy, metadata={SETTING: says})
-    return field(default=default, metadata={SETTING: says})
+        return field(default_factory=default.copy, metadata={SETTING: says}, **more)
+    return field(default=default, metadata={SETTING: says}, **more)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

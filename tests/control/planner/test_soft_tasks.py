@@ -163,7 +163,7 @@ def run(planner, target, ticks=2500, fault=None, robot=PANDA):
 @pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("fault", [None, ftqp.Locked(1)])
 def test_an_arm_whose_tip_has_a_position_looks_where_it_is_told_beside_it(level, fault):
-    look = ftqp.AxisTask("panda_hand_tcp", towards=[0.6, 0.25, 0.0], weight=20.0, name="look")
+    look = ftqp.AxisTask("panda_hand_tcp", towards=[0.6, 0.25, 0.0], weight=20.0, kp=25.0, name="look")
     planner = ftqp.Planner(PANDA, DT, level=level, tasks=[ftqp.Task(rows="position"), look])
     step, q = run(planner, still(PANDA, PANDA.neutral), fault=fault)
     T = PANDA.pose(q)
@@ -176,8 +176,10 @@ def test_an_arm_whose_tip_has_a_position_looks_where_it_is_told_beside_it(level,
 def test_a_larger_weight_comes_nearer_and_none_leaves_the_task_out():
     target, found = still(PANDA, PANDA.neutral), []
     for weight in (0.0, 1.0, 1e4):
-        elbow = ftqp.PositionTask(ELBOW, rows="y", target=[0.0, 0.05, 0.0], weight=weight, name="elbow")
-        planner = ftqp.Planner(PANDA, DT, tasks=[elbow, ftqp.PostureTask(weight=1.0)])
+        elbow = ftqp.PositionTask(
+            ELBOW, rows="y", target=[0.0, 0.05, 0.0], weight=weight, kp=25.0, name="elbow"
+        )
+        planner = ftqp.Planner(PANDA, DT, tasks=[elbow, ftqp.PostureTask(weight=1.0, kp=25.0)])
         step, _ = run(planner, target)
         found.append(abs(step.tasks["elbow"].error[1]))
     assert found[0] == pytest.approx(0.05, abs=1e-6) and found[0] > found[1] > found[2]

@@ -184,6 +184,8 @@ def resolve(
     errors, folder, dt = _Errors(), found.folder, tables.planner.dt
     arm = errors.tried("robot", lambda: arms(tables.robot, folder))
     settings = _planner_settings(tables.planner, folder, errors)
+    soft = [errors.tried(f"tasks[{k}]", partial(made, one)) for k, one in enumerate(tables.tasks)]
+    settings["tasks"] = soft
     recorder: Recorder | None = None
     if record and settings["backend"] is not None:
         backend = settings["backend"]

@@ -9,8 +9,10 @@ from ftqp.app.schema.planner_section import PlannerTable
 from ftqp.app.schema.reading import Options, Table
 from ftqp.app.schema.robot_section import RobotTable
 from ftqp.app.schema.simulation_section import FaultTable, SimulationTable
+from ftqp.control.task.soft_tasks import KINDS, SoftTask
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, setting
+from ftqp.kernel.layout.terms_room import TERMS
 from ftqp.kernel.layout.thresholds import TIME_SLACK
 from ftqp.qp import Backend, Recorder
 from ftqp.sim.schedule import first_tick
@@ -87,6 +89,12 @@ class Scenario(Table):
     planner: PlannerTable = setting(PlannerTable(), "how the next command is chosen")
     start: StartTable = setting(StartTable(), "the state at t = 0")
     path: PathTable = setting(REQUIRED, "what the tip follows")
+    tasks: tuple[Options[SoftTask], ...] = setting(
+        (),
+        "what other points and joints should do with what the tip's task leaves",
+        kinds=KINDS,
+        count=(0, TERMS),
+    )
     base: BaseTable | None = setting(None, "what carries the arm; it stands if absent")
     faults: tuple[FaultTable, ...] = setting((), "what fails, and when the planner is told")
     simulation: SimulationTable = setting(SimulationTable(), "what stands for the world")

@@ -1,19 +1,26 @@
 """Soft tasks: what other points, axes and joints of the arm should do with what the tip's task leaves."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import isfinite
 from typing import Any, ClassVar
 
 import numpy as np
 
-from ftqp.control.task.task import DEFAULT_GAINS
 from ftqp.core.checks import array, frozen
 from ftqp.core.errors import InputError
+from ftqp.core.setting import REQUIRED, setting
 from ftqp.kernel.layout.enums import TASK_ROWS
 from ftqp.kernel.layout.terms_room import AXIS, JOINT_PLACES, MASS, OWN, POINT
 
 AXES = "xyz"
+GENTLE = {"acceleration": 4.0, "velocity": 2.0}
+"""kp at each level: an error decays by 2 1/s, five times as slowly as that of the tip, so that a soft task
+does not take the arm into limits that the tip's task needs. A guess that `python examples/11_look_at.py` has
+not contradicted."""
+Three = tuple[float, float, float] | None
+WHERE = "where it should be; where it is at the start if absent"
+FRAME = "a frame, link or joint of the robot's model"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,7 +32,8 @@ class SoftTask:
             is kept more closely where two of them want different things; 0 leaves it out. The task of the
             tip goes before them all.
         kp: Gain on the error, >= 0 [1/s2 at the acceleration level, 1/s at the velocity level]. A larger one
-            comes nearer sooner. None is 100 and 10.
+            comes nearer sooner, and takes the arm into its limits sooner, where the tip's task then misses
+            what it needs. None is 4 and 2: five times as slow as the task of the tip.
         kv: Gain on the error of the velocity, >= 0 [1/s], at the acceleration level only. A larger one damps
             more. None is 2 sqrt(kp), critical damping.
         name: What ``planner.tasks``, ``step.tasks`` and the targets of a step call it; None is what it is of.
@@ -34,10 +42,10 @@ class SoftTask:
         InputError: A number is out of its range, or an array has a wrong shape.
     """
 
-    weight: float = 1.0
-    kp: float | None = None
-    kv: float | None = None
-    name: str | None = None
+    weight: float = setting(1.0, "how much it counts beside the others, >= 0", least=0.0)
+    kp: float | None = setting(None, "gain on its error, >= 0", unit="1/s2 or 1/s", least=0.0)
+    kv: float | None = setting(None, "gain on the error of its velocity, >= 0", unit="1/s", least=0.0)
+    name: str | None = setting(None, "what it is called; after its frame or kind if absent")
     code: ClassVar[int]
 
     def __post_init__(self) -> None:
@@ -67,7 +75,7 @@ class SoftTask:
         Raises:
             InputError: The sampled feedback loop that they make is unstable.
         """
-        kp = DEFAULT_GAINS[level][0] if self.kp is None else float(self.kp)
+        kp = GENTLE[level] if self.kp is None else float(self.kp)
         kv = 2.0 * kp**0.5 if self.kv is None else float(self.kv)
         kv = kv if level == "acceleration" else 0.0
         said, loop = ("kp", kp) if level == "velocity" else ("kv", kv)
@@ -96,10 +104,12 @@ class PositionTask(SoftTask):
         point: Another point of that frame, (3,) [m].
     """
 
-    frame: str
-    rows: str = field(default="xyz", kw_only=True)
-    target: Any = field(default=None, kw_only=True)
-    point: Any = field(default=(0.0, 0.0, 0.0), kw_only=True)
+    frame: str = setting(REQUIRED, FRAME)
+    rows: str = setting("xyz", "axes of the world along which it counts, some of x, y, z", kw_only=True)
+    target: Any = setting(
+        None, "where it should be; where it starts if absent", of=Three, unit="m", kw_only=True
+    )
+    point: Any = setting((0.0, 0.0, 0.0), "another point of the frame", of=Three, unit="m", kw_only=True)
     code: ClassVar[int] = POINT
 
     def __post_init__(self) -> None:
@@ -126,10 +136,10 @@ class AxisTask(SoftTask):
         towards: In place of ``along`` the place that it should point at from the frame's origin, (3,) [m].
     """
 
-    frame: str
-    axis: Any = field(default=(0.0, 0.0, 1.0), kw_only=True)
-    along: Any = field(default=None, kw_only=True)
-    towards: Any = field(default=None, kw_only=True)
+    frame: str = setting(REQUIRED, FRAME)
+    axis: Any = setting((0.0, 0.0, 1.0), "the axis in the frame", of=Three, kw_only=True)
+    along: Any = setting(None, "direction in the world that it points along", of=Three, kw_only=True)
+    towards: Any = setting(None, "place that it points at instead", of=Three, unit="m", kw_only=True)
     code: ClassVar[int] = AXIS
 
     def __post_init__(self) -> None:
@@ -148,7 +158,7 @@ class AxisTask(SoftTask):
     @property
     def label(self) -> str:
         """What it is called."""
-        return self.name or str(self.frame)
+        return self.name or f"{self.frame} axis"
 
 
 def direction(name: str, value: Any) -> Any:
@@ -173,8 +183,10 @@ class CentreOfMass(SoftTask):
         target: Where it should be, (3,) [m]; None is where it is at ``planner.reset``.
     """
 
-    rows: str = "xyz"
-    target: Any = field(default=None, kw_only=True)
+    rows: str = setting("xyz", "axes of the world along which it counts, some of x, y, z")
+    target: Any = setting(
+        None, "where it should be; where it starts if absent", of=Three, unit="m", kw_only=True
+    )
     code: ClassVar[int] = MASS
 
     def __post_init__(self) -> None:
@@ -192,7 +204,9 @@ class PostureTask(SoftTask):
         target: The posture, (nv,) [rad or m]; None is where the arm is at ``planner.reset``.
     """
 
-    target: Any = None
+    target: Any = setting(
+        None, "the posture; where the arm starts if absent", of=tuple[float, ...] | None, unit="rad or m"
+    )
     code: ClassVar[int] = JOINT_PLACES
 
 
@@ -204,7 +218,9 @@ class JointTask(SoftTask):
         joints: Where each should be, by name or 0-based index [rad or m].
     """
 
-    joints: Mapping[str | int, float]
+    joints: Mapping[str | int, float] = setting(
+        REQUIRED, "where some joints should be, { joint = place }", of=dict[str, float], unit="rad or m"
+    )
     code: ClassVar[int] = JOINT_PLACES
 
     def __post_init__(self) -> None:
@@ -238,3 +254,13 @@ class LeastSquares(SoftTask):
             raise InputError(f"rows of {self.label} is {self.rows!r:.60}, expected 1 to {TASK_ROWS}")
         if not callable(self.fill):
             raise InputError(f"fill of {self.label} is {self.fill!r:.60}, expected a function (state, J, b)")
+
+
+KINDS: Mapping[str, type[SoftTask]] = {
+    "position": PositionTask,
+    "axis": AxisTask,
+    "centre_of_mass": CentreOfMass,
+    "posture": PostureTask,
+    "joints": JointTask,
+}
+"""Those that a file can have, by the word for them; a function of one's own can only be given in Python."""
