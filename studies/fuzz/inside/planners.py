@@ -69,6 +69,7 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
     watched = int(rng.integers(WATCHED_BY)) == 0
     degrades = backend == "active_set" and int(rng.integers(DEGRADES_BY)) == 0
     sets = ("position_axis", "position") if degrades and len(robot.default_rows) > 3 else None
+    soft = _soft(robot, rng.spawn(1)[0])  # which leaves what is drawn besides as it was
     planner = ftqp.Planner(
         robot,
         dt,
@@ -82,12 +83,13 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
         drive=_drive(drive, latency),
         noise=ftqp.Noise(q=1e-4) if watched else None,
         detector=ftqp.Detector() if watched else None,
+        tasks=soft,
     )
     words = (name, level, mode, f"dt {dt:g}", f"drive {drive}", f"late {latency:g}", scheme, backend, bounds)
     return Made(
         robot=robot,
         planner=planner,
-        sentence=", ".join([*words, f"gives up {sets}", f"detector {watched}"]),
+        sentence=", ".join([*words, f"gives up {sets}", f"detector {watched}", f"{len(soft)} soft tasks"]),
         drive=drive.split()[-1],
         viable=bounds == "viability",
         watched=watched,
@@ -98,3 +100,24 @@ def _drive(name: str, latency: float) -> Any:
     if name == "slow position":
         return ftqp.Drive(kind="position", bandwidth=60.0, takes_velocity=False, latency=latency)
     return ftqp.Drive(kind=name, latency=latency)
+
+
+def _soft(robot: Any, rng: Any) -> list[Any]:
+    """Soft tasks of one planner in three, any of them, near the arm or far from it."""
+    if rng.random() > 1.0 / 3.0:
+        return []
+    frame, size = robot.joints[int(rng.integers(robot.nv))], 10.0 ** rng.uniform(-2.0, 2.0)
+    settings = {"weight": 10.0 ** rng.uniform(-3.0, 3.0), "kp": 10.0 ** rng.uniform(-1.0, 1.0)}
+
+    def fill(state: Any, J: Any, b: Any) -> None:
+        J[0, 0], b[0] = 1.0, 1e3 - state.q[0]
+
+    tasks = [
+        ftqp.PositionTask(frame, target=size * rng.normal(size=3), name="point", **settings),
+        ftqp.AxisTask(frame, towards=size * rng.normal(size=3), name="axis", **settings),
+        ftqp.PostureTask(name="posture", **settings),
+        ftqp.LeastSquares(1, fill, name="own", **settings),
+    ]
+    if robot.has_inertia:
+        tasks.append(ftqp.CentreOfMass("xy", target=size * rng.normal(size=3), name="mass", **settings))
+    return [task for task in tasks if rng.random() < 0.5]

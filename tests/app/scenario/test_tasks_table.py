@@ -1,0 +1,51 @@
+"""The tables ``[[tasks]]``: they reach the planner, and what is wrong of them is told."""
+
+import numpy as np
+import pytest
+
+from ftqp.app.scenario.setup import load
+from ftqp.core.errors import ScenarioError
+
+HEAD = '[robot]\nname = "panda"\n[path]\nkind = "circle"\nradius = 0.05\nduration = 1.0\n'
+ELBOW = """kind = "position"
+frame = "panda_joint4"
+rows = "z"
+target = [0.0, 0.0, 0.7]
+weight = 5.0
+name = "elbow"
+"""
+
+
+def scenario(folder, *tables):
+    file = folder / "several.toml"
+    file.write_text(HEAD + "".join(f"[[tasks]]\n{table}\n" for table in tables), encoding="utf-8")
+    return load(str(file))
+
+
+def test_tables_reach_the_planner_and_survive_being_written(tmp_path):
+    axis = 'kind = "axis"\nframe = "panda_joint6"\ntowards = [1.0, 0.0, 0.0]'
+    joints, mass = 'kind = "joints"\njoints = { panda_joint7 = 0.5 }', 'kind = "centre_of_mass"\nrows = "xy"'
+    setup = scenario(tmp_path, ELBOW, axis, joints, mass, 'kind = "posture"')
+    tasks = setup.planner.tasks
+    assert list(tasks) == ["elbow", "panda_joint6 axis", "JointTask", "CentreOfMass", "PostureTask"]
+    assert tasks["elbow"].weight == 5.0 and tasks["elbow"].target.tolist() == [0.0, 0.0, 0.7]
+    np.testing.assert_array_equal(tasks["PostureTask"].target, setup.q)
+    again = tmp_path / "again.toml"
+    again.write_text(setup.toml, encoding="utf-8")
+    assert load(str(again)).content == setup.content
+    plain = load(str(again), ["tasks=[]"])
+    ends = [one.simulation().run().q[-1] for one in (setup, plain)]
+    assert np.abs(ends[0] - ends[1]).max() > 1e-3
+
+
+@pytest.mark.parametrize(("table", "sentence"), [
+    (ELBOW.replace("5.0", "-5.0"), r"tasks\[0\].weight is -5"),
+    (ELBOW.replace('"z"', '"w"'), r"tasks\[0\]: rows of elbow is 'w'"),
+    (ELBOW.replace("joint4", "joint44"), "planner: frame is 'panda_joint44'"),
+    (ELBOW.replace("target", "goal"), r"tasks\[0\].goal is not a key"),
+    ('kind = "elbow"', r"tasks\[0\] has kind 'elbow', expected one of position, axis"),
+    ('kind = "axis"\nframe = "panda_joint4"', r"tasks\[0\]: panda_joint4 axis has along None"),
+])  # fmt: skip
+def test_wrong_tables_are_one_sentence(tmp_path, table, sentence):
+    with pytest.raises(ScenarioError, match=sentence):
+        scenario(tmp_path, table)
