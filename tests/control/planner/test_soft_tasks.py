@@ -211,6 +211,24 @@ def test_a_batch_does_what_steps_do():
     np.testing.assert_allclose(found, q, rtol=0, atol=1e-12)
 
 
+def test_a_batch_of_a_planner_whose_task_has_no_place_yet_is_refused():
+    planner = ftqp.Planner(PANDA, DT, tasks=[ftqp.PositionTask(ELBOW, name="elbow")])
+    targets = ftqp.Targets(PANDA.pose(PANDA.neutral)[None])
+    with pytest.raises(InputError, match=r"the task 'elbow' has no target yet"):
+        ftqp.batch.rollout(planner, PANDA.neutral, targets=targets)
+    planner.reset(PANDA.neutral)
+    assert ftqp.batch.rollout(planner, PANDA.neutral, targets=targets).q.shape == (1, 7)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_an_arm_comes_to_rest_whose_soft_tasks_cannot_be_reached(level):
+    soft = [ftqp.PositionTask(ELBOW, target=[2.0, -3.0, 1.0], weight=3.0),
+            ftqp.AxisTask("panda_joint6", along=[1.0, 1.0, 0.2], weight=10.0)]  # fmt: skip
+    planner = ftqp.Planner(PANDA, 2e-3, level=level, tasks=[ftqp.Task(rows="position"), *soft])
+    step, _ = run(planner, still(PANDA, PANDA.neutral), 15_000, ftqp.Locked(2))
+    assert step.position_error < 1e-6 and np.abs(step.v).max() < 1e-4
+
+
 def test_targets_come_by_task_and_those_left_out_stay():
     elbow = ftqp.PositionTask(ELBOW, name="elbow")
     planner = ftqp.Planner(PANDA, DT, tasks=[elbow])

@@ -234,6 +234,11 @@ class Planner(PlannerChanges):
                 "a task of LeastSquares asks a Python function in every step, which a batch does not; make a "
                 "planner without it"
             )
+        if not self._session.K.state.is_reset and self._tasks.begin_where_they_are:
+            raise InputError(
+                f"the task {self._tasks.begin_where_they_are[0]!r} has no target yet; give it one, or call "
+                "planner.reset(q) first"
+            )
         return WhatIfs(
             self._session, self.robot, self._given, self._solver, self._wanted.reserve, self.faults
         )

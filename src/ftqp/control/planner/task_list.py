@@ -218,6 +218,11 @@ class TaskList(Mapping[str, RunningTask]):
         return tuple(self._by_name)
 
     @property
+    def begin_where_they_are(self) -> tuple[str, ...]:
+        """Names of those whose target is where the arm is at a reset."""
+        return tuple(one.name for one in self.values() if getattr(one.given, "target", self) is None)
+
+    @property
     def calls_python(self) -> bool:
         """Whether a tick needs the interpreter."""
         return bool(self._own)
