@@ -34,9 +34,11 @@ help:
 	@echo "make wheel      a wheel with the kernel built for two classes of processors, into dist/"
 	@echo "make clean      removes the environment, caches and runs"
 
+# What the demo does not need of the kernel is built when it has been shown; other targets wait for it.
 demo: $(VENV)/.has-viz
 	$(BIN)/ftqp demo
-	@$(MAKER)
+	@echo "the rest of the kernel is built in the background, a minute or two; make kernel waits for it"
+	@nohup $(MAKER) > $(VENV)/kernel.txt 2>&1 &
 
 # Compiles what an edit concerns, in a few seconds; nothing where the library is as new as the source.
 kernel: $(VENV)/.has-viz
