@@ -69,7 +69,8 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
     watched = int(rng.integers(WATCHED_BY)) == 0
     degrades = backend == "active_set" and int(rng.integers(DEGRADES_BY)) == 0
     sets = ("position_axis", "position") if degrades and len(robot.default_rows) > 3 else None
-    soft = _soft(robot, rng.spawn(1)[0])  # which leaves what is drawn besides as it was
+    beside = rng.spawn(1)[0]  # which leaves what is drawn besides as it was
+    soft, kept = _soft(robot, beside), _kept(robot, beside)
     planner = ftqp.Planner(
         robot,
         dt,
@@ -84,12 +85,15 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
         noise=ftqp.Noise(q=1e-4) if watched else None,
         detector=ftqp.Detector() if watched else None,
         tasks=soft,
+        constraints=kept,
     )
     words = (name, level, mode, f"dt {dt:g}", f"drive {drive}", f"late {latency:g}", scheme, backend, bounds)
     return Made(
         robot=robot,
         planner=planner,
-        sentence=", ".join([*words, f"gives up {sets}", f"detector {watched}", f"{len(soft)} soft tasks"]),
+        sentence=", ".join(
+            [*words, f"gives up {sets}", f"detector {watched}", f"{len(soft)} soft tasks, {len(kept)} planes"]
+        ),
         drive=drive.split()[-1],
         viable=bounds == "viability",
         watched=watched,
@@ -121,3 +125,20 @@ def _soft(robot: Any, rng: Any) -> list[Any]:
     if robot.has_inertia:
         tasks.append(ftqp.CentreOfMass("xy", target=size * rng.normal(size=3), name="mass", **settings))
     return [task for task in tasks if rng.random() < 0.5]
+
+
+def _kept(robot: Any, rng: Any) -> list[Any]:
+    """Points that one planner in four keeps, near planes that the arm may be beyond."""
+    if rng.random() > 0.25:
+        return []
+    tip = robot.pose(robot.neutral)[:3, 3]
+    return [
+        ftqp.Keep(
+            robot.tip if rng.random() < 0.5 else robot.joints[int(rng.integers(robot.nv))],
+            above=tip + rng.normal(size=3) * 0.2,
+            normal=rng.normal(size=3),
+            braking=10.0 ** rng.uniform(-1.0, 1.0),
+            name=f"point {k}",
+        )
+        for k in range(1 + int(rng.integers(3)))
+    ]

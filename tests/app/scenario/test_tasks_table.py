@@ -25,7 +25,9 @@ def scenario(folder, *tables):
 def test_tables_reach_the_planner_and_survive_being_written(tmp_path):
     axis = 'kind = "axis"\nframe = "panda_joint6"\ntowards = [1.0, 0.0, 0.0]'
     joints, mass = 'kind = "joints"\njoints = { panda_joint7 = 0.5 }', 'kind = "centre_of_mass"\nrows = "xy"'
-    setup = scenario(tmp_path, ELBOW, axis, joints, mass, 'kind = "posture"')
+    table = '[[constraints]]\nframe = "panda_joint4"\nabove = [0.0, 0.0, 0.3]\nname = "table"'
+    setup = scenario(tmp_path, ELBOW, axis, joints, mass, 'kind = "posture"\n' + table)
+    assert setup.planner.constraints["table"].given.offset == 0.3
     tasks = setup.planner.tasks
     assert list(tasks) == ["elbow", "panda_joint6 axis", "JointTask", "CentreOfMass", "PostureTask"]
     assert tasks["elbow"].weight == 5.0 and tasks["elbow"].target.tolist() == [0.0, 0.0, 0.7]
@@ -39,6 +41,11 @@ def test_tables_reach_the_planner_and_survive_being_written(tmp_path):
 
 
 @pytest.mark.parametrize(("table", "sentence"), [
+    ('kind = "posture"\n[[constraints]]\nframe = "panda_joint4"\nabove = [0, 0, 0]\nbraking = 0',
+     r"constraints\[0\].braking is 0"),
+    ('kind = "posture"\n[[constraints]]\nframe = "panda_joint44"\nabove = [0, 0, 0]',
+     "planner: frame is 'panda_joint44'"),
+    ('kind = "posture"\n[[constraints]]\nframe = "panda_joint4"', r"constraints\[0\].above is missing"),
     (ELBOW.replace("5.0", "-5.0"), r"tasks\[0\].weight is -5"),
     (ELBOW.replace('"z"', '"w"'), r"tasks\[0\]: rows of elbow is 'w'"),
     (ELBOW.replace("joint4", "joint44"), "planner: frame is 'panda_joint44'"),

@@ -8,7 +8,8 @@ import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.layout.record import record_dtype
 from ftqp.kernel.layout.rows import (
-    ROW_KINDS,
+    KEEP,
+    KEEPS,
     TORQUE,
     constraint_capacity,
     constraint_count,
@@ -72,16 +73,18 @@ def test_a_torque_row_limits_the_joint_that_owns_it(level, scale):
 
 
 def test_an_arm_without_masses_has_no_rows_that_need_them():
-    left = [kind for kind in ROW_KINDS if not kind.needs_inertia]
-    assert TORQUE not in left and constraint_count(7, False) == 7 * len(left)
-    assert [constraint_owner(row, 7, False)[0] for row in range(7 * len(left))] == [
-        k for k in left for _ in range(7)
-    ]
-    assert all(kind_of(label) in left for label in constraint_labels(PANDA.joints, False))
-    assert all(kind.count(7, kind.needs_inertia) == 7 for kind in ROW_KINDS)
+    assert constraint_count(7, False) == 0 and constraint_count(7, False, 3) == 3
+    assert constraint_labels(PANDA.joints, False, ["a", "b"]) == ("keep a", "keep b")
+    assert [constraint_owner(row, 7, False) for row in range(2)] == [(KEEP, 0), (KEEP, 1)]
     K = constrained("velocity", robot=ftqp.robots.load("srs7"))
-    assert K.qp.nc == 7 * len(left)
-    assert np.isnan(K.qp.l[7 * len(left) :]).all()
+    assert K.qp.nc == 0 and np.isnan(K.qp.l).all()
+
+
+def test_rows_of_points_stand_behind_those_of_joints():
+    labels = constraint_labels(PANDA.joints, True, ["table", "wall"])
+    assert labels[7:] == ("keep table", "keep wall") and len(labels) == constraint_count(7, True, 2)
+    assert [constraint_owner(row, 7, True) for row in (6, 7, 8)] == [(TORQUE, 6), (KEEP, 0), (KEEP, 1)]
+    assert [kind_of(label) for label in labels[6:8]] == [TORQUE, KEEP]
 
 
 @pytest.mark.parametrize("capacity", [8, 16, 32])
@@ -89,7 +92,7 @@ def test_a_record_has_room_for_every_row_of_its_class(capacity):
     qp = record_dtype(capacity)["qp"]
     assert qp["C"].shape == (constraint_capacity(capacity), capacity + 1)
     assert qp["l"].shape == qp["u"].shape == qp["z"].shape == (constraint_capacity(capacity),)
-    assert constraint_capacity(capacity) == constraint_count(capacity, True)
+    assert constraint_capacity(capacity) == constraint_count(capacity, True, KEEPS)
     owners = [constraint_owner(row, capacity, True) for row in range(constraint_capacity(capacity))]
     pairs = {(kind.name, joint) for kind, joint in owners}
     assert len(pairs) == constraint_capacity(capacity)

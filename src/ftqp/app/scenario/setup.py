@@ -186,6 +186,8 @@ def resolve(
     settings = _planner_settings(tables.planner, folder, errors)
     soft = [errors.tried(f"tasks[{k}]", partial(made, one)) for k, one in enumerate(tables.tasks)]
     settings["tasks"] = soft
+    kept = [errors.tried(f"constraints[{k}]", one.made) for k, one in enumerate(tables.constraints)]
+    settings["constraints"] = kept
     recorder: Recorder | None = None
     if record and settings["backend"] is not None:
         backend = settings["backend"]

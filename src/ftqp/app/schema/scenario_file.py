@@ -9,9 +9,11 @@ from ftqp.app.schema.planner_section import PlannerTable
 from ftqp.app.schema.reading import Options, Table
 from ftqp.app.schema.robot_section import RobotTable
 from ftqp.app.schema.simulation_section import FaultTable, SimulationTable
+from ftqp.control.task.keep import Keep
 from ftqp.control.task.soft_tasks import KINDS, SoftTask
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, setting
+from ftqp.kernel.layout.rows import KEEPS
 from ftqp.kernel.layout.terms_room import TERMS
 from ftqp.kernel.layout.thresholds import TIME_SLACK
 from ftqp.qp import Backend, Recorder
@@ -94,6 +96,9 @@ class Scenario(Table):
         "what other points and joints should do with what the tip's task leaves",
         kinds=KINDS,
         count=(0, TERMS),
+    )
+    constraints: tuple[Options[Keep], ...] = setting(
+        (), "points of the arm that are kept on their side of a plane", count=(0, KEEPS)
     )
     base: BaseTable | None = setting(None, "what carries the arm; it stands if absent")
     faults: tuple[FaultTable, ...] = setting((), "what fails, and when the planner is told")

@@ -17,7 +17,7 @@ from ftqp.kernel.layout.enums import (
     VELOCITY,
     Limit,
 )
-from ftqp.kernel.layout.rows import COMPONENTS, TORQUE, constraint_owner
+from ftqp.kernel.layout.rows import COMPONENTS, KEEP, TORQUE, constraint_owner
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, OUTSIDE_SIGMAS
 from ftqp.model.posture import NEAR_SINGULAR
 
@@ -51,9 +51,9 @@ class Obstacle:
     """A bound that stands in the way.
 
     Attributes:
-        joint: The joint's name.
-        limit: Which bound it is: ``upper position``, ``lower velocity``, ``upper torque``, ``locked`` and
-            the like.
+        joint: The joint's name, or that of what ``ftqp.Keep`` keeps.
+        limit: Which bound it is: ``upper position``, ``lower velocity``, ``upper torque``, ``locked``,
+            ``its plane`` and the like.
         weight: How much it stands in the way, 0 to 1 without unit: its multiplier over the largest one.
     """
 
@@ -116,6 +116,8 @@ class Certificate:
         return "; ".join(said)
 
 
+KEPT = "its plane"
+"""What holds a point that is kept on its side of a plane."""
 ACTIVE = 1e-9
 """A multiplier above this share of the largest counts as active. A guess that the tests have not
 contradicted."""
@@ -189,7 +191,9 @@ def outside(parts: Any, joints: Sequence[str]) -> list[Outside]:
     return found
 
 
-def obstacles(parts: Any, joints: Sequence[str], has_inertia: bool) -> list[Obstacle]:
+def obstacles(
+    parts: Any, joints: Sequence[str], has_inertia: bool, keeps: Sequence[str] = ()
+) -> list[Obstacle]:
     """Which bounds and rows of C hold the command back, the one that matters most first."""
     found: list[tuple[str, str, float]] = []
     for i, joint in enumerate(joints):
@@ -204,13 +208,16 @@ def obstacles(parts: Any, joints: Sequence[str], has_inertia: bool) -> list[Obst
         z = float(parts["z"][row])
         if z != 0.0:
             kind, i = constraint_owner(row, len(joints), has_inertia)
+            if kind is KEEP:
+                found.append((keeps[i], KEPT, abs(z)))
+                continue
             free = kind is TORQUE and int(parts["code"][i]) == FREE
             name = "free-swinging" if free else f"{'upper' if z > 0.0 else 'lower'} {kind.name}"
             found.append((joints[i], name, abs(z)))
     largest = max((weight for _, _, weight in found), default=0.0)
     if largest == 0.0:
         return []
-    order = {joint: k for k, joint in enumerate(joints)}
+    order = {of: k for k, of in enumerate((*joints, *keeps))}
     found.sort(key=lambda entry: order[entry[0]])
     kept = [Obstacle(joint=j, limit=l, weight=w / largest) for j, l, w in found if w > ACTIVE * largest]
     return sorted(kept, key=lambda obstacle: -obstacle.weight)

@@ -42,6 +42,7 @@ def filled(
     dt: float,
     drive: Drive = Drive(),  # noqa: B008  frozen
     noise: Noise = Noise(),  # noqa: B008  frozen
+    keeps: int = 0,
 ) -> Session:
     """The session of a healthy robot; what is believed of its joints is another's to write.
 
@@ -93,5 +94,5 @@ def filled(
     K.gate.lead = gains.pop("lead")
     for name, value in gains.items():
         setattr(feedback, name, value)
-    K.cascade.p = constraint_count(robot.nv, robot.has_inertia)
+    K.cascade.p = constraint_count(robot.nv, robot.has_inertia, keeps)
     return session

@@ -19,7 +19,10 @@ def variable_labels(planner: Planner) -> tuple[str, ...]:
 def row_labels(planner: Planner) -> tuple[str, ...]:
     """The task rows ``x``, ``rz``, ... of A, then the rows of C, such as ``torque <joint>``."""
     robot = planner.robot
-    return (*_task_rows(planner), *constraint_labels(robot.joints, robot.has_inertia))
+    return (
+        *_task_rows(planner),
+        *constraint_labels(robot.joints, robot.has_inertia, tuple(planner.constraints)),
+    )
 
 
 def _task_rows(planner: Planner) -> tuple[str, ...]:

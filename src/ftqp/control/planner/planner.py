@@ -15,6 +15,7 @@ from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.filling import filled
 from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import converted_tick, is_row, measured_tick, mistake, not_a_target
+from ftqp.control.planner.kept_points import Kept, listed
 from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading
 from ftqp.control.planner.one_thread import OneThread, guarded
@@ -26,7 +27,7 @@ from ftqp.control.planner.solver.qp_solver import IN_KERNEL, Solver
 from ftqp.control.planner.stages import CLOCK, FREE, Tick, staged
 from ftqp.control.planner.start import Rest, StartWatch
 from ftqp.control.planner.step import Step
-from ftqp.control.planner.step_parts import Said
+from ftqp.control.planner.step_parts import Named, Said
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.task_list import TaskList, split
 from ftqp.control.planner.wanted import Fitting, Wanted
@@ -34,6 +35,7 @@ from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.emergency import EmergencyStop
+from ftqp.control.task.keep import Keep
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.soft_tasks import SoftTask
@@ -79,6 +81,8 @@ class Planner(PlannerChanges):
             of ``posture``; the scheme is ``rmp`` unless another is named.
         tasks: That of the tip, if it is not given as ``task``, and up to 8 soft ones, ``ftqp.PositionTask``
             and others, which share what it leaves of the arm's freedom, as their weights say.
+        constraints: Up to 8 points of the arm that are kept on their side of a plane, ``ftqp.Keep``. They go
+            before the task of the tip.
 
     Raises:
         InputError: A parameter is wrong, or two of them exclude each other.
@@ -107,25 +111,28 @@ class Planner(PlannerChanges):
         detector: Detector | None = None,
         plan: LeadingPlan | None = None,
         tasks: Sequence[Task | SoftTask] | None = None,
+        constraints: Sequence[Keep] | None = None,
     ) -> None:
         instance("detector", detector, Detector | None, "an ftqp.Detector or None")
         task, soft = split(task, tasks)
+        keeps = listed(constraints)
         given = self._given = settled(
             robot, dt, level=level, scheme=scheme, task=task, bounds=bounds, backend=backend, posture=posture,
             torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
-            noise=noise, plan=plan,
+            noise=noise, plan=plan, keeps=bool(keeps),
         )  # fmt: skip
         robot, self._inside = given.robot, OneThread()
         self._session = filled(
             robot, given.task, given.criterion, given.bounds, emergency,
-            level=level, dt=given.dt, drive=given.drive, noise=given.noise,
+            level=level, dt=given.dt, drive=given.drive, noise=given.noise, keeps=len(keeps),
         )  # fmt: skip
         self._solver = Solver(self._session, robot, given.task, given.scheme, given.solver)
-        if soft and not self._solver.has_qp:
+        if (soft or keeps) and not self._solver.has_qp:
             raise InputError(
-                f"scheme {given.scheme.name!r} solves no QP, so that soft tasks have no effect on it; take "
-                "one that does, for example 'mvn'"
+                f"scheme {given.scheme.name!r} solves no QP, so that soft tasks and constraints have no "
+                "effect on it; take one that does, for example 'mvn'"
             )
+        self._constraints = Kept(self._session, robot, keeps)
         self._tasks = TaskList(self._session, robot, soft, level, given.dt)
         self._wanted = Wanted(
             Belief(robot, torque_limits=given.limits_torque),
@@ -135,7 +142,7 @@ class Planner(PlannerChanges):
         self._adopted, self._step_arm = None, self._wanted.fitting
         self._said = Said(int(self._session.K.cascade.status))
         self._out, self._loop = (
-            Step(self._session, robot.joints, self._said, self._tasks.names),
+            Step(self._session, robot.joints, self._said, Named(self._tasks.names, tuple(self._constraints))),
             ArmLoop(self._session, robot.joints),
         )
         self._rest, self._timing = Rest(self._session), timing

@@ -3,6 +3,7 @@
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
+from ftqp.control.planner.kept_points import Kept
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.response.fault_response import FaultResponse
@@ -33,6 +34,7 @@ class PlannerFacts:
 
     __slots__ = (
         "__weakref__",
+        "_constraints",
         "_fault_response",
         "_given",
         "_leading",
@@ -47,6 +49,7 @@ class PlannerFacts:
     _leading: PlanLeading | None
     _fault_response: FaultResponse | None
     _tasks: TaskList
+    _constraints: Kept
     _wanted: Wanted
 
     robot: Fixed[Robot] = Fixed(
@@ -61,6 +64,9 @@ class PlannerFacts:
         "_tasks",
         "The soft tasks by name; their weights and targets may be changed between steps.",
         ANEW,
+    )
+    constraints: Fixed[Kept] = Fixed(
+        "_constraints", "The points that are kept on their side of a plane, by name.", ANEW
     )
     scheme: Fixed[Scheme | Resolver] = Fixed("_given.scheme", "What the arm does with its redundancy.", ANEW)
     bounds: Fixed[Bounds] = Fixed("_given.bounds", "How limits become intervals.", ANEW)

@@ -25,7 +25,6 @@ from ftqp.control.task.task import Task
 from ftqp.core.checks import FloatArray, array, frozen, instance, positive
 from ftqp.core.errors import InputError, ModelError, nearest
 from ftqp.kernel.layout.enums import JOINTS
-from ftqp.kernel.layout.rows import has_rows_beside_torque
 from ftqp.model.branch import within_branch
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
@@ -94,6 +93,7 @@ def settled(
     drive: Drive | str | Mapping[str, Any],
     noise: Noise | None,
     plan: LeadingPlan | None = None,
+    keeps: bool = False,
 ) -> Settings:
     """The arguments of a ``Planner``, checked in their order; see there.
 
@@ -139,7 +139,6 @@ def settled(
     if plan is not None:
         _refuse_plan(made, criterion, posture)
     limits_torque = torque_limits and robot.has_inertia and bool(np.isfinite(robot.limits.tau_max).any())
-    other_rows = has_rows_beside_torque(robot.has_inertia)
     return Settings(
         robot=robot,
         dt=dt,
@@ -155,12 +154,12 @@ def settled(
         solver=solver,
         backend=name,
         limits_torque=limits_torque,
-        dynamic=limits_torque or other_rows or torque_drive or criterion.needs_inertia,
+        dynamic=limits_torque or keeps or torque_drive or criterion.needs_inertia,
         on_demand=(
             name == IN_KERNEL
             and not criterion.needs_inertia
             and task.mode != "lexicographic"
-            and not other_rows
+            and not keeps
             and not torque_drive
         ),
         plan=plan,

@@ -23,6 +23,7 @@ from ftqp.control.planner.step_parts import (
     ArmOfSteps,
     KeptParts,
     Measures,
+    Named,
     QPReport,
     Reference,
     Said,
@@ -45,6 +46,7 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.qp.problem import SolveStatus
 
+NOTHING_BESIDE = Named()
 _ON_TASK = (StepStatus.OK, StepStatus.RELAXED, StepStatus.SCALED)
 _ROWS_OF = {Kept.NOTHING: 0, Kept.POSITION: 3, Kept.POSITION_AXIS: 5, Kept.POSE: 6}
 """How many rows of a pose each set has; a task of fewer rows has fewer."""
@@ -65,7 +67,7 @@ class Step:
         session: The planner's, whose record the step reads.
         joints: Names of the joints, (nv,).
         said: What the planner writes of each step.
-        soft: Names of the soft tasks.
+        named: Names of the soft tasks, and of the points that are kept.
 
     Attributes:
         q: The joint positions to be sent, for the end of the step, (nv,) [rad or m].
@@ -76,7 +78,7 @@ class Step:
     All arrays are views that cannot be written; ``step.q.copy()`` can.
     """
 
-    __slots__ = ("_arm", "_fill_in", "_joints", "_parts", "_said", "_soft", "a", "q", "task_error", "v")
+    __slots__ = ("_arm", "_fill_in", "_joints", "_named", "_parts", "_said", "a", "q", "task_error", "v")
     q: FloatArray
     v: FloatArray
     a: FloatArray
@@ -85,11 +87,11 @@ class Step:
     _joints: tuple[str, ...]
     _parts: Any
     _said: Said
-    _soft: tuple[str, ...]
+    _named: Named
     _fill_in: Callable[[], Any] | None
 
     def __init__(
-        self, session: Session, joints: Sequence[str], said: Said, soft: tuple[str, ...] = ()
+        self, session: Session, joints: Sequence[str], said: Said, named: Named = NOTHING_BESIDE
     ) -> None:
         n, nc = len(joints), int(session.K.cascade.p)
         parts = {name: session.view(*place) for name, place in PLACES_OF_A_STEP.items()}
@@ -97,13 +99,11 @@ class Step:
             parts[name] = parts[name][:n]
         parts["z"] = parts["z"][:nc]
         parts["soft_error"] = parts["soft_error"].reshape(-1)
-        self._own(ArmOfSteps(session), joints, parts, said, soft)
+        self._own(ArmOfSteps(session), joints, parts, said, named)
 
-    def _own(
-        self, arm: ArmOfSteps, joints: Sequence[str], parts: Any, said: Said, soft: tuple[str, ...]
-    ) -> None:
+    def _own(self, arm: ArmOfSteps, joints: Sequence[str], parts: Any, said: Said, named: Named) -> None:
         own = {
-            "_soft": soft,
+            "_named": named,
             "_arm": arm,
             "_joints": tuple(joints),
             "_parts": parts,
@@ -238,7 +238,7 @@ class Step:
     def tasks(self) -> dict[str, SoftTaskReport]:
         """How far each soft task was from its target before the step, by name."""
         errors = self._parts["soft_error"]
-        return {name: SoftTaskReport(errors[3 * k : 3 * k + 3]) for k, name in enumerate(self._soft)}
+        return {name: SoftTaskReport(errors[3 * k : 3 * k + 3]) for k, name in enumerate(self._named.soft)}
 
     @property
     def slack(self) -> FloatArray:
@@ -349,7 +349,9 @@ class Step:
         )
 
     def _obstacles(self) -> list[Obstacle]:
-        return obstacles(self._parts, self._joints, bool(self._session.K.chain.has_inertia))
+        return obstacles(
+            self._parts, self._joints, bool(self._session.K.chain.has_inertia), self._named.keeps
+        )
 
     @property
     def certificate(self) -> Certificate | None:
@@ -400,7 +402,7 @@ class Step:
             numbers[begin:end] = self._parts[name]
         layout["jacobian"] = (at, len(numbers))
         numbers[at:] = jacobian
-        return _kept(self._arm, self._joints, layout, numbers, self.code, self.duration, self._soft)
+        return _kept(self._arm, self._joints, layout, numbers, self.code, self.duration, self._named)
 
     def leave_arm(self) -> None:
         """Stay with the arm that this step and its copies were made for: the planner's becomes another."""
@@ -427,7 +429,7 @@ class Step:
             parts._numbers,
             self.code,
             self.duration,
-            self._soft,
+            self._named,
         )
 
     def __repr__(self) -> str:
@@ -442,9 +444,9 @@ def _kept(
     numbers: FloatArray,
     code: int,
     duration: float | None,
-    soft: tuple[str, ...],
+    named: Named,
 ) -> Step:
     """A step that owns its numbers."""
     step = Step.__new__(Step)
-    step._own(arm, joints, KeptParts(layout, numbers), Said(code, duration), soft)
+    step._own(arm, joints, KeptParts(layout, numbers), Said(code, duration), named)
     return step

@@ -178,6 +178,18 @@ class QPReport(NamedTuple):
     time: float | None
 
 
+class Named(NamedTuple):
+    """Names beside those of joints.
+
+    Attributes:
+        soft: Of the soft tasks.
+        keeps: Of the points that are kept on their side of a plane.
+    """
+
+    soft: tuple[str, ...] = ()
+    keeps: tuple[str, ...] = ()
+
+
 class SoftTaskReport(NamedTuple):
     """How far a soft task was from its target before a step.
 

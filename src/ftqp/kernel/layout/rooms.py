@@ -6,6 +6,7 @@ from ftqp.kernel.layout.enums import DELAYS, TARGET_SIZE, TASK_ROWS
 from ftqp.kernel.layout.feedback_rooms import feedback_fields, history_fields, past_fields
 from ftqp.kernel.layout.field_kinds import Fields, floats, integers, scalars
 from ftqp.kernel.layout.gate_room import gate_fields
+from ftqp.kernel.layout.keeps_room import keeps_fields
 from ftqp.kernel.layout.rows import constraint_capacity
 from ftqp.kernel.layout.terms_room import terms_fields
 
@@ -404,5 +405,6 @@ ROOMS = {
     "calm": calm_fields,
     "free": _free,
     "terms": terms_fields,
+    "keeps": keeps_fields,
 }
 """Each room with the fields that it has for N joints; those that every tick touches come first."""

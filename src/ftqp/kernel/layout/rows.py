@@ -13,16 +13,17 @@ COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowKind:
-    """Two-sided rows l <= C x <= u of one meaning, one row a joint; at the velocity level they carry dt.
+    """Two-sided rows l <= C x <= u of one meaning; torque rows carry dt at the velocity level.
 
     Attributes:
-        name: What a row limits; its label is the name and the joint.
+        name: What a row limits; its label is the name and the joint, or the name of what is kept.
         unit: The unit of what is limited, at a joint that turns.
         sliding_unit: The unit at a joint that slides.
         symmetric: Whether what is limited has limits of equal size on both sides; it is then C x minus the
             middle of l and u, and is shown so.
         needs_inertia: Whether the rows need M or h, so that an arm without masses has none of them.
         module: The file in ``ftqp.kernel.rows`` whose ``fill(K, at)`` writes them.
+        per_joint: Whether there is one row a joint; otherwise there are as many as a planner asks for.
     """
 
     name: str
@@ -31,6 +32,7 @@ class RowKind:
     symmetric: bool
     needs_inertia: bool
     module: str
+    per_joint: bool = True
 
     def label(self, joint: str) -> str:
         """The label of the row of a joint, for example ``torque panda_joint2``."""
@@ -41,8 +43,10 @@ class RowKind:
         """What the labels of these rows begin with."""
         return f"{self.name} "
 
-    def count(self, joints: int, has_inertia: bool) -> int:
-        """How many rows of this kind an arm of so many joints has."""
+    def count(self, joints: int, has_inertia: bool, keeps: int = 0) -> int:
+        """How many rows of this kind an arm of so many joints has, whose planner keeps so many points."""
+        if not self.per_joint:
+            return keeps
         return joints if has_inertia or not self.needs_inertia else 0
 
 
@@ -55,7 +59,19 @@ TORQUE = RowKind(
     module="torque_rows",
 )
 
-ROW_KINDS: tuple[RowKind, ...] = (TORQUE,)
+KEEPS = 8
+"""The most points that a planner may keep on their side of a plane. A convention, which sizes memory."""
+KEEP = RowKind(
+    name="keep",
+    unit="m/s2",
+    sliding_unit="m/s2",
+    symmetric=False,
+    needs_inertia=False,
+    module="keep_rows",
+    per_joint=False,
+)
+
+ROW_KINDS: tuple[RowKind, ...] = (TORQUE, KEEP)
 """The kinds in the order in which their rows stand in C.
 
 Torque rows are the first: that of joint i, which is an equality when the joint swings freely, is row i.
@@ -64,32 +80,34 @@ Torque rows are the first: that of joint i, which is an equality when the joint 
 
 def constraint_capacity(joints: int) -> int:
     """The most rows that C can have for so many joints."""
-    return constraint_count(joints, True)
+    return constraint_count(joints, True, KEEPS)
 
 
-def constraint_count(joints: int, has_inertia: bool) -> int:
+def constraint_count(joints: int, has_inertia: bool, keeps: int = 0) -> int:
     """How many rows C has, all kinds together."""
-    return sum(kind.count(joints, has_inertia) for kind in ROW_KINDS)
+    return sum(kind.count(joints, has_inertia, keeps) for kind in ROW_KINDS)
 
 
-def constraint_labels(joints: Sequence[str], has_inertia: bool) -> tuple[str, ...]:
+def constraint_labels(joints: Sequence[str], has_inertia: bool, keeps: Sequence[str] = ()) -> tuple[str, ...]:
     """Labels of the rows of C, in their order."""
     return tuple(
-        kind.label(joint) for kind in ROW_KINDS if kind.count(len(joints), has_inertia) for joint in joints
+        kind.label(of)
+        for kind in ROW_KINDS
+        for of in (joints if kind.per_joint else keeps)
+        if kind.count(len(joints), has_inertia, len(keeps))
     )
 
 
 def constraint_owner(row: int, joints: int, has_inertia: bool) -> tuple[RowKind, int]:
-    """The kind and the joint of a row of C."""
-    kinds = [kind for kind in ROW_KINDS if kind.count(joints, has_inertia)]
-    return kinds[row // joints], row % joints
+    """The kind of a row of C, and the joint, or which of what is kept."""
+    for kind in ROW_KINDS[:-1]:
+        count = kind.count(joints, has_inertia)
+        if row < count:
+            return kind, row
+        row -= count
+    return ROW_KINDS[-1], row
 
 
 def kind_of(label: str) -> RowKind | None:
     """The kind of the row with this label, or None if it is no label of a row of C."""
     return next((kind for kind in ROW_KINDS if label.startswith(kind.prefix)), None)
-
-
-def has_rows_beside_torque(has_inertia: bool) -> bool:
-    """Whether C has rows that are no torque limits, and so are needed at every tick of every planner."""
-    return any(kind.count(1, has_inertia) for kind in ROW_KINDS if kind is not TORQUE)

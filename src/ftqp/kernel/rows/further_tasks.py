@@ -9,6 +9,7 @@ Source: docs/theory/further-tasks.md.
 from math import sqrt
 from typing import Any
 
+from ftqp.kernel.arm.points import point_drift, point_of, turned
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.layout.terms_room import AXIS, JOINT_PLACES, MASS, OWN, POINT
@@ -20,45 +21,7 @@ ALIGNED = 1e-9
 
 
 @jit
-def _turned(kinematics: Any, body: int, x: Any) -> tuple[float, float, float]:
-    """A vector of a joint's frame along W; of the base where there is no joint."""
-    if body < 0:
-        return x[0], x[1], x[2]
-    R = kinematics.R[body]
-    return (
-        R[0] * x[0] + R[1] * x[1] + R[2] * x[2],
-        R[3] * x[0] + R[4] * x[1] + R[5] * x[2],
-        R[6] * x[0] + R[7] * x[1] + R[8] * x[2],
-    )
-
-
-@jit
-def _point(kinematics: Any, body: int, x: Any) -> tuple[float, float, float]:
-    """A point of a joint's frame in W."""
-    p0, p1, p2 = _turned(kinematics, body, x)
-    if body < 0:
-        return p0, p1, p2
-    return p0 + kinematics.o[body, 0], p1 + kinematics.o[body, 1], p2 + kinematics.o[body, 2]
-
-
-@jit
-def _drift(
-    kinematics: Any, chain: Any, body: int, r0: float, r1: float, r2: float
-) -> tuple[float, float, float]:
-    """Jdot v of a point that lies (r0, r1, r2) from the origin of a joint's frame; needs ``motion``."""
-    w, alpha = kinematics.w[body], kinematics.alpha[body]
-    t0, t1, t2 = cross(w[0], w[1], w[2], r0, r1, r2)
-    u0, u1, u2 = cross(w[0], w[1], w[2], t0, t1, t2)
-    t0, t1, t2 = cross(alpha[0], alpha[1], alpha[2], r0, r1, r2)
-    return (
-        kinematics.acc[body, 0] + chain.gravity[0] + t0 + u0,
-        kinematics.acc[body, 1] + chain.gravity[1] + t1 + u1,
-        kinematics.acc[body, 2] + chain.gravity[2] + t2 + u2,
-    )
-
-
-@jit
-def _add_point(kinematics: Any, chain: Any, body: int, p0: float, p1: float, p2: float, share: float,
+def _addpoint_of(kinematics: Any, chain: Any, body: int, p0: float, p1: float, p2: float, share: float,
                rows: Any, at: int) -> None:  # fmt: skip
     """Add the Jacobian of a point of a body, times a share, to three rows."""
     for j in range(body + 1):
@@ -76,14 +39,14 @@ def _follow_point(K: Any, t: int) -> None:
     """Rows, error and what is asked of a point."""
     terms, kinematics = K.terms, K.kinematics
     body = terms.body[t]
-    p0, p1, p2 = _point(kinematics, body, terms.place[t])
-    _add_point(kinematics, K.chain, body, p0, p1, p2, 1.0, terms.rows_of, 0)
+    p0, p1, p2 = point_of(kinematics, body, terms.place[t])
+    _addpoint_of(kinematics, K.chain, body, p0, p1, p2, 1.0, terms.rows_of, 0)
     goal, error, b = terms.goal[t], terms.error[t], terms.b[t]
     error[0], error[1], error[2] = goal[0] - p0, goal[1] - p1, goal[2] - p2
     d0 = d1 = d2 = 0.0
     if K.state.level == ACCELERATION and body >= 0:
         o = kinematics.o[body]
-        d0, d1, d2 = _drift(kinematics, K.chain, body, p0 - o[0], p1 - o[1], p2 - o[2])
+        d0, d1, d2 = point_drift(kinematics, K.chain, body, p0 - o[0], p1 - o[1], p2 - o[2])
     b[0], b[1], b[2] = -d0, -d1, -d2
 
 
@@ -96,12 +59,12 @@ def _follow_mass(K: Any, t: int) -> None:
         total += chain.mass[i]
     for i in range(chain.n):
         share = chain.mass[i] / total
-        p0, p1, p2 = _point(kinematics, i, chain.com[i])
+        p0, p1, p2 = point_of(kinematics, i, chain.com[i])
         c0, c1, c2 = c0 + share * p0, c1 + share * p1, c2 + share * p2
-        _add_point(kinematics, chain, i, p0, p1, p2, share, terms.rows_of, 0)
+        _addpoint_of(kinematics, chain, i, p0, p1, p2, share, terms.rows_of, 0)
         if K.state.level == ACCELERATION:
             o = kinematics.o[i]
-            u0, u1, u2 = _drift(kinematics, chain, i, p0 - o[0], p1 - o[1], p2 - o[2])
+            u0, u1, u2 = point_drift(kinematics, chain, i, p0 - o[0], p1 - o[1], p2 - o[2])
             d0, d1, d2 = d0 + share * u0, d1 + share * u1, d2 + share * u2
     goal, error, b = terms.goal[t], terms.error[t], terms.b[t]
     error[0], error[1], error[2] = goal[0] - c0, goal[1] - c1, goal[2] - c2
@@ -118,8 +81,8 @@ def _follow_axis(K: Any, t: int) -> None:
     """
     terms, kinematics, chain = K.terms, K.kinematics, K.chain
     body, rows = terms.body[t], terms.rows_of
-    a0, a1, a2 = _turned(kinematics, body, terms.axis[t])
-    p0, p1, p2 = _point(kinematics, body, terms.place[t])
+    a0, a1, a2 = turned(kinematics, body, terms.axis[t])
+    p0, p1, p2 = point_of(kinematics, body, terms.place[t])
     goal, error, b = terms.goal[t], terms.error[t], terms.b[t]
     d0, d1, d2 = goal[0], goal[1], goal[2]
     if terms.towards[t]:
