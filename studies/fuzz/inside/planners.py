@@ -88,12 +88,11 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
         constraints=kept,
     )
     words = (name, level, mode, f"dt {dt:g}", f"drive {drive}", f"late {latency:g}", scheme, backend, bounds)
+    more = f"gives up {sets}", f"detector {watched}", f"{len(soft)} soft tasks", f"{len(kept)} planes"
     return Made(
         robot=robot,
         planner=planner,
-        sentence=", ".join(
-            [*words, f"gives up {sets}", f"detector {watched}", f"{len(soft)} soft tasks, {len(kept)} planes"]
-        ),
+        sentence=", ".join([*words, *more]),
         drive=drive.split()[-1],
         viable=bounds == "viability",
         watched=watched,
