@@ -10,7 +10,7 @@ from ftqp.kernel.calm.rest import decide, watch_target
 from ftqp.kernel.calm.swing import gives_up, watch_swing
 from ftqp.kernel.calm.trigger import is_regular
 from ftqp.kernel.jit import jit, part_jit, rare_jit
-from ftqp.kernel.layout.enums import ACCELERATION, CALM_STAGE, SCALE
+from ftqp.kernel.layout.enums import ACCELERATION, SCALE
 
 
 @jit
@@ -113,7 +113,7 @@ def begin_calm(K: Any, kp: float) -> None:
 @jit
 def pose_calm(K: Any, kp: float) -> None:
     """The same over the joints, from what ``task.asked`` says of the rows."""
-    chain, state, task, calm, cascade, qp = K.chain, K.state, K.task, K.calm, K.cascade, K.qp
+    chain, state, task, calm, qp = K.chain, K.state, K.task, K.calm, K.qp
     n, m = chain.n, task.m
     kv = task.kv if state.level == ACCELERATION else 0.0
     for k in range(m):
@@ -142,4 +142,3 @@ def pose_calm(K: Any, kp: float) -> None:
     if calm.entered == 0:
         qp.warm = 0
     calm.entered = 1
-    cascade.stage = CALM_STAGE

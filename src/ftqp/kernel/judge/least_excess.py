@@ -13,7 +13,7 @@ from typing import Any
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.judge.coming_to_rest import draw_to_rest
 from ftqp.kernel.judge.kept_limits import is_beyond_range, is_too_fast
-from ftqp.kernel.layout.enums import ACCELERATION, LEAST_EXCESS_STAGE, PLAIN_STAGE
+from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.layout.thresholds import PROOF_SHARE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 
@@ -60,7 +60,6 @@ def begin_least_excess(K: Any) -> None:
             _open_forced_return(K.state, K.limits, qp, i)
     qp.nx, qp.meq, qp.warm = n, 0, 0
     qp.soft_rows = SOFTNESS
-    K.cascade.stage = LEAST_EXCESS_STAGE
 
 
 @jit
@@ -147,7 +146,6 @@ def begin_plain(K: Any) -> None:
         mean += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
     draw_to_rest(K, K.state.dt, 0.0, mean / n)
     qp.warm = 0
-    K.cascade.stage = PLAIN_STAGE
 
 
 @jit

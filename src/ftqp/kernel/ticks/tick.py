@@ -25,15 +25,18 @@ from ftqp.kernel.free.decision import think
 from ftqp.kernel.free.end_stop import end_stops
 from ftqp.kernel.free.free_command import ask_for_motion, outcome_beside_free
 from ftqp.kernel.jit import jit, part_jit, rare_jit
-from ftqp.kernel.judge.fallback_cascade import begin_first_stage, begin_rest, begin_stop
+from ftqp.kernel.judge.stage_problems import begin_first_stage, begin_rest, begin_stop
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
+    CALM_STAGE,
+    FIRST_STAGE,
     FOLLOW,
     HARD,
     INVALID_INPUT,
     LEXICOGRAPHIC,
     MAIN_STAGE,
     QP_READY,
+    REST_STAGE,
     SCALE,
     SOLVE,
     STOPPED_BY_ERROR,
@@ -150,7 +153,8 @@ def _limit(K: Any) -> None:
 def _stop(K: Any) -> bool:
     """The rows of the task are there to be looked at, but the arm is brought to rest."""
     task_rows(K, K.task.kp)
-    begin_stop(K)
+    K.cascade.outcome = begin_stop(K)
+    K.cascade.stage = REST_STAGE
     return False
 
 
@@ -224,6 +228,7 @@ def _ask(K: Any) -> int:
         path_scale(K.state, K.limits, K.chain, qp)
     elif task.mode == LEXICOGRAPHIC:
         begin_first_stage(K)
+        K.cascade.stage = FIRST_STAGE
         return SOLVE
     else:
         compliance(task, K.chain, qp, turned, task.slack_ratio)
@@ -252,6 +257,7 @@ def prepare_plain(K: Any) -> int:
     task_rows(K, K.task.kp)
     if calms(K, K.task.kp):
         begin_calm(K, K.task.kp)
+        K.cascade.stage = CALM_STAGE
         return SOLVE
     return _ask(K)
 
@@ -267,6 +273,7 @@ def _follow(K: Any, valid: bool) -> int:
     _turn(K, calm)
     if calm:
         begin_calm(K, K.task.kp)
+        K.cascade.stage = CALM_STAGE
         return SOLVE
     return _ask(K)
 
@@ -302,7 +309,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
     if K.criteria.manipulability != 0.0 and not K.calm.hushed:
         add_manipulability(K)
     fade_feedback(K, path)
-    K.cascade.stage = MAIN_STAGE
+    K.cascade.stage = CALM_STAGE if calm else MAIN_STAGE
     for k in range(task.m):
         task.asked[k] = qp.b[k]
     compliance(task, K.chain, qp, K.turned, task.slack_ratio if calm or blocked else STIFFNESS)
@@ -333,6 +340,7 @@ def prepare_on_base(K: Any, base: Any) -> int:
     _turn(K, calm)
     if calm:
         begin_calm(K, kp)
+        K.cascade.stage = CALM_STAGE
         return SOLVE
     return _ask(K)
 
@@ -357,6 +365,7 @@ def prepare_free(K: Any, F: Any) -> int:
     task_rows(K, K.task.kp)
     K.turned.on = K.calm.holding = 0
     begin_rest(K, K.state.dt, 0.0)
+    K.cascade.stage = REST_STAGE
     ask_for_motion(K, F)
     K.cascade.outcome = outcome_beside_free(K) if valid else INVALID_INPUT
     return SOLVE
