@@ -9,6 +9,7 @@ with kv = 0. Source: docs/theory/ways-to-a-goal.md.
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.calm.settling import forget_settling
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import (
     FREE,
@@ -53,8 +54,8 @@ def aim_at_reference(K: Any, joints: Any) -> None:
 def joint_objective(K: Any, joints: Any) -> None:
     """H and g of the joints, no rows of the task; nothing is held that the task had held."""
     chain, faults, state, task, qp = K.chain, K.faults, K.state, K.task, K.qp
-    K.calm.holding = K.calm.hushed = K.calm.entered = 0
-    K.calm.stood = K.calm.sure = K.calm.window = 0.0
+    forget_settling(K.calm)
+    K.calm.entered = 0
     for i in range(chain.n):
         demand = joints.x[i] + joints.kv * (joints.v[i] - state.v[i]) + joints.kp * (joints.q[i] - state.q[i])
         joints.demand[i] = demand if faults.code[i] == HEALTHY else 0.0

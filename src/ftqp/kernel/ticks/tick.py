@@ -11,6 +11,7 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.calm_qp import begin_calm, calms
 from ftqp.kernel.calm.path_outlook import outlook
+from ftqp.kernel.calm.settling import TASK_LEFT, settle
 from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
 from ftqp.kernel.feedback.error_band import find_out_of_hand
 from ftqp.kernel.feedback.gap import measure_gap, norms, wait
@@ -363,7 +364,8 @@ def prepare_free(K: Any, F: Any) -> int:
     pose_error(K)
     see_error(K.task, K.feedback, K.kinematics, K.past)
     task_rows(K, K.task.kp)
-    K.turned.on = K.calm.holding = 0
+    K.turned.on = 0
+    settle(K.calm, TASK_LEFT, K.state.dt)
     begin_rest(K, K.state.dt, 0.0)
     K.cascade.stage = REST_STAGE
     ask_for_motion(K, F)
@@ -382,6 +384,6 @@ def prepare_on_joints(K: Any, joints: Any) -> int:
         return SOLVE
     task_rows(K, K.task.kp)
     joint_objective(K, joints)
-    K.turned.on = K.calm.holding = 0
+    K.turned.on = 0
     K.cascade.stage = MAIN_STAGE
     return QP_READY
