@@ -99,8 +99,8 @@ def test_torques_of_a_tick_without_inertia_are_known_from_then_on(level):
     K.state.level, K.state.dt = level, DT
     q, v, a = K.state.q[:3], K.state.v[:3], K.state.a_command[:3]
     q[:], v[:], a[:] = rng.normal(size=(3, 3))
-    forward_kinematics(K)
-    motion(K)
+    forward_kinematics(K, K.state)
+    motion(K, K.state)
     assert K.kinematics.has_dynamics == 0
     solution_check.torques_without_inertia(K)
     assert K.state.tau[:3] == pytest.approx(robot.mass_matrix(q) @ a + robot.bias(q, v))

@@ -203,7 +203,7 @@ def _brake(K: Any) -> None:
             tau = tau if abs(tau) < inf else gate.tau[i]
             feedback.tau_sent[i] = tau if faults.code[i] == HEALTHY else 0.0
     else:
-        forward_kinematics(K)
+        forward_kinematics(K, K.state)
     for j in range(len(K.qp.z)):
         K.qp.z[j] = 0.0
     K.task.scale = 0.0

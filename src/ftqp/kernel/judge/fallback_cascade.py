@@ -14,6 +14,7 @@ from ftqp.kernel.active_set.active_set import active_set
 from ftqp.kernel.feedback.gate import pass_gate
 from ftqp.kernel.feedback.sent import send
 from ftqp.kernel.feedback.status_report import report_status
+from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.judge.cascade_table import (
     AFTER_BAD,
@@ -117,8 +118,7 @@ def _finish(K: Any) -> int:
     without_task = shut or not _entry(ASKS_FOR_TASK, cascade.stage)
     watch.fallbacks = watch.fallbacks + 1 if cascade.outcome == FALLBACK and without_task else 0
     if watch.fallbacks > watch.fallback_limit and watch.latched == 0:
-        watch.latched = 1
-        watch.reason = STOPPED_BY_FALLBACKS
+        latch(watch, STOPPED_BY_FALLBACKS)
     qp.soft_rows = 0.0
     if _in_calm(cascade.stage):
         if cascade.external:

@@ -10,11 +10,13 @@ from typing import Any
 from ftqp.kernel.jit import rare_jit
 from ftqp.kernel.judge.coming_to_rest import BRAKING_SHARE, draw_to_rest, only_brake
 from ftqp.kernel.judge.least_excess import keep_free_rows, make_room
+from ftqp.kernel.judge.qp_aside import put_aside, take_up
 from ftqp.kernel.layout.enums import SLACK, SOLVED, STOPPED, STOPPING
 from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.rows.joint_intervals import AT_LIMIT
 from ftqp.kernel.rows.objective import objective
+from ftqp.kernel.rows.one_variable import draw, widen
 from ftqp.kernel.rows.task_rows import compliance
 
 RELAXED_RATIO = 1e-8
@@ -40,11 +42,10 @@ DECAY_TIME = 0.05
 @rare_jit
 def begin_first_stage(K: Any) -> None:
     """Lexicographic mode: x1 = argmin |Ax - b|^2 + eps |x|^2 over box and torque rows, no objective."""
-    chain, cascade, qp = K.chain, K.cascade, K.qp
+    chain, qp = K.chain, K.qp
+    put_aside(chain, qp, K.aside)
     for i in range(chain.n):
-        cascade.g_task[i], cascade.d_task[i] = qp.g[i], qp.H_diagonal[i]
-        qp.g[i], qp.H_diagonal[i] = 0.0, 1.0
-    cascade.dense_task = qp.dense
+        draw(qp, i, 1.0, 0.0)
     qp.dense = 0
     compliance(K.task, chain, qp, K.turned, RELAXED_RATIO)
     qp.warm = 0
@@ -54,9 +55,7 @@ def begin_first_stage(K: Any) -> None:
 def begin_second_stage(K: Any, claim: int) -> None:
     """Lexicographic mode: minimise the objective over those x with A x = A x1."""
     chain, task, turned, cascade, qp = K.chain, K.task, K.turned, K.cascade, K.qp
-    for i in range(chain.n):
-        qp.g[i], qp.H_diagonal[i] = cascade.g_task[i], cascade.d_task[i]
-    qp.dense = cascade.dense_task
+    take_up(chain, qp, K.aside)
     if claim == SOLVED:
         for k in range(task.m):
             s = 0.0
@@ -87,7 +86,7 @@ def begin_rest(K: Any, time: float, rise: float) -> None:
         i = faults.order[k]
         wanted = -qp.g[i]
         if state.q[i] < limits.q_min[i] - AT_LIMIT or state.q[i] > limits.q_max[i] + AT_LIMIT:
-            qp.lb[i], qp.ub[i] = min(qp.lb[i], wanted), max(qp.ub[i], wanted)
+            widen(qp, i, wanted, wanted)
     for k in range(task.m):
         task.slack[k] = 0.0
     task.scale = 0.0

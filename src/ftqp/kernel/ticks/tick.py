@@ -20,6 +20,7 @@ from ftqp.kernel.feedback.observer import feel, observe
 from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
 from ftqp.kernel.feedback.samples import believe
 from ftqp.kernel.feedback.status_report import see_error
+from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
 from ftqp.kernel.feedback.unresponsive import find_unresponsive
 from ftqp.kernel.free.decision import think
@@ -73,8 +74,7 @@ def _emergency(task: Any, watch: Any, feedback: Any, kinematics: Any) -> bool:
     watch.rising = watch.rising + 1 if beyond else 0
     watch.last_position_error, watch.last_rotation_error = e, r
     if watch.stop_samples > 0 and watch.rising >= watch.stop_samples and watch.latched == 0:
-        watch.latched = 1
-        watch.reason = STOPPED_BY_ERROR
+        latch(watch, STOPPED_BY_ERROR)
     return watch.latched != 0
 
 
@@ -97,7 +97,7 @@ def _see_as_measured(K: Any) -> bool:
     _begin(K.state, K.faults, K.cascade, K.chain, K.qp)
     K.feedback.active = 0
     valid = state_is_finite(K.state, K.chain) and target_is_usable(K.task)
-    forward_kinematics(K)
+    forward_kinematics(K, K.state)
     return valid
 
 
@@ -131,13 +131,13 @@ def _see(K: Any) -> bool:
 def _bound(K: Any) -> None:
     """Motion of the failed joints, kinematics at the acceleration level, and every joint's interval."""
     if any_instant_lock(K.faults, K.chain):
-        motion(K)
-        dynamics(K)
+        motion(K, K.state)
+        dynamics(K, K.state)
         lock_instantly(K)
         take_jump(K)
     prescribed_motion(K.state, K.faults, K.limits, K.chain, K.qp)
     if K.state.level == ACCELERATION:
-        motion(K)
+        motion(K, K.state)
     intervals(K)
 
 
@@ -297,7 +297,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
     _limit(K)
     if not _may_go_on(K, valid):
         return SOLVE
-    motion(K)
+    motion(K, K.state)
     begin_on_path(K, path)
     objective(K)
     blocked = stand_still(task, K.calm, path)
@@ -354,7 +354,7 @@ def prepare_free(K: Any, F: Any) -> int:
     """
     valid = _see(K)
     think(K, F)
-    forward_kinematics(K)
+    forward_kinematics(K, K.state)
     _bound(K)
     _limit(K)
     if K.free.mode == FOLLOW:
