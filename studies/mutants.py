@@ -59,6 +59,7 @@ GROUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "cascade": (
         (
             "ftqp.kernel.judge.fallback_cascade",
+            "ftqp.kernel.judge.stage_problems",
             "ftqp.kernel.judge.solution_check",
             "ftqp.kernel.judge.least_excess",
         ),

@@ -156,7 +156,7 @@ DEFECTS = {
     "a locked column kept": (
         lost_joint,
         "rows.failed_joints",
-        "            qp.lb[i] = qp.ub[i] = 0.0\n",
+        "            fix(qp, i, 0.0)\n",
         "            qp.lb[i], qp.ub[i] = -limits.a_max[i], limits.a_max[i]\n",
     ),
     "viability off": (

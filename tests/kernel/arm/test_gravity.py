@@ -26,7 +26,7 @@ def test_torque_is_that_of_newton_and_euler_and_gradient_that_of_finite_differen
         K, slope, step = chain_record(robot), np.zeros(joints), 1e-6
         q = rng.uniform(-2.0, 2.0, joints)
         K.state.q[:joints] = q
-        forward_kinematics(K)
+        forward_kinematics(K, K.state)
         size = np.abs(gravity_of(robot, q)).max()
         for i in range(joints):
             assert (
@@ -40,7 +40,7 @@ def test_torque_is_that_of_newton_and_euler_and_gradient_that_of_finite_differen
 
 def test_only_the_first_joint_of_an_upright_arm_knows_no_gravity():
     K = chain_record(ftqp.robots.load("panda"))
-    forward_kinematics(K)
+    forward_kinematics(K, K.state)
     assert [knows_no_gravity(K.kinematics, K.chain, i) for i in range(7)] == [True, *[False] * 6]
     K.chain.gravity[:] = 0.0
     assert all(knows_no_gravity(K.kinematics, K.chain, i) for i in range(7))

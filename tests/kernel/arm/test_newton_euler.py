@@ -19,8 +19,8 @@ def test_torques_agree_with_pinocchio(joints):
         K, (q, full, v) = chain_record(robot), configuration(rng, robot)
         a, viscous = rng.normal(size=joints) * 5.0, rng.uniform(0.0, 2.0, joints)
         K.state.q[:joints], K.state.v[:joints], K.chain.viscous[:joints] = q, v, viscous
-        forward_kinematics(K)
-        motion(K)
+        forward_kinematics(K, K.state)
+        motion(K, K.state)
         torques_of(K.state, K.kinematics, K.chain, a)
         expected = pin.rnea(robot.model, robot.model.createData(), full, v, a) + viscous * v
         assert np.abs(K.kinematics.tau[:joints] - expected).max() < 1e-12 * np.abs(expected).max()
@@ -32,10 +32,10 @@ def test_torques_leave_the_snapshot_as_it_was():
     robot = random_robot(rng, 7)
     K, (q, _, v) = chain_record(robot), configuration(rng, robot)
     K.state.q[:7], K.state.v[:7] = q, v
-    forward_kinematics(K)
-    motion(K)
-    dynamics(K)
+    forward_kinematics(K, K.state)
+    motion(K, K.state)
+    dynamics(K, K.state)
     M, h = K.kinematics.M.copy(), K.kinematics.h.copy()
     torques_of(K.state, K.kinematics, K.chain, rng.normal(size=7))
-    dynamics(K)
+    dynamics(K, K.state)
     assert np.array_equal(K.kinematics.M, M) and np.array_equal(K.kinematics.h, h)

@@ -25,7 +25,7 @@ def record_at(robot, task, q, target):
 def energy(K, q):
     n = int(K.chain.n)
     K.state.q[:n] = q
-    forward_kinematics(K)
+    forward_kinematics(K, K.state)
     pose_error(K)
     task_rows(K, 1.0)
     return 0.5 * weigh_rows(K.task, K.kinematics, K.chain, K.qp, K.calm)

@@ -26,7 +26,7 @@ def look(K, robot, q, pose):
     """Kinematics, error and rows at q."""
     K.state.q[: robot.nv] = q
     K.task.target[:] = ftqp.Target(pose=pose).packed
-    forward_kinematics(K)
+    forward_kinematics(K, K.state)
     pose_error(K)
     see_error(K.task, K.feedback, K.kinematics, K.past)
     task_rows(K, 1.0)

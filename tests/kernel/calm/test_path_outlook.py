@@ -26,7 +26,7 @@ def seen(name, q, way, speed=SPEED):
     path.speed = speed
     K.state.q[:n] = q
     K.task.target[:] = ftqp.Target(pose=robot.pose(q), twist=[*way, 0.0, 0.0, 0.0]).packed
-    forward_kinematics(K)
+    forward_kinematics(K, K.state)
     pose_error(K)
     task_rows(K, 1.0)
     error = K.task.error.copy()
@@ -71,7 +71,7 @@ def test_the_way_goes_on_to_the_side_on_which_it_was_begun():
     path.drive[:4] = -first
     K.task.target[:] = ftqp.Target(pose=robot.pose(np.zeros(4)), twist=[-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).packed
     K.state.q[:4] = 0.0
-    forward_kinematics(K)
+    forward_kinematics(K, K.state)
     pose_error(K)
     task_rows(K, 1.0)
     outlook(K, path)

@@ -76,7 +76,7 @@ def test_what_comes_later_is_what_a_rollout_of_the_whole_arm_says(seed):
     F.base_q[:7], F.base_v[:7] = q, 0.0
     look_ahead(K, F, 0.0, 0.0, 1e300, 2000)  # 20 s; all others stand
     whole = float(F.impact_speed)
-    K.state.q[:7], K.state.v[:7] = q, 0.0
+    K.supposed.q[:7], K.supposed.v[:7] = q, 0.0
     see_arm(K)
     later = _later_impact(K, F)
     assert (whole > 0.0) == (later > 0.0)

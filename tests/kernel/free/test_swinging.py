@@ -26,7 +26,7 @@ def arm():
             getattr(K.limits, name)[:7] = getattr(limits, name)
         believe(K, {i: FREE})
         K.faults.friction[i], K.faults.coulomb[i] = damping, coulomb
-        K.state.q[:7], K.state.v[:7], F.a[:7], F.joint = q, v, a, i
+        K.supposed.q[:7], K.supposed.v[:7], F.a[:7], F.joint = q, v, a, i
         see_arm(K)
         return K, F
 
@@ -39,14 +39,14 @@ def test_free_joint_gets_the_torque_of_its_friction_and_the_others_their_acceler
     robot = ftqp.robots.load("panda")
     q, v, a = robot.neutral.copy(), rng.uniform(-1.0, 1.0, 7), rng.uniform(-3.0, 3.0, 7)
     K, F = arm(joint, q, v, a, damping=0.7)
-    impact, share = swing_on(K.state, K.faults, K.limits, K.kinematics, K.chain, F, STEP)
-    after = K.state.v[:7].copy()
+    impact, share = swing_on(K.supposed, K.faults, K.limits, K.kinematics, K.chain, F, STEP)
+    after = K.supposed.v[:7].copy()
     tau = pin.rnea(robot.model, robot.model.createData(), q, v, (after - v) / STEP)
     assert impact == 0.0
     assert abs(tau[joint] + 0.7 * after[joint]) < 1e-11 * np.abs(tau).max()
     healthy = np.arange(7) != joint
     assert np.allclose(((after - v) / STEP)[healthy], a[healthy], rtol=0, atol=1e-10)
-    assert np.allclose(K.state.q[:7], q + STEP * after, rtol=0, atol=1e-14)
+    assert np.allclose(K.supposed.q[:7], q + STEP * after, rtol=0, atol=1e-14)
     assert abs(share - (np.abs(tau) / robot.limits.tau_max)[healthy].max()) < 1e-10
 
 
@@ -57,8 +57,8 @@ def test_joint_stops_where_it_meets_its_stop_and_rests_there(arm, side):
     stop = robot.limits.q_max[3] if side > 0 else robot.limits.q_min[3]
     q[3], v[3] = stop - side * 0.005, side * 2.0
     K, F = arm(3, q, v, np.zeros(7))
-    impact, _ = swing_on(K.state, K.faults, K.limits, K.kinematics, K.chain, F, STEP)
-    assert 1.5 < impact < 2.5 and K.state.q[3] == stop and K.state.v[3] == 0.0
+    impact, _ = swing_on(K.supposed, K.faults, K.limits, K.kinematics, K.chain, F, STEP)
+    assert 1.5 < impact < 2.5 and K.supposed.q[3] == stop and K.supposed.v[3] == 0.0
 
 
 @pytest.mark.parametrize("drive", [-1.9, 0.0, 1.9])

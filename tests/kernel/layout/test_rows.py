@@ -34,9 +34,9 @@ def constrained(level, codes=(), robot=PANDA):
         K.faults.code[joint] = code
         K.faults.friction[joint] = 0.5
     sort_joints(K.faults, K.chain)
-    forward_kinematics(K)
+    forward_kinematics(K, K.state)
     if level == "acceleration":
-        motion(K)
+        motion(K, K.state)
     for field in (K.qp.C, K.qp.l, K.qp.u):
         field[...] = np.nan
     add_constraints(K)

@@ -5,12 +5,12 @@ from math import inf
 import numpy as np
 import pytest
 from records import chain_record, empty_record
-from stages import DT, N, answers, record, stubs
+from stages import DT, N, answers, record
 
 import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
-from ftqp.kernel.judge import coming_to_rest, fallback_cascade, solution_check
-from ftqp.kernel.layout.enums import ACCELERATION, MAIN_STAGE, REST_STAGE, STOPPED, STOPPING, VELOCITY
+from ftqp.kernel.judge import coming_to_rest, solution_check, stage_problems
+from ftqp.kernel.layout.enums import ACCELERATION, MAIN_STAGE, STOPPED, STOPPING, VELOCITY
 from ftqp.kernel.ticks import tick
 
 
@@ -32,16 +32,18 @@ def test_a_stop_brakes_until_all_joints_that_work_are_slower_than_a_thousandth(m
         if free:
             K.faults.working = N - 1
         given, shares = [], []
-        stubs(monkeypatch, begin_rest=lambda K, time, rise, given=given: given.append((time, rise)))
-        stubs(monkeypatch, only_brake=lambda K, share, shares=shares: shares.append(share))
-        fallback_cascade.begin_stop(K)
-        assert (K.cascade.outcome, K.watch.stopped) == (says, ends) and given == [(DT, 0.2)]
+        answers(
+            monkeypatch,
+            stage_problems,
+            begin_rest=lambda K, time, rise, given=given: given.append((time, rise)),
+            only_brake=lambda K, share, shares=shares: shares.append(share),
+        )
+        assert (stage_problems.begin_stop(K), K.watch.stopped) == (says, ends) and given == [(DT, 0.2)]
         assert shares == ([] if free else [0.0]), "beside a joint that swings the others may have to move"
     K = record()
     K.faults.working, K.faults.movable, K.state.v[3] = N - 1, N - 1, 1.0
-    stubs(monkeypatch, begin_rest=None, only_brake=None)
-    fallback_cascade.begin_stop(K)
-    assert K.cascade.outcome == STOPPED, "a joint that is locked is not asked"
+    answers(monkeypatch, stage_problems, begin_rest=None, only_brake=None)
+    assert stage_problems.begin_stop(K) == STOPPED, "a joint that is locked is not asked"
 
 
 def test_a_rest_forgets_the_task_and_opens_only_intervals_of_joints_that_are_outside():
@@ -50,8 +52,8 @@ def test_a_rest_forgets_the_task_and_opens_only_intervals_of_joints_that_are_out
         K.state.q[1], K.state.v[1] = q, 0.04
         K.task.slack[:2], K.task.scale = 5.0, 0.5
         K.qp.lb[1], K.qp.ub[1] = 1.0, 2.0
-        fallback_cascade.begin_rest(K, 0.05, 0.0)
-        assert (K.qp.nx, K.qp.meq, K.qp.warm, K.cascade.stage) == (N, 0, 0, REST_STAGE)
+        stage_problems.begin_rest(K, 0.05, 0.0)
+        assert (K.qp.nx, K.qp.meq, K.qp.warm) == (N, 0, 0)
         assert not K.task.slack[:2].any() and K.task.scale == 0.0
         wanted = -0.04 / 0.05
         assert (K.qp.lb[1], K.qp.ub[1]) == ((pytest.approx(wanted), 2.0) if opened else (1.0, 2.0))
@@ -97,8 +99,8 @@ def test_torques_of_a_tick_without_inertia_are_known_from_then_on(level):
     K.state.level, K.state.dt = level, DT
     q, v, a = K.state.q[:3], K.state.v[:3], K.state.a_command[:3]
     q[:], v[:], a[:] = rng.normal(size=(3, 3))
-    forward_kinematics(K)
-    motion(K)
+    forward_kinematics(K, K.state)
+    motion(K, K.state)
     assert K.kinematics.has_dynamics == 0
     solution_check.torques_without_inertia(K)
     assert K.state.tau[:3] == pytest.approx(robot.mass_matrix(q) @ a + robot.bias(q, v))

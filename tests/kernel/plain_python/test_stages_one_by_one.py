@@ -4,12 +4,14 @@ from math import inf, nan
 
 import numpy as np
 import pytest
-from stages import N, record, stubs
+from stages import N, answers, record, stubs
 
-from ftqp.kernel.judge import fallback_cascade
+from ftqp.kernel.judge import fallback_cascade, stage_problems
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
+    CALM_ELASTIC_STAGE,
     CALM_STAGE,
+    CLIP_STAGE,
     ELASTIC_STAGE,
     FAILED,
     FALLBACK,
@@ -48,36 +50,57 @@ STAGES = (
 )
 
 
+BEGUN = dict.fromkeys(
+    (
+        "begin_second_stage", "begin_relaxed", "begin_relaxed_after_calm", "begin_least_excess",
+        "box_excludes_rows", "begin_elastic", "begin_plain", "begin_decay", "begin_elastic_rest",
+    )
+)  # fmt: skip
+"""Parts that pose the QPs of stages, which pose nothing."""
+
+
 @pytest.mark.parametrize(
     ("stage", "mode", "external", "claim", "part", "after", "says"),
     [
-        (MAIN_STAGE, SLACK, 0, FAILED, "begin_least_excess", MAIN_STAGE, FALLBACK),
-        (MAIN_STAGE, SLACK, 0, INFEASIBLE, "begin_least_excess", MAIN_STAGE, FALLBACK),
-        (MAIN_STAGE, SLACK, 1, INFEASIBLE, None, RELAX_STAGE, FALLBACK),
-        (MAIN_STAGE, HARD, 0, INFEASIBLE, "compliance", RELAX_STAGE, RELAXED),
-        (MAIN_STAGE, HARD, 0, FAILED, "compliance", RELAX_STAGE, FALLBACK),
-        (MAIN_STAGE, HARD, 1, INFEASIBLE, "compliance", RELAX_STAGE, FALLBACK),
-        (MAIN_STAGE, SCALE, 0, INFEASIBLE, "compliance", RELAX_STAGE, FALLBACK),
-        (RELAX_STAGE, HARD, 0, FAILED, "begin_least_excess", RELAX_STAGE, 77),
-        (ELASTIC_STAGE, HARD, 0, FAILED, "begin_plain", ELASTIC_STAGE, 77),
-        (LEAST_EXCESS_STAGE, HARD, 0, FAILED, "begin_rest", LEAST_EXCESS_STAGE, FALLBACK),
-        (PLAIN_STAGE, HARD, 0, FAILED, "begin_rest", PLAIN_STAGE, FALLBACK),
-        (REST_STAGE, HARD, 0, FAILED, None, REST_ELASTIC_STAGE, 77),
+        (MAIN_STAGE, SLACK, 0, FAILED, "begin_least_excess", LEAST_EXCESS_STAGE, FALLBACK),
+        (MAIN_STAGE, SLACK, 0, INFEASIBLE, "begin_least_excess", LEAST_EXCESS_STAGE, FALLBACK),
+        (MAIN_STAGE, SLACK, 1, INFEASIBLE, "begin_relaxed", RELAX_STAGE, FALLBACK),
+        (MAIN_STAGE, HARD, 0, INFEASIBLE, "begin_relaxed", RELAX_STAGE, RELAXED),
+        (MAIN_STAGE, HARD, 0, FAILED, "begin_relaxed", RELAX_STAGE, FALLBACK),
+        (MAIN_STAGE, HARD, 1, INFEASIBLE, "begin_relaxed", RELAX_STAGE, FALLBACK),
+        (MAIN_STAGE, SCALE, 0, INFEASIBLE, "begin_relaxed", RELAX_STAGE, FALLBACK),
+        (RELAX_STAGE, HARD, 0, FAILED, "begin_least_excess", LEAST_EXCESS_STAGE, 77),
+        (ELASTIC_STAGE, HARD, 0, FAILED, "begin_plain", PLAIN_STAGE, 77),
+        (LEAST_EXCESS_STAGE, HARD, 0, FAILED, "begin_decay", REST_STAGE, FALLBACK),
+        (PLAIN_STAGE, HARD, 0, FAILED, "begin_decay", REST_STAGE, FALLBACK),
+        (REST_STAGE, HARD, 0, FAILED, "begin_elastic_rest", REST_ELASTIC_STAGE, 77),
     ],
 )
 def test_a_bad_answer_leads_to_the_next_rung(monkeypatch, stage, mode, external, claim, part, after, says):
     K = record(stage, mode, external=external, outcome=77)
-    K.qp.soft_rows = 0.5
-    every = dict.fromkeys(("begin_least_excess", "begin_plain", "begin_rest", "compliance"), None)
-    asked = stubs(monkeypatch, check_solution=False, **every)
+    asked = stubs(monkeypatch, check_solution=False, **BEGUN)
     assert fallback_cascade._advance(K, claim) == SOLVE
-    assert asked == ([] if part is None else [part])
+    assert asked == [part]
     assert (K.cascade.stage, K.cascade.outcome, K.qp.warm) == (after, says, 0)
-    assert K.qp.soft_rows == {
-        REST_STAGE: fallback_cascade.REST_ELASTIC,
-        LEAST_EXCESS_STAGE: 0.0,
-        PLAIN_STAGE: 0.0,
-    }.get(stage, 0.5)
+
+
+def test_torque_rows_are_hard_again_in_the_decay_and_give_way_where_even_that_fails(monkeypatch):
+    for latched in (0, 1):
+        K = record()
+        K.qp.soft_rows, K.watch.latched = 0.5, latched
+        answers(monkeypatch, stage_problems, begin_rest=None)
+        stage_problems.begin_decay(K)
+        assert K.qp.soft_rows == 0.0
+        asked = answers(monkeypatch, stage_problems, only_brake=None)
+        stage_problems.begin_elastic_rest(K)
+        assert K.qp.soft_rows == stage_problems.REST_ELASTIC and asked == ["only_brake"] * latched
+
+
+def test_a_relaxed_task_is_made_compliant_once(monkeypatch):
+    for mode, made in ((SLACK, []), (HARD, ["compliance"]), (SCALE, ["compliance"])):
+        asked = answers(monkeypatch, stage_problems, compliance=None)
+        stage_problems.begin_relaxed(record(MAIN_STAGE, mode))
+        assert asked == made
 
 
 @pytest.mark.parametrize("stage", STAGES)
@@ -90,16 +113,13 @@ def test_a_claim_counts_only_where_it_is_solved_and_judged_good(monkeypatch, sta
         (FAILED, 0, True, False),
     ):
         K = record(stage, outcome=FALLBACK, checked=checked)
-        begun = dict.fromkeys(
-            ("begin_least_excess", "begin_plain", "begin_rest", "compliance", "_begin_elastic")
-        )
-        asked = stubs(monkeypatch, check_solution=good, _clip=None, joints_outside=0, **begun)
+        asked = stubs(monkeypatch, check_solution=good, clip_rest=None, joints_outside=0, **BEGUN)
         code = fallback_cascade._advance(K, claim)
         assert ("check_solution" in asked) == (claim == SOLVED and checked == 0)
         if stage == REST_ELASTIC_STAGE:  # the last stage always has a command
-            assert "command" in asked and ("_clip" in asked) == (not ends)
+            assert "command" in asked and ("clip_rest" in asked) == (not ends)
         elif stage == LEAST_EXCESS_STAGE and ends:
-            assert code == SOLVE and "_begin_elastic" in asked
+            assert code == SOLVE and "begin_elastic" in asked
         else:
             assert ("command" in asked) == ends and (code == SOLVE) == (not ends)
 
@@ -173,21 +193,23 @@ def test_torque_rows_are_added_where_an_answer_without_them_is_no_good(monkeypat
             K.limits.on_demand, K.kinematics.has_dynamics = on_demand, has_dynamics
             asked = stubs(
                 monkeypatch, check_solution=good, keeps_torque=keeps, add_constraints=None, joints_outside=0,
-                begin_least_excess=None, objective=None, compliance=None,
+                **BEGUN,
             )  # fmt: skip
             code = fallback_cascade._advance(K, SOLVED)
-            assert ("add_constraints" in asked) == adds and K.cascade.stage in (stage, RELAX_STAGE)
+            assert ("add_constraints" in asked) == adds and (not adds or K.cascade.stage == stage)
             assert not adds or (code == SOLVE and K.qp.warm == 7)
 
 
-@pytest.mark.parametrize("stage", [*STAGES, CALM_STAGE])
+@pytest.mark.parametrize("stage", [*STAGES, CALM_STAGE, CALM_ELASTIC_STAGE, CLIP_STAGE])
 @pytest.mark.parametrize("says", [FALLBACK, RELAXED])
 def test_only_fallbacks_without_the_task_are_counted_and_too_many_latch_the_stop(monkeypatch, stage, says):
     stubs(monkeypatch)
+    if stage == LEAST_EXCESS_STAGE:
+        return  # its answer is no command
     K = record(stage, outcome=says)
     K.watch.fallbacks = 3
     assert fallback_cascade._finish(K) == says == K.cascade.status
-    counts = says == FALLBACK and stage in (REST_STAGE, REST_ELASTIC_STAGE)
+    counts = says == FALLBACK and stage in (REST_STAGE, REST_ELASTIC_STAGE, CLIP_STAGE)
     assert K.watch.fallbacks == (4 if counts else 0) and K.watch.latched == int(counts)
     assert K.watch.reason == (STOPPED_BY_FALLBACKS if counts else 0)
     K.watch.fallbacks, K.watch.latched, K.watch.reason = 2, 0, 0
@@ -234,10 +256,10 @@ def test_lexicographic_stages_put_the_objective_aside_and_take_what_the_first_le
     g, H, A, x = rng.normal(size=N), rng.uniform(1.0, 2.0, N), rng.normal(size=(2, N)), rng.normal(size=N)
     K.qp.g[:N], K.qp.H_diagonal[:N], K.qp.dense, K.qp.A[:2, :N], K.qp.nc = g, H, dense, A, 2
     soft = []
-    stubs(monkeypatch, compliance=lambda *given: soft.append(given[-1]))
-    fallback_cascade.begin_first_stage(K)
+    stubs(monkeypatch)
+    answers(monkeypatch, stage_problems, compliance=lambda *given: soft.append(given[-1]))
+    stage_problems.begin_first_stage(K)
     assert not K.qp.g[:N].any() and (K.qp.H_diagonal[:N] == 1.0).all() and K.qp.dense == 0 == K.qp.warm
-    assert K.cascade.stage == FIRST_STAGE
     for claim in (SOLVED, FAILED):
         K.qp.x[:N], K.qp.b[:2], K.qp.z_box[:N], K.qp.z[:2], K.qp.warm = x, 9.0, 0.5, 0.25, 7
         K.turned.softness[:2] = 1.0
@@ -250,78 +272,69 @@ def test_lexicographic_stages_put_the_objective_aside_and_take_what_the_first_le
         assert (K.cascade.z_box_first[:N] == 0.5).all() and (K.cascade.z_first[:2] == 0.25).all()
         assert K.cascade.stage == MAIN_STAGE and K.qp.warm == 0 and not K.turned.softness[:2].any()
     assert soft == [
-        fallback_cascade.RELAXED_RATIO,
-        fallback_cascade.SECOND_STAGE_RATIO,
-        fallback_cascade.SECOND_STAGE_RATIO,
+        stage_problems.RELAXED_RATIO,
+        stage_problems.SECOND_STAGE_RATIO,
+        stage_problems.SECOND_STAGE_RATIO,
     ]
 
 
 @pytest.mark.parametrize("excluded", [True, False])
 def test_torque_limits_give_way_and_it_is_said_why(monkeypatch, excluded):
     K = record(LEAST_EXCESS_STAGE, outcome=FALLBACK)
-    asked = stubs(
-        monkeypatch, check_solution=True, box_excludes_rows=excluded, make_room=None, compliance=None
-    )
+    asked = stubs(monkeypatch, check_solution=True, box_excludes_rows=excluded)
+    posed = answers(monkeypatch, stage_problems, make_room=None, compliance=None)
     assert fallback_cascade._advance(K, SOLVED) == SOLVE
     assert K.cascade.stage == ELASTIC_STAGE and K.cascade.outcome == (RELAXED if excluded else FALLBACK)
-    assert asked == ["check_solution", "box_excludes_rows", "make_room", "compliance"]
+    assert asked == ["check_solution", "box_excludes_rows"] and posed == ["make_room", "compliance"]
 
 
 @pytest.mark.parametrize("level", [ACCELERATION, VELOCITY])
 def test_the_last_resort_is_the_rest_within_the_box_and_always_a_number(monkeypatch, level):
     K = record(REST_ELASTIC_STAGE, outcome=FALLBACK)
     K.qp.g[:N], K.qp.lb[:N], K.qp.ub[:N] = [-0.5, 2.0, -9.0, nan], [-1, -1, -1, -inf], [1, 1, 1, inf]
-    asked = stubs(monkeypatch, check_solution=False, keep_free_rows=None)
+    kept = []
+    asked = stubs(monkeypatch, check_solution=False, command=lambda K: kept.append("command"))
+    answers(monkeypatch, stage_problems, keep_free_rows=lambda *given: kept.append("free rows"))
     assert fallback_cascade._advance(K, FAILED) == FALLBACK
     assert K.qp.x[:N].tolist() == [0.5, -1.0, 1.0, 0.0]
-    assert asked.index("keep_free_rows") < asked.index("command")
+    assert kept == ["free rows", "command"] and K.cascade.stage == CLIP_STAGE and asked
 
 
 @pytest.mark.parametrize(
-    ("claim", "good", "soft", "nc", "ends", "says"),
+    ("stage", "claim", "good", "nc", "after", "says"),
     [
-        (SOLVED, True, 0.0, 3, True, OK),
-        (SOLVED, True, 1e-6, 3, True, 77),
-        (INFEASIBLE, True, 0.0, 3, False, RELAXED),
-        (FAILED, True, 0.0, 3, False, FALLBACK),
-        (SOLVED, False, 0.0, 3, False, FALLBACK),
-        (SOLVED, False, 0.0, 0, False, FALLBACK),
-        (SOLVED, False, 1e-6, 3, False, 77),
+        (CALM_STAGE, SOLVED, True, 3, None, OK),
+        (CALM_ELASTIC_STAGE, SOLVED, True, 3, None, 77),
+        (CALM_STAGE, INFEASIBLE, True, 3, CALM_ELASTIC_STAGE, RELAXED),
+        (CALM_STAGE, FAILED, True, 3, CALM_ELASTIC_STAGE, FALLBACK),
+        (CALM_STAGE, SOLVED, False, 3, CALM_ELASTIC_STAGE, FALLBACK),
+        (CALM_STAGE, SOLVED, False, 0, RELAX_STAGE, FALLBACK),
+        (CALM_ELASTIC_STAGE, SOLVED, False, 3, RELAX_STAGE, 77),
     ],
 )
 def test_in_calm_torque_limits_give_way_first_and_then_the_task(
-    monkeypatch, claim, good, soft, nc, ends, says
+    monkeypatch, stage, claim, good, nc, after, says
 ):
     rng = np.random.default_rng(1)
-    K = record(CALM_STAGE, outcome=77)
+    K = record(stage, outcome=77)
     A, x, asked_of = rng.normal(size=(2, N)), rng.normal(size=N), rng.normal(size=2)
-    K.qp.A[:2, :N], K.qp.x[:N], K.task.asked[:2], K.qp.nc, K.qp.soft_rows = A, x, asked_of, nc, soft
-    asked = stubs(
-        monkeypatch,
-        check_solution=good,
-        joints_outside=0,
-        _misses_task=False,
-        objective=None,
-        compliance=None,
-    )
+    K.qp.A[:2, :N], K.qp.x[:N], K.task.asked[:2], K.qp.nc = A, x, asked_of, nc
+    if stage == CALM_ELASTIC_STAGE:
+        K.qp.soft_rows = stage_problems.CALM_ELASTIC
+    stubs(monkeypatch, check_solution=good, joints_outside=0, _misses_task=False)
+    posed = answers(monkeypatch, stage_problems, objective=None, compliance=None)
     code = fallback_cascade._advance(K, claim)
-    assert (code != SOLVE) == ends and K.cascade.outcome == says
-    if soft == 0.0:
+    assert (code != SOLVE) == (after is None) and K.cascade.outcome == says
+    if stage == CALM_STAGE:
         assert K.cascade.claim == claim
-    if ends:
+    if after is None:
         assert K.task.slack[:2] == pytest.approx(A @ x - asked_of) and K.task.scale == 1.0
-    elif soft == 0.0 and nc:
-        assert (
-            K.qp.soft_rows == fallback_cascade.CALM_ELASTIC
-            and K.cascade.stage == CALM_STAGE
-            and K.qp.warm == 0
-        )
+        return
+    assert K.cascade.stage == after and K.qp.warm == 0
+    if after == CALM_ELASTIC_STAGE:
+        assert K.qp.soft_rows == stage_problems.CALM_ELASTIC
     else:
-        assert (
-            K.cascade.stage == RELAX_STAGE
-            and K.qp.soft_rows == 0.0
-            and asked[-2:] == ["objective", "compliance"]
-        )
+        assert K.qp.soft_rows == 0.0 and posed == ["objective", "compliance"]
         assert (K.qp.meq, K.qp.nx) == (2, N) and K.qp.b[:2] == pytest.approx(asked_of)
 
 

@@ -42,7 +42,7 @@ class Follower:
         """One tick; (valid, target as it came out: pose (4, 4) and twist (6,))."""
         K = self.K
         K.state.q[: self.robot.nv] = q
-        forward_kinematics(K)
+        forward_kinematics(K, K.state)
         has = 0
         for room, value, bit in (
             (self.base.tip_world, tip, codes.HAS_TIP),

@@ -37,7 +37,7 @@ def task_record(robot, rows, failed=()):
 def rows_at(K, q):
     """The task's rows at q, into the record."""
     K.state.q[: len(q)] = q
-    forward_kinematics(K)
+    forward_kinematics(K, K.state)
     task_rows(K, 0.0)
 
 

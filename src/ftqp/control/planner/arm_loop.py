@@ -12,6 +12,7 @@ from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.status import STOP_REASONS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
+from ftqp.kernel.calm.settling import forget_settling
 from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.enums import AS_TOLD, DriveKind, StopReason
 from ftqp.model.robot import Robot
@@ -45,7 +46,7 @@ class ArmLoop:
         self._release()
         K = self._session.K
         K.feedback.fresh = AS_TOLD
-        K.calm.holding = K.calm.hushed = K.calm.stood = K.calm.sure = K.calm.window = 0
+        forget_settling(K.calm)
 
     def _release(self) -> None:
         watch = self._session.K.watch

@@ -9,6 +9,7 @@ import numpy as np
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.enums import (
     BRAKING,
+    CALM_ELASTIC_STAGE,
     CALM_STAGE,
     FALLBACK,
     FREE,
@@ -159,7 +160,7 @@ def without_bound(parts: Any, jacobian: FloatArray, code: int) -> str:
     s = parts["slack"][: len(jacobian)]
     if np.linalg.norm(jacobian.T @ s) < NEAR_SINGULAR * np.linalg.norm(s):
         return "singular"
-    if int(parts["stage"][0]) == CALM_STAGE:
+    if int(parts["stage"][0]) in (CALM_STAGE, CALM_ELASTIC_STAGE):
         return "calm"
     return "no answer" if code == FALLBACK else "objective"
 

@@ -7,14 +7,14 @@ from ftqp.kernel.maths.vectors import cross
 
 
 @part_jit
-def dynamics(K: Any) -> None:
+def dynamics(K: Any, state: Any) -> None:
     """M by the composite-rigid-body algorithm and h by the recursive Newton-Euler algorithm at a = 0.
 
     Needs ``forward_kinematics`` and ``motion``. h holds Coriolis, centrifugal and gravity torques and viscous
     friction d_i v_i [N m or N]; Coulomb friction, whose sign a joint near rest does not have, is left out.
     Source: Featherstone 2008, chapters 5 and 6; here in world coordinates.
     """
-    chain, state, kinematics = K.chain, K.state, K.kinematics
+    chain, kinematics = K.chain, K.kinematics
     n = chain.n
     f0 = f1 = f2 = 0.0  # force and moment about the origin that the bodies from here to the tip need
     n0 = n1 = n2 = 0.0

@@ -8,13 +8,13 @@ from ftqp.kernel.maths.vectors import cross
 
 
 @part_jit
-def forward_kinematics(K: Any) -> None:
+def forward_kinematics(K: Any, state: Any) -> None:
     """T_i = T_(i-1) (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint; the tip; J.
 
     Column i of J: (z_i x (o_tip - o_i); z_i) for a revolute joint, (z_i; 0) for a prismatic one.
     """
-    joint_sines(K.state, K.kinematics, K.chain)
-    frames(K.state, K.kinematics, K.chain)
+    joint_sines(state, K.kinematics, K.chain)
+    frames(state, K.kinematics, K.chain)
 
 
 @jit
@@ -68,13 +68,13 @@ def frames(state: Any, kinematics: Any, chain: Any) -> None:
 
 
 @part_jit
-def motion(K: Any) -> None:
+def motion(K: Any, state: Any) -> None:
     """w, alpha and the acceleration of the origin of every frame, at zero joint acceleration.
 
     The base is given the acceleration -gravity, as in the recursive Newton-Euler algorithm; ``drift``, (6,),
     is the tip's classical acceleration Jdot v, in which that offset is taken back.
     """
-    chain, state, kinematics = K.chain, K.state, K.kinematics
+    chain, kinematics = K.chain, K.kinematics
     n = chain.n
     w0 = w1 = w2 = 0.0
     l0 = l1 = l2 = 0.0

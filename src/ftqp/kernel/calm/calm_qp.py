@@ -7,10 +7,11 @@ from ftqp.kernel.calm.brake import braked, feedback_rate, way_to_go
 from ftqp.kernel.calm.curvature import curvature, weigh_rows
 from ftqp.kernel.calm.metric import find_metric
 from ftqp.kernel.calm.rest import decide, watch_target
+from ftqp.kernel.calm.settling import NO_METRIC, REGULAR, settle
 from ftqp.kernel.calm.swing import gives_up, watch_swing
 from ftqp.kernel.calm.trigger import is_regular
 from ftqp.kernel.jit import jit, part_jit, rare_jit
-from ftqp.kernel.layout.enums import ACCELERATION, CALM_STAGE, SCALE
+from ftqp.kernel.layout.enums import ACCELERATION, SCALE
 
 
 @jit
@@ -36,7 +37,7 @@ def calms(K: Any, kp: float) -> bool:
     watch_target(K.state, K.faults, K.task, calm)
     watch_swing(K)
     if not calm.holding and not gives_up(calm) and is_regular(K):
-        calm.sure = 0.0
+        settle(calm, REGULAR, K.state.dt)
         return False
     return _takes_part(K, kp)
 
@@ -49,12 +50,11 @@ def _takes_part(K: Any, kp: float) -> bool:
     s = curvature(K.faults, K.task, K.kinematics, K.chain, calm)
     calm.soft = softness(K.task, K.chain, K.qp, K.task.slack_ratio)
     if not s > calm.soft:  # no direction is stiffer than the feedback then
-        calm.sure = 0.0
+        settle(calm, REGULAR, K.state.dt)
         return False
     count = find_metric(K, s, square)
     if count < 0:
-        calm.sure = 0.0
-        calm.holding = 0
+        settle(calm, NO_METRIC, K.state.dt)
         return False
     calm.count = count
     calm.rho = way_to_go(K.task, calm, count, calm.soft)
@@ -113,7 +113,7 @@ def begin_calm(K: Any, kp: float) -> None:
 @jit
 def pose_calm(K: Any, kp: float) -> None:
     """The same over the joints, from what ``task.asked`` says of the rows."""
-    chain, state, task, calm, cascade, qp = K.chain, K.state, K.task, K.calm, K.cascade, K.qp
+    chain, state, task, calm, qp = K.chain, K.state, K.task, K.calm, K.qp
     n, m = chain.n, task.m
     kv = task.kv if state.level == ACCELERATION else 0.0
     for k in range(m):
@@ -142,4 +142,3 @@ def pose_calm(K: Any, kp: float) -> None:
     if calm.entered == 0:
         qp.warm = 0
     calm.entered = 1
-    cascade.stage = CALM_STAGE

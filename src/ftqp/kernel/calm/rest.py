@@ -3,6 +3,7 @@
 from math import inf, sqrt
 from typing import Any
 
+from ftqp.kernel.calm.settling import FUTILE, PUSHED, SURE, TARGET_MOVES, TARGET_STANDS, WORTH_IT, settle
 from ftqp.kernel.calm.swing import gives_up
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import TARGET_TWIST
@@ -15,8 +16,6 @@ campaigns have not contradicted."""
 
 STOOD = 0.5
 """How long the target stands before the arm may hold [s]."""
-SURE = 0.1
-"""How long it must be clear that hardly anything can be gained [s]."""
 GAIN = 0.02
 """Share of the error below which what can be removed counts as hardly anything (rho). What a hold gives up
 was a few per cent of a large miss at most (docs/theory/calm.md, "Holding"). A guess that the campaigns have
@@ -36,7 +35,7 @@ LEAST = 1e-6
 square of a millimetre, which is a convention."""
 DISTURBED = 1.5
 """An error that has grown by this factor since the arm held, and ..."""
-PUSHED = 0.01
+PUSHED_BY = 0.01
 """... by this [m], ends the hold: it was pushed. A guess that the campaigns have not contradicted."""
 
 
@@ -80,10 +79,9 @@ def watch_target(state: Any, faults: Any, task: Any, calm: Any) -> None:
     """How long the target has stood and beliefs have not changed [s]; else the arm no longer holds."""
     stands, same = target_stands(task, calm), not _beliefs_changed(faults, calm)
     if stands and same and state.ticks > 1:
-        calm.stood += state.dt
+        settle(calm, TARGET_STANDS, state.dt)
     else:
-        calm.stood = calm.sure = 0.0
-        calm.holding = 0
+        settle(calm, TARGET_MOVES, state.dt)
 
 
 @jit
@@ -105,21 +103,26 @@ def _is_near(task: Any, feedback: Any) -> bool:
 
 
 @jit
-def decide(K: Any, square: float) -> None:
-    """Hold when hardly anything of the error e'e is worth removing, go on when the arm was pushed away."""
+def _is_futile(K: Any, square: float) -> bool:
+    """Whether hardly anything of the error e'e is worth the motion that removes it."""
     calm = K.calm
-    if calm.holding:
-        if sqrt(square) > DISTURBED * calm.held + PUSHED:
-            calm.holding = 0
-            calm.stood = calm.sure = 0.0
-        return
     futile = calm.stood >= STOOD - SURE and calm.rho < GAIN and square > LEAST
     futile = futile and (calm.stood >= IMPATIENT or _is_slow(K.state, K.faults, K.limits))
     if calm.stood >= IMPATIENT and _is_near(K.task, K.feedback) and not _is_slow(K.state, K.faults, K.limits):
         futile = True
     if gives_up(calm) and square > LEAST:
         futile = True
-    calm.sure = calm.sure + K.state.dt if futile else 0.0
-    if calm.sure >= SURE:
-        calm.holding = 1
+    return bool(futile)
+
+
+@jit
+def decide(K: Any, square: float) -> None:
+    """Hold when hardly anything of the error e'e is worth removing, go on when the arm was pushed away."""
+    calm, dt = K.calm, K.state.dt
+    if calm.holding:
+        if sqrt(square) > DISTURBED * calm.held + PUSHED_BY:
+            settle(calm, PUSHED, dt)
+        return
+    settle(calm, FUTILE if _is_futile(K, square) else WORTH_IT, dt)
+    if calm.holding:
         calm.held = sqrt(square)

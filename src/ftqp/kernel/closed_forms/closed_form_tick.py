@@ -24,6 +24,7 @@ from ftqp.kernel.layout.enums import (
     SOLVED,
 )
 from ftqp.kernel.rows.constraint_rows import add_constraints, keeps_torque
+from ftqp.kernel.rows.one_variable import draw
 
 INSIDE = 1e-9
 """A bound exceeded by less than this share of 1 + its size is met: rounding of a rate exactly at a limit. A
@@ -195,7 +196,7 @@ def resolve(K: Any, P: Any, prepared: int) -> int:
     for i in range(n):
         x = P.x[i]
         qp.x[i] = x
-        qp.H_diagonal[i], qp.g[i] = 1.0, -x
+        draw(qp, i, 1.0, x)
         qp.z_box[i] = 0.0
     for j in range(qp.nc):
         qp.z[j] = 0.0

@@ -25,9 +25,9 @@ def feel_arm(D: Any, K: Any, then: int) -> None:
     for i in range(D.n):
         K.state.q[i] = D.seen[i]
         K.state.v[i] = D.past_v[then, i] + D.w[FAST, i]
-    forward_kinematics(K)
-    motion(K)
-    dynamics(K)
+    forward_kinematics(K, K.state)
+    motion(K, K.state)
+    dynamics(K, K.state)
     D.has_dynamics = 1
 
 

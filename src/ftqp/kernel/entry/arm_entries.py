@@ -22,8 +22,8 @@ def kinematics(capacity: int) -> Callable[..., int]:
     def kinematics(address: int, nq: int) -> int:
         K = carray(pointer(address), 1, dtype)[0]
         accept_state(K.state, K.chain, nq)
-        forward_kinematics(K)
-        motion(K)
+        forward_kinematics(K, K.state)
+        motion(K, K.state)
         return 0
 
     return kinematics
@@ -36,9 +36,9 @@ def inverse_dynamics(capacity: int) -> Callable[..., int]:
     def inverse_dynamics(address: int, nq: int) -> int:
         K = carray(pointer(address), 1, dtype)[0]
         accept_state(K.state, K.chain, nq)
-        forward_kinematics(K)
-        motion(K)
-        dynamics(K)
+        forward_kinematics(K, K.state)
+        motion(K, K.state)
+        dynamics(K, K.state)
         return 0
 
     return inverse_dynamics
@@ -50,8 +50,8 @@ def torques(capacity: int) -> Callable[..., int]:
 
     def torques(address: int) -> int:
         K = carray(pointer(address), 1, dtype)[0]
-        forward_kinematics(K)  # the record may hold a kept step's state
-        motion(K)
+        forward_kinematics(K, K.state)  # the record may hold a kept step's state
+        motion(K, K.state)
         torques_without_inertia(K)
         return 0
 
@@ -71,9 +71,9 @@ def servo_torques(capacity: int) -> Callable[..., int]:
             or take(limit, 0, S.limit.ctypes.data, n, 1) != n
         ):
             return WRONG_SHAPE
-        forward_kinematics(K)
-        motion(K)
-        dynamics(K)
+        forward_kinematics(K, K.state)
+        motion(K, K.state)
+        dynamics(K, K.state)
         wanted(K.state, K.chain, S)
         return ask(K.kinematics, K.chain, S)
 

@@ -3,6 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
@@ -96,8 +97,7 @@ def find_out_of_hand(K: Any) -> None:
         if feedback.hurried[i] * dt > time - 0.5 * dt:
             feedback.asks[i] = 1
             if watch.latched == 0 and watch.stop_samples > 0:
-                watch.latched = 1
-                watch.reason = STOPPED_BY_LAG
+                latch(watch, STOPPED_BY_LAG)
                 feedback.culprit = i
         if feedback.outside_band[i] * dt > OUT_TIME - 0.5 * dt:
             feedback.asks[i] = 1

@@ -4,6 +4,7 @@ from typing import Any
 
 from ftqp.kernel.feedback.error_band import error_band
 from ftqp.kernel.feedback.samples import slot
+from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
 from ftqp.kernel.maths.elementary import sqrt
@@ -81,8 +82,7 @@ def measure_gap(K: Any) -> None:
     beyond = position > watch.stop_position or rotation > watch.stop_rotation
     feedback.far = feedback.far + 1 if beyond else 0
     if feedback.far >= DEVIATION_SAMPLES and watch.latched == 0:
-        watch.latched = 1
-        watch.reason = STOPPED_BY_DEVIATION
+        latch(watch, STOPPED_BY_DEVIATION)
 
 
 @jit
@@ -110,5 +110,4 @@ def wait(state: Any, watch: Any, feedback: Any) -> None:
     feedback.rate = max(rate, 0.0)
     feedback.waited = feedback.waited + dt if feedback.rate < WAITING else 0.0
     if feedback.waited > PATIENCE and watch.stop_samples > 0:
-        watch.latched = 1
-        watch.reason = STOPPED_BY_LAG
+        latch(watch, STOPPED_BY_LAG)

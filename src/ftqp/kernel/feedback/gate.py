@@ -9,6 +9,7 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.calm.settling import forget_settling
 from ftqp.kernel.feedback.observer import feel
 from ftqp.kernel.feedback.reference import place_of
 from ftqp.kernel.feedback.samples import ROOM, SIGMAS, SPEED_SHARE
@@ -202,13 +203,12 @@ def _brake(K: Any) -> None:
             tau = tau if abs(tau) < inf else gate.tau[i]
             feedback.tau_sent[i] = tau if faults.code[i] == HEALTHY else 0.0
     else:
-        forward_kinematics(K)
+        forward_kinematics(K, K.state)
     for j in range(len(K.qp.z)):
         K.qp.z[j] = 0.0
     K.task.scale = 0.0
-    calm = K.calm
-    calm.holding = calm.hushed = calm.entered = 0
-    calm.stood = calm.sure = calm.window = 0.0
+    forget_settling(K.calm)
+    K.calm.entered = 0
     K.qp.warm = 0
     K.free.joint = -1
     feedback.fresh = AS_SENT

@@ -3,6 +3,7 @@
 from typing import Any
 
 from ftqp.kernel.arm.pose_error import exponential, rotation_vector
+from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import (
     HISTORY,
@@ -136,8 +137,7 @@ def play_back(K: Any) -> None:
     if feedback.late > LATEST:
         feedback.late = LATEST
         if watch.stop_samples > 0 and watch.latched == 0:
-            watch.latched = 1
-            watch.reason = STOPPED_BY_LAG
+            latch(watch, STOPPED_BY_LAG)
     if feedback.late > 0.0:
         _look_up(K, feedback.late)
     r = feedback.rate + feedback.up

@@ -143,13 +143,13 @@ def observe(K: Any, first: bool) -> None:
 @rare_jit
 def feel(K: Any) -> None:
     """M and h at the observed state, kept aside for the torque law."""
-    feedback, state, kinematics = K.feedback, K.state, K.kinematics
+    feedback, supposed, kinematics = K.feedback, K.supposed, K.kinematics
     n = K.chain.n
     for i in range(n):
-        state.q[i], state.v[i] = feedback.q_now[i], feedback.v_now[i]
-    forward_kinematics(K)
-    motion(K)
-    dynamics(K)
+        supposed.q[i], supposed.v[i] = feedback.q_now[i], feedback.v_now[i]
+    forward_kinematics(K, supposed)
+    motion(K, supposed)
+    dynamics(K, supposed)
     for i in range(n):
         feedback.h[i] = kinematics.h[i]
         for j in range(n):

@@ -3,6 +3,7 @@
 from math import inf
 from typing import Any
 
+from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import AS_SENT, FREE, HEALTHY, STOPPED_BY_SENSOR
 from ftqp.kernel.layout.thresholds import FROZEN_SAMPLES, FROZEN_SIGMAS
@@ -116,8 +117,7 @@ def _spend(state: Any, watch: Any, feedback: Any, spent: float, bad: bool) -> fl
         return max(0.0, spent - RECOVERY * dt)
     spent += dt
     if spent > feedback.patience + 0.5 * dt and watch.latched == 0:
-        watch.latched = 1
-        watch.reason = STOPPED_BY_SENSOR
+        latch(watch, STOPPED_BY_SENSOR)
     return spent
 
 

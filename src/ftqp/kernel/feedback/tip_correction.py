@@ -55,18 +55,16 @@ def _difference(seen: Any, reference: Any, off: Any) -> None:
 @jit
 def look_at_tip(K: Any) -> None:
     """Kinematics of the reference, and d: the measured tip beside that of the reference of the same time."""
-    feedback, past, state, task = K.feedback, K.past, K.state, K.task
+    feedback, past, task = K.feedback, K.past, K.task
     n, now = K.chain.n, feedback.now
     exact = follows(feedback, K.chain, past)
     feedback.exact = exact
     if not (exact or task.has_tip_measured):
         for i in range(n):
-            state.q[i] = feedback.seen[i]
-        forward_kinematics(K)
+            K.supposed.q[i] = feedback.seen[i]
+        forward_kinematics(K, K.supposed)
         _keep_tip(K.kinematics, feedback.tip)
-        for i in range(n):
-            state.q[i] = past.q[now, i]
-    forward_kinematics(K)
+    forward_kinematics(K, K.state)
     if exact and not task.has_tip_measured and feedback.latency == 0:
         for k in range(6):
             feedback.off[k] = 0.0

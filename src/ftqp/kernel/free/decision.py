@@ -11,6 +11,8 @@ from typing import Any
 
 from ftqp.kernel.arm.gravity import knows_no_gravity
 from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.feedback.stop_latch import latch
+from ftqp.kernel.free.end_stop import rest_on_stops
 from ftqp.kernel.free.holding import (
     LENIENCE,
     ROLLOUT_STEPS,
@@ -134,8 +136,7 @@ def _try_next(faults: Any, watch: Any, chain: Any, free: Any, F: Any, refusal: i
 def _latch(watch: Any) -> None:
     """The task is given up until somebody says that it goes on."""
     if watch.latched == 0:
-        watch.latched = 1
-        watch.reason = STOPPED_BY_FREE_JOINT
+        latch(watch, STOPPED_BY_FREE_JOINT)
 
 
 @jit
@@ -186,7 +187,7 @@ def begin(K: Any, F: Any) -> None:
     F.calming = 0
     for rows in range(len(F.refused)):
         F.refused[rows] = NOT_REFUSED
-    forward_kinematics(K)
+    forward_kinematics(K, K.supposed)
     single = faults.movable == faults.working + 1
     if single and knows_no_gravity(K.kinematics, K.chain, F.joint):
         free.mode = FOLLOW
@@ -358,15 +359,15 @@ def _go_on_following(K: Any, F: Any) -> None:
 
 @part_jit
 def think(K: Any, F: Any) -> None:
-    """This tick's share of the search, in the rooms for the state and its kinematics.
+    """This tick's share of the search, in the rooms for a supposed state and the kinematics.
 
-    The state is put back; frames, M and h are for the tick to find again.
+    Frames, M and h are for the tick to find again.
     """
-    state, n = K.state, K.chain.n
+    state, supposed, n = K.state, K.supposed, K.chain.n
     for j in range(n):
         if not (is_finite(state.q[j]) and is_finite(state.v[j])):
             return
-        F.q[j], F.v[j] = state.q[j], state.v[j]
+        F.q[j], F.v[j] = supposed.q[j], supposed.v[j] = state.q[j], state.v[j]
     sort_joints(K.faults, K.chain)
     for k in range(K.faults.working, K.faults.movable):
         i = K.faults.order[k]
@@ -392,5 +393,4 @@ def think(K: Any, F: Any) -> None:
         F.countdown -= 1
     if K.free.mode == ARREST and mode != ARREST:
         search(K, F)  # what lies ahead is told at once
-    for j in range(n):
-        state.q[j], state.v[j] = F.q[j], F.v[j]
+    rest_on_stops(state, K.faults, K.free)

@@ -5,6 +5,7 @@ from typing import Any
 
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import VELOCITY
+from ftqp.kernel.rows.one_variable import fix
 
 TOUCHES = 1e-3
 """A joint so near to its stop may be in contact [rad or m] ..."""
@@ -66,8 +67,17 @@ def end_stops(K: Any, x: Any) -> None:
         if s == 0:
             continue
         carried = _without_stop(state, K.kinematics, K.chain, i)
-        qp.lb[i] = qp.ub[i] = 0.0
+        fix(qp, i, 0.0)
         qp.l[i], qp.u[i] = (carried, inf) if s > 0 else (-inf, carried)
+
+
+@jit
+def rest_on_stops(state: Any, faults: Any, free: Any) -> None:
+    """A free-swinging joint that lies on a stop has no velocity: an observer that knows no stop may err."""
+    for k in range(faults.working, faults.movable):
+        i = faults.order[k]
+        if free.contact[i]:
+            state.v[i] = 0.0
 
 
 @jit
@@ -105,7 +115,7 @@ def _rub(state: Any, faults: Any, chain: Any, qp: Any, i: int, x: Any) -> None:
         qp.l[i] = qp.u[i] = qp.l[i] + most
     else:
         qp.l[i], qp.u[i] = qp.l[i] - most, qp.u[i] + most
-        qp.lb[i] = qp.ub[i] = 0.0 if state.level == VELOCITY else -state.v[i] / state.dt
+        fix(qp, i, 0.0 if state.level == VELOCITY else -state.v[i] / state.dt)
 
 
 @jit

@@ -20,6 +20,7 @@ from ftqp.kernel.layout.enums import (
     VELOCITY,
 )
 from ftqp.kernel.layout.thresholds import AT_REST, FREE_SHARE, HANGS
+from ftqp.kernel.rows.one_variable import draw
 
 REACHED, ATTAINED = 0.01, 0.05
 """A tip that is nearer to its target than this counts as there [m] and [rad]. A guess that
@@ -49,15 +50,14 @@ def ask_for_motion(K: Any, F: Any) -> None:
         j = faults.order[k]
         x = F.a[j] if state.level != VELOCITY else state.v[j] + state.dt * F.a[j]
         F.x[j] = x
-        qp.g[j] = -x
+        draw(qp, j, 1.0, x)
     for k in range(faults.working, K.chain.n):
         j = faults.order[k]
         F.x[j] = qp.lb[j] if k >= faults.movable else (state.v[j] if state.level == VELOCITY else 0.0)
     end_stops(K, F.x)
     for k in range(faults.working, faults.movable):
         i = faults.order[k]
-        qp.H_diagonal[i] = FREE_SHARE
-        qp.g[i] = -FREE_SHARE * free_motion(K.chain, qp, i, F.x) if qp.lb[i] < qp.ub[i] else 0.0
+        draw(qp, i, FREE_SHARE, free_motion(K.chain, qp, i, F.x) if qp.lb[i] < qp.ub[i] else 0.0)
     if K.free.mode == ARREST:
         F.left -= F.dt
         shift_plan(F, K.chain.n)

@@ -65,11 +65,11 @@ def begin_gain(K: Any, F: Any) -> bool:
 
     x = (q - q*, v), u = a_h:  v_i' = -(grad g_i (q - q*) + d v_i + M_ih u) / M_ii.
     """
-    faults, limits, state, kinematics = K.faults, K.limits, K.state, K.kinematics
+    faults, limits, supposed, kinematics = K.faults, K.limits, K.supposed, K.kinematics
     i, w = F.joint, faults.working
     n = w + 1
     for j in range(K.chain.n):
-        state.q[j], state.v[j] = F.rest[j], 0.0
+        supposed.q[j], supposed.v[j] = F.rest[j], 0.0
     for k in range(w):
         F.moving[k] = faults.order[k]
     F.moving[w] = i
@@ -165,11 +165,11 @@ def roll_on(K: Any, F: Any, steps: int, lenience: float) -> int:
     It is kept when no stop is touched, no torque limit is exceeded, the tip goes no farther from its goal
     than it began by WAY_ERROR, in the end it is near and the free joint slow. Without rows the tip is free.
     """
-    state, kinematics, n = K.state, K.kinematics, K.chain.n
+    supposed, kinematics, n = K.supposed, K.kinematics, K.chain.n
     for j in range(n):
-        state.q[j], state.v[j] = F.roll_q[j], F.roll_v[j]
+        supposed.q[j], supposed.v[j] = F.roll_q[j], F.roll_v[j]
     for _ in range(steps):
-        led(state, K.faults, K.limits, kinematics, F, ROLLOUT_STEP)
+        led(supposed, K.faults, K.limits, kinematics, F, ROLLOUT_STEP)
         see_arm(K)
         away = 0.0
         for r in range(3):
@@ -180,15 +180,15 @@ def roll_on(K: Any, F: Any, steps: int, lenience: float) -> int:
             F.way = away
         if away > F.way + lenience * WAY_ERROR:
             return OFF_THE_WAY
-        impact, share = swing_on(state, K.faults, K.limits, kinematics, K.chain, F, ROLLOUT_STEP)
+        impact, share = swing_on(supposed, K.faults, K.limits, kinematics, K.chain, F, ROLLOUT_STEP)
         if impact > 0.0:
             return STOP_TOUCHED
         if share > lenience:
             return TOO_WEAK
         F.roll_step += 1
         if F.roll_step >= ROLLOUT_STEPS:
-            slow = abs(state.v[F.joint]) <= END_SPEED
+            slow = abs(supposed.v[F.joint]) <= END_SPEED
             return NOT_REFUSED if slow and away <= lenience * END_ERROR else OFF_IN_THE_END
     for j in range(n):
-        F.roll_q[j], F.roll_v[j] = state.q[j], state.v[j]
+        F.roll_q[j], F.roll_v[j] = supposed.q[j], supposed.v[j]
     return NOT_REFUSED

@@ -112,17 +112,17 @@ def look_ahead(K: Any, F: Any, phase: float, left: float, give_up: float, steps:
 
     The first impact's time, speed, energy and side, the free joint's swing and the tip's reach are kept.
     """
-    chain, faults, state, kinematics = K.chain, K.faults, K.state, K.kinematics
+    chain, faults, supposed, kinematics = K.chain, K.faults, K.supposed, K.kinematics
     n, i, dt = chain.n, F.joint, ROLLOUT_STEP
     for j in range(n):
-        state.q[j], state.v[j] = F.base_q[j], F.base_v[j]
+        supposed.q[j], supposed.v[j] = F.base_q[j], F.base_v[j]
     hit = top = torque = 0.0
     F.impact_speed, F.reach = 0.0, 0.0
-    F.lowest = F.highest = state.q[i]
+    F.lowest = F.highest = supposed.q[i]
     for k in range(steps):
         for c in range(faults.working):
             j = faults.order[c]
-            F.a[j] = planned(state, K.limits, F, j, phase + k * dt, left - k * dt, dt)
+            F.a[j] = planned(supposed, K.limits, F, j, phase + k * dt, left - k * dt, dt)
         see_arm(K)
         away = 0.0
         for r in range(3):
@@ -132,23 +132,23 @@ def look_ahead(K: Any, F: Any, phase: float, left: float, give_up: float, steps:
             away += d * d
         F.reach = max(F.reach, away)
         inertia = kinematics.M[i, i]
-        impact, share = swing_on(state, faults, K.limits, kinematics, chain, F, dt)
+        impact, share = swing_on(supposed, faults, K.limits, kinematics, chain, F, dt)
         if impact > 0.0 and F.impact_speed == 0.0:
             F.impact_speed, F.impact_time = impact, (k + 1) * dt
             F.impact_energy = 0.5 * inertia * impact * impact
-            F.side = -1 if state.q[i] <= K.limits.q_min[i] else 1
+            F.side = -1 if supposed.q[i] <= K.limits.q_min[i] else 1
         hit = max(hit, impact)
-        top = max(top, abs(state.v[i]))
+        top = max(top, abs(supposed.v[i]))
         torque = max(torque, share - TORQUE_SHARE)
-        F.lowest, F.highest = min(F.lowest, state.q[i]), max(F.highest, state.q[i])
+        F.lowest, F.highest = min(F.lowest, supposed.q[i]), max(F.highest, supposed.q[i])
         if hit + TOP_SPEED * top + torque > give_up:
             return give_up + 1.0
     F.reach = sqrt(F.reach)
     way = 0.0
     for c in range(faults.working):
         j = faults.order[c]
-        way += abs(state.q[j] - F.base_q[j])
-    return hit + FINAL_SPEED * abs(state.v[i]) + TOP_SPEED * top + torque + TRAVEL * way
+        way += abs(supposed.q[j] - F.base_q[j])
+    return hit + FINAL_SPEED * abs(supposed.v[i]) + TOP_SPEED * top + torque + TRAVEL * way
 
 
 @jit
@@ -160,14 +160,19 @@ def _later_impact(K: Any, F: Any) -> float:
     from which gravity carries it away, g' < 0, falls later: inf. One without gravity drifts, whatever the
     others do: 0.
     """
-    i, state, limits, coulomb = F.joint, K.state, K.limits, K.faults.coulomb[F.joint]
+    i, supposed, limits, coulomb = F.joint, K.supposed, K.limits, K.faults.coulomb[F.joint]
     inertia, turns = K.kinematics.M[i, i], K.chain.prismatic[i] == 0
-    forward_kinematics(K)
+    forward_kinematics(K, K.supposed)
     torque = gravity_torque(K.kinematics, K.chain, i, F.slope)
     slope = steep = F.slope[i]
     if abs(torque) < NO_SLOPE and abs(slope) < NO_SLOPE:
         return 0.0
-    friction, begun, q, v = viscous_friction(K.faults, K.chain, i), state.q[i], state.q[i], state.v[i]
+    friction, begun, q, v = (
+        viscous_friction(K.faults, K.chain, i),
+        supposed.q[i],
+        supposed.q[i],
+        supposed.v[i],
+    )
     for _ in range(LATER_STEPS):
         g = torque
         if turns:
@@ -188,11 +193,11 @@ def braking_is_safe(K: Any, F: Any) -> bool:
 
     No stop is met in two seconds, and none faster than SOFTLY later.
     """
-    i, state, limits = F.joint, K.state, K.limits
+    i, supposed, limits = F.joint, K.supposed, K.limits
     look_ahead(K, F, 0.0, 0.0, 1e300, LONG_STEPS)
     if F.impact_speed > TOUCH_SPEED:
         return False
-    stands = state.q[i] <= limits.q_min[i] or state.q[i] >= limits.q_max[i]
+    stands = supposed.q[i] <= limits.q_min[i] or supposed.q[i] >= limits.q_max[i]
     return stands or _later_impact(K, F) <= SOFTLY
 
 

@@ -72,10 +72,10 @@ def residual(K: Any, F: Any) -> float:
     e_rot is the rotation vector from the goal, or what of it turns the tool axis: then a* x a with the
     projection across a of the rotation as its gradient. The largest entry of c comes back.
     """
-    faults, state, kinematics, n = K.faults, K.state, K.kinematics, K.chain.n
+    faults, supposed, kinematics, n = K.faults, K.supposed, K.kinematics, K.chain.n
     for j in range(n):
-        state.q[j] = F.trial[j]
-    forward_kinematics(K)
+        supposed.q[j] = F.trial[j]
+    forward_kinematics(K, K.supposed)
     c, C = F.c, F.C
     g = gravity_torque(kinematics, K.chain, F.joint, F.slope)
     held = COULOMB_SHARE * faults.coulomb[F.joint]

@@ -57,14 +57,14 @@ def braked(state: Any, limits: Any, i: int, dt: float) -> float:
 @jit
 def see_arm(K: Any) -> None:
     """Frames, tip, M and h at the rollout's state."""
-    forward_kinematics(K)
-    motion(K)
-    dynamics(K)
+    forward_kinematics(K, K.supposed)
+    motion(K, K.supposed)
+    dynamics(K, K.supposed)
 
 
 @jit
 def swing_on(
-    state: Any, faults: Any, limits: Any, kinematics: Any, chain: Any, F: Any, dt: float
+    supposed: Any, faults: Any, limits: Any, kinematics: Any, chain: Any, F: Any, dt: float
 ) -> tuple[float, float]:
     """Move the arm on by dt with the accelerations ``F.a`` of its healthy joints; needs ``see_arm``.
 
@@ -78,23 +78,23 @@ def swing_on(
     for k in range(faults.movable, n):
         j = faults.order[k]
         most = faults.lock_rate[j]
-        F.a[j] = min(max(-state.v[j] / dt, -most), most)
+        F.a[j] = min(max(-supposed.v[j] / dt, -most), most)
     drive = -kinematics.h[i]
     for j in range(n):
         if j != i:
             drive -= kinematics.M[i, j] * F.a[j]
-    v = state.v[i]
+    v = supposed.v[i]
     drive -= faults.friction[i] * v  # the joint's own friction is a part of h
     after = free_velocity(
         kinematics.M[i, i], drive, v, viscous_friction(faults, chain, i), faults.coulomb[i], dt
     )
     impact = 0.0
-    q = state.q[i] + dt * after
+    q = supposed.q[i] + dt * after
     low, high = limits.q_min[i], limits.q_max[i]
     if q < low and after < 0.0:
-        q, impact, after = min(low, state.q[i]), -after, 0.0
+        q, impact, after = min(low, supposed.q[i]), -after, 0.0
     elif q > high and after > 0.0:
-        q, impact, after = max(high, state.q[i]), after, 0.0
+        q, impact, after = max(high, supposed.q[i]), after, 0.0
     if impact > 0.0 and v == 0.0:
         impact = 0.0  # it rests there
     a = (after - v) / dt if impact == 0.0 else 0.0
@@ -109,7 +109,7 @@ def swing_on(
             share = max(share, abs(tau) / limits.tau_max[j])
     for j in range(n):
         if j != i:
-            state.v[j] += dt * F.a[j]
-            state.q[j] += dt * state.v[j]
-    state.v[i], state.q[i] = after, q
+            supposed.v[j] += dt * F.a[j]
+            supposed.q[j] += dt * supposed.v[j]
+    supposed.v[i], supposed.q[i] = after, q
     return impact, share

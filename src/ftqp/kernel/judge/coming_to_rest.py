@@ -6,6 +6,7 @@ from typing import Any
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.layout.thresholds import FREE_SHARE
+from ftqp.kernel.rows.one_variable import draw, lighten, narrow
 
 BRAKING_SHARE = 0.25
 """Where torque limits cannot be kept in a stop, each joint brakes by this share of what it wants at least.
@@ -40,16 +41,13 @@ def draw_to_rest(K: Any, time: float, rise: float, weight: float) -> None:
     limits, faults, state, qp = K.limits, K.faults, K.state, K.qp
     qp.dense = 0
     for i in range(K.chain.n):
-        qp.H_diagonal[i] = weight
-        qp.g[i] = 0.0 if state.level == ACCELERATION else -weight * state.v[i]
+        draw(qp, i, weight, 0.0 if state.level == ACCELERATION else state.v[i])
     for k in range(faults.working, faults.movable):
-        i = faults.order[k]
-        qp.H_diagonal[i] *= FREE_SHARE
-        qp.g[i] *= FREE_SHARE
+        lighten(qp, faults.order[k], FREE_SHARE)
     for k in range(faults.working):
         i = faults.order[k]
         a = deceleration(state.v[i], state.a_command[i], limits.a_max[i], time, rise, state.dt)
-        qp.g[i] = -weight * (a if state.level == ACCELERATION else state.v[i] + state.dt * a)
+        draw(qp, i, weight, a if state.level == ACCELERATION else state.v[i] + state.dt * a)
 
 
 @rare_jit
@@ -65,6 +63,4 @@ def only_brake(K: Any, share: float) -> None:
         rest = -qp.g[i] / qp.H_diagonal[i]
         coast = 0.0 if state.level == ACCELERATION else state.v[i]
         least = coast + share * (rest - coast)
-        low, high = min(rest, least), max(rest, least)
-        lb, ub = qp.lb[i], qp.ub[i]
-        qp.lb[i], qp.ub[i] = min(max(low, lb), ub), max(min(high, ub), lb)
+        narrow(qp, i, min(rest, least), max(rest, least))

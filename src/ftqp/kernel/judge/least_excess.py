@@ -13,9 +13,11 @@ from typing import Any
 from ftqp.kernel.jit import jit, rare_jit
 from ftqp.kernel.judge.coming_to_rest import draw_to_rest
 from ftqp.kernel.judge.kept_limits import is_beyond_range, is_too_fast
-from ftqp.kernel.layout.enums import ACCELERATION, LEAST_EXCESS_STAGE, PLAIN_STAGE
+from ftqp.kernel.judge.qp_aside import put_aside, take_up
+from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.layout.thresholds import PROOF_SHARE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
+from ftqp.kernel.rows.one_variable import bound, draw, widen
 
 SOFTNESS = 1e-10
 """Compliance of torque rows beside |x - x_rest|^2: what bias it leaves is below any torque that matters. It
@@ -37,8 +39,8 @@ def _open_forced_return(state: Any, limits: Any, qp: Any, i: int) -> None:
         low, high = max(-a_max, min((-v_max - v) / dt, 0.0)), min(a_max, max((v_max - v) / dt, 0.0))
     else:
         low, high = max(v - a_max * dt, min(-v_max, v)), min(v + a_max * dt, max(v_max, v))
-    qp.g[i] = -min(max(-qp.g[i], qp.lb[i]), qp.ub[i])
-    qp.lb[i], qp.ub[i] = min(qp.lb[i], low), max(qp.ub[i], high)
+    draw(qp, i, 1.0, min(max(-qp.g[i], qp.lb[i]), qp.ub[i]))
+    widen(qp, i, low, high)
 
 
 @rare_jit
@@ -47,12 +49,9 @@ def begin_least_excess(K: Any) -> None:
 
     A joint beyond its limits is not forced back here: it returns as its torque allows.
     """
-    faults, qp, aside = K.faults, K.qp, K.aside
+    faults, qp = K.faults, K.qp
     n = K.chain.n
-    aside.nx, aside.meq, aside.dense = qp.nx, qp.meq, qp.dense
-    for i in range(n):
-        aside.g[i], aside.H_diagonal[i] = qp.g[i], qp.H_diagonal[i]
-        aside.lb[i], aside.ub[i] = qp.lb[i], qp.ub[i]
+    put_aside(K.chain, qp, K.aside)
     draw_to_rest(K, K.state.dt, 0.0, 1.0)
     for k in range(faults.working):
         i = faults.order[k]
@@ -60,7 +59,6 @@ def begin_least_excess(K: Any) -> None:
             _open_forced_return(K.state, K.limits, qp, i)
     qp.nx, qp.meq, qp.warm = n, 0, 0
     qp.soft_rows = SOFTNESS
-    K.cascade.stage = LEAST_EXCESS_STAGE
 
 
 @jit
@@ -131,10 +129,9 @@ def make_room(chain: Any, qp: Any, aside: Any) -> None:
                 qp.u[j] = s + room
             elif s < qp.l[j]:
                 qp.l[j] = s - room
+    take_up(chain, qp, aside)
     for i in range(n):
-        qp.g[i], qp.H_diagonal[i] = aside.g[i], aside.H_diagonal[i]
-        qp.lb[i], qp.ub[i] = min(aside.lb[i], qp.x[i]), max(aside.ub[i], qp.x[i])
-    qp.nx, qp.meq, qp.dense = aside.nx, aside.meq, aside.dense
+        bound(qp, i, min(aside.lb[i], qp.x[i]), max(aside.ub[i], qp.x[i]))
     qp.soft_rows, qp.warm = 0.0, 0
 
 
@@ -147,7 +144,6 @@ def begin_plain(K: Any) -> None:
         mean += qp.H[i, i] if qp.dense else qp.H_diagonal[i]
     draw_to_rest(K, K.state.dt, 0.0, mean / n)
     qp.warm = 0
-    K.cascade.stage = PLAIN_STAGE
 
 
 @jit

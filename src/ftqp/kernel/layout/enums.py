@@ -168,7 +168,7 @@ WRONG_SHAPE, NO_ROTATION, NOT_RESET, NOT_READ, TWIST_ALONE = map(int, Mistake)
 
 
 class Stage(IntEnum):
-    """Which QP of the fallback cascade is being solved."""
+    """Which QP of the fallback cascade is being solved, see ``ftqp.kernel.judge.cascade_table``."""
 
     FIRST = 0
     MAIN = 1
@@ -179,6 +179,11 @@ class Stage(IntEnum):
     LEAST_EXCESS = 6
     PLAIN = 7
     CALM = 8
+    CALM_ELASTIC = 9
+    CLIP = 10
+    """No QP any more: the rest within the box."""
+    COMMAND = 11
+    """None: the answer is the command."""
 
 
 (
@@ -191,6 +196,9 @@ class Stage(IntEnum):
     LEAST_EXCESS_STAGE,
     PLAIN_STAGE,
     CALM_STAGE,
+    CALM_ELASTIC_STAGE,
+    CLIP_STAGE,
+    COMMAND_STAGE,
 ) = map(int, Stage)
 
 

@@ -26,6 +26,14 @@ def _state(N: int) -> Fields:
     ]
 
 
+def _supposed(N: int) -> Fields:
+    """A state that is only supposed, q and v: where formulas are asked how the arm would be there.
+
+    So that ``state`` need not be lent: it holds what was measured, or the reference that leads the arm.
+    """
+    return _state(N)
+
+
 def _faults(N: int) -> Fields:
     """What is believed of the joints.
 
@@ -173,22 +181,17 @@ def _cascade(N: int) -> Fields:
     """Where a tick stands in the fallback cascade, and what its answer is worth.
 
     ``external``: another solver takes the QP. ``accept``: largest scaled residual that counts as solved.
-    ``g_task``, ``d_task``: the objective kept aside during the first stage of lexicographic mode;
-    ``z_first``, ``z_box_first``: multipliers of that stage, which say what keeps the task from being
-    followed. ``missed``: the command leaves more of the task than counts as none; ``outside``: how many
-    joints are beyond what is believed of their limits; ``checked``: the answer is known to be good;
-    ``jump``: share of an instant lock's jump that the other joints' velocities have made;
+    ``z_first``, ``z_box_first``: multipliers of the first stage of lexicographic mode, which say what keeps
+    the task from being followed. ``missed``: the command leaves more of the task than counts as none;
+    ``outside``: how many joints are beyond what is believed of their limits; ``checked``: the answer is known
+    to be good; ``jump``: share of an instant lock's jump that the other joints' velocities have made;
     ``torque_excess``: of the command over what is believed of a motor [N m].
     """
     return [
-        *scalars(
-            "i8", "status outcome stage external claim qp_iterations dense_task p missed outside checked"
-        ),
+        *scalars("i8", "status outcome stage external claim qp_iterations p missed outside checked"),
         *scalars("f8", "accept residual_task residual_bounds residual_dual torque_excess kappa jump"),
         *floats(
             {
-                "g_task": (N + 1,),
-                "d_task": (N + 1,),
                 "z_first": (constraint_capacity(N),),
                 "z_box_first": (N,),
             }
@@ -264,7 +267,7 @@ def _qp(N: int) -> Fields:
 
 
 def _aside(N: int) -> Fields:
-    """The task's QP while another one asks what its torque rows lack: sizes, objective and box."""
+    """The task's QP while another one is solved with its rows: sizes, objective and box."""
     return [
         *scalars("i8", "nx meq dense"),
         *floats(dict.fromkeys(("g", "H_diagonal", "lb", "ub"), (N,))),
@@ -406,5 +409,6 @@ ROOMS = {
     "free": _free,
     "terms": terms_fields,
     "keeps": keeps_fields,
+    "supposed": _supposed,
 }
 """Each room with the fields that it has for N joints; those that every tick touches come first."""

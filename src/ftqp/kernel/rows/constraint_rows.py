@@ -43,9 +43,9 @@ fill_all: Any = reduce(_then, ROW_KINDS, _nothing)
 def add_constraints(K: Any) -> None:
     """All rows of C, and M and h of an arm that has them."""
     if K.state.level == VELOCITY:
-        motion(K)
+        motion(K, K.state)
     if K.chain.has_inertia:
-        dynamics(K)
+        dynamics(K, K.state)
         K.kinematics.has_dynamics = 1
     K.qp.nc = fill_all(K, 0)
 
@@ -85,7 +85,7 @@ def _is_within_torque(faults: Any, limits: Any, kinematics: Any, chain: Any) -> 
 def _torques_hold(K: Any, a: Any) -> bool:
     """Whether the torques themselves are within their limits."""
     if K.state.level == VELOCITY:
-        motion(K)
+        motion(K, K.state)
     torques_of(K.state, K.kinematics, K.chain, a)
     return _is_within_torque(K.faults, K.limits, K.kinematics, K.chain)
 

@@ -17,6 +17,7 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 from ftqp.kernel.maths.elementary import any_of, larger, select, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, is_set
+from ftqp.kernel.rows.one_variable import fix
 
 
 @jit
@@ -99,11 +100,11 @@ def prescribed_motion(state: Any, faults: Any, limits: Any, chain: Any, qp: Any)
                 x = after if state.level == VELOCITY else (after - vf) / dt
                 state.v[i] = vf
                 faults.lock_velocity[i] = after
-                qp.lb[i] = qp.ub[i] = x
+                fix(qp, i, x)
         if faults.code[i] == LOCKED:
             state.v[i] = 0.0
             faults.lock_velocity[i] = 0.0
-            qp.lb[i] = qp.ub[i] = 0.0
+            fix(qp, i, 0.0)
 
 
 @jit

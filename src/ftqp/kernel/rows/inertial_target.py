@@ -38,6 +38,7 @@ from ftqp.kernel.layout.thresholds import AT_REST
 from ftqp.kernel.maths.cholesky import factor
 from ftqp.kernel.maths.finite import is_finite
 from ftqp.kernel.maths.vectors import cross
+from ftqp.kernel.rows.one_variable import narrow
 
 PATIENCE = 5
 """Samples in a row of standing, or of leaning on a position limit, after which a target is out of reach."""
@@ -290,9 +291,7 @@ def reduce_by_lead(state: Any, faults: Any, limits: Any, qp: Any, base: Any) -> 
     for k in range(faults.working):
         i = faults.order[k]
         lead = (base.setpoint[i] - state.q[i]) / state.dt
-        lb, ub = qp.lb[i], qp.ub[i]
-        qp.ub[i] = min(max(limits.v_max[i] - lead, lb), ub)
-        qp.lb[i] = min(max(-limits.v_max[i] - lead, lb), qp.ub[i])
+        narrow(qp, i, -limits.v_max[i] - lead, limits.v_max[i] - lead)
 
 
 @jit

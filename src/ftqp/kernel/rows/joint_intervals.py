@@ -23,6 +23,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.maths.elementary import larger, select, smaller
 from ftqp.kernel.maths.side_by_side import WIDTH, all_of, is_set, put, put_either, several
+from ftqp.kernel.rows.one_variable import bound
 
 AT_LIMIT = 1e-12
 """A joint this near its position limit [rad or m], on either side, stands at it: rounding does no more."""
@@ -212,7 +213,7 @@ def _one_by_one(state: Any, faults: Any, limits: Any, feedback: Any, qp: Any, fi
             if lo > hi:
                 limits.empty_intervals += 1
                 lo = hi = _least_bad(state, limits, i, lo, hi)
-        qp.lb[i], qp.ub[i] = lo, hi
+        bound(qp, i, lo, hi)
         limits.lower_by[i], limits.upper_by[i] = lower_by, upper_by
 
 
@@ -270,5 +271,5 @@ def intervals(K: Any) -> None:
         limits.lower_by[i] = limits.upper_by[i] = BY_FAULT
     for k in range(faults.working, faults.movable):
         i = faults.order[k]
-        qp.lb[i], qp.ub[i] = -inf, inf
+        bound(qp, i, -inf, inf)
         limits.lower_by[i] = limits.upper_by[i] = NO_LIMIT

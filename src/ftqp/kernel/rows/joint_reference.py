@@ -9,6 +9,7 @@ with kv = 0. Source: docs/theory/ways-to-a-goal.md.
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
+from ftqp.kernel.calm.settling import forget_settling
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import (
     FREE,
@@ -18,6 +19,7 @@ from ftqp.kernel.layout.enums import (
     TARGET_POSE,
     TARGET_TWIST,
 )
+from ftqp.kernel.rows.one_variable import draw
 
 FREE_WEIGHT = 1e-6
 """Weight of a free-swinging joint, which others are not to hold still; H stays positive definite. Six digits
@@ -30,13 +32,10 @@ def aim_at_reference(K: Any, joints: Any) -> None:
 
     The kinematics of the tick's own state are there again afterwards.
     """
-    chain, faults, state, kinematics, target = K.chain, K.faults, K.state, K.kinematics, K.task.target
-    kept = K.scratch.impulse
+    chain, state, supposed, kinematics, target = K.chain, K.state, K.supposed, K.kinematics, K.task.target
     for i in range(chain.n):
-        kept[i] = state.q[i]
-        if faults.code[i] == HEALTHY:
-            state.q[i] = joints.q[i]
-    forward_kinematics(K)
+        supposed.q[i] = joints.q[i] if K.faults.code[i] == HEALTHY else state.q[i]
+    forward_kinematics(K, supposed)
     for r in range(3):
         for c in range(3):
             target[TARGET_POSE + 4 * r + c] = kinematics.R_tip[3 * r + c]
@@ -44,22 +43,19 @@ def aim_at_reference(K: Any, joints: Any) -> None:
     for k in range(TARGET_TWIST, TARGET_ACCELERATION + 6):
         target[k] = 0.0
     target[TARGET_HAS_ROTATION] = 1.0
-    for i in range(chain.n):
-        state.q[i] = kept[i]
-    forward_kinematics(K)
+    forward_kinematics(K, state)
 
 
 @jit
 def joint_objective(K: Any, joints: Any) -> None:
     """H and g of the joints, no rows of the task; nothing is held that the task had held."""
     chain, faults, state, task, qp = K.chain, K.faults, K.state, K.task, K.qp
-    K.calm.holding = K.calm.hushed = K.calm.entered = 0
-    K.calm.stood = K.calm.sure = K.calm.window = 0.0
+    forget_settling(K.calm)
+    K.calm.entered = 0
     for i in range(chain.n):
         demand = joints.x[i] + joints.kv * (joints.v[i] - state.v[i]) + joints.kp * (joints.q[i] - state.q[i])
         joints.demand[i] = demand if faults.code[i] == HEALTHY else 0.0
-        qp.H_diagonal[i] = FREE_WEIGHT if faults.code[i] == FREE else 1.0
-        qp.g[i] = -joints.demand[i]
+        draw(qp, i, FREE_WEIGHT if faults.code[i] == FREE else 1.0, joints.demand[i])
     for k in range(task.m):
         task.slack[k] = task.asked[k] = 0.0
     qp.nx, qp.meq, qp.dense, qp.warm = chain.n, 0, 0, 0

@@ -7,6 +7,7 @@ from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION, SCALE, TARGET_ACCELERATION, TARGET_TWIST
 from ftqp.kernel.layout.thresholds import SINGULAR_FROM, TIME_SLACK
 from ftqp.kernel.rows.joint_intervals import braking_velocity
+from ftqp.kernel.rows.one_variable import bound, draw
 from ftqp.kernel.rows.task_rows import SCALE_WEIGHT, component_of
 
 SEPARATION = 1e4
@@ -210,12 +211,13 @@ def rate_variable(K: Any, path: Any) -> None:
     slowest = path.rate - brake * state.dt if brake < inf else 0.0
     in_bend = _limit_in_bend(K, path)
     allowed = K.feedback.rate * K.feedback.speed  # the path waits for an arm that lags
-    qp.H[n, n] = qp.H_diagonal[n] = weight
-    qp.g[n] = -weight * wanted
-    qp.lb[n], qp.ub[n] = 0.0, min(path.limit, path.left, path.ahead, in_bend, max(allowed, slowest))
+    draw(qp, n, weight, wanted)
+    qp.H[n, n] = weight
+    low, high = 0.0, min(path.limit, path.left, path.ahead, in_bend, max(allowed, slowest))
     pace = sqrt(speed) * (state.dt if state.level == ACCELERATION else 1.0)
     if pace * (path.end - path.progress) < NO_WAY * K.task.length:
-        qp.lb[n] = max(0.0, qp.ub[n])
+        low = max(0.0, high)
+    bound(qp, n, low, high)
     qp.nx = n + 1
 
 

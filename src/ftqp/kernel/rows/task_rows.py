@@ -11,6 +11,7 @@ from ftqp.kernel.layout.enums import (
 )
 from ftqp.kernel.maths.elementary import select
 from ftqp.kernel.maths.side_by_side import WIDTH, below, put, several, sum_of
+from ftqp.kernel.rows.one_variable import bound, draw
 
 TIP_BRAKE_STEPS = 20.0
 """Scaled mode: scale 0 brakes the tip along its own direction with the time constant TIP_BRAKE_STEPS dt. A
@@ -144,7 +145,7 @@ def path_scale(state: Any, limits: Any, chain: Any, qp: Any) -> None:
     weight = SCALE_WEIGHT * size
     for i in range(n):
         qp.H[i, n] = qp.H[n, i] = 0.0
-    qp.H[n, n] = qp.H_diagonal[n] = weight
-    qp.g[n] = -weight
-    qp.lb[n], qp.ub[n] = 0.0, 1.0
+    draw(qp, n, weight, 1.0)
+    qp.H[n, n] = weight
+    bound(qp, n, 0.0, 1.0)
     qp.nx = n + 1

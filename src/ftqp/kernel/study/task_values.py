@@ -18,7 +18,7 @@ def task_values(S: Any) -> float:
 
     Angular rows of both are multiplied by the characteristic length; columns of A of held joints are zero.
     """
-    forward_kinematics(S)
+    forward_kinematics(S, S.state)
     kinematics, study = S.kinematics, S.study
     T, R, full, J = study.goal, kinematics.R_tip, study.full, kinematics.J
     for r in range(3):

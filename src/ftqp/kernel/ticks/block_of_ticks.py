@@ -34,7 +34,7 @@ def complete_torques(K: Any, has_inertia: int) -> None:
     if has_inertia:
         if not K.kinematics.has_dynamics:
             if K.state.level == VELOCITY:
-                motion(K)
+                motion(K, K.state)
             torques_without_inertia(K)
     else:
         for i in range(K.chain.n):

@@ -11,6 +11,7 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.calm_qp import begin_calm, calms
 from ftqp.kernel.calm.path_outlook import outlook
+from ftqp.kernel.calm.settling import TASK_LEFT, settle
 from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
 from ftqp.kernel.feedback.error_band import find_out_of_hand
 from ftqp.kernel.feedback.gap import measure_gap, norms, wait
@@ -19,21 +20,25 @@ from ftqp.kernel.feedback.observer import feel, observe
 from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
 from ftqp.kernel.feedback.samples import believe
 from ftqp.kernel.feedback.status_report import see_error
+from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
 from ftqp.kernel.feedback.unresponsive import find_unresponsive
 from ftqp.kernel.free.decision import think
 from ftqp.kernel.free.end_stop import end_stops
 from ftqp.kernel.free.free_command import ask_for_motion, outcome_beside_free
 from ftqp.kernel.jit import jit, part_jit, rare_jit
-from ftqp.kernel.judge.fallback_cascade import begin_first_stage, begin_rest, begin_stop
+from ftqp.kernel.judge.stage_problems import begin_first_stage, begin_rest, begin_stop
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
+    CALM_STAGE,
+    FIRST_STAGE,
     FOLLOW,
     HARD,
     INVALID_INPUT,
     LEXICOGRAPHIC,
     MAIN_STAGE,
     QP_READY,
+    REST_STAGE,
     SCALE,
     SOLVE,
     STOPPED_BY_ERROR,
@@ -69,8 +74,7 @@ def _emergency(task: Any, watch: Any, feedback: Any, kinematics: Any) -> bool:
     watch.rising = watch.rising + 1 if beyond else 0
     watch.last_position_error, watch.last_rotation_error = e, r
     if watch.stop_samples > 0 and watch.rising >= watch.stop_samples and watch.latched == 0:
-        watch.latched = 1
-        watch.reason = STOPPED_BY_ERROR
+        latch(watch, STOPPED_BY_ERROR)
     return watch.latched != 0
 
 
@@ -93,7 +97,7 @@ def _see_as_measured(K: Any) -> bool:
     _begin(K.state, K.faults, K.cascade, K.chain, K.qp)
     K.feedback.active = 0
     valid = state_is_finite(K.state, K.chain) and target_is_usable(K.task)
-    forward_kinematics(K)
+    forward_kinematics(K, K.state)
     return valid
 
 
@@ -127,13 +131,13 @@ def _see(K: Any) -> bool:
 def _bound(K: Any) -> None:
     """Motion of the failed joints, kinematics at the acceleration level, and every joint's interval."""
     if any_instant_lock(K.faults, K.chain):
-        motion(K)
-        dynamics(K)
+        motion(K, K.state)
+        dynamics(K, K.state)
         lock_instantly(K)
         take_jump(K)
     prescribed_motion(K.state, K.faults, K.limits, K.chain, K.qp)
     if K.state.level == ACCELERATION:
-        motion(K)
+        motion(K, K.state)
     intervals(K)
 
 
@@ -150,7 +154,8 @@ def _limit(K: Any) -> None:
 def _stop(K: Any) -> bool:
     """The rows of the task are there to be looked at, but the arm is brought to rest."""
     task_rows(K, K.task.kp)
-    begin_stop(K)
+    K.cascade.outcome = begin_stop(K)
+    K.cascade.stage = REST_STAGE
     return False
 
 
@@ -224,6 +229,7 @@ def _ask(K: Any) -> int:
         path_scale(K.state, K.limits, K.chain, qp)
     elif task.mode == LEXICOGRAPHIC:
         begin_first_stage(K)
+        K.cascade.stage = FIRST_STAGE
         return SOLVE
     else:
         compliance(task, K.chain, qp, turned, task.slack_ratio)
@@ -252,6 +258,7 @@ def prepare_plain(K: Any) -> int:
     task_rows(K, K.task.kp)
     if calms(K, K.task.kp):
         begin_calm(K, K.task.kp)
+        K.cascade.stage = CALM_STAGE
         return SOLVE
     return _ask(K)
 
@@ -267,6 +274,7 @@ def _follow(K: Any, valid: bool) -> int:
     _turn(K, calm)
     if calm:
         begin_calm(K, K.task.kp)
+        K.cascade.stage = CALM_STAGE
         return SOLVE
     return _ask(K)
 
@@ -289,7 +297,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
     _limit(K)
     if not _may_go_on(K, valid):
         return SOLVE
-    motion(K)
+    motion(K, K.state)
     begin_on_path(K, path)
     objective(K)
     blocked = stand_still(task, K.calm, path)
@@ -302,7 +310,7 @@ def prepare_on_path(K: Any, path: Any) -> int:
     if K.criteria.manipulability != 0.0 and not K.calm.hushed:
         add_manipulability(K)
     fade_feedback(K, path)
-    K.cascade.stage = MAIN_STAGE
+    K.cascade.stage = CALM_STAGE if calm else MAIN_STAGE
     for k in range(task.m):
         task.asked[k] = qp.b[k]
     compliance(task, K.chain, qp, K.turned, task.slack_ratio if calm or blocked else STIFFNESS)
@@ -333,6 +341,7 @@ def prepare_on_base(K: Any, base: Any) -> int:
     _turn(K, calm)
     if calm:
         begin_calm(K, kp)
+        K.cascade.stage = CALM_STAGE
         return SOLVE
     return _ask(K)
 
@@ -345,7 +354,7 @@ def prepare_free(K: Any, F: Any) -> int:
     """
     valid = _see(K)
     think(K, F)
-    forward_kinematics(K)
+    forward_kinematics(K, K.state)
     _bound(K)
     _limit(K)
     if K.free.mode == FOLLOW:
@@ -355,8 +364,10 @@ def prepare_free(K: Any, F: Any) -> int:
     pose_error(K)
     see_error(K.task, K.feedback, K.kinematics, K.past)
     task_rows(K, K.task.kp)
-    K.turned.on = K.calm.holding = 0
+    K.turned.on = 0
+    settle(K.calm, TASK_LEFT, K.state.dt)
     begin_rest(K, K.state.dt, 0.0)
+    K.cascade.stage = REST_STAGE
     ask_for_motion(K, F)
     K.cascade.outcome = outcome_beside_free(K) if valid else INVALID_INPUT
     return SOLVE
@@ -373,6 +384,6 @@ def prepare_on_joints(K: Any, joints: Any) -> int:
         return SOLVE
     task_rows(K, K.task.kp)
     joint_objective(K, joints)
-    K.turned.on = K.calm.holding = 0
+    K.turned.on = 0
     K.cascade.stage = MAIN_STAGE
     return QP_READY
