@@ -30,13 +30,7 @@ DISTRIBUTIONS = {"proxqp": "proxsuite", "highs": "highspy", "jaxopt_osqp": "jaxo
 def circumstances(
     benchmark: str, taking_part: Sequence[Contender], settings: dict[str, Any]
 ) -> dict[str, Any]:
-    """What a result begins with: date, command line, settings, machine, versions, contenders.
-
-    Args:
-        benchmark: The script's name, without ``.py``.
-        taking_part: The contenders, with their settings.
-        settings: The settings of the measurement.
-    """
+    """What a result begins with: date, command line, settings, machine, versions, contenders."""
     return {
         "benchmark": benchmark,
         "date": datetime.now().astimezone().isoformat(timespec="seconds"),

@@ -41,10 +41,6 @@ CAMPAIGNS = docs.ROOT / "docs" / "evidence" / "campaigns.md"
 def row(folder: Path, commit: str) -> dict[str, Any]:
     """What a campaign came to.
 
-    Args:
-        folder: What ``ftqp campaign --out`` named.
-        commit: Of the source that ran it.
-
     Raises:
         InputError: There is no campaign that was run.
     """

@@ -60,22 +60,12 @@ for name in sys.argv[2:]:
 
 
 def scenarios_of(tree: Path) -> set[str]:
-    """Names of the scenarios that a checkout bundles.
-
-    Args:
-        tree: Its root.
-    """
+    """Names of the scenarios that a checkout bundles."""
     return {path.stem for path in (tree / SCENARIOS).glob("*.toml")}
 
 
 def run_all(tree: Path, names: list[str], out: Path) -> subprocess.Popen[str]:
-    """A process that runs scenarios of a checkout and leaves an archive of each log.
-
-    Args:
-        tree: Its root.
-        names: Of the scenarios.
-        out: A folder for them.
-    """
+    """A process that runs scenarios of a checkout and leaves an archive of each log."""
     out.mkdir()
     command = [sys.executable, "-c", WORKER, str(out), *names]
     environment = {**os.environ, "PYTHONPATH": str(tree / "src")}
@@ -99,13 +89,7 @@ def difference(ours: Any, theirs: Any) -> float:
 
 
 def compared(name: str, ours: Any, theirs: Any) -> dict[str, Any]:
-    """What differs between two logs of a scenario.
-
-    Args:
-        name: Of the scenario.
-        ours: Signals by name.
-        theirs: The same of the other checkout.
-    """
+    """What differs between two logs of a scenario."""
     common = [signal for signal in ours if signal in theirs and signal not in CLOCK]
     apart = {signal: difference(np.asarray(ours[signal], float), np.asarray(theirs[signal], float))
              for signal in common}  # fmt: skip

@@ -48,12 +48,7 @@ LIMITATIONS = (
 
 
 class Kept:
-    """The results so far, in a file.
-
-    Args:
-        file: where.
-        study: what the results belong to.
-    """
+    """The results so far, in a file."""
 
     def __init__(self, file: Path, study: str) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -28,13 +28,7 @@ LIMITATIONS = (
 
 
 def tried(seed: int, first: int, count: int) -> list[kernels.Found]:
-    """Damage so many copies.
-
-    Args:
-        seed: Draws everything, with the number of a trial.
-        first: The number of the first one.
-        count: How many there are.
-    """
+    """Damage so many copies."""
     found = []
     with tempfile.TemporaryDirectory() as folder:
         good = kernels.prepared(Path(folder))

@@ -192,14 +192,7 @@ class Motion:
 
 
 def motion(configuration: Configuration, seed: list[int], kinds: Iterable[str], each: int = 2) -> Motion:
-    """A random motion with ``each`` cases of every kind, fewer where there is no place for so many.
-
-    Args:
-        configuration: which arm.
-        seed: of everything.
-        kinds: names in `KINDS`.
-        each: how many of each.
-    """
+    """A random motion with ``each`` cases of every kind, fewer where there is no place for so many."""
     there, generator = world(configuration), np.random.default_rng(seed)
     while True:
         kept: dict[int, Any] = dict.fromkeys(CANDIDATES)

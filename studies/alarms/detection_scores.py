@@ -32,11 +32,7 @@ class Watching(Protocol):
 
 
 class Watcher:
-    """A detector that looks at the rows of a log, one tick each, in compiled code.
-
-    Args:
-        detector: an `ftqp.Detector` of an arm.
-    """
+    """A detector that looks at the rows of a log, one tick each, in compiled code."""
 
     def __init__(self, detector: ftqp.Detector) -> None:
         self._detector, self._session = detector, detector._working()

@@ -38,12 +38,7 @@ def parser(document: str | None, script: str, ticks: int) -> argparse.ArgumentPa
 
 
 def run_here(given: argparse.Namespace, run: Callable[..., Any]) -> int | None:
-    """Run what is asked of this very process, a worker's episodes or a replay: its exit code, or None.
-
-    Args:
-        given: The options.
-        run: One episode, from seed, number and ``ticks``.
-    """
+    """Run what is asked of this very process, a worker's episodes or a replay: its exit code, or None."""
     if given.worker:
         numbers = range(given.first, given.first + given.episodes)
         work(numbers, lambda number: asdict(run(given.seed, number, ticks=given.ticks)))

@@ -75,12 +75,7 @@ class GoalStudy:
         return bool((~self.robot.chain.prismatic & ~self.turning).any())
 
     def starts(self, count: int, *, limited: bool = False) -> FloatArray:
-        """Joint values that fill all turns, or the limits, evenly and the same every time, (count, nv).
-
-        Args:
-            count: How many, a power of two.
-            limited: Whether joints that turn start within their limits.
-        """
+        """Joint values that fill all turns, or the limits, evenly and the same every time, (count, nv)."""
         low, high = start_box(self.robot, limited)
         share = qmc.Sobol(self.robot.nv, seed=0).random(count)
         return np.asarray(low + share * (high - low))
@@ -193,13 +188,7 @@ def _goal_pose(goal: Any, rows: tuple[str, ...]) -> FloatArray:
 
 
 def random_postures(robot: Robot, count: int, seed: int = 0) -> FloatArray:
-    """Random postures within the limits, the same every time, (count, nv) [rad or m].
-
-    Args:
-        robot: The arm.
-        count: How many.
-        seed: Of the postures.
-    """
+    """Random postures within the limits, the same every time, (count, nv) [rad or m]."""
     low, high = start_box(robot, limited=True)
     return np.asarray(low + np.random.default_rng(seed).random((count, robot.nv)) * (high - low))
 

@@ -48,12 +48,7 @@ class Made:
 
 
 def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
-    """A random planner.
-
-    Args:
-        rng: Draws it.
-        arms: The robots to draw from.
-    """
+    """A random planner."""
     logging.getLogger("ftqp").setLevel(logging.CRITICAL)  # what is said of each stop fills the terminal
 
     def one(values: Any) -> Any:

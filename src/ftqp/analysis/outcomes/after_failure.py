@@ -123,10 +123,6 @@ def outcome(
 def locked_joints(robot: Robot, locked: str | int | Sequence[str | int]) -> tuple[int, ...]:
     """The indices of the joints that lock, or none.
 
-    Args:
-        robot: The arm.
-        locked: By name or index, one or several.
-
     Raises:
         InputError: There is no such joint, or all are named.
     """

@@ -61,11 +61,7 @@ class PlacementWork:
         return [(self.cost(self.placements[item]).hex(),) for item in items]
 
     def cost(self, x: FloatArray) -> float:
-        """What a placement costs: the share that a coarse grid with a free start does not survive.
-
-        Args:
-            x: The placement.
-        """
+        """What a placement costs: the share that a coarse grid with a free start does not survive."""
         there = _moved(self.task, self.freedoms, x)
         case = PlanCase(
             task=there, weights=self.weights, settings=self.settings, seed=self.seed,

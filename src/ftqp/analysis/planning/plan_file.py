@@ -60,9 +60,6 @@ def write_plan(path: str | Path, arrays: Mapping[str, FloatArray], about: Mappin
 def read_plan(path: str | Path) -> tuple[dict[str, FloatArray], dict[str, Any]]:
     """The arrays of a file, and what its text says, both checked.
 
-    Args:
-        path: The file.
-
     Raises:
         InputError: No such file, not a plan, of another version, truncated, or damaged.
     """

@@ -14,13 +14,7 @@ STARTS = 512
 
 
 def unreached(study: GoalStudy, task: TaskPath, k: int) -> InputError:
-    """The error of a sample at which no configuration within the limits is found.
-
-    Args:
-        study: Of the arm and the task rows.
-        task: The path.
-        k: The sample.
-    """
+    """The error of a sample at which no configuration within the limits is found."""
     robot, limits = study.robot, study.robot.limits
     study.limited.aim(task.goals[k])
     q, left, _ = study.limited.solutions(study.starts(STARTS))

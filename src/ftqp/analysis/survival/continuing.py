@@ -19,11 +19,7 @@ START_ERROR = 1e-9
 
 
 def task_session(task: TaskPath) -> StudySession:
-    """Studies of the arm with the rows of a task, within its limits; the goal is the first sample.
-
-    Args:
-        task: The task.
-    """
+    """Studies of the arm with the rows of a task, within its limits; the goal is the first sample."""
     session = rows_session(task.robot, task.named_rows)
     session.aim(task.goals[0])
     return session
@@ -31,10 +27,6 @@ def task_session(task: TaskPath) -> StudySession:
 
 def rows_session(robot: Robot, rows: Any) -> StudySession:
     """Studies of an arm with some task rows, within its limits.
-
-    Args:
-        robot: The arm.
-        rows: As in ``task_path``.
 
     Raises:
         InputError: They are unknown, or the arm has fewer joints.

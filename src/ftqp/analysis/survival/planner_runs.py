@@ -61,9 +61,6 @@ class PlannerRuns:
 def refuse_no_masses(robot: Robot) -> None:
     """Refuses to let a joint swing freely on an arm without masses.
 
-    Args:
-        robot: The arm.
-
     Raises:
         InputError: It has none.
     """

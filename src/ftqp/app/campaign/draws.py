@@ -143,10 +143,6 @@ def refuse_wrong(scenario: Mapping[str, Any], vary: Mapping[str, Any]) -> None:
 
     What of them depends on what is drawn is not looked at: the arm, and entries of lists that are drawn, too.
 
-    Args:
-        scenario: The tables that all episodes share.
-        vary: Distributions by key.
-
     Raises:
         InputError: The first that is wrong.
     """

@@ -29,12 +29,7 @@ Listed = tuple[int, str, str]
 
 
 def command_of(study: str, overrides: Sequence[str]) -> str:
-    """The command that runs a campaign, to which ``--replay N`` can be added.
-
-    Args:
-        study: A path, or the name of a bundled campaign.
-        overrides: ``a.b=value`` each.
-    """
+    """The command that runs a campaign, to which ``--replay N`` can be added."""
     named = f"./{study}" if study.startswith("-") else study
     return shlex.join(["ftqp", "campaign", named, *(word for one in overrides for word in ("--set", one))])
 

@@ -51,13 +51,6 @@ def shrunk(
     keys that were drawn from a few values take the first one; the run ends soon after the law was broken;
     numbers lose their digits. What is no scenario any more, or breaks no law or another one, is dropped.
 
-    Args:
-        content: The tables of a scenario that breaks a law.
-        vary: What of it was drawn.
-        broken: Says which law a scenario breaks.
-        most: How many scenarios are run at most.
-        heard: Hears how many were run.
-
     Raises:
         ValueError: The scenario breaks no law.
     """

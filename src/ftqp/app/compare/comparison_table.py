@@ -125,12 +125,7 @@ def notes(rows: Sequence[Row]) -> list[str]:
 
 
 def markdown(rows: Sequence[Row], figures: Sequence[str]) -> str:
-    """All tables as a file to read, with the faults of each scenario and the figures.
-
-    Args:
-        rows: The rows of `ftqp.app.compare.comparison`.
-        figures: Paths relative to the file.
-    """
+    """All tables as a file to read, with the faults of each scenario and the figures."""
     lines = ["# Comparison"]
     for group in groups(rows):
         table = columns(group, reasons(rows))

@@ -90,12 +90,7 @@ def free_folder(wanted: Path | None, name: str) -> Path:
 
 
 def holds(folder: Path, file: str) -> bool:
-    """Whether there is a file in a folder, which one that cannot be does not hold.
-
-    Args:
-        folder: Any name.
-        file: The name of the file.
-    """
+    """Whether there is a file in a folder, which one that cannot be does not hold."""
     try:
         return (folder / file).is_file()
     except OSError:

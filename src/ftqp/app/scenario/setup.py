@@ -80,11 +80,7 @@ class Setup:
         return document.toml(self.content)
 
     def simulation(self, **settings: Any) -> Simulation:
-        """The run, ready to be simulated.
-
-        Args:
-            settings: Further arguments of ``Simulation``, such as ``log``.
-        """
+        """The run, ready to be simulated."""
         return Simulation(
             self.planner,
             self.path,

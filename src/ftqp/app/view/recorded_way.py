@@ -12,9 +12,6 @@ from ftqp.sim.log.log_arrays import Log
 def robot_of(log: Log) -> Robot:
     """The arm of a run.
 
-    Args:
-        log: Its log.
-
     Raises:
         InputError: The arm cannot be made any more, or is another one than the log's.
     """
@@ -25,23 +22,14 @@ def robot_of(log: Log) -> Robot:
 
 
 def urdf_of(log: Log) -> str | None:
-    """The URDF of a run's arm, for pictures; None of an arm without one.
-
-    Args:
-        log: Its log.
-    """
+    """The URDF of a run's arm, for pictures; None of an arm without one."""
     resolved = log.metadata.get("resolved")
     urdf = tomllib.loads(resolved)["robot"].get("urdf") if isinstance(resolved, str) else None
     return urdf if isinstance(urdf, str) else None
 
 
 def way_of(log: Log, count: int = 120) -> FloatArray | None:
-    """Points of the path that was followed, (count + 1, 3) [m]; None on a base that moves, or without any.
-
-    Args:
-        log: The log.
-        count: How many intervals.
-    """
+    """Points of the path that was followed, (count + 1, 3) [m]; None on a base that moves, or without any."""
     if "base_status" in log or not len(log):
         return None
     at = [round(k * (len(log) - 1) / count) for k in range(count + 1)]

@@ -70,13 +70,7 @@ class RosBag:
         return bytes(self._store.serialize_cdr(message, message.__msgtype__))
 
     def topic(self, name: str, kind: str, *, latched: bool = False) -> int:
-        """A new topic's number, for ``write``.
-
-        Args:
-            name: For example ``/joint_states``.
-            kind: The type of its messages.
-            latched: Whether who comes later gets the last message, too.
-        """
+        """A new topic's number, for ``write``."""
         profiles: Sequence[Qos] = [_quality(latched)]
         self._connections.append(
             self._writer.add_connection(name, kind, typestore=self._store, offered_qos_profiles=profiles)

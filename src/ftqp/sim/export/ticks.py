@@ -20,9 +20,6 @@ LATEST = 2**31 - 1
 class Ticks:
     """Rows of a log, to be asked for groups of signals.
 
-    Args:
-        rows: The log.
-
     Raises:
         InputError: The log is not that of a run, or has no rows.
     """

@@ -37,12 +37,7 @@ class RowSink(ABC):
 
 @final
 class MemoryRows(RowSink):
-    """Keeps rows in memory.
-
-    Args:
-        columns: the signals, in the order of a row.
-        metadata: what the run is about.
-    """
+    """Keeps rows in memory."""
 
     def __init__(self, columns: Sequence[Column], metadata: Mapping[str, Any]) -> None:
         self._columns = tuple(columns)

@@ -154,11 +154,7 @@ class ServoPlant(Plant):
             self._set[i] = self._q[i]
 
     def advance(self, command: Command) -> None:
-        """Move on by dt.
-
-        Args:
-            command: the planner's step for this tick.
-        """
+        """Move on by dt."""
         h, top = self._dt / self._substeps, self._robot.limits.v_max
         v = np.where(self._works, command.v, 0.0)
         if self._drive is None:
