@@ -118,7 +118,7 @@ def drawn(rng: np.random.Generator, arms: tuple[str, ...] = ROBOTS) -> Case:
         backend=backend,
         emergency=stop,
         timing=bool(rng.random() < 0.1),
-        drive=_drive(drive, latency * dt),
+        drive=drive_of(drive, latency * dt),
         noise=ftqp.Noise(q=sigma) if sigma or watched else None,
         detector=ftqp.Detector() if watched else None,
     )
@@ -139,7 +139,7 @@ def drawn(rng: np.random.Generator, arms: tuple[str, ...] = ROBOTS) -> Case:
     )
 
 
-def _drive(name: str, latency: float) -> ftqp.Drive:
+def drive_of(name: str, latency: float) -> ftqp.Drive:
     """A drive by its name here."""
     if name == "slow position":
         return ftqp.Drive(kind="position", bandwidth=60.0, takes_velocity=False, latency=latency)

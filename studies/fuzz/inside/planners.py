@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, final
 
 import ftqp
-from fuzz.cases import DRIVES, SCHEMES, TIMES, robot_of
+from fuzz.cases import DRIVES, SCHEMES, TIMES, drive_of, robot_of
 
 ROBOTS = (
     "panda",
@@ -74,7 +74,7 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
         backend=backend,
         emergency=ftqp.EmergencyStop() if rng.random() < 0.3 else None,
         timing=bool(rng.random() < 0.05),
-        drive=_drive(drive, latency),
+        drive=drive_of(drive, latency),
         noise=ftqp.Noise(q=1e-4) if watched else None,
         detector=ftqp.Detector() if watched else None,
     )
@@ -87,9 +87,3 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
         viable=bounds == "viability",
         watched=watched,
     )
-
-
-def _drive(name: str, latency: float) -> Any:
-    if name == "slow position":
-        return ftqp.Drive(kind="position", bandwidth=60.0, takes_velocity=False, latency=latency)
-    return ftqp.Drive(kind=name, latency=latency)
