@@ -73,7 +73,6 @@ def studied(chosen: argparse.Namespace, messages: Console) -> dict[str, Any]:
         **result,
         "name": stem("study_dtrnn", name=chosen.name, quick=quick),
         "cells": cells,
-        "left_out": {},
         "limitations": list(dtrnn_study_report.LIMITATIONS),
     }
 

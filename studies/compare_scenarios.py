@@ -130,11 +130,7 @@ def table(found: list[dict[str, Any]], left_out: dict[str, str]) -> str:
 
 
 def measured(other: Path, given: argparse.Namespace) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Run the scenarios of both checkouts: what differs of each, and which were left out, with the reason.
-
-    Raises:
-        SystemExit: A scenario cannot be run.
-    """
+    """Run the scenarios of both checkouts: what differs of each, and which were left out, with the reason."""
     names = scenarios_of(ROOT)
     left_out = dict.fromkeys(sorted(names ^ scenarios_of(other)), "bundled by one of the commits only")
     names -= set(left_out)

@@ -139,7 +139,6 @@ def main() -> int:
         return 130
     result = results.circumstances("fuzz_files", (), {"seed": given.seed, "files": given.files}) | {
         "kinds": found,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     code = results.told(result, markdown(result), given.out, "fuzz_files", as_json=given.json)

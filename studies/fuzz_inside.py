@@ -81,7 +81,6 @@ def main() -> int:
     settings = {"seed": given.seed, "ticks": given.ticks}
     result = results.circumstances("fuzz_inside", (), settings) | {
         "total": total,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     code = results.told(result, markdown(result), given.out, "fuzz_inside", as_json=given.json)

@@ -88,7 +88,6 @@ def main() -> int:
     settings = {"seed": given.seed, "trials": given.trials}
     result = results.circumstances("fuzz_kernels", (), settings) | {
         "found": found,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     code = results.told(result, markdown(result), given.out, "fuzz_kernels", as_json=given.json)

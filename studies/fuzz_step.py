@@ -90,7 +90,6 @@ def main() -> int:
     kept.write_text(json.dumps(total), encoding="utf-8")
     result = results.circumstances("fuzz_step", (), settings) | {
         "total": total,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     code = results.told(result, markdown(result), given.out, "fuzz", as_json=given.json)

@@ -227,7 +227,6 @@ def main() -> int:
     result = {
         **circumstances("study_coverage", [], {"cases": options.cases, "seed": options.seed}),
         **found,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     docs.told(result, "Prediction against execution", _tables(found), options)

@@ -27,11 +27,6 @@ def random_qp(rng: np.random.Generator, condition: float, active: int) -> tuple[
     W has eigenvalues from 1 down to 1/condition, evenly apart on a logarithmic axis, along random directions;
     A, x_0 and a feasible point are normally distributed. As many bounds as shall be active cut off the
     solution without bounds; the others are 0.1 to 2 away from the solution.
-
-    Args:
-        rng: Source of randomness.
-        condition: The condition of W.
-        active: How many of the bounds are active, at most n - m.
     """
     n, m = VARIABLES, ROWS
     directions, _ = np.linalg.qr(rng.normal(size=(n, n)))

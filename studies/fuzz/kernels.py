@@ -58,11 +58,7 @@ class Found:
 
 
 def prepared(folder: Path) -> Good:
-    """A good copy of the built library.
-
-    Raises:
-        RuntimeError: No built kernel is in use here, or no ride can be made with it.
-    """
+    """A good copy of the built library."""
     if not level():
         raise RuntimeError("no built kernel is in use; `make kernel` builds it")
     shutil.copytree(BUILT, folder / "built")

@@ -68,15 +68,7 @@ def nothing(counted: Iterable[str], tables: Iterable[str]) -> dict[str, Any]:
 def episodes(
     script: str, given: argparse.Namespace, total: dict[str, Any], end: int, *, plain: bool = False
 ) -> Iterator[dict[str, Any]]:
-    """What comes of each episode in a process of its own, after it was counted in and said what was wrong.
-
-    Args:
-        script: The file of the script, which the process runs with ``--worker``.
-        given: The options.
-        total: The counters, which grow; episodes that were counted before are not run again.
-        end: The number behind the last episode.
-        plain: Whether the process runs without compilation.
-    """
+    """What comes of each episode in a process of its own, after it was counted in and said what was wrong."""
     options = {"seed": given.seed, "first": None, "episodes": None, "ticks": given.ticks}
 
     def command(first: int) -> list[str]:
@@ -108,14 +100,7 @@ def add(total: dict[str, Any], outcome: dict[str, Any]) -> None:
 def apart(
     command: Callable[[int], list[str]], first: int, end: int, environment: dict[str, str] | None = None
 ) -> Iterator[dict[str, Any]]:
-    """What came of numbered work in a process of its own; after a crash a new one goes on behind it.
-
-    Args:
-        command: What Python is started with, from the number with which it begins.
-        first: The first number.
-        end: The number behind the last one.
-        environment: Variables of the process beside those of this one.
-    """
+    """What came of numbered work in a process of its own; after a crash a new one goes on behind it."""
     paths = os.pathsep.join(filter(None, [str(STUDIES), os.environ.get("PYTHONPATH")]))
     environment = {**os.environ, "PYTHONPATH": paths, **(environment or {})}
     while first < end:
@@ -159,14 +144,7 @@ def _end_of(code: int) -> str:
 
 
 def report(title: str, result: dict[str, Any], rows: dict[str, str], tables: dict[str, str]) -> str:
-    """The report of a script.
-
-    Args:
-        title: Its title.
-        result: The result, with the counters as ``total``.
-        rows: What each number means, and the number.
-        tables: The title of each table of the counters, by its name there.
-    """
+    """The report of a script."""
     total = result["total"]
     lines = [
         *results.preamble(title, result),

@@ -101,9 +101,6 @@ def goal_study(robot: Robot, goal: Any, rows: Any, step: float = STEP) -> GoalSt
         goal: A point, (2,) for rows among x and y or (3,) without rotation [m], or a pose, (4, 4).
         rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, or names of rows.
         step: Largest step of a traced curve [rad or m].
-
-    Raises:
-        InputError: Rows are unknown or do not move independently, or the goal does not fit them.
     """
     names = row_names(robot, rows)
     pose = _goal_pose(goal, names)
@@ -146,15 +143,7 @@ def robot_session(
 
 
 def row_names(robot: Robot, rows: Any) -> tuple[str, ...]:
-    """Names of task rows.
-
-    Args:
-        robot: The arm whose own rows ``"pose"`` and ``"position"`` are taken from.
-        rows: A set by name, or names of rows.
-
-    Raises:
-        InputError: A name is unknown, or nothing is left.
-    """
+    """Names of task rows."""
     if isinstance(rows, str) and rows == "position_axis":
         raise InputError("rows is 'position_axis', expected 'pose', 'position' or names of rows")
     names = tuple(COMPONENTS[i] for i in row_indices(rows))
@@ -194,12 +183,7 @@ def random_postures(robot: Robot, count: int, seed: int = 0) -> FloatArray:
 
 
 def start_box(robot: Robot, limited: bool) -> tuple[FloatArray, FloatArray]:
-    """Between which values joints are looked at, (nv,) each [rad or m].
-
-    Args:
-        robot: The arm.
-        limited: Whether joints that turn stay within their limits; those without limits take a turn.
-    """
+    """Between which values joints are looked at, (nv,) each [rad or m]."""
     reach = SPAN_BY_LENGTH * robot.length
     span = np.where(robot.chain.prismatic, reach, np.pi)
     low, high = robot.limits.q_min, robot.limits.q_max

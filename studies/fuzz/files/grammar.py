@@ -114,13 +114,7 @@ def _number(kind: type, says: Setting | None, rng: Random) -> Any:
 
 
 def spoiled(content: Any, rng: Random, model: type[Any] | None = None) -> Any:
-    """The tables with one to three changes, each at a place drawn at random.
-
-    Args:
-        content: Tables, which are changed in place.
-        rng: Draws.
-        model: The schema, whose own tables and values are put in, too.
-    """
+    """The tables with one to three changes, each at a place drawn at random."""
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
         places = list(_places(content))
         if not places:

@@ -54,11 +54,7 @@ def self_motion(robot: Robot, pose: Any, rows: Any = "pose") -> list[Manifold]:
 
 
 def traced_curves(study: GoalStudy) -> list[TracedCurve]:
-    """The self-motions of a goal of an arm with one joint to spare, as they were traced.
-
-    Raises:
-        InputError: The goal is not reached, or only outside the joint limits.
-    """
+    """The self-motions of a goal of an arm with one joint to spare, as they were traced."""
     found = study.free.self_motions(study.starts(STARTS), quiet=QUIET)
     curves = [curve for curve in found if curve.end is CurveEnd.CLOSED or curve.length > POINT]
     if not curves:

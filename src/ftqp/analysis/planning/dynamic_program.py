@@ -50,9 +50,6 @@ def grid_plan(case: PlanCase) -> GridPlan:
     Some samples become waypoints. With one joint to spare locks are followed from waypoint to waypoint, with
     more on all samples, for a QP goes one straight step.
     Source: docs/theory/fault-tolerant-plans.md, "The recursion".
-
-    Raises:
-        InputError: A waypoint has no configuration within limits, or no way is slow enough.
     """
     study, fine, q0, settings = case.study, case.task, case.start, case.settings
     task = waypoint_task(fine, settings.waypoints)

@@ -41,9 +41,6 @@ def refuse_illegal(task: TaskPath, q: FloatArray, method: str) -> None:
         task: The path.
         q: Configurations on its samples, (N + 1, nv) [rad or m].
         method: How it was made, for the message.
-
-    Raises:
-        InputError: A joint is beyond a limit; the message names the worst, and where.
     """
     robot, limits = task.robot, task.robot.limits
     beyond = np.maximum(limits.q_min - q, q - limits.q_max)

@@ -133,10 +133,6 @@ def tracks(task: TaskPath, starts: Any, theta: Any = 0.0) -> tuple[FloatArray, A
         task: The task.
         starts: The starts, (k, nv) [rad or m].
         theta: Self-motion speeds, one number, one each (k, 1), one a sample (N,), or (k, N) [rad/s].
-
-    Raises:
-        InputError: A shape is wrong, no start reaches the first sample, or speeds are given to an arm that
-            has not one joint more than rows.
     """
     starts = np.atleast_2d(np.asarray(starts, dtype=np.float64))
     try:

@@ -174,11 +174,7 @@ def task_path(
 
 
 def task_rows(robot: Robot, rows: Any) -> tuple[tuple[str, ...], bool]:
-    """Names of task rows, and whether they are those of a position and a tool axis.
-
-    Raises:
-        InputError: They are unknown, or the arm has fewer joints.
-    """
+    """Names of task rows, and whether they are those of a position and a tool axis."""
     axis = isinstance(rows, str) and rows == "position_axis"
     names = AXIS_ROWS if axis else row_names(robot, rows)
     if axis and not set(COMPONENTS) <= set(robot.default_rows):

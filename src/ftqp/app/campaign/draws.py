@@ -348,9 +348,6 @@ def put(tables: dict[str, Any], key: str, value: Any) -> None:
         tables: Of a scenario.
         key: For example ``faults.0.at``.
         value: What to put there.
-
-    Raises:
-        InputError: The key leads through something that is no table.
     """
     at: Any = tables
     last = key.split(".")[-1]

@@ -40,9 +40,6 @@ def kept_campaign(folder: Path) -> dict[str, Any] | None:
     ``listed`` are the episodes that went wrong, ``errors`` the largest distances from the target while OK was
     claimed, ``given_up`` says at how many the worker died, ``missing`` how many more were asked for and have
     no result, and ``command`` runs the campaign. Without its rows there is what the summary says.
-
-    Raises:
-        InputError: Its summary or its results are not readable.
     """
     file = folder / FILE_NAME
     if not file.is_file():

@@ -50,9 +50,6 @@ def shrunk(
     In turn, as long as anything helps: faults, tables and keys are left out, so that their defaults hold;
     keys that were drawn from a few values take the first one; the run ends soon after the law was broken;
     numbers lose their digits. What is no scenario any more, or breaks no law or another one, is dropped.
-
-    Raises:
-        ValueError: The scenario breaks no law.
     """
     best = copy.deepcopy(dict(content))
     found = broken(best)

@@ -23,11 +23,7 @@ def read_coverage(folder: Path) -> dict[str, Any] | None:
 
 
 def coverage_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
-    """The section.
-
-    Raises:
-        InputError: The facts are not as ``ftqp coverage`` writes them.
-    """
+    """The section."""
     try:
         share = 100.0 * facts["coverage"]
         parts = [

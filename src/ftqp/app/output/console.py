@@ -78,11 +78,7 @@ def tell_rows(key: str, title: str, rows: Sequence[Mapping[str, str]], as_json: 
 
 @contextmanager
 def standard_output() -> Iterator[None]:
-    """What is written to stdout within is there at the end.
-
-    Raises:
-        FtqpError: It cannot be written, for example because the disk is full.
-    """
+    """What is written to stdout within is there at the end."""
     try:
         yield
         sys.stdout.flush()
@@ -143,10 +139,6 @@ def table_width() -> int:
 @contextmanager
 def progress(what: str | Callable[[], str], total: float) -> Iterator[Callable[[float], None]]:
     """A bar on stderr that appears once the work takes longer than a second and stderr is a terminal.
-
-    Args:
-        what: What is being done, or a function that says what it is just now.
-        total: The whole of the work.
 
     Yields:
         A function that takes how much of ``total`` is done.

@@ -60,11 +60,7 @@ def bundled(kind: str = "scenario") -> dict[str, str]:
 
 
 def read(source: str, overrides: Iterable[str] = (), kind: str = "scenario") -> Document:
-    """The scenario or study ``source``, a path or a bundled name, with ``a.b=value`` overrides put in.
-
-    Raises:
-        ScenarioError: Not found, not a small UTF-8 text file, not TOML, or a malformed override.
-    """
+    """The scenario or study ``source``, a path or a bundled name, with ``a.b=value`` overrides put in."""
     path = Path(source)
     if source in bundled(kind) and not path.is_file():
         name, origin, folder = source, f"bundled {kind} {source!r}", Path.cwd()

@@ -173,9 +173,6 @@ def resolve(
         tables: Its tables.
         record: Keep the planner's QPs, those that ``[recording]`` asks for.
         arms: Makes the arm of ``[robot]``, for example one that was made before.
-
-    Raises:
-        ScenarioError: What the tables name does not exist or does not fit together; carries every error.
     """
     errors, folder, dt = _Errors(), found.folder, tables.planner.dt
     arm = errors.tried("robot", lambda: arms(tables.robot, folder))

@@ -33,12 +33,7 @@ VERSION: Final = 9
 
 @final
 class RosBag:
-    """A new bag, a folder with one compressed MCAP file and ``metadata.yaml``, with the messages of Jazzy.
-
-    Args:
-        folder: The folder, which does not exist yet; the MCAP file is called like it.
-        types: Definitions of further messages by name, for example ``ftqp_msgs/msg/Step``.
-    """
+    """A new bag, a folder with one compressed MCAP file and ``metadata.yaml``, with the messages of Jazzy."""
 
     def __init__(self, folder: Path, types: dict[str, str]) -> None:
         self._store = get_typestore(Stores.ROS2_JAZZY)

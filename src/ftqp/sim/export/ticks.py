@@ -39,11 +39,7 @@ class Ticks:
         self.block = np.empty((0, len(rows.columns)))
 
     def of(self, block: FloatArray) -> Self:
-        """The same, of other rows.
-
-        Raises:
-            InputError: A time is not finite, negative or cannot be stamped.
-        """
+        """The same, of other rows."""
         self.block = block
         t = self["t"][:, 0]
         if not ((t >= 0.0) & (t < LATEST)).all():

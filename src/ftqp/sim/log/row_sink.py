@@ -18,10 +18,6 @@ class RowSink(ABC):
     def write(self, first: int, rows: FloatArray) -> None:
         """Keep rows, (K, columns); repeated with the same ``first``, they take the place of the earlier ones.
 
-        Args:
-            first: number of the first of these rows, which continue the ones before.
-            rows: one row a tick; not kept itself.
-
         Raises:
             FtqpError: they cannot be kept, for example because the disk is full.
         """

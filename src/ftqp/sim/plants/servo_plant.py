@@ -121,11 +121,7 @@ class ServoPlant(Plant):
         self._set[:] = self._q
 
     def fail(self, fault: Fault) -> None:
-        """From now on the joint of ``fault`` stands.
-
-        Raises:
-            InputError: unknown joint, or a kind of fault other than ``Locked``.
-        """
+        """From now on the joint of ``fault`` stands."""
         i = self._robot.joint(fault.joint)
         match fault:
             case Locked():

@@ -253,11 +253,7 @@ class Session:
         self._begin(Schedule([FaultEvent(fault, at=command.time, announced=told) for fault in faults]))
 
     def _fault(self, command: Break) -> Fault:
-        """The fault of an command, for a joint by name.
-
-        Raises:
-            InputError: There is no such joint, kind or setting.
-        """
+        """The fault of an command, for a joint by name."""
         joint = self._joint(command.joint)
         try:
             return command.fault(joint)
