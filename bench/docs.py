@@ -28,11 +28,6 @@ def options(parser: argparse.ArgumentParser) -> None:
 def shown(result: dict[str, Any], report: Path, places: Mapping[Path, Sequence[Table]]) -> list[Path]:
     """Put tables of a result between its markers in texts, with where they come from; returns the texts.
 
-    Args:
-        result: It has ``benchmark``, ``date``, ``command`` and ``machine``.
-        report: The file with the whole result, in which the tables are, too.
-        places: The tables of each text.
-
     Raises:
         InputError: A text has no markers of the benchmark.
     """

@@ -30,13 +30,7 @@ DISTRIBUTIONS = {"proxqp": "proxsuite", "highs": "highspy", "jaxopt_osqp": "jaxo
 def circumstances(
     benchmark: str, taking_part: Sequence[Contender], settings: dict[str, Any]
 ) -> dict[str, Any]:
-    """What a result begins with: date, command line, settings, machine, versions, contenders.
-
-    Args:
-        benchmark: The script's name, without ``.py``.
-        taking_part: The contenders, with their settings.
-        settings: The settings of the measurement.
-    """
+    """What a result begins with: date, command line, settings, machine, versions, contenders."""
     return {
         "benchmark": benchmark,
         "date": datetime.now().astimezone().isoformat(timespec="seconds"),
@@ -45,6 +39,7 @@ def circumstances(
         "machine": machine(),
         "versions": versions(taking_part),
         "contenders": {contender.name: contender.settings for contender in taking_part},
+        "left_out": {},
     }
 
 
@@ -128,9 +123,6 @@ def written(
         out: The folder, which is made if need be.
         name: What the files are called.
         figures: Writes the pictures of a result into a folder, under names that begin with ``name``.
-
-    Raises:
-        InputError: The folder cannot be written.
     """
     files = [out / f"{name}.md", out / f"{name}.json"]
     try:
@@ -147,15 +139,7 @@ def written(
 
 
 def told(result: dict[str, Any], markdown: str, out: Path, name: str, *, as_json: bool = False) -> int:
-    """Write a study's report and numbers, and print one of them: 0, or 2 where they cannot be written.
-
-    Args:
-        result: The result.
-        markdown: The report.
-        out: The folder, which is made if need be.
-        name: What the files are called.
-        as_json: Whether the result is printed as one JSON object, and not the report.
-    """
+    """Write a study's report and numbers, and print one of them: 0, or 2 where they cannot be written."""
     try:
         written(result, markdown, out, name)
     except InputError as error:
@@ -197,11 +181,7 @@ def _settings(name: str, given: dict[str, Any]) -> str:
 
 
 def inserted(text: str, benchmark: str, lines: Sequence[str]) -> str:
-    """``text`` with the lines between the markers of a benchmark replaced.
-
-    Raises:
-        InputError: The text has no such markers.
-    """
+    """``text`` with the lines between the markers of a benchmark replaced."""
     begin, end = f"<!-- begin {benchmark} -->", f"<!-- end {benchmark} -->"
     before, found, rest = text.partition(begin)
     _, closed, after = rest.partition(end)

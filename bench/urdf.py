@@ -78,11 +78,7 @@ class Arm:
 
 
 def text(name: str, arm: Arm) -> str:
-    """URDF of ``arm``: links ``base``, ``link_<joint>``, ``tip``, with inertials and limits, without shapes.
-
-    Raises:
-        ValueError: a velocity or torque limit is infinite, which URDF cannot say.
-    """
+    """URDF of ``arm``: links ``base``, ``link_<joint>``, ``tip``, with inertials and limits, no shapes."""
     if not (np.isfinite(arm.v_max).all() and np.isfinite(arm.tau_max).all()):
         raise ValueError(f"{name} has an infinite velocity or torque limit, expected finite ones; set them")
     lines = [f"<robot name={quoteattr(name)}>", '  <link name="base"/>']

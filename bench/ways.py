@@ -48,14 +48,7 @@ def nothing() -> None:
 def took(
     way: str, step: Callable[[int], None], between: Callable[[], None], ticks: Iterable[int]
 ) -> list[int]:
-    """Time that each step took [ns].
-
-    Args:
-        way: One of ``WAYS``.
-        step: The call that is timed: it takes target k and moves on.
-        between: What follows each step untimed: the arm moves, and is measured.
-        ticks: The k of each step.
-    """
+    """Time that each step took [ns]."""
     wait = Metronome(PERIOD) if way == "paced" else nothing
     ns = []
     for k in ticks:

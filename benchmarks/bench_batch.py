@@ -53,7 +53,6 @@ def main() -> int:
         **circumstances("bench_batch", [], settings),
         "rows": rows,
         "million": runs,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     docs.told(result, "Batches", [table(rows), *([table_of_runs(runs)] if runs else [])], options)

@@ -68,7 +68,6 @@ def main() -> int:
     result = {
         **circumstances("bench_detector", [], {"rounds": options.rounds, "ticks": TICKS}),
         "rows": rows,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     lines = [

@@ -61,11 +61,7 @@ print(json.dumps({"took": took, "imports": imported - began, "names": new}))
 
 
 def spent(source: Path, *command: str) -> float:
-    """CPU time of a process of Python with that source, and of all that it starts [s].
-
-    Raises:
-        SystemExit: It failed; the message says what it said.
-    """
+    """CPU time of a process of Python with that source, and of all that it starts [s]."""
     with tempfile.TemporaryFile() as said:
         child = subprocess.Popen(
             [sys.executable, *command],
@@ -127,7 +123,6 @@ def main() -> int:
         **circumstances("bench_first_use", [], {}),
         "cpu_seconds": figures,
         "goals": GOALS,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     docs.told(result, "First use", [_table(figures)], options)

@@ -102,7 +102,6 @@ def main() -> int:
         **circumstances("bench_memory", [], {"runs": options.runs, "further": FURTHER}),
         "rows": rows,
         "first_planner_at_most": AT_MOST,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     lines = [

@@ -57,11 +57,7 @@ def main() -> None:
 
 
 class Times:
-    """Wall times of steps, in memory that is taken beforehand.
-
-    Args:
-        most: So many are kept.
-    """
+    """Wall times of steps, in memory that is taken beforehand."""
 
     def __init__(self, most: int) -> None:
         self._kept, self._count = np.ones(most), 0

@@ -28,13 +28,8 @@ from rich.console import Console
 
 def main() -> int:
     """Measures, prints, writes."""
-    return console.run(
-        console.options(__doc__ or ""),
-        compared,
-        accuracy_report.tables,
-        accuracy_report.markdown,
-        accuracy_report.figures,
-    )
+    options = console.options(__doc__ or "")
+    return console.run(options, compared, accuracy_report.tables, accuracy_report.markdown)
 
 
 def compared(chosen: argparse.Namespace, messages: Console) -> dict[str, Any]:

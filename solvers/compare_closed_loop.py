@@ -104,11 +104,7 @@ def _slow(name: str, *, quick: bool) -> bool:
 
 
 def compared(chosen: argparse.Namespace, messages: Console, folder: Path) -> dict[str, Any]:
-    """Every contender on every case, as the object that ``--json`` prints; figures go into ``folder``.
-
-    Raises:
-        InputError: An unknown backend, scheme or scenario.
-    """
+    """Every contender on every case, as the object that ``--json`` prints; figures go into ``folder``."""
     names = chosen.backends or [info.name for info in backends() if not _slow(info.name, quick=chosen.quick)]
     ready, left_out = split(contenders(list(dict.fromkeys([REFERENCE, *names]))))
     if chosen.quick and not chosen.backends:

@@ -29,13 +29,8 @@ from rich.console import Console
 
 def main() -> int:
     """Measures, prints, writes."""
-    return console.run(
-        console.options(__doc__ or ""),
-        compared,
-        speed_report.tables,
-        speed_report.markdown,
-        speed_report.figures,
-    )
+    options = console.options(__doc__ or "")
+    return console.run(options, compared, speed_report.tables, speed_report.markdown)
 
 
 def compared(chosen: argparse.Namespace, messages: Console) -> dict[str, Any]:

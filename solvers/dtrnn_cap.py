@@ -35,13 +35,7 @@ PACKAGES = ("ftqp", "numpy", "numba")
 
 
 def feasible_qp(rng: np.random.Generator, condition: float, reach: float) -> QP:
-    """A QP with a point inside its box that keeps all rows.
-
-    Args:
-        rng: Source of randomness.
-        condition: Of W.
-        reach: How far off the least objective is.
-    """
+    """A QP with a point inside its box that keeps all rows."""
     n = VARIABLES
     directions, _ = np.linalg.qr(rng.normal(size=(n, n)))
     W = (directions * np.logspace(0.0, -np.log10(condition), n)) @ directions.T

@@ -5,9 +5,8 @@
     python solvers/study_dtrnn.py --parts square,recorded   some parts only
 
 Parts: square (every objective on the path of Jin et al. 2017, cold and warm), recorded (iterations and
-certificates of infeasibility on the recorded sequences), random (condition, active bounds, tolerance), sweep
-(is the scaling rule near the best?), traces (|e|, |Ax - b| and gap against the iteration). Counts iterations,
-not time. Tables go to the screen; tables, figures and one JSON object to ``--out``. Nothing is a pass or a
+certificates of infeasibility on the recorded sequences), random (condition, active bounds, tolerance). Counts
+iterations, not time. Tables go to the screen; tables and one JSON object to ``--out``. Nothing is a pass or a
 fail.
 """
 
@@ -18,21 +17,19 @@ from typing import Any
 
 from bench import command_line
 from bench.results import add_out, circumstances, stem
-from comparison import console, dtrnn_study_charts, dtrnn_study_report
+from comparison import console, dtrnn_study_report
 from comparison import dtrnn_study_parts as parts
 from comparison.dtrnn_study import contenders
 from rich.console import Console
 
 from ftqp.core.errors import InputError, unknown
 
-PARTS = ("square", "recorded", "random", "sweep", "traces")
+PARTS = ("square", "recorded", "random")
 
 
 def main() -> int:
     """Measures, prints, writes."""
-    return console.run(
-        options(), studied, dtrnn_study_report.tables, dtrnn_study_report.markdown, dtrnn_study_charts.figures
-    )
+    return console.run(options(), studied, dtrnn_study_report.tables, dtrnn_study_report.markdown)
 
 
 def options(arguments: Sequence[str] | None = None) -> argparse.Namespace:
@@ -62,12 +59,6 @@ def studied(chosen: argparse.Namespace, messages: Console) -> dict[str, Any]:
     quick = chosen.quick
     result = circumstances("study_dtrnn", contenders(), {"quick": quick, "parts": ",".join(wanted)})
     cells: list[dict[str, Any]] = []
-    figures: dict[str, bool] = {
-        "traces": "traces" in wanted,
-        "conditions": "random" in wanted,
-        "scales": "sweep" in wanted,
-        "loop": "square" in wanted,
-    }
     if "square" in wanted:
         for objective in parts.objectives(quick):
             messages.print(f"the square with {objective}: six variants, cold and warm")
@@ -78,18 +69,10 @@ def studied(chosen: argparse.Namespace, messages: Console) -> dict[str, Any]:
     if "random" in wanted:
         messages.print("random QPs: condition, active bounds, tolerance")
         cells += [*parts.conditions(quick), *parts.active_bounds(quick), *parts.tolerances(quick)]
-    if "sweep" in wanted:
-        messages.print("sweeps of the scales and the step size")
-        cells += parts.sweeps(quick)
-    traces = parts.traces() if "traces" in wanted else []
-    cells += [parts.traced(trace) for trace in traces]
     return {
         **result,
         "name": stem("study_dtrnn", name=chosen.name, quick=quick),
         "cells": cells,
-        "traces": traces,
-        "figures": [name for name, drawn in figures.items() if drawn],
-        "left_out": {},
         "limitations": list(dtrnn_study_report.LIMITATIONS),
     }
 

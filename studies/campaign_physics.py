@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
+from alarms.detection_cases import start
 from bench import command_line, results
 from joblib import Parallel, delayed
 
@@ -47,8 +47,6 @@ FAULTS = ("none", "locked", "locked at once", "free", "degraded", "slipping brak
 TOLD = ("at once", "late", "never")
 BANDWIDTH = 94.0
 """Of the joint servos [rad/s]."""
-REGULAR = 0.15
-"""Smallest singular value of a start, lengths in characteristic lengths."""
 MIDDLE = 0.8
 """Share of every joint's range in which starts lie."""
 WRISTS = 3
@@ -119,23 +117,9 @@ def draw(seed: int) -> Episode:
         at=float(rng.uniform(0.2, 0.8)) * duration,
         told=str(rng.choice(TOLD)),
         damping=float(rng.choice([0.0, 0.5, 3.0])),
-        start=tuple(_regular_start(robot, rng)),
+        start=tuple(start(robot, rng, MIDDLE).tolist()),
         plane=(("x", "y"), ("y", "z"), ("x", "z"))[int(rng.integers(3))],
     )
-
-
-def _regular_start(robot: ftqp.Robot, rng: np.random.Generator) -> list[float]:
-    """A posture in the middle of the ranges, far from singularities and from what gravity forbids."""
-    low, high = (np.clip(limit, -3.0, 3.0) for limit in (robot.limits.q_min, robot.limits.q_max))
-    middle, half = 0.5 * (low + high), 0.5 * MIDDLE * (high - low)
-    data, tip = robot.model.createData(), robot.model.getFrameId(robot.tip)
-    while True:
-        q = middle + half * rng.uniform(-1.0, 1.0, robot.nv)
-        J = pin.computeFrameJacobian(robot.model, data, q, tip, pin.LOCAL_WORLD_ALIGNED)
-        J[:3] /= robot.length
-        weight = np.abs(pin.rnea(robot.model, data, q, np.zeros(robot.nv), np.zeros(robot.nv)))
-        if np.linalg.svd(J, compute_uv=False)[-1] > REGULAR and (weight < 0.6 * robot.limits.tau_max).all():
-            return [float(value) for value in q]
 
 
 class Watched(Plant):
@@ -435,7 +419,6 @@ def main() -> int:
     settings = {"first": given.first, "episodes": given.episodes, "jobs": given.jobs}
     result = results.circumstances("campaign_physics", (), settings) | {
         "rows": [(seed, json.loads(drawn), json.loads(out)) for seed, drawn, out in stored if seed in wanted],
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     result["versions"]["mujoco"] = version("mujoco")

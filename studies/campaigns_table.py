@@ -39,15 +39,7 @@ CAMPAIGNS = docs.ROOT / "docs" / "evidence" / "campaigns.md"
 
 
 def row(folder: Path, commit: str) -> dict[str, Any]:
-    """What a campaign came to.
-
-    Args:
-        folder: What ``ftqp campaign --out`` named.
-        commit: Of the source that ran it.
-
-    Raises:
-        InputError: There is no campaign that was run.
-    """
+    """What a campaign came to."""
     try:
         facts = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         text = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))
@@ -137,7 +129,6 @@ def main() -> int:
     result = {
         **circumstances("campaigns_table", [], {"campaigns": ", ".join(one["campaign"] for one in rows)}),
         "rows": rows,
-        "left_out": {},
         "limitations": ["The commands below ran the campaigns; the machine is that of the table."],
     }
     result["command"] = "python studies/campaigns_table.py FOLDER..."

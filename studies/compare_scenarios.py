@@ -60,22 +60,12 @@ for name in sys.argv[2:]:
 
 
 def scenarios_of(tree: Path) -> set[str]:
-    """Names of the scenarios that a checkout bundles.
-
-    Args:
-        tree: Its root.
-    """
+    """Names of the scenarios that a checkout bundles."""
     return {path.stem for path in (tree / SCENARIOS).glob("*.toml")}
 
 
 def run_all(tree: Path, names: list[str], out: Path) -> subprocess.Popen[str]:
-    """A process that runs scenarios of a checkout and leaves an archive of each log.
-
-    Args:
-        tree: Its root.
-        names: Of the scenarios.
-        out: A folder for them.
-    """
+    """A process that runs scenarios of a checkout and leaves an archive of each log."""
     out.mkdir()
     command = [sys.executable, "-c", WORKER, str(out), *names]
     environment = {**os.environ, "PYTHONPATH": str(tree / "src")}
@@ -99,13 +89,7 @@ def difference(ours: Any, theirs: Any) -> float:
 
 
 def compared(name: str, ours: Any, theirs: Any) -> dict[str, Any]:
-    """What differs between two logs of a scenario.
-
-    Args:
-        name: Of the scenario.
-        ours: Signals by name.
-        theirs: The same of the other checkout.
-    """
+    """What differs between two logs of a scenario."""
     common = [signal for signal in ours if signal in theirs and signal not in CLOCK]
     apart = {signal: difference(np.asarray(ours[signal], float), np.asarray(theirs[signal], float))
              for signal in common}  # fmt: skip
@@ -146,11 +130,7 @@ def table(found: list[dict[str, Any]], left_out: dict[str, str]) -> str:
 
 
 def measured(other: Path, given: argparse.Namespace) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Run the scenarios of both checkouts: what differs of each, and which were left out, with the reason.
-
-    Raises:
-        SystemExit: A scenario cannot be run.
-    """
+    """Run the scenarios of both checkouts: what differs of each, and which were left out, with the reason."""
     names = scenarios_of(ROOT)
     left_out = dict.fromkeys(sorted(names ^ scenarios_of(other)), "bundled by one of the commits only")
     names -= set(left_out)

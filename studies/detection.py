@@ -48,12 +48,7 @@ LIMITATIONS = (
 
 
 class Kept:
-    """The results so far, in a file.
-
-    Args:
-        file: where.
-        study: what the results belong to.
-    """
+    """The results so far, in a file."""
 
     def __init__(self, file: Path, study: str) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -83,14 +78,7 @@ class Kept:
 def missing(
     store: Kept, chosen: list[Configuration], given: Any, watched: dict[Configuration, int]
 ) -> Iterator[Block]:
-    """The blocks that are still to be run, all configurations in turn, healthy motion between the cases.
-
-    Args:
-        store: the results so far.
-        chosen: the configurations.
-        given: how many cases and hours are wanted.
-        watched: ticks of healthy motion of each configuration; it grows while blocks are run.
-    """
+    """The blocks that are still to be run, all configurations in turn, healthy motion between the cases."""
     have = {(part, c): set(store.of(part, c)) for part in (CASES, HEALTHY) for c in chosen}
     blocks, wanted = -(-given.cases // EACH), given.hours * 3600.0 / DT
     number, more = 0, given.hours > 0.0
@@ -194,7 +182,6 @@ def main() -> int:
     settings = {"seed": given.seed, "calibration": given.calibration, "detector": fingerprint()}
     result = results.circumstances("detection", (), settings) | {
         "rows": gathered(store, chosen),
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     result["versions"]["mujoco"] = version("mujoco")

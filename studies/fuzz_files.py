@@ -13,13 +13,10 @@ crash is seen.
     python studies/fuzz_files.py --replay scenario:4711       # one file alone, with its text
 """
 
-import json
-import os
 import sys
 import time
 import warnings
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from bench import command_line, results
@@ -42,29 +39,26 @@ def work(kind: str, seed: int, first: int, count: int) -> None:
     """What the process does: a line before each file, and one with what came of it."""
     promises.limit_memory()
     warnings.simplefilter("ignore")
-    for number in range(first, first + count):
-        sys.stdout.write(f"{number}\n")
-        sys.stdout.flush()
+
+    def tried(number: int) -> dict[str, Any]:
         begun = time.process_time()
         found = asdict(trial.numbered(kind, seed, number))
-        found |= {"number": number, "seconds": time.process_time() - begun}
-        sys.stdout.write(json.dumps(found) + "\n")
-        sys.stdout.flush()
+        return found | {"number": number, "seconds": time.process_time() - begun}
+
+    workers.work(range(first, first + count), tried)
 
 
 def counted(kind: str, given: Any) -> dict[str, Any]:
     """What came of all files of a kind."""
     total: dict[str, Any] = dict.fromkeys(("files", "taken", "failing", "crashed"), 0)
     total |= {"seconds": 0.0, "longest": 0.0, "findings": []}
-    own = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, own))}
     end = given.first + (max(1, given.files // SLOW[kind]) if kind in SLOW else given.files)
 
     def command(first: int) -> list[str]:
         numbers = {"seed": given.seed, "first": first, "files": end - first}
         return [__file__, "--worker", kind, *(f"--{name}={number}" for name, number in numbers.items())]
 
-    for found in workers.apart(command, given.first, end, environment):
+    for found in workers.apart(command, given.first, end):
         total["files"] += 1
         total["taken"] += bool(found.get("taken"))
         total["crashed"] += found.get("crashed", 0)
@@ -145,7 +139,6 @@ def main() -> int:
         return 130
     result = results.circumstances("fuzz_files", (), {"seed": given.seed, "files": given.files}) | {
         "kinds": found,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     code = results.told(result, markdown(result), given.out, "fuzz_files", as_json=given.json)

@@ -28,13 +28,7 @@ LIMITATIONS = (
 
 
 def tried(seed: int, first: int, count: int) -> list[kernels.Found]:
-    """Damage so many copies.
-
-    Args:
-        seed: Draws everything, with the number of a trial.
-        first: The number of the first one.
-        count: How many there are.
-    """
+    """Damage so many copies."""
     found = []
     with tempfile.TemporaryDirectory() as folder:
         good = kernels.prepared(Path(folder))
@@ -94,7 +88,6 @@ def main() -> int:
     settings = {"seed": given.seed, "trials": given.trials}
     result = results.circumstances("fuzz_kernels", (), settings) | {
         "found": found,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     code = results.told(result, markdown(result), given.out, "fuzz_kernels", as_json=given.json)

@@ -15,21 +15,16 @@ that a crash is seen.
 """
 
 import json
-import os
 import sys
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from bench import command_line, results
+from bench import results
 from fuzz import workers
 from fuzz.episode import TICKS, run
 
-SEED = 14
 COUNTED = ("steps", "corrupted", "mistakes", "crashed")
-TABLES = ("done", "statuses", "damages")
-KEPT = 40
-"""So many findings are kept word by word."""
+TABLES = {"statuses": "Statuses", "done": "Calls", "damages": "Damage by channel and kind"}
 LIMITATIONS = (
     "The arm of an episode does exactly what the planner's reference says; a joint that swings falls as the "
     "model has it. What physics makes of commands is the matter of `ftqp campaign physics`.",
@@ -40,56 +35,14 @@ LIMITATIONS = (
 )
 
 
-def added(total: dict[str, Any], outcome: dict[str, Any]) -> None:
-    """Count an episode in.
-
-    Args:
-        total: The counters so far.
-        outcome: Of the episode.
-    """
-    total["episodes"] += 1
-    for name in COUNTED:
-        total[name] += outcome.get(name, 0)
-    for name in TABLES:
-        counter = Counter(total[name])
-        counter.update(outcome.get(name, {}))
-        total[name] = dict(counter)
-    total["failing"] += bool(outcome["wrong"])
-    if outcome["wrong"] and len(total["findings"]) < KEPT:
-        total["findings"].append(
-            {"number": outcome["number"], "sentence": outcome.get("sentence", ""), "wrong": outcome["wrong"]}
-        )
-
-
-def nothing() -> dict[str, Any]:
-    """Counters before the first episode."""
-    return {
-        "episodes": 0,
-        "failing": 0,
-        "findings": [],
-        **dict.fromkeys(COUNTED, 0),
-        **{name: {} for name in TABLES},
-    }
-
-
-def fuzzed(given: Any, total: dict[str, Any], path: Path | None) -> None:
-    """Run episodes until enough were made, and keep the counters in a file all the time.
-
-    Args:
-        given: The options.
-        total: The counters, which grow.
-        path: Where they are kept; None is nowhere.
-    """
-    paths = os.pathsep.join([str(Path(__file__).parent), *filter(None, [os.environ.get("PYTHONPATH")])])
-    first = given.first + total["episodes"]
+def fuzzed(given: Any, total: dict[str, Any], path: Path) -> None:
+    """Run episodes until enough were made, and keep the growing counters in a file all the time."""
     most = given.episodes if given.steps is None else 10**9
     wanted = None if given.steps is None else total["corrupted"] + given.steps
-    coming = workers.outcomes(given.seed, first, most, given.ticks, paths, given.plain)
-    for outcome in coming:
-        added(total, outcome)
-        for sentence in outcome["wrong"]:
-            sys.stderr.write(f"{outcome['number']}: {sentence[:300]}\n")
-        if path is not None and total["episodes"] % 20 == 0:
+    end = given.first + total["episodes"] + most
+    coming = workers.episodes(__file__, given, total, end, plain=given.plain)
+    for _ in coming:
+        if total["episodes"] % 20 == 0:
             path.write_text(json.dumps(total), encoding="utf-8")
         if wanted is not None and total["corrupted"] >= wanted:
             break
@@ -99,63 +52,32 @@ def fuzzed(given: Any, total: dict[str, Any], path: Path | None) -> None:
 def markdown(result: dict[str, Any]) -> str:
     """The report."""
     total = result["total"]
-    lines = [
-        *results.preamble("Corrupted steps", result),
-        "| what | how often |",
-        "|---|---:|",
-        f"| episodes | {total['episodes']:,} |",
-        f"| steps | {total['steps']:,} |",
-        f"| corrupted steps: numbers or form of an input, or a call just before | {total['corrupted']:,} |",
-        f"| mistakes of `step` in between, to be refused | {total['mistakes']:,} |",
-        f"| calls around a step | {sum(total['done'].values()):,} |",
-        f"| crashes or hangs of the process | {total['crashed']:,} |",
-        f"| episodes that broke a promise | {total['failing']:,} |",
-        "",
-        "## What was found",
-        "",
-        *(
-            f"- {found['number']} ({found['sentence']}): {'; '.join(found['wrong'])[:400]}"
-            for found in total["findings"]
-        ),
-        *(["Nothing."] if not total["findings"] else []),
-        "",
-        *_table("Statuses", total["statuses"]),
-        *_table("Calls", total["done"]),
-        *_table("Damage by channel and kind", total["damages"]),
-        *results.appendix(result),
-    ]
-    return "\n".join(lines)
-
-
-def _table(title: str, counts: dict[str, int]) -> list[str]:
-    rows = [f"| {name} | {count:,} |" for name, count in sorted(counts.items(), key=lambda pair: -pair[1])]
-    return [f"## {title}", "", "| what | how often |", "|---|---:|", *rows, ""]
+    inputs = "corrupted steps: numbers or form of an input, or a call just before"
+    rows = {
+        "episodes": total["episodes"],
+        "steps": total["steps"],
+        inputs: total["corrupted"],
+        "mistakes of `step` in between, to be refused": total["mistakes"],
+        "calls around a step": sum(total["done"].values()),
+        "crashes or hangs of the process": total["crashed"],
+        "episodes that broke a promise": total["failing"],
+    }
+    told = {what: f"{count:,}" for what, count in rows.items()}
+    return workers.report("Corrupted steps", result, told, TABLES)
 
 
 def main() -> int:
     """Fuzzes, prints, writes; 0 when every promise was kept, 1 when not, 2 for bad input, 130 for Ctrl-C."""
-    parser = command_line.parser(__doc__)
+    parser = workers.parser(__doc__, "fuzz_step", TICKS)
     add = parser.add_argument
-    add("--seed", type=int, default=SEED, help="draws everything")
-    add("--first", type=int, default=0, help="number of the first episode")
     add("--episodes", type=int, default=100, help="how many there are")
     add("--steps", type=int, help="corrupted steps to be made, in the place of --episodes")
-    add("--ticks", type=int, default=TICKS, help="how long an episode is")
-    add("--replay", type=int, metavar="NUMBER", help="run one episode in this process and say what was wrong")
     add("--go-on", action="store_true", help="add to the last result in --out of the same seed")
     add("--plain", action="store_true", help="without compilation, which is slow")
-    results.add_out(parser, "fuzz_step")
-    add("--json", action="store_true", help="print one JSON object and nothing else")
-    add("--worker", action="store_true", help="for the script itself")
     given = parser.parse_args()
-    if given.worker:
-        workers.work(given.seed, given.first, given.episodes, given.ticks)
-        return 0
-    if given.replay is not None:
-        outcome = run(given.seed, given.replay, ticks=given.ticks)
-        sys.stdout.write("\n".join([outcome.sentence, *outcome.wrong, ""]))
-        return 1 if outcome.wrong else 0
-    total, kept = nothing(), given.out / "fuzz-counters.json"
+    if (code := workers.run_here(given, run)) is not None:
+        return code
+    total, kept = workers.nothing(COUNTED, TABLES), given.out / "fuzz-counters.json"
     settings = {"seed": given.seed, "ticks": given.ticks, "plain": given.plain}
     if given.go_on and kept.exists():
         total = json.loads(kept.read_text(encoding="utf-8"))
@@ -168,7 +90,6 @@ def main() -> int:
     kept.write_text(json.dumps(total), encoding="utf-8")
     result = results.circumstances("fuzz_step", (), settings) | {
         "total": total,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     code = results.told(result, markdown(result), given.out, "fuzz", as_json=given.json)

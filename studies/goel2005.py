@@ -346,7 +346,6 @@ def main() -> int:
         "map": found,
         "brute_force": brute_force(given.quick),
         "horizons": horizons(),
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     name = results.stem("goel2005", name=None, quick=given.quick)

@@ -338,7 +338,6 @@ def main() -> int:
         ),
         "runs": found,
         "studies": studies,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     lines = preamble("Killed runs", result)

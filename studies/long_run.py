@@ -142,7 +142,11 @@ class Watched:
         for file in log_files(out):
             if file.name != FILE_NAME and file.name not in self.seen:
                 self.seen.add(file.name)
-                self.take(file, out, resident)
+                try:
+                    self.take(file, out, resident)
+                except ftqp.InputError:
+                    if file.exists():  # else it was deleted meanwhile, as one of more than are kept
+                        raise
 
     def take(self, file: Path, out: Path, resident: float) -> None:
         """Take in a part."""
@@ -207,8 +211,10 @@ def run(case: str, hours: float, folder: Path) -> dict[str, Any]:
             time.sleep(PERIOD)
     if process.returncode not in (0, 1):
         raise SystemExit(f"{case} ended with {process.returncode}")
+    last = watched.parts[-1].resident if watched.parts else 0.0
+    watched.look(out, last)  # what was finished after the last look
     if (out / FILE_NAME).exists():
-        watched.take(out / FILE_NAME, out, watched.parts[-1].resident if watched.parts else 0.0)
+        watched.take(out / FILE_NAME, out, last)
     facts = json.loads((folder / f"{case}.json").read_text(encoding="utf-8"))
     return {
         "case": case,
@@ -269,7 +275,6 @@ def main() -> int:
     result = {
         **circumstances("long_run", [], {"hours": options.hours, "parts": PARTS}),
         "cases": found,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     lines = preamble("Long runs", result)

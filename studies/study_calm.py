@@ -329,7 +329,6 @@ def main() -> int:
     settings = {"runs": runs, "seed": given.seed, "dt": DT, "calm": not given.off}
     result = results.circumstances("study_calm", (), settings) | {
         "rows": study(runs, given.seed, not given.off),
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     name = results.stem("study_calm", name="off" if given.off else None, quick=given.quick)

@@ -65,7 +65,7 @@ class Subject:
 
     Attributes:
         scenario: Its name.
-        motion: One of ``MOTIONS``, or the method of a plan.
+        motion: One of ``MOTIONS``.
         world: One of ``WORLDS``.
         plans: Where plans are kept.
     """
@@ -94,7 +94,7 @@ class Subject:
     @property
     def file(self) -> Path:
         """Where the plan is kept that makes this motion."""
-        return self.plans / f"{self.scenario}{'' if self.motion == PLANNED else f'-{self.motion}'}.npz"
+        return self.plans / f"{self.scenario}.npz"
 
     def case(self, joint: int, k: int) -> tuple[Any, ...]:
         """The row of one lock at sample k."""
@@ -103,17 +103,15 @@ class Subject:
         bounded = setup.robot.nv - 1 > task.m
         told = study.runs(q[k][None], [k], failed, bounded=bounded)
         left = study.runs(q[k][None], [k], failed, bounded=True, whole=True)
-        ((error, turned),), ended = self.ridden(joint, float(task.t[k]))
+        error, turned, ended = self.ridden(joint, float(task.t[k]))
         return (
             self.scenario, self.motion, self.world, joint, float(task.t[k]), Survival(told.status[0]).name,
             float(min(told.margin[0], 1e9)), float(told.hurry[0]), float(left.position[0]),
             float(left.rotation[0]), error, turned, ended,
         )  # fmt: skip
 
-    def ridden(
-        self, joint: int, at: float, settled: Sequence[float] = (SETTLED,)
-    ) -> tuple[list[tuple[float, float]], str]:
-        """The true tip's largest errors from some times after the lock on [m, rad], and how the run ended."""
+    def ridden(self, joint: int, at: float) -> tuple[float, float, str]:
+        """The true tip's largest errors once it has settled [m, rad], and how the run ended."""
         setup, task, _, _ = self.made
         robot, planner, dt = setup.robot, setup.planner, setup.planner.dt
         for name in list(planner.faults):
@@ -130,8 +128,8 @@ class Subject:
         log = result.log
         times = log["t"]
         if result.stopped_at is not None and times[-1] < setup.path.duration - dt:
-            return [(np.inf, np.inf)] * len(settled), "stopped"
-        ticks = np.flatnonzero(times >= min(at + min(settled), setup.path.duration))[::5]
+            return np.inf, np.inf, "stopped"
+        ticks = np.flatnonzero(times >= min(at + SETTLED, setup.path.duration))[::5]
         ticks = np.append(ticks, len(times) - 1)
         goals = setup.path.sample(times[ticks]).pose
         poses = np.stack([robot.pose(row) for row in log["q"][ticks]])
@@ -141,8 +139,7 @@ class Subject:
         if any(name.startswith("r") for name in task.rows):
             apart = goals[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2)
             turn = np.linalg.norm(Rotation.from_matrix(apart).as_rotvec(), axis=1)
-        late = [times[ticks] >= min(at + after, times[-1]) for after in settled]
-        return [(float(off[some].max()), float(turn[some].max())) for some in late], result.final_status.name
+        return float(off.max()), float(turn.max()), result.final_status.name
 
 
 @dataclass(frozen=True)
@@ -230,7 +227,6 @@ def main() -> int:
     result = {
         **circumstances("study_coverage", [], {"cases": options.cases, "seed": options.seed}),
         **found,
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     docs.told(result, "Prediction against execution", _tables(found), options)

@@ -322,7 +322,6 @@ def main() -> int:
     ]
     result = results.circumstances("study_free_swinging", (), settings) | {
         "rows": [row for rows in Parallel(n_jobs=given.jobs)(work) for row in rows],
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     name = results.stem(

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 import ftqp
 from ftqp.analysis import PlanSettings, plan
-from ftqp.analysis.planning.planning_study import planning_study
+from ftqp.analysis.planning.plan_case import planning_study
 from ftqp.analysis.planning.survival_labels import survivals
 from ftqp.analysis.planning.waypoint_nodes import curve_nodes
 from ftqp.analysis.survival.continuing import tracks
@@ -315,7 +315,6 @@ def main() -> int:
         "safe_start": safe_start(),
         "finer": finer(given.quick),
         "readings": readings(given.quick),
-        "left_out": {},
         "limitations": list(LIMITATIONS),
     }
     name = results.stem("zhang2016", name=None, quick=given.quick)

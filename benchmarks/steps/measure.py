@@ -69,11 +69,7 @@ class Worker:
             )
 
     def ask(self, **request: Any) -> dict[str, Any]:
-        """The worker's answer.
-
-        Raises:
-            WorkerFailed: No answer.
-        """
+        """The worker's answer."""
         stdin, stdout = self._process.stdin, self._process.stdout
         if stdin is None or stdout is None:
             raise WorkerFailed(f"{self.name} has no pipe")
@@ -177,15 +173,6 @@ def measured(
     leading: Collection[str] = (),
 ) -> tuple[dict[str, dict[str, Any]], dict[str, str], dict[str, dict[str, Any]]]:
     """One case called in one way over all workers, their variants interleaved.
-
-    Args:
-        task: The robot and its targets, which judge what was reached.
-        case: The task at a level.
-        way: One of ``bench.ways.WAYS``.
-        file: Where workers read the case.
-        workers: Those who take part; one that dies is taken out.
-        settings: How much is measured.
-        leading: The variants that make all steps.
 
     Returns:
         Rows by variant, what was left out and why, and what each program says of itself.

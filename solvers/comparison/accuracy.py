@@ -80,10 +80,6 @@ def answers(solver: Backend, sequence: Recorded, *, start: str) -> Answers:
 def every_answer(who: Contender, sequence: Recorded) -> list[Answers]:
     """What a contender says from each kind of start.
 
-    Args:
-        who: The contender.
-        sequence: What it solves.
-
     Raises:
         FtqpError: It cannot take this sequence.
     """
@@ -92,13 +88,7 @@ def every_answer(who: Contender, sequence: Recorded) -> list[Answers]:
 
 
 def outcome(claim: Claim, residual: float, fact: Fact) -> Outcome:
-    """A claim against the truth.
-
-    Args:
-        claim: The solver's own word.
-        residual: The largest relative KKT residual of its answer.
-        fact: What is known of the QP.
-    """
+    """A claim against the truth."""
     if fact is Fact.OPEN:
         return Outcome.OPEN
     if fact is Fact.INFEASIBLE:

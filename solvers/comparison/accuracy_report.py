@@ -1,14 +1,12 @@
-"""What compare_accuracy says: tables, the report, figures."""
+"""What compare_accuracy says: tables and the report."""
 
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from bench.contenders import REFERENCE
 from bench.results import appendix, preamble
 from bench.tables import Table, counted, exponent
-from comparison import charts
 from comparison.accuracy import COARSE, INFEASIBLE, PARTS, SOLVABLE, STARTS, Outcome
 
 from ftqp.qp.answer_check import ACCEPTANCE
@@ -180,24 +178,3 @@ def _rounded(percent: float) -> str:
     if percent in (0.0, 100.0):
         return f"{percent:.0f}"
     return f"{min(max(percent, 1.0), 99.0):.0f}"
-
-
-def figures(result: dict[str, Any], folder: Path, stem: str) -> list[Path]:
-    """Claims as bars, residuals as ranges, right answers by sequence as a map."""
-    names = present(result)
-    counts = {
-        kind: [sum(_totals(result, name, start)[kind.value] for start in STARTS) for name in names]
-        for kind in (*SOLVABLE, *INFEASIBLE)
-    }
-    shares = [[share(result, name, sequence) for sequence in result["sequences"]] for name in names]
-    return [
-        charts.draw_claims(names, counts, folder / f"{stem}-claims.png"),
-        charts.draw_residuals(names, result["cells"], folder / f"{stem}-residuals.png"),
-        charts.draw_map(
-            names,
-            list(result["sequences"]),
-            shares,
-            "Right answers, cold and warm [%]",
-            folder / f"{stem}-sequences.png",
-        ),
-    ]

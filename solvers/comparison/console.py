@@ -60,7 +60,7 @@ def run(
     compared: Comparison,
     tables: Callable[[dict[str, Any]], list[Table]],
     markdown: Callable[[dict[str, Any]], str],
-    figures: Callable[[dict[str, Any], Path, str], list[Path]],
+    figures: Callable[[dict[str, Any], Path, str], list[Path]] = lambda *_: [],
 ) -> int:
     """Measure, print, write: 0 when somebody took part, 1 when nobody, 2 for bad input, 130 when interrupted.
 
@@ -69,7 +69,8 @@ def run(
         compared: Measures and returns the result.
         tables: The tables of a result, for the screen; the first goes into the README.
         markdown: The whole report of a result.
-        figures: Writes the pictures of a result into a folder, under names that begin with a stem.
+        figures: Writes the pictures of a result, if there are any, into a folder, under names that begin with
+            a stem.
     """
     messages = Console(stderr=True, highlight=False)
     try:

@@ -53,16 +53,14 @@ class Network:
     Attributes:
         claim: How the last solve ended.
         iterations: Iterations of the last solve.
-        trace: |e|, r_eq, gap and whether a jump succeeded, an iterate a row, (k, 4).
     """
 
-    def __init__(self, n: int, m: int, p: int, chosen: DtrnnSettings, *, trace: bool = False) -> None:
+    def __init__(self, n: int, m: int, p: int, chosen: DtrnnSettings) -> None:
         self.claim, self.iterations = Claim.FAILED, 0
-        self.trace = np.zeros((chosen.cap + 1 if trace else 0, 4))
         self._variables = n
         self._numbers = chosen.numbers()
         self._solution = np.zeros(2 * n + m + p)
-        self._memory = NetworkMemory(n, m, p)
+        self._memory, self._untraced = NetworkMemory(n, m, p), np.zeros((0, 4))
 
     @property
     def x(self) -> FloatArray:
@@ -72,7 +70,7 @@ class Network:
     def solve(self, flat: FloatArray, *, warm: bool = False) -> Claim:
         """Solve a QP, as ``QPBuffers.flat`` has it; a warm solve starts from the last answer."""
         warm = warm and self.claim <= Claim.MAX_ITERATIONS
-        code = self._memory.solve(flat, self._solution, self._numbers, self.trace, warm)
+        code = self._memory.solve(flat, self._solution, self._numbers, self._untraced, warm)
         self.claim, self.iterations = Claim(code), int(self._numbers[-2])
         return self.claim
 

@@ -1,6 +1,5 @@
 """What study_dtrnn says: tables and the report."""
 
-from collections.abc import Sequence
 from typing import Any
 
 from bench.results import appendix, preamble
@@ -54,7 +53,7 @@ def triple(cell: dict[str, Any]) -> str:
 
 def tables(result: dict[str, Any]) -> list[Table]:
     """Those of the parts that were measured; the first is the one for the README."""
-    made = {"square": _square, "recorded": _recorded, "condition": _conditions, "sweep": _sweep}
+    made = {"square": _square, "recorded": _recorded, "condition": _conditions}
     present = {cell["part"] for cell in result["cells"]}
     return [table for part, tables_of in made.items() if part in present for table in tables_of(result)]
 
@@ -193,44 +192,9 @@ def _tolerances(result: dict[str, Any]) -> Table:
     )
 
 
-def _sweep(result: dict[str, Any]) -> list[Table]:
-    rows = []
-    for name in dict.fromkeys(cell["sequence"] for cell in cells(result, "sweep")):
-        mine = {w: cells(result, "sweep", sequence=name, what=w) for w in ("s", "q", "gamma")}
-        here = next(cell for cell in mine["s"] if cell["at"] == 1.0)
-        rows.append((name, number(here["median"], here["cap"]), *(best(mine[w]) for w in mine)))
-    return [
-        Table(
-            title="Is the scaling rule near the best? Iterations of implicit until x is right (median)",
-            headings=("", "by the rule", "best s", "best q", "best gamma"),
-            rows=rows,
-            notes=("s and q as multiples of the rule's, the others staying at the rule; its gamma is 1.6.",),
-        )
-    ]
-
-
-def best(sweep: Sequence[dict[str, Any]]) -> str:
-    """The least median of a sweep and where it is."""
-    least = min(sweep, key=lambda cell: cell["median"])
-    where = f"{least['at']:.2g}" if least["what"] == "gamma" else f"x {least['at']:.2g}"
-    return f"{number(least['median'], least['cap'])} at {where}"
-
-
 def markdown(result: dict[str, Any]) -> str:
     """The whole report."""
     lines = preamble("How the recurrent network converges", result)
     for table in tables(result):
         lines += table.markdown()
-    for figure, caption in FIGURES.items():
-        if figure in result["figures"]:
-            lines += [f"![{caption}]({result['name']}-{figure}.png)", "", caption, ""]
     return "\n".join([*lines, *appendix(result)]).rstrip() + "\n"
-
-
-FIGURES = {
-    "traces": "Convergence on a well- and an ill-conditioned recorded QP.",
-    "conditions": "Iterations against condition, active bounds and tolerance.",
-    "scales": "Iterations against the scales and the step size.",
-    "loop": "Warm and cold along a closed loop.",
-}
-"""Names and captions of the figures."""

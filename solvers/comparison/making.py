@@ -54,12 +54,7 @@ class Recipe:
 
 
 def made(recipe: Recipe, *, count: int | None = None) -> Recording:
-    """The sequence of a recipe, with reference answers and truths; the same in every run on a machine.
-
-    Args:
-        recipe: What to do.
-        count: Fewer ticks than the recipe says.
-    """
+    """The sequence of a recipe, with reference answers and truths; the same in every run on a machine."""
     robot = recipe.robot()
     dt = float(recipe.planner.get("dt", 1e-3))
     first = round(recipe.begin / dt)

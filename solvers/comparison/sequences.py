@@ -28,9 +28,6 @@ def sequences(
         wanted: Which; None is all.
         quick: Cut each to its first QPs.
         folder: Where the ``.npz`` files are.
-
-    Raises:
-        InputError: An unknown name, no sequence at all, or a damaged file.
     """
     known = names(folder)
     if not known:
@@ -44,11 +41,7 @@ def sequences(
 
 
 def feasible(recording: Recording) -> BoolArray:
-    """Whether each QP of a sequence has a feasible point, (K,), as an LP solver found it.
-
-    Raises:
-        InputError: The recording does not say (it was not made by solvers/problems/record.py).
-    """
+    """Whether each QP of a sequence has a feasible point, (K,), as an LP solver found it."""
     infeasible = recording.metadata.get("infeasible_ticks")
     if not isinstance(infeasible, list):
         raise InputError("the recording does not say which QPs are feasible; see solvers/problems/README.md")

@@ -183,13 +183,6 @@ def measured(
 ) -> tuple[list[dict[str, Any]], dict[str, str]]:
     """One sequence over all contenders, their turns interleaved.
 
-    Args:
-        contenders: Who takes part.
-        processes: Theirs and that of the empty backend, by name.
-        sequence: What they solve.
-        settings: How much is measured.
-        solvable: How many of the QPs have a solution.
-
     Returns:
         one cell a contender and start, and why others could not take part, by name.
     """

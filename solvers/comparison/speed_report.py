@@ -1,14 +1,12 @@
-"""What compare_speed says: tables, the report, figures."""
+"""What compare_speed says: tables and the report."""
 
 from math import exp, log
-from pathlib import Path
 from statistics import fmean, median
 from typing import Any
 
 from bench.contenders import REFERENCE
 from bench.results import appendix, preamble
 from bench.tables import Table, quantity
-from comparison import charts
 from comparison.speed import EMPTY
 
 SUMMARY = (
@@ -153,17 +151,3 @@ def markdown(result: dict[str, Any]) -> str:
     for table in [*tables(result), *by_sequence(result)]:
         lines += table.markdown()
     return "\n".join([*lines, *appendix(result)]).rstrip() + "\n"
-
-
-def figures(result: dict[str, Any], folder: Path, stem: str) -> list[Path]:
-    """Times by contender, and ratios by sequence."""
-    names = present(result)
-    sequences = list(result["sequences"])
-    ratios = [[ratio(result, name, sequence, "warm") for sequence in sequences] for name in names]
-    title = f"Time of a warm solve over that of {REFERENCE}, p50 (1 is equal, below is faster)"
-    drawn = [charts.draw_times(names, _solvable(result), result["cells"], folder / f"{stem}-times.png")]
-    if any(value is not None for row in ratios for value in row):
-        drawn.append(
-            charts.draw_map(names, sequences, ratios, title, folder / f"{stem}-ratios.png", ratios=True)
-        )
-    return drawn

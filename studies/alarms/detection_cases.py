@@ -93,10 +93,10 @@ class Case:
     loss: float
 
 
-def start(robot: ftqp.Robot, generator: np.random.Generator) -> Array:
-    """A posture in the middle of the ranges, far from singularities and from what gravity forbids."""
+def start(robot: ftqp.Robot, generator: np.random.Generator, share: float = MIDDLE) -> Array:
+    """A posture in the middle share of the ranges, far from singularities and from what gravity forbids."""
     low, high = (np.clip(limit, -3.0, 3.0) for limit in (robot.limits.q_min, robot.limits.q_max))
-    middle, half = 0.5 * (low + high), 0.5 * MIDDLE * (high - low)
+    middle, half = 0.5 * (low + high), 0.5 * share * (high - low)
     data, tip = robot.model.createData(), robot.model.getFrameId(robot.tip)
     while True:
         q: Array = middle + half * generator.uniform(-1.0, 1.0, robot.nv)
@@ -192,14 +192,7 @@ class Motion:
 
 
 def motion(configuration: Configuration, seed: list[int], kinds: Iterable[str], each: int = 2) -> Motion:
-    """A random motion with ``each`` cases of every kind, fewer where there is no place for so many.
-
-    Args:
-        configuration: which arm.
-        seed: of everything.
-        kinds: names in `KINDS`.
-        each: how many of each.
-    """
+    """A random motion with ``each`` cases of every kind, fewer where there is no place for so many."""
     there, generator = world(configuration), np.random.default_rng(seed)
     while True:
         kept: dict[int, Any] = dict.fromkeys(CANDIDATES)

@@ -138,12 +138,7 @@ def _alarms(what: str, given: str, some: Sequence[dict[str, Any]]) -> str:
 
 
 def false_alarms(rows: Sequence[dict[str, Any]], *, whole: bool = True) -> list[str]:
-    """Hours of healthy motion, what was said in them, and what rates that shows.
-
-    Args:
-        rows: the summaries.
-        whole: whether every configuration has its row beside the sums.
-    """
+    """Hours of healthy motion, what was said in them, and what rates that shows."""
     lines = [
         "| motion | looks at | hours | suspicions | findings | suspicions an hour, at most (95 %) "
         "| findings an hour, at most (95 %) | largest z | said |",

@@ -32,11 +32,7 @@ class Watching(Protocol):
 
 
 class Watcher:
-    """A detector that looks at the rows of a log, one tick each, in compiled code.
-
-    Args:
-        detector: an `ftqp.Detector` of an arm.
-    """
+    """A detector that looks at the rows of a log, one tick each, in compiled code."""
 
     def __init__(self, detector: ftqp.Detector) -> None:
         self._detector, self._session = detector, detector._working()
@@ -74,13 +70,7 @@ def inputs(configuration: Configuration) -> tuple[str, ...]:
 
 
 def motion_log(record: Record, given: str, configuration: Configuration) -> ftqp.MotionLog:
-    """A record as a detector is given it.
-
-    Args:
-        record: what happened.
-        given: one of `INPUTS`.
-        configuration: whose demand is that of servos, or what was sent.
-    """
+    """A record as a detector is given it."""
     effort = None
     if given != "encoders" or not configuration.has_servo:
         effort = record.demand if configuration.has_servo else record.tau_c

@@ -185,24 +185,13 @@ class World:
         self.plant.reset(self.robot.neutral, np.zeros(self.robot.nv))
         self._memory[:] = memory
         mujoco.mj_setState(self._model, self._data, state, STATE)
-        self.plant.demand[:] = demand
+        self.plant._servo.demand[:] = demand
 
     def run(
         self, record: Record, targets: ftqp.Targets, first: int, end: int, fault: SensorFault | None = None,
         joint: int = 0, since: int = 0, kept: dict[int, Any] | None = None,
     ) -> None:  # fmt: skip
-        """The ticks from ``first`` on and before ``end``; those that are keys of ``kept`` are kept there.
-
-        Args:
-            record: has the ticks before, and gets these.
-            targets: of the motion.
-            first: the first tick.
-            end: the tick after the last one.
-            fault: what the encoder of ``joint`` does from tick ``since`` on, at the arm.
-            joint: whose encoder.
-            since: when.
-            kept: ticks at whose start everything is to be kept.
-        """
+        """The ticks from ``first`` on and before ``end``; those that are keys of ``kept`` are kept there."""
         planner, plant, late = self.planner, self.plant, self.configuration.latency
         quantum = self.configuration.quantum
         seen, truth, codes, (noise_q, noise_tau) = record.seen, record.truth, record.codes, self._noise

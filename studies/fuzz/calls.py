@@ -336,11 +336,7 @@ POINTS /= POINTS[-1]
 
 
 def make(world: World) -> str:
-    """Make a random call; what raises that should not is wrong.
-
-    Args:
-        world: The episode.
-    """
+    """Make a random call; what raises that should not is wrong."""
     call, _ = CALLS[int(np.searchsorted(POINTS, world.rng.random()))]
     name = call.__name__
     world.done[name] = world.done.get(name, 0) + 1

@@ -70,11 +70,7 @@ class Case:
 
 @cache
 def robot_of(name: str) -> Any:
-    """A robot of the catalog; ``turning`` is a planar arm whose joints turn without end.
-
-    Args:
-        name: One of ``ROBOTS``.
-    """
+    """A robot of the catalog; ``turning`` is a planar arm whose joints turn without end."""
     if name == "turning":
         return ftqp.robots.load("planar", lengths=(1.0, 1.0, 0.5), continuous=True)
     return ftqp.robots.load(name)
@@ -82,32 +78,19 @@ def robot_of(name: str) -> Any:
 
 @cache
 def arm_of(name: str) -> ModelFile:
-    """The same arm as pinocchio reads it from its URDF.
-
-    Args:
-        name: One of ``ROBOTS``.
-    """
+    """The same arm as pinocchio reads it from its URDF."""
     return read_again(robot_of(name))
 
 
 def read_again(robot: Any) -> ModelFile:
-    """A robot as pinocchio reads it from its URDF.
-
-    Args:
-        robot: The robot.
-    """
+    """A robot as pinocchio reads it from its URDF."""
     return ModelFile.read(
         robot.to_urdf(), link_names(robot.joints, robot.tip)[-1], gravity=robot.chain.gravity
     )
 
 
 def drawn(rng: np.random.Generator, arms: tuple[str, ...] = ROBOTS) -> Case:
-    """A random case.
-
-    Args:
-        rng: Draws it.
-        arms: The robots to draw from.
-    """
+    """A random case."""
     logging.getLogger("ftqp").setLevel(logging.ERROR)  # warnings of starts near a singularity
 
     def one(values: Any) -> Any:
@@ -135,7 +118,7 @@ def drawn(rng: np.random.Generator, arms: tuple[str, ...] = ROBOTS) -> Case:
         backend=backend,
         emergency=stop,
         timing=bool(rng.random() < 0.1),
-        drive=_drive(drive, latency * dt),
+        drive=drive_of(drive, latency * dt),
         noise=ftqp.Noise(q=sigma) if sigma or watched else None,
         detector=ftqp.Detector() if watched else None,
     )
@@ -156,7 +139,7 @@ def drawn(rng: np.random.Generator, arms: tuple[str, ...] = ROBOTS) -> Case:
     )
 
 
-def _drive(name: str, latency: float) -> ftqp.Drive:
+def drive_of(name: str, latency: float) -> ftqp.Drive:
     """A drive by its name here."""
     if name == "slow position":
         return ftqp.Drive(kind="position", bandwidth=60.0, takes_velocity=False, latency=latency)

@@ -109,14 +109,7 @@ POSE_KINDS: dict[str, Damage] = {
 
 
 def bursts(rng: np.random.Generator, ticks: int, share: float, names: tuple[str, ...]) -> list[str | None]:
-    """What hurts at each tick: about ``share`` of them in bursts of one kind, mostly short.
-
-    Args:
-        rng: Draws them.
-        ticks: How many there are.
-        share: About how many are hurt.
-        names: Kinds to draw from.
-    """
+    """What hurts at each tick: about ``share`` of them in bursts of one kind, mostly short."""
     result: list[str | None] = [None] * ticks
     k = int(rng.geometric(share / 3.0))
     while k < ticks:

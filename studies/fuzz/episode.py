@@ -71,14 +71,7 @@ class Outcome:
 
 
 def run(seed: int, number: int, *, ticks: int = TICKS, arms: tuple[str, ...] = cases.ROBOTS) -> Outcome:
-    """Draw, run and judge an episode; the same seed and number give the same one.
-
-    Args:
-        seed: Of the run.
-        number: Of the episode.
-        ticks: How long it is.
-        arms: The robots to draw from.
-    """
+    """Draw, run and judge an episode; the same seed and number give the same one."""
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         return _Run(seed, number, ticks, arms).run()

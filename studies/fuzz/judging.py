@@ -27,13 +27,7 @@ STANDS = 5e-3
 
 
 def broken(case: Case, account: Account, world: Any) -> list[str]:
-    """The promises that an episode broke, a sentence each.
-
-    Args:
-        case: The planner and its arm.
-        account: What was handed in and came back.
-        world: What was done to the planner.
-    """
+    """The promises that an episode broke, a sentence each."""
     K = account.count
     if K == 0:
         return []

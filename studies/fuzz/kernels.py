@@ -58,14 +58,7 @@ class Found:
 
 
 def prepared(folder: Path) -> Good:
-    """A good copy of the built library.
-
-    Args:
-        folder: Where it goes.
-
-    Raises:
-        RuntimeError: No built kernel is in use here, or no ride can be made with it.
-    """
+    """A good copy of the built library."""
     if not level():
         raise RuntimeError("no built kernel is in use; `make kernel` builds it")
     shutil.copytree(BUILT, folder / "built")
@@ -78,11 +71,7 @@ def prepared(folder: Path) -> Good:
 
 
 def ridden(built: Path) -> dict[str, Any]:
-    """What a process says that rides with the library of a folder; how it ended where it says nothing.
-
-    Args:
-        built: The folder.
-    """
+    """What a process says that rides with the library of a folder; how it ended where it says nothing."""
     command = [sys.executable, "-X", "faulthandler", str(RIDE), str(built)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=TOO_LONG, check=False)
@@ -150,14 +139,7 @@ def _owned_wrongly(place: Path, way: str) -> None:
 
 
 def trial(number: int, good: Good, rng: Any, folder: Path) -> Found:
-    """Damage a copy, and see what a process makes of it.
-
-    Args:
-        number: Of the trial.
-        good: What is copied.
-        rng: Draws the damage.
-        folder: A new folder for the copy.
-    """
+    """Damage a copy, and see what a process makes of it."""
     built = folder / "built"
     shutil.copytree(good.built, built)
     place = built / (good.file if rng.random() < 0.7 else MANIFEST)
@@ -191,14 +173,7 @@ def _tells_of_the_library(manifest: Path, good: Good) -> bool:
 
 
 def judged(found: Found, said: dict[str, Any], good: Good, *, harmless: bool = False) -> None:
-    """Hold what a process said against what is promised.
-
-    Args:
-        found: Gets what was wrong.
-        said: What the process said.
-        good: What it should have computed.
-        harmless: Whether the library may be used as it is.
-    """
+    """Hold what a process said against what is promised."""
     if "commands" not in said:
         found.wrong.append(f"the process ended in {said['ended']}")
         return

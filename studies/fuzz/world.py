@@ -55,24 +55,14 @@ class World:
         return self.case.planner
 
     def both(self, call: Callable[[Any], Any]) -> Any:
-        """Make a call that is no mistake, of the planner and of its twin.
-
-        Args:
-            call: Of a planner.
-        """
+        """Make a call that is no mistake, of the planner and of its twin."""
         result = call(self.planner)
         if self.twin is not None:
             call(self.twin)
         return result
 
     def refused(self, name: str, call: Callable[[], Any], says: str = "") -> None:
-        """Make a call that is a mistake: one clear sentence as InputError, or something is wrong.
-
-        Args:
-            name: What the call is.
-            call: Makes it.
-            says: What the sentence has to name.
-        """
+        """Make a call that is a mistake: one clear sentence as InputError, or something is wrong."""
         try:
             call()
         except InputError as error:
@@ -86,20 +76,12 @@ class World:
 
 
 def last_line(error: BaseException) -> str:
-    """Type, message and place of an exception.
-
-    Args:
-        error: The exception.
-    """
+    """Type, message and place of an exception."""
     frame = traceback.extract_tb(error.__traceback__)[-1]
     place = frame.filename.rpartition("/ftqp/")[2]
     return f"raises {type(error).__name__}: {error!s:.150} ({place}:{frame.lineno})"
 
 
 def is_input_error(error: BaseException) -> bool:
-    """Whether it is what a mistake is answered with.
-
-    Args:
-        error: The exception.
-    """
+    """Whether it is what a mistake is answered with."""
     return isinstance(error, ftqp.FtqpError)

@@ -20,7 +20,6 @@ def result() -> dict[str, Any]:
     """As a benchmark makes it."""
     return {
         **circumstances("bench_batch", [], {"runs": 1}),
-        "left_out": {},
         "limitations": ["It is a thing."],
     }
 

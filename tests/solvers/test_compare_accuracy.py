@@ -1,4 +1,4 @@
-"""What a solver claims is held against the truth, and the script says it in tables, files and figures."""
+"""What a solver claims is held against the truth, and the script says it in tables and files."""
 
 import json
 import subprocess
@@ -138,7 +138,7 @@ def test_results_say_how_they_were_made(run: tuple[dict[str, Any], Path]) -> Non
     assert result["limitations"]
 
 
-def test_results_are_written_as_json_markdown_and_figures(run: tuple[dict[str, Any], Path]) -> None:
+def test_results_are_written_as_json_and_markdown(run: tuple[dict[str, Any], Path]) -> None:
     result, out = run
     stem = "compare_accuracy-quick"
     assert json.loads((out / f"{stem}.json").read_text()) == result
@@ -151,8 +151,6 @@ def test_results_are_written_as_json_markdown_and_figures(run: tuple[dict[str, A
         "panda-healthy",
     ):
         assert part in text
-    for figure in ("claims", "residuals", "sequences"):
-        assert (out / f"{stem}-{figure}.png").stat().st_size > 10_000
 
 
 def test_tables_fit_into_a_hundred_columns(tmp_path: Path) -> None:

@@ -130,7 +130,7 @@ def test_sequences_with_infeasible_qps_are_not_in_the_summary(run: tuple[dict[st
     assert [row[0] for row in summary.rows] == ["empty", *BACKENDS]
 
 
-def test_results_are_written_as_json_markdown_and_figures(run: tuple[dict[str, Any], Path]) -> None:
+def test_results_are_written_as_json_and_markdown(run: tuple[dict[str, Any], Path]) -> None:
     result, out = run
     assert json.loads((out / "compare_speed-mine.json").read_text()) == result
     text = (out / "compare_speed-mine.md").read_text()
@@ -142,8 +142,6 @@ def test_results_are_written_as_json_markdown_and_figures(run: tuple[dict[str, A
         result["command"],
     ):
         assert part in text
-    for figure in ("times", "ratios"):
-        assert (out / f"compare_speed-mine-{figure}.png").stat().st_size > 10_000
 
 
 def test_an_unknown_name_is_one_sentence_and_exit_code_2() -> None:

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -108,7 +109,7 @@ def test_judge_sees_a_promise_that_is_broken(ended, spoil, said) -> None:
     assert any(said in sentence for sentence in judging.broken(ended.case, ended.account, ended.world))
 
 
-def test_process_that_crashes_is_counted_and_the_next_episode_is_run(tmp_path: Path, monkeypatch) -> None:
+def test_process_that_crashes_is_counted_and_the_next_episode_is_run(tmp_path: Path) -> None:
     script = tmp_path / "crashes.py"
     script.write_text(
         "import json, os, sys\n"
@@ -119,9 +120,10 @@ def test_process_that_crashes_is_counted_and_the_next_episode_is_run(tmp_path: P
         "        os.abort()\n"
         "    print(json.dumps({'number': number, 'wrong': []}), flush=True)\n"
     )
-    monkeypatch.setattr(workers, "SCRIPT", script)
-    found = list(workers.outcomes(1, 4, 3, 10, "", False))
+    given, total = SimpleNamespace(seed=1, first=4, ticks=10), workers.nothing(("crashed",), ())
+    found = list(workers.episodes(str(script), given, total, 7))
     assert [outcome["number"] for outcome in found] == [4, 5, 6]
+    assert (total["episodes"], total["crashed"], total["failing"]) == (3, 1, 1)
     assert found[1]["crashed"] == 1 and "SIGABRT" in found[1]["wrong"][0]
 
 

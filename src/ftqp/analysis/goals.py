@@ -75,12 +75,7 @@ class GoalStudy:
         return bool((~self.robot.chain.prismatic & ~self.turning).any())
 
     def starts(self, count: int, *, limited: bool = False) -> FloatArray:
-        """Joint values that fill all turns, or the limits, evenly and the same every time, (count, nv).
-
-        Args:
-            count: How many, a power of two.
-            limited: Whether joints that turn start within their limits.
-        """
+        """Joint values that fill all turns, or the limits, evenly and the same every time, (count, nv)."""
         low, high = start_box(self.robot, limited)
         share = qmc.Sobol(self.robot.nv, seed=0).random(count)
         return np.asarray(low + share * (high - low))
@@ -106,9 +101,6 @@ def goal_study(robot: Robot, goal: Any, rows: Any, step: float = STEP) -> GoalSt
         goal: A point, (2,) for rows among x and y or (3,) without rotation [m], or a pose, (4, 4).
         rows: ``"pose"`` or ``"position"``, which are those of the robot's own rows, or names of rows.
         step: Largest step of a traced curve [rad or m].
-
-    Raises:
-        InputError: Rows are unknown or do not move independently, or the goal does not fit them.
     """
     names = row_names(robot, rows)
     pose = _goal_pose(goal, names)
@@ -151,15 +143,7 @@ def robot_session(
 
 
 def row_names(robot: Robot, rows: Any) -> tuple[str, ...]:
-    """Names of task rows.
-
-    Args:
-        robot: The arm whose own rows ``"pose"`` and ``"position"`` are taken from.
-        rows: A set by name, or names of rows.
-
-    Raises:
-        InputError: A name is unknown, or nothing is left.
-    """
+    """Names of task rows."""
     if isinstance(rows, str) and rows == "position_axis":
         raise InputError("rows is 'position_axis', expected 'pose', 'position' or names of rows")
     names = tuple(COMPONENTS[i] for i in row_indices(rows))
@@ -193,24 +177,13 @@ def _goal_pose(goal: Any, rows: tuple[str, ...]) -> FloatArray:
 
 
 def random_postures(robot: Robot, count: int, seed: int = 0) -> FloatArray:
-    """Random postures within the limits, the same every time, (count, nv) [rad or m].
-
-    Args:
-        robot: The arm.
-        count: How many.
-        seed: Of the postures.
-    """
+    """Random postures within the limits, the same every time, (count, nv) [rad or m]."""
     low, high = start_box(robot, limited=True)
     return np.asarray(low + np.random.default_rng(seed).random((count, robot.nv)) * (high - low))
 
 
 def start_box(robot: Robot, limited: bool) -> tuple[FloatArray, FloatArray]:
-    """Between which values joints are looked at, (nv,) each [rad or m].
-
-    Args:
-        robot: The arm.
-        limited: Whether joints that turn stay within their limits; those without limits take a turn.
-    """
+    """Between which values joints are looked at, (nv,) each [rad or m]."""
     reach = SPAN_BY_LENGTH * robot.length
     span = np.where(robot.chain.prismatic, reach, np.pi)
     low, high = robot.limits.q_min, robot.limits.q_max

@@ -230,11 +230,6 @@ def spread_evenly(count: int, dimension: int, seed: int) -> FloatArray:
 
     Source: the additive recurrence of Roberts 2018 with the generalised golden ratio; no formula of ours
     depends on it.
-
-    Args:
-        count: How many.
-        dimension: Angles of each.
-        seed: Moves all of them together.
     """
     ratio = 2.0
     for _ in range(60):

@@ -160,9 +160,6 @@ def whole_number(name: str, value: Any, least: int, most: int | None = None) -> 
         value: What was given.
         least: The least that will do.
         most: The largest that will do; None is any.
-
-    Raises:
-        InputError: It is another one.
     """
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not whole or value < least or (most is not None and value > most):

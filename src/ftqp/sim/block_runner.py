@@ -63,12 +63,7 @@ class BlockRunner:
         self._scratch = np.empty((BLOCK, layout.width)) if recorder is None and self._blocks else None
 
     def run(self, k: int, end: int) -> IntArray:
-        """Codes of the statuses of the ticks made, from k on and before ``end``; none where it takes a loop.
-
-        Args:
-            k: number of the first tick.
-            end: number of the first tick that is not to be made: something happens there.
-        """
+        """Codes of the statuses of the ticks made, from k on and before ``end``; none where a loop has to."""
         leader, blocks, plant, recorder = self._leader, self._blocks, self._plant, self._recorder
         none = _NONE
         if leader is None or blocks is None or not isinstance(plant, KinematicPlant):

@@ -42,18 +42,11 @@ class TableFile:
     largest: int
 
     def wrong(self, why: str) -> InputError:
-        """What to say of the file.
-
-        Args:
-            why: What is wrong with it, and what is expected.
-        """
+        """What to say of the file."""
         return InputError(f"{self.what} {self.file}{why}")
 
     def refuse_unread(self, endings: str) -> None:
         """Refuse what is no file, or too large to be read.
-
-        Args:
-            endings: What its name could end in, in words.
 
         Raises:
             InputError: It is missing, a folder or too large.
@@ -96,9 +89,6 @@ class TableFile:
 
     def check_names(self, names: list[str]) -> None:
         """Refuse columns that cannot be.
-
-        Args:
-            names: Of the columns.
 
         Raises:
             InputError: One is unknown, is there twice, or is missing.

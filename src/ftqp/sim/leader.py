@@ -170,9 +170,6 @@ class ProgressLeader(Leader):
     """The path's own progress, which waits for the arm.
 
     The run ends with the path, or half a second after it was blocked.
-
-    Args:
-        follower: gives the commands.
     """
 
     def __init__(self, follower: PathFollower) -> None:

@@ -65,11 +65,7 @@ class LedArm(Generic[LeaderT]):
             self.sensors.reset()
 
     def think(self, k: int) -> Made:
-        """Take aim, measure, and let the planner step; the arm stays where it is until ``plant.advance``.
-
-        Args:
-            k: number of the tick.
-        """
+        """Take aim, measure, and let the planner step; the arm stays where it is until ``plant.advance``."""
         leader, plant, sensors = self.leader, self.plant, self.sensors
         leader.aim(k, plant.q)
         q, v, motors = plant.q, plant.v, plant.motors

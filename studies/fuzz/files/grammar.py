@@ -54,13 +54,7 @@ def deep(rng: Random) -> Any:
 
 
 def fitting(hint: Any, rng: Random, says: Setting | None = None) -> Any:
-    """A value of a type, within the range of its setting, at its ends, or just beyond.
-
-    Args:
-        hint: The type, as a key has it.
-        rng: Draws.
-        says: What the setting says of itself.
-    """
+    """A value of a type, within the range of its setting, at its ends, or just beyond."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
         return fitting(rng.choice(inner), rng, says)
@@ -85,12 +79,7 @@ def fitting(hint: Any, rng: Random, says: Setting | None = None) -> Any:
 
 
 def table(model: type[Any], rng: Random) -> dict[str, Any]:
-    """A table of a class: its required keys, and some of the others.
-
-    Args:
-        model: A class of the schema.
-        rng: Draws.
-    """
+    """A table of a class: its required keys, and some of the others."""
     return _drawn(keys_of(model), rng)
 
 
@@ -125,13 +114,7 @@ def _number(kind: type, says: Setting | None, rng: Random) -> Any:
 
 
 def spoiled(content: Any, rng: Random, model: type[Any] | None = None) -> Any:
-    """The tables with one to three changes, each at a place drawn at random.
-
-    Args:
-        content: Tables, which are changed in place.
-        rng: Draws.
-        model: The schema, whose own tables and values are put in, too.
-    """
+    """The tables with one to three changes, each at a place drawn at random."""
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
         places = list(_places(content))
         if not places:

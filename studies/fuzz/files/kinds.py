@@ -64,11 +64,7 @@ def _whole() -> tuple[dict[str, Any], ...]:
 
 
 def few_ticks(setup: Setup) -> None:
-    """Run the beginning of a scenario.
-
-    Args:
-        setup: The scenario.
-    """
+    """Run the beginning of a scenario."""
     replace(setup, duration=TICKS * setup.planner.dt).simulation().run()
 
 
@@ -305,12 +301,7 @@ def table(rng: Random, folder: Path) -> Case:
 
 
 def json_text(content: Any, rng: Random) -> bytes:
-    """A JSON file that is spoiled as tables or as text.
-
-    Args:
-        content: What it holds, which is changed.
-        rng: Draws.
-    """
+    """A JSON file that is spoiled as tables or as text."""
     if rng.random() < 0.85:
         spoiled(content, rng)
     text = json.dumps(content, default=str, ensure_ascii=rng.random() < 0.5)

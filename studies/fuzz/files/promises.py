@@ -97,11 +97,7 @@ def judged(
 
 
 def unclear(error: FtqpError) -> list[str]:
-    """What is wrong with the words of an error.
-
-    Args:
-        error: What was raised.
-    """
+    """What is wrong with the words of an error."""
     text, wrong = str(error), []
     lines = text.split("\n")
     told = getattr(error, "errors" if isinstance(error, ScenarioError) else "findings", ())

@@ -20,11 +20,7 @@ MOTION = "t,track\n0,0\n1,0.1\n2,0\n"
 
 
 def furnished(folder: Path) -> Path:
-    """A folder with a robot, waypoints, a profile, a pipe, a folder and an empty file.
-
-    Args:
-        folder: An empty one.
-    """
+    """A folder with a robot, waypoints, a profile, a pipe, a folder and an empty file."""
     texts = {
         "arm.urdf": URDF, "way.csv": WAYPOINTS, "motion.csv": MOTION, "empty": "",
         "solver.toml": 'name = "active_set"\n', "some.json": "{}", "broken.npz": "PK\3\4",

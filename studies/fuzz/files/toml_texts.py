@@ -10,12 +10,7 @@ LETTERS = "\0\x1b\x7f\ufeff\u202e\uff11\u00b2\u0661_=[]{}\"'.#,\n\r\t 1e9"
 
 
 def text_of(content: dict[str, Any], rng: Random) -> bytes:
-    """Tables as a file.
-
-    Args:
-        content: The tables.
-        rng: Draws how they are written, and whether the text is spoiled.
-    """
+    """Tables as a file."""
     try:
         text = toml(content) if rng.random() < 0.5 else _written(content, rng)
     except (RecursionError, ValueError):

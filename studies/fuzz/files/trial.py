@@ -32,12 +32,7 @@ KINDS: Final[dict[str, tuple[Callable[[Random, Path], Case], str]]] = {
 
 
 def tried(kind: str, rng: Random) -> Outcome:
-    """A file of a kind, made and used in an empty folder.
-
-    Args:
-        kind: One of ``KINDS``.
-        rng: Draws it.
-    """
+    """A file of a kind, made and used in an empty folder."""
     workshop()
     logging.disable(logging.CRITICAL)
     before = os.getcwd()
@@ -53,24 +48,12 @@ def tried(kind: str, rng: Random) -> Outcome:
 
 
 def numbered(kind: str, seed: int, number: int) -> Outcome:
-    """The file of a number.
-
-    Args:
-        kind: One of ``KINDS``.
-        seed: Of all files.
-        number: Of this one.
-    """
+    """The file of a number."""
     return tried(kind, Random(f"{seed} {kind} {number}"))
 
 
 def shown(kind: str, seed: int, number: int) -> None:
-    """Write the text of a file to the screen, where it has one.
-
-    Args:
-        kind: One of ``KINDS``.
-        seed: Of all files.
-        number: Of this one.
-    """
+    """Write the text of a file to the screen, where it has one."""
     with tempfile.TemporaryDirectory(prefix="ftqp-files-") as made:
         case = KINDS[kind][0](Random(f"{seed} {kind} {number}"), shop.furnished(Path(made)))
         if case.file.is_file():

@@ -20,11 +20,7 @@ SWITCH = 1e-6
 
 
 class Other:
-    """A call of another thread.
-
-    Args:
-        call: The call.
-    """
+    """A call of another thread."""
 
     def __init__(self, call: Callable[[], Any]) -> None:
         self._call = call
@@ -172,12 +168,7 @@ class Raises:
 
 
 class Answers:
-    """An object of the caller that is an array after it has done something else.
-
-    Args:
-        value: The array.
-        act: What is done first.
-    """
+    """An object of the caller that is an array after it has done something else."""
 
     def __init__(self, value: Any, act: Callable[[], Any]) -> None:
         self._value, self._act = value, act

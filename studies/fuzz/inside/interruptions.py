@@ -20,12 +20,7 @@ LATER = 1.2
 
 
 class AtLine:
-    """Does something when the n-th line of ftqp is about to run.
-
-    Args:
-        n: The number of the line.
-        act: What is done there; it may raise.
-    """
+    """Does something when the n-th line of ftqp is about to run."""
 
     def __init__(self, n: int, act: Callable[[], None]) -> None:
         self._left, self._act = n, act

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, final
 
 import ftqp
-from fuzz.cases import DRIVES, SCHEMES, TIMES, robot_of
+from fuzz.cases import DRIVES, SCHEMES, TIMES, drive_of, robot_of
 
 ROBOTS = (
     "panda",
@@ -48,12 +48,7 @@ class Made:
 
 
 def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
-    """A random planner.
-
-    Args:
-        rng: Draws it.
-        arms: The robots to draw from.
-    """
+    """A random planner."""
     logging.getLogger("ftqp").setLevel(logging.CRITICAL)  # what is said of each stop fills the terminal
 
     def one(values: Any) -> Any:
@@ -81,7 +76,7 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
         backend=backend,
         emergency=ftqp.EmergencyStop() if rng.random() < 0.3 else None,
         timing=bool(rng.random() < 0.05),
-        drive=_drive(drive, latency),
+        drive=drive_of(drive, latency),
         noise=ftqp.Noise(q=1e-4) if watched else None,
         detector=ftqp.Detector() if watched else None,
         tasks=soft,
@@ -97,12 +92,6 @@ def drawn(rng: Any, arms: tuple[str, ...] = ROBOTS) -> Made:
         viable=bounds == "viability",
         watched=watched,
     )
-
-
-def _drive(name: str, latency: float) -> Any:
-    if name == "slow position":
-        return ftqp.Drive(kind="position", bandwidth=60.0, takes_velocity=False, latency=latency)
-    return ftqp.Drive(kind=name, latency=latency)
 
 
 def _soft(robot: Any, rng: Any) -> list[Any]:

@@ -29,11 +29,6 @@ WORST = 4
 class Watch:
     """Who looks at the steps of one planner.
 
-    Args:
-        planner: The planner.
-        drive: What its arm takes.
-        viable: Whether its accelerations are promised to stay inside their limits.
-
     Attributes:
         beyond: How many commands were beyond limits.
         infinite: How many were not finite.

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ftqp.analysis.planning.planning_study import planning_study
+from ftqp.analysis.planning.plan_case import planning_study
 from ftqp.analysis.planning.sampled_nodes import sampled_nodes
 from ftqp.analysis.survival.task_path import task_path
 from ftqp.control.paths import Line

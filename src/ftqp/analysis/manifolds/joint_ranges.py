@@ -41,9 +41,6 @@ def joint_ranges(robot: Robot, pose: Any, rows: Any = "position") -> dict[str, C
 def ranges_of(study: GoalStudy) -> dict[str, CircularIntervals]:
     """The same of a study.
 
-    Args:
-        study: Of the goal.
-
     Raises:
         InputError: The goal is outside the workspace.
     """

@@ -19,10 +19,6 @@ def limited_curves(study: GoalStudy, curves: list[TracedCurve]) -> list[TracedCu
     """All pieces within the robot's limits of curves that were traced without them.
 
     A joint whose range is more than a turn has several copies of a value; each piece is found with each.
-
-    Args:
-        study: Of the goal.
-        curves: All of them.
     """
     pieces: list[TracedCurve] = []
     for curve in curves:

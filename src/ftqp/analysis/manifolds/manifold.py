@@ -84,12 +84,7 @@ class Manifold:
 
 
 def manifold_of(study: GoalStudy, curve: TracedCurve) -> Manifold:
-    """The self-motion that was traced.
-
-    Args:
-        study: Of the goal.
-        curve: As it was traced.
-    """
+    """The self-motion that was traced."""
     return Manifold(
         q=frozen(curve.q),
         dimension=1,

@@ -57,9 +57,6 @@ def locked_values(robot: Robot, locked: Mapping[str | int, float]) -> dict[int, 
     Args:
         robot: The arm.
         locked: By name or 0-based index [rad or m].
-
-    Raises:
-        InputError: A joint is unknown or comes twice, a value is not finite, or no joint is left.
     """
     held: dict[int, float] = {}
     for joint, value in locked.items():

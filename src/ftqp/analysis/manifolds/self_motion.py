@@ -54,14 +54,7 @@ def self_motion(robot: Robot, pose: Any, rows: Any = "pose") -> list[Manifold]:
 
 
 def traced_curves(study: GoalStudy) -> list[TracedCurve]:
-    """The self-motions of a goal of an arm with one joint to spare, as they were traced.
-
-    Args:
-        study: Of the goal.
-
-    Raises:
-        InputError: The goal is not reached, or only outside the joint limits.
-    """
+    """The self-motions of a goal of an arm with one joint to spare, as they were traced."""
     found = study.free.self_motions(study.starts(STARTS), quiet=QUIET)
     curves = [curve for curve in found if curve.end is CurveEnd.CLOSED or curve.length > POINT]
     if not curves:
@@ -84,9 +77,6 @@ def traced_curves(study: GoalStudy) -> list[TracedCurve]:
 
 def samples(study: GoalStudy) -> FloatArray:
     """Solutions of a goal inside the joint limits, from evenly spread starts, (k, nv) [rad or m].
-
-    Args:
-        study: Of the goal.
 
     Raises:
         InputError: None was found.

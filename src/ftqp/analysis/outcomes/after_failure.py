@@ -121,15 +121,7 @@ def outcome(
 
 
 def locked_joints(robot: Robot, locked: str | int | Sequence[str | int]) -> tuple[int, ...]:
-    """The indices of the joints that lock, or none.
-
-    Args:
-        robot: The arm.
-        locked: By name or index, one or several.
-
-    Raises:
-        InputError: There is no such joint, or all are named.
-    """
+    """The indices of the joints that lock, or none."""
     given = [locked] if isinstance(locked, str | int | np.integer) else list(locked)
     which = tuple(sorted({robot.joint(joint) for joint in given}))
     if len(which) == robot.nv:

@@ -14,9 +14,6 @@ def weights_inverse(W: Any, n: int) -> FloatArray:
     Args:
         W: Symmetric positive definite, (n, n), or its diagonal, (n,).
         n: Number of joints.
-
-    Raises:
-        InputError: W has another shape, is not symmetric, or not positive definite.
     """
     if W is None:
         return np.eye(n)

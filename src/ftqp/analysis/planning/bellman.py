@@ -25,11 +25,7 @@ class Ways:
     follows: list[IntArray]
 
     def from_node(self, first: int) -> IntArray:
-        """The nodes of the best way from a node of the first waypoint, (K + 1,).
-
-        Args:
-            first: Index of a node with a finite value.
-        """
+        """The nodes of the best way from a node of the first waypoint, (K + 1,)."""
         way = [first]
         for follow in self.follows:
             way.append(int(follow[way[-1]]))

@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from ftqp.analysis.planning.planning_study import planning_study
+from ftqp.analysis.planning.plan_case import planning_study
 from ftqp.analysis.planning.self_motion_speeds import null_vectors
 from ftqp.analysis.survival.continuing import locks_survived
 from ftqp.analysis.survival.task_path import TaskPath

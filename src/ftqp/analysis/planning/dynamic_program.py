@@ -50,12 +50,6 @@ def grid_plan(case: PlanCase) -> GridPlan:
     Some samples become waypoints. With one joint to spare locks are followed from waypoint to waypoint, with
     more on all samples, for a QP goes one straight step.
     Source: docs/theory/fault-tolerant-plans.md, "The recursion".
-
-    Args:
-        case: What is planned for.
-
-    Raises:
-        InputError: A waypoint has no configuration within limits, or no way is slow enough.
     """
     study, fine, q0, settings = case.study, case.task, case.start, case.settings
     task = waypoint_task(fine, settings.waypoints)
@@ -95,12 +89,7 @@ def grid_plan(case: PlanCase) -> GridPlan:
 
 
 def waypoint_task(fine: TaskPath, wanted: int) -> TaskPath:
-    """A task on about so many waypoints: some of its samples, or where these divide badly poses between them.
-
-    Args:
-        fine: The task on all samples.
-        wanted: Intervals that are asked for.
-    """
+    """A task on some of the samples, or, where these divide badly, on poses between them."""
     coarse = fine.coarse(wanted)
     if fine.redundancy > 1 or 2 * wanted >= coarse.N:
         return coarse

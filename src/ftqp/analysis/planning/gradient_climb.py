@@ -25,9 +25,6 @@ def gradient_plan(case: PlanCase, start: FloatArray) -> SpeedPlan:
     Args:
         case: What is planned for.
         start: Where the arm starts, (nv,) [rad or m].
-
-    Raises:
-        InputError: The path is lost on the way.
     """
     study, task, settings = case.study, case.task, case.settings
     q, speeds = np.empty((task.N + 1, study.robot.nv)), np.empty(task.N)

@@ -61,11 +61,7 @@ class PlacementWork:
         return [(self.cost(self.placements[item]).hex(),) for item in items]
 
     def cost(self, x: FloatArray) -> float:
-        """What a placement costs: the share that a coarse grid with a free start does not survive.
-
-        Args:
-            x: The placement.
-        """
+        """What a placement costs: the share that a coarse grid with a free start does not survive."""
         there = _moved(self.task, self.freedoms, x)
         case = PlanCase(
             task=there, weights=self.weights, settings=self.settings, seed=self.seed,
@@ -84,13 +80,6 @@ def better_placed(case: PlanCase, freedoms: Sequence[Freedom]) -> tuple[TaskPath
     base by b is moving the path by -b. A keyboard interrupt ends the search with the best so far, unless what
     is done is kept.
     Source: docs/theory/fault-tolerant-plans.md, "Placement".
-
-    Args:
-        case: What is planned for; its settings' spacing and waypoints are replaced.
-        freedoms: What may change.
-
-    Raises:
-        InputError: A freedom is unknown or changes nothing that counts, or no placement can be followed.
     """
     task, settings, portions = case.task, case.settings, case.portions
     low, high = _box(task, freedoms)

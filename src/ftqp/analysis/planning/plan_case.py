@@ -6,8 +6,8 @@ from typing import final
 
 from ftqp.analysis.goals import GoalStudy
 from ftqp.analysis.planning.plan_settings import PlanSettings, Told
-from ftqp.analysis.planning.planning_study import planning_study
 from ftqp.analysis.planning.portions import Here, Portions
+from ftqp.analysis.survival.continuing import task_session
 from ftqp.analysis.survival.task_path import TaskPath
 from ftqp.core.checks import FloatArray
 
@@ -43,3 +43,15 @@ class PlanCase:
     def study(self) -> GoalStudy:
         """Studies of the arm and the task rows, with steps of the settings' spacing."""
         return planning_study(self.task, self.settings.spacing)
+
+
+def planning_study(task: TaskPath, spacing: float) -> GoalStudy:
+    """Studies within the arm's limits of a task's rows; the goal is the first sample.
+
+    Args:
+        task: The task.
+        spacing: Largest step along a self-motion [rad or m].
+    """
+    session = task_session(task)
+    session.S.study.step = spacing
+    return GoalStudy(robot=task.robot, rows=task.rows, pose=task.goals[0], free=session, limited=session)

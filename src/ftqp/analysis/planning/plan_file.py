@@ -37,9 +37,6 @@ def write_plan(path: str | Path, arrays: Mapping[str, FloatArray], about: Mappin
         path: The file, which ends in ``.npz``.
         arrays: Those of ``ARRAYS``.
         about: The rest, anything JSON can hold, by the keys of ``KEYS`` but for the content's hash.
-
-    Raises:
-        InputError: The file does not end in ``.npz`` or cannot be written.
     """
     file = Path(path)
     if file.suffix != ".npz":
@@ -58,14 +55,7 @@ def write_plan(path: str | Path, arrays: Mapping[str, FloatArray], about: Mappin
 
 
 def read_plan(path: str | Path) -> tuple[dict[str, FloatArray], dict[str, Any]]:
-    """The arrays of a file, and what its text says, both checked.
-
-    Args:
-        path: The file.
-
-    Raises:
-        InputError: No such file, not a plan, of another version, truncated, or damaged.
-    """
+    """The arrays of a file, and what its text says, both checked."""
     file = Path(path)
     if not file.is_file():
         raise InputError(f"plan {file} does not exist; `ftqp.analysis.plan(...).save(file)` makes one")

@@ -94,10 +94,6 @@ class PlanSettings:
 
 
 def speeds(robot: Robot) -> FloatArray:
-    """The speed of each joint that a plan may use, (nv,) [rad/s or m/s]: its limit, or 1 where it has none.
-
-    Args:
-        robot: The arm.
-    """
+    """The speed of each joint that a plan may use, its limit or 1 where it has none, (nv,) [rad/s or m/s]."""
     v_max = robot.limits.v_max
     return np.asarray(np.where(np.isfinite(v_max), v_max, UNLIMITED_SPEED))

@@ -118,15 +118,7 @@ def plan(
 
 
 def joint_weights(robot: Robot, weights: Mapping[str | int, float] | None) -> FloatArray:
-    """What a lock of each joint counts, (nv,), with the mean 1.
-
-    Args:
-        robot: The arm.
-        weights: As ``plan`` takes them.
-
-    Raises:
-        InputError: A joint is unknown or named twice, a weight is negative or not finite, or all are zero.
-    """
+    """What a lock of each joint counts, (nv,), with the mean 1."""
     if weights is None:
         return np.ones(robot.nv)
     instance("weights", weights, Mapping, "numbers by joint, as {'j1': 2.0}")

@@ -21,13 +21,7 @@ class Portions(Protocol):
         """How many threads compute one part; None is one a core."""
 
     def each(self, stage: str, work: Portion, count: int) -> Iterator[str]:
-        """The texts of all items of a stage, in order; items do not depend on each other.
-
-        Args:
-            stage: Its name.
-            work: Computes items.
-            count: How many there are.
-        """
+        """The texts of all items of a stage, in order; items do not depend on each other."""
 
     def one(self, stage: str, item: int, work: Callable[[], str]) -> str:
         """The text of one item of a stage whose items come one after the other.

@@ -14,13 +14,7 @@ STARTS = 512
 
 
 def unreached(study: GoalStudy, task: TaskPath, k: int) -> InputError:
-    """The error of a sample at which no configuration within the limits is found.
-
-    Args:
-        study: Of the arm and the task rows.
-        task: The path.
-        k: The sample.
-    """
+    """The error of a sample at which no configuration within the limits is found."""
     robot, limits = study.robot, study.robot.limits
     study.limited.aim(task.goals[k])
     q, left, _ = study.limited.solutions(study.starts(STARTS))
@@ -47,9 +41,6 @@ def refuse_illegal(task: TaskPath, q: FloatArray, method: str) -> None:
         task: The path.
         q: Configurations on its samples, (N + 1, nv) [rad or m].
         method: How it was made, for the message.
-
-    Raises:
-        InputError: A joint is beyond a limit; the message names the worst, and where.
     """
     robot, limits = task.robot, task.robot.limits
     beyond = np.maximum(limits.q_min - q, q - limits.q_max)

@@ -86,12 +86,7 @@ def remaining(task: TaskPath, q: FloatArray, at: float, faults: Sequence[Fault])
 
 
 def weakened(robot: Robot, faults: Sequence[Degraded]) -> Robot:
-    """The arm with the speeds and ranges that are left of it.
-
-    Args:
-        robot: The arm.
-        faults: Which joints have less, and how much.
-    """
+    """The arm with the speeds and ranges that are left of it."""
     limits = robot.limits
     q_min, q_max, v_max = limits.q_min.copy(), limits.q_max.copy(), limits.v_max.copy()
     for fault in faults:

@@ -98,9 +98,6 @@ def regular_jacobian(study: GoalStudy, q: FloatArray) -> FloatArray:
     Args:
         study: Of the goal.
         q: Joint values, (n,) [rad or m].
-
-    Raises:
-        InputError: It is singular there, or the task has more rows than the arm joints.
     """
     A: FloatArray = study.free.values(q[None])[1][0]
     sigma = np.linalg.svd(A, compute_uv=False)

@@ -105,9 +105,6 @@ def rest_study(
         joint: Name or index.
         W: Weights or None.
         rows: Of the task.
-
-    Raises:
-        InputError: As in ``rest_configurations``.
     """
     study = goal_study(robot, goal, rows)
     i, M = robot.joint(joint), weights_inverse(W, robot.nv)

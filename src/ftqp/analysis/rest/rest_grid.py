@@ -22,11 +22,7 @@ FAR = 0.5
 
 
 def fits_grid(study: GoalStudy) -> bool:
-    """Whether the arm has three joints that turn and two task rows.
-
-    Args:
-        study: Of the goal.
-    """
+    """Whether the arm has three joints that turn and two task rows."""
     turns = not study.robot.chain.prismatic.any()
     return study.robot.nv == 3 and study.m == 2 and turns and not study.idle
 

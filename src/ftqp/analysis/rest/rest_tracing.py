@@ -51,11 +51,7 @@ class TracedRests:
 
 @final
 class RestTracer:
-    """Traces curves of rests of one set of equations.
-
-    Args:
-        equations: Of the rest.
-    """
+    """Traces curves of rests of one set of equations."""
 
     def __init__(self, equations: RestEquations) -> None:
         self._equations = equations

@@ -19,11 +19,7 @@ START_ERROR = 1e-9
 
 
 def task_session(task: TaskPath) -> StudySession:
-    """Studies of the arm with the rows of a task, within its limits; the goal is the first sample.
-
-    Args:
-        task: The task.
-    """
+    """Studies of the arm with the rows of a task, within its limits; the goal is the first sample."""
     session = rows_session(task.robot, task.named_rows)
     session.aim(task.goals[0])
     return session
@@ -31,10 +27,6 @@ def task_session(task: TaskPath) -> StudySession:
 
 def rows_session(robot: Robot, rows: Any) -> StudySession:
     """Studies of an arm with some task rows, within its limits.
-
-    Args:
-        robot: The arm.
-        rows: As in ``task_path``.
 
     Raises:
         InputError: They are unknown, or the arm has fewer joints.
@@ -141,10 +133,6 @@ def tracks(task: TaskPath, starts: Any, theta: Any = 0.0) -> tuple[FloatArray, A
         task: The task.
         starts: The starts, (k, nv) [rad or m].
         theta: Self-motion speeds, one number, one each (k, 1), one a sample (N,), or (k, N) [rad/s].
-
-    Raises:
-        InputError: A shape is wrong, no start reaches the first sample, or speeds are given to an arm that
-            has not one joint more than rows.
     """
     starts = np.atleast_2d(np.asarray(starts, dtype=np.float64))
     try:

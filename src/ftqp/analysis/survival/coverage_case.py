@@ -66,9 +66,6 @@ def coverage_case(
         deceleration: Of a ramp.
         tolerance: Errors that count as survived.
         upper_bound: At how many samples any posture is looked at.
-
-    Raises:
-        InputError: As ``coverage``.
     """
     instance("robot", robot, Robot, "a Robot")
     whole_number("stride", stride, 1)

@@ -52,9 +52,6 @@ def mission_survival(
         t: The instants, rising from 0, (K,) [s].
         end: When the task ends, T [s].
         mtbf: Mean time between failures by joint [h]; joints that are left out do not fail.
-
-    Raises:
-        InputError: A joint is unknown, or a time is not positive.
     """
     rates = np.zeros(robot.nv)
     for joint, hours in mtbf.items():

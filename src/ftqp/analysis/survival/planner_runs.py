@@ -59,14 +59,7 @@ class PlannerRuns:
 
 
 def refuse_no_masses(robot: Robot) -> None:
-    """Refuses to let a joint swing freely on an arm without masses.
-
-    Args:
-        robot: The arm.
-
-    Raises:
-        InputError: It has none.
-    """
+    """Refuses to let a joint swing freely on an arm without masses."""
     if not robot.has_inertia:
         raise InputError(
             f"{robot.name} has no masses, so nobody knows how a free joint swings; give the model its "

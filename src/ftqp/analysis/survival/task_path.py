@@ -174,15 +174,7 @@ def task_path(
 
 
 def task_rows(robot: Robot, rows: Any) -> tuple[tuple[str, ...], bool]:
-    """Names of task rows, and whether they are those of a position and a tool axis.
-
-    Args:
-        robot: The arm.
-        rows: As in ``task_path``.
-
-    Raises:
-        InputError: They are unknown, or the arm has fewer joints.
-    """
+    """Names of task rows, and whether they are those of a position and a tool axis."""
     axis = isinstance(rows, str) and rows == "position_axis"
     names = AXIS_ROWS if axis else row_names(robot, rows)
     if axis and not set(COMPONENTS) <= set(robot.default_rows):
@@ -199,11 +191,7 @@ def task_rows(robot: Robot, rows: Any) -> tuple[tuple[str, ...], bool]:
 
 
 def robot_digest(robot: Robot) -> str:
-    """A hash of the chain with its tool and load, and of the limits: equal for the same arm.
-
-    Args:
-        robot: The arm.
-    """
+    """A hash of the chain with its tool and load, and of the limits: equal for the same arm."""
     return _hash(_robot_numbers(robot))
 
 

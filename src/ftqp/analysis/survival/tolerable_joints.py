@@ -67,9 +67,6 @@ def bound_of(task: TaskPath, waypoints: int, *, joints: Sequence[int] | None = N
         task: The task, of an arm with one joint more than rows.
         waypoints: How many samples, spread evenly from the first on.
         joints: Joints that are looked at, by index; None is all.
-
-    Raises:
-        InputError: The arm has not one joint to spare.
     """
     if task.redundancy != 1:
         raise InputError(

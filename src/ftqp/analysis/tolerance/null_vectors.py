@@ -52,9 +52,6 @@ def jacobians(J: Any, *, spare: int | None = None) -> FloatArray:
     Args:
         J: Anything numpy can turn into numbers.
         spare: How many columns more than rows are expected; None takes any number from 0.
-
-    Raises:
-        InputError: The shape is another one, or a number is not finite.
     """
     try:
         matrices = np.asarray(J, dtype=np.float64)

@@ -37,13 +37,7 @@ def structural_joints(robot: Robot, rows: Any = "pose") -> tuple[str, ...]:
 
 
 def random_jacobians(robot: Robot, rows: Any, count: int) -> FloatArray:
-    """Jacobians of task rows at random postures within the limits, the same every time, (count, m, nv).
-
-    Args:
-        robot: The arm.
-        rows: As in ``structural_joints``.
-        count: How many.
-    """
+    """Jacobians of task rows at random postures within the limits, the same every time, (count, m, nv)."""
     q = random_postures(robot, count)
     session = rows_session(robot, rows)
     if not session.S.study.axis:

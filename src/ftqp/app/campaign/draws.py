@@ -143,10 +143,6 @@ def refuse_wrong(scenario: Mapping[str, Any], vary: Mapping[str, Any]) -> None:
 
     What of them depends on what is drawn is not looked at: the arm, and entries of lists that are drawn, too.
 
-    Args:
-        scenario: The tables that all episodes share.
-        vary: Distributions by key.
-
     Raises:
         InputError: The first that is wrong.
     """
@@ -352,9 +348,6 @@ def put(tables: dict[str, Any], key: str, value: Any) -> None:
         tables: Of a scenario.
         key: For example ``faults.0.at``.
         value: What to put there.
-
-    Raises:
-        InputError: The key leads through something that is no table.
     """
     at: Any = tables
     last = key.split(".")[-1]

@@ -116,11 +116,7 @@ class Campaign:
         return self.setup_of(number, self.drawn(number)[0])
 
     def setup_of(self, number: int, content: dict[str, Any]) -> Setup:
-        """An episode ready to be run, from its tables.
-
-        Raises:
-            ScenarioError: What was drawn is no scenario.
-        """
+        """An episode ready to be run, from its tables."""
         name = f"{self.name}-{number}"
         found = document.Document(name=name, origin=f"episode {number}", folder=self.folder, content=content)
         setup = resolve(found, validated(found), arms=self.arms)
@@ -239,15 +235,7 @@ def _quietly() -> Iterator[None]:
 
 
 def load_campaign(source: str, overrides: Iterable[str] = ()) -> Campaign:
-    """The campaign of a file; its first episodes are drawn to see that one can be run.
-
-    Args:
-        source: A path, or the name of a bundled campaign.
-        overrides: ``a.b=value`` each, put into the campaign before it is checked.
-
-    Raises:
-        ScenarioError: The campaign is wrong; carries every error.
-    """
+    """The campaign of a file; its first episodes are drawn to see that one can be run."""
     found = document.read(source, overrides, kind=KIND)
     tables = read(CampaignFile, found.content, f"{found.origin} has errors:")
     folder = found.folder.resolve()

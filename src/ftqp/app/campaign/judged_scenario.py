@@ -31,11 +31,7 @@ def broken_laws(
 
 
 def broken_by(work: EpisodeWork, content: dict[str, Any]) -> dict[str, str]:
-    """The same for the tables of an episode; an exception counts as a law of its own name.
-
-    Raises:
-        ScenarioError: It is no scenario.
-    """
+    """The same for the tables of an episode; an exception counts as a law of its own name."""
     row = work.row_of(0, content)
     if row["outcome"] == RAISED:
         return {row["sentences"].partition(":")[0]: row["sentences"]}

@@ -29,12 +29,7 @@ Listed = tuple[int, str, str]
 
 
 def command_of(study: str, overrides: Sequence[str]) -> str:
-    """The command that runs a campaign, to which ``--replay N`` can be added.
-
-    Args:
-        study: A path, or the name of a bundled campaign.
-        overrides: ``a.b=value`` each.
-    """
+    """The command that runs a campaign, to which ``--replay N`` can be added."""
     named = f"./{study}" if study.startswith("-") else study
     return shlex.join(["ftqp", "campaign", named, *(word for one in overrides for word in ("--set", one))])
 
@@ -45,9 +40,6 @@ def kept_campaign(folder: Path) -> dict[str, Any] | None:
     ``listed`` are the episodes that went wrong, ``errors`` the largest distances from the target while OK was
     claimed, ``given_up`` says at how many the worker died, ``missing`` how many more were asked for and have
     no result, and ``command`` runs the campaign. Without its rows there is what the summary says.
-
-    Raises:
-        InputError: Its summary or its results are not readable.
     """
     file = folder / FILE_NAME
     if not file.is_file():

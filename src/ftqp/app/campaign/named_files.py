@@ -14,13 +14,7 @@ ABSENT = "no such file"
 
 
 def named_files(scenario: Mapping[str, Any], vary: Mapping[str, Any], folder: Path) -> dict[str, str]:
-    """The files that a scenario or what is drawn for it names, each with the hash of its bytes.
-
-    Args:
-        scenario: The tables that all episodes share.
-        vary: Distributions by dotted key.
-        folder: Where relative paths start.
-    """
+    """The files that a scenario or what is drawn for it names, each with the hash of its bytes."""
     names = {name for tables in (scenario, vary) for name in _named(tables, "")}
     return {name: _hash(folder / name) for name in sorted(names)}
 

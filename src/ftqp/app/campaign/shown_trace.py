@@ -15,15 +15,7 @@ from ftqp.sim.plants.kinematic_plant import BRAKE_SHARE
 
 
 def trace(setup: Setup, log: Log) -> Trace:
-    """What is shown of a run; its last row is the state at which the last judged tick ends.
-
-    Args:
-        setup: The run.
-        log: Its log, of at least two rows.
-
-    Raises:
-        InputError: The base moves: the checker knows arms that stand.
-    """
+    """What is shown of a run; its last row is the state at which the last judged tick ends."""
     if setup.world is not None:
         raise InputError("the base moves, which the checker does not judge; leave [base] out of a campaign")
     q, v, task = log["q"], log["v"], setup.planner.task

@@ -50,16 +50,6 @@ def shrunk(
     In turn, as long as anything helps: faults, tables and keys are left out, so that their defaults hold;
     keys that were drawn from a few values take the first one; the run ends soon after the law was broken;
     numbers lose their digits. What is no scenario any more, or breaks no law or another one, is dropped.
-
-    Args:
-        content: The tables of a scenario that breaks a law.
-        vary: What of it was drawn.
-        broken: Says which law a scenario breaks.
-        most: How many scenarios are run at most.
-        heard: Hears how many were run.
-
-    Raises:
-        ValueError: The scenario breaks no law.
     """
     best = copy.deepcopy(dict(content))
     found = broken(best)

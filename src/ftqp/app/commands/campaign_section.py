@@ -22,11 +22,7 @@ SHARES: Final = (
 
 
 def campaign_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
-    """The section.
-
-    Raises:
-        InputError: The facts are not as ``ftqp campaign`` writes them.
-    """
+    """The section."""
     try:
         parts = [
             heading(f"{label}: how often was any law broken?"),

@@ -39,11 +39,7 @@ def test_{name}_holds():
 
 
 def shrink(made: Campaign, number: int, out: Path | None, *, as_json: bool) -> ExitCode:
-    """Writes the scenario and the test.
-
-    Raises:
-        InputError: The episode breaks no law, or cannot be.
-    """
+    """Writes the scenario and the test."""
     folder = free_folder(out, f"{made.name}-{number}-shrunk")
     content, _ = made.drawn(number)
     work = EpisodeWork(campaign=made)

@@ -11,7 +11,6 @@ from ftqp.app.commands.analyses import ANALYSES, tell_bundled
 from ftqp.app.commands.campaigning import campaign
 from ftqp.app.commands.exporting import export
 from ftqp.app.commands.options import Backend, Json, Out, Overrides, PlanFile, Scheme, Source
-from ftqp.app.commands.pages import PAGES
 from ftqp.app.output.console import (
     ExitCode,
     answer,
@@ -260,8 +259,59 @@ def report(
     return reporting.report(results, output, full=full, as_json=as_json)
 
 
-for body, example in {**ANALYSES, **PAGES}.items():
+for body, example in ANALYSES.items():
     app.command(epilog=example)(command(body))
+
+
+@app.command(epilog="Example: ftqp view panda-circle --port 8080")
+@command
+def view(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="[SCENARIO|RUN|COVERAGE]",
+            help="A scenario, or the folder of a run or of a coverage report.",
+        ),
+    ] = "panda-circle",
+    backend: Backend = None,
+    scheme: Scheme = None,
+    overrides: Overrides = None,
+    plan: PlanFile = None,
+    host: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="Where to listen; others than this machine see the page.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option(metavar="N", help="The port; if it is in use, the next free one.")
+    ] = 8080,
+    speed: Annotated[float, typer.Option(metavar="X", help="Simulated seconds in a second.")] = 1.0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A new .html file for a recording, written at the end."),
+    ] = None,
+    no_twin: Annotated[
+        bool, typer.Option("--no-twin", help="Leave out the arm whose planner is never told.")
+    ] = False,
+    meshes: Annotated[
+        str, typer.Option(metavar="KIND", help="Meshes of a URDF that are drawn: collision, visual or none.")
+    ] = "collision",
+    as_json: Json = False,
+) -> ExitCode:
+    """Open a page where an arm moves and a click breaks a joint; replay a run, or a failure of a report."""
+    from ftqp.app.commands import viewing
+    from ftqp.sim.session.session_arms import Choice
+
+    choice = Choice(
+        scenario=source,
+        overrides=tuple(overrides or ()),
+        plan=None if plan is None else str(plan),
+        scheme=scheme,
+        backend=backend,
+    )
+    return viewing.view(
+        choice, host=host, port=port, speed=speed, browser=not no_browser, record=record, twin=not no_twin,
+        meshes=meshes, as_json=as_json,
+    )  # fmt: skip
 
 
 app.command(epilog="Example: ftqp campaign safety --episodes 1000 --table --out runs/safe")(command(campaign))

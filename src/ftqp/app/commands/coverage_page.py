@@ -28,20 +28,7 @@ def write_page(folder: Path, facts: dict[str, Any], figures: Sequence[Path]) -> 
         picture(
             heat_map, "A row for each joint, the time of its failure from left to right. Green: survived."
         ),
-        table(
-            "Joint by joint",
-            ("joint", "survived [%]", "off by at best where lost [mm]", "what most often ends the path"),
-            [
-                (
-                    name,
-                    f"{100.0 * value:.1f}",
-                    "-" if facts["best_effort"][name] is None else f"{1e3 * facts['best_effort'][name]:.3g}",
-                    facts["reasons"][name] or "nothing does",
-                )
-                for name, value in facts["per_joint"].items()
-            ],
-            numbers=("survived [%]", "off by at best where lost [mm]"),
-        ),
+        joint_table(facts),
         heading("The motion"),
         picture(
             motion,
@@ -57,6 +44,22 @@ def write_page(folder: Path, facts: dict[str, Any], figures: Sequence[Path]) -> 
         ),
     ]
     write(folder / PAGE, page(f"What {facts['scenario']} survives", parts, _footer(facts)))
+
+
+def joint_table(facts: dict[str, Any]) -> str:
+    """The table of what is survived, joint by joint."""
+    heads = ("joint", "survived [%]", "off by at best where lost [mm]", "what most often ends the path")
+    best, reasons = facts["best_effort"], facts["reasons"]
+    rows = [
+        (
+            str(name),
+            f"{100.0 * value:.1f}",
+            "-" if best[name] is None else f"{1e3 * best[name]:.3g}",
+            str(reasons[name] or "nothing does"),
+        )
+        for name, value in facts["per_joint"].items()
+    ]
+    return table("Joint by joint", heads, rows, numbers=heads[1:3])
 
 
 def sentences(facts: dict[str, Any]) -> list[str]:

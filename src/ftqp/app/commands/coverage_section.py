@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Any
 
-from ftqp.app.commands.coverage_page import sentences
+from ftqp.app.commands.coverage_page import joint_table, sentences
 from ftqp.app.run.runs import SUMMARY, summary_with
 from ftqp.core.errors import InputError
-from ftqp.viz.pages.page import heading, paragraph, picture, table
+from ftqp.viz.pages.page import heading, paragraph, picture
 
 HEAT_MAP, MOTION = "coverage.png", "motion.png"
 NEEDED = ("scenario", "robot", "coverage", "per_joint", "pairs", "reasons", "best_effort")
@@ -23,13 +23,9 @@ def read_coverage(folder: Path) -> dict[str, Any] | None:
 
 
 def coverage_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]:
-    """The section.
-
-    Raises:
-        InputError: The facts are not as ``ftqp coverage`` writes them.
-    """
+    """The section."""
     try:
-        share, reasons, best = 100.0 * facts["coverage"], facts["reasons"], facts["best_effort"]
+        share = 100.0 * facts["coverage"]
         parts = [
             heading(f"{label}: which failures are survived"),
             paragraph(
@@ -37,20 +33,8 @@ def coverage_parts(label: str, facts: dict[str, Any], folder: Path) -> list[str]
                 f"each joint at each instant, {share:.1f} % are survived."
             ),
             *(paragraph(line) for line in sentences(facts)),
-            table(
-                "Joint by joint",
-                ("joint", "survived [%]", "off by at best where lost [mm]", "what most often ends the path"),
-                [
-                    (
-                        str(name), f"{100.0 * value:.1f}",
-                        "-" if best[name] is None else f"{1e3 * best[name]:.3g}",
-                        str(reasons[name] or "nothing does"),
-                    )
-                    for name, value in facts["per_joint"].items()
-                ],
-                numbers=("survived [%]", "off by at best where lost [mm]"),
-            ),
-        ]  # fmt: skip
+            joint_table(facts),
+        ]
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
             f"{folder / SUMMARY} is not as `ftqp coverage` writes it ({error!s:.80}); make it anew"

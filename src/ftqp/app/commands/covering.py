@@ -161,11 +161,7 @@ def _worst(errors: FloatArray) -> float | None:
 
 
 def hours_by_joint(robot: Robot, text: str) -> dict[str | int, float]:
-    """Mean times between failures by joint [h].
-
-    Raises:
-        InputError: The text is neither, a joint is unknown, or a time is not positive.
-    """
+    """Mean times between failures by joint [h]."""
     hours: dict[str | int, float] = {}
     try:
         if "=" not in text:

@@ -14,11 +14,7 @@ from ftqp.sim.log.log_file import load_log
 def calibrate(
     runs: Sequence[Path], file: Path, *, alarms: float, extrapolate: bool, as_json: bool
 ) -> ExitCode:
-    """Calibrate on runs and write what was found.
-
-    Raises:
-        InputError: A folder is no run, runs are no healthy motion or too short, or the file exists.
-    """
+    """Calibrate on runs and write what was found."""
     if file.exists():
         raise InputError(f"{file} exists, and nothing is overwritten; name another one by --out")
     scenario = runs[0] / SCENARIO

@@ -12,9 +12,6 @@ WHOLE: Final = re.compile(r"[+-]?[0-9]{1,18}")
 def whole_number(text: str) -> int:
     """The number that an option says; Python would also take ``1_0`` and digits of other scripts.
 
-    Args:
-        text: What stands behind the option.
-
     Raises:
         BadParameter: It is no whole number in plain digits.
     """

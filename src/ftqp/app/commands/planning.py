@@ -36,11 +36,7 @@ def make_plan(
     resume: bool,
     as_json: bool,
 ) -> ExitCode:
-    """Plan, write the file, and say what the plan survives.
-
-    Raises:
-        InputError: A setting is wrong, the path cannot be planned on, or a file exists.
-    """
+    """Plan, write the file, and say what the plan survives."""
     if file.exists():
         raise InputError(f"file {file} exists, and nothing is overwritten; name another one by -o")
     if file.suffix != ".npz":

@@ -53,11 +53,7 @@ class Result:
 
 
 def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) -> ExitCode:
-    """Writes the page.
-
-    Raises:
-        InputError: A folder holds no result, or the file exists already.
-    """
+    """Writes the page."""
     if os.path.lexists(file):
         raise InputError(f"report {file} exists, and nothing is overwritten; name another file by -o")
     results = [read_result(folder, label) for folder, label in zip(folders, _labels(folders), strict=True)]
@@ -79,11 +75,7 @@ def report(folders: Sequence[Path], file: Path, *, full: bool, as_json: bool) ->
 
 
 def read_result(folder: Path, label: str) -> Result:
-    """What a folder holds.
-
-    Raises:
-        InputError: It holds no result.
-    """
+    """What a folder holds."""
     if not os.path.exists(folder):  # a name that is too long is none, either
         raise InputError(
             f"{folder} does not exist; expected the folder of a run, a coverage result or a campaign"

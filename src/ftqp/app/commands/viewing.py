@@ -120,11 +120,7 @@ def _write(file: Path, kept: FrameKeeper, meshes: str) -> None:
 
 
 def _refuse_file(file: Path) -> None:
-    """Refuse a file that cannot be made.
-
-    Raises:
-        InputError: It exists, or its folder does not.
-    """
+    """Refuse a file that cannot be made."""
     if file.exists() or file.is_symlink():
         raise InputError(f"recording {file} exists, and nothing is overwritten; name another file")
     if not file.absolute().parent.is_dir():
@@ -132,11 +128,7 @@ def _refuse_file(file: Path) -> None:
 
 
 def _wait_for(url: str) -> None:
-    """Return once the page answers.
-
-    Raises:
-        FtqpError: It does not.
-    """
+    """Return once the page answers."""
     try:
         with build_opener(ProxyHandler({})).open(url, timeout=PATIENCE) as answer:  # a proxy is elsewhere
             answer.read(1)

@@ -51,9 +51,6 @@ def combinations(
         overrides: ``a.b=value`` each, for every scenario.
         backends: Names, profile files or TOML tables, separated by commas; None: each scenario's own.
         schemes: Names or TOML tables, separated by commas; None: each scenario's own.
-
-    Raises:
-        ScenarioError: Unknown, empty or repeated names, wrong scenarios, nothing that can run; carries all.
     """
     errors = _repeated("SCENARIO", sources)
     asked_schemes = _asked("--schemes", schemes, lambda spec: recipes.by_name(_value(spec)), errors)
@@ -145,11 +142,7 @@ def _repeated(option: str, names: Sequence[str]) -> list[str]:
 
 
 def _value(spec: str) -> Any:
-    """A name as it is, ``{ name = "dlsm", alpha = 0.9 }`` as a table.
-
-    Raises:
-        InputError: Not a TOML table.
-    """
+    """A name as it is, ``{ name = "dlsm", alpha = 0.9 }`` as a table."""
     if not spec.startswith("{"):
         return spec
     try:

@@ -70,12 +70,7 @@ def groups(rows: Sequence[Row]) -> list[list[Row]]:
 
 
 def columns(rows: Sequence[Row], why: Sequence[str]) -> list[Column]:
-    """All columns, of scenario, scheme and backend those that differ; the best completed run is marked.
-
-    Args:
-        rows: The rows of one table.
-        why: The reasons of the whole comparison, in the order of their notes.
-    """
+    """All columns, of scenario, scheme and backend those that differ; the best completed run is marked."""
     scaled = any(row["ran"] and "SCALED" in row["status_counts"] for row in rows)
     return [
         *(
@@ -125,12 +120,7 @@ def notes(rows: Sequence[Row]) -> list[str]:
 
 
 def markdown(rows: Sequence[Row], figures: Sequence[str]) -> str:
-    """All tables as a file to read, with the faults of each scenario and the figures.
-
-    Args:
-        rows: The rows of `ftqp.app.compare.comparison`.
-        figures: Paths relative to the file.
-    """
+    """All tables as a file to read, with the faults of each scenario and the figures."""
     lines = ["# Comparison"]
     for group in groups(rows):
         table = columns(group, reasons(rows))

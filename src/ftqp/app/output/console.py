@@ -62,13 +62,7 @@ def tell_json(content: Mapping[str, Any]) -> None:
 
 
 def answer(facts: Mapping[str, Any], as_json: bool, tell_person: Callable[[], object]) -> None:
-    """A result for a program or a person.
-
-    Args:
-        facts: For a program.
-        as_json: Whether it is one who asks.
-        tell_person: Says the same to a person.
-    """
+    """A result for a program or a person."""
     if as_json:
         tell_json(facts)
     else:
@@ -84,11 +78,7 @@ def tell_rows(key: str, title: str, rows: Sequence[Mapping[str, str]], as_json: 
 
 @contextmanager
 def standard_output() -> Iterator[None]:
-    """What is written to stdout within is there at the end.
-
-    Raises:
-        FtqpError: It cannot be written, for example because the disk is full.
-    """
+    """What is written to stdout within is there at the end."""
     try:
         yield
         sys.stdout.flush()
@@ -125,14 +115,7 @@ def _plain(value: Any) -> Any:
 def tell_table(
     title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], numbers: Collection[str] = ()
 ) -> None:
-    """A table for a person, on stdout; as wide as its content when stdout is not a terminal.
-
-    Args:
-        title: Above the table.
-        columns: Headings.
-        rows: Cells.
-        numbers: The columns that stand flush right.
-    """
+    """A table for a person, on stdout; as wide as its content when stdout is not a terminal."""
     table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
     for index, column in enumerate(columns):
         table.add_column(
@@ -156,10 +139,6 @@ def table_width() -> int:
 @contextmanager
 def progress(what: str | Callable[[], str], total: float) -> Iterator[Callable[[float], None]]:
     """A bar on stderr that appears once the work takes longer than a second and stderr is a terminal.
-
-    Args:
-        what: What is being done, or a function that says what it is just now.
-        total: The whole of the work.
 
     Yields:
         A function that takes how much of ``total`` is done.

@@ -18,14 +18,7 @@ ALONG_TOOL = (0.0, 0.0, 1.0)
 
 
 def task_of(setup: Setup) -> TaskPath:
-    """The scenario's path and rows, sampled at ticks of its planner, some 400 times.
-
-    Args:
-        setup: The scenario.
-
-    Raises:
-        ScenarioError: The base moves, the path has laps, or the tool axis is not the third one.
-    """
+    """The scenario's path and rows, sampled at ticks of its planner, some 400 times."""
     planner, task = setup.planner, setup.planner.task
     if setup.tables.path.laps is not None:
         raise ScenarioError(
@@ -49,14 +42,7 @@ def task_of(setup: Setup) -> TaskPath:
 
 
 def healthy_motion(setup: Setup) -> tuple[TaskPath, FloatArray]:
-    """The task, and the joints on it in a run in which nothing fails, (N + 1, nv) [rad or m].
-
-    Args:
-        setup: The scenario; its faults are left out.
-
-    Raises:
-        ScenarioError: The arm does not get to the end of the path.
-    """
+    """The task, and the joints on it in a run in which nothing fails, (N + 1, nv) [rad or m]."""
     task, planner = task_of(setup), setup.planner
     with progress(f"{setup.name}, healthy", 1.0) as told:
         ended = Simulation(

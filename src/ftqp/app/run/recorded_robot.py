@@ -24,9 +24,6 @@ def recorded_robot(rows: LogRows) -> tuple[Robot | None, str]:
 
     The scenario in the log names it; a run without one may be of a robot of the catalog. An arm whose tip
     is not where the log says, because its file has changed since, is not that of the run.
-
-    Args:
-        rows: The log.
     """
     try:
         robot = _made(rows)

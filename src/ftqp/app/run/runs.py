@@ -52,15 +52,7 @@ class Run:
 
 
 def summary_with(folder: Path, names: Iterable[str]) -> dict[str, Any] | None:
-    """The summary in a folder; None where there is none, or one without some of the names.
-
-    Args:
-        folder: Of a result.
-        names: What the summary of such a result has at least.
-
-    Raises:
-        InputError: It is not readable.
-    """
+    """The summary in a folder; None where there is none, or one without some of the names."""
     file = folder / SUMMARY
     if not file.is_file():
         return None
@@ -76,9 +68,6 @@ def free_folder(wanted: Path | None, name: str) -> Path:
 
     The clock of the machine only gives a name: where it was set back and the name is taken, a number follows.
     A name that is too long for a folder is cut.
-
-    Raises:
-        InputError: it exists, lies below something that is not a folder, or cannot be for another reason.
     """
     letters = name.encode(errors="surrogatepass")
     short = name if len(letters) <= LONGEST else letters[:LONGEST].decode(errors="ignore")
@@ -90,12 +79,7 @@ def free_folder(wanted: Path | None, name: str) -> Path:
 
 
 def holds(folder: Path, file: str) -> bool:
-    """Whether there is a file in a folder, which one that cannot be does not hold.
-
-    Args:
-        folder: Any name.
-        file: The name of the file.
-    """
+    """Whether there is a file in a folder, which one that cannot be does not hold."""
     try:
         return (folder / file).is_file()
     except OSError:
@@ -120,11 +104,7 @@ def _free(folder: Path, *, named: bool) -> Path:
 
 
 def make_folder(folder: Path, *, exist_ok: bool = False) -> None:
-    """Make a folder and those above it.
-
-    Raises:
-        InputError: It cannot be made, or another run has just made it.
-    """
+    """Make a folder and those above it."""
     try:
         folder.mkdir(parents=True, exist_ok=exist_ok)
     except FileExistsError as error:
@@ -138,11 +118,7 @@ def _exists(folder: Path) -> InputError:
 
 
 def free_recording(wanted: Path | None, folder: Path) -> Path | None:
-    """The file that a run into ``folder`` may record its QPs in.
-
-    Raises:
-        InputError: it exists, cannot be made, or is the folder itself.
-    """
+    """The file that a run into ``folder`` may record its QPs in."""
     if wanted is None:
         return None
     file = free_file(wanted)
@@ -237,11 +213,7 @@ def _record(setup: Setup, file: Path | None) -> dict[str, Any]:
 
 
 def write(path: Path, text: str) -> None:
-    """Writes a whole file or none.
-
-    Raises:
-        FtqpError: it cannot be written, for example because the disk is full.
-    """
+    """Writes a whole file or none."""
     part = path.with_suffix(".part")
     try:
         part.write_text(text, encoding="utf-8")

@@ -89,11 +89,7 @@ def detector(given: Options[Detector] | None, folder: File) -> Detector | None:
 
 
 def plan(tables: Scenario, arm: Robot, folder: File) -> "Plan | None":
-    """The plan of ``[planner]`` with its arm; None without one.
-
-    Raises:
-        InputError: The file is no plan or one of another arm, or the base moves.
-    """
+    """The plan of ``[planner]`` with its arm; None without one."""
     if tables.planner.plan is None:
         return None
     if tables.base is not None:
@@ -106,11 +102,7 @@ def plan(tables: Scenario, arm: Robot, folder: File) -> "Plan | None":
 
 
 def start(arm: Robot, q: Any, v: Any) -> tuple[FloatArray, FloatArray]:
-    """The joint positions and velocities at t = 0, (nv,) each.
-
-    Raises:
-        InputError: a wrong shape; a joint outside its limits, named with the limit.
-    """
+    """The joint positions and velocities at t = 0, (nv,) each."""
     positions = arm.neutral.copy() if q is None else arm.angles(q)
     velocities = np.zeros(arm.nv) if v is None else array("v", v, (arm.nv,), "(nv,)")
     limits, outside = arm.limits, []
@@ -140,11 +132,7 @@ def shoulder(arm: Robot) -> tuple[FloatArray, float] | None:
 
 
 def refuse_out_of_reach(arm: Robot, way: Path) -> None:
-    """Refuses a path that leaves what the stretched arm can reach.
-
-    Raises:
-        InputError: The first time at which the path is farther from the first joint than the arm is long.
-    """
+    """Refuses a path that leaves what the stretched arm can reach."""
     found = shoulder(arm)
     if found is None:
         return

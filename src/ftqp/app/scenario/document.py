@@ -50,11 +50,7 @@ class Document:
 
 
 def bundled(kind: str = "scenario") -> dict[str, str]:
-    """The bundled scenarios or studies: name to the first line of its comment.
-
-    Args:
-        kind: What is looked for, ``scenario`` or ``study``.
-    """
+    """The bundled scenarios or studies: name to the first line of its comment."""
     found = {}
     for entry in sorted(files("ftqp.app").joinpath(SHELVES[kind]).iterdir(), key=lambda e: e.name):
         if entry.name.endswith(".toml"):
@@ -64,16 +60,7 @@ def bundled(kind: str = "scenario") -> dict[str, str]:
 
 
 def read(source: str, overrides: Iterable[str] = (), kind: str = "scenario") -> Document:
-    """The scenario or study ``source``, a path or a bundled name, with ``a.b=value`` overrides put in.
-
-    Args:
-        source: The path of a file, or a bundled name.
-        overrides: ``a.b=value`` each.
-        kind: What it is, ``scenario`` or ``study``.
-
-    Raises:
-        ScenarioError: Not found, not a small UTF-8 text file, not TOML, or a malformed override.
-    """
+    """The scenario or study ``source``, a path or a bundled name, with ``a.b=value`` overrides put in."""
     path = Path(source)
     if source in bundled(kind) and not path.is_file():
         name, origin, folder = source, f"bundled {kind} {source!r}", Path.cwd()

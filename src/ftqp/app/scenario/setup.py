@@ -80,11 +80,7 @@ class Setup:
         return document.toml(self.content)
 
     def simulation(self, **settings: Any) -> Simulation:
-        """The run, ready to be simulated.
-
-        Args:
-            settings: Further arguments of ``Simulation``, such as ``log``.
-        """
+        """The run, ready to be simulated."""
         return Simulation(
             self.planner,
             self.path,
@@ -177,9 +173,6 @@ def resolve(
         tables: Its tables.
         record: Keep the planner's QPs, those that ``[recording]`` asks for.
         arms: Makes the arm of ``[robot]``, for example one that was made before.
-
-    Raises:
-        ScenarioError: What the tables name does not exist or does not fit together; carries every error.
     """
     errors, folder, dt = _Errors(), found.folder, tables.planner.dt
     arm = errors.tried("robot", lambda: arms(tables.robot, folder))

@@ -74,10 +74,6 @@ class Options(Generic[T]):
     def made(self, *given: Any, **more: Any) -> T:
         """The object.
 
-        Args:
-            given: Arguments that are not in the file.
-            more: Arguments that are not in the file, or take the place of what is.
-
         Raises:
             InputError: Settings that do not go together.
         """
@@ -102,17 +98,7 @@ def settings_for(of: type[Any], table: Table) -> dict[str, Any]:
 
 
 def read(of: type[T], content: Any, what: str, above: str = "") -> T:
-    """A table of a file.
-
-    Args:
-        of: The class of the table.
-        content: What the file has there.
-        what: How an error begins.
-        above: The dotted path of the table; nothing where it is the whole file.
-
-    Raises:
-        ScenarioError: Unknown or missing keys, wrong types, values out of range; carries every error.
-    """
+    """A table of a file."""
     reader = _Reader()
     found = reader.table(of, None, content, above)
     told = list(reader.errors)

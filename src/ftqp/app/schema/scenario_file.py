@@ -68,11 +68,7 @@ class RecordingTable(Table):
             raise InputError(f"ends at {self.end:g} s, before it begins at {self.begin:g} s")
 
     def recorder(self, backend: Backend, dt: float) -> Recorder:
-        """``backend`` with a copy kept of what is asked for; times become ticks of ``dt``.
-
-        Raises:
-            InputError: No tick lies between begin and end.
-        """
+        """``backend`` with a copy kept of what is asked for; times become ticks of ``dt``."""
         first = first_tick(self.begin, dt)
         last = None if self.end is None else floor((self.end + TIME_SLACK) / dt)
         if last is not None and last < first:

@@ -62,11 +62,7 @@ class DaskCluster(Workers):
             raise
 
     def _threads(self, address: str) -> int:
-        """How many chunks the cluster computes at a time.
-
-        Raises:
-            InputError: None, or workers with another ftqp.
-        """
+        """How many chunks the cluster computes at a time."""
         threads = self._client.ncores()
         if not threads:
             raise InputError(

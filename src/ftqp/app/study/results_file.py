@@ -215,15 +215,7 @@ def _readable(path: Path, remedy: str) -> Iterator[None]:
 
 
 def locked(folder: Path, remedy: str) -> sqlite3.Connection:
-    """The lock of a folder's only writer; the system lets it go when the process ends, however it does.
-
-    Args:
-        folder: The folder, which exists.
-        remedy: What a person can do where it cannot be used, for messages.
-
-    Raises:
-        InputError: Another process holds the lock, something else has its name, or it cannot be written.
-    """
+    """The lock of a folder's only writer; the system lets it go when the process ends, however it does."""
     file = folder / LOCK_NAME
     _refuse_strange_files(file)
     lock = sqlite3.connect(file, isolation_level=None, timeout=0.0)

@@ -54,11 +54,7 @@ def make_tables(connection: sqlite3.Connection, facts: Mapping[str, Any], column
 
 
 def facts_of(connection: sqlite3.Connection, path: Path) -> dict[str, Any]:
-    """What a file says about its study, by key.
-
-    Raises:
-        InputError: It is no results file, but for example a view that never ends, or a newer one.
-    """
+    """What a file says about its study, by key."""
     made = _made(connection)
     for name, begun in (("results", RESULTS), ("about", ABOUT), ("crashed", CRASHED)):
         if not str(made.get(name)).startswith(begun):
@@ -92,18 +88,7 @@ def refuse_other_studies(
     columns: Columns,
     remedy: str,
 ) -> None:
-    """Refuse a file that is not of this very study.
-
-    Args:
-        connection: To the file.
-        path: The file.
-        wanted: What it is to say of its study, by key.
-        columns: The values of an item.
-        remedy: What a person can do.
-
-    Raises:
-        InputError: It is of another study or version, or no results file.
-    """
+    """Refuse a file that is not of this very study."""
     facts = facts_of(connection, path)
     if facts.get("kind") != wanted["kind"]:
         raise InputError(

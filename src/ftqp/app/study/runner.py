@@ -42,11 +42,7 @@ class Outcome:
     seconds: float
 
     def refuse_gaps(self, called: str) -> None:
-        """Refuse to go on without every row.
-
-        Raises:
-            FtqpError: An item was given up.
-        """
+        """Refuse to go on without every row."""
         if self.crashed:
             raise FtqpError(
                 f"the worker died at {len(self.crashed)} of {self.items} {called}; the same command with "
@@ -55,11 +51,7 @@ class Outcome:
 
 
 def refuse_wrong_workers(jobs: int | None, dask: str | None) -> None:
-    """Refuse what cannot say who computes.
-
-    Raises:
-        InputError: There are no jobs, or both say who computes.
-    """
+    """Refuse what cannot say who computes."""
     if jobs is not None and jobs < 1:
         raise InputError(f"--jobs is {jobs}, expected 1 process or more")
     if jobs is not None and dask is not None:

@@ -95,10 +95,6 @@ class ThisProcess(Workers):
 class LocalProcesses(Workers):
     """Computes chunks in processes of this machine, which end when this process does, however that is.
 
-    Args:
-        work: What computes the rows.
-        count: How many processes.
-
     Raises:
         InputError: Python was told to ignore the variable that keeps the current folder out of workers.
     """

@@ -128,15 +128,7 @@ class WorkspaceStudy:
 
 
 def load_study(source: str, overrides: Iterable[str] = ()) -> WorkspaceStudy:
-    """The study of a file.
-
-    Args:
-        source: A path, or the name of a bundled study.
-        overrides: ``a.b=value`` each, put into the study before it is checked.
-
-    Raises:
-        ScenarioError: The study is wrong; carries every error.
-    """
+    """The study of a file."""
     found = document.read(source, overrides, kind="study")
     tables = read(WorkspaceFile, found.content, f"{found.origin} has errors:")
     try:

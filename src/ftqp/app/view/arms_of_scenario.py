@@ -28,10 +28,6 @@ RANK = 0.02
 def arms_of(choice: Choice, *, twin: bool = True) -> SessionArms:
     """The arms of a choice.
 
-    Args:
-        choice: Scenario, and what takes the place of what it says.
-        twin: Whether the uninformed baseline moves beside it.
-
     Raises:
         FtqpError: The scenario is wrong, or cannot be shown live.
     """

@@ -17,9 +17,6 @@ class FrameKeeper:
 
     When the arm is replaced by another one, or begins anew, the recording begins anew, too.
 
-    Args:
-        source: What is shown.
-
     Attributes:
         frames: What has been kept, in its command.
     """

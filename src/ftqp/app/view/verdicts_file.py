@@ -78,9 +78,6 @@ def write_verdicts(
 def read_verdicts(folder: File) -> Verdicts:
     """The verdicts of a coverage report.
 
-    Args:
-        folder: Its folder.
-
     Raises:
         InputError: The folder holds none, or damaged ones.
     """

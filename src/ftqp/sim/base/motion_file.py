@@ -22,10 +22,6 @@ def recorded_motion(path: str | Path, coordinates: Sequence[str]) -> Recorded:
     rotation may come as a unit quaternion ``qx,qy,qz,qw`` in place of ``rx,ry,rz``. Times rise; every value
     is finite.
 
-    Args:
-        path: the file.
-        coordinates: names of the base's coordinates.
-
     Raises:
         InputError: missing file, not text, unknown or missing column, not a number, NaN, times not rising.
     """

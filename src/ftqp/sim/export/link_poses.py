@@ -31,9 +31,5 @@ def joint_poses(chain: Chain, i: int, q: FloatArray) -> FloatArray:
 
 
 def tip_pose(chain: Chain) -> FloatArray:
-    """Pose of the tip in the last joint's frame, position and unit quaternion x, y, z, w, (7,) [m].
-
-    Args:
-        chain: The arm's constants.
-    """
+    """Pose of the tip in the last joint's frame, position and unit quaternion x, y, z, w, (7,) [m]."""
     return np.concatenate([chain.tip_translation, quaternions(chain.tip_rotation[None])[0]])

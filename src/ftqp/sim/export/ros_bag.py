@@ -33,12 +33,7 @@ VERSION: Final = 9
 
 @final
 class RosBag:
-    """A new bag, a folder with one compressed MCAP file and ``metadata.yaml``, with the messages of Jazzy.
-
-    Args:
-        folder: The folder, which does not exist yet; the MCAP file is called like it.
-        types: Definitions of further messages by name, for example ``ftqp_msgs/msg/Step``.
-    """
+    """A new bag, a folder with one compressed MCAP file and ``metadata.yaml``, with the messages of Jazzy."""
 
     def __init__(self, folder: Path, types: dict[str, str]) -> None:
         self._store = get_typestore(Stores.ROS2_JAZZY)
@@ -70,13 +65,7 @@ class RosBag:
         return bytes(self._store.serialize_cdr(message, message.__msgtype__))
 
     def topic(self, name: str, kind: str, *, latched: bool = False) -> int:
-        """A new topic's number, for ``write``.
-
-        Args:
-            name: For example ``/joint_states``.
-            kind: The type of its messages.
-            latched: Whether who comes later gets the last message, too.
-        """
+        """A new topic's number, for ``write``."""
         profiles: Sequence[Qos] = [_quality(latched)]
         self._connections.append(
             self._writer.add_connection(name, kind, typestore=self._store, offered_qos_profiles=profiles)

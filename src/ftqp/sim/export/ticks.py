@@ -20,9 +20,6 @@ LATEST = 2**31 - 1
 class Ticks:
     """Rows of a log, to be asked for groups of signals.
 
-    Args:
-        rows: The log.
-
     Raises:
         InputError: The log is not that of a run, or has no rows.
     """
@@ -42,11 +39,7 @@ class Ticks:
         self.block = np.empty((0, len(rows.columns)))
 
     def of(self, block: FloatArray) -> Self:
-        """The same, of other rows.
-
-        Raises:
-            InputError: A time is not finite, negative or cannot be stamped.
-        """
+        """The same, of other rows."""
         self.block = block
         t = self["t"][:, 0]
         if not ((t >= 0.0) & (t < LATEST)).all():

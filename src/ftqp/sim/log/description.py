@@ -22,15 +22,7 @@ PACKAGES = ("ftqp", "numpy", "scipy", "pin")
 def description(
     planner: Planner, schedule: Schedule, path: Path, last: int, reference: str = "time"
 ) -> dict[str, Any]:
-    """Metadata of a run; limits that are infinite are ``None``.
-
-    Args:
-        planner: the planner.
-        schedule: what fails when.
-        path: what is followed.
-        last: index of the last tick.
-        reference: ``"time"`` or ``"progress"``, by which the path runs.
-    """
+    """Metadata of a run; limits that are infinite are ``None``."""
     robot, emergency = planner.robot, planner.emergency
     return {
         "robot": robot.name,

@@ -31,9 +31,6 @@ class Excess:
     A limit counts at its healthy value, from the announcement of a degradation on at what is left of it, and
     there not before the joint has been inside once.
 
-    Args:
-        metadata: Of the log.
-
     Attributes:
         worst: By signal; 0 where every limit was kept.
     """
@@ -101,11 +98,7 @@ class Excess:
 
 @final
 class Motion:
-    """How far each locked joint has moved since it came to rest, each free one since it failed [rad or m].
-
-    Args:
-        metadata: Of the log.
-    """
+    """How far each locked joint has moved since it came to rest, each free one since it failed [rad or m]."""
 
     def __init__(self, metadata: Mapping[str, Any]) -> None:
         self._faults = [

@@ -131,9 +131,6 @@ def open_log(path: str | Path) -> Iterator[LogRows]:
 
     Args:
         path: The file, or the folder of a run: its ``log.sqlite``, with the parts before it if there are any.
-
-    Raises:
-        InputError: no such file, not a log of ftqp, or a damaged one; of damaged rows when they are read.
     """
     instance("path", path, str | Path, "the path of a log or of the folder of a run")
     given = Path(path)

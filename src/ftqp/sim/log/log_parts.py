@@ -50,11 +50,6 @@ class LogParts:
 class PartedLog(RowSink):
     """Writes a log in parts; what has been written stays readable at any moment, whatever ends the process.
 
-    Args:
-        parts: How it is cut.
-        columns: The signals, in the order of a row.
-        metadata: Anything JSON can hold, by key; every part has it.
-
     Raises:
         InputError: The first file exists already or cannot be made.
     """
@@ -137,11 +132,7 @@ def log_files(folder: Path) -> list[Path]:
 def joined(
     folder: Path, files: Sequence[Path], opened: Callable[[Path], AbstractContextManager[LogRows]]
 ) -> LogRows:
-    """Parts of one log as one; the metadata are those of the newest.
-
-    Raises:
-        InputError: A part is missing, or not of this run.
-    """
+    """Parts of one log as one; the metadata are those of the newest."""
     counts: list[int] = []
     columns: tuple[Column, ...] = ()
     metadata: Mapping[str, Any] = {}

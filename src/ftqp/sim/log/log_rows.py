@@ -45,11 +45,7 @@ class LogRows:
         return self.read(first)
 
     def groups(self) -> dict[str, list[int]]:
-        """Places in a row of the signals that have the same part before the first dot, by that part.
-
-        Raises:
-            InputError: A part is no name, as it can only be in a file that ftqp did not write.
-        """
+        """Places in a row of the signals that have the same part before the first dot, by that part."""
         found: dict[str, list[int]] = {}
         for place, column in enumerate(self.columns):
             group = column.name.split(".", 1)[0]

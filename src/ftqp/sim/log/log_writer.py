@@ -49,11 +49,6 @@ class LogWriter(RowSink):
     A process killed at any moment leaves a file with every row that was written, or none at all if it had not
     been made yet.
 
-    Args:
-        path: the file to make; it must not exist.
-        columns: the signals, in the order of a row.
-        metadata: anything JSON can hold, by key.
-
     Raises:
         InputError: the file exists already or cannot be made.
     """

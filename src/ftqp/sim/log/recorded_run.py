@@ -24,13 +24,6 @@ def recorded(
     The metadata are those of a log and ``length``: the rows of rotations are multiplied by this
     characteristic length [m], so that every row counts in metres.
 
-    Args:
-        recorder: the planner's backend.
-        planner: the planner.
-        path: what it followed.
-        schedule: what failed.
-        metadata: more, or in place of these.
-
     Raises:
         InputError: nothing was recorded.
     """

@@ -18,10 +18,6 @@ class RowSink(ABC):
     def write(self, first: int, rows: FloatArray) -> None:
         """Keep rows, (K, columns); repeated with the same ``first``, they take the place of the earlier ones.
 
-        Args:
-            first: number of the first of these rows, which continue the ones before.
-            rows: one row a tick; not kept itself.
-
         Raises:
             FtqpError: they cannot be kept, for example because the disk is full.
         """
@@ -37,12 +33,7 @@ class RowSink(ABC):
 
 @final
 class MemoryRows(RowSink):
-    """Keeps rows in memory.
-
-    Args:
-        columns: the signals, in the order of a row.
-        metadata: what the run is about.
-    """
+    """Keeps rows in memory."""
 
     def __init__(self, columns: Sequence[Column], metadata: Mapping[str, Any]) -> None:
         self._columns = tuple(columns)

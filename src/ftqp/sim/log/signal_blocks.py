@@ -24,11 +24,7 @@ class Signals(Protocol):
 
 @final
 class Places:
-    """Where the signals of a row lie.
-
-    Args:
-        columns: The signals, in the order of a row.
-    """
+    """Where the signals of a row lie."""
 
     def __init__(self, columns: Sequence[Column]) -> None:
         self.single = {column.name: place for place, column in enumerate(columns)}

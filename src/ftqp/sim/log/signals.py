@@ -27,11 +27,7 @@ CONDITIONS = {HEALTHY: "healthy"} | {kind.number: name.replace("_", "-") for nam
 
 
 def refuse_unknown_conditions(codes: NDArray[Any], where: str) -> None:
-    """Refuse codes of ``truth`` or ``belief`` that nothing could be said of.
-
-    Raises:
-        InputError: No kind of fault has one of them.
-    """
+    """Refuse codes of ``truth`` or ``belief`` that nothing could be said of."""
     strange = codes[~np.isin(codes, list(CONDITIONS))]
     if len(strange):
         words = ", ".join(f"{code} {word}" for code, word in CONDITIONS.items())

@@ -83,9 +83,6 @@ def write_mat(rows: LogRows, path: str | Path, told: Told = silent) -> None:
 
     ``signals`` and ``units`` are structs with a cell array of names for each group, and ``metadata`` is the
     log's as a JSON text. One group at a time is held in memory.
-
-    Raises:
-        InputError: The file exists already or cannot be made, the log is damaged, or too long for MAT.
     """
     from scipy.io import savemat  # slow to load
 

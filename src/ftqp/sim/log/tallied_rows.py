@@ -12,13 +12,7 @@ from ftqp.sim.log.tally import Tally
 
 @final
 class TalliedRows(RowSink):
-    """Hands rows on, and keeps their tally.
-
-    Args:
-        sink: Keeps the rows; it belongs to this one.
-        columns: The signals, in the order of a row.
-        metadata: What the run is about, as far as it is known when it begins.
-    """
+    """Hands rows on, and keeps their tally."""
 
     def __init__(self, sink: RowSink, columns: Sequence[Column], metadata: Mapping[str, Any]) -> None:
         self._sink, self._metadata = sink, dict(metadata)

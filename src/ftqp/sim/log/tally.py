@@ -63,10 +63,6 @@ class Extremes:
 class Tally:
     """Takes in the rows of a run, and tells its figures of merit.
 
-    Args:
-        metadata: Of the log, as far as it is known when the run begins.
-        sensed: Whether the rows hold what was sent beside what was true.
-
     Attributes:
         count: How many rows it has taken in.
     """

@@ -14,16 +14,7 @@ OTHER_NAME = "choose another name"
 
 @contextmanager
 def whole_file(path: str | Path, kind: str = "file", remedy: str = OTHER_NAME) -> Iterator[Path]:
-    """A new file: the body writes the path that it gets, and the file gets its name when it is complete.
-
-    Args:
-        path: The file.
-        kind: What it is, for messages.
-        remedy: What a person can do where it exists already, for messages.
-
-    Raises:
-        InputError: It exists already or cannot be written.
-    """
+    """A new file: the body writes the path that it gets, and the file gets its name when it is complete."""
     file = Path(path)
     _refuse_existing(file, kind, remedy)
     part = file.with_name(f".{file.name}.{os.getpid()}.part")
@@ -41,11 +32,7 @@ def whole_file(path: str | Path, kind: str = "file", remedy: str = OTHER_NAME) -
 
 @contextmanager
 def whole_folder(path: str | Path) -> Iterator[Path]:
-    """A new folder: the body makes the path that it gets, of the same name, which is moved when complete.
-
-    Raises:
-        InputError: It exists already or cannot be written.
-    """
+    """A new folder: the body makes the path that it gets, of the same name, which is moved when complete."""
     folder = Path(path)
     _refuse_existing(folder, "folder")
     part = folder.with_name(f".{folder.name}.{os.getpid()}.part")

@@ -11,11 +11,7 @@ from ftqp.model.robot import Robot
 
 @final
 class Arm:
-    """The kernel's kinematics and dynamics of one robot, apart from any planner.
-
-    Args:
-        robot: the arm.
-    """
+    """The kernel's kinematics and dynamics of one robot, apart from any planner."""
 
     def __init__(self, robot: Robot) -> None:
         n = robot.nv

@@ -121,11 +121,7 @@ class ServoPlant(Plant):
         self._set[:] = self._q
 
     def fail(self, fault: Fault) -> None:
-        """From now on the joint of ``fault`` stands.
-
-        Raises:
-            InputError: unknown joint, or a kind of fault other than ``Locked``.
-        """
+        """From now on the joint of ``fault`` stands."""
         i = self._robot.joint(fault.joint)
         match fault:
             case Locked():
@@ -154,11 +150,7 @@ class ServoPlant(Plant):
             self._set[i] = self._q[i]
 
     def advance(self, command: Command) -> None:
-        """Move on by dt.
-
-        Args:
-            command: the planner's step for this tick.
-        """
+        """Move on by dt."""
         h, top = self._dt / self._substeps, self._robot.limits.v_max
         v = np.where(self._works, command.v, 0.0)
         if self._drive is None:

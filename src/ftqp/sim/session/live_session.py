@@ -43,10 +43,6 @@ class Session:
     It is stepped by one thread; commands may come from any. Whatever the world does, nothing is raised: the
     facts say in words what has happened, and ``Reset`` begins anew.
 
-    Args:
-        arms_of: Makes arm, twin and schedule of a choice.
-        choice: What is shown first.
-
     Raises:
         FtqpError: The first choice cannot be made.
     """
@@ -93,11 +89,7 @@ class Session:
         return self._arm.signals
 
     def record(self, sink: RowSink) -> None:
-        """Keep the row of every tick from the next one on; the caller closes the sink.
-
-        Args:
-            sink: Where the rows go, with the columns of ``signals``.
-        """
+        """Keep the row of every tick from the next one on; the caller closes the sink."""
         self._arm.record(sink)
 
     def advance(self, seconds: float) -> int:
@@ -261,11 +253,7 @@ class Session:
         self._begin(Schedule([FaultEvent(fault, at=command.time, announced=told) for fault in faults]))
 
     def _fault(self, command: Break) -> Fault:
-        """The fault of an command, for a joint by name.
-
-        Raises:
-            InputError: There is no such joint, kind or setting.
-        """
+        """The fault of an command, for a joint by name."""
         joint = self._joint(command.joint)
         try:
             return command.fault(joint)

@@ -23,9 +23,6 @@ APART = 1e-6
 class WatchedArm:
     """One arm and its planner in a session.
 
-    Args:
-        player: Who they are.
-
     Attributes:
         failed: What has really failed, by joint.
     """

@@ -20,11 +20,7 @@ LEAST = 1e-16
 
 
 def joint_difference(log: Log, reference: Log) -> FloatArray:
-    """The largest difference of a joint's position to the reference at each tick that both have, (K,).
-
-    Raises:
-        InputError: the logs are of different joints or sampling periods.
-    """
+    """The largest difference of a joint's position to the reference at each tick that both have, (K,)."""
     if any(log.metadata[name] != reference.metadata[name] for name in ("joints", "dt")):
         raise InputError(
             f"logs {log.path} and {reference.path} have different joints or sampling periods, "

@@ -161,11 +161,7 @@ def few_ticks(axes: Axes, x: int = 6, y: int = 5) -> None:
 
 
 def save(figure: Figure, path: str | Path) -> Path:
-    """Write the figure to a file, PNG or by its name SVG, whole or not at all, and return its path.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
+    """Write the figure to a file, PNG or by its name SVG, whole or not at all, and return its path."""
     part = Path(path).with_suffix(".part")
     try:
         if Path(path).suffix == ".svg":
@@ -247,11 +243,7 @@ def equal_runs(codes: NDArray[Any]) -> list[tuple[int, int, int]]:
 
 
 def made_folder(folder: str | Path) -> Path:
-    """A folder for figures, made if it is missing.
-
-    Raises:
-        InputError: it cannot be made.
-    """
+    """A folder for figures, made if it is missing."""
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -32,10 +32,6 @@ def save_figures(log: Log, folder: str | Path) -> list[Path]:
 
     Existing files of the same names are replaced. The order is path, joints, velocities, following (of an arm
     with a drive or sensors), torques (of an arm with inertia), status, base (of a run on a moving base).
-
-    Raises:
-        InputError: an empty log, a condition of joints that no kind of fault has, or a folder that cannot be
-            written.
     """
     if not len(log):
         raise InputError(f"log {log.path} has no rows, expected at least one to draw")

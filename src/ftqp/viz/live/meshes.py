@@ -36,9 +36,6 @@ def mesh_parts(robot: Robot, urdf: Any, look: str = "collision") -> tuple[Part, 
     arm is drawn from its chain.
 
     ``urdf`` is the path of the file that the arm was read from, or its text; None draws the chain.
-
-    Raises:
-        InputError: There is no such look.
     """
     if look not in LOOKS:
         raise InputError(f"meshes is {look!r}, expected one of {', '.join(LOOKS)}")
@@ -132,9 +129,6 @@ def found_mesh(name: str, urdf: Path | None) -> Path:
     """The file of a mesh: ``package://name/rest`` is looked for in the folders above the URDF.
 
     ``urdf`` is None for one that was given as text.
-
-    Raises:
-        InputError: No such file was found.
     """
     above = [] if urdf is None else list(urdf.resolve().parents)
     scheme, mark, rest = name.partition("://")
@@ -153,11 +147,7 @@ def found_mesh(name: str, urdf: Path | None) -> Path:
 
 
 def read_mesh(file: Path) -> Mesh:
-    """The triangles of a file that trimesh reads: STL, OBJ, PLY, GLB; DAE where pycollada is installed.
-
-    Raises:
-        InputError: It is too large, or is no mesh.
-    """
+    """The triangles of a file that trimesh reads: STL, OBJ, PLY, GLB; DAE where pycollada is installed."""
     import trimesh  # comes with viser; half a second that no other page waits for
 
     if file.stat().st_size > LARGEST:

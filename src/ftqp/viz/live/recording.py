@@ -31,9 +31,6 @@ def picture_ticks(t: FloatArray, fps: float = 30.0, longest: float | None = LONG
 
     Times ``t`` are (K,) and rise [s]. Of a run with more than ``longest`` seconds of pictures fewer a second
     are kept, the last one always; None keeps all.
-
-    Raises:
-        InputError: There is no row, or the rate is not positive.
     """
     if len(t) == 0:
         raise InputError("a log without rows has no pictures; expected one row or more")
@@ -59,9 +56,6 @@ def recording(
 
     There is at least one frame, in the order of their times; ``picture_ticks`` says which of a log are
     needed. ``path`` is (k, 3) in the base's frame [m], and without ``parts`` the arm is what its chain gives.
-
-    Raises:
-        InputError: There is no frame.
     """
     coming = iter(frames)
     first = next(coming, None)
@@ -89,11 +83,7 @@ def recording(
 
 
 def messages_of(page: str) -> tuple[float, list[tuple[float, dict[str, Any]]]]:
-    """Length [s] and messages of a recording, each with its time [s].
-
-    Raises:
-        InputError: The text is no recording.
-    """
+    """Length [s] and messages of a recording, each with its time [s]."""
     start = page.find(_MARK)
     if start < 0:
         raise InputError("the page is no recording of ftqp: no embedded scene was found in it")

@@ -193,11 +193,7 @@ class _Once:
 
 
 def free_port(host: str, port: int) -> int:
-    """The first free port from ``port`` on, or 0 for 0.
-
-    Raises:
-        InputError: The port is no port, the address is none of this machine, or no port is free.
-    """
+    """The first free port from ``port`` on, or 0 for 0."""
     if not 0 <= port <= HIGHEST_PORT:
         raise InputError(f"port is {port}, expected 0 to {HIGHEST_PORT}; 0 takes any free one")
     last = min(port + TRIES, HIGHEST_PORT + 1)
