@@ -1,8 +1,6 @@
 """What a solver claims is held against the truth, and the script says it in tables, files and figures."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +10,13 @@ from bench.contenders import Contender
 from bench.results import inserted
 from comparison.accuracy import Answers, Outcome, answers, outcome, settled, summed_up
 from comparison.truth import Fact, Truth, truth
+from tests.scripts import ran
 from tests.solvers.stand_ins import INFEASIBLE, SOLVABLE, Scripted, sequence
 
 from ftqp.core.errors import InputError
 from ftqp.qp import Claim
 
-ROOT = Path(__file__).resolve().parents[2]
-SCRIPT = ROOT / "solvers" / "compare_accuracy.py"
+SCRIPT = "solvers/compare_accuracy.py"
 BACKENDS = "active_set,daqp-fast,osqp-fast,quadprog,qpsolvers:gurobi"
 SEQUENCES = "panda-healthy,panda-infeasible"
 WHO = Contender(name="scripted", settings={"name": "scripted"})
@@ -95,14 +93,11 @@ def test_an_open_question_is_settled_by_any_right_answer() -> None:
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
     """The object printed by a quick run of some contenders, and the folder of its results."""
     out = tmp_path_factory.mktemp("accuracy")
-    done = _script("--quick", "--json", "--backends", BACKENDS, "--sequences", SEQUENCES, "--out", str(out))
+    done = ran(
+        SCRIPT, "--quick", "--json", "--backends", BACKENDS, "--sequences", SEQUENCES, "--out", str(out)
+    )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout), out
-
-
-def _script(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(SCRIPT), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
 
 
 def test_every_contender_answers_every_sequence_cold_and_warm(run: tuple[dict[str, Any], Path]) -> None:
@@ -128,42 +123,6 @@ def test_who_cannot_take_part_says_why_and_the_others_go_on(run: tuple[dict[str,
     assert "pip install" in result["left_out"]["qpsolvers:gurobi"]
 
 
-def test_results_say_how_they_were_made(run: tuple[dict[str, Any], Path]) -> None:
-    result, out = run
-    assert result["command"].startswith("python solvers/compare_accuracy.py --quick --json --backends")
-    assert str(out) not in result["command"]
-    assert {"ftqp", "numpy", "daqp", "osqp", "quadprog", "python"} <= set(result["versions"])
-    assert {"cpu", "cores", "system"} <= set(result["machine"])
-    assert result["contenders"]["daqp-fast"]["name"] == "daqp"
-    assert result["limitations"]
-
-
-def test_results_are_written_as_json_markdown_and_figures(run: tuple[dict[str, Any], Path]) -> None:
-    result, out = run
-    stem = "compare_accuracy-quick"
-    assert json.loads((out / f"{stem}.json").read_text()) == result
-    text = (out / f"{stem}.md").read_text()
-    for part in (
-        "## Claims about",
-        "## Limitations",
-        "## Versions",
-        "## Could not take part",
-        "panda-healthy",
-    ):
-        assert part in text
-    for figure in ("claims", "residuals", "sequences"):
-        assert (out / f"{stem}-{figure}.png").stat().st_size > 10_000
-
-
-def test_tables_fit_into_a_hundred_columns(tmp_path: Path) -> None:
-    done = _script(
-        "--quick", "--backends", "active_set", "--sequences", "planar6-healthy", "--out", str(tmp_path)
-    )
-    assert done.returncode == 0, done.stderr
-    assert max(len(line.rstrip()) for line in done.stdout.splitlines()) <= 100
-    assert "solvable QPs" in done.stdout
-
-
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
@@ -173,7 +132,7 @@ def test_tables_fit_into_a_hundred_columns(tmp_path: Path) -> None:
     ],
 )
 def test_an_unknown_name_is_one_sentence_and_exit_code_2(arguments: tuple[str, ...], sentence: str) -> None:
-    done = _script("--quick", *arguments)
+    done = ran(SCRIPT, "--quick", *arguments)
     assert done.returncode == 2
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr

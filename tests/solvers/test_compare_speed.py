@@ -1,8 +1,6 @@
 """Times are taken in turns, set-up apart, and the script says them; no figure of it is judged here."""
 
 import json
-import subprocess
-import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -13,12 +11,12 @@ from bench.isolation import Apart
 from comparison import speed_report
 from comparison.recorded import Recorded
 from comparison.speed import DISCARD, EMPTY, Runner, Settings, measured
+from tests.scripts import ran
 from tests.solvers.stand_ins import SOLVABLE, Scripted, sequence
 
 from ftqp.qp import Claim
 
-ROOT = Path(__file__).resolve().parents[2]
-SCRIPT = ROOT / "solvers" / "compare_speed.py"
+SCRIPT = "solvers/compare_speed.py"
 BACKENDS = ["active_set", "daqp-fast", "proxqp-fast", "qpsolvers:daqp"]
 SEQUENCES = ["panda-healthy", "panda-infeasible"]
 SETTINGS = Settings(samples=20, seconds=60.0, turn=7, turn_seconds=60.0, setups=2)
@@ -93,17 +91,12 @@ def test_ratios_are_those_of_medians_on_the_same_qps() -> None:
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
     """The object printed by a quick run of some contenders, and the folder of its results."""
     out = tmp_path_factory.mktemp("speed")
-    done = _script(
+    done = ran(SCRIPT, 
         "--quick", "--json", "--backends", ",".join(BACKENDS), "--sequences", ",".join(SEQUENCES),
         "--out", str(out), "--name", "mine",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout), out
-
-
-def _script(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(SCRIPT), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
 
 
 def test_every_contender_is_timed_on_every_sequence_cold_and_warm(run: tuple[dict[str, Any], Path]) -> None:
@@ -120,34 +113,3 @@ def test_solved_shares_tell_which_times_count(run: tuple[dict[str, Any], Path]) 
     result, _ = run
     for cell in result["cells"]:
         assert cell["solved"] == (0.0 if cell["contender"] == "empty" else 100.0)
-
-
-def test_sequences_with_infeasible_qps_are_not_in_the_summary(run: tuple[dict[str, Any], Path]) -> None:
-    result, _ = run
-    assert result["sequences"]["panda-infeasible"]["infeasible"] > 0
-    summary = speed_report.tables(result)[0]
-    assert "over 1 sequences without infeasible" in summary.title
-    assert [row[0] for row in summary.rows] == ["empty", *BACKENDS]
-
-
-def test_results_are_written_as_json_markdown_and_figures(run: tuple[dict[str, Any], Path]) -> None:
-    result, out = run
-    assert json.loads((out / "compare_speed-mine.json").read_text()) == result
-    text = (out / "compare_speed-mine.md").read_text()
-    for part in (
-        "## One solve [us]",
-        "## panda-infeasible",
-        "## Limitations",
-        "## Settings",
-        result["command"],
-    ):
-        assert part in text
-    for figure in ("times", "ratios"):
-        assert (out / f"compare_speed-mine-{figure}.png").stat().st_size > 10_000
-
-
-def test_an_unknown_name_is_one_sentence_and_exit_code_2() -> None:
-    done = _script("--quick", "--backends", "active_sett")
-    assert done.returncode == 2
-    assert "did you mean 'active_set'?" in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1

@@ -1,8 +1,6 @@
 """The study of the network counts what it says, and what is known of the methods shows in its figures."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,22 +13,21 @@ from comparison.dtrnn_study import (
     RIGHT,
     SCALED,
     Network,
-    Spent,
     along,
     each,
     settings,
     until_right,
 )
 from comparison.dtrnn_study_problems import expanded, random_qp, rule, scaled
-from comparison.dtrnn_study_report import EXPECTED, OBJECTIVES, best, number, triple
+from comparison.dtrnn_study_report import EXPECTED, OBJECTIVES
 from comparison.recorded import recorded
 from comparison.sequences import sequences
+from tests.scripts import ran
 
 from ftqp.qp import QP, Claim, solve
 from ftqp.qp.solving import loaded
 
-ROOT = Path(__file__).resolve().parents[2]
-SCRIPT = ROOT / "solvers" / "study_dtrnn.py"
+SCRIPT = "solvers/study_dtrnn.py"
 WITHIN = 0.2
 """How far iterations may be from the expected ones, as a share."""
 
@@ -101,26 +98,6 @@ def test_a_warm_run_needs_fewer_iterations_and_a_break_makes_it_cold() -> None:
     assert all(a < b for a, b in zip(warm[1:], cold[1:], strict=True))
 
 
-def test_an_entry_says_how_many_ran_into_the_cap() -> None:
-    spent = Spent(
-        iterations=[1, 2, 9],
-        claims=[Claim.SOLVED, Claim.INFEASIBLE, Claim.MAX_ITERATIONS],
-        errors=[0.5],
-        cap=9,
-    )
-    cell = spent.cell(part="x")
-    assert (cell["count"], cell["capped"], cell["median"], cell["max"]) == (3, 1, 2.0, 9)
-    assert triple(cell) == "2/8/>9"
-    assert number(9, 9, capped=0) == "9"
-
-
-def test_the_best_of_a_sweep_is_the_least_median() -> None:
-    sweep = [
-        {"what": "s", "at": at, "median": m, "cap": 99} for at, m in ((0.1, 50.0), (1.0, 20.0), (10.0, 30.0))
-    ]
-    assert best(sweep) == "20 at x 1"
-
-
 def test_a_network_forgets_a_start_that_led_nowhere() -> None:
     name = "planar6-infeasible"
     recording = sequences([name])[name]
@@ -137,14 +114,9 @@ def test_a_network_forgets_a_start_that_led_nowhere() -> None:
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
     """The object printed by a quick run, and the folder of its results."""
     out = tmp_path_factory.mktemp("study")
-    done = _script("--quick", "--json", "--out", str(out))
+    done = ran(SCRIPT, "--quick", "--json", "--out", str(out))
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout), out
-
-
-def _script(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(SCRIPT), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=400, check=False)
 
 
 def _cells(result: dict[str, Any], part: str, **wanted: Any) -> list[dict[str, Any]]:
@@ -252,36 +224,6 @@ def test_traces_end_where_their_variant_stops_and_jumps_go_down(run: tuple[dict[
         assert all(at[k + 1] < 0.5 * at[k] for k in trace["jumps"] if k + 1 in at and method != PRODUCT)
 
 
-def test_results_are_written_as_json_markdown_and_figures(run: tuple[dict[str, Any], Path]) -> None:
-    result, out = run
-    stem = "study_dtrnn-quick"
-    assert json.loads((out / f"{stem}.json").read_text()) == result
-    assert result["command"] == "python solvers/study_dtrnn.py --quick --json"
-    assert {"cpu", "cores", "system"} <= set(result["machine"])
-    assert {"ftqp", "numpy", "numba"} <= set(result["versions"])
-    assert set(result["contenders"]) == set(METHODS)
-    text = (out / f"{stem}.md").read_text()
-    for section in (
-        "## Iterations on the square",
-        "## Certificates",
-        "## Settings",
-        "## Limitations",
-        "## Versions",
-    ):
-        assert section in text
-    for figure in ("traces", "conditions", "scales", "loop"):
-        assert f"{stem}-{figure}.png" in text
-        assert (out / f"{stem}-{figure}.png").stat().st_size > 10_000
-
-
-def test_parts_can_be_chosen_and_tables_fit_into_a_hundred_columns(tmp_path: Path) -> None:
-    done = _script("--quick", "--parts", "sweep,traces", "--out", str(tmp_path))
-    assert done.returncode == 0, done.stderr
-    assert max(len(line.rstrip()) for line in done.stdout.splitlines()) <= 100
-    assert "Is the scaling rule near the best?" in done.stdout
-    assert {file.name.split("-")[-1] for file in tmp_path.glob("*.png")} == {"scales.png", "traces.png"}
-
-
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
@@ -290,7 +232,7 @@ def test_parts_can_be_chosen_and_tables_fit_into_a_hundred_columns(tmp_path: Pat
     ],
 )
 def test_a_wrong_part_is_one_sentence_and_exit_code_2(arguments: tuple[str, ...], sentence: str) -> None:
-    done = _script("--quick", *arguments)
+    done = ran(SCRIPT, "--quick", *arguments)
     assert done.returncode == 2
     assert sentence in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
