@@ -124,17 +124,6 @@ def test_name_that_is_no_text_is_shown_by_escapes(tmp_path):
     assert r"bad\udcff: 1 random episodes" in (tmp_path / "page.html").read_text()
 
 
-def test_help_of_the_report_names_campaigns():
-    assert "campaigns" in CliRunner().invoke(app, ["report", "--help"], env={"COLUMNS": "200"}).stdout
-
-
-def test_results_of_another_kind_are_no_campaign(tmp_path):
-    with ResultsFile(tmp_path / "c", kind="workspace", key="x", columns=COLUMNS):
-        pass
-    code, errors = report(tmp_path / "c", "-o", tmp_path / "page.html")
-    assert code == 2 and "holds no result" in errors
-
-
 @pytest.mark.parametrize("statement", ["drawn = 3", "said = '['", "ticks = 'x'", "law_honesty = 'x'"])
 def test_rows_that_no_campaign_writes_are_refused_with_a_sentence(folder, tmp_path, statement):
     with closing(sqlite3.connect(folder / "results.sqlite")) as connection, connection:
