@@ -36,14 +36,6 @@ def test_profile_solves_a_qp_with_active_bounds_cold_and_warm(file: Path) -> Non
         assert relative <= (PAPER if "paper" in file.stem else 1e-6)
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
-def test_profile_begins_with_a_comment_that_says_what_it_trades(file: Path) -> None:
-    lines = file.read_text(encoding="utf-8").splitlines()
-    comment = [line for line in lines if line.startswith("#")]
-    assert lines[0].startswith("# ")
-    assert len(" ".join(comment)) > 80
-
-
 def test_fast_profiles_are_not_tighter_than_accurate_ones() -> None:
     pairs = [
         (file, PROFILES / file.name.replace("fast", "accurate")) for file in FILES if "fast" in file.stem
@@ -59,12 +51,6 @@ def test_fast_profiles_are_not_tighter_than_accurate_ones() -> None:
         assert any(fast[key] > accurate[key] for key in tolerances)
         assert caps
         assert all(fast[key] <= accurate[key] for key in caps)
-
-
-def test_a_profile_is_alone_where_its_solver_has_nothing_to_trade() -> None:
-    lonely = {file.stem for file in FILES if not file.stem.endswith(("-fast", "-accurate"))}
-    assert {"active_set", "quadprog"} <= lonely
-    assert all("-paper-" in name for name in lonely - {"active_set", "quadprog"})
 
 
 def test_every_backend_of_its_own_has_a_profile() -> None:

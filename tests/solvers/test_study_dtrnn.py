@@ -6,17 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from comparison import dtrnn_study_parts as parts
 from comparison.dtrnn_study import (
     METHODS,
-    PRODUCT,
-    RIGHT,
     SCALED,
     Network,
     along,
     each,
     settings,
-    until_right,
 )
 from comparison.dtrnn_study_problems import expanded, random_qp, rule, scaled
 from comparison.dtrnn_study_report import EXPECTED, OBJECTIVES
@@ -25,7 +21,6 @@ from comparison.sequences import sequences
 from tests.scripts import ran
 
 from ftqp.qp import QP, Claim, solve
-from ftqp.qp.solving import loaded
 
 SCRIPT = "solvers/study_dtrnn.py"
 WITHIN = 0.2
@@ -68,23 +63,6 @@ def test_an_expanded_qp_has_the_same_solution() -> None:
     x = solve(expanded(problem), "daqp").x
     free = problem.lb < problem.ub
     assert x[: np.count_nonzero(free)] == pytest.approx(recording.x[30][free], abs=1e-7)
-
-
-def test_until_right_finds_the_first_iteration_that_is_right() -> None:
-    problem, x = _random(1e3, 1)
-    chosen = settings(SCALED)
-    k = until_right(problem, x, chosen)
-    goal = RIGHT * (1.0 + np.abs(x).max())
-    for iterations, right in ((k, True), (k - 2, False)):
-        few = settings(SCALED, max_iterations=iterations, tolerance=1e-15)
-        network = Network(problem.n, problem.m, problem.p, few)
-        network.solve(loaded(problem).flat)
-        assert bool(np.abs(network.x - x).max() <= goal) is right
-
-
-def test_who_never_gets_there_counts_with_the_cap() -> None:
-    problem, x = _random(1e6, 1)
-    assert until_right(problem, x, settings("94lvi", max_iterations=50)) == 50
 
 
 def test_a_warm_run_needs_fewer_iterations_and_a_break_makes_it_cold() -> None:
@@ -198,30 +176,6 @@ def test_every_variant_is_right_about_infeasibility(run: tuple[dict[str, Any], P
         assert cell["false_alarms"] == cell["called_solved"] == 0
         assert cell["found"] == cell["infeasible"]
         assert cell["solvable"] + cell["infeasible"] == cell["count"]
-
-
-def test_the_sweep_contains_the_rule_and_says_how_far_it_is_from_the_best(
-    run: tuple[dict[str, Any], Path],
-) -> None:
-    for sequence in parts.SWEPT[::2]:
-        by_rule = {w: _one(run[0], "sweep", sequence=sequence, what=w, at=at)["median"]
-                   for w, at in (("s", 1.0), ("q", 1.0), ("gamma", 1.6))}  # fmt: skip
-        assert len(set(by_rule.values())) == 1
-        far = [_one(run[0], "sweep", sequence=sequence, what="s", at=at)["median"] for at in (1e-3, 1e3)]
-        least = min(cell["median"] for cell in _cells(run[0], "sweep", sequence=sequence, what="s"))
-        assert least < min(far)
-
-
-def test_traces_end_where_their_variant_stops_and_jumps_go_down(run: tuple[dict[str, Any], Path]) -> None:
-    traces = {(trace["sequence"], trace["method"]): trace for trace in run[0]["traces"]}
-    assert set(traces) == {(name, method) for name in parts.TRACED for method in METHODS}
-    for (_, method), trace in traces.items():
-        assert trace["iteration"] == sorted(set(trace["iteration"]))
-        assert bool(trace["jumps"]) is (method in (PRODUCT, "implicit + scaling + Newton"))
-        if trace["iteration"][-1] < settings(method).cap:
-            assert trace["residual"][-1] <= 1e-5
-        at = dict(zip(trace["iteration"], trace["residual"], strict=True))
-        assert all(at[k + 1] < 0.5 * at[k] for k in trace["jumps"] if k + 1 in at and method != PRODUCT)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[s
 
 from alarms import detection_cases as drawn
 from alarms import detection_figures, detection_files, detection_scores
-from alarms.detection_world import QUANTUM, Configuration, world
+from alarms.detection_world import Configuration, world
 
 SCRIPT = Path(__file__).parents[2] / "studies" / "detection.py"
 SERVO = Configuration("panda", "position 15 Hz", "real")
@@ -81,15 +81,6 @@ def test_nothing_is_seen_at_the_tick_of_a_fault_but_of_an_encoder_that_fails(mot
         np.testing.assert_array_equal(case.record.seen[:late, :3], healthy.seen[:late, :3])
 
 
-def test_cases_have_what_makes_their_faults_visible(motion: drawn.Motion) -> None:
-    for case in motion.cases:
-        speed = np.abs(motion.record.v_r[case.at : case.at + drawn.MOVING_FOR, case.joint])
-        if drawn.KINDS[case.kind].share is None:
-            assert (speed >= drawn.MOVING).all()
-        else:
-            assert case.loss >= drawn.VISIBLE
-
-
 def test_motion_of_a_file_is_scored_as_the_one_that_was_simulated(
     motion: drawn.Motion, tmp_path: Path
 ) -> None:
@@ -106,13 +97,6 @@ def test_degraded_motor_gives_half_of_the_demand_of_the_same_instant(motion: dra
     case = next(case for case in motion.cases if case.kind == "degraded")
     _, tau, demand = np.moveaxis(case.record.truth[1:], 1, 0)
     np.testing.assert_allclose(tau[:, case.joint], 0.5 * demand[:, case.joint], rtol=1e-12)
-
-
-def test_tour_of_another_load_differs_from_that_of_the_calibrated_one() -> None:
-    assert not set(drawn.CARRIED) & set(drawn.OTHER)
-    one, other = (drawn.tour(SERVO, [9, 2], [worn]) for worn in (drawn.CARRIED[1], drawn.OTHER[4]))
-    assert len(one.codes) >= 2 * drawn.CHUNK and not one.codes.any()
-    assert not np.array_equal(one.seen[:1000], other.seen[:1000])
 
 
 def test_detector_of_one_threshold_finds_locks_and_nothing_else(motion: drawn.Motion) -> None:
@@ -145,13 +129,6 @@ def test_intervals_are_those_of_clopper_and_pearson() -> None:
     assert detection_figures.interval(1000, 1000)[0] == pytest.approx(0.025 ** (1 / 1000), abs=1e-9)
     assert detection_figures.interval(0, 0) == (0.0, 1.0)
     assert detection_figures.rate_bound(0, 30.0) == pytest.approx(0.1, abs=2e-4)  # -ln(0.05)/30 h
-
-
-def test_quantised_encoder_reads_whole_quanta() -> None:
-    record = drawn.tour(Configuration("panda", "torque", "quantised"), [2, 2], drawn.OTHER)
-    steps = record.q / QUANTUM
-    np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
-    assert np.abs(record.q - record.truth[:, 0]).max() <= 0.5 * QUANTUM + 1e-12
 
 
 def test_tables_of_the_docs_are_those_of_the_report() -> None:

@@ -103,15 +103,6 @@ def test_a_backend_that_is_not_installed_says_why_and_the_rest_runs(short: Path,
     assert "pip install daqp" in found[1].reason
 
 
-def test_a_scenario_whose_own_backend_is_missing_leaves_the_others(
-    short: Path, tmp_path: Path, without_daqp: None
-) -> None:
-    other = tmp_path / "other.toml"
-    other.write_text(short.read_text().replace("dt = 0.01", 'dt = 0.01\nbackend = "daqp"'))
-    found = combinations([str(short), str(other)], backends=None, schemes=None)
-    assert [c.setup is None for c in found] == [False, True]
-
-
 def test_nothing_that_can_run_is_an_error(short: Path, without_daqp: None) -> None:
     with pytest.raises(ScenarioError, match="pip install daqp"):
         combinations([str(short)], backends="daqp", schemes=None)

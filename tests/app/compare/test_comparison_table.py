@@ -45,15 +45,6 @@ def test_the_best_completed_run_is_marked_by_a_sign() -> None:
     assert table["max error [um]"] == ("2 ", "1*", "0.5 ")
 
 
-def test_nothing_is_marked_where_all_look_the_same() -> None:
-    assert cells([row("a"), row("b", max_position_error=2.000001e-6)])["max error [um]"] == ("2", "2")
-
-
-def test_each_scenario_has_its_own_best() -> None:
-    rows = [row("a", "s"), row("b", "s", max_position_error=3e-6), row("a", "t", max_position_error=9e-6)]
-    assert cells(rows)["max error [um]"] == ("2*", "3 ", "9 ")
-
-
 def test_lengths_have_the_unit_of_the_largest() -> None:
     assert cells([row(), row("b", max_position_error=0.0389)])["max error [mm]"] == ("0.002*", "38.9 ")
 
@@ -88,13 +79,6 @@ def test_only_what_differs_is_a_column() -> None:
     assert comparison_table.labels([row("a"), row("b")]) == ("s, scheme mvn", ["a", "b"])
     assert list(cells([row("a"), row("b")]))[:2] == ["backend", "result"]
     assert list(cells([row("a", "s"), row("b", "t")]))[:3] == ["scenario", "backend", "result"]
-
-
-def test_scenarios_with_several_runs_have_a_table_each() -> None:
-    assert [
-        len(group) for group in comparison_table.groups([row("a", "s"), row("b", "s"), row("a", "t")])
-    ] == [2, 1]
-    assert [len(group) for group in comparison_table.groups([row("a", "s"), row("a", "t")])] == [2]
 
 
 @pytest.mark.parametrize("width", [80, 200])
