@@ -117,6 +117,23 @@ def test_a_click_locks_a_joint_and_another_one_repairs_it(source, tab):
     assert not planner(source).faults
 
 
+def test_two_browsers_see_the_same_and_one_that_dies_stops_nothing(source, page, tab, opened):
+    other = opened(page.url, size=(800, 300))
+    other.wait_for_selector("#ftqp-status")
+    settle(other)
+    press(other, "lock", 3, "d.faults.includes('panda_joint4')")
+    shows(tab, "d.faults.includes('panda_joint4')")
+    press(tab, "repair", 3, "d.faults === ''")
+    shows(other, "d.faults === ''")
+    click(other, "lock", 6)
+    other.context.close()
+    shows(tab, "d.faults.includes('panda_joint7')")
+    until(lambda: page.browsers == 1)
+    now = tick(tab)
+    shows(tab, f"+d.tick > {now}")
+    press(tab, "repair", 6, "d.faults === ''")
+
+
 def test_the_target_can_be_dragged(source, page, tab):
     click(tab, "pause", 0)
     tab.get_by_role("tab", name="Show").click()
