@@ -1,6 +1,8 @@
 """A planner leads an arm round a circle in physics that is not its own."""
 
 import numpy as np
+import pinocchio
+from scipy.spatial import cKDTree
 
 import ftqp
 from tests.servo_arm import ServoArm, TorqueArm
@@ -23,25 +25,27 @@ class Ride:
     """A planner leads an arm round a circle; errors are of the true tip to the target of the same time."""
 
     def __init__(self, robot, planner, arm, path, seconds, events=None, sensor=lambda k, q: q):
-        q = arm.q.copy()
-        planner.reset(q)
-        self.error, self.turn, self.status, self.sent, off = [], [], [], [], []
-        places = path.sample(np.linspace(0.0, path.duration, 4000)).pose[:, :3, 3]
-        for k in range(round(seconds / DT)):
+        planner.reset(arm.q.copy())
+        self.status, sent, true = [], [], []
+        data, tip = robot.model.createData(), robot.model.getFrameId(robot.tip)
+        led = path.sample(np.minimum(DT * np.arange(round(seconds / DT)), path.duration))
+        target = ftqp.Target(pose=path.start)
+        for k, pose in enumerate(led.pose):
             for act in (events or {}).get(k, ()):
                 act(planner, arm)
-            target = target_at(path, k * DT)
-            true = robot.pose(arm.q)
-            self.error.append(np.linalg.norm(true[:3, 3] - target.position))
-            off.append(np.linalg.norm(places - true[:3, 3], axis=1).min())
-            cosine = (np.trace(true[:3, :3].T @ target.pose[:3, :3]) - 1.0) / 2.0
-            self.turn.append(np.arccos(np.clip(cosine, -1.0, 1.0)))
+            target.at(pose, led.twist[k], led.acceleration[k])
+            pinocchio.framesForwardKinematics(robot.model, data, arm.q)
+            true.append(data.oMf[tip].homogeneous)
             step = planner.step(sensor(k, arm.measured()), None, target)
             self.status.append(step.status.name)
-            self.sent.append(step.q.copy())
+            sent.append(step.q.copy())
             arm.command(step)
-        self.error, self.turn, self.sent = np.array(self.error), np.array(self.turn), np.array(self.sent)
-        self.off_path = np.array(off)
+        true, self.sent = np.array(true), np.array(sent)
+        tips, places = true[:, :3, 3], path.sample(np.linspace(0.0, path.duration, 4000)).pose[:, :3, 3]
+        self.error = np.linalg.norm(tips - led.pose[:, :3, 3], axis=1)
+        cosine = (np.einsum("kij,kij->k", true[:, :3, :3], led.pose[:, :3, :3]) - 1.0) / 2.0
+        self.turn = np.arccos(np.clip(cosine, -1.0, 1.0))
+        self.off_path, _ = cKDTree(places).query(tips)
         self.rest = float(np.abs(arm.v).max())
 
     def after(self, seconds):

@@ -61,6 +61,7 @@ class TorqueArm(ServoArm):
                 pinocchio.SE3(robot.chain.tip_rotation, robot.chain.tip_translation),
             )  # fmt: skip
         self.data = self.model.createData()
+        self.below = np.tril_indices(self.model.nv, -1)
         self.friction = friction
         self.tau_max = robot.limits.tau_max
         self.most = 0.0
@@ -70,17 +71,21 @@ class TorqueArm(ServoArm):
         self.most = max(self.most, float(np.max(np.abs(tau) / self.tau_max)))
         h = self.dt / SUBSTEPS
         for _ in range(SUBSTEPS):
-            # friction with stick: what would be needed to stop the joint, at most the friction
-            M = pinocchio.crba(self.model, self.data, self.q).copy()
-            M = np.triu(M) + np.triu(M, 1).T
-            bias = pinocchio.nonLinearEffects(self.model, self.data, self.q, self.v)
-            free = self.v + h * np.linalg.solve(M, tau - bias)
-            stop = np.clip(-np.diag(M) * free / h, -self.friction, self.friction)
-            a = np.linalg.solve(M, tau - bias + stop) + self.push
+            a, given = pinocchio.aba(self.model, self.data, self.q, self.v, tau), tau
+            if self.braked.any() or np.any(self.friction):
+                M = pinocchio.crba(self.model, self.data, self.q).copy()
+                M[self.below] = M.T[self.below]
+            if np.any(self.friction):
+                # friction with stick: what would be needed to stop the joint, at most the friction
+                free = self.v + h * a
+                given = tau + np.clip(-np.diag(M) * free / h, -self.friction, self.friction)
+                a = pinocchio.aba(self.model, self.data, self.q, self.v, given)
+            a = a + self.push
             if self.braked.any():
+                bias = pinocchio.nonLinearEffects(self.model, self.data, self.q, self.v)
                 f, k = self.braked, ~self.braked
                 a_f = np.clip(-self.v[f] / h, -200.0, 200.0)
-                a_k = np.linalg.solve(M[np.ix_(k, k)], (tau - bias + stop)[k] - M[np.ix_(k, f)] @ a_f)
+                a_k = np.linalg.solve(M[np.ix_(k, k)], (given - bias)[k] - M[np.ix_(k, f)] @ a_f)
                 a[f], a[k] = a_f, a_k
             self.advance(a, h)
         self.past.append(self.q.copy())

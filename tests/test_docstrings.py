@@ -5,6 +5,7 @@ import inspect
 import itertools
 import re
 import textwrap
+from functools import cache
 from pathlib import Path
 
 import ftqp
@@ -14,13 +15,15 @@ WIDTH = 110
 """Longest line, as ruff has it."""
 
 
+@cache
 def documented():
-    """(file, line, name, docstring, arguments or None) of everything that has a docstring in the sources."""
-    for file in SOURCES:
-        tree = ast.parse(file.read_text(encoding="utf-8"))
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
-                yield relative(file), node, ast.get_docstring(node)
+    """(file, node, docstring) of everything that has a docstring in the sources."""
+    return [
+        (relative(file), node, text)
+        for file in SOURCES
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and (text := ast.get_docstring(node))
+    ]
 
 
 def arguments_of(node):

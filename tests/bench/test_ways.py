@@ -20,28 +20,6 @@ class Clock:
         self.time += seconds
 
 
-def test_ticks_come_at_fixed_times_whatever_the_steps_take() -> None:
-    clock = Clock()
-    tick = Metronome(1.0, clock.now, clock.wait)
-    times = []
-    for busy in (0.25, 0.5, 0.0):
-        tick()
-        times.append(clock.time)
-        clock.time += busy
-    assert times == [1.0, 2.0, 3.0]
-    assert clock.slept == [1.0, 0.75, 0.5]
-
-
-def test_a_tick_that_is_missed_is_left_out_so_that_every_step_comes_out_of_sleep() -> None:
-    clock = Clock()
-    tick = Metronome(1.0, clock.now, clock.wait)
-    tick()
-    clock.time += 2.25  # the step misses the ticks at 2 and 3
-    tick()
-    assert clock.time == 4.0
-    assert clock.slept == [1.0, 0.75]
-
-
 @pytest.mark.parametrize("way", WAYS)
 def test_only_the_step_is_timed_and_the_arm_is_measured_after_each(
     way: str, monkeypatch: pytest.MonkeyPatch

@@ -1,7 +1,6 @@
 """Variants take turns, and one that fails is left out while the others go on."""
 
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -64,13 +63,6 @@ def test_variants_take_turns_and_each_goes_first(task: cases.Path, tmp_path: Pat
     assert rows["a"]["p50"] == 1.0
     assert left_out == {}
     assert set(said) == {"one", "two"}
-
-
-def test_only_leading_variants_make_all_steps(task: cases.Path, tmp_path: Path) -> None:
-    workers: list[Worker] = [Scripted("one", ["a", "b"], [])]
-    case, settings = task.case("velocity", locked=False), replace(SETTINGS, share=5)
-    rows, _, _ = measured(task, case, WAY, tmp_path / "c.npz", workers, settings, {"a"})
-    assert {name: row["steps"] for name, row in rows.items()} == {"a": 30, "b": 6}
 
 
 def test_a_variant_that_raises_is_left_out_with_its_reason(task: cases.Path, tmp_path: Path) -> None:

@@ -50,16 +50,3 @@ def test_best_gives_the_planners_own_arrays_back() -> None:
     arm = driven(planner, "best", START, POSES)
     arm.step(1)
     assert planner.given[1][0] is planner.out.q and planner.given[1][1] is planner.out.v
-
-
-@pytest.mark.parametrize("way", ["readme", "paced"])
-def test_otherwise_arrays_are_fresh_and_the_target_is_one(way: str) -> None:
-    planner = Planner()
-    arm = driven(planner, way, START, POSES)
-    for k in range(4):
-        arm.step(k)
-        arm.between()
-    arrays = [array for given in planner.given[1:] for array in given[:2]]
-    assert len({id(array) for array in arrays}) == len(arrays)
-    assert not any(np.shares_memory(array, planner.out.q) for array in arrays)
-    assert len({id(given[2]) for given in planner.given}) == 1

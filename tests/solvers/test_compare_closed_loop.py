@@ -1,19 +1,16 @@
 """One scenario under every backend: who agrees is judged soundly; no time is judged here."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 from bench.contenders import REFERENCE, Contender, contenders
-from bench.tables import quantity
-from comparison import closed_loop, closed_loop_report
+from comparison import closed_loop
 from comparison.closed_loop import Case, measured
+from tests.scripts import ran, told
 
-ROOT = Path(__file__).resolve().parents[2]
-SCRIPT = ROOT / "solvers" / "compare_closed_loop.py"
+SCRIPT = "solvers/compare_closed_loop.py"
 SHORT = ("path.duration=2.0", "faults.0.at=1.5", "path.side=0.005")
 FACTS = {
     "stopped_at": None,
@@ -26,16 +23,7 @@ FACTS = {
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
     """The object printed by a quick run, and the folder of its results."""
     out = tmp_path_factory.mktemp("results")
-    command = [sys.executable, str(SCRIPT), "--quick", "--json", "--out", str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout), out
-
-
-def process(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, str(SCRIPT), *arguments], capture_output=True, text=True, timeout=300, check=False
-    )
+    return json.loads(told(SCRIPT, "--quick", "--json", "--out", out)), out
 
 
 def test_every_case_has_a_row_for_every_backend(run: tuple[dict[str, Any], Path]) -> None:
@@ -64,27 +52,6 @@ def test_the_reference_repeats_itself_bit_by_bit(run: tuple[dict[str, Any], Path
     assert [cell["ratio"] for cell in own] == [1.0] * 3
 
 
-def test_times_are_those_of_the_steps(run: tuple[dict[str, Any], Path]) -> None:
-    result, _ = run
-    for cell in result["cells"]:
-        times = cell["step_time_us"]
-        assert 0.0 < times["p50"] <= times["p99"] <= times["max"]
-
-
-def test_report_and_a_figure_a_case_are_written(run: tuple[dict[str, Any], Path]) -> None:
-    result, out = run
-    assert json.loads((out / "compare_closed_loop-quick.json").read_text()) == result
-    text = (out / "compare_closed_loop-quick.md").read_text()
-    for words in ("## Machine", "## Versions", "## Settings", "## Limitations", "--quick", "dtrnn"):
-        assert words in text
-    assert len(list(out.glob("compare_closed_loop-quick-*.png"))) == 3
-
-
-def test_those_left_out_say_why(run: tuple[dict[str, Any], Path]) -> None:
-    result, _ = run
-    assert "quick" in result["left_out"]["qpsolvers:<name>"]
-
-
 def test_a_nudge_of_the_start_shows_chaos(tmp_path: Path) -> None:
     (reference,) = contenders([REFERENCE])
     _, calm, _ = measured(Case(scenario="planar6-square", quick=SHORT), [reference], tmp_path, quick=True)
@@ -102,13 +69,6 @@ def test_a_backend_that_cannot_run_the_case_is_left_out_with_its_reason(tmp_path
     )
     assert [row["contender"] for row in rows] == [REFERENCE]
     assert "tolerance" in declined["wrong"]
-
-
-def test_settings_of_a_profile_reach_the_planner() -> None:
-    (loose,) = contenders(["osqp-fast"])
-    setup = Case(scenario="planar6-square", quick=SHORT).setup(loose, quick=True)
-    assert setup.planner.backend == "osqp"
-    assert setup.tables.planner.backend == loose.settings
 
 
 @pytest.mark.parametrize(
@@ -131,17 +91,6 @@ def test_runs_are_judged_by_joints_or_where_chaotic_by_invariants(
     assert bool(found) == bool(words)
 
 
-def test_the_table_of_a_terminal_has_the_cells_of_the_report(run: tuple[dict[str, Any], Path]) -> None:
-    result, _ = run
-    table = closed_loop_report.tables(result)[0]
-    first = next(cell for cell in result["cells"] if cell["contender"] == REFERENCE)
-    assert table.headings == closed_loop_report.SHORT
-    assert table.rows[0][0] == REFERENCE
-    assert table.rows[0][4] == "0"
-    assert table.rows[0][5] == quantity(1e6 * first["max_position_error"])
-    assert table.rows[0][-1] == "yes"
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -151,7 +100,7 @@ def test_the_table_of_a_terminal_has_the_cells_of_the_report(run: tuple[dict[str
     ],
 )
 def test_bad_input_is_a_sentence_and_exits_2(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
-    done = process(*arguments, "--quick", "--out", str(tmp_path))
+    done = ran(SCRIPT, *arguments, "--quick", "--out", str(tmp_path))
     assert done.returncode == 2
     assert words in " ".join(done.stderr.split())
     assert "Traceback" not in done.stderr

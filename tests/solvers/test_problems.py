@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 from comparison.making import feasible as has_a_point
 from comparison.recipes import RECIPES
-from comparison.sequences import FOLDER, QUICK, feasible, names, sequences
+from comparison.sequences import FOLDER, feasible, names, sequences
 
 from ftqp.core.errors import InputError
 from ftqp.qp import QP, Recording, residuals
 from ftqp.qp.answer_check import infeasibility, scales
 
-LARGEST = 3_000_000
 """Bytes that all sequences may take together."""
 
 
@@ -29,10 +28,6 @@ def test_every_recipe_has_a_file_and_a_line_in_the_table() -> None:
     listed = [row for row in rows if "-" in row]
     assert listed == [recipe.name for recipe in RECIPES]
     assert sorted(listed) == list(names())
-
-
-def test_files_are_small() -> None:
-    assert sum(file.stat().st_size for file in FOLDER.glob("*.npz")) < LARGEST
 
 
 def test_sequences_cover_levels_modes_sizes_and_faults(everything: dict[str, Recording]) -> None:
@@ -83,12 +78,6 @@ def test_the_linear_program_tells_feasible_from_infeasible() -> None:
     assert has_a_point(QP(H, g, A=[[1.0, 1.0]], b=[2.1], ub=[1.0, 1.0])) is False
     assert has_a_point(QP(H, g, C=[[1.0, 1.0]], l=[2.1], ub=[1.0, 1.0])) is False
     assert has_a_point(QP(H, g, A=[[1.0, 1.0]], b=[2.0 + 1e-7], ub=[1.0, 1.0])) is None
-
-
-def test_a_quick_set_has_the_first_qps() -> None:
-    (short,) = sequences(["planar6-mtn"], quick=True).values()
-    assert len(short) == QUICK
-    assert (short.tick == sequences(["planar6-mtn"])["planar6-mtn"].tick[:QUICK]).all()
 
 
 def test_an_unknown_sequence_is_answered_with_the_nearest(tmp_path: Path) -> None:

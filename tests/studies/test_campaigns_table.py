@@ -1,27 +1,16 @@
 """The table of campaigns counts what summaries say, and refuses what is none."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
+from functools import partial
 
 import pytest
+from tests.scripts import ran
 
-SCRIPT = Path(__file__).parents[2] / "studies" / "campaigns_table.py"
-LAWS = [
-    "finite",
-    "speed",
-    "acceleration",
-    "position",
-    "braking",
-    "torque",
-    "failed",
-    "honesty",
-    "tracking",
-    "inside",
-    "obedience",
-    "rest",
-]
+told = partial(ran, "studies/campaigns_table.py")
+LAWS = (
+    "finite", "speed", "acceleration", "position", "braking", "torque",
+    "failed", "honesty", "tracking", "inside", "obedience", "rest",
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -44,10 +33,6 @@ def campaign(tmp_path):
     (folder / "summary.json").write_text(json.dumps(facts))
     (folder / "campaign.toml").write_text("[campaign]\nseed = 12\n")
     return folder
-
-
-def told(*arguments):
-    return subprocess.run([sys.executable, SCRIPT, *arguments], capture_output=True, text=True, check=False)
 
 
 def test_counts_bound_and_command_of_a_campaign_are_told(campaign, tmp_path):

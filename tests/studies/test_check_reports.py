@@ -2,30 +2,18 @@
 
 import importlib.util
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from tests.scripts import told
 
 SCRIPT = Path(__file__).parents[2] / "studies" / "check_reports.py"
 pytest.importorskip("viser", reason='needs the extra "viz": pip install -e ".[viz]"')
 
 
 def test_report_of_a_scenario_passes_the_check(tmp_path: Path) -> None:
-    arguments = [
-        sys.executable,
-        str(SCRIPT),
-        "planar6-stop",
-        "--seconds",
-        "0.5",
-        "--out",
-        str(tmp_path),
-        "--json",
-    ]
-    done = subprocess.run(arguments, capture_output=True, text=True, timeout=600, check=False)
-    assert done.returncode == 0, done.stderr
-    (row,) = json.loads(done.stdout)["rows"]
+    given = ("planar6-stop", "--seconds", 0.5, "--out", tmp_path, "--json")
+    (row,) = json.loads(told("studies/check_reports.py", *given))["rows"]
     assert row["broken"] == [] and row["replay"] and row["bytes"] > 500_000
     assert "1 reports, 0 of them break a rule" in (tmp_path / "check_reports-quick.md").read_text()
 

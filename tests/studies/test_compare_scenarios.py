@@ -66,10 +66,3 @@ def test_script_runs_both_checkouts() -> None:
     assert done.returncode == 0, done.stderr
     (one,) = json.loads(done.stdout)["scenarios"]
     assert one["difference"] == 0.0 and one["signals"] > 80 and one["rows"] == 51
-
-
-@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="needs the repository's history")
-def test_commit_that_is_none_is_refused() -> None:
-    command = [sys.executable, str(SCRIPT), "--against", "no-such-commit"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
-    assert done.returncode == 2 and "'no-such-commit' is no commit of this repository" in done.stderr

@@ -12,12 +12,11 @@ import pytest
 pytest.importorskip("mujoco", reason='needs the extra "sim": pip install -e ".[sim]"')
 
 from alarms import detection_cases as drawn
-from alarms import detection_figures, detection_files, detection_report, detection_scores
-from alarms.detection_world import CONFIGURATIONS, QUANTUM, Configuration, world
+from alarms import detection_figures, detection_files, detection_scores
+from alarms.detection_world import Configuration, world
 
 SCRIPT = Path(__file__).parents[2] / "studies" / "detection.py"
 SERVO = Configuration("panda", "position 15 Hz", "real")
-TORQUE = Configuration("panda", "torque", "nominal")
 
 
 class Threshold:
@@ -82,22 +81,6 @@ def test_nothing_is_seen_at_the_tick_of_a_fault_but_of_an_encoder_that_fails(mot
         np.testing.assert_array_equal(case.record.seen[:late, :3], healthy.seen[:late, :3])
 
 
-def test_cases_have_what_makes_their_faults_visible(motion: drawn.Motion) -> None:
-    for case in motion.cases:
-        speed = np.abs(motion.record.v_r[case.at : case.at + drawn.MOVING_FOR, case.joint])
-        if drawn.KINDS[case.kind].share is None:
-            assert (speed >= drawn.MOVING).all()
-        else:
-            assert case.loss >= drawn.VISIBLE
-
-
-def test_motion_is_the_same_for_the_same_seed(motion: drawn.Motion) -> None:
-    again = drawn.motion(SERVO, [5, 1], drawn.KINDS, 1)
-    np.testing.assert_array_equal(again.record.seen, motion.record.seen)
-    for one, other in zip(again.cases, motion.cases, strict=True):
-        np.testing.assert_array_equal(one.record.seen, other.record.seen)
-
-
 def test_motion_of_a_file_is_scored_as_the_one_that_was_simulated(
     motion: drawn.Motion, tmp_path: Path
 ) -> None:
@@ -114,13 +97,6 @@ def test_degraded_motor_gives_half_of_the_demand_of_the_same_instant(motion: dra
     case = next(case for case in motion.cases if case.kind == "degraded")
     _, tau, demand = np.moveaxis(case.record.truth[1:], 1, 0)
     np.testing.assert_allclose(tau[:, case.joint], 0.5 * demand[:, case.joint], rtol=1e-12)
-
-
-def test_tour_of_another_load_differs_from_that_of_the_calibrated_one() -> None:
-    assert not set(drawn.CARRIED) & set(drawn.OTHER)
-    one, other = (drawn.tour(SERVO, [9, 2], [worn]) for worn in (drawn.CARRIED[1], drawn.OTHER[4]))
-    assert len(one.codes) >= 2 * drawn.CHUNK and not one.codes.any()
-    assert not np.array_equal(one.seen[:1000], other.seen[:1000])
 
 
 def test_detector_of_one_threshold_finds_locks_and_nothing_else(motion: drawn.Motion) -> None:
@@ -149,69 +125,10 @@ def test_suspicions_of_a_second_are_one_alarm_and_a_finding_begins_anew(motion: 
     assert quiet["ticks"] == len(motion.record.codes) - detection_scores.SETTLING
 
 
-def row(kind: str, said: list[str], found: int | None, of: int = 2) -> dict[str, Any]:
-    """A case of joint 3."""
-    return {"kind": kind, "joint": 2, "speed": 0.2, "loss": 0.0, "early": False, "suspected": found,
-            "found": found, "said": said, "of": of, "share": None}  # fmt: skip
-
-
-def test_set_with_the_right_kind_counts_as_right_and_is_told_apart() -> None:
-    rows = [
-        row("locked, motor off", ["free_swinging", "locked"], 20),
-        row("locked, motor off", ["locked"], 51),
-        row("locked, motor off", ["locked"], 20, of=3),
-        row("locked, motor off", [], None),
-    ]
-    figures = detection_figures.cell(rows, "nominal")
-    assert (figures["soon"], figures["right"], figures["cases"], figures["sets"]) == (1, 2, 4, 1)
-    assert dict(detection_figures.confusion(rows, "nominal")) == {
-        "right, but late": 1, "locked of joint 4 for 3": 1, "nothing said": 1,
-    }  # fmt: skip
-
-
 def test_intervals_are_those_of_clopper_and_pearson() -> None:
     assert detection_figures.interval(1000, 1000)[0] == pytest.approx(0.025 ** (1 / 1000), abs=1e-9)
     assert detection_figures.interval(0, 0) == (0.0, 1.0)
     assert detection_figures.rate_bound(0, 30.0) == pytest.approx(0.1, abs=2e-4)  # -ln(0.05)/30 h
-
-
-def test_late_samples_come_late_and_lost_torque_has_longer() -> None:
-    limits = [
-        detection_figures.limit(kind, setting)
-        for kind in ("frozen", "runaway", "free")
-        for setting in ("nominal", "real")
-    ]
-    assert limits == [10, 12, 50, 100, 100, 100]
-
-
-def test_report_has_every_table() -> None:
-    rows = [row("locked, motor off", ["locked"], 20), row("free", ["locked"], 30)]
-    tours = [{"ticks": 3_600_000, "suspicions": [], "findings": [[5, "j1", ["locked"]]], "most": 0.5}]
-    found = [detection_report.summary(TORQUE, "encoders", rows, tours)]
-    result = {
-        "rows": json.loads(json.dumps(found)), "date": "now", "command": "python studies/detection.py",
-        "settings": {"seed": 1}, "left_out": {}, "contenders": {}, "versions": {},
-        "machine": {"cpu": "one", "cores": 1}, "limitations": ["none"],
-    }  # fmt: skip
-    text = detection_report.markdown(result)
-    assert "| panda, torque, nominal | encoders | 1/1/1 [2.5, 100.0]; 20, 20 | 0/0/1" in text
-    assert "| torque, nominal | encoders |  | 1 of 1, 100.0 % [2.5, 100.0] |  | 0 of 1, 0.0 %" in text
-    assert "1 locked of its joint" in text
-    assert "| all, nominal | encoders | 1.00 | 0 | 1 | 3 | 4.7 | 0.50 | 1 locked |" in text
-    short = "\n".join(detection_report.for_docs(result, "../studies/results/detection.md"))
-    assert "| all, nominal |" in short and "| panda, torque, nominal |" not in short
-    assert "From [detection.md](../studies/results/detection.md), now" in short
-
-
-def test_study_has_every_arm_drive_and_setting() -> None:
-    assert len(CONFIGURATIONS) == len(set(CONFIGURATIONS)) == 24
-
-
-def test_quantised_encoder_reads_whole_quanta() -> None:
-    record = drawn.tour(Configuration("panda", "torque", "quantised"), [2, 2], drawn.OTHER)
-    steps = record.q / QUANTUM
-    np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
-    assert np.abs(record.q - record.truth[:, 0]).max() <= 0.5 * QUANTUM + 1e-12
 
 
 def test_tables_of_the_docs_are_those_of_the_report() -> None:
@@ -222,13 +139,6 @@ def test_tables_of_the_docs_are_those_of_the_report() -> None:
     copied = text.partition("<!-- begin detection -->")[2].partition("<!-- end detection -->")[0]
     rows = [line for line in copied.splitlines() if line.startswith("|")]
     assert len(rows) > 10 and set(rows) <= set(report.splitlines())
-
-
-def test_file_that_keeps_no_results_is_refused_with_a_sentence(tmp_path: Path) -> None:
-    (tmp_path / "notes").write_text("no table of anything, and long enough to be none " * 20)
-    command = [sys.executable, str(SCRIPT), "--file", str(tmp_path / "notes")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode == 2 and "give another --file" in done.stderr and "Traceback" not in done.stderr
 
 
 @pytest.mark.slow

@@ -1,8 +1,6 @@
 """Files drawn by their grammar are taken or refused in clear words; who judges that sees what is not."""
 
 import json
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -10,10 +8,10 @@ import pytest
 from fuzz.files import promises, trial
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from tests.scripts import told
 
 from ftqp.core.errors import FtqpError, InputError
 
-SCRIPT = Path(__file__).parents[2] / "studies" / "fuzz_files.py"
 FEW = settings(max_examples=12, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 QUICK = tuple(set(trial.KINDS) - {"study", "summary"})
 
@@ -87,11 +85,7 @@ def test_judge_sees_control_characters_and_endless_lines() -> None:
 
 @pytest.mark.slow
 def test_script_counts_and_reports(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, str(SCRIPT), "--files=3", "--kinds=table,profile", "--json", "--out", str(tmp_path)],
-        capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    kinds = json.loads(done.stdout)["kinds"]
+    given = ("--files=3", "--kinds=table,profile", "--json", "--out", tmp_path)
+    kinds = json.loads(told("studies/fuzz_files.py", *given))["kinds"]
     assert [total["files"] for total in kinds.values()] == [3, 3]
     assert "python studies/fuzz_files.py" in (tmp_path / "fuzz_files.md").read_text(encoding="utf-8")

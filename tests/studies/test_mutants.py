@@ -106,13 +106,6 @@ def test_a_mutant_takes_the_place_of_data_that_cannot_be_changed(module, old, ne
     assert dataclasses.fields(car.Fault)[0].metadata["most"] == (2.0 if "most" in new else 1.0)
 
 
-def test_an_equivalent_mutant_is_one_that_was_not_found_and_of_which_it_is_said_why():
-    (module, after), why = next(iter(mutants.EQUIVALENT.items()))
-    row = {"module": module, "after": f"    {after}", "outcome": "missed"}
-    assert mutants.reason(row) == why and mutants.reason(row | {"outcome": "found"}) == ""
-    assert mutants.reason(row | {"after": "return None"}) == ""
-
-
 def test_the_interval_of_a_share_is_that_of_wilson():
     assert mutants.wilson(5, 10) == pytest.approx((23.66, 76.34), abs=0.01)
     assert mutants.wilson(10, 10) == pytest.approx((72.25, 100.0), abs=0.01)
@@ -132,10 +125,3 @@ def test_groups_name_modules_and_tests_that_are_there():
             assert (mutants.ROOT / "src" / f"{module.replace('.', '/')}.py").is_file(), module
         for test in tests:
             assert (mutants.ROOT / test).exists(), test
-
-
-def test_a_sample_is_the_same_for_the_same_seed(monkeypatch):
-    monkeypatch.setattr(mutation, "mutants", lambda module: tuple(range(50)))
-    one = mutation.sampled("m", 10, 1)
-    assert one == mutation.sampled("m", 10, 1) != mutation.sampled("m", 10, 2)
-    assert len(set(one)) == 10 and mutation.sampled("m", 60, 1) == list(range(50))

@@ -1,19 +1,12 @@
 """The study of rest: what it draws, and what it counts."""
 
 import json
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
-SCRIPT = Path(__file__).parents[2] / "studies" / "study_calm.py"
+from tests import scripts
 
-
-def told(*arguments):
-    done = subprocess.run(
-        [sys.executable, str(SCRIPT), *arguments], capture_output=True, text=True, timeout=600, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+told = partial(scripts.told, "studies/study_calm.py")
 
 
 def test_arms_rest_with_calm_and_the_report_lists_what_does_not(tmp_path: Path) -> None:

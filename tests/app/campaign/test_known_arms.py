@@ -3,7 +3,7 @@
 import pickle
 from pathlib import Path
 
-from ftqp.app.campaign.known_arms import MOST, KnownArms
+from ftqp.app.campaign.known_arms import KnownArms
 from ftqp.app.schema.reading import read
 from ftqp.app.schema.robot_section import RobotTable
 
@@ -18,10 +18,3 @@ def test_same_table_gives_the_same_arm_and_another_one_another():
     assert arms(table(), Path()) is first
     assert arms(table(acceleration=3.0), Path()) is not first
     assert pickle.loads(pickle.dumps(arms))(table(), Path()) is not first
-
-
-def test_arms_of_a_campaign_that_draws_limits_do_not_pile_up():
-    arms = KnownArms()
-    for k in range(MOST + 5):
-        arms(table(acceleration=1.0 + k), Path())
-    assert len(arms._known) == MOST

@@ -8,7 +8,6 @@ from typer.testing import CliRunner
 
 from ftqp.app.campaign.judged_scenario import broken_laws
 from ftqp.app.campaign.shrinking import shrunk
-from ftqp.app.commands.campaign_shrinking import size
 from ftqp.app.commands.cli import app
 from ftqp.core.errors import ScenarioError
 from ftqp.sim.plants.kinematic_plant import KinematicPlant
@@ -98,18 +97,6 @@ def test_run_ends_soon_after_the_law_was_broken_and_drawn_values_become_the_firs
 def test_no_more_scenarios_are_run_than_asked_for():
     found, asked = run(lambda t: ("x", None), most=5)
     assert found.tried == len(asked) == 5
-
-
-def test_scenario_that_breaks_no_law_is_not_shrunk():
-    with pytest.raises(ValueError, match="breaks no law"):
-        run(lambda t: None)
-
-
-def test_size_is_read_from_the_sentence_of_a_law():
-    assert size("rest from tick 3 on, 1 ticks: j1: the joint swings: 0.35") == 0.35
-    assert size("x from tick 3 on: 1e-09") == 1e-9 and size("x: inf") == size("ValueError: no") == float(
-        "inf"
-    )
 
 
 @pytest.fixture

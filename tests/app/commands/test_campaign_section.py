@@ -91,30 +91,6 @@ def test_page_is_made_of_the_rows_and_says_what_is_missing_and_what_was_given_up
     assert (tmp_path / "again.html").read_text() == page
 
 
-def test_campaign_of_which_less_was_asked_for_last_is_told_whole(folder, tmp_path):
-    (folder / "campaign.toml").write_text("[campaign]\nepisodes = 20\n")
-    (folder / "summary.json").write_text(
-        json.dumps(summary("mine", [episode(number) for number in range(20)]))
-    )
-    assert report(folder, "-o", tmp_path / "page.html")[0] == 0
-    page = (tmp_path / "page.html").read_text()
-    assert "60 random episodes" in page and "6 broke one" in page and "not finished" not in page
-
-
-def test_campaign_of_which_only_the_text_tells_how_to_run_it_is_run_by_that(folder, tmp_path):
-    with closing(sqlite3.connect(folder / "results.sqlite")) as connection, connection:
-        connection.execute("DELETE FROM about WHERE key = 'command'")
-    assert report(folder, "-o", tmp_path / "page.html")[0] == 0
-    assert f"ftqp campaign {folder}/campaign.toml --replay 7" in (tmp_path / "page.html").read_text()
-
-
-def test_names_that_are_too_long_are_refused_with_a_sentence(folder, tmp_path):
-    code, errors = report(tmp_path / ("x" * 300), "-o", tmp_path / "page.html")
-    assert code == 2 and "does not exist" in errors
-    code, errors = report(folder, "-o", tmp_path / ("x" * 300))
-    assert code == 2 and "File name too long" in errors
-
-
 def test_name_that_is_no_text_is_shown_by_escapes(tmp_path):
     about = {"name": "bad\udcff", "command": "ftqp campaign 'bad\udcff.toml'"}
     with ResultsFile(tmp_path / "c", kind="campaign", key="x", columns=COLUMNS, about=about) as results:
@@ -122,17 +98,6 @@ def test_name_that_is_no_text_is_shown_by_escapes(tmp_path):
     code, errors = report(tmp_path / "c", "-o", tmp_path / "page.html")
     assert code == 0, errors
     assert r"bad\udcff: 1 random episodes" in (tmp_path / "page.html").read_text()
-
-
-def test_help_of_the_report_names_campaigns():
-    assert "campaigns" in CliRunner().invoke(app, ["report", "--help"], env={"COLUMNS": "200"}).stdout
-
-
-def test_results_of_another_kind_are_no_campaign(tmp_path):
-    with ResultsFile(tmp_path / "c", kind="workspace", key="x", columns=COLUMNS):
-        pass
-    code, errors = report(tmp_path / "c", "-o", tmp_path / "page.html")
-    assert code == 2 and "holds no result" in errors
 
 
 @pytest.mark.parametrize("statement", ["drawn = 3", "said = '['", "ticks = 'x'", "law_honesty = 'x'"])

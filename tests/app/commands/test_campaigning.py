@@ -1,8 +1,6 @@
 """``ftqp campaign``: a few short episodes, resumed, replayed, judged, refused."""
 
-import hashlib
 import json
-import logging
 import shlex
 import signal
 import sqlite3
@@ -13,14 +11,12 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
-from ftqp import __version__
 from ftqp.app.campaign import episode_study
 from ftqp.app.campaign.campaign_summary import summary
 from ftqp.app.campaign.kept_campaign import command_of, kept_campaign
 from ftqp.app.commands import campaign_episodes
 from ftqp.app.commands.cli import app
 from ftqp.app.run import runs
-from ftqp.app.schema.reading import plain
 from ftqp.app.view.subjects import shown
 from ftqp.core.errors import InputError
 from ftqp.faults.kinds import Locked
@@ -138,17 +134,6 @@ def test_episode_of_a_bundled_campaign_has_figures_and_a_page_that_shows_its_loc
     assert frame.truth.sum() == Locked.number and not frame.braking.any()
 
 
-def test_level_of_the_log_is_afterwards_what_it_was(study):
-    log = logging.getLogger("ftqp")
-    before = log.level
-    try:
-        log.setLevel(logging.DEBUG)
-        episode_study.EpisodeWork(campaign=episode_study.load_campaign(str(study)))([0])
-        assert log.level == logging.DEBUG
-    finally:
-        log.setLevel(before)
-
-
 def test_table_tells_value_by_value(study, tmp_path):
     code, out, _ = campaign(study, "--out", tmp_path / "c", "--table")
     assert code == 0
@@ -231,7 +216,7 @@ def test_campaign_that_contradicts_itself_is_refused_before_anything_is_made(
     assert not (tmp_path / "c").exists()
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_wrong_distribution_is_refused_whatever_the_seed_draws(study, tmp_path, seed):
     study.write_text(STUDY + '"path.radius" = { uniform = [0.2, 0.1], chance = 0.5 }')
     code, _, errors = campaign(study, "--out", tmp_path / "c", "--set", f"campaign.seed={seed}")
@@ -303,18 +288,17 @@ def test_interrupt_within_an_episode_leaves_no_row_of_half_an_episode(study, tmp
     assert rows(tmp_path / "c") == rows(tmp_path / "whole")
 
 
-@pytest.mark.parametrize("option", ["--episodes", "--replay", "--shrink", "--jobs"])
-@pytest.mark.parametrize("text", ["1_0", "\uff11", " 1", "1.0", "0x1", "x", "9" * 5000])
+@pytest.mark.parametrize(
+    ("option", "text"),
+    [
+        *((option, "1_0") for option in ("--episodes", "--replay", "--shrink", "--jobs")),
+        *(("--episodes", text) for text in ("\uff11", " 1", "1.0", "0x1", "x", "9" * 5000)),
+    ],
+)
 def test_option_that_is_no_whole_number_in_plain_digits_is_refused(study, tmp_path, option, text):
     code, _, errors = campaign(study, option, text, "--out", tmp_path / "c")
     assert code == 2 and option in errors and "digits" in errors
     assert not (tmp_path / "c").exists()
-
-
-def test_results_of_another_campaign_are_refused(study, tmp_path):
-    campaign(study, "--out", tmp_path / "c", "--set", "campaign.episodes=1")
-    code, _, errors = campaign(study, "--out", tmp_path / "c", "--set", "campaign.seed=6")
-    assert code == 2 and "another" in errors
 
 
 def test_difference_that_is_told_is_not_the_number_of_episodes(study, tmp_path):
@@ -335,14 +319,6 @@ def test_results_of_an_arm_whose_file_was_changed_meanwhile_are_refused(study, t
     code, _, errors = campaign(study, "--out", tmp_path / "c", "--episodes", 3)
     assert code == 2 and "of another study" in errors and "of arm.urdf" in errors
     assert len(rows(tmp_path / "c")) == 2
-
-
-def test_key_of_a_campaign_that_names_no_file_is_that_of_its_text_alone(study):
-    made = episode_study.load_campaign(str(study))
-    content = plain(made.tables)
-    del content["campaign"]["episodes"]
-    text = f"{__version__}\n{json.dumps(content, sort_keys=True)}"
-    assert made.files == {} and made.key == hashlib.sha256(text.encode()).hexdigest()
 
 
 def test_bundled_campaign_can_be_drawn():

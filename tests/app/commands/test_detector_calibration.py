@@ -64,8 +64,3 @@ def test_a_run_of_half_a_minute_is_refused_even_to_extrapolate_from(runs: list[P
     said = " ".join(result.output.split())
     assert result.exit_code == 2 and "25 s of healthy motion, expected 50 s at least" in said
     assert not file.exists()
-
-
-def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:
-    result = asked("calibrate", tmp_path, "--out", tmp_path / "healthy.json")
-    assert result.exit_code == 2 and "no scenario.toml" in result.output

@@ -151,37 +151,6 @@ def test_what_files_say_stays_text(tmp_path: Path, still: None) -> None:
     assert text.count("&lt;script&gt;") > 5
 
 
-def test_log_that_is_cut_short_is_reported_as_far_as_it_goes(told: Path, tmp_path: Path, still: None) -> None:
-    cut = tmp_path / "cut"
-    cut.mkdir()
-    (cut / "log.sqlite").write_bytes((told / "log.sqlite").read_bytes())
-    with closing(sqlite3.connect(cut / "log.sqlite")) as connection, connection:
-        connection.execute("UPDATE metadata SET value = '\"running\"' WHERE key = 'state'")
-    assert asked(cut, "-o", tmp_path / "page.html").exit_code == 0
-    assert "This log is cut short" in (tmp_path / "page.html").read_text(encoding="utf-8")
-
-
-def test_run_of_another_version_is_reported_and_says_so(told: Path, tmp_path: Path, still: None) -> None:
-    old = tmp_path / "log.sqlite"
-    old.write_bytes((told / "log.sqlite").read_bytes())
-    with closing(sqlite3.connect(old)) as connection, connection:
-        (text,) = connection.execute("SELECT value FROM metadata WHERE key = 'versions'").fetchone()
-        changed = json.dumps(json.loads(text) | {"ftqp": "0.0.7"})
-        connection.execute("UPDATE metadata SET value = ? WHERE key = 'versions'", (changed,))
-    assert asked(old, "-o", tmp_path / "page.html").exit_code == 0
-    assert "made by ftqp 0.0.7" in (tmp_path / "page.html").read_text(encoding="utf-8")
-
-
-def test_log_of_a_newer_format_is_refused_in_words(told: Path, tmp_path: Path) -> None:
-    new = tmp_path / "log.sqlite"
-    new.write_bytes((told / "log.sqlite").read_bytes())
-    with closing(sqlite3.connect(new)) as connection, connection:
-        connection.execute("INSERT OR REPLACE INTO metadata VALUES ('format', '99')")
-    result = asked(new, "-o", tmp_path / "page.html")
-    assert result.exit_code == 2
-    assert "a newer ftqp may read it" in result.output
-
-
 @pytest.mark.parametrize(
     ("source", "said"),
     [("none", "does not exist"), ("empty", "holds no result"), ("file.txt", "is not a log of ftqp"),
@@ -199,19 +168,48 @@ def test_what_is_no_run_is_refused_in_one_sentence(source: str, said: str, tmp_p
     assert not (tmp_path / "page.html").exists()
 
 
+def changed(told: Path, folder: Path, statement: str) -> None:
+    """A copy of the run's log, with something done to it."""
+    (folder / "log.sqlite").write_bytes((told / "log.sqlite").read_bytes())
+    with closing(sqlite3.connect(folder / "log.sqlite")) as connection, connection:
+        connection.execute(statement)
+
+
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("UPDATE metadata SET value = '\"running\"' WHERE key = 'state'", "This log is cut short"),
+        ("UPDATE metadata SET value = '{\"ftqp\": \"0.0.7\"}' WHERE key = 'versions'", "made by ftqp 0.0.7"),
+    ],
+)
+def test_what_is_odd_about_a_log_is_said_on_its_page(
+    told: Path, tmp_path: Path, still: None, statement: str, said: str
+) -> None:
+    changed(told, tmp_path, statement)
+    assert asked(tmp_path, "-o", tmp_path / "page.html").exit_code == 0
+    assert said in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("INSERT OR REPLACE INTO metadata VALUES ('format', '99')", "a newer ftqp may read it"),
+        ("DELETE FROM metadata WHERE key = 'limits'", "does not say limits of its run"),
+        ("DELETE FROM chunks", "has no rows"),
+    ],
+)
+def test_log_of_which_no_page_can_be_made_is_refused(
+    told: Path, tmp_path: Path, statement: str, said: str
+) -> None:
+    changed(told, tmp_path, statement)
+    result = asked(tmp_path, "-o", tmp_path / "page.html")
+    assert result.exit_code == 2 and said in result.output
+
+
 def test_folder_of_several_runs_names_them(told: Path, tmp_path: Path) -> None:
     result = asked(told.parent, "-o", tmp_path / "page.html")
     assert result.exit_code == 2
     assert "it holds the runs told" in " ".join(result.output.split())
-
-
-def test_log_that_does_not_know_its_arm_is_refused(told: Path, tmp_path: Path) -> None:
-    (tmp_path / "log.sqlite").write_bytes((told / "log.sqlite").read_bytes())
-    with closing(sqlite3.connect(tmp_path / "log.sqlite")) as connection, connection:
-        connection.execute("DELETE FROM metadata WHERE key = 'limits'")
-    result = asked(tmp_path, "-o", tmp_path / "page.html")
-    assert result.exit_code == 2
-    assert "does not say limits of its run" in result.output
 
 
 def test_report_that_exists_is_not_overwritten(told: Path, tmp_path: Path) -> None:
@@ -220,15 +218,6 @@ def test_report_that_exists_is_not_overwritten(told: Path, tmp_path: Path) -> No
     assert result.exit_code == 2
     assert "nothing is overwritten" in json.loads(result.stdout)["error"]
     assert (tmp_path / "page.html").read_text(encoding="utf-8") == "mine"
-
-
-def test_run_without_rows_is_refused(told: Path, tmp_path: Path) -> None:
-    (tmp_path / "log.sqlite").write_bytes((told / "log.sqlite").read_bytes())
-    with closing(sqlite3.connect(tmp_path / "log.sqlite")) as connection, connection:
-        connection.execute("DELETE FROM chunks")
-    result = asked(tmp_path, "-o", tmp_path / "page.html")
-    assert result.exit_code == 2
-    assert "has no rows" in result.output
 
 
 def test_without_viser_a_note_takes_the_place_of_the_replay(

@@ -32,10 +32,3 @@ def test_folder_with_anything_else_is_refused(tmp_path: Path) -> None:
         study_folder(tmp_path, "x")
     with pytest.raises(InputError, match="exists, and nothing is overwritten"):
         study_folder(tmp_path / "mine.txt", "x")
-
-
-def test_study_without_a_folder_gets_a_new_one_each_time(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert study_folder(None, "x").parent == Path("runs")

@@ -41,11 +41,6 @@ def test_scenarios_keep_their_own_scheme_and_backend(short: Path) -> None:
     ]
 
 
-def test_overrides_hold_for_every_scenario(short: Path) -> None:
-    found = combinations([str(short), "planar6-square"], ["planner.dt=0.02"], backends=None, schemes=None)
-    assert [c.setup and c.setup.planner.dt for c in found] == [0.02, 0.02]
-
-
 def test_tables_and_profiles_are_taken_and_named(short: Path, tmp_path: Path) -> None:
     profile = tmp_path / "loose.toml"
     profile.write_text('name = "osqp"\ntolerance = 1e-6\n')
@@ -84,45 +79,28 @@ def test_every_wrong_name_is_told_at_once(short: Path) -> None:
     assert len(caught.value.errors) == 6
 
 
-@pytest.mark.parametrize("text", ["", " ", ",", "mvn,,rmp"])
-def test_an_empty_name_is_refused(short: Path, text: str) -> None:
-    with pytest.raises(ScenarioError, match=f"--schemes is {text!r}, expected names"):
-        combinations([str(short)], backends=None, schemes=text)
-
-
-def test_a_scenario_named_twice_is_refused(short: Path) -> None:
-    with pytest.raises(ScenarioError, match="there 2 times"):
-        combinations([str(short)] * 2, backends=None, schemes=None)
-
-
 @pytest.mark.parametrize(
-    "text",
+    ("schemes", "backends", "said"),
     [
-        "{name=",
-        "{ tolerance = 1.0 }",
-        "nothing.toml",
-        "{name=9" + "9" * 5000 + "}",
-        "{name=0xf" + "f" * 5000 + "}",
+        ("", None, "--schemes is '', expected names"),
+        ("mvn,,rmp", None, "--schemes is 'mvn,,rmp', expected names"),
+        (None, "{name=", "--backends: "),
+        (None, "{ tolerance = 1.0 }", "--backends: "),
+        (None, "nothing.toml", "--backends: "),
+        (None, "{name=9" + "9" * 5000 + "}", "--backends: "),
     ],
 )
-def test_a_wrong_table_or_profile_is_a_sentence(short: Path, text: str) -> None:
-    with pytest.raises(ScenarioError, match="--backends: "):
-        combinations([str(short)], backends=text, schemes=None)
+def test_what_names_nothing_is_a_sentence(
+    short: Path, schemes: str | None, backends: str | None, said: str
+) -> None:
+    with pytest.raises(ScenarioError, match=said):
+        combinations([str(short)], backends=backends, schemes=schemes)
 
 
 def test_a_backend_that_is_not_installed_says_why_and_the_rest_runs(short: Path, without_daqp: None) -> None:
     found = combinations([str(short)], backends="active_set,daqp", schemes=None)
     assert [c.setup is None for c in found] == [False, True]
     assert "pip install daqp" in found[1].reason
-
-
-def test_a_scenario_whose_own_backend_is_missing_leaves_the_others(
-    short: Path, tmp_path: Path, without_daqp: None
-) -> None:
-    other = tmp_path / "other.toml"
-    other.write_text(short.read_text().replace("dt = 0.01", 'dt = 0.01\nbackend = "daqp"'))
-    found = combinations([str(short), str(other)], backends=None, schemes=None)
-    assert [c.setup is None for c in found] == [False, True]
 
 
 def test_nothing_that_can_run_is_an_error(short: Path, without_daqp: None) -> None:

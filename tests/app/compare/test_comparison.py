@@ -75,13 +75,6 @@ def test_markdown_has_the_table_and_the_figures(compared: tuple[Any, Path]) -> N
     assert all(f"(figures/{picture.name})" in text for picture in pictures)
 
 
-def test_table_is_printed_with_units_and_the_folder(short: Path, tmp_path: Path) -> None:
-    result = invoke(short, "--schemes", "mvn,rmp", "--out", tmp_path / "out")
-    assert result.exit_code == 0, result.output
-    for words in ("max error", "[us]", "mvn", "rmp", "completed", str(tmp_path / "out")):
-        assert words in result.stdout
-
-
 def test_a_stopped_run_makes_the_exit_code_1(tmp_path: Path) -> None:
     result = invoke("planar6-stop", "--schemes", "dlsm", "--out", tmp_path / "out")
     assert result.exit_code == 1
@@ -93,14 +86,6 @@ def test_bad_input_exits_2_and_leaves_no_folder(short: Path, tmp_path: Path) -> 
     assert result.exit_code == 2
     assert len(json.loads(result.stdout)["errors"]) == 2
     assert not (tmp_path / "out").exists()
-
-
-def test_an_existing_folder_is_left_alone(short: Path, tmp_path: Path) -> None:
-    (tmp_path / "mine.txt").write_text("mine")
-    result = invoke(short, "--out", tmp_path)
-    assert result.exit_code == 2
-    assert "nothing is overwritten" in result.stderr
-    assert (tmp_path / "mine.txt").read_text() == "mine"
 
 
 def test_a_run_that_breaks_off_is_told_and_the_rest_runs(

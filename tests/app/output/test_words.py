@@ -2,23 +2,7 @@
 
 import pytest
 
-from ftqp.app.output.words import ending, fault_sentence, length, limits_sentence
-
-
-@pytest.mark.parametrize(
-    ("metres", "words"),
-    [
-        (1.5, "1.5 m"),
-        (0.0388, "38.8 mm"),
-        (1e-3, "1 mm"),
-        (6.6e-4, "0.66 mm"),
-        (3.48e-6, "3.5 um"),
-        (0.0, "0 um"),
-        (None, "an unknown distance"),
-    ],
-)
-def test_length_has_the_unit_that_reads_best(metres: float | None, words: str) -> None:
-    assert length(metres) == words
+from ftqp.app.output.words import ending, fault_sentence, limits_sentence
 
 
 def test_rounding_is_no_exceeded_limit() -> None:

@@ -52,18 +52,19 @@ def test_a_path_with_laps_is_repeated(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("laps", "said"),
-    [(0.0, "greater than 0"), (1e308, "duration of the path"), (float("nan"), "finite number")],
+    ("tables", "said"),
+    [
+        ({"path": ROUND | {"laps": 0.0}}, "greater than 0"),
+        ({"path": ROUND | {"duration": 50.0, "laps": 1e308}}, "duration of the path"),
+        ({"path": ROUND | {"laps": float("nan")}}, "finite number"),
+        ({"path": ROUND | {"radius": 3.0, "laps": 2000.0}}, "out of reach"),
+        ({"log": {"keep": 2}}, "part, their length, is not given"),
+    ],
 )
-def test_laps_that_cannot_be_are_refused(laps: float, said: str) -> None:
+def test_laps_and_parts_that_cannot_be_are_refused(tables: dict[str, Any], said: str) -> None:
     with pytest.raises(ScenarioError) as caught:
-        setup(path=ROUND | {"duration": 50.0, "laps": laps})
+        setup(**tables)
     assert said in str(caught.value)
-
-
-def test_a_path_out_of_reach_is_found_whatever_the_laps() -> None:
-    with pytest.raises(ScenarioError, match="out of reach"):
-        setup(path=ROUND | {"radius": 3.0, "duration": 1.0, "laps": 2000.0})
 
 
 def test_what_a_path_survives_is_asked_of_one_lap() -> None:
@@ -81,11 +82,6 @@ def test_a_run_in_parts_sums_up_all_its_ticks(tmp_path: Path) -> None:
     assert len(log_files(tmp_path / "parts")) == 2 and ftqp.load_log(tmp_path / "parts")["t"][0] > 15.0
     scenario = (tmp_path / "parts" / "scenario.toml").read_text()
     assert "part = 15.0" in scenario and "keep = 2" in scenario
-
-
-def test_parts_to_keep_need_their_length() -> None:
-    with pytest.raises(ScenarioError, match="part, their length, is not given"):
-        setup(log={"keep": 2})
 
 
 def test_figures_of_a_long_run_show_its_end(

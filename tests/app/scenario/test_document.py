@@ -13,32 +13,13 @@ from ftqp.app.schema import Scenario
 from ftqp.app.schema.reading import plain, read
 from ftqp.core.errors import ScenarioError
 
-BUNDLED = {
-    "iiwa-line",
-    "iiwa-moving-base-locked",
-    "modular11-locked",
-    "modular11-singular",
-    "panda-circle",
-    "panda-degraded",
-    "panda-free-swinging",
-    "planar6-square",
-    "planar6-stop",
-    "puma-step-10",
-    "puma-step-30",
-}
 
-
-def test_bundled_scenarios_are_there_with_a_sentence_each() -> None:
+def test_bundled_scenarios_have_a_sentence_each_and_survive_being_written_as_toml() -> None:
     found = document.bundled()
-    assert set(found) >= BUNDLED
-    assert all(len(story) > 30 for story in found.values())
-
-
-@pytest.mark.parametrize("name", sorted(BUNDLED))
-def test_bundled_scenario_is_valid_and_survives_being_written_as_toml(name: str) -> None:
-    scenario = read(Scenario, document.read(name).content, name)
-    again = read(Scenario, tomllib.loads(document.toml(plain(scenario))), name)
-    assert again == scenario
+    assert len(found) > 20 and all(len(story) > 30 for story in found.values())
+    for name in found:
+        scenario = read(Scenario, document.read(name).content, name)
+        assert read(Scenario, tomllib.loads(document.toml(plain(scenario))), name) == scenario
 
 
 def test_emergency_off_survives_being_written_as_toml() -> None:
@@ -96,15 +77,18 @@ def test_empty_override_takes_a_key_out() -> None:
     assert "faults" not in document.read("panda-circle", ["faults="]).content
 
 
-@pytest.mark.parametrize("override", ["dt", "=1", "planner..dt=1", ".=2"])
-def test_override_without_key_and_value_is_refused(override: str) -> None:
-    with pytest.raises(ScenarioError, match=r"a\.b=value"):
-        document.read("panda-circle", [override])
-
-
-@pytest.mark.parametrize("override", ["faults.3.at=1", "faults.x.at=1", "planner.dt.x=1", "faults.7=1"])
-def test_override_that_leads_nowhere_is_refused(override: str) -> None:
-    with pytest.raises(ScenarioError, match="--set"):
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        *((override, r"a\.b=value") for override in ("dt", "=1", "planner..dt=1")),
+        *(
+            (override, "--set")
+            for override in ("faults.3.at=1", "faults.x.at=1", "planner.dt.x=1", "faults.7=1")
+        ),
+    ],
+)
+def test_override_that_leads_nowhere_is_refused(override: str, said: str) -> None:
+    with pytest.raises(ScenarioError, match=said):
         document.read("panda-circle", [override])
 
 
@@ -129,7 +113,7 @@ def test_empty_list_of_tables_stays_at_the_top() -> None:
 HUGE = f"0x{'f' * 5000}"
 
 
-@pytest.mark.parametrize("key", ["planner.dt", "description", "path.radius", "x.y.z", "faults.0.at"])
+@pytest.mark.parametrize("key", ["planner.dt", "faults.0.at"])
 def test_whole_number_that_cannot_even_be_shown_is_refused_by_its_key(key: str) -> None:
     shown = key.replace(".0.", "[0].")
     with pytest.raises(ScenarioError, match=re.escape(f"{shown} is a whole number beyond 1e+300 in size")):

@@ -2,7 +2,6 @@
 
 import os
 import sqlite3
-import time
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -119,27 +118,11 @@ def test_what_is_not_of_this_study_is_refused_and_left_as_it_is(tmp_path: Path, 
         assert file.read_bytes() == before
 
 
-def test_an_empty_file_is_begun(tmp_path: Path) -> None:
-    (tmp_path / FILE_NAME).touch()
-    made(tmp_path)
-
-
 def test_two_writers_do_not_meet(tmp_path: Path) -> None:
     held = r"another process writes to .*; wait until it has ended, or name another folder"
     with opened(tmp_path), pytest.raises(InputError, match=held):
         opened(tmp_path)
     opened(tmp_path).close()
-
-
-def test_a_full_disk_is_said_and_rows_before_it_are_kept(tmp_path: Path) -> None:
-    with opened(tmp_path) as results:
-        results.write([0], [(0.5, 7, "x")], 1.0, "a")
-        results._connection.execute("PRAGMA max_page_count = 1")
-        with pytest.raises(
-            FtqpError, match=f"written: database or disk is full; .* with --out {tmp_path} goes on from there"
-        ):
-            results.write(range(1, 5000), [(0.5, 7, "y" * 100)] * 4999, 1.0, "a")
-        assert results.done() == {0}
 
 
 @pytest.mark.parametrize("room", [0, *(1024 * k for k in (2, 6, 12, 20, 24, 28, 32, 36, 44))])
@@ -181,17 +164,6 @@ def test_a_damaged_page_is_said_in_a_sentence(tmp_path: Path, page: int) -> None
         results.done(), results.count(), results.crashed(), results.seconds(), results.table()
 
 
-def test_a_clock_that_is_set_back_changes_no_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    times = iter(range(10**6, 0, -1))
-    monkeypatch.setattr(time, "time", lambda: float(next(times)))
-    monkeypatch.setattr(time, "time_ns", lambda: 10**9 * next(times))
-    with opened(tmp_path) as results:
-        results.write([0], [(0.5, 7, "x")], 1.0, "a")
-    with opened(tmp_path) as results:
-        results.write([1], [(0.5, 7, "x")], 1.0, "a")
-        assert results.done() == {0, 1} and results.seconds() == 2.0
-
-
 def mode_of_journal(file: Path) -> int:
     """What the header of a database says: 2 where readers have to write beside it, 1 where not."""
     return file.read_bytes()[18]
@@ -218,14 +190,3 @@ def test_file_of_an_older_version_is_read_without_anything_written_beside_it(
     with closing(read_only(tmp_path / FILE_NAME)) as connection:
         assert connection.execute("SELECT item FROM results").fetchall() == [(0,)]
         assert not list(tmp_path.glob(f"{FILE_NAME}-*"))
-
-
-def test_file_that_is_being_read_is_closed_all_the_same(tmp_path: Path) -> None:
-    with opened(tmp_path) as results:
-        results.write([0], [(0.5, 7, "x")], 1.0, "a")
-        with closing(read_only(tmp_path / FILE_NAME)) as connection:
-            reader = connection.execute("SELECT item FROM results")
-            results.close()
-            assert reader.fetchall() == [(0,)]
-    with opened(tmp_path) as results:
-        assert results.done() == {0}

@@ -134,7 +134,7 @@ def test_who_computes_is_said_once(jobs: int, dask: str | None, sentence: str) -
         refuse_wrong_workers(jobs, dask)
 
 
-def begun(folder: Path, rows: int, work: str = "seconds=0.05", jobs: int = 2) -> "subprocess.Popen[bytes]":
+def begun(folder: Path, rows: int, work: str = "seconds=0.02", jobs: int = 2) -> "subprocess.Popen[bytes]":
     """A process that runs a study, as soon as it has some rows on file."""
     script = folder / "script.py"
     script.write_text(SCRIPT.format(work=work, jobs=jobs), encoding="utf-8")

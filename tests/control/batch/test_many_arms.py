@@ -244,19 +244,6 @@ def test_wrong_input_is_refused_with_one_sentence(study, given, sentence):
         ftqp.batch.rollout(**({"planner": planner, "q": q, "targets": targets} | given))
 
 
-@pytest.mark.parametrize("engine", ["kernel", "numba"])
-def test_only_engine_may_still_be_named_with_a_warning(study, engine):
-    planner, targets, q = study
-    with pytest.warns(DeprecationWarning, match=f"engine='{engine}' is deprecated and has no effect") as said:
-        named = ftqp.batch.rollout(planner, q[:2], targets=targets, engine=engine)
-        needed = ftqp.batch.memory(planner, 10, engine=engine)
-    assert [warning.filename for warning in said] == [__file__] * 2
-    np.testing.assert_array_equal(named.q, ftqp.batch.rollout(planner, q[:2], targets=targets).q)
-    assert needed == ftqp.batch.memory(planner, 10)
-    with pytest.raises(InputError, match="engine 'jax' is gone"):
-        ftqp.batch.memory(planner, 10, engine="jax")
-
-
 def test_planners_that_are_not_compiled_as_a_whole_are_refused(study):
     planner, targets, q = study
     for settings, sentence in (

@@ -204,22 +204,6 @@ def test_an_arm_without_masses_counts_every_failed_joint_as_locked() -> None:
     assert fault_of(finding("degraded", share=0.5), has_inertia=False) == ftqp.Locked("j")
 
 
-def test_measured_torques_go_to_the_detector_for_one_tick() -> None:
-    planner = planner_of(ftqp.Detector())
-    q = planner.robot.neutral
-    target = ftqp.Target(planner.robot.pose(q))
-    planner.reset(q)
-    assert planner._fault_response is not None
-    session = planner._fault_response.detector._session
-    assert session is not None
-    planner.step(q, None, target, tau=[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0])
-    assert session.D.got_tau == 7 and session.D.tau[6] == 7.0
-    planner.step(q, None, target)
-    assert session.D.got_tau == 0
-    with pytest.raises(InputError, match=r"tau has shape \(2,\), expected \(7,\)"):
-        planner.step(q, None, target, tau=[1.0, 2.0])
-
-
 def test_the_detector_counts_on_a_load_that_the_planner_carries() -> None:
     planner = planner_of(ftqp.Detector(), drive="torque")
     planner.reset(planner.robot.neutral)

@@ -1,15 +1,12 @@
 """The kernel of a process: functions of the built library, or plain Python and one sentence."""
 
-import ctypes
 import threading
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 import pytest
 
-from ftqp.kernel.compiled.entry_point import EntryPoint
 from ftqp.kernel.compiled.kernel import Kernel
 
 ROW = {n: np.dtype([("x", np.float64, (n,)), ("sum", np.float64)]) for n in (8, 16)}
@@ -77,23 +74,6 @@ def test_other_python_threads_run_beside_an_entry_point_that_releases_the_interp
     timer.start()
     assert function(flag.ctypes.data, 10**9) == 1
     timer.join()
-
-
-def test_function_called_after_a_pause_gives_the_same(ready: Any) -> None:
-    function, before = ready.kernel().load(ready.summed, 8), expected()
-    end = perf_counter() + 0.02
-    while perf_counter() < end:
-        assert sum_of(function) == pytest.approx(before, rel=1e-15)
-        ctypes.pythonapi.usleep(2_000)
-
-
-def test_entry_points_are_checked_when_they_are_named() -> None:
-    with pytest.raises(ValueError, match="Python identifier"):
-        EntryPoint(name="no name", module="m", factory="f", signature="i")
-    with pytest.raises(ValueError, match="letters i and o only"):
-        EntryPoint(name="name", module="m", factory="f", signature="if")
-    with pytest.raises(ValueError, match="takes no Python object"):
-        EntryPoint(name="name", module="m", factory="f", signature="o", nogil=True)
 
 
 def test_level_is_that_of_the_library_in_use(ready: Any, tmp_path: Path) -> None:

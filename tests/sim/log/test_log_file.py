@@ -8,7 +8,6 @@ import subprocess
 import sys
 import textwrap
 from contextlib import closing
-from zlib import crc32
 
 import numpy as np
 import pytest
@@ -77,19 +76,6 @@ def test_log_in_memory_is_the_same_as_the_file(tmp_path):
     assert kept.log.metadata == {"state": "finished"} and kept.log.path is None
     with pytest.raises(InputError, match="'x' is not a signal of log in memory"):
         kept.log["x"]
-
-
-def test_folder_of_a_run_is_as_good_as_its_file(tmp_path):
-    write(tmp_path / "log.sqlite", 3)
-    assert len(load_log(tmp_path)) == 3
-
-
-def test_values_that_are_not_numbers_survive(tmp_path):
-    with LogWriter(tmp_path / "l.sqlite", COLUMNS, {}) as log:
-        log.write(0, np.array([[0.0, np.nan, np.inf, 0]]))
-    log = load_log(tmp_path / "l.sqlite")
-    assert np.isnan(log["q.a"][0])
-    assert np.isinf(log["q.b"][0])
 
 
 def test_any_python_reads_the_rows_as_the_file_itself_says(tmp_path):
@@ -176,12 +162,6 @@ def test_write_takes_the_place_of_one_that_was_interrupted(tmp_path):
         log.write(0, rows(0, 3))
         log.write(3, rows(3, 1))
     np.testing.assert_array_equal(load_log(tmp_path / "l.sqlite")["q.a"], [0, 1, 2, 3])
-
-
-def test_metadata_can_be_added_later(tmp_path):
-    with LogWriter(tmp_path / "l.sqlite", COLUMNS, {"state": "running"}) as log:
-        log.annotate({"state": "finished"})
-    assert load_log(tmp_path / "l.sqlite").metadata["state"] == "finished"
 
 
 def test_existing_file_is_never_overwritten(tmp_path):
@@ -274,15 +254,6 @@ def test_damaged_log_is_refused_in_a_sentence(tmp_path, damage):
     assert len(str(caught.value)) < 400
 
 
-def test_trigger_does_nothing_to_a_reader(tmp_path):
-    write(tmp_path / "l.sqlite", 2)
-    execute(
-        tmp_path / "l.sqlite",
-        "CREATE TRIGGER spoil AFTER INSERT ON chunks BEGIN DELETE FROM chunks; END",
-    )
-    assert len(load_log(tmp_path / "l.sqlite")) == 2
-
-
 def first_format(path, *more):
     execute(
         path,
@@ -322,12 +293,6 @@ def test_damaged_log_of_the_first_format_is_refused(tmp_path, damage):
         load_log(tmp_path / "old.sqlite")
 
 
-def test_checksum_is_that_of_zlib(tmp_path):
-    write(tmp_path / "l.sqlite", 2)
-    with closing(sqlite3.connect(tmp_path / "l.sqlite")) as connection:
-        assert connection.execute("SELECT crc, data FROM chunks").fetchall() == [(crc32(BLOB), BLOB)]
-
-
 def test_missing_log_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"log .*x.sqlite does not exist"):
         load_log(tmp_path / "x.sqlite")
@@ -349,9 +314,3 @@ def test_columns_have_units_of_their_joints():
     assert (units["a.turn"], units["a.slide"]) == ("rad/s2", "m/s2")
     assert (units["tau.turn"], units["tau.slide"]) == ("N m", "N")
     assert units["lb.slide"] == "m/s"
-
-
-def test_columns_are_all_different_and_described():
-    all_columns = columns(["a", "b"], np.array([False, False]), "acceleration")
-    assert len({c.name for c in all_columns}) == len(all_columns)
-    assert all(c.description and c.unit for c in all_columns)

@@ -1,8 +1,6 @@
 """A long log in parts: each is a log, all are one, and no interrupt loses what was written."""
 
 import resource
-import threading
-import time
 
 import numpy as np
 import pytest
@@ -183,33 +181,6 @@ def test_a_reader_keeps_no_writer_waiting_between_two_chunks(tmp_path):
         log.write(15, rows(15, 5))
         np.testing.assert_array_equal(np.concatenate(list(blocks))[:, 1], np.arange(5, 15))
     log.close()
-
-
-def test_a_reader_of_another_program_makes_the_writer_wait_and_nothing_is_lost(tmp_path):
-    log = LogWriter(tmp_path / "log.sqlite", COLUMNS, {})
-    log.write(0, rows(0, 5))
-    begun, ended = threading.Event(), []
-
-    def reader():
-        import sqlite3
-
-        connection = sqlite3.connect(tmp_path / "log.sqlite")
-        cursor = connection.execute("SELECT name FROM columns")
-        cursor.fetchone()
-        begun.set()
-        time.sleep(0.2)
-        cursor.close()
-        ended.append(True)
-        connection.close()
-
-    thread = threading.Thread(target=reader)
-    thread.start()
-    begun.wait()
-    log.write(5, rows(5, 5))
-    assert ended
-    thread.join()
-    log.close()
-    assert len(load_log(tmp_path)) == 10
 
 
 @pytest.mark.parametrize("given", [{"rows": 0}, {"rows": 5, "keep": 0}])

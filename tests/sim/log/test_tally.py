@@ -54,14 +54,6 @@ def test_blocks_of_any_size_give_the_same_figures(run, size):
     assert pieces == whole
 
 
-def test_tally_that_takes_in_more_leaves_the_one_before_as_it_is(run):
-    _, log = run
-    before = Tally(log.metadata, sensed=False)
-    after = before.after(log)
-    assert (before.count, after.count) == (0, len(log))
-    assert before.facts(log.metadata)["max_position_error"] is None
-
-
 def test_rows_that_are_written_twice_count_once(run):
     _, log = run
     (table,) = log.rows.blocks()

@@ -21,7 +21,6 @@ pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e 
 from ftqp.viz.figures import agreement, canvas, curves
 from ftqp.viz.figures import compared_runs as comparison
 
-PNG = b"\x89PNG\r\n\x1a\n"
 KINDS = ["errors", "velocities", "accelerations", "torques", "status"]
 
 
@@ -66,8 +65,6 @@ def legend(figure: canvas.Figure) -> list[str]:
 def test_five_pictures_are_written(logs: dict[str, Log], tmp_path: Path) -> None:
     files = comparison.save_comparison(logs, tmp_path / "new" / "figures", name="square", title="the square")
     assert [file.name for file in files] == [f"square-{kind}.png" for kind in KINDS]
-    for file in files:
-        assert file.read_bytes().startswith(PNG)
     assert sorted(file.name for file in files[0].parent.iterdir()) == sorted(file.name for file in files)
 
 
@@ -106,24 +103,6 @@ def test_every_run_has_a_panel_of_velocities_with_the_same_axes(
     assert panels[0].get_ylabel() == "velocity [deg/s]"
     np.testing.assert_allclose(panels[2].lines[3].get_ydata(), np.degrees(logs["mtn"]["v"][:, 3]))
     assert legend(drawn[0])[:6] == [f"j{i}" for i in range(1, 7)]
-
-
-def test_torque_norm_is_drawn_in_newton_metres(
-    logs: dict[str, Log], drawn: list[canvas.Figure], tmp_path: Path
-) -> None:
-    comparison.draw_torques(logs, "x", tmp_path / "a.png")
-    (axes,) = drawn[0].axes
-    assert axes.get_ylabel() == "torque norm [N m]"
-    np.testing.assert_allclose(axes.lines[0].get_ydata(), np.linalg.norm(logs["one"]["tau"], axis=1))
-
-
-def test_every_run_has_a_ribbon_and_statuses_have_names(
-    logs: dict[str, Log], drawn: list[canvas.Figure], tmp_path: Path
-) -> None:
-    comparison.draw_statuses(logs, "x", tmp_path / "a.png")
-    (axes,) = drawn[0].axes
-    assert [label.get_text() for label in axes.get_yticklabels()] == list(logs)
-    assert {"OK", "STOPPED"} <= set(legend(drawn[0]))
 
 
 def test_agreement_shows_error_difference_and_times(

@@ -5,8 +5,7 @@ import pytest
 
 pytest.importorskip("matplotlib", reason='needs the extra "viz": pip install -e ".[viz]"')
 
-from ftqp.viz.figures.canvas import paper, save
-from ftqp.viz.figures.plain_axes import plain_axes, written
+from ftqp.viz.figures.plain_axes import written
 
 
 @pytest.mark.parametrize(
@@ -21,14 +20,3 @@ from ftqp.viz.figures.plain_axes import plain_axes, written
 )
 def test_numbers_have_the_decimals_they_need(ticks, expected):
     assert written(np.array(ticks)) == expected
-
-
-@pytest.mark.parametrize("scale", ["linear", "log"])
-def test_panel_with_plain_axes_is_drawn_and_has_no_other(tmp_path, scale):
-    figure = paper(3.0, 2.0, "title")
-    axes = figure.add_subplot()
-    axes.set_yscale(scale)
-    axes.plot([0.0, 1.0], [1e-3, 1e3])
-    plain_axes(axes)
-    assert save(figure, tmp_path / "a.png").is_file()
-    assert not axes.xaxis.get_visible() and not axes.yaxis.get_visible()

@@ -128,14 +128,6 @@ def test_no_name_that_others_let_point_here_is_served_or_connected(served):
         pass
 
 
-def test_a_page_of_another_version_is_refused_and_prints_nothing(served, capfd):
-    _, page = served
-    for protocols in (["viser-v0.0.1"], ["viser-v0.0.1", f"viser-v{VERSION}"], ["chat"], None):
-        with pytest.raises(InvalidStatus, match="403"), joined(page, subprotocols=protocols):
-            pass
-    assert capfd.readouterr() == ("", "")
-
-
 def test_nothing_but_a_value_that_a_control_can_have_changes_it(served):
     source, page = served
     uuid, state = controls(page)["speed"]

@@ -16,7 +16,7 @@ from ftqp.sim.session.session_commands import Aim, Break, Pause, Play, Repair, R
 from ftqp.viz.live import colours
 from ftqp.viz.live.frame_source import HeatMap
 from ftqp.viz.live.heat_map import failure_map
-from ftqp.viz.live.history import SAMPLES, History
+from ftqp.viz.live.history import History
 from ftqp.viz.live.live_page import Page
 from ftqp.viz.live.scene import OVERLAYS, frame_names
 from ftqp.viz.live.status_head import joint_table, status_head
@@ -218,24 +218,6 @@ def test_a_failure_named_below_the_map_is_played():
         assert source.orders == [Play("a @ b", 1.0)]
         use(controls(page)["failure"], "d @ 0.5")
         assert len(source.orders) == 1
-
-
-def test_history_keeps_ten_seconds_and_begins_anew_when_time_goes_back():
-    source = StillSource(ftqp.robots.load("panda"))
-    history = History(source.frame())
-    for k in range(1, 600):
-        source.facts |= {"tick": 50 * k, "t": 0.05 * k, "position_error": 1e-3 * k, "status": 1}
-        history.add(source.frame())
-    assert history.ago[-1] == 0.0
-    assert -10.1 <= history.ago[0] <= -9.9
-    assert np.isfinite(history.error).all()
-    assert history.error[-1] == pytest.approx(599.0, abs=2.0)
-    assert history.ribbon().count("<rect") == 1
-    source.facts |= {"tick": 0, "t": 0.0, "status": 0}
-    history.add(source.frame())
-    assert np.isfinite(history.error).sum() == 1
-    assert [s for s in history.status if s] == ["OK"]
-    assert len(history.status) == SAMPLES
 
 
 def test_pictures_leave_nothing_behind_that_grows():

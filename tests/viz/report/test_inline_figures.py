@@ -30,10 +30,3 @@ def test_no_outside_address_is_left(svg):
     assert "http" in svg and "http" not in text
     assert "xlink" not in text
     assert text.startswith("<svg") and text.rstrip().endswith("</svg>")
-
-
-def test_same_figure_is_the_same_text(svg, tmp_path):
-    figure = paper(2.0, 2.0, "a", search=False)
-    figure.add_subplot()
-    first, second = (save(figure, tmp_path / f"{k}.svg").read_text() for k in (1, 2))
-    assert first == second
