@@ -12,8 +12,8 @@ from ftqp.control.planner.stages import Stage
 from ftqp.control.planner.status import STOP_REASONS
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.kernel.calm.settling import forget_settling
 from ftqp.kernel.entry.session import Session
+from ftqp.kernel.latches.settling import forget_settling
 from ftqp.kernel.layout.enums import AS_TOLD, DriveKind, StopReason
 from ftqp.model.robot import Robot
 

@@ -7,10 +7,10 @@ from ftqp.kernel.calm.brake import braked, feedback_rate, way_to_go
 from ftqp.kernel.calm.curvature import curvature, weigh_rows
 from ftqp.kernel.calm.metric import find_metric
 from ftqp.kernel.calm.rest import decide, watch_target
-from ftqp.kernel.calm.settling import NO_METRIC, REGULAR, settle
 from ftqp.kernel.calm.swing import gives_up, watch_swing
 from ftqp.kernel.calm.trigger import is_regular
 from ftqp.kernel.jit import jit, part_jit, rare_jit
+from ftqp.kernel.latches.settling import NO_METRIC, REGULAR, settle
 from ftqp.kernel.layout.enums import ACCELERATION, SCALE
 
 

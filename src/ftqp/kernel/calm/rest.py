@@ -3,9 +3,9 @@
 from math import inf, sqrt
 from typing import Any
 
-from ftqp.kernel.calm.settling import FUTILE, PUSHED, SURE, TARGET_MOVES, TARGET_STANDS, WORTH_IT, settle
 from ftqp.kernel.calm.swing import gives_up
 from ftqp.kernel.jit import jit
+from ftqp.kernel.latches.settling import FUTILE, PUSHED, SURE, TARGET_MOVES, TARGET_STANDS, WORTH_IT, settle
 from ftqp.kernel.layout.enums import TARGET_TWIST
 
 STANDS_WITHIN = 5e-4

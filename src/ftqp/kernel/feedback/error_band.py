@@ -3,8 +3,8 @@
 from typing import Any
 
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_LAG, TORQUE_DRIVE
 from ftqp.kernel.maths.cholesky import factor, solve_factored
 

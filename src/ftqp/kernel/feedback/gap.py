@@ -4,8 +4,8 @@ from typing import Any
 
 from ftqp.kernel.feedback.error_band import error_band
 from ftqp.kernel.feedback.samples import slot
-from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.jit import jit
+from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import HEALTHY, STOPPED_BY_DEVIATION, STOPPED_BY_LAG
 from ftqp.kernel.maths.elementary import sqrt
 from ftqp.kernel.rows.task_rows import component_of

@@ -9,11 +9,11 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.calm.settling import forget_settling
 from ftqp.kernel.feedback.observer import feel
 from ftqp.kernel.feedback.reference import place_of
 from ftqp.kernel.feedback.samples import ROOM, SIGMAS, SPEED_SHARE
 from ftqp.kernel.jit import jit, part_jit, rare_jit
+from ftqp.kernel.latches.settling import forget_settling
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
     AS_SENT,

@@ -3,8 +3,8 @@
 from typing import Any
 
 from ftqp.kernel.arm.pose_error import exponential, rotation_vector
-from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import (
     HISTORY,
     STOPPED_BY_LAG,

@@ -3,8 +3,8 @@
 from math import inf
 from typing import Any
 
-from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import AS_SENT, FREE, HEALTHY, STOPPED_BY_SENSOR
 from ftqp.kernel.layout.thresholds import FROZEN_SAMPLES, FROZEN_SIGMAS
 from ftqp.kernel.maths.elementary import any_of, larger

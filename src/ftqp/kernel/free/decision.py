@@ -11,7 +11,6 @@ from typing import Any
 
 from ftqp.kernel.arm.gravity import knows_no_gravity
 from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.free.end_stop import rest_on_stops
 from ftqp.kernel.free.holding import (
     LENIENCE,
@@ -35,6 +34,7 @@ from ftqp.kernel.free.look_ahead import (
 from ftqp.kernel.free.rest_posture import begin_start, seek, take_nearest
 from ftqp.kernel.free.swinging import viscous_friction
 from ftqp.kernel.jit import jit, part_jit
+from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import (
     ARREST,
     DECIDE,

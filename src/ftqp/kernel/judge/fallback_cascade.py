@@ -14,7 +14,6 @@ from ftqp.kernel.active_set.active_set import active_set
 from ftqp.kernel.feedback.gate import pass_gate
 from ftqp.kernel.feedback.sent import send
 from ftqp.kernel.feedback.status_report import report_status
-from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.judge.cascade_table import (
     AFTER_BAD,
@@ -39,6 +38,7 @@ from ftqp.kernel.judge.stage_problems import (
     clip_rest,
 )
 from ftqp.kernel.judge.straight import straight
+from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import (
     CALM_ELASTIC_STAGE,
     CALM_STAGE,

@@ -9,8 +9,8 @@ with kv = 0. Source: docs/theory/ways-to-a-goal.md.
 from typing import Any
 
 from ftqp.kernel.arm.kinematics import forward_kinematics
-from ftqp.kernel.calm.settling import forget_settling
 from ftqp.kernel.jit import jit
+from ftqp.kernel.latches.settling import forget_settling
 from ftqp.kernel.layout.enums import (
     FREE,
     HEALTHY,

@@ -11,7 +11,6 @@ from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.arm.pose_error import pose_error
 from ftqp.kernel.calm.calm_qp import begin_calm, calms
 from ftqp.kernel.calm.path_outlook import outlook
-from ftqp.kernel.calm.settling import TASK_LEFT, settle
 from ftqp.kernel.calm.waiting import begin_calm_on_path, leave_calm, stand_still, waits
 from ftqp.kernel.feedback.error_band import find_out_of_hand
 from ftqp.kernel.feedback.gap import measure_gap, norms, wait
@@ -20,7 +19,6 @@ from ftqp.kernel.feedback.observer import feel, observe
 from ftqp.kernel.feedback.reference import leave_margin, refer, take_jump
 from ftqp.kernel.feedback.samples import believe
 from ftqp.kernel.feedback.status_report import see_error
-from ftqp.kernel.feedback.stop_latch import latch
 from ftqp.kernel.feedback.tip_correction import correct, displace, look_at_tip
 from ftqp.kernel.feedback.unresponsive import find_unresponsive
 from ftqp.kernel.free.decision import think
@@ -28,6 +26,8 @@ from ftqp.kernel.free.end_stop import end_stops
 from ftqp.kernel.free.free_command import ask_for_motion, outcome_beside_free
 from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.judge.stage_problems import begin_first_stage, begin_rest, begin_stop
+from ftqp.kernel.latches.settling import TASK_LEFT, settle
+from ftqp.kernel.latches.stop_latch import latch
 from ftqp.kernel.layout.enums import (
     ACCELERATION,
     CALM_STAGE,

@@ -3,8 +3,8 @@
 import pytest
 from records import empty_record
 
-from ftqp.kernel.calm import settling
-from ftqp.kernel.calm.settling import MASK, SETTLING, Effect, Finding, settle
+from ftqp.kernel.latches import settling
+from ftqp.kernel.latches.settling import MASK, SETTLING, Effect, Finding, settle
 
 DT = 0.01
 
