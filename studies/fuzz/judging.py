@@ -106,8 +106,7 @@ def _of_epoch(case: Case, account: Account, epoch: Epoch, end: int, begun_wrong:
             break
         law, sentence = run_laws.LAWS[name]
         over = law(arm, run, KINEMATIC)
-        if name != "acceleration":
-            over = np.where(excused, 0.0, over)
+        over = np.where(excused & ((name != "acceleration") | _must(arm, run, limits)), 0.0, over)
         if name == "braking":  # which is a question about a joint that is inside
             over = np.where((run.q[:-1] > arm.q_max) | (run.q[:-1] < arm.q_min), 0.0, over)
         if not (over <= 0.0).all():
@@ -127,6 +126,18 @@ def _cannot_brake(run: Trace, limits: dict[str, Array]) -> Array:
     return (q + np.where(v > 0.0, way, 0.0) > limits["q_max"]) | (
         q - np.where(v < 0.0, way, 0.0) < limits["q_min"]
     )
+
+
+def _must(arm: Any, run: Trace, limits: dict[str, Array]) -> Array:
+    """Which joints leave no command that keeps their acceleration beside what goes before it, (K, nv).
+
+    Those that cannot brake before the end of their range come to rest at it, and are sent no farther; those
+    that are faster than they may be are sent no faster than that.
+    """
+    q, v = run.q[1:], run.v[1:]
+    ends = (v == 0.0) & ((q >= limits["q_max"]) | (q <= limits["q_min"]))
+    before = np.abs(run.v[:-1])
+    return ends | ((before > arm.v_max) & (np.abs(v) < before))
 
 
 def _words(epoch: Epoch) -> str:
