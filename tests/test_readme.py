@@ -85,25 +85,20 @@ def test_the_lines_of_a_page_run_and_say_what_it_tells(shown, page, says):
     assert all(re.fullmatch(pattern, line) for pattern, line in zip(says, lines, strict=True)), lines
 
 
-def test_the_lines_that_keep_a_half_space_stop_an_elbow_that_comes_too_near(tmp_path, monkeypatch):
+def test_the_lines_that_keep_points_behind_planes_print_what_the_page_says(capsys):
     (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs/how-to/obstacle.md").read_text("utf-8"), re.S)
-    (tmp_path / "arm.urdf").write_text(seven_joints().replace('"l4"', '"link4"'))
-    monkeypatch.chdir(tmp_path)
     said: dict = {}
     exec(compile(code, "obstacle.md", "exec"), said)
-    lead, q = said["lead"], said["robot"].neutral
-    lead.reset(q)
-    below = said["robot"].pose(q)
-    below[2, 3] = -0.2
-    height = said["elbow"].pose(q[:4])[2, 3]
-    for _ in range(3000):
-        q = said["tick"](q, below).q.copy()
-    assert said["robot"].pose(q)[2, 3] > 0.0 and said["elbow"].pose(q[:4])[2, 3] > 0.0
-    said["WALL"][2] = height  # a wall that the elbow is behind
-    for _ in range(500):
-        step = said["tick"](q, below)
-        q = step.q.copy()
-    assert step.status is ftqp.StepStatus.STOPPED
+    assert "RELAXED 0.35 " in capsys.readouterr().out
+    assert said["planner"].constraints["elbow off the wall"].distance > 0.0
+
+
+def test_the_lines_of_several_tasks_run(capsys):
+    page = (ROOT / "docs/how-to/several-tasks.md").read_text("utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.S)
+    said: dict = {}
+    exec(compile(code, "several-tasks.md", "exec"), said)
+    assert said["planner"].tasks["elbow"].weight == 0.0 and len(capsys.readouterr().out) > 10
 
 
 def test_readme_is_one_page():

@@ -5,7 +5,6 @@ import pytest
 
 import ftqp
 from ftqp.control.planner.labels import row_labels, variable_labels
-from ftqp.kernel.layout.rows import ROW_KINDS
 from ftqp.qp import Recorder
 
 SLACKS = tuple(f"slack {row}" for row in ("x", "y", "z"))
@@ -13,20 +12,22 @@ EXTRA = {"hard": (), "slack": SLACKS, "lexicographic": SLACKS, "scaled": ("scale
 
 
 @pytest.mark.parametrize("mode", EXTRA)
+@pytest.mark.parametrize("keeps", [False, True])
 @pytest.mark.parametrize("name", ["panda", "srs7"])
-def test_every_variable_and_row_has_a_name(name, mode):
+def test_every_variable_and_row_has_a_name(name, keeps, mode):
     robot = ftqp.robots.load(name)
     recorder = Recorder("active_set")
-    planner = ftqp.Planner(robot, 2e-3, task=ftqp.Task(rows="position", mode=mode), backend=recorder)
+    kept = [ftqp.Keep(robot.tip, above=(0.0, 0.0, -5.0), name="floor")] if keeps else None
+    task = ftqp.Task(rows="position", mode=mode)
+    planner = ftqp.Planner(robot, 2e-3, task=task, backend=recorder, constraints=kept)
     planner.reset(robot.neutral)
     planner.step(robot.neutral, np.zeros(7), ftqp.Target(pose=robot.pose(robot.neutral)))
     variables, rows = variable_labels(planner), row_labels(planner)
     recording = recorder.recording(dt=2e-3, variables=variables, rows=rows)
     assert recording.variables == (*robot.joints, *EXTRA[mode])
     torques = tuple(f"torque {joint}" for joint in robot.joints)
-    others = tuple(label for kind in ROW_KINDS[1:] if name == "panda" or not kind.needs_inertia
-                   for label in map(kind.label, robot.joints))  # fmt: skip
-    assert recording.rows == ("x", "y", "z", *(torques if name == "panda" else ()), *others)
+    rows_of_C = (torques if name == "panda" else ()) + (("keep floor",) if keeps else ())
+    assert recording.rows == ("x", "y", "z", *rows_of_C)
 
 
 def test_rows_come_in_the_order_of_the_pose():
