@@ -55,14 +55,6 @@ def test_a_short_day_is_told_part_by_part(tmp_path: Path) -> None:
     assert sum(part["rows"] for part in spinning["parts"]) == spinning["summary"]["steps"]
 
 
-def test_locks_are_run_told_found_out_and_never_told_and_a_study_goes_on(tmp_path: Path) -> None:
-    given = ("--json", "--keep", tmp_path, "--out", tmp_path)
-    for cases in (2, 3):
-        result = json.loads(told("studies/study_detected_locks.py", "--cases", cases, *given))
-        assert result["cases"] == cases
-    assert sum(row["cases"] for row in result["drives"]) == 6  # each drive, and all
-
-
 def test_a_falling_elbow_is_caught_within_speed_and_torque(tmp_path: Path) -> None:
     choices = ("--quick", "--robots", "panda", "--joints", 4, "--json", "--out", tmp_path)
     rows = json.loads(told("studies/study_free_swinging.py", *choices))["rows"]
@@ -78,7 +70,6 @@ def test_a_falling_elbow_is_caught_within_speed_and_torque(tmp_path: Path) -> No
         ("detection", ("--file", __file__), "give another --file"),
         ("long_run", ("--hours", "0"), "--hours is 0"),
         ("long_run", ("--cases", "x"), "--cases has 'x'"),
-        ("study_detected_locks", ("--cases", "0"), "expected at least 1"),
     ],
 )
 def test_what_makes_no_sense_is_refused_in_a_sentence(
