@@ -65,4 +65,5 @@ def test_script_runs_both_checkouts() -> None:
     done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
     (one,) = json.loads(done.stdout)["scenarios"]
-    assert one["difference"] == 0.0 and one["signals"] > 80 and one["rows"] == 51
+    # the other checkout has no built kernel: its plain Python rounds where built code fuses
+    assert one["difference"] < 1e-12 and one["signals"] > 80 and one["rows"] == 51
