@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from ftqp.app.commands.cli import app
 from ftqp.app.scenario.setup import load
 from ftqp.core.errors import ScenarioError
 
@@ -38,6 +40,16 @@ def test_tables_reach_the_planner_and_survive_being_written(tmp_path):
     plain = load(str(again), ["tasks=[]"])
     ends = [one.simulation().run().q[-1] for one in (setup, plain)]
     assert np.abs(ends[0] - ends[1]).max() > 1e-3
+
+
+@pytest.mark.parametrize("command", [["coverage"], ["converge"], ["plan", "-o", "plan.npz"]])
+def test_a_command_that_looks_at_no_plane_refuses_them(tmp_path, command, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    plane = 'kind = "posture"\n[[constraints]]\nframe = "panda_joint4"\nabove = [0.0, 0.0, 0.3]'
+    scenario(tmp_path, plane)
+    done = CliRunner().invoke(app, [command[0], "several.toml", *command[1:]])
+    said = " ".join(str(getattr(done, "stderr", done.output)).split()) + str(done.exception)
+    assert done.exit_code != 0 and f"which ftqp {command[0]} does not look at" in said
 
 
 @pytest.mark.parametrize(("table", "sentence"), [

@@ -74,7 +74,7 @@ def test_the_task_gives_way_and_what_holds_it_is_named():
     keep = ftqp.Keep(TIP, above=[0.0, 0.0, 0.45], name="tool")
     target = still(PANDA, PANDA.neutral)
     target.position[2] = 0.3
-    for backend in ("active_set", "daqp"):
+    for backend in ("active_set", "daqp", "dtrnn"):
         planner = ftqp.Planner(PANDA, DT, emergency=None, constraints=[keep], backend=backend)
         q = PANDA.neutral.copy()
         planner.reset(q)
@@ -146,6 +146,7 @@ def test_wrong_numbers_are_one_sentence(wrong, sentence):
 
 def test_what_is_kept_can_be_read_and_not_set():
     planner = ftqp.Planner(PANDA, DT, constraints=[ftqp.Keep(TIP, above=[0, 0, 0], name="tool")])
+    assert "tool" in planner.constraints and "tol" not in planner.constraints
     assert list(planner.constraints) == ["tool"] and planner.constraints["tool"].given.braking == 1.0
     with pytest.raises(InputError, match=r"no constraint 'tol' \(did you mean 'tool'\?\)"):
         planner.constraints["tol"]

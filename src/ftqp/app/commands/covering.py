@@ -72,6 +72,7 @@ def cover(
     refuse_wrong_workers(jobs, dask)
     folder = _folder(out, f"coverage-{Path(source).stem}", resume)
     setup = load(source, [*overrides, "faults="], plan=plan)
+    setup.refuse_planes("ftqp coverage")
     hours = None if mtbf is None else hours_by_joint(setup.robot, mtbf)
     led = setup.planner.plan
     if isinstance(led, Plan):

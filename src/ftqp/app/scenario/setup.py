@@ -79,6 +79,18 @@ class Setup:
         """The scenario as a TOML file in which no default is left out."""
         return document.toml(self.content)
 
+    def refuse_planes(self, command: str) -> None:
+        """Refuse what a command would leave out of sight.
+
+        Raises:
+            InputError: Points of the arm are kept on their side of a plane.
+        """
+        if self.tables.constraints:
+            raise InputError(
+                f"scenario {self.name} has [[constraints]], which {command} does not look at; leave them out "
+                "by --set constraints=[], and run what it finds with them"
+            )
+
     def simulation(self, **settings: Any) -> Simulation:
         """The run, ready to be simulated."""
         return Simulation(

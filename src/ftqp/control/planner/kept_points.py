@@ -80,6 +80,9 @@ class Kept(Mapping[str, KeptPoint]):
             ) from None
         return KeptPoint(self._given[name], float(self._room.distance[at]))
 
+    def __contains__(self, name: object) -> bool:
+        return name in self._given
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._given)
 
