@@ -337,6 +337,7 @@ def test_what_a_running_task_refuses():
         planner.tasks["elbow"].kp = 3.0
     with pytest.raises(AttributeError, match=r"planner\.tasks cannot be set"):
         planner.tasks = []
+    assert "elbow" in planner.tasks and "elbo" not in planner.tasks
     assert list(planner.tasks) == ["elbow", "axis"] and len(planner.tasks) == 2
     with pytest.raises(InputError, match="solves no QP"):
         ftqp.Planner(PANDA, DT, level="velocity", scheme="pseudoinverse", tasks=tasks)

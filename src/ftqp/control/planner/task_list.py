@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, NamedTuple, final
+from typing import Any, final
 
 import numpy as np
 
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
+from ftqp.control.planner.step_parts import Reference
 from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.wanted import Start, Wanted
 from ftqp.control.task.soft_tasks import (
@@ -20,7 +21,7 @@ from ftqp.control.task.soft_tasks import (
     SoftTask,
     direction,
 )
-from ftqp.control.task.task import Task
+from ftqp.control.task.task import Task, checked_gains
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError, nearest
 from ftqp.kernel.entry.session import Session
@@ -55,18 +56,6 @@ def split(task: Task | None, tasks: Any) -> tuple[Task | None, tuple[SoftTask, .
     if len(soft) > TERMS:
         raise InputError(f"tasks has {len(soft)} soft tasks, expected at most {TERMS}")
     return (of_tip[0] if of_tip else task), soft
-
-
-class State(NamedTuple):
-    """Where the planner commands the arm to be.
-
-    Attributes:
-        q: Joint positions, (nv,) [rad or m].
-        v: Joint velocities, (nv,) [rad/s or m/s].
-    """
-
-    q: FloatArray
-    v: FloatArray
 
 
 @final
@@ -186,7 +175,7 @@ class TaskList(Mapping[str, RunningTask]):
     def __init__(
         self, session: Session, robot: Robot, tasks: Sequence[SoftTask], level: str, dt: float
     ) -> None:
-        self._terms, self._robot, self._state = session.K.terms, robot, session.K.state
+        self._terms, self._robot = session.K.terms, robot
         self._main: Target | Targets | None = None
         found: dict[str, RunningTask] = {}
         terms = self._terms
@@ -195,16 +184,14 @@ class TaskList(Mapping[str, RunningTask]):
             if name in found or name in (TIP, robot.tip):
                 raise InputError(f"two tasks are called {name!r}; give one of them a name=")
             terms.kind[at], terms.weight[at] = task.code, task.weight
-            terms.kp[at], terms.kv[at] = task.gains(level, dt)
+            terms.kp[at], terms.kv[at] = checked_gains(task, level, dt, f" of {name}")
             found[name] = RunningTask(terms, at, task, name, robot.nv)
             _write(terms, at, task, robot)
         terms.count = len(tasks)
         self._by_name = MappingProxyType(found)
         self._own = tuple((at, task) for at, task in enumerate(tasks) if isinstance(task, LeastSquares))
-        views = [x[: robot.nv] for x in (self._state.q_command, self._state.v_command)]
-        for view in views:
-            view.flags.writeable = False
-        self._seen = State(*views)
+        places = (("state", name) for name in ("q_command", "v_command", "a_command"))
+        self._seen = Reference(*(session.view(*place)[: robot.nv] for place in places))
 
     @property
     def stage(self) -> Stage:
@@ -235,6 +222,9 @@ class TaskList(Mapping[str, RunningTask]):
             raise InputError(
                 f"there is no task {name!r:.60}{nearest(str(name), self._by_name)}; the planner's: {known}"
             ) from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._by_name
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._by_name)

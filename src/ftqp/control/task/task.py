@@ -197,8 +197,14 @@ def axis_frame(axis: Any) -> FloatArray:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def checked_gains(task: Task, level: str, dt: float) -> tuple[float, float]:
-    """The gains, if the sampled feedback loop that they make is stable.
+def checked_gains(task: Any, level: str, dt: float, whose: str = "") -> tuple[float, float]:
+    """The gains of a task, if the sampled feedback loop that they make is stable.
+
+    Args:
+        task: What has ``gains(level)``.
+        level: What the QP decides.
+        dt: The sampling period [s].
+        whose: What to say behind a gain's name, for example `` of elbow``.
 
     Raises:
         InputError: kp dt >= 2 at the velocity level, or kv dt >= 2 at the acceleration level.
@@ -208,7 +214,7 @@ def checked_gains(task: Task, level: str, dt: float) -> tuple[float, float]:
     if not isfinite(loop) or loop >= 2.0:
         name, value = ("kp", kp) if level == "velocity" else ("kv", kv)
         raise InputError(
-            f"{name} is {value:g}, but with dt = {dt:g} s the feedback is unstable; "
+            f"{name}{whose} is {value:g}, but with dt = {dt:g} s the feedback is unstable; "
             f"expected {name} < {2.0 / dt:g}"
         )
     return kp, kv
