@@ -1,9 +1,9 @@
 """Many arms through one trajectory in closed loop, shared out among threads."""
 
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -102,25 +102,38 @@ def drive(session: Session, batch: Batch, *, threads: int, progress: Progress | 
     load(ENTRIES["rollout"], session.capacity)
     arms, ticks, record = len(batch.q), len(batch.targets), batch.record()
     size = max(1, min(PORTION_TICKS // max(ticks, 1), arms // (2 * threads)))
-    shops: SimpleQueue[tuple[Any, Any]] = SimpleQueue()
-    for _ in range(min(threads, max(1, -(-arms // size)))):
-        shops.put((np.zeros(1, record_dtype(session.capacity)), np.zeros(1, free_dtype(session.capacity))))
+    working = min(threads, -(-arms // size))
+    portions = iter(range(0, arms, size))
+    done: SimpleQueue[int | None] = SimpleQueue()
 
-    def work(first: int) -> int:
-        shop = shops.get()
+    def work() -> None:
+        """Do portions until none is left; None is put when this thread has ended, well or not."""
+        shop = np.zeros(1, record_dtype(session.capacity)), np.zeros(1, free_dtype(session.capacity))
         try:
-            return session.bind("rollout", record, *shop, first, min(first + size, arms))()
+            for first in portions:
+                done.put(session.bind("rollout", record, *shop, first, min(first + size, arms))())
+                if record["stop"][0]:
+                    return
         finally:
-            shops.put(shop)
+            done.put(None)
 
+    # A Ctrl-C in concurrent.futures.wait would leave its futures locked and the threads waiting for ever.
     pool, count = ThreadPoolExecutor(threads), 0
     try:
-        waiting = {pool.submit(work, first) for first in range(0, arms, size)}
-        while waiting:
-            finished, waiting = wait(waiting, timeout=POLL, return_when=FIRST_COMPLETED)
-            count += sum(one.result() for one in finished)
-            if progress is not None and finished:
+        threads_of_work = [pool.submit(work) for _ in range(working)]
+        while working:
+            try:
+                driven = done.get(timeout=POLL)
+            except Empty:
+                continue
+            if driven is None:
+                working -= 1
+                continue
+            count += driven
+            if progress is not None:
                 progress(count)
+        for one in threads_of_work:
+            one.result()
     except BaseException:
         record["stop"] = 1
         raise
