@@ -1,4 +1,4 @@
-"""The constants of a serial chain, taken from a pinocchio model: all that the kernel knows of a robot."""
+"""The constants of a chain or a tree, taken from a pinocchio model: all that the kernel knows of a robot."""
 
 from dataclasses import dataclass, fields
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.checks import BoolArray, FloatArray, array, numbers, read_only
+from ftqp.core.checks import BoolArray, FloatArray, IntArray, array, numbers, read_only
 from ftqp.core.errors import ModelError
 from ftqp.kernel.layout.enums import JOINTS
 
@@ -23,16 +23,19 @@ UNIT = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Chain:
-    """Constants of a serial chain, every joint turned to its own z axis.
+    """Constants of an arm, or of a tree of arms on one base, every joint turned to its own z axis.
 
-    T_i = T_{i-1} (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint, T_0 the base.
+    T_i = T_parent (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint. The parent of joint
+    i of a serial arm is joint i-1.
 
     Attributes:
-        names: Joint names, base to tip.
+        names: Joint names, base to tips.
+        parent: The joint that each hangs on, lower than itself; -1 is the base, (nv,).
+        tip_joint: The joint that the tip moves with.
         prismatic: Whether the joint slides, (nv,).
         continuous: Whether the joint turns without limits and pinocchio stores it as (cos, sin), (nv,).
-        rotation: Orientation of joint frame i in joint frame i-1 at q = 0, (nv, 3, 3).
-        translation: Origin of joint frame i in joint frame i-1 at q = 0, (nv, 3) [m].
+        rotation: Orientation of joint frame i in that of its parent at q = 0, (nv, 3, 3).
+        translation: Origin of joint frame i in that of its parent at q = 0, (nv, 3) [m].
         mass: Mass of the body behind each joint, held joints' bodies lumped in, (nv,) [kg].
         com: Its centre of mass in the joint's frame, (nv, 3) [m].
         inertia: Its inertia about the centre of mass, axes of the joint's frame, (nv, 3, 3) [kg m2].
@@ -40,12 +43,14 @@ class Chain:
         viscous: Viscous friction, a part of h, (nv,) [N m s/rad or N s/m].
         coulomb: Coulomb friction, (nv,) [N m or N]. The planner's torques leave it out: to feed forward a
             friction whose sign flips at rest makes an arm hunt.
-        tip_rotation: Orientation of the tip in the last joint's frame, (3, 3).
-        tip_translation: Origin of the tip in the last joint's frame, (3,) [m].
+        tip_rotation: Orientation of the tip in the frame of its joint, (3, 3).
+        tip_translation: Origin of the tip in the frame of its joint, (3,) [m].
         gravity: Gravity in the base frame, (3,) [m/s2].
     """
 
     names: tuple[str, ...]
+    parent: IntArray
+    tip_joint: int
     prismatic: BoolArray
     continuous: BoolArray
     rotation: FloatArray
@@ -63,43 +68,45 @@ class Chain:
     def __post_init__(self) -> None:
         read_only(self)
 
+    @property
+    def is_serial(self) -> bool:
+        """Whether each joint hangs on the one before it and the tip on the last."""
+        n = len(self.names)
+        return bool((self.parent == np.arange(-1, n - 1)).all()) and self.tip_joint == n - 1
+
     def constants(self) -> dict[str, Any]:
         """Everything but the names, by the argument names of ``ftqp.kernel.layout.record.load_chain``."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "names"}
 
 
 def chain_of(model: Any, tip: str) -> Chain:
-    """The chain from the base to the frame ``tip`` of a pinocchio model whose joints all lie on it.
+    """The constants of a pinocchio model, all its joints included, with the frame ``tip``.
 
     Joints off the chain must be held already (``reduction.reduced``).
 
     Raises:
-        ModelError: a joint off the chain, more than 32 joints, or joints that the kernel cannot express.
+        ModelError: A tip that no joint moves, more than 32 joints, or joints that the kernel cannot express.
     """
     frame = model.frames[frame_id(model, tip)]
-    ids = [i for i in model.supports[frame.parentJoint] if i > 0]
-    findings = [
-        f"joint {model.names[i]!r} is not between base and {tip!r}; hold it with locked=[{model.names[i]!r}]"
-        for i in range(1, model.njoints)
-        if i not in ids
-    ]
-    findings += [reason for i in ids if (reason := unsupported(model.joints[i], model.names[i]))]
+    ids = range(1, model.njoints)
+    findings = [reason for i in ids if (reason := unsupported(model.joints[i], model.names[i]))]
     if not 1 <= len(ids) <= JOINTS:
-        findings.append(f"{len(ids)} joints move {tip!r}; expected 1 to {JOINTS}")
+        findings.append(f"{len(ids)} joints move; expected 1 to {JOINTS}")
+    if frame.parentJoint == 0:
+        findings.append(f"no joint moves {tip!r}")
     if findings:
         raise ModelError(f"{model.name} is not a chain that the kernel can express", findings)
 
-    placements, bodies = [], []
-    last = pin.SE3.Identity()
-    for i in ids:
-        turn = pin.SE3(axis_rotation(model.joints[i]), np.zeros(3))
-        placements.append(last.inverse() * model.jointPlacements[i] * turn)
-        bodies.append(turn.actInv(model.inertias[i]))
-        last = turn
-    end = last.inverse() * frame.placement
+    turns = [pin.SE3.Identity()]
+    turns += [pin.SE3(axis_rotation(model.joints[i]), np.zeros(3)) for i in ids]
+    placements = [turns[model.parents[i]].inverse() * model.jointPlacements[i] * turns[i] for i in ids]
+    bodies = [turns[i].actInv(model.inertias[i]) for i in ids]
+    end = turns[frame.parentJoint].inverse() * frame.placement
     kinds = [kind(model.joints[i]) for i in ids]
     return Chain(
         names=tuple(model.names[i] for i in ids),
+        parent=np.array([model.parents[i] - 1 for i in ids]),
+        tip_joint=int(frame.parentJoint) - 1,
         prismatic=np.array([k.startswith("P") for k in kinds]),
         continuous=np.array([model.joints[i].nq == 2 for i in ids]),
         rotation=np.array([p.rotation for p in placements]),

@@ -1,7 +1,8 @@
-"""Kinematics of the serial chain; world axes, twists linear then angular at the tip's origin."""
+"""Kinematics of a chain or a tree; world axes, twists linear then angular at the tip's origin."""
 
 from typing import Any
 
+from ftqp.kernel.arm.points import moves
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.maths.trigonometry import joint_sines
 from ftqp.kernel.maths.vectors import cross
@@ -9,12 +10,24 @@ from ftqp.kernel.maths.vectors import cross
 
 @part_jit
 def forward_kinematics(K: Any, state: Any) -> None:
-    """T_i = T_(i-1) (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint; the tip; J.
+    """T_i = T_parent (rotation_i, translation_i) Rz(q_i), or Tz(q_i) for a prismatic joint; the tip; J.
 
-    Column i of J: (z_i x (o_tip - o_i); z_i) for a revolute joint, (z_i; 0) for a prismatic one.
+    Column i of J: (z_i x (o_tip - o_i); z_i) for a revolute joint, (z_i; 0) for a prismatic one, and 0, which
+    it was from the start, for one that does not move the tip.
     """
     joint_sines(state, K.kinematics, K.chain)
     frames(state, K.kinematics, K.chain)
+
+
+@jit
+def _frame(
+    kinematics: Any, body: int
+) -> tuple[float, float, float, float, float, float, float, float, float, float, float, float]:
+    """Rotation and origin of a joint's frame, or those of the base."""
+    if body < 0:
+        return 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
+    R, o = kinematics.R[body], kinematics.o[body]
+    return R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8], o[0], o[1], o[2]
 
 
 @jit
@@ -25,6 +38,8 @@ def frames(state: Any, kinematics: Any, chain: Any) -> None:
     x0 = y1 = z2 = 1.0
     x1 = x2 = y0 = y2 = z0 = z1 = o0 = o1 = o2 = 0.0
     for i in range(n):
+        if chain.parent[i] != i - 1:
+            x0, x1, x2, y0, y1, y2, z0, z1, z2, o0, o1, o2 = _frame(kinematics, chain.parent[i])
         P = chain.rotation[i]
         s, c = kinematics.sine[i], kinematics.cosine[i]
         # rotation_i Rz(q_i) first: it does not wait for the frames before
@@ -44,6 +59,8 @@ def frames(state: Any, kinematics: Any, chain: Any) -> None:
         R[0], R[1], R[2], R[3], R[4], R[5], R[6], R[7], R[8] = x0, x1, x2, y0, y1, y2, z0, z1, z2
         o[0], o[1], o[2] = o0, o1, o2
         axis[0], axis[1], axis[2] = x2, y2, z2
+    if chain.tip_joint != n - 1:
+        x0, x1, x2, y0, y1, y2, z0, z1, z2, o0, o1, o2 = _frame(kinematics, chain.tip_joint)
     P, R = chain.tip_rotation, kinematics.R_tip
     t0, t1, t2 = chain.tip_translation[0], chain.tip_translation[1], chain.tip_translation[2]
     for k in range(3):
@@ -56,6 +73,8 @@ def frames(state: Any, kinematics: Any, chain: Any) -> None:
     kinematics.o_tip[0], kinematics.o_tip[1], kinematics.o_tip[2] = p0, p1, p2
     J = kinematics.J
     for i in range(n):
+        if not moves(chain, i, chain.tip_joint):
+            continue
         a0, a1, a2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
         if chain.prismatic[i]:
             J[0, i], J[1, i], J[2, i] = a0, a1, a2
@@ -82,10 +101,24 @@ def motion(K: Any, state: Any) -> None:
     b0 = b1 = b2 = 0.0
     for i in range(n + 1):
         if i < n:
+            above = chain.parent[i]
             e0, e1, e2 = kinematics.o[i, 0], kinematics.o[i, 1], kinematics.o[i, 2]
         else:
+            above = chain.tip_joint
             e0, e1, e2 = kinematics.o_tip[0], kinematics.o_tip[1], kinematics.o_tip[2]
-        if i > 0:  # a += alpha x r + w x (w x r)
+        if above != i - 1:  # a branch: go on from where it hangs
+            w0 = w1 = w2 = l0 = l1 = l2 = 0.0
+            a0, a1, a2 = -chain.gravity[0], -chain.gravity[1], -chain.gravity[2]
+            if above >= 0:
+                w, l, a, b = (
+                    kinematics.w[above],
+                    kinematics.alpha[above],
+                    kinematics.acc[above],
+                    kinematics.o[above],
+                )
+                w0, w1, w2, l0, l1, l2 = w[0], w[1], w[2], l[0], l[1], l[2]
+                a0, a1, a2, b0, b1, b2 = a[0], a[1], a[2], b[0], b[1], b[2]
+        if above >= 0:  # a += alpha x r + w x (w x r)
             r0, r1, r2 = e0 - b0, e1 - b1, e2 - b2
             t0, t1, t2 = cross(w0, w1, w2, r0, r1, r2)
             c0, c1, c2 = cross(w0, w1, w2, t0, t1, t2)

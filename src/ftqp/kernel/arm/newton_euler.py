@@ -20,14 +20,23 @@ def torques_of(state: Any, kinematics: Any, chain: Any, a: Any) -> None:
     b0 = b1 = b2 = 0.0
     for i in range(n):
         o0, o1, o2 = o[i, 0], o[i, 1], o[i, 2]
-        if i > 0:
-            t0, t1, t2 = cross(e0, e1, e2, o0 - o[i - 1, 0], o1 - o[i - 1, 1], o2 - o[i - 1, 2])
+        above = chain.parent[i]
+        if above != i - 1:
+            e0 = e1 = e2 = b0 = b1 = b2 = 0.0
+            if above >= 0:
+                G = kinematics.gained[above]
+                e0, e1, e2, b0, b1, b2 = G[0], G[1], G[2], G[3], G[4], G[5]
+        if above >= 0:
+            t0, t1, t2 = cross(e0, e1, e2, o0 - o[above, 0], o1 - o[above, 1], o2 - o[above, 2])
             b0, b1, b2 = b0 + t0, b1 + t1, b2 + t2
         z0, z1, z2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
         if chain.prismatic[i]:
             b0, b1, b2 = b0 + z0 * a[i], b1 + z1 * a[i], b2 + z2 * a[i]
         else:
             e0, e1, e2 = e0 + z0 * a[i], e1 + z1 * a[i], e2 + z2 * a[i]
+        if chain.branches[i]:
+            G = kinematics.gained[i]
+            G[0], G[1], G[2], G[3], G[4], G[5] = e0, e1, e2, b0, b1, b2
         l0, l1, l2 = kinematics.alpha[i, 0] + e0, kinematics.alpha[i, 1] + e1, kinematics.alpha[i, 2] + e2
         w0, w1, w2 = kinematics.w[i, 0], kinematics.w[i, 1], kinematics.w[i, 2]
         R = kinematics.R[i]
@@ -69,3 +78,16 @@ def torques_of(state: Any, kinematics: Any, chain: Any, a: Any) -> None:
         else:
             t0, t1, t2 = cross(o[i, 0], o[i, 1], o[i, 2], f0, f1, f2)
             tau[i] = own + z0 * (n0 - t0) + z1 * (n1 - t1) + z2 * (n2 - t2)
+        above = chain.parent[i]
+        if above != i - 1:
+            if above >= 0:
+                F = wrench[above]
+                F[0], F[1], F[2], F[3], F[4], F[5] = (
+                    F[0] + f0,
+                    F[1] + f1,
+                    F[2] + f2,
+                    F[3] + n0,
+                    F[4] + n1,
+                    F[5] + n2,
+                )
+            f0 = f1 = f2 = n0 = n1 = n2 = 0.0

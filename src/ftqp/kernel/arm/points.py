@@ -7,6 +7,12 @@ from ftqp.kernel.maths.vectors import cross
 
 
 @jit
+def moves(chain: Any, joint: int, body: int) -> bool:
+    """Whether a body moves with a joint: it is on the way from the base to it."""
+    return (chain.ancestors[body] >> joint) & 1 != 0
+
+
+@jit
 def turned(kinematics: Any, body: int, x: Any) -> tuple[float, float, float]:
     """A vector of a joint's frame along W; of the base where there is no joint."""
     if body < 0:

@@ -116,27 +116,33 @@ def record(capacity: int) -> Any:
 
 def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, inertia: Any, prismatic: Any,
                continuous: Any, tip_rotation: Any, tip_translation: Any, gravity: Any,
-               armature: Any = 0.0, viscous: Any = 0.0, coulomb: Any = 0.0) -> None:  # fmt: skip
-    """Write the constants of a serial chain into a record.
+               armature: Any = 0.0, viscous: Any = 0.0, coulomb: Any = 0.0, parent: Any = None,
+               tip_joint: int | None = None) -> None:  # fmt: skip
+    """Write the constants of an arm, or of a tree of arms, into a record.
 
     Args:
         K: The rooms of one record, by attribute.
-        rotation: Of each joint's frame in its predecessor's at q = 0, (n, 3, 3).
-        translation: Of each joint's frame in its predecessor's, (n, 3) [m].
+        rotation: Of each joint's frame in its parent's at q = 0, (n, 3, 3).
+        translation: Of each joint's frame in its parent's, (n, 3) [m].
         mass: (n,) [kg].
         com: Centre of mass of each body in its joint's frame, (n, 3) [m].
         inertia: About the com, along the joint frame's axes, (n, 3, 3) [kg m2].
         prismatic: Which joints slide, (n,).
         continuous: Which joints turn without end, (n,).
-        tip_rotation: Of the tip's frame in that of the last joint, (3, 3).
-        tip_translation: Of the tip's frame in that of the last joint, (3,) [m].
+        tip_rotation: Of the tip's frame in that of ``tip_joint``, (3, 3).
+        tip_translation: Of the tip's frame in that of ``tip_joint``, (3,) [m].
         gravity: Along W, (3,) [m/s2].
         armature: Rotor inertia at the joint, (n,) [kg m2 or kg].
         viscous: Viscous friction at the joint, (n,) [N m s/rad or N s/m].
         coulomb: Coulomb friction at the joint, (n,) [N m or N].
+        parent: The joint that each hangs on, lower than itself, -1 is the base, (n,); None is a serial arm.
+        tip_joint: The joint that the tip moves with; None is the last.
     """
     chain, n = K.chain, len(mass)
     chain.n = n
+    _load_tree(
+        chain, range(-1, n - 1) if parent is None else parent, n - 1 if tip_joint is None else tip_joint
+    )
     chain.nq = n + int(np.count_nonzero(continuous))
     chain.has_inertia = bool(np.any(mass) or np.any(inertia))
     chain.rotation[:n] = np.reshape(rotation, (n, 9))
@@ -156,3 +162,17 @@ def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, 
     chain.tip_rotation[:] = np.ravel(tip_rotation)
     chain.tip_translation[:] = tip_translation
     chain.gravity[:] = gravity
+
+
+def _load_tree(chain: Any, parent: Any, tip_joint: int) -> None:
+    n = chain.n
+    chain.parent[:n] = parent
+    chain.tip_joint = tip_joint
+    chain.branches[:] = 0
+    for i in range(n):
+        above = int(chain.parent[i])
+        chain.ancestors[i] = 1 << i
+        if above >= 0:
+            chain.ancestors[i] |= chain.ancestors[above]
+            chain.branches[above] |= above != i - 1
+    chain.is_tree = any(chain.parent[i] != i - 1 for i in range(n)) or tip_joint != n - 1

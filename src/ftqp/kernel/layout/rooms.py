@@ -107,6 +107,7 @@ def _kinematics(N: int) -> Fields:
     """The one snapshot of a tick; ``acc`` is of the frame origins, minus gravity.
 
     ``tau`` holds torques of a command, or bounds on them; ``effort`` and ``wrench`` are memory of both.
+    ``carried`` and ``gained``: what the branches of a tree hand to the joint they hang on, and take from it.
     """
     return [
         *scalars("i8", "has_dynamics"),
@@ -129,6 +130,8 @@ def _kinematics(N: int) -> Fields:
                 "effort": (N, 2),
                 "wrench": (N, 6),
                 "M": (N, N),
+                "carried": (N, 16),
+                "gained": (N, 6),
             }
         ),
     ]
@@ -137,14 +140,17 @@ def _kinematics(N: int) -> Fields:
 def _chain(N: int) -> Fields:
     """Constants of the arm; every joint moves along or about the z axis of its frame.
 
-    ``rotation`` and ``translation`` place a joint's frame in its predecessor's at q = 0. ``inertia`` is about
+    ``parent``: the joint that a joint hangs on, -1 is the base; parents come first. ``ancestors``: one bit
+    for each joint on the way from the base, itself included. ``branches``: whether a joint but the next one
+    hangs on it; ``is_tree``: whether any does. The tip moves with ``tip_joint``.
+    ``rotation`` and ``translation`` place a joint's frame in its parent's at q = 0. ``inertia`` is about
     the com: xx xy xz yy yz zz. ``armature`` is the rotor inertia seen at the joint. ``viscous`` is a part of
     h; ``coulomb`` is data for rollouts, no formula of a planner's tick feeds it forward. ``span``, ``lever``
     and ``stoutness`` are sizes: |translation|, |com| and the largest principal moment of ``inertia``.
     """
     return [
-        *scalars("i8", "n nq has_inertia"),
-        *integers({"prismatic": (N,), "continuous": (N,)}),
+        *scalars("i8", "n nq has_inertia is_tree tip_joint"),
+        *integers(dict.fromkeys(("prismatic", "continuous", "parent", "branches", "ancestors"), (N,))),
         *floats(
             {
                 "rotation": (N, 9),

@@ -104,5 +104,7 @@ def keeps_torque(K: Any) -> bool:
         put(a, at, x if state.level != VELOCITY else (x - several(state.v, at)) / state.dt)
     if _is_within_guard(K.limits, K.chain, a):
         return True
+    if K.chain.is_tree:  # the bound adds joint upon joint, as of a serial arm
+        return _torques_hold(K, a)
     torque_bound(state, K.kinematics, K.chain, a)
     return _is_within_torque(K.faults, K.limits, K.kinematics, K.chain) or _torques_hold(K, a)

@@ -9,7 +9,7 @@ Source: docs/theory/further-tasks.md.
 from math import sqrt
 from typing import Any
 
-from ftqp.kernel.arm.points import point_drift, point_of, turned
+from ftqp.kernel.arm.points import moves, point_drift, point_of, turned
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.layout.terms_room import AXIS, JOINT_PLACES, MASS, OWN, POINT
@@ -25,6 +25,8 @@ def _addpoint_of(kinematics: Any, chain: Any, body: int, p0: float, p1: float, p
                rows: Any, at: int) -> None:  # fmt: skip
     """Add the Jacobian of a point of a body, times a share, to three rows."""
     for j in range(body + 1):
+        if not moves(chain, j, body):
+            continue
         z0, z1, z2 = kinematics.axis_w[j, 0], kinematics.axis_w[j, 1], kinematics.axis_w[j, 2]
         if not chain.prismatic[j]:
             o = kinematics.o[j]
@@ -103,6 +105,8 @@ def _follow_axis(K: Any, t: int) -> None:
         e0, e1, e2 = e0 / sine, e1 / sine, e2 / sine
     error[0], error[1], error[2] = e0, e1, e2
     for j in range(body + 1):
+        if not moves(chain, j, body):
+            continue
         z0, z1, z2 = kinematics.axis_w[j, 0], kinematics.axis_w[j, 1], kinematics.axis_w[j, 2]
         u0 = u1 = u2 = 0.0
         if chain.prismatic[j]:

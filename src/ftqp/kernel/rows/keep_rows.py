@@ -3,7 +3,7 @@
 from math import inf
 from typing import Any
 
-from ftqp.kernel.arm.points import point_drift, point_of
+from ftqp.kernel.arm.points import moves, point_drift, point_of
 from ftqp.kernel.jit import jit
 from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.maths.vectors import cross
@@ -49,6 +49,8 @@ def fill(K: Any, at: int) -> int:
         for j in range(n + 1):
             row[j] = 0.0
         for j in range(body + 1):
+            if not moves(chain, j, body):
+                continue
             z0, z1, z2 = kinematics.axis_w[j, 0], kinematics.axis_w[j, 1], kinematics.axis_w[j, 2]
             if not chain.prismatic[j]:
                 o = kinematics.o[j]

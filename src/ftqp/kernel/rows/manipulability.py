@@ -82,16 +82,11 @@ def manipulability_gradient(K: Any) -> None:
             scratch.rows[k] = qp.A[k, j]
         solve_factored(S, m, scratch.rows)
         f0, f1, f2, m0, m1, m2 = _along_rows(task, kinematics, scratch)
-        turns = 0.0 if chain.prismatic[j] else 1.0
-        w0, w1, w2 = (
-            turns * kinematics.axis_w[j, 0],
-            turns * kinematics.axis_w[j, 1],
-            turns * kinematics.axis_w[j, 2],
-        )
+        w0, w1, w2 = kinematics.J[3, j], kinematics.J[4, j], kinematics.J[5, j]
         for i in range(n):
             x0 = x1 = x2 = 0.0
             y0 = y1 = y2 = 0.0
-            u0, u1, u2 = kinematics.axis_w[i, 0], kinematics.axis_w[i, 1], kinematics.axis_w[i, 2]
+            u0, u1, u2 = kinematics.J[3, i], kinematics.J[4, i], kinematics.J[5, i]
             if i <= j:
                 if not chain.prismatic[i]:
                     x0, x1, x2 = cross(u0, u1, u2, kinematics.J[0, j], kinematics.J[1, j], kinematics.J[2, j])
