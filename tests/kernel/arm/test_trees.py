@@ -1,0 +1,75 @@
+"""Kinematics and dynamics of trees against pinocchio, joints of every kind, tips anywhere."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from random_trees import configuration, random_tree
+from records import empty_record
+
+from ftqp.kernel.arm.dynamics import dynamics
+from ftqp.kernel.arm.kinematics import forward_kinematics, motion
+from ftqp.kernel.arm.newton_euler import torques_of
+from ftqp.kernel.entry.session import ArmSession
+from ftqp.kernel.layout.record import load_chain
+from ftqp.model.chain import chain_of
+
+SIZES = (3, 4, 5, 6, 7, 9, 12, 16, 20, 26, 32)
+
+
+def close(found, expected):
+    """Whether two arrays are the same to rounding."""
+    return np.abs(found - expected).max() <= 1e-12 * max(np.abs(expected).max(), 1.0)
+
+
+def inertia_matrix(model, full):
+    """M, a column for each unit acceleration: ``crba`` is right for trees in depth-first order only."""
+    data, rest = model.createData(), np.zeros(model.nv)
+    gravity = pin.rnea(model, data, full, rest, rest)
+    return np.array([pin.rnea(model, data, full, rest, unit) - gravity for unit in np.eye(model.nv)]).T
+
+
+@pytest.mark.parametrize("joints", SIZES)
+def test_jacobian_drift_inertia_and_bias_agree_with_pinocchio(joints):
+    rng = np.random.default_rng(joints)
+    branched = 0
+    for _ in range(6):
+        model = random_tree(rng, joints)
+        chain = chain_of(model, "tip")
+        branched += not chain.is_serial
+        arm, data, tip = ArmSession(chain.constants()), model.createData(), model.getFrameId("tip")
+        for _ in range(3):
+            q, full, v = configuration(rng, model)
+            arm.dynamics(q, v)
+            X = arm.K.kinematics
+            bias = pin.rnea(model, data, full, v, np.zeros(joints))
+            assert close(X.M[:joints, :joints], inertia_matrix(model, full))
+            assert close(X.h[:joints], bias)
+            pin.forwardKinematics(model, data, full, v, np.zeros(joints))
+            pin.updateFramePlacements(model, data)
+            J = pin.computeFrameJacobian(model, data, full, tip, pin.LOCAL_WORLD_ALIGNED)
+            drift = pin.getFrameClassicalAcceleration(model, data, tip, pin.LOCAL_WORLD_ALIGNED)
+            assert close(X.J[:, :joints], J) and close(X.drift, drift.vector)
+            assert close(X.o_tip, data.oMf[tip].translation)
+            assert close(X.R_tip.reshape(3, 3), data.oMf[tip].rotation)
+    assert branched >= 4
+
+
+@pytest.mark.parametrize("joints", [3, 5, 8])
+def test_torques_of_an_acceleration_agree_with_pinocchio_and_leave_the_snapshot(joints):
+    rng = np.random.default_rng(joints)
+    for _ in range(4):
+        model = random_tree(rng, joints)
+        model.armature[:] = 0.0
+        K, a, (q, full, v) = empty_record(), rng.normal(size=joints), configuration(rng, model)
+        load_chain(K, **chain_of(model, "tip").constants())
+        K.state.q[:joints], K.state.v[:joints] = q, v
+        forward_kinematics(K, K.state)
+        motion(K, K.state)
+        dynamics(K, K.state)
+        M, h = K.kinematics.M.copy(), K.kinematics.h.copy()
+        torques_of(K.state, K.kinematics, K.chain, a)
+        assert close(K.kinematics.tau[:joints], pin.rnea(model, model.createData(), full, v, a))
+        torques_of(K.state, K.kinematics, K.chain, a)
+        assert close(K.kinematics.tau[:joints], pin.rnea(model, model.createData(), full, v, a))
+        dynamics(K, K.state)
+        assert np.array_equal(K.kinematics.M, M) and np.array_equal(K.kinematics.h, h)
