@@ -50,8 +50,10 @@ from ftqp.control.task.soft_tasks import AxisTask as AxisTask
 from ftqp.control.task.soft_tasks import CentreOfMass as CentreOfMass
 from ftqp.control.task.soft_tasks import JointTask as JointTask
 from ftqp.control.task.soft_tasks import LeastSquares as LeastSquares
+from ftqp.control.task.soft_tasks import PoseTask as PoseTask
 from ftqp.control.task.soft_tasks import PositionTask as PositionTask
 from ftqp.control.task.soft_tasks import PostureTask as PostureTask
+from ftqp.control.task.soft_tasks import RelativeTask as RelativeTask
 from ftqp.control.task.task import Task as Task
 from ftqp.core.errors import FtqpError as FtqpError
 from ftqp.core.errors import InputError as InputError

@@ -289,7 +289,7 @@ def test_a_function_that_raises_or_gives_no_numbers_leaves_the_planner_as_it_was
     (ftqp.Task(), "tasks is Task, expected a list of tasks"),
     (["elbow"], "tasks has str, expected ftqp.Task"),
     ([ftqp.Task(), ftqp.Task()], "tasks has two of the tip"),
-    ([ftqp.PostureTask(name=str(k)) for k in range(9)], "tasks has 9 soft tasks, expected at most 8"),
+    ([ftqp.PostureTask(name=str(k)) for k in range(9)], "tasks has 9 beside that of the tip, expected at most 8"),
     ([ftqp.PostureTask(), ftqp.PostureTask()], "two tasks are called 'PostureTask'; give one"),
     ([ftqp.PostureTask(name="tip")], "two tasks are called 'tip'"),
     ([ftqp.PositionTask("panda_joint44")], "frame is 'panda_joint44' \\(did you mean 'panda_joint4'[?]\\)"),

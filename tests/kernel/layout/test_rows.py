@@ -8,13 +8,13 @@ import ftqp
 from ftqp.kernel.arm.kinematics import forward_kinematics, motion
 from ftqp.kernel.layout.record import record_dtype
 from ftqp.kernel.layout.rows import (
+    HOLD,
     KEEP,
-    KEEPS,
+    ROW_KINDS,
     TORQUE,
     constraint_capacity,
-    constraint_count,
     constraint_labels,
-    constraint_owner,
+    constraint_owners,
     kind_of,
 )
 from ftqp.kernel.rows.constraint_rows import add_constraints
@@ -48,12 +48,11 @@ def test_counts_labels_and_owners_agree_with_the_rows_that_are_filled(level):
     K = constrained(level)
     filled = int(K.qp.nc)
     labels = constraint_labels(PANDA.joints, True)
-    assert filled == constraint_count(7, True) == len(labels) == int(K.cascade.p)
+    assert filled == len(labels) == int(K.cascade.p)
     assert np.isfinite(K.qp.C[:filled, :7]).all()
     assert not np.isnan(K.qp.l[:filled]).any() and not np.isnan(K.qp.u[:filled]).any()
     assert np.isnan(K.qp.C[filled:]).all() and np.isnan(K.qp.l[filled:]).all()
-    for row, label in enumerate(labels):
-        kind, joint = constraint_owner(row, 7, True)
+    for label, (kind, joint, _) in zip(labels, constraint_owners(PANDA.joints, True), strict=True):
         assert label == kind.label(PANDA.joints[joint]) and label.startswith(kind.prefix)
         assert label.removeprefix(kind.prefix) == PANDA.joints[joint]
 
@@ -63,9 +62,9 @@ def test_a_torque_row_limits_the_joint_that_owns_it(level, scale):
     K = constrained(level)
     M, h = K.kinematics.M[:7, :7], K.kinematics.h[:7]
     before = M @ V if level == "velocity" else np.zeros(7)
-    owners = [constraint_owner(row, 7, True) for row in range(K.qp.nc)]
-    assert [row for row, (kind, _) in enumerate(owners) if kind is TORQUE] == [*range(7)]
-    for row, (_, joint) in enumerate(owners[:7]):
+    owners = constraint_owners(PANDA.joints, True)
+    assert [row for row, (kind, _, _) in enumerate(owners) if kind is TORQUE] == [*range(7)]
+    for row, (_, joint, _) in enumerate(owners[:7]):
         assert np.array_equal(K.qp.C[row, :7], M[joint])
         tau_max = PANDA.limits.tau_max[joint]
         ends = scale * (np.array([-tau_max, tau_max]) - h[joint]) + before[joint]
@@ -73,18 +72,20 @@ def test_a_torque_row_limits_the_joint_that_owns_it(level, scale):
 
 
 def test_an_arm_without_masses_has_no_rows_that_need_them():
-    assert constraint_count(7, False) == 0 and constraint_count(7, False, 3) == 3
-    assert constraint_labels(PANDA.joints, False, ["a", "b"]) == ("keep a", "keep b")
-    assert [constraint_owner(row, 7, False) for row in range(2)] == [(KEEP, 0), (KEEP, 1)]
+    assert constraint_owners(PANDA.joints, False) == ()
+    assert constraint_labels(PANDA.joints, False, {"keep": ["a", "b"]}) == ("keep a", "keep b")
     K = constrained("velocity", robot=ftqp.robots.load("srs7"))
     assert K.qp.nc == 0 and np.isnan(K.qp.l).all()
 
 
-def test_rows_of_points_stand_behind_those_of_joints():
-    labels = constraint_labels(PANDA.joints, True, ["table", "wall"])
-    assert labels[7:] == ("keep table", "keep wall") and len(labels) == constraint_count(7, True, 2)
-    assert [constraint_owner(row, 7, True) for row in (6, 7, 8)] == [(TORQUE, 6), (KEEP, 0), (KEEP, 1)]
-    assert [kind_of(label) for label in labels[6:8]] == [TORQUE, KEEP]
+def test_rows_that_a_planner_asks_for_stand_behind_those_of_joints():
+    asked = {"hold": ["grip x", "grip rz"], "keep": ["table", "wall"]}
+    owners = constraint_owners(PANDA.joints, True, asked)
+    assert owners[6:9] == ((TORQUE, 6, "panda_joint7"), (KEEP, 0, "table"), (KEEP, 1, "wall"))
+    assert owners[9:] == ((HOLD, 0, "grip x"), (HOLD, 1, "grip rz"))
+    labels = constraint_labels(PANDA.joints, True, asked)
+    assert labels[7:] == ("keep table", "keep wall", "hold grip x", "hold grip rz")
+    assert [kind_of(label) for label in labels[6:10]] == [TORQUE, KEEP, KEEP, HOLD]
 
 
 @pytest.mark.parametrize("capacity", [8, 16, 32])
@@ -92,7 +93,7 @@ def test_a_record_has_room_for_every_row_of_its_class(capacity):
     qp = record_dtype(capacity)["qp"]
     assert qp["C"].shape == (constraint_capacity(capacity), capacity + 1)
     assert qp["l"].shape == qp["u"].shape == qp["z"].shape == (constraint_capacity(capacity),)
-    assert constraint_capacity(capacity) == constraint_count(capacity, True, KEEPS)
-    owners = [constraint_owner(row, capacity, True) for row in range(constraint_capacity(capacity))]
-    pairs = {(kind.name, joint) for kind, joint in owners}
-    assert len(pairs) == constraint_capacity(capacity)
+    joints = [str(i) for i in range(capacity)]
+    asked = {kind.name: [f"{kind.name} {i}" for i in range(kind.most)] for kind in ROW_KINDS if kind.most}
+    owners = constraint_owners(joints, True, asked)
+    assert len({(kind.name, i) for kind, i, _ in owners}) == len(owners) == constraint_capacity(capacity)

@@ -18,7 +18,7 @@ from ftqp.kernel.layout.enums import (
     VELOCITY,
     Limit,
 )
-from ftqp.kernel.layout.rows import COMPONENTS, KEEP, TORQUE, constraint_owner
+from ftqp.kernel.layout.rows import COMPONENTS, HOLD, KEEP, NOTHING_ASKED, TORQUE, Asked, constraint_owners
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, OUTSIDE_SIGMAS
 from ftqp.model.posture import NEAR_SINGULAR
 
@@ -119,6 +119,8 @@ class Certificate:
 
 KEPT = "its plane"
 """What holds a point that is kept on its side of a plane."""
+HELD = "its task on level 0"
+"""What holds a frame whose task goes before that of the tip."""
 ACTIVE = 1e-9
 """A multiplier above this share of the largest counts as active. A guess that the tests have not
 contradicted."""
@@ -193,7 +195,7 @@ def outside(parts: Any, joints: Sequence[str]) -> list[Outside]:
 
 
 def obstacles(
-    parts: Any, joints: Sequence[str], has_inertia: bool, keeps: Sequence[str] = ()
+    parts: Any, joints: Sequence[str], has_inertia: bool, asked: Asked = NOTHING_ASKED
 ) -> list[Obstacle]:
     """Which bounds and rows of C hold the command back, the one that matters most first."""
     found: list[tuple[str, str, float]] = []
@@ -205,20 +207,21 @@ def obstacles(
             by = Limit(int(parts["upper_by"][i] if z > 0.0 else parts["lower_by"][i]))
             side = "upper" if z > 0.0 else "lower"
             found.append((joint, f"{side} {_LIMIT_NAMES.get(by, 'bound')}", abs(z)))
+    owners = constraint_owners(joints, has_inertia, asked)
     for row in range(int(parts["nc"][0])):
         z = float(parts["z"][row])
         if z != 0.0:
-            kind, i = constraint_owner(row, len(joints), has_inertia)
-            if kind is KEEP:
-                found.append((keeps[i], KEPT, abs(z)))
+            kind, i, name = owners[row]
+            if kind is KEEP or kind is HOLD:
+                found.append((name, KEPT if kind is KEEP else HELD, abs(z)))
                 continue
             free = kind is TORQUE and int(parts["code"][i]) == FREE
-            name = "free-swinging" if free else f"{'upper' if z > 0.0 else 'lower'} {kind.name}"
-            found.append((joints[i], name, abs(z)))
+            by_joint = "free-swinging" if free else f"{'upper' if z > 0.0 else 'lower'} {kind.name}"
+            found.append((name, by_joint, abs(z)))
     largest = max((weight for _, _, weight in found), default=0.0)
     if largest == 0.0:
         return []
-    order = {of: k for k, of in enumerate((*joints, *keeps))}
+    order = {of: k for k, of in enumerate((*joints, *(name for kind, _, name in owners if kind.most)))}
     found.sort(key=lambda entry: order[entry[0]])
     kept = [Obstacle(joint=j, limit=l, weight=w / largest) for j, l, w in found if w > ACTIVE * largest]
     return sorted(kept, key=lambda obstacle: -obstacle.weight)

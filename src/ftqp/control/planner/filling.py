@@ -11,7 +11,7 @@ from ftqp.kernel.entry.session import Session
 from ftqp.kernel.layout.criteria import COEFFICIENTS, Criterion
 from ftqp.kernel.layout.enums import HISTORY, Level
 from ftqp.kernel.layout.record import load_chain
-from ftqp.kernel.layout.rows import constraint_count
+from ftqp.kernel.layout.rows import NOTHING_ASKED, Asked, constraint_owners
 from ftqp.model.robot import Robot
 
 LEVELS = {level.name.lower(): level for level in Level}
@@ -42,7 +42,7 @@ def filled(
     dt: float,
     drive: Drive = Drive(),  # noqa: B008  frozen
     noise: Noise = Noise(),  # noqa: B008  frozen
-    keeps: int = 0,
+    asked: Asked = NOTHING_ASKED,
 ) -> Session:
     """The session of a healthy robot; what is believed of its joints is another's to write.
 
@@ -94,5 +94,5 @@ def filled(
     K.gate.lead = gains.pop("lead")
     for name, value in gains.items():
         setattr(feedback, name, value)
-    K.cascade.p = constraint_count(robot.nv, robot.has_inertia, keeps)
+    K.cascade.p = len(constraint_owners(robot.joints, robot.has_inertia, asked))
     return session

@@ -29,7 +29,7 @@ from ftqp.control.planner.start import Rest, StartWatch
 from ftqp.control.planner.step import Step
 from ftqp.control.planner.step_parts import Named, Said
 from ftqp.control.planner.target import Target, Targets
-from ftqp.control.planner.task_list import TaskList, split
+from ftqp.control.planner.task_list import TaskList, held_rows, split
 from ftqp.control.planner.wanted import Fitting, Wanted
 from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.task.bounds import Bounds
@@ -47,6 +47,7 @@ from ftqp.faults.belief import Belief
 from ftqp.faults.detection.detector import Detector
 from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory
 from ftqp.kernel.layout.enums import RELAXED
+from ftqp.kernel.layout.rows import HOLD, KEEP
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 
@@ -116,24 +117,26 @@ class Planner(PlannerChanges):
         instance("detector", detector, Detector | None, "an ftqp.Detector or None")
         task, soft = split(task, tasks)
         keeps = listed(constraints)
+        asked = {KEEP.name: tuple(keep.label for keep in keeps), HOLD.name: held_rows(soft)}
         given = self._given = settled(
             robot, dt, level=level, scheme=scheme, task=task, bounds=bounds, backend=backend, posture=posture,
             torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
-            noise=noise, plan=plan, keeps=bool(keeps),
+            noise=noise, plan=plan, asks=any(asked.values()),
         )  # fmt: skip
         robot, self._inside = given.robot, OneThread()
         self._session = filled(
             robot, given.task, given.criterion, given.bounds, emergency,
-            level=level, dt=given.dt, drive=given.drive, noise=given.noise, keeps=len(keeps),
+            level=level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked,
         )  # fmt: skip
         self._solver = Solver(self._session, robot, given.task, given.scheme, given.solver)
         if (soft or keeps) and not self._solver.has_qp:
             raise InputError(
-                f"scheme {given.scheme.name!r} solves no QP, so that soft tasks and constraints have no "
+                f"scheme {given.scheme.name!r} solves no QP, so that further tasks and constraints have no "
                 "effect on it; take one that does, for example 'mvn'"
             )
         self._constraints = Kept(self._session, robot, keeps)
-        self._tasks = TaskList(self._session, robot, soft, level, given.dt)
+        length = float(self._session.K.task.length)
+        self._tasks = TaskList(self._session, robot, soft, level, given.dt, length)
         self._wanted = Wanted(
             Belief(robot, torque_limits=given.limits_torque),
             Fitting(robot),
@@ -142,7 +145,7 @@ class Planner(PlannerChanges):
         self._adopted, self._step_arm = None, self._wanted.fitting
         self._said = Said(int(self._session.K.cascade.status))
         self._out, self._loop = (
-            Step(self._session, robot.joints, self._said, Named(self._tasks.names, tuple(self._constraints))),
+            Step(self._session, robot.joints, self._said, Named(self._tasks.errors, asked)),
             ArmLoop(self._session, robot.joints),
         )
         self._rest, self._timing = Rest(self._session), timing

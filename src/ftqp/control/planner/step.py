@@ -7,6 +7,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ftqp.control.planner.certificate import (
+    HELD,
     Certificate,
     Obstacle,
     obstacles,
@@ -67,7 +68,7 @@ class Step:
         session: The planner's, whose record the step reads.
         joints: Names of the joints, (nv,).
         said: What the planner writes of each step.
-        named: Names of the soft tasks, and of the points that are kept.
+        named: Names of the further tasks, and of the rows that are asked for.
 
     Attributes:
         q: The joint positions to be sent, for the end of the step, (nv,) [rad or m].
@@ -236,9 +237,12 @@ class Step:
 
     @property
     def tasks(self) -> dict[str, SoftTaskReport]:
-        """How far each soft task was from its target before the step, by name."""
+        """How far each further task was from its target before the step, by name."""
         errors = self._parts["soft_error"]
-        return {name: SoftTaskReport(errors[3 * k : 3 * k + 3]) for k, name in enumerate(self._named.soft)}
+        return {
+            name: SoftTaskReport(errors[6 * k : 6 * k + size])
+            for k, (name, size) in enumerate(self._named.tasks)
+        }
 
     @property
     def slack(self) -> FloatArray:
@@ -345,12 +349,12 @@ class Step:
         return tuple(
             f"{obstacle.joint} {obstacle.limit}"
             for obstacle in self._obstacles()
-            if obstacle.limit != "locked"
+            if obstacle.limit not in ("locked", HELD)
         )
 
     def _obstacles(self) -> list[Obstacle]:
         return obstacles(
-            self._parts, self._joints, bool(self._session.K.chain.has_inertia), self._named.keeps
+            self._parts, self._joints, bool(self._session.K.chain.has_inertia), self._named.asked
         )
 
     @property

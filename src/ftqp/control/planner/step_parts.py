@@ -7,6 +7,7 @@ import numpy as np
 from ftqp.control.planner.free_joint import PLACES
 from ftqp.core.checks import FloatArray, IntArray
 from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.rows import NOTHING_ASKED, Asked
 from ftqp.qp.problem import SolveStatus
 
 PLACES_OF_A_STEP = {
@@ -182,21 +183,22 @@ class Named(NamedTuple):
     """Names beside those of joints.
 
     Attributes:
-        soft: Of the soft tasks.
-        keeps: Of the points that are kept on their side of a plane.
+        tasks: Of the further tasks, with how many numbers an error of each has.
+        asked: Of the rows that a planner asks for, by kind.
     """
 
-    soft: tuple[str, ...] = ()
-    keeps: tuple[str, ...] = ()
+    tasks: tuple[tuple[str, int], ...] = ()
+    asked: Asked = NOTHING_ASKED
 
 
 class SoftTaskReport(NamedTuple):
-    """How far a soft task was from its target before a step.
+    """How far a further task was from its target before a step.
 
     Attributes:
-        error: Of a point from it to its target, along W, (3,) [m]; of an axis the rotation that turns it onto
-            its direction, its length the sine of the angle, 1 beyond a right angle; 0 of tasks of joints and
-            of one's own.
+        error: Of a point from it to its target, along W, (3,) [m]; of a frame that and the rotation vector
+            that turns it onto its target, (6,) [m and rad]; of an axis the rotation that turns it onto its
+            direction, (3,), its length the sine of the angle, 1 beyond a right angle; 0 of tasks of joints
+            and of one's own.
     """
 
     error: FloatArray

@@ -1,4 +1,4 @@
-"""A planner's list of tasks: that of the tip, and soft ones that share what it leaves."""
+"""A planner's list of tasks: that of the tip, and further ones before it or with what it leaves."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
@@ -12,29 +12,37 @@ from ftqp.control.planner.target import Target, Targets
 from ftqp.control.planner.wanted import Start, Wanted
 from ftqp.control.task.soft_tasks import (
     AXES,
+    FIRST,
     AxisTask,
     CentreOfMass,
     JointTask,
     LeastSquares,
+    PoseTask,
     PositionTask,
     PostureTask,
+    RelativeTask,
     SoftTask,
     direction,
 )
 from ftqp.control.task.task import Task, checked_gains
 from ftqp.core.checks import FloatArray, array, frozen
 from ftqp.core.errors import InputError, nearest
+from ftqp.core.pose import pose, transform
 from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.enums import TARGET_ACCELERATION, TARGET_HAS_ROTATION, TARGET_POSE, TARGET_TWIST
+from ftqp.kernel.layout.rows import COMPONENTS, HELD_ROWS
 from ftqp.kernel.layout.terms_room import TERMS
 from ftqp.model.body_frames import centre_of_mass, frame_pose, mount_of
 from ftqp.model.robot import Robot
 
 TIP = "tip"
 """What the task of the tip is called beside the name of its frame."""
+STILL = np.zeros(12)
+"""Twist and acceleration of a target that does not move."""
 
 
 def split(task: Task | None, tasks: Any) -> tuple[Task | None, tuple[SoftTask, ...]]:
-    """The task of the tip and the soft ones, of what a planner was given.
+    """The task of the tip and the further ones, of what a planner was given.
 
     Raises:
         InputError: This is no list of tasks, it has two of the tip, or too many.
@@ -48,36 +56,70 @@ def split(task: Task | None, tasks: Any) -> tuple[Task | None, tuple[SoftTask, .
     for one in tasks:
         if not isinstance(one, Task | SoftTask):
             raise InputError(
-                f"tasks has {type(one).__name__}, expected ftqp.Task (of the tip), PositionTask, AxisTask, "
-                "CentreOfMass, PostureTask, JointTask or LeastSquares"
+                f"tasks has {type(one).__name__}, expected ftqp.Task (of the tip), PoseTask, RelativeTask, "
+                "PositionTask, AxisTask, CentreOfMass, PostureTask, JointTask or LeastSquares"
             )
     if len(of_tip) + (task is not None) > 1:
         raise InputError("tasks has two of the tip, expected one ftqp.Task; give it in tasks or as task")
     if len(soft) > TERMS:
-        raise InputError(f"tasks has {len(soft)} soft tasks, expected at most {TERMS}")
+        raise InputError(f"tasks has {len(soft)} beside that of the tip, expected at most {TERMS}")
+    held = len(held_rows(soft))
+    if held > HELD_ROWS:
+        raise InputError(
+            f"tasks on level 0 have {held} rows, expected at most {HELD_ROWS}, those of two poses; put some "
+            "on level 2"
+        )
     return (of_tip[0] if of_tip else task), soft
+
+
+def rows_of(task: SoftTask) -> int:
+    """The rows of a task, a bit for each; 0 of a task of joints, which has none."""
+    match task:
+        case PoseTask() | RelativeTask():
+            return task.bits
+        case PositionTask() | CentreOfMass():
+            return sum(1 << AXES.index(row) for row in task.rows)
+        case AxisTask():
+            return 7
+        case LeastSquares():
+            return (1 << task.rows) - 1
+        case _:
+            return 0
+
+
+def held_rows(tasks: Sequence[SoftTask]) -> tuple[str, ...]:
+    """Labels of the rows of those that go before the task of the tip, in their order."""
+    return tuple(
+        f"{task.label} {COMPONENTS[k]}"
+        for task in tasks
+        if task.level == FIRST
+        for k in range(len(COMPONENTS))
+        if rows_of(task) & (1 << k)
+    )
 
 
 @final
 class RunningTask:
-    """A soft task of a planner, whose weight and target may be changed between steps.
+    """A further task of a planner, whose weight and target may be changed between steps.
 
     Args:
         terms: The room of the planner's record that it is written into.
         at: Its place there.
         task: As it was given.
         name: What it is called.
-        nv: Number of joints.
+        robot: The arm.
 
     Attributes:
         given: The task as it was given.
         name: What it is called.
     """
 
-    __slots__ = ("_at", "_nv", "_terms", "given", "name")
+    __slots__ = ("_at", "_mount", "_nv", "_other", "_terms", "given", "name")
 
-    def __init__(self, terms: Any, at: int, task: SoftTask, name: str, nv: int) -> None:
-        for slot, value in (("_terms", terms), ("_at", at), ("given", task), ("name", name), ("_nv", nv)):
+    def __init__(self, terms: Any, at: int, task: SoftTask, name: str, robot: Robot) -> None:
+        mounts = _mounts(terms, at, task, robot)
+        slots = (("_terms", terms), ("_at", at), ("given", task), ("name", name), ("_nv", robot.nv))
+        for slot, value in (*slots, ("_mount", mounts[0]), ("_other", mounts[1])):
             object.__setattr__(self, slot, value)
 
     given: SoftTask
@@ -85,6 +127,8 @@ class RunningTask:
     _terms: Any
     _at: int
     _nv: int
+    _mount: FloatArray
+    _other: FloatArray
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name not in ("weight", "target", "velocity"):
@@ -105,8 +149,12 @@ class RunningTask:
 
     @property
     def target(self) -> FloatArray:
-        """Where the point, the axis or the joints should be, (3,) or (nv,)."""
+        """Where the frame, the point, the axis or the joints should be, (4, 4), (3,) or (nv,)."""
         terms = self._terms
+        if isinstance(self.given, PoseTask | RelativeTask):
+            R, p = self._other[:3, :3].T, self._other[:3, 3]
+            turn = terms.turn[self._at].reshape(3, 3)
+            return frozen(transform(R @ turn @ self._mount[:3, :3], R @ (terms.goal[self._at] - p)))
         by_joint = isinstance(self.given, PostureTask | JointTask)
         return frozen((terms.q_goal[self._at, : self._nv] if by_joint else terms.goal[self._at]).copy())
 
@@ -116,14 +164,19 @@ class RunningTask:
 
     @property
     def velocity(self) -> FloatArray:
-        """How fast the target of a point moves, (3,) [m/s]."""
-        return frozen(self._terms.rate[self._at].copy())
+        """How fast the target moves: of a frame (6,) [m/s and rad/s], of a point (3,) [m/s]; along W."""
+        return frozen(self._terms.rate[self._at, : self._moving].copy())
+
+    @property
+    def _moving(self) -> int:
+        return 6 if isinstance(self.given, PoseTask) else 3
 
     @velocity.setter
     def velocity(self, value: Any) -> None:
-        if not isinstance(self.given, PositionTask | CentreOfMass):
-            raise InputError(f"{self.name} has no velocity: its target is no point; set its target")
-        self._terms.rate[self._at] = array(f"velocity of {self.name}", value, (3,), "(3,)")
+        if not isinstance(self.given, PoseTask | PositionTask | CentreOfMass):
+            raise InputError(f"{self.name} has no velocity: its target is no place of W; set its target")
+        n = self._moving
+        self._terms.rate[self._at, :n] = array(f"velocity of {self.name}", value, (n,), f"({n},)")
 
     def taken(self, value: Any) -> FloatArray:
         """A target as numbers, checked.
@@ -137,6 +190,10 @@ class RunningTask:
                 raise InputError(f"{self.name} has no target: its own function says what is asked")
             case JointTask() | PostureTask():
                 return array(what, value, (self._nv,), "(nv,)")
+            case PoseTask() | RelativeTask():
+                return _moving_pose(what, value)
+            case AxisTask() if isinstance(self.given.towards, str):
+                raise InputError(f"{self.name} has no target but the frame {self.given.towards!r}")
             case AxisTask() if self.given.along is not None:
                 along: FloatArray = direction(what, value)
                 return along
@@ -146,11 +203,16 @@ class RunningTask:
 
     def write(self, value: FloatArray) -> None:
         """Take a target that ``taken`` has checked."""
-        terms = self._terms
+        terms, at = self._terms, self._at
         if isinstance(self.given, PostureTask | JointTask):
-            terms.q_goal[self._at, : self._nv] = value
+            terms.q_goal[at, : self._nv] = value
+        elif isinstance(self.given, PoseTask | RelativeTask):
+            T, B = value[:16].reshape(4, 4), self._other
+            terms.goal[at] = B[:3, :3] @ T[:3, 3] + B[:3, 3]
+            terms.turn[at] = (B[:3, :3] @ T[:3, :3] @ self._mount[:3, :3].T).ravel()
+            terms.rate[at], terms.rate_change[at] = value[16:22], value[22:]
         else:
-            terms.goal[self._at] = value
+            terms.goal[at] = value
 
     def __repr__(self) -> str:
         return f"RunningTask({self.name!r}, weight={self.weight:g})"
@@ -158,7 +220,7 @@ class RunningTask:
 
 @final
 class TaskList(Mapping[str, RunningTask]):
-    """The soft tasks of a planner by name.
+    """The further tasks of a planner by name.
 
     Args:
         session: The planner's, whose record they are written into.
@@ -166,6 +228,7 @@ class TaskList(Mapping[str, RunningTask]):
         tasks: As they were given.
         level: What the QP decides.
         dt: The sampling period [s].
+        length: What a radian counts [m].
 
     Raises:
         InputError: An unknown frame or joint, gains too high for dt, a name that occurs twice, or a centre of
@@ -173,20 +236,29 @@ class TaskList(Mapping[str, RunningTask]):
     """
 
     def __init__(
-        self, session: Session, robot: Robot, tasks: Sequence[SoftTask], level: str, dt: float
+        self,
+        session: Session,
+        robot: Robot,
+        tasks: Sequence[SoftTask],
+        level: str,
+        dt: float,
+        length: float,
     ) -> None:
         self._terms, self._robot = session.K.terms, robot
         self._main: Target | Targets | None = None
         found: dict[str, RunningTask] = {}
         terms = self._terms
+        terms.length = length
+        _refuse_contradictions(tasks)
         for at, task in enumerate(tasks):
             name = task.label
             if name in found or name in (TIP, robot.tip):
                 raise InputError(f"two tasks are called {name!r}; give one of them a name=")
-            terms.kind[at], terms.weight[at] = task.code, task.weight
+            terms.kind[at], terms.weight[at], terms.hard[at] = task.code, task.weight, task.level == FIRST
+            terms.rows[at] = rows_of(task)
             terms.kp[at], terms.kv[at] = checked_gains(task, level, dt, f" of {name}")
-            found[name] = RunningTask(terms, at, task, name, robot.nv)
-            _write(terms, at, task, robot)
+            found[name] = RunningTask(terms, at, task, name, robot)
+            _write(found[name], robot)
         terms.count = len(tasks)
         self._by_name = MappingProxyType(found)
         self._own = tuple((at, task) for at, task in enumerate(tasks) if isinstance(task, LeastSquares))
@@ -200,9 +272,11 @@ class TaskList(Mapping[str, RunningTask]):
         return Stage(ticks=(CLOCK, FREE, *LED) if self._own else (), before=fill, begin=self._begin)
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Of all, in their order."""
-        return tuple(self._by_name)
+    def errors(self) -> tuple[tuple[str, int], ...]:
+        """Of all, in their order, the name, and how many numbers its error has."""
+        return tuple(
+            (name, 6 if isinstance(one.given, PoseTask | RelativeTask) else 3) for name, one in self.items()
+        )
 
     @property
     def begin_where_they_are(self) -> tuple[str, ...]:
@@ -260,7 +334,12 @@ class TaskList(Mapping[str, RunningTask]):
         robot, terms = self._robot, self._terms
         for one in self._by_name.values():
             task = one.given
-            if isinstance(task, PositionTask) and task.target is None:
+            if isinstance(task, PoseTask | RelativeTask) and task.target is None:
+                T = frame_pose(robot, task.frame, start.q)
+                if isinstance(task, RelativeTask):
+                    T = np.linalg.solve(frame_pose(robot, task.to, start.q), T)
+                one.write(np.concatenate([T.ravel(), STILL]))
+            elif isinstance(task, PositionTask) and task.target is None:
                 T = frame_pose(robot, task.frame, start.q)
                 terms.goal[one._at] = T[:3, :3] @ task.point + T[:3, 3]
             elif isinstance(task, CentreOfMass) and task.target is None:
@@ -283,40 +362,92 @@ class TaskList(Mapping[str, RunningTask]):
                 J[:] = b[:] = 0.0
 
 
-def _write(terms: Any, at: int, task: SoftTask, robot: Robot) -> None:
+def _moving_pose(what: str, value: Any) -> FloatArray:
+    """A pose by rows, its twist and its acceleration, (28,), of a target or of a pose that does not move."""
+    if not isinstance(value, Target | Targets):
+        return np.concatenate([pose(value, what).ravel(), STILL])
+    row = value.packed[value.row]
+    if row[TARGET_HAS_ROTATION] <= 0.0 or not np.isfinite(row[: TARGET_ACCELERATION + 6]).all():
+        raise InputError(f"{what} has no rotation or is not finite, expected ftqp.Target(pose=...)")
+    parts = ((TARGET_POSE, 16), (TARGET_TWIST, 6), (TARGET_ACCELERATION, 6))
+    return np.concatenate([row[at : at + size] for at, size in parts])
+
+
+def _refuse_contradictions(tasks: Sequence[SoftTask]) -> None:
+    """Refuse two equations for one thing.
+
+    Raises:
+        InputError: Two tasks of level 0 ask the same rows of one frame.
+    """
+    seen: dict[tuple[str, str], tuple[str, int]] = {}
+    for task in tasks:
+        if task.level != FIRST or not isinstance(task, PoseTask | PositionTask | RelativeTask):
+            continue
+        pair = (task.frame, task.to if isinstance(task, RelativeTask) else "")
+        other, bits = seen.get(pair, ("", 0))
+        if bits & rows_of(task):
+            raise InputError(
+                f"{other} and {task.label} are both on level 0 and ask the same of frame {task.frame!r}; "
+                "leave one of them out, or put it on level 2"
+            )
+        seen[pair] = task.label, bits | rows_of(task)
+
+
+def _mounts(terms: Any, at: int, task: SoftTask, robot: Robot) -> tuple[FloatArray, FloatArray]:
+    """Poses of the frame of a task, and of the frame that its goal moves with, in those of their joints.
+
+    Raises:
+        InputError: A frame is unknown, does not move, or moves with the other.
+    """
+    frame, other = getattr(task, "frame", None), None
+    if isinstance(task, RelativeTask):
+        other = task.to
+    elif isinstance(task, AxisTask) and isinstance(task.towards, str):
+        other = task.towards
+    terms.body[at], mount = (-1, np.eye(4)) if frame is None else mount_of(robot, frame)
+    terms.other[at], on_other = (-1, np.eye(4)) if other is None else mount_of(robot, other)
+    if frame is not None and terms.body[at] == terms.other[at]:
+        what = "does not move with any joint" if other is None else f"does not move against {other!r}"
+        raise InputError(f"frame {frame!r} of {task.label} {what}")
+    return mount, on_other
+
+
+def _write(one: RunningTask, robot: Robot) -> None:
     """What never changes of a task, and its first target."""
-    n = robot.nv
-    terms.rows[at] = 7
+    terms, at, task, n, mount = one._terms, one._at, one.given, robot.nv, one._mount
     match task:
-        case PositionTask() | AxisTask():
-            body, T = mount_of(robot, task.frame)
-            point = np.zeros(3) if isinstance(task, AxisTask) else np.array(task.point)
-            terms.body[at], terms.place[at] = body, T[:3, :3] @ point + T[:3, 3]
-            if isinstance(task, AxisTask):
-                terms.axis[at], terms.towards[at] = T[:3, :3] @ task.axis, task.towards is not None
+        case PoseTask() | RelativeTask():
+            terms.place[at] = mount[:3, 3]
+            if task.target is not None:
+                one.write(np.concatenate([task.target.ravel(), STILL]))
+        case PositionTask():
+            terms.place[at] = mount[:3, :3] @ task.point + mount[:3, 3]
+            if task.target is not None:
+                terms.goal[at] = task.target
+        case AxisTask():
+            terms.place[at], terms.axis[at] = mount[:3, 3], mount[:3, :3] @ task.axis
+            terms.towards[at] = task.towards is not None
+            if isinstance(task.towards, str):
+                terms.goal[at] = one._other[:3, 3]
+            else:
                 terms.goal[at] = task.along if task.towards is None else task.towards
-                return
         case CentreOfMass():
             if not robot.chain.constants()["mass"].any():
                 raise InputError(
                     f"{robot.name} has no masses, so no centre of mass; give the model its masses"
                 )
+            if task.target is not None:
+                terms.goal[at] = task.target
         case PostureTask():
             terms.share[at, :n] = 1.0
             if task.target is not None:
                 terms.q_goal[at, :n] = array(f"target of {task.label}", task.target, (n,), "(nv,)")
-            return
         case JointTask():
             for joint, where in task.joints.items():
                 i = robot.joint(joint)
                 terms.share[at, i] = 1.0
                 terms.q_goal[at, i] = array(f"{joint} of {task.label}", [where], (1,), "a number")[0]
-            return
         case LeastSquares():
             terms.m[at] = task.rows
-            return
         case _:
             raise InputError(f"{type(task).__name__} is no kind of task that a planner knows")
-    terms.rows[at] = sum(1 << AXES.index(row) for row in task.rows)
-    if task.target is not None:
-        terms.goal[at] = task.target

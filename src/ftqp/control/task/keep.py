@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.control.task.soft_tasks import FRAME, Three, direction
+from ftqp.control.task.soft_tasks import WHICH, Three, direction
 from ftqp.core.checks import array, frozen
 from ftqp.core.errors import InputError
 from ftqp.core.setting import REQUIRED, refuse_out_of_range, setting
@@ -32,7 +32,7 @@ class Keep:
         InputError: A number is out of its range, or an array has a wrong shape.
     """
 
-    frame: str = setting(REQUIRED, FRAME)
+    frame: str = setting(REQUIRED, WHICH)
     above: Any = setting(
         REQUIRED, "a place on the plane", of=tuple[float, float, float], unit="m", kw_only=True
     )

@@ -1,17 +1,20 @@
-"""Soft tasks: what other points, axes and joints of the arm should do with what the tip's task leaves."""
+"""Further tasks: what other frames, axes and joints of the arm should do, before or after the tip's task."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any, ClassVar
 
 import numpy as np
 
+from ftqp.control.task.task import DEFAULT_GAINS
 from ftqp.core.checks import array, frozen
-from ftqp.core.errors import InputError
+from ftqp.core.errors import InputError, nearest
+from ftqp.core.pose import pose
 from ftqp.core.setting import REQUIRED, setting
 from ftqp.kernel.layout.enums import TASK_ROWS
-from ftqp.kernel.layout.terms_room import AXIS, JOINT_PLACES, MASS, OWN, POINT
+from ftqp.kernel.layout.rows import COMPONENTS
+from ftqp.kernel.layout.terms_room import AXIS, FRAME, JOINT_PLACES, MASS, OWN
 
 AXES = "xyz"
 GENTLE = {"acceleration": 4.0, "velocity": 2.0}
@@ -20,20 +23,27 @@ does not take the arm into limits that the tip's task needs. A guess that `pytho
 not contradicted."""
 Three = tuple[float, float, float] | None
 WHERE = "where it should be; where it is at the start if absent"
-FRAME = "a frame, link or joint of the robot's model"
+WHICH = "a frame, link or joint of the robot's model"
+Matrix = tuple[tuple[float, ...], ...] | None
+SETS = {"pose": 0b111111, "position": 0b000111, "orientation": 0b111000}
+"""Rows by the word for them, a bit for each of x, y, z, rx, ry, rz."""
+FIRST, LAST = 0, 2
+"""The levels of further tasks; that of the tip's is 1."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SoftTask:
-    """What every soft task has.
+    """What every further task has.
 
     Args:
+        level: 0 goes before the task of the tip: it is kept as an equation, and where joints and limits
+            cannot do both, the tip gives way. 2 shares what the task of the tip leaves.
         weight: How much it counts beside the scheme's objective and the other soft tasks, >= 0. A larger one
-            is kept more closely where two of them want different things; 0 leaves it out. The task of the
-            tip goes before them all.
+            is kept more closely where two of them want different things; 0 leaves it out. On level 0 it only
+            matters whether it is 0.
         kp: Gain on the error, >= 0 [1/s2 at the acceleration level, 1/s at the velocity level]. A larger one
             comes nearer sooner, and takes the arm into its limits sooner, where the tip's task then misses
-            what it needs. None is 4 and 2: five times as slow as the task of the tip.
+            what it needs. None is 4 and 2: five times as slow as the task of the tip; on level 0 as fast.
         kv: Gain on the error of the velocity, >= 0 [1/s], at the acceleration level only. A larger one damps
             more. None is 2 sqrt(kp), critical damping.
         name: What ``planner.tasks``, ``step.tasks`` and the targets of a step call it; None is what it is of.
@@ -42,13 +52,23 @@ class SoftTask:
         InputError: A number is out of its range, or an array has a wrong shape.
     """
 
+    level: int = setting(LAST, "0: before the task of the tip; 2: with what it leaves", least=0, most=2)
     weight: float = setting(1.0, "how much it counts beside the others, >= 0", least=0.0)
     kp: float | None = setting(None, "gain on its error, >= 0", unit="1/s2 or 1/s", least=0.0)
     kv: float | None = setting(None, "gain on the error of its velocity, >= 0", unit="1/s", least=0.0)
     name: str | None = setting(None, "what it is called; after its frame or kind if absent")
     code: ClassVar[int]
+    can_go_first: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
+        if isinstance(self.level, bool) or self.level not in (FIRST, LAST):
+            more = "; level 1 is that of the tip's task, ftqp.Task" if self.level == 1 else ""
+            raise InputError(f"level of {self.label} is {self.level!r:.60}, expected 0 or 2{more}")
+        if self.level == FIRST and not self.can_go_first:
+            raise InputError(
+                f"{self.label} draws joints and cannot be on level 0; expected level=2, or, to hold a joint, "
+                "branch_limits"
+            )
         self.check("weight", self.weight)
         for name in ("kp", "kv"):
             if getattr(self, name) is not None:
@@ -71,15 +91,106 @@ class SoftTask:
 
     def gains(self, level: str) -> tuple[float, float]:
         """kp and kv at a level."""
-        kp = GENTLE[level] if self.kp is None else float(self.kp)
+        usual = DEFAULT_GAINS[level][0] if self.level == FIRST else GENTLE[level]
+        kp = usual if self.kp is None else float(self.kp)
         kv = 2.0 * kp**0.5 if self.kv is None else float(self.kv)
         return kp, kv if level == "acceleration" else 0.0
+
+
+def _bits(task: SoftTask, rows: Any, names: bool) -> int:
+    """The rows of a frame, a bit for each."""
+    if isinstance(rows, str) and rows in SETS:
+        return SETS[rows]
+    if not names or isinstance(rows, str) or not isinstance(rows, Sequence):
+        more = " or names among x, y, z, rx, ry, rz" if names else ""
+        near = nearest(rows, SETS) if isinstance(rows, str) else ""
+        raise InputError(
+            f"rows of {task.label} is {rows!r:.60}{near}, expected one of {', '.join(SETS)}{more}"
+        )
+    if not rows or len(set(rows)) < len(rows) or set(rows) - set(COMPONENTS):
+        raise InputError(
+            f"rows of {task.label} is {rows!r:.60}, expected names among {', '.join(COMPONENTS)}"
+        )
+    return sum(1 << COMPONENTS.index(row) for row in rows)
 
 
 def _rows_of(task: SoftTask, rows: Any) -> str:
     if not isinstance(rows, str) or not rows or set(rows) - set(AXES) or len(set(rows)) < len(rows):
         raise InputError(f"rows of {task.label} is {rows!r:.60}, expected some of x, y, z, for example 'z'")
     return rows
+
+
+@dataclass(frozen=True, slots=True)
+class PoseTask(SoftTask):
+    """Another frame has a pose, for example the hand of the other arm.
+
+    Args:
+        frame: A frame, link or joint of the robot's model.
+        rows: ``pose``, ``position``, ``orientation``, or names among x, y, z, rx, ry, rz, along the axes of
+            the world. Fewer leave more freedom.
+        target: Its pose, (4, 4) [m]; None is where it is at ``planner.reset``.
+    """
+
+    frame: str = setting(REQUIRED, WHICH)
+    rows: str | Sequence[str] = setting(
+        "pose", "pose, position, orientation, or names of rows", of=str | tuple[str, ...], kw_only=True
+    )
+    target: Any = setting(None, "its pose; the one that it starts with if absent", of=Matrix, kw_only=True)
+    code: ClassVar[int] = FRAME
+
+    def __post_init__(self) -> None:
+        SoftTask.__post_init__(self)
+        _bits(self, self.rows, names=True)
+        if self.target is not None:
+            object.__setattr__(self, "target", frozen(pose(self.target, f"target of {self.label}")))
+
+    @property
+    def label(self) -> str:
+        """What it is called."""
+        return self.name or str(self.frame)
+
+    @property
+    def bits(self) -> int:
+        """Its rows, a bit for each."""
+        return _bits(self, self.rows, names=True)
+
+
+@dataclass(frozen=True, slots=True)
+class RelativeTask(SoftTask):
+    """A frame has a pose in another frame of the arm: two hands hold one thing.
+
+    Args:
+        frame: A frame, link or joint of the robot's model.
+        to: The frame in which it has its pose.
+        rows: ``pose``, ``position`` or ``orientation``.
+        target: Pose of ``frame`` in ``to``, (4, 4) [m]; None is the one at ``planner.reset``.
+    """
+
+    frame: str = setting(REQUIRED, WHICH)
+    to: str = setting(REQUIRED, "the frame in which it has its pose")
+    rows: str = setting("pose", "what of the pose", choices=tuple(SETS), kw_only=True)
+    target: Any = setting(
+        None, "pose of frame in to; the one that it starts with if absent", of=Matrix, kw_only=True
+    )
+    code: ClassVar[int] = FRAME
+
+    def __post_init__(self) -> None:
+        SoftTask.__post_init__(self)
+        _bits(self, self.rows, names=False)
+        if self.frame == self.to:
+            raise InputError(f"{self.label} is relative to itself; expected another frame as to")
+        if self.target is not None:
+            object.__setattr__(self, "target", frozen(pose(self.target, f"target of {self.label}")))
+
+    @property
+    def label(self) -> str:
+        """What it is called."""
+        return self.name or f"{self.frame} to {self.to}"
+
+    @property
+    def bits(self) -> int:
+        """Its rows, a bit for each."""
+        return _bits(self, self.rows, names=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,13 +204,13 @@ class PositionTask(SoftTask):
         point: Another point of that frame, (3,) [m].
     """
 
-    frame: str = setting(REQUIRED, FRAME)
+    frame: str = setting(REQUIRED, WHICH)
     rows: str = setting("xyz", "axes of the world along which it counts, some of x, y, z", kw_only=True)
     target: Any = setting(
         None, "where it should be; where it starts if absent", of=Three, unit="m", kw_only=True
     )
     point: Any = setting((0.0, 0.0, 0.0), "another point of the frame", of=Three, unit="m", kw_only=True)
-    code: ClassVar[int] = POINT
+    code: ClassVar[int] = FRAME
 
     def __post_init__(self) -> None:
         SoftTask.__post_init__(self)
@@ -122,13 +233,20 @@ class AxisTask(SoftTask):
         frame: A frame, link or joint of the robot's model.
         axis: The axis, in that frame, (3,); its length does not matter.
         along: What it should point along, in the world, (3,); its length does not matter.
-        towards: In place of ``along`` the place that it should point at from the frame's origin, (3,) [m].
+        towards: In place of ``along`` what it should point at from the frame's origin: a place, (3,) [m], or
+            the name of a frame of the arm, for example the hand that a camera looks at.
     """
 
-    frame: str = setting(REQUIRED, FRAME)
+    frame: str = setting(REQUIRED, WHICH)
     axis: Any = setting((0.0, 0.0, 1.0), "the axis in the frame", of=Three, kw_only=True)
     along: Any = setting(None, "direction in the world that it points along", of=Three, kw_only=True)
-    towards: Any = setting(None, "place that it points at instead", of=Three, unit="m", kw_only=True)
+    towards: Any = setting(
+        None,
+        "place, or name of a frame, that it points at instead",
+        of=tuple[float, float, float] | str | None,
+        unit="m",
+        kw_only=True,
+    )
     code: ClassVar[int] = AXIS
 
     def __post_init__(self) -> None:
@@ -141,8 +259,10 @@ class AxisTask(SoftTask):
         object.__setattr__(self, "axis", direction("axis", self.axis))
         if self.along is not None:
             object.__setattr__(self, "along", direction("along", self.along))
-        else:
+        elif not isinstance(self.towards, str):
             object.__setattr__(self, "towards", frozen(array("towards", self.towards, (3,), "(3,)")))
+        elif self.towards == self.frame:
+            raise InputError(f"{self.label} points at its own frame; expected another frame or a place")
 
     @property
     def label(self) -> str:
@@ -197,6 +317,7 @@ class PostureTask(SoftTask):
         None, "the posture; where the arm starts if absent", of=tuple[float, ...] | None, unit="rad or m"
     )
     code: ClassVar[int] = JOINT_PLACES
+    can_go_first: ClassVar[bool] = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,6 +332,7 @@ class JointTask(SoftTask):
         REQUIRED, "where some joints should be, { joint = place }", of=dict[str, float], unit="rad or m"
     )
     code: ClassVar[int] = JOINT_PLACES
+    can_go_first: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         SoftTask.__post_init__(self)
@@ -223,7 +345,7 @@ class JointTask(SoftTask):
 
 @dataclass(frozen=True, slots=True)
 class LeastSquares(SoftTask):
-    """weight/2 |J x - b|^2 of one's own, at the price of a call in every step.
+    """weight/2 |J x - b|^2 of one's own, or J x = b on level 0, at the price of a call in every step.
 
     Args:
         rows: How many rows, 1 to 6.
@@ -246,6 +368,8 @@ class LeastSquares(SoftTask):
 
 
 KINDS: Mapping[str, type[SoftTask]] = {
+    "pose": PoseTask,
+    "relative": RelativeTask,
     "position": PositionTask,
     "axis": AxisTask,
     "centre_of_mass": CentreOfMass,

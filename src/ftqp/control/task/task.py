@@ -74,7 +74,9 @@ class Task:
     """
 
     rows: str | tuple[str, ...] | None = setting(
-        None, "'pose', 'position', 'position_axis' or some of x, y, z, rx, ry, rz; by robot if absent"
+        None,
+        "'pose', 'position', 'position_axis' or some of x, y, z, rx, ry, rz; by robot if absent",
+        kw_only=False,
     )
     mode: str = setting("slack", "what gives way when the task cannot be kept", choices=tuple(MODES))
     kp: float | None = setting(None, "position gain, >= 0", unit="1/s2 or 1/s", least=0.0)

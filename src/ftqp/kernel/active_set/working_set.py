@@ -180,11 +180,11 @@ def _right_side(Q: Any, code: int, side: int) -> float:
 
 @jit
 def _softness(Q: Any, code: int, side: int) -> float:
-    """Compliance of a row: task rows their own, inequality rows of C the elastic one, else none."""
+    """Compliance of a row: task rows their own, rows of C that may give way the elastic one, else none."""
     if code < Q.meq:
         soft: float = Q.soft[code]
         return soft
-    if code >= Q.meq + Q.nx and side != 0:
+    if code >= Q.meq + Q.nx and (side != 0 or code >= Q.meq + Q.nx + Q.rigid):
         elastic: float = Q.soft_rows
         return elastic
     return 0.0

@@ -49,7 +49,7 @@ class Workspace:
         self._memory = np.zeros(1, standalone_dtype())
         Q = rooms(self._memory)
         self._Q = Q
-        Q.nx, Q.meq, Q.nc, Q.dense = n, m, p, 1
+        Q.nx, Q.meq, Q.nc, Q.rigid, Q.dense = n, m, p, p, 1
         Q.tolerance, Q.max_iterations = TOLERANCE, 50 * (n + p + 10)
         Q.lb[:], Q.ub[:], Q.l[:], Q.u[:] = -np.inf, np.inf, -np.inf, np.inf
         self.H, self.g, self.A, self.b = Q.H[:n, :n], Q.g[:n], Q.A[:m, :n], Q.b[:m]

@@ -120,7 +120,7 @@ def make_room(chain: Any, qp: Any, aside: Any) -> None:
     """Take the task's QP up again, its rows widened by the least excess, its box by what did not return."""
     n = chain.n
     for j in range(qp.nc):
-        if qp.l[j] < qp.u[j]:
+        if qp.l[j] < qp.u[j] or j >= qp.rigid:
             s = 0.0
             for i in range(n):
                 s += qp.C[j, i] * qp.x[i]

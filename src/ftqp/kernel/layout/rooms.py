@@ -209,7 +209,7 @@ def qp_fields(variables: int, rows: int, constraints: int) -> Fields:
     """Fields of a QP with compliant equality rows and of the active-set solver's memory.
 
     min 1/2 x'Hx + g'x + sum_k s_k^2/(2 soft_k),  Ax + s = b,  lb <= x <= ub,  l <= Cx <= u; a row with
-    soft_k = 0 is hard.
+    soft_k = 0 is hard. Rows of C give way as ``soft_rows`` says, equalities among the first ``rigid`` not.
 
     ``x_free`` is the minimiser without rows. ``root`` is 1/sqrt(H_ii), 0 for a fixed variable; ``root_of``
     and ``root_was`` keep an H_ii and its root, ``inverse`` the square of the root. V holds the rows of the
@@ -217,7 +217,7 @@ def qp_fields(variables: int, rows: int, constraints: int) -> Fields:
     """
     working = variables + rows + constraints
     return [
-        *scalars("i8", "nx meq nc dense warm iterations max_iterations"),
+        *scalars("i8", "nx meq nc rigid dense warm iterations max_iterations"),
         *scalars("f8", "soft_rows tolerance"),
         *floats(
             {

@@ -4,7 +4,7 @@ Packing for external solvers, labels of a recording, certificates and explanatio
 compiled loops that fill the rows are in ``ftqp.kernel.rows``, one file a kind.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
@@ -23,7 +23,7 @@ class RowKind:
             middle of l and u, and is shown so.
         needs_inertia: Whether the rows need M or h, so that an arm without masses has none of them.
         module: The file in ``ftqp.kernel.rows`` whose ``fill(K, at)`` writes them.
-        per_joint: Whether there is one row a joint; otherwise there are as many as a planner asks for.
+        most: The most rows that a planner may ask for; None where there is one a joint.
     """
 
     name: str
@@ -32,7 +32,7 @@ class RowKind:
     symmetric: bool
     needs_inertia: bool
     module: str
-    per_joint: bool = True
+    most: int | None = None
 
     def label(self, joint: str) -> str:
         """The label of the row of a joint, for example ``torque panda_joint2``."""
@@ -43,11 +43,11 @@ class RowKind:
         """What the labels of these rows begin with."""
         return f"{self.name} "
 
-    def count(self, joints: int, has_inertia: bool, keeps: int = 0) -> int:
-        """How many rows of this kind an arm of so many joints has, whose planner keeps so many points."""
-        if not self.per_joint:
-            return keeps
-        return joints if has_inertia or not self.needs_inertia else 0
+    def owners(self, joints: Sequence[str], has_inertia: bool, asked: "Asked") -> Sequence[str]:
+        """What each row of this kind belongs to: joints, or what the planner asks for."""
+        if self.most is not None:
+            return asked.get(self.name, ())
+        return joints if has_inertia or not self.needs_inertia else ()
 
 
 TORQUE = RowKind(
@@ -68,44 +68,54 @@ KEEP = RowKind(
     symmetric=False,
     needs_inertia=False,
     module="keep_rows",
-    per_joint=False,
+    most=KEEPS,
 )
 
-ROW_KINDS: tuple[RowKind, ...] = (TORQUE, KEEP)
+HELD_ROWS = 12
+"""The most rows of tasks that go before that of the tip: two poses. A convention, which sizes memory."""
+HOLD = RowKind(
+    name="hold",
+    unit="m/s2",
+    sliding_unit="m/s2",
+    symmetric=True,
+    needs_inertia=False,
+    module="hold_rows",
+    most=HELD_ROWS,
+)
+
+ROW_KINDS: tuple[RowKind, ...] = (TORQUE, KEEP, HOLD)
 """The kinds in the order in which their rows stand in C.
 
 Torque rows are the first: that of joint i, which is an equality when the joint swings freely, is row i.
 """
 
 
+Asked = Mapping[str, Sequence[str]]
+"""Names of the rows that a planner asks for, by the name of their kind."""
+NOTHING_ASKED: Asked = {}
+
+
 def constraint_capacity(joints: int) -> int:
     """The most rows that C can have for so many joints."""
-    return constraint_count(joints, True, KEEPS)
+    return sum(joints if kind.most is None else kind.most for kind in ROW_KINDS)
 
 
-def constraint_count(joints: int, has_inertia: bool, keeps: int = 0) -> int:
-    """How many rows C has, all kinds together."""
-    return sum(kind.count(joints, has_inertia, keeps) for kind in ROW_KINDS)
-
-
-def constraint_labels(joints: Sequence[str], has_inertia: bool, keeps: Sequence[str] = ()) -> tuple[str, ...]:
-    """Labels of the rows of C, in their order."""
+def constraint_owners(
+    joints: Sequence[str], has_inertia: bool, asked: Asked = NOTHING_ASKED
+) -> tuple[tuple[RowKind, int, str], ...]:
+    """Of each row of C its kind, its number in that kind, and what it belongs to."""
     return tuple(
-        kind.label(of)
+        (kind, i, name)
         for kind in ROW_KINDS
-        for of in (joints if kind.per_joint else keeps)
-        if kind.count(len(joints), has_inertia, len(keeps))
+        for i, name in enumerate(kind.owners(joints, has_inertia, asked))
     )
 
 
-def constraint_owner(row: int, joints: int, has_inertia: bool) -> tuple[RowKind, int]:
-    """The kind of a row of C, and the joint, or which of what is kept."""
-    for kind in ROW_KINDS[:-1]:
-        count = kind.count(joints, has_inertia)
-        if row < count:
-            return kind, row
-        row -= count
-    return ROW_KINDS[-1], row
+def constraint_labels(
+    joints: Sequence[str], has_inertia: bool, asked: Asked = NOTHING_ASKED
+) -> tuple[str, ...]:
+    """Labels of the rows of C, in their order."""
+    return tuple(kind.label(name) for kind, _, name in constraint_owners(joints, has_inertia, asked))
 
 
 def kind_of(label: str) -> RowKind | None:

@@ -12,30 +12,37 @@ TERMS = 8
 class TermKind(IntEnum):
     """What a further task asks for."""
 
-    POINT = 0
+    FRAME = 0
     AXIS = 1
     MASS = 2
     JOINTS = 3
     OWN = 4
 
 
-POINT, AXIS, MASS, JOINT_PLACES, OWN = map(int, TermKind)
+FRAME, AXIS, MASS, JOINT_PLACES, OWN = map(int, TermKind)
 
 
 def terms_fields(N: int) -> Fields:
-    """Least-squares terms of the objective, see ``ftqp.kernel.rows.further_tasks``.
+    """Further tasks, see ``ftqp.kernel.rows.further_tasks``.
 
-    ``body``: the joint whose frame a point or an axis moves with, -1 is the base; ``rows``: one bit for each
-    of x, y, z; ``place`` and ``axis``: in that frame; ``goal``: where the point should be, or what the axis
-    should point along, or at where ``towards``; ``rate``: velocity of the goal. ``q_goal`` and ``share``: of
-    a task of joints. ``J`` and ``b``: of one that the user fills in, ``m`` rows. ``error``: as of the last
-    tick. ``rows_of``: memory of the rows of one term.
+    ``hard``: rows of C, before the task of the tip, in place of terms of the objective. ``body``: the joint
+    whose frame a point or an axis moves with, -1 is the base; ``other``: the one that its goal moves with;
+    ``rows``: one bit for each of x, y, z, rx, ry, rz. ``place`` and ``axis``: in the frame of ``body``;
+    ``goal``: where the point should be, or what the axis should point at, where ``towards``, in the frame of
+    ``other``, or else the direction that it should have along W; ``turn``: how ``body`` should stand in
+    ``other``. ``rate`` and ``rate_change``: twist and acceleration of a goal along W. ``length``: what a
+    radian counts [m]. ``q_goal`` and ``share``: of a task of joints. ``J`` and ``b``: of one that the user
+    fills in, ``m`` rows. ``error``: as of the last tick; ``asked``: of the rows. ``rows_of``: memory of the
+    rows of one term.
     """
     return [
         *scalars("i8", "count"),
-        *integers(dict.fromkeys(("kind", "body", "rows", "towards", "m"), (TERMS,))),
+        *scalars("f8", "length"),
+        *integers(dict.fromkeys(("kind", "body", "other", "rows", "towards", "m", "hard"), (TERMS,))),
         *floats(dict.fromkeys(("weight", "kp", "kv"), (TERMS,))),
-        *floats(dict.fromkeys(("place", "axis", "goal", "rate", "error"), (TERMS, 3))),
+        *floats(dict.fromkeys(("place", "axis", "goal"), (TERMS, 3))),
+        *floats(dict.fromkeys(("error", "rate", "rate_change", "asked"), (TERMS, TASK_ROWS))),
+        *floats({"turn": (TERMS, 9)}),
         *floats(dict.fromkeys(("q_goal", "share"), (TERMS, N))),
         *floats({"J": (TERMS, TASK_ROWS, N), "b": (TERMS, TASK_ROWS), "rows_of": (TASK_ROWS, N)}),
     ]

@@ -47,6 +47,7 @@ def add_constraints(K: Any) -> None:
     if K.chain.has_inertia:
         dynamics(K, K.state)
         K.kinematics.has_dynamics = 1
+    K.qp.rigid = K.chain.n if K.chain.has_inertia else 0
     K.qp.nc = fill_all(K, 0)
 
 
