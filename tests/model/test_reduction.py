@@ -53,7 +53,7 @@ def rotor(value: float) -> pin.Model:
 @pytest.mark.parametrize(
     ("model", "given", "sentence"),
     [
-        (PLANAR, ("tip", [f"j{k}" for k in range(1, 7)]), "0 joints move 'tip'"),
+        (PLANAR, ("tip", [f"j{k}" for k in range(1, 7)]), "no joint moves 'tip'"),
         (PANDA, ("panda_hand_tpc",), r"not a frame of panda \(did you mean 'panda_hand_tcp'\?\)"),
         (pin.Model(), (), "no joint that moves"),
         (pin.buildSampleModelHumanoid(), ("rarm_effector_body",), "is of type FreeFlyer"),
@@ -72,7 +72,7 @@ def test_model_that_is_no_arm_is_refused(model: pin.Model, given: tuple, sentenc
 def test_several_tips_without_a_choice_are_listed() -> None:
     model = PLANAR.copy()
     model.addFrame(pin.Frame("camera", 3, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
-    with pytest.raises(ModelError, match="2 possible tips; choose one with tip=: tip, camera"):
+    with pytest.raises(ModelError, match=r"2 possible tips; .* tip=, or several with tips=.*: tip, camera"):
         Robot.from_pinocchio(model)
     assert Robot.from_pinocchio(model, "camera").joints == ("j1", "j2", "j3")
 

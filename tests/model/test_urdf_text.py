@@ -43,9 +43,10 @@ def same_everywhere(robot: Robot, again: Robot) -> None:
 @pytest.mark.parametrize("name", ALL)
 def test_robot_of_the_catalog_comes_back(name: str) -> None:
     robot = catalog.load(name)
-    again = Robot.from_urdf(robot.to_urdf(), gravity=robot.chain.gravity, neutral=robot.neutral)
+    given = {"gravity": robot.chain.gravity, "neutral": robot.neutral}
+    again = Robot.from_urdf(robot.to_urdf(), tips=robot.tips, **given)
     same_everywhere(robot, again)
-    assert (again.name, again.tip) == (robot.name, robot.tip)
+    assert (again.name, again.tips) == (robot.name, robot.tips)
 
 
 @settings(max_examples=15, deadline=None)
@@ -64,7 +65,7 @@ def test_pinocchio_reads_the_same_arm(name: str) -> None:
     model.gravity = robot.model.gravity
     model.armature = robot.chain.armature
     assert list(model.names)[1:] == list(robot.joints)
-    data, tip = model.createData(), model.getFrameId(link_names(robot.joints, robot.tip)[-1])
+    data, tip = model.createData(), model.getFrameId(link_names(robot.joints, robot.tips)[robot.nv + 1])
     for q in postures(robot):
         at = np.concatenate(
             [[np.cos(x), np.sin(x)] if model.joints[i + 1].nq == 2 else [x] for i, x in enumerate(q)]
@@ -89,7 +90,7 @@ def test_mujoco_reads_the_same_arm(name: str) -> None:
     for q in postures(robot):
         data.qpos[:] = q
         mujoco.mj_forward(model, data)
-        tip = data.body(link_names(robot.joints, robot.tip)[-1])
+        tip = data.body(link_names(robot.joints, robot.tips)[robot.nv + 1])
         np.testing.assert_allclose(tip.xpos, robot.pose(q)[:3, 3], rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(tip.xmat.reshape(3, 3), robot.pose(q)[:3, :3], rtol=0.0, atol=1e-12)
 

@@ -6,36 +6,14 @@ import numpy as np
 import pinocchio as pin
 
 from ftqp.core.checks import FloatArray
-from ftqp.core.errors import InputError, nearest
+from ftqp.core.pose import transform
+from ftqp.model.reduction import named_frame
 from ftqp.model.robot import Robot
-
-SHOWN = 12
-"""So many names of frames are told to whoever gives another one."""
-
-
-def frame_number(robot: Robot, name: str) -> int:
-    """pinocchio's number of a frame.
-
-    Raises:
-        InputError: The model has no such frame.
-    """
-    names = [frame.name for frame in robot.model.frames]
-    if name not in names:
-        more = ", ..." if len(names) > SHOWN else ""
-        raise InputError(
-            f"frame is {name!r:.60}{nearest(str(name), names)}, expected one of {robot.name}: "
-            f"{', '.join(names[1:SHOWN])}{more}"
-        )
-    return names.index(name)
 
 
 def frame_pose(robot: Robot, name: str, q: Any) -> FloatArray:
     """Pose of a frame in the world, (4, 4) [m], at joint values q, (nv,) or (nq,)."""
-    model = robot.model
-    data = model.createData()
-    pin.forwardKinematics(model, data, robot.configuration(q))
-    pin.updateFramePlacements(model, data)
-    return np.array(data.oMf[frame_number(robot, name)].homogeneous)
+    return robot.pose(q, name)
 
 
 def centre_of_mass(robot: Robot, q: Any) -> FloatArray:
@@ -48,12 +26,9 @@ def mount_of(robot: Robot, name: str) -> tuple[int, FloatArray]:
 
     The chain's frames have their z axis along the joint, so that they are others than pinocchio's.
     """
-    T = frame_pose(robot, name, np.zeros(robot.nv))
-    body = int(robot.model.frames[frame_number(robot, name)].parentJoint) - 1
-    constants, W = robot.chain.constants(), np.eye(4)
-    for i in range(body + 1):
-        step = np.eye(4)
-        step[:3, :3] = np.reshape(constants["rotation"][i], (3, 3))
-        step[:3, 3] = constants["translation"][i]
-        W = W @ step
+    T = robot.pose(np.zeros(robot.nv), name)
+    body = int(robot.model.frames[named_frame(robot.model, name)].parentJoint) - 1
+    chain, W = robot.chain, np.eye(4)
+    for i in chain.way(body):
+        W = W @ transform(chain.rotation[i], chain.translation[i])
     return body, np.array(np.linalg.solve(W, T), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""How a robot comes together: reduced to a chain, limits completed, audited, then refused or built."""
+"""How a robot comes together: joints held, limits completed, audited, then refused or built."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
@@ -15,7 +15,7 @@ from ftqp.model.chain import Chain, chain_of
 from ftqp.model.limits import RISE_TIME, JointLimits
 from ftqp.model.neutral import Arm, neutral_posture
 from ftqp.model.reading.source import Source, follower_findings
-from ftqp.model.reduction import reduced, tip_of
+from ftqp.model.reduction import reduced, tips_of
 from ftqp.model.refitting import friction_findings, has_masses, write_friction
 from ftqp.model.shape import dynamics_findings, reach_of
 from ftqp.model.torque_reserve import SAMPLES, acceleration_by_torque
@@ -50,13 +50,13 @@ KEYWORDS = tuple(get_type_hints(Wishes))
 
 
 def robot_fields(
-    source: Source, tip: str | None, locked: Sequence[str | int], wishes: Wishes
+    source: Source, wanted_tips: Sequence[str], locked: Sequence[str | int], wishes: Wishes
 ) -> dict[str, Any]:
     """The fields of a ``Robot``.
 
     Raises:
         InputError: An unknown tip or joint, or a wrong shape.
-        ModelError: The robot is unsafe or not a chain; carries every finding.
+        ModelError: The robot is unsafe or cannot be expressed; carries every finding.
     """
     for word in wishes:
         if word not in KEYWORDS:
@@ -64,8 +64,8 @@ def robot_fields(
             raise TypeError(f"{word!r} is not a keyword of a reader of robots{near}")
     if isinstance(locked, str):
         raise InputError(f"locked is {locked!r}, expected a list of joints, [{locked!r}]")
-    tip, findings = tip_of(source.model, tip, locked)
-    arm = reduced(source.model, tip, locked, wishes.get("q_locked"))
+    tips, findings = tips_of(source.model, wanted_tips, locked)
+    arm = reduced(source.model, tips, locked, wishes.get("q_locked"))
     arm.name = wishes.get("name") or source.model.name or "robot"
     gravity, kinematics_only = wishes.get("gravity"), wishes.get("kinematics_only", False)
     if gravity is not None:
@@ -81,7 +81,7 @@ def robot_fields(
     findings += [f for f in source.findings if f.about not in dropped]
     findings += dynamics_findings(arm)
     try:
-        chain = chain_of(arm, tip)
+        chain = chain_of(arm, *tips)
     except ModelError as error:
         audit.refuse_unsafe(arm.name, [*map(audit.unsafe, error.findings), *findings])
         raise
@@ -98,10 +98,10 @@ def robot_fields(
     rows = _rows(wishes.get("default_rows", ROWS))
     reach, wanted = reach_of(chain, bounds), wishes.get("length")
     length = LENGTH_FRACTION * reach if wanted is None else positive("length", wanted, "m")
-    shape = Arm(arm, tip, chain, bounds, rows, length)
-    start, said = neutral_posture(shape, wishes.get("neutral"), source.postures)
+    arms = [Arm(arm, tip, chain, bounds, rows, length) for tip in tips]
+    start, said = neutral_posture(arms, wishes.get("neutral"), source.postures)
     return dict(
-        name=arm.name, model=arm, tip=tip, chain=chain, limits=bounds, neutral=frozen(start),
+        name=arm.name, model=arm, tips=tips, chain=chain, limits=bounds, neutral=frozen(start),
         default_rows=rows, length=length, findings=(*findings, *said),
     )  # fmt: skip
 

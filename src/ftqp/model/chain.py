@@ -1,5 +1,6 @@
 """The constants of a chain or a tree, taken from a pinocchio model: all that the kernel knows of a robot."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -74,15 +75,24 @@ class Chain:
         n = len(self.names)
         return bool((self.parent == np.arange(-1, n - 1)).all()) and self.tip_joint == n - 1
 
+    def way(self, joint: int) -> list[int]:
+        """The joints that move the body behind a joint, base first, itself last; none for -1, the base."""
+        found: list[int] = []
+        while joint >= 0:
+            found.append(joint)
+            joint = int(self.parent[joint])
+        return found[::-1]
+
     def constants(self) -> dict[str, Any]:
         """Everything but the names, by the argument names of ``ftqp.kernel.layout.record.load_chain``."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "names"}
 
 
-def chain_of(model: Any, tip: str) -> Chain:
+def chain_of(model: Any, tip: str, *others: str) -> Chain:
     """The constants of a pinocchio model, all its joints included, with the frame ``tip``.
 
-    Joints off the chain must be held already (``reduction.reduced``).
+    Joints on the way to no tip must be held already (``reduction.reduced``). ``others`` are the robot's
+    further tips, which joints have to move, too.
 
     Raises:
         ModelError: A tip that no joint moves, more than 32 joints, or joints that the kernel cannot express.
@@ -91,17 +101,19 @@ def chain_of(model: Any, tip: str) -> Chain:
     ids = range(1, model.njoints)
     findings = [reason for i in ids if (reason := unsupported(model.joints[i], model.names[i]))]
     if not 1 <= len(ids) <= JOINTS:
-        findings.append(f"{len(ids)} joints move; expected 1 to {JOINTS}")
-    if frame.parentJoint == 0:
-        findings.append(f"no joint moves {tip!r}")
+        hold = "; hold others with locked=[...] or name fewer tips" if len(ids) > JOINTS else ""
+        findings.append(f"{len(ids)} joints move; expected 1 to {JOINTS}{hold}")
+    for name in (tip, *others):
+        if model.frames[frame_id(model, name)].parentJoint == 0:
+            findings.append(f"no joint moves {name!r}")
     if findings:
-        raise ModelError(f"{model.name} is not a chain that the kernel can express", findings)
+        raise ModelError(f"{model.name} is not a robot that the kernel can express", findings)
 
     turns = [pin.SE3.Identity()]
     turns += [pin.SE3(axis_rotation(model.joints[i]), np.zeros(3)) for i in ids]
     placements = [turns[model.parents[i]].inverse() * model.jointPlacements[i] * turns[i] for i in ids]
     bodies = [turns[i].actInv(model.inertias[i]) for i in ids]
-    end = turns[frame.parentJoint].inverse() * frame.placement
+    _, tip_rotation, tip_translation = ends_of(model, [tip])[0]
     kinds = [kind(model.joints[i]) for i in ids]
     return Chain(
         names=tuple(model.names[i] for i in ids),
@@ -117,10 +129,21 @@ def chain_of(model: Any, tip: str) -> Chain:
         armature=np.array([model.armature[model.idx_vs[i]] for i in ids]),
         viscous=np.array([model.damping[model.idx_vs[i]] for i in ids]),
         coulomb=np.array([model.friction[model.idx_vs[i]] for i in ids]),
-        tip_rotation=np.array(end.rotation),
-        tip_translation=np.array(end.translation),
+        tip_rotation=tip_rotation,
+        tip_translation=tip_translation,
         gravity=np.array(model.gravity.linear),
     )
+
+
+def ends_of(model: Any, tips: Sequence[str]) -> list[tuple[int, FloatArray, FloatArray]]:
+    """The joint of each tip, and the tip's orientation (3, 3) and origin (3,) [m] in that joint's frame."""
+    found = []
+    for tip in tips:
+        frame = model.frames[frame_id(model, tip)]
+        turn = pin.SE3(axis_rotation(model.joints[frame.parentJoint]), np.zeros(3))
+        end = turn.inverse() * frame.placement
+        found.append((int(frame.parentJoint) - 1, np.array(end.rotation), np.array(end.translation)))
+    return found
 
 
 def kind(joint: Any) -> str:

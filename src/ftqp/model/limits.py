@@ -113,6 +113,17 @@ class JointLimits:
         )
 
 
+def joined(first: JointLimits, *others: JointLimits) -> JointLimits:
+    """The limits of some joints and then of others."""
+    parts = (first, *others)
+    return JointLimits(
+        **{
+            field.name: np.concatenate([getattr(part, field.name) for part in parts])
+            for field in fields(JointLimits)
+        }
+    )
+
+
 def one_each(name: str, value: Any, count: int) -> FloatArray:
     """``value``, one number or one a joint, as a new array (count,); NaN is for the audit to find."""
     try:

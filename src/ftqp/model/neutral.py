@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray, array
+from ftqp.core.checks import FloatArray, IntArray, array
 from ftqp.core.errors import InputError, unknown
 from ftqp.model.audit import Finding, note
 from ftqp.model.chain import Chain, configuration_of, frame_id
@@ -35,7 +35,7 @@ HANDICAP = 0.5
 
 
 class Arm:
-    """What the search needs of an arm."""
+    """What the search needs of the joints on the way to one tip."""
 
     def __init__(
         self, model: Any, tip: str, chain: Chain, limits: JointLimits, rows: Sequence[str], length: float
@@ -43,13 +43,15 @@ class Arm:
         self.model, self.chain, self.limits = model, chain, limits
         self._rows, self._length = rows, length
         self._data, self._tip = model.createData(), frame_id(model, tip)
-        self._bounded = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
+        self.way = np.array(chain.way(int(model.frames[self._tip].parentJoint) - 1))
+        bounded = np.isfinite(limits.q_min) & np.isfinite(limits.q_max)
+        self._bounded = self.way[bounded[self.way]]
 
     def regularity(self, q: FloatArray) -> float:
         """sigma_min of the task's Jacobian over the characteristic length; 0 is singular."""
         q = configuration_of(self.model, self.chain.continuous, q)
         J = scaled_jacobian(self.model, self._data, self._tip, q, self._rows, self._length)
-        return least_singular_value(J) / self._length
+        return least_singular_value(J[:, self.way]) / self._length
 
     def merit(self, q: FloatArray) -> float:
         """The regularity, less where a limit is near, a motor too weak or the arm below its base.
@@ -63,11 +65,11 @@ class Arm:
         """Whether every motor can hold the arm at rest at q."""
         configuration = configuration_of(self.model, self.chain.continuous, q)
         tau = gravity_torques(self.model, self._data, configuration)
-        return bool((np.abs(tau) <= self.limits.tau_max).all())
+        return bool((np.abs(tau) <= self.limits.tau_max)[self.way].all())
 
     def _room(self, q: FloatArray) -> float:
         low, high, bounded = self.limits.q_min, self.limits.q_max, self._bounded
-        if not bounded.any():
+        if not bounded.size:
             return 1.0
         nearest = np.minimum(q - low, high - q)[bounded] / (high - low)[bounded]
         return float(np.clip(4.0 * nearest.min(), 0.0, 1.0))
@@ -77,24 +79,26 @@ class Arm:
         pull, data = self.chain.gravity, self._data
         frame = self.model.frames[self._tip]
         end = data.oMi[frame.parentJoint] * frame.placement
-        places = [data.oMi[i].translation for i in range(3, self.model.njoints)] + [end.translation]
-        first = data.oMi[1].translation
+        places = [data.oMi[i + 1].translation for i in self.way[2:].tolist()] + [end.translation]
+        first = data.oMi[int(self.way[0]) + 1].translation
         return any(float(pull @ (place - first)) > 1e-9 for place in places)
 
 
 def neutral_posture(
-    arm: Arm, wanted: Any, named: Mapping[str, Mapping[str, float]]
+    arms: Sequence[Arm], wanted: Any, named: Mapping[str, Mapping[str, float]]
 ) -> tuple[FloatArray, list[Finding]]:
     """The neutral configuration, (nv,) [rad or m], and what there is to say about it.
 
     In this order: what the user gives; a posture of the model by one of ``NAMES``, unless it is singular;
     zero, or the middle of the range where zero is not well inside, if that is regular and can be held; the
     best of ``CANDIDATES`` postures round the middle, by ``Arm.merit``, with every joint back at its simple
-    position that may be. The candidates are a fixed sequence: the same arm starts at the same posture.
+    position that may be. The candidates are a fixed sequence: the same arm starts at the same posture. Of
+    several arms on one body each is searched in turn, and joints that an arm before has placed stay.
 
-    ``wanted`` is (nv,) positions, the name of a posture or None, and ``named`` has the postures of the model
-    by name, positions by joint.
+    ``arms`` are one a tip, of one model; ``wanted`` is (nv,) positions, the name of a posture or None, and
+    ``named`` has the postures of the model by name, positions by joint.
     """
+    arm = arms[0]
     if isinstance(wanted, str):
         if not named:
             raise InputError(f"{arm.model.name} names no posture, got {wanted!r}; give (nv,) positions")
@@ -115,22 +119,28 @@ def neutral_posture(
         q = _posture(arm, named[name])
         if q is None or ((q < arm.limits.q_min) | (q > arm.limits.q_max)).any():
             continue
-        if arm.regularity(q) >= NEAR_SINGULAR:
+        if all(each.regularity(q) >= NEAR_SINGULAR for each in arms):
             return q, [note(f"neutral is the posture {name!r} of the model")]
-    if arm.regularity(simple) >= GOOD and arm.holds(simple):
-        return simple, []
-    return _searched(arm, simple), []
+    start, free = simple, np.ones(len(simple), dtype=np.bool_)
+    for each in arms:
+        if each.regularity(start) < GOOD or not each.holds(start):
+            start = _searched(each, start, np.flatnonzero(free[each.way]))
+        free[each.way] = False
+    return start, []
 
 
-def _searched(arm: Arm, simple: FloatArray) -> FloatArray:
-    """The best of the candidates, or ``simple`` where none is better."""
+def _searched(arm: Arm, simple: FloatArray, free: IntArray) -> FloatArray:
+    """The best of the candidates, or ``simple`` where none is better; ``free`` are places in ``arm.way``."""
+    joints = arm.way[free]
     best, most = simple, arm.merit(simple)
-    for q in _candidates(arm, simple):
+    for positions in _candidates(arm, simple, joints):
+        q = simple.copy()
+        q[joints] = positions
         worth = arm.merit(q)
         if worth > most:
             best, most = q, worth
     enough = WORTH * most
-    for i in range(len(best)):
+    for i in joints:
         tried = best.copy()
         tried[i] = simple[i]
         if arm.merit(tried) >= enough:
@@ -138,12 +148,12 @@ def _searched(arm: Arm, simple: FloatArray) -> FloatArray:
     return best
 
 
-def _candidates(arm: Arm, simple: FloatArray) -> FloatArray:
-    """Postures round the middle of the range, (CANDIDATES, nv): a Kronecker sequence fills a box evenly.
+def _candidates(arm: Arm, simple: FloatArray, joints: IntArray) -> FloatArray:
+    """Positions of joints round the middle of their range, (CANDIDATES, n): a sequence that fills a box.
 
-    Source: Roberts 2018, the additive recurrence with the powers of 1/phi, phi^(n + 1) = phi + 1.
+    Source: Roberts 2018, the additive (Kronecker) recurrence with the powers of 1/phi, phi^(n + 1) = phi + 1.
     """
-    n, limits = len(simple), arm.limits
+    n, limits = len(joints), arm.limits
     phi = 2.0
     for _ in range(60):
         phi = (1.0 + phi) ** (1.0 / (n + 1))
@@ -154,8 +164,8 @@ def _candidates(arm: Arm, simple: FloatArray) -> FloatArray:
         middle = np.where(bounded, 0.5 * (limits.q_min + limits.q_max), simple)
         span = np.where(bounded, SPREAD * (limits.q_max - limits.q_min), np.inf)
     span = np.minimum(span, np.where(arm.chain.prismatic & ~bounded, SLIDE, FARTHEST))
-    q = middle + span * (2.0 * unit - 1.0)
-    result: FloatArray = np.clip(ROUND * np.round(q / ROUND), limits.q_min, limits.q_max)
+    q = middle[joints] + span[joints] * (2.0 * unit - 1.0)
+    result: FloatArray = np.clip(ROUND * np.round(q / ROUND), limits.q_min[joints], limits.q_max[joints])
     return result
 
 

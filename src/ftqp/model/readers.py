@@ -9,6 +9,7 @@ from ftqp.core.checks import instance
 from ftqp.model.build import Shape, Wishes, robot_fields
 from ftqp.model.reading import dh, mjcf, urdf
 from ftqp.model.reading.source import source_of
+from ftqp.model.reduction import wanted_tips
 from ftqp.model.serial import EARTH, Inertial
 
 
@@ -23,6 +24,7 @@ class Readers:
         model: Any,
         tip: str | None = None,
         locked: Sequence[str | int] = (),
+        tips: Sequence[str] | None = None,
         **wishes: Unpack[Wishes],
     ) -> Self:
         """A robot from a pinocchio model, which is copied.
@@ -30,7 +32,9 @@ class Readers:
         Args:
             model: The pinocchio model.
             tip: The name of the controlled frame; None takes the only end of the model.
-            locked: Joints to hold, by name or 0-based index; joints off the chain are held anyway.
+            locked: Joints to hold, by name or 0-based index; joints on the way to no tip are held anyway.
+            tips: The names of several frames to control in place of ``tip``, such as the hands of a robot
+                with two arms: the joints on the way to any of them stay. The first one is ``robot.tip``.
             wishes: Keyword arguments, each of which may be left out:
 
                 - ``limits``: Limits that replace the model's, all or some (``{"v_max": 1.0}``), each (nv,) or
@@ -52,11 +56,11 @@ class Readers:
                   limited nor minimised.
 
         Raises:
-            InputError: A tip or joint is unknown, or a shape is wrong.
-            ModelError: The robot is unsafe or not a chain; the error carries every finding.
+            InputError: A tip or joint is unknown, both ``tip`` and ``tips`` are given, or a shape is wrong.
+            ModelError: The robot is unsafe or cannot be expressed; the error carries every finding.
         """
         instance("model", model, pin.Model, "a pinocchio.Model; files are read by from_urdf and from_mjcf")
-        return cls(**robot_fields(source_of(model), tip, locked, wishes))
+        return cls(**robot_fields(source_of(model), wanted_tips(tip, tips), locked, wishes))
 
     @classmethod
     def from_urdf(
@@ -64,6 +68,7 @@ class Readers:
         source: Any,
         tip: str | None = None,
         locked: Sequence[str | int] = (),
+        tips: Sequence[str] | None = None,
         **wishes: Unpack[Wishes],
     ) -> Self:
         """A robot from a URDF; meshes are not loaded.
@@ -76,15 +81,19 @@ class Readers:
         Args:
             source: The path of a file, or the XML itself.
             tip: The name of the controlled frame; None takes the only end of the model.
-            locked: Joints to hold, by name or 0-based index; joints off the chain are held anyway.
+            locked: Joints to hold, by name or 0-based index; joints on the way to no tip are held anyway.
+            tips: The names of several frames to control in place of ``tip``, such as the hands of a robot
+                with two arms: the joints on the way to any of them stay. The first one is ``robot.tip``.
             wishes: By keyword, as in ``from_pinocchio``: limits, acceleration, neutral, default_rows, length,
                 q_locked, name, gravity and kinematics_only.
 
         Raises:
-            InputError: The file cannot be read, a tip or joint is unknown, or a shape is wrong.
-            ModelError: The robot is unsafe or not a chain; the error carries every finding.
+            InputError: The file cannot be read, a tip or joint is unknown, both ``tip`` and ``tips`` are
+                given, or a shape is wrong.
+            ModelError: The robot is unsafe or cannot be expressed; the error carries every finding.
         """
-        return cls(**robot_fields(urdf.read(source, tip, locked), tip, locked, wishes))
+        wanted = wanted_tips(tip, tips)
+        return cls(**robot_fields(urdf.read(source, wanted, locked), wanted, locked, wishes))
 
     @classmethod
     def from_mjcf(
@@ -92,6 +101,7 @@ class Readers:
         source: Any,
         tip: str | None = None,
         locked: Sequence[str | int] = (),
+        tips: Sequence[str] | None = None,
         **wishes: Unpack[Wishes],
     ) -> Self:
         """A robot from a MuJoCo model file; the tip may be a body or a site.
@@ -101,15 +111,18 @@ class Readers:
         Args:
             source: The path of a file, or the XML itself.
             tip: The name of the controlled frame; None takes the only end of the model.
-            locked: Joints to hold, by name or 0-based index; joints off the chain are held anyway.
+            locked: Joints to hold, by name or 0-based index; joints on the way to no tip are held anyway.
+            tips: The names of several frames to control in place of ``tip``, such as the hands of a robot
+                with two arms: the joints on the way to any of them stay. The first one is ``robot.tip``.
             wishes: By keyword, as in ``from_pinocchio``: limits, acceleration, neutral, default_rows, length,
                 q_locked, name, gravity and kinematics_only.
 
         Raises:
-            InputError: The file cannot be read, a tip or joint is unknown, or a shape is wrong.
-            ModelError: The robot is unsafe or not a chain; the error carries every finding.
+            InputError: The file cannot be read, a tip or joint is unknown, both ``tip`` and ``tips`` are
+                given, or a shape is wrong.
+            ModelError: The robot is unsafe or cannot be expressed; the error carries every finding.
         """
-        return cls(**robot_fields(mjcf.read(source), tip, locked, wishes))
+        return cls(**robot_fields(mjcf.read(source), wanted_tips(tip, tips), locked, wishes))
 
     @classmethod
     def from_dh(

@@ -1,4 +1,4 @@
-"""From any pinocchio model to the serial chain between its base and one tip: every other joint is held."""
+"""From any pinocchio model to the joints between its base and some tips: every other joint is held."""
 
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
@@ -15,19 +15,24 @@ MARK = "\x1f"
 """Separates a frame's number from its name while a model is reduced."""
 
 MOST_NAMES = 20
-"""Most valid names that an error about a frame lists."""
+"""Most valid names that an error about a tip lists."""
+SHOWN = 11
+"""The same of an error about any other frame."""
 
 
 def reduced(
-    model: Any, tip: str, locked: Sequence[str | int] = (), q_locked: Mapping[str, float] | None = None
+    model: Any,
+    tips: Sequence[str],
+    locked: Sequence[str | int] = (),
+    q_locked: Mapping[str, float] | None = None,
 ) -> Any:
-    """The model with every joint held that is ``locked`` or not between the base and ``tip``.
+    """The model with every joint held that is ``locked`` or not between the base and one of ``tips``.
 
     Held joints stand at ``q_locked`` or, without an entry, at neutral; their bodies' inertia is lumped into
     the body that carries them. Their rotor inertias and friction are dropped, for they stand still.
 
     Joints in ``locked`` are given by name or 0-based index, ``q_locked`` holds positions by name [rad or m].
-    The model handed in is not changed.
+    The model handed in is not changed; in the new one the joints of a branch stand one after the other.
 
     Raises:
         InputError: An unknown joint, or a position of a joint that is not held or has several degrees of
@@ -40,14 +45,16 @@ def reduced(
                 f"{model.name} was built with mimic joints; build it without (mimic=False) and hold them"
             )
     held = {joint_index(names, joint, model.name) + 1 for joint in locked}
-    chain = set(model.supports[model.frames[frame_id(model, tip)].parentJoint])
-    held |= {i for i in range(1, model.njoints) if i not in chain}
-    q = pin.neutral(model)
+    moving = {i for tip in tips for i in model.supports[model.frames[frame_id(model, tip)].parentJoint]}
+    held |= {i for i in range(1, model.njoints) if i not in moving}
+    order = _depth_first(model)
+    plain = _plain(model, order)
+    q = pin.neutral(plain)
     for joint, value in (q_locked or {}).items():
         i = joint_index(names, joint, model.name) + 1
         if i not in held:
             raise InputError(f"q_locked holds a position of {joint!r}, which is not held; add it to locked")
-        at = model.idx_qs[i]
+        at = plain.idx_qs[order.index(i)]
         if model.nqs[i] == 1:
             q[at] = _position(joint, value)
         elif kind(model.joints[i]).startswith(("RUB", "RevoluteUnbounded")):
@@ -57,10 +64,10 @@ def reduced(
                 f"q_locked cannot hold {joint!r} of type {kind(model.joints[i])}; it is held at neutral"
             )
     try:
-        result = pin.buildReducedModel(_plain(model), sorted(held), q)
+        result = pin.buildReducedModel(plain, sorted(map(order.index, held)), q)
     except ValueError as error:
         raise InputError(
-            f"{model.name} cannot be reduced to a chain ({' '.join(str(error).split())[:100]}); give every "
+            f"joints of {model.name} cannot be held ({' '.join(str(error).split())[:100]}); give every "
             "joint and body a name of its own"
         ) from error
     for frame in result.frames:
@@ -70,23 +77,39 @@ def reduced(
     return result
 
 
-def _plain(model: Any) -> Any:
-    """The model built anew so that pinocchio can reduce it.
+def _depth_first(model: Any) -> list[int]:
+    """pinocchio's numbers of the joints, 0 is the base: a joint, then all that hangs on it.
+
+    Files are read in this order. pinocchio's mass matrix is wrong in any other, and MuJoCo has no other.
+    """
+    order, left = [], [0]
+    while left:
+        order.append(left.pop())
+        left += [i for i in range(model.njoints - 1, 0, -1) if model.parents[i] == order[-1]]
+    return order
+
+
+def _plain(model: Any, order: list[int]) -> Any:
+    """The model built anew, its joints in this order, so that pinocchio can reduce it.
 
     It refuses NaN or crossed limits, two frames of one name, and frames that stand before their joint's.
     """
     plain = pin.Model()
-    for i in range(1, model.njoints):
-        plain.addJoint(model.parents[i], model.joints[i], model.jointPlacements[i], model.names[i])
-        plain.appendBodyToJoint(i, model.inertias[i], pin.SE3.Identity())
+    number = {old: new for new, old in enumerate(order)}
+    for i in order[1:]:
+        place, parent = model.jointPlacements[i], number[model.parents[i]]
+        new = plain.addJoint(parent, model.joints[i], place, model.names[i])
+        plain.appendBodyToJoint(new, model.inertias[i], pin.SE3.Identity())
     at = [0]
-    for i in range(1, model.njoints):
-        at.append(plain.addJointFrame(i, at[model.parents[i]]))
+    for i in range(1, plain.njoints):
+        at.append(plain.addJointFrame(i, at[plain.parents[i]]))
     for i, f in enumerate(model.frames):
         if f.type != pin.FrameType.JOINT and i > 0:
-            name = f"{i}{MARK}{f.name}"
-            plain.addFrame(pin.Frame(name, f.parentJoint, at[f.parentJoint], f.placement, f.type), False)
-    plain.armature, plain.damping, plain.friction = model.armature, model.damping, model.friction
+            name, joint = f"{i}{MARK}{f.name}", number[f.parentJoint]
+            plain.addFrame(pin.Frame(name, joint, at[joint], f.placement, f.type), False)
+    of = [model.idx_vs[i] + k for i in order[1:] for k in range(model.nvs[i])]
+    plain.armature, plain.damping = model.armature[of], model.damping[of]
+    plain.friction = model.friction[of]
     return plain
 
 
@@ -114,31 +137,77 @@ def frame_names(model: Any) -> list[str]:
     return list(dict.fromkeys(str(f.name) for f in model.frames if f.name != "universe"))
 
 
-def tip_of(model: Any, tip: str | None, locked: Sequence[str | int] = ()) -> tuple[str, list[Finding]]:
-    """The tip frame: ``tip`` itself if it exists, or without one the only body at the end of the model.
+def wanted_tips(tip: Any, tips: Any) -> tuple[str, ...]:
+    """The names of tips that a user gives, one or several; none where the choice is left open.
 
-    Where that fails, the nearest or the last frame stands in, so that the audit can go on, with an unsafe
+    Raises:
+        InputError: Both are given, or ``tips`` is no list of different names.
+    """
+    if tips is None:
+        return () if tip is None else (tip,)
+    if tip is not None:
+        raise InputError(f"both tip={tip!r:.60} and tips={tips!r:.80} are given; give one of them")
+    if isinstance(tips, str):
+        raise InputError(f"tips is {tips!r:.60}, expected several names; give tip={tips!r:.60}, or a list")
+    if not isinstance(tips, Sequence) or not all(isinstance(name, str) for name in tips):
+        raise InputError(f"tips is {tips!r:.80}, expected a list of names of frames")
+    if not tips:
+        raise InputError(
+            "tips is empty, expected at least one name of a frame; leave it out for the only end"
+        )
+    for name in tips:
+        if tips.count(name) > 1:
+            raise InputError(f"tips has {name!r:.60} {tips.count(name)} times, expected each once")
+    return tuple(tips)
+
+
+def tips_of(
+    model: Any, wanted: Sequence[str], locked: Sequence[str | int] = ()
+) -> tuple[tuple[str, ...], list[Finding]]:
+    """The tip frames: those wanted if they exist, or without any the only body at the end of the model.
+
+    Where one does not, the nearest or the last frame stands in, so that the audit can go on, with an unsafe
     finding.
     """
     valid = frame_names(model)
     if model.njoints < 2:
         raise InputError(f"{model.name} has no joint that moves; expected an arm")
-    if tip in valid:
-        return str(tip), []
     names = [str(name) for name in model.names][1:]
     held = {joint_index(names, joint, model.name) + 1 for joint in locked}
     ends = _ends(model, held) or [names[-1]]
-    if tip is not None:
-        close = get_close_matches(str(tip), valid, n=1, cutoff=0.5)
+    found: list[Finding] = []
+    there = []
+    for tip in wanted:
+        if tip in valid:
+            there.append(str(tip))
+            continue
+        there += (get_close_matches(str(tip), valid, n=1, cutoff=0.5) or ends)[:1]
         sentence = (
             f"{tip!r} is not a frame of {model.name}{nearest(str(tip), valid)}; it has {_listed(valid)}"
         )
-        return (close or ends)[0], [unsafe(sentence)]
-    if len(ends) == 1:
-        return ends[0], []
-    return ends[0], [
-        unsafe(f"{model.name} has {len(ends)} possible tips; choose one with tip=: {_listed(ends)}")
-    ]
+        found.append(unsafe(sentence))
+    if wanted:
+        return tuple(there), found
+    if len(ends) > 1:
+        several = f"{len(ends)} possible tips; choose one with tip=, or several with tips=(...)"
+        found.append(unsafe(f"{model.name} has {several}: {_listed(ends)}"))
+    return (ends[0],), found
+
+
+def named_frame(model: Any, name: Any) -> int:
+    """pinocchio's number of a frame that a user names.
+
+    Raises:
+        InputError: The model has no such frame; the message names the nearest.
+    """
+    valid = frame_names(model)
+    if name not in (*valid, "universe"):
+        more = ", ..." if len(valid) > SHOWN else ""
+        raise InputError(
+            f"frame is {name!r:.60}{nearest(str(name), valid)}, expected one of {model.name}: "
+            f"{', '.join(valid[:SHOWN])}{more}"
+        )
+    return frame_id(model, name)
 
 
 def _ends(model: Any, held: set[int]) -> list[str]:

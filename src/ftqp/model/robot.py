@@ -1,4 +1,4 @@
-"""A robot: chain, limits and tip of one arm, immutable and audited."""
+"""A robot: joints, limits and tips of an arm or of a tree of arms, immutable and audited."""
 
 from dataclasses import dataclass, replace
 from typing import Any, Self, final
@@ -6,31 +6,33 @@ from typing import Any, Self, final
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.checks import BoolArray, FloatArray, array, frozen
+from ftqp.core.checks import BoolArray, FloatArray, array, frozen, instance
 from ftqp.core.errors import InputError
 from ftqp.model import audit
 from ftqp.model.audit import Finding
 from ftqp.model.build import write_limits
 from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id, positions_of
-from ftqp.model.limits import JointLimits, one_each
+from ftqp.model.grafting import base_limits, is_about_base, planar_base
+from ftqp.model.limits import JointLimits, joined, one_each
 from ftqp.model.payload import Payload
 from ftqp.model.readers import Readers
-from ftqp.model.reduction import joint_index
+from ftqp.model.reduction import joint_index, named_frame
 from ftqp.model.refitting import friction_findings, loaded, with_friction, with_tip
-from ftqp.model.shape import neutral_of
+from ftqp.model.serial import Inertial
+from ftqp.model.shape import dynamics_findings, neutral_of
 from ftqp.model.urdf_text import urdf_text
 
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False, weakref_slot=True)
 class Robot(Readers):
-    """An arm between its base and one tip; made by ``from_urdf``, ``from_mjcf``, ``from_dh`` and the like.
+    """An arm, or arms on one body, from base to tips; ``from_urdf``, ``from_mjcf`` and the like make it.
 
     Attributes:
         name: The robot's name.
-        model: A pinocchio model in which every joint off the chain is held. It is shared: change a copy,
-            ``robot.model.copy()``.
-        tip: The name of the controlled frame.
+        model: A pinocchio model in which every joint on the way to no tip is held. It is shared: change a
+            copy, ``robot.model.copy()``.
+        tips: The names of the frames that were asked for, one of a serial arm; the first is ``tip``.
         chain: Everything that the kernel knows of the robot.
         limits: The limits of its joints.
         neutral: A regular configuration well inside the limits, (nv,) [rad or m].
@@ -42,7 +44,7 @@ class Robot(Readers):
 
     name: str
     model: Any
-    tip: str
+    tips: tuple[str, ...]
     chain: Chain
     limits: JointLimits
     neutral: FloatArray
@@ -51,8 +53,19 @@ class Robot(Readers):
     findings: tuple[Finding, ...]
 
     def __repr__(self) -> str:
-        """Name, joints and tip."""
-        return f"Robot({self.name!r}, joints={list(self.joints)}, tip={self.tip!r})"
+        """Name, joints and tip or tips."""
+        ends = f"tip={self.tip!r}" if len(self.tips) == 1 else f"tips={self.tips!r}"
+        return f"Robot({self.name!r}, joints={list(self.joints)}, {ends})"
+
+    @property
+    def tip(self) -> str:
+        """The name of the frame that a planner's ``task=`` drives."""
+        return self.tips[0]
+
+    @property
+    def is_serial(self) -> bool:
+        """Whether each joint hangs on the one before it, and the tip on the last."""
+        return self.chain.is_serial
 
     @property
     def nq(self) -> int:
@@ -66,7 +79,7 @@ class Robot(Readers):
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Joint names, base to tip."""
+        """Joint names, base to tips; a joint comes after the one that it hangs on."""
         return self.chain.names
 
     @property
@@ -122,32 +135,37 @@ class Robot(Readers):
         """
         return configuration_of(self.model, self.continuous, self.angles(q))
 
-    def pose(self, q: Any) -> FloatArray:
-        """Pose T_WE of the tip, (4, 4) [m].
+    def pose(self, q: Any, frame: str | None = None) -> FloatArray:
+        """Pose T_WE of the tip, or of another frame, (4, 4) [m].
 
         Args:
             q: The configuration, (nv,) or (nq,) [rad or m].
-        """
-        data = self.model.createData()
-        pin.forwardKinematics(self.model, data, self.configuration(q))
-        pin.updateFramePlacements(self.model, data)
-        return np.array(data.oMf[frame_id(self.model, self.tip)].homogeneous)
-
-    def jacobian(self, q: Any) -> FloatArray:
-        """J of the tip with v_tip = J v, (6, nv): rows x, y, z and rx, ry, rz along the base's axes.
-
-        The angular rows are in rad: unlike the planner's rows they are not multiplied by ``length``.
-
-        Args:
-            q: The configuration, (nv,) or (nq,) [rad or m].
+            frame: The name of any frame of the model; None is the tip.
 
         Raises:
-            InputError: The shape is another one, or a number is NaN or infinite.
+            InputError: The shape is another one, a number is NaN or infinite, or there is no such frame.
         """
-        data = self.model.createData()
-        tip = frame_id(self.model, self.tip)
-        J = pin.computeFrameJacobian(self.model, data, self.configuration(q), tip, pin.LOCAL_WORLD_ALIGNED)
-        return np.array(J)
+        data, number = self.model.createData(), self._frame(frame)
+        pin.forwardKinematics(self.model, data, self.configuration(q))
+        pin.updateFramePlacements(self.model, data)
+        return np.array(data.oMf[number].homogeneous)
+
+    def jacobian(self, q: Any, frame: str | None = None) -> FloatArray:
+        """J of the tip, v_tip = J v, or of another frame, (6, nv): rows x, y, z, rx, ry, rz, the base's axes.
+
+        The angular rows are in rad: unlike the planner's rows they are not multiplied by ``length``. A joint
+        that does not move the frame has a column of zeros.
+
+        Args:
+            q: The configuration, (nv,) or (nq,) [rad or m].
+            frame: The name of any frame of the model; None is the tip.
+
+        Raises:
+            InputError: The shape is another one, a number is NaN or infinite, or there is no such frame.
+        """
+        data, number = self.model.createData(), self._frame(frame)
+        J = pin.computeFrameJacobian(self.model, data, self.configuration(q), number, pin.LOCAL_WORLD_ALIGNED)
+        return np.array(J).reshape(6, self.nv)
 
     def mass_matrix(self, q: Any) -> FloatArray:
         """M, (nv, nv) [kg m2 or kg], rotor inertias included: tau = M a + h.
@@ -177,6 +195,9 @@ class Robot(Readers):
         data = self.model.createData()
         h = pin.nonLinearEffects(self.model, data, self.configuration(q), speed)
         return np.asarray(h + self.viscous * speed)
+
+    def _frame(self, name: str | None) -> int:
+        return frame_id(self.model, self.tip) if name is None else named_frame(self.model, name)
 
     def _needs_masses(self, what: str) -> None:
         if not self.has_inertia:
@@ -246,7 +267,7 @@ class Robot(Readers):
         return replace(self, model=model, chain=chain_of(model, self.tip), findings=tuple(found))
 
     def with_payload(self, payload: Payload) -> Self:
-        """This robot with a load at its tip, beside any that it carries already.
+        """This robot with a load at its tip, the first of several, beside any that it carries already.
 
         Args:
             payload: The load, in the frame of the tip.
@@ -258,7 +279,9 @@ class Robot(Readers):
         return replace(self, model=model, chain=chain_of(model, self.tip))
 
     def with_tip(self, T: Any, name: str = "tool") -> Self:
-        """This robot with another controlled frame; masses and the characteristic length stay.
+        """This robot with another controlled frame in place of its tip, the first of several.
+
+        Masses, the characteristic length and further tips stay.
 
         Args:
             T: Pose of the new tip in the frame of the present one, (4, 4) [m].
@@ -268,19 +291,70 @@ class Robot(Readers):
             InputError: T is no pose, or the name is taken.
         """
         model = with_tip(self.model, self.tip, T, name)
-        return replace(self, model=model, chain=chain_of(model, name), tip=name)
+        return replace(self, model=model, chain=chain_of(model, name), tips=(name, *self.tips[1:]))
+
+    def on_planar_base(
+        self,
+        *,
+        v_max: Any,
+        a_max: Any,
+        q_range: Any = None,
+        tau_max: Any = np.inf,
+        inertial: Inertial | None = None,
+    ) -> Self:
+        """This robot on a base that drives in the plane in any direction.
+
+        Three joints come before its own, ``base_x`` and ``base_y``, which slide along the axes of the world,
+        and ``base_yaw``, which turns about z without end; a planner plans, limits and locks them as it does
+        any other. Poses are in the world then. The characteristic length stays that of the arm.
+
+        Args:
+            v_max: The largest speeds of x, y and yaw, > 0, (3,) or one number [m/s, m/s, rad/s].
+            a_max: The largest accelerations, > 0, (3,) or one number [m/s2, m/s2, rad/s2].
+            q_range: The room of the base: lowest and highest x, then y, (2, 2), or one number for so far to
+                every side [m]. None is 10 m to every side.
+            tau_max: The largest forces and torque, > 0, (3,) or one number [N, N, N m]; infinite is no limit.
+            inertial: The mass of the base in its own frame; None adds nothing to what stands on it.
+
+        Raises:
+            InputError: A shape is wrong, the robot stands on such a base already, a base with a mass is to
+                carry a robot without masses, or one without a mass leaves the inertia singular.
+            ModelError: The limits are unsafe.
+        """
+        if inertial is not None:
+            instance("inertial", inertial, Inertial, "an ftqp.model.serial.Inertial or None")
+            self._needs_masses("base with a mass")
+        base = base_limits(v_max, a_max, q_range, tau_max)
+        model = planar_base(self.model, inertial)
+        if inertial is None and any(f.severity is audit.Severity.UNSAFE for f in dynamics_findings(model)):
+            raise InputError(
+                f"a base without a mass leaves the joint-space inertia of {self.name} singular, for a joint "
+                "turns about the same axis as the base; give inertial=..., the mass of the base"
+            )
+        whole = self.from_pinocchio(
+            model,
+            tips=self.tips,
+            limits=joined(base, self.limits),
+            neutral=np.concatenate([neutral_of(base, None), self.neutral]),
+            default_rows=self.default_rows,
+            length=self.length,
+        )
+        said = [f for f in self.findings if f.about not in ("limits", "friction", "masses")]
+        said += [f for f in whole.findings if f not in said and not is_about_base(f)]
+        return replace(whole, findings=tuple(said))
 
     def to_urdf(self) -> str:
         """This robot as the text of a URDF, which ``from_urdf`` reads back to rounding.
 
         A link stands behind each joint, with its inertia and with cylinders to look at; the joint turns about
-        or slides along its own z axis, and a fixed joint ends in the tip. A turning joint without end stops
-        becomes a ``continuous`` one. Limits of acceleration and jerk are written as in URDF 1.2, those of
-        acceleration and rotor inertias as Drake's extensions, too; older tools skip them.
+        or slides along its own z axis, and fixed joints end in the tips. A turning joint without end stops
+        becomes a ``continuous`` one. Readers of URDF sort joints that hang on one link by name, so those of
+        several arms may come back in another order. Limits of acceleration and jerk are written as in URDF
+        1.2, those of acceleration and rotor inertias as Drake's extensions, too; older tools skip them.
         Gravity, ``neutral``, ``default_rows`` and ``length`` are no part of a URDF: hand them to
         ``from_urdf``.
 
         Raises:
             InputError: A name cannot stand in XML.
         """
-        return urdf_text(self.name, self.joints, self.tip, self.chain, self.limits)
+        return urdf_text(self.name, self.model, self.tips, self.chain, self.limits)

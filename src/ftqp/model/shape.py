@@ -21,18 +21,26 @@ HALF_OPEN = 0.5
 """Distance [rad or m] from the only limit of a joint at which it starts."""
 
 
+PLANAR_BASE = ("base_x", "base_y", "base_yaw")
+"""The joints that ``Robot.on_planar_base`` puts before those of a robot."""
+
+
 def reach_of(chain: Chain, limits: JointLimits) -> float:
     """Length of the stretched arm [m]: distances between joint origins from the first joint to the tip.
 
     The height of the second joint along the axis of a first joint that turns does not count: it moves
     nothing, and the same arm written with another base frame has the same reach. A sliding joint adds its
-    larger finite limit.
+    larger finite limit. Of several arms it is that of the one to the tip, the first of several, and a planar
+    base counts nothing.
     """
-    steps = [step.copy() for step in [*chain.translation[1:], chain.tip_translation]]
-    if not chain.prismatic[0]:
+    way = chain.way(chain.tip_joint)
+    if chain.names[:3] == PLANAR_BASE:
+        way = way[3:]
+    steps = [step.copy() for step in [*chain.translation[way[1:]], chain.tip_translation]]
+    if not chain.prismatic[way[0]]:
         steps[0][2] = 0.0
     reach = float(sum(np.linalg.norm(step) for step in steps))
-    for i in np.flatnonzero(chain.prismatic):
+    for i in (i for i in way if chain.prismatic[i]):
         ends = np.abs([limits.q_min[i], limits.q_max[i]])
         finite = ends[np.isfinite(ends)]
         reach += float(finite.max()) if finite.size else 0.0

@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 import pinocchio as pin
 
-from ftqp.core.checks import BoolArray, FloatArray
+from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
 from ftqp.model.chain import Chain
@@ -18,17 +18,21 @@ LARGEST = 1e6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Skeleton:
-    """Where the joints of a serial chain sit on each other.
+    """Where the joints of an arm, or of several on one base, sit on each other.
 
     Attributes:
         prismatic: Whether the joint slides, (nv,).
-        placements: Joint frame i in joint frame i-1 at q = 0, its z axis along the joint, (nv, 4, 4).
-        tip: The tip in the last joint's frame, (4, 4).
+        placements: Each joint's frame in that of its parent at q = 0, its z axis along the joint, (nv, 4, 4).
+        tip: The tip in the frame of its joint, (4, 4).
+        parent: The joint that each hangs on, lower than itself; -1 is the base, (nv,).
+        tip_joint: The joint that the tip moves with.
     """
 
     prismatic: BoolArray
     placements: FloatArray
     tip: FloatArray
+    parent: IntArray
+    tip_joint: int
 
     @classmethod
     def of(cls, chain: Chain) -> Self:
@@ -40,15 +44,20 @@ class Skeleton:
             prismatic=chain.prismatic,
             placements=placements,
             tip=transform(chain.tip_rotation, chain.tip_translation),
+            parent=chain.parent,
+            tip_joint=chain.tip_joint,
         )
 
     @classmethod
     def from_facts(cls, facts: Mapping[str, Any]) -> Self:
-        """The skeleton that ``facts`` gave, for example those in a log."""
+        """The skeleton that ``facts`` gave, for example those in a log; without parents it is serial."""
         try:
             prismatic = np.atleast_1d(np.array(facts["prismatic"], dtype=np.bool_))
             placements = np.array(facts["placements"], dtype=np.float64)
             tip = np.array(facts["tip"], dtype=np.float64)
+            n = len(prismatic)
+            parent = np.array(facts.get("parent", range(-1, n - 1)), dtype=np.int64)
+            tip_joint = int(facts.get("tip_joint", n - 1))
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"the arm's geometry is not readable: {error!s:.100}") from error
         shapes = (placements.shape, tip.shape)
@@ -58,28 +67,35 @@ class Skeleton:
                 f"the arm's geometry has shapes {shapes[0]} and {shapes[1]}, expected finite "
                 "placements (nv, 4, 4) and a tip (4, 4)"
             )
-        return cls(prismatic=prismatic, placements=placements, tip=tip)
+        numbered = parent.shape == (n,) and ((parent >= -1) & (parent < np.arange(n))).all()
+        if not (numbered and 0 <= tip_joint < n):
+            raise InputError(
+                f"the arm's geometry has parents {parent.tolist()!r:.60} and a tip on joint {tip_joint}, "
+                f"expected joints 0 to {n - 1}, parents first, or the base, -1"
+            )
+        return cls(prismatic=prismatic, placements=placements, tip=tip, parent=parent, tip_joint=tip_joint)
 
     def facts(self) -> dict[str, Any]:
-        """The same in values that JSON can hold."""
+        """The same in values that JSON can hold; parents only where the arm is not serial."""
+        n = len(self.prismatic)
+        serial = (self.parent == np.arange(-1, n - 1)).all() and self.tip_joint == n - 1
         return {
             "prismatic": self.prismatic.tolist(),
             "placements": self.placements.tolist(),
             "tip": self.tip.tolist(),
-        }
+        } | ({} if serial else {"parent": self.parent.tolist(), "tip_joint": self.tip_joint})
 
     def frames(self, q: FloatArray) -> FloatArray:
         """Poses of the joint frames and then of the tip in the base, (K, nv + 1, 4, 4)."""
         model = pin.Model()
-        parent = 0
         for i, (placement, slides) in enumerate(zip(self.placements, self.prismatic, strict=True)):
             joint = pin.JointModelPZ() if slides else pin.JointModelRZ()
-            parent = model.addJoint(parent, joint, pin.SE3(placement), f"j{i}")
+            model.addJoint(int(self.parent[i]) + 1, joint, pin.SE3(placement), f"j{i}")
         data, tip = model.createData(), pin.SE3(self.tip)
         poses = np.empty((len(q), model.njoints, 4, 4))
         for k, row in enumerate(np.asarray(q, dtype=np.float64)):
             pin.forwardKinematics(model, data, row)
             for i in range(1, model.njoints):
                 poses[k, i - 1] = data.oMi[i].homogeneous
-            poses[k, -1] = (data.oMi[parent] * tip).homogeneous
+            poses[k, -1] = (data.oMi[self.tip_joint + 1] * tip).homogeneous
         return poses

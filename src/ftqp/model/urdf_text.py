@@ -9,6 +9,7 @@ written as Drake has it, too. The file names no version, for readers of 1.0 refu
 
 from collections.abc import Sequence
 from math import atan2, cos, hypot, sin
+from typing import Any
 from unicodedata import category
 from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 
@@ -16,7 +17,7 @@ import numpy as np
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.errors import InputError
-from ftqp.model.chain import Chain, rotation_to
+from ftqp.model.chain import Chain, ends_of, rotation_to
 from ftqp.model.limits import JointLimits
 from ftqp.model.reading.urdf import SYMMETRIC
 from ftqp.model.shape import reach_of
@@ -33,28 +34,35 @@ SHORT = 1e-6
 DRAKE = "http://drake.mit.edu"
 
 
-def urdf_text(name: str, joints: Sequence[str], tip: str, chain: Chain, limits: JointLimits) -> str:
+def urdf_text(name: str, model: Any, tips: Sequence[str], chain: Chain, limits: JointLimits) -> str:
     """The URDF of a robot, see ``Robot.to_urdf``.
 
     Raises:
         InputError: A name cannot stand in XML, or joints would share a link.
     """
-    for one in (name, tip, *joints):
+    joints = chain.names
+    for one in (name, *tips, *joints):
         _refuse_unprintable(one)
     root = Element("robot", {"name": name, "xmlns:drake": DRAKE})
     root.append(Comment(_remark(chain)))
-    links = link_names(joints, tip)
+    links, ends = link_names(joints, tips), ends_of(model, tips)
     size = reach_of(chain, limits)
+    behind = [*zip(chain.parent.tolist(), chain.translation, strict=True)]
+    behind += [(body, at) for body, _, at in ends]
     base = SubElement(root, "link", name=links[0])
-    _bar(base, chain.translation[0], size)
+    _bars(base, behind, -1, size)
     for i, joint in enumerate(joints):
         _write_link(root, chain, i, links[i + 1], size)
-        _write_joint(root, chain, limits, i, (links[i], joint, links[i + 1]))
-    SubElement(root, "link", name=links[-1])
-    end = SubElement(root, "joint", name=_free(f"{tip}_mount", joints), type="fixed")
-    SubElement(end, "parent", link=links[-2])
-    SubElement(end, "child", link=links[-1])
-    _place(end, chain.tip_translation, chain.tip_rotation)
+        _bars(root[-1], behind, i, size)
+        _write_joint(root, chain, limits, i, (links[chain.parent[i] + 1], joint, links[i + 1]))
+    taken = list(joints)
+    for tip, link, (body, rotation, at) in zip(tips, links[len(joints) + 1 :], ends, strict=True):
+        SubElement(root, "link", name=link)
+        taken.append(_free(f"{tip}_mount", taken))
+        end = SubElement(root, "joint", name=taken[-1], type="fixed")
+        SubElement(end, "parent", link=links[body + 1])
+        SubElement(end, "child", link=link)
+        _place(end, at, rotation)
     for joint, inertia in zip(joints, chain.armature, strict=True):
         if inertia:
             _write_rotor(root, joint, float(inertia))
@@ -62,12 +70,14 @@ def urdf_text(name: str, joints: Sequence[str], tip: str, chain: Chain, limits: 
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
 
 
-def link_names(joints: Sequence[str], tip: str) -> tuple[str, ...]:
-    """Names of the links, base to tip, nv + 2: ``base``, one behind each joint, and the tip's own name."""
+def link_names(joints: Sequence[str], tips: Sequence[str]) -> tuple[str, ...]:
+    """Names of the links: ``base``, one behind each joint, and one a tip with the tip's own name."""
     taken = [BASE]
     for joint in joints:
         taken.append(_free(f"{joint}_link", taken))
-    return (*taken, _free(tip, [*taken, *joints]))
+    for tip in tips:
+        taken.append(_free(tip, [*taken, *joints]))
+    return tuple(taken)
 
 
 def _free(name: str, taken: Sequence[str]) -> str:
@@ -109,7 +119,13 @@ def _write_link(root: Element, chain: Chain, i: int, name: str, size: float) -> 
             body, "inertia", {key: _number(value) for key, value in zip(SYMMETRIC, moments, strict=True)}
         )
     _cylinder(link, np.zeros(3), np.eye(3), THICK * size, 2.0 * THICK * size)
-    _bar(link, chain.translation[i + 1] if i + 1 < len(chain.mass) else chain.tip_translation, size)
+
+
+def _bars(link: Element, behind: Sequence[tuple[int, FloatArray]], body: int, size: float) -> None:
+    """Cylinders from the origin of a body to everything that hangs on it."""
+    for parent, at in behind:
+        if parent == body:
+            _bar(link, at, size)
 
 
 def _bar(link: Element, to: FloatArray, size: float) -> None:

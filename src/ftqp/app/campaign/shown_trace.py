@@ -75,7 +75,7 @@ def model_file(setup: Setup) -> ModelFile:
     """The arm as the checker reads it, from its URDF."""
     robot = setup.robot
     return ModelFile.read(
-        robot.to_urdf(), link_names(robot.joints, robot.tip)[-1], gravity=robot.chain.gravity
+        robot.to_urdf(), link_names(robot.joints, robot.tips)[robot.nv + 1], gravity=robot.chain.gravity
     )
 
 

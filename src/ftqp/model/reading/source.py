@@ -76,7 +76,7 @@ def follower_findings(
 
     Args:
         followers: Driven joints and the joints that drive them.
-        moving: Joints of the chain.
+        moving: Joints of the robot.
         locked: Joints that the user holds.
     """
     found: list[Finding] = []

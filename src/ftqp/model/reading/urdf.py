@@ -1,6 +1,6 @@
 """Reading URDF: the tree is audited first, then pinocchio gets a cleaned copy without meshes."""
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
@@ -49,12 +49,12 @@ class Tree:
         return result[::-1]
 
 
-def read(source: Any, tip: str | None, locked: Sequence[str | int]) -> Source:
+def read(source: Any, tips: Sequence[str], locked: Sequence[str | int]) -> Source:
     """A URDF as it was read.
 
     Args:
         source: Path of a file or the XML itself.
-        tip: Frame that will be the tip, None when the user leaves the choice; else only its joints matter.
+        tips: Frames that will be tips, none when the user leaves the choice; else only their joints matter.
         locked: Joints that will be held.
 
     Raises:
@@ -64,9 +64,9 @@ def read(source: Any, tip: str | None, locked: Sequence[str | int]) -> Source:
     _, root, path = xml_of(source, "URDF", "robot")
     tree = _tree(root)
     is_tree = not tree.findings
-    known = is_tree and tip is not None and (tip in tree.links or tip in tree.joints)
-    chain = tree.chain(str(tip)) if known else list(tree.joints)
-    _audit_joints(tree, chain, locked)
+    known = is_tree and tips and all(tip in tree.links or tip in tree.joints for tip in tips)
+    moving = {name for tip in tips for name in tree.chain(tip)} if known else set(tree.joints)
+    _audit_joints(tree, moving, locked)
     _audit_links(tree)
     if not is_tree:
         raise ModelError(f"{tree.name} is unsafe", [finding.sentence for finding in tree.findings])
@@ -137,12 +137,12 @@ def _tree(root: Element) -> Tree:
     return tree
 
 
-def _audit_joints(tree: Tree, chain: Sequence[str], locked: Sequence[str | int]) -> None:
-    """Origins of all joints, and axes of those in ``chain`` that will move."""
+def _audit_joints(tree: Tree, moving: Container[str], locked: Sequence[str | int]) -> None:
+    """Origins of all joints, and axes of those in ``moving`` that will move."""
     for name, joint in tree.joints.items():
         if not np.isfinite(_origin(joint)).all():
             tree.findings.append(unsafe(f"joint {name!r} has an origin that is not finite numbers"))
-        if name not in chain or name in locked or joint.get("type") not in MOVING:
+        if name not in moving or name in locked or joint.get("type") not in MOVING:
             continue
         if not np.isfinite(_friction(joint)).all():
             tree.findings.append(unsafe(f"joint {name!r} has damping or friction that is no finite number"))

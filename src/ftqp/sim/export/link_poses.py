@@ -8,7 +8,7 @@ from ftqp.model.chain import Chain
 
 
 def joint_poses(chain: Chain, i: int, q: FloatArray) -> FloatArray:
-    """Pose of joint frame i in joint frame i - 1, position and unit quaternion x, y, z, w, (K, 7) [m].
+    """Pose of joint frame i in that of its parent, position and unit quaternion x, y, z, w, (K, 7) [m].
 
     (rotation_i, translation_i) Rz(q), or Tz(q) for a joint that slides.
 
@@ -30,6 +30,6 @@ def joint_poses(chain: Chain, i: int, q: FloatArray) -> FloatArray:
     return result
 
 
-def tip_pose(chain: Chain) -> FloatArray:
-    """Pose of the tip in the last joint's frame, position and unit quaternion x, y, z, w, (7,) [m]."""
-    return np.concatenate([chain.tip_translation, quaternions(chain.tip_rotation[None])[0]])
+def fixed_pose(rotation: FloatArray, translation: FloatArray) -> FloatArray:
+    """Position and unit quaternion x, y, z, w, (7,) [m], of a rotation (3, 3) and a translation (3,)."""
+    return np.concatenate([translation, quaternions(rotation[None])[0]])

@@ -8,11 +8,11 @@ import numpy as np
 
 from ftqp.control.planner.status import STATUSES
 from ftqp.core.checks import FloatArray
-from ftqp.model.chain import Chain
+from ftqp.model.chain import Chain, ends_of
 from ftqp.model.robot import Robot
 from ftqp.model.urdf_text import BASE, link_names
 from ftqp.sim.export.form import Form, Values
-from ftqp.sim.export.link_poses import joint_poses, tip_pose
+from ftqp.sim.export.link_poses import fixed_pose, joint_poses
 from ftqp.sim.export.ros_bag import RosBag
 from ftqp.sim.export.ticks import Ticks
 from ftqp.sim.log.signals import CONDITIONS
@@ -130,16 +130,14 @@ class Topics:
         self._add(name, form, make("geometry_msgs/msg/PoseStamped", header=header, pose=pose))
 
     def _frames(self, robot: Robot) -> None:
-        form, chain, links = Form(), robot.chain, link_names(robot.joints, robot.tip)
+        form, chain, links = Form(), robot.chain, link_names(robot.joints, robot.tips)
         frames = []
         if "base" in self._ticks:
             frames.append(self._frame(form, WORLD, BASE, lambda ticks: ticks["base"]))
         for i in range(robot.nv):
-            frames.append(self._frame(form, links[i], links[i + 1], _joint(chain, i)))
-        end = tip_pose(chain)
-        frames.append(
-            self._frame(form, links[-2], links[-1], lambda ticks: np.tile(end, (len(ticks.block), 1)))
-        )
+            frames.append(self._frame(form, links[chain.parent[i] + 1], links[i + 1], _joint(chain, i)))
+        for link, (body, *end) in zip(links[robot.nv + 1 :], ends_of(robot.model, robot.tips), strict=True):
+            frames.append(self._frame(form, links[body + 1], link, _fixed(*end)))
         self._add("/tf", form, self._bag.message("tf2_msgs/msg/TFMessage", transforms=frames))
 
     def _frame(self, form: Form, parent: str, child: str, pose: Values) -> Any:
@@ -178,8 +176,14 @@ def _signals(group: str, k: int | None = None) -> Values:
 
 
 def _joint(chain: Chain, i: int) -> Values:
-    """Poses of joint frame i in the one before."""
+    """Poses of joint frame i in that of its parent."""
     return lambda ticks: joint_poses(chain, i, ticks["q"][:, i])
+
+
+def _fixed(rotation: FloatArray, translation: FloatArray) -> Values:
+    """The same pose at every tick."""
+    pose = fixed_pose(rotation, translation)
+    return lambda ticks: np.tile(pose, (len(ticks.block), 1))
 
 
 def _part(values: Values, k: int) -> Values:

@@ -25,9 +25,9 @@ HARMLESS = (1.0, 1.0, 1.0)
 
 @final
 class Physics:
-    """A serial chain in MuJoCo: joint torques in, motion out.
+    """An arm, or several on one base, in MuJoCo: joint torques in, motion out.
 
-    Body i has the joint frame i of the chain, the joint's axis being z. Masses and inertias are written into
+    The body of joint i has that joint's frame, its axis being z. Masses and inertias are written into
     the compiled model, because the compiler refuses some that the equations of motion accept. Nothing
     collides. A brake is dry friction; an end stop and a fixed joint are hard constraints without rebound.
 
@@ -160,15 +160,18 @@ def _compiled(chain: Chain, h: float) -> Any:
     option.gravity, option.timestep = chain.gravity, h
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    body = spec.worldbody
+    bodies = [spec.worldbody]
     for i, name in enumerate(chain.names):
-        body = body.add_body(name=name, pos=chain.translation[i], quat=_quaternion(chain.rotation[i]))
+        above = bodies[chain.parent[i] + 1]
+        body = above.add_body(name=name, pos=chain.translation[i], quat=_quaternion(chain.rotation[i]))
+        bodies.append(body)
         body.explicitinertial, body.mass, body.inertia = True, 1.0, HARMLESS
         kind = mujoco.mjtJoint.mjJNT_SLIDE if chain.prismatic[i] else mujoco.mjtJoint.mjJNT_HINGE
         body.add_joint(name=name, type=kind, axis=(0.0, 0.0, 1.0), armature=chain.armature[i])
         hold = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=name, active=False)
         hold.objtype = mujoco.mjtObj.mjOBJ_JOINT
-    body.add_site(name="tip", pos=chain.tip_translation, quat=_quaternion(chain.tip_rotation))
+    tip = bodies[chain.tip_joint + 1]
+    tip.add_site(name="tip", pos=chain.tip_translation, quat=_quaternion(chain.tip_rotation))
     return spec.compile()
 
 

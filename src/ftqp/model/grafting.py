@@ -1,0 +1,100 @@
+"""Robots put together of others: an arm carried by joints of a base, two arms on one body."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ftqp.core.checks import FloatArray, array, positive
+from ftqp.core.errors import InputError
+from ftqp.model.audit import Finding
+from ftqp.model.limits import JointLimits
+from ftqp.model.reduction import MARK
+from ftqp.model.serial import Inertial
+from ftqp.model.shape import PLANAR_BASE
+
+ROOM = 10.0
+"""How far a base goes in x and y, to either side, where nobody says so [m]."""
+
+
+def graft(
+    model: Any, parent: int, place: FloatArray, other: Any, names: Mapping[str, str] | None = None
+) -> None:
+    """Adds the joints, bodies and frames of another pinocchio model behind a joint, 0 is the base.
+
+    What stands still in the other model moves with that joint. Limits are not copied.
+
+    Args:
+        model: The model that is added to.
+        parent: pinocchio's number of the joint.
+        place: Pose of the other's base in the joint's frame, (4, 4) [m].
+        other: The model that is added.
+        names: New names of joints and frames by the old ones; others keep theirs.
+    """
+    base, number, at = pin.SE3(np.asarray(place)), [parent], [model.frames[_joint_frame(model, parent)]]
+    before, named = model.nv, names or {}
+    if other.inertias[0].mass:
+        model.appendBodyToJoint(parent, other.inertias[0], base)
+    for i in range(1, other.njoints):
+        above = other.parents[i]
+        where = other.jointPlacements[i] if above else base * other.jointPlacements[i]
+        number.append(
+            model.addJoint(number[above], other.joints[i], where, named.get(other.names[i], other.names[i]))
+        )
+        model.appendBodyToJoint(number[i], other.inertias[i], pin.SE3.Identity())
+        at.append(model.frames[model.addJointFrame(number[i])])
+    for i, frame in enumerate(other.frames):
+        if frame.type == pin.FrameType.JOINT or i == 0:
+            continue
+        joint = number[frame.parentJoint]
+        where = frame.placement if frame.parentJoint else base * frame.placement
+        name = f"{i}{MARK}{named.get(frame.name, frame.name)}"  # pinocchio refuses two frames of one name
+        added = model.addFrame(pin.Frame(name, joint, _joint_frame(model, joint), where, frame.type), False)
+        model.frames[added].name = name.partition(MARK)[2]
+    for field in ("armature", "damping", "friction"):
+        getattr(model, field)[before:] = getattr(other, field)
+
+
+def _joint_frame(model: Any, joint: int) -> int:
+    """pinocchio's number of the frame of a joint; the first of all is that of the base."""
+    if joint == 0:
+        return 0
+    return next(
+        i for i, f in enumerate(model.frames) if f.parentJoint == joint and f.type == pin.FrameType.JOINT
+    )
+
+
+def planar_base(arm: Any, inertial: Inertial | None) -> Any:
+    """A model with the joints ``PLANAR_BASE`` before those of an arm: x and y slide, yaw has no end."""
+    for name in PLANAR_BASE:
+        if name in list(arm.names):
+            raise InputError(f"{arm.name} has a joint {name!r} already; expected an arm on no base")
+    model, parent = pin.Model(), 0
+    model.name, model.gravity = arm.name, arm.gravity
+    for name, joint in zip(
+        PLANAR_BASE, (pin.JointModelPX(), pin.JointModelPY(), pin.JointModelRUBZ()), strict=True
+    ):
+        parent = model.addJoint(parent, joint, pin.SE3.Identity(), name)
+        model.addJointFrame(parent)
+    if inertial is not None:
+        com = np.array(inertial.com, dtype=np.float64)
+        body = pin.Inertia(inertial.mass, com, np.array(inertial.inertia))
+        model.appendBodyToJoint(parent, body, pin.SE3.Identity())
+    graft(model, parent, np.eye(4), arm)
+    return model
+
+
+def is_about_base(finding: Finding) -> bool:
+    """Whether a finding is that a joint of a planar base carries no mass of its own, which none needs."""
+    return any(finding.sentence.endswith(f"joint {name!r} has no mass") for name in PLANAR_BASE)
+
+
+def base_limits(v_max: Any, a_max: Any, q_range: Any, tau_max: Any) -> JointLimits:
+    """The limits of x, y and yaw; yaw has no end."""
+    if q_range is None or isinstance(q_range, (int, float)):
+        far = ROOM if q_range is None else positive("q_range", q_range, "m")
+        q_range = [[-far, far], [-far, far]]
+    room = array("q_range", q_range, (2, 2), "(2, 2), lowest and highest x, then y, or one number")
+    ends = np.vstack([room, [-np.inf, np.inf]])
+    return JointLimits.of(3, q_min=ends[:, 0], q_max=ends[:, 1], v_max=v_max, a_max=a_max, tau_max=tau_max)

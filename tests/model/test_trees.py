@@ -1,0 +1,350 @@
+"""Robots with several tips against pinocchio: kinematics, dynamics, frames, files, bases, refusals."""
+
+import json
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.model.random_robots import order_in, positions_in, random_robot, random_tree
+
+import ftqp
+from ftqp.core.errors import InputError, ModelError
+from ftqp.kernel.entry.session import ArmSession
+from ftqp.model import catalog
+from ftqp.model.body_frames import centre_of_mass, mount_of
+from ftqp.model.reading.source import source_of
+from ftqp.model.robot import Robot
+from ftqp.model.serial import Inertial
+from ftqp.model.shape import reach_of
+from ftqp.model.skeleton import Skeleton
+from ftqp.model.structure import locks
+
+SIZES = (3, 5, 8, 13, 20, 32)
+BASE = Inertial(mass=40.0, com=np.array([0.1, 0.0, 0.2]), inertia=np.diag([2.0, 2.5, 3.0]))
+
+
+def close(found: np.ndarray, expected: np.ndarray, tolerance: float = 1e-12) -> bool:
+    return bool(np.abs(found - expected).max() <= tolerance * max(float(np.abs(expected).max()), 1.0))
+
+
+def frame_of(model: pin.Model, name: str, full: np.ndarray) -> pin.SE3:
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, full)
+    return data.oMf[model.getFrameId(name)]
+
+
+def placed(robot: Robot, q: np.ndarray) -> list[np.ndarray]:
+    """Joint frames by the product of transforms that the docstring of Chain gives."""
+    chain, found = robot.chain, []
+    for i, value in enumerate(q):
+        step, move = np.eye(4), np.eye(4)
+        step[:3, :3], step[:3, 3] = chain.rotation[i], chain.translation[i]
+        if chain.prismatic[i]:
+            move[2, 3] = value
+        else:
+            move[:3, :3] = pin.exp3(np.array([0.0, 0.0, value]))
+        above = np.eye(4) if chain.parent[i] < 0 else found[chain.parent[i]]
+        found.append(above @ step @ move)
+    return found
+
+
+@pytest.mark.parametrize("count", SIZES)
+def test_pose_jacobian_inertia_and_bias_are_those_of_the_model_that_was_given(count: int) -> None:
+    rng = np.random.default_rng(count)
+    for _ in range(4):
+        robot, model = random_robot(rng, count)
+        of = order_in(model, robot)
+        assert robot.nv == count
+        for _ in range(2):
+            q, v = rng.uniform(-2.0, 2.0, count), rng.uniform(-1.0, 1.0, count)
+            full, speed = positions_in(model, robot, q), np.empty(count)
+            speed[of] = v
+            for tip in (None, *robot.tips):
+                name = robot.tip if tip is None else tip
+                assert close(robot.pose(q, tip), frame_of(model, name, full).homogeneous)
+                J = pin.computeFrameJacobian(
+                    model, model.createData(), full, model.getFrameId(name), pin.LOCAL_WORLD_ALIGNED
+                )
+                assert close(robot.jacobian(q, tip), J[:, of])
+            data, rest = model.createData(), np.zeros(count)
+            gravity = pin.rnea(model, data, full, rest, rest)
+            M = np.array([pin.rnea(model, data, full, rest, unit) - gravity for unit in np.eye(count)])
+            assert close(robot.mass_matrix(q), M[np.ix_(of, of)])
+            bias = (pin.rnea(model, data, full, speed, rest) + model.damping * speed)[of]
+            assert close(robot.bias(q, v), bias)
+            arm = ArmSession(robot.chain.constants())
+            arm.dynamics(q, v)
+            assert close(arm.K.kinematics.M[:count, :count], M[np.ix_(of, of)])
+            assert close(arm.K.kinematics.h[:count], bias)
+            assert close(arm.K.kinematics.J[:, :count], robot.jacobian(q))
+
+
+@pytest.mark.parametrize("count", SIZES)
+def test_any_frame_has_its_joint_and_its_place_there(count: int) -> None:
+    rng = np.random.default_rng(count)
+    robot, model = random_robot(rng, count)
+    for name in (*robot.tips, *robot.joints):
+        body, T = mount_of(robot, name)
+        assert robot.joints[body] == str(model.names[model.frames[model.getFrameId(name)].parentJoint])
+        for _ in range(3):
+            q = rng.uniform(-2.0, 2.0, count)
+            assert close(placed(robot, q)[body] @ T, robot.pose(q, name))
+    q = rng.uniform(-2.0, 2.0, count)
+    com = pin.centerOfMass(model, model.createData(), positions_in(model, robot, q))
+    assert close(centre_of_mass(robot, q), com)
+
+
+@pytest.mark.parametrize("count", SIZES)
+def test_a_skeleton_in_a_log_places_joints_and_tip(count: int) -> None:
+    rng = np.random.default_rng(count)
+    robot, _ = random_robot(rng, count)
+    kept = json.loads(json.dumps(Skeleton.of(robot.chain).facts()))
+    q = rng.uniform(-2.0, 2.0, (3, count))
+    for row, frames in zip(q, Skeleton.from_facts(kept).frames(q), strict=True):
+        assert close(frames[:-1], np.array(placed(robot, row)))
+        assert close(frames[-1], robot.pose(row))
+
+
+def test_a_skeleton_of_a_serial_arm_is_written_as_ever() -> None:
+    assert set(Skeleton.of(catalog.load("panda").chain).facts()) == {"prismatic", "placements", "tip"}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"parent": [-1, 1, 0]}, {"parent": [-1]}, {"parent": [-2, 0, 1]}, {"tip_joint": 3}, {"tip_joint": "x"}],
+)
+def test_parents_that_are_none_are_one_clear_sentence(change: dict) -> None:
+    facts = Skeleton.of(catalog.load("planar(3)").chain).facts() | change
+    with pytest.raises(InputError, match="the arm's geometry"):
+        Skeleton.from_facts(facts)
+
+
+@pytest.mark.parametrize("count", SIZES)
+def test_a_urdf_gives_the_same_robot_back(count: int) -> None:
+    rng = np.random.default_rng(count)
+    robot, _ = random_robot(rng, count)
+    again = Robot.from_urdf(robot.to_urdf(), tips=robot.tips, gravity=robot.chain.gravity)
+    of = [again.joint(name) for name in robot.joints]
+    assert again.tips == robot.tips
+    for field in ("q_min", "q_max", "v_max", "a_max", "tau_max", "j_max"):
+        assert getattr(again.limits, field)[of].tolist() == getattr(robot.limits, field).tolist()
+    for _ in range(3):
+        q, v = rng.uniform(-2.0, 2.0, count), rng.uniform(-1.0, 1.0, count)
+        turned, speed = np.empty(count), np.empty(count)
+        turned[of], speed[of] = q, v
+        for tip in robot.tips:
+            assert close(again.pose(turned, tip), robot.pose(q, tip))
+        assert close(again.mass_matrix(turned)[np.ix_(of, of)], robot.mass_matrix(q))
+        assert close(again.bias(turned, speed)[of], robot.bias(q, v))
+
+
+def test_joints_on_the_way_to_no_tip_are_held() -> None:
+    rng = np.random.default_rng(1)
+    model, tips = random_tree(rng, 14)
+    assert len(tips) > 2
+    robot = Robot.from_pinocchio(
+        model, tips=tips[:2], limits={"q_min": -3.0, "q_max": 3.0, "v_max": 1.0, "a_max": 1.0}
+    )
+    ways = [list(model.supports[model.frames[model.getFrameId(tip)].parentJoint])[1:] for tip in tips[:2]]
+    moving = {str(model.names[i]) for way in ways for i in way}
+    assert set(robot.joints) == moving
+    full = pin.neutral(model)
+    assert close(robot.pose(np.zeros(robot.nv), tips[1]), frame_of(model, tips[1], full).homogeneous)
+    assert robot.chain.mass.sum() == pytest.approx(
+        sum(model.inertias[i].mass for i in range(1, 15)) - _fixed_mass(model, moving)
+    )
+
+
+def _fixed_mass(model: pin.Model, moving: set[str]) -> float:
+    """Mass of what hangs on held joints alone, and so on the base."""
+    at_base = [
+        i
+        for i in range(1, model.njoints)
+        if not any(str(model.names[j]) in moving for j in list(model.supports[i])[1:])
+    ]
+    return sum(model.inertias[i].mass for i in at_base)
+
+
+def test_one_tip_among_tips_is_the_arm_with_that_tip() -> None:
+    model = catalog.load("dual_panda").model
+    one, same = Robot.from_pinocchio(model, "left_hand"), Robot.from_pinocchio(model, tips=["left_hand"])
+    assert (one.joints, one.tips, one.is_serial) == (same.joints, ("left_hand",), True)
+    assert np.array_equal(one.neutral, same.neutral)
+    assert repr(one).endswith("tip='left_hand')")
+
+
+def test_two_tips_on_one_arm_stay_serial_where_the_first_is_its_end() -> None:
+    panda = catalog.load("panda")
+    whole = Robot.from_pinocchio(panda.model, tips=["panda_hand_tcp", "panda_joint4"])
+    assert whole.is_serial
+    assert np.array_equal(whole.pose(panda.neutral), panda.pose(panda.neutral))
+    turned = Robot.from_pinocchio(panda.model, tips=["panda_joint4", "panda_hand_tcp"])
+    assert not turned.is_serial
+    assert (turned.nv, turned.chain.tip_joint, turned.tip) == (7, 3, "panda_joint4")
+    assert not turned.jacobian(panda.neutral)[:, 4:].any()
+    assert reach_of(turned.chain, turned.limits) < reach_of(panda.chain, panda.limits)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"tips": ()}, "tips is empty, expected at least one name"),
+        ({"tips": "left_hand"}, r"tips is 'left_hand', expected several names; give tip='left_hand'"),
+        ({"tips": 7}, "tips is 7, expected a list of names"),
+        ({"tips": ["left_hand", 3]}, "expected a list of names"),
+        ({"tips": ["left_hand", "right_hand", "left_hand"]}, "tips has 'left_hand' 2 times"),
+        ({"tip": "left_hand", "tips": ["right_hand"]}, r"both tip='left_hand' and tips=\['right_hand'\]"),
+        ({"tips": ["left_hnd", "right_hand"]}, r"'left_hnd' is not a frame .*\(did you mean 'left_hand'\?\)"),
+        ({"tips": ["left_hand", "shelf"]}, "no joint moves 'shelf'"),
+        ({}, r"2 possible tips; choose one with tip=, or several with tips=\(...\): left_hand, right_hand"),
+    ],
+)
+def test_wrong_tips_are_one_clear_sentence(given: dict, sentence: str) -> None:
+    model = catalog.load("dual_panda").model.copy()
+    if given.get("tips") == ["left_hand", "shelf"]:
+        model.addFrame(pin.Frame("shelf", 0, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+    with pytest.raises((InputError, ModelError), match=sentence):
+        Robot.from_pinocchio(model, **given)
+
+
+def test_33_joints_are_refused_with_what_to_do() -> None:
+    model, tips = random_tree(np.random.default_rng(3), 33)
+    with pytest.raises(ModelError, match="33 joints move; expected 1 to 32; hold others with locked="):
+        Robot.from_pinocchio(model, tips=tips)
+
+
+@pytest.mark.parametrize("name", ["left_hnd", 3])
+def test_frame_that_is_none_is_one_clear_sentence(name: object) -> None:
+    robot = catalog.load("dual_panda")
+    with pytest.raises(InputError, match=f"frame is {name!r}.*, expected one of dual_panda: left_joint1"):
+        robot.pose(robot.neutral, name)
+    with pytest.raises(InputError, match=f"frame is {name!r}"):
+        robot.jacobian(robot.neutral, name)
+
+
+def test_a_new_tip_and_a_load_leave_the_other_arm_alone() -> None:
+    robot = catalog.load("dual_panda")
+    T = np.eye(4)
+    T[2, 3] = 0.1
+    longer, loaded = robot.with_tip(T, "stick"), robot.with_payload(ftqp.Payload(2.0))
+    assert longer.tips == ("stick", "right_hand")
+    assert close(longer.pose(robot.neutral), robot.pose(robot.neutral) @ T)
+    assert close(longer.pose(robot.neutral, "right_hand"), robot.pose(robot.neutral, "right_hand"))
+    heavier = loaded.chain.mass - robot.chain.mass
+    assert heavier[6] == pytest.approx(2.0)
+    assert np.abs(np.delete(heavier, 6)).max() == 0.0
+
+
+def test_every_arm_starts_away_from_its_singularities() -> None:
+    model = catalog.load("dual_panda").model
+    robot = Robot.from_pinocchio(model, tips=["left_hand", "right_hand"])
+    for tip, columns in (("left_hand", slice(0, 7)), ("right_hand", slice(7, 14))):
+        J = robot.jacobian(robot.neutral, tip)[:, columns]
+        J[3:] *= robot.length
+        assert np.linalg.svd(J, compute_uv=False)[-1] > 0.15 * robot.length
+
+
+def test_a_lock_of_the_other_arm_costs_the_tip_nothing() -> None:
+    found = locks(catalog.load("dual_panda"), ("x", "y", "z", "rx", "ry", "rz"))
+    assert all(found.left[f"right_joint{i}"] == found.left["right_joint1"] for i in range(1, 8))
+    assert found.left["right_joint1"] > max(found.left[f"left_joint{i}"] for i in range(1, 8))
+
+
+def test_dual_panda_is_two_pandas() -> None:
+    one, two = catalog.load("panda"), catalog.load("dual_panda", apart=0.8)
+    assert two.tips == ("left_hand", "right_hand")
+    assert two.joints == tuple(f"{side}_joint{i}" for side in ("left", "right") for i in range(1, 8))
+    rng = np.random.default_rng(5)
+    q, v = rng.uniform(-1.0, 1.0, 14), rng.uniform(-1.0, 1.0, 14)
+    for k, (tip, y) in enumerate((("left_hand", 0.4), ("right_hand", -0.4))):
+        own = slice(7 * k, 7 * k + 7)
+        expected = one.pose(q[own])
+        expected[1, 3] += y
+        assert close(two.pose(q, tip), expected)
+        assert close(two.mass_matrix(q)[own, own], one.mass_matrix(q[own]))
+        assert close(two.bias(q, v)[own], one.bias(q[own], v[own]))
+    assert not two.mass_matrix(q)[:7, 7:].any()
+    with pytest.raises(InputError, match="apart"):
+        catalog.load("dual_panda", apart=0.0)
+
+
+@pytest.mark.parametrize("count", [3, 7, 12])
+def test_a_planar_base_moves_all_that_stands_on_it(count: int) -> None:
+    rng = np.random.default_rng(count)
+    robot, _ = random_robot(rng, count)
+    based = robot.on_planar_base(v_max=[1.0, 1.0, 2.0], a_max=2.0, inertial=BASE)
+    assert based.joints == ("base_x", "base_y", "base_yaw", *robot.joints)
+    assert (based.tips, based.length) == (robot.tips, robot.length)
+    assert reach_of(based.chain, based.limits) == pytest.approx(reach_of(robot.chain, robot.limits))
+    oracle = pin.Model()
+    oracle.gravity = robot.model.gravity
+    planar = oracle.addJoint(0, pin.JointModelPlanar(), pin.SE3.Identity(), "planar")
+    oracle.appendBodyToJoint(planar, pin.Inertia(BASE.mass, BASE.com, BASE.inertia), pin.SE3.Identity())
+    for i in range(1, robot.model.njoints):
+        made = oracle.addJoint(
+            int(robot.model.parents[i]) + 1, robot.model.joints[i], robot.model.jointPlacements[i], f"j{i}"
+        )
+        oracle.appendBodyToJoint(made, robot.model.inertias[i], pin.SE3.Identity())
+    oracle.armature = np.concatenate([np.zeros(3), robot.model.armature])
+    x, y, yaw = base = np.array([0.7, -1.2, 2.5])
+    q = rng.uniform(-2.0, 2.0, count)
+    T = pin.SE3(pin.exp3(np.array([0.0, 0.0, yaw])), np.array([x, y, 0.0])).homogeneous
+    for tip in robot.tips:
+        assert close(based.pose(np.concatenate([base, q]), tip), T @ robot.pose(q, tip))
+    full = np.concatenate([[x, y, np.cos(yaw), np.sin(yaw)], robot.configuration(q)])
+    M = pin.crba(oracle, oracle.createData(), full)
+    M = np.triu(M) + np.triu(M, 1).T
+    turn = np.eye(count + 3)
+    turn[:2, :2] = T[:2, :2]  # the planar joint's velocities are along the base's own axes
+    assert close(based.mass_matrix(np.concatenate([base, q])), turn @ M @ turn.T)
+
+
+def test_a_planar_base_has_the_limits_that_it_is_given() -> None:
+    panda = catalog.load("panda")
+    based = panda.on_planar_base(
+        v_max=[1.0, 0.5, 2.0], a_max=[2.0, 3.0, 4.0], q_range=[[0.0, 5.0], [-1.0, 1.0]], inertial=BASE
+    )
+    assert based.is_serial
+    assert based.limits.q_min[:3].tolist() == [0.0, -1.0, -np.inf]
+    assert based.limits.q_max[:3].tolist() == [5.0, 1.0, np.inf]
+    assert based.limits.v_max[:3].tolist() == [1.0, 0.5, 2.0]
+    assert based.limits.a_max[:3].tolist() == [2.0, 3.0, 4.0]
+    assert np.isinf(based.limits.tau_max[:3]).all()
+    assert based.neutral.tolist() == [2.5, 0.0, 0.0, *panda.neutral]
+    assert based.continuous.tolist() == [False, False, True, *[False] * 7]
+    assert not [f for f in based.findings if "base_" in f.sentence]
+    wide = panda.on_planar_base(v_max=1.0, a_max=1.0, inertial=BASE)
+    assert wide.limits.q_max[:2].tolist() == [10.0, 10.0]
+    for field in ("q_min", "q_max", "v_max", "a_max", "tau_max"):
+        assert getattr(based.limits, field)[3:].tolist() == getattr(panda.limits, field).tolist()
+    assert np.array_equal(Robot.from_urdf(based.to_urdf()).limits.q_max, based.limits.q_max)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({}, "a base without a mass leaves the joint-space inertia of panda singular"),
+        ({"q_range": [1.0, 2.0]}, "q_range"),
+        ({"q_range": "wide", "inertial": BASE}, "q_range"),
+        ({"q_range": [[1.0, 1.0], [0.0, 1.0]], "inertial": BASE}, "'base_x' cannot move: both limits are 1"),
+        ({"v_max": [1.0, 2.0], "inertial": BASE}, "v_max has shape"),
+        ({"a_max": 0.0, "inertial": BASE}, "'base_x' has a zero acceleration limit"),
+        ({"inertial": 3.0}, "inertial is 3.0, expected an ftqp.model.serial.Inertial"),
+    ],
+)
+def test_wrong_planar_base_is_one_clear_sentence(given: dict, sentence: str) -> None:
+    with pytest.raises((InputError, ModelError), match=sentence):
+        catalog.load("panda").on_planar_base(**({"v_max": 1.0, "a_max": 1.0} | given))
+
+
+def test_a_base_on_a_base_and_a_mass_under_no_mass_are_refused() -> None:
+    based = catalog.load("srs7").on_planar_base(v_max=1.0, a_max=1.0)
+    with pytest.raises(InputError, match="has a joint 'base_x' already"):
+        based.on_planar_base(v_max=1.0, a_max=1.0)
+    with pytest.raises(InputError, match="srs7 has no masses"):
+        catalog.load("srs7").on_planar_base(v_max=1.0, a_max=1.0, inertial=BASE)
+
+
+def test_a_model_that_is_in_order_keeps_it() -> None:
+    robot = catalog.load("dual_panda")
+    assert tuple(source_of(robot.model).limits) == robot.joints
