@@ -1,5 +1,6 @@
 """Robots with several tips against pinocchio: kinematics, dynamics, frames, files, bases, refusals."""
 
+import itertools
 import json
 
 import numpy as np
@@ -348,3 +349,13 @@ def test_a_base_on_a_base_and_a_mass_under_no_mass_are_refused() -> None:
 def test_a_model_that_is_in_order_keeps_it() -> None:
     robot = catalog.load("dual_panda")
     assert tuple(source_of(robot.model).limits) == robot.joints
+
+
+def test_a_drawn_arm_has_every_piece_once() -> None:
+    assert catalog.load("panda").chain.limbs == [list(range(9))]
+    robot, _ = random_robot(np.random.default_rng(7), 20)
+    limbs = robot.chain.limbs
+    pieces = [pair for limb in limbs for pair in itertools.pairwise(limb)]
+    above = [0, *(robot.chain.parent + 1), robot.chain.tip_joint + 1]
+    assert sorted(pieces) == sorted((int(above[i]), i) for i in range(1, 22))
+    assert limbs == Skeleton.of(robot.chain).limbs

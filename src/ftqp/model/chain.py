@@ -83,9 +83,36 @@ class Chain:
             joint = int(self.parent[joint])
         return found[::-1]
 
+    @property
+    def limbs(self) -> list[list[int]]:
+        """How the arm is drawn, see ``limbs_of``."""
+        return limbs_of(self.parent, self.tip_joint)
+
     def constants(self) -> dict[str, Any]:
         """Everything but the names, by the argument names of ``ftqp.kernel.layout.record.load_chain``."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "names"}
+
+
+def limbs_of(parent: IntArray, tip_joint: int) -> list[list[int]]:
+    """The lines along which an arm is drawn: rows of its places, base, joints and tip from 0 on.
+
+    Each begins where it leaves an earlier one and ends at the tip or at a joint that carries none. A serial
+    arm has one.
+
+    Args:
+        parent: The joint that each hangs on, -1 is the base, (nv,).
+        tip_joint: The joint that the tip moves with.
+    """
+    n = len(parent)
+    above = [0, *(int(i) + 1 for i in parent), tip_joint + 1]
+    seen, found = {0}, []
+    for end in [n + 1, *(i for i in range(1, n + 1) if i not in above[1:])]:
+        line = [end]
+        while line[-1] not in seen:
+            seen.add(line[-1])
+            line.append(above[line[-1]])
+        found.append(line[::-1])
+    return found
 
 
 def chain_of(model: Any, tip: str, *others: str) -> Chain:

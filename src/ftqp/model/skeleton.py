@@ -10,7 +10,7 @@ import pinocchio as pin
 from ftqp.core.checks import BoolArray, FloatArray, IntArray
 from ftqp.core.errors import InputError
 from ftqp.core.pose import transform
-from ftqp.model.chain import Chain
+from ftqp.model.chain import Chain, limbs_of
 
 LARGEST = 1e6
 """No arm is larger than this [m]."""
@@ -84,6 +84,11 @@ class Skeleton:
             "placements": self.placements.tolist(),
             "tip": self.tip.tolist(),
         } | ({} if serial else {"parent": self.parent.tolist(), "tip_joint": self.tip_joint})
+
+    @property
+    def limbs(self) -> list[list[int]]:
+        """How the arm is drawn, see ``ftqp.model.chain.limbs_of``."""
+        return limbs_of(self.parent, self.tip_joint)
 
     def frames(self, q: FloatArray) -> FloatArray:
         """Poses of the joint frames and then of the tip in the base, (K, nv + 1, 4, 4)."""

@@ -21,7 +21,9 @@ def drawn(monkeypatch, tmp_path):
 
     def draw(points=POINTS, up=Z):
         q = np.array([0.5, 9.0, 0.2])
-        arm_picture.draw_arm(tmp_path / "a.png", "arm", ["a", "b", "c"], points, AXES, up, RANGES, q)
+        arm_picture.draw_arm(
+            tmp_path / "a.png", "arm", ["a", "b", "c"], points, AXES, up, RANGES, q, [[0, 1, 2, 3, 4]]
+        )
         return kept[-1].axes
 
     return draw

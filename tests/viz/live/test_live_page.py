@@ -138,7 +138,7 @@ def test_each_condition_of_each_joint_is_seen_in_colour_table_and_head(name):
                 assert page.refresh()
                 page._panel.show(source.frame())
                 barrel = page._server.scene.get_handle_by_name(
-                    frame_names("/arm-1", robot.nv)[i] + f"/joint{i}"
+                    frame_names("/arm-1", robot.chain.parent)[i] + f"/joint{i}"
                 )
                 assert tuple(barrel.color) == colours.joint_colour(
                     code, False, bool(source.frame().near_limit[i])

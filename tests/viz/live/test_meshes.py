@@ -84,7 +84,7 @@ def test_what_cannot_be_read_costs_the_meshes_and_not_the_picture(tmp_path, caps
     file.write_text(URDF.format(shape=shape))
     robot = arm(URDF.format(shape=CYLINDER))
     parts = mesh_parts(robot, file)
-    assert [part.name for part in parts] == [part.name for part in arm_parts(robot.chain)]
+    assert [part.name for part in parts] == [part.name for part in arm_parts(robot)]
     said = capsys.readouterr().err
     assert said.startswith("ftqp: two is drawn from its chain: ")
     assert reason in said

@@ -53,7 +53,7 @@ def test_the_locked_joint_stands_after_its_lock_and_its_neighbours_do_not(frames
     _, made = frames
     lock = made[LOCK].t - made[0].t
     for joint, stands in ((1, False), (2, True), (3, False)):
-        times, turned = poses_of(page, frame_names("/arm-1", 7)[joint])
+        times, turned = poses_of(page, frame_names("/arm-1", range(-1, 6))[joint])
         assert len(np.unique(turned[times < lock - 1e-9], axis=0)) > 10
         after = len(np.unique(turned[times > lock + 1e-9], axis=0))
         assert after == 0 if stands else after > 10
@@ -62,7 +62,7 @@ def test_the_locked_joint_stands_after_its_lock_and_its_neighbours_do_not(frames
 def test_the_last_tip_pose_is_that_of_the_last_frame(frames, page):
     source, made = frames
     chain, T = source.stage().robot.chain, np.eye(4)
-    for node in frame_names("/arm-1", 7):
+    for node in frame_names("/arm-1", range(-1, 6)):
         T = T @ pose(page, node)
     T = T @ transform(chain.tip_rotation, chain.tip_translation)
     assert np.allclose(T, made[-1].tip, atol=2e-5)

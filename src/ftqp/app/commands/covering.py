@@ -220,7 +220,7 @@ def _motion(found: Subject, file: Path) -> Path:
     way = np.stack([robot.pose(row)[:3, 3] for row in q])
     limits = np.column_stack([robot.limits.q_min, robot.limits.q_max])
     title = f"{found.name}: {found.title}"
-    return draw_motion(file, title, robot.joints, found.task.t, q, limits, arms, way)
+    return draw_motion(file, title, robot.joints, found.task.t, q, limits, arms, way, robot.chain.limbs)
 
 
 def tell_facts(facts: dict[str, Any]) -> None:

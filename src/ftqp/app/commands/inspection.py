@@ -173,7 +173,8 @@ def _picture(robot: Robot, folder: Path) -> str | None:
     except OSError as error:
         raise InputError(f"folder {file.parent} cannot be made: {error.strerror}") from error
     title = f"{robot.name} at its neutral posture, tip {robot.tip}"
-    return str(draw_arm(file, title, robot.joints, points, axes, up, ranges, robot.neutral))
+    limbs = robot.chain.limbs
+    return str(draw_arm(file, title, robot.joints, points, axes, up, ranges, robot.neutral, limbs))
 
 
 def _tell(found: dict[str, Any]) -> None:

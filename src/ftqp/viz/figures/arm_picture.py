@@ -28,12 +28,14 @@ def draw_arm(
     up: FloatArray,
     ranges: FloatArray,
     q: FloatArray,
+    limbs: Sequence[Sequence[int]],
 ) -> Path:
     """Draw an arm at one posture to a PNG file.
 
     ``points`` are the places of joints and tip, (n + 1, 3) [m], ``axes`` the unit axes of the joints, (n, 3),
     ``up`` is the direction against gravity, (3,), and ``ranges`` holds the least and the greatest position of
-    every joint, (n, 2), infinite where there is no limit; ``q`` is the posture, (n,) [rad or m].
+    every joint, (n, 2), infinite where there is no limit; ``q`` is the posture, (n,) [rad or m], and
+    ``limbs`` are the lines through base, joints and tip, as ``Chain.limbs`` has them.
     """
     whole = np.vstack([np.zeros(3), points])
     across = _widest(whole, up)
@@ -43,7 +45,7 @@ def draw_arm(
     figure = paper(4.2 * len(views) + 4.2, 5.0, title)
     grid = figure.add_gridspec(1, len(views) + 1)
     for k, (name, right, above) in enumerate(views):
-        _draw_view(figure.add_subplot(grid[0, k]), name, whole, axes, np.array([right, above]), extent)
+        _draw_view(figure.add_subplot(grid[0, k]), name, whole, axes, np.array([right, above]), extent, limbs)
     _draw_ranges(figure.add_subplot(grid[0, len(views)]), joints, ranges, q)
     return save(figure, path)
 
@@ -62,11 +64,18 @@ def _widest(points: FloatArray, up: FloatArray) -> FloatArray:
 
 
 def _draw_view(
-    panel: Axes, name: str, whole: FloatArray, axes: FloatArray, plane: FloatArray, extent: float
+    panel: Axes,
+    name: str,
+    whole: FloatArray,
+    axes: FloatArray,
+    plane: FloatArray,
+    extent: float,
+    limbs: Sequence[Sequence[int]],
 ) -> None:
     """The arm projected to a plane, (2, 3): links, joints with their axes and numbers, base and tip."""
     at = whole @ plane.T
-    panel.plot(*at.T, color=GREY, linewidth=6.0, alpha=0.45, solid_capstyle="round", zorder=1)
+    for limb in limbs:
+        panel.plot(*at[limb].T, color=GREY, linewidth=6.0, alpha=0.45, solid_capstyle="round", zorder=1)
     panel.plot(*at[0], marker="s", color="black", markersize=9, linestyle="none", zorder=2)
     for place, axis in zip(at[1:-1], axes @ plane.T, strict=True):
         ends = place + AXIS * extent * np.outer((-1.0, 1.0), axis)

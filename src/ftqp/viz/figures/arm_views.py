@@ -39,12 +39,14 @@ class Postures:
         points: Base, joints and tip, in space where the base moves, (k, nv + 2, 3) [m].
         failed: Which joints have failed by then, (k, nv).
         way: Where the tip has been, (K, 3) [m].
+        limbs: Rows of points along which lines are drawn, one of a serial arm.
     """
 
     t: FloatArray
     points: FloatArray
     failed: BoolArray
     way: FloatArray
+    limbs: Sequence[Sequence[int]]
 
 
 def instants(log: Log, most: int = INSTANTS) -> list[int]:
@@ -70,12 +72,16 @@ def postures(log: Log, rows: Sequence[int] | NDArray[np.intp]) -> Postures | Non
     if "skeleton" not in log.metadata:
         return None
     at = list(rows)
-    frames = Skeleton.from_facts(log.metadata["skeleton"]).frames(log["q"][at])
+    skeleton = Skeleton.from_facts(log.metadata["skeleton"])
+    frames = skeleton.frames(log["q"][at])
     points = np.concatenate([np.zeros((len(at), 1, 3)), frames[:, :, :3, 3]], axis=1)
     if "base.x" in log:  # the tip of an arm on a moving base is logged where it is in space
         base = log["base"][at]
         points = rotated(base[:, 3:], points) + base[:, None, :3]
-    return Postures(t=log["t"][at], points=points, failed=log["truth"][at] != HEALTHY, way=log["tip"][:, :3])
+    return Postures(
+        t=log["t"][at], points=points, failed=log["truth"][at] != HEALTHY, way=log["tip"][:, :3],
+        limbs=skeleton.limbs,
+    )  # fmt: skip
 
 
 def planes(*motions: Postures) -> list[Plane]:
@@ -129,11 +135,13 @@ def _draw_arm(axes: Axes, motion: Postures, scale: float, at: list[int], colour:
         dark = FAINTEST + (1.0 - FAINTEST) * ((k + 1) / count) ** 2
         last = k == count - 1
         x, y = points[:, at].T
-        axes.plot(
-            x, y, color=colour, linewidth=4.0 if last else 3.0, alpha=dark, solid_capstyle="round",
-            solid_joinstyle="round", marker="o", markevery=slice(1, -1), markersize=5.5,
-            markerfacecolor="white", markeredgecolor=colour, markeredgewidth=1.2, zorder=3 + k / count,
-        )  # fmt: skip
+        for limb in motion.limbs:
+            joints = [place for place, row in enumerate(limb) if place and row < len(points) - 1]
+            axes.plot(
+                x[limb], y[limb], color=colour, linewidth=4.0 if last else 3.0, alpha=dark,
+                solid_capstyle="round", solid_joinstyle="round", marker="o", markevery=joints, markersize=5.5,
+                markerfacecolor="white", markeredgecolor=colour, markeredgewidth=1.2, zorder=3 + k / count,
+            )  # fmt: skip
         if failed.any():
             axes.plot(
                 x[1:-1][failed], y[1:-1][failed], linestyle="none", marker="X", color=RED, zorder=5,

@@ -90,7 +90,8 @@ def _draw_arm(figure: Figure, robot: Robot, q: Any) -> None:
     panel = figure.subplots()
     for k, points in enumerate(arms):
         share, at = (k + 1) / INSTANTS, points @ view.T
-        panel.plot(*at.T, color=GREY, linewidth=3.5, alpha=0.2 + 0.6 * share)
+        for limb in robot.chain.limbs:
+            panel.plot(*at[limb].T, color=GREY, linewidth=3.5, alpha=0.2 + 0.6 * share)
         panel.plot(*at[1:-1].T, "o", color=BLUE, markersize=4.5, alpha=share)
     last = arms[-1] @ view.T
     panel.plot(*last[0], marker="s", color="black", markersize=8)

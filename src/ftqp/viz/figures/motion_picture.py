@@ -25,12 +25,13 @@ def draw_motion(
     limits: FloatArray,
     arms: FloatArray,
     way: FloatArray,
+    limbs: Sequence[Sequence[int]],
 ) -> Path:
     """Draw a motion to a PNG file.
 
     Times ``t`` are (N,) [s], joint positions ``q`` (N, nv) [rad or m], their ``limits`` (nv, 2), infinite
-    where there is none; ``arms`` is the arm at some instants, base to tip, (k, points, 3) [m], and ``way``
-    that of the tip, (N, 3) [m].
+    where there is none; ``arms`` is the arm at some instants, base to tip, (k, points, 3) [m], ``way`` that
+    of the tip, (N, 3) [m], and ``limbs`` are the lines through the points, as ``Chain.limbs`` has them.
     """
     everything = np.vstack([arms.reshape(-1, 3), way])
     extent = np.ptp(everything, axis=0)
@@ -40,7 +41,7 @@ def draw_motion(
     parts: Any = figure.subfigures(2, 1, height_ratios=[4.2, 1.5 * rows])
     above, below = parts
     for k, plane in enumerate(views):
-        _view(above.add_subplot(1, len(views), k + 1), plane, arms, way)
+        _view(above.add_subplot(1, len(views), k + 1), plane, arms, way, limbs)
     panels = np.atleast_1d(below.subplots(rows, 2, sharex=True, squeeze=False)).ravel()
     for i, panel in enumerate(panels):
         if i >= len(joints):
@@ -55,12 +56,20 @@ def draw_motion(
     return save(figure, path)
 
 
-def _view(panel: Axes, plane: tuple[int, int], arms: FloatArray, way: FloatArray) -> None:
+def _view(
+    panel: Axes,
+    plane: tuple[int, int],
+    arms: FloatArray,
+    way: FloatArray,
+    limbs: Sequence[Sequence[int]],
+) -> None:
     """The arm at its instants, seen along one axis of the base."""
     at = list(plane)
     for k, arm in enumerate(arms):
         share = (k + 1) / len(arms)
-        panel.plot(*arm[:, at].T, color=GREY, linewidth=3.0, alpha=0.25 + 0.6 * share, solid_capstyle="round")
+        for limb in limbs:
+            line = arm[limb][:, at].T
+            panel.plot(*line, color=GREY, linewidth=3.0, alpha=0.25 + 0.6 * share, solid_capstyle="round")
         panel.plot(*arm[1:-1, at].T, linestyle="none", marker="o", markersize=4, color=BLUE, alpha=share)
     panel.plot(*arms[0, 0, at], marker="s", color="black", markersize=8, linestyle="none")
     panel.plot(*way[:, at].T, color=ORANGE, linewidth=2.0)

@@ -136,7 +136,7 @@ class Page:
             if self._scene is not None:
                 self._scene.remove()
             self._count += 1
-            parts = self._parts(stage.robot) if self._parts is not None else arm_parts(stage.robot.chain)
+            parts = self._parts(stage.robot) if self._parts is not None else arm_parts(stage.robot)
             scene = Scene(
                 self._server, stage.robot, frame, path=stage.path, name=f"arm-{self._count}", parts=parts
             )

@@ -40,12 +40,12 @@ def mesh_parts(robot: Robot, urdf: Any, look: str = "collision") -> tuple[Part, 
     if look not in LOOKS:
         raise InputError(f"meshes is {look!r}, expected one of {', '.join(LOOKS)}")
     if look == "chain" or urdf is None:
-        return arm_parts(robot.chain)
+        return arm_parts(robot)
     try:
         return _parts(robot, urdf, look)
     except (FtqpError, OSError, ValueError, ImportError, KeyError, IndexError, TypeError) as error:
         print(f"ftqp: {robot.name} is drawn from its chain: {_first_line(error)}", file=sys.stderr)
-        return arm_parts(robot.chain)
+        return arm_parts(robot)
 
 
 def _parts(robot: Robot, urdf: Any, look: str) -> tuple[Part, ...]:
@@ -61,7 +61,7 @@ def _parts(robot: Robot, urdf: Any, look: str) -> tuple[Part, ...]:
             mesh = _body(element, path)
             bodies.setdefault(frame, []).append(mesh.moved(T[:3, :3], T[:3, 3]))
     if not bodies:
-        raise InputError(f"its URDF has no {look} bodies on the way to {robot.tip!r}")
+        raise InputError(f"its URDF has no {look} bodies on the way to {', '.join(map(repr, robot.tips))}")
     whole = {frame: joined(meshes) for frame, meshes in bodies.items()}
     light = dict(zip(whole, simplified(list(whole.values())), strict=True))
     parts = [
@@ -69,7 +69,7 @@ def _parts(robot: Robot, urdf: Any, look: str) -> tuple[Part, ...]:
         for frame, mesh in light.items()
     ]
     covered = {frame for frame in light if frame != BASE}
-    bare = [part for part in arm_parts(robot.chain) if part.kind == "joint" and part.frame not in covered]
+    bare = [part for part in arm_parts(robot) if part.kind == "joint" and part.frame not in covered]
     return (*parts, *bare)
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ftqp.core.checks import FloatArray
+from ftqp.core.checks import FloatArray, IntArray
 from ftqp.core.pose import quaternions, transform
 from ftqp.model.robot import Robot
 from ftqp.sim.log.signals import CONDITIONS, HEALTHY
@@ -63,7 +63,7 @@ class Scene:
         self._hidden = set(hidden)
         self._handle: Any = None
         with server.atomic():
-            self._build(tuple(parts) if parts is not None else arm_parts(robot.chain), path, trail)
+            self._build(tuple(parts) if parts is not None else arm_parts(robot), path, trail)
             self._look(frame, path)
             self.show(frame)
 
@@ -79,7 +79,7 @@ class Scene:
 
     def show(self, frame: Frame) -> None:
         """Move everything to where a frame says it is."""
-        _place(self._joints, frame.joints)
+        _place(self._joints, frame.joints, self._above)
         for i in range(len(self._joints)):
             colour = colours.joint_colour(
                 int(frame.truth[i]), bool(frame.braking[i]), bool(frame.near_limit[i])
@@ -137,7 +137,8 @@ class Scene:
     def _build(self, parts: Sequence[Part], path: FloatArray | None, trail: int) -> None:
         """Make every node."""
         add, n = self._server.scene, self._robot.nv
-        homes, shadows = frame_names(self._name, n), frame_names(f"{self._name}/twin", n)
+        self._above = self._robot.chain.parent
+        homes, shadows = (frame_names(f"{self._name}{root}", self._above) for root in ("", "/twin"))
         self._joints = [add.add_frame(home, show_axes=False) for home in homes]
         self._barrels: list[list[Any]] = [[] for _ in range(n)]
         self._bodies: list[list[Any]] = [[] for _ in range(n)]
@@ -229,7 +230,7 @@ class Scene:
         if frame.baseline is None or not apart:
             self._twin_trail.rest()
             return
-        _place(self._baseline_frames, frame.baseline)
+        _place(self._baseline_frames, frame.baseline, self._above)
         tip = frame.baseline[-1, :3, 3]
         self._named.position = tip - np.array([0.0, 0.0, 0.07 * self.size])
         self._twin_trail.follow(tip, frame.tick, BASELINE not in self._hidden)
@@ -294,16 +295,19 @@ def caption(frame: Frame, joints: Sequence[str], clock: bool) -> str:
     return ", ".join([f"{frame.t:.1f} s", frame.status, *failed] if clock else failed)
 
 
-def frame_names(root: str, count: int) -> list[str]:
-    """Names of the nodes of the joints' frames, each below the last one, so that a locked joint stands."""
-    return [root + "".join(f"/frame{k}" for k in range(i + 1)) for i in range(count)]
+def frame_names(root: str, parent: IntArray) -> list[str]:
+    """Names of the nodes of the joints' frames, each below its parent's, so that a locked joint stands."""
+    names = [root]
+    for i, above in enumerate(parent):
+        names.append(f"{names[above + 1]}/frame{i}")
+    return names[1:]
 
 
-def _place(nodes: Sequence[Any], poses: FloatArray) -> None:
+def _place(nodes: Sequence[Any], poses: FloatArray, parent: IntArray) -> None:
     """Move the nodes of the joints to where poses in the base's frame, (nv + 1, 4, 4), say that they are."""
     turns, origins = poses[: len(nodes), :3, :3], poses[: len(nodes), :3, 3]
-    before = np.concatenate([np.eye(3)[None], turns[:-1]])
-    steps = np.diff(origins, axis=0, prepend=np.zeros((1, 3)))
+    before = np.concatenate([np.eye(3)[None], turns])[parent + 1]
+    steps = origins - np.concatenate([np.zeros((1, 3)), origins])[parent + 1]
     turned = quaternions(np.einsum("kji,kjl->kil", before, turns))[:, [3, 0, 1, 2]]
     moved = np.einsum("kji,kj->ki", before, steps)
     for i, node in enumerate(nodes):

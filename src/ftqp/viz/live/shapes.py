@@ -1,11 +1,12 @@
-"""The look of an arm of which only the chain is known: barrels for joints, tubes for links, a foot."""
+"""The look of an arm of which only joints and tips are known: barrels for joints, tubes for links, a foot."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from ftqp.core.checks import FloatArray
-from ftqp.model.chain import Chain
+from ftqp.model.chain import Chain, ends_of
+from ftqp.model.robot import Robot
 from ftqp.viz.live.solids import Mesh, ball, box, cylinder, joined, tube
 
 BASE = -1
@@ -43,31 +44,35 @@ class Part:
 
 def size_of(chain: Chain) -> float:
     """By what everything of a scene is scaled [m]: distances between origins, first joint to tip, > 0."""
-    steps = np.vstack([chain.translation[1:], chain.tip_translation[None]])
+    way = chain.way(chain.tip_joint)
+    steps = np.vstack([chain.translation[way[1:]], chain.tip_translation[None]])
     size = float(np.linalg.norm(steps, axis=1).sum())
     return size if size > 0.0 else float(np.linalg.norm(chain.translation[0])) or 1.0
 
 
 def radii(chain: Chain) -> FloatArray:
-    """Radius of each joint's barrel, (nv,) [m]: 0.055 size (1 - 0.55 i / nv)."""
-    n = len(chain.names)
-    return np.asarray(THICK * size_of(chain) * (1.0 - TAPER * np.arange(n) / n))
+    """Radius of each joint's barrel, (nv,) [m]: 0.055 size (1 - 0.55 k / n), k of n joints before it."""
+    before = np.array([len(chain.way(i)) - 1 for i in range(len(chain.names))])
+    return np.asarray(THICK * size_of(chain) * (1.0 - TAPER * before / (before.max() + 1)))
 
 
-def arm_parts(chain: Chain) -> tuple[Part, ...]:
-    """All parts of an arm, base to tip, each in the coordinates of its joint's frame."""
+def arm_parts(robot: Robot) -> tuple[Part, ...]:
+    """All parts of a robot, base to tips, each in the coordinates of its joint's frame."""
+    chain = robot.chain
     size, thick = size_of(chain), radii(chain)
     parts = [Part(name="base", kind="base", frame=BASE, mesh=_base(chain, float(thick[0]), size))]
-    ends = [*chain.translation[1:], chain.tip_translation]
-    for i, end in enumerate(ends):
+    tips = [(body, at) for body, _, at in ends_of(robot.model, robot.tips)]
+    ends = [*zip(chain.parent.tolist(), chain.translation, strict=True), *tips]
+    for i in range(robot.nv):
         radius = float(thick[i])
         parts.append(Part(name=f"joint{i}", kind="joint", frame=i, mesh=_joint(chain, i, radius)))
-        link = _link(end, SLIM * radius, size)
+        link = joined([_link(end, SLIM * radius, size) for body, end in ends if body == i])
         if len(link.faces):
             parts.append(Part(name=f"link{i}", kind="link", frame=i, mesh=link))
-    last = len(ends) - 1
-    tip = ball(1.1 * SLIM * float(thick[last]), chain.tip_translation)
-    return (*parts, Part(name="tip", kind="tip", frame=last, mesh=tip))
+    for k, (body, at) in enumerate(tips):
+        tip = ball(1.1 * SLIM * float(thick[body]), at)
+        parts.append(Part(name=f"tip{k or ''}", kind="tip", frame=body, mesh=tip))
+    return tuple(parts)
 
 
 def _joint(chain: Chain, i: int, radius: float) -> Mesh:
@@ -91,8 +96,7 @@ def _link(end: FloatArray, radius: float, size: float) -> Mesh:
 
 
 def _base(chain: Chain, radius: float, size: float) -> Mesh:
-    """A foot plate and what carries the first joint."""
-    first = chain.translation[0]
+    """A foot plate and what carries the first joints."""
     plate = cylinder(2.1 * radius, -0.35 * radius, 0.0, 1.9 * radius)
-    pillar = _link(first, 1.15 * radius, size)
-    return joined([plate, pillar])
+    pillars = [_link(chain.translation[i], 1.15 * radius, size) for i in np.flatnonzero(chain.parent < 0)]
+    return joined([plate, *pillars])
