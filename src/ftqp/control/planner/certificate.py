@@ -18,7 +18,16 @@ from ftqp.kernel.layout.enums import (
     VELOCITY,
     Limit,
 )
-from ftqp.kernel.layout.rows import COMPONENTS, HOLD, KEEP, NOTHING_ASKED, TORQUE, Asked, constraint_owners
+from ftqp.kernel.layout.rows import (
+    COMPONENTS,
+    HOLD,
+    KEEP,
+    NOTHING_ASKED,
+    OWN_ROW,
+    TORQUE,
+    Asked,
+    constraint_owners,
+)
 from ftqp.kernel.layout.thresholds import OUTSIDE_FROM, OUTSIDE_SIGMAS
 from ftqp.model.posture import NEAR_SINGULAR
 
@@ -121,6 +130,9 @@ KEPT = "its plane"
 """What holds a point that is kept on its side of a plane."""
 HELD = "its task on level 0"
 """What holds a frame whose task goes before that of the tip."""
+OWN = "its row"
+"""What holds a row of the user's own."""
+BY = {KEEP: KEPT, HOLD: HELD, OWN_ROW: OWN}
 ACTIVE = 1e-9
 """A multiplier above this share of the largest counts as active. A guess that the tests have not
 contradicted."""
@@ -212,8 +224,8 @@ def obstacles(
         z = float(parts["z"][row])
         if z != 0.0:
             kind, i, name = owners[row]
-            if kind is KEEP or kind is HOLD:
-                found.append((name, KEPT if kind is KEEP else HELD, abs(z)))
+            if kind in BY:
+                found.append((name, BY[kind], abs(z)))
                 continue
             free = kind is TORQUE and int(parts["code"][i]) == FREE
             by_joint = "free-swinging" if free else f"{'upper' if z > 0.0 else 'lower'} {kind.name}"

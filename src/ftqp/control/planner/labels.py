@@ -1,9 +1,10 @@
 """Names of the variables and rows of a planner's QP, as an external solver gets it."""
 
+from ftqp.control.planner.constraint_list import asked_of
 from ftqp.control.planner.planner import Planner
 from ftqp.control.planner.task_list import held_rows
 from ftqp.control.task.task import row_indices
-from ftqp.kernel.layout.rows import COMPONENTS, HOLD, KEEP, constraint_labels
+from ftqp.kernel.layout.rows import COMPONENTS, HOLD, constraint_labels
 
 SCALE = "scale"
 SLACK = "slack "
@@ -21,7 +22,7 @@ def row_labels(planner: Planner) -> tuple[str, ...]:
     """The task rows ``x``, ``rz``, ... of A, then the rows of C, such as ``torque <joint>``."""
     robot = planner.robot
     held = held_rows([task.given for task in planner.tasks.values()])
-    asked = {KEEP.name: tuple(planner.constraints), HOLD.name: held}
+    asked = {**asked_of([one.given for one in planner.constraints.values()]), HOLD.name: held}
     return (
         *_task_rows(planner),
         *constraint_labels(robot.joints, robot.has_inertia, asked),

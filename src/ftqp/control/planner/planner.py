@@ -11,11 +11,11 @@ from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
 from ftqp.control.planner.braking_reserve import braking_reserve
 from ftqp.control.planner.closed_loop import Blocks
+from ftqp.control.planner.constraint_list import Constraint, Constraints, asked_of, listed
 from ftqp.control.planner.degrading import Degrading
 from ftqp.control.planner.filling import filled
 from ftqp.control.planner.free_joint import FreeJoint
 from ftqp.control.planner.given_arrays import converted_tick, is_row, measured_tick, mistake, not_a_target
-from ftqp.control.planner.kept_points import Kept, listed
 from ftqp.control.planner.lead import Lead
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading
 from ftqp.control.planner.one_thread import OneThread, guarded
@@ -35,7 +35,6 @@ from ftqp.control.planner.what_ifs import WhatIfs
 from ftqp.control.task.bounds import Bounds
 from ftqp.control.task.compatibility import refuse
 from ftqp.control.task.emergency import EmergencyStop
-from ftqp.control.task.keep import Keep
 from ftqp.control.task.resolvers import Resolver
 from ftqp.control.task.scheme import Scheme
 from ftqp.control.task.soft_tasks import SoftTask
@@ -47,7 +46,7 @@ from ftqp.faults.belief import Belief
 from ftqp.faults.detection.detector import Detector
 from ftqp.kernel.entry.session import BaseMemory, JointsMemory, PathMemory
 from ftqp.kernel.layout.enums import RELAXED
-from ftqp.kernel.layout.rows import HOLD, KEEP
+from ftqp.kernel.layout.rows import HOLD
 from ftqp.model.robot import Robot
 from ftqp.qp.adapters.backend import Backend
 
@@ -80,10 +79,11 @@ class Planner(PlannerChanges):
         detector: Looks for failures that nobody reports, and makes the planner believe them; None is none.
         plan: One of ``ftqp.analysis.plan`` or ``load_plan``: its postures lead the null space, in the place
             of ``posture``; the scheme is ``rmp`` unless another is named.
-        tasks: That of the tip, if it is not given as ``task``, and up to 8 soft ones, ``ftqp.PositionTask``
-            and others, which share what it leaves of the arm's freedom, as their weights say.
-        constraints: Up to 8 points of the arm that are kept on their side of a plane, ``ftqp.Keep``. They go
-            before the task of the tip.
+        tasks: That of the tip, if it is not given as ``task``, and up to 8 of further frames and joints,
+            ``ftqp.PoseTask``, ``RelativeTask`` and others. Those on level 0 go before it; the others share
+            what it leaves of the arm's freedom, as their weights say.
+        constraints: What goes before the task of the tip: up to 8 points of the arm that are kept on their
+            side of a plane, ``ftqp.Keep``, and up to 8 rows of your own, ``ftqp.Rows``.
 
     Raises:
         InputError: A parameter is wrong, or two of them exclude each other.
@@ -112,12 +112,12 @@ class Planner(PlannerChanges):
         detector: Detector | None = None,
         plan: LeadingPlan | None = None,
         tasks: Sequence[Task | SoftTask] | None = None,
-        constraints: Sequence[Keep] | None = None,
+        constraints: Sequence[Constraint] | None = None,
     ) -> None:
         instance("detector", detector, Detector | None, "an ftqp.Detector or None")
         task, soft = split(task, tasks)
-        keeps = listed(constraints)
-        asked = {KEEP.name: tuple(keep.label for keep in keeps), HOLD.name: held_rows(soft)}
+        given_constraints = listed(constraints)
+        asked = {**asked_of(given_constraints), HOLD.name: held_rows(soft)}
         given = self._given = settled(
             robot, dt, level=level, scheme=scheme, task=task, bounds=bounds, backend=backend, posture=posture,
             torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
@@ -129,12 +129,11 @@ class Planner(PlannerChanges):
             level=level, dt=given.dt, drive=given.drive, noise=given.noise, asked=asked,
         )  # fmt: skip
         self._solver = Solver(self._session, robot, given.task, given.scheme, given.solver)
-        if (soft or keeps) and not self._solver.has_qp:
+        if (soft or given_constraints) and not self._solver.has_qp:
             raise InputError(
                 f"scheme {given.scheme.name!r} solves no QP, so that further tasks and constraints have no "
                 "effect on it; take one that does, for example 'mvn'"
             )
-        self._constraints = Kept(self._session, robot, keeps)
         length = float(self._session.K.task.length)
         self._tasks = TaskList(self._session, robot, soft, level, given.dt, length)
         self._wanted = Wanted(
@@ -148,6 +147,7 @@ class Planner(PlannerChanges):
             Step(self._session, robot.joints, self._said, Named(self._tasks.errors, asked)),
             ArmLoop(self._session, robot.joints),
         )
+        self._constraints = Constraints(self._session, robot, given_constraints, self._loop.stop)
         self._rest, self._timing = Rest(self._session), timing
         self._at_rest = np.zeros(robot.nv)
         kept = given.task.kept_sets
@@ -162,7 +162,7 @@ class Planner(PlannerChanges):
                 self._disbelieve, probing_of(self._session, given, detector),
             )  # fmt: skip
         parts = (
-            self._tasks, self._loop, self._solver, self._leading, degrading, self._free,
+            self._tasks, self._constraints, self._loop, self._solver, self._leading, degrading, self._free,
             StartWatch(self._session.K), self._fault_response,
         )  # fmt: skip
         self._stages = tuple(part.stage for part in parts if part is not None)
@@ -176,6 +176,10 @@ class Planner(PlannerChanges):
         tick = staged(self._ordinary, CLOCK, self._stages)
         alone = tick is self._ordinary and self._solver.is_compiled and not self._timing
         return tick, tick if alone else None
+
+    @property
+    def _calls_python(self) -> bool:
+        return self._tasks.calls_python or self._constraints.calls_python
 
     def stop(self) -> None:
         """Brake every healthy joint from the next step on and hold it, until ``resume`` or ``reset``."""
@@ -239,10 +243,10 @@ class Planner(PlannerChanges):
         Raises:
             InputError: A foreign solver, a plan, or a task that gives rows up.
         """
-        if self._tasks.calls_python:
+        if self._calls_python:
             raise InputError(
-                "a task of LeastSquares asks a Python function in every step, which a batch does not; make a "
-                "planner without it"
+                "ftqp.LeastSquares and ftqp.Rows ask a Python function in every step, which a batch does "
+                "not; make a planner without them"
             )
         if not self._session.K.state.is_reset and self._tasks.begin_where_they_are:
             raise InputError(
@@ -275,7 +279,7 @@ class Planner(PlannerChanges):
         None where a foreign solver or a clock takes part in every tick.
         """
         self._heal()
-        whole = self._solver.is_compiled and not self._timing and not self._tasks.calls_python
+        whole = self._solver.is_compiled and not self._timing and not self._calls_python
         return Blocks(self._session, self._tick, self.robot) if whole else None
 
     @guarded("step")

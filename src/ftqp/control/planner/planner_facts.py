@@ -3,7 +3,7 @@
 from ftqp.control.drive.joint_drive import Drive
 from ftqp.control.drive.noise import Noise
 from ftqp.control.planner.arm_loop import ArmLoop
-from ftqp.control.planner.kept_points import Kept
+from ftqp.control.planner.constraint_list import Constraints
 from ftqp.control.planner.leading_plan import LeadingPlan, PlanLeading, Remaining
 from ftqp.control.planner.planner_view import PlannerView
 from ftqp.control.planner.response.fault_response import FaultResponse
@@ -49,7 +49,7 @@ class PlannerFacts:
     _leading: PlanLeading | None
     _fault_response: FaultResponse | None
     _tasks: TaskList
-    _constraints: Kept
+    _constraints: Constraints
     _wanted: Wanted
 
     robot: Fixed[Robot] = Fixed(
@@ -62,11 +62,11 @@ class PlannerFacts:
     task: Fixed[Task] = Fixed("_given.task", "Which rows of the pose are followed, and how.", ANEW)
     tasks: Fixed[TaskList] = Fixed(
         "_tasks",
-        "The soft tasks by name; their weights and targets may be changed between steps.",
+        "The further tasks by name; their weights and targets may be changed between steps.",
         ANEW,
     )
-    constraints: Fixed[Kept] = Fixed(
-        "_constraints", "The points that are kept on their side of a plane, by name.", ANEW
+    constraints: Fixed[Constraints] = Fixed(
+        "_constraints", "Points that are kept on their side of a plane, and rows of your own, by name.", ANEW
     )
     scheme: Fixed[Scheme | Resolver] = Fixed("_given.scheme", "What the arm does with its redundancy.", ANEW)
     bounds: Fixed[Bounds] = Fixed("_given.bounds", "How limits become intervals.", ANEW)

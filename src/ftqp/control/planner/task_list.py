@@ -13,6 +13,7 @@ from ftqp.control.planner.wanted import Start, Wanted
 from ftqp.control.task.soft_tasks import (
     AXES,
     FIRST,
+    LAST,
     AxisTask,
     CentreOfMass,
     JointTask,
@@ -80,7 +81,7 @@ def rows_of(task: SoftTask) -> int:
         case PositionTask() | CentreOfMass():
             return sum(1 << AXES.index(row) for row in task.rows)
         case AxisTask():
-            return 7
+            return 0b111 if task.level == LAST else 0b11  # as equations those across the axis
         case LeastSquares():
             return (1 << task.rows) - 1
         case _:
@@ -366,7 +367,7 @@ def _moving_pose(what: str, value: Any) -> FloatArray:
     """A pose by rows, its twist and its acceleration, (28,), of a target or of a pose that does not move."""
     if not isinstance(value, Target | Targets):
         return np.concatenate([pose(value, what).ravel(), STILL])
-    row = value.packed[value.row]
+    row = np.atleast_2d(value.packed)[value.row]
     if row[TARGET_HAS_ROTATION] <= 0.0 or not np.isfinite(row[: TARGET_ACCELERATION + 6]).all():
         raise InputError(f"{what} has no rotation or is not finite, expected ftqp.Target(pose=...)")
     parts = ((TARGET_POSE, 16), (TARGET_TWIST, 6), (TARGET_ACCELERATION, 6))

@@ -83,7 +83,19 @@ HOLD = RowKind(
     most=HELD_ROWS,
 )
 
-ROW_KINDS: tuple[RowKind, ...] = (TORQUE, KEEP, HOLD)
+OWN_ROWS = 8
+"""The most rows of the user's own. A convention, which sizes memory."""
+OWN_ROW = RowKind(
+    name="row",
+    unit="1",
+    sliding_unit="1",
+    symmetric=False,
+    needs_inertia=False,
+    module="own_rows",
+    most=OWN_ROWS,
+)
+
+ROW_KINDS: tuple[RowKind, ...] = (TORQUE, KEEP, HOLD, OWN_ROW)
 """The kinds in the order in which their rows stand in C.
 
 Torque rows are the first: that of joint i, which is an equality when the joint swings freely, is row i.

@@ -226,6 +226,22 @@ def _feed_back(K: Any, t: int, k: int) -> float:
 
 
 @jit
+def _two_of_three(K: Any, t: int) -> None:
+    """The rows of an axis along two directions across it, in place of three that depend on each other."""
+    terms, rows, asked = K.terms, K.terms.rows_of, K.terms.asked[t]
+    a0, a1, a2 = turned(K.kinematics, terms.body[t], terms.axis[t])
+    u0, u1, u2 = cross(a0, a1, a2, 1.0, 0.0, 0.0) if abs(a0) < 0.6 else cross(a0, a1, a2, 0.0, 1.0, 0.0)
+    length = sqrt(u0 * u0 + u1 * u1 + u2 * u2)
+    u0, u1, u2 = u0 / length, u1 / length, u2 / length
+    w0, w1, w2 = cross(a0, a1, a2, u0, u1, u2)
+    for j in range(K.chain.n):
+        x0, x1, x2 = rows[0, j], rows[1, j], rows[2, j]
+        rows[0, j], rows[1, j] = u0 * x0 + u1 * x1 + u2 * x2, w0 * x0 + w1 * x1 + w2 * x2
+    x0, x1, x2 = asked[0], asked[1], asked[2]
+    asked[0], asked[1] = u0 * x0 + u1 * x1 + u2 * x2, w0 * x0 + w1 * x1 + w2 * x2
+
+
+@jit
 def term_rows(K: Any, t: int) -> None:
     """Rows of one further task into ``rows_of``, error, and what they are asked for, in metres.
 
@@ -249,12 +265,28 @@ def term_rows(K: Any, t: int) -> None:
     elif kind == MASS:
         _follow_mass(K, t)
     for k in range(6):
-        if terms.rows[t] & (1 << k):
+        if terms.rows[t] & (1 << k) or (kind == AXIS and k < 3):
             asked[k] = _feed_back(K, t, k)
             if k >= 3:
                 asked[k] *= terms.length
                 for j in range(n):
                     rows[k, j] *= terms.length
+    if kind == AXIS and terms.hard[t]:
+        _two_of_three(K, t)
+
+
+@jit
+def error_of(terms: Any, t: int) -> tuple[float, float]:
+    """How far a further task is from its target over the rows that it asks for [m, rad]."""
+    squares = turns = 0.0
+    for k in range(6):
+        if terms.rows[t] & (1 << k) or (terms.kind[t] == AXIS and k < 3):
+            e = terms.error[t, k]
+            if k < 3 and terms.kind[t] != AXIS:
+                squares += e * e
+            else:
+                turns += e * e
+    return sqrt(squares), sqrt(turns)
 
 
 @jit

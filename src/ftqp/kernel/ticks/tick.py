@@ -47,6 +47,7 @@ from ftqp.kernel.layout.enums import (
 from ftqp.kernel.rows.constraint_rows import add_constraints, stood_at_torque_limit
 from ftqp.kernel.rows.drive import add_drive
 from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, prescribed_motion, sort_joints
+from ftqp.kernel.rows.further_tasks import error_of
 from ftqp.kernel.rows.inertial_target import follow_base, reduce_by_lead
 from ftqp.kernel.rows.joint_intervals import intervals
 from ftqp.kernel.rows.joint_reference import aim_at_reference, joint_objective
@@ -63,11 +64,18 @@ contradicted."""
 
 
 @jit
-def _emergency(task: Any, watch: Any, feedback: Any, kinematics: Any) -> bool:
-    """Latch when the reference's error is beyond its threshold and has risen on ``stop_samples`` ticks."""
+def _emergency(task: Any, watch: Any, feedback: Any, kinematics: Any, terms: Any) -> bool:
+    """Latch when the reference's error is beyond its threshold and has risen on ``stop_samples`` ticks.
+
+    Errors of tasks that go before the tip's count as its own.
+    """
     e, r = task.position_error, task.rotation_error
     if feedback.displaced or feedback.late > 0.0 or feedback.latency > 0:
         e, r = norms(task, kinematics, task.error)
+    for t in range(terms.count):
+        if terms.hard[t] and terms.weight[t] > 0.0:
+            position, rotation = error_of(terms, t)
+            e, r = max(e, position), max(r, rotation)
     beyond = (e > watch.stop_position and e > watch.last_position_error) or (
         r > watch.stop_rotation and r > watch.last_rotation_error
     )
@@ -179,7 +187,7 @@ def _may_go_on(K: Any, valid: bool) -> bool:
     pose_error(K)
     see_error(K.task, K.feedback, K.kinematics, K.past)
     displace(K.task, K.feedback)
-    return not _emergency(K.task, K.watch, K.feedback, K.kinematics) or _stop(K)
+    return not _emergency(K.task, K.watch, K.feedback, K.kinematics, K.terms) or _stop(K)
 
 
 @jit
@@ -195,7 +203,7 @@ def _may_go_on_by_the_clock(K: Any, valid: bool) -> bool:
     else:
         return _refuse_target(K)
     displace(K.task, K.feedback)
-    return not _emergency(K.task, K.watch, K.feedback, K.kinematics) or _stop(K)
+    return not _emergency(K.task, K.watch, K.feedback, K.kinematics, K.terms) or _stop(K)
 
 
 @jit
@@ -207,7 +215,7 @@ def _may_go_on_as_measured(K: Any, valid: bool) -> bool:
     for k in range(6):
         K.task.seen[k] = K.task.error[k]
     K.task.position_error, K.task.rotation_error = norms(K.task, K.kinematics, K.task.error)
-    return not _emergency(K.task, K.watch, K.feedback, K.kinematics) or _stop(K)
+    return not _emergency(K.task, K.watch, K.feedback, K.kinematics, K.terms) or _stop(K)
 
 
 @jit

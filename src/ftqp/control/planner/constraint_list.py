@@ -1,0 +1,179 @@
+"""A planner's list of constraints: points that are kept on their side of a plane, and rows of one's own."""
+
+import logging
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
+from ftqp.control.planner.step_parts import Reference
+from ftqp.control.task.keep import Keep
+from ftqp.control.task.own_rows import Rows
+from ftqp.core.errors import InputError, nearest
+from ftqp.kernel.entry.session import Session
+from ftqp.kernel.layout.rows import KEEP, KEEPS, OWN_ROW, OWN_ROWS, Asked
+from ftqp.model.body_frames import mount_of
+from ftqp.model.robot import Robot
+
+_LOG = logging.getLogger(__name__)
+Constraint = Keep | Rows
+
+
+def listed(constraints: Any) -> tuple[Constraint, ...]:
+    """The constraints that a planner was given.
+
+    Raises:
+        InputError: This is no list of them, too many, or two of one name.
+    """
+    if constraints is None:
+        return ()
+    if isinstance(constraints, Keep | Rows | str | Mapping) or not isinstance(constraints, Sequence):
+        what = type(constraints).__name__
+        raise InputError(f"constraints is {what}, expected a list, [ftqp.Keep(...), ...]")
+    for one in constraints:
+        if not isinstance(one, Keep | Rows):
+            raise InputError(f"constraints has {type(one).__name__}, expected ftqp.Keep or ftqp.Rows")
+    names = [one.label for one in constraints]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"two things are called {twice!r}; give the constraint another name=")
+    keeps, rows = planes_of(constraints), sum(one.rows for one in own_of(constraints))
+    if len(keeps) > KEEPS:
+        raise InputError(f"constraints has {len(keeps)} points to keep, expected at most {KEEPS}")
+    if rows > OWN_ROWS:
+        raise InputError(f"constraints has {rows} rows of your own, expected at most {OWN_ROWS}")
+    return tuple(constraints)
+
+
+def planes_of(constraints: Sequence[Constraint]) -> tuple[Keep, ...]:
+    """Those that keep a point on its side of a plane."""
+    return tuple(one for one in constraints if isinstance(one, Keep))
+
+
+def own_of(constraints: Sequence[Constraint]) -> tuple[Rows, ...]:
+    """Those that are rows of the user's own."""
+    return tuple(one for one in constraints if isinstance(one, Rows))
+
+
+def asked_of(constraints: Sequence[Constraint]) -> Asked:
+    """Names of their rows, by kind."""
+    own = [f"{one.label} {k}" for one in own_of(constraints) for k in range(one.rows)]
+    return {KEEP.name: tuple(one.label for one in planes_of(constraints)), OWN_ROW.name: own}
+
+
+class KeptPoint(NamedTuple):
+    """A point that is kept.
+
+    Attributes:
+        given: As it was asked for.
+        distance: From its plane, into the free side, before the last step [m].
+    """
+
+    given: Keep
+    distance: float
+
+
+class OwnRows(NamedTuple):
+    """Rows of the user's own.
+
+    Attributes:
+        given: As they were asked for.
+        failed: Why nothing is known of them any more, so that the arm was stopped; empty while they are good.
+    """
+
+    given: Rows
+    failed: str
+
+
+@final
+class Constraints(Mapping[str, KeptPoint | OwnRows]):
+    """The constraints of a planner by name.
+
+    Args:
+        session: The planner's, whose record they are written into.
+        robot: The arm.
+        constraints: As they were given.
+        stop: What stops the arm.
+
+    Raises:
+        InputError: An unknown frame, one that does not move, or the name of a joint.
+    """
+
+    def __init__(
+        self, session: Session, robot: Robot, constraints: Sequence[Constraint], stop: Callable[[], object]
+    ) -> None:
+        self._room, self._stop = session.K.keeps, stop
+        self._given: dict[str, Constraint] = {one.label: one for one in constraints}
+        self._own, self._failed = own_of(constraints), dict.fromkeys(self._given, "")
+        places = (("state", name) for name in ("q_command", "v_command", "a_command"))
+        self._seen = Reference(*(session.view(*place)[: robot.nv] for place in places))
+        keeps = planes_of(constraints)
+        self._at = {keep.label: at for at, keep in enumerate(keeps)}
+        for at, keep in enumerate(keeps):
+            if keep.label in robot.joints and keep.name is not None:
+                raise InputError(f"two things are called {keep.label!r}; give the constraint another name=")
+            body, T = mount_of(robot, keep.frame)
+            if body < 0:
+                raise InputError(f"frame {keep.frame!r} of {keep.label} does not move with any joint")
+            room = self._room
+            room.body[at], room.place[at] = body, T[:3, :3] @ keep.point + T[:3, 3]
+            room.normal[at], room.offset[at], room.brake[at] = keep.normal, keep.offset, keep.braking
+        room, at = self._room, 0
+        room.count, room.own = len(keeps), sum(one.rows for one in self._own)
+        self._rows = []
+        for own in self._own:
+            part = slice(at, at + own.rows)
+            self._rows.append((room.own_C[part, : robot.nv], room.own_l[part], room.own_u[part]))
+            at += own.rows
+
+    @property
+    def stage(self) -> Stage:
+        """What they do in a planner's life."""
+        fill = self._fill if self._own else None
+        return Stage(ticks=(CLOCK, FREE, *LED) if self._own else (), before=fill)
+
+    @property
+    def calls_python(self) -> bool:
+        """Whether a tick needs the interpreter."""
+        return bool(self._own)
+
+    def _fill(self) -> None:
+        """Ask the user's functions for their rows; one that fails has none in this tick and stops the arm."""
+        for one, (C, l, u) in zip(self._own, self._rows, strict=True):
+            C[:], l[:], u[:], why = 0.0, -np.inf, np.inf, ""
+            try:
+                one.fill(self._seen, C, l, u)
+            except (
+                Exception
+            ) as error:  # the user's function may raise anything
+                why = f"{type(error).__name__}: {error}"[:200]
+            if not (why or (np.isfinite(C).all() and (l <= u).all())):
+                why = "numbers that are not finite, or l > u"
+            if why:
+                C[:], l[:], u[:] = 0.0, -np.inf, np.inf
+                if not self._failed[one.label]:
+                    _LOG.warning("constraint %s failed, and the arm is stopped: %s", one.label, why)
+                self._stop()
+            self._failed[one.label] = why
+
+    def __getitem__(self, name: str) -> KeptPoint | OwnRows:
+        try:
+            one = self._given[name]
+        except (KeyError, TypeError):
+            known = ", ".join(self._given) or "none"
+            raise InputError(
+                f"there is no constraint {name!r:.60}{nearest(str(name), self._given)}; there are: {known}"
+            ) from None
+        if isinstance(one, Rows):
+            return OwnRows(one, self._failed[name])
+        return KeptPoint(one, float(self._room.distance[self._at[name]]))
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._given
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._given)
+
+    def __len__(self) -> int:
+        return len(self._given)

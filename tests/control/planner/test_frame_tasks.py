@@ -1,0 +1,398 @@
+"""Tasks of further frames, on trees: their rows against pinocchio, what goes first, and wrong ones."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import ftqp
+from ftqp.core.errors import InputError
+
+LEVELS = ("acceleration", "velocity")
+DT = 1e-3
+HANDS = ("left_hand", "right_hand")
+GRIP = ftqp.RelativeTask("right_hand", "left_hand", level=0, name="grip")
+
+
+BOTH = ftqp.robots.load("dual_panda")
+RNG = np.random.default_rng(7)
+Q = BOTH.neutral + RNG.uniform(-0.2, 0.2, 14)
+V = RNG.uniform(-0.3, 0.3, 14)
+
+
+def first_tick(tasks, level, **settings):
+    """The QP of the first tick of a moving arm."""
+    planner = ftqp.Planner(BOTH, DT, level=level, torque_limits=False, tasks=tasks, **settings)
+    planner.reset(Q, V)
+    planner.step(Q, V, ftqp.Target(pose=BOTH.pose(Q)))
+    return planner._session.K
+
+
+def frame(name):
+    """Pose, Jacobian and Jdot v of a frame at (Q, V), by pinocchio."""
+    model = BOTH.model
+    data, number = model.createData(), model.getFrameId(name)
+    pin.forwardKinematics(model, data, Q, V, np.zeros(14))
+    pin.updateFramePlacements(model, data)
+    J = pin.computeFrameJacobian(model, data, Q, number, pin.LOCAL_WORLD_ALIGNED)
+    drift = pin.getFrameClassicalAcceleration(model, data, number, pin.LOCAL_WORLD_ALIGNED).vector
+    return data.oMf[number], J, drift
+
+
+def at_point(pose, J, drift, place):
+    """The same of another point of that body."""
+    r = place - pose.translation
+    w, spun = J[3:] @ V, drift.copy()
+    shifted = J.copy()
+    shifted[:3] -= pin.skew(r) @ J[3:]
+    spun[:3] += np.cross(drift[3:], r) + np.cross(w, np.cross(w, r))
+    return shifted, spun
+
+
+def right_side(level, J, error, drift, kp, kv, rate=0.0, ahead=0.0):
+    if level == "velocity":
+        return rate + kp * error
+    return ahead + kp * error + kv * (rate - J @ V) - drift
+
+
+def close(found, expected):
+    assert np.abs(found - expected).max() <= 1e-11 * max(1.0, np.abs(expected).max())
+
+
+GOAL = pin.SE3(pin.exp3(np.array([0.4, 2.0, -0.7])), np.array([0.4, -0.2, 0.5]))
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("rows", ["pose", "orientation", ("z", "rx", "y")])
+def test_a_pose_is_the_term_that_pinocchio_says(level, rows):
+    task = ftqp.PoseTask("right_hand", rows=rows, target=GOAL, weight=3.0, kp=7.0, kv=4.0)
+    made = [first_tick(tasks, level) for tasks in ([task], [ftqp.PostureTask(weight=0.0)])]
+    (H, g), (H0, g0) = (
+        (K.qp.H[:14, :14].copy() if K.qp.dense else np.diag(K.qp.H_diagonal[:14]), K.qp.g[:14].copy())
+        for K in made
+    )
+    T, J, drift = frame("right_hand")
+    error = np.r_[GOAL.translation - T.translation, pin.log3(GOAL.rotation @ T.rotation.T)]
+    names = ("x", "y", "z", "rx", "ry", "rz")
+    asked = {"pose": names, "orientation": names[3:]}.get(rows, rows)
+    keep = [k for k, name in enumerate(names) if name in asked]
+    scale = np.r_[np.ones(3), np.full(3, BOTH.length)]
+    A = (scale[:, None] * J)[keep]
+    b = (scale * right_side(level, J, error, drift, 7.0, 4.0))[keep]
+    close(H - H0, 3.0 * A.T @ A)
+    close(g - g0, -3.0 * A.T @ b)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_a_pose_in_another_frame_is_the_rows_that_pinocchio_says(level):
+    """The goal is a place of the other body, so that the rows are those of two points of two bodies."""
+    task = ftqp.RelativeTask("right_hand", "left_hand", level=0, target=GOAL, kp=5.0, kv=2.0)
+    K = first_tick([task], level)
+    (T, J, drift), (S, J_other, drift_other) = frame("right_hand"), frame("left_hand")
+    goal = S * GOAL
+    J_other, drift_other = at_point(S, J_other, drift_other, goal.translation)
+    error = np.r_[goal.translation - T.translation, pin.log3(goal.rotation @ T.rotation.T)]
+    rows, moves = J - J_other, drift - drift_other
+    scale = np.r_[np.ones(3), np.full(3, BOTH.length)]
+    first = int(K.qp.nc) - 6
+    assert first == 14, "torque rows come before"
+    close(K.qp.C[first : first + 6, :14], scale[:, None] * rows)
+    close(K.terms.asked[0], scale * right_side(level, rows, error, moves, 5.0, 2.0))
+
+
+def test_rows_of_a_relative_pose_are_the_derivative_of_its_error():
+    task = ftqp.RelativeTask("right_hand", "left_joint4", level=0, target=GOAL, name="held")
+    h, errors = 1e-6, []
+    K = first_tick([task], "velocity")
+    for sign in (-1.0, 1.0):
+        q = Q + sign * h * V
+        planner = ftqp.Planner(BOTH, DT, level="velocity", tasks=[task])
+        planner.reset(q, V)
+        errors.append(planner.step(q, V, ftqp.Target(pose=BOTH.pose(q))).tasks["held"].error.copy())
+    slope = (errors[1] - errors[0]) / (2.0 * h)
+    rows = K.qp.C[14:17, :14] @ V
+    assert slope[:3] == pytest.approx(-rows, abs=1e-6)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_a_target_that_moves_is_followed_without_lag(level):
+    """Twist and acceleration of a target go ahead of its pose, on level 0 as for the tip."""
+    path = ftqp.paths.Circle(BOTH.pose(Q, "right_hand"), radius=0.03, duration=4.0)
+    samples = path.sample(np.arange(4000) * DT)
+    targets = ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
+    planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.PoseTask("right_hand", level=0)])
+    planner.reset(Q)
+    q, still = Q, ftqp.Target(pose=BOTH.pose(Q))
+    for k in range(2000):
+        step = planner.step(q, None, {"tip": still, "right_hand": targets.at(k)})
+        assert step.status is ftqp.StepStatus.OK
+        q = step.q.copy()
+    assert np.abs(step.tasks["right_hand"].error).max() < 2e-5
+    assert np.abs(BOTH.pose(q) - still.pose).max() < 2e-5
+    assert planner.tasks["right_hand"].target == pytest.approx(samples.pose[1999], abs=1e-12)
+
+
+def carried(planner, lock=None, steps=1500, way=(-0.1, 0.0, 0.1)):
+    """Two hands carry a bar along a line: the last step, the worst slip, and the load's error at last [m]."""
+    q = BOTH.neutral.copy()
+    planner.reset(q)
+    T0, bar = BOTH.pose(q), np.linalg.solve(BOTH.pose(q, HANDS[0]), BOTH.pose(q, HANDS[1]))
+    slip, T = 0.0, T0
+    for k in range(steps):
+        if lock is not None and k == 300:
+            planner.report(ftqp.Locked(lock))
+        s = min(k / (0.7 * steps), 1.0)
+        T = T0.copy()
+        T[:3, 3] += np.array(way) * (10 * s**3 - 15 * s**4 + 6 * s**5)
+        step = planner.step(q, None, ftqp.Target(pose=T))
+        assert (step.q >= BOTH.limits.q_min - 1e-9).all() and (step.q <= BOTH.limits.q_max + 1e-9).all()
+        assert (np.abs(step.v) <= BOTH.limits.v_max + 1e-9).all()
+        q = step.q.copy()
+        if k % 20 == 0:
+            held = np.linalg.solve(BOTH.pose(q, HANDS[0]), BOTH.pose(q, HANDS[1]))
+            slip = max(slip, np.linalg.norm((held - bar)[:3, 3]))
+    return step, slip, np.linalg.norm((BOTH.pose(q) - T)[:3, 3])
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("lock", [None, 2, 11])
+def test_when_a_joint_locks_the_load_goes_on_and_the_grip_does_not_slip(level, lock):
+    planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.Task("pose", mode="scaled"), GRIP])
+    step, slip, left = carried(planner, lock)
+    assert slip < 1e-5 and left < 1e-3
+    assert step.status is ftqp.StepStatus.OK
+
+
+def test_where_both_cannot_be_the_load_gives_way_and_the_grip_is_kept():
+    """Both elbows locked: thirteen equations for twelve joints."""
+    planner = ftqp.Planner(BOTH, DT, level="velocity", tasks=[ftqp.Task("pose"), GRIP], emergency=None)
+    planner.reset(BOTH.neutral)
+    for joint in (3, 10):
+        planner.report(ftqp.Locked(joint))
+    step, slip, left = carried(planner, 5)
+    assert slip < 1e-5 < 1e-3 < left
+    assert step.status is ftqp.StepStatus.RELAXED
+    assert any(bound.joint.startswith("grip") for bound in step.certificate.obstacles)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_a_stop_brings_both_arms_to_rest_and_keeps_the_grip(level):
+    planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.Task("pose"), GRIP])
+    q = BOTH.neutral.copy()
+    planner.reset(q)
+    bar = np.linalg.solve(BOTH.pose(q, HANDS[0]), BOTH.pose(q, HANDS[1]))
+    T = BOTH.pose(q)
+    for k in range(900):
+        if k == 300:
+            planner.stop()
+        T[:3, 3] += np.array([-0.2, 0.0, 0.2]) * DT * min(1.0, k / 200)
+        step = planner.step(q, None, ftqp.Target(pose=T))
+        q = step.q.copy()
+    assert step.status is ftqp.StepStatus.STOPPED and np.abs(step.v).max() < 1e-9
+    held = np.linalg.solve(BOTH.pose(q, HANDS[0]), BOTH.pose(q, HANDS[1]))
+    assert np.linalg.norm((held - bar)[:3, 3]) < 1e-4
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_what_is_out_of_reach_on_level_0_leaves_limits_kept_and_the_arm_at_rest(level):
+    away = BOTH.pose(BOTH.neutral, "right_hand")
+    away[:3, 3] += (0.0, -3.0, 0.0)
+    reach = ftqp.PoseTask("right_hand", level=0, target=away)
+    planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.Task("pose"), reach])
+    q, still = BOTH.neutral.copy(), ftqp.Target(pose=BOTH.pose(BOTH.neutral))
+    planner.reset(q)
+    for _ in range(3000):
+        step = planner.step(q, None, still)
+        assert (step.q >= BOTH.limits.q_min - 1e-9).all() and (step.q <= BOTH.limits.q_max + 1e-9).all()
+        assert (np.abs(step.v) <= BOTH.limits.v_max + 1e-9).all()
+        q = step.q.copy()
+    assert step.status is ftqp.StepStatus.STOPPED and np.abs(step.v).max() < 1e-9
+
+
+@pytest.mark.parametrize("backend", ["proxqp", "osqp", "daqp", "quadprog"])
+def test_every_backend_keeps_the_same_grip(backend):
+    found = [carried(
+        ftqp.Planner(BOTH, DT, level="velocity", backend=one, tasks=[ftqp.Task("pose"), GRIP]), steps=300
+    ) for one in ("active_set", backend)]  # fmt: skip
+    assert found[0][0].q == pytest.approx(found[1][0].q, abs=1e-4) and found[1][1] < 1e-4
+
+
+def test_a_weight_of_0_leaves_a_task_of_level_0_out_and_the_qp_keeps_its_size():
+    planner = ftqp.Planner(BOTH, DT, level="velocity", tasks=[ftqp.Task("pose"), GRIP])
+    planner.reset(Q)
+    still = ftqp.Target(pose=BOTH.pose(Q))
+    planner.step(Q, None, still)
+    rows = int(planner._session.K.qp.nc)
+    planner.tasks["grip"].weight = 0.0
+    step = planner.step(Q, None, still)
+    assert int(planner._session.K.qp.nc) == rows and step.status is ftqp.StepStatus.OK
+    assert np.isinf(planner._session.K.qp.u[rows - 6 : rows]).all()
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_an_axis_looks_at_a_frame_that_moves(level):
+    """An axis of the left hand points at the right one, which goes round a circle."""
+    q = BOTH.neutral.copy()
+    left, right = BOTH.pose(q), BOTH.pose(q, "right_hand")
+    axis = left[:3, :3].T @ (right[:3, 3] - left[:3, 3] + np.array([0.1, 0.1, 0.1]))
+    look = ftqp.AxisTask("left_hand", axis=axis, towards="right_hand", name="look", level=0)
+    hand = ftqp.PoseTask("right_hand", rows="position", level=0)
+    planner = ftqp.Planner(BOTH, DT, level=level, tasks=[ftqp.Task("position"), hand, look])
+    planner.reset(q)
+    circle = ftqp.paths.Circle(right, radius=0.05, duration=4.0)
+    samples = circle.sample(np.maximum(np.arange(4000) - 1000, 0) * DT)
+    targets = ftqp.Targets(samples.pose, samples.twist, samples.acceleration)
+    tip = ftqp.Target(position=left[:3, 3])
+    for k in range(4000):
+        step = planner.step(q, None, {"tip": tip, "right_hand": targets.at(k)})
+        assert k < 1500 or np.linalg.norm(step.tasks["look"].error) < 2e-3
+        q = step.q.copy()
+    T, other = BOTH.pose(q), BOTH.pose(q, "right_hand")[:3, 3]
+    sight = (other - T[:3, 3]) / np.linalg.norm(other - T[:3, 3])
+    assert T[:3, :3] @ axis / np.linalg.norm(axis) @ sight > 1.0 - 1e-5
+    assert np.linalg.norm(other - samples.pose[-1][:3, 3]) < 1e-4 > np.linalg.norm(T[:3, 3] - left[:3, 3])
+
+
+WRONG = [
+    (lambda: ftqp.PoseTask("a", level=1), "level of a is 1, expected 0 or 2; level 1 is that"),
+    (lambda: ftqp.PoseTask("a", level=3), "level of a is 3, expected 0 or 2"),
+    (lambda: ftqp.PoseTask("a", level=True), "level of a is True, expected 0 or 2"),
+    (lambda: ftqp.PoseTask("a", weight=-1.0), "weight of a is -1, expected >= 0"),
+    (lambda: ftqp.PoseTask("a", weight=np.nan), "weight of a is nan, expected a finite number"),
+    (lambda: ftqp.PoseTask("a", rows="pos"), r"rows of a is 'pos' \(did you mean 'pose'"),
+    (lambda: ftqp.PoseTask("a", rows=("x", "x")), "rows of a is .* expected names among x, y, z"),
+    (lambda: ftqp.PoseTask("a", target=np.eye(3)), r"target of a has shape \(3, 3\)"),
+    (lambda: ftqp.PoseTask("a", target=2.0 * np.eye(4)), "target of a has a rotation part that is not"),
+    (lambda: ftqp.RelativeTask("a", "a"), "a to a is relative to itself; expected another frame"),
+    (lambda: ftqp.RelativeTask("a", "b", rows=("x",)), "rows of a to b is .* expected one of pose, position"),
+    (lambda: ftqp.PostureTask(level=0), "PostureTask draws joints and cannot be on level 0"),
+    (lambda: ftqp.AxisTask("a", towards="a"), "a axis points at its own frame"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("make", "sentence"), WRONG)
+def test_wrong_tasks_are_one_sentence(make, sentence):
+    with pytest.raises(InputError, match=sentence):
+        make()
+
+
+LISTS = [
+    ([ftqp.PoseTask("right_hand", level=0), ftqp.PositionTask("right_hand", level=0, name="again")],
+     "right_hand and again are both on level 0 and ask the same of frame 'right_hand'"),
+    ([ftqp.PoseTask("right_hnd")], r"frame is 'right_hnd' \(did you mean 'right_hand'"),
+    ([ftqp.RelativeTask("right_hand", "nowhere")], "frame is 'nowhere'"),
+    ([ftqp.PoseTask("universe")], "frame 'universe' of universe does not move with any joint"),
+    ([ftqp.PoseTask("right_hand", level=0), ftqp.PoseTask("right_joint4", level=0),
+      ftqp.CentreOfMass(level=0)], "tasks on level 0 have 15 rows, expected at most 12"),
+    ([ftqp.PoseTask("left_hand")], "two tasks are called 'left_hand'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("tasks", "sentence"), LISTS)
+def test_wrong_lists_are_one_sentence(tasks, sentence):
+    with pytest.raises(InputError, match=sentence):
+        ftqp.Planner(BOTH, tasks=tasks)
+
+
+def test_wrong_targets_are_one_sentence_and_change_nothing():
+    planner = ftqp.Planner(BOTH, tasks=[ftqp.PoseTask("right_hand"), GRIP])
+    planner.reset(Q)
+    still, before = ftqp.Target(pose=BOTH.pose(Q)), planner.tasks["grip"].target.copy()
+    for targets, sentence in [
+        ({"right_joint4": np.eye(4)}, "there is no task 'right_joint4'"),
+        ({"right_hand": np.eye(3)}, r"target of right_hand has shape \(3, 3\)"),
+        ({"right_hand": ftqp.Target(position=np.zeros(3))}, "target of right_hand has no rotation"),
+        ({"grip": np.full((4, 4), np.nan)}, "target of grip"),
+    ]:
+        with pytest.raises(InputError, match=sentence):
+            planner.step(Q, None, {"tip": still, **targets})
+    assert np.array_equal(planner.tasks["grip"].target, before)
+    with pytest.raises(InputError, match="grip has no velocity"):
+        planner.tasks["grip"].velocity = np.zeros(6)
+    bar = np.linalg.solve(BOTH.pose(Q, HANDS[0]), BOTH.pose(Q, HANDS[1]))
+    assert before == pytest.approx(bar, abs=1e-12)
+
+
+def test_rows_of_ones_own_are_kept_before_the_task():
+    """The left shoulder turns no faster than a tenth of the right one."""
+
+    def fill(state, C, l, u):
+        C[0, 0], C[0, 7], u[0] = 1.0, -0.1, 0.0
+
+    planner = ftqp.Planner(
+        BOTH, DT, level="velocity", constraints=[ftqp.Rows(1, fill, name="ratio")],
+        tasks=[ftqp.Task("pose"), GRIP], emergency=None,
+    )  # fmt: skip
+    q = BOTH.neutral.copy()
+    planner.reset(q)
+    T, pressed = BOTH.pose(q), 0
+    for _ in range(400):
+        T[:3, 3] += np.array([0.0, 0.1, 0.0]) * DT
+        step = planner.step(q, None, ftqp.Target(pose=T))
+        assert step.v[0] - 0.1 * step.v[7] <= 1e-9
+        pressed += "ratio 0 its row" in step.limits_active
+        q = step.q.copy()
+    assert pressed > 100 and planner.constraints["ratio"].failed == ""
+
+
+def raises(state, C, l, u):
+    raise KeyError("no cable length")
+
+
+def writes_nan(state, C, l, u):
+    C[0, 0] = np.nan
+
+
+def crosses(state, C, l, u):
+    l[0], u[0] = 1.0, 0.0
+
+
+def writes_another_shape(state, C, l, u):
+    C[:] = np.zeros(3)
+
+
+@pytest.mark.parametrize(("fill", "why"), [
+    (raises, "KeyError: 'no cable length'"), (writes_nan, "not finite"), (crosses, "l > u"),
+    (writes_another_shape, "ValueError"),
+])  # fmt: skip
+@pytest.mark.parametrize("level", LEVELS)
+def test_rows_that_fail_while_running_stop_the_arm_and_say_why(level, fill, why):
+    told = []
+
+    def good_at_first(state, C, l, u):
+        told.append(state.q.copy())
+        if len(told) > 100:
+            fill(state, C, l, u)
+
+    planner = ftqp.Planner(
+        BOTH, DT, level=level, constraints=[ftqp.Rows(1, good_at_first)], tasks=[ftqp.Task("pose")]
+    )
+    q = BOTH.neutral.copy()
+    planner.reset(q)
+    T = BOTH.pose(q)
+    for k in range(600):
+        T[:3, 3] += np.array([0.0, 0.1, 0.0]) * DT
+        step = planner.step(q, None, ftqp.Target(pose=T))
+        assert step.status is ftqp.StepStatus.OK or k >= 100
+        q = step.q.copy()
+    assert step.status is ftqp.StepStatus.STOPPED and np.abs(step.v).max() < 1e-9
+    assert why in planner.constraints["rows"].failed
+
+
+def test_an_interrupt_in_rows_of_ones_own_goes_through():
+    def interrupted(state, C, l, u):
+        raise KeyboardInterrupt
+
+    planner = ftqp.Planner(BOTH, constraints=[ftqp.Rows(1, interrupted)])
+    planner.reset(Q)
+    with pytest.raises(KeyboardInterrupt):
+        planner.step(Q, None, ftqp.Target(pose=BOTH.pose(Q)))
+
+
+@pytest.mark.parametrize(("constraints", "sentence"), [
+    ([ftqp.Rows(5, raises, name="a"), ftqp.Rows(4, raises, name="b")], "9 rows of your own, expected at"),
+    ([ftqp.Rows(1, raises), ftqp.Rows(1, raises)], "two things are called 'rows'"),
+    ([ftqp.Task()], "constraints has Task, expected ftqp.Keep or ftqp.Rows"),
+])  # fmt: skip
+def test_wrong_lists_of_constraints_are_one_sentence(constraints, sentence):
+    with pytest.raises(InputError, match=sentence):
+        ftqp.Planner(BOTH, constraints=constraints)
