@@ -201,7 +201,7 @@ def test_a_joint_without_torque_that_stands_counts_as_locked() -> None:
 
 
 def test_an_arm_without_masses_counts_every_failed_joint_as_locked() -> None:
-    assert fault_of(finding("degraded", share=0.5), has_inertia=False) == ftqp.Locked("j")
+    assert fault_of(finding("degraded", share=0.5), may_swing=False) == ftqp.Locked("j")
 
 
 def test_the_detector_counts_on_a_load_that_the_planner_carries() -> None:

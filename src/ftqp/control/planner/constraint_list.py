@@ -144,9 +144,7 @@ class Constraints(Mapping[str, KeptPoint | OwnRows]):
             C[:], l[:], u[:], why = 0.0, -np.inf, np.inf, ""
             try:
                 one.fill(self._seen, C, l, u)
-            except (
-                Exception
-            ) as error:  # the user's function may raise anything
+            except Exception as error:  # the user's function may raise anything
                 why = f"{type(error).__name__}: {error}"[:200]
             if not (why or (np.isfinite(C).all() and (l <= u).all())):
                 why = "numbers that are not finite, or l > u"

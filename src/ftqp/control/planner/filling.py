@@ -94,5 +94,6 @@ def filled(
     K.gate.lead = gains.pop("lead")
     for name, value in gains.items():
         setattr(feedback, name, value)
+    K.keeps.asked = sum(len(names) for names in asked.values())
     K.cascade.p = len(constraint_owners(robot.joints, robot.has_inertia, asked))
     return session

@@ -121,7 +121,7 @@ class Planner(PlannerChanges):
         given = self._given = settled(
             robot, dt, level=level, scheme=scheme, task=task, bounds=bounds, backend=backend, posture=posture,
             torque_limits=torque_limits, emergency=emergency, branch_limits=branch_limits, drive=drive,
-            noise=noise, plan=plan, asks=any(asked.values()),
+            noise=noise, plan=plan,
         )  # fmt: skip
         robot, self._inside = given.robot, OneThread()
         self._session = filled(

@@ -93,7 +93,6 @@ def settled(
     drive: Drive | str | Mapping[str, Any],
     noise: Noise | None,
     plan: LeadingPlan | None = None,
-    asks: bool = False,
 ) -> Settings:
     """The arguments of a ``Planner``, checked in their order; see there.
 
@@ -154,12 +153,11 @@ def settled(
         solver=solver,
         backend=name,
         limits_torque=limits_torque,
-        dynamic=limits_torque or asks or torque_drive or criterion.needs_inertia,
+        dynamic=limits_torque or torque_drive or criterion.needs_inertia,
         on_demand=(
             name == IN_KERNEL
             and not criterion.needs_inertia
             and task.mode != "lexicographic"
-            and not asks
             and not torque_drive
         ),
         plan=plan,

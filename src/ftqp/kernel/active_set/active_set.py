@@ -81,7 +81,7 @@ def _start(Q: Any, warm: int) -> tuple[int, int]:
     for k in range(n + Q.nc):
         Q.active[k] = 0
     q = 0
-    if not Q.dense and m <= n and enter_task_rows(Q):
+    if m <= n and enter_task_rows(Q):
         q = m
     else:
         for k in range(m):

@@ -222,31 +222,47 @@ def enter(Q: Any, q: int, code: int, side: int, lam: float) -> bool:
 
 @jit
 def enter_task_rows(Q: Any) -> bool:
-    """All task rows into an empty working set, for a diagonal H; False when one depends on the others.
+    """All task rows into an empty working set; False when one depends on the others.
 
-    G = A H^-1 A' + compliance is computed from A itself, so that nothing waits for V to reach memory.
+    For a diagonal H, G = A H^-1 A' + compliance is computed from A itself, so that nothing waits for V to reach
+    memory; else column by column of V, whose rows do not wait for each other.
     """
     n, m = Q.nx, Q.meq
     for k in range(m):
         Q.code[k], Q.side[k], Q.lam[k] = k, 0, 0.0
         row = Q.A[k]
-        G = Q.G[k]
-        for j in range(k + 1):
-            other = Q.A[j]
-            s = 0.0
-            for i in range(n):
-                s += row[i] * other[i] * Q.inverse[i]
-            G[j] = s
-        G[k] += Q.soft[k]
         t = Q.b[k]
         for i in range(n):
             t -= row[i] * Q.x_free[i]
         Q.t[k] = t
-    for k in range(m):
-        row = Q.A[k]
-        V = Q.V[k]
+    if Q.dense:
         for i in range(n):
-            V[i] = row[i] * Q.root[i]
+            L = Q.L_H[i]
+            works = 0.0 if Q.root[i] == 0.0 else L[i]
+            for k in range(m):
+                V = Q.V[k]
+                s = Q.A[k, i]
+                for j in range(i):
+                    s -= L[j] * V[j]
+                V[i] = s * works
+        for k in range(m):
+            _gram_row(Q, k, Q.soft[k])
+    else:
+        for k in range(m):
+            row = Q.A[k]
+            G = Q.G[k]
+            for j in range(k + 1):
+                other = Q.A[j]
+                s = 0.0
+                for i in range(n):
+                    s += row[i] * other[i] * Q.inverse[i]
+                G[j] = s
+            G[k] += Q.soft[k]
+        for k in range(m):
+            row = Q.A[k]
+            V = Q.V[k]
+            for i in range(n):
+                V[i] = row[i] * Q.root[i]
     for k in range(m):
         if not _factor_row(Q, k, Q.soft[k]):
             return False

@@ -40,6 +40,8 @@ def check_solution(task: Any, cascade: Any, qp: Any, scratch: Any) -> bool:
     cascade.residual_task = worst / (1.0 + size)
     worst = 0.0
     for j in range(qp.nc):
+        if qp.l[j] == -inf and qp.u[j] == inf:
+            continue
         s = 0.0
         for i in range(n):
             s += qp.C[j, i] * qp.x[i]

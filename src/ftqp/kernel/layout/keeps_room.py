@@ -9,10 +9,11 @@ def keeps_fields(N: int) -> Fields:
 
     ``body``: the joint whose frame the point ``place`` moves with; ``normal``'p >= ``offset`` is its side,
     along W; ``brake``: how hard the arm can brake it there [m/s2]; ``distance``: as of the last tick [m].
-    ``own_C``, ``own_l``, ``own_u``: the rows of the user's own, ``own`` of them.
+    ``asked``: how many rows the planner asks for, those of tasks included. ``own_C``, ``own_l``, ``own_u``:
+    the rows of the user's own, ``own`` of them.
     """
     return [
-        *scalars("i8", "count own"),
+        *scalars("i8", "asked count own"),
         *integers({"body": (KEEPS,)}),
         *floats(dict.fromkeys(("offset", "brake", "distance"), (KEEPS,))),
         *floats(dict.fromkeys(("place", "normal"), (KEEPS, 3))),

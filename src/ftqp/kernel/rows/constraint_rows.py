@@ -2,13 +2,14 @@
 
 from functools import reduce
 from importlib import import_module
+from math import inf
 from typing import Any
 
 from ftqp.kernel.arm.dynamics import dynamics
 from ftqp.kernel.arm.kinematics import motion
 from ftqp.kernel.arm.newton_euler import torques_of
 from ftqp.kernel.arm.torque_bound import torque_bound
-from ftqp.kernel.jit import jit, rare_jit
+from ftqp.kernel.jit import jit, part_jit, rare_jit
 from ftqp.kernel.layout.enums import VELOCITY
 from ftqp.kernel.layout.rows import ROW_KINDS, RowKind
 from ftqp.kernel.maths.elementary import any_of, select
@@ -37,6 +38,8 @@ def _then(first: Any, kind: RowKind) -> Any:
 
 fill_all: Any = reduce(_then, ROW_KINDS, _nothing)
 """All rows of C, kind by kind."""
+fill_asked: Any = reduce(_then, [kind for kind in ROW_KINDS if kind.most is not None], _nothing)
+"""The rows that a planner asks for, behind those of joints."""
 
 
 @rare_jit
@@ -51,11 +54,22 @@ def add_constraints(K: Any) -> None:
     K.qp.nc = fill_all(K, 0)
 
 
+@part_jit
+def add_asked_rows(K: Any) -> None:
+    """The rows of C that the planner asks for, in their places; those of torques, before them, are open."""
+    qp = K.qp
+    qp.rigid = K.chain.n if K.chain.has_inertia else 0
+    for i in range(qp.rigid):
+        qp.l[i], qp.u[i] = -inf, inf
+    qp.nc = fill_asked(K, qp.rigid)
+
+
 @jit
 def stood_at_torque_limit(Q: Any) -> bool:
-    """Whether rows of C are in the working set from which the next solve starts; Q is as the last left it."""
+    """Whether torque rows are in the working set from which the next solve starts, as the last left it."""
+    first = Q.meq + Q.nx
     for k in range(Q.warm):
-        if Q.warm_code[k] >= Q.meq + Q.nx:
+        if first <= Q.warm_code[k] < first + Q.rigid:
             return True
     return False
 

@@ -15,6 +15,7 @@ from ftqp.kernel.arm.pose_error import rotation_vector
 from ftqp.kernel.jit import jit, part_jit
 from ftqp.kernel.layout.enums import ACCELERATION
 from ftqp.kernel.layout.terms_room import AXIS, FRAME, JOINT_PLACES, MASS, OWN
+from ftqp.kernel.maths.side_by_side import WIDTH, numbers, put, several, sum_of
 from ftqp.kernel.maths.trigonometry import sin_cos
 from ftqp.kernel.maths.vectors import cross
 
@@ -217,9 +218,10 @@ def _feed_back(K: Any, t: int, k: int) -> float:
     pull = 0.0 if stops else terms.kp[t] * terms.error[t, k]
     if state.level != ACCELERATION:
         return rate + pull
-    moving = 0.0
-    for j in range(K.chain.n):
-        moving += terms.rows_of[k, j] * state.v[j]
+    products = 0.0
+    for at in range(0, K.chain.n, WIDTH):
+        products = products + several(terms.rows_of[k], at) * several(state.v, at)
+    moving = sum_of(products)
     ahead = 0.0 if stops else terms.rate_change[t, k]
     asked: float = terms.b[t, k] + ahead + pull + terms.kv[t] * (rate - moving)
     return asked
@@ -249,9 +251,9 @@ def term_rows(K: Any, t: int) -> None:
     """
     terms, n = K.terms, K.chain.n
     kind, rows, asked = terms.kind[t], terms.rows_of, terms.asked[t]
-    for k in range(6):
-        for j in range(n):
-            rows[k, j] = 0.0
+    for k in range(3 if terms.rows[t] & TURNS == 0 else 6):
+        for at in range(0, n, WIDTH):
+            put(rows[k], at, 0.0 * numbers(at))
     if kind == OWN:
         for k in range(terms.m[t]):
             asked[k] = terms.b[t, k]
@@ -293,8 +295,8 @@ def error_of(terms: Any, t: int) -> tuple[float, float]:
 def _couple(qp: Any, n: int) -> None:
     """H as a whole, of an objective that was a diagonal so far."""
     for i in range(n):
-        for j in range(n):
-            qp.H[i, j] = 0.0
+        for at in range(0, n, WIDTH):
+            put(qp.H[i], at, 0.0 * numbers(at))
         qp.H[i, i] = qp.H_diagonal[i]
     qp.dense = 1
 
@@ -306,8 +308,8 @@ def _add_row(qp: Any, n: int, row: Any, b: float, weight: float) -> None:
         c = weight * row[i]
         if c != 0.0:
             qp.g[i] -= c * b
-            for j in range(n):
-                qp.H[i, j] += c * row[j]
+            for at in range(0, n, WIDTH):
+                put(qp.H[i], at, several(qp.H[i], at) + c * several(row, at))
 
 
 @jit

@@ -4,6 +4,7 @@ from math import inf
 from typing import Any
 
 from ftqp.kernel.jit import jit
+from ftqp.kernel.maths.side_by_side import WIDTH, put, several
 from ftqp.kernel.rows.further_tasks import term_rows
 
 
@@ -24,8 +25,8 @@ def fill(K: Any, at: int) -> int:
             if terms.rows[t] & (1 << k) == 0:
                 continue
             row, rows = qp.C[at], terms.rows_of[k]
-            for j in range(n):
-                row[j] = rows[j]
+            for at_joint in range(0, n, WIDTH):
+                put(row, at_joint, several(rows, at_joint))
             row[n] = 0.0
             qp.l[at] = qp.u[at] = terms.asked[t, k]
             if terms.weight[t] == 0.0:

@@ -44,7 +44,7 @@ from ftqp.kernel.layout.enums import (
     STOPPED_BY_ERROR,
     TORQUE_DRIVE,
 )
-from ftqp.kernel.rows.constraint_rows import add_constraints, stood_at_torque_limit
+from ftqp.kernel.rows.constraint_rows import add_asked_rows, add_constraints, stood_at_torque_limit
 from ftqp.kernel.rows.drive import add_drive
 from ftqp.kernel.rows.failed_joints import any_instant_lock, lock_instantly, prescribed_motion, sort_joints
 from ftqp.kernel.rows.further_tasks import error_of
@@ -156,6 +156,8 @@ def _limit(K: Any) -> None:
     K.kinematics.has_dynamics = 0
     if K.limits.dynamic and (not K.limits.on_demand or stood_at_torque_limit(K.qp)):
         add_constraints(K)
+    elif K.keeps.asked > 0:
+        add_asked_rows(K)
 
 
 @rare_jit

@@ -235,7 +235,7 @@ class FaultResponse:
             _LOG.warning("%s The arm is stopped.", finding.sentence)
             self._loop.lose_sensor(i)
             return
-        fault = fault_of(finding, has_inertia=self._robot.has_inertia, stands=stands)
+        fault = fault_of(finding, may_swing=self._robot.has_inertia and self._robot.is_serial, stands=stands)
         _LOG.warning("%s The planner counts on it from now on: %s.", finding.sentence, fault.happens)
         if "runaway" in finding.kinds:
             self._loop.ask_for_brake(i)
@@ -281,7 +281,7 @@ def is_harmless(finding: Finding, *, servo: bool, stands: bool) -> bool:
     return servo or len(kinds) > 1
 
 
-def fault_of(finding: Finding, *, has_inertia: bool = True, stands: bool = False) -> Fault:
+def fault_of(finding: Finding, *, may_swing: bool = True, stands: bool = False) -> Fault:
     """The fault that a planner believes after a finding; of several kinds the one that does least harm.
 
     A joint that does not move is locked, whatever holds it: a brake, or friction where it has no torque. One
@@ -289,12 +289,13 @@ def fault_of(finding: Finding, *, has_inertia: bool = True, stands: bool = False
 
     Args:
         finding: What was found, not of a sensor alone.
-        has_inertia: Whether the arm has masses; without them every failed joint counts as locked.
+        may_swing: Whether the planner serves free-swinging joints of this arm, which has masses and no
+            branches; of another one every failed joint counts as locked.
         stands: Whether the joint has hardly moved for some 50 ms.
     """
     kinds, joint = finding.kinds, finding.joint
     held = stands and "free_swinging" in kinds
-    if kinds & {"locked", "runaway"} or held or not has_inertia:
+    if kinds & {"locked", "runaway"} or held or not may_swing:
         return Locked(joint)
     if kinds == {"free_swinging"}:
         return FreeSwinging(joint)

@@ -53,8 +53,9 @@ def wrist_height(robot: Robot) -> float:
     The last axis must meet the middle one there, and the first one, too: then they meet at every posture.
 
     Raises:
-        InputError: fewer than four joints, or last three that form no spherical wrist.
+        InputError: fewer than four joints, branches, or last three that form no spherical wrist.
     """
+    robot.refuse_tree("approximate_pseudoinverse needs")
     chain = robot.chain
     reason = ""
     if robot.nv < 4:
