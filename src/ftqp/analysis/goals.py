@@ -132,7 +132,11 @@ def robot_session(
         limited: Whether joints that turn have their limits; without, their values count modulo one turn.
         step: Largest step of a traced curve [rad or m].
         axis: Whether rx and ry are the shortest turn of the tool's z axis.
+
+    Raises:
+        InputError: The robot has branches.
     """
+    robot.refuse_tree("a study of an arm's postures needs")
     limits, slides = robot.limits, robot.chain.prismatic
     kept = slides | limited
     low, high = np.where(kept, limits.q_min, -np.inf), np.where(kept, limits.q_max, np.inf)

@@ -45,7 +45,7 @@ class PlanarLinks:
         chain = robot.chain
         offsets = np.vstack([chain.translation, chain.tip_translation])
         lengths = links_of(chain.rotation, offsets, chain.prismatic)
-        if lengths is None or robot.nv < 2:
+        if lengths is None or robot.nv < 2 or not robot.is_serial:
             return None
         scale, base = float(lengths.mean()), offsets[0, :2].copy()
         offsets[0] = 0.0

@@ -6,7 +6,16 @@ from typing import Any, Self, final
 import numpy as np
 
 from ftqp.core.errors import InputError
-from ftqp.faults.kinds import RESETS, Degraded, Fault, FreeSwinging, Locked, not_served, refuse_unknown
+from ftqp.faults.kinds import (
+    RESETS,
+    SWINGS,
+    Degraded,
+    Fault,
+    FreeSwinging,
+    Locked,
+    not_served,
+    refuse_unknown,
+)
 from ftqp.kernel.layout.enums import BRAKING, FREE, HEALTHY, INSTANT, LOCKED
 from ftqp.model.robot import Robot
 
@@ -50,7 +59,7 @@ class Belief:
 
         Raises:
             InputError: The joint is unknown, this is no fault, or a joint is to swing freely of a robot
-                without inertia.
+                without inertia or with branches.
         """
         refuse_unknown(fault)
         i = self._robot.joint(fault.joint)
@@ -60,8 +69,10 @@ class Belief:
                 "is unknown; give the model its masses, or report ftqp.Locked"
             )
         match fault:
-            case Locked() | FreeSwinging():
+            case Locked():
                 pass
+            case FreeSwinging():
+                self._robot.refuse_tree(SWINGS)
             case Degraded():
                 self._range(i, fault)
             case _:

@@ -196,6 +196,21 @@ class Robot(Readers):
         h = pin.nonLinearEffects(self.model, data, self.configuration(q), speed)
         return np.asarray(h + self.viscous * speed)
 
+    def refuse_tree(self, what: str) -> None:
+        """Refuses a robot whose joints are not all on the way to its tip.
+
+        Args:
+            what: What serves serial arms only, the beginning of the sentence, such as ``coverage needs``.
+
+        Raises:
+            InputError: The robot is not serial.
+        """
+        if not self.is_serial:
+            raise InputError(
+                f"{what} one serial arm, but {self.name} has joints beside the way to its tip {self.tip!r}; "
+                "read it with that tip alone"
+            )
+
     def _frame(self, name: str | None) -> int:
         return frame_id(self.model, self.tip) if name is None else named_frame(self.model, name)
 

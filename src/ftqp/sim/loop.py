@@ -16,6 +16,7 @@ from ftqp.control.planner.status import StepStatus
 from ftqp.core import clock
 from ftqp.core.checks import FloatArray, instance, positive
 from ftqp.core.errors import FtqpError, InputError, unknown
+from ftqp.faults.kinds import SWINGS, FreeSwinging
 from ftqp.sim.base.moving_world import MovingWorld
 from ftqp.sim.block_runner import BlockRunner
 from ftqp.sim.leader import leader_along
@@ -146,6 +147,8 @@ class Simulation:
         self._schedule = Schedule() if schedule is None else schedule
         for event in self._schedule:
             robot.joint(event.fault.joint)
+            if isinstance(event.fault, FreeSwinging) and event.told is not None:
+                robot.refuse_tree(SWINGS)
         self._plant = KinematicPlant(robot, planner.dt, planner.level) if plant is None else plant
         if self._plant.drive is not None and self._plant.drive != planner.drive.kind:
             raise InputError(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from tests.sim.export.conftest import COUNT, DT, NAMES, numbers, signals
 
+import ftqp
 from ftqp.control.planner.status import STATUSES
 from ftqp.core.errors import InputError
 from ftqp.model.robot import Robot
@@ -141,6 +142,22 @@ def test_frames_lead_from_the_world_to_the_tip(bag, arm):
         )
         found = np.linalg.multi_dot([pose_of(frame.transform) for frame in frames[1:]])
         np.testing.assert_allclose(found, arm.pose(q[k]), rtol=0.0, atol=1e-14)
+
+
+def test_frames_of_a_robot_with_two_tips_lead_to_both(tmp_path):
+    robot = ftqp.robots.load("dual_panda")
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.05, duration=0.1)
+    planner = ftqp.Planner(robot, dt=5e-3)
+    ftqp.Simulation(planner, path, q=robot.neutral, log=tmp_path / "log.sqlite").run()
+    exported(tmp_path / "log.sqlite", tmp_path / "bag", robot)
+    messages, q = read(tmp_path / "bag")["/tf"], ftqp.load_log(tmp_path / "log.sqlite")["q"]
+    assert len(messages) == len(q)
+    for (_, message), row in zip(messages, q, strict=True):
+        placed = {"base": np.eye(4)}
+        for frame in message.transforms:
+            placed[frame.child_frame_id] = placed[frame.header.frame_id] @ pose_of(frame.transform)
+        for tip in robot.tips:
+            np.testing.assert_allclose(placed[tip], robot.pose(row, tip), rtol=0.0, atol=1e-14)
 
 
 def test_description_is_the_arm_and_is_kept_for_late_comers(bag, arm, folder):

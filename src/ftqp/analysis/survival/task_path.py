@@ -149,6 +149,7 @@ def task_path(
             joints, or the start is elsewhere or outside the limits.
     """
     instance("robot", robot, Robot, "a Robot")
+    robot.refuse_tree("a study of failures along a path needs")
     names, axis = task_rows(robot, rows)
     start = None if q0 is None else robot.angles(q0)
     if isinstance(path, Path):
