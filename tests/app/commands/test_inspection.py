@@ -158,3 +158,13 @@ def test_survival_says_where_each_joint_can_be_lost(tmp_path: Path) -> None:
     assert 0.0 <= found["pose"]["any_joint"] <= min(found["pose"]["per_joint"].values())
     said = invoke("panda", "--survival", "--out", tmp_path / "words").output
     assert "whichever joint locks" in " ".join(said.split())
+
+
+def test_several_tips_are_given_with_commas_and_the_first_is_judged(tmp_path: Path) -> None:
+    file = tmp_path / "dual.urdf"
+    file.write_text(ftqp.robots.load("dual_panda").to_urdf(), encoding="utf-8")
+    found = facts(tmp_path, file, "--tip", "left_hand,right_hand")
+    assert (found["tip"], found["tips"]) == ("left_hand", ["left_hand", "right_hand"])
+    assert (len(found["joints"]), found["base_to_tip"], found["redundancy"]["pose"]) == (14, 7, 1)
+    result = invoke(file, "--tip", "left_hand,right_hand", "--out", tmp_path / "told")
+    assert "7 of 14 joints from base to left_hand" in " ".join(result.output.split())

@@ -215,11 +215,12 @@ def inspect(
         str, typer.Argument(metavar="FILE|ROBOT", help="A URDF or MJCF file, or a robot of the catalog.")
     ],
     tip: Annotated[
-        str | None, typer.Option(metavar="FRAME", help="The controlled frame; the only end if left out.")
+        str | None,
+        typer.Option(metavar="FRAME,...", help="The controlled frame, or several; the only end if left out."),
     ] = None,
     locked: Annotated[
         str | None,
-        typer.Option(metavar="A,B,...", help="Joints to hold; those off the chain are held anyway."),
+        typer.Option(metavar="A,B,...", help="Joints to hold; those on the way to no tip are held anyway."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -234,9 +235,11 @@ def inspect(
     from ftqp.app.commands import inspection
     from ftqp.app.run.runs import free_folder
 
-    held = [] if locked is None else [name.strip() for name in locked.split(",") if name.strip()]
+    tips, held = (
+        [name.strip() for name in (given or "").split(",") if name.strip()] for given in (tip, locked)
+    )
     folder = free_folder(out, f"inspect-{Path(source).stem}")
-    return inspection.inspect(source, tip, held, folder, as_json=as_json, survival=survival)
+    return inspection.inspect(source, tips, held, folder, as_json=as_json, survival=survival)
 
 
 @app.command(epilog="Example: ftqp report runs/circle runs/circle-daqp -o circle.html")

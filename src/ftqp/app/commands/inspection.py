@@ -23,7 +23,7 @@ LIMITS = ("q_min", "q_max", "v_max", "a_max", "j_max", "tau_max")
 NUMBERS = (*LIMITS, "a by torque", "neutral", "gravity", "of tau_max")
 
 
-def robot_of(source: str, tip: str | None, locked: list[str]) -> Robot:
+def robot_of(source: str, tips: list[str], locked: list[str]) -> Robot:
     """The robot of the catalog, or that of a URDF or MJCF file.
 
     Raises:
@@ -34,18 +34,18 @@ def robot_of(source: str, tip: str | None, locked: list[str]) -> Robot:
     if not file.exists() and file.suffix.lower() not in (".urdf", ".xml", ".mjcf"):
         if source.partition("(")[0] not in catalog.names():
             raise unknown("robot or file", source, "ftqp", catalog.names())
-        if tip is not None or locked:
+        if tips or locked:
             raise InputError(
                 f"{source} is a robot of the catalog, which has its tip; leave --tip, --locked out"
             )
         return catalog.load(source)
     head = file.read_bytes()[:4096].decode("utf-8", "replace") if file.is_file() else ""
     read = Robot.from_mjcf if "<mujoco" in head else Robot.from_urdf
-    return read(file, tip, locked)
+    return read(file, None, locked, tips or None)
 
 
 def inspect(
-    source: str, tip: str | None, locked: list[str], folder: Path, *, as_json: bool, survival: bool = False
+    source: str, tips: list[str], locked: list[str], folder: Path, *, as_json: bool, survival: bool = False
 ) -> ExitCode:
     """Say what an arm is and draw it into ``folder``; with ``survival`` also where locks are survived.
 
@@ -53,7 +53,7 @@ def inspect(
         InputError: An unknown robot, file, tip or joint.
         ModelError: The robot is unsafe; the error carries every finding.
     """
-    robot = robot_of(source, tip, locked)
+    robot = robot_of(source, tips, locked)
     found = facts(robot, "file" if Path(source).is_file() else "catalog")
     if survival:
         found["survival"] = _survival(robot, found["possible"])
@@ -79,12 +79,13 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
         if robot.has_inertia
         else np.full(robot.nv, np.nan)
     )
-    tasks = _tasks(robot)
+    tasks, way = _tasks(robot), len(robot.chain.way(robot.chain.tip_joint))
     by_task = {name: locks(robot, rows) for name, rows in tasks.items()}
     return {
         "robot": robot.name,
         "tip": robot.tip,
-        "base_to_tip": robot.nv,
+        "tips": list(robot.tips),
+        "base_to_tip": way,
         "rows": list(robot.default_rows),
         "has_inertia": robot.has_inertia,
         "length": robot.length,
@@ -95,7 +96,7 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
         "sigma_min": least_singular_value(J),
         "sigma_min_share": least_singular_value(J) / robot.length,
         "gravity_margin": float(1.0 - share.max()) if robot.has_inertia else None,
-        "redundancy": {name: robot.nv - len(rows) for name, rows in tasks.items()},
+        "redundancy": {name: way - len(rows) for name, rows in tasks.items()},
         "possible": {name: result.possible for name, result in by_task.items()},
         "structural": {
             name: list(result.fatal) if result.possible else [] for name, result in by_task.items()
@@ -199,9 +200,9 @@ def _tell(found: dict[str, Any]) -> None:
     left = [f"{task} left" for task in found["redundancy"]]
     left += [f"{task} survived" for task in survived]
     heads = ("", "joint", "kind", *NUMBERS, "friction", "rotor", *left)
-    title = (
-        f"{found['robot']}: {found['base_to_tip']} joints from base to {found['tip']} [rad, m, s, N m, kg m2]"
-    )
+    count, way = len(found["joints"]), found["base_to_tip"]
+    beside = "" if count == way else f" of {count}"
+    title = f"{found['robot']}: {way}{beside} joints from base to {found['tip']} [rad, m, s, N m, kg m2]"
     tell_table(title, heads, rows, numbers=(*NUMBERS, "rotor", *left))
     tell("")
     for line in _sentences(found):

@@ -25,7 +25,11 @@ from ftqp.model.shape import reach_of
 if TYPE_CHECKING:
     from ftqp.analysis.planning.fault_plan import Plan
 
-SOURCES = {"name": ("options",), "dh": ("convention",), "urdf": ("tip", "locked"), "mjcf": ("tip", "locked")}
+SOURCES = {
+    "name": ("options",),
+    "dh": ("convention",),
+    **dict.fromkeys(("urdf", "mjcf"), ("tip", "tips", "locked")),
+}
 """Keys of ``[robot]`` that fit each kind of source ..."""
 WITH_ANY = ("acceleration", "limits", "payload", "tool", "viscous", "coulomb")
 """... and those that fit every one."""
@@ -71,9 +75,10 @@ def _loaded(table: RobotTable, folder: File, limits: dict[str, Any]) -> Robot:
         return catalog.load(table.name, **options).with_limits(**limits)
     if table.dh is not None:
         return Robot.from_dh(table.dh, table.convention or "standard", limits=limits)
+    ends = (table.tip, table.locked or (), table.tips)
     if table.urdf is not None:
-        return Robot.from_urdf(folder / table.urdf, table.tip, table.locked or (), limits=limits)
-    return Robot.from_mjcf(folder / str(table.mjcf), table.tip, table.locked or (), limits=limits)
+        return Robot.from_urdf(folder / table.urdf, *ends, limits=limits)
+    return Robot.from_mjcf(folder / str(table.mjcf), *ends, limits=limits)
 
 
 def detector(given: Options[Detector] | None, folder: File) -> Detector | None:
@@ -125,10 +130,12 @@ def shoulder(arm: Robot) -> tuple[FloatArray, float] | None:
     The height of the second joint along the axis of the first is no part of the reach.
     """
     chain = arm.chain
-    if chain.prismatic[0]:
+    way = chain.way(chain.tip_joint)
+    first = way[0]
+    if chain.prismatic[first]:
         return None
-    height = [*chain.translation[1:], chain.tip_translation][0][2]
-    return chain.translation[0] + height * chain.rotation[0][:, 2], reach_of(chain, arm.limits)
+    height = [*chain.translation[way[1:]], chain.tip_translation][0][2]
+    return chain.translation[first] + height * chain.rotation[first][:, 2], reach_of(chain, arm.limits)
 
 
 def refuse_out_of_reach(arm: Robot, way: Path) -> None:

@@ -79,6 +79,9 @@ class RobotTable(Table):
         choices=("standard", "modified"),
     )
     tip: str | None = setting(None, "the frame that carries out the task; needed with urdf and mjcf")
+    tips: tuple[str, ...] | None = setting(
+        None, "in place of tip, several frames whose joints stay; the first carries out the path's task"
+    )
     locked: tuple[str, ...] | None = setting(
         None, "joints held at their neutral position, for example fingers"
     )
