@@ -5,6 +5,7 @@ import pytest
 from tests.model.random_robots import random_robot
 
 import ftqp
+from ftqp.model.serial import Inertial
 from ftqp.sim.plants.arm_model import Arm
 from ftqp.viz.live.frame import DrawnArm
 
@@ -115,3 +116,18 @@ def test_drawn_arms_and_records_are_where_the_model_is():
     for i, name in enumerate(robot.joints):
         np.testing.assert_allclose(poses[i, :3, 3], robot.pose(q, name)[:3, 3], atol=1e-12)
     np.testing.assert_allclose(Arm(robot).tip(q), robot.pose(q), atol=1e-12)
+
+
+@pytest.mark.parametrize("arm", ["panda", "dual_panda"])
+def test_arm_and_base_make_up_for_each_other(arm):
+    body = Inertial(mass=60.0, com=np.zeros(3), inertia=np.diag([3.0, 3.0, 4.0]))
+    robot = ftqp.robots.load(arm).on_planar_base(v_max=[0.5, 0.5, 1.0], a_max=[1.0, 1.0, 2.0], inertial=body)
+    path = ftqp.paths.Circle(robot.pose(robot.neutral), 0.3, duration=12.0)
+    for joint, still in (("base_x", True), (robot.joints[6], False)):
+        planner = ftqp.Planner(robot, dt=4e-3)
+        lock = ftqp.Schedule([ftqp.FaultEvent(ftqp.Locked(joint), 3.0)])
+        found = ftqp.Simulation(planner, path, q=robot.neutral, schedule=lock, log="memory").run()
+        assert found.completed
+        assert found.log["position_error"].max() < 5e-3
+        assert (np.ptp(found.log["q"][-500:, 0]) == 0.0) == still
+        assert np.ptp(found.log["q"][:, :2], axis=0).max() > 0.2
