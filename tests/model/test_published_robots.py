@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif(
 MOVING = ("revolute", "continuous", "prismatic")
 NO_ARM = "no joint that moves|there are no links"
 ZERO = "cannot move: both limits are 0", "zero velocity limit"
-"""What files hold that is refused whatever the tip: no joints that move, nothing at all, or limits of zero."""
+"""What files hold that is refused whatever the tip: no joints, nothing at all, or limits of zero."""
 PARTLY = "joints move; expected 1 to", "mimics", "not positive definite", "negative principal moment"
 """Why not all ends of a file can be tips at once."""
 
