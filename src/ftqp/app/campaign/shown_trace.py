@@ -72,11 +72,20 @@ def _deceleration(setup: Setup, joint: int, fault: object) -> float:
 
 
 def model_file(setup: Setup) -> ModelFile:
-    """The arm as the checker reads it, from its URDF."""
+    """The arm as the checker reads it, from its URDF.
+
+    Raises:
+        InputError: A reader of URDF sorts the joints of several arms in another way than the robot.
+    """
     robot = setup.robot
-    return ModelFile.read(
-        robot.to_urdf(), link_names(robot.joints, robot.tips)[robot.nv + 1], gravity=robot.chain.gravity
-    )
+    tip = link_names(robot.joints, robot.tips)[robot.nv + 1]
+    found = ModelFile.read(robot.to_urdf(), tip, gravity=robot.chain.gravity)
+    if found.names != robot.joints:
+        raise InputError(
+            f"the checker reads the joints of {robot.name} in another order, {', '.join(found.names)}; name "
+            "those of its arms so that they sort as they stand"
+        )
+    return found
 
 
 def _sent(setup: Setup, log: Log) -> tuple[FloatArray, FloatArray]:

@@ -101,9 +101,10 @@ def _with_robot(found: document.Document, robot: Robot, name: str) -> document.D
 def _rows(robot: Robot) -> Any:
     """The largest task that leaves the arm a joint to spare, or takes all that it has."""
     J = robot.jacobian(robot.neutral)
+    moving = int(J.any(axis=0).sum())
     for rows, count in (("pose", 6), ("position", 3)):
         values = np.linalg.svd(J[:count], compute_uv=False)
-        if robot.nv > count and values[-1] > RANK * values[0]:
+        if moving > count and values[-1] > RANK * values[0]:
             return rows
     return ["x", "y"]
 
