@@ -136,5 +136,5 @@ def test_joint_beside_the_chain_hangs_on_its_own_parent() -> None:
 
 
 def test_more_than_32_joints_are_refused() -> None:
-    with pytest.raises(ModelError, match="33 joints move; expected 1 to 32; hold others"):
-        chain_of(random_model(np.random.default_rng(0), 33), "tip")
+    with pytest.raises(ModelError, match="65 joints move; expected 1 to 64; hold others"):
+        chain_of(random_model(np.random.default_rng(0), 65), "tip")

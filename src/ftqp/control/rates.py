@@ -37,7 +37,7 @@ def resolve_rates(
     ``docs/theory/singularities.md``.
 
     Args:
-        J: The Jacobian, (m, n), linear rows first; at most 6 rows and 32 columns.
+        J: The Jacobian, (m, n), linear rows first; at most 6 rows and 64 columns.
         xdot: The task velocity, (m,) [m/s, rad/s].
         locked: 0-based columns of the joints that have failed.
         locked_rates: Rates of those joints, one each [rad/s or m/s]; None holds them still.

@@ -18,6 +18,8 @@ ALIGNED = {
 }
 """Rotations whose third column is the x, y or z axis: they turn a joint to its own z axis."""
 
+FREE_BASE = ("float_x", "float_y", "float_z", "float_yaw", "float_pitch", "float_roll")
+"""The joints that ``Robot.on_free_base`` puts before those of a robot; no motor moves them."""
 UNIT = 1e-9
 """Largest deviation from one of the length of an axis."""
 
@@ -33,6 +35,7 @@ class Chain:
         names: Joint names, base to tips.
         parent: The joint that each hangs on, lower than itself; -1 is the base, (nv,).
         tip_joint: The joint that the tip moves with.
+        floating: How many joints from the first on have no motor, those of a base that floats: 6 or 0.
         prismatic: Whether the joint slides, (nv,).
         continuous: Whether the joint turns without limits and pinocchio stores it as (cos, sin), (nv,).
         rotation: Orientation of joint frame i in that of its parent at q = 0, (nv, 3, 3).
@@ -52,6 +55,7 @@ class Chain:
     names: tuple[str, ...]
     parent: IntArray
     tip_joint: int
+    floating: int
     prismatic: BoolArray
     continuous: BoolArray
     rotation: FloatArray
@@ -122,7 +126,7 @@ def chain_of(model: Any, tip: str, *others: str) -> Chain:
     further tips, which joints have to move, too.
 
     Raises:
-        ModelError: A tip that no joint moves, more than 32 joints, or joints that the kernel cannot express.
+        ModelError: A tip that no joint moves, more than 64 joints, or joints that the kernel cannot express.
     """
     frame = model.frames[frame_id(model, tip)]
     ids = range(1, model.njoints)
@@ -146,6 +150,7 @@ def chain_of(model: Any, tip: str, *others: str) -> Chain:
         names=tuple(model.names[i] for i in ids),
         parent=np.array([model.parents[i] - 1 for i in ids]),
         tip_joint=int(frame.parentJoint) - 1,
+        floating=6 if tuple(model.names[1:7]) == FREE_BASE else 0,
         prismatic=np.array([k.startswith("P") for k in kinds]),
         continuous=np.array([model.joints[i].nq == 2 for i in ids]),
         rotation=np.array([p.rotation for p in placements]),

@@ -9,6 +9,7 @@ import pinocchio as pin
 from ftqp.core.checks import FloatArray, array, positive
 from ftqp.core.errors import InputError
 from ftqp.model.audit import Finding
+from ftqp.model.chain import FREE_BASE
 from ftqp.model.limits import JointLimits
 from ftqp.model.reduction import MARK
 from ftqp.model.serial import Inertial
@@ -67,14 +68,27 @@ def _joint_frame(model: Any, joint: int) -> int:
 
 def planar_base(arm: Any, inertial: Inertial | None) -> Any:
     """A model with the joints ``PLANAR_BASE`` before those of an arm: x and y slide, yaw has no end."""
-    for name in PLANAR_BASE:
+    joints = (pin.JointModelPX(), pin.JointModelPY(), pin.JointModelRUBZ())
+    return _on_base(arm, dict(zip(PLANAR_BASE, joints, strict=True)), inertial)
+
+
+def free_base(arm: Any, inertial: Inertial) -> Any:
+    """A model with the joints ``FREE_BASE`` before those of an arm, without gravity."""
+    slides = (pin.JointModelPX(), pin.JointModelPY(), pin.JointModelPZ())
+    turns = (pin.JointModelRZ(), pin.JointModelRY(), pin.JointModelRX())
+    model = _on_base(arm, dict(zip(FREE_BASE, (*slides, *turns), strict=True)), inertial)
+    model.gravity = pin.Motion.Zero()
+    return model
+
+
+def _on_base(arm: Any, joints: Mapping[str, Any], inertial: Inertial | None) -> Any:
+    """A model with some joints, and the mass of what they carry, before those of an arm."""
+    for name in joints:
         if name in list(arm.names):
             raise InputError(f"{arm.name} has a joint {name!r} already; expected an arm on no base")
     model, parent = pin.Model(), 0
     model.name, model.gravity = arm.name, arm.gravity
-    for name, joint in zip(
-        PLANAR_BASE, (pin.JointModelPX(), pin.JointModelPY(), pin.JointModelRUBZ()), strict=True
-    ):
+    for name, joint in joints.items():
         parent = model.addJoint(parent, joint, pin.SE3.Identity(), name)
         model.addJointFrame(parent)
     if inertial is not None:
@@ -87,7 +101,9 @@ def planar_base(arm: Any, inertial: Inertial | None) -> Any:
 
 def is_about_base(finding: Finding) -> bool:
     """Whether a finding is that a joint of a planar base carries no mass of its own, which none needs."""
-    return any(finding.sentence.endswith(f"joint {name!r} has no mass") for name in PLANAR_BASE)
+    return any(
+        finding.sentence.endswith(f"joint {name!r} has no mass") for name in (*PLANAR_BASE, *FREE_BASE)
+    )
 
 
 def base_limits(v_max: Any, a_max: Any, q_range: Any, tau_max: Any) -> JointLimits:
@@ -98,3 +114,15 @@ def base_limits(v_max: Any, a_max: Any, q_range: Any, tau_max: Any) -> JointLimi
     room = array("q_range", q_range, (2, 2), "(2, 2), lowest and highest x, then y, or one number")
     ends = np.vstack([room, [-np.inf, np.inf]])
     return JointLimits.of(3, q_min=ends[:, 0], q_max=ends[:, 1], v_max=v_max, a_max=a_max, tau_max=tau_max)
+
+
+FAR, FAST, TILT = 1e3, 1e2, 1.4
+"""Limits of a base that floats, which nothing moves and nothing holds: places [m] and turns [rad], rates, and
+how far it pitches from where its yaw and roll are one [rad]."""
+
+
+def free_base_limits() -> JointLimits:
+    """The limits of a base that floats: wide, but for its pitch."""
+    ends = np.full(6, FAR)
+    ends[4] = TILT
+    return JointLimits.of(6, q_min=-ends, q_max=ends, v_max=FAST, a_max=FAR, tau_max=np.inf)

@@ -12,7 +12,7 @@ from ftqp.model import audit
 from ftqp.model.audit import Finding
 from ftqp.model.build import write_limits
 from ftqp.model.chain import Chain, chain_of, configuration_of, frame_id, positions_of
-from ftqp.model.grafting import base_limits, is_about_base, planar_base
+from ftqp.model.grafting import base_limits, free_base, free_base_limits, is_about_base, planar_base
 from ftqp.model.limits import JointLimits, joined, one_each
 from ftqp.model.payload import Payload
 from ftqp.model.readers import Readers
@@ -346,6 +346,32 @@ class Robot(Readers):
                 f"a base without a mass leaves the joint-space inertia of {self.name} singular, for a joint "
                 "turns about the same axis as the base; give inertial=..., the mass of the base"
             )
+        return self._on_base(model, base)
+
+    def on_free_base(self, inertial: Inertial) -> Self:
+        """This robot on a body that floats in space, such as a satellite: no force holds it, no gravity.
+
+        Six joints come before its own, ``float_x`` to ``float_z`` along the axes of space and ``float_yaw``,
+        ``float_pitch``, ``float_roll`` about z, y and x; no motor moves them. A planner moves the others so
+        that linear and angular momentum stay 0 and the tip follows its target in space: at the acceleration
+        level by M_b a + h_b = 0, at the velocity level by M_b v = 0, the rows of M that belong to the base.
+        The whole is at rest at a reset. The pitch is kept within 1.4 rad, for yaw and roll are one at a right
+        angle.
+
+        Args:
+            inertial: The mass of the body, in its frame.
+
+        Raises:
+            InputError: The robot has no masses, or stands on such a body already.
+            ModelError: The mass is unsafe.
+
+        Source: Umetani and Yoshida 1989, whose generalised Jacobian is J with M_b v = 0 put in.
+        """
+        instance("inertial", inertial, Inertial, "an ftqp.model.serial.Inertial")
+        self._needs_masses("base that floats")
+        return self._on_base(free_base(self.model, inertial), free_base_limits())
+
+    def _on_base(self, model: Any, base: JointLimits) -> Self:
         whole = self.from_pinocchio(
             model,
             tips=self.tips,

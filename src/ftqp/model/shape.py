@@ -36,6 +36,7 @@ def reach_of(chain: Chain, limits: JointLimits) -> float:
     way = chain.way(chain.tip_joint)
     if chain.names[:3] == PLANAR_BASE:
         way = way[3:]
+    way = way[chain.floating :]
     steps = [step.copy() for step in [*chain.translation[way[1:]], chain.tip_translation]]
     if not chain.prismatic[way[0]]:
         steps[0][2] = 0.0

@@ -13,7 +13,7 @@ from ftqp.kernel.entry.session import ArmSession
 from ftqp.kernel.layout.record import load_chain
 from ftqp.model.chain import chain_of
 
-SIZES = (3, 4, 5, 6, 7, 9, 12, 16, 20, 26, 32)
+SIZES = (3, 4, 5, 6, 7, 9, 12, 16, 20, 32, 40, 64)
 
 
 def close(found, expected):

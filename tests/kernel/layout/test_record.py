@@ -87,15 +87,15 @@ def test_every_field_is_the_same_place_to_compiled_code_and_to_plain_python(name
     assert by_python.tobytes() == by_compiled.tobytes() != bytes(dtype.itemsize)
 
 
-@pytest.mark.parametrize("joints", [1, 7, 32])
+@pytest.mark.parametrize("joints", [1, 7, 64])
 def test_one_class_of_records_holds_every_arm(joints):
-    assert capacity_for(joints) == 32 == Session(joints).capacity
-    assert Session(joints).K.state.q.shape == (32,)
+    assert capacity_for(joints) == 64 == Session(joints).capacity
+    assert Session(joints).K.state.q.shape == (64,)
 
 
 def test_more_joints_than_any_class_holds_are_refused():
-    with pytest.raises(InputError, match="33 joints, expected at most 32"):
-        capacity_for(33)
+    with pytest.raises(InputError, match="65 joints, expected at most 64"):
+        capacity_for(65)
 
 
 def starts(dtype, begin=0):

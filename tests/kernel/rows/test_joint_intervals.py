@@ -19,7 +19,7 @@ PLANAR6 = {"q_min": 0.009, "q_max": 0.445, "v_max": 0.4, "a_max": 2.0}
 
 
 def joints(limits, dt, level=codes.ACCELERATION, conversion=codes.VIABILITY):
-    """One record of 32 joints with those limits, each a number or (32,)."""
+    """One record of 64 joints with those limits, each a number or (64,)."""
     K = empty_record(JOINTS)
     K.chain.n, K.state.dt, K.state.level, K.limits.conversion = JOINTS, dt, level, conversion
     for name, value in limits.items():
@@ -32,7 +32,7 @@ def joints(limits, dt, level=codes.ACCELERATION, conversion=codes.VIABILITY):
 
 
 def interval(K, q, v):
-    """lb and ub, (32,), at (q, v)."""
+    """lb and ub, (64,), at (q, v)."""
     K.state.q[:], K.state.v[:] = q, v
     bounds.intervals(K)
     return K.qp.lb[:JOINTS], K.qp.ub[:JOINTS]
@@ -284,7 +284,7 @@ def test_each_end_names_the_limit_that_set_it():
 
 
 def by_formula(level, v, d, v_max, a_max, dt):
-    """The upper end within the limits as its docstring has it, with no way around the root, (32,)."""
+    """The upper end within the limits as its docstring has it, with no way around the root, (64,)."""
     if level == codes.VELOCITY:
         steps = np.maximum(1.0, np.ceil(0.5 * (np.sqrt(1.0 + 8.0 * d / (a_max * dt * dt)) - 1.0)))
         braking = d / (steps * dt) + 0.5 * a_max * dt * (steps - 1.0)

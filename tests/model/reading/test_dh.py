@@ -69,5 +69,5 @@ def test_wrong_tables_are_named(keywords: dict[str, object], message: str) -> No
 
 
 def test_table_of_33_rows_is_refused() -> None:
-    with pytest.raises(ModelError, match="33 joints move"):
-        Robot.from_dh(np.zeros((33, 4)), limits=LIMITS)
+    with pytest.raises(ModelError, match="65 joints move"):
+        Robot.from_dh(np.zeros((65, 4)), limits=LIMITS)

@@ -55,7 +55,7 @@ class Planner(PlannerChanges):
     """Redundancy resolution, one QP a tick, with failed joints as bounds.
 
     Args:
-        robot: The arm, of at most 32 joints with finite acceleration limits.
+        robot: The arm, of at most 64 joints with finite acceleration limits.
         dt: The sampling period [s]. A longer one needs smaller gains, and braking begins earlier.
         level: ``acceleration`` or ``velocity``, what the QP decides. Accelerations keep velocity continuous.
         scheme: What the arm does with its redundancy: an ``ftqp.schemes`` recipe, its name, or

@@ -153,12 +153,13 @@ def settled(
         solver=solver,
         backend=name,
         limits_torque=limits_torque,
-        dynamic=limits_torque or torque_drive or criterion.needs_inertia,
+        dynamic=limits_torque or torque_drive or criterion.needs_inertia or robot.chain.floating > 0,
         on_demand=(
             name == IN_KERNEL
             and not criterion.needs_inertia
             and task.mode != "lexicographic"
             and not torque_drive
+            and not robot.chain.floating
         ),
         plan=plan,
     )

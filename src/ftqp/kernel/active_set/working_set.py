@@ -224,8 +224,8 @@ def enter(Q: Any, q: int, code: int, side: int, lam: float) -> bool:
 def enter_task_rows(Q: Any) -> bool:
     """All task rows into an empty working set; False when one depends on the others.
 
-    For a diagonal H, G = A H^-1 A' + compliance is computed from A itself, so that nothing waits for V to reach
-    memory; else column by column of V, whose rows do not wait for each other.
+    For a diagonal H, G = A H^-1 A' + compliance is computed from A itself, so that nothing waits for V to
+    reach memory; else V comes column by column, whose rows do not wait for each other.
     """
     n, m = Q.nx, Q.meq
     for k in range(m):

@@ -7,7 +7,7 @@ names. Whoever shows a code to a person reads its name here.
 from enum import IntEnum
 from typing import Final
 
-JOINTS: Final = 32
+JOINTS: Final = 64
 """The most joints that an arm may have."""
 TASK_ROWS: Final = 6
 """The most rows that a task may have: those of a pose."""

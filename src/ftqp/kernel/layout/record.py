@@ -117,7 +117,7 @@ def record(capacity: int) -> Any:
 def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, inertia: Any, prismatic: Any,
                continuous: Any, tip_rotation: Any, tip_translation: Any, gravity: Any,
                armature: Any = 0.0, viscous: Any = 0.0, coulomb: Any = 0.0, parent: Any = None,
-               tip_joint: int | None = None) -> None:  # fmt: skip
+               tip_joint: int | None = None, floating: int = 0) -> None:  # fmt: skip
     """Write the constants of an arm, or of a tree of arms, into a record.
 
     Args:
@@ -137,9 +137,10 @@ def load_chain(K: Any, *, rotation: Any, translation: Any, mass: Any, com: Any, 
         coulomb: Coulomb friction at the joint, (n,) [N m or N].
         parent: The joint that each hangs on, lower than itself, -1 is the base, (n,); None is a serial arm.
         tip_joint: The joint that the tip moves with; None is the last.
+        floating: How many joints from the first on have no motor.
     """
     chain, n = K.chain, len(mass)
-    chain.n = n
+    chain.n, chain.floating = n, floating
     _load_tree(
         chain, range(-1, n - 1) if parent is None else parent, n - 1 if tip_joint is None else tip_joint
     )
@@ -171,7 +172,7 @@ def _load_tree(chain: Any, parent: Any, tip_joint: int) -> None:
     chain.branches[:] = 0
     for i in range(n):
         above = int(chain.parent[i])
-        chain.ancestors[i] = 1 << i
+        chain.ancestors[i] = np.uint64(1 << i).astype(np.int64)
         if above >= 0:
             chain.ancestors[i] |= chain.ancestors[above]
             chain.branches[above] |= above != i - 1

@@ -142,14 +142,15 @@ def _chain(N: int) -> Fields:
 
     ``parent``: the joint that a joint hangs on, -1 is the base; parents come first. ``ancestors``: one bit
     for each joint on the way from the base, itself included. ``branches``: whether a joint but the next one
-    hangs on it; ``is_tree``: whether any does. The tip moves with ``tip_joint``.
+    hangs on it; ``is_tree``: whether any does. The tip moves with ``tip_joint``. ``floating``: so many
+    joints, the first ones, have no motor, as a body floats.
     ``rotation`` and ``translation`` place a joint's frame in its parent's at q = 0. ``inertia`` is about
     the com: xx xy xz yy yz zz. ``armature`` is the rotor inertia seen at the joint. ``viscous`` is a part of
     h; ``coulomb`` is data for rollouts, no formula of a planner's tick feeds it forward. ``span``, ``lever``
     and ``stoutness`` are sizes: |translation|, |com| and the largest principal moment of ``inertia``.
     """
     return [
-        *scalars("i8", "n nq has_inertia is_tree tip_joint"),
+        *scalars("i8", "n nq has_inertia is_tree tip_joint floating"),
         *integers(dict.fromkeys(("prismatic", "continuous", "parent", "branches", "ancestors"), (N,))),
         *floats(
             {

@@ -14,8 +14,9 @@ def fill(K: Any, at: int) -> int:
     tau_min - h <= M a <= tau_max - h, times dt at the velocity level. A free-swinging joint's row is the
     equality tau = -(friction + viscous) v, with the velocity after the step: taken before it, where h has the
     joint's own viscous friction, strong friction on a light joint would be unstable. The row of a joint that
-    is held is open: its brake carries whatever is needed.
-    Source: docs/theory/joint-failures.md, "Free-swinging".
+    is held is open: its brake carries whatever is needed. Those of a body that floats are M_b a + h_b = 0, at
+    the velocity level M_b v = 0: momentum stays what it is, and 0.
+    Source: docs/theory/joint-failures.md, "Free-swinging"; Umetani and Yoshida 1989.
     """
     chain, limits, faults, state, kinematics, qp = K.chain, K.limits, K.faults, K.state, K.kinematics, K.qp
     n = chain.n
@@ -29,7 +30,9 @@ def fill(K: Any, at: int) -> int:
                 shift += kinematics.M[i, j] * state.v[j]
         row[n] = 0.0
         fault = faults.code[i]
-        if fault == FREE:
+        if i < chain.floating:
+            qp.l[at + i] = qp.u[at + i] = 0.0 if state.level == VELOCITY else shift
+        elif fault == FREE:
             own = chain.viscous[i]
             friction = faults.friction[i] + own
             row[i] += friction * state.dt

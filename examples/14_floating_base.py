@@ -1,0 +1,61 @@
+"""An arm on a satellite moves its tool along a line in space, and a joint locks on the way.
+
+You will see how far the tool is from its place in space, and how far the arm turns the satellite: for a
+planner that counts on the reaction, healthy and with a lock, and for one that takes its base to stand still.
+"""
+
+import argparse
+
+import numpy as np
+import pinocchio as pin
+
+import ftqp
+from ftqp.model.serial import Inertial
+
+arguments = argparse.ArgumentParser(description=__doc__)
+arguments.add_argument("--headless", action="store_true", help="no windows")
+arguments.add_argument("--figure", metavar="FILE", help="save a picture here")
+given = arguments.parse_args()
+
+SATELLITE = Inertial(mass=150.0, com=np.array([0.0, 0.0, -0.3]), inertia=np.diag([20.0, 15.0, 18.0]))
+arm = ftqp.robots.load("panda")
+robot = arm.on_free_base(SATELLITE)
+DT, TICKS = 2e-3, 2000
+start = robot.pose(robot.neutral)
+way = ftqp.paths.Line(start, (-0.1, 0.3, 0.2), duration=0.8 * TICKS * DT).sample(DT * np.arange(TICKS))
+targets = ftqp.Targets(way.pose, way.twist, way.acceleration)
+
+
+def react(q: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """The satellite after a small motion of the arm that stands at q: momentum stays 0."""
+    M = pin.crba(robot.model, robot.model.createData(), robot.configuration(q))
+    M = np.triu(M) + np.triu(M, 1).T
+    return q[:6] - np.linalg.solve(M[:6, :6], M[:6, 6:] @ moved)
+
+
+cases = {
+    "counts on the reaction": (robot, None),
+    "counts on it, a joint locks": (robot, ftqp.Locked("panda_joint3")),
+    "believes its base to stand still": (arm, None),
+}
+offs, turns, times = {}, {}, DT * np.arange(TICKS)
+for name, (believed, fault) in cases.items():
+    planner = ftqp.Planner(believed, DT, level="velocity", emergency=None)
+    q, off, turned = robot.neutral.copy(), [], []
+    planner.reset(q[-believed.nv :])
+    for k in range(TICKS):
+        if fault is not None and k == TICKS // 4:
+            planner.report(fault)
+        step = planner.step(q[-believed.nv :], None, targets.at(k))
+        joints = step.q[-7:].copy()
+        q = np.r_[react(q, joints - q[6:]), joints]
+        off.append(1e3 * float(np.linalg.norm(robot.pose(q)[:3, 3] - way.pose[k][:3, 3])))
+        turned.append(float(np.degrees(np.linalg.norm(q[3:6]))))
+    offs[name], turns[name] = (times, off), (times, turned)
+    print(f"{name}: tool {off[-1]:.1f} mm off, satellite turned by {turned[-1]:.1f} degrees")
+
+if given.figure:
+    from ftqp.viz.figures.loop_picture import draw_loop
+
+    panels = {"tool to its place in space [mm]": offs, "turn of the satellite [deg]": turns}
+    draw_loop(given.figure, "An arm on a satellite", panels)

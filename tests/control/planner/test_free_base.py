@@ -1,0 +1,113 @@
+"""An arm on a body that floats: momentum stays 0 by pinocchio, and the tip arrives, also with a lock."""
+
+from itertools import pairwise
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import ftqp
+from ftqp.core.errors import InputError
+from ftqp.model.chain import FREE_BASE
+from ftqp.model.serial import Inertial
+
+BODY = Inertial(mass=150.0, com=np.array([0.0, 0.0, -0.3]), inertia=np.diag([20.0, 15.0, 18.0]))
+ROBOT = ftqp.robots.load("panda").on_free_base(BODY)
+LEVELS = ("acceleration", "velocity")
+DT = 1e-3
+
+
+def momentum(q, v):
+    """Linear [kg m/s] and angular [kg m2/s] momentum of all bodies about their centre of mass, (6,)."""
+    data = ROBOT.model.createData()
+    return pin.computeCentroidalMomentum(ROBOT.model, data, ROBOT.configuration(q), v).vector.copy()
+
+
+def moved(level, lock=None, steps=2000, **settings):
+    """The tip goes 0.3 m along a line in space; steps' q and v, the last step, and the target at last."""
+    planner = ftqp.Planner(ROBOT, DT, level=level, task=ftqp.Task("pose"), **settings)
+    planner.reset(ROBOT.neutral)
+    line = ftqp.paths.Line(ROBOT.pose(ROBOT.neutral), (-0.1, 0.2, 0.2), duration=0.8 * steps * DT)
+    way = line.sample(DT * np.arange(steps))
+    targets, q, told = ftqp.Targets(way.pose, way.twist, way.acceleration), ROBOT.neutral, []
+    for k in range(steps):
+        if lock is not None and k == steps // 3:
+            planner.report(ftqp.Locked(lock))
+        step = planner.step(q, None, targets.at(k))
+        told.append((q, step.v.copy(), step.a.copy()))
+        q = step.q.copy()
+    return told, step, way.pose[-1]
+
+
+def test_six_joints_without_motors_and_without_gravity_come_before_its_own():
+    assert ROBOT.nv == 13 and ROBOT.joints[:6] == tuple(
+        f"float_{w}" for w in ("x", "y", "z", "yaw", "pitch", "roll")
+    )
+    assert ROBOT.chain.floating == 6 and not ROBOT.model.gravity.linear.any()
+    assert ROBOT.length == pytest.approx(ftqp.robots.load("panda").length)
+    assert ROBOT.with_limits(a_max=5.0).chain.floating == 6
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("lock", [None, "panda_joint3"])
+def test_momentum_stays_zero_and_the_tip_arrives(level, lock):
+    told, step, target = moved(level, lock)
+    assert step.status is ftqp.StepStatus.OK
+    assert np.linalg.norm(ROBOT.pose(step.q)[:3, 3] - target[:3, 3]) < 1e-4
+    scale = 150.0 * 0.1
+    most = max(np.abs(momentum(q, v)).max() for q, v, _ in told)
+    if level == "velocity":
+        assert most < 1e-9 * scale, "M_b v = 0 in every tick"
+    else:
+        assert most < 1e-4 * scale, "M_b a + h_b = 0 in every tick, and sums of it"
+    turned = np.abs(step.q[3:6]).max()
+    assert 1e-3 < turned < 0.3, "the body gives way"
+
+
+def test_the_forces_on_the_body_are_zero_in_every_tick():
+    """By pinocchio: the rows of M a + h that belong to the body, at the commanded acceleration."""
+    told, _, _ = moved("acceleration", "panda_joint3", steps=600)
+    data = ROBOT.model.createData()
+    before = np.zeros(13)
+    for q, v, a in told:
+        tau = pin.rnea(ROBOT.model, data, ROBOT.configuration(q), before, a)
+        assert np.abs(tau[:6]).max() < 1e-6
+        before = v
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_the_bodys_attitude_is_that_of_an_integration_of_the_momentum_equations(level):
+    """The arm's own motion, played to a free body with ten times as many steps."""
+    told, step, _ = moved(level)
+    model, data, fine = ROBOT.model, ROBOT.model.createData(), 10
+    body = ROBOT.neutral[:6].copy()
+    arm = [q[6:] for q, _, _ in told] + [step.q[6:]]
+    for before, after in pairwise(arm):
+        for k in range(fine):
+            q = np.r_[body, before + (k + 0.5) / fine * (after - before)]
+            M = pin.crba(model, data, ROBOT.configuration(q))
+            M = np.triu(M) + np.triu(M, 1).T
+            body = body - np.linalg.solve(M[:6, :6], M[:6, 6:] @ (after - before)) / fine
+    assert np.abs(step.q[:6] - body).max() < 2e-4
+
+
+def test_a_stop_brings_the_arm_and_the_body_to_rest():
+    planner = ftqp.Planner(ROBOT, DT, level="velocity", task=ftqp.Task("pose"))
+    planner.reset(ROBOT.neutral)
+    T, q = ROBOT.pose(ROBOT.neutral), ROBOT.neutral
+    for k in range(900):
+        if k == 400:
+            planner.stop()
+        T[:3, 3] += np.array([-0.1, 0.0, 0.1]) * DT
+        step = planner.step(q, None, ftqp.Target(pose=T))
+        q = step.q.copy()
+    assert step.status is ftqp.StepStatus.STOPPED and np.abs(step.v).max() < 1e-9
+
+
+def test_what_cannot_float_is_refused_in_one_sentence():
+    with pytest.raises(InputError, match="has no masses, so no base that floats"):
+        ftqp.robots.load("srs7").on_free_base(BODY)
+    with pytest.raises(InputError, match="has a joint 'float_x' already"):
+        ROBOT.on_free_base(BODY)
+    with pytest.raises(InputError, match="inertial"):
+        ftqp.robots.load("panda").on_free_base(150.0)
