@@ -39,10 +39,11 @@ for name, (second, fault) in cases.items():
     for k in range(TICKS):
         if fault is not None and k == TICKS // 5:
             planner.report(fault)
-        first = ftqp.Target(way.pose[k], twist=way.twist[k], acceleration=way.acceleration[k])
+        moves = {"twist": way.twist[k], "acceleration": way.acceleration[k]}  # the same for both
+        targets = {"tip": ftqp.Target(way.pose[k], **moves)}
         if second is hand:
-            first = {"tip": first, "grip": way.pose[k] @ bar}
-        step = planner.step(q, None, first)
+            targets["grip"] = ftqp.Target(way.pose[k] @ bar, **moves)
+        step = planner.step(q, None, targets)
         q = step.q.copy()
         held = np.linalg.solve(robot.pose(q, left), robot.pose(q, right))
         slip.append(1e3 * float(np.linalg.norm((held - bar)[:3, 3])))
