@@ -7,8 +7,10 @@ import numpy as np
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
+from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.led_arm import Made
 from ftqp.sim.log.derived_columns import MICROSECONDS
+from ftqp.sim.log.further_signals import further_columns
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, Column, columns, sensed_columns
 from ftqp.sim.log.tick_recorder import TickRecorder
@@ -41,6 +43,7 @@ class WatchedArm:
         return (
             *columns(robot.joints, robot.chain.prismatic, level),
             *sensed_columns(self._player.sensed, robot.joints, robot.chain.prismatic),
+            *further_columns(FurtherMeasures(self._player.planner).all),
         )
 
     def begin(self, q: FloatArray, v: FloatArray) -> None:
