@@ -17,6 +17,8 @@ from ftqp.core.checks import FloatArray
 from ftqp.model.body_frames import frame_pose, mount_of
 from ftqp.model.robot import Robot
 from ftqp.model.skeleton import Skeleton
+from ftqp.sim.further_measures import FurtherMeasures
+from ftqp.sim.log.further_signals import TASKS
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 PACKAGES = ("ftqp", "numpy", "scipy", "pin")
@@ -60,15 +62,17 @@ def description(
 def _further(planner: Planner) -> dict[str, Any]:
     """Soft tasks and kept points as they were given, each where the planner has any.
 
+    ``unit`` is that of a task's error.
     ``joint`` is the one that a kept point moves with, and ``at_zero`` where the point is while all joints are
     at 0, in the base frame [m]: whoever has the arm finds the point by that, whatever frames it knows.
     """
     robot = planner.robot
     result: dict[str, Any] = {}
+    units = {one.name: {"unit": one.unit} for one in FurtherMeasures(planner).all if one.group == TASKS}
     if planner.tasks:
         result["tasks"] = [
-            {"name": task.name, "kind": KIND_OF[type(task.given)], **_settings(task.given)}
-            for task in planner.tasks.values()
+            {"name": name, "kind": KIND_OF[type(task.given)], **units.get(name, {}), **_settings(task.given)}
+            for name, task in planner.tasks.items()
         ]
     if planner.constraints:
         result["constraints"] = found = []

@@ -12,6 +12,8 @@ TEXTS: Final = (
     "broken",
 )  # fmt: skip
 NUMBERS: Final = ("dt", "ticks", "duration", "path_duration")
+_TASK: Final = {"name": None, "kind": None, "unit": ""}
+"""Texts that a soft task has, and what takes the place of one that may be absent."""
 LIMITS: Final = ("q_min", "q_max", "v_max", "a_max", "tau_max")
 
 
@@ -85,19 +87,19 @@ def _strange_faults(facts: Mapping[str, Any], count: int) -> str | None:
 def _strange_further(facts: Mapping[str, Any], joints: Sequence[str]) -> str | None:
     """Soft tasks and kept points, of which only some runs have any."""
     tasks, kept = facts.get("tasks", []), facts.get("constraints", [])
-    if not _list(
-        tasks,
-        lambda one: (
-            isinstance(one, dict) and isinstance(one.get("name"), str) and isinstance(one.get("kind"), str)
-        ),
-    ):
-        return f"its tasks are {tasks!r:.60}, expected tables with name and kind"
+    if not _list(tasks, lambda one: isinstance(one, dict) and _is_task(one)):
+        return f"its tasks are {tasks!r:.60}, expected tables with name, kind and unit"
     if not _list(kept, lambda one: isinstance(one, dict) and _is_kept(one, joints)):
         return (
             f"its constraints are {kept!r:.60}, expected tables with name, joint, at_zero, above, normal and "
             "braking"
         )
     return None
+
+
+def _is_task(one: Mapping[str, Any]) -> bool:
+    """Whether something is a soft task."""
+    return all(isinstance(one.get(key, least), str) for key, least in _TASK.items())
 
 
 def _is_kept(one: Mapping[str, Any], joints: Sequence[str]) -> bool:

@@ -201,8 +201,13 @@ class Tally:
             {name.partition(".")[2]: name for name in self._further if name.startswith(f"{group}.")}
             for group in (TASKS, PLANES)
         )
+        units = {one["name"]: one.get("unit") for one in self._about[FACTS[TASKS]]}
         tasks = {
-            task: {"final_error": _finite(self._ends[name]), "max_error": self._further[name].largest}
+            task: {
+                "final_error": _finite(self._ends[name]),
+                "max_error": self._further[name].largest,
+                "unit": units[task],
+            }
             for task, name in errors.items()
         }
         kept = {one: {"min_distance": self._further[name].smallest} for one, name in distances.items()}
