@@ -142,7 +142,12 @@ class Planner(PlannerChanges):
         self._adopted, self._step_arm = None, self._wanted.fitting
         self._said = Said(int(self._session.K.cascade.status))
         self._out, self._loop = (
-            Step(self._session, robot.joints, self._said, Named(self._tasks.names, tuple(self._constraints))),
+            Step(
+                self._session,
+                robot.joints,
+                self._said,
+                Named(self._tasks.names, tuple(self._constraints), self._tasks.failed),
+            ),
             ArmLoop(self._session, robot.joints),
         )
         self._rest, self._timing = Rest(self._session), timing

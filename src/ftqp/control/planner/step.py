@@ -237,8 +237,11 @@ class Step:
     @property
     def tasks(self) -> dict[str, SoftTaskReport]:
         """How far each soft task was from its target before the step, by name."""
-        errors = self._parts["soft_error"]
-        return {name: SoftTaskReport(errors[3 * k : 3 * k + 3]) for k, name in enumerate(self._named.soft)}
+        errors, failed = self._parts["soft_error"], self._named.failed or {}
+        return {
+            name: SoftTaskReport(errors[3 * k : 3 * k + 3], failed.get(name))
+            for k, name in enumerate(self._named.soft)
+        }
 
     @property
     def slack(self) -> FloatArray:
@@ -402,7 +405,8 @@ class Step:
             numbers[begin:end] = self._parts[name]
         layout["jacobian"] = (at, len(numbers))
         numbers[at:] = jacobian
-        return _kept(self._arm, self._joints, layout, numbers, self.code, self.duration, self._named)
+        named = self._named.copy()
+        return _kept(self._arm, self._joints, layout, numbers, self.code, self.duration, named)
 
     def leave_arm(self) -> None:
         """Stay with the arm that this step and its copies were made for: the planner's becomes another."""
@@ -429,7 +433,7 @@ class Step:
             parts._numbers,
             self.code,
             self.duration,
-            self._named,
+            kept._named,
         )
 
     def __repr__(self) -> str:

@@ -1,5 +1,6 @@
 """The parts of a step: where they stand in the planner's record, what keeps them, what is read of them."""
 
+from collections.abc import Mapping
 from typing import NamedTuple, final
 
 import numpy as np
@@ -184,10 +185,16 @@ class Named(NamedTuple):
     Attributes:
         soft: Of the soft tasks.
         keeps: Of the points that are kept on their side of a plane.
+        failed: Why soft tasks were left out of the tick, by name; None where none can be.
     """
 
     soft: tuple[str, ...] = ()
     keeps: tuple[str, ...] = ()
+    failed: Mapping[str, str] | None = None
+
+    def copy(self) -> "Named":
+        """The same, which later ticks do not change."""
+        return self if self.failed is None else self._replace(failed=dict(self.failed))
 
 
 class SoftTaskReport(NamedTuple):
@@ -197,9 +204,11 @@ class SoftTaskReport(NamedTuple):
         error: Of a point from it to its target, along W, (3,) [m]; of an axis the rotation that turns it onto
             its direction, its length the sine of the angle, 1 beyond a right angle; 0 of tasks of joints and
             of one's own.
+        failed: Why the task was left out of the step, in a sentence; None unless its own function failed.
     """
 
     error: FloatArray
+    failed: str | None = None
 
 
 class Measures(NamedTuple):
