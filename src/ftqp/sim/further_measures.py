@@ -75,6 +75,32 @@ class FurtherMeasures:
             result[count + k] = keep.normal @ (T[:3, :3] @ keep.point + T[:3, 3]) - keep.offset
         return result
 
+    def places(self, q: FloatArray) -> dict[str, FloatArray]:
+        """Where the targets of the tasks are that have a place, by name, (3,) [m].
+
+        Along axes that do not count it is that of the point itself.
+
+        Args:
+            q: Joint positions, (nv,) [rad or m].
+        """
+        found: dict[str, FloatArray] = {}
+        poses = PlacedFrames(self._planner.robot, self._names)
+        for task, T in zip(self._tasks, poses.at(q), strict=False):
+            match task.given:
+                case PositionTask():
+                    place = T[:3, :3] @ task.given.point + T[:3, 3]
+                case CentreOfMass():
+                    place = poses.centre_of_mass(q)
+                case AxisTask() if task.given.towards is not None:
+                    found[task.name] = task.target
+                    continue
+                case _:
+                    continue
+            rows = _rows(task.given.rows)
+            place[rows] = task.target[rows]
+            found[task.name] = place
+        return found
+
     def along(self, q: FloatArray) -> FloatArray:
         """The numbers at many postures with the targets as they are now, (K, count).
 

@@ -62,16 +62,21 @@ def description(
 def _further(planner: Planner) -> dict[str, Any]:
     """Soft tasks and kept points as they were given, each where the planner has any.
 
-    ``unit`` is that of a task's error.
+    ``unit`` is that of a task's error, ``place`` where the target of one that has a place is now [m].
     ``joint`` is the one that a kept point moves with, and ``at_zero`` where the point is while all joints are
     at 0, in the base frame [m]: whoever has the arm finds the point by that, whatever frames it knows.
     """
     robot = planner.robot
     result: dict[str, Any] = {}
-    units = {one.name: {"unit": one.unit} for one in FurtherMeasures(planner).all if one.group == TASKS}
     if planner.tasks:
+        measures = FurtherMeasures(planner)
+        own: dict[str, dict[str, Any]] = {
+            one.name: {"unit": one.unit} for one in measures.all if one.group == TASKS
+        }
+        for name, place in measures.places(planner.view().command.q).items():
+            own[name]["place"] = place.tolist()
         result["tasks"] = [
-            {"name": name, "kind": KIND_OF[type(task.given)], **units.get(name, {}), **_settings(task.given)}
+            {"name": name, "kind": KIND_OF[type(task.given)], **own.get(name, {}), **_settings(task.given)}
             for name, task in planner.tasks.items()
         ]
     if planner.constraints:

@@ -1,9 +1,8 @@
 """The signals of soft tasks and of kept points: what a log calls them, and which of them it has."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from typing import Any, Final, NamedTuple
 
-from ftqp.sim.log.signal_blocks import Signals
 from ftqp.sim.log.signals import Column
 
 TASKS: Final = "task_error"
@@ -35,7 +34,7 @@ def further_columns(measured: Iterable[Measured]) -> tuple[Column, ...]:
     return tuple(Column(f"{one.group}.{one.name}", one.unit, one.about) for one in measured)
 
 
-def names_in(rows: Signals, about: Mapping[str, Any], group: str) -> list[str]:
+def names_in(rows: Container[str], about: Mapping[str, Any], group: str) -> list[str]:
     """Names of the soft tasks, or of the kept points, that a log has a signal of, in their order.
 
     Args:

@@ -99,7 +99,9 @@ def _strange_further(facts: Mapping[str, Any], joints: Sequence[str]) -> str | N
 
 def _is_task(one: Mapping[str, Any]) -> bool:
     """Whether something is a soft task."""
-    return all(isinstance(one.get(key, least), str) for key, least in _TASK.items())
+    place = one.get("place", [0.0] * 3)
+    texts = all(isinstance(one.get(key, least), str) for key, least in _TASK.items())
+    return texts and _list(place, is_number) and len(place) == 3
 
 
 def _is_kept(one: Mapping[str, Any], joints: Sequence[str]) -> bool:

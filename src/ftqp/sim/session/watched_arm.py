@@ -10,12 +10,12 @@ from ftqp.kernel.layout.enums import STOPPED, STOPPING
 from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.led_arm import Made
 from ftqp.sim.log.derived_columns import MICROSECONDS
-from ftqp.sim.log.further_signals import further_columns
+from ftqp.sim.log.further_signals import TASKS, further_columns
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, Column, columns, sensed_columns
 from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.session.session_arms import SessionArm
-from ftqp.sim.session.tick_facts import Facts, IntArray, TwinFacts, quaternion_of
+from ftqp.sim.session.tick_facts import Facts, FurtherFact, IntArray, TwinFacts, quaternion_of
 
 APART = 1e-6
 """A joint farther from its command than this was repaired elsewhere than its planner thinks [rad or m]."""
@@ -32,6 +32,7 @@ class WatchedArm:
     def __init__(self, player: SessionArm) -> None:
         self._player = player
         self._robot = player.planner.robot
+        self._measures = FurtherMeasures(player.planner)
         self.failed: dict[str, Fault] = {}
         self._recorder: TickRecorder | None = None
         self._made: Made | None = None
@@ -43,7 +44,7 @@ class WatchedArm:
         return (
             *columns(robot.joints, robot.chain.prismatic, level),
             *sensed_columns(self._player.sensed, robot.joints, robot.chain.prismatic),
-            *further_columns(FurtherMeasures(self._player.planner).all),
+            *further_columns(self._measures.all),
         )
 
     def begin(self, q: FloatArray, v: FloatArray) -> None:
@@ -192,7 +193,23 @@ class WatchedArm:
             rotation_error=step.rotation_error,
             step_time=MICROSECONDS * self._made.elapsed,
             twin=None if twin is None else twin.as_twin(),
+            further=self._further(plant.q),
         )
+
+    def _further(self, q: FloatArray) -> tuple[FurtherFact, ...]:
+        """Soft tasks and kept points at a posture, (nv,)."""
+        measures = self._measures
+        if not len(measures):
+            return ()
+        places = measures.places(q) if np.isfinite(q).all() else {}
+        planes = {name: one.given for name, one in self._player.planner.constraints.items()}
+        found = []
+        for one, value in zip(measures.all, measures.at(q).tolist(), strict=True):
+            place = places.get(one.name) if one.group == TASKS else planes[one.name].above
+            normal = None if one.group == TASKS else tuple(planes[one.name].normal.tolist())
+            where = None if place is None else tuple(place.tolist())
+            found.append(FurtherFact(one.name, value, one.unit, where, normal))
+        return tuple(found)
 
     def as_twin(self) -> TwinFacts:
         """What a picture needs of it as the naive twin."""
