@@ -11,6 +11,18 @@ from ftqp.model.body_frames import frame_number
 from ftqp.model.robot import Robot
 
 
+def joint_of_frames(robot: Robot) -> dict[str, str | None]:
+    """Names of all frames, links and joints of a robot's model, each with the joint that it moves with.
+
+    None stands for a frame that does not move.
+    """
+    model = robot.model
+    found: dict[str, str | None] = {}
+    for frame in model.frames:  # of two frames of one name the first is meant
+        found.setdefault(frame.name, str(model.names[frame.parentJoint]) if frame.parentJoint else None)
+    return found
+
+
 @final
 class PlacedFrames:
     """Poses of some frames of a robot's model.
