@@ -1,14 +1,19 @@
 """Soft tasks and kept points on a page: marks, planes, words, and the same from a log."""
 
+import asyncio
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from tests.viz.live.stepped_source import SteppedSource
 from tests.viz.live.still_source import StillSource
+from tests.viz.live.test_live_page import controls, use
 
 import ftqp
 from ftqp.app.scenario.setup import load
 from ftqp.app.view.replay_source import ReplaySource
 from ftqp.sim.loop import MEMORY
+from ftqp.sim.session.session_commands import Place, Reset
 from ftqp.sim.session.tick_facts import FurtherFact
 from ftqp.viz.live.further_nodes import amount, further_table
 from ftqp.viz.live.live_page import Page
@@ -70,6 +75,33 @@ def test_live_page_shows_marks_planes_and_distances(scenario):
         assert f"wall: {amount(wall)}" in texts and len(texts) == 3
         square = next(node for node in scene._further.nodes if node.name.endswith("plane3"))
         assert square.position[1] == pytest.approx(0.2)
+
+
+def test_targets_of_tasks_have_handles_that_move_them_until_reset(scenario):
+    source = SteppedSource(scenario)
+    with Page(source, port=0) as page:
+        box = controls(page)["drag targets of tasks"]
+        use(box, True)
+        handles = page._scene._mark_handles
+        assert len(handles) == 2
+        moved = SimpleNamespace(position=np.array([0.5, -0.2, 0.1]))
+        asyncio.run(handles[1]._impl_aux.update_cb[0](SimpleNamespace(target=moved, phase="update")))
+        order = source.orders[-1]
+        assert order.task == "look" and order.position.tolist() == [0.5, -0.2, 0.1]
+        assert source.frame().further[1].place == (0.5, -0.2, 0.1)
+        use(box, False)
+        assert page._scene._mark_handles == []
+        assert source.frame().further[1].place == (0.5, -0.2, 0.1)
+        source.put(Reset())
+        assert source.frame().further[1].place == (0.6, 0.1, 0.0)
+        for wrong in (
+            Place("lok", np.zeros(3)),
+            Place("look", np.full(3, np.nan)),
+            Place("look", np.zeros(2)),
+        ):
+            source.put(wrong)
+            message = source.frame().message
+            assert "look" in message and source.frame().further[1].place == (0.6, 0.1, 0.0)
 
 
 def test_replay_and_recording_show_what_the_session_showed(scenario):

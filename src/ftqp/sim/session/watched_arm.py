@@ -36,6 +36,7 @@ class WatchedArm:
         self.failed: dict[str, Fault] = {}
         self._recorder: TickRecorder | None = None
         self._made: Made | None = None
+        self._placed: dict[str, FloatArray] = {}
 
     @property
     def signals(self) -> tuple[Column, ...]:
@@ -55,6 +56,9 @@ class WatchedArm:
             if self._recorder is not None:
                 self._recorder.repair(joint)
         self.failed.clear()
+        for name, target in self._placed.items():
+            planner.tasks[name].target = target
+        self._placed.clear()
         self._player.reset(q, v, 2**31)
 
     def record(self, sink: RowSink) -> None:
@@ -131,6 +135,21 @@ class WatchedArm:
     def follow(self, pose: FloatArray | None) -> None:
         """Let a hand lead, or give the path back."""
         self._player.leader.follow(pose)
+
+    def place(self, name: str, position: FloatArray) -> None:
+        """Put the target of a soft task elsewhere, until the arm begins anew.
+
+        Args:
+            name: The task's.
+            position: Where to, (3,) [m].
+
+        Raises:
+            InputError: There is no such task, or no such place.
+        """
+        task = self._player.planner.tasks[name]
+        before = task.target
+        task.target = position
+        self._placed.setdefault(name, before)
 
     @property
     def untold(self) -> tuple[str, ...]:

@@ -69,6 +69,11 @@ class FurtherNodes:
             if label.text != text:
                 label.text = text
 
+    @property
+    def marks(self) -> dict[int, FloatArray]:
+        """Where the targets of tasks are, by their numbers in a frame, (3,) [m]."""
+        return {k: np.array(mark.position) for k, mark in self._marks.items()}
+
     def _centre(self, one: FurtherFact, middle: FloatArray) -> FloatArray:
         """The point of a plane that is nearest to the middle of the arm."""
         normal = np.array(one.normal)

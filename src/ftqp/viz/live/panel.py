@@ -121,6 +121,8 @@ class Panel:
             scene.choose(overlay, bool(box.value))
         if self._drag is not None and self._drag.value:
             self._drag.value = False
+        if self._drag_marks is not None and self._drag_marks.value:
+            self._drag_marks.value = False
 
     def remove(self) -> None:
         """Take every control away."""
@@ -253,6 +255,10 @@ class Panel:
         if stage.live:
             self._drag = self._gui.add_checkbox("drag the target", False)
             self._drag.on_update(self._dragging)
+        self._drag_marks: Any = None
+        if stage.live and any(one.place and one.normal is None for one in self._latest.further):
+            self._drag_marks = self._gui.add_checkbox("drag targets of tasks", False)
+            self._drag_marks.on_update(self._dragging_marks)
         for overlay in self._scene.overlays:
             box = self._gui.add_checkbox(overlay, overlay not in self._scene.hidden)
             self._boxes[overlay] = box
@@ -276,6 +282,17 @@ class Panel:
         else:
             self._scene.release()
             self._put(commands.Aim(None))
+
+    async def _dragging_marks(self, event: Any) -> None:
+        """Give the targets of soft tasks a handle each, or take them away; they stay where they are."""
+        if event.target.value:
+            self._scene.drag_marks(self._place)
+        else:
+            self._scene.release_marks()
+
+    def _place(self, k: int, position: FloatArray) -> None:
+        """Put the target of a soft task to where its handle is."""
+        self._put(commands.Place(self._latest.further[k].name, position))
 
     def _aim(self, pose: FloatArray) -> None:
         """Lead the tip to where the handle is."""

@@ -68,6 +68,7 @@ class Scene:
         self._hidden = set(hidden)
         self._handle: Any = None
         self._further: FurtherNodes | None = None
+        self._mark_handles: list[Any] = []
         with server.atomic():
             self._build(tuple(parts) if parts is not None else arm_parts(robot.chain), path, trail)
             self._build_further(frame)
@@ -139,6 +140,34 @@ class Scene:
         if self._handle is not None:
             self._handle.remove()
             self._handle = None
+
+    def drag_marks(self, moved: Callable[[int, FloatArray], None]) -> None:
+        """Put a handle at the target of each soft task that has a place.
+
+        Args:
+            moved: Told its number in a frame, and its position, (3,) [m], whenever somebody drags it.
+        """
+        self.release_marks()
+        for k, position in ({} if self._further is None else self._further.marks).items():
+            handle = self._server.scene.add_transform_controls(
+                f"{self._name}/handle{k}",
+                scale=0.13 * self.size,
+                disable_rotations=True,
+                depth_test=False,
+                position=position,
+            )
+
+            async def dragged(event: Any, k: int = k) -> None:
+                moved(k, np.array(event.target.position))
+
+            handle.on_update(dragged)
+            self._mark_handles.append(handle)
+
+    def release_marks(self) -> None:
+        """Take the handles of soft tasks away."""
+        for handle in self._mark_handles:
+            handle.remove()
+        self._mark_handles.clear()
 
     def camera(self, client: Any) -> None:
         """Look at this arm in a browser that is connected already."""
