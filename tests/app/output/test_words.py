@@ -49,10 +49,10 @@ def test_soft_tasks_and_kept_points_are_told_in_their_units() -> None:
     }
     kept = {"table": {"min_distance": 0.002}, "wall": {"min_distance": -3e-6}, "door": {"min_distance": None}}
     assert further_sentences({"tasks": tasks, "constraints": kept}) == [
-        "task elbow: 14 mm off at the end, 100 mm at most",
-        "task look: nobody knows how far off at the end, 0.76 rad at most",
-        "table: on its side of its plane, 2 mm away at the nearest",
-        "wall: up to 3 um beyond its plane",
-        "door: how near it came to its plane is unknown",
+        "the task elbow was 14 mm off at the end, and 100 mm at most",
+        "the task look was an unknown amount off at the end, and 0.76 rad at most",
+        "table stayed on its side of its plane, 2 mm away at the nearest",
+        "wall was up to 3 um beyond its plane",
+        "how near door came to its plane is unknown",
     ]
     assert further_sentences({}) == []

@@ -81,22 +81,22 @@ def further_sentences(facts: Mapping[str, Any]) -> list[str]:
     said = []
     for name, task in facts.get("tasks", {}).items():
         last, most = (_error(task[key], task["unit"]) for key in ("final_error", "max_error"))
-        said.append(f"task {name}: {last} off at the end, {most} at most")
+        said.append(f"the task {name} was {last} off at the end, and {most} at most")
     for name, kept in facts.get("constraints", {}).items():
         nearest = kept["min_distance"]
         if nearest is None:
-            said.append(f"{name}: how near it came to its plane is unknown")
+            said.append(f"how near {name} came to its plane is unknown")
         elif nearest < 0.0:
-            said.append(f"{name}: up to {length(-nearest)} beyond its plane")
+            said.append(f"{name} was up to {length(-nearest)} beyond its plane")
         else:
-            said.append(f"{name}: on its side of its plane, {length(nearest)} away at the nearest")
+            said.append(f"{name} stayed on its side of its plane, {length(nearest)} away at the nearest")
     return said
 
 
 def _error(size: float | None, unit: str | None) -> str:
     """The size of an error in its unit; a length in the unit that reads best."""
     if size is None:
-        return "nobody knows how far"
+        return "an unknown amount"
     if unit == "m":
         return length(size)
     return f"{size:.2g} {unit or ''}".rstrip()
