@@ -10,7 +10,7 @@ from ftqp.checker.checked_run import verdict
 from ftqp.checker.model_file import ModelFile
 from ftqp.checker.run_laws import rotation_vectors
 from ftqp.checker.strictness import PHYSICS
-from ftqp.checker.trace import Failure, Trace
+from ftqp.checker.trace import Failure, Plane, Trace
 from ftqp.core.errors import InputError
 from ftqp.model import catalog
 
@@ -257,3 +257,59 @@ def test_joint_whose_limits_have_shrunk_may_pass_its_end_while_it_brakes_fully(s
     assert q[:, JOINT].max() > END
     seen = verdict(ARM, replace(trace, q=q, v=v, sent_q=q[1:], sent_v=v[1:]))
     assert seen.laws & {"position", "acceleration", "speed"} == laws
+
+
+def elbow(room, joint=JOINT, trace=None):
+    """A plane that the origin of a joint's frame keeps a distance from in the sound run, at the nearest."""
+    q = run().q if trace is None else trace.q
+    at_zero = pin_place(np.zeros(ROBOT.nv), joint)
+    nearest = min(pin_place(one, joint)[2] for one in q)
+    return Plane(joint=joint, at_zero=at_zero, normal=(0.0, 0.0, 1.0), offset=nearest - room)
+
+
+def pin_place(q, joint):
+    data = ROBOT.model.createData()
+    pin.forwardKinematics(ROBOT.model, data, q)
+    return data.oMi[joint + 1].translation.copy()
+
+
+def test_point_on_its_side_of_a_plane_is_let_pass_and_one_beyond_is_found():
+    assert verdict(ARM, run(planes=[elbow(0.0), elbow(0.1)])).laws == set()
+    seen = verdict(ARM, run(planes=[elbow(0.1), elbow(-0.001)]))
+    assert seen.laws == {"plane"}
+    (breach,) = seen.breaches
+    assert breach.joint == ROBOT.joints[JOINT] and breach.size == pytest.approx(0.001 - 2e-5, abs=1e-6)
+    assert "a point that it moves is beyond its plane" in str(breach)
+
+
+def test_point_that_begins_beyond_its_plane_may_come_back_but_not_go_on():
+    whole, half = run(), 40  # every joint turns one way until then
+    trace = replace(
+        whole,
+        **{name: getattr(whole, name)[: half + 1] for name in ("q", "v")},
+        **{name: getattr(whole, name)[:half] for name in ("sent_q", "sent_v", "status", "target")},
+    )
+    first, last = pin_place(trace.q[0], JOINT), pin_place(trace.q[-1], JOINT)
+    way = (last - first) / np.linalg.norm(last - first)
+    back = Plane(joint=JOINT, at_zero=elbow(0.0).at_zero, normal=way, offset=way @ first + 0.5)
+    assert verdict(ARM, replace(trace, planes=[back])).laws == set()
+    away = replace(back, normal=-way, offset=-way @ first + 0.5)
+    assert verdict(ARM, replace(trace, planes=[away])).laws == {"plane"}
+    there_and_back = replace(back, offset=way @ last - 1e-4)
+    assert verdict(ARM, replace(whole, planes=[there_and_back])).laws == {"plane"}
+
+
+@pytest.mark.parametrize(("joint", "laws"), [(JOINT - 1, set()), (JOINT + 1, {"plane"})])
+def test_point_that_a_freely_swinging_joint_moves_is_not_judged(joint, laws):
+    free = Failure(joint=joint, kind="free", since=0.0, told=NEVER)
+    assert verdict(ARM, run(planes=[elbow(-0.001)], failures=[free])).laws == laws
+
+
+def test_points_are_where_pinocchio_says_also_beyond_a_joint_without_end():
+    robot = catalog.load("planar", count=3, continuous=True)
+    arm = ModelFile.read(robot.to_urdf(), robot.tip, gravity=robot.chain.gravity)
+    zero = robot.pose(np.zeros(3))[:3, 3]
+    q = np.random.default_rng(1).uniform(-9.0, 9.0, (5, 3))
+    expected = [robot.pose(one)[:3, 3] for one in q]
+    np.testing.assert_allclose(arm.point(q, 2, zero), expected, atol=1e-12)
+    assert arm.moves_with(1) == (0, 1)

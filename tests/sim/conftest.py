@@ -1,6 +1,7 @@
 """A planner that honours the contract with the least effort, so that the loop is tested by itself."""
 
 from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ class FakePlanner:
 
     diagnosis = None
     findings = ()
+    tasks: ClassVar = {}
+    constraints: ClassVar = {}
 
     def __init__(self, robot, dt=1e-2, level="acceleration", a=None, code=lambda k: 0, before=lambda k: None):
         self.robot, self.dt, self.level = robot, dt, level

@@ -1,5 +1,6 @@
 """The arm that a checker knows: a URDF, read by pinocchio and by itself."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self, final
@@ -99,6 +100,27 @@ class ModelFile:
             pin.forwardKinematics(self.model, data, at)
             result[k] = pin.updateFramePlacement(self.model, data, self.tip).homogeneous
         return result
+
+    def point(self, q: FloatArray, joint: int, at_zero: Sequence[float]) -> FloatArray:
+        """Places of a point that moves with a joint, (K, 3) [m].
+
+        Args:
+            q: Configurations, (K, nv) [rad or m].
+            joint: The joint's 0-based index.
+            at_zero: Where the point is while all joints are at 0, (3,) [m].
+        """
+        data, (zero,) = self.model.createData(), self._configurations(np.zeros((1, q.shape[1])))
+        pin.forwardKinematics(self.model, data, zero)
+        own = data.oMi[joint + 1].actInv(np.array(at_zero, dtype=np.float64))
+        result = np.empty((len(q), 3))
+        for k, at in enumerate(self._configurations(q)):
+            pin.forwardKinematics(self.model, data, at)
+            result[k] = data.oMi[joint + 1].act(own)
+        return result
+
+    def moves_with(self, joint: int) -> tuple[int, ...]:
+        """The joints that move the link behind a joint, that one included, by 0-based index."""
+        return tuple(int(one) - 1 for one in self.model.supports[joint + 1] if int(one) > 0)
 
     def tip_and_jacobian(self, data: Any, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The pose of the tip, (4, 4) [m], and its Jacobian along the base's axes, (6, nv).

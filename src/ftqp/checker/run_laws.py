@@ -155,6 +155,28 @@ def _missing(q: FloatArray, v: FloatArray, limits: dict[str, FloatArray], run: T
     return way - room
 
 
+def plane(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
+    """How far points are beyond their planes after each tick, by the joint that they move with, (K, nv) [m].
+
+    One that begins beyond its plane may not go farther beyond it, and none again once it has come back. No
+    motor keeps a point that a freely swinging joint moves; where it is in the end counts as its beginning.
+    """
+    result = np.zeros((len(run.status), len(arm.names)))
+    t = run.dt * np.arange(len(run.status))
+    for one in run.planes:
+        beyond = one.offset - arm.point(run.q, one.joint, one.at_zero) @ np.array(one.normal)
+        excused = np.zeros(len(t), dtype=np.bool_)
+        for failure in run.failures:
+            if failure.kind == "free" and failure.joint in arm.moves_with(one.joint):
+                excused |= (t > failure.since - 1.5 * run.dt) & (t < failure.until + 0.5 * run.dt)
+        allowed = max(float(beyond[0]), 0.0)
+        for k, now in enumerate(beyond[1:]):
+            allowed = max(float(now), 0.0) if excused[k] else allowed
+            result[k, one.joint] = max(result[k, one.joint], now - allowed - strict.plane)
+            allowed = min(allowed, max(float(now), 0.0))
+    return result
+
+
 def torque(arm: ModelFile, run: Trace, strict: Strictness) -> FloatArray:
     """By how much joints carry more than their limit while OK is claimed, as a share of it, (K, nv)."""
     if not arm.has_masses:
@@ -331,6 +353,7 @@ LAWS: dict[str, tuple[Law, str]] = {
     "acceleration": (acceleration, "accelerated more than its limit, by this share"),
     "position": (position, "beyond the end of its range, by this [rad or m]"),
     "braking": (braking, "cannot brake any more before the end of its range, by this [rad or m]"),
+    "plane": (plane, "a point that it moves is beyond its plane, by this [m]"),
     "torque": (torque, "carries more than its limit under the status OK, by this share"),
     "failed": (failed, "is locked and moves, or is sent to move, by this in a tick [rad or m]"),
     "honesty": (honesty, "OK was claimed although the tip is farther than the tolerance, by this share"),

@@ -14,6 +14,7 @@ class Strictness:
         acceleration: Share of the acceleration limit.
         torque: Share of the torque limit.
         position: Beyond the range of a joint [rad or m].
+        plane: Beyond the plane of a point [m].
         creep: How far a locked joint may move in a tick [rad or m].
         standing: Speed below which a locked joint stands [rad/s or m/s].
         grace: How long a claim may be wrong [s].
@@ -25,6 +26,7 @@ class Strictness:
     acceleration: float = 1e-6
     torque: float = 1e-6
     position: float = 1e-9
+    plane: float = 2e-5
     creep: float = 0.0
     standing: float = 0.0
     grace: float = 0.0
@@ -39,6 +41,7 @@ PHYSICS = Strictness(
     acceleration=float("inf"),
     torque=0.02,
     position=0.02,
+    plane=0.01,
     creep=1e-4,
     standing=1e-2,
     grace=0.1,

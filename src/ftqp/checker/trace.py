@@ -46,6 +46,24 @@ class Failure:
 
 
 @final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plane:
+    """A plane on whose side a point of the arm was to stay: normal'p >= offset.
+
+    Attributes:
+        joint: 0-based index of the joint that the point moves with.
+        at_zero: Where the point is while all joints are at 0, in the base frame, (3,) [m].
+        normal: Of length 1, into the side that is free, (3,).
+        offset: The plane's distance from the base's origin along the normal [m].
+    """
+
+    joint: int
+    at_zero: Sequence[float]
+    normal: Sequence[float]
+    offset: float
+
+
+@final
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trace:
     """A run, tick by tick; the plant is asked, not the planner.
@@ -66,6 +84,7 @@ class Trace:
             ``rows`` says.
         can_be_followed: Whether the target is known to be within reach, speed and strength of what works.
         until: ... for how long; to the end without that [s].
+        planes: On whose sides points were to stay.
     """
 
     dt: float
@@ -82,3 +101,4 @@ class Trace:
     axis: tuple[float, float, float] | None = None
     can_be_followed: bool = False
     until: float = float("inf")
+    planes: Sequence[Plane] = ()

@@ -19,9 +19,11 @@ from ftqp.core.errors import FtqpError, InputError, unknown
 from ftqp.faults.kinds import SWINGS, FreeSwinging
 from ftqp.sim.base.moving_world import MovingWorld
 from ftqp.sim.block_runner import BlockRunner
+from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.leader import leader_along
 from ftqp.sim.led_arm import LedArm
 from ftqp.sim.log.description import description
+from ftqp.sim.log.further_signals import further_columns
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.log_parts import LogParts, PartedLog
 from ftqp.sim.log.log_writer import LogWriter
@@ -188,6 +190,7 @@ class Simulation:
             *columns(robot.joints, robot.chain.prismatic, planner.level),
             *(() if world is None else base_columns(world.base.coordinates)),
             *sensed_columns(self._arm.sensed, robot.joints, robot.chain.prismatic),
+            *further_columns(FurtherMeasures(planner).all),
         )
         self._metadata = dict(metadata or {})
         self._progress = progress

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from ftqp.app.campaign.judged_scenario import broken_laws
 from ftqp.app.campaign.shown_trace import model_file, trace
 from ftqp.app.scenario.setup import load
 from ftqp.checker.checked_run import verdict
 from ftqp.checker.run_laws import errors
+from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.loop import MEMORY, Simulation
 
 POSE = ("x", "y", "z", "rx", "ry", "rz")
@@ -38,3 +40,65 @@ def test_tip_that_is_off_is_seen_whatever_rows_the_task_has(rows, names):
     seen.target[:, :3, 3] += 0.05
     errors.cache_clear()
     assert verdict(arm, seen).laws == {"honesty"}
+
+
+PLANES = """
+[robot]
+name = "panda"
+[planner]
+dt = 0.002
+emergency = "off"
+[path]
+kind = "line"
+displacement = [0.0, 0.0, -0.15]
+duration = 1.0
+[simulation]
+duration = 1.2
+[[faults]]
+kind = "locked"
+joint = "panda_joint2"
+at = 0.4
+[[constraints]]
+frame = "panda_hand_tcp"
+above = [0.0, 0.0, 0.4]
+name = "table"
+[[constraints]]
+frame = "panda_joint4"
+point = [0.0, 0.05, 0.0]
+above = [0.0, 0.3, 0.0]
+normal = [0.0, -1.0, 0.0]
+"""
+
+
+def judged(log, setup):
+    errors.cache_clear()
+    return verdict(model_file(setup), trace(setup, log))
+
+
+def falsified(log, **signals):
+    """The same log with other numbers."""
+    (table,) = log.rows.blocks()
+    table = table.copy()
+    for name, values in signals.items():
+        table[:, log.rows.groups()[name]] = values
+    return Log.of_table(None, table, log.rows.columns, log.metadata)
+
+
+def test_planes_are_judged_by_the_joints_and_a_falsified_log_is_found(tmp_path):
+    file = tmp_path / "planes.toml"
+    file.write_text(PLANES, encoding="utf-8")
+    setup = load(str(file))
+    log = setup.simulation(log=MEMORY).run().log
+    assert log["distance.table"].min() == pytest.approx(0.0, abs=2e-5)
+    arm, seen = model_file(setup), trace(setup, log)
+    for plane, name in zip(seen.planes, ("table", "panda_joint4"), strict=True):
+        far = arm.point(log["q"], plane.joint, plane.at_zero) @ plane.normal - plane.offset
+        np.testing.assert_allclose(far, log[f"distance.{name}"], atol=1e-12)
+    assert judged(log, setup).laws == set()
+    # What the log says of distances is not believed: without the planes the arm goes through them.
+    free = load(str(file), ["constraints="]).simulation(log=MEMORY).run().log
+    lying = falsified(log, q=free["q"], v=free["v"], a=free["a"])
+    assert lying["distance.table"].min() > -2e-5
+    (found,) = [one for one in judged(lying, setup).breaches if one.law == "plane"]
+    assert found.joint == "panda_joint7" and found.size > 0.01
+    assert broken_laws(PLANES) == {}

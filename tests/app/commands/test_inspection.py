@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import ftqp
 from ftqp.app.commands.cli import app
+from ftqp.model.body_frames import mount_of
 
 URDF = """<robot name="crane"><link name="base"/>
 <link name="one"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
@@ -63,6 +64,20 @@ def test_file_is_read_with_its_friction_and_the_rule_for_accelerations_is_named(
     assert found["friction"] is True
     assert any(finding["sentence"].startswith("joint friction is known") for finding in found["findings"])
     assert found["possible"] == {"pose": False, "position": False}
+
+
+def test_frames_are_listed_by_the_joint_that_they_move_with(tmp_path: Path) -> None:
+    file = tmp_path / "crane.urdf"
+    file.write_text(URDF, encoding="utf-8")
+    frames = facts(tmp_path, file, "--tip", "hand")["frames"]
+    assert frames["two"] == frames["hand"] == frames["b"] == frames["c"] == "b"
+    assert frames["one"] == frames["a"] == "a" and frames["base"] is None
+    robot = ftqp.Robot.from_urdf(file, tip="hand")
+    for name, joint in frames.items():
+        assert mount_of(robot, name)[0] == (-1 if joint is None else robot.joints.index(joint))
+    said = " ".join(invoke(file, "--tip", "hand", "--out", tmp_path / "said").stdout.split())
+    assert "Frames, by the joint that they move with" in said
+    assert "b b, two, c, hand" in said and "none universe, base" in said
 
 
 def test_limits_of_acceleration_and_jerk_are_those_of_the_file(tmp_path: Path) -> None:

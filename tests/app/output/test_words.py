@@ -2,7 +2,7 @@
 
 import pytest
 
-from ftqp.app.output.words import ending, fault_sentence, limits_sentence
+from ftqp.app.output.words import ending, fault_sentence, further_sentences, limits_sentence
 
 
 def test_rounding_is_no_exceeded_limit() -> None:
@@ -40,3 +40,19 @@ def test_ending_tells_interruption_completion_and_stop_apart() -> None:
     partly = {"completed": True, "status_counts": {"OK": 1, "RELAXED": 2}}
     assert ending(facts | partly) == "completed in 3 steps, 2 of them RELAXED: the task was kept in part"
     assert ending(facts) == "stopped at 1.50 s: the task could not go on"
+
+
+def test_soft_tasks_and_kept_points_are_told_in_their_units() -> None:
+    tasks = {
+        "elbow": {"final_error": 0.014, "max_error": 0.1, "unit": "m"},
+        "look": {"final_error": None, "max_error": 0.76, "unit": "rad"},
+    }
+    kept = {"table": {"min_distance": 0.002}, "wall": {"min_distance": -3e-6}, "door": {"min_distance": None}}
+    assert further_sentences({"tasks": tasks, "constraints": kept}) == [
+        "the task elbow was 14 mm off at the end, and 100 mm at most",
+        "the task look was an unknown amount off at the end, and 0.76 rad at most",
+        "table stayed on its side of its plane, 2 mm away at the nearest",
+        "wall was up to 3 um beyond its plane",
+        "how near door came to its plane is unknown",
+    ]
+    assert further_sentences({}) == []

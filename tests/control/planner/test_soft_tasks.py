@@ -258,7 +258,7 @@ def test_one_wrong_target_writes_none():
     np.testing.assert_array_equal(planner.tasks["a"].target, before)
 
 
-def test_a_function_that_raises_or_gives_no_numbers_leaves_the_planner_as_it_was():
+def test_a_function_that_fails_leaves_its_task_out_of_the_tick_and_says_so(caplog):
     what = [None]
 
     def fill(state, J, b):
@@ -268,21 +268,79 @@ def test_a_function_that_raises_or_gives_no_numbers_leaves_the_planner_as_it_was
             raise RuntimeError("mine")
         if what[0] == "nan":
             J[0, 3] = np.nan
+        if what[0] == "shape":
+            J[:] = np.zeros((2, 7))
+        if what[0] == "Ctrl-C":
+            raise KeyboardInterrupt
+        return 3 if what[0] == "returns" else None
 
-    planner = ftqp.Planner(PANDA, DT, tasks=[ftqp.LeastSquares(1, fill, weight=10.0)])
+    tasks = [ftqp.LeastSquares(1, fill, weight=10.0, name="own"), ftqp.PostureTask(name="posture")]
+    planner = ftqp.Planner(PANDA, DT, tasks=tasks)
     q, target = PANDA.neutral, still(PANDA, PANDA.neutral)
     planner.reset(q)
     assert planner.blocks() is None
-    what[0] = "raise"
-    with pytest.raises(RuntimeError, match="mine"):
+    said = {"raise": "raised RuntimeError: mine", "nan": "gave numbers that are not finite",
+            "shape": "raised ValueError: could not broadcast", "returns": "returned int"}  # fmt: skip
+    kept = {}
+    for how in said:
+        what[0] = how
+        step = planner.step(q, None, target)
+        assert step.status is ftqp.StepStatus.OK and np.abs(step.a).max() < 1e-6
+        assert said[how] in step.tasks["own"].failed and "left out of the tick" in step.tasks["own"].failed
+        assert step.tasks["posture"].failed is None
+        kept[how] = step.copy()
+    assert [record.message for record in caplog.records] == [
+        "fill raised RuntimeError: mine, so that own was left out of the tick; this is told once"
+    ]
+    what[0] = "Ctrl-C"
+    with pytest.raises(KeyboardInterrupt):
         planner.step(q, None, target)
-    what[0] = "nan"
-    step = planner.step(q, None, target)
-    assert step.status is ftqp.StepStatus.OK and np.abs(step.a).max() < 1e-6
     what[0] = None
-    assert np.abs(planner.step(q, None, target).a).max() > 0.1
+    step = planner.step(q, None, target)
+    assert np.abs(step.a).max() > 0.1 and step.tasks["own"].failed is None
+    for how, one in kept.items():
+        assert said[how] in one.tasks["own"].failed
+        assert said[how] in pickle.loads(pickle.dumps(one)).tasks["own"].failed
+    assert pickle.loads(pickle.dumps(step)).tasks["own"].failed is None
     with pytest.raises(InputError, match="a batch does not"):
         ftqp.batch.rollout(planner, q[None], targets=ftqp.Targets(np.eye(4)[None]))
+
+
+def _wrong_shape(state, J, b):
+    J[:] = np.zeros((3, 6))
+
+
+def _not_finite(state, J, b):
+    b[:] = np.inf
+
+
+def _returned(state, J, b):
+    return np.zeros((1, 7)), np.zeros(1)
+
+
+@pytest.mark.parametrize(("fill", "sentence"), [
+    (_wrong_shape, "fill of own raised ValueError: could not broadcast"),
+    (_not_finite, "fill of own gave numbers that are not finite"),
+    (_returned, "fill of own returned tuple"),
+    (lambda state: None, "fill of own raised TypeError"),
+    (lambda state, J, b: 1 / 0, r"raised ZeroDivisionError: .*into J \(1, 7\) and b \(1,\)"),
+])  # fmt: skip
+def test_a_function_that_fails_at_the_neutral_posture_is_refused(fill, sentence):
+    with pytest.raises(InputError, match=sentence):
+        ftqp.Planner(PANDA, DT, tasks=[ftqp.LeastSquares(1, fill, name="own")])
+
+
+def test_a_function_is_tried_at_the_neutral_posture_at_rest_which_it_cannot_change():
+    seen = []
+
+    def fill(state, J, b):
+        seen.append((state.q.copy(), state.v.copy()))
+        with pytest.raises(ValueError, match="read-only"):
+            state.q[0] = 1.0
+
+    ftqp.Planner(PANDA, DT, tasks=[ftqp.LeastSquares(1, fill)])
+    np.testing.assert_array_equal(seen[0][0], PANDA.neutral)
+    assert len(seen) == 1 and not seen[0][1].any()
 
 
 @pytest.mark.parametrize(("tasks", "sentence"), [

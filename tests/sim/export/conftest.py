@@ -7,6 +7,7 @@ import pytest
 
 from ftqp.control.planner.status import STATUSES
 from ftqp.model.robot import Robot
+from ftqp.sim.log.further_signals import Measured, further_columns
 from ftqp.sim.log.log_writer import LogWriter
 from ftqp.sim.log.signals import base_columns, columns, sensed_columns
 
@@ -25,7 +26,12 @@ def arm():
 
 def signals(*, sensed=SENSED, base=("track", "roll"), level="acceleration"):
     found = columns(NAMES, PRISMATIC, level)
-    return (*found, *(base_columns(base) if base else ()), *sensed_columns(sensed, NAMES, PRISMATIC))
+    further = further_columns(
+        [Measured("task_error", "look at <b>", "rad", ""), Measured("task_error", "elbow.z", "m", ""),
+         Measured("distance", "Tisch ä", "m", "")]
+    )  # fmt: skip
+    base = base_columns(base) if base else ()
+    return (*found, *base, *sensed_columns(sensed, NAMES, PRISMATIC), *further)
 
 
 def numbers(signals, count=COUNT):

@@ -107,6 +107,15 @@ def test_step_has_every_number_of_the_log(bag):
         np.testing.assert_array_equal([getattr(m, name) for m in messages], joints(bag[1], name))
 
 
+def test_step_has_soft_tasks_and_kept_points_by_name(bag):
+    messages = [message for _, message in bag[0]["/ftqp/step"]]
+    assert list(messages[0].task_name) == ["look at <b>", "elbow.z"]
+    assert list(messages[0].kept_name) == ["Tisch ä"]
+    expected = np.stack([bag[1][f"task_error.{name}"] for name in messages[0].task_name], axis=1)
+    same_bits([message.task_error for message in messages], expected)
+    same_bits([message.distance for message in messages], bag[1]["distance.Tisch ä"][:, None])
+
+
 def test_codes_are_named_in_the_file(folder):
     with (folder[0] / "bag.mcap").open("rb") as stream:
         schemas = reader.make_reader(stream).get_summary().schemas.values()

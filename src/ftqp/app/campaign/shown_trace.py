@@ -4,7 +4,7 @@ import numpy as np
 
 from ftqp.app.scenario.setup import Setup
 from ftqp.checker.model_file import ModelFile
-from ftqp.checker.trace import Failure, Trace
+from ftqp.checker.trace import Failure, Plane, Trace
 from ftqp.control.planner.status import STATUSES
 from ftqp.control.task.task import ROW_SETS
 from ftqp.core.checks import FloatArray
@@ -35,7 +35,22 @@ def trace(setup: Setup, log: Log) -> Trace:
         axis=task.axis if task.rows == "position_axis" else None,
         tolerance=(task.tolerance, task.rotation_tolerance),
         failures=failures(setup),
+        planes=planes(log),
     )
+
+
+def planes(log: Log) -> list[Plane]:
+    """The planes on whose sides points were to stay, as the log has them."""
+    joints = list(log.metadata["joints"])
+    return [
+        Plane(
+            joint=joints.index(one["joint"]),
+            at_zero=one["at_zero"],
+            normal=one["normal"],
+            offset=float(np.dot(one["normal"], one["above"])),
+        )
+        for one in log.metadata.get("constraints", [])
+    ]
 
 
 def failures(setup: Setup) -> list[Failure]:

@@ -11,6 +11,7 @@ from ftqp.kernel.layout.rows import COMPONENTS
 from ftqp.model import catalog
 from ftqp.model.chain import frame_id
 from ftqp.model.limits import RISE_TIME
+from ftqp.model.placed_frames import joint_of_frames
 from ftqp.model.posture import NEAR_SINGULAR, gravity_torques, least_singular_value, places, scaled_jacobian
 from ftqp.model.robot import Robot
 from ftqp.model.structure import Locks, locks
@@ -91,6 +92,7 @@ def facts(robot: Robot, source: str) -> dict[str, Any]:
         "length": robot.length,
         "mass": float(robot.chain.mass.sum()) if robot.has_inertia else None,
         "joints": [_joint(robot, i, tau[i], share[i], reserve[i], by_task) for i in range(robot.nv)],
+        "frames": joint_of_frames(robot),
         "limits_from": _origin(robot, source),
         "friction": bool(robot.viscous.any() or robot.coulomb.any()),
         "sigma_min": least_singular_value(J),
@@ -205,12 +207,24 @@ def _tell(found: dict[str, Any]) -> None:
     title = f"{found['robot']}: {way}{beside} joints from base to {found['tip']} [rad, m, s, N m, kg m2]"
     tell_table(title, heads, rows, numbers=(*NUMBERS, "rotor", *left))
     tell("")
+    tell_table("Frames, by the joint that they move with", ("joint", "frames"), _by_joint(found["frames"]))
+    tell("")
     for line in _sentences(found):
         tell(line)
     for finding in found["findings"]:
         tell(f"{finding['severity']}: {finding['sentence']}")
     if found["figure"] is not None:
         tell(f"Picture: {found['figure']}")
+
+
+def _by_joint(frames: dict[str, str | None]) -> list[tuple[str, str]]:
+    """The names of frames, a row for each joint, and one for those that do not move."""
+    moving = dict.fromkeys(joint for joint in frames.values() if joint is not None)
+    return [
+        (joint or "none", ", ".join(name for name, own in frames.items() if own == joint))
+        for joint in (*moving, None)
+        if joint in frames.values()
+    ]
 
 
 def _sentences(found: dict[str, Any]) -> list[str]:

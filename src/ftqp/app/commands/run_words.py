@@ -27,6 +27,7 @@ def sentences(log: Log) -> list[str]:
         + (f" and turned away by at most {turned:.2g} rad" if turned else "")
         + f"; {words.limits_sentence(facts['max_limit_violation'])}."
     )
+    said += [f"{one[0].upper()}{one[1:]}." for one in words.further_sentences(facts)]
     slides = dict(zip(about["joints"], about["prismatic"], strict=True))
     said += [
         f"The brake of {joint} carried up to {top:.3g} {'N' if slides[joint] else 'N m'}, by the arm's model."

@@ -20,6 +20,7 @@ def report(facts: Mapping[str, Any]) -> list[str]:
         f"  the tool was at most {length(facts['max_position_error'])} from its path"
         + ("" if not turned else f" and turned away by at most {turned:.2g} rad"),
         f"  {limits_sentence(facts['max_limit_violation'])}",
+        *(f"  {said}" for said in further_sentences(facts)),
         *(
             []
             if times["p50"] is None
@@ -73,6 +74,32 @@ def limits_sentence(violation: Mapping[str, float]) -> str:
     names = {"q": "position", "v": "velocity", "a": "acceleration", "tau": "torque"}
     broken = [f"{names[key]} by {value:.2g}" for key, value in violation.items() if value > KEPT]
     return f"limits exceeded: {', '.join(broken)}" if broken else "every limit was kept"
+
+
+def further_sentences(facts: Mapping[str, Any]) -> list[str]:
+    """How well each soft task was done, and how near each kept point came to its plane; none without any."""
+    said = []
+    for name, task in facts.get("tasks", {}).items():
+        last, most = (_error(task[key], task["unit"]) for key in ("final_error", "max_error"))
+        said.append(f"the task {name} was {last} off at the end, and {most} at most")
+    for name, kept in facts.get("constraints", {}).items():
+        nearest = kept["min_distance"]
+        if nearest is None:
+            said.append(f"how near {name} came to its plane is unknown")
+        elif nearest < 0.0:
+            said.append(f"{name} was up to {length(-nearest)} beyond its plane")
+        else:
+            said.append(f"{name} stayed on its side of its plane, {length(nearest)} away at the nearest")
+    return said
+
+
+def _error(size: float | None, unit: str | None) -> str:
+    """The size of an error in its unit; a length in the unit that reads best."""
+    if size is None:
+        return "an unknown amount"
+    if unit == "m":
+        return length(size)
+    return f"{size:.2g} {unit or ''}".rstrip()
 
 
 def recording_sentence(facts: Mapping[str, Any]) -> str:

@@ -144,7 +144,12 @@ class Planner(PlannerChanges):
         self._adopted, self._step_arm = None, self._wanted.fitting
         self._said = Said(int(self._session.K.cascade.status))
         self._out, self._loop = (
-            Step(self._session, robot.joints, self._said, Named(self._tasks.errors, asked)),
+            Step(
+                self._session,
+                robot.joints,
+                self._said,
+                Named(self._tasks.errors, asked, self._tasks.failed),
+            ),
             ArmLoop(self._session, robot.joints),
         )
         self._constraints = Constraints(self._session, robot, given_constraints, self._loop.stop)

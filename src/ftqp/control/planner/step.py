@@ -238,9 +238,9 @@ class Step:
     @property
     def tasks(self) -> dict[str, SoftTaskReport]:
         """How far each further task was from its target before the step, by name."""
-        errors = self._parts["soft_error"]
+        errors, failed = self._parts["soft_error"], self._named.failed or {}
         return {
-            name: SoftTaskReport(errors[6 * k : 6 * k + size])
+            name: SoftTaskReport(errors[6 * k : 6 * k + size], failed.get(name))
             for k, (name, size) in enumerate(self._named.tasks)
         }
 
@@ -406,7 +406,8 @@ class Step:
             numbers[begin:end] = self._parts[name]
         layout["jacobian"] = (at, len(numbers))
         numbers[at:] = jacobian
-        return _kept(self._arm, self._joints, layout, numbers, self.code, self.duration, self._named)
+        named = self._named.copy()
+        return _kept(self._arm, self._joints, layout, numbers, self.code, self.duration, named)
 
     def leave_arm(self) -> None:
         """Stay with the arm that this step and its copies were made for: the planner's becomes another."""
@@ -433,7 +434,7 @@ class Step:
             parts._numbers,
             self.code,
             self.duration,
-            self._named,
+            kept._named,
         )
 
     def __repr__(self) -> str:

@@ -1,5 +1,6 @@
 """The parts of a step: where they stand in the planner's record, what keeps them, what is read of them."""
 
+from collections.abc import Mapping
 from typing import NamedTuple, final
 
 import numpy as np
@@ -185,10 +186,16 @@ class Named(NamedTuple):
     Attributes:
         tasks: Of the further tasks, with how many numbers an error of each has.
         asked: Of the rows that a planner asks for, by kind.
+        failed: Why tasks were left out of the tick, by name; None where none can be.
     """
 
     tasks: tuple[tuple[str, int], ...] = ()
     asked: Asked = NOTHING_ASKED
+    failed: Mapping[str, str] | None = None
+
+    def copy(self) -> "Named":
+        """The same, which later ticks do not change."""
+        return self if self.failed is None else self._replace(failed=dict(self.failed))
 
 
 class SoftTaskReport(NamedTuple):
@@ -199,9 +206,11 @@ class SoftTaskReport(NamedTuple):
             that turns it onto its target, (6,) [m and rad]; of an axis the rotation that turns it onto its
             direction, (3,), its length the sine of the angle, 1 beyond a right angle; 0 of tasks of joints
             and of one's own.
+        failed: Why the task was left out of the step, in a sentence; None unless its own function failed.
     """
 
     error: FloatArray
+    failed: str | None = None
 
 
 class Measures(NamedTuple):

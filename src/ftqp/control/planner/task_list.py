@@ -6,6 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
+from ftqp.control.planner.own_rows import OwnRows
 from ftqp.control.planner.stages import CLOCK, FREE, LED, Stage
 from ftqp.control.planner.step_parts import Reference
 from ftqp.control.planner.target import Target, Targets
@@ -262,15 +263,21 @@ class TaskList(Mapping[str, RunningTask]):
             _write(found[name], robot)
         terms.count = len(tasks)
         self._by_name = MappingProxyType(found)
-        self._own = tuple((at, task) for at, task in enumerate(tasks) if isinstance(task, LeastSquares))
         places = (("state", name) for name in ("q_command", "v_command", "a_command"))
-        self._seen = Reference(*(session.view(*place)[: robot.nv] for place in places))
+        seen = Reference(*(session.view(*place)[: robot.nv] for place in places))
+        own = [(at, one.label, one) for at, one in enumerate(tasks) if isinstance(one, LeastSquares)]
+        self._own = OwnRows(terms, own, robot.neutral, seen) if own else None
 
     @property
     def stage(self) -> Stage:
         """What they do in a planner's life."""
-        fill = self._fill if self._own else None
-        return Stage(ticks=(CLOCK, FREE, *LED) if self._own else (), before=fill, begin=self._begin)
+        fill = None if self._own is None else self._own.fill
+        return Stage(ticks=() if fill is None else (CLOCK, FREE, *LED), before=fill, begin=self._begin)
+
+    @property
+    def failed(self) -> Mapping[str, str] | None:
+        """Why tasks of one's own were left out of the last tick, by name; None without such tasks."""
+        return None if self._own is None else self._own.failed
 
     @property
     def errors(self) -> tuple[tuple[str, int], ...]:
@@ -287,7 +294,7 @@ class TaskList(Mapping[str, RunningTask]):
     @property
     def calls_python(self) -> bool:
         """Whether a tick needs the interpreter."""
-        return bool(self._own)
+        return self._own is not None
 
     def __getitem__(self, name: str) -> RunningTask:
         try:
@@ -347,20 +354,6 @@ class TaskList(Mapping[str, RunningTask]):
                 terms.goal[one._at] = centre_of_mass(wanted.fitting.robot, start.q)
             elif isinstance(task, PostureTask) and task.target is None:
                 terms.q_goal[one._at, : robot.nv] = start.q
-
-    def _fill(self) -> None:
-        """Ask the user's functions for their rows; numbers that are not finite leave a task out."""
-        terms, n = self._terms, self._robot.nv
-        for at, task in self._own:
-            J, b = terms.J[at, : task.rows, :n], terms.b[at, : task.rows]
-            J[:] = b[:] = 0.0
-            try:
-                task.fill(self._seen, J, b)
-            except BaseException:
-                J[:] = b[:] = 0.0
-                raise
-            if not (np.isfinite(J).all() and np.isfinite(b).all()):
-                J[:] = b[:] = 0.0
 
 
 def _moving_pose(what: str, value: Any) -> FloatArray:

@@ -351,8 +351,9 @@ class LeastSquares(SoftTask):
         rows: How many rows, 1 to 6.
         fill: Called before each tick as ``fill(state, J, b)``: ``state`` has ``q``, ``v`` and ``a`` of the
             reference, (nv,), and ``J`` (rows, nv) and ``b`` (rows,) are to be written. x is the joint
-            acceleration, or velocity at the velocity level. What it raises goes through ``step``; numbers
-            that are not finite leave the task out of that tick.
+            acceleration, or velocity at the velocity level. It is tried once when a planner is made, at the
+            neutral posture at rest. A tick in which it raises or gives numbers that are not finite goes on
+            without the task; ``step.tasks[name].failed`` says why, and the first time a warning does.
     """
 
     rows: int

@@ -35,7 +35,7 @@ class Ticks:
             )
         if not rows.count:
             raise InputError(f"{rows.title} has no rows yet; expected a run of at least one tick")
-        self.joints = tuple(rows.columns[k].name.split(".", 1)[1] for k in self._groups["q"])
+        self.joints = tuple(self.names("q"))
         self.block = np.empty((0, len(rows.columns)))
 
     def of(self, block: FloatArray) -> Self:
@@ -55,6 +55,10 @@ class Ticks:
         """Signals of a group, (K, count)."""
         chosen: FloatArray = self.block[:, self._groups[group]]
         return chosen
+
+    def names(self, group: str) -> list[str]:
+        """What the signals of a group are of, in their order; none where there is no such group."""
+        return [self._rows.columns[k].name.split(".", 1)[1] for k in self._groups.get(group, [])]
 
     def scalar(self, name: str) -> FloatArray:
         """A signal, (K, 1); NaN where an older log has none."""

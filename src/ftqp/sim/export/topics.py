@@ -15,6 +15,7 @@ from ftqp.sim.export.form import Form, Values
 from ftqp.sim.export.link_poses import fixed_pose, joint_poses
 from ftqp.sim.export.ros_bag import RosBag
 from ftqp.sim.export.ticks import Ticks
+from ftqp.sim.log.further_signals import PLANES, TASKS
 from ftqp.sim.log.signals import CONDITIONS
 
 WORLD = "world"
@@ -27,6 +28,8 @@ _REALS = (
 _WHOLES = ("status", "qp_status", "qp_iterations", "path_status")
 _JOINTS = {"acceleration": "a", "torque": "tau", "brake_torque": "tau_brake", "lower": "lb", "upper": "ub"}
 _CODES = ("belief", "truth")
+_FURTHER = {TASKS: "task", PLANES: "kept"}
+"""Groups of soft tasks and kept points, and the field of their names without ``_name``."""
 
 
 def step_definition() -> str:
@@ -39,6 +42,8 @@ def step_definition() -> str:
     lines.append("string[] name")
     lines += [f"float64[] {name}" for name in _JOINTS]
     lines += [f"int32[] {name}" for name in _CODES]
+    for group, whose in _FURTHER.items():
+        lines += [f"string[] {whose}_name", f"float64[] {group}"]
     return "\n".join(lines)
 
 
@@ -166,6 +171,10 @@ class Topics:
         fields |= {
             name: form.wholes(n, _signals(name)) if there(name) else np.empty(0, np.int32) for name in _CODES
         }
+        for group, whose in _FURTHER.items():
+            names = self._ticks.names(group)
+            fields[f"{whose}_name"] = names
+            fields[group] = form.reals(len(names), _signals(group)) if names else np.empty(0)
         fields |= {"header": self._header(form), "name": list(self._ticks.joints)}
         self._add("/ftqp/step", form, self._bag.message(STEP, **fields))
 

@@ -43,6 +43,8 @@ def table(raw: FloatArray, layout: RawLayout) -> FloatArray:
         parts += [error, rotation_vectors(turns), raw[:, f["base_status"]]]
     if layout.sensed:
         parts.append(raw[:, f[layout.sensed[0]].start : f[layout.sensed[-1]].stop])
+    if "further" in f:
+        parts.append(raw[:, f["further"]])
     return np.concatenate(parts, axis=1)
 
 

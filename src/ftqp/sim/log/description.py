@@ -2,6 +2,7 @@
 
 import platform
 import sqlite3
+from collections.abc import Mapping
 from dataclasses import fields
 from functools import cache
 from importlib import metadata
@@ -11,12 +12,18 @@ import numpy as np
 
 from ftqp.control.paths import Path
 from ftqp.control.planner.planner import Planner
+from ftqp.control.task.soft_tasks import KINDS, LeastSquares
 from ftqp.core.checks import FloatArray
+from ftqp.model.body_frames import frame_pose, mount_of
 from ftqp.model.robot import Robot
 from ftqp.model.skeleton import Skeleton
+from ftqp.sim.further_measures import FurtherMeasures
+from ftqp.sim.log.further_signals import TASKS
 from ftqp.sim.schedule import FaultEvent, Schedule
 
 PACKAGES = ("ftqp", "numpy", "scipy", "pin")
+KIND_OF = {kind: word for word, kind in KINDS.items()} | {LeastSquares: "least_squares"}
+"""What a log calls the kinds of soft tasks."""
 
 
 def description(
@@ -47,8 +54,59 @@ def description(
         "path_duration": path.duration,
         "reference": reference,
         "faults": [described(event, robot) for event in schedule],
+        **_further(planner),
         "versions": versions(),
     }
+
+
+def _further(planner: Planner) -> dict[str, Any]:
+    """Soft tasks and kept points as they were given, each where the planner has any.
+
+    ``unit`` is that of a task's error, ``place`` where the target of one that has a place is now [m].
+    ``joint`` is the one that a kept point moves with, and ``at_zero`` where the point is while all joints are
+    at 0, in the base frame [m]: whoever has the arm finds the point by that, whatever frames it knows.
+    """
+    robot = planner.robot
+    result: dict[str, Any] = {}
+    if planner.tasks:
+        measures = FurtherMeasures(planner)
+        own: dict[str, dict[str, Any]] = {
+            one.name: {"unit": one.unit} for one in measures.all if one.group == TASKS
+        }
+        for name, place in measures.places(planner.view().command.q).items():
+            own[name]["place"] = place.tolist()
+        result["tasks"] = [
+            {"name": name, "kind": KIND_OF[type(task.given)], **own.get(name, {}), **_settings(task.given)}
+            for name, task in planner.tasks.items()
+        ]
+    if planner.constraints:
+        result["constraints"] = found = []
+        for kept in planner.constraints.values():
+            keep = kept.given
+            T = frame_pose(robot, keep.frame, np.zeros(robot.nv))
+            found.append(
+                {
+                    **_settings(keep),
+                    "name": keep.label,
+                    "joint": robot.joints[mount_of(robot, keep.frame)[0]],
+                    "at_zero": (T[:3, :3] @ keep.point + T[:3, 3]).tolist(),
+                }
+            )
+    return result
+
+
+def _settings(given: Any) -> dict[str, Any]:
+    """The settings of a task or constraint that a file can hold."""
+    result = {}
+    for setting in fields(given):
+        value = getattr(given, setting.name)
+        if isinstance(value, Mapping):
+            value = {str(key): float(one) for key, one in value.items()}
+        elif not isinstance(value, str | int | float | None):
+            value = None if callable(value) else np.asarray(value, dtype=np.float64).tolist()
+        if value is not None and setting.name != "name":
+            result[setting.name] = value
+    return result
 
 
 def described(event: FaultEvent, robot: Robot) -> dict[str, Any]:

@@ -25,6 +25,7 @@ On a moving base (k coordinates) target and tip are in the inertial frame, and 1
 ``base_pose`` (12, first three rows of its pose), ``eta`` (k) and ``base_status`` (1).
 Of an arm with a drive or sensors of its own n more follow for each of `SENSED`, what was measured, sent and
 referred to, and of `FELT`, as far as they are known: torques that were measured, and that drives asked for.
+Of a planner with soft tasks or kept points ``further`` follows, errors and distances, one number each.
 """
 
 from collections.abc import Mapping, Sequence
@@ -56,6 +57,7 @@ class RawLayout:
         nv: joints.
         coordinates: of the base that moves, or None where it stands.
         sensed: fields of `SENSED` and `FELT` that are kept, too, in their order.
+        further: how many errors of soft tasks and distances of kept points there are.
 
     Attributes:
         fields: columns of each field by name, in their order.
@@ -63,12 +65,15 @@ class RawLayout:
         scalars: columns of all `SCALARS` together.
     """
 
-    def __init__(self, nv: int, coordinates: int | None = None, *, sensed: Sequence[str] = ()) -> None:
+    def __init__(
+        self, nv: int, coordinates: int | None = None, *, sensed: Sequence[str] = (), further: int = 0
+    ) -> None:
         sizes = [("t", 1), *((name, nv) for name in PER_JOINT), *GEOMETRY, ("jacobian", TASK_ROWS * nv)]
         sizes += [(name, 1) for name in SCALARS]
         if coordinates is not None:
             sizes += [("base_pose", 12), ("eta", coordinates), ("base_status", 1)]
         sizes += [(name, nv) for name in sensed]
+        sizes += [("further", further)] if further else []
         fields, at = {}, 0
         for name, size in sizes:
             fields[name] = slice(at, at + size)

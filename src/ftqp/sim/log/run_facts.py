@@ -1,6 +1,6 @@
 """What a log says of its run, believed only where it is of the kind that ftqp writes."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, NoReturn, final
 
 from ftqp.core.checks import is_number
@@ -12,6 +12,8 @@ TEXTS: Final = (
     "broken",
 )  # fmt: skip
 NUMBERS: Final = ("dt", "ticks", "duration", "path_duration")
+_TASK: Final = {"name": None, "kind": None, "unit": ""}
+"""Texts that a soft task has, and what takes the place of one that may be absent."""
 LIMITS: Final = ("q_min", "q_max", "v_max", "a_max", "tau_max")
 
 
@@ -42,7 +44,12 @@ def strange_fact(facts: Mapping[str, Any]) -> str | None:
     slides = facts.get("prismatic", [False] * count)
     if not (_list(slides, lambda flag: isinstance(flag, bool)) and len(slides) == count):
         return f"its prismatic is {slides!r:.40}, expected true or false for each of {count} joints"
-    return _strange_limits(facts, count) or _strange_faults(facts, count) or _strange_rest(facts)
+    return (
+        _strange_limits(facts, count)
+        or _strange_faults(facts, count)
+        or _strange_further(facts, joints or ())
+        or _strange_rest(facts)
+    )
 
 
 def _strange_limits(facts: Mapping[str, Any], count: int) -> str | None:
@@ -75,6 +82,38 @@ def _strange_faults(facts: Mapping[str, Any], count: int) -> str | None:
         if not good:
             return f"it has the fault {fault!r:.60}, expected its kind, joint, index, at and announced"
     return None
+
+
+def _strange_further(facts: Mapping[str, Any], joints: Sequence[str]) -> str | None:
+    """Soft tasks and kept points, of which only some runs have any."""
+    tasks, kept = facts.get("tasks", []), facts.get("constraints", [])
+    if not _list(tasks, lambda one: isinstance(one, dict) and _is_task(one)):
+        return f"its tasks are {tasks!r:.60}, expected tables with name, kind and unit"
+    if not _list(kept, lambda one: isinstance(one, dict) and _is_kept(one, joints)):
+        return (
+            f"its constraints are {kept!r:.60}, expected tables with name, joint, at_zero, above, normal and "
+            "braking"
+        )
+    return None
+
+
+def _is_task(one: Mapping[str, Any]) -> bool:
+    """Whether something is a soft task."""
+    place = one.get("place", [0.0] * 3)
+    texts = all(isinstance(one.get(key, least), str) for key, least in _TASK.items())
+    return texts and _list(place, is_number) and len(place) == 3
+
+
+def _is_kept(one: Mapping[str, Any], joints: Sequence[str]) -> bool:
+    """Whether something is a point that was kept on its side of a plane."""
+    return (
+        isinstance(one.get("name"), str)
+        and one.get("joint") in joints
+        and is_number(one.get("braking"))
+        and all(
+            _list(one.get(key), is_number) and len(one[key]) == 3 for key in ("at_zero", "above", "normal")
+        )
+    )
 
 
 def _strange_rest(facts: Mapping[str, Any]) -> str | None:

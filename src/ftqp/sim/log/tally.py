@@ -10,6 +10,7 @@ from ftqp.control.moving_base.inertial_task import BaseStatus
 from ftqp.control.planner.status import StepStatus
 from ftqp.core.checks import FloatArray
 from ftqp.kernel.layout.thresholds import TIME_SLACK
+from ftqp.sim.log.further_signals import FACTS, PLANES, TASKS, names_in
 from ftqp.sim.log.limits_kept import Excess, Following, Motion
 from ftqp.sim.log.quantiles import Counts, Quantiles
 from ftqp.sim.log.signal_blocks import Signals
@@ -70,6 +71,7 @@ class Tally:
     def __init__(self, metadata: Mapping[str, Any], *, sensed: bool) -> None:
         self.count = 0
         self._joints = tuple(metadata["joints"])
+        self._about = {key: metadata.get(key, []) for key in FACTS.values()}
         self._duration = metadata.get("path_duration")
         self._counts = np.zeros(len(STATUSES), dtype=np.int64)
         self._final: int | None = None
@@ -84,6 +86,8 @@ class Tally:
         self._inertial: dict[str, Extremes] | None = None
         self._base_counts = np.zeros(len(BaseStatus), dtype=np.int64)
         self._last_error: float | None = None
+        self._further: dict[str, Extremes] = {}
+        self._ends: dict[str, float] = {}
 
     def after(self, rows: Signals) -> "Tally":
         """Another tally, which has taken in these rows as well; this one stays as it is."""
@@ -116,6 +120,11 @@ class Tally:
             self._following.add(rows)
         if self._inertial is not None:
             self._in_space(self._inertial, rows)
+        for group in (TASKS, PLANES):
+            for name in names_in(rows, self._about, group):
+                values = rows[f"{group}.{name}"]
+                self._further.setdefault(f"{group}.{name}", Extremes()).add(values)
+                self._ends[f"{group}.{name}"] = float(values[-1])
 
     def _along(self, t: FloatArray, progress: FloatArray) -> None:
         """How far the path came."""
@@ -183,7 +192,26 @@ class Tally:
             },
             **_faults(metadata),
             **self._in_inertial_space(),
+            **self._further_facts(),
         }
+
+    def _further_facts(self) -> dict[str, Any]:
+        """How well soft tasks were done, and how near kept points came to their planes."""
+        errors, distances = (
+            {name.partition(".")[2]: name for name in self._further if name.startswith(f"{group}.")}
+            for group in (TASKS, PLANES)
+        )
+        units = {one["name"]: one.get("unit") for one in self._about[FACTS[TASKS]]}
+        tasks = {
+            task: {
+                "final_error": _finite(self._ends[name]),
+                "max_error": self._further[name].largest,
+                "unit": units[task],
+            }
+            for task, name in errors.items()
+        }
+        kept = {one: {"min_distance": self._further[name].smallest} for one, name in distances.items()}
+        return ({"tasks": tasks} if tasks else {}) | ({"constraints": kept} if kept else {})
 
     def _sensed(self, metadata: Mapping[str, Any]) -> dict[str, Any]:
         """How far working joints were from what had been sent, and what is to be known of the plant."""
@@ -212,6 +240,10 @@ class Tally:
                 "status_counts": {status.name: int(count) for status, count in counts if count},
             }
         }
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
 
 
 def _faults(about: Mapping[str, Any]) -> dict[str, Any]:

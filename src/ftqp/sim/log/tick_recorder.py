@@ -11,6 +11,7 @@ from ftqp.control.planner.step_parts import measures_of
 from ftqp.core import clock
 from ftqp.core.checks import FloatArray
 from ftqp.faults.kinds import Fault, refuse_unknown
+from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.leader import Leader
 from ftqp.sim.log.derived_columns import table
 from ftqp.sim.log.raw_rows import BLOCK, FELT, MEASURES, TASK_ROWS, RawLayout
@@ -50,7 +51,13 @@ class TickRecorder:
         self._arm = Arm(planner.robot)
         world = leader.world
         nv = planner.robot.nv
-        self._layout = RawLayout(nv, None if world is None else len(world.base.coordinates), sensed=sensed)
+        self._further = FurtherMeasures(planner)
+        self._layout = RawLayout(
+            nv,
+            None if world is None else len(world.base.coordinates),
+            sensed=sensed,
+            further=len(self._further),
+        )
         self._block = self._layout.block()
         self._first, self._filled = 0, 0
         self._handed_on = clock.now()
@@ -72,6 +79,7 @@ class TickRecorder:
             self._base_pose = self._layout.poses(self._block, "base_pose")
             self._eta, self._base_status = view["eta"], view["base_status"][:, 0]
 
+        self._measured = view.get("further")
         self._sensed = tuple(view[name] for name in sensed)
         self._felt = tuple(name in sensed for name in FELT)
 
@@ -146,6 +154,8 @@ class TickRecorder:
         if world is not None:
             self._base_pose[k], self._eta[k] = world.base_pose[:3], world.eta
             self._base_status[k] = world.follower.code
+        if self._measured is not None:
+            self._measured[k] = self._further.at(q)
         self._filled = k + 1
         self._hand_on_in_time()
 
@@ -161,7 +171,7 @@ class TickRecorder:
         return rows
 
     def keep(self, count: int, task_rows: int) -> None:
-        """Keep the first rows of `free`; ``belief``, ``truth`` and the measures are filled in here.
+        """Keep the first rows of `free`; beliefs, truth and measures are filled in here.
 
         Args:
             count: how many ticks have been filled, all of them between two changes of belief and truth.
@@ -170,6 +180,8 @@ class TickRecorder:
         rows = slice(self._filled, self._filled + count)
         _, _, beliefs, truths = self._rest
         beliefs[rows], truths[rows] = self._believed(), self._truth
+        if self._measured is not None:
+            self._measured[rows] = self._further.along(self._joints[0][rows])
         self._task_rows = task_rows
         self._filled += count
         self._hand_on_in_time()

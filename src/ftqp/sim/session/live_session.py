@@ -19,6 +19,7 @@ from ftqp.sim.session.session_commands import (
     Break,
     Command,
     Pause,
+    Place,
     Play,
     Repair,
     Reset,
@@ -152,6 +153,9 @@ class Session:
             case Aim():
                 for arm in self._watched:
                     arm.follow(command.pose)
+            case Place():
+                for arm in self._watched:
+                    arm.place(command.task, command.position)
             case Use():
                 return self._use(command)
             case Play():

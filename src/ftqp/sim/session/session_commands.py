@@ -119,6 +119,19 @@ class Aim:
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """Put the target of a soft task elsewhere, until ``Reset``.
+
+    Attributes:
+        task: The task's name.
+        position: Where to, (3,) in the frame of the base [m].
+    """
+
+    task: str
+    position: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
 class Seek:
     """Go to another time of a replay.
 
@@ -146,5 +159,5 @@ class Play:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-Command = Break | Repair | Pause | Reset | Speed | Use | Tell | Aim | Seek | Play
+Command = Break | Repair | Pause | Reset | Speed | Use | Tell | Aim | Place | Seek | Play
 """Any command."""

@@ -1,13 +1,15 @@
 """What one picture of a session needs, as plain numbers; the same from a running arm and from its log."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ftqp.core.checks import FloatArray
 from ftqp.core.pose import quaternions
+from ftqp.sim.log.further_signals import FACTS, PLANES, TASKS, names_in
 
 IntArray = NDArray[np.int64]
 
@@ -25,6 +27,24 @@ class TwinFacts:
     q: FloatArray
     status: int
     position_error: float
+
+
+class FurtherFact(NamedTuple):
+    """A soft task, or a point that is kept on its side of a plane.
+
+    Attributes:
+        name: What it is called.
+        value: The task's error, or the point's distance from its plane, positive on its side [``unit``].
+        unit: ``m`` or ``rad``.
+        place: Where the task's target is, or a place on the plane, (3,) [m]; None of one without a place.
+        normal: Of the plane, into the side that is free, (3,); None of a task.
+    """
+
+    name: str
+    value: float
+    unit: str
+    place: tuple[float, ...] | None = None
+    normal: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +68,7 @@ class Facts:
         rotation_error: Angle of the tip from its target, over the task's rows [rad].
         step_time: Wall time of the step [us].
         twin: The naive twin; None without one.
+        further: Soft tasks and kept points, in their order.
         stage: How many times the arm has been replaced by another one.
         paused: Whether time stands.
         speed: Simulated seconds in a second that were asked for.
@@ -71,6 +92,7 @@ class Facts:
     rotation_error: float
     step_time: float
     twin: TwinFacts | None = None
+    further: tuple[FurtherFact, ...] = ()
     stage: int = 0
     paused: bool = False
     speed: float = 1.0
@@ -81,6 +103,8 @@ class Facts:
 class Columns(Protocol):
     """The part of a log that facts are read from, such as an `ftqp.sim.log.log_arrays.Log`."""
 
+    @property
+    def metadata(self) -> Mapping[str, Any]: ...
     def __getitem__(self, name: str) -> NDArray[Any]: ...
     def __contains__(self, name: object) -> bool: ...
 
@@ -105,7 +129,29 @@ def facts_of(log: Columns, tick: int) -> Facts:
         position_error=float(log["position_error"][tick]),
         rotation_error=float(log["rotation_error"][tick]),
         step_time=float(log["step_time"][tick]),
+        further=_further(log, tick),
     )
+
+
+def _further(log: Columns, tick: int) -> tuple[FurtherFact, ...]:
+    """Soft tasks, whose targets are shown where they were at first, and kept points of a log."""
+    tasks = {
+        one["name"]: FurtherFact(one["name"], 0.0, one.get("unit", ""), _three(one.get("place")))
+        for one in log.metadata.get(FACTS[TASKS], [])
+    }
+    kept = {
+        one["name"]: FurtherFact(one["name"], 0.0, "m", _three(one["above"]), _three(one["normal"]))
+        for one in log.metadata.get(FACTS[PLANES], [])
+    }
+    return tuple(
+        known[name]._replace(value=float(log[f"{group}.{name}"][tick]))
+        for group, known in ((TASKS, tasks), (PLANES, kept))
+        for name in names_in(log, log.metadata, group)
+    )
+
+
+def _three(place: Any) -> tuple[float, ...] | None:
+    return None if place is None else tuple(map(float, place))
 
 
 def quaternion_of(pose: FloatArray) -> FloatArray:

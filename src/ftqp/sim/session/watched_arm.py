@@ -7,13 +7,15 @@ import numpy as np
 from ftqp.core.checks import FloatArray, frozen
 from ftqp.faults.kinds import Fault
 from ftqp.kernel.layout.enums import STOPPED, STOPPING
+from ftqp.sim.further_measures import FurtherMeasures
 from ftqp.sim.led_arm import Made
 from ftqp.sim.log.derived_columns import MICROSECONDS
+from ftqp.sim.log.further_signals import TASKS, further_columns
 from ftqp.sim.log.row_sink import RowSink
 from ftqp.sim.log.signals import HEALTHY, PATH_CODES, Column, columns, sensed_columns
 from ftqp.sim.log.tick_recorder import TickRecorder
 from ftqp.sim.session.session_arms import SessionArm
-from ftqp.sim.session.tick_facts import Facts, IntArray, TwinFacts, quaternion_of
+from ftqp.sim.session.tick_facts import Facts, FurtherFact, IntArray, TwinFacts, quaternion_of
 
 APART = 1e-6
 """A joint farther from its command than this was repaired elsewhere than its planner thinks [rad or m]."""
@@ -30,9 +32,11 @@ class WatchedArm:
     def __init__(self, player: SessionArm) -> None:
         self._player = player
         self._robot = player.planner.robot
+        self._measures = FurtherMeasures(player.planner)
         self.failed: dict[str, Fault] = {}
         self._recorder: TickRecorder | None = None
         self._made: Made | None = None
+        self._placed: dict[str, FloatArray] = {}
 
     @property
     def signals(self) -> tuple[Column, ...]:
@@ -41,6 +45,7 @@ class WatchedArm:
         return (
             *columns(robot.joints, robot.chain.prismatic, level),
             *sensed_columns(self._player.sensed, robot.joints, robot.chain.prismatic),
+            *further_columns(self._measures.all),
         )
 
     def begin(self, q: FloatArray, v: FloatArray) -> None:
@@ -51,6 +56,9 @@ class WatchedArm:
             if self._recorder is not None:
                 self._recorder.repair(joint)
         self.failed.clear()
+        for name, target in self._placed.items():
+            planner.tasks[name].target = target
+        self._placed.clear()
         self._player.reset(q, v, 2**31)
 
     def record(self, sink: RowSink) -> None:
@@ -128,6 +136,21 @@ class WatchedArm:
         """Let a hand lead, or give the path back."""
         self._player.leader.follow(pose)
 
+    def place(self, name: str, position: FloatArray) -> None:
+        """Put the target of a soft task elsewhere, until the arm begins anew.
+
+        Args:
+            name: The task's.
+            position: Where to, (3,) [m].
+
+        Raises:
+            InputError: There is no such task, or no such place.
+        """
+        task = self._player.planner.tasks[name]
+        before = task.target
+        task.target = position
+        self._placed.setdefault(name, before)
+
     @property
     def untold(self) -> tuple[str, ...]:
         """The joints that have failed without the planner's believing it."""
@@ -189,7 +212,23 @@ class WatchedArm:
             rotation_error=step.rotation_error,
             step_time=MICROSECONDS * self._made.elapsed,
             twin=None if twin is None else twin.as_twin(),
+            further=self._further(plant.q),
         )
+
+    def _further(self, q: FloatArray) -> tuple[FurtherFact, ...]:
+        """Soft tasks and kept points at a posture, (nv,)."""
+        measures = self._measures
+        if not len(measures):
+            return ()
+        places = measures.places(q) if np.isfinite(q).all() else {}
+        planes = {name: one.given for name, one in self._player.planner.constraints.items()}
+        found = []
+        for one, value in zip(measures.all, measures.at(q).tolist(), strict=True):
+            place = places.get(one.name) if one.group == TASKS else planes[one.name].above
+            normal = None if one.group == TASKS else tuple(planes[one.name].normal.tolist())
+            where = None if place is None else tuple(place.tolist())
+            found.append(FurtherFact(one.name, value, one.unit, where, normal))
+        return tuple(found)
 
     def as_twin(self) -> TwinFacts:
         """What a picture needs of it as the naive twin."""

@@ -10,6 +10,7 @@ from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.metrics import is_sensed
 from ftqp.sim.log.signals import refuse_unknown_conditions
 from ftqp.viz.figures import base_errors as base
+from ftqp.viz.figures import further_errors as further
 from ftqp.viz.figures import joint_figures as joints
 from ftqp.viz.figures import status_ribbon as ribbon
 from ftqp.viz.figures import tracking
@@ -17,6 +18,7 @@ from ftqp.viz.figures.canvas import made_folder
 
 DRAWINGS = {
     "path.png": tracking.draw,
+    "tasks.png": further.draw,
     "joints.png": joints.draw_positions,
     "velocities.png": joints.draw_velocities,
     "following.png": joints.draw_following,
@@ -30,8 +32,9 @@ DRAWINGS = {
 def save_figures(log: Log, folder: str | Path) -> list[Path]:
     """Draw all figures of a run as PNG files into ``folder``, which is made if it is missing.
 
-    Existing files of the same names are replaced. The order is path, joints, velocities, following (of an arm
-    with a drive or sensors), torques (of an arm with inertia), status, base (of a run on a moving base).
+    Existing files of the same names are replaced. The order is path, tasks (of a planner with soft tasks or
+    kept points), joints, velocities, following (of an arm with a drive or sensors), torques (of an arm with
+    inertia), status, base (of a run on a moving base).
     """
     if not len(log):
         raise InputError(f"log {log.path} has no rows, expected at least one to draw")
@@ -44,5 +47,6 @@ def save_figures(log: Log, folder: str | Path) -> list[Path]:
 def drawings_of(log: Log) -> dict[str, Callable[[Log, Path], Path]]:
     """The figures that a run has, by file name."""
     absent = {"following.png": not is_sensed(log), "base.png": "base_status" not in log}
+    absent["tasks.png"] = not further.panels(log)
     absent["torques.png"] = not np.isfinite(log["tau"]).any()
     return {name: draw for name, draw in DRAWINGS.items() if not absent.get(name, False)}

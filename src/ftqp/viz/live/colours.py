@@ -31,6 +31,10 @@ TARGET: Colour = (28, 150, 92)
 PATH: Colour = (120, 128, 140)
 TRAIL: Colour = (246, 148, 30)
 ELLIPSOID: Colour = (60, 150, 210)
+MARK: Colour = (0, 130, 140)
+"""The target of a soft task."""
+PLANE: Colour = (200, 90, 60)
+"""A plane on whose side a point of the arm is kept."""
 BASELINE: Colour = (120, 60, 130)
 """The uninformed baseline: the same arm, whose planner is never told."""
 
@@ -65,8 +69,13 @@ def hexadecimal(colour: Colour) -> str:
     return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
-def legend(columns: int = 1) -> str:
-    """A line for each colour: joints by their condition, then lines and bodies."""
+def legend(columns: int = 1, *, further: bool = False) -> str:
+    """A line for each colour: joints by their condition, then lines and bodies.
+
+    Args:
+        columns: How many lines stand side by side.
+        further: Whether there are soft tasks or kept points.
+    """
     joints = [("dot", CONDITION[code], f"{word} joint") for code, word in CONDITIONS.items()]
     joints += [("dot", BRAKING, "braking joint"), ("dot", NEAR_LIMIT, "joint near its limit")]
     others = [
@@ -76,6 +85,11 @@ def legend(columns: int = 1) -> str:
         ("dot", BASELINE, "baseline: same arm, never told of its faults"),
         ("dot", ELLIPSOID, "ellipsoid: tip speeds that working joints can make"),
     ]
+    if further:
+        others += [
+            ("dot", MARK, "target of a soft task"),
+            ("dot", PLANE, "plane: a point stays on the side of the arrow"),
+        ]
     rows = "".join(
         f'<div style="{_ROW}"><span style="flex:none;display:inline-block;{_FORMS[form]};'
         f'background:{hexadecimal(colour)}"></span>{words}</div>'

@@ -15,7 +15,7 @@ from ftqp.kernel.entry.session import ArmSession
 from ftqp.model.robot import Robot
 from ftqp.sim.log.log_arrays import Log
 from ftqp.sim.log.signals import PATH_CODES
-from ftqp.sim.session.tick_facts import Facts, IntArray, facts_of
+from ftqp.sim.session.tick_facts import Facts, FurtherFact, IntArray, facts_of
 
 NEAR = 0.9
 """A joint beyond this share of its range is near its limit."""
@@ -31,7 +31,7 @@ _SENTENCES = {
 """What a path adds to the status of a step."""
 SHARED = (
     "stage", "tick", "t", "paused", "speed", "pace", "truth", "belief", "position_error", "rotation_error",
-    "q", "v", "message",
+    "q", "v", "message", "further",
 )  # fmt: skip
 """What a frame takes from the facts of a tick as it is."""
 
@@ -71,6 +71,7 @@ class Frame:
         axes_rotation: Its axes as columns of a rotation, (3, 3).
         step_time_us: Wall time of the planner's step [us].
         message: The last refusal or note, in plain words; empty without one.
+        further: Soft tasks and kept points, always the same ones of an arm.
     """
 
     stage: int
@@ -100,6 +101,7 @@ class Frame:
     axes_rotation: FloatArray
     step_time_us: float
     message: str
+    further: tuple[FurtherFact, ...] = ()
 
 
 @final

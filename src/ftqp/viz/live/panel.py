@@ -11,10 +11,11 @@ from ftqp.sim.session.session_commands import TELLS, Command
 from ftqp.viz.live.colours import legend
 from ftqp.viz.live.frame import Frame
 from ftqp.viz.live.frame_source import Stage
+from ftqp.viz.live.further_nodes import further_table
 from ftqp.viz.live.heat_map import FailureMap
 from ftqp.viz.live.history import History
 from ftqp.viz.live.plots import Plots
-from ftqp.viz.live.scene import OVERLAYS, Scene
+from ftqp.viz.live.scene import Scene
 from ftqp.viz.live.status_head import joint_table, status_head
 
 ACTIONS = {kind.button: name for name, kind in KINDS.items()}
@@ -58,6 +59,10 @@ class Panel:
             if stage.live:
                 self._tell(stage)
                 self._breakers(names)
+        self._further: Any = None
+        if frame.further:
+            with self._tabs.add_tab("Tasks"):
+                self._further = self._gui.add_html("")
         if stage.live:
             with self._tabs.add_tab("Setup"):
                 self._setup(stage)
@@ -65,7 +70,7 @@ class Panel:
             self._overlays(stage)
         self._side = self._gui.add_panel()
         with self._side.add_tab("What you see"):
-            self._gui.add_html(legend(columns=2))
+            self._gui.add_html(legend(columns=2, further=bool(frame.further)))
             self._plots = Plots(self._gui, names, self._history)
         self._side.dock_left()
         self._side.set_width(330)
@@ -82,6 +87,8 @@ class Panel:
         names = self._stage.robot.joints
         self._head.content = status_head(frame, self._stage.title, names, self._history.ribbon())
         self._table.content = joint_table(frame, names)
+        if self._further is not None:
+            self._further.content = further_table(frame.further)
         if frame.message != self._answer:  # a refusal, perhaps: what is chosen is what there is
             self._answer = frame.message
             self._choose()
@@ -95,8 +102,11 @@ class Panel:
     def keep(self, stage: Stage, frame: Frame) -> bool:
         """Go on with another stage of an arm with the same joints; whether these controls can serve it."""
         same = ("live", "duration", "heat", "robots", "scenarios", "schemes", "backends")
-        if stage.robot.joints != self._stage.robot.joints or any(
-            getattr(stage, name) != getattr(self._stage, name) for name in same
+        further = [[(one.name, one.normal is None) for one in of.further] for of in (frame, self._latest)]
+        if (
+            stage.robot.joints != self._stage.robot.joints
+            or any(getattr(stage, name) != getattr(self._stage, name) for name in same)
+            or further[0] != further[1]
         ):
             return False
         self._stage = stage
@@ -111,6 +121,8 @@ class Panel:
             scene.choose(overlay, bool(box.value))
         if self._drag is not None and self._drag.value:
             self._drag.value = False
+        if self._drag_marks is not None and self._drag_marks.value:
+            self._drag_marks.value = False
 
     def remove(self) -> None:
         """Take every control away."""
@@ -243,7 +255,11 @@ class Panel:
         if stage.live:
             self._drag = self._gui.add_checkbox("drag the target", False)
             self._drag.on_update(self._dragging)
-        for overlay in OVERLAYS:
+        self._drag_marks: Any = None
+        if stage.live and any(one.place and one.normal is None for one in self._latest.further):
+            self._drag_marks = self._gui.add_checkbox("drag targets of tasks", False)
+            self._drag_marks.on_update(self._dragging_marks)
+        for overlay in self._scene.overlays:
             box = self._gui.add_checkbox(overlay, overlay not in self._scene.hidden)
             self._boxes[overlay] = box
             self._on_box(box, overlay)
@@ -266,6 +282,17 @@ class Panel:
         else:
             self._scene.release()
             self._put(commands.Aim(None))
+
+    async def _dragging_marks(self, event: Any) -> None:
+        """Give the targets of soft tasks a handle each, or take them away; they stay where they are."""
+        if event.target.value:
+            self._scene.drag_marks(self._place)
+        else:
+            self._scene.release_marks()
+
+    def _place(self, k: int, position: FloatArray) -> None:
+        """Put the target of a soft task to where its handle is."""
+        self._put(commands.Place(self._latest.further[k].name, position))
 
     def _aim(self, pose: FloatArray) -> None:
         """Lead the tip to where the handle is."""

@@ -78,7 +78,8 @@ def recording(
         f"<title>{escape(title or robot.name)}</title>"
         f'<meta name="generator" content="ftqp, viser {escape(VERSION, quote=True)}">'
     )
-    shown = f'<div style="position:fixed;left:12px;bottom:48px;z-index:10">{legend()}</div>'
+    said = legend(further=bool(first.further))
+    shown = f'<div style="position:fixed;left:12px;bottom:48px;z-index:10">{said}</div>'
     return _inserted(_inserted(page, "</head>", head), "</body>", shown)
 
 

@@ -11,11 +11,14 @@ from ftqp.model.robot import Robot
 from ftqp.sim.log.signals import CONDITIONS, HEALTHY
 from ftqp.viz.live import colours
 from ftqp.viz.live.frame import Frame, rotation_of
+from ftqp.viz.live.further_nodes import FurtherNodes
 from ftqp.viz.live.shapes import BASE, Part, arm_parts, size_of
 from ftqp.viz.live.solids import Mesh, ball
 
 BASELINE = "uninformed baseline"
 """The overlay of the same arm, whose planner is never told."""
+FURTHER = "tasks and planes"
+"""The overlay of targets of soft tasks and of planes, of arms that have any."""
 OVERLAYS = ("target", "path", "trail", "ellipsoid", BASELINE, "labels", "grid")
 """What can be shown or left out, each with a check box."""
 SEGMENTS = 300
@@ -26,6 +29,8 @@ ELLIPSOID = 0.15
 """Size of the ellipsoid: metres for a tip speed of one metre a second at joint speeds of norm one."""
 THINNEST = 2e-3
 """Least half-axis of the ellipsoid, as a share of the arm's size, so that a flat one is seen as a disc."""
+SEEN = 1.2
+"""A target of a soft task is in view at first within so many of the arm's sizes of its base."""
 DISTANCE = 1.8
 """From the camera to the middle of what is shown, in its diagonals."""
 SHADE = 0.32
@@ -62,8 +67,11 @@ class Scene:
         self._name = self._root.name
         self._hidden = set(hidden)
         self._handle: Any = None
+        self._further: FurtherNodes | None = None
+        self._mark_handles: list[Any] = []
         with server.atomic():
             self._build(tuple(parts) if parts is not None else arm_parts(robot), path, trail)
+            self._build_further(frame)
             self._look(frame, path)
             self.show(frame)
 
@@ -71,6 +79,11 @@ class Scene:
     def name(self) -> str:
         """The name of the root node."""
         return str(self._name)
+
+    @property
+    def overlays(self) -> tuple[str, ...]:
+        """What can be shown or left out."""
+        return tuple(self._overlays)
 
     @property
     def hidden(self) -> frozenset[str]:
@@ -93,11 +106,13 @@ class Scene:
         self._show_target(frame)
         self._show_twin(frame)
         self._show_ellipsoid(frame)
+        if self._further is not None:
+            self._further.show(frame.further)
         self._trail.follow(frame.tip[:3, 3], frame.tick, "trail" not in self._hidden)
         self._caption(frame)
 
     def choose(self, overlay: str, visible: bool) -> None:
-        """Show or hide an overlay; naming another one than ``OVERLAYS`` has is a programmer's mistake."""
+        """Show or hide an overlay; naming another one than ``overlays`` has is a programmer's mistake."""
         (self._hidden.discard if visible else self._hidden.add)(overlay)
         for node in self._overlays[overlay]:
             node.visible = visible and self._present.get(overlay, True)
@@ -125,6 +140,34 @@ class Scene:
         if self._handle is not None:
             self._handle.remove()
             self._handle = None
+
+    def drag_marks(self, moved: Callable[[int, FloatArray], None]) -> None:
+        """Put a handle at the target of each soft task that has a place.
+
+        Args:
+            moved: Told its number in a frame, and its position, (3,) [m], whenever somebody drags it.
+        """
+        self.release_marks()
+        for k, position in ({} if self._further is None else self._further.marks).items():
+            handle = self._server.scene.add_transform_controls(
+                f"{self._name}/handle{k}",
+                scale=0.13 * self.size,
+                disable_rotations=True,
+                depth_test=False,
+                position=position,
+            )
+
+            async def dragged(event: Any, k: int = k) -> None:
+                moved(k, np.array(event.target.position))
+
+            handle.on_update(dragged)
+            self._mark_handles.append(handle)
+
+    def release_marks(self) -> None:
+        """Take the handles of soft tasks away."""
+        for handle in self._mark_handles:
+            handle.remove()
+        self._mark_handles.clear()
 
     def camera(self, client: Any) -> None:
         """Look at this arm in a browser that is connected already."""
@@ -182,6 +225,22 @@ class Scene:
         for overlay in self._hidden:
             self.choose(overlay, False)
 
+    def _build_further(self, frame: Frame) -> None:
+        """The nodes of soft tasks and planes, where the arm has any."""
+        if not frame.further:
+            return
+        middle = np.vstack([np.zeros(3), frame.joints[:, :3, 3]]).mean(axis=0)
+        self._further = FurtherNodes(
+            frame.further,
+            middle,
+            self.size,
+            lambda name, mesh, colour, opacity: self._mesh(f"{self._name}/{name}", mesh, colour, opacity),
+            self._label,
+        )
+        self._overlays[FURTHER] = self._further.nodes
+        if FURTHER in self._hidden:
+            self.choose(FURTHER, False)
+
     def _mesh(self, name: str, mesh: Mesh, colour: colours.Colour, opacity: float | None) -> Any:
         """A node of triangles."""
         look = dict(color=colour, opacity=opacity, cast_shadow=opacity is None, receive_shadow=False)
@@ -203,6 +262,8 @@ class Scene:
         points = [np.zeros((1, 3)), frame.joints[:, :3, 3]]
         if path is not None and len(path):
             points.append(np.asarray(path))
+        marks = [np.array([one.place]) for one in frame.further if one.place and one.normal is None]
+        points += [mark for mark in marks if np.linalg.norm(mark) < SEEN * self.size]
         cloud = np.vstack(points)
         middle = 0.5 * (cloud.min(axis=0) + cloud.max(axis=0))
         flat = np.ptp(cloud[:, 2]) < 0.05 * self.size

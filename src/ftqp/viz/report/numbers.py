@@ -19,8 +19,40 @@ Facts = Mapping[str, Any]
 def numbers(facts: Mapping[str, Facts], logs: Mapping[str, Log]) -> str:
     """The table."""
     rows = [(what, *(value(facts[label], logs[label]) for label in facts)) for what, value in _VALUES.items()]
+    rows += _further(facts)
     shown = [row for row in rows if any(cell != UNKNOWN for cell in row[1:])]
     return table("Numbers", ("", *facts), shown, numbers=tuple(facts))
+
+
+def _further(facts: Mapping[str, Facts]) -> list[tuple[str, ...]]:
+    """Rows of the soft tasks and the kept points of all runs."""
+    tasks = dict.fromkeys(name for run in facts.values() for name in run.get("tasks", {}))
+    kept = dict.fromkeys(name for run in facts.values() for name in run.get("constraints", {}))
+    rows = [
+        (f"{name}: {what}", *(_error(run.get("tasks", {}).get(name), key) for run in facts.values()))
+        for name in tasks
+        for what, key in (("error at the end", "final_error"), ("largest error", "max_error"))
+    ]
+    return rows + [
+        (
+            f"{name}: smallest distance from its plane",
+            *(_distance(run.get("constraints", {}).get(name)) for run in facts.values()),
+        )
+        for name in kept
+    ]
+
+
+def _error(task: Mapping[str, Any] | None, key: str) -> str:
+    if task is None or task[key] is None:
+        return UNKNOWN
+    return length(task[key]) if task["unit"] == "m" else f"{task[key]:.3g} {task['unit'] or ''}".rstrip()
+
+
+def _distance(kept: Mapping[str, Any] | None) -> str:
+    if kept is None or kept["min_distance"] is None:
+        return UNKNOWN
+    nearest = kept["min_distance"]
+    return length(nearest) if nearest >= 0.0 else f"{length(-nearest)} beyond it"
 
 
 def _length(name: str) -> Callable[[Facts, Log], str]:

@@ -1,0 +1,241 @@
+"""How far an arm truly is from what its further tasks ask, and from the planes that it keeps to."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, final
+
+import numpy as np
+import pinocchio as pin
+
+from ftqp.control.planner.planner import Planner
+from ftqp.control.task.keep import Keep
+from ftqp.control.task.soft_tasks import (
+    AXES,
+    AxisTask,
+    CentreOfMass,
+    JointTask,
+    LeastSquares,
+    PoseTask,
+    PositionTask,
+    PostureTask,
+    RelativeTask,
+    SoftTask,
+)
+from ftqp.core.checks import FloatArray
+from ftqp.model.placed_frames import PlacedFrames
+from ftqp.model.robot import Robot
+from ftqp.sim.log.further_signals import PLANES, TASKS, Measured
+
+
+@final
+class FurtherMeasures:
+    """Errors of the further tasks and distances of the kept points of a planner, at any posture.
+
+    A task, or rows, of the user's own have no error that could be known here, and are left out.
+
+    Args:
+        planner: The planner, whose targets may change from call to call.
+    """
+
+    def __init__(self, planner: Planner) -> None:
+        self._planner = planner
+        self._tasks = [
+            task for task in planner.tasks.values() if not isinstance(task.given, LeastSquares)
+        ]  # fmt: skip
+        every = [kept.given for kept in planner.constraints.values()]
+        self._keeps = [given for given in every if isinstance(given, Keep)]
+        self._errors = [
+            (k, error)
+            for k, task in enumerate(self._tasks)
+            for error in _errors_of(task.given, planner.robot)
+        ]
+        self._names = [str(getattr(task.given, "frame", planner.robot.tip)) for task in self._tasks]
+        self._names += [_other(task.given) or planner.robot.tip for task in self._tasks]
+        self._names += [keep.frame for keep in self._keeps]
+        self._robot: Robot | None = None
+
+    def __len__(self) -> int:
+        return len(self._errors) + len(self._keeps)
+
+    @property
+    def all(self) -> tuple[Measured, ...]:
+        """What is measured, in the order of the numbers."""
+        tasks = [
+            Measured(TASKS, self._tasks[k].name + error.suffix, error.unit, error.about)
+            for k, error in self._errors
+        ]
+        about = "distance of the point from its plane, positive on its side"
+        return (*tasks, *(Measured(PLANES, keep.label, "m", about) for keep in self._keeps))
+
+    def at(self, q: FloatArray) -> FloatArray:
+        """The numbers at a posture, (count,) [m or rad]; NaN where the posture is no numbers.
+
+        Args:
+            q: Joint positions, (nv,) [rad or m].
+        """
+        if not np.isfinite(q).all():
+            return np.full(len(self), np.nan)
+        robot = self._planner.robot
+        if robot is not self._robot:  # it may have taken up a load
+            self._robot, self._frames = robot, PlacedFrames(robot, self._names)
+        poses, count, first = self._frames.at(q), len(self._tasks), len(self._errors)
+        result = np.empty(len(self))
+        for at, (k, error) in enumerate(self._errors):
+            task = self._tasks[k]
+            where = self._frames.centre_of_mass(q) if isinstance(task.given, CentreOfMass) else poses[k]
+            goal = task.target
+            if isinstance(task.given, RelativeTask):
+                goal = poses[count + k] @ goal
+            elif _other(task.given) is not None:
+                goal = poses[count + k][:3, 3]
+            result[at] = error.size(goal, q, where)
+        for k, keep in enumerate(self._keeps):
+            T = poses[2 * count + k]
+            result[first + k] = keep.normal @ (T[:3, :3] @ keep.point + T[:3, 3]) - keep.offset
+        return result
+
+    def places(self, q: FloatArray) -> dict[str, FloatArray]:
+        """Where the targets of the tasks are that have a place, by name, (3,) [m].
+
+        Along axes that do not count it is that of the point itself.
+
+        Args:
+            q: Joint positions, (nv,) [rad or m].
+        """
+        found: dict[str, FloatArray] = {}
+        poses, count = PlacedFrames(self._planner.robot, self._names), len(self._tasks)
+        placed = poses.at(q)
+        for k, task in enumerate(self._tasks):
+            T, S = placed[k], placed[count + k]
+            match task.given:
+                case PoseTask():
+                    found[task.name] = task.target[:3, 3]
+                    continue
+                case RelativeTask():
+                    found[task.name] = (S @ task.target)[:3, 3]
+                    continue
+                case AxisTask() if isinstance(task.given.towards, str):
+                    found[task.name] = S[:3, 3]
+                    continue
+                case PositionTask():
+                    place = T[:3, :3] @ task.given.point + T[:3, 3]
+                case CentreOfMass():
+                    place = poses.centre_of_mass(q)
+                case AxisTask() if task.given.towards is not None:
+                    found[task.name] = task.target
+                    continue
+                case _:
+                    continue
+            rows = _rows(task.given.rows)
+            place[rows] = task.target[rows]
+            found[task.name] = place
+        return found
+
+    def along(self, q: FloatArray) -> FloatArray:
+        """The numbers at many postures with the targets as they are now, (K, count).
+
+        Args:
+            q: Joint positions, (K, nv) [rad or m].
+        """
+        return np.array([self.at(one) for one in q]).reshape(len(q), len(self))
+
+
+class _Error(NamedTuple):
+    """A number that says how far a task is from its target.
+
+    Attributes:
+        unit: Its unit.
+        about: What it is, in a sentence.
+        size: It, of the target, of the joint positions, and of the frame's pose or the centre of mass.
+        suffix: What stands behind the task's name.
+    """
+
+    unit: str
+    about: str
+    size: Callable[[FloatArray, FloatArray, FloatArray], float]
+    suffix: str = ""
+
+
+def _other(task: SoftTask) -> str | None:
+    """The frame that the target of a task moves with."""
+    if isinstance(task, RelativeTask):
+        return task.to
+    return task.towards if isinstance(task, AxisTask) and isinstance(task.towards, str) else None
+
+
+def _errors_of(task: SoftTask, robot: Robot) -> list[_Error]:
+    """How the errors of a task are measured."""
+    match task:
+        case PoseTask() | RelativeTask():
+            return _pose_errors(task)
+        case PositionTask():
+            rows, point = _rows(task.rows), task.point
+            about = f"distance of the point from its target along {', '.join(task.rows)}"
+            return [_Error("m", about, lambda p, q, T: _length((p - T[:3, :3] @ point - T[:3, 3])[rows]))]
+        case CentreOfMass():
+            rows = _rows(task.rows)
+            about = f"distance of the centre of mass from its target along {', '.join(task.rows)}"
+            return [_Error("m", about, lambda target, q, centre: _length((target - centre)[rows]))]
+        case AxisTask():
+            axis, at_place = task.axis, task.towards is not None
+            about = "angle between the axis and where it should point"
+            return [
+                _Error(
+                    "rad", about, lambda p, q, T: _angle(T[:3, :3] @ axis, p - T[:3, 3] if at_place else p)
+                )
+            ]
+        case _:
+            at, endless = _joints(task, robot), robot.chain.continuous
+
+            def joints(target: FloatArray, q: FloatArray, _: FloatArray) -> float:
+                off = target - q
+                off = np.where(endless, np.remainder(off + np.pi, 2.0 * np.pi) - np.pi, off)
+                return _length(off[at])
+
+            slides = robot.chain.prismatic[at]
+            unit = "m" if slides.all() else "rad or m" if slides.any() else "rad"
+            return [
+                _Error(
+                    unit, "root of the sum of the squared distances of its joints from their places", joints
+                )
+            ]
+
+
+def _pose_errors(task: PoseTask | RelativeTask) -> list[_Error]:
+    """Of place and orientation, as far as they are asked for."""
+    bits = task.bits
+    rows = [k for k in range(3) if bits & (1 << k)]
+    turns = [k for k in range(3) if bits & (1 << 3 + k)]
+    found = []
+    if rows:
+        along = ", ".join(AXES[k] for k in rows)
+        about = f"distance of the frame from its target along {along}"
+        found.append(_Error("m", about, lambda D, q, T: _length((D - T)[:3, 3][rows])))
+    if turns:
+        about = "angle that turns the frame onto its target"
+
+        def angle(D: FloatArray, q: FloatArray, T: FloatArray) -> float:
+            return _length(np.asarray(pin.log3(D[:3, :3] @ T[:3, :3].T))[turns])
+
+        found.append(_Error("rad", about, angle, " rotation" if rows else ""))
+    return found
+
+
+def _joints(task: Any, robot: Robot) -> list[int]:
+    """The joints of a task of joints."""
+    if isinstance(task, PostureTask):
+        return list(range(robot.nv))
+    assert isinstance(task, JointTask)
+    return [robot.joint(joint) for joint in task.joints]
+
+
+def _rows(names: str) -> list[int]:
+    return [AXES.index(name) for name in names]
+
+
+def _length(error: FloatArray) -> float:
+    return float(np.linalg.norm(error))
+
+
+def _angle(axis: FloatArray, direction: FloatArray) -> float:
+    """Between two directions [rad]; 0 where one of them has no length."""
+    return float(np.arctan2(np.linalg.norm(np.cross(axis, direction)), axis @ direction))

@@ -1,0 +1,45 @@
+"""The signals of soft tasks and of kept points: what a log calls them, and which of them it has."""
+
+from collections.abc import Container, Iterable, Mapping
+from typing import Any, Final, NamedTuple
+
+from ftqp.sim.log.signals import Column
+
+TASKS: Final = "task_error"
+"""Group of the errors of soft tasks."""
+PLANES: Final = "distance"
+"""Group of the distances of kept points from their planes."""
+FACTS: Final = {TASKS: "tasks", PLANES: "constraints"}
+"""Where the metadata of a log list what a group is of."""
+
+
+class Measured(NamedTuple):
+    """A number that is measured of a soft task or a kept point.
+
+    Attributes:
+        group: ``task_error`` or ``distance``.
+        name: Of the task, or of the kept point.
+        unit: Its unit.
+        about: Its sentence.
+    """
+
+    group: str
+    name: str
+    unit: str
+    about: str
+
+
+def further_columns(measured: Iterable[Measured]) -> tuple[Column, ...]:
+    """The columns that soft tasks and kept points add, in their order."""
+    return tuple(Column(f"{one.group}.{one.name}", one.unit, one.about) for one in measured)
+
+
+def names_in(rows: Container[str], about: Mapping[str, Any], group: str) -> list[str]:
+    """Names of the soft tasks, or of the kept points, that a log has a signal of, in their order.
+
+    Args:
+        rows: The log, or a block of it.
+        about: Its metadata.
+        group: ``task_error`` or ``distance``.
+    """
+    return [one["name"] for one in about.get(FACTS[group], []) if f"{group}.{one['name']}" in rows]

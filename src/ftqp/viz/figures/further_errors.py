@@ -1,0 +1,108 @@
+"""Errors of soft tasks and distances of kept points over time."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.sim.log.further_signals import PLANES, TASKS, names_in
+from ftqp.sim.log.log_arrays import Log
+from ftqp.viz.figures import curves, events
+from ftqp.viz.figures.canvas import Axes, Line2D, arrange, curve, head, label_below, paper, save
+from ftqp.viz.figures.palette import DEGREES, FORBIDDEN, LIMIT, MILLIMETRES
+from ftqp.viz.figures.plain_axes import plain_axes
+
+WIDTH, PANEL = 11.0, 2.5
+"""Width of the figure, and height of a panel with its title [inches]."""
+ROOM = 0.08
+"""Above and below the curves, as a share of what they span."""
+
+
+class Panel(NamedTuple):
+    """Signals of one unit.
+
+    Attributes:
+        title: What they are.
+        group: The group of signals of the log that they are of.
+        names: Theirs.
+        factor: From the unit of the log to that of the panel.
+        unit: Of the panel.
+    """
+
+    title: str
+    group: str
+    names: tuple[str, ...]
+    factor: float
+    unit: str
+
+
+def panels(log: Log) -> list[Panel]:
+    """What a figure of a log would have; nothing without soft tasks and kept points."""
+    by_unit: dict[str, list[str]] = {}
+    for name in names_in(log, log.metadata, TASKS):
+        by_unit.setdefault(log.units[f"{TASKS}.{name}"], []).append(name)
+    shown = {"m": (MILLIMETRES, "mm"), "rad": (DEGREES, "deg")}
+    found = [
+        Panel("Errors of soft tasks", TASKS, tuple(names), *shown.get(unit, (1.0, unit)))
+        for unit, names in by_unit.items()
+    ]
+    kept = tuple(names_in(log, log.metadata, PLANES))
+    planes = Panel("Distances of points from their planes", PLANES, kept, *shown["m"])
+    return [*found, planes] if kept else found
+
+
+def draw(log: Log, path: str | Path) -> Path:
+    """Draw a panel for each unit of the errors, and one for the distances, to a PNG file."""
+    drawn = panels(log)
+    title = f"Soft tasks and kept points: {events.heading(log)}"
+    figure = paper(WIDTH, 1.6 + PANEL * len(drawn), title, search=False)
+    grid: Any = figure.add_gridspec(len(drawn), 1)
+    handles: list[Line2D] = []
+    for row, panel in enumerate(drawn):
+        axes = figure.add_subplot(grid[row, 0])
+        handles += _draw(axes, log, panel, len(handles))
+        axes.set_xlim(*events.time_span(log))
+        events.mark(axes, log)
+        plain_axes(axes, count=(8, 4), bottom=row == len(drawn) - 1)
+    arrange(figure, [*handles, *events.handles(log)], left=0.85, gap=(0.5, 0.45))
+    label_below(figure.axes[-1], "time [s]")
+    return save(figure, path)
+
+
+def _draw(axes: Axes, log: Log, panel: Panel, first: int) -> list[Line2D]:
+    """The curves of a panel, and what they mean; ``first`` is the number of its first curve."""
+    signals = [panel.factor * log[f"{panel.group}.{name}"] for name in panel.names]
+    low, high = _ends(signals)
+    axes.set_ylim(low, high)
+    if panel.group == PLANES:
+        axes.axhspan(low, 0.0, color=FORBIDDEN, zorder=0)
+        axes.axhline(0.0, color=LIMIT, linewidth=1.2)
+    handles = []
+    for k, (name, signal) in enumerate(zip(panel.names, signals, strict=True), first):
+        colour, style = curves.look(k)
+        curve(axes, log["t"], signal, color=colour, linestyle=style, linewidth=1.5)
+        handles.append(curves.handle(k, name))
+    head(axes, f"{panel.title} [{panel.unit}]: {_extreme(panel, signals)}")
+    return handles
+
+
+def _ends(signals: list[FloatArray]) -> tuple[float, float]:
+    """The range of a panel, which has 0 in it."""
+    values = np.concatenate([signal[np.isfinite(signal)] for signal in signals])
+    low, high = min(0.0, float(values.min(initial=0.0))), max(0.0, float(values.max(initial=0.0)))
+    room = ROOM * (high - low) or 1.0
+    return low - room, high + room
+
+
+def _extreme(panel: Panel, signals: list[FloatArray]) -> str:
+    """The largest error, or the smallest distance, and whose it is."""
+    planes = panel.group == PLANES
+    found = [
+        float(np.nanmin(signal) if planes else np.nanmax(signal)) if np.isfinite(signal).any() else np.nan
+        for signal in signals
+    ]
+    if np.isnan(found).all():
+        return "none is known"
+    at = int(np.nanargmin(found) if planes else np.nanargmax(found))
+    return f"{'smallest' if planes else 'largest'} {found[at]:.3g} {panel.unit} ({panel.names[at]})"

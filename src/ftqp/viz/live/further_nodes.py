@@ -1,0 +1,119 @@
+"""Targets of soft tasks, and planes on whose sides points are kept, in a scene and as a table."""
+
+from collections.abc import Callable, Sequence
+from html import escape
+from typing import Any, final
+
+import numpy as np
+
+from ftqp.core.checks import FloatArray
+from ftqp.core.pose import quaternions
+from ftqp.model.chain import rotation_to
+from ftqp.sim.session.tick_facts import FurtherFact
+from ftqp.viz.live import colours
+from ftqp.viz.live.solids import Mesh, ball, box, cylinder, joined
+
+MARK, WIDE, THIN, ARROW = 0.018, 0.6, 0.002, 0.12
+"""Radius of a mark, width and thickness of a plane, length of its arrow, as shares of the arm's size."""
+SHADE = 0.15
+"""Opacity of a plane."""
+BEYOND = -2e-5
+"""A point is beyond its plane from here on [m]; less is rounding."""
+
+Add = Callable[[str, Mesh, colours.Colour, float | None], Any]
+"""Makes a node of triangles, of a name below the arm's, its mesh, colour and opacity."""
+
+
+@final
+class FurtherNodes:
+    """The nodes of soft tasks and planes.
+
+    Args:
+        shown: What there is in the first frame; later ones have the same.
+        middle: A point in the middle of the arm, near which planes are drawn, (3,) [m].
+        size: By what everything of a scene is scaled [m].
+        mesh: Makes a node of triangles.
+        label: Makes a text, of a name and a text.
+    """
+
+    def __init__(
+        self, shown: Sequence[FurtherFact], middle: FloatArray, size: float, mesh: Add, label: Any
+    ) -> None:
+        self._size = size
+        self._marks: dict[int, Any] = {}
+        self._labels: dict[int, Any] = {}
+        self.nodes: list[Any] = []
+        for k, one in enumerate(shown):
+            if one.place is None:
+                continue
+            if one.normal is None:
+                self._marks[k] = mesh(f"task{k}", ball(MARK * size), colours.MARK, None)
+            else:
+                self._add_plane(k, one, middle, mesh)
+            self._labels[k] = label(f"task{k}_said", "")
+            if one.normal is not None:
+                normal = np.array(one.normal)
+                self._labels[k].position = self._centre(one, middle) + 1.25 * ARROW * size * normal
+        self.nodes += [*self._marks.values(), *self._labels.values()]
+        self.show(shown)
+
+    def show(self, shown: Sequence[FurtherFact]) -> None:
+        """Move the marks, and say how far everything is."""
+        for k, mark in self._marks.items():
+            place = shown[k].place
+            if place is not None:
+                mark.position = place
+                self._labels[k].position = (place[0], place[1], place[2] + 2.0 * MARK * self._size)
+        for k, label in self._labels.items():
+            text = f"{shown[k].name}: {amount(shown[k])}"
+            if label.text != text:
+                label.text = text
+
+    @property
+    def marks(self) -> dict[int, FloatArray]:
+        """Where the targets of tasks are, by their numbers in a frame, (3,) [m]."""
+        return {k: np.array(mark.position) for k, mark in self._marks.items()}
+
+    def _centre(self, one: FurtherFact, middle: FloatArray) -> FloatArray:
+        """The point of a plane that is nearest to the middle of the arm."""
+        normal = np.array(one.normal)
+        centre: FloatArray = middle - ((middle - np.array(one.place)) @ normal) * normal
+        return centre
+
+    def _add_plane(self, k: int, one: FurtherFact, middle: FloatArray, mesh: Add) -> None:
+        """A translucent square, and an arrow into the side that is free."""
+        size, turn = self._size, np.roll(quaternions(rotation_to(np.array(one.normal))[None])[0], 1)
+        square = mesh(f"plane{k}", box(size * np.array([WIDE, WIDE, THIN])), colours.PLANE, SHADE)
+        shaft = cylinder(0.006 * size, 0.0, 0.7 * ARROW * size)
+        head = cylinder(0.016 * size, 0.7 * ARROW * size, ARROW * size, 0.0005 * size)
+        arrow = mesh(f"plane{k}_normal", joined([shaft, head]), colours.PLANE, None)
+        for node in (square, arrow):
+            node.position, node.wxyz = self._centre(one, middle), turn
+        self.nodes += [square, arrow]
+
+
+def amount(one: FurtherFact) -> str:
+    """How far something is, in words that a person can judge."""
+    if not np.isfinite(one.value):
+        return "unknown"
+    if one.normal is not None and one.value < BEYOND:
+        return f"{-1e3 * one.value:.3g} mm beyond the plane"
+    if one.unit == "m":
+        away = f"{max(1e3 * one.value, 0.0):.1f} mm"
+        return f"{away} from the plane" if one.normal is not None else f"{away} off"
+    return f"{np.degrees(one.value):.1f} deg off" if one.unit == "rad" else f"{one.value:.3g} off"
+
+
+def further_table(shown: Sequence[FurtherFact]) -> str:
+    """How far every soft task is from its target, and every kept point from its plane."""
+    rows = "".join(
+        f'<tr><td style="padding:0 8px 0 0">{escape(one.name)}</td>'
+        f'<td style="{"color:#b00020;font-weight:600" if one.normal and one.value < BEYOND else ""}">'
+        f"{escape(amount(one))}</td></tr>"
+        for one in shown
+    )
+    return (
+        '<div style="font:13px/1.45 system-ui,sans-serif;color:#222;padding:0 10px">'
+        '<table id="ftqp-tasks" style="border-collapse:collapse;font-size:12px;width:100%">'
+        f"{rows}</table></div>"
+    )

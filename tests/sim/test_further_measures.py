@@ -1,0 +1,163 @@
+"""Errors of soft tasks and distances of kept points: what a log has of them, and what a run says."""
+
+import csv
+import json
+import sqlite3
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+import ftqp
+from ftqp.core.errors import InputError
+from ftqp.sim.further_measures import FurtherMeasures
+from ftqp.sim.log.further_signals import PLANES, TASKS, names_in
+from ftqp.sim.log.log_file import load_log
+from ftqp.sim.log.metrics import summary
+from ftqp.sim.loop import MEMORY, Simulation
+from ftqp.sim.schedule import FaultEvent, Schedule
+from ftqp.sim.sensors.joint_sensors import JointSensors
+
+PANDA = ftqp.robots.load("panda")
+TIP, ELBOW, DT = PANDA.tip, "panda_joint4", 1e-3
+
+
+def own(state, J, b):
+    J[0, 0], b[0] = 1.0, 0.0
+
+
+def tasks():
+    return [
+        ftqp.PositionTask(ELBOW, rows="xz", target=(0.1, 9.0, 0.6), point=(0.0, 0.1, 0.0), name="elbow"),
+        ftqp.AxisTask(TIP, towards=(0.6, 0.1, 0.0), name="look"),
+        ftqp.AxisTask(ELBOW, along=(1.0, 0.0, 0.0), name="along"),
+        ftqp.CentreOfMass("xy", name="mass"),
+        ftqp.PostureTask(name="posture"),
+        ftqp.JointTask({"panda_joint7": 0.8, 1: -0.3}, name="some joints"),
+    ]
+
+
+KEEPS = (
+    ftqp.Keep(TIP, above=(0.0, 0.0, 0.45), name="tool"),
+    ftqp.Keep(ELBOW, above=(0.0, 0.2, 0.0), normal=(0.0, -3.0, 0.0), point=(0.0, 0.0, 0.1), name="wall"),
+)
+
+
+def planner(**settings):
+    return ftqp.Planner(PANDA, DT, **{"tasks": tasks(), "constraints": KEEPS, **settings})
+
+
+def run(one, *, sensors=None, log=MEMORY, duration=0.3, schedule=None):
+    path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.05, duration=duration)
+    return Simulation(one, path, q=PANDA.neutral, sensors=sensors, log=log, schedule=schedule).run()
+
+
+def test_what_is_measured_is_what_a_step_says():
+    one = planner()
+    q, target = PANDA.neutral.copy(), ftqp.Target(pose=PANDA.pose(PANDA.neutral))
+    one.reset(q)
+    measures = FurtherMeasures(one)
+    for _ in range(50):
+        step = one.step(q, None, target)
+        numbers = dict(zip([m.name for m in measures.all], measures.at(q), strict=True))
+        said = {name: task.error for name, task in step.tasks.items()}
+        assert numbers["elbow"] == pytest.approx(np.linalg.norm(said["elbow"][[0, 2]]), abs=1e-12)
+        assert numbers["mass"] == pytest.approx(np.linalg.norm(said["mass"][:2]), abs=1e-12)
+        for name in ("look", "along"):
+            assert np.sin(min(numbers[name], np.pi / 2)) == pytest.approx(np.linalg.norm(said[name]))
+        for name in ("tool", "wall"):
+            assert numbers[name] == pytest.approx(one.constraints[name].distance, abs=1e-12)
+        assert numbers["posture"] == pytest.approx(np.linalg.norm(q - PANDA.neutral), abs=1e-15)
+        assert numbers["some joints"] == pytest.approx(np.hypot(0.8 - q[6], -0.3 - q[1]))
+        q = step.q.copy()
+    one.tasks["elbow"].target = np.zeros(3)
+    assert measures.at(q)[0] > 0.3
+
+
+def test_a_joint_without_end_is_off_by_the_short_way_round():
+    robot = ftqp.robots.load("planar", count=3, continuous=True)
+    one = ftqp.Planner(robot, DT, tasks=[ftqp.JointTask({0: 3.0}, name="turn")])
+    (measured,) = FurtherMeasures(one).all
+    assert measured.unit == "rad"
+    assert FurtherMeasures(one).at(np.array([-3.0, 0.5, 0.5]))[0] == pytest.approx(2.0 * np.pi - 6.0)
+
+
+def test_a_load_moves_the_centre_of_mass_that_is_measured():
+    one = planner()
+    one.reset(PANDA.neutral)
+    measures, at = FurtherMeasures(one), [m.name for m in FurtherMeasures(one).all].index("mass")
+    before = measures.at(PANDA.neutral)[at]
+    one.carry(ftqp.Payload(mass=3.0, com=(0, 0, 0.05)))
+    assert before < 1e-12 < 1e-2 < measures.at(PANDA.neutral)[at]
+
+
+def test_log_has_names_units_and_the_same_numbers_tick_by_tick_and_in_blocks():
+    fast = run(planner()).log
+    slow = run(planner(), sensors=JointSensors(PANDA, DT)).log
+    for log in (fast, slow):
+        errors, distances = (names_in(log, log.metadata, group) for group in (TASKS, PLANES))
+        assert errors == ["elbow", "look", "along", "mass", "posture", "some joints"]
+        assert distances == ["tool", "wall"]
+        assert [log.units[f"task_error.{name}"] for name in errors] == ["m", "rad", "rad", "m", "rad", "rad"]
+        assert {log.units[f"distance.{name}"] for name in distances} == {"m"}
+    np.testing.assert_allclose(fast["task_error"], slow["task_error"], atol=1e-9)
+    np.testing.assert_allclose(fast["distance"], slow["distance"], atol=1e-9)
+    q = fast["q"][200]
+    one = planner()
+    one.reset(PANDA.neutral)
+    row = np.concatenate([fast["task_error"][200], fast["distance"][200]])
+    np.testing.assert_allclose(row, FurtherMeasures(one).at(q), atol=1e-12)
+
+
+def test_a_task_of_ones_own_has_no_error_and_a_planner_without_tasks_no_columns():
+    log = run(planner(tasks=[ftqp.LeastSquares(1, own, name="mine")], constraints=None)).log
+    assert not [name for name in log.names if name.startswith((TASKS, PLANES))]
+    assert log.metadata["tasks"] == [{"name": "mine", "kind": "least_squares", "weight": 1.0, "rows": 1}]
+    plain = run(ftqp.Planner(PANDA, DT)).log
+    assert not {"tasks", "constraints"} & plain.metadata.keys()
+    assert not {"tasks", "constraints"} & summary(plain).keys()
+    with pytest.raises(InputError, match="task_error"):
+        plain["task_error"]
+
+
+def test_log_on_file_round_trips_and_exports_them(tmp_path):
+    lock = Schedule([FaultEvent(ftqp.Locked(2), 0.1)])
+    done = run(planner(), log=tmp_path / "log.sqlite", schedule=lock)
+    log, memory = load_log(tmp_path), run(planner(), schedule=lock).log
+    np.testing.assert_array_equal(log["task_error"], memory["task_error"])
+    np.testing.assert_array_equal(log["distance"], memory["distance"])
+    assert log.metadata["tasks"] == memory.metadata["tasks"]
+    tool, wall = log.metadata["constraints"]
+    assert tool["frame"] == TIP and wall["joint"] == ELBOW and wall["normal"] == [0.0, -1.0, 0.0]
+    np.testing.assert_allclose(tool["at_zero"], PANDA.pose(np.zeros(7))[:3, 3], atol=1e-12)
+    facts = summary(log)
+    assert done.summary == facts
+    json.dumps(facts, allow_nan=False)
+    assert facts["tasks"]["elbow"]["max_error"] == log["task_error.elbow"].max()
+    assert facts["tasks"]["elbow"]["final_error"] == log["task_error.elbow"][-1]
+    assert facts["constraints"]["tool"] == {"min_distance": log["distance.tool"].min()}
+    log.to_csv(tmp_path / "log.csv")
+    log.to_npz(tmp_path / "log.npz")
+    with (tmp_path / "log.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[100]["distance.wall"]) == log["distance.wall"][100]
+    with np.load(tmp_path / "log.npz") as arrays:
+        np.testing.assert_array_equal(arrays["task_error"], log["task_error"])
+
+
+@pytest.mark.parametrize(("key", "value", "said"), [
+    ("tasks", [{"name": 3, "kind": "axis"}], "its tasks are"),
+    ("tasks", {"name": "elbow"}, "its tasks are"),
+    ("constraints", [{"name": "tool", "joint": "j9"}], "its constraints are"),
+    ("constraints", [{"name": "tool", "joint": "panda_joint7", "braking": 1.0, "at_zero": [0, 0],
+                      "above": [0, 0, 0], "normal": [0, 0, 1]}], "its constraints are"),
+])  # fmt: skip
+def test_log_that_says_strange_things_of_them_is_refused(tmp_path, key, value, said):
+    path = ftqp.paths.Circle(PANDA.pose(PANDA.neutral), 0.05, duration=0.1)
+    file = tmp_path / "log.sqlite"
+    one = ftqp.Planner(PANDA, DT)
+    Simulation(one, path, q=PANDA.neutral, log=file).run()
+    with closing(sqlite3.connect(file)) as connection, connection:
+        connection.execute("INSERT INTO metadata VALUES (?, ?)", (key, json.dumps(value)))
+    with pytest.raises(InputError, match=said):
+        load_log(file)

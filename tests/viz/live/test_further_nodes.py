@@ -1,0 +1,150 @@
+"""Soft tasks and kept points on a page: marks, planes, words, and the same from a log."""
+
+import asyncio
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.viz.live.stepped_source import SteppedSource
+from tests.viz.live.still_source import StillSource
+from tests.viz.live.test_live_page import controls, use
+
+import ftqp
+from ftqp.app.scenario.setup import load
+from ftqp.app.view.replay_source import ReplaySource
+from ftqp.sim.loop import MEMORY
+from ftqp.sim.session.session_commands import Place, Reset
+from ftqp.sim.session.tick_facts import FurtherFact
+from ftqp.viz.live.further_nodes import amount, further_table
+from ftqp.viz.live.live_page import Page
+from ftqp.viz.live.recording import messages_of, recording
+from ftqp.viz.live.scene import FURTHER, OVERLAYS
+
+SCENARIO = """
+[robot]
+name = "panda"
+[path]
+kind = "circle"
+radius = 0.05
+duration = 1.0
+[[tasks]]
+kind = "position"
+frame = "panda_joint4"
+rows = "z"
+target = [9.0, 9.0, 0.6]
+name = "elbow"
+[[tasks]]
+kind = "axis"
+frame = "panda_hand_tcp"
+towards = [0.6, 0.1, 0.0]
+name = "look"
+[[tasks]]
+kind = "posture"
+[[constraints]]
+frame = "panda_joint4"
+above = [0.0, 0.2, 0.0]
+normal = [0.0, -1.0, 0.0]
+name = "wall"
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    file = tmp_path / "several.toml"
+    file.write_text(SCENARIO, encoding="utf-8")
+    return str(file)
+
+
+def test_live_page_shows_marks_planes_and_distances(scenario):
+    source = SteppedSource(scenario)
+    with Page(source, port=0) as page:
+        assert page.refresh()
+        scene, frame = page._scene, source.frame()
+        elbow, look, posture, wall = frame.further
+        assert elbow.place[2] == 0.6 and abs(elbow.place[0]) < 1.0
+        assert look.place == (0.6, 0.1, 0.0) and posture.place is None
+        assert wall.normal == (0.0, -1.0, 0.0) and wall.value > 0.0
+        page._panel.show(frame)
+        for words in ("elbow", "deg off", "mm from the plane"):
+            assert words in page._panel._further.content
+        assert scene.overlays == (*OVERLAYS, FURTHER)
+        scene.choose(FURTHER, False)
+        assert not any(node.visible for node in scene._overlays[FURTHER])
+        scene.show(frame)
+        texts = [node.text for node in scene._further._labels.values()]
+        assert f"wall: {amount(wall)}" in texts and len(texts) == 3
+        square = next(node for node in scene._further.nodes if node.name.endswith("plane3"))
+        assert square.position[1] == pytest.approx(0.2)
+
+
+def test_targets_of_tasks_have_handles_that_move_them_until_reset(scenario):
+    source = SteppedSource(scenario)
+    with Page(source, port=0) as page:
+        box = controls(page)["drag targets of tasks"]
+        use(box, True)
+        handles = page._scene._mark_handles
+        assert len(handles) == 2
+        moved = SimpleNamespace(position=np.array([0.5, -0.2, 0.1]))
+        asyncio.run(handles[1]._impl_aux.update_cb[0](SimpleNamespace(target=moved, phase="update")))
+        order = source.orders[-1]
+        assert order.task == "look" and order.position.tolist() == [0.5, -0.2, 0.1]
+        assert source.frame().further[1].place == (0.5, -0.2, 0.1)
+        use(box, False)
+        assert page._scene._mark_handles == []
+        assert source.frame().further[1].place == (0.5, -0.2, 0.1)
+        source.put(Reset())
+        assert source.frame().further[1].place == (0.6, 0.1, 0.0)
+        for wrong in (
+            Place("lok", np.zeros(3)),
+            Place("look", np.full(3, np.nan)),
+            Place("look", np.zeros(2)),
+        ):
+            source.put(wrong)
+            message = source.frame().message
+            assert "look" in message and source.frame().further[1].place == (0.6, 0.1, 0.0)
+
+
+def test_replay_and_recording_show_what_the_session_showed(scenario):
+    setup = load(scenario)
+    log = setup.simulation(log=MEMORY, metadata={"resolved": setup.toml}).run().log
+    frame = ReplaySource(log, "run", clock=lambda: 0.0).frame()
+    live = SteppedSource(scenario, seconds=0.0).session.facts.further
+    for shown, expected in zip(frame.further, live, strict=True):
+        assert (shown.name, shown.unit, shown.normal) == (expected.name, expected.unit, expected.normal)
+        assert shown.value == pytest.approx(expected.value, abs=1e-9)
+        assert (shown.place is None) == (expected.place is None)
+        if shown.place is not None:
+            np.testing.assert_allclose(shown.place, expected.place, atol=1e-9)
+    page = recording([frame, frame], setup.robot)
+    names = {message.get("name", "") for _, message in messages_of(page)[1]}
+    assert {"/arm-1/task0", "/arm-1/plane3", "/arm-1/plane3_normal"} <= names
+    assert "target of a soft task" in page
+
+
+def test_arm_without_them_has_neither_nodes_nor_tab():
+    with Page(StillSource(ftqp.robots.load("panda")), port=0) as page:
+        assert page._scene.overlays == OVERLAYS and page._panel._further is None
+
+
+def test_controls_are_made_anew_where_the_tasks_are_others():
+    source = StillSource(ftqp.robots.load("panda"))
+    with Page(source, port=0) as page:
+        before = page._panel
+        source.number += 1
+        source.facts["further"] = (FurtherFact("<b>look</b>", 0.1, "rad"),)
+        assert page.refresh()
+        assert page._panel is not before and "&lt;b&gt;look&lt;/b&gt;" in page._panel._further.content
+
+
+@pytest.mark.parametrize(("fact", "words"), [
+    (FurtherFact("elbow", 0.0123, "m", (0, 0, 0)), "12.3 mm off"),
+    (FurtherFact("look", np.pi / 6, "rad"), "30.0 deg off"),
+    (FurtherFact("both", 0.5, "rad or m"), "0.5 off"),
+    (FurtherFact("table", 0.002, "m", (0, 0, 0), (0, 0, 1)), "2.0 mm from the plane"),
+    (FurtherFact("table", -1e-6, "m", (0, 0, 0), (0, 0, 1)), "0.0 mm from the plane"),
+    (FurtherFact("table", -0.003, "m", (0, 0, 0), (0, 0, 1)), "3 mm beyond the plane"),
+    (FurtherFact("table", np.nan, "m", (0, 0, 0), (0, 0, 1)), "unknown"),
+])  # fmt: skip
+def test_amounts_are_words(fact, words):
+    assert amount(fact) == words
+    assert words in further_table([fact])
